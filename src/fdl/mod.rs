@@ -1,0 +1,1 @@
+//! fdl (to come)

@@ -1,0 +1,2 @@
+//! The command `profidrive`.
+fn main() {}

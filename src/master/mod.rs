@@ -1,0 +1,1 @@
+//! profirust as DP master over our links (to come)

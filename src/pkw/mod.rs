@@ -1,0 +1,1 @@
+//! pkw (to come)
