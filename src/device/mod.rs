@@ -1,7 +1,7 @@
 //! One emulated drive as one object (interface sketch; names fixed by agreement, bodies to come).
+use crate::param::{Gear, Model};
 use crate::time::{BaudRate, Instant};
 use core::time::Duration;
-use crate::param::{Gear, Model};
 
 /// Longest telegram on the wire.
 pub const MAX_TELEGRAM_LEN: usize = 255;
@@ -57,7 +57,11 @@ impl Device {
     pub fn handle_timeout(&mut self, _now: Instant) {}
     /// The octets to send now, if any.
     #[must_use]
-    pub fn poll_transmit<'b>(&mut self, _now: Instant, _buf: &'b mut [u8; MAX_TELEGRAM_LEN]) -> Option<&'b [u8]> {
+    pub fn poll_transmit<'b>(
+        &mut self,
+        _now: Instant,
+        _buf: &'b mut [u8; MAX_TELEGRAM_LEN],
+    ) -> Option<&'b [u8]> {
         None
     }
     /// When to call `handle_timeout`/`poll_transmit` again; `None` = only after octets arrived.

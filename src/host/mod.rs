@@ -1,7 +1,7 @@
 //! Everything that touches an operating system (interface sketch; names fixed by agreement, bodies to come).
+use crate::time::Instant;
 use core::time::Duration;
 use std::io;
-use crate::time::Instant;
 
 /// A byte transport to one bus: raw telegram octets in and out, no framing.
 pub trait Link {
