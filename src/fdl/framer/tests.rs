@@ -188,7 +188,7 @@ proptest! {
         let mut framer = Framer::new(resync);
         let mut heard = Vec::new();
         let mut rest = stream.as_slice();
-        for cut in cuts.into_iter().chain(std::iter::repeat(1)) {
+        for cut in cuts.into_iter().chain(core::iter::repeat(1)) {
             if rest.is_empty() {
                 break;
             }
