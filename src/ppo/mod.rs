@@ -1,8 +1,8 @@
 //! The user data of one Data_Exchange: parameter channel and process data, without their meaning.
 //!
-//! PROFIDRIVE version 2 calls it a *Parameter Process data Object*. The AG03 and the AG03/1 use one of their own,
-//! seven words in each direction (`ag03.md` 1.1, manual chapter 7.4.1). Every word is big-endian, of a double word
-//! the high word comes first:
+//! PROFIDRIVE version 2 calls it a *Parameter Process data Object*. The AG03 and the AG03/1 use one of their
+//! own, seven words in each direction (`ag03.md` 1.1, manual chapter 7.4.1). Every word is big-endian, of a
+//! double word the high word comes first:
 //!
 //! ```text
 //! octet             0  1    2  3    4  5       6  7      8  9   10 11       12 13
@@ -19,8 +19,8 @@
 //! | HSW, HIW | main setpoint and main actual value, `i32` in two's complement |
 //!
 //! [`Outputs`] and [`Inputs`] look at 14 octets where they lie and copy nothing; [`Outputs::octets`] and
-//! [`Inputs::octets`] build them. As in the standard, *outputs* go from the master to the slave, *inputs* to the
-//! master.
+//! [`Inputs::octets`] build them. As in the standard, *outputs* go from the master to the slave, *inputs* to
+//! the master.
 //!
 //! ```
 //! use profidrive::ppo::{Inputs, Outputs, Pkw, Stw, Zsw};

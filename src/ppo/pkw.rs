@@ -129,7 +129,8 @@ impl Pke {
         ReplyId::from_ak(self.ak())
     }
 
-    /// Bit 11, toggle bit of spontaneous messages. Without function on these drives: its state does not matter.
+    /// Bit 11, toggle bit of spontaneous messages. Without function on these drives: its state does not
+    /// matter.
     pub const fn spm(self) -> bool {
         self.0 & Self::SPM != 0
     }
