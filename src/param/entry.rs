@@ -42,7 +42,7 @@ impl Entry {
         match self.kind {
             Kind::Setting(setting) => Some(setting.limits.range(model, gear)),
             Kind::Reading(_) => None,
-            Kind::LoadParameterSet => Some(Range { low: 1, high: 5 }),
+            Kind::LoadParameterSet => Some(LOAD_COMMANDS),
         }
     }
 
@@ -89,6 +89,9 @@ impl Entry {
         Self { persistent, ..self }
     }
 }
+
+/// The commands of PNU 970 (`ag03.md` 3.3).
+pub(super) const LOAD_COMMANDS: Range = Range { low: 1, high: 5 };
 
 /// Where the value of a parameter comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -176,13 +176,16 @@ pub enum Effect {
     Calibrate,
 }
 
+/// Elements of the fault buffer, PNU 945.
+pub const FAULT_BUFFER_LEN: u8 = 10;
+
 /// Values that live in the drive and are only read over the bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Live {
     /// PNU 918, station address.
     pub address: u8,
     /// PNU 945, fault codes in ASCII, newest first (`ag03.md` C-18), 0 = unused.
-    pub fault_buffer: [u8; 10],
+    pub fault_buffer: [u8; FAULT_BUFFER_LEN as usize],
     /// PNU 952, number of faults.
     pub fault_count: u16,
     /// PNU 1020, system status word SSW.

@@ -1,8 +1,11 @@
 //! The values of one drive, and who may change them when.
 
-use super::entry::{DefaultSet, Entry, Kind, Reading, WritableWhen};
+use super::entry::{DefaultSet, Entry, Kind, LOAD_COMMANDS, Range, Reading, WritableWhen};
 use super::table::{self, Parameter};
-use super::{Effect, Gear, Live, Model, NotNow, ParamError, Pnu, Subindex, Value, Width, WriteContext};
+use super::{
+    Effect, FAULT_BUFFER_LEN, Gear, Live, Model, NotNow, ParamError, Pnu, Subindex, Value, Width,
+    WriteContext,
+};
 
 /// All stored parameters of one drive.
 ///
@@ -155,7 +158,7 @@ impl Store {
             3 => DefaultSet::Controller,
             4 => return Ok(Effect::ClearFaults),
             5 => return check_state(WritableWhen::NoJob, context).map(|()| Effect::Calibrate),
-            got => return Err(ParamError::OutOfRange { low: 1, high: 5, got }),
+            got => return Err(out_of_range(LOAD_COMMANDS, got)),
         };
         check_state(WritableWhen::Standstill, context)?;
         Ok(self.changed_by(|store| store.load_defaults(set)))
@@ -176,11 +179,7 @@ impl Store {
         if range.contains(got) {
             Ok(())
         } else {
-            Err(ParamError::OutOfRange {
-                low: range.low,
-                high: range.high,
-                got,
-            })
+            Err(out_of_range(range, got))
         }
     }
 
@@ -237,6 +236,10 @@ impl Identity {
     }
 }
 
+const fn out_of_range(Range { low, high }: Range, got: i32) -> ParamError {
+    ParamError::OutOfRange { low, high, got }
+}
+
 fn check_array(entry: &Entry, element: Option<Subindex>) -> Result<(), ParamError> {
     match (entry.elements, element) {
         (None, None) | (Some(_), Some(_)) => Ok(()),
@@ -266,7 +269,7 @@ fn number(entry: &Entry, value: Value) -> Result<i32, ParamError> {
 }
 
 fn fault(live: &Live, element: Option<Subindex>) -> Result<u8, ParamError> {
-    let count = 10;
+    let count = FAULT_BUFFER_LEN;
     let got = element.ok_or(ParamError::IsArray { count })?;
     live.fault_buffer
         .get(usize::from(got.0))

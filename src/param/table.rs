@@ -6,7 +6,7 @@
 use core::fmt;
 
 use super::entry::{Entry, Group, Kind, Limits, Models, Range, Reading, Setting, Unit, WritableWhen};
-use super::{Model, Pnu, Width};
+use super::{FAULT_BUFFER_LEN, Model, Pnu, Width};
 
 /// Every parameter of either model, in the order of the numbers.
 pub static TABLE: [Entry; 41] = ROWS;
@@ -140,7 +140,7 @@ const ROWS: [Entry; 41] = {
     [
         word(918, "Profibus address", U::None, shown(R::Address)),
         word(930, "Operating mode", U::Choice(MODES), standard(P::OperatingMode, 20, to(1, 2), 2)).writable(Standstill),
-        word(945, "Fault buffer", U::Ascii, shown(R::FaultBuffer)).array(10).persistent(true),
+        word(945, "Fault buffer", U::Ascii, shown(R::FaultBuffer)).array(FAULT_BUFFER_LEN).persistent(true),
         word(952, "Number of faults", U::None, shown(R::FaultCount)).persistent(true),
         word(961, "Hardware version", U::Choice(GEARS), shown(R::HardwareVersion)),
         word(965, "Software version", U::Version, shown(R::SoftwareVersion)),

@@ -53,8 +53,8 @@ impl SubindexOctet {
 ///   between.
 /// * While a read is held its value is read anew in each cycle, without latency.
 /// * Job 0 is a job like any other, answered with four zero words.
-/// * One job at a time: what the master sends while a job is waiting for its latency is not looked at before the
-///   reply to that job has been the answer of one cycle.
+/// * One job at a time: what the master sends while a job is waiting for its latency is not looked at before
+///   the reply to that job has been the answer of one cycle.
 #[derive(Clone, Debug)]
 pub struct Engine {
     config: Config,
