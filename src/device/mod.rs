@@ -18,10 +18,10 @@ use core::time::Duration;
 
 use crate::dp::{self, Slave};
 use crate::drive::{Drive, Inputs, Settings, Status};
-use crate::fdl::{Address, FrameError, Framer, Reception, Resync, Station, Telegram};
-use crate::param::{Effect, Gear, Live, Model, Store, WriteContext};
-use crate::pkw::Engine;
-use crate::ppo::{self, Outputs, PPO_LEN};
+use crate::fdl::{Address, FrameError, Framer, Reception, Request, Resync, Station, Telegram};
+use crate::param::{Effect, Gear, Live, Model, Parameter, Store, WriteContext};
+use crate::pkw::{self, Engine};
+use crate::ppo::{self, Outputs, PPO_LEN, Pkw};
 use crate::time::{BaudRate, Instant, nanos};
 
 pub use crate::fdl::MAX_TELEGRAM_LEN;
@@ -56,6 +56,20 @@ pub const DESCRIPTION: dp::Description = dp::Description {
     freeze_mode: true,
 };
 
+/// How often the drive part runs unless told otherwise. The manuals state no time.
+pub const DEFAULT_APPLICATION_CYCLE: Duration = Duration::from_millis(1);
+
+// What the measured values read while the shaft is ideal: it needs no current and heats nothing.
+
+/// PNU 1040 and 1041 with the supply present, in 0.1 V.
+const NOMINAL_SUPPLY: u16 = 240;
+/// PNU 1027, in 0.1 degC.
+const AMBIENT_TEMPERATURE: i16 = 250;
+/// PNU 1042 of a good battery, in 0.01 V.
+const FULL_BATTERY: u16 = 300;
+/// PNU 1042 of a battery below its limit, in 0.01 V (C-33: the warning comes below 2.6 V).
+const LOW_BATTERY: u16 = 250;
+
 /// A late device makes up for at most this much time; a process that slept longer has slept, not travelled.
 const MOST_TIME_MADE_UP: Duration = Duration::from_secs(60);
 
@@ -74,21 +88,21 @@ pub struct Config {
     pub timing: Timing,
     /// How often the drive part runs. Zero: once after each Data_Exchange, for tests that count exchanges.
     pub application_cycle: Duration,
-    /// How many application cycles a PKW job takes beyond the first.
-    pub pkw_latency: u16,
+    /// How the parameter channel behaves where the manuals leave it open.
+    pub pkw: pkw::Config,
 }
 
 impl Config {
     /// An AG03/1 with gear 48:1 at `address`, on a line without true timing, with an application cycle of 1 ms.
-    pub const fn new(address: Address) -> Self {
+    pub fn new(address: Address) -> Self {
         Self {
             address,
             model: Model::Ag03_1,
             gear: Gear::Ratio48,
             baud: BaudRate::K500,
             timing: Timing::Untrue,
-            application_cycle: Duration::from_millis(1),
-            pkw_latency: 0,
+            application_cycle: DEFAULT_APPLICATION_CYCLE,
+            pkw: pkw::Config::default(),
         }
     }
 }
@@ -135,8 +149,14 @@ struct Parts {
     next_cycle: Option<Instant>,
     /// The application cycles lie on a grid that starts here.
     power_on: Instant,
-    /// The outputs the drive part has seen, as counted by the slave.
+    /// The outputs the drive part was woken for, as counted by the slave.
     outputs_seen: u32,
+    /// The last application cycle ran in Data_Exchange.
+    exchanging: bool,
+    /// Data_Exchange was left since the last application cycle.
+    interrupted: bool,
+    /// The drive as the last application cycle left it.
+    status: Status,
     events: event::Queue,
 }
 
@@ -145,6 +165,7 @@ impl Device {
     pub fn new(config: Config, now: Instant) -> Self {
         let store = Store::new(config.model, config.gear);
         let settings = Settings::read(&store);
+        let drive = Drive::new(config.model, config.gear, &settings);
         let max_tsdr = match config.timing {
             Timing::True => Some(config.baud.max_tsdr_bits()),
             Timing::Untrue => None,
@@ -153,18 +174,24 @@ impl Device {
             config,
             station: Station::new(config.address, config.baud, max_tsdr),
             slave: Slave::new(DESCRIPTION),
-            engine: Engine::new(config.pkw_latency),
+            engine: Engine::new(config.pkw),
             store,
-            drive: Drive::new(config.model, config.gear, &settings),
             settings,
+            status: drive.status(),
+            drive,
             next_cycle: None,
             power_on: now,
             outputs_seen: 0,
+            exchanging: false,
+            interrupted: false,
             events: event::Queue::default(),
         };
         part.run_cycle();
         part.wake(now);
-        Self { framer: Framer::new(config.timing.resync(config.baud)), part }
+        Self {
+            framer: Framer::new(config.timing.resync(config.baud)),
+            part,
+        }
     }
 
     /// What the device was made of, with the rate of the line as it is now.
@@ -178,8 +205,8 @@ impl Device {
     }
 
     /// The drive as the last application cycle left it.
-    pub fn status(&self) -> Status {
-        self.part.drive.status()
+    pub const fn status(&self) -> &Status {
+        &self.part.status
     }
 
     /// The stored parameters.
@@ -228,7 +255,11 @@ impl Device {
 
     /// The telegram to send at `now`, written to `buf`, if its time has come.
     #[must_use = "the octets are not offered again"]
-    pub fn poll_transmit<'b>(&mut self, now: Instant, buf: &'b mut [u8; MAX_TELEGRAM_LEN]) -> Option<&'b [u8]> {
+    pub fn poll_transmit<'b>(
+        &mut self,
+        now: Instant,
+        buf: &'b mut [u8; MAX_TELEGRAM_LEN],
+    ) -> Option<&'b [u8]> {
         match self.part.station.poll_transmit(now) {
             Ok(octets) => {
                 let octets = octets?;
@@ -269,20 +300,38 @@ impl Parts {
         self.forfeit_old_cycles(now);
         loop {
             let watchdog = self.slave.poll_timeout().filter(|due| *due <= now);
-            match self.next_cycle.filter(|due| *due <= now) {
-                Some(due) if watchdog.is_none_or(|watchdog| due < watchdog) => {
+            let cycle = self.next_cycle.filter(|due| *due <= now);
+            match (cycle, watchdog) {
+                (Some(cycle), Some(watchdog)) if watchdog <= cycle => self.expire_watchdog(watchdog),
+                (Some(cycle), Some(_) | None) => {
+                    self.next_cycle = None;
                     self.run_cycle();
-                    self.next_cycle = (!self.is_at_rest()).then(|| due.saturating_add(self.config.application_cycle));
-                }
-                Some(_) | None => {
-                    let Some(due) = watchdog else { return };
-                    if let Some(event) = self.slave.handle_timeout(due) {
-                        self.events.push(Event::Dp(event));
+                    if !self.is_at_rest() {
+                        self.next_cycle = Some(cycle.saturating_add(self.config.application_cycle));
                     }
-                    self.take_outputs(due);
                 }
+                (None, Some(watchdog)) => self.expire_watchdog(watchdog),
+                (None, None) => return,
             }
         }
+    }
+
+    /// Moves a cycle that is overdue beyond all measure up to the time that is made up for.
+    fn forfeit_old_cycles(&mut self, now: Instant) {
+        let overdue = self.next_cycle.map(|due| now.saturating_since(due));
+        if overdue.is_some_and(|overdue| overdue > MOST_TIME_MADE_UP) {
+            self.next_cycle = None;
+            self.wake(Instant::from_nanos(
+                now.as_nanos().saturating_sub(nanos(MOST_TIME_MADE_UP)),
+            ));
+        }
+    }
+
+    fn expire_watchdog(&mut self, due: Instant) {
+        if let Some(event) = self.slave.handle_timeout(due) {
+            self.events.push(Event::Dp(event));
+        }
+        self.outputs_passed(due);
     }
 
     /// A telegram or a refusal from the line.
@@ -298,42 +347,53 @@ impl Parts {
                 if !request.da.is_broadcast() {
                     self.slave.heard(now, request.sa);
                 }
-                let event = self.slave.handle_sdn(&request);
-                self.events.extend(event);
-                self.take_outputs(now);
+                if let Some(event) = self.slave.handle_sdn(&request) {
+                    self.events.push(Event::Dp(event));
+                }
+                self.outputs_passed(now);
             }
-            Reception::DataWithReply(request) => {
-                self.slave.heard(now, request.sa);
-                let handled = self.slave.handle_srd(now, &request);
-                let (event, exchanged) = (handled.event, handled.exchanged);
-                if let Some(reply) = handled.reply {
-                    self.station.reply(now, &request, reply);
-                }
-                self.events.extend(event);
-                if let Some(bits) = self.slave.min_tsdr() {
-                    self.station.set_min_tsdr(bits);
-                }
-                self.take_outputs(now);
-                if exchanged && self.config.application_cycle.is_zero() {
-                    self.run_cycle();
-                }
-            }
+            Reception::DataWithReply(request) => self.serve(now, &request),
         }
     }
 
-    /// Wakes the drive part if outputs were passed on that it has not seen.
-    fn take_outputs(&mut self, now: Instant) {
+    fn serve(&mut self, now: Instant, request: &Request<'_>) {
+        self.slave.heard(now, request.sa);
+        let handled = self.slave.handle_srd(now, request);
+        self.station.reply(now, request, handled.reply);
+        let exchanged = handled.exchanged;
+        if let Some(event) = handled.event {
+            self.events.push(Event::Dp(event));
+        }
+        if let Some(bits) = self.slave.min_tsdr() {
+            self.station.set_min_tsdr(bits);
+        }
+        self.outputs_passed(now);
+        if exchanged && self.config.application_cycle.is_zero() {
+            self.run_cycle();
+        }
+    }
+
+    /// Wakes the drive part if outputs were passed that it has not seen.
+    fn outputs_passed(&mut self, now: Instant) {
         let passed = self.slave.outputs_passed();
-        if self.outputs_seen != passed {
-            self.outputs_seen = passed;
-            self.wake(now);
+        if self.outputs_seen == passed {
+            return;
         }
+        self.outputs_seen = passed;
+        if self.exchanging && self.slave.state() != dp::State::DataExch {
+            self.exchanging = false;
+            self.interrupted = true;
+            if self.config.application_cycle.is_zero() {
+                self.run_cycle();
+            }
+        }
+        self.wake(now);
     }
 
-    /// The next point of the application cycle grid after `now`, unless one is set already.
+    /// Sets the next point of the application cycle grid after `now`, unless one is set already.
     fn wake(&mut self, now: Instant) {
         let cycle = nanos(self.config.application_cycle);
-        if cycle == 0 || self.next_cycle.is_some() {
+        if self.next_cycle.is_some() || cycle == 0 {
             return;
         }
         let elapsed = nanos(now.saturating_since(self.power_on));
@@ -343,17 +403,99 @@ impl Parts {
 
     /// One application cycle: newest outputs in, one fixed step, new inputs out.
     fn run_cycle(&mut self) {
-        let outputs = self.exchanged_outputs();
-        let command = outputs.map(|octets| {
-            let outputs = Outputs::new(&octets);
-            words::command(outputs.stw(), outputs.hsw())
-        });
-        let job = outputs.map(|octets| Outputs::new(&octets).pkw());
-        self.run_job(job);
-        self.drive.step(self.step(), command.as_ref(), &self.settings);
-        self.report_drive();
-        let status = self.drive.status();
-        let inputs = ppo::Inputs::octets(self.engine.reply(), words::zsw(&status), words::hiw(&status));
+        // A break in Data_Exchange is seen for one cycle even if it was shorter.
+        self.exchanging = self.slave.state() == dp::State::DataExch && !self.interrupted;
+        self.interrupted = false;
+        let octets = self
+            .slave
+            .outputs()
+            .first_chunk::<PPO_LEN>()
+            .copied()
+            .filter(|_| self.exchanging);
+        let outputs = octets.as_ref().map(Outputs::new);
+
+        let reply = self.run_job(outputs.map(Outputs::pkw));
+        let command = outputs.map(|outputs| words::command(outputs.stw(), outputs.hsw()));
+        let step = match self.config.application_cycle {
+            Duration::ZERO => DEFAULT_APPLICATION_CYCLE,
+            cycle => cycle,
+        };
+        let fault = self.status.fault;
+        self.drive.step(step, command.as_ref(), &self.settings);
+        self.status = self.drive.status();
+
+        if let Some(refusal) = self.drive.take_refusal() {
+            self.events.push(Event::CommandRefused(refusal));
+        }
+        if let Some(fault) = self.status.fault.filter(|_| fault.is_none()) {
+            self.events.push(Event::Fault(fault));
+        }
+        let inputs = ppo::Inputs::octets(reply, words::zsw(&self.status), words::hiw(&self.status));
         self.slave.set_inputs(&inputs);
+    }
+
+    /// Runs the parameter channel; `None` outside Data_Exchange.
+    fn run_job(&mut self, job: Option<Pkw>) -> Pkw {
+        let Some(job) = job else {
+            self.engine.reset();
+            return Pkw::ZERO;
+        };
+        let live = self.live();
+        let context = WriteContext {
+            moving: self.status.moving,
+            job_active: self.status.job_active,
+        };
+        let outcome = self.engine.cycle(job, &mut self.store, &live, &context);
+        match outcome.effect {
+            Effect::None => {}
+            Effect::SettingsChanged => self.settings = Settings::read(&self.store),
+            Effect::ClearFaults => self.drive.clear_faults(),
+            // Not during a travel job: the store has refused it by the same status.
+            Effect::Calibrate => {
+                let _refused = self
+                    .drive
+                    .calibrate(self.store.value(Parameter::CalibrationValue));
+            }
+        }
+        if let Some(refusal) = outcome.refusal {
+            self.events.push(Event::JobRefused(refusal));
+        }
+        outcome.reply
+    }
+
+    /// Whether another application cycle with the same outputs would change nothing.
+    fn is_at_rest(&self) -> bool {
+        let job = self
+            .slave
+            .outputs()
+            .first_chunk()
+            .map(|outputs| Outputs::new(outputs).pkw());
+        let job_waits = self.exchanging && job.is_some_and(|job| self.engine.has_work(job));
+        let exchanging = self.slave.state() == dp::State::DataExch;
+        self.drive.is_at_rest() && !job_waits && self.exchanging == exchanging
+    }
+
+    /// What the drive reports through parameters that are only read.
+    fn live(&self) -> Live {
+        let faults = self.drive.faults();
+        let inputs = self.drive.inputs();
+        let supply = |present: bool| if present { NOMINAL_SUPPLY } else { 0 };
+        Live {
+            address: self.config.address.number(),
+            fault_buffer: faults.codes(),
+            fault_count: faults.count(),
+            system_status: words::system_status(&self.status),
+            temperature: AMBIENT_TEMPERATURE,
+            motor_current: 0,
+            general_status: words::general_status(&self.status),
+            position: self.status.position,
+            output_stage_voltage: supply(inputs.output_stage),
+            control_voltage: supply(inputs.control_supply),
+            battery_voltage: if inputs.battery_low {
+                LOW_BATTERY
+            } else {
+                FULL_BATTERY
+            },
+        }
     }
 }

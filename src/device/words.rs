@@ -54,13 +54,17 @@ pub fn zsw(status: &Status) -> Zsw {
         true,
         status.turn_on_disabled,
         status.warning,
-        if positioning { !status.lag_error } else { status.in_window },
+        if positioning {
+            !status.lag_error
+        } else {
+            status.in_window
+        },
         true,
         if positioning { status.target_reached } else { true },
         true,
         if positioning { status.job_acknowledge } else { true },
         status.standstill,
-        positioning && beyond_limit(status),
+        status.above_upper_limit || status.below_lower_limit,
         status.ready_to_travel,
     ])
 }
@@ -75,28 +79,22 @@ pub fn hiw(status: &Status) -> i32 {
 
 /// The system status word SSW, PNU 1020.
 pub fn system_status(status: &Status) -> u16 {
-    let positioning = status.mode == Mode::Positioning;
-    // "Ready to travel" of SSW.11 asks for less than ZSW.15: operation need not be enabled.
-    let travel_allowed = status.fault.is_none()
-        && !status.positioning_active
-        && status.output_stage_ok
-        && !(positioning && beyond_limit(status));
     word([
         false,
         false,
         false,
         status.in_window,
         status.travelling,
-        positioning && status.above_upper_limit,
-        positioning && status.below_lower_limit,
+        status.above_upper_limit,
+        status.below_lower_limit,
         status.motor == Motor::Released,
         status.fault.is_some(),
-        positioning && status.approach_reversed,
+        status.approach_reversed,
         !status.output_stage_ok,
-        !travel_allowed,
+        !status.start_conditions_met,
         status.battery_low,
         status.current_out_of_range,
-        positioning && status.positioning_active,
+        status.positioning_active,
         status.lag_error,
     ])
     .raw()
@@ -106,10 +104,6 @@ pub fn system_status(status: &Status) -> u16 {
 /// torque deactivation has tripped.
 pub fn general_status(status: &Status) -> u16 {
     u16::from(status.output_stage_ok) << 4 | u16::from(status.torque_tripped) << 7
-}
-
-const fn beyond_limit(status: &Status) -> bool {
-    status.above_upper_limit || status.below_lower_limit
 }
 
 /// The word with these bits, bit 0 first.
