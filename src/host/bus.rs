@@ -119,6 +119,7 @@ mod tests {
     use crate::device::Config;
     use crate::param::{Gear, Model};
     use core::time::Duration;
+    use std::string::ToString;
 
     fn drive(address: u8) -> Device {
         let config = Config {

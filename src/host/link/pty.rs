@@ -5,8 +5,10 @@
 //! - **The slave side stays open here as well.** Without that, the terminal hangs up whenever no master has it open:
 //!   `poll` then reports the hang-up at once, every time, and a loop either spins or looks only now and then. With it,
 //!   an idle line sleeps until a master writes, and the octets in both queues can be thrown away.
-//! - **`inotify` on the terminal tells who comes and goes**: it wakes the sleeper when a master opens or closes it,
-//!   and tells in which order a master wrote and closed.
+//! - **`inotify` tells who comes and goes**: it wakes the sleeper when a master opens or closes the terminal, and
+//!   tells in which order a master wrote and closed. Openings are counted; the kernel merges equal events, so the
+//!   directory is watched as well and its events lie between those of the terminal. The price: a terminal opened or
+//!   closed by anybody on the machine wakes this process for some microseconds.
 //! - **When the last master closes the terminal** what it left unread is thrown away in both directions, the settings
 //!   go back to raw, its exclusive lock is lifted (`TIOCEXCL` outlives a master that was killed), and the next
 //!   [`Link::receive`] says [`Received::Reset`].
@@ -54,6 +56,8 @@ pub struct Pty {
     /// The side of the DP master, kept open.
     held: OwnedFd,
     watch: OwnedFd,
+    /// What `watch` calls the terminal.
+    watched: i32,
     terminal: PathBuf,
     raw: Termios,
     /// How often the terminal is open, not counting `held`.
@@ -90,8 +94,13 @@ impl Pty {
         let terminal = PathBuf::from(OsString::from_vec(terminal.into_bytes()));
         // Watched before it can be opened: no opening is missed, and the first one seen is that of `held`.
         let watch = inotify::init(inotify::CreateFlags::CLOEXEC | inotify::CreateFlags::NONBLOCK)?;
-        let events = inotify::WatchFlags::OPEN | inotify::WatchFlags::CLOSE | inotify::WatchFlags::MODIFY;
-        inotify::add_watch(&watch, &terminal, events)?;
+        let comes_and_goes = inotify::WatchFlags::OPEN | inotify::WatchFlags::CLOSE;
+        let watched = inotify::add_watch(&watch, &terminal, comes_and_goes | inotify::WatchFlags::MODIFY)?;
+        // The kernel merges an event with an equal one right before it, and then two openings count as one. Events
+        // of the directory, which come with each of the terminal's, keep those apart.
+        if let Some(directory) = terminal.parent() {
+            inotify::add_watch(&watch, directory, comes_and_goes)?;
+        }
         rustix::pty::unlockpt(&line)?;
         let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
         let held = rustix::fs::open(&terminal, flags, Mode::empty())?;
@@ -106,6 +115,7 @@ impl Pty {
             line,
             held,
             watch,
+            watched,
             terminal,
             raw,
             openings: 0,
@@ -155,7 +165,9 @@ impl Pty {
         let mut events = inotify::Reader::new(&self.watch, &mut buf);
         loop {
             let event = match events.next() {
-                Ok(event) => event.events(),
+                // An overflow of the queue belongs to no watch.
+                Ok(event) if event.wd() == self.watched || event.wd() == -1 => event.events(),
+                Ok(_) => continue,
                 Err(Errno::AGAIN) => break,
                 Err(Errno::INTR) => continue,
                 Err(error) => return Err(error.into()),
