@@ -22,9 +22,11 @@ from pyprofibus.conf import PbConf
 from pyprofibus.util import ProfibusError
 
 WATCHDOG_MS = 1000
+GROUP = 1
 CONNECT_LIMIT = 15.0  # seconds; leaves room for a slave that searches the baud rate
 REPLY_LIMIT = 3.0
 STATE_LIMIT = 3.0
+FREEZE_TIME = 0.3
 TRAVEL_LIMIT = 10.0  # on top of the time the distance takes
 TOTAL_LIMIT = 120
 INCREMENTS_PER_SECOND = 30 / 60 * 1600  # v-Pos default, 30 rpm
@@ -47,7 +49,7 @@ addr={address}
 gsd={gsd}
 sync_mode=1
 freeze_mode=1
-group_mask=1
+group_mask={group}
 watchdog_ms={watchdog}
 input_size=14
 output_size=14
@@ -110,7 +112,7 @@ class Drive:
 
     def __init__(self, port, baud, gsd, address, debug):
         configuration = CONFIGURATION.format(
-            port=port, baud=baud, gsd=gsd, address=address, watchdog=WATCHDOG_MS, debug=debug
+            port=port, baud=baud, gsd=gsd, address=address, watchdog=WATCHDOG_MS, group=GROUP, debug=debug
         )
         conf = PbConf(io.StringIO(configuration))
         self.master = conf.makeDPM()
@@ -161,8 +163,11 @@ class Drive:
         """Exchange data until `condition()`; `got()` says what there is instead when the time is over."""
         start = time.monotonic()
         while True:
-            if self.poll() and condition():
-                return time.monotonic() - start
+            try:
+                if self.poll() and condition():
+                    return time.monotonic() - start
+            except (OSError, termios.error) as error:  # pyprofibus does not catch it when the other end hangs up
+                raise Failure(step, expected, f"the port is gone ({error})") from error
             if self.exchanges and not self.slave.isConnected():
                 raise Failure(step, expected, f"Data_Exchange was lost ({self.trouble or 'no reply'})")
             if time.monotonic() - start > limit:
@@ -184,9 +189,11 @@ class Drive:
             self.wait(step, REPLY_LIMIT, lambda: self.reply[0] == 0, "reply 0 to job 0", self._reply)
         expected = reply_id << 12 | pnu
         self.set_job(job_id << 12 | pnu, value)
-        self.wait(
-            step, REPLY_LIMIT, lambda: self.reply[0] >> 12 and self.reply[0] & 0x7FF == pnu, f"{expected:04X}", self._reply
-        )
+
+        def replied():
+            return self.reply[0] >> 12 and self.reply[0] & 0x7FF == pnu
+
+        self.wait(step, REPLY_LIMIT, replied, f"{expected:04X}", self._reply)
         if self.reply[0] != expected:
             raise Failure(step, f"{expected:04X}", self._reply())
         say(f"{step}: job {self._telegram(self.job)}, reply {self._telegram(self.reply)}")
@@ -204,7 +211,25 @@ class Drive:
         )
         say(f"{step}: {name}, ZSW {self.zsw:04X}, position {self.hiw}")
 
-    def travel(self, step, stw, target, window):
+    def check_freeze(self, step):
+        """Freeze the inputs for a while of a travel, then release them: Global_Control reaches the drive."""
+        self.master.freezeMode(GROUP)
+        self.exchange_for(step, FREEZE_TIME)
+        frozen = self.hiw
+        self.exchange_for(step, FREEZE_TIME)
+        if self.hiw != frozen:
+            raise Failure(f"{step}, frozen", f"position {frozen} to stay", self.hiw)
+        self.master.freezeModeCancel(GROUP)
+        released = ("another position than the frozen", lambda: f"still {self.hiw}")
+        self.wait(f"{step}, unfrozen", STATE_LIMIT, lambda: self.hiw != frozen, *released)
+        say(f"{step}: Freeze held position {frozen}, Unfreeze showed {self.hiw}")
+
+    def exchange_for(self, step, seconds):
+        """Go on exchanging data for a while."""
+        end = time.monotonic() + seconds
+        self.wait(step, STATE_LIMIT, lambda: time.monotonic() >= end, "Data_Exchange to go on", lambda: "no reply")
+
+    def travel(self, step, stw, target, window, freeze=False):
         """Start a travel job with an edge of STW.6 and wait for its end."""
         start = self.hiw
         acknowledge = self.zsw & JOB_ACKNOWLEDGED
@@ -214,6 +239,8 @@ class Drive:
         self.wait_for(f"{step} from {start} to {target}, STW {stw:04X}", TRAVEL_JOB_ACTIVE)
         if self.zsw & JOB_ACKNOWLEDGED == acknowledge:
             raise Failure(step, "ZSW.12 toggled by the new job", f"ZSW {self.zsw:04X}")
+        if freeze:
+            self.check_freeze(step)
 
         def arrived():
             if self.zsw & FAULT:
@@ -262,7 +289,7 @@ def play(drive, distance):
     drive.wait_for("prepare positioning, STW 003B", READY_TO_TRAVEL)
     home = drive.hiw
     say(f"start position {home}")
-    drive.travel("first job", 0x007B, home + distance, window)
+    drive.travel("first job", 0x007B, home + distance, window, freeze=True)
     drive.travel("second job", 0x003B, home, window)
     drive.set_words(0x0000)
     drive.wait_for("disable, STW 0000", READY_TO_RUN)
@@ -286,18 +313,19 @@ def main():
         serial.Serial = SerialOnPty
     signal.signal(signal.SIGALRM, out_of_time)
     signal.alarm(TOTAL_LIMIT)
-    drive = None
     start = time.monotonic()
     try:
         drive = Drive(arguments.port, arguments.baud, arguments.gsd, arguments.address, arguments.debug)
+    except (ProfibusError, termios.error) as error:
+        print(f"FAIL open: {' '.join(str(error).split())}", file=sys.stderr)
+        return 1
+    try:
         play(drive, arguments.distance)
-    except (Failure, ProfibusError, termios.error) as error:
-        text = " ".join(str(error).split())
-        print(text if isinstance(error, Failure) else f"FAIL open: {text}", file=sys.stderr)
+    except Failure as failure:
+        print(failure, file=sys.stderr)
         return 1
     finally:
-        if drive:
-            drive.close()
+        drive.close()
     seconds = time.monotonic() - start
     say(f"OK at {arguments.baud} bit/s: {drive.exchanges} exchanges in {seconds:.1f} s")
     return 0
