@@ -8,7 +8,9 @@
 # beginning with FAIL if one did not, 2 if the script was called wrongly or cannot run here.
 set -euo pipefail
 
-readonly BAUD_RATES=(19200 500000 1500000)
+# 9600 and then another: Debian's C library lets pyprofibus open a pseudo-terminal only if its settings change, and it
+# always opens at 9600 first, so the emulator must not leave it at the 9600 of the master before.
+readonly BAUD_RATES=(9600 19200 500000 1500000)
 readonly READY_LIMIT=10   # seconds until the emulator is ready
 readonly STOP_LIMIT=5     # seconds until it has ended after SIGTERM
 readonly KILL_DISTANCE=4000 # increments of the travel that loses its master: 5 s at 30 rpm
