@@ -199,6 +199,11 @@ impl Device {
         &self.part.config
     }
 
+    /// Its station address.
+    pub const fn address(&self) -> Address {
+        self.part.config.address
+    }
+
     /// The state of the DP slave machine.
     pub const fn dp_state(&self) -> dp::State {
         self.part.slave.state()
