@@ -27,7 +27,16 @@ pub enum Fault {
 
 impl Fault {
     /// Every fault, in the order of the codes.
-    pub const ALL: [Self; 8] = [Self::A, Self::B, Self::C, Self::D, Self::E, Self::F, Self::G, Self::J];
+    pub const ALL: [Self; 8] = [
+        Self::A,
+        Self::B,
+        Self::C,
+        Self::D,
+        Self::E,
+        Self::F,
+        Self::G,
+        Self::J,
+    ];
 
     /// The code in the fault buffer, PNU 945: the letter in ASCII (C-08).
     pub const fn code(self) -> u8 {
@@ -53,7 +62,9 @@ impl Fault {
         match (self, model) {
             (Self::E | Self::J, Model::Ag03) => false,
             (Self::E | Self::J, Model::Ag03_1)
-            | (Self::A | Self::B | Self::C | Self::D | Self::F | Self::G, Model::Ag03 | Model::Ag03_1) => true,
+            | (Self::A | Self::B | Self::C | Self::D | Self::F | Self::G, Model::Ag03 | Model::Ag03_1) => {
+                true
+            }
         }
     }
 
@@ -178,7 +189,16 @@ mod tests {
         let table: std::vec::Vec<_> = Fault::ALL.map(|fault| (fault.code(), fault.blinks())).into();
         assert_eq!(
             table,
-            [(0x41, 1), (0x42, 2), (0x43, 3), (0x44, 4), (0x45, 5), (0x46, 6), (0x47, 7), (0x4a, 10)]
+            [
+                (0x41, 1),
+                (0x42, 2),
+                (0x43, 3),
+                (0x44, 4),
+                (0x45, 5),
+                (0x46, 6),
+                (0x47, 7),
+                (0x4a, 10)
+            ]
         );
     }
 
@@ -203,7 +223,10 @@ mod tests {
 
     #[test]
     fn the_counter_stops_at_its_end() {
-        let mut buffer = FaultBuffer { count: u16::MAX, ..FaultBuffer::default() };
+        let mut buffer = FaultBuffer {
+            count: u16::MAX,
+            ..FaultBuffer::default()
+        };
         buffer.enter(Fault::B);
         assert_eq!(buffer.count(), u16::MAX);
     }

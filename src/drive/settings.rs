@@ -61,7 +61,11 @@ impl Settings {
             u16::try_from(value).unwrap_or(u16::MAX)
         };
         Self {
-            mode: if signed(Parameter::OperatingMode) == 1 { Mode::Velocity } else { Mode::Positioning },
+            mode: if signed(Parameter::OperatingMode) == 1 {
+                Mode::Velocity
+            } else {
+                Mode::Positioning
+            },
             a_pos: unsigned(Parameter::APos),
             v_pos: unsigned(Parameter::VPos),
             d_pos: match store.model() {
@@ -76,7 +80,11 @@ impl Settings {
             gear_numerator: unsigned(Parameter::GearNumerator),
             gear_denominator: unsigned(Parameter::GearDenominator),
             spindle_pitch: unsigned(Parameter::SpindlePitch),
-            sense: if signed(Parameter::SenseOfRotation) == 1 { SenseOfRotation::E } else { SenseOfRotation::I },
+            sense: if signed(Parameter::SenseOfRotation) == 1 {
+                SenseOfRotation::E
+            } else {
+                SenseOfRotation::I
+            },
             pos_type: match signed(Parameter::PosType) {
                 1 => PosType::LoopPlus,
                 2 => PosType::LoopMinus,
@@ -84,14 +92,19 @@ impl Settings {
             },
             limits: Limits::new(signed(Parameter::Limit1), signed(Parameter::Limit2)),
             delta_inch: signed(Parameter::DeltaInch),
-            stop_mode_inch_2: if signed(Parameter::StopModeInch2) == 1 { StopMode::Ramp } else { StopMode::Maximum },
+            stop_mode_inch_2: if signed(Parameter::StopModeInch2) == 1 {
+                StopMode::Ramp
+            } else {
+                StopMode::Maximum
+            },
             inpos: match signed(Parameter::InposMode) {
                 1 => Motor::Shorted,
                 2 => Motor::Released,
                 _ => Motor::InControl,
             },
             loop_length: unsigned(Parameter::LoopLength),
-            torque_deactivation: Some(unsigned(Parameter::TorqueDeactivation)).filter(|&percent| percent < 125),
+            torque_deactivation: Some(unsigned(Parameter::TorqueDeactivation))
+                .filter(|&percent| percent < 125),
         }
     }
 }
@@ -144,7 +157,17 @@ pub struct Limits {
 impl Limits {
     /// The range between limit 1 and limit 2 in any order; two equal limits switch the monitoring off.
     pub const fn new(limit_1: i32, limit_2: i32) -> Self {
-        if limit_1 < limit_2 { Self { lower: limit_1, upper: limit_2 } } else { Self { lower: limit_2, upper: limit_1 } }
+        if limit_1 < limit_2 {
+            Self {
+                lower: limit_1,
+                upper: limit_2,
+            }
+        } else {
+            Self {
+                lower: limit_2,
+                upper: limit_1,
+            }
+        }
     }
 
     /// The lower of the two limits.
