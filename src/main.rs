@@ -1,2 +1,9 @@
-//! The command `profidrive`.
-fn main() {}
+//! The command `profidrive`: emulated PROFIBUS-DP drives to test masters against.
+
+mod command;
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    command::main()
+}

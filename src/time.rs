@@ -50,7 +50,12 @@ impl Instant {
 impl fmt::Display for Instant {
     /// Seconds with six decimals.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}.{:06}", self.0 / 1_000_000_000, self.0 % 1_000_000_000 / 1_000)
+        write!(
+            f,
+            "{}.{:06}",
+            self.0 / 1_000_000_000,
+            self.0 % 1_000_000_000 / 1_000
+        )
     }
 }
 
@@ -102,7 +107,10 @@ impl BaudRate {
     /// # Errors
     /// [`BaudRateError`] if PROFIBUS-DP knows no such rate.
     pub fn from_bits_per_second(bits: u32) -> Result<Self, BaudRateError> {
-        Self::ALL.into_iter().find(|rate| rate.bits_per_second() == bits).ok_or(BaudRateError { got: bits })
+        Self::ALL
+            .into_iter()
+            .find(|rate| rate.bits_per_second() == bits)
+            .ok_or(BaudRateError { got: bits })
     }
 
     /// Bits per second.
@@ -176,7 +184,10 @@ mod tests {
         let late = Instant::from_millis(5);
         assert_eq!(early.saturating_since(late), Duration::ZERO);
         assert_eq!(late.saturating_since(early), Duration::from_millis(4));
-        assert_eq!(Instant::from_nanos(u64::MAX).saturating_add(Duration::MAX), Instant::from_nanos(u64::MAX));
+        assert_eq!(
+            Instant::from_nanos(u64::MAX).saturating_add(Duration::MAX),
+            Instant::from_nanos(u64::MAX)
+        );
     }
 
     #[test]
@@ -191,11 +202,14 @@ mod tests {
         for rate in BaudRate::ALL {
             assert_eq!(BaudRate::from_bits_per_second(rate.bits_per_second()), Ok(rate));
         }
-        assert_eq!(BaudRate::from_bits_per_second(115_200), Err(BaudRateError { got: 115_200 }));
+        assert_eq!(
+            BaudRate::from_bits_per_second(115_200),
+            Err(BaudRateError { got: 115_200 })
+        );
     }
 
     #[test]
     fn an_instant_reads_as_seconds() {
-        assert_eq!(format!("{}", Instant::from_micros(1_250_042)), "1.250042");
+        assert_eq!(std::format!("{}", Instant::from_micros(1_250_042)), "1.250042");
     }
 }

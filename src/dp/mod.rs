@@ -1,1 +1,184 @@
-//! dp (to come)
+//! Layers 2 and 3, DP: what the service access points of a DP-V0 slave mean, and the slave behind them.
+//!
+//! ```text
+//! SAP        service          request             reply        who may ask, and when
+//! none       Data_Exchange    outputs             inputs, SC   the owner in DATA-EXCH
+//! 55 (0x37)  Set_Slave_Add    closed: the address is set by switch
+//! 56 (0x38)  RD_Inp           -                   inputs       everybody in DATA-EXCH
+//! 57 (0x39)  RD_Outp          -                   outputs      everybody in DATA-EXCH
+//! 58 (0x3A)  Global_Control   command, groups     never        the owner in DATA-EXCH
+//! 59 (0x3B)  Get_Cfg          -                   cfg          everybody, always
+//! 60 (0x3C)  Slave_Diag       -                   diagnosis    everybody, always
+//! 61 (0x3D)  Set_Prm          7..=244 octets      SC           everybody, always; the owner alone has effect
+//! 62 (0x3E)  Chk_Cfg          1..=244 octets      SC           the owner in WAIT-CFG and DATA-EXCH
+//! ```
+//!
+//! Source: `dp-v0.md` 4 (DIN 19245 part 3 / EN 50170 part 8 and slave ASIC manuals, read at second hand). What a
+//! service is not allowed to do now is answered with RS, a read service with data in its request with RR.
+//!
+//! The slave answers each telegram from buffers, as the ASIC of a real device does: a Data_Exchange reply carries
+//! the inputs that were ready before its outputs were seen.
+
+pub mod chk_cfg;
+pub mod event;
+pub mod global_control;
+pub mod set_prm;
+pub mod slave;
+pub mod slave_diag;
+pub mod state;
+
+pub use chk_cfg::{CfgFault, CfgSyntax, IoLengths};
+pub use event::Event;
+pub use global_control::GlobalControl;
+pub use set_prm::{PrmFault, SetPrm};
+pub use slave::{Description, Slave};
+pub use slave_diag::Diagnosis;
+pub use state::{State, Stimulus};
+
+use crate::fdl::Sap;
+
+/// A service of a DP-V0 slave.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Service {
+    /// SAP 55: take another station address.
+    SetSlaveAdd,
+    /// SAP 56: read the inputs.
+    RdInp,
+    /// SAP 57: read the outputs.
+    RdOutp,
+    /// SAP 58: clear, sync, freeze.
+    GlobalControl,
+    /// SAP 59: read the configuration.
+    GetCfg,
+    /// SAP 60: read the diagnosis.
+    SlaveDiag,
+    /// SAP 61: set the parameters of the slave.
+    SetPrm,
+    /// SAP 62: check the configuration.
+    ChkCfg,
+    /// No SAP: exchange outputs and inputs.
+    DataExchange,
+}
+
+impl Service {
+    /// The service of a request, `None` where nothing listens.
+    pub const fn of(dsap: Option<Sap>, ssap: Option<Sap>) -> Option<Self> {
+        match (dsap, ssap) {
+            (None, None) => Some(Self::DataExchange),
+            (Some(dsap), _) => match dsap.number() {
+                55 => Some(Self::SetSlaveAdd),
+                56 => Some(Self::RdInp),
+                57 => Some(Self::RdOutp),
+                58 => Some(Self::GlobalControl),
+                59 => Some(Self::GetCfg),
+                60 => Some(Self::SlaveDiag),
+                61 => Some(Self::SetPrm),
+                62 => Some(Self::ChkCfg),
+                ..=54 | 63.. => None,
+            },
+            (None, Some(_)) => None,
+        }
+    }
+
+    /// Whether the service may run now, for this caller (`dp-v0.md` 4.1).
+    pub const fn access(self, state: State, caller: Caller) -> Access {
+        match (self, state, caller) {
+            (Self::SlaveDiag | Self::GetCfg | Self::SetPrm, _, _) => Access::Run,
+            (Self::RdInp | Self::RdOutp, State::DataExch, _) => Access::Run,
+            (Self::RdInp | Self::RdOutp, State::WaitPrm | State::WaitCfg, _) => Access::NotActivated,
+            (Self::ChkCfg, State::WaitCfg | State::DataExch, Caller::Owner) => Access::Run,
+            (Self::ChkCfg, State::WaitCfg | State::DataExch, Caller::Other) => Access::NotActivated,
+            (Self::ChkCfg, State::WaitPrm, _) => Access::NotActivated,
+            (Self::DataExchange, State::DataExch, Caller::Owner) => Access::Run,
+            (Self::DataExchange, State::DataExch, Caller::Other) => Access::NotActivated,
+            (Self::DataExchange, State::WaitPrm | State::WaitCfg, _) => Access::NotActivated,
+            (Self::GlobalControl, State::DataExch, Caller::Owner) => Access::Run,
+            (Self::GlobalControl, State::DataExch, Caller::Other) => Access::Ignored,
+            (Self::GlobalControl, State::WaitPrm | State::WaitCfg, _) => Access::Ignored,
+            (Self::SetSlaveAdd, _, _) => Access::NotActivated,
+        }
+    }
+}
+
+/// Who asks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Caller {
+    /// The master whose Set_Prm was accepted: Master_Add.
+    Owner,
+    /// Any other master, or any while there is no owner.
+    Other,
+}
+
+/// What becomes of a request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Access {
+    /// The service runs.
+    Run,
+    /// It is refused with RS.
+    NotActivated,
+    /// It has no effect and, being an SDN service, no reply.
+    Ignored,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_sap_opens_what_the_table_says_and_nothing_else() {
+        let open = [
+            (55, Service::SetSlaveAdd),
+            (56, Service::RdInp),
+            (57, Service::RdOutp),
+            (58, Service::GlobalControl),
+            (59, Service::GetCfg),
+            (60, Service::SlaveDiag),
+            (61, Service::SetPrm),
+            (62, Service::ChkCfg),
+        ];
+        for number in 0..64 {
+            let expected = open.iter().find(|row| row.0 == number).map(|row| row.1);
+            assert_eq!(
+                Service::of(Sap::new(number), Sap::new(62)),
+                expected,
+                "SAP {number}"
+            );
+        }
+        assert_eq!(Service::of(None, None), Some(Service::DataExchange));
+        assert_eq!(Service::of(None, Sap::new(62)), None);
+    }
+
+    #[test]
+    fn access_is_the_table_of_the_reference() {
+        use Access::{Ignored as Ign, NotActivated as Rs, Run};
+        use Caller::{Other, Owner};
+        use State::{DataExch, WaitCfg, WaitPrm};
+        let columns = [
+            (WaitPrm, Owner),
+            (WaitPrm, Other),
+            (WaitCfg, Owner),
+            (WaitCfg, Other),
+            (DataExch, Owner),
+            (DataExch, Other),
+        ];
+        for (service, row) in [
+            (Service::SlaveDiag, [Run, Run, Run, Run, Run, Run]),
+            (Service::GetCfg, [Run, Run, Run, Run, Run, Run]),
+            (Service::SetPrm, [Run, Run, Run, Run, Run, Run]),
+            (Service::SetSlaveAdd, [Rs, Rs, Rs, Rs, Rs, Rs]),
+            (Service::ChkCfg, [Rs, Rs, Run, Rs, Run, Rs]),
+            (Service::RdInp, [Rs, Rs, Rs, Rs, Run, Run]),
+            (Service::RdOutp, [Rs, Rs, Rs, Rs, Run, Run]),
+            (Service::GlobalControl, [Ign, Ign, Ign, Ign, Run, Ign]),
+            (Service::DataExchange, [Rs, Rs, Rs, Rs, Run, Rs]),
+        ] {
+            for ((state, caller), expected) in columns.into_iter().zip(row) {
+                assert_eq!(
+                    service.access(state, caller),
+                    expected,
+                    "{service:?} {state:?} {caller:?}"
+                );
+            }
+        }
+    }
+}

@@ -1,20 +1,174 @@
-//! Everything that touches an operating system (interface sketch; names fixed by agreement, bodies to come).
+//! Everything that touches an operating system: links, clocks, and the loop that runs drives on a line.
+//!
+//! ```text
+//! master ──octets──▶ Link ──▶ run ──▶ Bus ──▶ Device, Device, …
+//!        ◀─────────       ◀──     ◀──     ◀── (each hears every octet on the line but its own)
+//! ```
+//!
+//! - [`Link`] moves octets. [`link::memory`] stays inside the process, [`link::pty`] is a pseudo-terminal that a
+//!   master opens like a serial port, [`link::serial`] is an RS-485 port.
+//! - [`Clock`] tells the time: [`SystemClock`] runs, [`ManualClock`] stands until a test moves it.
+//! - [`Bus`] puts several drives on one line, with the calling contract of one [`crate::device::Device`].
+//! - [`run()`] connects the three until [`Stop`] is requested.
+//!
+//! A drive on an in-memory line, run by hand:
+//!
+//! ```
+//! use profidrive::host::link::memory::Wire;
+//! use profidrive::host::{Link, Received};
+//!
+//! let wire = Wire::new();
+//! let (mut master, mut drive) = (wire.end(), wire.end());
+//! master.send(&[0x10, 0x05, 0x02, 0x49, 0x50, 0x16])?;
+//!
+//! let mut buf = [0; 16];
+//! assert_eq!(drive.receive(&mut buf)?, Received::Octets(6));
+//! assert_eq!(master.receive(&mut buf)?, Received::Nothing, "nobody hears himself");
+//! # Ok::<(), std::io::Error>(())
+//! ```
+
 use core::time::Duration;
 use std::io;
-use crate::time::Instant;
+use std::path::PathBuf;
+use std::string::String;
 
-/// A byte transport to one bus: raw telegram octets in and out, no framing.
+use thiserror::Error;
+
+use crate::time::{BaudRate, Instant};
+
+mod bus;
+mod clock;
+pub mod link;
+mod run;
+mod stop;
+
+pub use bus::Bus;
+pub use clock::{ManualClock, SystemClock};
+pub use run::run;
+pub use stop::Stop;
+
+/// A byte transport to one line: telegram octets in and out, without framing.
+///
+/// No call but [`Link::wait`] blocks. An error is the end of the link (the device is gone, say), not a lost telegram.
 pub trait Link {
-    /// Octets that have arrived, without waiting: how many were written to `buf`, 0 = none now.
-    fn receive(&mut self, buf: &mut [u8]) -> io::Result<usize>;
-    /// Sends one whole telegram. What nobody listens to is lost, as on a wire.
+    /// What has arrived, without waiting. Call it until it says [`Received::Nothing`].
+    ///
+    /// # Errors
+    /// The link no longer works.
+    fn receive(&mut self, buf: &mut [u8]) -> io::Result<Received>;
+
+    /// Sends one whole telegram. What nobody listens to is lost, as on a wire: that is no error.
+    ///
+    /// # Errors
+    /// The link no longer works.
     fn send(&mut self, telegram: &[u8]) -> io::Result<()>;
-    /// Sleeps until octets may have arrived or `timeout` has passed (`None`: only octets end the sleep).
-    fn wait(&mut self, timeout: Option<Duration>) -> io::Result<()>;
+
+    /// Sleeps until something may have arrived, `timeout` has passed (`None`: never) or `stop` is requested.
+    ///
+    /// May return early for no reason; the caller looks again with [`Link::receive`].
+    ///
+    /// # Errors
+    /// The link no longer works.
+    fn wait(&mut self, timeout: Option<Duration>, stop: &Stop) -> io::Result<()>;
+}
+
+/// What [`Link::receive`] found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Received {
+    /// So many octets, at least one, were written to the front of the buffer.
+    Octets(usize),
+    /// The master at the other end has gone. Octets after this one come from another: forget half telegrams and
+    /// replies not yet sent.
+    Reset,
+    /// The master has set the line to this rate. Octets after this one have it.
+    Rate(BaudRate),
+    /// Nothing more for now.
+    Nothing,
 }
 
 /// Where time comes from.
 pub trait Clock {
-    /// The time now.
+    /// The time now. Never earlier than at the call before.
     fn now(&self) -> Instant;
+}
+
+/// Why drives cannot be put on a line, or the line failed. The cause, where there is one, is the error's source.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// Two drives want one address.
+    #[error("two drives have address {address}; give each drive its own")]
+    AddressTaken {
+        /// The address of both.
+        address: u8,
+    },
+    /// The operating system gives no pseudo-terminal.
+    #[error("cannot open a pseudo-terminal")]
+    Pty {
+        /// What it says.
+        source: io::Error,
+    },
+    /// The name wanted for the terminal belongs to something else.
+    #[error("{} is {found}, which is not replaced; remove it or choose another path", path.display())]
+    PathTaken {
+        /// The name wanted.
+        path: PathBuf,
+        /// What was found there.
+        found: PathOccupant,
+    },
+    /// The symbolic link to the terminal cannot be made.
+    #[error("cannot create the symbolic link {}", path.display())]
+    Symlink {
+        /// The name wanted.
+        path: PathBuf,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// The serial device cannot be opened.
+    #[error("cannot open serial device {device} ({advice})")]
+    SerialOpen {
+        /// Its path.
+        device: String,
+        /// What to do.
+        advice: &'static str,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// The serial device is open but refuses 8 data bits, even parity, one stop bit at this rate.
+    #[error("serial device {device} does not take {rate}, 8 data bits, even parity, 1 stop bit")]
+    SerialSettings {
+        /// Its path.
+        device: String,
+        /// The rate wanted.
+        rate: BaudRate,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// The link failed while drives were running on it.
+    #[error("the link failed")]
+    Link {
+        /// What the operating system says.
+        source: io::Error,
+    },
+}
+
+/// What occupies a path that was wanted for a symbolic link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PathOccupant {
+    /// A symbolic link to something that exists, for example the terminal of another running emulator.
+    LinkInUse,
+    /// A directory.
+    Directory,
+    /// A file or device.
+    File,
+}
+
+impl core::fmt::Display for PathOccupant {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::LinkInUse => "a symbolic link to something that exists",
+            Self::Directory => "a directory",
+            Self::File => "a file",
+        })
+    }
 }

@@ -1,0 +1,366 @@
+//! The command line: what may be asked for, and how a wrong question is answered.
+
+use core::fmt;
+use core::str::FromStr;
+use std::collections::BTreeSet;
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::error::ErrorKind;
+use clap::{ArgAction, CommandFactory, Parser, Subcommand};
+use profidrive::param::{Gear, Model};
+use profidrive::time::BaudRate;
+
+use super::{Failure, report};
+
+/// Emulated PROFIBUS-DP drives to test masters against.
+///
+/// A simulator only: it moves nothing, and nothing it says is a proof of safety for a real machine.
+#[derive(Debug, Parser)]
+#[command(name = "profidrive", version, after_help = EXAMPLES, disable_help_subcommand = true)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+    #[command(flatten)]
+    pub(crate) verbosity: Verbosity,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  profidrive emulate                          one AG03/1 at address 5; prints the terminal a master opens
+  profidrive emulate --link pty:/tmp/bus      the same, under a name that stays
+  profidrive emulate --help                   all about it";
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    Emulate(Emulate),
+}
+
+/// Puts emulated drives on a line until SIGINT (Ctrl-C) or SIGTERM
+///
+/// Prints one line to stdout when it is ready, `ready link=<what a master opens> drives=<addresses>`, and logs to
+/// stderr. Ends with 0 on SIGINT and SIGTERM, 2 if the command line is wrong, 1 if something else is.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EMULATE_EXAMPLES)]
+pub(crate) struct Emulate {
+    /// A drive: ADDRESS[,model=ag03|ag03-1][,gear=24|48]; repeat it for more drives on the same line
+    #[arg(long = "drive", value_name = "SPEC", default_value = "5,model=ag03-1,gear=48")]
+    pub(crate) drives: Vec<DriveSpec>,
+
+    /// The line: pty (a new pseudo-terminal), pty:PATH (with a symbolic link PATH to it) or serial:DEVICE
+    #[arg(long, default_value = "pty")]
+    pub(crate) link: LinkSpec,
+
+    /// The rate in bit/s, or auto: what the master sets the terminal to (pty only, and the default there)
+    #[arg(long, value_name = "RATE|auto")]
+    pub(crate) baud: Option<BaudSpec>,
+}
+
+const EMULATE_EXAMPLES: &str = "\
+ADDRESS is 0 to 126; model defaults to ag03-1, gear to 48. RATE is one of 9600, 19200, 45450, 93750, 187500,
+500000, 1500000, 3000000, 6000000, 12000000.
+
+Examples:
+  profidrive emulate --drive 5 --drive 6,model=ag03,gear=24
+  profidrive emulate --link pty:/tmp/bus --baud 500000
+  profidrive emulate --link serial:/dev/ttyUSB0 --baud 19200 -v";
+
+/// How much is logged.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub(crate) struct Verbosity {
+    /// Log more (-vv: everything); overrides RUST_LOG
+    #[arg(short, long, global = true, action = ArgAction::Count, conflicts_with = "quiet")]
+    pub(crate) verbose: u8,
+
+    /// Log warnings and errors only; overrides RUST_LOG
+    #[arg(short, long, global = true)]
+    pub(crate) quiet: bool,
+}
+
+/// One emulated drive, as asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct DriveSpec {
+    pub(crate) address: u8,
+    pub(crate) model: Model,
+    pub(crate) gear: Gear,
+}
+
+const DRIVE_FORM: &str = "expected ADDRESS[,model=ag03|ag03-1][,gear=24|48]";
+
+impl FromStr for DriveSpec {
+    type Err = String;
+
+    fn from_str(spec: &str) -> Result<Self, String> {
+        let mut parts = spec.split(',');
+        let address = address(parts.next().unwrap_or_default())?;
+        let (mut model, mut gear) = (None, None);
+        for part in parts {
+            let (key, value) = part
+                .split_once('=')
+                .ok_or_else(|| format!("'{part}' is not understood; {DRIVE_FORM}"))?;
+            let again = match (key, value) {
+                ("model", "ag03") => model.replace(Model::Ag03).is_some(),
+                ("model", "ag03-1") => model.replace(Model::Ag03_1).is_some(),
+                ("model", _) => return Err(format!("model '{value}' is unknown; expected ag03 or ag03-1")),
+                ("gear", "24") => gear.replace(Gear::Ratio24).is_some(),
+                ("gear", "48") => gear.replace(Gear::Ratio48).is_some(),
+                ("gear", _) => return Err(format!("gear '{value}' is unknown; expected 24 or 48")),
+                _ => return Err(format!("'{key}' is unknown; {DRIVE_FORM}")),
+            };
+            if again {
+                return Err(format!("'{key}' is given twice; {DRIVE_FORM}"));
+            }
+        }
+        let (model, gear) = (model.unwrap_or(Model::Ag03_1), gear.unwrap_or(Gear::Ratio48));
+        Ok(Self { address, model, gear })
+    }
+}
+
+fn address(text: &str) -> Result<u8, String> {
+    if text.is_empty() || !text.bytes().all(|octet| octet.is_ascii_digit()) {
+        return Err(format!("'{text}' is no address; {DRIVE_FORM}"));
+    }
+    match text.parse() {
+        Ok(address @ 0..=126) => Ok(address),
+        Ok(127..) | Err(_) => Err(format!("address {text} is outside 0 to 126")),
+    }
+}
+
+impl fmt::Display for DriveSpec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let model = match self.model {
+            Model::Ag03 => "AG03",
+            Model::Ag03_1 => "AG03/1",
+        };
+        let gear = match self.gear {
+            Gear::Ratio24 => "24:1",
+            Gear::Ratio48 => "48:1",
+        };
+        write!(f, "SIKO {model}, gear {gear}, at address {}", self.address)
+    }
+}
+
+/// Where the line is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum LinkSpec {
+    Pty(Option<PathBuf>),
+    Serial(String),
+}
+
+const LINKS: &str = "expected pty, pty:PATH or serial:DEVICE";
+
+impl FromStr for LinkSpec {
+    type Err = String;
+
+    fn from_str(spec: &str) -> Result<Self, String> {
+        // The ready line is one line whatever the path is.
+        if spec.chars().any(char::is_control) {
+            return Err(format!("a link has no control characters; {LINKS}"));
+        }
+        match spec.split_once(':') {
+            None if spec == "pty" => Ok(Self::Pty(None)),
+            Some(("pty", "")) => Err(format!("the path is missing; {LINKS}")),
+            Some(("pty", path)) => Ok(Self::Pty(Some(path.into()))),
+            None if spec == "serial" => Err(format!("the device is missing; {LINKS}")),
+            Some(("serial", "")) => Err(format!("the device is missing; {LINKS}")),
+            Some(("serial", device)) => Ok(Self::Serial(device.into())),
+            Some(("tcp", _)) => Err(format!("this version has no tcp link; {LINKS}")),
+            _ => Err(LINKS.into()),
+        }
+    }
+}
+
+/// How fast the line is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum BaudSpec {
+    /// As the master sets it.
+    Auto,
+    Fixed(BaudRate),
+}
+
+impl FromStr for BaudSpec {
+    type Err = String;
+
+    fn from_str(spec: &str) -> Result<Self, String> {
+        if spec == "auto" {
+            return Ok(Self::Auto);
+        }
+        let rate = spec
+            .parse()
+            .ok()
+            .and_then(|bits| BaudRate::from_bits_per_second(bits).ok());
+        rate.map(Self::Fixed).ok_or_else(|| {
+            let rates: Vec<_> = BaudRate::ALL
+                .iter()
+                .map(|rate| rate.bits_per_second().to_string())
+                .collect();
+            format!("expected auto or one of {}", rates.join(", "))
+        })
+    }
+}
+
+/// A command line that leads to no command: wrong, or a question for help or the version.
+pub(crate) struct Refusal(clap::Error);
+
+impl Args {
+    /// The arguments of this process.
+    pub(crate) fn from_command_line() -> Result<Self, Refusal> {
+        Self::from_arguments(std::env::args_os())
+    }
+
+    fn from_arguments(arguments: impl IntoIterator<Item = OsString>) -> Result<Self, Refusal> {
+        let args = Self::try_parse_from(arguments).map_err(Refusal)?;
+        args.check().map_err(|line| {
+            let mut command = Self::command();
+            command.build();
+            let emulate = command
+                .find_subcommand_mut("emulate")
+                .map(|emulate| emulate.to_owned());
+            Refusal(emulate.unwrap_or(command).error(ErrorKind::ValueValidation, line))
+        })?;
+        Ok(args)
+    }
+
+    /// What no single argument shows.
+    fn check(&self) -> Result<(), String> {
+        let Command::Emulate(emulate) = &self.command;
+        let mut addresses = BTreeSet::new();
+        if let Some(twice) = emulate
+            .drives
+            .iter()
+            .find(|drive| !addresses.insert(drive.address))
+        {
+            return Err(format!(
+                "two drives have address {}; give each drive its own",
+                twice.address
+            ));
+        }
+        match (&emulate.link, emulate.baud) {
+            (LinkSpec::Serial(_), None) => {
+                Err("a serial line needs its rate; add for example --baud 19200".into())
+            }
+            (LinkSpec::Serial(_), Some(BaudSpec::Auto)) => Err(
+                "--baud auto needs a pty link; give a serial line its rate, for example --baud 19200".into(),
+            ),
+            (LinkSpec::Serial(_), Some(BaudSpec::Fixed(_))) | (LinkSpec::Pty(_), _) => Ok(()),
+        }
+    }
+}
+
+impl Refusal {
+    /// Prints what was asked for, or one line that says what is wrong; says the exit code.
+    pub(crate) fn print(&self) -> ExitCode {
+        let kind = self.0.kind();
+        if matches!(kind, ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) {
+            // Whoever asked may have closed the pipe after the first lines (`| head`).
+            let _ = self.0.print();
+            return ExitCode::SUCCESS;
+        }
+        let line = match kind == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+            true => "a command is missing; see 'profidrive --help'".into(),
+            false => self.line(),
+        };
+        report(&Failure::Usage(line))
+    }
+
+    /// The first paragraph of the parser's error as one line, and where to read on.
+    fn line(&self) -> String {
+        let text = self.0.to_string();
+        let lines: Vec<&str> = text
+            .lines()
+            .map(str::trim)
+            .take_while(|line| !line.is_empty())
+            .collect();
+        let line = lines.join(" ");
+        let line = line.strip_prefix("error: ").unwrap_or(&line);
+        let emulate = std::env::args_os().any(|argument| argument == "emulate");
+        let command = if emulate {
+            "profidrive emulate"
+        } else {
+            "profidrive"
+        };
+        format!("{line}; see '{command} --help'")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_declared_arguments_are_consistent() {
+        Args::command().debug_assert();
+    }
+
+    #[test]
+    fn a_drive_is_its_address_and_what_differs_from_the_default() {
+        let full = |address, model, gear| Ok(DriveSpec { address, model, gear });
+        for (spec, drive) in [
+            ("5", full(5, Model::Ag03_1, Gear::Ratio48)),
+            ("0,gear=24", full(0, Model::Ag03_1, Gear::Ratio24)),
+            ("126,model=ag03", full(126, Model::Ag03, Gear::Ratio48)),
+            ("7,gear=48,model=ag03-1", full(7, Model::Ag03_1, Gear::Ratio48)),
+        ] {
+            assert_eq!(spec.parse::<DriveSpec>(), drive, "{spec}");
+        }
+    }
+
+    #[test]
+    fn a_wrong_drive_is_answered_with_the_wrong_part() {
+        for (spec, part) in [
+            ("", "'' is no address; expected ADDRESS"),
+            ("+5", "'+5' is no address"),
+            ("x,gear=24", "'x' is no address"),
+            ("127", "address 127 is outside 0 to 126"),
+            ("99999999999999999999", "is outside 0 to 126"),
+            ("5,", "'' is not understood; expected ADDRESS"),
+            ("5,gear", "'gear' is not understood"),
+            ("5,gear=36", "gear '36' is unknown; expected 24 or 48"),
+            ("5,model=ag04", "model 'ag04' is unknown; expected ag03 or ag03-1"),
+            ("5,color=red", "'color' is unknown"),
+            ("5,gear=24,gear=48", "'gear' is given twice"),
+            ("5,gear=24,gear=24", "'gear' is given twice"),
+        ] {
+            let error = spec.parse::<DriveSpec>().unwrap_err();
+            assert!(error.contains(part), "{spec}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_link_is_named_by_its_kind_and_place() {
+        assert_eq!("pty".parse(), Ok(LinkSpec::Pty(None)));
+        assert_eq!("pty:/tmp/a:b".parse(), Ok(LinkSpec::Pty(Some("/tmp/a:b".into()))));
+        assert_eq!(
+            "serial:/dev/ttyUSB0".parse(),
+            Ok(LinkSpec::Serial("/dev/ttyUSB0".into()))
+        );
+        for wrong in [
+            "",
+            "pty:",
+            "serial",
+            "serial:",
+            "tcp:localhost:1",
+            "usb",
+            "pty:a\nb",
+            "PTY",
+        ] {
+            assert!(
+                wrong.parse::<LinkSpec>().unwrap_err().contains("pty:PATH"),
+                "{wrong}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_rate_is_one_of_the_ten_or_auto() {
+        assert_eq!("auto".parse(), Ok(BaudSpec::Auto));
+        assert_eq!("45450".parse(), Ok(BaudSpec::Fixed(BaudRate::K45_45)));
+        for wrong in ["", "115200", "-1", "500k", "Auto"] {
+            assert!(
+                wrong.parse::<BaudSpec>().unwrap_err().contains("12000000"),
+                "{wrong}"
+            );
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! `profidrive emulate`: drives on a line until a signal.
+
+use core::time::Duration;
+use std::io::{self, Write};
+
+use profidrive::device::{Config, Device};
+use profidrive::host::link::serial::Serial;
+use profidrive::host::{Bus, Clock, Link, Stop, SystemClock, run};
+use profidrive::time::BaudRate;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use tracing::{info, warn};
+
+use super::Failure;
+use super::args::{BaudSpec, DriveSpec, Emulate, LinkSpec};
+
+/// The rate of a terminal whose master has set none of PROFIBUS-DP. On a terminal it only says how long a drive
+/// waits before it replies.
+const PTY_RATE: BaudRate = BaudRate::K500;
+
+/// How often the drive part runs (`design.md`, "The slave is two machines").
+const APPLICATION_CYCLE: Duration = Duration::from_millis(1);
+
+/// Runs until SIGINT or SIGTERM.
+pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
+    // Before the link is made, so that no signal ends the process with the link left behind.
+    let stop = stop_on_signals().map_err(|error| Failure::from_error(&error))?;
+    let clock = SystemClock::new();
+    let (rate, mut link, path) = open(&args.link, args.baud)?;
+
+    let mut bus = Bus::new();
+    for drive in &args.drives {
+        connect(&mut bus, *drive, rate, &clock)?;
+    }
+    announce(&path, &bus);
+    let outcome = run(&mut *link, &mut bus, &clock, &stop, &mut |address, event| {
+        info!("drive {address}: {event}");
+    });
+    match outcome {
+        Ok(()) => info!("ended by a signal"),
+        Err(error) => return Err(Failure::from_error(&error)),
+    }
+    Ok(())
+}
+
+fn stop_on_signals() -> io::Result<Stop> {
+    let stop = Stop::new()?;
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::low_level::pipe::register(signal, stop.waker()?)?;
+    }
+    Ok(stop)
+}
+
+/// The rate to begin with, the link, and what a master opens.
+fn open(link: &LinkSpec, baud: Option<BaudSpec>) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
+    let rate = match baud {
+        Some(BaudSpec::Fixed(rate)) => Some(rate),
+        Some(BaudSpec::Auto) | None => None,
+    };
+    match link {
+        LinkSpec::Pty(path) => open_pty(path.as_deref(), rate),
+        LinkSpec::Serial(device) => {
+            let rate = rate.ok_or_else(|| Failure::Usage("a serial line needs --baud RATE".into()))?;
+            let serial = Serial::open(device, rate).map_err(|error| Failure::from_error(&error))?;
+            info!("{device} at {rate}, 8 data bits, even parity, 1 stop bit");
+            Ok((rate, Box::new(serial), device.clone()))
+        }
+    }
+}
+
+#[cfg(target_os = "linux")]
+fn open_pty(
+    path: Option<&std::path::Path>,
+    rate: Option<BaudRate>,
+) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
+    use profidrive::host::link::pty::Pty;
+
+    let mut pty = Pty::open(path).map_err(|error| Failure::from_error(&error))?;
+    pty.follow_rate(rate.is_none());
+    match rate {
+        Some(rate) => info!("a pseudo-terminal at {rate}"),
+        None => info!("a pseudo-terminal at {PTY_RATE} until a master sets another rate"),
+    }
+    let opened = pty.path().display().to_string();
+    Ok((rate.unwrap_or(PTY_RATE), Box::new(pty), opened))
+}
+
+#[cfg(not(target_os = "linux"))]
+fn open_pty(
+    _: Option<&std::path::Path>,
+    _: Option<BaudRate>,
+) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
+    Err(Failure::Other(
+        "pty links need Linux; use --link serial:DEVICE --baud RATE".into(),
+    ))
+}
+
+fn connect(bus: &mut Bus, drive: DriveSpec, baud: BaudRate, clock: &dyn Clock) -> Result<(), Failure> {
+    let DriveSpec { address, model, gear } = drive;
+    info!("{drive}");
+    match address {
+        126 => warn!(
+            "address 126 is for stations that have none yet: a master can set another, but not exchange data"
+        ),
+        0 => warn!("address 0 is customarily a master's, often of a programming device"),
+        _ => {}
+    }
+    let config = Config {
+        address,
+        model,
+        gear,
+        baud,
+        application_cycle: APPLICATION_CYCLE,
+    };
+    bus.add(Device::new(config, clock.now()))
+        .map_err(|error| Failure::from_error(&error))
+}
+
+/// Says on stdout that a master can begin.
+fn announce(path: &str, bus: &Bus) {
+    let addresses: Vec<_> = bus.addresses().map(|address| address.to_string()).collect();
+    let mut stdout = io::stdout().lock();
+    let said =
+        writeln!(stdout, "ready link={path} drives={}", addresses.join(",")).and_then(|()| stdout.flush());
+    if let Err(error) = said {
+        // Whoever started this may not care; the drives are there all the same.
+        warn!("cannot say on stdout that link={path} is ready: {error}");
+    }
+}

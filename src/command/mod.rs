@@ -1,0 +1,67 @@
+//! The command: arguments in, one line per failure out.
+
+mod args;
+mod emulate;
+mod log;
+
+use core::error::Error;
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+use args::{Args, Command};
+
+/// Why the command ends without success, in one line that says what to do.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// The command line asks for something that cannot be: exit code 2.
+    Usage(String),
+    /// It was asked for correctly but did not work: exit code 1.
+    Other(String),
+}
+
+impl Failure {
+    /// An error and its causes in one line.
+    pub(crate) fn from_error(error: &dyn Error) -> Self {
+        let mut line = error.to_string();
+        let mut cause = error.source();
+        while let Some(error) = cause {
+            line.push_str(": ");
+            line.push_str(&error.to_string());
+            cause = error.source();
+        }
+        Self::Other(line)
+    }
+}
+
+/// Runs the command with the arguments of this process.
+pub(crate) fn main() -> ExitCode {
+    let args = match Args::from_command_line() {
+        Ok(args) => args,
+        Err(refusal) => return refusal.print(),
+    };
+    let log = log::start(args.verbosity);
+    let outcome = match args.command {
+        Command::Emulate(emulate) => emulate::emulate(&emulate),
+    };
+    // What was logged comes before the line that says how it ended.
+    log.finish();
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => report(&failure),
+    }
+}
+
+/// Prints the one line and says the exit code.
+pub(crate) fn report(failure: &Failure) -> ExitCode {
+    let (line, code) = match failure {
+        Failure::Usage(line) => (line, 2),
+        Failure::Other(line) => (line, 1),
+    };
+    // Paths and arguments may hold line breaks; nobody is left to tell if this fails.
+    let line: String = line
+        .chars()
+        .map(|c| if c.is_control() { '?' } else { c })
+        .collect();
+    let _ = writeln!(io::stderr(), "profidrive: {line}");
+    ExitCode::from(code)
+}

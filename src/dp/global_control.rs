@@ -1,0 +1,116 @@
+//! Global_Control (SAP 58): one command to many slaves.
+//!
+//! ```text
+//! octet 1   b1 Clear_Data  b2 Unfreeze  b3 Freeze  b4 Unsync  b5 Sync  b0, b6, b7 reserved, 0
+//! octet 2   Group_Select: 0 = all slaves, else those with one of these groups in Group_Ident
+//! ```
+//!
+//! Source: `dp-v0.md` 6.3.
+
+const CLEAR_DATA: u8 = 0x02;
+const UNFREEZE: u8 = 0x04;
+const FREEZE: u8 = 0x08;
+const UNSYNC: u8 = 0x10;
+const SYNC: u8 = 0x20;
+const RESERVED: u8 = 0xC1;
+
+/// A Global_Control command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GlobalControl {
+    /// Outputs to zero.
+    pub clear_data: bool,
+    /// What to do about Freeze.
+    pub freeze: Latch,
+    /// What to do about Sync.
+    pub sync: Latch,
+    group_select: u8,
+}
+
+/// A pair of command bits: do and undo, of which undo wins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Latch {
+    /// No action.
+    Keep,
+    /// Do it now, and from now on.
+    Set,
+    /// End it.
+    Release,
+}
+
+impl GlobalControl {
+    /// Reads a command. `None` if there are not two octets or reserved bits are set: it is then ignored (S-08).
+    pub fn parse(octets: &[u8]) -> Option<Self> {
+        let &[command, group_select] = octets else {
+            return None;
+        };
+        if command & RESERVED != 0 {
+            return None;
+        }
+        let latch = |set: u8, release: u8| {
+            if command & release != 0 {
+                Latch::Release
+            } else if command & set != 0 {
+                Latch::Set
+            } else {
+                Latch::Keep
+            }
+        };
+        Some(Self {
+            clear_data: command & CLEAR_DATA != 0,
+            freeze: latch(FREEZE, UNFREEZE),
+            sync: latch(SYNC, UNSYNC),
+            group_select,
+        })
+    }
+
+    /// Whether a slave of these groups obeys.
+    pub const fn addresses(self, group_ident: u8) -> bool {
+        self.group_select == 0 || self.group_select & group_ident != 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn s_03_undo_wins() {
+        let both = GlobalControl::parse(&[SYNC | UNSYNC | FREEZE | UNFREEZE, 0]).unwrap();
+        assert_eq!((both.sync, both.freeze), (Latch::Release, Latch::Release));
+        let none = GlobalControl::parse(&[0, 0]).unwrap();
+        assert_eq!(
+            (none.sync, none.freeze, none.clear_data),
+            (Latch::Keep, Latch::Keep, false)
+        );
+    }
+
+    #[test]
+    fn s_08_reserved_bits_and_wrong_lengths_are_no_command() {
+        for octets in [
+            &[0x01, 0][..],
+            &[0x40, 0],
+            &[0x80, 0],
+            &[0x20],
+            &[0x20, 0, 0],
+            &[],
+        ] {
+            assert_eq!(GlobalControl::parse(octets), None, "{octets:02X?}");
+        }
+    }
+
+    #[test]
+    fn s_05_groups_select_by_common_bits_and_zero_selects_all() {
+        for (select, ident, obeys) in [
+            (0, 0, true),
+            (0, 3, true),
+            (2, 3, true),
+            (4, 3, false),
+            (1, 0, false),
+        ] {
+            assert_eq!(
+                GlobalControl::parse(&[0, select]).unwrap().addresses(ident),
+                obeys
+            );
+        }
+    }
+}

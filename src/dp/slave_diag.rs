@@ -1,0 +1,95 @@
+//! Slave_Diag (SAP 60): the six octets of the standard diagnosis.
+//!
+//! ```text
+//! octet 1   b0 Station_Non_Existent*  b1 Station_Not_Ready  b2 Cfg_Fault  b3 Ext_Diag  b4 Not_Supported
+//!           b5 Invalid_Slave_Response*  b6 Prm_Fault  b7 Master_Lock*
+//! octet 2   b0 Prm_Req  b1 Stat_Diag  b2 always 1  b3 WD_On  b4 Freeze_Mode  b5 Sync_Mode  b6 0  b7 Deactivated*
+//! octet 3   b7 Ext_Diag_Overflow  b6..b0 0
+//! octet 4   Master_Add, 255 = none
+//! octet 5,6 Ident_Number, high octet first
+//! ```
+//!
+//! Bits marked * are set by masters only. Source: `dp-v0.md` 6.2. Extended diagnosis does not exist yet.
+
+use crate::fdl::Address;
+
+/// Octets of the standard diagnosis.
+pub const LEN: usize = 6;
+
+/// Master_Add of a slave without owner.
+const NO_MASTER: u8 = 255;
+
+/// The diagnosis of a slave.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Diagnosis {
+    /// Not ready for Data_Exchange.
+    pub station_not_ready: bool,
+    /// The last Chk_Cfg was refused.
+    pub cfg_fault: bool,
+    /// The last Set_Prm asked for something the slave cannot do.
+    pub not_supported: bool,
+    /// The last Set_Prm was refused.
+    pub prm_fault: bool,
+    /// The slave must be parameterised.
+    pub prm_req: bool,
+    /// The watchdog is on.
+    pub wd_on: bool,
+    /// Freeze is active.
+    pub freeze_mode: bool,
+    /// Sync is active.
+    pub sync_mode: bool,
+    /// The owner.
+    pub master: Option<Address>,
+    /// The slave's ident number.
+    pub ident: u16,
+}
+
+impl Diagnosis {
+    /// The octets on the wire.
+    pub fn octets(self) -> [u8; LEN] {
+        let bit = |set: bool, bit: u8| u8::from(set) << bit;
+        let [ident_high, ident_low] = self.ident.to_be_bytes();
+        [
+            bit(self.station_not_ready, 1)
+                | bit(self.cfg_fault, 2)
+                | bit(self.not_supported, 4)
+                | bit(self.prm_fault, 6),
+            bit(self.prm_req, 0)
+                | bit(true, 2)
+                | bit(self.wd_on, 3)
+                | bit(self.freeze_mode, 4)
+                | bit(self.sync_mode, 5),
+            0,
+            self.master.map_or(NO_MASTER, Address::number),
+            ident_high,
+            ident_low,
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn d_08_d_09_each_flag_has_its_bit_and_the_masters_bits_stay_zero() {
+        let none = Diagnosis {
+            ident: 0x0AC5,
+            ..Diagnosis::default()
+        };
+        assert_eq!(none.octets(), [0x00, 0x04, 0, 255, 0x0A, 0xC5]);
+        let all = Diagnosis {
+            station_not_ready: true,
+            cfg_fault: true,
+            not_supported: true,
+            prm_fault: true,
+            prm_req: true,
+            wd_on: true,
+            freeze_mode: true,
+            sync_mode: true,
+            master: Address::station(2).ok(),
+            ident: 0x1234,
+        };
+        assert_eq!(all.octets(), [0x56, 0x3D, 0, 2, 0x12, 0x34]);
+    }
+}

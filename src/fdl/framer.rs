@@ -1,0 +1,219 @@
+//! A stream of octets, cut anywhere, into telegrams; and the rule for finding back after rubbish.
+
+use core::time::Duration;
+
+use super::telegram::{Decoded, FrameError, MAX_TELEGRAM_LEN, Telegram, decode};
+use crate::time::{BITS_PER_OCTET, BaudRate, Instant, SYN_BITS};
+
+/// How to find the next telegram after octets that are none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Resync {
+    /// For a line whose timing can be seen: after an invalid telegram everything is ignored until the line was
+    /// idle for T_SYN (33 T_bit), which every request has before it. Nothing inside the data of a damaged
+    /// telegram can pose as a telegram.
+    Idle(BaudRate),
+    /// For a pseudo-terminal, TCP or a USB adapter, where idle time cannot be seen: look again behind the wrong
+    /// octet. A telegram that stays unfinished for the given time is given up, and what follows its first octet
+    /// is looked at again.
+    Scan(Duration),
+}
+
+impl Resync {
+    /// [`Resync::Scan`] with 50 ms: longer than a scheduler delays the rest of a telegram, shorter than the time
+    /// after which a person or a test tries again.
+    pub const SCAN: Self = Self::Scan(Duration::from_millis(50));
+
+    /// The silence that ends an unfinished telegram.
+    const fn silence(self) -> Duration {
+        match self {
+            Self::Idle(baud) => baud.bit_times(SYN_BITS),
+            Self::Scan(silence) => silence,
+        }
+    }
+}
+
+/// Collects octets until they are telegrams. Takes 255 octets of memory, never more.
+#[derive(Clone, Debug)]
+pub struct Framer {
+    resync: Resync,
+    /// The unfinished telegram.
+    octets: [u8; MAX_TELEGRAM_LEN],
+    len: usize,
+    last_octet: Instant,
+    /// [`Resync::Idle`] after an invalid telegram: the line must fall silent first.
+    deaf: bool,
+}
+
+impl Framer {
+    /// A framer that has heard nothing yet.
+    pub const fn new(resync: Resync) -> Self {
+        Self {
+            resync,
+            octets: [0; MAX_TELEGRAM_LEN],
+            len: 0,
+            last_octet: Instant::ZERO,
+            deaf: false,
+        }
+    }
+
+    /// Takes `octets`, the last of which ended at `now`, and hands over each telegram and each refusal in order,
+    /// with the time its last octet was heard. Telegrams that lie whole in `octets` are not copied.
+    pub fn receive(
+        &mut self,
+        now: Instant,
+        octets: &[u8],
+        mut sink: impl FnMut(Instant, Result<Telegram<'_>, FrameError>),
+    ) {
+        if octets.is_empty() {
+            return;
+        }
+        self.hear_silence(now, octets.len(), &mut sink);
+        self.last_octet = now;
+        if self.deaf {
+            return;
+        }
+        let mut octets = octets;
+        while self.len > 0 && !octets.is_empty() {
+            octets = self.append(octets);
+            self.cut_buffer(now, &mut sink);
+            if self.deaf {
+                return;
+            }
+        }
+        let Cut { rest, deaf } = cut(self.resync, now, octets, &mut sink);
+        self.deaf = deaf;
+        self.append(rest);
+    }
+
+    /// Time has passed without octets: gives up an unfinished telegram whose time is over.
+    pub fn handle_timeout(
+        &mut self,
+        now: Instant,
+        mut sink: impl FnMut(Instant, Result<Telegram<'_>, FrameError>),
+    ) {
+        self.hear_silence(now, 0, &mut sink);
+    }
+
+    /// When to call [`Framer::handle_timeout`]. Changes with every call that takes octets or time.
+    #[must_use]
+    pub fn poll_timeout(&self) -> Option<Instant> {
+        (self.len > 0).then(|| self.last_octet.saturating_add(self.resync.silence()))
+    }
+
+    /// Forgets an unfinished telegram: the other end of the line has changed.
+    pub fn clear(&mut self) {
+        self.len = 0;
+        self.deaf = false;
+    }
+
+    /// Ends what the silence before the newest `arrived` octets ends.
+    fn hear_silence(
+        &mut self,
+        now: Instant,
+        arrived: usize,
+        sink: &mut impl FnMut(Instant, Result<Telegram<'_>, FrameError>),
+    ) {
+        match self.resync {
+            Resync::Idle(baud) => {
+                let arrived = u32::try_from(arrived).unwrap_or(u32::MAX);
+                let silence = now
+                    .saturating_since(self.last_octet)
+                    .saturating_sub(baud.bit_times(arrived.saturating_mul(BITS_PER_OCTET)));
+                if silence >= self.resync.silence() {
+                    self.deaf = false;
+                    if self.len > 0 {
+                        let error = self.broken_off();
+                        self.len = 0;
+                        sink(self.last_octet, Err(error));
+                    }
+                }
+            }
+            Resync::Scan(limit) => {
+                while self.len > 0 && now.saturating_since(self.last_octet) >= limit {
+                    let error = self.broken_off();
+                    sink(self.last_octet, Err(error));
+                    self.drop_front(1);
+                    self.cut_buffer(self.last_octet, sink);
+                }
+            }
+        }
+    }
+
+    /// Hands over everything that is whole at the front of the buffer.
+    fn cut_buffer(&mut self, at: Instant, sink: &mut impl FnMut(Instant, Result<Telegram<'_>, FrameError>)) {
+        let held = self.octets.get(..self.len).unwrap_or_default();
+        let Cut { rest, deaf } = cut(self.resync, at, held, sink);
+        let used = self.len - rest.len();
+        self.deaf = deaf;
+        self.drop_front(used);
+    }
+
+    /// Appends as many octets as there is room for and returns the others.
+    fn append<'a>(&mut self, octets: &'a [u8]) -> &'a [u8] {
+        let room = self.octets.get_mut(self.len..).unwrap_or_default();
+        let (taken, rest) = octets.split_at(octets.len().min(room.len()));
+        if let Some(room) = room.get_mut(..taken.len()) {
+            room.copy_from_slice(taken);
+        }
+        self.len += taken.len();
+        rest
+    }
+
+    fn drop_front(&mut self, octets: usize) {
+        let octets = octets.min(self.len);
+        self.octets.copy_within(octets..self.len, 0);
+        self.len -= octets;
+    }
+
+    fn broken_off(&self) -> FrameError {
+        FrameError::BrokenOff {
+            octets: u8::try_from(self.len).unwrap_or(u8::MAX),
+        }
+    }
+}
+
+/// What is left after cutting.
+struct Cut<'a> {
+    /// The beginning of an unfinished telegram.
+    rest: &'a [u8],
+    /// An invalid telegram was met and silence must follow.
+    deaf: bool,
+}
+
+/// Hands over everything that is whole at the front of `octets`.
+fn cut<'a>(
+    resync: Resync,
+    at: Instant,
+    mut octets: &'a [u8],
+    sink: &mut impl FnMut(Instant, Result<Telegram<'_>, FrameError>),
+) -> Cut<'a> {
+    while !octets.is_empty() {
+        let used = match decode(octets) {
+            Decoded::Incomplete => break,
+            Decoded::Telegram { telegram, len } => {
+                sink(at, Ok(telegram));
+                len
+            }
+            Decoded::Invalid { error, skip } => {
+                sink(at, Err(error));
+                match resync {
+                    Resync::Scan(_) => skip,
+                    Resync::Idle(_) => {
+                        return Cut {
+                            rest: &[],
+                            deaf: true,
+                        };
+                    }
+                }
+            }
+        };
+        octets = octets.get(used..).unwrap_or_default();
+    }
+    Cut {
+        rest: octets,
+        deaf: false,
+    }
+}
+
+#[cfg(test)]
+mod tests;

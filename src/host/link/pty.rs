@@ -1,0 +1,301 @@
+//! A pseudo-terminal that a master opens like a serial port.
+//!
+//! The kernel tells little about who is at the other end, so this file adds what a line needs:
+//!
+//! - **The slave side stays open here as well.** Without that, the terminal hangs up whenever no master has it open:
+//!   `poll` then reports the hang-up at once, every time, and a loop either spins or looks only now and then. With it,
+//!   an idle line sleeps until a master writes, and the octets in both queues can be thrown away.
+//! - **`inotify` tells who comes and goes**: it wakes the sleeper when a master opens or closes the terminal, and
+//!   tells in which order a master wrote and closed. Openings are counted; the kernel merges equal events, so the
+//!   directory is watched as well and its events lie between those of the terminal. The price: a terminal opened or
+//!   closed by anybody on the machine wakes this process for some microseconds.
+//! - **When the last master closes the terminal** what it left unread is thrown away in both directions, the settings
+//!   go back to raw, its exclusive lock is lifted (`TIOCEXCL` outlives a master that was killed), and the next
+//!   [`Link::receive`] says [`Received::Reset`].
+//!
+//! What follows from this: a master is never hung up on while this process lives; two programs that have the terminal
+//! open at the same time are one master; and if a master writes, closes, and the next opens and writes all before
+//! this process runs once (some ten microseconds on an idle machine), the first octets of the next are thrown away
+//! with those of the first, because the kernel has put them into one queue.
+//!
+//! A pseudo-terminal has no rate, parity or timing, but it keeps the rate that the master sets: [`Pty::speed`].
+//! It drops the parity bit from a master's settings too. With glibc `tcsetattr` then fails with EINVAL if that bit was
+//! the only change, which happens to pyserial when `parity='E'` and any property is set after opening.
+
+use core::mem::MaybeUninit;
+use core::time::Duration;
+use std::ffi::OsString;
+use std::io;
+use std::os::fd::OwnedFd;
+use std::os::unix::ffi::OsStringExt;
+use std::path::{Path, PathBuf};
+use std::vec::Vec;
+
+use rustix::event::{PollFd, PollFlags};
+use rustix::fs::{Mode, OFlags, inotify};
+use rustix::io::Errno;
+use rustix::pty::OpenptFlags;
+use rustix::termios::{OptionalActions, QueueSelector, Termios};
+
+use super::poll_readable;
+use super::symlink::Symlink;
+use crate::host::{Error, Link, Received, Stop};
+use crate::time::BaudRate;
+
+/// The speed of a terminal that no master has set: none of PROFIBUS, and not the 38400 bit/s that programs set on
+/// their way to an unusual rate. So a master's first settings always are a change, and glibc reports success.
+const UNSET_SPEED: u32 = 115_200;
+
+/// A pseudo-terminal with the drives at its master side. The DP master opens the slave side.
+#[derive(Debug)]
+pub struct Pty {
+    /// First, so that the name goes before the terminal it leads to.
+    symlink: Option<Symlink>,
+    /// The drives' side, without blocking.
+    line: OwnedFd,
+    /// The side of the DP master, kept open.
+    held: OwnedFd,
+    watch: OwnedFd,
+    /// What `watch` calls the terminal.
+    watched: i32,
+    terminal: PathBuf,
+    raw: Termios,
+    /// How often the terminal is open, not counting `held`.
+    openings: u32,
+    /// The DP master wrote since the queue towards the drives was last seen empty.
+    unread: bool,
+    reset_due: bool,
+    follows_rate: bool,
+    rate: Option<BaudRate>,
+    lost: u64,
+    loss_reported: bool,
+}
+
+impl Pty {
+    /// Opens a terminal, raw from the start, and makes `path` a symbolic link to it.
+    ///
+    /// The link is created in one step, replaces only a dangling link, and is removed when the `Pty` is dropped.
+    ///
+    /// # Errors
+    /// [`Error::Pty`], [`Error::PathTaken`] or [`Error::Symlink`]; then nothing is left behind.
+    pub fn open(path: Option<&Path>) -> Result<Self, Error> {
+        let mut pty = Self::open_terminal().map_err(|source| Error::Pty { source })?;
+        pty.symlink = path
+            .map(|path| Symlink::create(path, &pty.terminal))
+            .transpose()?;
+        Ok(pty)
+    }
+
+    fn open_terminal() -> io::Result<Self> {
+        let line = rustix::pty::openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
+        rustix::io::ioctl_fionbio(&line, true)?;
+        rustix::pty::grantpt(&line)?;
+        let terminal = rustix::pty::ptsname(&line, Vec::new())?;
+        let terminal = PathBuf::from(OsString::from_vec(terminal.into_bytes()));
+        // Watched before it can be opened: no opening is missed, and the first one seen is that of `held`.
+        let watch = inotify::init(inotify::CreateFlags::CLOEXEC | inotify::CreateFlags::NONBLOCK)?;
+        let comes_and_goes = inotify::WatchFlags::OPEN | inotify::WatchFlags::CLOSE;
+        let watched = inotify::add_watch(&watch, &terminal, comes_and_goes | inotify::WatchFlags::MODIFY)?;
+        // The kernel merges an event with an equal one right before it, and then two openings count as one. Events
+        // of the directory, which come with each of the terminal's, keep those apart.
+        if let Some(directory) = terminal.parent() {
+            inotify::add_watch(&watch, directory, comes_and_goes)?;
+        }
+        rustix::pty::unlockpt(&line)?;
+        let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
+        let held = rustix::fs::open(&terminal, flags, Mode::empty())?;
+
+        let mut raw = rustix::termios::tcgetattr(&held)?;
+        raw.make_raw();
+        raw.set_speed(UNSET_SPEED)?;
+        rustix::termios::tcsetattr(&held, OptionalActions::Now, &raw)?;
+
+        let mut pty = Self {
+            symlink: None,
+            line,
+            held,
+            watch,
+            watched,
+            terminal,
+            raw,
+            openings: 0,
+            unread: false,
+            reset_due: false,
+            follows_rate: false,
+            rate: None,
+            lost: 0,
+            loss_reported: false,
+        };
+        pty.observe()?;
+        pty.openings = pty.openings.saturating_sub(1);
+        Ok(pty)
+    }
+
+    /// Whether [`Link::receive`] says [`Received::Rate`] when the master sets a rate of PROFIBUS-DP. At first not.
+    pub fn follow_rate(&mut self, follow: bool) {
+        self.follows_rate = follow;
+    }
+
+    /// What a master opens: the symbolic link if there is one, else the terminal itself (`/dev/pts/N`).
+    pub fn path(&self) -> &Path {
+        self.symlink.as_ref().map_or(&self.terminal, Symlink::path)
+    }
+
+    /// The speed the master has set, in bit/s; `None` if it has set none.
+    ///
+    /// # Errors
+    /// The terminal no longer works.
+    pub fn speed(&self) -> io::Result<Option<u32>> {
+        let speed = rustix::termios::tcgetattr(&self.held)?.output_speed();
+        Ok(Some(speed).filter(|&speed| speed != UNSET_SPEED))
+    }
+
+    /// How many octets were sent that no master had room for.
+    pub fn lost(&self) -> u64 {
+        self.lost
+    }
+
+    /// Takes note of who has opened, written and closed the terminal since the last look.
+    fn observe(&mut self) -> io::Result<()> {
+        use inotify::ReadFlags;
+
+        let mut left = false;
+        let mut stale = false;
+        let mut buf = [MaybeUninit::uninit(); 1024];
+        let mut events = inotify::Reader::new(&self.watch, &mut buf);
+        loop {
+            let event = match events.next() {
+                // An overflow of the queue belongs to no watch.
+                Ok(event) if event.wd() == self.watched || event.wd() == -1 => event.events(),
+                Ok(_) => continue,
+                Err(Errno::AGAIN) => break,
+                Err(Errno::INTR) => continue,
+                Err(error) => return Err(error.into()),
+            };
+            let mut gone = false;
+            if event.contains(ReadFlags::OPEN) {
+                self.openings = self.openings.saturating_add(1);
+            }
+            if event.contains(ReadFlags::MODIFY) {
+                self.unread = true;
+            }
+            if event.intersects(ReadFlags::CLOSE_WRITE | ReadFlags::CLOSE_NOWRITE) {
+                self.openings = self.openings.saturating_sub(1);
+                gone = self.openings == 0;
+            }
+            // Thousands came and went since the last look; whoever is there now is taken for one new master.
+            if event.contains(ReadFlags::QUEUE_OVERFLOW) {
+                self.openings = 1;
+                self.unread = true;
+                gone = true;
+            }
+            if gone {
+                left = true;
+                stale |= core::mem::take(&mut self.unread);
+            }
+        }
+        if left { self.clear(stale) } else { Ok(()) }
+    }
+
+    /// Throws away what the master that has gone left behind.
+    fn clear(&mut self, stale_towards_drives: bool) -> io::Result<()> {
+        // Nothing was sent since it went, so whatever is queued for a master is not for the next one. First what the
+        // kernel has not handed over to the terminal yet, then what the terminal holds.
+        rustix::termios::tcflush(&self.line, QueueSelector::OFlush)?;
+        rustix::termios::tcflush(&self.held, QueueSelector::IFlush)?;
+        if stale_towards_drives {
+            let mut octets = [0; 512];
+            while self.read(&mut octets)? > 0 {}
+        }
+        if self.openings == 0 {
+            rustix::termios::tcsetattr(&self.held, OptionalActions::Now, &self.raw)?;
+        }
+        rustix::termios::ioctl_tiocnxcl(&self.held)?;
+        self.reset_due = true;
+        self.loss_reported = false;
+        Ok(())
+    }
+
+    /// Octets from the master, 0 if there are none.
+    fn read(&mut self, buf: &mut [u8]) -> io::Result<usize> {
+        loop {
+            match rustix::io::read(&self.line, &mut *buf) {
+                Ok(count) => return Ok(count),
+                Err(Errno::AGAIN) => {
+                    self.unread = false;
+                    return Ok(0);
+                }
+                Err(Errno::INTR) => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
+    }
+
+    /// A rate of PROFIBUS-DP that the master has set since the last look.
+    fn new_rate(&mut self) -> io::Result<Option<BaudRate>> {
+        if !self.follows_rate || self.openings == 0 {
+            return Ok(None);
+        }
+        let rate = self
+            .speed()?
+            .and_then(|speed| BaudRate::from_bits_per_second(speed).ok());
+        if rate.is_none() || rate == self.rate {
+            return Ok(None);
+        }
+        self.rate = rate;
+        Ok(rate)
+    }
+}
+
+impl Link for Pty {
+    fn receive(&mut self, buf: &mut [u8]) -> io::Result<Received> {
+        self.observe()?;
+        if core::mem::take(&mut self.reset_due) {
+            return Ok(Received::Reset);
+        }
+        if let Some(rate) = self.new_rate()? {
+            return Ok(Received::Rate(rate));
+        }
+        Ok(match self.read(buf)? {
+            0 => Received::Nothing,
+            count => Received::Octets(count),
+        })
+    }
+
+    /// See [`Link::send`]. What a master does not read is lost when the kernel's queue is full, see [`Pty::lost`].
+    fn send(&mut self, telegram: &[u8]) -> io::Result<()> {
+        self.observe()?;
+        let sent = if self.openings == 0 || self.reset_due {
+            // Nobody is there, or somebody who has not asked for this.
+            0
+        } else {
+            match rustix::io::write(&self.line, telegram) {
+                Ok(sent) => sent,
+                Err(Errno::AGAIN | Errno::INTR) => 0,
+                Err(error) => return Err(error.into()),
+            }
+        };
+        let lost = telegram.len().saturating_sub(sent);
+        self.lost = self.lost.saturating_add(lost as u64);
+        if lost > 0 && self.openings > 0 && !self.reset_due && !self.loss_reported {
+            self.loss_reported = true;
+            tracing::warn!(
+                "the master does not read {}: octets are lost",
+                self.terminal.display()
+            );
+        }
+        Ok(())
+    }
+
+    fn wait(&mut self, timeout: Option<Duration>, stop: &Stop) -> io::Result<()> {
+        if self.reset_due {
+            return Ok(());
+        }
+        let mut fds = [
+            PollFd::new(&self.line, PollFlags::IN),
+            PollFd::new(&self.watch, PollFlags::IN),
+            PollFd::new(stop, PollFlags::IN),
+        ];
+        poll_readable(&mut fds, timeout)
+    }
+}

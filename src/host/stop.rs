@@ -1,0 +1,135 @@
+//! How a run loop is told to end.
+
+use std::io;
+use std::sync::Arc;
+
+#[cfg(unix)]
+use std::os::fd::{AsFd, BorrowedFd};
+#[cfg(unix)]
+use std::os::unix::net::UnixStream;
+
+#[cfg(not(unix))]
+use core::sync::atomic::{AtomicBool, Ordering};
+
+/// Asks [`super::run()`] to end, from a signal handler, another thread or a test. Clones are the same request.
+///
+/// On Unix this is a socket pair: a request makes one end readable for good, so a link can sleep in `poll` on its
+/// own descriptor and on this one, and no request can fall between a look and the sleep after it.
+#[derive(Clone, Debug)]
+pub struct Stop {
+    inner: Arc<Inner>,
+}
+
+#[cfg(unix)]
+#[derive(Debug)]
+struct Inner {
+    readable_when_requested: UnixStream,
+    waker: UnixStream,
+}
+
+#[cfg(not(unix))]
+#[derive(Debug)]
+struct Inner {
+    requested: AtomicBool,
+}
+
+#[cfg(unix)]
+impl Stop {
+    /// Not yet requested.
+    ///
+    /// # Errors
+    /// The process has no file descriptors left.
+    pub fn new() -> io::Result<Self> {
+        let (readable_when_requested, waker) = UnixStream::pair()?;
+        waker.set_nonblocking(true)?;
+        Ok(Self {
+            inner: Arc::new(Inner {
+                readable_when_requested,
+                waker,
+            }),
+        })
+    }
+
+    /// Requests the end. Asking twice changes nothing.
+    pub fn request(&self) {
+        // A full socket means that the request was made long ago.
+        let _ = rustix::io::write(&self.inner.waker, &[1]);
+    }
+
+    /// Whether the end was requested.
+    pub fn is_requested(&self) -> bool {
+        use rustix::event::{PollFd, PollFlags, Timespec, poll};
+
+        let mut fds = [PollFd::new(&self.inner.readable_when_requested, PollFlags::IN)];
+        let at_once = Timespec {
+            tv_sec: 0,
+            tv_nsec: 0,
+        };
+        matches!(poll(&mut fds, Some(&at_once)), Ok(ready) if ready > 0)
+    }
+
+    /// A stream whose every written octet is a request, for `signal_hook::low_level::pipe::register`.
+    ///
+    /// # Errors
+    /// The process has no file descriptors left.
+    pub fn waker(&self) -> io::Result<UnixStream> {
+        self.inner.waker.try_clone()
+    }
+}
+
+#[cfg(unix)]
+impl AsFd for Stop {
+    /// A descriptor that becomes readable with the request. Do not read from it.
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.inner.readable_when_requested.as_fd()
+    }
+}
+
+#[cfg(not(unix))]
+impl Stop {
+    /// Not yet requested.
+    ///
+    /// # Errors
+    /// None on this operating system.
+    pub fn new() -> io::Result<Self> {
+        Ok(Self {
+            inner: Arc::new(Inner {
+                requested: AtomicBool::new(false),
+            }),
+        })
+    }
+
+    /// Requests the end. Asking twice changes nothing.
+    pub fn request(&self) {
+        self.inner.requested.store(true, Ordering::SeqCst);
+    }
+
+    /// Whether the end was requested.
+    pub fn is_requested(&self) -> bool {
+        self.inner.requested.load(Ordering::SeqCst)
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    #[test]
+    fn a_request_stays_and_reaches_every_clone() {
+        let stop = Stop::new().unwrap();
+        let clone = stop.clone();
+        assert!(!clone.is_requested());
+        stop.request();
+        stop.request();
+        assert!(clone.is_requested());
+        assert!(clone.is_requested(), "looking does not consume the request");
+    }
+
+    #[test]
+    fn an_octet_from_a_signal_handler_is_a_request() {
+        let stop = Stop::new().unwrap();
+        stop.waker().unwrap().write_all(&[b'X']).unwrap();
+        assert!(stop.is_requested());
+    }
+}

@@ -1,0 +1,351 @@
+//! The command, run as a process: its one line on stdout, its exit codes, its one line per failure.
+
+#![cfg(target_os = "linux")]
+
+use core::time::Duration;
+use std::fs::{self, File, OpenOptions};
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+use std::process::{Child, ChildStdout, Command, Output, Stdio};
+use std::thread;
+use std::time::Instant;
+
+fn profidrive(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_profidrive"));
+    command
+        .args(arguments)
+        .env_remove("RUST_LOG")
+        .stdin(Stdio::null());
+    command
+}
+
+fn output(arguments: &[&str]) -> Output {
+    profidrive(arguments).output().unwrap()
+}
+
+/// A running emulator, ended with the test.
+struct Emulator {
+    process: Child,
+    stdout: BufReader<ChildStdout>,
+    ready: String,
+}
+
+impl Emulator {
+    /// Started, and past its ready line.
+    fn start(arguments: &[&str]) -> Self {
+        let mut command = profidrive(&["emulate"]);
+        let mut process = command
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut stdout = BufReader::new(process.stdout.take().unwrap());
+        let mut ready = String::new();
+        stdout.read_line(&mut ready).unwrap();
+        Self {
+            process,
+            stdout,
+            ready,
+        }
+    }
+
+    fn signal(&self, signal: &str) {
+        let command = format!("kill -{signal} {}", self.process.id());
+        assert!(
+            Command::new("sh")
+                .args(["-c", &command])
+                .status()
+                .unwrap()
+                .success()
+        );
+    }
+
+    /// Waits for the end, at most 5 s: exit code, the rest of stdout, stderr.
+    fn end(mut self) -> (Option<i32>, String, String) {
+        let start = Instant::now();
+        let status = loop {
+            match self.process.try_wait().unwrap() {
+                Some(status) => break status,
+                None if start.elapsed() > Duration::from_secs(5) => panic!("still running"),
+                None => thread::sleep(Duration::from_millis(5)),
+            }
+        };
+        let (mut stdout, mut stderr) = (String::new(), String::new());
+        self.stdout.read_to_string(&mut stdout).unwrap();
+        self.process
+            .stderr
+            .take()
+            .unwrap()
+            .read_to_string(&mut stderr)
+            .unwrap();
+        (status.code(), stdout, stderr)
+    }
+
+    /// Processor time used so far, user and system.
+    fn cpu_time(&self) -> Duration {
+        let stat = fs::read_to_string(format!("/proc/{}/stat", self.process.id())).unwrap();
+        let (_, fields) = stat.rsplit_once(')').unwrap();
+        let ticks: u64 = fields
+            .split_whitespace()
+            .skip(11)
+            .take(2)
+            .map(|t| t.parse::<u64>().unwrap())
+            .sum();
+        Duration::from_millis(ticks * 10)
+    }
+}
+
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+fn open(terminal: &str) -> File {
+    OpenOptions::new().read(true).write(true).open(terminal).unwrap()
+}
+
+#[test]
+fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
+    for (arguments, says) in [
+        (&[][..], "a command is missing; see 'profidrive --help'"),
+        (&["fly"], "'fly'"),
+        (&["--foo"], "'--foo'"),
+        (
+            &["emulate", "--foo"],
+            "'--foo' found; see 'profidrive emulate --help'",
+        ),
+        (&["emulate", "stray"], "'stray'"),
+        (&["emulate", "--drive"], "--drive"),
+        (&["emulate", "--drive", ""], "--drive"),
+        (&["emulate", "--drive", "127"], "address 127 is outside 0 to 126"),
+        (&["emulate", "--drive", "-1"], "'-1'"),
+        (
+            &["emulate", "--drive", "five"],
+            "'five' is no address; expected ADDRESS[,model=ag03|ag03-1][,gear=24|48]",
+        ),
+        (&["emulate", "--drive", "5;gear=24"], "'5;gear=24' is no address"),
+        (
+            &["emulate", "--drive", "5,gear=25"],
+            "gear '25' is unknown; expected 24 or 48",
+        ),
+        (
+            &["emulate", "--drive", "5,model=x"],
+            "model 'x' is unknown; expected ag03 or ag03-1",
+        ),
+        (
+            &["emulate", "--drive", "5,speed=1"],
+            "'speed' is unknown; expected ADDRESS",
+        ),
+        (&["emulate", "--drive", "5,a\nb"], "is not understood"),
+        (
+            &["emulate", "--drive", "5", "--drive", "5,gear=24"],
+            "two drives have address 5",
+        ),
+        (
+            &["emulate", "--baud", "115200"],
+            "expected auto or one of 9600, 19200, 45450",
+        ),
+        (
+            &["emulate", "--link", "usb"],
+            "expected pty, pty:PATH or serial:DEVICE",
+        ),
+        (&["emulate", "--link", "pty:"], "the path is missing"),
+        (&["emulate", "--link", "serial"], "the device is missing"),
+        (
+            &["emulate", "--link", "tcp:localhost:5000"],
+            "no tcp link; expected pty, pty:PATH or serial:DEVICE",
+        ),
+        (&["emulate", "--link", "serial:/dev/null"], "--baud 19200"),
+        (
+            &["emulate", "--link", "serial:/dev/null", "--baud", "auto"],
+            "--baud auto needs a pty",
+        ),
+        (&["emulate", "--link", "pty", "--link", "pty"], "multiple times"),
+        (&["emulate", "-q", "-v"], "cannot be used with"),
+    ] {
+        let output = output(arguments);
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
+        assert_eq!(stderr.lines().count(), 1, "{arguments:?}: {stderr}");
+        assert!(
+            stderr.starts_with("profidrive: ") && stderr.contains(says),
+            "{arguments:?}: {stderr}"
+        );
+        assert!(stderr.contains("--help'"), "{arguments:?}: {stderr}");
+        assert_eq!(output.stdout, b"", "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_link_that_does_not_open_ends_with_1_and_one_line_that_says_what_to_do() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("file");
+    fs::write(&file, "precious").unwrap();
+    let at = |kind: &str, name: &str| format!("{kind}:{}", dir.path().join(name).display());
+    for (link, says) in [
+        (
+            at("pty", "file"),
+            "is a file, which is not replaced; remove it or choose another path",
+        ),
+        (at("pty", ""), "is a directory"),
+        (at("pty", "missing/bus"), "No such file or directory"),
+        (at("serial", "missing"), "plugged in"),
+        (at("serial", "file"), "name a serial device"),
+    ] {
+        let output = output(&["emulate", "-q", "--baud", "19200", "--link", &link]);
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{link}: {stderr}");
+        assert_eq!(stderr.lines().count(), 1, "{link}: {stderr}");
+        assert!(
+            stderr.starts_with("profidrive: ") && stderr.contains(says),
+            "{link}: {stderr}"
+        );
+        assert_eq!(output.stdout, b"", "{link}");
+    }
+    assert_eq!(fs::read_to_string(file).unwrap(), "precious");
+    assert_eq!(
+        fs::read_dir(dir.path()).unwrap().count(),
+        1,
+        "nothing is left behind"
+    );
+}
+
+#[test]
+fn help_and_version_are_answered_with_0() {
+    for (arguments, says) in [
+        (&["--help"][..], "profidrive emulate --link pty:/tmp/bus"),
+        (&["emulate", "--help"], "--drive 5 --drive 6,model=ag03,gear=24"),
+        (&["-h"], "emulate"),
+        (&["--version"], env!("CARGO_PKG_VERSION")),
+    ] {
+        let output = output(arguments);
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}");
+        assert!(
+            String::from_utf8(output.stdout).unwrap().contains(says),
+            "{arguments:?}"
+        );
+        assert_eq!(output.stderr, b"", "{arguments:?}");
+    }
+}
+
+#[test]
+fn the_ready_line_names_the_link_and_the_drives_and_both_signals_end_with_0() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("bus");
+    let link = format!("pty:{}", path.display());
+    for signal in ["TERM", "INT"] {
+        let emulator = Emulator::start(&["--drive", "9", "--drive", "6,model=ag03,gear=24", "--link", &link]);
+        assert_eq!(
+            emulator.ready,
+            format!("ready link={} drives=9,6\n", path.display())
+        );
+        assert!(fs::read_link(&path).unwrap().starts_with("/dev/pts"));
+        drop(open(path.to_str().unwrap()));
+        emulator.signal(signal);
+        let (code, stdout, stderr) = emulator.end();
+        assert_eq!(code, Some(0), "{signal}: {stderr}");
+        assert_eq!(stdout, "", "one line and no more");
+        assert!(stderr.contains("SIKO AG03, gear 24:1, at address 6"), "{stderr}");
+        assert!(
+            !stderr.contains('\x1b'),
+            "no colours outside a terminal: {stderr}"
+        );
+        assert_eq!(
+            fs::read_dir(dir.path()).unwrap().count(),
+            0,
+            "nothing is left behind"
+        );
+    }
+}
+
+#[test]
+fn without_arguments_one_drive_is_on_a_terminal_of_its_own() {
+    let emulator = Emulator::start(&[]);
+    let rest = emulator.ready.strip_prefix("ready link=/dev/pts/").unwrap();
+    let (number, drives) = rest.split_once(' ').unwrap();
+    assert!(
+        number.parse::<u32>().is_ok() && drives == "drives=5\n",
+        "{}",
+        emulator.ready
+    );
+    assert!(Path::new(&format!("/dev/pts/{number}")).exists());
+}
+
+#[test]
+fn a_killed_emulator_leaves_a_link_that_the_next_one_replaces() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("bus");
+    let link = format!("pty:{}", path.display());
+    drop(Emulator::start(&["--link", &link]));
+    assert!(path.is_symlink() && !path.exists());
+    let next = Emulator::start(&["--link", &link]);
+    assert!(path.exists());
+    next.signal("TERM");
+    assert_eq!(next.end().0, Some(0));
+    assert!(!path.is_symlink());
+}
+
+#[test]
+fn unusual_addresses_are_warned_about() {
+    let emulator = Emulator::start(&["-q", "--drive", "0", "--drive", "126"]);
+    emulator.signal("TERM");
+    let (code, _, stderr) = emulator.end();
+    assert_eq!(code, Some(0));
+    assert_eq!(stderr.lines().count(), 2, "{stderr}");
+    assert!(
+        stderr.contains("address 0 ") && stderr.contains("address 126 "),
+        "{stderr}"
+    );
+}
+
+#[test]
+fn a_closed_stdout_is_no_reason_to_end() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("bus");
+    let link = format!("pty:{}", path.display());
+    let mut command = profidrive(&["emulate", "--link", &link]);
+    // A pipe whose reader is gone before the ready line.
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let mut process = command.stdout(writer).stderr(Stdio::piped()).spawn().unwrap();
+    let mut stderr = BufReader::new(process.stderr.take().unwrap());
+    let mut line = String::new();
+    while !line.contains("cannot say on stdout") {
+        line.clear();
+        assert!(
+            stderr.read_line(&mut line).unwrap() > 0,
+            "ended without the warning"
+        );
+    }
+    assert!(path.exists());
+    let kill = format!("kill -TERM {}", process.id());
+    assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
+    assert_eq!(process.wait().unwrap().code(), Some(0));
+    assert!(!path.is_symlink());
+}
+
+#[test]
+fn an_idle_emulator_uses_next_to_no_processor_time() {
+    let emulator = Emulator::start(&[]);
+    let terminal = emulator
+        .ready
+        .split(' ')
+        .nth(1)
+        .unwrap()
+        .strip_prefix("link=")
+        .unwrap();
+    let used_in_400_ms = |state: &str| {
+        let before = emulator.cpu_time();
+        thread::sleep(Duration::from_millis(400));
+        let used = emulator.cpu_time() - before;
+        assert!(used <= Duration::from_millis(100), "{state}: {used:?} of 400 ms");
+    };
+    used_in_400_ms("no master yet");
+    let master = open(terminal);
+    used_in_400_ms("a silent master");
+    drop(master);
+    used_in_400_ms("a master has come and gone");
+}
