@@ -3,40 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use gsd_parser::{GenericStationDescription, SupportedSpeeds};
+use profidrive::device::{BAUD_RATES, CONFIGURATIONS, DEFAULT_APPLICATION_CYCLE, DESCRIPTION, IDENT_NUMBER};
+use profidrive::dp;
 use profidrive::time::BaudRate;
 
-/// What the emulated drive does, in one place.
-///
-/// TO SWAP: replace the right-hand sides by the constants of `profidrive::device` once they exist. Everything the
-/// tests below compare with the GSD is named here and nowhere else (rates and T_SDR come from `profidrive::time`).
-mod device {
-    use profidrive::time::BaudRate;
-
-    /// Ident_Number of both drives (`ag03.md` 1).
-    pub(crate) const IDENT_NUMBER: u16 = 0x0AC5;
-    /// Chk_Cfg strings the slave accepts, the default first (`ag03.md` 16).
-    pub(crate) const CONFIGURATIONS: [&[u8]; 2] = [&[0xF3, 0xF2], &[0xF6]];
-    /// Octets from the master in one Data_Exchange.
-    pub(crate) const OUTPUT_LEN: u8 = 14;
-    /// Octets to the master in one Data_Exchange.
-    pub(crate) const INPUT_LEN: u8 = 14;
-    /// Octets of user parameters after the seven fixed ones of Set_Prm.
-    pub(crate) const USER_PRM_LEN: u8 = 0;
-    /// Octets of a Slave_Diag reply (`ag03.md` 12).
-    pub(crate) const DIAG_LEN: u8 = 6;
-    /// The application cycle a drive has by default, in microseconds.
-    pub(crate) const APPLICATION_CYCLE_MICROS: u32 = 1_000;
-    /// An empty Data_Exchange is a wrong length, not the order to take the safe state.
-    pub(crate) const FAIL_SAFE: bool = false;
-    /// Set_Slave_Add is answered with RS.
-    pub(crate) const SET_SLAVE_ADD: bool = false;
-    /// Global_Control Freeze and Sync are carried out.
-    pub(crate) const FREEZE_AND_SYNC: bool = true;
-    /// The rates the drive finds by itself (manual 7.2).
-    pub(crate) fn supports(rate: BaudRate) -> bool {
-        rate != BaudRate::K45_45
-    }
-}
+/// Octets of one Data_Exchange in each direction.
+const PPO: u8 = profidrive::ppo::PPO_LEN as u8;
 
 fn path() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("gsd/SIKO0AC5.GSD")
@@ -93,14 +65,8 @@ fn the_file_follows_the_habits_of_gsd_files() {
     let text = text();
     assert!(text.is_ascii(), "configurators read Latin-1 at best");
     for (number, line) in text.split_inclusive('\n').enumerate() {
-        let body = line
-            .strip_suffix("\r\n")
-            .unwrap_or_else(|| panic!("line {} lacks CRLF", number + 1));
-        assert!(
-            body.len() <= 80,
-            "line {} is longer than 80 characters",
-            number + 1
-        );
+        let body = line.strip_suffix("\r\n").unwrap_or_else(|| panic!("line {} lacks CRLF", number + 1));
+        assert!(body.len() <= 80, "line {} is longer than 80 characters", number + 1);
     }
     let keywords: Vec<_> = text
         .lines()
@@ -116,7 +82,7 @@ fn the_file_follows_the_habits_of_gsd_files() {
 #[test]
 fn identity() {
     let gsd = parsed();
-    assert_eq!(gsd.ident_number, device::IDENT_NUMBER);
+    assert_eq!(gsd.ident_number, IDENT_NUMBER);
     assert_eq!(gsd.gsd_revision, 3);
     assert_eq!(gsd.vendor, "SIKO (emulated)");
     assert_eq!(gsd.model, "AG03, AG03/1 by profidrive");
@@ -125,17 +91,11 @@ fn identity() {
     assert_eq!(gsd.software_release, "profidrive");
     assert_eq!(gsd.implementation_type, "software");
     for text in [&gsd.vendor, &gsd.model, &gsd.implementation_type] {
-        assert!(
-            text.len() <= 32,
-            "{text:?} is longer than a GSD visible string may be"
-        );
+        assert!(text.len() <= 32, "{text:?} is longer than a GSD visible string may be");
     }
-    for (name, value) in [
-        ("Protocol_Ident", "0"),
-        ("Station_Type", "0"),
-        ("FMS_supp", "0"),
-        ("Slave_Family", "1"),
-    ] {
+    for (name, value) in
+        [("Protocol_Ident", "0"), ("Station_Type", "0"), ("FMS_supp", "0"), ("Slave_Family", "1")]
+    {
         assert_eq!(keyword(name).as_deref(), Some(value), "{name}");
     }
 }
@@ -144,26 +104,16 @@ fn identity() {
 fn rates_and_reply_times_are_those_of_the_code() {
     let gsd = parsed();
     for rate in BaudRate::ALL {
-        let supported = device::supports(rate);
-        assert_eq!(
-            gsd.supported_speeds.contains(speed_flag(rate)),
-            supported,
-            "{rate}"
-        );
+        let supported = BAUD_RATES.contains(&rate);
+        assert_eq!(gsd.supported_speeds.contains(speed_flag(rate)), supported, "{rate}");
         if supported {
             assert_eq!(max_tsdr(&gsd, rate), rate.max_tsdr_bits(), "{rate}");
         }
     }
-    assert!(
-        !gsd.supported_speeds.contains(SupportedSpeeds::B31250),
-        "that rate is PROFIBUS-PA"
-    );
+    assert!(!gsd.supported_speeds.contains(SupportedSpeeds::B31250), "that rate is PROFIBUS-PA");
     assert_eq!(
         text().lines().filter(|line| line.starts_with("MaxTsdr_")).count(),
-        BaudRate::ALL
-            .into_iter()
-            .filter(|&rate| device::supports(rate))
-            .count(),
+        BAUD_RATES.len(),
         "every time is written out, none is left to the parser's defaults"
     );
 }
@@ -171,113 +121,56 @@ fn rates_and_reply_times_are_those_of_the_code() {
 #[test]
 fn services_are_those_of_the_slave() {
     let gsd = parsed();
-    assert_eq!(gsd.freeze_mode_supported, device::FREEZE_AND_SYNC);
-    assert_eq!(gsd.sync_mode_supported, device::FREEZE_AND_SYNC);
-    assert_eq!(gsd.set_slave_addr_supported, device::SET_SLAVE_ADD);
-    assert_eq!(gsd.fail_safe, device::FAIL_SAFE);
+    assert_eq!(gsd.freeze_mode_supported, DESCRIPTION.freeze_mode);
+    assert_eq!(gsd.sync_mode_supported, DESCRIPTION.sync_mode);
+    assert!(!gsd.set_slave_addr_supported, "a_04 in tests/startup.rs: answered with RS");
+    assert!(!gsd.fail_safe, "x_02 in tests/data_exchange.rs: no outputs are a wrong length");
     assert!(gsd.auto_baud_supported);
-    assert_eq!(gsd.max_diag_data_length, device::DIAG_LEN);
-    assert_eq!(
-        gsd.unit_diag,
-        gsd_parser::UnitDiag::default(),
-        "six octets leave no room for diagnosis bits"
-    );
+    assert_eq!(gsd.max_diag_data_length, dp::slave_diag::LEN as u8);
+    assert_eq!(gsd.unit_diag, gsd_parser::UnitDiag::default(), "six octets leave no room for diagnosis bits");
     for (name, value) in [
         ("DPV1_Slave", "0"),
+        ("WD_Base_1ms_supp", "0"),
         ("Redundancy", "0"),
         ("Repeater_Ctrl_Sig", "0"),
         ("24V_Pins", "0"),
     ] {
         assert_eq!(keyword(name).as_deref(), Some(value), "{name}");
     }
-    let min_slave_interval: u32 = keyword("Min_Slave_Intervall")
-        .expect("mandatory")
-        .parse()
-        .expect("a number");
-    assert_eq!(
-        min_slave_interval * 100,
-        device::APPLICATION_CYCLE_MICROS,
-        "in units of 100 us"
-    );
+    let min_slave_interval: u32 =
+        keyword("Min_Slave_Intervall").expect("mandatory").parse().expect("a number");
+    assert_eq!(min_slave_interval * 100, DEFAULT_APPLICATION_CYCLE.as_micros() as u32, "in units of 100 us");
 }
 
 #[test]
 fn set_prm_has_no_user_parameters() {
     let gsd = parsed();
-    assert_eq!(
-        keyword("User_Prm_Data_Len"),
-        Some(device::USER_PRM_LEN.to_string())
-    );
-    assert_eq!(gsd.user_prm_data.length, device::USER_PRM_LEN);
+    assert_eq!(keyword("User_Prm_Data_Len"), Some(DESCRIPTION.user_prm_len.to_string()));
+    assert_eq!(gsd.user_prm_data.length, DESCRIPTION.user_prm_len);
     assert_eq!(
         gsd_parser::PrmBuilder::new(&gsd.user_prm_data).as_bytes(),
-        [0; device::USER_PRM_LEN as usize]
+        vec![0; DESCRIPTION.user_prm_len.into()]
     );
     for module in &gsd.available_modules {
-        assert_eq!(
-            module.module_prm_data,
-            gsd_parser::UserPrmData::default(),
-            "{}",
-            module.name
-        );
+        assert_eq!(module.module_prm_data, gsd_parser::UserPrmData::default(), "{}", module.name);
     }
 }
 
 #[test]
-fn modules_are_the_configurations_the_slave_accepts() {
+fn the_one_module_is_the_configuration_the_slave_reports() {
     let gsd = parsed();
-    assert!(gsd.modular_station);
-    assert_eq!(gsd.max_modules, 1);
-    assert_eq!(gsd.max_input_length, device::INPUT_LEN);
-    assert_eq!(gsd.max_output_length, device::OUTPUT_LEN);
-    assert_eq!(
-        gsd.max_data_length,
-        u16::from(device::INPUT_LEN) + u16::from(device::OUTPUT_LEN)
-    );
-
-    let modules: Vec<_> = gsd
-        .available_modules
-        .iter()
-        .map(|module| module.config.as_slice())
-        .collect();
-    assert_eq!(modules, device::CONFIGURATIONS);
-    let references: Vec<_> = gsd
-        .available_modules
-        .iter()
-        .map(|module| module.reference)
-        .collect();
-    assert_eq!(references, [Some(1), Some(2)]);
-
-    // `Preset` is what makes the first module the default; the parser drops it.
-    let text = text();
-    let preset = text.find("Preset = 1").expect("one module is preset");
-    let ends: Vec<_> = text.match_indices("EndModule").map(|(at, _)| at).collect();
-    assert!(preset < ends[0], "the preset module is the first");
-    assert_eq!(text.matches("Preset =").count(), 1);
+    assert!(!gsd.modular_station, "the drive is a compact station");
+    let modules: Vec<_> = gsd.available_modules.iter().map(|module| module.config.as_slice()).collect();
+    assert_eq!(modules, CONFIGURATIONS[..1]);
 }
 
 #[test]
-fn every_module_carries_seven_words_both_ways() {
-    for module in &parsed().available_modules {
-        let octets: u8 = module
-            .config
-            .iter()
-            .map(|&identifier| {
-                // dp-v0.md 6.1, general format: b7 whole consistency, b6 words, b5..b4 in and out, b3..b0 length - 1.
-                assert_eq!(
-                    identifier & 0xF0,
-                    0xF0,
-                    "{}: consistent words in and out",
-                    module.name
-                );
-                ((identifier & 0x0F) + 1) * 2
-            })
-            .sum();
-        assert_eq!(
-            (octets, octets),
-            (device::INPUT_LEN, device::OUTPUT_LEN),
-            "{}",
-            module.name
-        );
+fn lengths_are_those_of_every_configuration_the_slave_accepts() {
+    let gsd = parsed();
+    assert_eq!((gsd.max_output_length, gsd.max_input_length), (PPO, PPO));
+    assert_eq!(gsd.max_data_length, 2 * u16::from(PPO));
+    for identifiers in CONFIGURATIONS {
+        let lengths = dp::IoLengths::of(identifiers).unwrap();
+        assert_eq!((lengths.outputs, lengths.inputs), (PPO, PPO), "{identifiers:02X?}");
     }
 }

@@ -188,10 +188,7 @@ impl Device {
         };
         part.run_cycle();
         part.wake(now);
-        Self {
-            framer: Framer::new(config.timing.resync(config.baud)),
-            part,
-        }
+        Self { framer: Framer::new(config.timing.resync(config.baud)), part }
     }
 
     /// What the device was made of, with the rate of the line as it is now.
@@ -326,9 +323,7 @@ impl Parts {
         let overdue = self.next_cycle.map(|due| now.saturating_since(due));
         if overdue.is_some_and(|overdue| overdue > MOST_TIME_MADE_UP) {
             self.next_cycle = None;
-            self.wake(Instant::from_nanos(
-                now.as_nanos().saturating_sub(nanos(MOST_TIME_MADE_UP)),
-            ));
+            self.wake(Instant::from_nanos(now.as_nanos().saturating_sub(nanos(MOST_TIME_MADE_UP))));
         }
     }
 
@@ -411,12 +406,7 @@ impl Parts {
         // A break in Data_Exchange is seen for one cycle even if it was shorter.
         self.exchanging = self.slave.state() == dp::State::DataExch && !self.interrupted;
         self.interrupted = false;
-        let octets = self
-            .slave
-            .outputs()
-            .first_chunk::<PPO_LEN>()
-            .copied()
-            .filter(|_| self.exchanging);
+        let octets = self.slave.outputs().first_chunk::<PPO_LEN>().copied().filter(|_| self.exchanging);
         let outputs = octets.as_ref().map(Outputs::new);
 
         let reply = self.run_job(outputs.map(Outputs::pkw));
@@ -446,10 +436,7 @@ impl Parts {
             return Pkw::ZERO;
         };
         let live = self.live();
-        let context = WriteContext {
-            moving: self.status.moving,
-            job_active: self.status.job_active,
-        };
+        let context = WriteContext { moving: self.status.moving, job_active: self.status.job_active };
         let outcome = self.engine.cycle(job, &mut self.store, &live, &context);
         match outcome.effect {
             Effect::None => {}
@@ -457,9 +444,7 @@ impl Parts {
             Effect::ClearFaults => self.drive.clear_faults(),
             // Not during a travel job: the store has refused it by the same status.
             Effect::Calibrate => {
-                let _refused = self
-                    .drive
-                    .calibrate(self.store.value(Parameter::CalibrationValue));
+                let _refused = self.drive.calibrate(self.store.value(Parameter::CalibrationValue));
             }
         }
         if let Some(refusal) = outcome.refusal {
@@ -470,11 +455,7 @@ impl Parts {
 
     /// Whether another application cycle with the same outputs would change nothing.
     fn is_at_rest(&self) -> bool {
-        let job = self
-            .slave
-            .outputs()
-            .first_chunk()
-            .map(|outputs| Outputs::new(outputs).pkw());
+        let job = self.slave.outputs().first_chunk().map(|outputs| Outputs::new(outputs).pkw());
         let job_waits = self.exchanging && job.is_some_and(|job| self.engine.has_work(job));
         let exchanging = self.slave.state() == dp::State::DataExch;
         self.drive.is_at_rest() && !job_waits && self.exchanging == exchanging
@@ -496,11 +477,7 @@ impl Parts {
             position: self.status.position,
             output_stage_voltage: supply(inputs.output_stage),
             control_voltage: supply(inputs.control_supply),
-            battery_voltage: if inputs.battery_low {
-                LOW_BATTERY
-            } else {
-                FULL_BATTERY
-            },
+            battery_voltage: if inputs.battery_low { LOW_BATTERY } else { FULL_BATTERY },
         }
     }
 }

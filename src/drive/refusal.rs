@@ -175,13 +175,7 @@ impl Refusal {
     }
 
     fn write(&self, f: &mut fmt::Formatter<'_>, reason: Reason) -> fmt::Result {
-        let Self {
-            position,
-            upper_limit,
-            lower_limit,
-            loop_point,
-            ..
-        } = self;
+        let Self { position, upper_limit, lower_limit, loop_point, .. } = self;
         match reason {
             Reason::FaultLatched => match self.fault {
                 Some(fault) => write!(f, "fault {fault} is not acknowledged"),
@@ -222,16 +216,10 @@ impl Refusal {
             Reason::SetpointAboveUpperLimit => write!(f, "setpoint is above the upper limit ({upper_limit})"),
             Reason::SetpointBelowLowerLimit => write!(f, "setpoint is below the lower limit ({lower_limit})"),
             Reason::LoopPointAboveUpperLimit => {
-                write!(
-                    f,
-                    "loop point {loop_point} is above the upper limit ({upper_limit})"
-                )
+                write!(f, "loop point {loop_point} is above the upper limit ({upper_limit})")
             }
             Reason::LoopPointBelowLowerLimit => {
-                write!(
-                    f,
-                    "loop point {loop_point} is below the lower limit ({lower_limit})"
-                )
+                write!(f, "loop point {loop_point} is below the lower limit ({lower_limit})")
             }
         }
     }

@@ -85,12 +85,7 @@ pub struct Status {
 
 impl Drive {
     pub(super) fn compose(&self) -> Status {
-        let Inputs {
-            output_stage,
-            battery_low,
-            current_out_of_range,
-            ..
-        } = self.inputs;
+        let Inputs { output_stage, battery_low, current_out_of_range, .. } = self.inputs;
         let state = self.state;
         let mode = self.frame.mode;
         let limits = self.frame.limits;

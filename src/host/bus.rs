@@ -107,9 +107,7 @@ impl Bus {
     /// News of a drive, and its address.
     #[must_use]
     pub fn poll_event(&mut self) -> Option<(u8, Event)> {
-        self.devices
-            .iter_mut()
-            .find_map(|device| device.poll_event().map(|event| (device.address(), event)))
+        self.devices.iter_mut().find_map(|device| device.poll_event().map(|event| (device.address(), event)))
     }
 }
 
@@ -138,10 +136,7 @@ mod tests {
         bus.add(drive(5)).unwrap();
         bus.add(drive(6)).unwrap();
         let error = bus.add(drive(5)).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "two drives have address 5; give each drive its own"
-        );
+        assert_eq!(error.to_string(), "two drives have address 5; give each drive its own");
         assert_eq!(bus.addresses().collect::<Vec<_>>(), [5, 6]);
     }
 }

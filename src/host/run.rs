@@ -122,11 +122,7 @@ mod tests {
 
         fn wait(&mut self, timeout: Option<Duration>, stop: &Stop) -> io::Result<()> {
             self.sleeps.push(timeout);
-            self.clock.advance(
-                timeout
-                    .unwrap_or(Duration::from_millis(10))
-                    .min(Duration::from_millis(10)),
-            );
+            self.clock.advance(timeout.unwrap_or(Duration::from_millis(10)).min(Duration::from_millis(10)));
             match self.script.pop_front() {
                 Some(octets) => self.master.send(&octets),
                 None => {
@@ -165,16 +161,9 @@ mod tests {
         let (mut link, mut bus, clock) = scripted(&[&[0x10, 0x05], &[0xFF; 300]]);
         let stop = Stop::new().unwrap();
         run(&mut link, &mut bus, &clock, &stop, &mut |_, _| {}).unwrap();
-        assert_eq!(
-            link.end.receive(&mut [0; 1]).unwrap(),
-            Received::Nothing,
-            "everything was taken"
-        );
+        assert_eq!(link.end.receive(&mut [0; 1]).unwrap(), Received::Nothing, "everything was taken");
         assert_eq!(link.end.lost(), 0);
-        assert!(
-            link.sleeps.len() >= 3,
-            "one sleep before each arrival, one before the stop"
-        );
+        assert!(link.sleeps.len() >= 3, "one sleep before each arrival, one before the stop");
         assert!(clock.now() > Instant::ZERO);
     }
 
@@ -193,10 +182,7 @@ mod tests {
         let stop = Stop::new().unwrap();
         let before = bus.poll_timeout();
         run(&mut link, &mut bus, &clock, &stop, &mut |_, _| {}).unwrap();
-        assert_eq!(
-            link.sleeps.first().copied(),
-            Some(before.map(|at| at.saturating_since(Instant::ZERO)))
-        );
+        assert_eq!(link.sleeps.first().copied(), Some(before.map(|at| at.saturating_since(Instant::ZERO))));
     }
 
     #[test]
@@ -236,14 +222,7 @@ mod tests {
             }
         }
         let stop = Stop::new().unwrap();
-        let error = run(
-            &mut Dead,
-            &mut Bus::new(),
-            &ManualClock::new(),
-            &stop,
-            &mut |_, _| {},
-        )
-        .unwrap_err();
+        let error = run(&mut Dead, &mut Bus::new(), &ManualClock::new(), &stop, &mut |_, _| {}).unwrap_err();
         assert!(matches!(error, Error::Link { source } if source.kind() == io::ErrorKind::BrokenPipe));
     }
 }

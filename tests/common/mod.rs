@@ -21,9 +21,7 @@ pub const RR: Reply = Reply::Status(2);
 
 /// Octets of a text like "68 05 05".
 pub fn hex(text: &str) -> Vec<u8> {
-    text.split_whitespace()
-        .map(|octet| u8::from_str_radix(octet, 16).unwrap())
-        .collect()
+    text.split_whitespace().map(|octet| u8::from_str_radix(octet, 16).unwrap()).collect()
 }
 
 /// What came back.
@@ -58,21 +56,14 @@ impl Line {
 
     pub fn at(baud: BaudRate) -> Self {
         let address = Address::station(SLAVE).unwrap();
-        Self::with(Config {
-            baud,
-            timing: Timing::True,
-            ..Config::new(address)
-        })
+        Self::with(Config { baud, timing: Timing::True, ..Config::new(address) })
     }
 
     /// A line on which the drive part runs once after each Data_Exchange.
     pub fn counting_exchanges() -> Self {
         let address = Address::station(SLAVE).unwrap();
-        let config = Config {
-            timing: Timing::True,
-            application_cycle: Duration::ZERO,
-            ..Config::new(address)
-        };
+        let config =
+            Config { timing: Timing::True, application_cycle: Duration::ZERO, ..Config::new(address) };
         Self::with(config)
     }
 
@@ -140,13 +131,7 @@ impl Line {
             Some(FrameCount::Even) => FrameCount::Odd,
         };
         self.frame_counts.insert(sa, count);
-        telegram(
-            SLAVE,
-            sa,
-            FunctionCode::request(Service::SrdHigh, count),
-            dsap,
-            data,
-        )
+        telegram(SLAVE, sa, FunctionCode::request(Service::SrdHigh, count), dsap, data)
     }
 
     /// Sends a request by `sa` to `dsap` and checks that the reply mirrors it.
@@ -154,9 +139,7 @@ impl Line {
         let Some(octets) = self.send(octets) else {
             return Reply::Silence;
         };
-        let Decoded::Telegram { telegram, len } = decode(&octets) else {
-            panic!("{octets:02X?}")
-        };
+        let Decoded::Telegram { telegram, len } = decode(&octets) else { panic!("{octets:02X?}") };
         assert_eq!(len, octets.len());
         let data = match telegram {
             Telegram::ShortAcknowledge => return Reply::Sc,
@@ -187,9 +170,7 @@ impl Line {
     }
 
     pub fn diagnosis(&mut self, sa: u8) -> [u8; 6] {
-        let Reply::Data(octets) = self.request(sa, Some(60), &[]) else {
-            panic!("no diagnosis")
-        };
+        let Reply::Data(octets) = self.request(sa, Some(60), &[]) else { panic!("no diagnosis") };
         octets.try_into().unwrap()
     }
 
@@ -216,11 +197,7 @@ impl Line {
     fn drain(&mut self) -> Option<Vec<u8>> {
         let mut buf = [0xA5; MAX_TELEGRAM_LEN];
         let reply = self.device.poll_transmit(self.now, &mut buf).map(<[u8]>::to_vec);
-        assert_eq!(
-            self.device.poll_transmit(self.now, &mut buf),
-            None,
-            "one reply to one request"
-        );
+        assert_eq!(self.device.poll_transmit(self.now, &mut buf), None, "one reply to one request");
         while let Some(event) = self.device.poll_event() {
             self.events.push(event);
         }

@@ -29,7 +29,7 @@ TRAVEL_LIMIT = 10.0  # on top of the time the distance takes
 TOTAL_LIMIT = 120
 INCREMENTS_PER_SECOND = 30 / 60 * 1600  # v-Pos default, 30 rpm
 
-# pyprofibus plugs the preset module F3 F2 by itself; a `module_1` line would plug another one behind it.
+# Our GSD describes a compact station: pyprofibus takes its one module, F3 F2, without a `module_1` line.
 # Sizes are seen from the slave: input_size is what the master sends.
 CONFIGURATION = """
 [PROFIBUS]

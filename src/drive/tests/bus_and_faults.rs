@@ -49,10 +49,7 @@ fn row_3_a_lost_output_stage_supply_cancels_everything_but_a_fault() {
     }
     let mut rig = Rig::travelling(100_000);
     rig.inputs(|inputs| inputs.output_stage = false);
-    assert_eq!(
-        (rig.state(), rig.status().motor),
-        (State::NotReady, Motor::Released)
-    );
+    assert_eq!((rig.state(), rig.status().motor), (State::NotReady, Motor::Released));
     assert!(rig.status().travelling && !rig.status().job_active);
     let mut rig = Rig::in_fault(Fault::A);
     rig.inputs(|inputs| inputs.output_stage = false);
@@ -75,11 +72,7 @@ fn row_3b_a_lost_enable_input_releases_an_ag03_at_once_and_keeps_operation_enabl
     );
     rig.inputs(|inputs| inputs.output_stage = true);
     assert_eq!((rig.state(), rig.status().ready_to_travel), (ENABLED, false));
-    assert_eq!(
-        rig.travel(0).reasons(),
-        [Reason::ShaftTurns],
-        "it is caught first"
-    );
+    assert_eq!(rig.travel(0).reasons(), [Reason::ShaftTurns], "it is caught first");
     assert!(rig.run(125).status().ready_to_travel);
     assert_eq!(rig.travel(0).state(), State::TravelActive);
 }
@@ -154,20 +147,14 @@ fn row_7_off1_cancels_the_job_and_lets_the_shaft_coast() {
     let mut rig = Rig::travelling(100_000);
     rig.stw(0x007a);
     assert_eq!((rig.state(), rig.status().no_off2), (READY, true));
-    assert_eq!(
-        (rig.status().motor, rig.status().travelling),
-        (Motor::Released, true)
-    );
+    assert_eq!((rig.status().motor, rig.status().travelling), (Motor::Released, true));
 }
 
 #[test]
 fn row_8_disabling_brakes_hard_and_stays_in_control() {
     let mut rig = Rig::travelling(100_000);
     rig.stw(0x0073);
-    assert_eq!(
-        (rig.state(), rig.status().motor),
-        (State::Disabling, Motor::InControl)
-    );
+    assert_eq!((rig.state(), rig.status().motor), (State::Disabling, Motor::InControl));
     assert_eq!(rig.zsw() & 0xa06f, 0x0023);
     rig.stw(0x007b);
     assert_eq!(rig.state(), State::Disabling, "enabling waits");
@@ -194,32 +181,20 @@ fn row_8_off2_during_the_braking_releases() {
 fn row_9_a_fault_releases_the_motor_and_is_entered_once() {
     let mut rig = Rig::in_fault(Fault::B);
     assert_eq!((rig.state(), rig.status().fault), (State::Fault, Some(Fault::B)));
-    assert_eq!(
-        (rig.status().motor, rig.status().travelling),
-        (Motor::Released, true)
-    );
+    assert_eq!((rig.status().motor, rig.status().travelling), (Motor::Released, true));
     rig.run(5).causes([]).causes([Fault::B]);
     assert_eq!(
-        (
-            rig.drive.faults().count(),
-            rig.drive.faults().codes()[..2].to_vec()
-        ),
+        (rig.drive.faults().count(), rig.drive.faults().codes()[..2].to_vec()),
         (1, [0x42, 0].to_vec())
     );
     rig.causes([Fault::B, Fault::D]);
     assert_eq!(
-        (
-            rig.drive.faults().count(),
-            rig.drive.faults().codes()[..2].to_vec()
-        ),
+        (rig.drive.faults().count(), rig.drive.faults().codes()[..2].to_vec()),
         (2, [0x44, 0x42].to_vec())
     );
     assert_eq!(rig.status().fault, Some(Fault::D), "the latest");
     rig.drive.clear_faults();
-    assert_eq!(
-        (rig.drive.faults(), rig.state()),
-        (&FaultBuffer::default(), State::Fault)
-    );
+    assert_eq!((rig.drive.faults(), rig.state()), (&FaultBuffer::default(), State::Fault));
 }
 
 #[test]
@@ -295,19 +270,11 @@ fn row_50_leaving_data_exchange_acts_as_all_zero() {
     rig.run(1);
     assert_eq!((rig.state(), rig.status().no_off2), (READY, false));
     assert_eq!(rig.status().motor, Motor::Released);
-    assert_eq!(
-        rig.drive.take_refusal(),
-        None,
-        "the falling start bit is no request"
-    );
+    assert_eq!(rig.drive.take_refusal(), None, "the falling start bit is no request");
     rig.connected = true;
     rig.run(1);
     assert_eq!(rig.state(), ENABLED, "C-36");
-    assert_eq!(
-        rig.reasons(),
-        [Reason::NotEnabled],
-        "the start edge came too early"
-    );
+    assert_eq!(rig.reasons(), [Reason::NotEnabled], "the start edge came too early");
 }
 
 #[test]
@@ -341,10 +308,7 @@ fn row_52_keys_turn_the_shaft_outside_data_exchange() {
     for (sense, clockwise) in [(SenseOfRotation::I, -30), (SenseOfRotation::E, 30)] {
         let mut rig = with_keys(Settings { sense, ..DEFAULTS });
         rig.inputs(|inputs| inputs.key_clockwise = true).run(300);
-        assert_eq!(
-            (rig.state(), rig.status().velocity),
-            (State::KeyInching(Key::Clockwise), clockwise)
-        );
+        assert_eq!((rig.state(), rig.status().velocity), (State::KeyInching(Key::Clockwise), clockwise));
         rig.inputs(|inputs| inputs.key_clockwise = false).run(300);
         rig.inputs(|inputs| inputs.key_counter_clockwise = true).run(300);
         assert_eq!(rig.status().velocity, -clockwise);
@@ -358,42 +322,23 @@ fn row_52_keys_do_nothing_in_data_exchange_with_a_fault_without_supply_or_in_vel
     assert_eq!(rig.inputs(press).state(), READY);
     rig.connected = false;
     assert_eq!(rig.run(5).state(), READY, "it was pressed before");
-    assert_eq!(
-        with_keys(DEFAULTS).causes([Fault::F]).inputs(press).state(),
-        State::Fault
-    );
+    assert_eq!(with_keys(DEFAULTS).causes([Fault::F]).inputs(press).state(), State::Fault);
     let mut rig = with_keys(DEFAULTS);
     rig.inputs(|inputs| inputs.output_stage = false).inputs(press);
     assert_eq!(rig.state(), State::NotReady);
-    assert_eq!(
-        with_keys(Settings {
-            mode: Mode::Velocity,
-            ..DEFAULTS
-        })
-        .inputs(press)
-        .state(),
-        READY
-    );
+    assert_eq!(with_keys(Settings { mode: Mode::Velocity, ..DEFAULTS }).inputs(press).state(), READY);
     let both = |inputs: &mut Inputs| (inputs.key_clockwise, inputs.key_counter_clockwise) = (true, true);
     assert_eq!(with_keys(DEFAULTS).inputs(both).state(), READY);
 }
 
 #[test]
 fn row_52_keys_only_turn_inward_beyond_a_limit() {
-    let mut rig = with_keys(Settings {
-        limits: Limits::new(-100, 100),
-        ..DEFAULTS
-    })
-    .calibrated(150);
+    let mut rig = with_keys(Settings { limits: Limits::new(-100, 100), ..DEFAULTS }).calibrated(150);
     rig.inputs(|inputs| inputs.key_counter_clockwise = true);
     assert_eq!(rig.state(), READY);
     rig.inputs(|inputs| inputs.key_counter_clockwise = false);
     rig.inputs(|inputs| inputs.key_clockwise = true).run(500);
-    assert_eq!(
-        rig.until(State::KeyInchingEnding),
-        0,
-        "and stop at the other limit"
-    );
+    assert_eq!(rig.until(State::KeyInchingEnding), 0, "and stop at the other limit");
     assert!((-150..=-100).contains(&rig.position()), "{}", rig.position());
 }
 

@@ -33,14 +33,8 @@ fn inputs() -> impl Strategy<Value = Inputs> {
         4 => Just(FaultSet::EMPTY),
         1 => prop::sample::subsequence(Fault::ALL.to_vec(), 0..3).prop_map(FaultSet::from_iter),
     ];
-    (
-        prop::bool::weighted(0.95),
-        prop::bool::weighted(0.9),
-        any::<[bool; 5]>(),
-        faults,
-        0..150u16,
-    )
-        .prop_map(|(control_supply, output_stage, flags, causes, torque)| Inputs {
+    (prop::bool::weighted(0.95), prop::bool::weighted(0.9), any::<[bool; 5]>(), faults, 0..150u16).prop_map(
+        |(control_supply, output_stage, flags, causes, torque)| Inputs {
             control_supply,
             output_stage,
             key_clockwise: flags[0],
@@ -50,7 +44,8 @@ fn inputs() -> impl Strategy<Value = Inputs> {
             current_out_of_range: flags[3],
             lag_error: flags[4],
             torque,
-        })
+        },
+    )
 }
 
 /// Settings inside and outside the ranges of the store.
@@ -64,25 +59,9 @@ fn settings() -> impl Strategy<Value = Settings> {
     let limit = || prop_oneof![Just(1_000_000), Just(0), -9_999_999..9_999_999i32, any::<i32>()];
     let small = || prop_oneof![Just(0u16), Just(1), any::<u16>()];
     (
-        (
-            mode,
-            percent(),
-            percent(),
-            prop::option::of(percent()),
-            percent(),
-            percent(),
-            percent(),
-            percent(),
-        ),
+        (mode, percent(), percent(), prop::option::of(percent()), percent(), percent(), percent(), percent()),
         (small(), small(), small(), small(), small(), sense, pos_type),
-        (
-            limit(),
-            limit(),
-            any::<i32>(),
-            stop,
-            inpos,
-            prop::option::of(20..125u16),
-        ),
+        (limit(), limit(), any::<i32>(), stop, inpos, prop::option::of(20..125u16)),
     )
         .prop_map(|(dynamics, scale, rest)| {
             let (mode, a_pos, v_pos, d_pos, a_rot, a_inch, v_inch, offset_inch_2) = dynamics;
@@ -126,18 +105,16 @@ fn act() -> impl Strategy<Value = Act> {
         1..40u8,
         prop::option::weighted(0.05, any::<i32>()),
     )
-        .prop_map(
-            |(stw, setpoint, connected, inputs, settings, micros, steps, calibrate)| Act {
-                stw,
-                setpoint,
-                connected,
-                inputs,
-                settings,
-                micros,
-                steps,
-                calibrate,
-            },
-        )
+        .prop_map(|(stw, setpoint, connected, inputs, settings, micros, steps, calibrate)| Act {
+            stw,
+            setpoint,
+            connected,
+            inputs,
+            settings,
+            micros,
+            steps,
+            calibrate,
+        })
 }
 
 proptest! {

@@ -34,13 +34,7 @@ impl Rig {
 
     fn with(model: Model, settings: Settings) -> Self {
         let drive = Drive::new(model, Gear::Ratio48, &settings);
-        Self {
-            drive,
-            settings,
-            connected: true,
-            stw: 0,
-            setpoint: 0,
-        }
+        Self { drive, settings, connected: true, stw: 0, setpoint: 0 }
     }
 
     /// Operation enabled in positioning mode, prepared for jobs.
@@ -81,8 +75,7 @@ impl Rig {
     fn run(&mut self, cycles: u32) -> &mut Self {
         let command = command(self.stw, self.setpoint);
         for _ in 0..cycles {
-            self.drive
-                .step(MILLISECOND, self.connected.then_some(&command), &self.settings);
+            self.drive.step(MILLISECOND, self.connected.then_some(&command), &self.settings);
         }
         self
     }
@@ -131,9 +124,7 @@ impl Rig {
     }
 
     fn reasons(&mut self) -> Vec<Reason> {
-        self.drive
-            .take_refusal()
-            .map_or_else(Vec::new, |refusal| refusal.reasons().collect())
+        self.drive.take_refusal().map_or_else(Vec::new, |refusal| refusal.reasons().collect())
     }
 
     fn refusal_text(&mut self) -> String {

@@ -9,10 +9,7 @@ fn row_20_either_edge_of_start_begins_a_job_and_toggles_the_acknowledge_bit() {
     let mut rig = Rig::enabled();
     for (setpoint, acknowledge) in [(1600, true), (-1600, false), (0, true)] {
         rig.travel(setpoint);
-        assert_eq!(
-            (rig.state(), rig.status().job_acknowledge),
-            (State::TravelActive, acknowledge)
-        );
+        assert_eq!((rig.state(), rig.status().job_acknowledge), (State::TravelActive, acknowledge));
         assert!(rig.status().positioning_active && !rig.status().target_reached);
         rig.until(ENABLED);
         assert_eq!(rig.position(), setpoint);
@@ -49,12 +46,7 @@ fn row_20_d_pos_brakes_otherwise_than_a_pos_accelerates() {
 
 #[test]
 fn row_20_positions_are_scaled_by_pitch_gear_and_sense() {
-    let settings = Settings {
-        spindle_pitch: 200,
-        gear_numerator: 5,
-        sense: SenseOfRotation::E,
-        ..DEFAULTS
-    };
+    let settings = Settings { spindle_pitch: 200, gear_numerator: 5, sense: SenseOfRotation::E, ..DEFAULTS };
     let mut rig = Rig::with(Model::Ag03_1, settings).calibrated(-77);
     rig.stw(0x003b).travel(-117).run(1000);
     assert_eq!(rig.status().velocity, -30);
@@ -75,31 +67,16 @@ fn row_21_each_missing_condition_refuses_the_job_and_says_why() {
     let refused = |rig: &mut Rig, setpoint: i32, text: &str| {
         let before = rig.status();
         rig.travel(setpoint);
-        assert_eq!(
-            rig.refusal_text(),
-            std::format!("travel to {setpoint} refused: {text}")
-        );
+        assert_eq!(rig.refusal_text(), std::format!("travel to {setpoint} refused: {text}"));
         assert_eq!(rig.status().job_acknowledge, before.job_acknowledge);
         assert_eq!((rig.status().moving, rig.status().state), (false, before.state));
         assert_eq!(rig.run(3).drive.take_refusal(), None, "each edge reports once");
     };
-    refused(
-        &mut Rig::enabled(),
-        1_200_000,
-        "setpoint is above the upper limit (1000000)",
-    );
-    refused(
-        &mut Rig::enabled(),
-        -1_000_001,
-        "setpoint is below the lower limit (-1000000)",
-    );
+    refused(&mut Rig::enabled(), 1_200_000, "setpoint is above the upper limit (1000000)");
+    refused(&mut Rig::enabled(), -1_000_001, "setpoint is below the lower limit (-1000000)");
     refused(Rig::enabled().stw(0x002b), 5, "stop is given");
     refused(Rig::enabled().stw(0x001b), 5, "intermediate stop is given");
-    refused(
-        Rig::enabled().stw(0x000b),
-        5,
-        "stop is given; intermediate stop is given",
-    );
+    refused(Rig::enabled().stw(0x000b), 5, "stop is given; intermediate stop is given");
     refused(
         &mut Rig::enabled().calibrated(1_000_250),
         5,
@@ -125,10 +102,7 @@ fn row_21_an_edge_together_with_enabling_comes_too_early() {
     let mut rig = Rig::new(Model::Ag03_1);
     rig.setpoint = 1600;
     rig.stw(0x007b);
-    assert_eq!(
-        (rig.state(), rig.reasons()),
-        (ENABLED, [Reason::NotEnabled].to_vec())
-    );
+    assert_eq!((rig.state(), rig.reasons()), (ENABLED, [Reason::NotEnabled].to_vec()));
     assert_eq!(rig.run(5).state(), ENABLED);
 }
 
@@ -151,10 +125,7 @@ fn row_22_an_edge_during_the_job_is_ignored() {
     let mut rig = Rig::travelling(16_000);
     let before = rig.status();
     rig.travel(-500);
-    assert_eq!(
-        (rig.state(), rig.status().job_acknowledge),
-        (State::TravelActive, before.job_acknowledge)
-    );
+    assert_eq!((rig.state(), rig.status().job_acknowledge), (State::TravelActive, before.job_acknowledge));
     assert_eq!(rig.reasons(), [Reason::JobActive]);
     rig.until(ENABLED);
     assert_eq!(rig.position(), 16_000);
@@ -162,11 +133,7 @@ fn row_22_an_edge_during_the_job_is_ignored() {
 
 #[test]
 fn row_23_the_end_of_the_job_is_reported_and_inpos_mode_acts() {
-    for (inpos, released) in [
-        (Motor::InControl, false),
-        (Motor::Shorted, false),
-        (Motor::Released, true),
-    ] {
+    for (inpos, released) in [(Motor::InControl, false), (Motor::Shorted, false), (Motor::Released, true)] {
         let mut rig = Rig::enabled();
         rig.settings.inpos = inpos;
         rig.travel(1600);
@@ -194,22 +161,14 @@ fn row_23_the_window_is_live_after_the_job() {
 fn row_24_intermediate_stop_brakes_and_keeps_the_job() {
     let mut rig = Rig::travelling(16_000);
     rig.stw(0x005b);
-    assert_eq!(
-        rig.state(),
-        State::Paused {
-            torque_tripped: false
-        }
-    );
+    assert_eq!(rig.state(), State::Paused { torque_tripped: false });
     assert_eq!(rig.zsw() & 0xeb7f, 0xab37, "C-05");
     assert!(!rig.status().positioning_active && rig.status().job_active && rig.status().travelling);
     rig.run(248);
     assert!(rig.status().moving);
     rig.run(1);
     assert!(!rig.status().moving, "30 rpm at 2 rev/s^2 take 250 ms");
-    assert_eq!(
-        (rig.position(), rig.status().motor),
-        (300 + 100, Motor::InControl)
-    );
+    assert_eq!((rig.position(), rig.status().motor), (300 + 100, Motor::InControl));
 }
 
 #[test]
@@ -218,10 +177,7 @@ fn row_25_taking_the_intermediate_stop_back_continues_to_the_same_target() {
     rig.stw(0x005b).run(1000);
     rig.setpoint = -5;
     rig.stw(0x007b);
-    assert_eq!(
-        (rig.state(), rig.status().job_acknowledge),
-        (State::TravelActive, true)
-    );
+    assert_eq!((rig.state(), rig.status().job_acknowledge), (State::TravelActive, true));
     rig.until(ENABLED);
     assert_eq!(rig.position(), 16_000);
 }
@@ -245,12 +201,7 @@ fn row_25_pause_and_resume_anywhere_end_on_the_target_without_overshoot() {
 fn row_25b_an_edge_during_the_intermediate_stop_is_ignored() {
     let mut rig = Rig::travelling(16_000);
     rig.stw(0x005b).travel(5);
-    assert_eq!(
-        rig.state(),
-        State::Paused {
-            torque_tripped: false
-        }
-    );
+    assert_eq!(rig.state(), State::Paused { torque_tripped: false });
     assert_eq!(rig.reasons(), [Reason::IntermediateStop, Reason::JobPaused]);
     rig.stw(0x003b).until(ENABLED);
     assert_eq!(rig.position(), 16_000);
@@ -260,10 +211,7 @@ fn row_25b_an_edge_during_the_intermediate_stop_is_ignored() {
 fn row_26_stop_brakes_hard_and_discards_the_job() {
     let mut rig = Rig::travelling(16_000);
     rig.stw(0x006b);
-    assert_eq!(
-        (rig.state(), rig.status().motor),
-        (State::Stopping, Motor::InControl)
-    );
+    assert_eq!((rig.state(), rig.status().motor), (State::Stopping, Motor::InControl));
     assert_eq!(rig.travel(0).reasons(), [Reason::Stop, Reason::ShaftTurns]);
     assert_eq!(rig.until(ENABLED), 125 - 2);
     rig.stw(rig.stw | 0x0010).run(100);
@@ -284,8 +232,7 @@ fn tripped() -> Rig {
     rig.settings.torque_deactivation = Some(80);
     rig.inputs(|inputs| inputs.torque = 80);
     assert_eq!(rig.state(), State::TravelActive);
-    rig.inputs(|inputs| inputs.torque = 81)
-        .inputs(|inputs| inputs.torque = 0);
+    rig.inputs(|inputs| inputs.torque = 81).inputs(|inputs| inputs.torque = 0);
     assert_eq!(rig.state(), State::Paused { torque_tripped: true });
     rig
 }
@@ -299,10 +246,7 @@ fn row_27_torque_deactivation_brakes_hard_without_a_fault_until_resumed() {
     assert!(rig.status().moving);
     assert!(!rig.run(1).status().moving);
     rig.stw(0x005b).stw(0x007b);
-    assert_eq!(
-        (rig.state(), rig.status().torque_tripped),
-        (State::TravelActive, false)
-    );
+    assert_eq!((rig.state(), rig.status().torque_tripped), (State::TravelActive, false));
     rig.until(ENABLED);
     assert_eq!(rig.position(), 16_000);
 }
@@ -311,10 +255,7 @@ fn row_27_torque_deactivation_brakes_hard_without_a_fault_until_resumed() {
 fn row_27_a_new_edge_starts_a_new_job_instead() {
     let mut rig = tripped();
     rig.run(200).travel(0);
-    assert_eq!(
-        (rig.state(), rig.status().job_acknowledge),
-        (State::TravelActive, false)
-    );
+    assert_eq!((rig.state(), rig.status().job_acknowledge), (State::TravelActive, false));
     rig.until(ENABLED);
     assert_eq!(rig.position(), 0);
 }
@@ -322,10 +263,7 @@ fn row_27_a_new_edge_starts_a_new_job_instead() {
 #[test]
 fn row_27_is_off_without_a_threshold() {
     let mut rig = Rig::travelling(16_000);
-    assert_eq!(
-        rig.inputs(|inputs| inputs.torque = 200).state(),
-        State::TravelActive
-    );
+    assert_eq!(rig.inputs(|inputs| inputs.torque = 200).state(), State::TravelActive);
 }
 
 fn prepared() -> Rig {
@@ -385,11 +323,7 @@ fn row_31_inching_2_runs_while_asked_with_v_inch_times_offset() {
         assert_eq!(rig.state(), State::Inching(Inching::Two(Direction::Positive)));
         assert_eq!(rig.status().velocity, rpm, "{v_inch} rpm, {offset} %");
         rig.settings.offset_inch_2 = 100;
-        assert_eq!(
-            rig.run(1000).status().velocity,
-            i32::from(v_inch),
-            "the offset acts at once"
-        );
+        assert_eq!(rig.run(1000).status().velocity, i32::from(v_inch), "the offset acts at once");
     }
     assert_eq!(prepared().stw(0x820b).run(1000).status().velocity, -30);
 }
@@ -398,11 +332,7 @@ fn row_31_inching_2_runs_while_asked_with_v_inch_times_offset() {
 fn row_32_inching_2_stops_by_stop_mode() {
     for (stop_mode_inch_2, cycles) in [(StopMode::Maximum, 125), (StopMode::Ramp, 500)] {
         let mut rig = prepared();
-        rig.settings = Settings {
-            a_inch: 25,
-            stop_mode_inch_2,
-            ..DEFAULTS
-        };
+        rig.settings = Settings { a_inch: 25, stop_mode_inch_2, ..DEFAULTS };
         rig.stw(0x020b).run(1000).stw(0x000b);
         assert_eq!(rig.state(), State::Inching(Inching::Ending));
         assert_eq!(rig.until(ENABLED), cycles - 1);
@@ -480,11 +410,7 @@ fn loop_travel_approaches_from_its_side() {
         (PosType::LoopMinus, -1600, 0, Some(800)),
     ] {
         for sense in [SenseOfRotation::I, SenseOfRotation::E] {
-            let settings = Settings {
-                pos_type,
-                sense,
-                ..DEFAULTS
-            };
+            let settings = Settings { pos_type, sense, ..DEFAULTS };
             let mut rig = Rig::with(Model::Ag03_1, settings).calibrated(start);
             rig.stw(0x003b).travel(target);
             let approach = if pos_type == PosType::LoopPlus { 1 } else { -1 };
@@ -502,11 +428,7 @@ fn loop_travel_approaches_from_its_side() {
             assert_eq!((rig.position(), rig.status().approach_reversed), (target, false));
             // 2400 increments, then 800
             assert_eq!(cycles, if via.is_some() { 3250 + 1250 } else { 2250 });
-            let turn = if approach > 0 {
-                passed.first()
-            } else {
-                passed.last()
-            };
+            let turn = if approach > 0 { passed.first() } else { passed.last() };
             assert_eq!(turn.copied(), via.or(Some(start)));
         }
     }
@@ -555,10 +477,7 @@ fn calibration_is_possible_without_a_job_only() {
     rig.stw(0x005b);
     assert_eq!(rig.drive.calibrate(5), Err(CalibrationError));
     rig.stw(0x004b);
-    assert_eq!(
-        (rig.state(), rig.drive.calibrate(5)),
-        (State::Stopping, Err(CalibrationError))
-    );
+    assert_eq!((rig.state(), rig.drive.calibrate(5)), (State::Stopping, Err(CalibrationError)));
     rig.until(ENABLED);
     assert_eq!(rig.drive.calibrate(-999_999), Ok(()));
     assert_eq!(rig.position(), -999_999);
@@ -567,17 +486,10 @@ fn calibration_is_possible_without_a_job_only() {
 #[test]
 fn scale_and_limits_written_during_a_job_wait_for_its_end() {
     let mut rig = Rig::travelling(16_000);
-    rig.settings = Settings {
-        gear_numerator: 2,
-        limits: Limits::new(-5, 5),
-        ..rig.settings
-    };
+    rig.settings = Settings { gear_numerator: 2, limits: Limits::new(-5, 5), ..rig.settings };
     rig.run(1);
     assert_eq!(rig.zsw() & 0xea7f, 0x0a37);
     rig.until(ENABLED);
     assert_eq!(rig.position(), 16_000);
-    assert_eq!(
-        (rig.run(1).position(), rig.status().above_upper_limit),
-        (8000, true)
-    );
+    assert_eq!((rig.run(1).position(), rig.status().above_upper_limit), (8000, true));
 }

@@ -5,13 +5,7 @@ use super::*;
 const ENABLED: State = State::OperationEnabled(Motor::InControl);
 
 fn enabled() -> Rig {
-    let mut rig = Rig::with(
-        Model::Ag03_1,
-        Settings {
-            mode: Mode::Velocity,
-            ..DEFAULTS
-        },
-    );
+    let mut rig = Rig::with(Model::Ag03_1, Settings { mode: Mode::Velocity, ..DEFAULTS });
     rig.stw(0x000b);
     assert_eq!(rig.state(), ENABLED);
     rig
@@ -29,10 +23,7 @@ fn row_40_a_released_setpoint_is_reached_with_a_rot() {
     let mut rig = enabled();
     rig.setpoint = 60;
     rig.stw(0x004b).run(249);
-    assert_eq!(
-        (rig.state(), rig.status().velocity),
-        (State::VelocityTravelling, 30)
-    );
+    assert_eq!((rig.state(), rig.status().velocity), (State::VelocityTravelling, 30));
     assert!(!rig.status().in_window);
     rig.run(250);
     assert_eq!((rig.status().velocity, rig.status().in_window), (60, true));
@@ -41,13 +32,7 @@ fn row_40_a_released_setpoint_is_reached_with_a_rot() {
 
 #[test]
 fn row_40_is_a_level_and_follows_enabling_by_itself() {
-    let mut rig = Rig::with(
-        Model::Ag03_1,
-        Settings {
-            mode: Mode::Velocity,
-            ..DEFAULTS
-        },
-    );
+    let mut rig = Rig::with(Model::Ag03_1, Settings { mode: Mode::Velocity, ..DEFAULTS });
     rig.setpoint = -72;
     rig.stw(0x004b).run(1000);
     assert_eq!((rig.status().velocity, rig.drive.take_refusal()), (-72, None));
@@ -55,20 +40,11 @@ fn row_40_is_a_level_and_follows_enabling_by_itself() {
 
 #[test]
 fn row_40_without_enable_input_the_setpoint_is_refused() {
-    let mut rig = Rig::with(
-        Model::Ag03,
-        Settings {
-            mode: Mode::Velocity,
-            ..DEFAULTS
-        },
-    );
+    let mut rig = Rig::with(Model::Ag03, Settings { mode: Mode::Velocity, ..DEFAULTS });
     rig.inputs(|inputs| inputs.output_stage = false).stw(0x000b);
     rig.setpoint = 20;
     rig.stw(0x004b).run(10);
-    assert_eq!(
-        rig.refusal_text(),
-        "velocity 20 rpm refused: the enable input is not active"
-    );
+    assert_eq!(rig.refusal_text(), "velocity 20 rpm refused: the enable input is not active");
     assert!(!rig.status().moving);
 }
 
@@ -107,10 +83,7 @@ fn row_41_a_new_setpoint_acts_at_once_even_through_zero() {
 fn row_42_a_withdrawn_setpoint_runs_down_and_then_is_ready() {
     let mut rig = turning(60);
     rig.stw(0x000b);
-    assert_eq!(
-        (rig.state(), rig.zsw() & 0xde7f),
-        (State::VelocityTravelling, 0x1e37)
-    );
+    assert_eq!((rig.state(), rig.zsw() & 0xde7f), (State::VelocityTravelling, 0x1e37));
     assert_eq!(rig.until(ENABLED), 499);
     assert_eq!((rig.zsw(), rig.status().motor), (0xbf37, Motor::InControl));
 }
@@ -120,10 +93,7 @@ fn row_42_a_setpoint_of_zero_stands_but_stays_released() {
     let mut rig = turning(60);
     rig.setpoint = 0;
     rig.run(600);
-    assert_eq!(
-        (rig.state(), rig.status().standstill),
-        (State::VelocityTravelling, true)
-    );
+    assert_eq!((rig.state(), rig.status().standstill), (State::VelocityTravelling, true));
     assert!(!rig.status().ready_to_travel && rig.drive.is_at_rest());
 }
 

@@ -31,11 +31,7 @@ pub(super) fn zsw(status: &Status) -> u16 {
         true,
         status.turn_on_disabled,
         status.warning,
-        if velocity {
-            status.in_window
-        } else {
-            !status.lag_error
-        },
+        if velocity { status.in_window } else { !status.lag_error },
         true,
         velocity || status.target_reached,
         true,
@@ -51,9 +47,7 @@ pub(super) fn zsw(status: &Status) -> u16 {
 fn pattern(text: &str) -> (u16, u16) {
     text.chars()
         .filter(|c| *c != ' ')
-        .fold((0, 0), |(mask, value), c| {
-            (mask << 1 | u16::from(c != 'x'), value << 1 | u16::from(c == '1'))
-        })
+        .fold((0, 0), |(mask, value), c| (mask << 1 | u16::from(c != 'x'), value << 1 | u16::from(c == '1')))
 }
 
 /// The table at the end of section 8; `s` stands for supply ok.
@@ -84,22 +78,14 @@ fn printed(status: &Status) -> (u16, u16) {
 pub(super) fn assert_pattern(status: &Status) {
     let (mask, value) = printed(status);
     let word = zsw(status);
-    assert_eq!(
-        word & mask,
-        value,
-        "{word:04x} is no {:?}: {status:?}",
-        status.state
-    );
+    assert_eq!(word & mask, value, "{word:04x} is no {:?}: {status:?}", status.state);
     let ready = status.state.operation_enabled()
         && word & 0x4000 == 0
         && matches!(status.state, State::OperationEnabled(_))
         && status.output_stage_ok
         && !status.moving
         && (status.mode == Mode::Positioning);
-    assert!(
-        !ready || word & 0x8000 != 0,
-        "{word:04x} should be ready-to-travel: {status:?}"
-    );
+    assert!(!ready || word & 0x8000 != 0, "{word:04x} should be ready-to-travel: {status:?}");
 }
 
 #[test]
@@ -135,13 +121,7 @@ fn typical_words_of_the_positioning_mode() {
 
 #[test]
 fn typical_words_of_the_velocity_mode() {
-    let mut rig = Rig::with(
-        Model::Ag03_1,
-        Settings {
-            mode: Mode::Velocity,
-            ..DEFAULTS
-        },
-    );
+    let mut rig = Rig::with(Model::Ag03_1, Settings { mode: Mode::Velocity, ..DEFAULTS });
     assert_eq!(rig.run(1).zsw(), 0x3f23);
     assert_eq!(rig.stw(0x0002).zsw(), 0x3f33);
     assert_eq!(rig.stw(0x000b).zsw(), 0xbf37);
@@ -177,11 +157,7 @@ fn in_every_state() -> Vec<Rig> {
                 keep(rig.clone().stw(0x006b));
                 let mut tripping = rig.clone();
                 tripping.settings.torque_deactivation = Some(100);
-                keep(
-                    tripping
-                        .inputs(|inputs| inputs.torque = 101)
-                        .inputs(|inputs| inputs.torque = 0),
-                );
+                keep(tripping.inputs(|inputs| inputs.torque = 101).inputs(|inputs| inputs.torque = 0));
                 let mut inching = Rig::with(model, DEFAULTS);
                 inching.stw(0x000b);
                 keep(inching.clone().stw(0x010b).run(300));
@@ -213,9 +189,7 @@ fn every_state_is_among_those_tested_with_every_control_word() {
         State::OperationEnabled(Motor::Released),
         State::Disabling,
         State::TravelActive,
-        State::Paused {
-            torque_tripped: false,
-        },
+        State::Paused { torque_tripped: false },
         State::Paused { torque_tripped: true },
         State::Stopping,
         State::Inching(Inching::One),
@@ -239,10 +213,7 @@ pub(super) fn assert_invariants(before: &Status, after: &Status, stw: u16) {
     if after.job_acknowledge != before.job_acknowledge && after.state != State::Off {
         let powered_on = before.state == State::Off;
         let started = after.state == State::TravelActive || matches!(after.state, State::OperationEnabled(_));
-        assert!(
-            powered_on || started && stw & 0x003b == 0x003b,
-            "acknowledged without a job: {after:?}"
-        );
+        assert!(powered_on || started && stw & 0x003b == 0x003b, "acknowledged without a job: {after:?}");
     }
     let commanded = after.positioning_active || after.state == State::VelocityTravelling;
     if commanded {
@@ -254,10 +225,7 @@ pub(super) fn assert_invariants(before: &Status, after: &Status, stw: u16) {
     }
     // Without torque the shaft only runs out.
     if after.motor != Motor::InControl {
-        assert!(
-            after.velocity.abs() <= before.velocity.abs(),
-            "{before:?} {after:?}"
-        );
+        assert!(after.velocity.abs() <= before.velocity.abs(), "{before:?} {after:?}");
     }
     assert_eq!(after.fault.is_some(), after.state == State::Fault);
 }

@@ -80,9 +80,7 @@ impl Pty {
     /// [`Error::Pty`], [`Error::PathTaken`] or [`Error::Symlink`]; then nothing is left behind.
     pub fn open(path: Option<&Path>) -> Result<Self, Error> {
         let mut pty = Self::open_terminal().map_err(|source| Error::Pty { source })?;
-        pty.symlink = path
-            .map(|path| Symlink::create(path, &pty.terminal))
-            .transpose()?;
+        pty.symlink = path.map(|path| Symlink::create(path, &pty.terminal)).transpose()?;
         Ok(pty)
     }
 
@@ -236,9 +234,7 @@ impl Pty {
         if !self.follows_rate || self.openings == 0 {
             return Ok(None);
         }
-        let rate = self
-            .speed()?
-            .and_then(|speed| BaudRate::from_bits_per_second(speed).ok());
+        let rate = self.speed()?.and_then(|speed| BaudRate::from_bits_per_second(speed).ok());
         if rate.is_none() || rate == self.rate {
             return Ok(None);
         }
@@ -279,10 +275,7 @@ impl Link for Pty {
         self.lost = self.lost.saturating_add(lost as u64);
         if lost > 0 && self.openings > 0 && !self.reset_due && !self.loss_reported {
             self.loss_reported = true;
-            tracing::warn!(
-                "the master does not read {}: octets are lost",
-                self.terminal.display()
-            );
+            tracing::warn!("the master does not read {}: octets are lost", self.terminal.display());
         }
         Ok(())
     }
