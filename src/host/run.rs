@@ -24,10 +24,13 @@ pub fn run(
 ) -> Result<(), Error> {
     let mut batch = [0; BATCH];
     loop {
-        let heard = listen(link, bus, &mut batch)?;
+        let (heard, reset) = listen(link, bus, &mut batch)?;
         if let Some(octets) = batch.get(..heard).filter(|octets| !octets.is_empty()) {
             bus.handle_bytes(clock.now(), octets);
             drain(link, bus, clock, on_event)?;
+        }
+        if reset {
+            bus.handle_reset();
         }
         let now = clock.now();
         if bus.poll_timeout().is_some_and(|deadline| deadline <= now) {
@@ -37,31 +40,27 @@ pub fn run(
         if stop.is_requested() {
             return Ok(());
         }
-        // A full batch may have left octets behind, and a new deadline may already be past: look again at once.
+        // More may lie behind a reset or a full batch, and a new deadline may already be past: look again at once.
         let now = clock.now();
         let timeout = bus.poll_timeout().map(|deadline| deadline.saturating_since(now));
-        if heard < batch.len() && timeout.is_none_or(|timeout| !timeout.is_zero()) {
+        if !reset && heard < batch.len() && timeout.is_none_or(|timeout| !timeout.is_zero()) {
             link.wait(timeout, stop).map_err(link_failed)?;
         }
     }
 }
 
-/// Collects what has arrived at the front of `batch`: how many octets.
-fn listen(link: &mut dyn Link, bus: &mut Bus, batch: &mut [u8]) -> Result<usize, Error> {
+/// Collects what has arrived at the front of `batch`, up to a reset: how many octets, and whether a reset follows.
+fn listen(link: &mut dyn Link, bus: &mut Bus, batch: &mut [u8]) -> Result<(usize, bool), Error> {
     let mut heard = 0;
     while let Some(free) = batch.get_mut(heard..).filter(|free| !free.is_empty()) {
         match link.receive(free).map_err(link_failed)? {
             Received::Octets(count) => heard += count,
-            Received::Reset => {
-                // What was collected so far is of the master that has gone.
-                heard = 0;
-                bus.handle_reset();
-            }
+            Received::Reset => return Ok((heard, true)),
             Received::Rate(rate) => bus.set_baud(rate),
             Received::Nothing => break,
         }
     }
-    Ok(heard)
+    Ok((heard, false))
 }
 
 /// Sends what is to be sent now and passes on the news.
@@ -200,16 +199,15 @@ mod tests {
     }
 
     #[test]
-    fn octets_before_a_reset_do_not_reach_the_drives() {
+    fn octets_before_and_after_a_reset_are_told_apart() {
         let (mut link, mut bus, _) = scripted(&[]);
-        link.master.send(&[1, 2, 3]).unwrap();
         let mut batch = [0; 8];
-        let before = link.end.receive(&mut batch).unwrap();
-        assert_eq!(before, Received::Octets(3));
-        link.master.send(&[4]).unwrap();
-        link.news.extend([before, Received::Reset]);
-        assert_eq!(listen(&mut link, &mut bus, &mut batch).unwrap(), 1);
-        assert_eq!(batch[0], 4);
+        link.master.send(&[1, 2, 3]).unwrap();
+        link.news
+            .extend([Received::Rate(BaudRate::K1500), Received::Reset]);
+        assert_eq!(listen(&mut link, &mut bus, &mut batch).unwrap(), (0, true));
+        assert_eq!(listen(&mut link, &mut bus, &mut batch).unwrap(), (3, false));
+        assert_eq!(batch[..3], [1, 2, 3]);
     }
 
     #[test]
@@ -217,8 +215,8 @@ mod tests {
         let (mut link, mut bus, _) = scripted(&[]);
         link.master.send(&[0x55; BATCH + 1]).unwrap();
         let mut batch = [0; BATCH];
-        assert_eq!(listen(&mut link, &mut bus, &mut batch).unwrap(), BATCH);
-        assert_eq!(listen(&mut link, &mut bus, &mut batch).unwrap(), 1);
+        assert_eq!(listen(&mut link, &mut bus, &mut batch).unwrap(), (BATCH, false));
+        assert_eq!(listen(&mut link, &mut bus, &mut batch).unwrap(), (1, false));
     }
 
     #[test]
