@@ -1,18 +1,110 @@
-//! PROFIBUS-DP drives in software (guide follows).
+//! PROFIBUS-DP drives in software: telegrams, a DP-V0 slave, the parameter channel of PROFIDRIVE version 2, and
+//! two emulated positioning drives, SIKO AG03 and AG03/1, that real masters run.
+//!
+//! # The flow of a byte
+//!
+//! The modules are the layers a byte passes, in this order:
+//!
+//! ```text
+//!        octets         Telegram         Request          14 outputs         PKW words      Value
+//!  link ────────▶ fdl ───────────▶ fdl ───────────▶ dp ─────────────▶ ppo ─────────────▶ pkw ──────▶ param
+//!                framer          station          slave                │      Stw
+//!                                                                      └────────▶ device::words ──▶ drive
+//!                                                                                             Command
+//!  link ◀──────── fdl ◀─────────────────────────── dp ◀────────────── ppo ◀── reply, ZSW, HIW ◀────────┘
+//!        octets          Reply                         14 inputs
+//! ```
+//!
+//! | module | is | knows |
+//! | --- | --- | --- |
+//! | [`time`] | instants, bit times, rates | |
+//! | [`fdl`] | octets to telegrams, the passive station | that service access points exist |
+//! | [`dp`] | the DP-V0 slave and its services | what the service access points mean |
+//! | [`ppo`] | the seven words of one Data_Exchange | where each word lies |
+//! | [`param`] | every parameter of both drives | types, ranges, defaults, permissions |
+//! | [`pkw`] | jobs and replies of the parameter channel | job, reply and error numbers |
+//! | [`drive`] | state machine and motion, without a bus | revolutions, seconds, named flags |
+//! | [`device`] | all of it as one object | every bit of STW, ZSW and SSW |
+//! | [`host`] | links, clock, run loop (feature `std`) | the operating system |
+//!
+//! Everything above [`host`] is `no_std`, allocates nothing, and never panics whatever octets it is given.
+//!
+//! # The loop
+//!
+//! A [`device::Device`] takes octets and time and gives octets, events and a deadline. **After every `handle_*`,
+//! drain `poll_transmit` and `poll_event` to `None`, then wait until octets arrive or `poll_timeout` has come.**
+//!
+//! ```
+//! use profidrive::device::{Config, Device, MAX_TELEGRAM_LEN};
+//! use profidrive::fdl::Address;
+//! use profidrive::time::Instant;
+//!
+//! // A line with one master on it that asks station 5 whether it is there.
+//! let mut from_master = Vec::from([0x10, 0x05, 0x02, 0x49, 0x50, 0x16]);
+//! let mut to_master = Vec::new();
+//!
+//! let mut now = Instant::ZERO;
+//! let mut device = Device::new(Config::new(Address::station(5)?), now);
+//! let mut telegram = [0; MAX_TELEGRAM_LEN];
+//! while to_master.is_empty() {
+//!     // 1. Octets, if some have come, else time.
+//!     if from_master.is_empty() {
+//!         device.handle_timeout(now);
+//!     } else {
+//!         device.handle_bytes(now, &std::mem::take(&mut from_master));
+//!     }
+//!     // 2. Drain.
+//!     while let Some(octets) = device.poll_transmit(now, &mut telegram) {
+//!         to_master.extend_from_slice(octets);
+//!     }
+//!     while let Some(event) = device.poll_event() {
+//!         println!("{now}: {event}");
+//!     }
+//!     // 3. Sleep. This clock is ours, so sleeping is setting it.
+//!     if let Some(deadline) = device.poll_timeout() {
+//!         now = now.max(deadline);
+//!     }
+//! }
+//! assert_eq!(to_master, [0x10, 0x02, 0x05, 0x00, 0x07, 0x16]);
+//! // Not before min T_SDR, 11 bit times at 500 kbit/s.
+//! assert_eq!(now, Instant::from_micros(22));
+//! # Ok::<(), profidrive::fdl::AddressError>(())
+//! ```
+//!
+//! [`host`] has this loop for links of an operating system, and the command `profidrive emulate` runs it.
+//!
+//! # Features
+//!
+//! * `std` (default): [`host`].
+//! * `alloc`: telegrams built into `bytes::BufMut`.
+//! * `serial`: an RS-485 serial port as link.
+//! * `master`: profirust as DP master over our links.
+//! * `cli`: the command.
 #![no_std]
+
+// Named only where it is wanted, so that nobody relies on its prelude by accident.
 #[cfg(any(feature = "std", test))]
 #[cfg_attr(test, macro_use)]
 extern crate std;
 
-pub mod device;
-pub mod dp;
-pub mod drive;
+pub mod time;
+
 pub mod fdl;
+
+pub mod dp;
+
+pub mod ppo;
+
+pub mod param;
+
+pub mod pkw;
+
+pub mod drive;
+
+pub mod device;
+
 #[cfg(feature = "std")]
 pub mod host;
+
 #[cfg(feature = "master")]
 pub mod master;
-pub mod param;
-pub mod pkw;
-pub mod ppo;
-pub mod time;

@@ -210,6 +210,6 @@ mod tests {
 
     #[test]
     fn an_instant_reads_as_seconds() {
-        assert_eq!(format!("{}", Instant::from_micros(1_250_042)), "1.250042");
+        assert_eq!(std::format!("{}", Instant::from_micros(1_250_042)), "1.250042");
     }
 }

@@ -1,77 +1,501 @@
-//! One emulated drive as one object (interface sketch; names fixed by agreement, bodies to come).
-use crate::param::{Gear, Model};
-use crate::time::{BaudRate, Instant};
+//! One emulated drive as one object: octets and time in, octets and events out.
+//!
+//! The only place that knows every layer. It owns no clock, no port and no thread.
+//!
+//! **After every `handle_*` call, drain [`Device::poll_transmit`] and [`Device::poll_event`] to `None`, then wait
+//! until octets arrive or [`Device::poll_timeout`] has come.** The crate guide shows the loop.
+//!
+//! A device is two machines, as the real one is. The *DP part* answers each telegram at once from buffers. The
+//! *drive part* runs once per application cycle: it takes the newest outputs, runs the parameter channel, the
+//! state machine and one fixed step of the motion, and offers new inputs. So a PKW reply never comes in the
+//! exchange that brought its job. When nothing can change, the drive part sleeps and [`Device::poll_timeout`]
+//! does not ask to be called for its sake; what happens is the same as if it had run.
+
+mod event;
+pub mod words;
+
 use core::time::Duration;
 
-/// Longest telegram on the wire.
-pub const MAX_TELEGRAM_LEN: usize = 255;
+use crate::dp::{self, Slave};
+use crate::drive::{Drive, Inputs, Settings, Status};
+use crate::fdl::{Address, FrameError, Framer, Reception, Request, Resync, Station, Telegram};
+use crate::param::{Effect, Gear, Live, Model, Parameter, Store, WriteContext};
+use crate::pkw::{self, Engine};
+use crate::ppo::{self, Outputs, PPO_LEN, Pkw};
+use crate::time::{BaudRate, Instant, nanos};
+
+pub use crate::fdl::MAX_TELEGRAM_LEN;
+pub use event::Event;
+
+/// The ident number of both drives: the GSD is named `SIKO0AC5.GSD`.
+pub const IDENT_NUMBER: u16 = 0x0AC5;
+
+/// The configurations both drives accept: four and three words consistent, or seven words consistent. Which one
+/// the real drive uses is not public (`ag03.md` 16).
+pub const CONFIGURATIONS: &[&[u8]] = &[&[0xF3, 0xF2], &[0xF6]];
+
+/// The rates the manual lists: all of PROFIBUS-DP without 45.45 kbit/s.
+pub const BAUD_RATES: [BaudRate; 9] = [
+    BaudRate::K9_6,
+    BaudRate::K19_2,
+    BaudRate::K93_75,
+    BaudRate::K187_5,
+    BaudRate::K500,
+    BaudRate::K1500,
+    BaudRate::K3000,
+    BaudRate::K6000,
+    BaudRate::K12000,
+];
+
+/// What both drives are to a DP master.
+pub const DESCRIPTION: dp::Description = dp::Description {
+    ident: IDENT_NUMBER,
+    configurations: CONFIGURATIONS,
+    user_prm_len: 0,
+    sync_mode: true,
+    freeze_mode: true,
+};
+
+/// How often the drive part runs unless told otherwise. The manuals state no time.
+pub const DEFAULT_APPLICATION_CYCLE: Duration = Duration::from_millis(1);
+
+// What the measured values read while the shaft is ideal: it needs no current and heats nothing.
+
+/// PNU 1040 and 1041 with the supply present, in 0.1 V.
+const NOMINAL_SUPPLY: u16 = 240;
+/// PNU 1027, in 0.1 degC.
+const AMBIENT_TEMPERATURE: i16 = 250;
+/// PNU 1042 of a good battery, in 0.01 V.
+const FULL_BATTERY: u16 = 300;
+/// PNU 1042 of a battery below its limit, in 0.01 V (C-33: the warning comes below 2.6 V).
+const LOW_BATTERY: u16 = 250;
+
+/// A late device makes up for at most this much time; a process that slept longer has slept, not travelled.
+const MOST_TIME_MADE_UP: Duration = Duration::from_secs(60);
 
 /// What a device is made of.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Config {
-    /// Station address 0..=126 (will be `fdl::Address`).
-    pub address: u8,
+    /// Station address, 0..=126, as the DIP switches are set.
+    pub address: Address,
     /// Which drive.
     pub model: Model,
-    /// Which gear.
+    /// Which internal gear.
     pub gear: Gear,
-    /// The rate of the line, for bit times.
+    /// The rate of the line.
     pub baud: BaudRate,
-    /// How often the drive part runs.
+    /// What can be known of the time of octets.
+    pub timing: Timing,
+    /// How often the drive part runs. Zero: once after each Data_Exchange, for tests that count exchanges.
     pub application_cycle: Duration,
+    /// How the parameter channel behaves where the manuals leave it open.
+    pub pkw: pkw::Config,
 }
 
-/// News for the host. `Display` is one line of plain English for the log.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Event {
-    /// (to come; non_exhaustive)
-    Sketch,
+impl Config {
+    /// An AG03/1 with gear 48:1 at `address`, on a line without true timing, with an application cycle of 1 ms.
+    pub fn new(address: Address) -> Self {
+        Self {
+            address,
+            model: Model::Ag03_1,
+            gear: Gear::Ratio48,
+            baud: BaudRate::K500,
+            timing: Timing::Untrue,
+            application_cycle: DEFAULT_APPLICATION_CYCLE,
+            pkw: pkw::Config::default(),
+        }
+    }
 }
-impl core::fmt::Display for Event {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str("sketch")
+
+/// What can be known of the time of octets on a link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Timing {
+    /// Octets come when they come on the line: a simulated line or a UART. After rubbish the line must fall
+    /// silent ([`Resync::Idle`]), and a reply is dropped once max T_SDR is over.
+    True,
+    /// Octets come when a scheduler delivers them: pseudo-terminal, TCP, USB adapter. Rubbish is skipped
+    /// ([`Resync::SCAN`]), and a reply is sent however late, because the master's patience is set for such links.
+    Untrue,
+}
+
+impl Timing {
+    /// The rule for finding the next telegram on a line at `baud`.
+    pub const fn resync(self, baud: BaudRate) -> Resync {
+        match self {
+            Self::True => Resync::Idle(baud),
+            Self::Untrue => Resync::SCAN,
+        }
     }
 }
 
 /// One emulated drive.
+#[derive(Clone, Debug)]
 pub struct Device {
+    framer: Framer,
+    part: Parts,
+}
+
+/// Everything behind the framer.
+#[derive(Clone, Debug)]
+struct Parts {
     config: Config,
+    station: Station,
+    slave: Slave,
+    engine: Engine,
+    store: Store,
+    settings: Settings,
+    drive: Drive,
+    /// When the drive part runs next; `None` while nothing can change.
+    next_cycle: Option<Instant>,
+    /// The application cycles lie on a grid that starts here.
+    power_on: Instant,
+    /// The outputs the drive part was woken for, as counted by the slave.
+    outputs_seen: u32,
+    /// The last application cycle ran in Data_Exchange.
+    exchanging: bool,
+    /// Data_Exchange was left since the last application cycle.
+    interrupted: bool,
+    /// The drive as the last application cycle left it.
+    status: Status,
+    events: event::Queue,
 }
 
 impl Device {
-    /// A drive that has just been powered on at `now`.
-    pub fn new(config: Config, _now: Instant) -> Self {
-        Self { config }
+    /// A drive with factory settings, switched on at `now`.
+    pub fn new(config: Config, now: Instant) -> Self {
+        let store = Store::new(config.model, config.gear);
+        let settings = Settings::read(&store);
+        let drive = Drive::new(config.model, config.gear, &settings);
+        let max_tsdr = match config.timing {
+            Timing::True => Some(config.baud.max_tsdr_bits()),
+            Timing::Untrue => None,
+        };
+        let mut part = Parts {
+            config,
+            station: Station::new(config.address, config.baud, max_tsdr),
+            slave: Slave::new(DESCRIPTION),
+            engine: Engine::new(config.pkw),
+            store,
+            settings,
+            status: drive.status(),
+            drive,
+            next_cycle: None,
+            power_on: now,
+            outputs_seen: 0,
+            exchanging: false,
+            interrupted: false,
+            events: event::Queue::default(),
+        };
+        part.run_cycle();
+        part.wake(now);
+        Self {
+            framer: Framer::new(config.timing.resync(config.baud)),
+            part,
+        }
     }
-    /// Its station address.
-    pub fn address(&self) -> u8 {
-        self.config.address
+
+    /// What the device was made of, with the rate of the line as it is now.
+    pub const fn config(&self) -> &Config {
+        &self.part.config
     }
-    /// The line has another rate now.
+
+    /// The state of the DP slave machine.
+    pub const fn dp_state(&self) -> dp::State {
+        self.part.slave.state()
+    }
+
+    /// The drive as the last application cycle left it.
+    pub const fn status(&self) -> &Status {
+        &self.part.status
+    }
+
+    /// The stored parameters.
+    pub const fn parameters(&self) -> &Store {
+        &self.part.store
+    }
+
+    /// The line has another rate from now on.
     pub fn set_baud(&mut self, baud: BaudRate) {
-        self.config.baud = baud;
+        self.part.config.baud = baud;
+        self.part.station.set_baud(baud);
+        self.framer = Framer::new(self.part.config.timing.resync(baud));
     }
-    /// Octets that ended to arrive at `now`, cut anywhere.
-    pub fn handle_bytes(&mut self, _now: Instant, _bytes: &[u8]) {}
-    /// Time passed without octets. Spurious calls are harmless.
-    pub fn handle_timeout(&mut self, _now: Instant) {}
-    /// The octets to send now, if any.
-    #[must_use]
+
+    /// Changes what acts on the drive from outside: supplies, keys, causes of faults. Counts as a `handle_*` call.
+    pub fn set_inputs(&mut self, now: Instant, inputs: Inputs) {
+        self.part.advance(now);
+        self.part.drive.set_inputs(inputs);
+        self.part.wake(now);
+    }
+
+    /// Takes octets, the last of which ended at `now`. They may be cut anywhere. Never panics, never blocks.
+    pub fn handle_bytes(&mut self, now: Instant, octets: &[u8]) {
+        let Self { framer, part } = self;
+        part.advance(now);
+        framer.receive(now, octets, |at, result| part.hear(at, result));
+    }
+
+    /// Takes one telegram whose last octet ended at `now`, for hosts that frame the octets of many devices once.
+    pub fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>) {
+        self.part.advance(now);
+        self.part.hear(now, Ok(*telegram));
+    }
+
+    /// Time has passed. Spurious calls are harmless.
+    pub fn handle_timeout(&mut self, now: Instant) {
+        let Self { framer, part } = self;
+        part.advance(now);
+        framer.handle_timeout(now, |at, result| part.hear(at, result));
+    }
+
+    /// The other end of the line was replaced: an unfinished telegram is forgotten.
+    pub fn handle_line_reset(&mut self) {
+        self.framer.clear();
+    }
+
+    /// The telegram to send at `now`, written to `buf`, if its time has come.
+    #[must_use = "the octets are not offered again"]
     pub fn poll_transmit<'b>(
         &mut self,
-        _now: Instant,
-        _buf: &'b mut [u8; MAX_TELEGRAM_LEN],
+        now: Instant,
+        buf: &'b mut [u8; MAX_TELEGRAM_LEN],
     ) -> Option<&'b [u8]> {
-        None
+        match self.part.station.poll_transmit(now) {
+            Ok(octets) => {
+                let octets = octets?;
+                let out = buf.get_mut(..octets.len())?;
+                out.copy_from_slice(octets);
+                Some(out)
+            }
+            Err(too_late) => {
+                self.part.events.push(Event::ReplyTooLate(too_late));
+                None
+            }
+        }
     }
-    /// When to call `handle_timeout`/`poll_transmit` again; `None` = only after octets arrived.
+
+    /// When to call [`Device::handle_timeout`] and [`Device::poll_transmit`] again; `None` = octets come first.
+    /// Changes with every `handle_*`, and with every `poll_transmit` that returned octets.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
-        None
+        let timeouts = [
+            self.part.station.poll_timeout(),
+            self.part.slave.poll_timeout(),
+            self.part.next_cycle,
+            self.framer.poll_timeout(),
+        ];
+        timeouts.into_iter().flatten().min()
     }
-    /// News.
+
+    /// The oldest event not taken yet. Changes with every `handle_*` and `poll_transmit`.
     #[must_use]
     pub fn poll_event(&mut self) -> Option<Event> {
-        None
+        self.part.events.pop()
+    }
+}
+
+impl Parts {
+    /// Lets everything happen that is due until `now`: application cycles and the watchdog, in the order of time.
+    fn advance(&mut self, now: Instant) {
+        self.forfeit_old_cycles(now);
+        loop {
+            let watchdog = self.slave.poll_timeout().filter(|due| *due <= now);
+            let cycle = self.next_cycle.filter(|due| *due <= now);
+            match (cycle, watchdog) {
+                (Some(cycle), Some(watchdog)) if watchdog <= cycle => self.expire_watchdog(watchdog),
+                (Some(cycle), Some(_) | None) => {
+                    self.next_cycle = None;
+                    self.run_cycle();
+                    if !self.is_at_rest() {
+                        self.next_cycle = Some(cycle.saturating_add(self.config.application_cycle));
+                    }
+                }
+                (None, Some(watchdog)) => self.expire_watchdog(watchdog),
+                (None, None) => return,
+            }
+        }
+    }
+
+    /// Moves a cycle that is overdue beyond all measure up to the time that is made up for.
+    fn forfeit_old_cycles(&mut self, now: Instant) {
+        let overdue = self.next_cycle.map(|due| now.saturating_since(due));
+        if overdue.is_some_and(|overdue| overdue > MOST_TIME_MADE_UP) {
+            self.next_cycle = None;
+            self.wake(Instant::from_nanos(
+                now.as_nanos().saturating_sub(nanos(MOST_TIME_MADE_UP)),
+            ));
+        }
+    }
+
+    fn expire_watchdog(&mut self, due: Instant) {
+        if let Some(event) = self.slave.handle_timeout(due) {
+            self.events.push(Event::Dp(event));
+        }
+        self.outputs_passed(due);
+    }
+
+    /// A telegram or a refusal from the line.
+    fn hear(&mut self, now: Instant, result: Result<Telegram<'_>, FrameError>) {
+        let telegram = match result {
+            Ok(telegram) => telegram,
+            Err(error) => return self.events.push(Event::TelegramRefused(error)),
+        };
+        match self.station.receive(now, &telegram) {
+            Reception::Ignored => {}
+            Reception::Answered { sa } | Reception::Repeated { sa } => self.slave.heard(now, sa),
+            Reception::Data(request) => {
+                if !request.da.is_broadcast() {
+                    self.slave.heard(now, request.sa);
+                }
+                if let Some(event) = self.slave.handle_sdn(&request) {
+                    self.events.push(Event::Dp(event));
+                }
+                self.outputs_passed(now);
+            }
+            Reception::DataWithReply(request) => self.serve(now, &request),
+        }
+    }
+
+    fn serve(&mut self, now: Instant, request: &Request<'_>) {
+        self.slave.heard(now, request.sa);
+        let handled = self.slave.handle_srd(now, request);
+        self.station.reply(now, request, handled.reply);
+        let exchanged = handled.exchanged;
+        if let Some(event) = handled.event {
+            self.events.push(Event::Dp(event));
+        }
+        if let Some(bits) = self.slave.min_tsdr() {
+            self.station.set_min_tsdr(bits);
+        }
+        self.outputs_passed(now);
+        if exchanged && self.config.application_cycle.is_zero() {
+            self.run_cycle();
+        }
+    }
+
+    /// Wakes the drive part if outputs were passed that it has not seen.
+    fn outputs_passed(&mut self, now: Instant) {
+        let passed = self.slave.outputs_passed();
+        if self.outputs_seen == passed {
+            return;
+        }
+        self.outputs_seen = passed;
+        if self.exchanging && self.slave.state() != dp::State::DataExch {
+            self.exchanging = false;
+            self.interrupted = true;
+            if self.config.application_cycle.is_zero() {
+                self.run_cycle();
+            }
+        }
+        self.wake(now);
+    }
+
+    /// Sets the next point of the application cycle grid after `now`, unless one is set already.
+    fn wake(&mut self, now: Instant) {
+        let cycle = nanos(self.config.application_cycle);
+        if self.next_cycle.is_some() || cycle == 0 {
+            return;
+        }
+        let elapsed = nanos(now.saturating_since(self.power_on));
+        let next = (elapsed / cycle + 1).saturating_mul(cycle);
+        self.next_cycle = Some(self.power_on.saturating_add(Duration::from_nanos(next)));
+    }
+
+    /// One application cycle: newest outputs in, one fixed step, new inputs out.
+    fn run_cycle(&mut self) {
+        // A break in Data_Exchange is seen for one cycle even if it was shorter.
+        self.exchanging = self.slave.state() == dp::State::DataExch && !self.interrupted;
+        self.interrupted = false;
+        let octets = self
+            .slave
+            .outputs()
+            .first_chunk::<PPO_LEN>()
+            .copied()
+            .filter(|_| self.exchanging);
+        let outputs = octets.as_ref().map(Outputs::new);
+
+        let reply = self.run_job(outputs.map(Outputs::pkw));
+        let command = outputs.map(|outputs| words::command(outputs.stw(), outputs.hsw()));
+        let step = match self.config.application_cycle {
+            Duration::ZERO => DEFAULT_APPLICATION_CYCLE,
+            cycle => cycle,
+        };
+        let fault = self.status.fault;
+        self.drive.step(step, command.as_ref(), &self.settings);
+        self.status = self.drive.status();
+
+        if let Some(refusal) = self.drive.take_refusal() {
+            self.events.push(Event::CommandRefused(refusal));
+        }
+        if let Some(fault) = self.status.fault.filter(|_| fault.is_none()) {
+            self.events.push(Event::Fault(fault));
+        }
+        let inputs = ppo::Inputs::octets(reply, words::zsw(&self.status), words::hiw(&self.status));
+        self.slave.set_inputs(&inputs);
+    }
+
+    /// Runs the parameter channel; `None` outside Data_Exchange.
+    fn run_job(&mut self, job: Option<Pkw>) -> Pkw {
+        let Some(job) = job else {
+            self.engine.reset();
+            return Pkw::ZERO;
+        };
+        let live = self.live();
+        let context = WriteContext {
+            moving: self.status.moving,
+            job_active: self.status.job_active,
+        };
+        let outcome = self.engine.cycle(job, &mut self.store, &live, &context);
+        match outcome.effect {
+            Effect::None => {}
+            Effect::SettingsChanged => self.settings = Settings::read(&self.store),
+            Effect::ClearFaults => self.drive.clear_faults(),
+            // Not during a travel job: the store has refused it by the same status.
+            Effect::Calibrate => {
+                let _refused = self
+                    .drive
+                    .calibrate(self.store.value(Parameter::CalibrationValue));
+            }
+        }
+        if let Some(refusal) = outcome.refusal {
+            self.events.push(Event::JobRefused(refusal));
+        }
+        outcome.reply
+    }
+
+    /// Whether another application cycle with the same outputs would change nothing.
+    fn is_at_rest(&self) -> bool {
+        let job = self
+            .slave
+            .outputs()
+            .first_chunk()
+            .map(|outputs| Outputs::new(outputs).pkw());
+        let job_waits = self.exchanging && job.is_some_and(|job| self.engine.has_work(job));
+        let exchanging = self.slave.state() == dp::State::DataExch;
+        self.drive.is_at_rest() && !job_waits && self.exchanging == exchanging
+    }
+
+    /// What the drive reports through parameters that are only read.
+    fn live(&self) -> Live {
+        let faults = self.drive.faults();
+        let inputs = self.drive.inputs();
+        let supply = |present: bool| if present { NOMINAL_SUPPLY } else { 0 };
+        Live {
+            address: self.config.address.number(),
+            fault_buffer: faults.codes(),
+            fault_count: faults.count(),
+            system_status: words::system_status(&self.status),
+            temperature: AMBIENT_TEMPERATURE,
+            motor_current: 0,
+            general_status: words::general_status(&self.status),
+            position: self.status.position,
+            output_stage_voltage: supply(inputs.output_stage),
+            control_voltage: supply(inputs.control_supply),
+            battery_voltage: if inputs.battery_low {
+                LOW_BATTERY
+            } else {
+                FULL_BATTERY
+            },
+        }
     }
 }

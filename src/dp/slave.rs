@@ -61,8 +61,8 @@ pub struct Slave {
 /// What a request led to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Handled<'a> {
-    /// The reply; `None` to an SDN request.
-    pub reply: Option<Reply<'a>>,
+    /// The reply.
+    pub reply: Reply<'a>,
     /// News for the log.
     pub event: Option<Event>,
     /// A Data_Exchange of the owner was carried out.
@@ -391,7 +391,7 @@ impl Slave {
 impl<'a> Handled<'a> {
     const fn reply(reply: Reply<'a>) -> Self {
         Self {
-            reply: Some(reply),
+            reply,
             event: None,
             exchanged: false,
         }
@@ -399,7 +399,7 @@ impl<'a> Handled<'a> {
 
     const fn acknowledge(event: Option<Event>) -> Self {
         Self {
-            reply: Some(Reply::ShortAcknowledge),
+            reply: Reply::ShortAcknowledge,
             event,
             exchanged: false,
         }

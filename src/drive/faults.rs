@@ -1,0 +1,233 @@
+//! Faults, their codes, and the fault buffer (manual chapter 5.2, `ag03.md` 10).
+
+use core::fmt;
+
+use crate::param::Model;
+
+/// A fault of the manual's Table 2. H and I exist only on CANopen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Fault {
+    /// Supply below 18 V and motor current above 200 mA.
+    A,
+    /// Shaft blocked: speed below 2 rpm and lag error (`ag03.md` C-10).
+    B,
+    /// Motor current above 2.4 A for more than 4 s.
+    C,
+    /// Output stage above 90 degC.
+    D,
+    /// SIN/COS monitoring of the encoder, AG03/1 only.
+    E,
+    /// Internal error.
+    F,
+    /// Intermediate circuit above 35 V.
+    G,
+    /// Battery below 2.2 V, AG03/1 only.
+    J,
+}
+
+impl Fault {
+    /// Every fault, in the order of the codes.
+    pub const ALL: [Self; 8] = [
+        Self::A,
+        Self::B,
+        Self::C,
+        Self::D,
+        Self::E,
+        Self::F,
+        Self::G,
+        Self::J,
+    ];
+
+    /// The code in the fault buffer, PNU 945: the letter in ASCII (C-08).
+    pub const fn code(self) -> u8 {
+        match self {
+            Self::A => b'A',
+            Self::B => b'B',
+            Self::C => b'C',
+            Self::D => b'D',
+            Self::E => b'E',
+            Self::F => b'F',
+            Self::G => b'G',
+            Self::J => b'J',
+        }
+    }
+
+    /// How often the status LED blinks for it.
+    pub const fn blinks(self) -> u8 {
+        self.code() - b'A' + 1
+    }
+
+    /// Whether `model` knows the fault.
+    pub const fn exists_on(self, model: Model) -> bool {
+        match (self, model) {
+            (Self::E | Self::J, Model::Ag03) => false,
+            (Self::E | Self::J, Model::Ag03_1)
+            | (Self::A | Self::B | Self::C | Self::D | Self::F | Self::G, Model::Ag03 | Model::Ag03_1) => {
+                true
+            }
+        }
+    }
+
+    const fn bit(self) -> u8 {
+        match self {
+            Self::A => 0x01,
+            Self::B => 0x02,
+            Self::C => 0x04,
+            Self::D => 0x08,
+            Self::E => 0x10,
+            Self::F => 0x20,
+            Self::G => 0x40,
+            Self::J => 0x80,
+        }
+    }
+}
+
+impl fmt::Display for Fault {
+    /// Letter and cause: `A (supply voltage too low)`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::A => "A (supply voltage too low)",
+            Self::B => "B (shaft blocked)",
+            Self::C => "C (motor current too high)",
+            Self::D => "D (output stage too hot)",
+            Self::E => "E (SIN/COS monitoring)",
+            Self::F => "F (internal error)",
+            Self::G => "G (intermediate circuit voltage too high)",
+            Self::J => "J (battery empty)",
+        })
+    }
+}
+
+/// A set of faults, for example of the fault causes that are present.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct FaultSet(u8);
+
+impl FaultSet {
+    /// No fault.
+    pub const EMPTY: Self = Self(0);
+
+    /// The set with `fault`.
+    #[must_use]
+    pub const fn with(self, fault: Fault) -> Self {
+        Self(self.0 | fault.bit())
+    }
+
+    /// The set without `fault`.
+    #[must_use]
+    pub const fn without(self, fault: Fault) -> Self {
+        Self(self.0 & !fault.bit())
+    }
+
+    /// Whether `fault` is in the set.
+    pub const fn contains(self, fault: Fault) -> bool {
+        self.0 & fault.bit() != 0
+    }
+
+    /// Whether there is none.
+    pub const fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// The faults in the order of their codes.
+    pub fn iter(self) -> impl Iterator<Item = Fault> {
+        Fault::ALL.into_iter().filter(move |&fault| self.contains(fault))
+    }
+
+    /// Those that `model` knows.
+    #[must_use]
+    pub(super) fn known_to(self, model: Model) -> Self {
+        self.iter().filter(|fault| fault.exists_on(model)).collect()
+    }
+
+    /// Those that are not in `other`.
+    #[must_use]
+    pub(super) const fn minus(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
+}
+
+impl FromIterator<Fault> for FaultSet {
+    fn from_iter<I: IntoIterator<Item = Fault>>(faults: I) -> Self {
+        faults.into_iter().fold(Self::EMPTY, Self::with)
+    }
+}
+
+/// The last ten faults and how many there were, PNU 945 and 952.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FaultBuffer {
+    codes: [u8; 10],
+    count: u16,
+}
+
+impl FaultBuffer {
+    /// The codes, newest first (C-18), 0 = unused.
+    pub const fn codes(&self) -> [u8; 10] {
+        self.codes
+    }
+
+    /// How many faults there were since the last clearing, at most 65535.
+    pub const fn count(&self) -> u16 {
+        self.count
+    }
+
+    /// Enters a fault; the oldest of ten is lost.
+    pub(super) fn enter(&mut self, fault: Fault) {
+        self.codes.rotate_right(1);
+        if let Some(newest) = self.codes.first_mut() {
+            *newest = fault.code();
+        }
+        self.count = self.count.saturating_add(1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_and_blinks_are_those_of_table_2() {
+        let table: std::vec::Vec<_> = Fault::ALL.map(|fault| (fault.code(), fault.blinks())).into();
+        assert_eq!(
+            table,
+            [
+                (0x41, 1),
+                (0x42, 2),
+                (0x43, 3),
+                (0x44, 4),
+                (0x45, 5),
+                (0x46, 6),
+                (0x47, 7),
+                (0x4a, 10)
+            ]
+        );
+    }
+
+    #[test]
+    fn the_ag03_knows_neither_e_nor_j() {
+        let all: FaultSet = Fault::ALL.into_iter().collect();
+        assert_eq!(all.known_to(Model::Ag03_1), all);
+        assert_eq!(all.known_to(Model::Ag03), all.without(Fault::E).without(Fault::J));
+    }
+
+    #[test]
+    fn the_buffer_keeps_the_newest_ten_first_and_counts_all() {
+        let mut buffer = FaultBuffer::default();
+        buffer.enter(Fault::A);
+        buffer.enter(Fault::J);
+        assert_eq!(buffer.codes(), [0x4a, 0x41, 0, 0, 0, 0, 0, 0, 0, 0]);
+        for _ in 0..10 {
+            buffer.enter(Fault::C);
+        }
+        assert_eq!((buffer.codes(), buffer.count()), ([0x43; 10], 12));
+    }
+
+    #[test]
+    fn the_counter_stops_at_its_end() {
+        let mut buffer = FaultBuffer {
+            count: u16::MAX,
+            ..FaultBuffer::default()
+        };
+        buffer.enter(Fault::B);
+        assert_eq!(buffer.count(), u16::MAX);
+    }
+}

@@ -1,0 +1,299 @@
+//! Why the drive does not do what it is asked: every unmet condition, with numbers.
+//!
+//! The real drive refuses silently, the master only sees that ZSW.12 does not change. Here each refused edge leaves
+//! one [`Refusal`], and the same list of conditions decides whether the request is accepted at all.
+
+use core::fmt;
+
+use crate::param::Model;
+
+use super::faults::Fault;
+use super::states::Direction;
+
+/// A request that was refused, and the conditions it does not meet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Refusal {
+    /// What was asked.
+    pub request: Request,
+    /// Model of the drive: the AG03/1 lacks an output stage supply where the AG03 lacks its enable input.
+    pub model: Model,
+    /// Actual position in user units.
+    pub position: i32,
+    /// Upper limit in user units.
+    pub upper_limit: i32,
+    /// Lower limit in user units.
+    pub lower_limit: i32,
+    /// Where a loop travel would turn round, user units. Equal to the setpoint without loop.
+    pub loop_point: i32,
+    /// The latched fault, or the one whose cause is still present.
+    pub fault: Option<Fault>,
+    reasons: u32,
+}
+
+/// What was asked of the drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Request {
+    /// To enable operation (rows 4, 5, 14).
+    Enable,
+    /// To acknowledge a fault (rows 10, 11).
+    Acknowledge,
+    /// To travel to a position in user units (rows 20-22, 25b).
+    Travel {
+        /// The setpoint.
+        setpoint: i32,
+    },
+    /// To turn with a velocity in rpm (row 40).
+    Velocity {
+        /// The setpoint.
+        setpoint: i32,
+    },
+    /// Inching 1 (rows 28, 35, 36).
+    Inching1(Direction),
+    /// Inching 2 (rows 31, 35, 36).
+    Inching2(Direction),
+}
+
+/// What stands against a request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Reason {
+    /// A fault is latched.
+    FaultLatched,
+    /// The cause of the fault is still present.
+    FaultCause,
+    /// Turning on is disabled until OFF1.
+    TurnOnDisabled,
+    /// A supply is missing, the drive is not ready to run.
+    NoSupply,
+    /// AG03/1: no supply of the output stage. AG03: enable input not active.
+    NoOutputStage,
+    /// OFF1 is given.
+    Off1,
+    /// OFF2 is given.
+    Off2,
+    /// Operation is not enabled.
+    NotEnabled,
+    /// Stop is given.
+    Stop,
+    /// Intermediate stop is given.
+    IntermediateStop,
+    /// The operating mode changed while start was given; it must be taken back once.
+    StartHeld,
+    /// A travel job is active.
+    JobActive,
+    /// A travel job is paused and can only be continued or stopped.
+    JobPaused,
+    /// Inching is active.
+    InchingActive,
+    /// The shaft still brakes.
+    Braking,
+    /// Inching 1 and 2 are asked for together.
+    BothInching,
+    /// The drive is in velocity mode.
+    VelocityMode,
+    /// The actual position is above the upper limit.
+    AboveUpperLimit,
+    /// The actual position is below the lower limit.
+    BelowLowerLimit,
+    /// The setpoint is above the upper limit.
+    SetpointAboveUpperLimit,
+    /// The setpoint is below the lower limit.
+    SetpointBelowLowerLimit,
+    /// The loop point is above the upper limit.
+    LoopPointAboveUpperLimit,
+    /// The loop point is below the lower limit.
+    LoopPointBelowLowerLimit,
+}
+
+impl Reason {
+    /// Every reason, in the order in which [`Refusal`] prints them.
+    pub const ALL: [Self; 23] = [
+        Self::NoSupply,
+        Self::FaultLatched,
+        Self::FaultCause,
+        Self::TurnOnDisabled,
+        Self::NoOutputStage,
+        Self::Off2,
+        Self::Off1,
+        Self::NotEnabled,
+        Self::Stop,
+        Self::IntermediateStop,
+        Self::StartHeld,
+        Self::JobActive,
+        Self::JobPaused,
+        Self::InchingActive,
+        Self::Braking,
+        Self::BothInching,
+        Self::VelocityMode,
+        Self::AboveUpperLimit,
+        Self::BelowLowerLimit,
+        Self::SetpointAboveUpperLimit,
+        Self::SetpointBelowLowerLimit,
+        Self::LoopPointAboveUpperLimit,
+        Self::LoopPointBelowLowerLimit,
+    ];
+
+    const fn bit(self) -> u32 {
+        1 << self as u32
+    }
+}
+
+impl Refusal {
+    /// A request of which no condition is checked yet.
+    pub(super) const fn new(request: Request, model: Model) -> Self {
+        Self {
+            request,
+            model,
+            position: 0,
+            upper_limit: 0,
+            lower_limit: 0,
+            loop_point: 0,
+            fault: None,
+            reasons: 0,
+        }
+    }
+
+    /// Adds `reason` if it `applies`.
+    pub(super) const fn note(&mut self, reason: Reason, applies: bool) {
+        if applies {
+            self.reasons |= reason.bit();
+        }
+    }
+
+    /// Whether nothing stands against the request.
+    pub(super) const fn is_empty(&self) -> bool {
+        self.reasons == 0
+    }
+
+    /// Whether `reason` is one of the reasons.
+    pub const fn contains(&self, reason: Reason) -> bool {
+        self.reasons & reason.bit() != 0
+    }
+
+    /// Every reason, in the order of [`Reason::ALL`].
+    pub fn reasons(&self) -> impl Iterator<Item = Reason> {
+        Reason::ALL.into_iter().filter(|&reason| self.contains(reason))
+    }
+
+    fn write(&self, f: &mut fmt::Formatter<'_>, reason: Reason) -> fmt::Result {
+        let Self {
+            position,
+            upper_limit,
+            lower_limit,
+            loop_point,
+            ..
+        } = self;
+        match reason {
+            Reason::FaultLatched => match self.fault {
+                Some(fault) => write!(f, "fault {fault} is not acknowledged"),
+                None => f.write_str("a fault is not acknowledged"),
+            },
+            Reason::FaultCause => match self.fault {
+                Some(fault) => write!(f, "the cause of fault {fault} is still present"),
+                None => f.write_str("the cause of the fault is still present"),
+            },
+            Reason::TurnOnDisabled => f.write_str("turning on is disabled after a fault: give OFF1 once"),
+            Reason::NoSupply => f.write_str("a supply voltage is missing"),
+            Reason::NoOutputStage => f.write_str(match self.model {
+                Model::Ag03 => "the enable input is not active",
+                Model::Ag03_1 => "the supply voltage of the output stage is missing",
+            }),
+            Reason::Off1 => f.write_str("OFF1 is given"),
+            Reason::Off2 => f.write_str("OFF2 is given"),
+            Reason::NotEnabled => f.write_str("operation is not enabled"),
+            Reason::Stop => f.write_str("stop is given"),
+            Reason::IntermediateStop => f.write_str("intermediate stop is given"),
+            Reason::StartHeld => f.write_str("the operating mode changed: take start back once"),
+            Reason::JobActive => f.write_str("a travel job is active"),
+            Reason::JobPaused => f.write_str("a paused travel job must be continued or stopped first"),
+            Reason::InchingActive => f.write_str("inching is active"),
+            Reason::Braking => f.write_str("the drive is still braking"),
+            Reason::BothInching => f.write_str("inching 1 and inching 2 are asked for together"),
+            Reason::VelocityMode => f.write_str("inching needs the positioning mode"),
+            Reason::AboveUpperLimit => write!(
+                f,
+                "actual position {position} is above the upper limit ({upper_limit}): \
+                 only inching in negative direction is possible"
+            ),
+            Reason::BelowLowerLimit => write!(
+                f,
+                "actual position {position} is below the lower limit ({lower_limit}): \
+                 only inching in positive direction is possible"
+            ),
+            Reason::SetpointAboveUpperLimit => write!(f, "setpoint is above the upper limit ({upper_limit})"),
+            Reason::SetpointBelowLowerLimit => write!(f, "setpoint is below the lower limit ({lower_limit})"),
+            Reason::LoopPointAboveUpperLimit => {
+                write!(
+                    f,
+                    "loop point {loop_point} is above the upper limit ({upper_limit})"
+                )
+            }
+            Reason::LoopPointBelowLowerLimit => {
+                write!(
+                    f,
+                    "loop point {loop_point} is below the lower limit ({lower_limit})"
+                )
+            }
+        }
+    }
+}
+
+impl fmt::Display for Refusal {
+    /// One line: the request, then every unmet condition.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} refused", self.request)?;
+        for (index, reason) in self.reasons().enumerate() {
+            f.write_str(if index == 0 { ": " } else { "; " })?;
+            self.write(f, reason)?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Request {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Enable => f.write_str("enabling operation"),
+            Self::Acknowledge => f.write_str("acknowledging"),
+            Self::Travel { setpoint } => write!(f, "travel to {setpoint}"),
+            Self::Velocity { setpoint } => write!(f, "velocity {setpoint} rpm"),
+            Self::Inching1(direction) => write!(f, "inching 1 in {direction} direction"),
+            Self::Inching2(direction) => write!(f, "inching 2 in {direction} direction"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::string::ToString;
+
+    use super::*;
+
+    #[test]
+    fn a_refusal_reads_as_one_line_with_every_condition() {
+        let mut refusal = Refusal::new(Request::Travel { setpoint: 1_200_000 }, Model::Ag03_1);
+        refusal.upper_limit = 1_000_000;
+        refusal.note(Reason::SetpointAboveUpperLimit, true);
+        refusal.note(Reason::Stop, false);
+        assert_eq!(
+            refusal.to_string(),
+            "travel to 1200000 refused: setpoint is above the upper limit (1000000)"
+        );
+        refusal.note(Reason::NoOutputStage, true);
+        assert_eq!(
+            refusal.to_string(),
+            "travel to 1200000 refused: the supply voltage of the output stage is missing; \
+             setpoint is above the upper limit (1000000)"
+        );
+    }
+
+    #[test]
+    fn every_reason_has_its_own_bit_and_text() {
+        let mut texts = std::collections::BTreeSet::new();
+        for reason in Reason::ALL {
+            let mut refusal = Refusal::new(Request::Inching1(Direction::Positive), Model::Ag03);
+            refusal.note(reason, true);
+            assert!(refusal.reasons().eq([reason]));
+            assert!(texts.insert(refusal.to_string()));
+        }
+    }
+}

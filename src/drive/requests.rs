@@ -1,0 +1,371 @@
+//! From the command to what is asked: edges against the previous command, and the conditions of each request.
+
+use crate::param::Gear;
+
+use super::motion::{Dynamics, acceleration, velocity};
+use super::refusal::{Reason, Refusal, Request};
+use super::scale::round;
+use super::settings::{Mode, PosType, Settings};
+use super::states::{Asked, Direction, Inching, Key, State};
+use super::{Command, Drive};
+
+/// A travel job, or the latched accelerations of an inching.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Job {
+    /// Target in user units.
+    pub(super) setpoint: i32,
+    /// Target of the shaft in increments.
+    pub(super) target: f64,
+    /// The loop point in increments, while the shaft has not been there.
+    pub(super) via: Option<f64>,
+    /// a, v, d as they were when the job started.
+    pub(super) dynamics: Dynamics,
+}
+
+impl Job {
+    /// Before the first one.
+    pub(super) const NONE: Self = Self {
+        setpoint: 0,
+        target: 0.0,
+        via: None,
+        dynamics: Dynamics {
+            speed: 1.0,
+            acceleration: 1.0,
+            deceleration: 1.0,
+        },
+    };
+}
+
+impl Drive {
+    /// What `command` asks for, compared with the previous one. Leaves a [`Refusal`] for each edge that is refused;
+    /// of several in one step the last.
+    pub(super) fn asked(&mut self, command: &Command, connected: bool, settings: &Settings) -> Asked {
+        let before = self.previous;
+        let travel = command.start != before.start && self.asks_travel(command, settings);
+        let inch_1 = command.inch_1 && !before.inch_1;
+        let inch_2 = command.inch_2 && !before.inch_2;
+        let inch_2_direction = direction(command.inch_2_negative);
+        let inch_1_direction = direction(settings.delta_inch < 0);
+
+        if command.enable_operation && !before.enable_operation {
+            self.asks_enable(command);
+        }
+        if command.start && !before.start && self.frame.mode == Mode::Velocity {
+            self.asks_velocity(command);
+        }
+        let key_held = if connected { None } else { self.inputs.key() };
+        let key_pressed = key_held.filter(|_| self.previous_key.is_none());
+        let asked = Asked {
+            off2: !command.no_off2,
+            off1: !command.on,
+            disable: !command.enable_operation,
+            enable: command.enables(),
+            output_stage: self.inputs.output_stage,
+            stop: !command.no_stop,
+            intermediate_stop: !command.no_intermediate_stop,
+            resume: command.no_intermediate_stop && !before.no_intermediate_stop,
+            travel,
+            inch_1: inch_1
+                && self.asks_inching(
+                    Request::Inching1(inch_1_direction),
+                    inch_1_direction,
+                    command,
+                    travel,
+                ),
+            inch_1_held: command.inch_1,
+            inch_2: inch_2
+                && self.asks_inching(
+                    Request::Inching2(inch_2_direction),
+                    inch_2_direction,
+                    command,
+                    travel,
+                ),
+            inch_2_held: command.inch_2,
+            inch_2_direction,
+            velocity: self.frame.mode == Mode::Velocity
+                && command.start
+                && self.start_armed
+                && self.inputs.output_stage,
+            acknowledge: command.acknowledge && !before.acknowledge && self.asks_acknowledge(),
+            key: key_pressed.filter(|&key| self.key_allowed(key)),
+            key_held,
+        };
+        self.previous_key = self.inputs.key();
+        asked
+    }
+
+    /// Rows 20, 21, 22, 25b: an edge of start in positioning mode. A falling edge on the way to OFF is none.
+    fn asks_travel(&mut self, command: &Command, settings: &Settings) -> bool {
+        if self.frame.mode == Mode::Velocity || !(command.start || command.enables()) {
+            return false;
+        }
+        let job = self.job_to(command.setpoint, settings);
+        let limits = self.frame.limits;
+        let mut refusal = self.refusal_of(Request::Travel {
+            setpoint: command.setpoint,
+        });
+        self.note_state(&mut refusal, command);
+        refusal.note(
+            Reason::JobPaused,
+            self.state
+                == State::Paused {
+                    torque_tripped: false,
+                },
+        );
+        refusal.note(Reason::NoOutputStage, !self.inputs.output_stage);
+        refusal.note(Reason::Stop, !command.no_stop);
+        refusal.note(Reason::IntermediateStop, !command.no_intermediate_stop);
+        refusal.note(Reason::StartHeld, !self.start_armed);
+        refusal.note(Reason::AboveUpperLimit, limits.is_above(refusal.position));
+        refusal.note(Reason::BelowLowerLimit, limits.is_below(refusal.position));
+        refusal.note(Reason::SetpointAboveUpperLimit, limits.is_above(command.setpoint));
+        refusal.note(Reason::SetpointBelowLowerLimit, limits.is_below(command.setpoint));
+        refusal.loop_point = command.setpoint;
+        if let Some(via) = job.via {
+            refusal.loop_point = self.units_at(via);
+            refusal.note(
+                Reason::LoopPointAboveUpperLimit,
+                limits.is_above(refusal.loop_point),
+            );
+            refusal.note(
+                Reason::LoopPointBelowLowerLimit,
+                limits.is_below(refusal.loop_point),
+            );
+        }
+        self.accepts(refusal)
+    }
+
+    /// Rows 28, 31, 35, 36. `travel`: a travel job starts with the same command.
+    fn asks_inching(
+        &mut self,
+        request: Request,
+        direction: Direction,
+        command: &Command,
+        travel: bool,
+    ) -> bool {
+        let mut refusal = self.refusal_of(request);
+        self.note_state(&mut refusal, command);
+        refusal.note(
+            Reason::JobPaused,
+            self.state.job_active() && self.state != State::TravelActive,
+        );
+        refusal.note(Reason::JobActive, travel);
+        refusal.note(Reason::VelocityMode, self.frame.mode == Mode::Velocity);
+        refusal.note(Reason::NoOutputStage, !self.inputs.output_stage);
+        refusal.note(Reason::BothInching, command.inch_1 && command.inch_2);
+        match direction {
+            Direction::Positive => {
+                refusal.note(
+                    Reason::AboveUpperLimit,
+                    self.frame.limits.is_above(refusal.position),
+                );
+            }
+            Direction::Negative => {
+                refusal.note(
+                    Reason::BelowLowerLimit,
+                    self.frame.limits.is_below(refusal.position),
+                );
+            }
+        }
+        self.accepts(refusal)
+    }
+
+    /// Row 40: the setpoint is a level, a refusal is told once per rising edge.
+    fn asks_velocity(&mut self, command: &Command) {
+        let mut refusal = self.refusal_of(Request::Velocity {
+            setpoint: command.setpoint,
+        });
+        match self.state {
+            // enabled by this very command, and turning with the next step
+            State::ReadyToRun(_) if command.enables() => {}
+            State::Off
+            | State::NotReady
+            | State::ReadyToRun(_)
+            | State::OperationEnabled(_)
+            | State::Disabling
+            | State::TravelActive
+            | State::Paused { .. }
+            | State::Stopping
+            | State::Inching(_)
+            | State::VelocityTravelling
+            | State::KeyInching(_)
+            | State::KeyInchingEnding
+            | State::Fault
+            | State::TurnOnDisabled => self.note_state(&mut refusal, command),
+        }
+        refusal.note(Reason::NoOutputStage, !self.inputs.output_stage);
+        self.accepts(refusal);
+    }
+
+    /// Rows 4, 5, 14. A drive that still brakes is enabled as soon as it stands.
+    fn asks_enable(&mut self, command: &Command) {
+        let mut refusal = self.refusal_of(Request::Enable);
+        refusal.note(
+            Reason::NoSupply,
+            matches!(self.state, State::Off | State::NotReady),
+        );
+        refusal.note(Reason::FaultLatched, self.state == State::Fault);
+        refusal.note(Reason::TurnOnDisabled, self.state == State::TurnOnDisabled);
+        refusal.note(Reason::Off1, !command.on);
+        refusal.note(Reason::Off2, !command.no_off2);
+        self.accepts(refusal);
+    }
+
+    /// Rows 10, 11.
+    fn asks_acknowledge(&mut self) -> bool {
+        if self.state != State::Fault {
+            return false;
+        }
+        let mut refusal = self.refusal_of(Request::Acknowledge);
+        if let Some(cause) = self.inputs.causes.iter().next() {
+            refusal.fault = Some(cause);
+            refusal.note(Reason::FaultCause, true);
+        }
+        self.accepts(refusal)
+    }
+
+    /// Row 52: ready-to-run outside Data_Exchange, and not outward beyond a limit. Manual setup mode is inching, so
+    /// it needs the positioning mode (manual 2.2.1.2).
+    fn key_allowed(&self, key: Key) -> bool {
+        let outward = match self.key_direction(key) {
+            Direction::Positive => self.frame.limits.is_above(self.position()),
+            Direction::Negative => self.frame.limits.is_below(self.position()),
+        };
+        self.frame.mode == Mode::Positioning && self.inputs.output_stage && !outward
+    }
+
+    /// What the state itself has against a request.
+    fn note_state(&self, refusal: &mut Refusal, command: &Command) {
+        refusal.note(Reason::Off1, !command.on);
+        refusal.note(Reason::Off2, !command.no_off2);
+        refusal.note(Reason::NotEnabled, !command.enable_operation);
+        match self.state {
+            State::Off | State::NotReady => refusal.note(Reason::NoSupply, true),
+            State::ReadyToRun(_) => refusal.note(Reason::NotEnabled, true),
+            State::Disabling | State::KeyInching(_) | State::KeyInchingEnding => {
+                refusal.note(Reason::NotEnabled, true);
+                refusal.note(Reason::Braking, true);
+            }
+            State::Stopping | State::Inching(Inching::Ending) => refusal.note(Reason::Braking, true),
+            State::TravelActive => refusal.note(Reason::JobActive, true),
+            State::Inching(Inching::One | Inching::Two(_)) => refusal.note(Reason::InchingActive, true),
+            State::Fault => refusal.note(Reason::FaultLatched, true),
+            State::TurnOnDisabled => refusal.note(Reason::TurnOnDisabled, true),
+            State::OperationEnabled(_) | State::Paused { .. } | State::VelocityTravelling => {}
+        }
+    }
+
+    fn refusal_of(&self, request: Request) -> Refusal {
+        let mut refusal = Refusal::new(request, self.model);
+        refusal.position = self.position();
+        refusal.upper_limit = self.frame.limits.upper();
+        refusal.lower_limit = self.frame.limits.lower();
+        refusal.fault = self.latched;
+        refusal
+    }
+
+    fn accepts(&mut self, refusal: Refusal) -> bool {
+        if !refusal.is_empty() {
+            self.refusal = Some(refusal);
+        }
+        refusal.is_empty()
+    }
+
+    /// The job to `setpoint`, direct or by a loop point (`ag03.md` 9, "loop+").
+    pub(super) fn job_to(&self, setpoint: i32, settings: &Settings) -> Job {
+        let target = self.increments_at(setpoint);
+        let position = self.position();
+        let loop_length = f64::from(settings.loop_length) * self.frame.scale.sign();
+        let via = match settings.pos_type {
+            PosType::LoopPlus if setpoint < position => Some(target - loop_length),
+            PosType::LoopMinus if setpoint > position => Some(target + loop_length),
+            PosType::Direct | PosType::LoopPlus | PosType::LoopMinus => None,
+        };
+        let dynamics = Dynamics {
+            speed: self.speed(settings.v_pos),
+            acceleration: acceleration(settings.a_pos),
+            deceleration: acceleration(settings.d_pos.unwrap_or(settings.a_pos)),
+        };
+        Job {
+            setpoint,
+            target,
+            via,
+            dynamics,
+        }
+    }
+
+    /// The way of inching 1. Also carries a-Inch for inching 2 and the keys.
+    pub(super) fn inching_job(&self, settings: &Settings) -> Job {
+        let delta = self.frame.scale.increments(f64::from(settings.delta_inch));
+        let target = self.motion.position() + delta;
+        let ramp = acceleration(settings.a_inch);
+        Job {
+            setpoint: self.units_at(target),
+            target,
+            via: None,
+            dynamics: Dynamics {
+                speed: self.speed(settings.v_inch),
+                acceleration: ramp,
+                deceleration: ramp,
+            },
+        }
+    }
+
+    /// The speed of inching 2 and the keys in increments/s: v-Inch times offset, rounded half up, at least 1 rpm
+    /// (manual 2.2.1.2, `ag03.md` C-12).
+    pub(super) fn inching_2_speed(&self, settings: &Settings) -> f64 {
+        let percent_rpm = u32::from(settings.v_inch) * u32::from(settings.offset_inch_2);
+        self.speed(u16::try_from((percent_rpm + 50) / 100).unwrap_or(u16::MAX))
+    }
+
+    /// `rpm` in increments/s, limited to what the gear allows.
+    fn speed(&self, rpm: u16) -> f64 {
+        velocity(i32::from(rpm).clamp(1, self.maximum_rpm()))
+    }
+
+    /// The velocity setpoint in effect, rpm: 0 while it is not released, and limited to what the gear allows.
+    pub(super) fn velocity_setpoint(&self, command: &Command) -> i32 {
+        let maximum = self.maximum_rpm();
+        if command.start {
+            command.setpoint.clamp(-maximum, maximum)
+        } else {
+            0
+        }
+    }
+
+    /// Manual chapter 6, nos. 5, 9, 24.
+    fn maximum_rpm(&self) -> i32 {
+        match self.gear {
+            Gear::Ratio24 => 200,
+            Gear::Ratio48 => 100,
+        }
+    }
+
+    /// Where a key turns to in user units: counter-clockwise counts positive with sense of rotation i.
+    pub(super) fn key_direction(&self, key: Key) -> Direction {
+        match key {
+            Key::Clockwise => direction(self.frame.scale.sign() > 0.0),
+            Key::CounterClockwise => direction(self.frame.scale.sign() < 0.0),
+        }
+    }
+
+    pub(super) fn increments_at(&self, units: i32) -> f64 {
+        self.zero + self.frame.scale.increments(f64::from(units))
+    }
+
+    pub(super) fn units_at(&self, increments: f64) -> i32 {
+        round(self.frame.scale.units(increments - self.zero))
+    }
+
+    pub(super) fn position(&self) -> i32 {
+        self.units_at(self.motion.position())
+    }
+}
+
+fn direction(negative: bool) -> Direction {
+    if negative {
+        Direction::Negative
+    } else {
+        Direction::Positive
+    }
+}

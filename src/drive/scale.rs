@@ -1,0 +1,134 @@
+//! Increments of the shaft and the user's units.
+//!
+//! Inside the drive a position is the angle of the output shaft in increments (1600 per revolution), positive
+//! counter-clockwise seen on the clamping ring. Users see increments or 0.01 mm behind an external gear, counted in
+//! the direction the sense of rotation says (`ag03.md` 9, rows "scaling", "gear", "sense of rotation"):
+//!
+//! ```text
+//! user units = (shaft - zero) / 1600 * unit * denominator / numerator      unit = 1600, or the spindle pitch
+//! ```
+
+use super::settings::{SenseOfRotation, Settings};
+
+/// Increments per revolution of the output shaft.
+pub(super) const INCREMENTS_PER_REVOLUTION: f64 = 1600.0;
+
+/// The factor between increments and user units, with the sense of rotation as its sign.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Scale {
+    units_per_increment: f64,
+}
+
+impl Scale {
+    /// The scale of spindle pitch, gear and sense of rotation. A gear factor of 0 counts as 1.
+    pub(super) fn new(settings: &Settings) -> Self {
+        let unit = match settings.spindle_pitch {
+            0 => 1.0,
+            pitch => f64::from(pitch) / INCREMENTS_PER_REVOLUTION,
+        };
+        let reduction =
+            f64::from(settings.gear_denominator.max(1)) / f64::from(settings.gear_numerator.max(1));
+        let magnitude = unit * reduction;
+        Self {
+            units_per_increment: match settings.sense {
+                SenseOfRotation::I => magnitude,
+                SenseOfRotation::E => -magnitude,
+            },
+        }
+    }
+
+    /// A distance of the shaft in user units.
+    pub(super) fn units(self, increments: f64) -> f64 {
+        increments * self.units_per_increment
+    }
+
+    /// A distance in user units as increments of the shaft.
+    pub(super) fn increments(self, units: f64) -> f64 {
+        units / self.units_per_increment
+    }
+
+    /// +1 if the user counts counter-clockwise turns up, -1 if down. Also the sign of a velocity.
+    pub(super) fn sign(self) -> f64 {
+        if self.units_per_increment < 0.0 { -1.0 } else { 1.0 }
+    }
+}
+
+/// The nearest whole number, halves away from zero, saturating at the ends of `i32`.
+pub(super) fn round(value: f64) -> i32 {
+    let rounded = libm::round(value);
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "whole already; the cast saturates, and NaN gives 0"
+    )]
+    {
+        rounded as i32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::settings::DEFAULTS;
+    use super::*;
+
+    fn position_after(revolutions: f64, settings: &Settings) -> i32 {
+        round(Scale::new(settings).units(revolutions * INCREMENTS_PER_REVOLUTION))
+    }
+
+    #[test]
+    fn one_revolution_is_1600_increments_or_the_spindle_pitch_behind_the_gear() {
+        let spindle = Settings {
+            spindle_pitch: 200,
+            ..DEFAULTS
+        };
+        let reduced = Settings {
+            gear_numerator: 5,
+            ..DEFAULTS
+        };
+        let odd = Settings {
+            gear_numerator: 378,
+            gear_denominator: 100,
+            ..spindle
+        };
+        let reversed = Settings {
+            sense: SenseOfRotation::E,
+            ..DEFAULTS
+        };
+        assert_eq!(position_after(1.0, &DEFAULTS), 1600);
+        assert_eq!(position_after(1.0, &spindle), 200);
+        assert_eq!(position_after(5.0, &reduced), 1600);
+        assert_eq!(position_after(3.78, &odd), 200);
+        assert_eq!(position_after(1.0, &reversed), -1600);
+    }
+
+    #[test]
+    fn user_units_survive_the_way_to_increments_and_back() {
+        for (pitch, numerator, denominator) in [(0, 1, 1), (1, 10_000, 1), (1000, 1, 10_000), (7, 378, 100)] {
+            for sense in [SenseOfRotation::I, SenseOfRotation::E] {
+                let scale = Scale::new(&Settings {
+                    spindle_pitch: pitch,
+                    gear_numerator: numerator,
+                    gear_denominator: denominator,
+                    sense,
+                    ..DEFAULTS
+                });
+                for units in [0, 1, -1, 9_999_999, -9_999_999, i32::MAX, i32::MIN] {
+                    assert_eq!(round(scale.units(scale.increments(f64::from(units)))), units);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn rounding_goes_away_from_zero_and_saturates() {
+        for (value, whole) in [
+            (0.5, 1),
+            (-0.5, -1),
+            (0.49, 0),
+            (1e30, i32::MAX),
+            (-1e30, i32::MIN),
+            (f64::NAN, 0),
+        ] {
+            assert_eq!(round(value), whole);
+        }
+    }
+}

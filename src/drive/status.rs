@@ -1,0 +1,199 @@
+//! What the drive reports: named flags and values for every bus to compose its words from.
+
+use super::faults::Fault;
+use super::motion::rpm;
+use super::scale::round;
+use super::settings::Mode;
+use super::states::{Motor, State};
+use super::{Drive, Inputs};
+
+/// Speeds below this many rpm count as standstill in [`Status::travelling`] (manual Table 1, bit 4).
+const STANDSTILL_RPM: f64 = 2.0;
+
+/// State of the drive after a step. The names in brackets say which bit of `ag03.md` sections 5 and 6 shows it.
+///
+/// Flags that a bus shows as fixed values in one of the modes are noted; they are composed there, not here.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Status {
+    /// State of section 8.
+    pub state: State,
+    /// Operating mode in effect. A mode written during a motion takes effect when the shaft stands.
+    pub mode: Mode,
+    /// Supplies present (ZSW.0, ZSW.1), also in fault and turn-on disabled (C-09). AG03: supply; AG03/1: supply of
+    /// control and output stage.
+    pub supply_ok: bool,
+    /// Operation enabled (ZSW.2).
+    pub operation_enabled: bool,
+    /// The latched fault, of several the latest (ZSW.3, SSW.8, blink code).
+    pub fault: Option<Fault>,
+    /// No OFF2 is given (ZSW.4).
+    pub no_off2: bool,
+    /// Turn-on disabled (ZSW.6).
+    pub turn_on_disabled: bool,
+    /// One of [`Self::battery_low`], [`Self::current_out_of_range`], [`Self::lag_error`] (ZSW.7).
+    pub warning: bool,
+    /// The load is too high for the commanded speed (SSW.15; positioning: ZSW.8 inverted). Only while a motion is
+    /// commanded.
+    pub lag_error: bool,
+    /// Positioning: position within the window of the programmed setpoint. Velocity: velocity within the window of
+    /// the target, which is 0 while no setpoint is released (SSW.3; velocity: ZSW.8).
+    pub in_window: bool,
+    /// In the window of a setpoint that a job or inching 1 since power-on has set, and none in progress (ZSW.10,
+    /// C-35). Means nothing in velocity mode, where ZSW.10 is fixed.
+    pub target_reached: bool,
+    /// Toggles with each accepted travel job (ZSW.12, C-07).
+    pub job_acknowledge: bool,
+    /// Positioning: no job, inching or braking is in progress; at once 1 when a job is paused, as the flow chart has
+    /// it. Velocity: the shaft stands (ZSW.13, C-11). A released shaft that runs out shows in [`Self::travelling`].
+    pub standstill: bool,
+    /// Position above the upper limit (SSW.5, part of ZSW.14). Velocity: never.
+    pub above_upper_limit: bool,
+    /// Position below the lower limit (SSW.6, part of ZSW.14). Velocity: never.
+    pub below_lower_limit: bool,
+    /// Ready-to-travel (ZSW.15): the conditions of [`Self::start_conditions_met`] with operation enabled, and in
+    /// velocity mode with start not given.
+    pub ready_to_travel: bool,
+    /// No fault, no active positioning, output stage supplied or enabled, within the limits (SSW.11 inverted, as
+    /// manual Table 1 lists it: without operation enabled).
+    pub start_conditions_met: bool,
+    /// The shaft turns with 2 rpm or more, driven or coasting (SSW.4).
+    pub travelling: bool,
+    /// The shaft turns at all; not shown on the bus, decides about writing parameters.
+    pub moving: bool,
+    /// A travel job is active or paused; decides about writing parameters.
+    pub job_active: bool,
+    /// Released shows in SSW.7.
+    pub motor: Motor,
+    /// A loop travel has not been at its loop point yet (SSW.9).
+    pub approach_reversed: bool,
+    /// AG03/1: supply of the output stage present. AG03: enable input active (SSW.10 inverted, PNU 1031.4).
+    pub output_stage_ok: bool,
+    /// Battery below its limit (SSW.12).
+    pub battery_low: bool,
+    /// Motor current out of range (SSW.13).
+    pub current_out_of_range: bool,
+    /// A positioning or inching is in progress (SSW.14). Velocity: never.
+    pub positioning_active: bool,
+    /// The torque deactivation interrupted the job (PNU 1031.7).
+    pub torque_tripped: bool,
+    /// Actual position in user units, rounded half away from zero, saturating (PNU 1036, HIW in positioning mode).
+    pub position: i32,
+    /// Actual velocity of the output shaft in rpm, positive in counting direction (HIW in velocity mode).
+    pub velocity: i32,
+}
+
+impl Drive {
+    pub(super) fn compose(&self) -> Status {
+        let Inputs {
+            output_stage,
+            battery_low,
+            current_out_of_range,
+            ..
+        } = self.inputs;
+        let state = self.state;
+        let mode = self.frame.mode;
+        let limits = self.frame.limits;
+        let position = self.position();
+        let rpm = rpm(self.motion.velocity()) * self.frame.scale.sign();
+        let positioning = mode == Mode::Positioning;
+        let positioning_active = positioning && state.positioning_active();
+        let in_window = self.in_window(position, rpm);
+        let above_upper_limit = positioning && limits.is_above(position);
+        let below_lower_limit = positioning && limits.is_below(position);
+        let lag_error = self.inputs.lag_error && self.motion_commanded();
+        let start_conditions_met = state != State::Fault
+            && !positioning_active
+            && output_stage
+            && !above_upper_limit
+            && !below_lower_limit;
+        let ready_to_travel = match mode {
+            Mode::Positioning => state.operation_enabled() && start_conditions_met,
+            Mode::Velocity => {
+                matches!(state, State::OperationEnabled(_)) && start_conditions_met && !self.previous.start
+            }
+        };
+        Status {
+            state,
+            mode,
+            supply_ok: self.supply_ok(),
+            operation_enabled: state.operation_enabled(),
+            fault: self.latched,
+            no_off2: self.previous.no_off2,
+            turn_on_disabled: state == State::TurnOnDisabled,
+            warning: battery_low || current_out_of_range || lag_error,
+            lag_error,
+            in_window,
+            target_reached: in_window
+                && self.setpoint_programmed
+                && !state.job_active()
+                && !positioning_active,
+            job_acknowledge: self.job_acknowledge,
+            standstill: match mode {
+                Mode::Positioning => !self.motion_commanded(),
+                Mode::Velocity => self.motion.at_rest() || !self.motion_commanded(),
+            },
+            above_upper_limit,
+            below_lower_limit,
+            ready_to_travel,
+            start_conditions_met,
+            travelling: rpm >= STANDSTILL_RPM || rpm <= -STANDSTILL_RPM,
+            moving: !self.motion.at_rest(),
+            job_active: state.job_active(),
+            motor: state.motor(),
+            approach_reversed: state.job_active() && self.job.via.is_some(),
+            output_stage_ok: output_stage,
+            battery_low,
+            current_out_of_range,
+            positioning_active,
+            torque_tripped: state == State::Paused { torque_tripped: true },
+            position,
+            velocity: round(rpm),
+        }
+    }
+
+    /// Whether the actual value is in the window of the setpoint, by operating mode.
+    pub(super) fn in_window(&self, position: i32, rpm: f64) -> bool {
+        match self.frame.mode {
+            Mode::Positioning => position.abs_diff(self.setpoint) <= u32::from(self.window),
+            Mode::Velocity => {
+                let target = match self.state {
+                    State::VelocityTravelling => self.velocity_setpoint(&self.previous),
+                    State::Off
+                    | State::NotReady
+                    | State::ReadyToRun(_)
+                    | State::OperationEnabled(_)
+                    | State::Disabling
+                    | State::TravelActive
+                    | State::Paused { .. }
+                    | State::Stopping
+                    | State::Inching(_)
+                    | State::KeyInching(_)
+                    | State::KeyInchingEnding
+                    | State::Fault
+                    | State::TurnOnDisabled => 0,
+                };
+                (rpm - f64::from(target)).abs() <= f64::from(self.window)
+            }
+        }
+    }
+
+    /// A job, inching, velocity or braking is being executed.
+    fn motion_commanded(&self) -> bool {
+        match self.state {
+            State::TravelActive
+            | State::Stopping
+            | State::Disabling
+            | State::Inching(_)
+            | State::VelocityTravelling
+            | State::KeyInching(_)
+            | State::KeyInchingEnding => true,
+            State::Off
+            | State::NotReady
+            | State::ReadyToRun(_)
+            | State::OperationEnabled(_)
+            | State::Paused { .. }
+            | State::Fault
+            | State::TurnOnDisabled => false,
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! Error numbers of the parameter channel.
+
+use core::fmt;
+
+use thiserror::Error;
+
+use crate::param::ParamError;
+use crate::ppo::ReservedId;
+
+/// Why the parameter channel does not execute a job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum JobError {
+    /// The job identification has no meaning.
+    #[error("job {0} does not exist")]
+    UnknownJob(ReservedId),
+    /// The drive keeps no descriptions of its parameters.
+    #[error("the drive holds no description of the parameter")]
+    NoDescription,
+    /// Descriptions cannot be written.
+    #[error("the description of a parameter cannot be changed")]
+    DescriptionReadOnly,
+    /// The parameter is a command and has nothing to read (only with [`Config::refuse_command_read`]).
+    ///
+    /// [`Config::refuse_command_read`]: super::Config::refuse_command_read
+    #[error("the parameter can only be written")]
+    WriteOnly,
+    /// The parameter itself refused the access.
+    #[error(transparent)]
+    Param(#[from] ParamError),
+}
+
+/// The number in word 4 of a reply "job not executable" (manual table 10).
+///
+/// These drives send 0 to 5, 7, 9, 17 and 18; a master may meet the others in replies of other drives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum ErrorNumber {
+    /// 0
+    IllegalParameterNumber,
+    /// 1
+    NotChangeable,
+    /// 2
+    LimitExceeded,
+    /// 3
+    FaultySubindex,
+    /// 4
+    NoArray,
+    /// 5
+    WrongDataType,
+    /// 6
+    OnlyResettable,
+    /// 7
+    DescriptionNotChangeable,
+    /// 8
+    PpoWriteInReportMissing,
+    /// 9
+    NoDescription,
+    /// 10
+    WrongAccessGroup,
+    /// 11
+    NoControlRights,
+    /// 12
+    WrongPassword,
+    /// 13
+    TextNotReadable,
+    /// 14
+    NameNotReadable,
+    /// 15
+    NoTextArray,
+    /// 16
+    PpoWriteMissing,
+    /// 17
+    OperatingState,
+    /// 18
+    Other,
+    /// 19
+    DatumNotReadable,
+}
+
+impl ErrorNumber {
+    /// Every number, from 0 on.
+    pub const ALL: [Self; 20] = [
+        Self::IllegalParameterNumber,
+        Self::NotChangeable,
+        Self::LimitExceeded,
+        Self::FaultySubindex,
+        Self::NoArray,
+        Self::WrongDataType,
+        Self::OnlyResettable,
+        Self::DescriptionNotChangeable,
+        Self::PpoWriteInReportMissing,
+        Self::NoDescription,
+        Self::WrongAccessGroup,
+        Self::NoControlRights,
+        Self::WrongPassword,
+        Self::TextNotReadable,
+        Self::NameNotReadable,
+        Self::NoTextArray,
+        Self::PpoWriteMissing,
+        Self::OperatingState,
+        Self::Other,
+        Self::DatumNotReadable,
+    ];
+
+    /// The error numbered `number`, if the manual lists it.
+    pub fn from_number(number: u16) -> Option<Self> {
+        Self::ALL.get(usize::from(number)).copied()
+    }
+
+    /// The number on the bus.
+    pub const fn number(self) -> u16 {
+        self as u16
+    }
+
+    /// What it means, without the number.
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::IllegalParameterNumber => "no such parameter number",
+            Self::NotChangeable => "value cannot be changed",
+            Self::LimitExceeded => "value outside the limits",
+            Self::FaultySubindex => "wrong sub-index",
+            Self::NoArray => "not an array",
+            Self::WrongDataType => "wrong data type",
+            Self::OnlyResettable => "value can only be reset",
+            Self::DescriptionNotChangeable => "description cannot be changed",
+            Self::PpoWriteInReportMissing => "PPO write required in the information report is missing",
+            Self::NoDescription => "no description available",
+            Self::WrongAccessGroup => "wrong access group",
+            Self::NoControlRights => "no control rights",
+            Self::WrongPassword => "wrong password",
+            Self::TextNotReadable => "text cannot be read cyclically",
+            Self::NameNotReadable => "name cannot be read cyclically",
+            Self::NoTextArray => "no text array",
+            Self::PpoWriteMissing => "PPO write is missing",
+            Self::OperatingState => "not possible in this operating state",
+            Self::Other => "other error",
+            Self::DatumNotReadable => "datum cannot be read cyclically",
+        }
+    }
+}
+
+impl fmt::Display for ErrorNumber {
+    /// `error 2, value outside the limits`
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "error {}, {}", self.number(), self.text())
+    }
+}
+
+/// The one place that decides how an error is answered (`ag03.md` 2.3).
+impl From<JobError> for ErrorNumber {
+    fn from(error: JobError) -> Self {
+        match error {
+            JobError::UnknownJob(_) | JobError::WriteOnly => Self::Other,
+            JobError::NoDescription => Self::NoDescription,
+            JobError::DescriptionReadOnly => Self::DescriptionNotChangeable,
+            JobError::Param(ParamError::UnknownParameter { .. }) => Self::IllegalParameterNumber,
+            JobError::Param(ParamError::ReadOnly) => Self::NotChangeable,
+            JobError::Param(ParamError::OutOfRange { .. }) => Self::LimitExceeded,
+            JobError::Param(ParamError::SubindexOutOfRange { .. }) => Self::FaultySubindex,
+            JobError::Param(ParamError::NotAnArray) => Self::NoArray,
+            JobError::Param(ParamError::IsArray { .. } | ParamError::WrongWidth { .. }) => {
+                Self::WrongDataType
+            }
+            JobError::Param(ParamError::NotNow(_)) => Self::OperatingState,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::string::ToString;
+
+    use super::*;
+
+    #[test]
+    fn the_numbers_are_those_of_manual_table_10() {
+        for (number, error) in (0..).zip(ErrorNumber::ALL) {
+            assert_eq!(error.number(), number);
+            assert_eq!(ErrorNumber::from_number(number), Some(error));
+        }
+        assert_eq!(ErrorNumber::from_number(20), None);
+        assert_eq!(
+            ErrorNumber::OperatingState.to_string(),
+            "error 17, not possible in this operating state"
+        );
+    }
+}

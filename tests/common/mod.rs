@@ -1,0 +1,244 @@
+//! One emulated drive on a line in virtual time, and a scripted master that speaks to it.
+//!
+//! The master says, the slave answers, at this time. Every request is preceded by T_SYN, every reply is checked to
+//! start between min and max T_SDR and to be a whole telegram.
+#![allow(dead_code, reason = "each test file uses its part")]
+
+use std::collections::HashMap;
+use std::time::Duration;
+
+use profidrive::device::{Config, Device, Event, MAX_TELEGRAM_LEN, Timing};
+use profidrive::fdl::telegram::{Decoded, decode};
+use profidrive::fdl::{Address, DataTelegram, FrameCount, FunctionCode, Sap, Service, Telegram};
+use profidrive::time::{BaudRate, Instant};
+
+pub const SLAVE: u8 = 5;
+pub const MASTER: u8 = 2;
+pub const IDENT: [u8; 2] = [0x0A, 0xC5];
+pub const CFG: [u8; 2] = [0xF3, 0xF2];
+pub const RS: Reply = Reply::Status(3);
+pub const RR: Reply = Reply::Status(2);
+
+/// Octets of a text like "68 05 05".
+pub fn hex(text: &str) -> Vec<u8> {
+    text.split_whitespace()
+        .map(|octet| u8::from_str_radix(octet, 16).unwrap())
+        .collect()
+}
+
+/// What came back.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Reply {
+    /// Nothing within the slot time.
+    Silence,
+    /// SC.
+    Sc,
+    /// SD1 with this status.
+    Status(u8),
+    /// Data with low priority.
+    Data(Vec<u8>),
+}
+
+/// The line, its clock and the drive on it.
+pub struct Line {
+    pub device: Device,
+    pub now: Instant,
+    pub baud: BaudRate,
+    /// The earliest reply allowed, in T_bit.
+    pub min_tsdr: u32,
+    pub events: Vec<Event>,
+    /// The frame count of each master.
+    frame_counts: HashMap<u8, FrameCount>,
+}
+
+impl Line {
+    pub fn new() -> Self {
+        Self::at(BaudRate::K500)
+    }
+
+    pub fn at(baud: BaudRate) -> Self {
+        let address = Address::station(SLAVE).unwrap();
+        Self::with(Config {
+            baud,
+            timing: Timing::True,
+            ..Config::new(address)
+        })
+    }
+
+    /// A line on which the drive part runs once after each Data_Exchange.
+    pub fn counting_exchanges() -> Self {
+        let address = Address::station(SLAVE).unwrap();
+        let config = Config {
+            timing: Timing::True,
+            application_cycle: Duration::ZERO,
+            ..Config::new(address)
+        };
+        Self::with(config)
+    }
+
+    pub fn with(config: Config) -> Self {
+        let now = Instant::from_millis(1);
+        let device = Device::new(config, now);
+        Self {
+            device,
+            now,
+            baud: config.baud,
+            min_tsdr: 11,
+            events: Vec::new(),
+            frame_counts: HashMap::new(),
+        }
+    }
+
+    /// Lets time pass, waking the drive whenever it asks to be.
+    pub fn wait(&mut self, time: Duration) {
+        let end = self.now.saturating_add(time);
+        while let Some(due) = self.device.poll_timeout().filter(|due| *due <= end) {
+            assert!(due >= self.now, "a deadline in the past");
+            self.now = due;
+            self.device.handle_timeout(due);
+            assert_eq!(self.drain(), None, "a reply nobody asked for");
+            assert!(self.device.poll_timeout() > Some(due) || self.device.poll_timeout().is_none());
+        }
+        self.now = end;
+    }
+
+    /// Sends octets as one request and returns what comes back within the slot time.
+    pub fn send(&mut self, octets: &[u8]) -> Option<Vec<u8>> {
+        self.wait(self.baud.bit_times(33));
+        self.wait(self.baud.octet_times(octets.len().try_into().unwrap()));
+        let end = self.now;
+        self.device.handle_bytes(end, octets);
+        let latest = end.saturating_add(self.baud.bit_times(self.baud.max_tsdr_bits().into()));
+        let mut reply = self.drain();
+        while reply.is_none() {
+            let Some(due) = self.device.poll_timeout().filter(|due| *due <= latest) else {
+                self.now = latest;
+                return None;
+            };
+            self.now = due;
+            self.device.handle_timeout(due);
+            reply = self.drain();
+        }
+        let earliest = end.saturating_add(self.baud.bit_times(self.min_tsdr));
+        assert!(self.now >= earliest, "reply at {} before {earliest}", self.now);
+        let reply = reply.unwrap();
+        self.wait(self.baud.octet_times(reply.len().try_into().unwrap()));
+        Some(reply)
+    }
+
+    /// A request by `sa` with the next frame count and its reply; None as `dsap` is Data_Exchange.
+    pub fn request(&mut self, sa: u8, dsap: Option<u8>, data: &[u8]) -> Reply {
+        let octets = self.srd(sa, dsap, data);
+        self.reply_to(&octets, sa, dsap)
+    }
+
+    /// The octets of a request by `sa` with the next frame count.
+    pub fn srd(&mut self, sa: u8, dsap: Option<u8>, data: &[u8]) -> Vec<u8> {
+        let count = match self.frame_counts.get(&sa) {
+            None => FrameCount::First,
+            Some(FrameCount::First | FrameCount::Odd | FrameCount::Unused) => FrameCount::Even,
+            Some(FrameCount::Even) => FrameCount::Odd,
+        };
+        self.frame_counts.insert(sa, count);
+        telegram(
+            SLAVE,
+            sa,
+            FunctionCode::request(Service::SrdHigh, count),
+            dsap,
+            data,
+        )
+    }
+
+    /// Sends a request by `sa` to `dsap` and checks that the reply mirrors it.
+    pub fn reply_to(&mut self, octets: &[u8], sa: u8, dsap: Option<u8>) -> Reply {
+        let Some(octets) = self.send(octets) else {
+            return Reply::Silence;
+        };
+        let Decoded::Telegram { telegram, len } = decode(&octets) else {
+            panic!("{octets:02X?}")
+        };
+        assert_eq!(len, octets.len());
+        let data = match telegram {
+            Telegram::ShortAcknowledge => return Reply::Sc,
+            Telegram::Token { .. } => panic!("a slave passes no token"),
+            Telegram::Data(data) => data,
+        };
+        assert_eq!((data.da.number(), data.sa.number()), (sa, SLAVE));
+        if data.data.is_empty() {
+            return Reply::Status(data.fc.octet());
+        }
+        assert_eq!(data.fc.octet(), 0x08, "DL");
+        assert_eq!(
+            (data.dsap, data.ssap),
+            (dsap.and(Sap::new(62)), dsap.and_then(Sap::new)),
+            "SAPs mirrored"
+        );
+        Reply::Data(data.data.to_vec())
+    }
+
+    /// Sends data without acknowledge and checks that nothing comes back.
+    pub fn sdn(&mut self, sa: u8, da: u8, dsap: u8, data: &[u8]) {
+        let fc = FunctionCode::request(Service::SdnHigh, FrameCount::Unused);
+        assert_eq!(self.send(&telegram(da, sa, fc, Some(dsap), data)), None);
+    }
+
+    pub fn global_control(&mut self, command: u8, groups: u8) {
+        self.sdn(MASTER, 127, 58, &[command, groups]);
+    }
+
+    pub fn diagnosis(&mut self, sa: u8) -> [u8; 6] {
+        let Reply::Data(octets) = self.request(sa, Some(60), &[]) else {
+            panic!("no diagnosis")
+        };
+        octets.try_into().unwrap()
+    }
+
+    /// Set_Prm and Chk_Cfg as a class 1 master does, then the diagnosis must be free of faults.
+    pub fn start_up(&mut self) {
+        self.start_up_with(&[0x80, 1, 1, 11, IDENT[0], IDENT[1], 0]);
+    }
+
+    pub fn start_up_with(&mut self, prm: &[u8]) {
+        assert_eq!(self.request(MASTER, Some(61), prm), Reply::Sc);
+        assert_eq!(self.request(MASTER, Some(62), &CFG), Reply::Sc);
+        let [first, second, ..] = self.diagnosis(MASTER);
+        assert_eq!((first, second & 0x07), (0x00, 0x04), "ready for Data_Exchange");
+    }
+
+    /// One Data_Exchange; the inputs were ready before the outputs were seen.
+    pub fn exchange(&mut self, outputs: &[u8]) -> [u8; 14] {
+        match self.request(MASTER, None, outputs) {
+            Reply::Data(inputs) => inputs.try_into().unwrap(),
+            reply @ (Reply::Silence | Reply::Sc | Reply::Status(_)) => panic!("no inputs but {reply:?}"),
+        }
+    }
+
+    fn drain(&mut self) -> Option<Vec<u8>> {
+        let mut buf = [0xA5; MAX_TELEGRAM_LEN];
+        let reply = self.device.poll_transmit(self.now, &mut buf).map(<[u8]>::to_vec);
+        assert_eq!(
+            self.device.poll_transmit(self.now, &mut buf),
+            None,
+            "one reply to one request"
+        );
+        while let Some(event) = self.device.poll_event() {
+            self.events.push(event);
+        }
+        reply
+    }
+}
+
+/// The octets of a telegram; with a DSAP the SSAP is 62, as masters use.
+pub fn telegram(da: u8, sa: u8, fc: FunctionCode, dsap: Option<u8>, data: &[u8]) -> Vec<u8> {
+    let (dsap, ssap) = (dsap.and_then(Sap::new), dsap.and(Sap::new(62)));
+    let telegram = DataTelegram {
+        format: DataTelegram::customary_format(dsap, ssap, data),
+        da: Address::from_octet(da),
+        sa: Address::from_octet(sa),
+        dsap,
+        ssap,
+        fc,
+        data,
+    };
+    telegram.encode(&mut [0; MAX_TELEGRAM_LEN]).unwrap().to_vec()
+}
