@@ -87,136 +87,62 @@ fn link_failed(source: std::io::Error) -> Error {
 #[cfg(all(test, unix))]
 mod tests {
     use super::*;
-    use crate::device::{Config, Device};
     use crate::host::ManualClock;
     use crate::host::link::memory::{End, Wire};
-    use crate::param::{Gear, Model};
-    use crate::time::{BaudRate, Instant};
+    use crate::time::BaudRate;
     use core::time::Duration;
-    use std::collections::VecDeque;
-    use std::{io, vec, vec::Vec};
+    use std::io;
 
-    /// The drives' end of an in-memory line on which sleeping moves the clock instead of taking time. What the
-    /// script holds happens in one sleep each; the sleep after the last requests the stop.
-    struct Scripted {
+    /// A link that says `news` once before the octets of `end`.
+    struct WithNews {
         end: End,
-        master: End,
-        clock: ManualClock,
-        script: VecDeque<Vec<u8>>,
-        sleeps: Vec<Option<Duration>>,
-        news: VecDeque<Received>,
+        news: Option<Received>,
     }
 
-    impl Link for Scripted {
+    impl Link for WithNews {
         fn receive(&mut self, buf: &mut [u8]) -> io::Result<Received> {
-            match self.news.pop_front() {
+            match self.news.take() {
                 Some(news) => Ok(news),
                 None => self.end.receive(buf),
             }
         }
-
         fn send(&mut self, telegram: &[u8]) -> io::Result<()> {
             self.end.send(telegram)
         }
-
         fn wait(&mut self, timeout: Option<Duration>, stop: &Stop) -> io::Result<()> {
-            self.sleeps.push(timeout);
-            self.clock.advance(
-                timeout
-                    .unwrap_or(Duration::from_millis(10))
-                    .min(Duration::from_millis(10)),
-            );
-            match self.script.pop_front() {
-                Some(octets) => self.master.send(&octets),
-                None => {
-                    stop.request();
-                    Ok(())
-                }
-            }
+            self.end.wait(timeout, stop)
         }
-    }
-
-    fn scripted(script: &[&[u8]]) -> (Scripted, Bus, ManualClock) {
-        let wire = Wire::new();
-        let clock = ManualClock::new();
-        let mut bus = Bus::new();
-        let config = Config {
-            address: 5,
-            model: Model::Ag03_1,
-            gear: Gear::Ratio48,
-            baud: BaudRate::K500,
-            application_cycle: Duration::from_millis(1),
-        };
-        bus.add(Device::new(config, clock.now())).unwrap();
-        let link = Scripted {
-            end: wire.end(),
-            master: wire.end(),
-            clock: clock.clone(),
-            script: script.iter().map(|octets| octets.to_vec()).collect(),
-            sleeps: Vec::new(),
-            news: VecDeque::new(),
-        };
-        (link, bus, clock)
-    }
-
-    #[test]
-    fn the_loop_takes_what_arrives_and_ends_on_request() {
-        let (mut link, mut bus, clock) = scripted(&[&[0x10, 0x05], &[0xFF; 300]]);
-        let stop = Stop::new().unwrap();
-        run(&mut link, &mut bus, &clock, &stop, &mut |_, _| {}).unwrap();
-        assert_eq!(
-            link.end.receive(&mut [0; 1]).unwrap(),
-            Received::Nothing,
-            "everything was taken"
-        );
-        assert_eq!(link.end.lost(), 0);
-        assert!(
-            link.sleeps.len() >= 3,
-            "one sleep before each arrival, one before the stop"
-        );
-        assert!(clock.now() > Instant::ZERO);
-    }
-
-    #[test]
-    fn a_stop_requested_before_the_start_ends_the_loop_without_sleep() {
-        let (mut link, mut bus, clock) = scripted(&[&[0x10]]);
-        let stop = Stop::new().unwrap();
-        stop.request();
-        run(&mut link, &mut bus, &clock, &stop, &mut |_, _| {}).unwrap();
-        assert_eq!(link.sleeps, vec![]);
-    }
-
-    #[test]
-    fn no_sleep_is_longer_than_the_next_deadline() {
-        let (mut link, mut bus, clock) = scripted(&[&[0x10, 0x05, 0x02, 0x49, 0x50, 0x16]]);
-        let stop = Stop::new().unwrap();
-        let before = bus.poll_timeout();
-        run(&mut link, &mut bus, &clock, &stop, &mut |_, _| {}).unwrap();
-        assert_eq!(
-            link.sleeps.first().copied(),
-            Some(before.map(|at| at.saturating_since(Instant::ZERO)))
-        );
     }
 
     #[test]
     fn octets_before_and_after_a_reset_are_told_apart() {
-        let (mut link, mut bus, _) = scripted(&[]);
+        let wire = Wire::new();
+        let mut link = WithNews {
+            end: wire.end(),
+            news: Some(Received::Reset),
+        };
         let mut batch = [0; 8];
-        link.master.send(&[1, 2, 3]).unwrap();
-        link.news
-            .extend([Received::Rate(BaudRate::K1500), Received::Reset]);
-        assert_eq!(listen(&mut link, &mut bus, &mut batch).unwrap(), (0, true));
-        assert_eq!(listen(&mut link, &mut bus, &mut batch).unwrap(), (3, false));
+        wire.end().send(&[1, 2, 3]).unwrap();
+        assert_eq!(listen(&mut link, &mut Bus::new(), &mut batch).unwrap(), (0, true));
+        link.news = Some(Received::Rate(BaudRate::K1500));
+        assert_eq!(
+            listen(&mut link, &mut Bus::new(), &mut batch).unwrap(),
+            (3, false)
+        );
         assert_eq!(batch[..3], [1, 2, 3]);
     }
 
     #[test]
     fn a_flood_is_taken_in_bounded_batches() {
-        let (mut link, mut bus, _) = scripted(&[]);
-        link.master.send(&[0x55; BATCH + 1]).unwrap();
+        let wire = Wire::new();
+        let mut end = wire.end();
+        wire.end().send(&[0x55; BATCH + 1]).unwrap();
         let mut batch = [0; BATCH];
-        assert_eq!(listen(&mut link, &mut bus, &mut batch).unwrap(), (BATCH, false));
-        assert_eq!(listen(&mut link, &mut bus, &mut batch).unwrap(), (1, false));
+        assert_eq!(
+            listen(&mut end, &mut Bus::new(), &mut batch).unwrap(),
+            (BATCH, false)
+        );
+        assert_eq!(listen(&mut end, &mut Bus::new(), &mut batch).unwrap(), (1, false));
     }
 
     #[test]
