@@ -1,6 +1,11 @@
 //! The pseudo-terminal link, seen from the terminal that a master opens.
 
 #![cfg(target_os = "linux")]
+#![expect(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "clippy knows tests by their attribute, not their helpers"
+)]
 
 use core::time::Duration;
 use std::fs::{self, File, OpenOptions};

@@ -1,6 +1,10 @@
 //! Several drives on one line, and the loop that runs them, on an in-memory line whose time a test owns.
 
 #![cfg(feature = "std")]
+#![expect(
+    clippy::unwrap_used,
+    reason = "clippy knows tests by their attribute, not their helpers"
+)]
 
 use core::time::Duration;
 use std::collections::VecDeque;
