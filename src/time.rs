@@ -50,12 +50,7 @@ impl Instant {
 impl fmt::Display for Instant {
     /// Seconds with six decimals.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{}.{:06}",
-            self.0 / 1_000_000_000,
-            self.0 % 1_000_000_000 / 1_000
-        )
+        write!(f, "{}.{:06}", self.0 / 1_000_000_000, self.0 % 1_000_000_000 / 1_000)
     }
 }
 
@@ -107,10 +102,7 @@ impl BaudRate {
     /// # Errors
     /// [`BaudRateError`] if PROFIBUS-DP knows no such rate.
     pub fn from_bits_per_second(bits: u32) -> Result<Self, BaudRateError> {
-        Self::ALL
-            .into_iter()
-            .find(|rate| rate.bits_per_second() == bits)
-            .ok_or(BaudRateError { got: bits })
+        Self::ALL.into_iter().find(|rate| rate.bits_per_second() == bits).ok_or(BaudRateError { got: bits })
     }
 
     /// Bits per second.
@@ -202,10 +194,7 @@ mod tests {
         for rate in BaudRate::ALL {
             assert_eq!(BaudRate::from_bits_per_second(rate.bits_per_second()), Ok(rate));
         }
-        assert_eq!(
-            BaudRate::from_bits_per_second(115_200),
-            Err(BaudRateError { got: 115_200 })
-        );
+        assert_eq!(BaudRate::from_bits_per_second(115_200), Err(BaudRateError { got: 115_200 }));
     }
 
     #[test]

@@ -1,10 +1,13 @@
 //! Several drives on one line, and the loop that runs them, on an in-memory line whose time a test owns.
-
-#![cfg(feature = "std")]
-#![expect(
+#![allow(
     clippy::unwrap_used,
-    reason = "clippy knows tests by their attribute, not their helpers"
+    clippy::indexing_slicing,
+    clippy::cast_possible_truncation,
+    clippy::std_instead_of_core,
+    clippy::wildcard_enum_match_arm,
+    reason = "a test may panic, and has std"
 )]
+#![cfg(feature = "std")]
 
 use core::time::Duration;
 use std::collections::VecDeque;
@@ -54,10 +57,7 @@ fn sent(bus: &mut Bus, now: Instant) -> Vec<u8> {
 fn a_second_drive_on_one_address_is_refused_by_name_and_the_first_stays() {
     let mut bus = bus(&[5, 6]);
     let error = bus.add(drive(5)).unwrap_err();
-    assert_eq!(
-        error.to_string(),
-        "two drives have address 5; give each drive its own"
-    );
+    assert_eq!(error.to_string(), "two drives have address 5; give each drive its own");
     assert_eq!(bus.addresses().collect::<Vec<_>>(), [5, 6]);
 }
 
@@ -141,10 +141,7 @@ fn scripted(script: &[&[u8]]) -> (Scripted, Bus, ManualClock) {
 fn play(link: &mut Scripted, bus: &mut Bus, clock: &ManualClock) -> Vec<(u8, Event)> {
     let stop = Stop::new().unwrap();
     let mut news = Vec::new();
-    run(link, bus, clock, &stop, &mut |address, event| {
-        news.push((address, event))
-    })
-    .unwrap();
+    run(link, bus, clock, &stop, &mut |address, event| news.push((address, event))).unwrap();
     news
 }
 
@@ -191,9 +188,7 @@ fn a_stop_requested_before_the_start_ends_the_loop_without_sleep() {
 #[test]
 fn a_sleep_ends_at_the_next_deadline_and_a_drive_at_rest_has_none() {
     let (mut link, mut bus, clock) = scripted(&[&[][..]; 8]);
-    let first = bus
-        .poll_timeout()
-        .map(|deadline| deadline.saturating_since(clock.now()));
+    let first = bus.poll_timeout().map(|deadline| deadline.saturating_since(clock.now()));
     play(&mut link, &mut bus, &clock);
     assert_eq!(link.sleeps[0], first);
     assert_eq!(link.sleeps.last(), Some(&None), "{:?}", link.sleeps);

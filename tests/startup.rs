@@ -1,4 +1,12 @@
 //! From power-on to Data_Exchange: Set_Prm, Chk_Cfg, Get_Cfg and Slave_Diag (`dp-v0.md` 13: P, G, D).
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::cast_possible_truncation,
+    clippy::std_instead_of_core,
+    clippy::wildcard_enum_match_arm,
+    reason = "a test may panic, and has std"
+)]
 
 mod common;
 
@@ -23,16 +31,10 @@ fn the_start_up_octet_for_octet_at_every_rate() {
         let mut line = Line::at(baud);
         for (request, reply) in [
             ("10 05 02 49 50 16", "10 02 05 00 07 16"),
-            (
-                "68 05 05 68 85 82 6D 3C 3E EE 16",
-                "68 0B 0B 68 82 85 08 3E 3C 02 05 00 FF 0A C5 5E 16",
-            ),
+            ("68 05 05 68 85 82 6D 3C 3E EE 16", "68 0B 0B 68 82 85 08 3E 3C 02 05 00 FF 0A C5 5E 16"),
             ("68 0C 0C 68 85 82 5D 3D 3E 88 0A 0A 0B 0A C5 00 55 16", "E5"),
             ("68 07 07 68 85 82 7D 3E 3E F3 F2 E5 16", "E5"),
-            (
-                "68 05 05 68 85 82 5D 3C 3E DE 16",
-                "68 0B 0B 68 82 85 08 3E 3C 00 0C 00 02 0A C5 66 16",
-            ),
+            ("68 05 05 68 85 82 5D 3C 3E DE 16", "68 0B 0B 68 82 85 08 3E 3C 00 0C 00 02 0A C5 66 16"),
             (
                 "68 11 11 68 05 02 7D 00 00 00 00 00 00 00 00 00 00 00 00 00 00 84 16",
                 "68 11 11 68 02 05 08 00 00 00 00 00 00 00 00 2B 23 00 00 00 00 5D 16",
@@ -45,19 +47,13 @@ fn the_start_up_octet_for_octet_at_every_rate() {
 
 #[test]
 fn d_01_the_diagnosis_after_power_on() {
-    assert_eq!(
-        Line::new().diagnosis(MASTER),
-        [0x02, 0x05, 0x00, 0xFF, 0x0A, 0xC5]
-    );
+    assert_eq!(Line::new().diagnosis(MASTER), [0x02, 0x05, 0x00, 0xFF, 0x0A, 0xC5]);
 }
 
 #[test]
 fn p_01_d_02_good_parameters_then_good_configuration() {
     let mut line = Line::new();
-    assert_eq!(
-        line.request(MASTER, Some(61), &prm(0x88, 11, IDENT, 0)),
-        Reply::Sc
-    );
+    assert_eq!(line.request(MASTER, Some(61), &prm(0x88, 11, IDENT, 0)), Reply::Sc);
     assert_eq!(line.diagnosis(MASTER), [0x02, 0x0C, 0x00, MASTER, 0x0A, 0xC5]);
     assert_eq!(line.request(MASTER, Some(62), &CFG), Reply::Sc);
     assert_eq!(line.diagnosis(MASTER), [0x00, 0x0C, 0x00, MASTER, 0x0A, 0xC5]);
@@ -67,15 +63,9 @@ fn p_01_d_02_good_parameters_then_good_configuration() {
 #[test]
 fn p_02_a_wrong_ident_number_is_acknowledged_and_shown() {
     let mut line = Line::new();
-    assert_eq!(
-        line.request(MASTER, Some(61), &prm(0x80, 11, [0x0A, 0xC6], 0)),
-        Reply::Sc
-    );
+    assert_eq!(line.request(MASTER, Some(61), &prm(0x80, 11, [0x0A, 0xC6], 0)), Reply::Sc);
     assert_eq!(line.diagnosis(MASTER), [0x42, 0x05, 0x00, 0xFF, 0x0A, 0xC5]);
-    let fault = dp::PrmFault::Ident {
-        expected: 0x0AC5,
-        got: 0x0AC6,
-    };
+    let fault = dp::PrmFault::Ident { expected: 0x0AC5, got: 0x0AC6 };
     assert!(
         line.events.iter().any(
             |event| matches!(event, Event::Dp(dp::Event::PrmRejected { fault: got, .. }) if *got == fault)
@@ -89,12 +79,7 @@ fn p_03_a_wrong_length_is_acknowledged_and_shown() {
     for octets in [&good()[..6], &[], &[good().as_slice(), &[0]].concat(), &long] {
         let mut line = Line::new();
         assert_eq!(line.request(MASTER, Some(61), octets), Reply::Sc);
-        assert_eq!(
-            line.diagnosis(MASTER)[..4],
-            [0x42, 0x05, 0x00, 0xFF],
-            "{} octets",
-            octets.len()
-        );
+        assert_eq!(line.diagnosis(MASTER)[..4], [0x42, 0x05, 0x00, 0xFF], "{} octets", octets.len());
     }
 }
 
@@ -108,10 +93,7 @@ fn p_04_lock_and_unlock_all_four() {
     ] {
         let mut line = Line::new();
         line.start_up();
-        assert_eq!(
-            line.request(MASTER, Some(61), &prm(status, 11, IDENT, 0)),
-            Reply::Sc
-        );
+        assert_eq!(line.request(MASTER, Some(61), &prm(status, 11, IDENT, 0)), Reply::Sc);
         assert_eq!(line.device.dp_state(), state, "{status:02X}");
         assert_eq!(line.diagnosis(MASTER)[3], owner, "{status:02X}");
     }
@@ -120,10 +102,7 @@ fn p_04_lock_and_unlock_all_four() {
 #[test]
 fn p_05_neither_lock_nor_unlock_sets_min_tsdr_only_whatever_the_ident() {
     let mut line = Line::new();
-    assert_eq!(
-        line.request(MASTER, Some(61), &prm(0x00, 60, [0, 0], 0xFF)),
-        Reply::Sc
-    );
+    assert_eq!(line.request(MASTER, Some(61), &prm(0x00, 60, [0, 0], 0xFF)), Reply::Sc);
     line.min_tsdr = 60;
     assert_eq!(line.diagnosis(MASTER), [0x02, 0x05, 0x00, 0xFF, 0x0A, 0xC5]);
 }
@@ -143,10 +122,7 @@ fn p_08_another_master_changes_nothing_while_the_slave_is_locked() {
         let mut line = Line::new();
         line.start_up();
         let before = line.diagnosis(MASTER);
-        assert_eq!(
-            line.request(OTHER, Some(61), &prm(status, 200, IDENT, 0xFF)),
-            Reply::Sc
-        );
+        assert_eq!(line.request(OTHER, Some(61), &prm(status, 200, IDENT, 0xFF)), Reply::Sc);
         assert_eq!(line.request(OTHER, Some(61), &[0x80]), Reply::Sc);
         assert_eq!(line.diagnosis(MASTER), before);
         assert_eq!(line.device.dp_state(), State::DataExch);
@@ -187,12 +163,7 @@ fn p_11_of_two_masters_the_first_stays_owner() {
 fn p_13_p_14_reserved_bits_and_a_watchdog_of_no_time_are_faults() {
     let mut zero = prm(0x88, 11, IDENT, 0);
     zero[1] = 0;
-    for octets in [
-        prm(0x81, 11, IDENT, 0),
-        prm(0x82, 11, IDENT, 0),
-        prm(0x84, 11, IDENT, 0),
-        zero,
-    ] {
+    for octets in [prm(0x81, 11, IDENT, 0), prm(0x82, 11, IDENT, 0), prm(0x84, 11, IDENT, 0), zero] {
         let mut line = Line::new();
         assert_eq!(line.request(MASTER, Some(61), &octets), Reply::Sc);
         assert_eq!(line.diagnosis(MASTER)[..4], [0x42, 0x05, 0x00, 0xFF]);
@@ -216,33 +187,18 @@ fn g_01_both_accepted_configurations_lead_to_data_exchange() {
         assert_eq!(line.request(MASTER, Some(62), cfg), Reply::Sc);
         assert_eq!(line.diagnosis(MASTER)[..2], [0x00, 0x04]);
         line.exchange(&[0; 14]);
-        assert_eq!(
-            line.request(MASTER, Some(59), &[]),
-            Reply::Data(cfg.to_vec()),
-            "Get_Cfg"
-        );
+        assert_eq!(line.request(MASTER, Some(59), &[]), Reply::Data(cfg.to_vec()), "Get_Cfg");
     }
 }
 
 #[test]
 fn g_02_a_wrong_configuration_is_acknowledged_and_shown() {
-    for cfg in [
-        &[0xF3, 0xF1][..],
-        &[0xF3],
-        &[0xF3, 0xF2, 0x00],
-        &[],
-        &[0xF2, 0xF3],
-        &[0x00; 244],
-    ] {
+    for cfg in [&[0xF3, 0xF1][..], &[0xF3], &[0xF3, 0xF2, 0x00], &[], &[0xF2, 0xF3], &[0x00; 244]] {
         let mut line = Line::new();
         line.request(MASTER, Some(61), &good());
         assert_eq!(line.request(MASTER, Some(62), cfg), Reply::Sc);
         assert_eq!(line.diagnosis(MASTER)[..4], [0x06, 0x05, 0x00, 0xFF]);
-        assert!(
-            line.events
-                .iter()
-                .any(|event| event.to_string().contains("Chk_Cfg octet"))
-        );
+        assert!(line.events.iter().any(|event| event.to_string().contains("Chk_Cfg octet")));
     }
 }
 
@@ -308,10 +264,8 @@ fn c_05_a_retried_set_prm_is_not_carried_out_twice() {
     let octets = line.srd(MASTER, Some(61), &good());
     assert_eq!(line.send(&octets), Some(vec![0xE5]));
     assert_eq!(line.send(&octets), Some(vec![0xE5]));
-    let accepted = line
-        .events
-        .iter()
-        .filter(|event| matches!(event, Event::Dp(dp::Event::Parameterised { .. })));
+    let accepted =
+        line.events.iter().filter(|event| matches!(event, Event::Dp(dp::Event::Parameterised { .. })));
     assert_eq!(accepted.count(), 1);
 }
 

@@ -97,9 +97,8 @@ impl FromStr for DriveSpec {
         let address = address(parts.next().unwrap_or_default())?;
         let (mut model, mut gear) = (None, None);
         for part in parts {
-            let (key, value) = part
-                .split_once('=')
-                .ok_or_else(|| format!("'{part}' is not understood; {DRIVE_FORM}"))?;
+            let (key, value) =
+                part.split_once('=').ok_or_else(|| format!("'{part}' is not understood; {DRIVE_FORM}"))?;
             let again = match (key, value) {
                 ("model", "ag03") => model.replace(Model::Ag03).is_some(),
                 ("model", "ag03-1") => model.replace(Model::Ag03_1).is_some(),
@@ -185,15 +184,9 @@ impl FromStr for BaudSpec {
         if spec == "auto" {
             return Ok(Self::Auto);
         }
-        let rate = spec
-            .parse()
-            .ok()
-            .and_then(|bits| BaudRate::from_bits_per_second(bits).ok());
+        let rate = spec.parse().ok().and_then(|bits| BaudRate::from_bits_per_second(bits).ok());
         rate.map(Self::Fixed).ok_or_else(|| {
-            let rates: Vec<_> = BaudRate::ALL
-                .iter()
-                .map(|rate| rate.bits_per_second().to_string())
-                .collect();
+            let rates: Vec<_> = BaudRate::ALL.iter().map(|rate| rate.bits_per_second().to_string()).collect();
             format!("expected auto or one of {}", rates.join(", "))
         })
     }
@@ -213,9 +206,7 @@ impl Args {
         args.check().map_err(|line| {
             let mut command = Self::command();
             command.build();
-            let emulate = command
-                .find_subcommand_mut("emulate")
-                .map(|emulate| emulate.to_owned());
+            let emulate = command.find_subcommand_mut("emulate").map(|emulate| emulate.to_owned());
             Refusal(emulate.unwrap_or(command).error(ErrorKind::ValueValidation, line))
         })?;
         Ok(args)
@@ -225,23 +216,17 @@ impl Args {
     fn check(&self) -> Result<(), String> {
         let Command::Emulate(emulate) = &self.command;
         let mut addresses = BTreeSet::new();
-        if let Some(twice) = emulate
-            .drives
-            .iter()
-            .find(|drive| !addresses.insert(drive.address.number()))
-        {
-            return Err(format!(
-                "two drives have address {}; give each drive its own",
-                twice.address
-            ));
+        if let Some(twice) = emulate.drives.iter().find(|drive| !addresses.insert(drive.address.number())) {
+            return Err(format!("two drives have address {}; give each drive its own", twice.address));
         }
         match (&emulate.link, emulate.baud) {
             (LinkSpec::Serial(_), None) => {
                 Err("a serial line needs its rate; add for example --baud 19200".into())
             }
-            (LinkSpec::Serial(_), Some(BaudSpec::Auto)) => Err(
-                "--baud auto needs a pty link; give a serial line its rate, for example --baud 19200".into(),
-            ),
+            (LinkSpec::Serial(_), Some(BaudSpec::Auto)) => {
+                Err("--baud auto needs a pty link; give a serial line its rate, for example --baud 19200"
+                    .into())
+            }
             (LinkSpec::Serial(_), Some(BaudSpec::Fixed(_))) | (LinkSpec::Pty(_), _) => Ok(()),
         }
     }
@@ -266,19 +251,11 @@ impl Refusal {
     /// The first paragraph of the parser's error as one line, and where to read on.
     fn line(&self) -> String {
         let text = self.0.to_string();
-        let lines: Vec<&str> = text
-            .lines()
-            .map(str::trim)
-            .take_while(|line| !line.is_empty())
-            .collect();
+        let lines: Vec<&str> = text.lines().map(str::trim).take_while(|line| !line.is_empty()).collect();
         let line = lines.join(" ");
         let line = line.strip_prefix("error: ").unwrap_or(&line);
         let emulate = std::env::args_os().any(|argument| argument == "emulate");
-        let command = if emulate {
-            "profidrive emulate"
-        } else {
-            "profidrive"
-        };
+        let command = if emulate { "profidrive emulate" } else { "profidrive" };
         format!("{line}; see '{command} --help'")
     }
 }
@@ -333,24 +310,9 @@ mod tests {
     fn a_link_is_named_by_its_kind_and_place() {
         assert_eq!("pty".parse(), Ok(LinkSpec::Pty(None)));
         assert_eq!("pty:/tmp/a:b".parse(), Ok(LinkSpec::Pty(Some("/tmp/a:b".into()))));
-        assert_eq!(
-            "serial:/dev/ttyUSB0".parse(),
-            Ok(LinkSpec::Serial("/dev/ttyUSB0".into()))
-        );
-        for wrong in [
-            "",
-            "pty:",
-            "serial",
-            "serial:",
-            "tcp:localhost:1",
-            "usb",
-            "pty:a\nb",
-            "PTY",
-        ] {
-            assert!(
-                wrong.parse::<LinkSpec>().unwrap_err().contains("pty:PATH"),
-                "{wrong}"
-            );
+        assert_eq!("serial:/dev/ttyUSB0".parse(), Ok(LinkSpec::Serial("/dev/ttyUSB0".into())));
+        for wrong in ["", "pty:", "serial", "serial:", "tcp:localhost:1", "usb", "pty:a\nb", "PTY"] {
+            assert!(wrong.parse::<LinkSpec>().unwrap_err().contains("pty:PATH"), "{wrong}");
         }
     }
 
@@ -359,10 +321,7 @@ mod tests {
         assert_eq!("auto".parse(), Ok(BaudSpec::Auto));
         assert_eq!("45450".parse(), Ok(BaudSpec::Fixed(BaudRate::K45_45)));
         for wrong in ["", "115200", "-1", "500k", "Auto"] {
-            assert!(
-                wrong.parse::<BaudSpec>().unwrap_err().contains("12000000"),
-                "{wrong}"
-            );
+            assert!(wrong.parse::<BaudSpec>().unwrap_err().contains("12000000"), "{wrong}");
         }
     }
 }

@@ -99,9 +99,7 @@ fn open_pty(
     _: Option<&std::path::Path>,
     _: Option<BaudRate>,
 ) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
-    Err(Failure::Other(
-        "pty links need Linux; use --link serial:DEVICE --baud RATE".into(),
-    ))
+    Err(Failure::Other("pty links need Linux; use --link serial:DEVICE --baud RATE".into()))
 }
 
 fn connect(bus: &mut Bus, drive: DriveSpec, baud: BaudRate, clock: &dyn Clock) -> Result<(), Failure> {
@@ -114,14 +112,8 @@ fn connect(bus: &mut Bus, drive: DriveSpec, baud: BaudRate, clock: &dyn Clock) -
         0 => warn!("address 0 is customarily a master's, often of a programming device"),
         _ => {}
     }
-    let config = Config {
-        model,
-        gear,
-        baud,
-        ..Config::new(address)
-    };
-    bus.add(Device::new(config, clock.now()))
-        .map_err(|error| Failure::from_error(&error))
+    let config = Config { model, gear, baud, ..Config::new(address) };
+    bus.add(Device::new(config, clock.now())).map_err(|error| Failure::from_error(&error))
 }
 
 /// Says on stdout that a master can begin.

@@ -37,10 +37,7 @@ pub(crate) fn start(verbosity: Verbosity) -> Log {
     let (lines, entries) = sync_channel(BACKLOG);
     let (done, finished) = sync_channel(1);
     let dropped = Arc::new(AtomicU64::new(0));
-    let writer = Lines {
-        lines: lines.clone(),
-        dropped: Arc::clone(&dropped),
-    };
+    let writer = Lines { lines: lines.clone(), dropped: Arc::clone(&dropped) };
     thread::spawn(move || {
         write(&entries, &dropped);
         let _ = done.send(());
@@ -68,10 +65,7 @@ fn targets(verbosity: Verbosity, rust_log: Option<String>) -> (Targets, Option<S
         (1, false, _) => (level(LevelFilter::DEBUG), None),
         (0, false, Some(wanted)) if !wanted.is_empty() => match wanted.parse() {
             Ok(targets) => (targets, None),
-            Err(error) => (
-                level(LevelFilter::INFO),
-                Some(format!("RUST_LOG is not understood: {error}")),
-            ),
+            Err(error) => (level(LevelFilter::INFO), Some(format!("RUST_LOG is not understood: {error}"))),
         },
         (0, false, Some(_) | None) => (level(LevelFilter::INFO), None),
     }
@@ -93,10 +87,8 @@ fn write(entries: &Receiver<Entry>, dropped: &AtomicU64) {
         let mut stderr = io::stderr().lock();
         // Nobody is left to tell when stderr does not work.
         if lost > 0 {
-            let _ = writeln!(
-                stderr,
-                "({lost} lines of the log were dropped: stderr is not read fast enough)"
-            );
+            let _ =
+                writeln!(stderr, "({lost} lines of the log were dropped: stderr is not read fast enough)");
         }
         let _ = stderr.write_all(&line);
     }
@@ -137,9 +129,7 @@ mod tests {
     fn enabled(verbose: u8, quiet: bool, rust_log: Option<&str>) -> Vec<Level> {
         let (targets, _) = targets(Verbosity { verbose, quiet }, rust_log.map(Into::into));
         let all = [Level::ERROR, Level::WARN, Level::INFO, Level::DEBUG, Level::TRACE];
-        all.into_iter()
-            .filter(|level| targets.would_enable("profidrive", level))
-            .collect()
+        all.into_iter().filter(|level| targets.would_enable("profidrive", level)).collect()
     }
 
     #[test]
@@ -147,10 +137,7 @@ mod tests {
         assert_eq!(enabled(0, false, None).last(), Some(&Level::INFO));
         assert_eq!(enabled(0, false, Some("")).last(), Some(&Level::INFO));
         assert_eq!(enabled(0, false, Some("debug")).last(), Some(&Level::DEBUG));
-        assert_eq!(
-            enabled(0, false, Some("profidrive=error")).last(),
-            Some(&Level::ERROR)
-        );
+        assert_eq!(enabled(0, false, Some("profidrive=error")).last(), Some(&Level::ERROR));
         assert_eq!(enabled(0, true, Some("trace")).last(), Some(&Level::WARN));
         assert_eq!(enabled(1, false, Some("error")).last(), Some(&Level::DEBUG));
         assert_eq!(enabled(9, false, None).last(), Some(&Level::TRACE));
@@ -159,10 +146,7 @@ mod tests {
     #[test]
     fn a_line_nobody_takes_is_dropped_and_counted() {
         let (lines, entries) = sync_channel(1);
-        let sink = Lines {
-            lines,
-            dropped: Arc::default(),
-        };
+        let sink = Lines { lines, dropped: Arc::default() };
         for _ in 0..3 {
             (&sink).write_all(b"line\n").unwrap();
         }

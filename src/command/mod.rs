@@ -58,10 +58,7 @@ pub(crate) fn report(failure: &Failure) -> ExitCode {
         Failure::Other(line) => (line, 1),
     };
     // Paths and arguments may hold line breaks; nobody is left to tell if this fails.
-    let line: String = line
-        .chars()
-        .map(|c| if c.is_control() { '?' } else { c })
-        .collect();
+    let line: String = line.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
     let _ = writeln!(io::stderr(), "profidrive: {line}");
     ExitCode::from(code)
 }

@@ -40,10 +40,7 @@ impl fmt::Display for Event {
             Self::Fault(fault) => write!(f, "fault {fault}"),
             Self::TelegramRefused(error) => write!(f, "ignored octets: {error}"),
             Self::ReplyTooLate(TooLate { after, limit }) => {
-                write!(
-                    f,
-                    "dropped a reply {after:?} after its request, expected at most {limit:?}"
-                )
+                write!(f, "dropped a reply {after:?} after its request, expected at most {limit:?}")
             }
             Self::Lost { events } => write!(f, "{events} more events were lost"),
         }

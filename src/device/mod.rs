@@ -6,8 +6,8 @@
 //! until octets arrive or [`Device::poll_timeout`] has come.** The crate guide shows the loop.
 //!
 //! A device is two machines, as the real one is. The *DP part* answers each telegram at once from buffers. The
-//! *drive part* runs once per application cycle: it takes the newest outputs, runs the parameter channel, the
-//! state machine and one fixed step of the motion, and offers new inputs. So a PKW reply never comes in the
+//! *drive part* runs once per application cycle: it takes the newest outputs, runs the state machine, one fixed
+//! step of the motion and the parameter channel, and offers new inputs. So a PKW reply never comes in the
 //! exchange that brought its job. When nothing can change, the drive part sleeps and [`Device::poll_timeout`]
 //! does not ask to be called for its sake; what happens is the same as if it had run.
 
@@ -155,6 +155,8 @@ struct Parts {
     exchanging: bool,
     /// Data_Exchange was left since the last application cycle.
     interrupted: bool,
+    /// The last application cycle wrote a parameter that the drive sees in the next one.
+    parameters_acted: bool,
     /// The drive as the last application cycle left it.
     status: Status,
     events: event::Queue,
@@ -184,19 +186,22 @@ impl Device {
             outputs_seen: 0,
             exchanging: false,
             interrupted: false,
+            parameters_acted: false,
             events: event::Queue::default(),
         };
         part.run_cycle();
         part.wake(now);
-        Self {
-            framer: Framer::new(config.timing.resync(config.baud)),
-            part,
-        }
+        Self { framer: Framer::new(config.timing.resync(config.baud)), part }
     }
 
     /// What the device was made of, with the rate of the line as it is now.
     pub const fn config(&self) -> &Config {
         &self.part.config
+    }
+
+    /// Its station address.
+    pub const fn address(&self) -> Address {
+        self.part.config.address
     }
 
     /// The state of the DP slave machine.
@@ -321,9 +326,7 @@ impl Parts {
         let overdue = self.next_cycle.map(|due| now.saturating_since(due));
         if overdue.is_some_and(|overdue| overdue > MOST_TIME_MADE_UP) {
             self.next_cycle = None;
-            self.wake(Instant::from_nanos(
-                now.as_nanos().saturating_sub(nanos(MOST_TIME_MADE_UP)),
-            ));
+            self.wake(Instant::from_nanos(now.as_nanos().saturating_sub(nanos(MOST_TIME_MADE_UP))));
         }
     }
 
@@ -406,15 +409,9 @@ impl Parts {
         // A break in Data_Exchange is seen for one cycle even if it was shorter.
         self.exchanging = self.slave.state() == dp::State::DataExch && !self.interrupted;
         self.interrupted = false;
-        let octets = self
-            .slave
-            .outputs()
-            .first_chunk::<PPO_LEN>()
-            .copied()
-            .filter(|_| self.exchanging);
+        let octets = self.slave.outputs().first_chunk::<PPO_LEN>().copied().filter(|_| self.exchanging);
         let outputs = octets.as_ref().map(Outputs::new);
 
-        let reply = self.run_job(outputs.map(Outputs::pkw));
         let command = outputs.map(|outputs| words::command(outputs.stw(), outputs.hsw()));
         let step = match self.config.application_cycle {
             Duration::ZERO => DEFAULT_APPLICATION_CYCLE,
@@ -423,6 +420,8 @@ impl Parts {
         let fault = self.status.fault;
         self.drive.step(step, command.as_ref(), &self.settings);
         self.status = self.drive.status();
+        // Behind the step, so that a parameter that shows the drive agrees with ZSW and HIW.
+        let reply = self.run_job(outputs.map(Outputs::pkw));
 
         if let Some(refusal) = self.drive.take_refusal() {
             self.events.push(Event::CommandRefused(refusal));
@@ -436,15 +435,13 @@ impl Parts {
 
     /// Runs the parameter channel; `None` outside Data_Exchange.
     fn run_job(&mut self, job: Option<Pkw>) -> Pkw {
+        self.parameters_acted = false;
         let Some(job) = job else {
             self.engine.reset();
             return Pkw::ZERO;
         };
         let live = self.live();
-        let context = WriteContext {
-            moving: self.status.moving,
-            job_active: self.status.job_active,
-        };
+        let context = WriteContext { moving: self.status.moving, job_active: self.status.job_active };
         let outcome = self.engine.cycle(job, &mut self.store, &live, &context);
         match outcome.effect {
             Effect::None => {}
@@ -452,10 +449,12 @@ impl Parts {
             Effect::ClearFaults => self.drive.clear_faults(),
             // Not during a travel job: the store has refused it by the same status.
             Effect::Calibrate => {
-                let _refused = self
-                    .drive
-                    .calibrate(self.store.value(Parameter::CalibrationValue));
+                let _refused = self.drive.calibrate(self.store.value(Parameter::CalibrationValue));
             }
+        }
+        self.parameters_acted = outcome.effect != Effect::None;
+        if self.parameters_acted {
+            self.status = self.drive.status();
         }
         if let Some(refusal) = outcome.refusal {
             self.events.push(Event::JobRefused(refusal));
@@ -465,14 +464,10 @@ impl Parts {
 
     /// Whether another application cycle with the same outputs would change nothing.
     fn is_at_rest(&self) -> bool {
-        let job = self
-            .slave
-            .outputs()
-            .first_chunk()
-            .map(|outputs| Outputs::new(outputs).pkw());
+        let job = self.slave.outputs().first_chunk().map(|outputs| Outputs::new(outputs).pkw());
         let job_waits = self.exchanging && job.is_some_and(|job| self.engine.has_work(job));
         let exchanging = self.slave.state() == dp::State::DataExch;
-        self.drive.is_at_rest() && !job_waits && self.exchanging == exchanging
+        self.drive.is_at_rest() && !self.parameters_acted && !job_waits && self.exchanging == exchanging
     }
 
     /// What the drive reports through parameters that are only read.
@@ -491,11 +486,7 @@ impl Parts {
             position: self.status.position,
             output_stage_voltage: supply(inputs.output_stage),
             control_voltage: supply(inputs.control_supply),
-            battery_voltage: if inputs.battery_low {
-                LOW_BATTERY
-            } else {
-                FULL_BATTERY
-            },
+            battery_voltage: if inputs.battery_low { LOW_BATTERY } else { FULL_BATTERY },
         }
     }
 }

@@ -54,11 +54,7 @@ pub fn zsw(status: &Status) -> Zsw {
         true,
         status.turn_on_disabled,
         status.warning,
-        if positioning {
-            !status.lag_error
-        } else {
-            status.in_window
-        },
+        if positioning { !status.lag_error } else { status.in_window },
         true,
         if positioning { status.target_reached } else { true },
         true,

@@ -47,10 +47,7 @@ impl IoLengths {
             Ok(octets) if got <= MAX_IO_LEN => Ok(octets),
             Ok(_) | Err(_) => Err(CfgSyntax::TooLong { got }),
         };
-        Ok(Self {
-            outputs: octets(outputs)?,
-            inputs: octets(inputs)?,
-        })
+        Ok(Self { outputs: octets(outputs)?, inputs: octets(inputs)? })
     }
 }
 
@@ -86,27 +83,16 @@ impl CfgFault {
     /// # Errors
     /// The difference to the configuration that agrees longest.
     pub fn compare(identifiers: &[u8], accepted: &[&[u8]]) -> Result<(), Self> {
-        let mut nearest = Self {
-            index: 0,
-            expected: None,
-            got: identifiers.first().copied(),
-        };
+        let mut nearest = Self { index: 0, expected: None, got: identifiers.first().copied() };
         for (number, candidate) in accepted.iter().enumerate() {
             if *candidate == identifiers {
                 return Ok(());
             }
-            let index = identifiers
-                .iter()
-                .zip(*candidate)
-                .take_while(|(got, expected)| got == expected)
-                .count();
+            let index =
+                identifiers.iter().zip(*candidate).take_while(|(got, expected)| got == expected).count();
             if number == 0 || index > nearest.index {
                 let at = |octets: &[u8]| octets.get(index).copied();
-                nearest = Self {
-                    index,
-                    expected: at(candidate),
-                    got: at(identifiers),
-                };
+                nearest = Self { index, expected: at(candidate), got: at(identifiers) };
             }
         }
         Err(nearest)
@@ -144,10 +130,7 @@ fn identifier(input: &[u8]) -> IResult<&[u8], (usize, usize), CutOff> {
     let (output, input) = (head & 0x20 != 0, head & 0x10 != 0);
     if output || input {
         let octets = unit(head) * (usize::from(head & 0x0F) + 1);
-        return Ok((
-            rest,
-            (if output { octets } else { 0 }, if input { octets } else { 0 }),
-        ));
+        return Ok((rest, (if output { octets } else { 0 }, if input { octets } else { 0 })));
     }
     let (rest, outputs) = cond(head & 0x80 != 0, length).parse(rest)?;
     let (rest, inputs) = cond(head & 0x40 != 0, length).parse(rest)?;
@@ -195,41 +178,21 @@ mod tests {
             (&[0x4F, 0x03], 0, 4),
             (&[0x02, 0xAA, 0xBB, 0x20], 1, 0),
         ] {
-            assert_eq!(
-                IoLengths::of(identifiers),
-                Ok(IoLengths { outputs, inputs }),
-                "{identifiers:02X?}"
-            );
+            assert_eq!(IoLengths::of(identifiers), Ok(IoLengths { outputs, inputs }), "{identifiers:02X?}");
         }
     }
 
     #[test]
     fn g_06_an_identifier_that_is_cut_off_is_refused() {
-        for identifiers in [
-            &[0x40][..],
-            &[0xC0, 0x00],
-            &[0xC2, 0x00, 0x00, 0xAA],
-            &[0xF3, 0x80],
-            &[0x01],
-        ] {
-            assert_eq!(
-                IoLengths::of(identifiers),
-                Err(CfgSyntax::CutOff),
-                "{identifiers:02X?}"
-            );
+        for identifiers in [&[0x40][..], &[0xC0, 0x00], &[0xC2, 0x00, 0x00, 0xAA], &[0xF3, 0x80], &[0x01]] {
+            assert_eq!(IoLengths::of(identifiers), Err(CfgSyntax::CutOff), "{identifiers:02X?}");
         }
     }
 
     #[test]
     fn g_07_244_octets_each_way_are_accepted_and_245_are_not() {
         let most = [0xC0, 0x7F, 0x7F, 0xC0, 0x79, 0x79];
-        assert_eq!(
-            IoLengths::of(&most),
-            Ok(IoLengths {
-                outputs: 244,
-                inputs: 244
-            })
-        );
+        assert_eq!(IoLengths::of(&most), Ok(IoLengths { outputs: 244, inputs: 244 }));
         let more = [&most[..], &[0x20]].concat();
         assert_eq!(IoLengths::of(&more), Err(CfgSyntax::TooLong { got: 245 }));
     }
@@ -244,19 +207,12 @@ mod tests {
             (&[0x13], 0, Some(0xF3), Some(0x13)),
             (&[], 0, Some(0xF3), None),
         ] {
-            assert_eq!(
-                CfgFault::compare(identifiers, &AG03),
-                Err(CfgFault { index, expected, got })
-            );
+            assert_eq!(CfgFault::compare(identifiers, &AG03), Err(CfgFault { index, expected, got }));
         }
         for identifiers in AG03 {
             assert_eq!(CfgFault::compare(identifiers, &AG03), Ok(()));
         }
-        let fault = CfgFault {
-            index: 1,
-            expected: Some(0xF2),
-            got: None,
-        };
+        let fault = CfgFault { index: 1, expected: Some(0xF2), got: None };
         assert_eq!(
             fault.to_string(),
             "Chk_Cfg octet 2: the end, expected 0xF2: choose the module of our GSD in the master's project"

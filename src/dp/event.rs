@@ -74,41 +74,25 @@ impl fmt::Display for Event {
     /// One line of plain English, with the reason where something was refused.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Parameterised {
-                master,
-                watchdog: Some(time),
-            } => {
+            Self::Parameterised { master, watchdog: Some(time) } => {
                 write!(f, "parameterised by master {master}, watchdog {time:?}")
             }
-            Self::Parameterised {
-                master,
-                watchdog: None,
-            } => {
+            Self::Parameterised { master, watchdog: None } => {
                 write!(f, "parameterised by master {master}, watchdog off")
             }
             Self::PrmRejected { master, fault } => {
                 write!(f, "refused the parameters of master {master}: {fault}")
             }
             Self::PrmForeign { master, owner } => {
-                write!(
-                    f,
-                    "ignored the parameters of master {master}: locked by master {owner}"
-                )
+                write!(f, "ignored the parameters of master {master}: locked by master {owner}")
             }
             Self::Released { master } => write!(f, "released by master {master}"),
             Self::DataExchange { master } => write!(f, "in Data_Exchange with master {master}"),
             Self::CfgRejected { master, fault } => {
                 write!(f, "refused the configuration of master {master}: {fault}")
             }
-            Self::WrongOutputLength {
-                master,
-                expected,
-                got,
-            } => {
-                write!(
-                    f,
-                    "left Data_Exchange: master {master} sent {got} output octets, expected {expected}"
-                )
+            Self::WrongOutputLength { master, expected, got } => {
+                write!(f, "left Data_Exchange: master {master} sent {got} output octets, expected {expected}")
             }
             Self::WatchdogExpired { master, after } => {
                 write!(f, "watchdog expired: nothing from master {master} for {after:?}")

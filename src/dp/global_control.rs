@@ -78,39 +78,21 @@ mod tests {
         let both = GlobalControl::parse(&[SYNC | UNSYNC | FREEZE | UNFREEZE, 0]).unwrap();
         assert_eq!((both.sync, both.freeze), (Latch::Release, Latch::Release));
         let none = GlobalControl::parse(&[0, 0]).unwrap();
-        assert_eq!(
-            (none.sync, none.freeze, none.clear_data),
-            (Latch::Keep, Latch::Keep, false)
-        );
+        assert_eq!((none.sync, none.freeze, none.clear_data), (Latch::Keep, Latch::Keep, false));
     }
 
     #[test]
     fn s_08_reserved_bits_and_wrong_lengths_are_no_command() {
-        for octets in [
-            &[0x01, 0][..],
-            &[0x40, 0],
-            &[0x80, 0],
-            &[0x20],
-            &[0x20, 0, 0],
-            &[],
-        ] {
+        for octets in [&[0x01, 0][..], &[0x40, 0], &[0x80, 0], &[0x20], &[0x20, 0, 0], &[]] {
             assert_eq!(GlobalControl::parse(octets), None, "{octets:02X?}");
         }
     }
 
     #[test]
     fn s_05_groups_select_by_common_bits_and_zero_selects_all() {
-        for (select, ident, obeys) in [
-            (0, 0, true),
-            (0, 3, true),
-            (2, 3, true),
-            (4, 3, false),
-            (1, 0, false),
-        ] {
-            assert_eq!(
-                GlobalControl::parse(&[0, select]).unwrap().addresses(ident),
-                obeys
-            );
+        for (select, ident, obeys) in [(0, 0, true), (0, 3, true), (2, 3, true), (4, 3, false), (1, 0, false)]
+        {
+            assert_eq!(GlobalControl::parse(&[0, select]).unwrap().addresses(ident), obeys);
         }
     }
 }

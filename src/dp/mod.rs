@@ -138,11 +138,7 @@ mod tests {
         ];
         for number in 0..64 {
             let expected = open.iter().find(|row| row.0 == number).map(|row| row.1);
-            assert_eq!(
-                Service::of(Sap::new(number), Sap::new(62)),
-                expected,
-                "SAP {number}"
-            );
+            assert_eq!(Service::of(Sap::new(number), Sap::new(62)), expected, "SAP {number}");
         }
         assert_eq!(Service::of(None, None), Some(Service::DataExchange));
         assert_eq!(Service::of(None, Sap::new(62)), None);
@@ -173,11 +169,7 @@ mod tests {
             (Service::DataExchange, [Rs, Rs, Rs, Rs, Run, Rs]),
         ] {
             for ((state, caller), expected) in columns.into_iter().zip(row) {
-                assert_eq!(
-                    service.access(state, caller),
-                    expected,
-                    "{service:?} {state:?} {caller:?}"
-                );
+                assert_eq!(service.access(state, caller), expected, "{service:?} {state:?} {caller:?}");
             }
         }
     }

@@ -50,18 +50,10 @@ impl<'a> SetPrm<'a> {
         let got = octets.len();
         let mut fields = (be_u8::<_, Error<_>>, (be_u8, be_u8), be_u8, be_u16, be_u8, rest);
         match fields.parse(octets) {
-            Ok((_, (station_status, wd_factors, min_tsdr, ident, group, user_prm))) => Ok(Self {
-                station_status,
-                wd_factors,
-                min_tsdr,
-                ident,
-                group,
-                user_prm,
-            }),
-            Err(_) => Err(PrmFault::Length {
-                expected: FIXED_LEN,
-                got,
-            }),
+            Ok((_, (station_status, wd_factors, min_tsdr, ident, group, user_prm))) => {
+                Ok(Self { station_status, wd_factors, min_tsdr, ident, group, user_prm })
+            }
+            Err(_) => Err(PrmFault::Length { expected: FIXED_LEN, got }),
         }
     }
 
@@ -90,18 +82,12 @@ impl<'a> SetPrm<'a> {
         if self.station_status & WD_ON == 0 {
             return None;
         }
-        Some(Duration::from_millis(
-            10 * self.wd_factors.0 as u64 * self.wd_factors.1 as u64,
-        ))
+        Some(Duration::from_millis(10 * self.wd_factors.0 as u64 * self.wd_factors.1 as u64))
     }
 
     /// The new min T_SDR in T_bit, `None` to keep the old one.
     pub const fn min_tsdr(self) -> Option<u8> {
-        if self.min_tsdr == 0 {
-            None
-        } else {
-            Some(self.min_tsdr)
-        }
+        if self.min_tsdr == 0 { None } else { Some(self.min_tsdr) }
     }
 
     /// The groups of the slave, bit 0 = group 1.
@@ -116,27 +102,17 @@ impl<'a> SetPrm<'a> {
     /// The first fault found.
     pub fn check(self, ident: u16, user_prm_len: usize) -> Result<(), PrmFault> {
         if self.ident != ident {
-            return Err(PrmFault::Ident {
-                expected: ident,
-                got: self.ident,
-            });
+            return Err(PrmFault::Ident { expected: ident, got: self.ident });
         }
         if self.station_status & RESERVED != 0 {
-            return Err(PrmFault::ReservedBits {
-                got: self.station_status & RESERVED,
-            });
+            return Err(PrmFault::ReservedBits { got: self.station_status & RESERVED });
         }
         if self.watchdog() == Some(Duration::ZERO) {
-            return Err(PrmFault::WatchdogFactor {
-                factors: self.wd_factors,
-            });
+            return Err(PrmFault::WatchdogFactor { factors: self.wd_factors });
         }
         if self.user_prm.len() != user_prm_len {
             let got = FIXED_LEN + self.user_prm.len();
-            return Err(PrmFault::Length {
-                expected: FIXED_LEN + user_prm_len,
-                got,
-            });
+            return Err(PrmFault::Length { expected: FIXED_LEN + user_prm_len, got });
         }
         Ok(())
     }
@@ -204,10 +180,7 @@ mod tests {
     #[test]
     fn w_04_the_watchdog_time_is_ten_milliseconds_times_both_factors() {
         for (first, second, millis) in [(1, 1, 10), (1, 255, 2_550), (255, 1, 2_550), (255, 255, 650_250)] {
-            let prm = SetPrm {
-                wd_factors: (first, second),
-                ..SetPrm::parse(&GOOD).unwrap()
-            };
+            let prm = SetPrm { wd_factors: (first, second), ..SetPrm::parse(&GOOD).unwrap() };
             assert_eq!(prm.watchdog(), Some(Duration::from_millis(millis)));
         }
     }
@@ -220,30 +193,15 @@ mod tests {
             SetPrm::parse(&octets).unwrap().check(0x1234, 0)
         };
         for len in 0..7 {
-            assert_eq!(
-                SetPrm::parse(&GOOD[..len]),
-                Err(PrmFault::Length {
-                    expected: 7,
-                    got: len
-                })
-            );
+            assert_eq!(SetPrm::parse(&GOOD[..len]), Err(PrmFault::Length { expected: 7, got: len }));
         }
-        assert_eq!(
-            with(4, 0x13),
-            Err(PrmFault::Ident {
-                expected: 0x1234,
-                got: 0x1334
-            })
-        );
+        assert_eq!(with(4, 0x13), Err(PrmFault::Ident { expected: 0x1234, got: 0x1334 }));
         assert_eq!(with(0, 0x89), Err(PrmFault::ReservedBits { got: 1 }));
         assert_eq!(with(1, 0), Err(PrmFault::WatchdogFactor { factors: (0, 10) }));
         assert_eq!(with(2, 0), Err(PrmFault::WatchdogFactor { factors: (10, 0) }));
         let long = [GOOD.as_slice(), &[1, 2, 3]].concat();
         let long = SetPrm::parse(&long).unwrap();
-        assert_eq!(
-            long.check(0x1234, 0),
-            Err(PrmFault::Length { expected: 7, got: 10 })
-        );
+        assert_eq!(long.check(0x1234, 0), Err(PrmFault::Length { expected: 7, got: 10 }));
         assert_eq!(long.check(0x1234, 3), Ok(()));
     }
 }

@@ -194,9 +194,7 @@ impl Slave {
             return None;
         }
         self.global_control(command);
-        command
-            .clear_data
-            .then_some(Event::OutputsCleared { master: request.sa })
+        command.clear_data.then_some(Event::OutputsCleared { master: request.sa })
     }
 
     /// Time has passed: the watchdog may expire. Harmless at any time.
@@ -204,10 +202,7 @@ impl Slave {
         let watchdog = self.watchdog.filter(|watchdog| watchdog.expires() <= now)?;
         let master = self.owner?;
         self.leave_master(Stimulus::WatchdogExpired);
-        Some(Event::WatchdogExpired {
-            master,
-            after: watchdog.time,
-        })
+        Some(Event::WatchdogExpired { master, after: watchdog.time })
     }
 
     /// When to call [`Slave::handle_timeout`]. Changes with every request handled or heard.
@@ -217,11 +212,7 @@ impl Slave {
     }
 
     fn caller(&self, sa: Address) -> Caller {
-        if self.owner == Some(sa) {
-            Caller::Owner
-        } else {
-            Caller::Other
-        }
+        if self.owner == Some(sa) { Caller::Owner } else { Caller::Other }
     }
 
     /// `dp-v0.md` 5.2; the numbers are its steps.
@@ -265,10 +256,7 @@ impl Slave {
             || prm.freeze_req() && !self.description.freeze_mode;
         self.sync = Mode::enabled(prm.sync_req() && self.description.sync_mode);
         self.freeze = Mode::enabled(prm.freeze_req() && self.description.freeze_mode);
-        Some(Event::Parameterised {
-            master,
-            watchdog: prm.watchdog(),
-        })
+        Some(Event::Parameterised { master, watchdog: prm.watchdog() })
     }
 
     fn refuse_prm(&mut self, master: Address, fault: PrmFault) -> Event {
@@ -285,11 +273,7 @@ impl Slave {
             return Some(Event::CfgRejected { master, fault });
         }
         self.cfg_fault = false;
-        let accepted = self
-            .description
-            .configurations
-            .iter()
-            .find(|accepted| **accepted == request.data);
+        let accepted = self.description.configurations.iter().find(|accepted| **accepted == request.data);
         if let Some(accepted) = accepted {
             self.configuration = accepted;
             self.lengths = IoLengths::of(accepted).unwrap_or_default();
@@ -303,15 +287,8 @@ impl Slave {
         let (expected, got) = (self.lengths.outputs, request.data.len());
         if usize::from(expected) != got {
             self.leave_master(Stimulus::WrongOutputLength);
-            let event = Some(Event::WrongOutputLength {
-                master: request.sa,
-                expected,
-                got,
-            });
-            return Handled {
-                event,
-                ..Handled::reply(Reply::NotActivated)
-            };
+            let event = Some(Event::WrongOutputLength { master: request.sa, expected, got });
+            return Handled { event, ..Handled::reply(Reply::NotActivated) };
         }
         self.state = self.state.on(Stimulus::Outputs);
         if self.sync == Mode::Active {
@@ -320,10 +297,7 @@ impl Slave {
             self.outputs.copy(request.data);
             self.pass_outputs();
         }
-        Handled {
-            exchanged: true,
-            ..Handled::reply(data_or_sc(self.offered_inputs()))
-        }
+        Handled { exchanged: true, ..Handled::reply(data_or_sc(self.offered_inputs())) }
     }
 
     /// `dp-v0.md` 6.3. A mode that Set_Prm did not enable stays closed (S-10).
@@ -379,40 +353,24 @@ impl Slave {
     }
 
     fn offered_inputs(&self) -> &[u8] {
-        let inputs = if self.freeze == Mode::Active {
-            &self.frozen_inputs
-        } else {
-            &self.inputs
-        };
+        let inputs = if self.freeze == Mode::Active { &self.frozen_inputs } else { &self.inputs };
         inputs.first(self.lengths.inputs)
     }
 }
 
 impl<'a> Handled<'a> {
     const fn reply(reply: Reply<'a>) -> Self {
-        Self {
-            reply,
-            event: None,
-            exchanged: false,
-        }
+        Self { reply, event: None, exchanged: false }
     }
 
     const fn acknowledge(event: Option<Event>) -> Self {
-        Self {
-            reply: Reply::ShortAcknowledge,
-            event,
-            exchanged: false,
-        }
+        Self { reply: Reply::ShortAcknowledge, event, exchanged: false }
     }
 }
 
 /// A slave with nothing to say acknowledges.
 const fn data_or_sc(data: &[u8]) -> Reply<'_> {
-    if data.is_empty() {
-        Reply::ShortAcknowledge
-    } else {
-        Reply::DataLow(data)
-    }
+    if data.is_empty() { Reply::ShortAcknowledge } else { Reply::DataLow(data) }
 }
 
 /// The monitoring of the owner.

@@ -73,10 +73,7 @@ mod tests {
 
     #[test]
     fn d_08_d_09_each_flag_has_its_bit_and_the_masters_bits_stay_zero() {
-        let none = Diagnosis {
-            ident: 0x0AC5,
-            ..Diagnosis::default()
-        };
+        let none = Diagnosis { ident: 0x0AC5, ..Diagnosis::default() };
         assert_eq!(none.octets(), [0x00, 0x04, 0, 255, 0x0A, 0xC5]);
         let all = Diagnosis {
             station_not_ready: true,

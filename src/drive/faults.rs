@@ -27,16 +27,7 @@ pub enum Fault {
 
 impl Fault {
     /// Every fault, in the order of the codes.
-    pub const ALL: [Self; 8] = [
-        Self::A,
-        Self::B,
-        Self::C,
-        Self::D,
-        Self::E,
-        Self::F,
-        Self::G,
-        Self::J,
-    ];
+    pub const ALL: [Self; 8] = [Self::A, Self::B, Self::C, Self::D, Self::E, Self::F, Self::G, Self::J];
 
     /// The code in the fault buffer, PNU 945: the letter in ASCII (C-08).
     pub const fn code(self) -> u8 {
@@ -189,16 +180,7 @@ mod tests {
         let table: std::vec::Vec<_> = Fault::ALL.map(|fault| (fault.code(), fault.blinks())).into();
         assert_eq!(
             table,
-            [
-                (0x41, 1),
-                (0x42, 2),
-                (0x43, 3),
-                (0x44, 4),
-                (0x45, 5),
-                (0x46, 6),
-                (0x47, 7),
-                (0x4a, 10)
-            ]
+            [(0x41, 1), (0x42, 2), (0x43, 3), (0x44, 4), (0x45, 5), (0x46, 6), (0x47, 7), (0x4a, 10)]
         );
     }
 
@@ -223,10 +205,7 @@ mod tests {
 
     #[test]
     fn the_counter_stops_at_its_end() {
-        let mut buffer = FaultBuffer {
-            count: u16::MAX,
-            ..FaultBuffer::default()
-        };
+        let mut buffer = FaultBuffer { count: u16::MAX, ..FaultBuffer::default() };
         buffer.enter(Fault::B);
         assert_eq!(buffer.count(), u16::MAX);
     }

@@ -138,7 +138,7 @@ impl Inputs {
 
 /// Calibration was asked for during a travel job (manual chapter 3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("calibration is only possible when no travel job is active or paused")]
+#[error("calibration is only possible when no travel job or inching is active or paused")]
 pub struct CalibrationError;
 
 /// One drive.
@@ -189,11 +189,7 @@ struct Frame {
 
 impl Frame {
     fn of(settings: &Settings) -> Self {
-        Self {
-            mode: settings.mode,
-            scale: Scale::new(settings),
-            limits: settings.limits,
-        }
+        Self { mode: settings.mode, scale: Scale::new(settings), limits: settings.limits }
     }
 }
 
@@ -269,10 +265,7 @@ impl Drive {
 
     /// Changes the world around the drive; the next step reacts.
     pub fn set_inputs(&mut self, inputs: Inputs) {
-        let inputs = Inputs {
-            causes: inputs.causes.known_to(self.model),
-            ..inputs
-        };
+        let inputs = Inputs { causes: inputs.causes.known_to(self.model), ..inputs };
         if inputs != self.inputs {
             self.inputs = inputs;
             self.inputs_changed = true;
@@ -283,7 +276,7 @@ impl Drive {
     /// Makes the present position `value` in user units (PNU 970 = 5).
     ///
     /// # Errors
-    /// [`CalibrationError`] while a travel job is active or paused.
+    /// [`CalibrationError`] while a travel job or inching is active or paused.
     pub fn calibrate(&mut self, value: i32) -> Result<(), CalibrationError> {
         if self.state.job_active() {
             return Err(CalibrationError);
@@ -333,9 +326,7 @@ impl Drive {
             output_stage: self.inputs.output_stage,
             output_stage_returned: self.inputs.output_stage && !self.previous_output_stage,
             fault_cause: !self.inputs.causes.is_empty(),
-            torque_exceeded: settings
-                .torque_deactivation
-                .is_some_and(|percent| self.inputs.torque > percent),
+            torque_exceeded: settings.torque_deactivation.is_some_and(|percent| self.inputs.torque > percent),
         };
         self.previous_output_stage = self.inputs.output_stage;
         let (next, action) = self.state.on_plant(plant);

@@ -62,13 +62,7 @@ pub(super) struct Motion {
 impl Motion {
     /// A shaft at rest.
     pub(super) const fn at(position: f64) -> Self {
-        Self {
-            position,
-            velocity: 0.0,
-            plan: Plan::from(position, 0.0),
-            elapsed: 0,
-            carried: 0.0,
-        }
+        Self { position, velocity: 0.0, plan: Plan::from(position, 0.0), elapsed: 0, carried: 0.0 }
     }
 
     /// Angle of the shaft in increments.
@@ -198,19 +192,8 @@ struct Phase {
 
 impl Plan {
     const fn from(position: f64, velocity: f64) -> Self {
-        let never = Phase {
-            from: f64::INFINITY,
-            anchor: 0.0,
-            position,
-            velocity,
-            acceleration: 0.0,
-        };
-        Self {
-            phases: [never; 4],
-            end: 0.0,
-            position,
-            velocity,
-        }
+        let never = Phase { from: f64::INFINITY, anchor: 0.0, position, velocity, acceleration: 0.0 };
+        Self { phases: [never; 4], end: 0.0, position, velocity }
     }
 
     /// The way to standstill from the velocity at the end of the plan.
@@ -220,11 +203,7 @@ impl Plan {
 
     /// From the end of the plan so far to standstill at `target`. The plan ends at rest, or slow enough towards it.
     fn travel(&mut self, target: f64, dynamics: Dynamics) {
-        let Dynamics {
-            speed,
-            acceleration,
-            deceleration,
-        } = dynamics;
+        let Dynamics { speed, acceleration, deceleration } = dynamics;
         let distance = (target - self.position).abs();
         let direction = sign(target - self.position);
         let entry = self.velocity.abs();
@@ -261,13 +240,7 @@ impl Plan {
         if distance > 0.0 && self.velocity != 0.0 {
             self.end += 2.0 * distance / self.velocity.abs();
             let acceleration = -self.velocity * self.velocity.abs() / (2.0 * distance);
-            self.push(Phase {
-                from,
-                anchor: self.end,
-                position: target,
-                velocity: 0.0,
-                acceleration,
-            });
+            self.push(Phase { from, anchor: self.end, position: target, velocity: 0.0, acceleration });
         }
         self.position = target;
         self.velocity = 0.0;
@@ -322,22 +295,11 @@ mod tests {
     const MILLISECOND: Duration = Duration::from_millis(1);
 
     fn dynamics(rpm: i32, up: u16, down: u16) -> Dynamics {
-        Dynamics {
-            speed: velocity(rpm),
-            acceleration: acceleration(up),
-            deceleration: acceleration(down),
-        }
+        Dynamics { speed: velocity(rpm), acceleration: acceleration(up), deceleration: acceleration(down) }
     }
 
     /// Time of a travel from rest to rest, by the textbook.
-    fn closed_formula(
-        distance: f64,
-        Dynamics {
-            speed,
-            acceleration: a,
-            deceleration: d,
-        }: Dynamics,
-    ) -> f64 {
+    fn closed_formula(distance: f64, Dynamics { speed, acceleration: a, deceleration: d }: Dynamics) -> f64 {
         let ramps = speed * speed / (2.0 * a) + speed * speed / (2.0 * d);
         if distance >= ramps {
             speed / a + speed / d + (distance - ramps) / speed
@@ -355,36 +317,24 @@ mod tests {
             let before = motion.position();
             motion.advance(dt);
             cycles += 1.0;
-            assert!(
-                (motion.position() - before) * direction >= -ROUNDING,
-                "moved backwards"
-            );
-            assert!(
-                (target - motion.position()) * direction >= 0.0,
-                "overshot {target}"
-            );
+            assert!((motion.position() - before) * direction >= -ROUNDING, "moved backwards");
+            assert!((target - motion.position()) * direction >= 0.0, "overshot {target}");
         }
         cycles
     }
 
     #[test]
     fn ramps_take_the_time_and_way_of_the_reference() {
-        for (speed, percent, time, way) in [
-            (30, 50, 0.25, 100.0),
-            (100, 100, 0.4167, 555.6),
-            (200, 100, 0.8333, 2222.2),
-        ] {
+        for (speed, percent, time, way) in
+            [(30, 50, 0.25, 100.0), (100, 100, 0.4167, 555.6), (200, 100, 0.8333, 2222.2)]
+        {
             let mut motion = Motion::at(0.0);
             motion.ramp_to(velocity(speed), acceleration(percent));
             motion.advance(Duration::from_secs_f64(time - 0.001));
             assert!(motion.velocity() < velocity(speed));
             motion.advance(MILLISECOND);
             assert!((motion.velocity() - velocity(speed)).abs() < 1.0);
-            assert!(
-                (motion.position() - way).abs() < 0.3,
-                "{} for {way}",
-                motion.position()
-            );
+            assert!((motion.position() - way).abs() < 0.3, "{} for {way}", motion.position());
             motion.brake(acceleration(percent));
             while !motion.at_rest() {
                 motion.advance(MILLISECOND);
@@ -400,28 +350,18 @@ mod tests {
             let mut motion = Motion::at(0.0);
             motion.travel_to(target, dynamics(30, 50, 50));
             let cycles = cycles_to(target, &mut motion, MILLISECOND);
-            assert!(
-                (cycles / 1000.0 - seconds).abs() <= 0.001,
-                "{cycles} cycles for {seconds} s"
-            );
+            assert!((cycles / 1000.0 - seconds).abs() <= 0.001, "{cycles} cycles for {seconds} s");
             assert_eq!(motion.position(), target);
         }
     }
 
     #[test]
     fn the_length_of_the_step_does_not_change_the_travel() {
-        for dt in [
-            Duration::from_micros(100),
-            Duration::from_micros(3700),
-            Duration::from_millis(100),
-        ] {
+        for dt in [Duration::from_micros(100), Duration::from_micros(3700), Duration::from_millis(100)] {
             let mut motion = Motion::at(0.0);
             motion.travel_to(-1600.0, dynamics(30, 50, 50));
             let seconds = cycles_to(-1600.0, &mut motion, dt) * dt.as_secs_f64();
-            assert!(
-                (0.0..=dt.as_secs_f64() * 1.001).contains(&(seconds - 2.25 + 1e-9)),
-                "{seconds}"
-            );
+            assert!((0.0..=dt.as_secs_f64() * 1.001).contains(&(seconds - 2.25 + 1e-9)), "{seconds}");
         }
     }
 
@@ -444,9 +384,7 @@ mod tests {
         let mut motion = Motion::at(0.0);
         motion.travel_to(1600.0, dynamics(30, 50, 50));
         assert_eq!(motion.advance(Duration::from_secs(2)), None);
-        let left = motion
-            .advance(Duration::from_secs(1))
-            .expect("the travel ends within this second");
+        let left = motion.advance(Duration::from_secs(1)).expect("the travel ends within this second");
         assert!((left - 0.75).abs() < 1e-9);
         motion.travel_to(0.0, dynamics(30, 50, 50));
         assert_eq!(motion.skip(left), None);

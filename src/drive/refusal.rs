@@ -84,8 +84,8 @@ pub enum Reason {
     JobPaused,
     /// Inching is active.
     InchingActive,
-    /// The shaft still brakes.
-    Braking,
+    /// The shaft still brakes or coasts.
+    ShaftTurns,
     /// Inching 1 and 2 are asked for together.
     BothInching,
     /// The drive is in velocity mode.
@@ -121,7 +121,7 @@ impl Reason {
         Self::JobActive,
         Self::JobPaused,
         Self::InchingActive,
-        Self::Braking,
+        Self::ShaftTurns,
         Self::BothInching,
         Self::VelocityMode,
         Self::AboveUpperLimit,
@@ -175,13 +175,7 @@ impl Refusal {
     }
 
     fn write(&self, f: &mut fmt::Formatter<'_>, reason: Reason) -> fmt::Result {
-        let Self {
-            position,
-            upper_limit,
-            lower_limit,
-            loop_point,
-            ..
-        } = self;
+        let Self { position, upper_limit, lower_limit, loop_point, .. } = self;
         match reason {
             Reason::FaultLatched => match self.fault {
                 Some(fault) => write!(f, "fault {fault} is not acknowledged"),
@@ -206,7 +200,7 @@ impl Refusal {
             Reason::JobActive => f.write_str("a travel job is active"),
             Reason::JobPaused => f.write_str("a paused travel job must be continued or stopped first"),
             Reason::InchingActive => f.write_str("inching is active"),
-            Reason::Braking => f.write_str("the drive is still braking"),
+            Reason::ShaftTurns => f.write_str("the shaft still turns"),
             Reason::BothInching => f.write_str("inching 1 and inching 2 are asked for together"),
             Reason::VelocityMode => f.write_str("inching needs the positioning mode"),
             Reason::AboveUpperLimit => write!(
@@ -222,16 +216,10 @@ impl Refusal {
             Reason::SetpointAboveUpperLimit => write!(f, "setpoint is above the upper limit ({upper_limit})"),
             Reason::SetpointBelowLowerLimit => write!(f, "setpoint is below the lower limit ({lower_limit})"),
             Reason::LoopPointAboveUpperLimit => {
-                write!(
-                    f,
-                    "loop point {loop_point} is above the upper limit ({upper_limit})"
-                )
+                write!(f, "loop point {loop_point} is above the upper limit ({upper_limit})")
             }
             Reason::LoopPointBelowLowerLimit => {
-                write!(
-                    f,
-                    "loop point {loop_point} is below the lower limit ({lower_limit})"
-                )
+                write!(f, "loop point {loop_point} is below the lower limit ({lower_limit})")
             }
         }
     }

@@ -28,11 +28,7 @@ impl Job {
         setpoint: 0,
         target: 0.0,
         via: None,
-        dynamics: Dynamics {
-            speed: 1.0,
-            acceleration: 1.0,
-            deceleration: 1.0,
-        },
+        dynamics: Dynamics { speed: 1.0, acceleration: 1.0, deceleration: 1.0 },
     };
 }
 
@@ -66,20 +62,10 @@ impl Drive {
             resume: command.no_intermediate_stop && !before.no_intermediate_stop,
             travel,
             inch_1: inch_1
-                && self.asks_inching(
-                    Request::Inching1(inch_1_direction),
-                    inch_1_direction,
-                    command,
-                    travel,
-                ),
+                && self.asks_inching(Request::Inching1(inch_1_direction), inch_1_direction, command, travel),
             inch_1_held: command.inch_1,
             inch_2: inch_2
-                && self.asks_inching(
-                    Request::Inching2(inch_2_direction),
-                    inch_2_direction,
-                    command,
-                    travel,
-                ),
+                && self.asks_inching(Request::Inching2(inch_2_direction), inch_2_direction, command, travel),
             inch_2_held: command.inch_2,
             inch_2_direction,
             velocity: self.frame.mode == Mode::Velocity
@@ -101,16 +87,14 @@ impl Drive {
         }
         let job = self.job_to(command.setpoint, settings);
         let limits = self.frame.limits;
-        let mut refusal = self.refusal_of(Request::Travel {
-            setpoint: command.setpoint,
-        });
+        let mut refusal = self.refusal_of(Request::Travel { setpoint: command.setpoint });
         self.note_state(&mut refusal, command);
+        refusal.note(Reason::JobPaused, self.state == State::Paused { torque_tripped: false });
+        // A coasting shaft that was caught, or one that the torque deactivation stops: no travel begins in motion.
         refusal.note(
-            Reason::JobPaused,
-            self.state
-                == State::Paused {
-                    torque_tripped: false,
-                },
+            Reason::ShaftTurns,
+            !self.motion.at_rest()
+                && matches!(self.state, State::OperationEnabled(_) | State::Paused { torque_tripped: true }),
         );
         refusal.note(Reason::NoOutputStage, !self.inputs.output_stage);
         refusal.note(Reason::Stop, !command.no_stop);
@@ -123,14 +107,8 @@ impl Drive {
         refusal.loop_point = command.setpoint;
         if let Some(via) = job.via {
             refusal.loop_point = self.units_at(via);
-            refusal.note(
-                Reason::LoopPointAboveUpperLimit,
-                limits.is_above(refusal.loop_point),
-            );
-            refusal.note(
-                Reason::LoopPointBelowLowerLimit,
-                limits.is_below(refusal.loop_point),
-            );
+            refusal.note(Reason::LoopPointAboveUpperLimit, limits.is_above(refusal.loop_point));
+            refusal.note(Reason::LoopPointBelowLowerLimit, limits.is_below(refusal.loop_point));
         }
         self.accepts(refusal)
     }
@@ -145,9 +123,10 @@ impl Drive {
     ) -> bool {
         let mut refusal = self.refusal_of(request);
         self.note_state(&mut refusal, command);
+        refusal.note(Reason::JobPaused, matches!(self.state, State::Paused { .. }));
         refusal.note(
-            Reason::JobPaused,
-            self.state.job_active() && self.state != State::TravelActive,
+            Reason::ShaftTurns,
+            !self.motion.at_rest() && matches!(self.state, State::OperationEnabled(_)),
         );
         refusal.note(Reason::JobActive, travel);
         refusal.note(Reason::VelocityMode, self.frame.mode == Mode::Velocity);
@@ -155,16 +134,10 @@ impl Drive {
         refusal.note(Reason::BothInching, command.inch_1 && command.inch_2);
         match direction {
             Direction::Positive => {
-                refusal.note(
-                    Reason::AboveUpperLimit,
-                    self.frame.limits.is_above(refusal.position),
-                );
+                refusal.note(Reason::AboveUpperLimit, self.frame.limits.is_above(refusal.position));
             }
             Direction::Negative => {
-                refusal.note(
-                    Reason::BelowLowerLimit,
-                    self.frame.limits.is_below(refusal.position),
-                );
+                refusal.note(Reason::BelowLowerLimit, self.frame.limits.is_below(refusal.position));
             }
         }
         self.accepts(refusal)
@@ -172,9 +145,7 @@ impl Drive {
 
     /// Row 40: the setpoint is a level, a refusal is told once per rising edge.
     fn asks_velocity(&mut self, command: &Command) {
-        let mut refusal = self.refusal_of(Request::Velocity {
-            setpoint: command.setpoint,
-        });
+        let mut refusal = self.refusal_of(Request::Velocity { setpoint: command.setpoint });
         match self.state {
             // enabled by this very command, and turning with the next step
             State::ReadyToRun(_) if command.enables() => {}
@@ -200,10 +171,7 @@ impl Drive {
     /// Rows 4, 5, 14. A drive that still brakes is enabled as soon as it stands.
     fn asks_enable(&mut self, command: &Command) {
         let mut refusal = self.refusal_of(Request::Enable);
-        refusal.note(
-            Reason::NoSupply,
-            matches!(self.state, State::Off | State::NotReady),
-        );
+        refusal.note(Reason::NoSupply, matches!(self.state, State::Off | State::NotReady));
         refusal.note(Reason::FaultLatched, self.state == State::Fault);
         refusal.note(Reason::TurnOnDisabled, self.state == State::TurnOnDisabled);
         refusal.note(Reason::Off1, !command.on);
@@ -244,9 +212,9 @@ impl Drive {
             State::ReadyToRun(_) => refusal.note(Reason::NotEnabled, true),
             State::Disabling | State::KeyInching(_) | State::KeyInchingEnding => {
                 refusal.note(Reason::NotEnabled, true);
-                refusal.note(Reason::Braking, true);
+                refusal.note(Reason::ShaftTurns, true);
             }
-            State::Stopping | State::Inching(Inching::Ending) => refusal.note(Reason::Braking, true),
+            State::Stopping | State::Inching(Inching::Ending) => refusal.note(Reason::ShaftTurns, true),
             State::TravelActive => refusal.note(Reason::JobActive, true),
             State::Inching(Inching::One | Inching::Two(_)) => refusal.note(Reason::InchingActive, true),
             State::Fault => refusal.note(Reason::FaultLatched, true),
@@ -286,12 +254,7 @@ impl Drive {
             acceleration: acceleration(settings.a_pos),
             deceleration: acceleration(settings.d_pos.unwrap_or(settings.a_pos)),
         };
-        Job {
-            setpoint,
-            target,
-            via,
-            dynamics,
-        }
+        Job { setpoint, target, via, dynamics }
     }
 
     /// The way of inching 1. Also carries a-Inch for inching 2 and the keys.
@@ -303,11 +266,7 @@ impl Drive {
             setpoint: self.units_at(target),
             target,
             via: None,
-            dynamics: Dynamics {
-                speed: self.speed(settings.v_inch),
-                acceleration: ramp,
-                deceleration: ramp,
-            },
+            dynamics: Dynamics { speed: self.speed(settings.v_inch), acceleration: ramp, deceleration: ramp },
         }
     }
 
@@ -326,11 +285,7 @@ impl Drive {
     /// The velocity setpoint in effect, rpm: 0 while it is not released, and limited to what the gear allows.
     pub(super) fn velocity_setpoint(&self, command: &Command) -> i32 {
         let maximum = self.maximum_rpm();
-        if command.start {
-            command.setpoint.clamp(-maximum, maximum)
-        } else {
-            0
-        }
+        if command.start { command.setpoint.clamp(-maximum, maximum) } else { 0 }
     }
 
     /// Manual chapter 6, nos. 5, 9, 24.
@@ -363,9 +318,5 @@ impl Drive {
 }
 
 fn direction(negative: bool) -> Direction {
-    if negative {
-        Direction::Negative
-    } else {
-        Direction::Positive
-    }
+    if negative { Direction::Negative } else { Direction::Positive }
 }

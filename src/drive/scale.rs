@@ -56,10 +56,7 @@ impl Scale {
 /// The nearest whole number, halves away from zero, saturating at the ends of `i32`.
 pub(super) fn round(value: f64) -> i32 {
     let rounded = libm::round(value);
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "whole already; the cast saturates, and NaN gives 0"
-    )]
+    #[expect(clippy::cast_possible_truncation, reason = "whole already; the cast saturates, and NaN gives 0")]
     {
         rounded as i32
     }
@@ -76,23 +73,10 @@ mod tests {
 
     #[test]
     fn one_revolution_is_1600_increments_or_the_spindle_pitch_behind_the_gear() {
-        let spindle = Settings {
-            spindle_pitch: 200,
-            ..DEFAULTS
-        };
-        let reduced = Settings {
-            gear_numerator: 5,
-            ..DEFAULTS
-        };
-        let odd = Settings {
-            gear_numerator: 378,
-            gear_denominator: 100,
-            ..spindle
-        };
-        let reversed = Settings {
-            sense: SenseOfRotation::E,
-            ..DEFAULTS
-        };
+        let spindle = Settings { spindle_pitch: 200, ..DEFAULTS };
+        let reduced = Settings { gear_numerator: 5, ..DEFAULTS };
+        let odd = Settings { gear_numerator: 378, gear_denominator: 100, ..spindle };
+        let reversed = Settings { sense: SenseOfRotation::E, ..DEFAULTS };
         assert_eq!(position_after(1.0, &DEFAULTS), 1600);
         assert_eq!(position_after(1.0, &spindle), 200);
         assert_eq!(position_after(5.0, &reduced), 1600);
@@ -120,14 +104,9 @@ mod tests {
 
     #[test]
     fn rounding_goes_away_from_zero_and_saturates() {
-        for (value, whole) in [
-            (0.5, 1),
-            (-0.5, -1),
-            (0.49, 0),
-            (1e30, i32::MAX),
-            (-1e30, i32::MIN),
-            (f64::NAN, 0),
-        ] {
+        for (value, whole) in
+            [(0.5, 1), (-0.5, -1), (0.49, 0), (1e30, i32::MAX), (-1e30, i32::MIN), (f64::NAN, 0)]
+        {
             assert_eq!(round(value), whole);
         }
     }

@@ -61,11 +61,7 @@ impl Settings {
             u16::try_from(value).unwrap_or(u16::MAX)
         };
         Self {
-            mode: if signed(Parameter::OperatingMode) == 1 {
-                Mode::Velocity
-            } else {
-                Mode::Positioning
-            },
+            mode: if signed(Parameter::OperatingMode) == 1 { Mode::Velocity } else { Mode::Positioning },
             a_pos: unsigned(Parameter::APos),
             v_pos: unsigned(Parameter::VPos),
             d_pos: match store.model() {
@@ -158,15 +154,9 @@ impl Limits {
     /// The range between limit 1 and limit 2 in any order; two equal limits switch the monitoring off.
     pub const fn new(limit_1: i32, limit_2: i32) -> Self {
         if limit_1 < limit_2 {
-            Self {
-                lower: limit_1,
-                upper: limit_2,
-            }
+            Self { lower: limit_1, upper: limit_2 }
         } else {
-            Self {
-                lower: limit_2,
-                upper: limit_1,
-            }
+            Self { lower: limit_2, upper: limit_1 }
         }
     }
 

@@ -225,23 +225,10 @@ impl State {
         }
     }
 
-    /// A travel job is active or paused.
+    /// A travel job is active, paused or being stopped, or inching is: no other can start, nothing that changes
+    /// what a position means may be written.
     pub const fn job_active(self) -> bool {
-        match self {
-            Self::TravelActive | Self::Paused { .. } => true,
-            Self::Off
-            | Self::NotReady
-            | Self::ReadyToRun(_)
-            | Self::OperationEnabled(_)
-            | Self::Disabling
-            | Self::Stopping
-            | Self::Inching(_)
-            | Self::VelocityTravelling
-            | Self::KeyInching(_)
-            | Self::KeyInchingEnding
-            | Self::Fault
-            | Self::TurnOnDisabled => false,
-        }
+        matches!(self, Self::Paused { .. }) || self.positioning_active()
     }
 
     /// A positioning is being executed, braked or inched, so that no other can start (SSW.14). A paused one shows as
@@ -286,11 +273,7 @@ impl State {
 
             // row 3b, AG03
             live if !plant.output_stage && live.motor() != Motor::Released => {
-                let next = if live.operation_enabled() {
-                    Self::OperationEnabled
-                } else {
-                    Self::ReadyToRun
-                };
+                let next = if live.operation_enabled() { Self::OperationEnabled } else { Self::ReadyToRun };
                 (next(Motor::Released), Action::Release)
             }
             // row 3b, the way back, like row 4
@@ -319,11 +302,7 @@ impl State {
 
     /// The state after power-on (row 1).
     pub(super) const fn powered(supply_ok: bool) -> Self {
-        if supply_ok {
-            Self::ReadyToRun(Motor::Released)
-        } else {
-            Self::NotReady
-        }
+        if supply_ok { Self::ReadyToRun(Motor::Released) } else { Self::NotReady }
     }
 
     /// The master and the keys.
@@ -379,12 +358,9 @@ impl State {
             // row 26
             Self::TravelActive | Self::Paused { .. } if asked.stop => (Self::Stopping, Action::BrakeMaximum),
             // row 24
-            Self::TravelActive if asked.intermediate_stop => (
-                Self::Paused {
-                    torque_tripped: false,
-                },
-                Action::BrakeProgrammed,
-            ),
+            Self::TravelActive if asked.intermediate_stop => {
+                (Self::Paused { torque_tripped: false }, Action::BrakeProgrammed)
+            }
             // row 22: an edge during the job is refused before it gets here
             Self::TravelActive => (Self::TravelActive, Action::None),
             // row 25
@@ -405,10 +381,7 @@ impl State {
             // row 31
             Self::OperationEnabled(_) if asked.inch_2 => {
                 let direction = asked.inch_2_direction;
-                (
-                    Self::Inching(Inching::Two(direction)),
-                    Action::StartInching2(direction),
-                )
+                (Self::Inching(Inching::Two(direction)), Action::StartInching2(direction))
             }
             // row 40
             Self::OperationEnabled(_) if asked.velocity => (Self::VelocityTravelling, Action::FollowVelocity),
@@ -487,6 +460,3 @@ impl fmt::Display for Direction {
         })
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -19,11 +19,7 @@ impl Address {
     /// # Errors
     /// [`AddressError`] for 127 and more.
     pub const fn station(number: u8) -> Result<Self, AddressError> {
-        if number < Self::BROADCAST.0 {
-            Ok(Self(number))
-        } else {
-            Err(AddressError { got: number })
-        }
+        if number < Self::BROADCAST.0 { Ok(Self(number)) } else { Err(AddressError { got: number }) }
     }
 
     /// The address in the low seven bits of a DA or SA octet; bit 7 is not part of it.

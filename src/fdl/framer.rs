@@ -47,13 +47,7 @@ pub struct Framer {
 impl Framer {
     /// A framer that has heard nothing yet.
     pub const fn new(resync: Resync) -> Self {
-        Self {
-            resync,
-            octets: [0; MAX_TELEGRAM_LEN],
-            len: 0,
-            last_octet: Instant::ZERO,
-            deaf: false,
-        }
+        Self { resync, octets: [0; MAX_TELEGRAM_LEN], len: 0, last_octet: Instant::ZERO, deaf: false }
     }
 
     /// Takes `octets`, the last of which ended at `now`, and hands over each telegram and each refusal in order,
@@ -64,10 +58,10 @@ impl Framer {
         octets: &[u8],
         mut sink: impl FnMut(Instant, Result<Telegram<'_>, FrameError>),
     ) {
+        self.hear_silence(now, octets.len(), &mut sink);
         if octets.is_empty() {
             return;
         }
-        self.hear_silence(now, octets.len(), &mut sink);
         self.last_octet = now;
         if self.deaf {
             return;
@@ -166,9 +160,7 @@ impl Framer {
     }
 
     fn broken_off(&self) -> FrameError {
-        FrameError::BrokenOff {
-            octets: u8::try_from(self.len).unwrap_or(u8::MAX),
-        }
+        FrameError::BrokenOff { octets: u8::try_from(self.len).unwrap_or(u8::MAX) }
     }
 }
 
@@ -199,20 +191,14 @@ fn cut<'a>(
                 match resync {
                     Resync::Scan(_) => skip,
                     Resync::Idle(_) => {
-                        return Cut {
-                            rest: &[],
-                            deaf: true,
-                        };
+                        return Cut { rest: &[], deaf: true };
                     }
                 }
             }
         };
         octets = octets.get(used..).unwrap_or_default();
     }
-    Cut {
-        rest: octets,
-        deaf: false,
-    }
+    Cut { rest: octets, deaf: false }
 }
 
 #[cfg(test)]

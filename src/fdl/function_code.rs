@@ -237,16 +237,11 @@ mod tests {
             (0x6C, Service::SrdLow, First),
             (0x46, Service::SdnHigh, Unused),
         ] {
-            assert_eq!(
-                FunctionCode::from_octet(octet).function(),
-                Function::Request(service, count)
-            );
+            assert_eq!(FunctionCode::from_octet(octet).function(), Function::Request(service, count));
         }
-        for (octet, status) in [
-            (0x00, ReplyStatus::Ok),
-            (0x03, ReplyStatus::NotActivated),
-            (0x0A, ReplyStatus::DataHigh),
-        ] {
+        for (octet, status) in
+            [(0x00, ReplyStatus::Ok), (0x03, ReplyStatus::NotActivated), (0x0A, ReplyStatus::DataHigh)]
+        {
             assert_eq!(
                 FunctionCode::from_octet(octet).function(),
                 Function::Response(StationType::Slave, status)

@@ -140,11 +140,7 @@ impl Station {
     /// Sets the least time between a request and its reply in T_bit. Less than 11 is taken as 11, the shortest
     /// the standard knows.
     pub const fn set_min_tsdr(&mut self, bits: u8) {
-        self.min_tsdr = if bits < DEFAULT_MIN_TSDR {
-            DEFAULT_MIN_TSDR
-        } else {
-            bits
-        };
+        self.min_tsdr = if bits < DEFAULT_MIN_TSDR { DEFAULT_MIN_TSDR } else { bits };
     }
 
     /// Takes a telegram whose last octet ended at `now`.

@@ -68,15 +68,11 @@ pub enum Decoded<'a> {
 #[must_use]
 pub fn decode(input: &[u8]) -> Decoded<'_> {
     match telegram(input) {
-        Ok((rest, telegram)) => Decoded::Telegram {
-            telegram,
-            len: input.len() - rest.len(),
-        },
+        Ok((rest, telegram)) => Decoded::Telegram { telegram, len: input.len() - rest.len() },
         Err(nom::Err::Incomplete(_)) => Decoded::Incomplete,
-        Err(nom::Err::Error(error) | nom::Err::Failure(error)) => Decoded::Invalid {
-            error,
-            skip: skip(input, error),
-        },
+        Err(nom::Err::Error(error) | nom::Err::Failure(error)) => {
+            Decoded::Invalid { error, skip: skip(input, error) }
+        }
     }
 }
 
@@ -126,10 +122,7 @@ impl Telegram<'_> {
         let mut octets = [0; MAX_TELEGRAM_LEN];
         let octets = self.encode(&mut octets)?;
         if buf.remaining_mut() < octets.len() {
-            return Err(EncodeError::BufferTooSmall {
-                needed: octets.len(),
-                got: buf.remaining_mut(),
-            });
+            return Err(EncodeError::BufferTooSmall { needed: octets.len(), got: buf.remaining_mut() });
         }
         buf.put_slice(octets);
         Ok(())
@@ -171,11 +164,7 @@ impl DataTelegram<'_> {
     ///
     /// A slave answers eight octets with SD2 as well, as real devices do (`dp-v0.md` 2 rule 4).
     pub const fn customary_format(dsap: Option<Sap>, ssap: Option<Sap>, data: &[u8]) -> Format {
-        if dsap.is_none() && ssap.is_none() && data.is_empty() {
-            Format::Sd1
-        } else {
-            Format::Sd2
-        }
+        if dsap.is_none() && ssap.is_none() && data.is_empty() { Format::Sd1 } else { Format::Sd2 }
     }
 
     /// Writes the telegram to the front of `buf` and returns its octets.
@@ -185,11 +174,7 @@ impl DataTelegram<'_> {
     /// unchanged. Panics: never.
     pub fn encode<'b>(&self, buf: &'b mut [u8]) -> Result<&'b [u8], EncodeError> {
         let pdu_len = self.pdu_len();
-        let wrong = |expected| EncodeError::PduLength {
-            format: self.format,
-            expected,
-            got: pdu_len,
-        };
+        let wrong = |expected| EncodeError::PduLength { format: self.format, expected, got: pdu_len };
         let (out, counted) = match self.format {
             Format::Sd1 => {
                 if pdu_len != 0 {
@@ -226,9 +211,7 @@ impl DataTelegram<'_> {
     /// Writes everything from DA to ED; `out` is as long as the telegram and DA stands at `start`.
     fn encode_counted(&self, out: &mut [u8], start: usize) {
         let body_len = HEADER_LEN + self.pdu_len();
-        let Some((body, end)) = out
-            .get_mut(start..)
-            .and_then(|out| out.split_at_mut_checked(body_len))
+        let Some((body, end)) = out.get_mut(start..).and_then(|out| out.split_at_mut_checked(body_len))
         else {
             return;
         };
@@ -379,10 +362,7 @@ fn sd2(input: &[u8]) -> Parsed<'_, Telegram<'_>> {
     let (le, rest) = match *input {
         [le, ..] if !(MIN_LE..=MAX_LE).contains(&le) => return refuse(FrameError::Length { got: le }),
         [le, ler, ..] if ler != le => {
-            return refuse(FrameError::RepeatedLength {
-                expected: le,
-                got: ler,
-            });
+            return refuse(FrameError::RepeatedLength { expected: le, got: ler });
         }
         [_, _, sd, ..] if sd != SD2 => return refuse(FrameError::SecondStartDelimiter { got: sd }),
         [le, _, _, ref rest @ ..] => (le, rest),
@@ -396,13 +376,9 @@ fn sd4(input: &[u8]) -> Parsed<'_, Telegram<'_>> {
     let bad = |got: &u8| *got >= Address::BROADCAST.number();
     match input {
         [got, ..] | [_, got, ..] if bad(got) => refuse(FrameError::TokenAddress { got: *got }),
-        [da, sa, rest @ ..] => Ok((
-            rest,
-            Telegram::Token {
-                da: Address::from_octet(*da),
-                sa: Address::from_octet(*sa),
-            },
-        )),
+        [da, sa, rest @ ..] => {
+            Ok((rest, Telegram::Token { da: Address::from_octet(*da), sa: Address::from_octet(*sa) }))
+        }
         [] | [_] => Err(nom::Err::Incomplete(nom::Needed::Unknown)),
     }
 }
@@ -465,8 +441,7 @@ fn checksum(octets: &[u8]) -> u8 {
 
 fn room(buf: &mut [u8], needed: usize) -> Result<&mut [u8], EncodeError> {
     let got = buf.len();
-    buf.get_mut(..needed)
-        .ok_or(EncodeError::BufferTooSmall { needed, got })
+    buf.get_mut(..needed).ok_or(EncodeError::BufferTooSmall { needed, got })
 }
 
 fn start(out: &mut [u8], delimiter: u8) {

@@ -30,9 +30,7 @@ impl Bus {
     pub fn add(&mut self, device: Device) -> Result<(), Error> {
         let address = device.config().address;
         if self.devices.iter().any(|other| other.config().address == address) {
-            return Err(Error::AddressTaken {
-                address: address.number(),
-            });
+            return Err(Error::AddressTaken { address: address.number() });
         }
         self.devices.push(device);
         Ok(())
@@ -113,9 +111,7 @@ impl Bus {
     /// News of a drive, and its address.
     #[must_use]
     pub fn poll_event(&mut self) -> Option<(u8, Event)> {
-        self.devices
-            .iter_mut()
-            .find_map(|device| device.poll_event().map(|event| (address(device), event)))
+        self.devices.iter_mut().find_map(|device| device.poll_event().map(|event| (address(device), event)))
     }
 }
 

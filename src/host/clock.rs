@@ -16,9 +16,7 @@ pub struct SystemClock {
 impl SystemClock {
     /// A clock that reads [`Instant::ZERO`] now.
     pub fn new() -> Self {
-        Self {
-            origin: std::time::Instant::now(),
-        }
+        Self { origin: std::time::Instant::now() }
     }
 }
 

@@ -117,18 +117,12 @@ mod tests {
     #[test]
     fn octets_before_and_after_a_reset_are_told_apart() {
         let wire = Wire::new();
-        let mut link = WithNews {
-            end: wire.end(),
-            news: Some(Received::Reset),
-        };
+        let mut link = WithNews { end: wire.end(), news: Some(Received::Reset) };
         let mut batch = [0; 8];
         wire.end().send(&[1, 2, 3]).unwrap();
         assert_eq!(listen(&mut link, &mut Bus::new(), &mut batch).unwrap(), (0, true));
         link.news = Some(Received::Rate(BaudRate::K1500));
-        assert_eq!(
-            listen(&mut link, &mut Bus::new(), &mut batch).unwrap(),
-            (3, false)
-        );
+        assert_eq!(listen(&mut link, &mut Bus::new(), &mut batch).unwrap(), (3, false));
         assert_eq!(batch[..3], [1, 2, 3]);
     }
 
@@ -138,10 +132,7 @@ mod tests {
         let mut end = wire.end();
         wire.end().send(&[0x55; BATCH + 1]).unwrap();
         let mut batch = [0; BATCH];
-        assert_eq!(
-            listen(&mut end, &mut Bus::new(), &mut batch).unwrap(),
-            (BATCH, false)
-        );
+        assert_eq!(listen(&mut end, &mut Bus::new(), &mut batch).unwrap(), (BATCH, false));
         assert_eq!(listen(&mut end, &mut Bus::new(), &mut batch).unwrap(), (1, false));
     }
 
@@ -160,14 +151,7 @@ mod tests {
             }
         }
         let stop = Stop::new().unwrap();
-        let error = run(
-            &mut Dead,
-            &mut Bus::new(),
-            &ManualClock::new(),
-            &stop,
-            &mut |_, _| {},
-        )
-        .unwrap_err();
+        let error = run(&mut Dead, &mut Bus::new(), &ManualClock::new(), &stop, &mut |_, _| {}).unwrap_err();
         assert!(matches!(error, Error::Link { source } if source.kind() == io::ErrorKind::BrokenPipe));
     }
 }

@@ -42,12 +42,7 @@ impl Stop {
     pub fn new() -> io::Result<Self> {
         let (readable_when_requested, waker) = UnixStream::pair()?;
         waker.set_nonblocking(true)?;
-        Ok(Self {
-            inner: Arc::new(Inner {
-                readable_when_requested,
-                waker,
-            }),
-        })
+        Ok(Self { inner: Arc::new(Inner { readable_when_requested, waker }) })
     }
 
     /// Requests the end. Asking twice changes nothing.
@@ -61,10 +56,7 @@ impl Stop {
         use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
         let mut fds = [PollFd::new(&self.inner.readable_when_requested, PollFlags::IN)];
-        let at_once = Timespec {
-            tv_sec: 0,
-            tv_nsec: 0,
-        };
+        let at_once = Timespec { tv_sec: 0, tv_nsec: 0 };
         matches!(poll(&mut fds, Some(&at_once)), Ok(ready) if ready > 0)
     }
 
@@ -92,11 +84,7 @@ impl Stop {
     /// # Errors
     /// None on this operating system.
     pub fn new() -> io::Result<Self> {
-        Ok(Self {
-            inner: Arc::new(Inner {
-                requested: AtomicBool::new(false),
-            }),
-        })
+        Ok(Self { inner: Arc::new(Inner { requested: AtomicBool::new(false) }) })
     }
 
     /// Requests the end. Asking twice changes nothing.

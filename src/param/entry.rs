@@ -57,17 +57,11 @@ impl Entry {
     }
 
     pub(super) const fn only_ag03_1(self) -> Self {
-        Self {
-            models: Models::OnlyAg03_1,
-            ..self
-        }
+        Self { models: Models::OnlyAg03_1, ..self }
     }
 
     pub(super) const fn array(self, elements: u8) -> Self {
-        Self {
-            elements: Some(elements),
-            ..self
-        }
+        Self { elements: Some(elements), ..self }
     }
 
     pub(super) const fn signed(self, signed: bool) -> Self {
@@ -77,10 +71,7 @@ impl Entry {
     /// Only says something about a setting.
     pub(super) const fn writable(self, writable: WritableWhen) -> Self {
         match self.kind {
-            Kind::Setting(setting) => Self {
-                kind: Kind::Setting(Setting { writable, ..setting }),
-                ..self
-            },
+            Kind::Setting(setting) => Self { kind: Kind::Setting(Setting { writable, ..setting }), ..self },
             Kind::Reading(_) | Kind::LoadParameterSet => self,
         }
     }
@@ -281,10 +272,7 @@ impl Limits {
                 Model::Ag03 => Range { low: 0, high: 100 },
                 Model::Ag03_1 => Range { low: 1, high: 100 },
             },
-            Self::Speed => Range {
-                low: 1,
-                high: gear.max_rpm() as i32,
-            },
+            Self::Speed => Range { low: 1, high: gear.max_rpm() as i32 },
         }
     }
 }

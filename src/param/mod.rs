@@ -55,11 +55,7 @@ impl Pnu {
     /// # Errors
     /// [`PnuError`] if it does not fit in 11 bits.
     pub const fn new(number: u16) -> Result<Self, PnuError> {
-        if number <= Self::MAX.0 {
-            Ok(Self(number))
-        } else {
-            Err(PnuError { got: number })
-        }
+        if number <= Self::MAX.0 { Ok(Self(number)) } else { Err(PnuError { got: number }) }
     }
 
     /// The parameter whose number is the low 11 bits of `word`.
@@ -280,10 +276,7 @@ mod tests {
         assert_eq!(Pnu::new(2047), Ok(Pnu::MAX));
         assert_eq!(Pnu::new(2048), Err(PnuError { got: 2048 }));
         assert_eq!(Pnu::from_low_bits(0xFFFF), Pnu::MAX);
-        assert_eq!(
-            PnuError { got: 2048 }.to_string(),
-            "a parameter number is at most 2047, got 2048"
-        );
+        assert_eq!(PnuError { got: 2048 }.to_string(), "a parameter number is at most 2047, got 2048");
     }
 
     #[test]

@@ -141,13 +141,7 @@ mod tests {
 
     #[test]
     fn the_gear_decides_speed_and_hardware_version() {
-        assert_eq!(
-            (Gear::Ratio24.max_rpm(), Gear::Ratio24.hardware_version()),
-            (200, 2)
-        );
-        assert_eq!(
-            (Gear::Ratio48.max_rpm(), Gear::Ratio48.hardware_version()),
-            (100, 3)
-        );
+        assert_eq!((Gear::Ratio24.max_rpm(), Gear::Ratio24.hardware_version()), (200, 2));
+        assert_eq!((Gear::Ratio48.max_rpm(), Gear::Ratio48.hardware_version()), (100, 3));
     }
 }

@@ -22,12 +22,7 @@ pub struct Store {
 impl Store {
     /// Every parameter at its default.
     pub fn new(model: Model, gear: Gear) -> Self {
-        let mut store = Self {
-            model,
-            gear,
-            identity: Identity::of(model),
-            values: [0; Parameter::COUNT],
-        };
+        let mut store = Self { model, gear, identity: Identity::of(model), values: [0; Parameter::COUNT] };
         store.load_defaults(DefaultSet::All);
         store
     }
@@ -167,20 +162,12 @@ impl Store {
     fn changed_by(&mut self, change: impl FnOnce(&mut Self)) -> Effect {
         let before = self.values;
         change(self);
-        if self.values == before {
-            Effect::None
-        } else {
-            Effect::SettingsChanged
-        }
+        if self.values == before { Effect::None } else { Effect::SettingsChanged }
     }
 
     fn check_range(&self, parameter: Parameter, got: i32) -> Result<(), ParamError> {
         let range = parameter.setting().limits.range(self.model, self.gear);
-        if range.contains(got) {
-            Ok(())
-        } else {
-            Err(out_of_range(range, got))
-        }
+        if range.contains(got) { Ok(()) } else { Err(out_of_range(range, got)) }
     }
 
     #[expect(clippy::indexing_slicing, reason = "one slot per variant")]
@@ -228,11 +215,7 @@ impl Identity {
             Model::Ag03 => 0x0300,
             Model::Ag03_1 => 0x0101,
         };
-        Self {
-            serial_number: 1_234_567,
-            production_date: 0x1507_2009,
-            software_version,
-        }
+        Self { serial_number: 1_234_567, production_date: 0x1507_2009, software_version }
     }
 }
 
@@ -261,20 +244,16 @@ fn number(entry: &Entry, value: Value) -> Result<i32, ParamError> {
     match (entry.width, value) {
         (Width::Word, Value::Word(word)) => Ok(i32::from(word)),
         (Width::Double, Value::Double(double)) => Ok(double.cast_signed()),
-        (Width::Word, Value::Double(_)) | (Width::Double, Value::Word(_)) => Err(ParamError::WrongWidth {
-            expected: entry.width,
-            got: value.width(),
-        }),
+        (Width::Word, Value::Double(_)) | (Width::Double, Value::Word(_)) => {
+            Err(ParamError::WrongWidth { expected: entry.width, got: value.width() })
+        }
     }
 }
 
 fn fault(live: &Live, element: Option<Subindex>) -> Result<u8, ParamError> {
     let count = FAULT_BUFFER_LEN;
     let got = element.ok_or(ParamError::IsArray { count })?;
-    live.fault_buffer
-        .get(usize::from(got.0))
-        .copied()
-        .ok_or(ParamError::SubindexOutOfRange { count, got })
+    live.fault_buffer.get(usize::from(got.0)).copied().ok_or(ParamError::SubindexOutOfRange { count, got })
 }
 
 #[cfg(test)]

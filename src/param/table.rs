@@ -15,9 +15,7 @@ pub static TABLE: [Entry; 41] = ROWS;
 pub fn entry(model: Model, pnu: Pnu) -> Option<&'static Entry> {
     let offset = pnu.number().checked_sub(FIRST_PNU)?;
     let row = *ROW_OF_PNU.get(usize::from(offset))?;
-    TABLE
-        .get(usize::from(row))
-        .filter(|entry| entry.models.contain(model))
+    TABLE.get(usize::from(row)).filter(|entry| entry.models.contain(model))
 }
 
 /// The parameters a model has, in the order of their numbers.
@@ -125,11 +123,8 @@ const LOAD_COMMANDS: &[(u16, &str)] = &[
 const SENSES: &[(u16, &str)] = &[(0, "i"), (1, "e")];
 const POS_TYPES: &[(u16, &str)] = &[(0, "direct"), (1, "loop +"), (2, "loop -")];
 const STOP_MODES: &[(u16, &str)] = &[(0, "maximum deceleration"), (1, "programmed deceleration")];
-const INPOS_MODES: &[(u16, &str)] = &[
-    (0, "position control"),
-    (1, "windings shorted"),
-    (2, "motor released"),
-];
+const INPOS_MODES: &[(u16, &str)] =
+    &[(0, "position control"), (1, "windings shorted"), (2, "motor released")];
 
 #[rustfmt::skip] // one row per line
 const ROWS: [Entry; 41] = {
@@ -186,26 +181,12 @@ const ROWS: [Entry; 41] = {
 const fn word(pnu: u16, name: &'static str, unit: Unit, kind: Kind) -> Entry {
     let persistent = matches!(kind, Kind::Setting(_));
     let (width, elements, models) = (Width::Word, None, Models::Both);
-    Entry {
-        pnu: Pnu(pnu),
-        name,
-        width,
-        elements,
-        signed: false,
-        unit,
-        persistent,
-        models,
-        kind,
-    }
+    Entry { pnu: Pnu(pnu), name, width, elements, signed: false, unit, persistent, models, kind }
 }
 
 /// A double word: as a word, but signed.
 const fn double(pnu: u16, name: &'static str, unit: Unit, kind: Kind) -> Entry {
-    Entry {
-        width: Width::Double,
-        signed: true,
-        ..word(pnu, name, unit, kind)
-    }
+    Entry { width: Width::Double, signed: true, ..word(pnu, name, unit, kind) }
 }
 
 const fn shown(reading: Reading) -> Kind {
@@ -222,14 +203,7 @@ const fn standard(parameter: Parameter, number: u8, limits: Limits, default: i32
 
 const fn setting(parameter: Parameter, number: u8, limits: Limits, default: i32, group: Group) -> Kind {
     let writable = WritableWhen::Always;
-    Kind::Setting(Setting {
-        parameter,
-        number,
-        limits,
-        default,
-        group,
-        writable,
-    })
+    Kind::Setting(Setting { parameter, number, limits, default, group, writable })
 }
 
 const fn to(low: i32, high: i32) -> Limits {
@@ -310,10 +284,7 @@ mod tests {
         for number in 0..=2047 {
             let pnu = Pnu::new(number).unwrap();
             let found = Model::ALL.map(|model| entry(model, pnu).is_some());
-            let expected = [
-                both.contains(&number),
-                both.contains(&number) || only_ag03_1.contains(&number),
-            ];
+            let expected = [both.contains(&number), both.contains(&number) || only_ag03_1.contains(&number)];
             assert_eq!(found, expected, "PNU {number}");
         }
         assert_eq!(parameters(Model::Ag03).count(), 35);
@@ -330,12 +301,9 @@ mod tests {
 
     #[test]
     fn the_names_of_stored_parameters_follow_the_internal_numbers() {
-        let numbers: Vec<u8> = Parameter::all()
-            .map(|parameter| parameter.setting().number)
-            .collect();
-        let expected = [
-            1, 2, 3, 4, 5, 6, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 25, 26, 27, 29, 30, 31,
-        ];
+        let numbers: Vec<u8> = Parameter::all().map(|parameter| parameter.setting().number).collect();
+        let expected =
+            [1, 2, 3, 4, 5, 6, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 25, 26, 27, 29, 30, 31];
         assert_eq!(numbers, expected);
         for parameter in Parameter::all() {
             assert_eq!(parameter.entry().kind, Kind::Setting(*parameter.setting()));
@@ -346,14 +314,9 @@ mod tests {
     fn defaults_are_within_the_range_of_every_drive() {
         for parameter in Parameter::all() {
             let setting = parameter.setting();
-            for (model, gear) in Model::ALL
-                .into_iter()
-                .flat_map(|model| Gear::ALL.map(|gear| (model, gear)))
+            for (model, gear) in Model::ALL.into_iter().flat_map(|model| Gear::ALL.map(|gear| (model, gear)))
             {
-                assert!(
-                    setting.limits.range(model, gear).contains(setting.default),
-                    "{parameter}"
-                );
+                assert!(setting.limits.range(model, gear).contains(setting.default), "{parameter}");
             }
         }
     }
@@ -363,11 +326,7 @@ mod tests {
         for row in TABLE.iter().filter(|row| row.access() != Access::ReadOnly) {
             assert_eq!(row.signed, row.width == Width::Double, "{}", row.name);
             let range = row.range(Model::Ag03, Gear::Ratio24).unwrap();
-            assert!(
-                row.signed || range.low >= 0 && range.high <= 0xFFFF,
-                "{}",
-                row.name
-            );
+            assert!(row.signed || range.low >= 0 && range.high <= 0xFFFF, "{}", row.name);
         }
     }
 
@@ -412,11 +371,7 @@ mod tests {
         assert_eq!(Parameter::VInch.to_string(), "v-Inch");
         assert_eq!(Parameter::VInch.entry().unit.to_string(), "rpm");
         assert_eq!(
-            Parameter::Limit1
-                .entry()
-                .range(Model::Ag03, Gear::Ratio24)
-                .unwrap()
-                .to_string(),
+            Parameter::Limit1.entry().range(Model::Ag03, Gear::Ratio24).unwrap().to_string(),
             "-9999999..9999999"
         );
     }

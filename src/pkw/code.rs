@@ -178,9 +178,6 @@ mod tests {
             assert_eq!(ErrorNumber::from_number(number), Some(error));
         }
         assert_eq!(ErrorNumber::from_number(20), None);
-        assert_eq!(
-            ErrorNumber::OperatingState.to_string(),
-            "error 17, not possible in this operating state"
-        );
+        assert_eq!(ErrorNumber::OperatingState.to_string(), "error 17, not possible in this operating state");
     }
 }

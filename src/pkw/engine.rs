@@ -73,10 +73,7 @@ enum State {
 
 impl State {
     /// As if job 0 had just been answered.
-    const START: Self = Self::Answered {
-        job: Pkw::ZERO,
-        reply: Pkw::ZERO,
-    };
+    const START: Self = Self::Answered { job: Pkw::ZERO, reply: Pkw::ZERO };
 }
 
 /// What one application cycle made of the parameter channel.
@@ -105,22 +102,14 @@ pub struct Refusal {
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { job, number, cause } = self;
-        write!(
-            f,
-            "job {job} ({}, PNU {}) refused with {number}: {cause}",
-            job.pke.job(),
-            job.pke.pnu()
-        )
+        write!(f, "job {job} ({}, PNU {}) refused with {number}: {cause}", job.pke.job(), job.pke.pnu())
     }
 }
 
 impl Engine {
     /// A parameter channel that has not seen a job.
     pub const fn new(config: Config) -> Self {
-        Self {
-            config,
-            state: State::START,
-        }
+        Self { config, state: State::START }
     }
 
     /// How it behaves.
@@ -147,11 +136,7 @@ impl Engine {
     /// Runs one application cycle with the newest request of the master.
     pub fn cycle(&mut self, request: Pkw, store: &mut Store, live: &Live, context: &WriteContext) -> Outcome {
         match self.state {
-            State::Waiting {
-                job,
-                cycles,
-                previous,
-            } if cycles > 1 => self.wait(job, cycles - 1, previous),
+            State::Waiting { job, cycles, previous } if cycles > 1 => self.wait(job, cycles - 1, previous),
             State::Waiting { job, .. } => self.run(job, store, live, context),
             State::Answered { job, reply } if same_job(request, job) => unchanged(reply),
             State::Reading { job, .. } if same_job(request, job) => self.run(job, store, live, context),
@@ -163,11 +148,7 @@ impl Engine {
     }
 
     const fn wait(&mut self, job: Pkw, cycles: u16, previous: Pkw) -> Outcome {
-        self.state = State::Waiting {
-            job,
-            cycles,
-            previous,
-        };
+        self.state = State::Waiting { job, cycles, previous };
         unchanged(previous)
     }
 
@@ -186,21 +167,13 @@ impl Engine {
                     | JobId::ReadElementCount
                     | JobId::Reserved(_) => State::Answered { job, reply },
                 };
-                Outcome {
-                    reply,
-                    effect,
-                    refusal: None,
-                }
+                Outcome { reply, effect, refusal: None }
             }
             Err(cause) => {
                 let number = ErrorNumber::from(cause);
                 let reply = answer(job, ReplyId::NotExecutable, u32::from(number.number()));
                 self.state = State::Answered { job, reply };
-                Outcome {
-                    reply,
-                    effect: Effect::None,
-                    refusal: Some(Refusal { job, number, cause }),
-                }
+                Outcome { reply, effect: Effect::None, refusal: Some(Refusal { job, number, cause }) }
             }
         }
     }
@@ -294,18 +267,11 @@ const fn value_id(value: Value, element: Option<Subindex>) -> ReplyId {
 }
 
 const fn unchanged(reply: Pkw) -> Outcome {
-    Outcome {
-        reply,
-        effect: Effect::None,
-        refusal: None,
-    }
+    Outcome { reply, effect: Effect::None, refusal: None }
 }
 
 fn same_job(a: Pkw, b: Pkw) -> bool {
-    let without_spm = |pkw: Pkw| Pkw {
-        pke: pkw.pke.without_spm(),
-        ..pkw
-    };
+    let without_spm = |pkw: Pkw| Pkw { pke: pkw.pke.without_spm(), ..pkw };
     without_spm(a) == without_spm(b)
 }
 

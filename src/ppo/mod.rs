@@ -180,15 +180,9 @@ mod tests {
     fn every_octet_has_its_place() {
         let pkw = Pkw::from_octets([1, 2, 3, 4, 5, 6, 7, 8]);
         let outputs = Outputs::new(&COUNTING);
-        assert_eq!(
-            (outputs.pkw(), outputs.stw().raw(), outputs.hsw()),
-            (pkw, 0x090A, 0x0B0C_0D0E)
-        );
+        assert_eq!((outputs.pkw(), outputs.stw().raw(), outputs.hsw()), (pkw, 0x090A, 0x0B0C_0D0E));
         let inputs = Inputs::new(&COUNTING);
-        assert_eq!(
-            (inputs.pkw(), inputs.zsw().raw(), inputs.hiw()),
-            (pkw, 0x090A, 0x0B0C_0D0E)
-        );
+        assert_eq!((inputs.pkw(), inputs.zsw().raw(), inputs.hiw()), (pkw, 0x090A, 0x0B0C_0D0E));
     }
 
     #[test]
@@ -210,18 +204,11 @@ mod tests {
     fn every_other_length_is_refused() {
         let octets = [0xA5; 32];
         for len in 0..=octets.len() {
-            let expected = if len == PPO_LEN {
-                Ok(())
-            } else {
-                Err(LengthError { got: len })
-            };
+            let expected = if len == PPO_LEN { Ok(()) } else { Err(LengthError { got: len }) };
             assert_eq!(Outputs::parse(&octets[..len]).map(drop), expected);
             assert_eq!(Inputs::parse(&octets[..len]).map(drop), expected);
         }
-        assert_eq!(
-            LengthError { got: 12 }.to_string(),
-            "the PPO has 14 octets, got 12"
-        );
+        assert_eq!(LengthError { got: 12 }.to_string(), "the PPO has 14 octets, got 12");
     }
 
     proptest! {

@@ -24,12 +24,7 @@ impl Pkw {
     /// A PKW of these parts; a word sits in the low half of `pwe`.
     pub const fn new(pke: Pke, ind: Ind, pwe: u32) -> Self {
         let [a, b, c, d] = pwe.to_be_bytes();
-        Self {
-            pke,
-            ind,
-            pwe_high: u16::from_be_bytes([a, b]),
-            pwe_low: u16::from_be_bytes([c, d]),
-        }
+        Self { pke, ind, pwe_high: u16::from_be_bytes([a, b]), pwe_low: u16::from_be_bytes([c, d]) }
     }
 
     /// The value as a word: word 4 (manual chapter 7.4.2.3).
@@ -68,11 +63,7 @@ impl Pkw {
 impl fmt::Display for Pkw {
     /// Four words in hexadecimal, as the manuals print them: `13FA 0000 0000 0000`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{:04X} {:04X} {:04X} {:04X}",
-            self.pke.0, self.ind.0, self.pwe_high, self.pwe_low
-        )
+        write!(f, "{:04X} {:04X} {:04X} {:04X}", self.pke.0, self.ind.0, self.pwe_high, self.pwe_low)
     }
 }
 

@@ -77,9 +77,7 @@ mod tests {
 
     #[test]
     fn a_word_is_built_bit_by_bit() {
-        let zsw = [0, 1, 5, 8, 9, 11, 13]
-            .into_iter()
-            .fold(Zsw::default(), |zsw, n| zsw.with_bit(n, true));
+        let zsw = [0, 1, 5, 8, 9, 11, 13].into_iter().fold(Zsw::default(), |zsw, n| zsw.with_bit(n, true));
         assert_eq!(zsw.raw(), 0x2B23);
         assert_eq!(zsw.with_bit(0, false).raw(), 0x2B22);
         assert_eq!(zsw.with_bit(16, true), zsw);
@@ -87,9 +85,6 @@ mod tests {
 
     #[test]
     fn words_print_as_in_the_manual() {
-        assert_eq!(
-            format!("{} {:?}", Stw::from_raw(0xB), Zsw::from_raw(0x2B23)),
-            "000B Zsw(0x2B23)"
-        );
+        assert_eq!(format!("{} {:?}", Stw::from_raw(0xB), Zsw::from_raw(0x2B23)), "000B Zsw(0x2B23)");
     }
 }

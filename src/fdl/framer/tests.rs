@@ -43,21 +43,15 @@ fn telegram(octets: &[u8]) -> Heard {
 fn two_telegrams_in_one_read_are_two_telegrams() {
     let mut framer = Framer::new(Resync::SCAN);
     let both = [STATUS_5, STATUS_6].concat();
-    assert_eq!(
-        hear(&mut framer, Instant::ZERO, &both),
-        [telegram(&STATUS_5), telegram(&STATUS_6)]
-    );
+    assert_eq!(hear(&mut framer, Instant::ZERO, &both), [telegram(&STATUS_5), telegram(&STATUS_6)]);
     assert_eq!(framer.poll_timeout(), None);
 }
 
 #[test]
 fn scanning_finds_the_telegram_behind_each_kind_of_noise() {
-    for noise in [
-        &[0x00][..],
-        &[0x16, 0xFF, 0x68, 0x03],
-        &[0x68, 0x68, 0x68],
-        &[0x10, 0x00, 0x00, 0x00, 0x00, 0x01],
-    ] {
+    for noise in
+        [&[0x00][..], &[0x16, 0xFF, 0x68, 0x03], &[0x68, 0x68, 0x68], &[0x10, 0x00, 0x00, 0x00, 0x00, 0x01]]
+    {
         let mut framer = Framer::new(Resync::SCAN);
         let heard = hear(&mut framer, Instant::ZERO, &[noise, &STATUS_5].concat());
         assert_eq!(heard.last(), Some(&telegram(&STATUS_5)), "{noise:02X?}");
@@ -74,10 +68,7 @@ fn scanning_gives_up_an_unfinished_telegram_and_finds_the_one_behind_its_start()
     assert_eq!(hear_timeout(&mut framer, Instant::from_millis(50)), []);
     assert_eq!(
         hear_timeout(&mut framer, timeout),
-        [
-            Heard::Refused(FrameError::BrokenOff { octets: 7 }),
-            telegram(&STATUS_5)
-        ]
+        [Heard::Refused(FrameError::BrokenOff { octets: 7 }), telegram(&STATUS_5)]
     );
     assert_eq!(framer.poll_timeout(), None);
 }
@@ -91,18 +82,11 @@ fn after_an_invalid_telegram_the_idle_rule_hears_nothing_until_the_line_was_sile
     damaged.extend(STATUS_5);
     damaged.extend([0x00, 0x16]);
     let mut now = Instant::from_millis(10);
-    assert!(matches!(
-        hear(&mut framer, now, &damaged)[..],
-        [Heard::Refused(FrameError::Checksum { .. })]
-    ));
+    assert!(matches!(hear(&mut framer, now, &damaged)[..], [Heard::Refused(FrameError::Checksum { .. })]));
     // 32 bit times of silence are too few, whatever comes.
-    now = now
-        .saturating_add(baud.bit_times(32))
-        .saturating_add(baud.octet_times(6));
+    now = now.saturating_add(baud.bit_times(32)).saturating_add(baud.octet_times(6));
     assert_eq!(hear(&mut framer, now, &STATUS_5), []);
-    now = now
-        .saturating_add(baud.bit_times(33))
-        .saturating_add(baud.octet_times(6));
+    now = now.saturating_add(baud.bit_times(33)).saturating_add(baud.octet_times(6));
     assert_eq!(hear(&mut framer, now, &STATUS_5), [telegram(&STATUS_5)]);
 }
 
@@ -114,10 +98,7 @@ fn scanning_does_not_answer_a_telegram_hidden_in_a_damaged_sd2() {
     damaged.extend([0x00, 0x16]);
     damaged.extend(STATUS_6);
     let heard = hear(&mut framer, Instant::ZERO, &damaged);
-    assert!(matches!(
-        heard[..],
-        [Heard::Refused(FrameError::Checksum { .. }), Heard::Telegram(_)]
-    ));
+    assert!(matches!(heard[..], [Heard::Refused(FrameError::Checksum { .. }), Heard::Telegram(_)]));
     assert_eq!(heard[1], telegram(&STATUS_6));
 }
 
@@ -129,10 +110,7 @@ fn the_idle_rule_ends_an_unfinished_telegram() {
     assert_eq!(hear(&mut framer, start, &STATUS_5[..4]), []);
     let timeout = start.saturating_add(baud.bit_times(33));
     assert_eq!(framer.poll_timeout(), Some(timeout));
-    assert_eq!(
-        hear_timeout(&mut framer, timeout),
-        [Heard::Refused(FrameError::BrokenOff { octets: 4 })]
-    );
+    assert_eq!(hear_timeout(&mut framer, timeout), [Heard::Refused(FrameError::BrokenOff { octets: 4 })]);
     let later = timeout.saturating_add(baud.octet_times(6));
     assert_eq!(hear(&mut framer, later, &STATUS_5), [telegram(&STATUS_5)]);
 }

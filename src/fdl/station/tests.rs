@@ -13,10 +13,7 @@ fn station() -> Station {
 
 /// A telegram from `sa` to `da` with function code `fc`.
 fn telegram(da: u8, sa: u8, fc: u8, saps: Option<(u8, u8)>, data: &[u8]) -> Vec<u8> {
-    let (dsap, ssap) = (
-        saps.and_then(|saps| Sap::new(saps.0)),
-        saps.and_then(|saps| Sap::new(saps.1)),
-    );
+    let (dsap, ssap) = (saps.and_then(|saps| Sap::new(saps.0)), saps.and_then(|saps| Sap::new(saps.1)));
     let telegram = DataTelegram {
         format: DataTelegram::customary_format(dsap, ssap, data),
         da: Address::from_octet(da),
@@ -35,9 +32,7 @@ fn diagnosis(fc: u8) -> Vec<u8> {
 
 /// Hands `octets` to the station; a request that reaches the layer above is counted and answered with INPUTS.
 fn exchange(station: &mut Station, now: Instant, octets: &[u8], served: &mut u32) -> Option<Vec<u8>> {
-    let Decoded::Telegram { telegram, .. } = decode(octets) else {
-        panic!("{octets:02X?}")
-    };
+    let Decoded::Telegram { telegram, .. } = decode(octets) else { panic!("{octets:02X?}") };
     match station.receive(now, &telegram) {
         Reception::DataWithReply(request) => {
             *served += 1;
@@ -53,47 +48,26 @@ fn exchange(station: &mut Station, now: Instant, octets: &[u8], served: &mut u32
 #[test]
 fn f_01_fdl_status_is_answered_with_ok() {
     let mut station = station();
-    let reply = exchange(
-        &mut station,
-        Instant::ZERO,
-        &[0x10, 5, 2, 0x49, 0x50, 0x16],
-        &mut 0,
-    );
+    let reply = exchange(&mut station, Instant::ZERO, &[0x10, 5, 2, 0x49, 0x50, 0x16], &mut 0);
     assert_eq!(reply.unwrap(), [0x10, 2, 5, 0, 7, 0x16]);
 }
 
 #[test]
 fn f_02_f_15_f_16_f_17_f_18_what_is_not_for_us_stays_unanswered() {
     for (octets, what) in [
-        (
-            telegram(6, MASTER, 0x49, None, &[]),
-            "FDL status of another station",
-        ),
+        (telegram(6, MASTER, 0x49, None, &[]), "FDL status of another station"),
         (telegram(127, MASTER, 0x49, None, &[]), "FDL status of everybody"),
-        (
-            telegram(127, MASTER, 0x6D, Some((60, 62)), &[]),
-            "SRD to everybody",
-        ),
+        (telegram(127, MASTER, 0x6D, Some((60, 62)), &[]), "SRD to everybody"),
         (telegram(OWN, 6, 0x08, Some((62, 60)), &[1]), "a response"),
-        (
-            telegram(OWN, OWN, 0x6D, Some((60, 62)), &[]),
-            "our own address as sender",
-        ),
-        (
-            telegram(OWN, 127, 0x6D, Some((60, 62)), &[]),
-            "everybody as sender",
-        ),
+        (telegram(OWN, OWN, 0x6D, Some((60, 62)), &[]), "our own address as sender"),
+        (telegram(OWN, 127, 0x6D, Some((60, 62)), &[]), "everybody as sender"),
         (telegram(OWN, MASTER, 0x42, None, &[]), "a reserved service"),
         (telegram(OWN, MASTER, 0xC9, None, &[]), "a clock telegram"),
         (vec![0xDC, OWN, MASTER], "the token"),
         (vec![0xE5], "a short acknowledge"),
     ] {
         let mut served = 0;
-        assert_eq!(
-            exchange(&mut station(), Instant::ZERO, &octets, &mut served),
-            None,
-            "{what}"
-        );
+        assert_eq!(exchange(&mut station(), Instant::ZERO, &octets, &mut served), None, "{what}");
         assert_eq!(served, 0, "{what}");
     }
 }
@@ -124,48 +98,16 @@ fn c_01_to_c_10_the_frame_count_bit_tells_retries_from_requests() {
     let foreign = || telegram(9, MASTER, 0x49, None, &[]);
     for (sequence, served_in_all, what) in [
         (vec![diagnosis(0x6D)], 1, "C-01 first cycle"),
-        (
-            vec![diagnosis(0x6D), diagnosis(0x5D), diagnosis(0x7D)],
-            3,
-            "C-02 toggled",
-        ),
-        (
-            vec![diagnosis(0x6D), diagnosis(0x5D), diagnosis(0x5D), diagnosis(0x5D)],
-            2,
-            "C-03 retries",
-        ),
-        (
-            vec![diagnosis(0x6D), diagnosis(0x7D)],
-            1,
-            "C-03 FCB as stored by the first cycle",
-        ),
-        (
-            vec![diagnosis(0x6D), diagnosis(0x5D), other(0x5D), diagnosis(0x5D)],
-            4,
-            "C-06 other initiator",
-        ),
-        (
-            vec![diagnosis(0x6D), diagnosis(0x6D)],
-            2,
-            "C-07 first cycle twice",
-        ),
-        (
-            vec![diagnosis(0x6D), diagnosis(0x5D), get_cfg(0x5D)],
-            3,
-            "C-08 same bit, other request",
-        ),
+        (vec![diagnosis(0x6D), diagnosis(0x5D), diagnosis(0x7D)], 3, "C-02 toggled"),
+        (vec![diagnosis(0x6D), diagnosis(0x5D), diagnosis(0x5D), diagnosis(0x5D)], 2, "C-03 retries"),
+        (vec![diagnosis(0x6D), diagnosis(0x7D)], 1, "C-03 FCB as stored by the first cycle"),
+        (vec![diagnosis(0x6D), diagnosis(0x5D), other(0x5D), diagnosis(0x5D)], 4, "C-06 other initiator"),
+        (vec![diagnosis(0x6D), diagnosis(0x6D)], 2, "C-07 first cycle twice"),
+        (vec![diagnosis(0x6D), diagnosis(0x5D), get_cfg(0x5D)], 3, "C-08 same bit, other request"),
         (vec![diagnosis(0x5D)], 1, "C-09 counted at once, even"),
         (vec![diagnosis(0x7D)], 1, "C-09 counted at once, odd"),
-        (
-            vec![diagnosis(0x5D), status(), diagnosis(0x5D)],
-            2,
-            "C-10 FDL status in between ends the retry",
-        ),
-        (
-            vec![diagnosis(0x5D), foreign(), diagnosis(0x5D)],
-            1,
-            "a telegram for another station does not",
-        ),
+        (vec![diagnosis(0x5D), status(), diagnosis(0x5D)], 2, "C-10 FDL status in between ends the retry"),
+        (vec![diagnosis(0x5D), foreign(), diagnosis(0x5D)], 1, "a telegram for another station does not"),
     ] {
         let mut station = station();
         let mut served = 0;
@@ -181,12 +123,7 @@ fn c_03_a_retry_gets_the_stored_reply_octet_for_octet() {
     let mut station = station();
     let mut served = 0;
     let first = exchange(&mut station, Instant::ZERO, &diagnosis(0x5D), &mut served);
-    let again = exchange(
-        &mut station,
-        Instant::from_millis(1),
-        &diagnosis(0x5D),
-        &mut served,
-    );
+    let again = exchange(&mut station, Instant::from_millis(1), &diagnosis(0x5D), &mut served);
     assert!(first.is_some());
     assert_eq!((first, served), (again, 1));
 }
@@ -210,12 +147,8 @@ fn p_07_no_reply_before_min_tsdr() {
             station.set_min_tsdr(set);
             let now = Instant::from_millis(3);
             let octets = diagnosis(0x6D);
-            let Decoded::Telegram { telegram, .. } = decode(&octets) else {
-                panic!()
-            };
-            let Reception::DataWithReply(request) = station.receive(now, &telegram) else {
-                panic!()
-            };
+            let Decoded::Telegram { telegram, .. } = decode(&octets) else { panic!() };
+            let Reception::DataWithReply(request) = station.receive(now, &telegram) else { panic!() };
             station.reply(now, &request, Reply::ShortAcknowledge);
             let due = now.saturating_add(baud.bit_times(bits));
             assert_eq!(station.poll_timeout(), Some(due));
@@ -231,19 +164,12 @@ fn p_07_no_reply_before_min_tsdr() {
 fn t_02_a_reply_whose_time_is_over_is_dropped_and_said() {
     let mut station = station();
     let octets = diagnosis(0x6D);
-    let Decoded::Telegram { telegram, .. } = decode(&octets) else {
-        panic!()
-    };
-    let Reception::DataWithReply(request) = station.receive(Instant::ZERO, &telegram) else {
-        panic!()
-    };
+    let Decoded::Telegram { telegram, .. } = decode(&octets) else { panic!() };
+    let Reception::DataWithReply(request) = station.receive(Instant::ZERO, &telegram) else { panic!() };
     station.reply(Instant::ZERO, &request, Reply::ShortAcknowledge);
     let limit = Duration::from_micros(200);
     let after = Duration::from_micros(201);
-    assert_eq!(
-        station.poll_transmit(Instant::from_micros(201)),
-        Err(TooLate { after, limit })
-    );
+    assert_eq!(station.poll_transmit(Instant::from_micros(201)), Err(TooLate { after, limit }));
     assert_eq!(station.poll_transmit(Instant::from_micros(202)), Ok(None));
 }
 
@@ -251,39 +177,23 @@ fn t_02_a_reply_whose_time_is_over_is_dropped_and_said() {
 fn a_new_request_on_the_line_ends_the_time_of_the_old_reply() {
     let mut station = station();
     let octets = diagnosis(0x6D);
-    let Decoded::Telegram { telegram: first, .. } = decode(&octets) else {
-        panic!()
-    };
-    let Reception::DataWithReply(request) = station.receive(Instant::ZERO, &first) else {
-        panic!()
-    };
+    let Decoded::Telegram { telegram: first, .. } = decode(&octets) else { panic!() };
+    let Reception::DataWithReply(request) = station.receive(Instant::ZERO, &first) else { panic!() };
     station.reply(Instant::ZERO, &request, Reply::ShortAcknowledge);
     let foreign = telegram(9, MASTER, 0x49, None, &[]);
-    let Decoded::Telegram {
-        telegram: foreign, ..
-    } = decode(&foreign)
-    else {
-        panic!()
-    };
-    assert_eq!(
-        station.receive(Instant::from_micros(10), &foreign),
-        Reception::Ignored
-    );
+    let Decoded::Telegram { telegram: foreign, .. } = decode(&foreign) else { panic!() };
+    assert_eq!(station.receive(Instant::from_micros(10), &foreign), Reception::Ignored);
     assert_eq!(station.poll_timeout(), None);
 }
 
 #[test]
 fn f_21_the_longest_reply_fits_and_a_longer_one_becomes_no_resource() {
     let octets = diagnosis(0x6D);
-    let Decoded::Telegram { telegram, .. } = decode(&octets) else {
-        panic!()
-    };
+    let Decoded::Telegram { telegram, .. } = decode(&octets) else { panic!() };
     let data = [0x5A; 245];
     for (len, expected) in [(244, 255), (245, 6), (0, 6)] {
         let mut station = station();
-        let Reception::DataWithReply(request) = station.receive(Instant::ZERO, &telegram) else {
-            panic!()
-        };
+        let Reception::DataWithReply(request) = station.receive(Instant::ZERO, &telegram) else { panic!() };
         station.reply(Instant::ZERO, &request, Reply::DataLow(&data[..len]));
         let reply = station.poll_transmit(Instant::from_micros(22)).unwrap().unwrap();
         assert_eq!(reply.len(), expected, "{len} octets");

@@ -6,9 +6,7 @@ use super::*;
 use crate::fdl::{FrameCount, ReplyStatus, Service};
 
 fn hex(text: &str) -> Vec<u8> {
-    text.split_whitespace()
-        .map(|octet| u8::from_str_radix(octet, 16).unwrap())
-        .collect()
+    text.split_whitespace().map(|octet| u8::from_str_radix(octet, 16).unwrap()).collect()
 }
 
 /// Telegrams of all kinds: the worked example of `dp-v0.md` 10 and traces of real buses (3, 6.2).
@@ -47,10 +45,7 @@ fn golden_telegrams_decode_whole_and_encode_to_the_same_octets() {
         assert_eq!(len, octets.len(), "{text}");
         let mut buf = [0xA5; MAX_TELEGRAM_LEN + 1];
         assert_eq!(telegram.encode(&mut buf).unwrap(), octets, "{text}");
-        assert!(
-            buf[octets.len()..].iter().all(|octet| *octet == 0xA5),
-            "{text}: wrote past its end"
-        );
+        assert!(buf[octets.len()..].iter().all(|octet| *octet == 0xA5), "{text}: wrote past its end");
     }
 }
 
@@ -66,25 +61,13 @@ fn a_diagnosis_request_is_read_field_by_field() {
         fc: FunctionCode::request(Service::SrdHigh, FrameCount::First),
         data: &[],
     };
-    assert_eq!(
-        decode(&octets),
-        Decoded::Telegram {
-            telegram: Telegram::Data(expected),
-            len: 11
-        }
-    );
+    assert_eq!(decode(&octets), Decoded::Telegram { telegram: Telegram::Data(expected), len: 11 });
 }
 
 #[test]
 fn data_are_borrowed_not_copied() {
     let octets = hex("68 07 07 68 02 05 08 02 31 00 00 42 16");
-    let Decoded::Telegram {
-        telegram: Telegram::Data(telegram),
-        ..
-    } = decode(&octets)
-    else {
-        panic!()
-    };
+    let Decoded::Telegram { telegram: Telegram::Data(telegram), .. } = decode(&octets) else { panic!() };
     assert_eq!(telegram.data.as_ptr(), octets[7..].as_ptr());
     assert_eq!(telegram.fc, FunctionCode::response(ReplyStatus::DataLow));
 }
@@ -101,10 +84,7 @@ fn every_prefix_of_every_kind_is_incomplete() {
 
 #[test]
 fn no_single_bit_error_leaves_a_telegram_with_checksum() {
-    for text in GOLDEN
-        .into_iter()
-        .filter(|text| !matches!(&text[..2], "DC" | "E5"))
-    {
+    for text in GOLDEN.into_iter().filter(|text| !matches!(&text[..2], "DC" | "E5")) {
         let octets = hex(text);
         for bit in 0..octets.len() * 8 {
             let mut damaged = octets.clone();
@@ -127,37 +107,13 @@ fn each_rule_of_the_format_is_checked_and_named() {
         ("68 05 06", FrameError::RepeatedLength { expected: 5, got: 6 }),
         ("68 05 05 00", FrameError::SecondStartDelimiter { got: 0 }),
         ("10 05 02 49 50 17", FrameError::EndDelimiter { got: 0x17 }),
-        (
-            "10 05 02 49 51 16",
-            FrameError::Checksum {
-                expected: 0x50,
-                got: 0x51,
-            },
-        ),
-        (
-            "68 05 05 68 85 82 6D 3C 3E EF 16",
-            FrameError::Checksum {
-                expected: 0xEE,
-                got: 0xEF,
-            },
-        ),
-        (
-            "A2 05 02 7D 01 02 03 04 05 06 07 08 A9 16",
-            FrameError::Checksum {
-                expected: 0xA8,
-                got: 0xA9,
-            },
-        ),
+        ("10 05 02 49 51 16", FrameError::Checksum { expected: 0x50, got: 0x51 }),
+        ("68 05 05 68 85 82 6D 3C 3E EF 16", FrameError::Checksum { expected: 0xEE, got: 0xEF }),
+        ("A2 05 02 7D 01 02 03 04 05 06 07 08 A9 16", FrameError::Checksum { expected: 0xA8, got: 0xA9 }),
         ("10 85 02 49 D0 16", FrameError::ExtensionMissing),
         ("68 04 04 68 85 82 6D 3C B0 16", FrameError::ExtensionMissing),
-        (
-            "68 05 05 68 85 82 6D 7C 3E 2E 16",
-            FrameError::Extension { got: 0x7C },
-        ),
-        (
-            "68 05 05 68 85 82 6D 3C BE 6E 16",
-            FrameError::Extension { got: 0xBE },
-        ),
+        ("68 05 05 68 85 82 6D 7C 3E 2E 16", FrameError::Extension { got: 0x7C }),
+        ("68 05 05 68 85 82 6D 3C BE 6E 16", FrameError::Extension { got: 0xBE }),
         ("DC 85", FrameError::TokenAddress { got: 0x85 }),
         ("DC 05 7F", FrameError::TokenAddress { got: 0x7F }),
     ] {
@@ -177,9 +133,7 @@ fn a_damaged_sd2_is_dropped_whole_and_others_by_one_octet() {
         ("68 05 05 68 85 82 6D 3C 3E EE 17 E5", 1),
         ("10 05 02 49 51 16 E5", 1),
     ] {
-        let Decoded::Invalid { skip, .. } = decode(&hex(text)) else {
-            panic!("{text}")
-        };
+        let Decoded::Invalid { skip, .. } = decode(&hex(text)) else { panic!("{text}") };
         assert_eq!(skip, skipped, "{text}");
     }
 }
@@ -197,27 +151,17 @@ fn the_longest_telegram_has_246_octets_behind_the_function_code() {
         data,
     };
     let mut buf = [0xA5; 256];
-    assert_eq!(
-        telegram(&data[..246]).encode(&mut buf).unwrap().len(),
-        MAX_TELEGRAM_LEN
-    );
+    assert_eq!(telegram(&data[..246]).encode(&mut buf).unwrap().len(), MAX_TELEGRAM_LEN);
     let got = 247;
     let expected = (1, 246);
     assert_eq!(
         telegram(&data).encode(&mut buf),
-        Err(EncodeError::PduLength {
-            format: Format::Sd2,
-            expected,
-            got
-        })
+        Err(EncodeError::PduLength { format: Format::Sd2, expected, got })
     );
     let mut short = [0xA5; 254];
     assert_eq!(
         telegram(&data[..246]).encode(&mut short),
-        Err(EncodeError::BufferTooSmall {
-            needed: 255,
-            got: 254
-        })
+        Err(EncodeError::BufferTooSmall { needed: 255, got: 254 })
     );
     assert_eq!(short, [0xA5; 254]);
 }
@@ -227,25 +171,11 @@ fn a_format_refuses_data_it_cannot_carry() {
     let telegram = |format, data: &'static [u8]| {
         let fc = FunctionCode::from_octet(0x7D);
         let (da, sa) = (Address::from_octet(5), Address::from_octet(2));
-        DataTelegram {
-            format,
-            da,
-            sa,
-            dsap: None,
-            ssap: None,
-            fc,
-            data,
-        }
-        .encode(&mut [0; 255])
-        .map(<[u8]>::len)
+        DataTelegram { format, da, sa, dsap: None, ssap: None, fc, data }
+            .encode(&mut [0; 255])
+            .map(<[u8]>::len)
     };
-    let wrong = |format, expected, got| {
-        Err(EncodeError::PduLength {
-            format,
-            expected,
-            got,
-        })
-    };
+    let wrong = |format, expected, got| Err(EncodeError::PduLength { format, expected, got });
     assert_eq!(telegram(Format::Sd1, &[1]), wrong(Format::Sd1, (0, 0), 1));
     assert_eq!(telegram(Format::Sd2, &[]), wrong(Format::Sd2, (1, 246), 0));
     assert_eq!(telegram(Format::Sd3, &[1; 7]), wrong(Format::Sd3, (8, 8), 7));
@@ -257,17 +187,12 @@ fn a_format_refuses_data_it_cannot_carry() {
 fn a_telegram_is_put_into_bytes() {
     let mut buf = bytes::BytesMut::new();
     let octets = hex("68 07 07 68 02 05 08 02 31 00 00 42 16");
-    let Decoded::Telegram { telegram, .. } = decode(&octets) else {
-        panic!()
-    };
+    let Decoded::Telegram { telegram, .. } = decode(&octets) else { panic!() };
     telegram.put(&mut buf).unwrap();
     Telegram::ShortAcknowledge.put(&mut buf).unwrap();
     assert_eq!(buf, [octets.as_slice(), &[0xE5]].concat());
     let mut full = [0; 3];
-    assert_eq!(
-        telegram.put(&mut &mut full[..]),
-        Err(EncodeError::BufferTooSmall { needed: 13, got: 3 })
-    );
+    assert_eq!(telegram.put(&mut &mut full[..]), Err(EncodeError::BufferTooSmall { needed: 13, got: 3 }));
 }
 
 prop_compose! {

@@ -46,21 +46,10 @@ impl Wire {
     /// A new end. It hears what is sent from now on, and is disconnected when dropped.
     pub fn end(&self) -> End {
         let mut inboxes = self.shared.lock();
-        let end = inboxes
-            .iter()
-            .map(|inbox| inbox.end)
-            .max()
-            .map_or(0, |newest| newest + 1);
-        inboxes.push(Inbox {
-            end,
-            octets: VecDeque::new(),
-            lost: 0,
-        });
+        let end = inboxes.iter().map(|inbox| inbox.end).max().map_or(0, |newest| newest + 1);
+        inboxes.push(Inbox { end, octets: VecDeque::new(), lost: 0 });
         drop(inboxes);
-        End {
-            shared: Arc::clone(&self.shared),
-            end,
-        }
+        End { shared: Arc::clone(&self.shared), end }
     }
 }
 
@@ -85,12 +74,7 @@ impl End {
     }
 
     fn with_inbox<T: Default>(&self, look: impl FnOnce(&mut Inbox) -> T) -> T {
-        self.shared
-            .lock()
-            .iter_mut()
-            .find(|inbox| inbox.end == self.end)
-            .map(look)
-            .unwrap_or_default()
+        self.shared.lock().iter_mut().find(|inbox| inbox.end == self.end).map(look).unwrap_or_default()
     }
 }
 
@@ -103,20 +87,11 @@ impl Link for End {
             }
             count
         });
-        Ok(if count == 0 {
-            Received::Nothing
-        } else {
-            Received::Octets(count)
-        })
+        Ok(if count == 0 { Received::Nothing } else { Received::Octets(count) })
     }
 
     fn send(&mut self, telegram: &[u8]) -> io::Result<()> {
-        for inbox in self
-            .shared
-            .lock()
-            .iter_mut()
-            .filter(|inbox| inbox.end != self.end)
-        {
+        for inbox in self.shared.lock().iter_mut().filter(|inbox| inbox.end != self.end) {
             inbox.octets.extend(telegram);
             let excess = inbox.octets.len().saturating_sub(QUEUE_LEN);
             inbox.octets.drain(..excess);
@@ -131,9 +106,7 @@ impl Link for End {
         let asleep = Instant::now();
         let mut inboxes = self.shared.lock();
         loop {
-            let silent = inboxes
-                .iter()
-                .any(|inbox| inbox.end == self.end && inbox.octets.is_empty());
+            let silent = inboxes.iter().any(|inbox| inbox.end == self.end && inbox.octets.is_empty());
             let left = timeout.map_or(STOP_LATENCY, |timeout| timeout.saturating_sub(asleep.elapsed()));
             if !silent || left.is_zero() || stop.is_requested() {
                 return Ok(());

@@ -104,9 +104,7 @@ impl Pty {
     /// [`Error::Pty`], [`Error::PathTaken`] or [`Error::Symlink`]; then nothing is left behind.
     pub fn open(path: Option<&Path>) -> Result<Self, Error> {
         let mut pty = Self::open_terminal().map_err(|source| Error::Pty { source })?;
-        pty.symlink = path
-            .map(|path| Symlink::create(path, &pty.terminal))
-            .transpose()?;
+        pty.symlink = path.map(|path| Symlink::create(path, &pty.terminal)).transpose()?;
         Ok(pty)
     }
 
@@ -260,11 +258,7 @@ impl Pty {
         rustix::termios::ioctl_tiocnxcl(&self.held)?;
         self.settling = SETTLING_LOOKS;
         self.loss_reported = false;
-        self.reset = Some(if left_octets && self.openings == 0 {
-            Reset::WhenRead
-        } else {
-            Reset::Now
-        });
+        self.reset = Some(if left_octets && self.openings == 0 { Reset::WhenRead } else { Reset::Now });
         // The next one is there and has not written: the queue holds octets of the first only.
         if left_octets && self.openings > 0 && !self.unread {
             let mut octets = [0; 512];
@@ -293,9 +287,7 @@ impl Pty {
         if !self.follows_rate || self.openings == 0 {
             return Ok(None);
         }
-        let rate = self
-            .speed()?
-            .and_then(|speed| BaudRate::from_bits_per_second(speed).ok());
+        let rate = self.speed()?.and_then(|speed| BaudRate::from_bits_per_second(speed).ok());
         if rate.is_none() || rate == self.rate {
             return Ok(None);
         }
@@ -339,10 +331,7 @@ impl Link for Pty {
         self.lost = self.lost.saturating_add(lost as u64);
         if lost > 0 && addressee && !self.loss_reported {
             self.loss_reported = true;
-            tracing::warn!(
-                "the master does not read {}: octets are lost",
-                self.terminal.display()
-            );
+            tracing::warn!("the master does not read {}: octets are lost", self.terminal.display());
         }
         Ok(())
     }

@@ -35,11 +35,8 @@ impl Serial {
     /// # Errors
     /// [`Error::SerialOpen`], [`Error::SerialSettings`].
     pub fn open(device: &str, rate: BaudRate) -> Result<Self, Error> {
-        let not_open = |source: io::Error| Error::SerialOpen {
-            device: device.into(),
-            advice: advice(&source),
-            source,
-        };
+        let not_open =
+            |source: io::Error| Error::SerialOpen { device: device.into(), advice: advice(&source), source };
         let flags = OFlags::NOCTTY | OFlags::NONBLOCK;
         // Before `serialport` locks it: the lock keeps out every opening that comes later.
         let file = OpenOptions::new()
@@ -65,11 +62,7 @@ impl Serial {
             .map_err(refused)?;
         // What arrived under other settings is noise.
         port.clear(ClearBuffer::All).map_err(refused)?;
-        Ok(Self {
-            file,
-            _port: port,
-            lost: 0,
-        })
+        Ok(Self { file, _port: port, lost: 0 })
     }
 
     /// How many octets were sent that the port had no room for.
@@ -95,10 +88,7 @@ impl Link for Serial {
             match rustix::io::read(&self.file, &mut *buf) {
                 Ok(0) if buf.is_empty() => return Ok(Received::Nothing),
                 Ok(0) => {
-                    return Err(io::Error::new(
-                        io::ErrorKind::NotConnected,
-                        "the serial device is gone",
-                    ));
+                    return Err(io::Error::new(io::ErrorKind::NotConnected, "the serial device is gone"));
                 }
                 Ok(count) => return Ok(Received::Octets(count)),
                 Err(Errno::AGAIN) => return Ok(Received::Nothing),
@@ -115,17 +105,12 @@ impl Link for Serial {
             Err(Errno::AGAIN | Errno::INTR) => 0,
             Err(error) => return Err(error.into()),
         };
-        self.lost = self
-            .lost
-            .saturating_add(telegram.len().saturating_sub(sent) as u64);
+        self.lost = self.lost.saturating_add(telegram.len().saturating_sub(sent) as u64);
         Ok(())
     }
 
     fn wait(&mut self, timeout: Option<Duration>, stop: &Stop) -> io::Result<()> {
-        let mut fds = [
-            PollFd::new(&self.file, PollFlags::IN),
-            PollFd::new(stop, PollFlags::IN),
-        ];
+        let mut fds = [PollFd::new(&self.file, PollFlags::IN), PollFd::new(stop, PollFlags::IN)];
         poll_readable(&mut fds, timeout)
     }
 }

@@ -24,16 +24,10 @@ impl Symlink {
             Ok(()) => {}
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => replace(path, terminal)?,
             Err(source) => {
-                return Err(Error::Symlink {
-                    path: path.to_path_buf(),
-                    source,
-                });
+                return Err(Error::Symlink { path: path.to_path_buf(), source });
             }
         }
-        Ok(Self {
-            path: path.to_path_buf(),
-            terminal: terminal.to_path_buf(),
-        })
+        Ok(Self { path: path.to_path_buf(), terminal: terminal.to_path_buf() })
     }
 
     pub(super) fn path(&self) -> &Path {
@@ -53,14 +47,8 @@ impl Drop for Symlink {
 
 /// Replaces the link at `path` in one step, so that a master never finds the name missing.
 fn replace(path: &Path, terminal: &Path) -> Result<(), Error> {
-    let failed = |source| Error::Symlink {
-        path: path.to_path_buf(),
-        source,
-    };
-    let taken = |found| Error::PathTaken {
-        path: path.to_path_buf(),
-        found,
-    };
+    let failed = |source| Error::Symlink { path: path.to_path_buf(), source };
+    let taken = |found| Error::PathTaken { path: path.to_path_buf(), found };
 
     let kind = fs::symlink_metadata(path).map_err(failed)?.file_type();
     if kind.is_dir() {

@@ -4,22 +4,10 @@ use proptest::prelude::*;
 
 use super::*;
 
-const STILL: WriteContext = WriteContext {
-    moving: false,
-    job_active: false,
-};
-const INCHING: WriteContext = WriteContext {
-    moving: true,
-    job_active: false,
-};
-const PAUSED: WriteContext = WriteContext {
-    moving: false,
-    job_active: true,
-};
-const TRAVELLING: WriteContext = WriteContext {
-    moving: true,
-    job_active: true,
-};
+const STILL: WriteContext = WriteContext { moving: false, job_active: false };
+const INCHING: WriteContext = WriteContext { moving: true, job_active: false };
+const PAUSED: WriteContext = WriteContext { moving: false, job_active: true };
+const TRAVELLING: WriteContext = WriteContext { moving: true, job_active: true };
 
 fn pnu(number: u16) -> Pnu {
     Pnu::new(number).unwrap()
@@ -30,11 +18,7 @@ fn changed_store() -> Store {
     let mut store = Store::new(Model::Ag03_1, Gear::Ratio48);
     for parameter in Parameter::all() {
         let range = parameter.setting().limits.range(store.model, store.gear);
-        let value = if parameter.setting().default == range.low {
-            range.high
-        } else {
-            range.low
-        };
+        let value = if parameter.setting().default == range.low { range.high } else { range.low };
         store.set(parameter, value).unwrap();
     }
     store
@@ -64,11 +48,9 @@ fn every_default_set_loads_its_group_and_keeps_the_other() {
     let controller = [1, 2, 3, 4, 5, 6, 8, 9, 31];
     let standard = [10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 25, 26, 27, 29, 30];
     assert_eq!(at_default(&changed_store()), []);
-    for (command, expected) in [
-        (1, [&controller[..], &standard].concat()),
-        (2, standard.to_vec()),
-        (3, controller.to_vec()),
-    ] {
+    for (command, expected) in
+        [(1, [&controller[..], &standard].concat()), (2, standard.to_vec()), (3, controller.to_vec())]
+    {
         let mut store = changed_store();
         let effect = store.write(pnu(970), None, Value::Word(command), &STILL);
         assert_eq!(effect, Ok(Effect::SettingsChanged));
@@ -90,26 +72,11 @@ fn power_on_forgets_only_the_offset_of_inching_2() {
 #[test]
 fn a_write_that_changes_nothing_has_no_effect() {
     let mut store = Store::new(Model::Ag03_1, Gear::Ratio48);
-    assert_eq!(
-        store.write(pnu(1000), None, Value::Word(100), &STILL),
-        Ok(Effect::None)
-    );
-    assert_eq!(
-        store.write(pnu(1000), None, Value::Word(101), &STILL),
-        Ok(Effect::SettingsChanged)
-    );
-    assert_eq!(
-        store.write(pnu(970), None, Value::Word(2), &STILL),
-        Ok(Effect::None)
-    );
-    assert_eq!(
-        store.write(pnu(970), None, Value::Word(4), &TRAVELLING),
-        Ok(Effect::ClearFaults)
-    );
-    assert_eq!(
-        store.write(pnu(970), None, Value::Word(5), &STILL),
-        Ok(Effect::Calibrate)
-    );
+    assert_eq!(store.write(pnu(1000), None, Value::Word(100), &STILL), Ok(Effect::None));
+    assert_eq!(store.write(pnu(1000), None, Value::Word(101), &STILL), Ok(Effect::SettingsChanged));
+    assert_eq!(store.write(pnu(970), None, Value::Word(2), &STILL), Ok(Effect::None));
+    assert_eq!(store.write(pnu(970), None, Value::Word(4), &TRAVELLING), Ok(Effect::ClearFaults));
+    assert_eq!(store.write(pnu(970), None, Value::Word(5), &STILL), Ok(Effect::Calibrate));
 }
 
 #[test]
@@ -167,50 +134,12 @@ fn what_can_never_be_written_is_said_before_what_cannot_be_written_now() {
         (945, None, word, ParamError::IsArray { count: 10 }),
         (945, Some(Subindex(10)), double, ParamError::ReadOnly),
         (918, None, double, ParamError::ReadOnly),
-        (
-            1008,
-            None,
-            double,
-            ParamError::WrongWidth {
-                expected: Width::Word,
-                got: Width::Double,
-            },
-        ),
-        (
-            1016,
-            None,
-            word,
-            ParamError::WrongWidth {
-                expected: Width::Double,
-                got: Width::Word,
-            },
-        ),
-        (
-            1008,
-            None,
-            word,
-            ParamError::OutOfRange {
-                low: 1,
-                high: 100,
-                got: 0,
-            },
-        ),
-        (
-            970,
-            None,
-            word,
-            ParamError::OutOfRange {
-                low: 1,
-                high: 5,
-                got: 0,
-            },
-        ),
+        (1008, None, double, ParamError::WrongWidth { expected: Width::Word, got: Width::Double }),
+        (1016, None, word, ParamError::WrongWidth { expected: Width::Double, got: Width::Word }),
+        (1008, None, word, ParamError::OutOfRange { low: 1, high: 100, got: 0 }),
+        (970, None, word, ParamError::OutOfRange { low: 1, high: 5, got: 0 }),
     ] {
-        assert_eq!(
-            store.write(pnu(number), element, value, &TRAVELLING),
-            Err(expected),
-            "PNU {number}"
-        );
+        assert_eq!(store.write(pnu(number), element, value, &TRAVELLING), Err(expected), "PNU {number}");
     }
 }
 
@@ -262,20 +191,11 @@ fn readings_come_from_the_drive_and_the_factory() {
         let element = store.read(pnu(945), Some(Subindex(subindex)), &live);
         assert_eq!(element, Ok(Value::Word(u16::from(code))));
     }
-    let too_far = ParamError::SubindexOutOfRange {
-        count: 10,
-        got: Subindex(10),
-    };
+    let too_far = ParamError::SubindexOutOfRange { count: 10, got: Subindex(10) };
     assert_eq!(store.read(pnu(945), Some(Subindex(10)), &live), Err(too_far));
-    assert_eq!(
-        store.read(pnu(945), None, &live),
-        Err(ParamError::IsArray { count: 10 })
-    );
+    assert_eq!(store.read(pnu(945), None, &live), Err(ParamError::IsArray { count: 10 }));
 
-    store.set_identity(Identity {
-        serial_number: 7,
-        ..store.identity()
-    });
+    store.set_identity(Identity { serial_number: 7, ..store.identity() });
     assert_eq!(store.read(pnu(1033), None, &live), Ok(Value::Double(7)));
     let ag03 = Store::new(Model::Ag03, Gear::Ratio24);
     assert_eq!(ag03.read(pnu(965), None, &live), Ok(Value::Word(0x0300)));

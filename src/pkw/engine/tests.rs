@@ -7,14 +7,8 @@ use proptest::prelude::*;
 use super::*;
 use crate::param::{Gear, NotNow, ParamError, Parameter};
 
-const STILL: WriteContext = WriteContext {
-    moving: false,
-    job_active: false,
-};
-const TRAVELLING: WriteContext = WriteContext {
-    moving: true,
-    job_active: true,
-};
+const STILL: WriteContext = WriteContext { moving: false, job_active: false };
+const TRAVELLING: WriteContext = WriteContext { moving: true, job_active: true };
 
 const LIVE: Live = Live {
     address: 5,
@@ -32,12 +26,7 @@ const LIVE: Live = Live {
 
 /// A PKW of four words, as the manuals print it.
 fn words(pke: u16, ind: u16, pwe_high: u16, pwe_low: u16) -> Pkw {
-    Pkw {
-        pke: Pke::from_raw(pke),
-        ind: Ind::from_raw(ind),
-        pwe_high,
-        pwe_low,
-    }
+    Pkw { pke: Pke::from_raw(pke), ind: Ind::from_raw(ind), pwe_high, pwe_low }
 }
 
 /// One drive with its parameter channel.
@@ -55,28 +44,15 @@ impl Bench {
 
     fn with(config: Config, model: Model, gear: Gear) -> Self {
         let (engine, store) = (Engine::new(config), Store::new(model, gear));
-        Self {
-            engine,
-            store,
-            live: LIVE,
-            context: STILL,
-        }
+        Self { engine, store, live: LIVE, context: STILL }
     }
 
     fn with_latency(latency: u16) -> Self {
-        Self::with(
-            Config {
-                latency,
-                ..Config::default()
-            },
-            Model::Ag03_1,
-            Gear::Ratio48,
-        )
+        Self::with(Config { latency, ..Config::default() }, Model::Ag03_1, Gear::Ratio48)
     }
 
     fn cycle(&mut self, request: Pkw) -> Outcome {
-        self.engine
-            .cycle(request, &mut self.store, &self.live, &self.context)
+        self.engine.cycle(request, &mut self.store, &self.live, &self.context)
     }
 
     fn reply(&mut self, request: Pkw) -> Pkw {
@@ -95,15 +71,9 @@ fn the_telegrams_printed_in_the_manual() {
     let mut bench = Bench::new(Model::Ag03_1, Gear::Ratio48);
     bench.store.set(Parameter::CalibrationValue, 10_000).unwrap();
     let reply = bench.reply(Pkw::from_octets([0x13, 0xFA, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00]));
-    assert_eq!(
-        reply.to_octets(),
-        [0x23, 0xFA, 0x00, 0x00, 0x00, 0x00, 0x27, 0x10]
-    );
+    assert_eq!(reply.to_octets(), [0x23, 0xFA, 0x00, 0x00, 0x00, 0x00, 0x27, 0x10]);
     let reply = bench.reply(Pkw::from_octets([0x33, 0xF8, 0x00, 0x00, 0x00, 0x03, 0xD0, 0x90]));
-    assert_eq!(
-        reply.to_octets(),
-        [0x23, 0xF8, 0x00, 0x00, 0x00, 0x03, 0xD0, 0x90]
-    );
+    assert_eq!(reply.to_octets(), [0x23, 0xF8, 0x00, 0x00, 0x00, 0x03, 0xD0, 0x90]);
     assert_eq!(bench.store.value(Parameter::Limit1), 250_000);
     // The further values of `ag03.md` 2.5.
     for (pke, pwe_high, pwe_low) in [
@@ -137,11 +107,7 @@ fn the_derived_vectors() {
     for model in Model::ALL {
         let mut bench = Bench::new(model, Gear::Ratio48);
         for (request, reply) in rows {
-            assert_eq!(
-                bench.reply(request).to_octets(),
-                reply.to_octets(),
-                "{model}: {request}"
-            );
+            assert_eq!(bench.reply(request).to_octets(), reply.to_octets(), "{model}: {request}");
         }
         assert_eq!(bench.store.value(Parameter::Limit2), -9_999_999);
         assert_eq!(bench.store.value(Parameter::DeltaInch), -1600);
@@ -150,17 +116,11 @@ fn the_derived_vectors() {
     for (model, reply) in [(Model::Ag03, 0x13CA), (Model::Ag03_1, 0x23CA)] {
         let mut bench = Bench::new(model, Gear::Ratio48);
         let outcome = bench.cycle(words(0x23CA, 0, 0, 5));
-        assert_eq!(
-            (outcome.reply, outcome.effect),
-            (words(reply, 0, 0, 0), Effect::Calibrate)
-        );
+        assert_eq!((outcome.reply, outcome.effect), (words(reply, 0, 0, 0), Effect::Calibrate));
         bench.reply(Pkw::ZERO);
         bench.context = TRAVELLING;
         let outcome = bench.cycle(words(0x23CA, 0, 0, 5));
-        assert_eq!(
-            (outcome.reply, outcome.effect),
-            (words(0x73CA, 0, 0, 0x11), Effect::None)
-        );
+        assert_eq!((outcome.reply, outcome.effect), (words(0x73CA, 0, 0, 0x11), Effect::None));
     }
 }
 
@@ -179,10 +139,7 @@ fn a_refusal_says_what_was_asked_and_what_is_wrong_once() {
 
     // A refused read is not tried again either.
     let job = words(0x1400, 0, 0, 0);
-    assert_eq!(
-        bench.cycle(job).refusal.unwrap().number,
-        ErrorNumber::IllegalParameterNumber
-    );
+    assert_eq!(bench.cycle(job).refusal.unwrap().number, ErrorNumber::IllegalParameterNumber);
     assert_eq!(bench.cycle(job), unchanged(words(0x7400, 0, 0, 0)));
 }
 
@@ -196,20 +153,9 @@ fn a_write_can_be_repeated_after_job_0_or_another_job() {
     assert_eq!(bench.reply(READ_P), P_IS_100);
     assert_eq!(bench.cycle(CLEAR_FAULTS).effect, Effect::ClearFaults);
     // The toggle bit does not make a new job; a word the job does not use does.
-    let toggled = Pkw {
-        pke: Pke::from_raw(CLEAR_FAULTS.pke.raw() | 0x0800),
-        ..CLEAR_FAULTS
-    };
+    let toggled = Pkw { pke: Pke::from_raw(CLEAR_FAULTS.pke.raw() | 0x0800), ..CLEAR_FAULTS };
     assert_eq!(bench.cycle(toggled).effect, Effect::None);
-    assert_eq!(
-        bench
-            .cycle(Pkw {
-                pwe_high: 1,
-                ..CLEAR_FAULTS
-            })
-            .effect,
-        Effect::ClearFaults
-    );
+    assert_eq!(bench.cycle(Pkw { pwe_high: 1, ..CLEAR_FAULTS }).effect, Effect::ClearFaults);
 }
 
 #[test]
@@ -244,10 +190,7 @@ fn the_old_reply_stands_until_the_job_has_run() {
     assert_eq!(replies, [Pkw::ZERO, Pkw::ZERO, Pkw::ZERO, P_IS_100, P_IS_100]);
     let outcomes: Vec<Outcome> = (0..5).map(|_| bench.cycle(CLEAR_FAULTS)).collect();
     let old = unchanged(P_IS_100);
-    let done = Outcome {
-        effect: Effect::ClearFaults,
-        ..unchanged(FAULTS_CLEARED)
-    };
+    let done = Outcome { effect: Effect::ClearFaults, ..unchanged(FAULTS_CLEARED) };
     assert_eq!(outcomes, [old, old, old, done, unchanged(FAULTS_CLEARED)]);
 }
 
@@ -259,38 +202,15 @@ fn a_request_that_changes_while_a_job_waits_is_looked_at_after_its_reply() {
         .map(|job| bench.reply(job))
         .collect();
     // Taken, waiting, done and shown; then the read is taken, waiting, done.
-    assert_eq!(
-        replies,
-        [
-            Pkw::ZERO,
-            Pkw::ZERO,
-            FAULTS_CLEARED,
-            FAULTS_CLEARED,
-            FAULTS_CLEARED,
-            P_IS_100
-        ]
-    );
+    assert_eq!(replies, [Pkw::ZERO, Pkw::ZERO, FAULTS_CLEARED, FAULTS_CLEARED, FAULTS_CLEARED, P_IS_100]);
 
     // A change the master takes back in time was never there.
     let mut bench = Bench::with_latency(2);
-    let effects: Vec<Effect> = [
-        CLEAR_FAULTS,
-        READ_P,
-        CLEAR_FAULTS,
-        CLEAR_FAULTS,
-        CLEAR_FAULTS,
-        CLEAR_FAULTS,
-    ]
-    .into_iter()
-    .map(|job| bench.cycle(job).effect)
-    .collect();
-    assert_eq!(
-        effects
-            .iter()
-            .filter(|&&effect| effect == Effect::ClearFaults)
-            .count(),
-        1
-    );
+    let effects: Vec<Effect> = [CLEAR_FAULTS, READ_P, CLEAR_FAULTS, CLEAR_FAULTS, CLEAR_FAULTS, CLEAR_FAULTS]
+        .into_iter()
+        .map(|job| bench.cycle(job).effect)
+        .collect();
+    assert_eq!(effects.iter().filter(|&&effect| effect == Effect::ClearFaults).count(), 1);
 }
 
 #[test]
@@ -325,47 +245,24 @@ fn there_is_work_until_the_job_is_done() {
 #[test]
 fn the_sub_index_is_found_where_the_configuration_says() {
     // IND, and the element read: high else low, high, low. 0x47 = 'G' is element 0, 0x46 = 'F' element 1.
-    for (ind, codes) in [
-        (0x0100, [0x46, 0x46, 0x47]),
-        (0x0001, [0x46, 0x47, 0x46]),
-        (0x0102, [0x46, 0x46, 0x45]),
-    ] {
-        let modes = [
-            SubindexOctet::HighElseLow,
-            SubindexOctet::High,
-            SubindexOctet::Low,
-        ];
+    for (ind, codes) in
+        [(0x0100, [0x46, 0x46, 0x47]), (0x0001, [0x46, 0x47, 0x46]), (0x0102, [0x46, 0x46, 0x45])]
+    {
+        let modes = [SubindexOctet::HighElseLow, SubindexOctet::High, SubindexOctet::Low];
         for (subindex, code) in modes.into_iter().zip(codes) {
-            let config = Config {
-                subindex,
-                ..Config::default()
-            };
+            let config = Config { subindex, ..Config::default() };
             let mut bench = Bench::with(config, Model::Ag03_1, Gear::Ratio48);
-            assert_eq!(
-                bench.reply(words(0x63B1, ind, 0, 0)),
-                words(0x43B1, ind, 0, code),
-                "{subindex:?}"
-            );
+            assert_eq!(bench.reply(words(0x63B1, ind, 0, 0)), words(0x43B1, ind, 0, code), "{subindex:?}");
         }
     }
 }
 
 #[test]
 fn the_open_points_can_be_decided_the_other_way() {
-    let config = Config {
-        read_element_by_plain_job: true,
-        refuse_command_read: true,
-        ..Config::default()
-    };
+    let config = Config { read_element_by_plain_job: true, refuse_command_read: true, ..Config::default() };
     let mut bench = Bench::with(config, Model::Ag03_1, Gear::Ratio48);
-    assert_eq!(
-        bench.reply(words(0x13B1, 0x0300, 0, 0)),
-        words(0x43B1, 0x0300, 0, 0x41)
-    );
-    assert_eq!(
-        bench.reply(words(0x13E8, 0x0300, 0, 0)),
-        words(0x13E8, 0x0300, 0, 100)
-    );
+    assert_eq!(bench.reply(words(0x13B1, 0x0300, 0, 0)), words(0x43B1, 0x0300, 0, 0x41));
+    assert_eq!(bench.reply(words(0x13E8, 0x0300, 0, 0)), words(0x13E8, 0x0300, 0, 100));
     let outcome = bench.cycle(words(0x13CA, 0, 0, 0));
     assert_eq!(
         (outcome.reply, outcome.refusal.unwrap().cause),

@@ -64,16 +64,8 @@ const AG03_1: [Row; 10] = [
     (1041, ReadWord, 0, 65_535, 238),
     (1042, ReadWord, 0, 65_535, 361),
 ];
-const GEAR_24: [Row; 3] = [
-    (961, ReadWord, 2, 3, 2),
-    (1004, Word, 1, 200, 30),
-    (1008, Word, 1, 200, 30),
-];
-const GEAR_48: [Row; 3] = [
-    (961, ReadWord, 2, 3, 3),
-    (1004, Word, 1, 100, 30),
-    (1008, Word, 1, 100, 30),
-];
+const GEAR_24: [Row; 3] = [(961, ReadWord, 2, 3, 2), (1004, Word, 1, 200, 30), (1008, Word, 1, 200, 30)];
+const GEAR_48: [Row; 3] = [(961, ReadWord, 2, 3, 3), (1004, Word, 1, 100, 30), (1008, Word, 1, 100, 30)];
 
 fn rows(model: Model, gear: Gear) -> Vec<Row> {
     let by_model = if model == Model::Ag03 { &AG03[..] } else { &AG03_1 };
@@ -95,11 +87,7 @@ fn expected(model: Model, row: Option<Row>, job: u16, subindex: u16, pwe: u32) -
     let word = i64::from(pwe & 0xFFFF);
     let double = i64::from(pwe as i32);
     let within = |value, reply| {
-        if (low..=high).contains(&value) {
-            reply
-        } else {
-            refused(2)
-        }
+        if (low..=high).contains(&value) { reply } else { refused(2) }
     };
     match (job, is) {
         (0, _) => (0, 0),
@@ -125,10 +113,7 @@ fn expected(model: Model, row: Option<Row>, job: u16, subindex: u16, pwe: u32) -
 #[test]
 fn are_answered_as_the_manuals_say() {
     let mut cases = 0;
-    for (model, gear) in Model::ALL
-        .into_iter()
-        .flat_map(|model| Gear::ALL.map(|gear| (model, gear)))
-    {
+    for (model, gear) in Model::ALL.into_iter().flat_map(|model| Gear::ALL.map(|gear| (model, gear))) {
         let rows = rows(model, gear);
         for pnu in 0..=2047 {
             let row = rows.iter().copied().find(|row| row.0 == pnu);
@@ -136,9 +121,9 @@ fn are_answered_as_the_manuals_say() {
                 std::vec![default, low, low - 1, high, high + 1]
             });
             let indices = match row {
-                Some((_, Array, ..)) => (0..=11)
-                    .flat_map(|n: u8| [u16::from(n) << 8, u16::from(n)])
-                    .collect(),
+                Some((_, Array, ..)) => {
+                    (0..=11).flat_map(|n: u8| [u16::from(n) << 8, u16::from(n)]).collect()
+                }
                 _ => std::vec![0],
             };
             for (job, &value, &ind) in (0..16)

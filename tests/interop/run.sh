@@ -1,0 +1,146 @@
+#!/usr/bin/env bash
+# Drive the emulator with pyprofibus over a pseudo-terminal.
+#
+#   tests/interop/run.sh target/debug/profidrive
+#
+# Needs python3 with venv, and once a package index for pip. INTEROP_VENV says where the virtual environment is kept,
+# default target/interop-venv; PYTHON names another interpreter. Exit status 0 if every step passed, 1 with a line
+# beginning with FAIL if one did not, 2 if the script was called wrongly or cannot run here.
+set -euo pipefail
+
+# 9600 and then another: Debian's C library lets pyprofibus open a pseudo-terminal only if its settings change, and it
+# always opens at 9600 first, so the emulator must not leave it at the 9600 of the master before.
+readonly BAUD_RATES=(9600 19200 500000 1500000)
+readonly READY_LIMIT=10   # seconds until the emulator is ready
+readonly STOP_LIMIT=5     # seconds until it has ended after SIGTERM
+readonly KILL_DISTANCE=4000 # increments of the travel that loses its master: 5 s at 30 rpm
+readonly KILL_PAUSE=6     # seconds, longer than that travel takes
+
+usage() {
+    echo "usage: $0 PATH-OF-PROFIDRIVE" >&2
+    exit 2
+}
+
+cannot() {
+    echo "$0: $*" >&2
+    exit 2
+}
+
+fail() {
+    echo "FAIL $*" >&2
+    [[ -s ${work:-}/emulator.log ]] && sed 's/^/  emulator: /' "$work/emulator.log" | tail -n 40 >&2
+    exit 1
+}
+
+[[ $# -eq 1 ]] || usage
+[[ -x $1 && -f $1 ]] || cannot "$1 is no executable file; build it with: cargo build --features cli"
+emulator=$(realpath "$1")
+here=$(realpath "$(dirname "${BASH_SOURCE[0]}")")
+root=$(realpath "$here/../..")
+gsd=$root/gsd/SIKO0AC5.GSD
+venv=${INTEROP_VENV:-${CARGO_TARGET_DIR:-$root/target}/interop-venv}
+python=${PYTHON:-python3}
+
+command -v "$python" >/dev/null || cannot "$python not found; install Python 3 or set PYTHON"
+"$python" -c 'import ensurepip, venv' 2>/dev/null ||
+    cannot "$python has no venv (on Debian: apt install python3-venv); or set PYTHON to one that has"
+
+work=$(mktemp -d)
+emulator_pid=
+master_pid=
+cleanup() {
+    for pid in $master_pid $emulator_pid; do
+        kill -KILL "$pid" 2>/dev/null || true
+        wait "$pid" 2>/dev/null || true
+    done
+    rm -rf "$work"
+}
+trap cleanup EXIT
+trap 'exit 130' INT
+trap 'exit 143' TERM
+
+# The environment is complete once the copy of the requirements is in it.
+if ! cmp -s "$here/requirements.txt" "$venv/requirements.txt"; then
+    "$python" -m venv --clear "$venv" || cannot "cannot make a virtual environment in $venv"
+    "$venv/bin/python" -m pip install --quiet --disable-pip-version-check -r "$here/requirements.txt" ||
+        cannot "pip cannot install $here/requirements.txt; is a package index within reach?"
+    cp "$here/requirements.txt" "$venv/requirements.txt"
+fi
+
+"$venv/bin/python" "$here/check_gsd.py" --gsd "$gsd"
+
+port=$work/ag03
+"$emulator" emulate --link "pty:$port" --baud auto >"$work/ready" 2>"$work/emulator.log" &
+emulator_pid=$!
+for ((tenths = 0; ; tenths++)); do
+    grep -q '^ready ' "$work/ready" && break
+    kill -0 "$emulator_pid" 2>/dev/null || fail "emulator: ended before it was ready"
+    ((tenths < READY_LIMIT * 10)) || fail "emulator: no ready line within $READY_LIMIT s"
+    sleep 0.1
+done
+echo "emulator: $(grep '^ready ' "$work/ready")"
+[[ -e $port ]] || fail "emulator: ready, but there is no $port"
+
+positioning() {
+    local baud=$1
+    shift
+    echo "== $baud bit/s"
+    "$venv/bin/python" "$here/positioning.py" --port "$port" --baud "$baud" --gsd "$gsd" "$@" |
+        tee "$work/play" || fail "positioning.py at $baud bit/s"
+    kill -0 "$emulator_pid" 2>/dev/null || fail "emulator: ended while a master was at work"
+}
+
+for baud in "${BAUD_RATES[@]}"; do
+    positioning "$baud"
+done
+
+# Leaves a drive behind on its way from $from to $((from + KILL_DISTANCE)).
+kill_a_master() {
+    "$venv/bin/python" "$here/positioning.py" --port "$port" --baud 500000 --gsd "$gsd" --distance "$KILL_DISTANCE" \
+        >"$work/killed" 2>&1 &
+    master_pid=$!
+    for ((tenths = 0; ; tenths++)); do
+        # Not before Unfreeze: whether a new Set_Prm ends Freeze is an open point of the standard.
+        grep -q '^first job: Freeze held' "$work/killed" && break
+        kill -0 "$master_pid" 2>/dev/null || fail "master to kill: ended before: $(tail -n 1 "$work/killed")"
+        ((tenths < 300)) || fail "master to kill: no travel within 30 s"
+        sleep 0.1
+    done
+    kill -KILL "$master_pid"
+    wait "$master_pid" 2>/dev/null || true
+    master_pid=
+    from=$(sed -n 's/^start position //p' "$work/killed")
+    echo "== a master was killed during the travel from $from to $((from + KILL_DISTANCE))"
+}
+
+expect_stopped() {
+    local at
+    at=$(sed -n 's/^start position //p' "$work/play")
+    ((at > from && at < from + KILL_DISTANCE - 100)) ||
+        fail "$1: expected the drive to stop on its way to $((from + KILL_DISTANCE)), got position $at"
+    echo "$1: the drive stopped at $at"
+}
+
+# The next master comes before the watchdog expires: its start-up must stop the drive.
+kill_a_master
+positioning 500000
+expect_stopped "next master at once"
+
+# The next master comes when the drive would have arrived: the watchdog must have stopped it.
+kill_a_master
+sleep "$KILL_PAUSE"
+positioning 500000
+expect_stopped "watchdog"
+
+kill -TERM "$emulator_pid"
+for ((tenths = 0; ; tenths++)); do
+    kill -0 "$emulator_pid" 2>/dev/null || break
+    ((tenths < STOP_LIMIT * 10)) || fail "emulator: still there $STOP_LIMIT s after SIGTERM"
+    sleep 0.1
+done
+status=0
+wait "$emulator_pid" || status=$?
+emulator_pid=
+((status == 0)) || fail "emulator: expected exit status 0 after SIGTERM, got $status"
+[[ ! -L $port ]] || fail "emulator: left the link $port behind"
+echo "OK: all plays passed"
