@@ -129,6 +129,12 @@ pub enum ImageError {
 }
 
 impl Image {
+    /// The image of a drive as it left the factory, its shaft at 0.
+    pub fn of_new(model: Model, gear: Gear) -> Self {
+        let store = Store::new(model, gear);
+        Self { store, fault_buffer: [0; FAULT_BUFFER_LEN as usize], fault_count: 0, zero: 0.0, shaft: 0.0 }
+    }
+
     /// The octets of the image. What the EEPROM does not keep is left out.
     pub fn encode(&self) -> [u8; IMAGE_LEN] {
         let mut octets = [0; IMAGE_LEN];

@@ -143,18 +143,18 @@ fn an_ag03_has_no_d_pos_to_keep() {
 
 /// Any value a drive can hold.
 fn images() -> impl Strategy<Value = Image> {
-    let fractions = proptest::collection::vec(0.0..=1.0f64, Parameter::COUNT);
+    let choices = proptest::collection::vec(any::<i32>(), Parameter::COUNT);
     let codes = proptest::collection::vec(proptest::sample::select(b"\0ABCDEFGJ".to_vec()), 10);
     let angle = -LARGEST_ANGLE..=LARGEST_ANGLE;
-    (0..2usize, 0..2usize, fractions, codes, any::<u16>(), angle.clone(), angle).prop_map(
-        |(model, gear, fractions, codes, fault_count, zero, shaft)| {
+    (0..2usize, 0..2usize, choices, codes, any::<u16>(), angle.clone(), angle).prop_map(
+        |(model, gear, choices, codes, fault_count, zero, shaft)| {
             let (model, gear) = (Model::ALL[model], Gear::ALL[gear]);
             let mut store = Store::new(model, gear);
-            for (parameter, fraction) in Parameter::all().zip(fractions) {
+            for (parameter, choice) in Parameter::all().zip(choices) {
                 let range = parameter.setting().limits.range(model, gear);
-                let span = f64::from(range.high) - f64::from(range.low);
+                let value = range.low + choice.rem_euclid(range.high - range.low + 1);
                 // On an AG03 the store refuses d-Pos.
-                let _ = store.set(parameter, (f64::from(range.low) + fraction * span).round() as i32);
+                let _ = store.set(parameter, value);
             }
             Image { store, fault_buffer: codes.try_into().unwrap(), fault_count, zero, shaft }
         },
