@@ -15,22 +15,19 @@
 #![cfg(target_os = "linux")]
 
 mod common;
+#[path = "common/pty.rs"]
+mod pty;
 
 use core::time::Duration;
-use std::fs::{self, File, OpenOptions};
-use std::io::{BufRead, BufReader, Read, Write};
-use std::os::unix::fs::OpenOptionsExt;
+use std::fs;
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::thread;
 
-use common::{CFG, IDENT, MASTER, SLAVE, telegram};
-use profidrive::fdl::{FrameCount, Framer, FunctionCode, Resync, Service, Telegram};
 use profidrive::param::{Gear, Image, Model};
 use profidrive::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
-use profidrive::time::Instant;
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::fs::OFlags;
+use pty::Master;
 
 /// What is written: PNU, whether it is a double word, smallest and largest value.
 const PARAMETERS: [(u16, bool, i32, i32); 9] = [
@@ -80,8 +77,8 @@ fn after_every_kill_each_acknowledged_value_is_there_and_the_image_is_valid() {
     let folder = tempfile::tempdir().unwrap();
     let mut known = {
         let mut emulator = Emulator::start(folder.path());
-        let mut master = Master::open(&emulator.terminal().unwrap());
-        let values = core::array::from_fn(|index| master.read(index).unwrap());
+        let mut parameters = Parameters(Master::open(&emulator.terminal().unwrap()));
+        let values = core::array::from_fn(|index| parameters.read(index).unwrap());
         Known { values, unanswered: None, acknowledged: 0 }
     };
     let mut in_flight = 0;
@@ -95,13 +92,13 @@ fn after_every_kill_each_acknowledged_value_is_there_and_the_image_is_valid() {
             emulator = Emulator::start(folder.path());
         }
         let terminal = emulator.terminal().unwrap_or_else(|| panic!("{context}: {}", emulator.complaint()));
-        let mut master = Master::open(&terminal);
-        master.check(&mut known, &context);
+        let mut parameters = Parameters(Master::open(&terminal));
+        parameters.check(&mut known, &context);
 
         let moment = Duration::from_micros(random.below(30_000));
         let values = Random(seed ^ kill.wrapping_mul(0x9E37_79B9_7F4A_7C15));
         known = thread::scope(|scope| {
-            let writer = scope.spawn(move || master.write_until_killed(known, values));
+            let writer = scope.spawn(move || parameters.write_until_killed(known, values));
             thread::sleep(moment);
             drop(emulator);
             writer.join().unwrap()
@@ -112,8 +109,8 @@ fn after_every_kill_each_acknowledged_value_is_there_and_the_image_is_valid() {
             .unwrap_or_else(|error| panic!("{context}: {error}"));
     }
     let mut emulator = Emulator::start(folder.path());
-    let mut master = Master::open(&emulator.terminal().unwrap());
-    master.check(&mut known, "after the last kill");
+    let mut parameters = Parameters(Master::open(&emulator.terminal().unwrap()));
+    parameters.check(&mut known, "after the last kill");
     println!(
         "{kills} kills, {in_flight} of them with a write unanswered, {} acknowledged",
         known.acknowledged
@@ -160,69 +157,13 @@ impl Drop for Emulator {
     }
 }
 
-/// A DP master in Data_Exchange with the drive. Every call says `None` once the emulator is gone.
-struct Master {
-    terminal: File,
-    framer: Framer,
-    count: FrameCount,
-}
+/// The parameters of [`PARAMETERS`] over the bus. Every call says `None` once the emulator is gone.
+struct Parameters(Master);
 
-impl Master {
-    fn open(terminal: &Path) -> Self {
-        let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits().cast_signed();
-        let terminal = OpenOptions::new().read(true).write(true).custom_flags(flags).open(terminal).unwrap();
-        let mut master = Self { terminal, framer: Framer::new(Resync::SCAN), count: FrameCount::First };
-        let prm = [0x80, 1, 1, 11, IDENT[0], IDENT[1], 0];
-        assert_eq!(master.request(Some(61), &prm), Some(Vec::new()), "Set_Prm");
-        assert_eq!(master.request(Some(62), &CFG), Some(Vec::new()), "Chk_Cfg");
-        assert_eq!(master.request(Some(60), &[]).unwrap()[..2], [0, 4], "ready for Data_Exchange");
-        master
-    }
-
-    /// The data of the reply.
-    fn request(&mut self, dsap: Option<u8>, data: &[u8]) -> Option<Vec<u8>> {
-        let fc = FunctionCode::request(Service::SrdHigh, self.count);
-        self.count = match self.count {
-            FrameCount::First | FrameCount::Odd | FrameCount::Unused => FrameCount::Even,
-            FrameCount::Even => FrameCount::Odd,
-        };
-        self.terminal.write_all(&telegram(SLAVE, MASTER, fc, dsap, data)).ok()?;
-        let mut octets = [0; 256];
-        let mut reply = None;
-        while reply.is_none() {
-            let mut readable = [PollFd::new(&self.terminal, PollFlags::IN)];
-            let patience = Timespec { tv_sec: 5, tv_nsec: 0 };
-            assert!(poll(&mut readable, Some(&patience)).unwrap() > 0, "no reply within 5 s");
-            let count = self.terminal.read(&mut octets).ok().filter(|count| *count > 0)?;
-            self.framer.receive(Instant::ZERO, &octets[..count], |_, result| match result.unwrap() {
-                Telegram::Data(telegram) => reply = Some(telegram.data.to_vec()),
-                Telegram::ShortAcknowledge => reply = Some(Vec::new()),
-                Telegram::Token { .. } => panic!("a slave passes no token"),
-            });
-        }
-        reply
-    }
-
-    /// Runs a job to its reply: first job 0 until the reply before is gone.
-    fn job(&mut self, job: Pkw) -> Option<Pkw> {
-        while self.exchange(Pkw::ZERO)? != Pkw::ZERO {}
-        loop {
-            let reply = self.exchange(job)?;
-            if reply != Pkw::ZERO {
-                return Some(reply);
-            }
-        }
-    }
-
-    fn exchange(&mut self, job: Pkw) -> Option<Pkw> {
-        let outputs: Vec<_> = job.to_octets().into_iter().chain([0; 6]).collect();
-        let inputs = self.request(None, &outputs)?;
-        Some(Pkw::from_octets(inputs[..8].try_into().unwrap()))
-    }
-
+impl Parameters {
     fn read(&mut self, index: usize) -> Option<i32> {
         let (pnu, double, ..) = PARAMETERS[index];
-        let reply = self.job(Pkw::new(Pke::of_job(JobId::Read, pnu), Ind::default(), 0))?;
+        let reply = self.0.job(Pkw::new(Pke::of_job(JobId::Read, pnu), Ind::default(), 0))?;
         let id = if double { ReplyId::DoubleWord } else { ReplyId::Word };
         assert_eq!(reply.pke, Pke::of_reply(id, pnu), "{reply}");
         Some(reply.double_word().cast_signed())
@@ -237,21 +178,20 @@ impl Master {
             (JobId::WriteWord, ReplyId::Word)
         };
         let value = value.cast_unsigned();
-        let reply = self.job(Pkw::new(Pke::of_job(job, pnu), Ind::default(), value))?;
+        let reply = self.0.job(Pkw::new(Pke::of_job(job, pnu), Ind::default(), value))?;
         assert_eq!(reply, Pkw::new(Pke::of_reply(id, pnu), Ind::default(), value));
         Some(())
     }
 
     /// Reads every parameter: as acknowledged, or the unanswered one as written.
     fn check(&mut self, known: &mut Known, context: &str) {
-        for index in 0..PARAMETERS.len() {
+        for (index, (pnu, ..)) in PARAMETERS.iter().enumerate() {
             let found = self.read(index).unwrap();
             let expected = known.values[index];
             let written = known.unanswered.filter(|(which, _)| *which == index).map(|(_, value)| value);
             assert!(
                 found == expected || Some(found) == written,
-                "{context}: PNU {} is {found}, acknowledged was {expected}, unanswered {written:?}",
-                PARAMETERS[index].0
+                "{context}: PNU {pnu} is {found}, acknowledged was {expected}, unanswered {written:?}"
             );
             known.values[index] = found;
         }

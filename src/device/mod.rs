@@ -30,12 +30,13 @@ use core::time::Duration;
 use crate::dp;
 use crate::drive::{Drive, Inputs, Settings, Status};
 use crate::fdl::{Address, FrameError, Framer, Resync, Telegram};
-use crate::param::{Effect, Gear, Image, ImageError, Live, Model, Parameter, Store, WriteContext};
+use crate::param::{Effect, Gear, Image, Live, Model, Parameter, Store, WriteContext};
 use crate::pkw::{self, Engine};
 use crate::ppo::{self, Outputs, PPO_LEN, Pkw};
 use crate::time::{BaudRate, Instant, nanos};
 
 pub use crate::fdl::MAX_TELEGRAM_LEN;
+pub use crate::param::{IMAGE_LEN, ImageError};
 pub use dip::DipSwitches;
 pub use event::Event;
 pub use power::Power;

@@ -23,14 +23,14 @@ impl Device {
     /// Takes the control supply away: what travels runs out unbraked, the bus hears nothing more, and all is lost
     /// but EEPROM and shaft position. Counts as a `handle_*` call; does nothing to a drive that is off.
     pub fn power_off(&mut self, now: Instant) {
-        self.set_inputs(now, Inputs { control_supply: false, ..*self.inputs() });
+        self.set_inputs(now, self.inputs().with_control_supply(false));
     }
 
     /// Gives the control supply back (row 1): the EEPROM is loaded and the DIP switches are read, PNU 1035 is 100 and
     /// the setpoint 0, the motor is released and the slave waits for parameters. Counts as a `handle_*` call; does
     /// nothing to a drive that is on.
     pub fn power_on(&mut self, now: Instant) {
-        self.set_inputs(now, Inputs { control_supply: true, ..*self.inputs() });
+        self.set_inputs(now, self.inputs().with_control_supply(true));
     }
 
     /// Sets the DIP switches. They are read when the drive is switched on next (manual chapter 7.8).
@@ -43,7 +43,8 @@ impl Parts {
     /// Takes over the world around the drive. Says whether the drive was switched on or off by that.
     pub(super) fn set_inputs(&mut self, now: Instant, inputs: Inputs) -> bool {
         self.inputs = inputs;
-        let switched = match (self.power, inputs.control_supply) {
+        self.drive.set_inputs(inputs);
+        let switched = match (self.power, self.drive.is_supplied()) {
             (Power::Off, true) => {
                 self.switch_on();
                 true
@@ -52,11 +53,7 @@ impl Parts {
                 self.switch_off();
                 true
             }
-            (Power::Off, false) => {
-                self.supply_drive();
-                false
-            }
-            (Power::On | Power::FactoryReset(_), true) => {
+            (Power::Off, false) | (Power::On | Power::FactoryReset(_), true) => {
                 self.supply_drive();
                 false
             }
@@ -109,8 +106,8 @@ impl Parts {
 
     /// What the drive itself gets: during a factory reset it is as dead as without supply.
     fn supply_drive(&mut self) {
-        let control_supply = self.inputs.control_supply && self.is_on_the_bus();
-        self.drive.set_inputs(Inputs { control_supply, ..self.inputs });
+        let inputs = if self.is_on_the_bus() { self.inputs } else { self.inputs.with_control_supply(false) };
+        self.drive.set_inputs(inputs);
     }
 
     /// A new station on the bus that has heard nothing yet. A cycle without length lets the drive notice at once.

@@ -1,7 +1,7 @@
 //! What the drive keeps while it is switched off.
 
 use super::motion::Motion;
-use super::{Drive, FaultBuffer};
+use super::{Drive, FaultBuffer, Inputs};
 
 /// What the drive keeps in its EEPROM besides parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,7 +12,21 @@ pub struct Memory {
     pub zero: f64,
 }
 
+impl Inputs {
+    /// The inputs with the control supplied, or not.
+    #[must_use]
+    pub const fn with_control_supply(mut self, present: bool) -> Self {
+        self.control_supply = present;
+        self
+    }
+}
+
 impl Drive {
+    /// Whether the control is supplied by the inputs as they are set.
+    pub fn is_supplied(&self) -> bool {
+        self.inputs.control_supply
+    }
+
     /// What the EEPROM holds besides parameters.
     pub fn memory(&self) -> Memory {
         Memory { faults: self.faults.clone(), zero: self.zero }

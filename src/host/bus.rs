@@ -29,8 +29,8 @@ impl Bus {
     /// [`Error::AddressTaken`] if another drive has its address; the line is as before.
     pub fn add(&mut self, device: impl Into<StoredDevice>) -> Result<(), Error> {
         let device = device.into();
-        let address = device.address();
-        if self.devices.iter().any(|other| other.address() == address) {
+        let address = device.device().address();
+        if self.devices.iter().any(|other| other.device().address() == address) {
             return Err(Error::AddressTaken { address: address.number() });
         }
         self.devices.push(device);
@@ -118,5 +118,5 @@ impl Bus {
 
 /// The station address as a number.
 fn address(device: &StoredDevice) -> u8 {
-    device.address().number()
+    device.device().address().number()
 }

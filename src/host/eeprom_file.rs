@@ -21,8 +21,7 @@ use std::{format, string::String};
 use thiserror::Error;
 
 use super::StoredDevice;
-use crate::device::{Config, Device, Eeprom, Generation, NotStored, StoreRequest};
-use crate::param::{IMAGE_LEN, ImageError};
+use crate::device::{Config, Device, Eeprom, Generation, IMAGE_LEN, ImageError, NotStored, StoreRequest};
 use crate::time::Instant;
 
 /// Held locked while a process uses the directory.
@@ -120,9 +119,13 @@ impl StateDir {
         let path = self.path.join(format!("{name}{EXTENSION}"));
         let failed = |source| StateDirError::File { path: path.clone(), source };
         let device = match read(&path).map_err(failed)? {
-            Some(octets) => Device::restore(config, &octets, now)
-                .map_err(|cause| StateDirError::Refused { path: path.clone(), cause })?,
+            Some(octets) => {
+                tracing::info!("EEPROM from {}", path.display());
+                Device::restore(config, &octets, now)
+                    .map_err(|cause| StateDirError::Refused { path: path.clone(), cause })?
+            }
             None => {
+                tracing::info!("a new EEPROM in {}", path.display());
                 let mut device = Device::new(config, now);
                 if let Some(StoreRequest { generation, octets }) = device.poll_image() {
                     replace(&path, &octets).map_err(failed)?;

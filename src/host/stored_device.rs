@@ -4,7 +4,6 @@ use core::time::Duration;
 
 use super::eeprom_file::EepromFile;
 use crate::device::{Device, Event, Generation, MAX_TELEGRAM_LEN};
-use crate::fdl::{Address, Telegram};
 use crate::time::{BaudRate, Instant};
 
 /// How often it is looked whether an image is written, while one is. A write takes longer than that, and the master
@@ -53,11 +52,6 @@ impl StoredDevice {
         &mut self.device
     }
 
-    /// See [`Device::address`].
-    pub const fn address(&self) -> Address {
-        self.device.address()
-    }
-
     /// See [`Device::set_baud`].
     pub fn set_baud(&mut self, baud: BaudRate) {
         self.device.set_baud(baud);
@@ -67,13 +61,6 @@ impl StoredDevice {
     pub fn handle_bytes(&mut self, now: Instant, octets: &[u8]) {
         self.take_outcome(now);
         self.device.handle_bytes(now, octets);
-        self.hand_over(now);
-    }
-
-    /// See [`Device::handle_telegram`].
-    pub fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>) {
-        self.take_outcome(now);
-        self.device.handle_telegram(now, telegram);
         self.hand_over(now);
     }
 
