@@ -46,7 +46,7 @@
 //! let mut now = Instant::ZERO;
 //! let mut device = Device::new(Config::new(Address::station(5)?), now);
 //! let mut telegram = [0; MAX_TELEGRAM_LEN];
-//! while to_master.is_empty() {
+//! loop {
 //!     // 1. Octets, if some have come, else time.
 //!     if from_master.is_empty() {
 //!         device.handle_timeout(now);
@@ -59,6 +59,9 @@
 //!     }
 //!     while let Some(event) = device.poll_event() {
 //!         println!("{now}: {event}");
+//!     }
+//!     if !to_master.is_empty() {
+//!         break;
 //!     }
 //!     // 3. Sleep. This clock is ours, so sleeping is setting it.
 //!     if let Some(deadline) = device.poll_timeout() {

@@ -253,9 +253,9 @@ fn w_02_without_watchdog_everything_is_held() {
 #[test]
 fn w_03_only_telegrams_of_the_owner_to_this_slave_feed_the_watchdog() {
     let fed: [(&str, fn(&mut Line), bool); 5] = [
-        ("Slave_Diag of the owner", |line| drop(line.diagnosis(MASTER)), true),
+        ("Slave_Diag of the owner", |line| assert_eq!(line.diagnosis(MASTER)[3], MASTER), true),
         ("FDL status of the owner", |line| drop(line.send(&common::hex("10 05 02 49 50 16"))), true),
-        ("Slave_Diag of another master", |line| drop(line.diagnosis(OTHER)), false),
+        ("Slave_Diag of another master", |line| assert_eq!(line.diagnosis(OTHER)[4], 0x0A), false),
         ("the owner to another slave", |line| drop(line.send(&common::hex("10 06 02 49 51 16"))), false),
         ("a broadcast of the owner", |line| line.global_control(0, 0), false),
     ];

@@ -6,8 +6,8 @@
 //! until octets arrive or [`Device::poll_timeout`] has come.** The crate guide shows the loop.
 //!
 //! A device is two machines, as the real one is. The *DP part* answers each telegram at once from buffers. The
-//! *drive part* runs once per application cycle: it takes the newest outputs, runs the parameter channel, the
-//! state machine and one fixed step of the motion, and offers new inputs. So a PKW reply never comes in the
+//! *drive part* runs once per application cycle: it takes the newest outputs, runs the state machine, one fixed
+//! step of the motion and the parameter channel, and offers new inputs. So a PKW reply never comes in the
 //! exchange that brought its job. When nothing can change, the drive part sleeps and [`Device::poll_timeout`]
 //! does not ask to be called for its sake; what happens is the same as if it had run.
 
@@ -155,6 +155,8 @@ struct Parts {
     exchanging: bool,
     /// Data_Exchange was left since the last application cycle.
     interrupted: bool,
+    /// The last application cycle wrote a parameter that the drive sees in the next one.
+    parameters_acted: bool,
     /// The drive as the last application cycle left it.
     status: Status,
     events: event::Queue,
@@ -184,6 +186,7 @@ impl Device {
             outputs_seen: 0,
             exchanging: false,
             interrupted: false,
+            parameters_acted: false,
             events: event::Queue::default(),
         };
         part.run_cycle();
@@ -409,7 +412,6 @@ impl Parts {
         let octets = self.slave.outputs().first_chunk::<PPO_LEN>().copied().filter(|_| self.exchanging);
         let outputs = octets.as_ref().map(Outputs::new);
 
-        let reply = self.run_job(outputs.map(Outputs::pkw));
         let command = outputs.map(|outputs| words::command(outputs.stw(), outputs.hsw()));
         let step = match self.config.application_cycle {
             Duration::ZERO => DEFAULT_APPLICATION_CYCLE,
@@ -418,6 +420,8 @@ impl Parts {
         let fault = self.status.fault;
         self.drive.step(step, command.as_ref(), &self.settings);
         self.status = self.drive.status();
+        // Behind the step, so that a parameter that shows the drive agrees with ZSW and HIW.
+        let reply = self.run_job(outputs.map(Outputs::pkw));
 
         if let Some(refusal) = self.drive.take_refusal() {
             self.events.push(Event::CommandRefused(refusal));
@@ -431,6 +435,7 @@ impl Parts {
 
     /// Runs the parameter channel; `None` outside Data_Exchange.
     fn run_job(&mut self, job: Option<Pkw>) -> Pkw {
+        self.parameters_acted = false;
         let Some(job) = job else {
             self.engine.reset();
             return Pkw::ZERO;
@@ -447,6 +452,10 @@ impl Parts {
                 let _refused = self.drive.calibrate(self.store.value(Parameter::CalibrationValue));
             }
         }
+        self.parameters_acted = outcome.effect != Effect::None;
+        if self.parameters_acted {
+            self.status = self.drive.status();
+        }
         if let Some(refusal) = outcome.refusal {
             self.events.push(Event::JobRefused(refusal));
         }
@@ -458,7 +467,7 @@ impl Parts {
         let job = self.slave.outputs().first_chunk().map(|outputs| Outputs::new(outputs).pkw());
         let job_waits = self.exchanging && job.is_some_and(|job| self.engine.has_work(job));
         let exchanging = self.slave.state() == dp::State::DataExch;
-        self.drive.is_at_rest() && !job_waits && self.exchanging == exchanging
+        self.drive.is_at_rest() && !self.parameters_acted && !job_waits && self.exchanging == exchanging
     }
 
     /// What the drive reports through parameters that are only read.

@@ -138,7 +138,7 @@ impl Inputs {
 
 /// Calibration was asked for during a travel job (manual chapter 3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("calibration is only possible when no travel job is active or paused")]
+#[error("calibration is only possible when no travel job or inching is active or paused")]
 pub struct CalibrationError;
 
 /// One drive.
@@ -276,7 +276,7 @@ impl Drive {
     /// Makes the present position `value` in user units (PNU 970 = 5).
     ///
     /// # Errors
-    /// [`CalibrationError`] while a travel job is active or paused.
+    /// [`CalibrationError`] while a travel job or inching is active or paused.
     pub fn calibrate(&mut self, value: i32) -> Result<(), CalibrationError> {
         if self.state.job_active() {
             return Err(CalibrationError);

@@ -84,8 +84,8 @@ pub enum Reason {
     JobPaused,
     /// Inching is active.
     InchingActive,
-    /// The shaft still brakes.
-    Braking,
+    /// The shaft still brakes or coasts.
+    ShaftTurns,
     /// Inching 1 and 2 are asked for together.
     BothInching,
     /// The drive is in velocity mode.
@@ -121,7 +121,7 @@ impl Reason {
         Self::JobActive,
         Self::JobPaused,
         Self::InchingActive,
-        Self::Braking,
+        Self::ShaftTurns,
         Self::BothInching,
         Self::VelocityMode,
         Self::AboveUpperLimit,
@@ -200,7 +200,7 @@ impl Refusal {
             Reason::JobActive => f.write_str("a travel job is active"),
             Reason::JobPaused => f.write_str("a paused travel job must be continued or stopped first"),
             Reason::InchingActive => f.write_str("inching is active"),
-            Reason::Braking => f.write_str("the drive is still braking"),
+            Reason::ShaftTurns => f.write_str("the shaft still turns"),
             Reason::BothInching => f.write_str("inching 1 and inching 2 are asked for together"),
             Reason::VelocityMode => f.write_str("inching needs the positioning mode"),
             Reason::AboveUpperLimit => write!(

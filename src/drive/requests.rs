@@ -90,6 +90,12 @@ impl Drive {
         let mut refusal = self.refusal_of(Request::Travel { setpoint: command.setpoint });
         self.note_state(&mut refusal, command);
         refusal.note(Reason::JobPaused, self.state == State::Paused { torque_tripped: false });
+        // A coasting shaft that was caught, or one that the torque deactivation stops: no travel begins in motion.
+        refusal.note(
+            Reason::ShaftTurns,
+            !self.motion.at_rest()
+                && matches!(self.state, State::OperationEnabled(_) | State::Paused { torque_tripped: true }),
+        );
         refusal.note(Reason::NoOutputStage, !self.inputs.output_stage);
         refusal.note(Reason::Stop, !command.no_stop);
         refusal.note(Reason::IntermediateStop, !command.no_intermediate_stop);
@@ -117,7 +123,11 @@ impl Drive {
     ) -> bool {
         let mut refusal = self.refusal_of(request);
         self.note_state(&mut refusal, command);
-        refusal.note(Reason::JobPaused, self.state.job_active() && self.state != State::TravelActive);
+        refusal.note(Reason::JobPaused, matches!(self.state, State::Paused { .. }));
+        refusal.note(
+            Reason::ShaftTurns,
+            !self.motion.at_rest() && matches!(self.state, State::OperationEnabled(_)),
+        );
         refusal.note(Reason::JobActive, travel);
         refusal.note(Reason::VelocityMode, self.frame.mode == Mode::Velocity);
         refusal.note(Reason::NoOutputStage, !self.inputs.output_stage);
@@ -202,9 +212,9 @@ impl Drive {
             State::ReadyToRun(_) => refusal.note(Reason::NotEnabled, true),
             State::Disabling | State::KeyInching(_) | State::KeyInchingEnding => {
                 refusal.note(Reason::NotEnabled, true);
-                refusal.note(Reason::Braking, true);
+                refusal.note(Reason::ShaftTurns, true);
             }
-            State::Stopping | State::Inching(Inching::Ending) => refusal.note(Reason::Braking, true),
+            State::Stopping | State::Inching(Inching::Ending) => refusal.note(Reason::ShaftTurns, true),
             State::TravelActive => refusal.note(Reason::JobActive, true),
             State::Inching(Inching::One | Inching::Two(_)) => refusal.note(Reason::InchingActive, true),
             State::Fault => refusal.note(Reason::FaultLatched, true),

@@ -225,23 +225,10 @@ impl State {
         }
     }
 
-    /// A travel job is active or paused.
+    /// A travel job is active, paused or being stopped, or inching is: no other can start, nothing that changes
+    /// what a position means may be written.
     pub const fn job_active(self) -> bool {
-        match self {
-            Self::TravelActive | Self::Paused { .. } => true,
-            Self::Off
-            | Self::NotReady
-            | Self::ReadyToRun(_)
-            | Self::OperationEnabled(_)
-            | Self::Disabling
-            | Self::Stopping
-            | Self::Inching(_)
-            | Self::VelocityTravelling
-            | Self::KeyInching(_)
-            | Self::KeyInchingEnding
-            | Self::Fault
-            | Self::TurnOnDisabled => false,
-        }
+        matches!(self, Self::Paused { .. }) || self.positioning_active()
     }
 
     /// A positioning is being executed, braked or inched, so that no other can start (SSW.14). A paused one shows as
@@ -473,6 +460,3 @@ impl fmt::Display for Direction {
         })
     }
 }
-
-#[cfg(test)]
-mod tests;

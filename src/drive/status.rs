@@ -50,8 +50,8 @@ pub struct Status {
     pub above_upper_limit: bool,
     /// Position below the lower limit (SSW.6, part of ZSW.14). Velocity: never.
     pub below_lower_limit: bool,
-    /// Ready-to-travel (ZSW.15): the conditions of [`Self::start_conditions_met`] with operation enabled, and in
-    /// velocity mode with start not given.
+    /// Ready-to-travel (ZSW.15): [`Self::start_conditions_met`] with operation enabled. Positioning: not while a
+    /// coasting shaft that was caught still brakes. Velocity: only while start is not given.
     pub ready_to_travel: bool,
     /// No fault, no active positioning, output stage supplied or enabled, within the limits (SSW.11 inverted, as
     /// manual Table 1 lists it: without operation enabled).
@@ -60,7 +60,8 @@ pub struct Status {
     pub travelling: bool,
     /// The shaft turns at all; not shown on the bus, decides about writing parameters.
     pub moving: bool,
-    /// A travel job is active or paused; decides about writing parameters.
+    /// A travel job is active, paused or being stopped, or inching is; not shown on the bus, decides about writing
+    /// parameters and calibrating.
     pub job_active: bool,
     /// Released shows in SSW.7.
     pub motor: Motor,
@@ -102,7 +103,10 @@ impl Drive {
             && !above_upper_limit
             && !below_lower_limit;
         let ready_to_travel = match mode {
-            Mode::Positioning => state.operation_enabled() && start_conditions_met,
+            Mode::Positioning => {
+                let paused = matches!(state, State::Paused { .. });
+                state.operation_enabled() && start_conditions_met && (paused || self.motion.at_rest())
+            }
             Mode::Velocity => {
                 matches!(state, State::OperationEnabled(_)) && start_conditions_met && !self.previous.start
             }
@@ -135,7 +139,8 @@ impl Drive {
             moving: !self.motion.at_rest(),
             job_active: state.job_active(),
             motor: state.motor(),
-            approach_reversed: state.job_active() && self.job.via.is_some(),
+            approach_reversed: matches!(state, State::TravelActive | State::Paused { .. })
+                && self.job.via.is_some(),
             output_stage_ok: output_stage,
             battery_low,
             current_out_of_range,

@@ -58,10 +58,10 @@ impl Framer {
         octets: &[u8],
         mut sink: impl FnMut(Instant, Result<Telegram<'_>, FrameError>),
     ) {
+        self.hear_silence(now, octets.len(), &mut sink);
         if octets.is_empty() {
             return;
         }
-        self.hear_silence(now, octets.len(), &mut sink);
         self.last_octet = now;
         if self.deaf {
             return;

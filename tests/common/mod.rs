@@ -12,21 +12,21 @@ use profidrive::fdl::telegram::{Decoded, decode};
 use profidrive::fdl::{Address, DataTelegram, FrameCount, FunctionCode, Sap, Service, Telegram};
 use profidrive::time::{BaudRate, Instant};
 
-pub const SLAVE: u8 = 5;
-pub const MASTER: u8 = 2;
-pub const IDENT: [u8; 2] = [0x0A, 0xC5];
-pub const CFG: [u8; 2] = [0xF3, 0xF2];
-pub const RS: Reply = Reply::Status(3);
-pub const RR: Reply = Reply::Status(2);
+pub(crate) const SLAVE: u8 = 5;
+pub(crate) const MASTER: u8 = 2;
+pub(crate) const IDENT: [u8; 2] = [0x0A, 0xC5];
+pub(crate) const CFG: [u8; 2] = [0xF3, 0xF2];
+pub(crate) const RS: Reply = Reply::Status(3);
+pub(crate) const RR: Reply = Reply::Status(2);
 
 /// Octets of a text like "68 05 05".
-pub fn hex(text: &str) -> Vec<u8> {
+pub(crate) fn hex(text: &str) -> Vec<u8> {
     text.split_whitespace().map(|octet| u8::from_str_radix(octet, 16).unwrap()).collect()
 }
 
 /// What came back.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Reply {
+pub(crate) enum Reply {
     /// Nothing within the slot time.
     Silence,
     /// SC.
@@ -38,36 +38,37 @@ pub enum Reply {
 }
 
 /// The line, its clock and the drive on it.
-pub struct Line {
-    pub device: Device,
-    pub now: Instant,
-    pub baud: BaudRate,
+#[derive(Clone)]
+pub(crate) struct Line {
+    pub(crate) device: Device,
+    pub(crate) now: Instant,
+    pub(crate) baud: BaudRate,
     /// The earliest reply allowed, in T_bit.
-    pub min_tsdr: u32,
-    pub events: Vec<Event>,
+    pub(crate) min_tsdr: u32,
+    pub(crate) events: Vec<Event>,
     /// The frame count of each master.
     frame_counts: HashMap<u8, FrameCount>,
 }
 
 impl Line {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self::at(BaudRate::K500)
     }
 
-    pub fn at(baud: BaudRate) -> Self {
+    pub(crate) fn at(baud: BaudRate) -> Self {
         let address = Address::station(SLAVE).unwrap();
         Self::with(Config { baud, timing: Timing::True, ..Config::new(address) })
     }
 
     /// A line on which the drive part runs once after each Data_Exchange.
-    pub fn counting_exchanges() -> Self {
+    pub(crate) fn counting_exchanges() -> Self {
         let address = Address::station(SLAVE).unwrap();
         let config =
             Config { timing: Timing::True, application_cycle: Duration::ZERO, ..Config::new(address) };
         Self::with(config)
     }
 
-    pub fn with(config: Config) -> Self {
+    pub(crate) fn with(config: Config) -> Self {
         let now = Instant::from_millis(1);
         let device = Device::new(config, now);
         Self {
@@ -81,7 +82,7 @@ impl Line {
     }
 
     /// Lets time pass, waking the drive whenever it asks to be.
-    pub fn wait(&mut self, time: Duration) {
+    pub(crate) fn wait(&mut self, time: Duration) {
         let end = self.now.saturating_add(time);
         while let Some(due) = self.device.poll_timeout().filter(|due| *due <= end) {
             assert!(due >= self.now, "a deadline in the past");
@@ -94,7 +95,7 @@ impl Line {
     }
 
     /// Sends octets as one request and returns what comes back within the slot time.
-    pub fn send(&mut self, octets: &[u8]) -> Option<Vec<u8>> {
+    pub(crate) fn send(&mut self, octets: &[u8]) -> Option<Vec<u8>> {
         self.wait(self.baud.bit_times(33));
         self.wait(self.baud.octet_times(octets.len().try_into().unwrap()));
         let end = self.now;
@@ -118,13 +119,13 @@ impl Line {
     }
 
     /// A request by `sa` with the next frame count and its reply; None as `dsap` is Data_Exchange.
-    pub fn request(&mut self, sa: u8, dsap: Option<u8>, data: &[u8]) -> Reply {
+    pub(crate) fn request(&mut self, sa: u8, dsap: Option<u8>, data: &[u8]) -> Reply {
         let octets = self.srd(sa, dsap, data);
         self.reply_to(&octets, sa, dsap)
     }
 
     /// The octets of a request by `sa` with the next frame count.
-    pub fn srd(&mut self, sa: u8, dsap: Option<u8>, data: &[u8]) -> Vec<u8> {
+    pub(crate) fn srd(&mut self, sa: u8, dsap: Option<u8>, data: &[u8]) -> Vec<u8> {
         let count = match self.frame_counts.get(&sa) {
             None => FrameCount::First,
             Some(FrameCount::First | FrameCount::Odd | FrameCount::Unused) => FrameCount::Even,
@@ -135,7 +136,7 @@ impl Line {
     }
 
     /// Sends a request by `sa` to `dsap` and checks that the reply mirrors it.
-    pub fn reply_to(&mut self, octets: &[u8], sa: u8, dsap: Option<u8>) -> Reply {
+    pub(crate) fn reply_to(&mut self, octets: &[u8], sa: u8, dsap: Option<u8>) -> Reply {
         let Some(octets) = self.send(octets) else {
             return Reply::Silence;
         };
@@ -160,26 +161,26 @@ impl Line {
     }
 
     /// Sends data without acknowledge and checks that nothing comes back.
-    pub fn sdn(&mut self, sa: u8, da: u8, dsap: u8, data: &[u8]) {
+    pub(crate) fn sdn(&mut self, sa: u8, da: u8, dsap: u8, data: &[u8]) {
         let fc = FunctionCode::request(Service::SdnHigh, FrameCount::Unused);
         assert_eq!(self.send(&telegram(da, sa, fc, Some(dsap), data)), None);
     }
 
-    pub fn global_control(&mut self, command: u8, groups: u8) {
+    pub(crate) fn global_control(&mut self, command: u8, groups: u8) {
         self.sdn(MASTER, 127, 58, &[command, groups]);
     }
 
-    pub fn diagnosis(&mut self, sa: u8) -> [u8; 6] {
+    pub(crate) fn diagnosis(&mut self, sa: u8) -> [u8; 6] {
         let Reply::Data(octets) = self.request(sa, Some(60), &[]) else { panic!("no diagnosis") };
         octets.try_into().unwrap()
     }
 
     /// Set_Prm and Chk_Cfg as a class 1 master does, then the diagnosis must be free of faults.
-    pub fn start_up(&mut self) {
+    pub(crate) fn start_up(&mut self) {
         self.start_up_with(&[0x80, 1, 1, 11, IDENT[0], IDENT[1], 0]);
     }
 
-    pub fn start_up_with(&mut self, prm: &[u8]) {
+    pub(crate) fn start_up_with(&mut self, prm: &[u8]) {
         assert_eq!(self.request(MASTER, Some(61), prm), Reply::Sc);
         assert_eq!(self.request(MASTER, Some(62), &CFG), Reply::Sc);
         let [first, second, ..] = self.diagnosis(MASTER);
@@ -187,7 +188,7 @@ impl Line {
     }
 
     /// One Data_Exchange; the inputs were ready before the outputs were seen.
-    pub fn exchange(&mut self, outputs: &[u8]) -> [u8; 14] {
+    pub(crate) fn exchange(&mut self, outputs: &[u8]) -> [u8; 14] {
         match self.request(MASTER, None, outputs) {
             Reply::Data(inputs) => inputs.try_into().unwrap(),
             reply @ (Reply::Silence | Reply::Sc | Reply::Status(_)) => panic!("no inputs but {reply:?}"),
@@ -206,7 +207,7 @@ impl Line {
 }
 
 /// The octets of a telegram; with a DSAP the SSAP is 62, as masters use.
-pub fn telegram(da: u8, sa: u8, fc: FunctionCode, dsap: Option<u8>, data: &[u8]) -> Vec<u8> {
+pub(crate) fn telegram(da: u8, sa: u8, fc: FunctionCode, dsap: Option<u8>, data: &[u8]) -> Vec<u8> {
     let (dsap, ssap) = (dsap.and_then(Sap::new), dsap.and(Sap::new(62)));
     let telegram = DataTelegram {
         format: DataTelegram::customary_format(dsap, ssap, data),

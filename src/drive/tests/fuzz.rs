@@ -1,0 +1,191 @@
+//! Random masters, plants and settings.
+
+use proptest::prelude::*;
+
+use super::words::assert_invariants;
+use super::*;
+
+#[derive(Clone, Debug)]
+struct Act {
+    stw: u16,
+    setpoint: i32,
+    connected: bool,
+    inputs: Option<Inputs>,
+    settings: Option<Settings>,
+    micros: u64,
+    steps: u8,
+    calibrate: Option<i32>,
+}
+
+/// Mostly control words that get somewhere.
+fn stw() -> impl Strategy<Value = u16> {
+    prop_oneof![
+        6 => prop::sample::select(std::vec![
+            0x0000u16, 0x000b, 0x003b, 0x007b, 0x005b, 0x006b, 0x0073, 0x007a, 0x0079, 0x00bb, 0x010b, 0x020b,
+            0x820b, 0x004b, 0x000a, 0x001b,
+        ]),
+        1 => any::<u16>(),
+    ]
+}
+
+fn inputs() -> impl Strategy<Value = Inputs> {
+    let faults = prop_oneof![
+        4 => Just(FaultSet::EMPTY),
+        1 => prop::sample::subsequence(Fault::ALL.to_vec(), 0..3).prop_map(FaultSet::from_iter),
+    ];
+    (prop::bool::weighted(0.95), prop::bool::weighted(0.9), any::<[bool; 5]>(), faults, 0..150u16).prop_map(
+        |(control_supply, output_stage, flags, causes, torque)| Inputs {
+            control_supply,
+            output_stage,
+            key_clockwise: flags[0],
+            key_counter_clockwise: flags[1],
+            causes,
+            battery_low: flags[2],
+            current_out_of_range: flags[3],
+            lag_error: flags[4],
+            torque,
+        },
+    )
+}
+
+/// Settings inside and outside the ranges of the store.
+fn settings() -> impl Strategy<Value = Settings> {
+    let percent = || prop_oneof![4 => 1..=100u16, 1 => any::<u16>()];
+    let mode = prop::sample::select(std::vec![Mode::Positioning, Mode::Velocity]);
+    let sense = prop::sample::select(std::vec![SenseOfRotation::I, SenseOfRotation::E]);
+    let pos_type = prop::sample::select(std::vec![PosType::Direct, PosType::LoopPlus, PosType::LoopMinus]);
+    let inpos = prop::sample::select(std::vec![Motor::InControl, Motor::Shorted, Motor::Released]);
+    let stop = prop::sample::select(std::vec![StopMode::Maximum, StopMode::Ramp]);
+    let limit = || prop_oneof![Just(1_000_000), Just(0), -9_999_999..9_999_999i32, any::<i32>()];
+    let small = || prop_oneof![Just(0u16), Just(1), any::<u16>()];
+    (
+        (mode, percent(), percent(), prop::option::of(percent()), percent(), percent(), percent(), percent()),
+        (small(), small(), small(), small(), small(), sense, pos_type),
+        (limit(), limit(), any::<i32>(), stop, inpos, prop::option::of(20..125u16)),
+    )
+        .prop_map(|(dynamics, scale, rest)| {
+            let (mode, a_pos, v_pos, d_pos, a_rot, a_inch, v_inch, offset_inch_2) = dynamics;
+            let (window, gear_numerator, gear_denominator, spindle_pitch, loop_length, sense, pos_type) =
+                scale;
+            let (limit_1, limit_2, delta_inch, stop_mode_inch_2, inpos, torque_deactivation) = rest;
+            Settings {
+                mode,
+                a_pos,
+                v_pos,
+                d_pos,
+                a_rot,
+                a_inch,
+                v_inch,
+                offset_inch_2,
+                window,
+                gear_numerator,
+                gear_denominator,
+                spindle_pitch,
+                sense,
+                pos_type,
+                limits: Limits::new(limit_1, limit_2),
+                delta_inch,
+                stop_mode_inch_2,
+                inpos,
+                loop_length,
+                torque_deactivation,
+            }
+        })
+}
+
+fn act() -> impl Strategy<Value = Act> {
+    let setpoint = prop_oneof![-5000..5000i32, -200..200i32, any::<i32>()];
+    (
+        stw(),
+        setpoint,
+        prop::bool::weighted(0.9),
+        prop::option::weighted(0.2, inputs()),
+        prop::option::weighted(0.1, settings()),
+        100..=100_000u64,
+        1..40u8,
+        prop::option::weighted(0.05, any::<i32>()),
+    )
+        .prop_map(|(stw, setpoint, connected, inputs, settings, micros, steps, calibrate)| Act {
+            stw,
+            setpoint,
+            connected,
+            inputs,
+            settings,
+            micros,
+            steps,
+            calibrate,
+        })
+}
+
+proptest! {
+    #[test]
+    fn no_master_plant_or_setting_breaks_the_invariants(
+        ag03 in any::<bool>(), wide in any::<bool>(), acts in prop::collection::vec(act(), 1..60),
+    ) {
+        let model = if ag03 { Model::Ag03 } else { Model::Ag03_1 };
+        let gear = if wide { Gear::Ratio24 } else { Gear::Ratio48 };
+        let mut settings = DEFAULTS;
+        let mut drive = Drive::new(model, gear, &settings);
+        for act in acts {
+            settings = act.settings.unwrap_or(settings);
+            if let Some(inputs) = act.inputs {
+                drive.set_inputs(inputs);
+            }
+            if let Some(value) = act.calibrate {
+                let job = drive.status().job_active;
+                prop_assert_eq!(drive.calibrate(value).is_err(), job);
+            }
+            let stw = if act.connected { act.stw } else { 0 };
+            let command = command(act.stw, act.setpoint);
+            let command = act.connected.then_some(&command);
+            for _ in 0..act.steps {
+                let before = drive.clone();
+                drive.step(Duration::from_micros(act.micros), command, &settings);
+                let status = drive.status();
+                assert_invariants(&before.status(), &status, stw);
+                prop_assert!(drive.motion.position().is_finite() && drive.motion.velocity().is_finite());
+                prop_assert!(status.velocity.abs() <= 200);
+                if let Some(refusal) = drive.take_refusal() {
+                    prop_assert!(refusal.reasons().count() > 0 && refusal.to_string().contains(" refused: "));
+                }
+                if drive.is_at_rest() {
+                    let mut next = drive.clone();
+                    next.step(Duration::from_micros(act.micros), command, &settings);
+                    prop_assert_eq!(&next, &drive, "at rest, but a step changes something");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_undisturbed_job_ends_at_its_setpoint(
+        start in -999_999..=999_999i32, setpoint in -1_000_000..=1_000_000i32, millis in 1..=100u64,
+        pitch in prop_oneof![Just(0u16), 100..=1000u16], loops in 0..3usize, reversed in any::<bool>(),
+    ) {
+        let settings = Settings {
+            spindle_pitch: pitch,
+            pos_type: [PosType::Direct, PosType::LoopPlus, PosType::LoopMinus][loops],
+            sense: if reversed { SenseOfRotation::E } else { SenseOfRotation::I },
+            limits: Limits::new(0, 0),
+            v_pos: 200,
+            ..DEFAULTS
+        };
+        let dt = Duration::from_millis(millis);
+        let mut drive = Drive::new(Model::Ag03_1, Gear::Ratio24, &settings);
+        drive.calibrate(start).unwrap();
+        drive.step(dt, Some(&command(0x003b, 0)), &settings);
+        let mut steps = 0;
+        while !drive.is_at_rest() {
+            drive.step(dt, Some(&command(0x007b, setpoint)), &settings);
+            steps += 1;
+            prop_assert!(steps < 3_000_000);
+        }
+        prop_assert_eq!(drive.status().position, setpoint);
+        prop_assert!(drive.status().target_reached && drive.status().job_acknowledge);
+    }
+}
+
+#[test]
+fn a_drive_is_small() {
+    assert!(size_of::<Drive>() < 600, "{} bytes", size_of::<Drive>());
+}

@@ -1,0 +1,133 @@
+//! The whole drive, row by row of `ag03.md` section 8.
+
+mod bus_and_faults;
+mod fuzz;
+mod positioning;
+mod velocity;
+mod words;
+
+use core::time::Duration;
+use std::string::{String, ToString};
+use std::vec::Vec;
+
+use super::settings::DEFAULTS;
+use super::*;
+use words::{command, zsw};
+
+const MILLISECOND: Duration = Duration::from_millis(1);
+
+/// A drive with its settings and the control word that is applied to it.
+#[derive(Clone)]
+struct Rig {
+    drive: Drive,
+    settings: Settings,
+    connected: bool,
+    stw: u16,
+    setpoint: i32,
+}
+
+impl Rig {
+    /// Just powered on, in Data_Exchange, STW = 0.
+    fn new(model: Model) -> Self {
+        Self::with(model, DEFAULTS)
+    }
+
+    fn with(model: Model, settings: Settings) -> Self {
+        let drive = Drive::new(model, Gear::Ratio48, &settings);
+        Self { drive, settings, connected: true, stw: 0, setpoint: 0 }
+    }
+
+    /// Operation enabled in positioning mode, prepared for jobs.
+    fn enabled() -> Self {
+        let mut rig = Self::new(Model::Ag03_1);
+        rig.stw(0x003b);
+        assert_eq!(rig.state(), State::OperationEnabled(Motor::InControl));
+        rig
+    }
+
+    /// On its way to `setpoint` since 500 ms, at full speed.
+    fn travelling(setpoint: i32) -> Self {
+        let mut rig = Self::enabled();
+        rig.travel(setpoint);
+        rig.run(499);
+        rig.drive.take_refusal();
+        rig
+    }
+
+    fn in_fault(fault: Fault) -> Self {
+        let mut rig = Self::travelling(100_000);
+        rig.causes([fault]);
+        rig
+    }
+
+    /// Applies a control word for one cycle.
+    fn stw(&mut self, stw: u16) -> &mut Self {
+        self.stw = stw;
+        self.run(1)
+    }
+
+    /// Lets STW.6 change, with this setpoint.
+    fn travel(&mut self, setpoint: i32) -> &mut Self {
+        self.setpoint = setpoint;
+        self.stw(self.stw ^ 0x0040)
+    }
+
+    fn run(&mut self, cycles: u32) -> &mut Self {
+        let command = command(self.stw, self.setpoint);
+        for _ in 0..cycles {
+            self.drive.step(MILLISECOND, self.connected.then_some(&command), &self.settings);
+        }
+        self
+    }
+
+    fn until(&mut self, state: State) -> u32 {
+        for cycle in 0..1_000_000 {
+            if self.state() == state {
+                return cycle;
+            }
+            self.run(1);
+        }
+        panic!("still {:?}, not {state:?}", self.state());
+    }
+
+    /// Changes the inputs, and runs one cycle.
+    fn inputs(&mut self, change: impl FnOnce(&mut Inputs)) -> &mut Self {
+        let mut inputs = self.drive.inputs();
+        change(&mut inputs);
+        self.drive.set_inputs(inputs);
+        self.run(1)
+    }
+
+    fn causes<const N: usize>(&mut self, faults: [Fault; N]) -> &mut Self {
+        self.inputs(|inputs| inputs.causes = faults.into_iter().collect())
+    }
+
+    fn calibrated(mut self, position: i32) -> Self {
+        self.drive.calibrate(position).unwrap();
+        self
+    }
+
+    fn state(&self) -> State {
+        self.drive.status().state
+    }
+
+    fn status(&self) -> Status {
+        self.drive.status()
+    }
+
+    fn zsw(&self) -> u16 {
+        zsw(&self.drive.status())
+    }
+
+    fn position(&self) -> i32 {
+        self.status().position
+    }
+
+    fn reasons(&mut self) -> Vec<Reason> {
+        self.drive.take_refusal().map_or_else(Vec::new, |refusal| refusal.reasons().collect())
+    }
+
+    fn refusal_text(&mut self) -> String {
+        self.drive.take_refusal().unwrap().to_string()
+    }
+}

@@ -1,0 +1,250 @@
+//! Control and status words as the manual prints them, to check its patterns. The library composes them elsewhere.
+
+use super::*;
+
+pub(super) fn command(stw: u16, setpoint: i32) -> Command {
+    let bit = |n: u32| stw & (1 << n) != 0;
+    Command {
+        on: bit(0),
+        no_off2: bit(1),
+        enable_operation: bit(3),
+        no_stop: bit(4),
+        no_intermediate_stop: bit(5),
+        start: bit(6),
+        acknowledge: bit(7),
+        inch_1: bit(8),
+        inch_2: bit(9),
+        inch_2_negative: bit(15),
+        setpoint,
+    }
+}
+
+/// `ag03.md` 5.
+pub(super) fn zsw(status: &Status) -> u16 {
+    let velocity = status.mode == Mode::Velocity;
+    let bits = [
+        status.supply_ok,
+        status.supply_ok,
+        status.operation_enabled,
+        status.fault.is_some(),
+        status.no_off2,
+        true,
+        status.turn_on_disabled,
+        status.warning,
+        if velocity { status.in_window } else { !status.lag_error },
+        true,
+        velocity || status.target_reached,
+        true,
+        velocity || status.job_acknowledge,
+        status.standstill,
+        !velocity && (status.above_upper_limit || status.below_lower_limit),
+        status.ready_to_travel,
+    ];
+    bits.iter().rev().fold(0, |word, &bit| word << 1 | u16::from(bit))
+}
+
+/// Mask and value of a pattern such as `0x1x 1x11 x01x 0011`.
+fn pattern(text: &str) -> (u16, u16) {
+    text.chars()
+        .filter(|c| *c != ' ')
+        .fold((0, 0), |(mask, value), c| (mask << 1 | u16::from(c != 'x'), value << 1 | u16::from(c == '1')))
+}
+
+/// The table at the end of section 8; `s` stands for supply ok.
+fn printed(status: &Status) -> (u16, u16) {
+    let velocity = status.mode == Mode::Velocity;
+    let s = if status.supply_ok { "11" } else { "00" };
+    let (positioning_text, velocity_text) = match status.state {
+        State::Off => ("xxxx xxxx xxxx xxxx", "xxxx xxxx xxxx xxxx"),
+        State::NotReady => ("0x1x 1x1x x01x 0000", "0011 111x x01x 0000"),
+        State::ReadyToRun(_) => ("0x1x 1x11 x01x 0011", "0011 111x x01x 0011"),
+        State::Disabling | State::KeyInching(_) | State::KeyInchingEnding => {
+            ("0x0x 1x1x x01x 0011", "0001 111x x01x 0011")
+        }
+        State::OperationEnabled(_) => ("xx1x 1x11 x011 0111", "x011 111x x011 0111"),
+        State::TravelActive | State::Stopping => ("000x 1x1x x011 0111", "impossible"),
+        State::Paused { .. } => ("101x 1x11 x011 0111", "impossible"),
+        State::Inching(_) => ("0x0x 1x1x x011 0111", "impossible"),
+        State::VelocityTravelling => ("impossible", "00x1 111x x011 0111"),
+        State::Fault => ("0x1x 1x1x x01x 10ss", "0011 111x x01x 10ss"),
+        State::TurnOnDisabled => ("0x1x 1x11 x11x 00ss", "0011 111x x11x 00ss"),
+    };
+    let text = if velocity { velocity_text } else { positioning_text };
+    assert_ne!(text, "impossible", "{status:?}");
+    pattern(&text.replace("ss", s))
+}
+
+/// The printed pattern holds for this status.
+pub(super) fn assert_pattern(status: &Status) {
+    let (mask, value) = printed(status);
+    let word = zsw(status);
+    assert_eq!(word & mask, value, "{word:04x} is no {:?}: {status:?}", status.state);
+    let ready = status.state.operation_enabled()
+        && word & 0x4000 == 0
+        && matches!(status.state, State::OperationEnabled(_))
+        && status.output_stage_ok
+        && !status.moving
+        && (status.mode == Mode::Positioning);
+    assert!(!ready || word & 0x8000 != 0, "{word:04x} should be ready-to-travel: {status:?}");
+}
+
+#[test]
+fn masks_and_values_of_the_patterns_are_those_of_the_reference() {
+    for (text, mask, value) in [
+        ("0x1x 1x11 x01x 0011", 0xab6f, 0x2b23),
+        ("xx1x 1x11 x011 0111", 0x2b7f, 0x2b37),
+        ("0x0x 1x1x x011 0111", 0xaa7f, 0x0a37),
+        ("101x 1x11 x011 0111", 0xeb7f, 0xab37),
+        ("000x 1x1x x011 0111", 0xea7f, 0x0a37),
+        ("0011 111x x01x 0011", 0xfe6f, 0x3e23),
+        ("x011 111x x011 0111", 0x7e7f, 0x3e37),
+        ("1011 111x x011 0111", 0xfe7f, 0xbe37),
+        ("00x1 111x x011 0111", 0xde7f, 0x1e37),
+    ] {
+        assert_eq!(pattern(text), (mask, value), "{text}");
+    }
+}
+
+#[test]
+fn typical_words_of_the_positioning_mode() {
+    let mut rig = Rig::new(Model::Ag03_1);
+    assert_eq!(rig.run(1).zsw(), 0x2b23);
+    assert_eq!(rig.stw(0x0002).zsw(), 0x2b33);
+    assert_eq!(rig.stw(0x000b).zsw(), 0xab37);
+    assert_eq!(rig.stw(0x003b).zsw(), 0xab37);
+    assert_eq!(rig.travel(16_000).zsw(), 0x1b37);
+    rig.until(State::OperationEnabled(Motor::InControl));
+    assert_eq!(rig.zsw(), 0xbf37);
+    rig.settings.limits = Limits::new(-5, 5);
+    assert_eq!(rig.run(1).zsw(), 0x7f37);
+}
+
+#[test]
+fn typical_words_of_the_velocity_mode() {
+    let mut rig = Rig::with(Model::Ag03_1, Settings { mode: Mode::Velocity, ..DEFAULTS });
+    assert_eq!(rig.run(1).zsw(), 0x3f23);
+    assert_eq!(rig.stw(0x0002).zsw(), 0x3f33);
+    assert_eq!(rig.stw(0x000b).zsw(), 0xbf37);
+    rig.setpoint = 72;
+    assert_eq!(rig.stw(0x004b).zsw(), 0x1e37);
+    assert_eq!(rig.run(1000).zsw(), 0x1f37);
+    assert_eq!(rig.status().velocity, 72);
+}
+
+/// One rig in each state, both modes, both models.
+fn in_every_state() -> Vec<Rig> {
+    let mut rigs = Vec::new();
+    let mut keep = |rig: &Rig| rigs.push(rig.clone());
+    for mode in [Mode::Positioning, Mode::Velocity] {
+        for model in [Model::Ag03, Model::Ag03_1] {
+            let mut rig = Rig::with(model, Settings { mode, ..DEFAULTS });
+            keep(&rig);
+            keep(rig.clone().inputs(|inputs| inputs.output_stage = false));
+            keep(rig.clone().inputs(|inputs| inputs.control_supply = false));
+            keep(rig.stw(0x003b));
+            keep(rig.clone().inputs(|inputs| inputs.output_stage = false));
+            keep(rig.clone().stw(0x0033));
+            rig.setpoint = 50_000;
+            keep(rig.stw(0x007b).run(300));
+            keep(rig.clone().inputs(|inputs| inputs.output_stage = false));
+            keep(rig.clone().stw(0x0000));
+            keep(rig.clone().stw(0x0073));
+            keep(rig.clone().causes([Fault::F]));
+            keep(rig.clone().causes([Fault::F]).causes([]).stw(0x00fb));
+            if mode == Mode::Positioning {
+                keep(rig.clone().stw(0x005b));
+                keep(rig.clone().stw(0x005b).run(1000));
+                keep(rig.clone().stw(0x006b));
+                let mut tripping = rig.clone();
+                tripping.settings.torque_deactivation = Some(100);
+                keep(tripping.inputs(|inputs| inputs.torque = 101).inputs(|inputs| inputs.torque = 0));
+                let mut inching = Rig::with(model, DEFAULTS);
+                inching.stw(0x000b);
+                keep(inching.clone().stw(0x010b).run(300));
+                keep(inching.clone().stw(0x010b).run(300).stw(0x000b));
+                keep(inching.clone().stw(0x020b).run(300));
+                keep(inching.clone().stw(0x820b).run(300));
+                let mut key = Rig::with(model, DEFAULTS);
+                key.connected = false;
+                key.run(1);
+                keep(key.inputs(|inputs| inputs.key_clockwise = true).run(300));
+                keep(key.inputs(|inputs| inputs.key_clockwise = false));
+            } else {
+                keep(rig.stw(0x003b));
+            }
+        }
+    }
+    rigs
+}
+
+#[test]
+fn every_state_is_among_those_tested_with_every_control_word() {
+    let states: Vec<_> = in_every_state().iter().map(Rig::state).collect();
+    for state in [
+        State::Off,
+        State::NotReady,
+        State::ReadyToRun(Motor::Released),
+        State::ReadyToRun(Motor::InControl),
+        State::OperationEnabled(Motor::InControl),
+        State::OperationEnabled(Motor::Released),
+        State::Disabling,
+        State::TravelActive,
+        State::Paused { torque_tripped: false },
+        State::Paused { torque_tripped: true },
+        State::Stopping,
+        State::Inching(Inching::One),
+        State::Inching(Inching::Two(Direction::Positive)),
+        State::Inching(Inching::Two(Direction::Negative)),
+        State::Inching(Inching::Ending),
+        State::VelocityTravelling,
+        State::KeyInching(Key::Clockwise),
+        State::KeyInchingEnding,
+        State::Fault,
+        State::TurnOnDisabled,
+    ] {
+        assert!(states.contains(&state), "{state:?}");
+    }
+}
+
+/// What holds after each step, whatever was asked.
+pub(super) fn assert_invariants(before: &Status, after: &Status, stw: u16) {
+    assert_pattern(after);
+    assert_eq!(after.no_off2, stw & 2 != 0);
+    if after.job_acknowledge != before.job_acknowledge && after.state != State::Off {
+        let powered_on = before.state == State::Off;
+        let started = after.state == State::TravelActive || matches!(after.state, State::OperationEnabled(_));
+        assert!(powered_on || started && stw & 0x003b == 0x003b, "acknowledged without a job: {after:?}");
+    }
+    let commanded = after.positioning_active || after.state == State::VelocityTravelling;
+    if commanded {
+        assert!(after.output_stage_ok && after.supply_ok && after.fault.is_none());
+        assert_eq!(after.motor, Motor::InControl);
+    }
+    if after.ready_to_travel {
+        assert!(after.start_conditions_met && after.operation_enabled && !after.positioning_active);
+    }
+    // Without torque the shaft only runs out.
+    if after.motor != Motor::InControl {
+        assert!(after.velocity.abs() <= before.velocity.abs(), "{before:?} {after:?}");
+    }
+    assert_eq!(after.fault.is_some(), after.state == State::Fault);
+}
+
+/// All 65536 control words; those that differ only in the bits a [`Command`] does not have (2, 10 to 14) are one.
+#[test]
+fn all_control_words_in_every_state_keep_the_printed_patterns() {
+    for rig in in_every_state() {
+        assert_pattern(&rig.status());
+        for stw in (0..=u16::MAX).filter(|stw| stw & 0x7c04 == 0) {
+            for setpoint in [-20_000, 1_000_001] {
+                let mut drive = rig.drive.clone();
+                let command = command(stw, setpoint);
+                for _ in 0..3 {
+                    let before = drive.status();
+                    drive.step(MILLISECOND, Some(&command), &rig.settings);
+                    assert_invariants(&before, &drive.status(), stw);
+                }
+            }
+        }
+    }
+}
