@@ -373,3 +373,136 @@ fn both_models_are_on_the_bus_as_they_were_connected() {
     assert_ne!(plant.bus.device(5).unwrap().parameters().value(Parameter::Limit1), 250_000);
     assert!(plant.bus.device(7).is_none());
 }
+
+/// The same over a real pseudo-terminal: `host::run` in a thread has the drive, profirust opens the terminal as it
+/// would open a serial port. Time is real here, and decides nothing: profirust is given a slot time beyond anything a
+/// loaded machine does, and the waits end with what they wait for.
+#[cfg(target_os = "linux")]
+mod over_a_pseudo_terminal {
+    use core::time::Duration;
+    use std::thread;
+
+    use profidrive::device::{Config, Device};
+    use profidrive::fdl::Address;
+    use profidrive::host::link::{pty::Pty, serial::Serial};
+    use profidrive::host::{self, Bus, Clock, Link, Stop, SystemClock};
+    use profidrive::master::{LinkPhy, baudrate, instant, peripheral};
+    use profidrive::ppo::{Inputs, Outputs, Pkw, Stw};
+    use profidrive::time::BaudRate;
+    use profirust::dp::{DpMaster, PeripheralHandle};
+    use profirust::fdl::{FdlActiveStation, ParametersBuilder};
+
+    use super::{
+        ACKNOWLEDGE, OPERATION_ENABLED, READ_CALIBRATION_VALUE, READ_LIMIT_1, READY_TO_RUN, READY_TO_TRAVEL,
+        WRITE_LIMIT_1, pkw,
+    };
+
+    const BAUD: BaudRate = BaudRate::K500;
+    /// 50 ms at 500 kbit/s. A late answer costs a retry, of which there are 15. More would slow this test: profirust
+    /// waits a slot time for an absent station in every round.
+    const SLOT_BITS: u16 = 25_000;
+    /// For each thing waited for; only a test that fails takes so long.
+    const PATIENCE: Duration = Duration::from_secs(60);
+
+    struct Master {
+        fdl: FdlActiveStation,
+        dp: DpMaster<'static>,
+        phy: LinkPhy<Serial>,
+        drive: PeripheralHandle,
+        clock: SystemClock,
+        stop: Stop,
+    }
+
+    impl Master {
+        fn open(terminal: &str) -> Self {
+            let mut dp = DpMaster::new(Vec::new());
+            let drive = dp.add(peripheral(5, BAUD));
+            dp.enter_operate();
+            let parameters = ParametersBuilder::new(2, baudrate(BAUD))
+                .slot_bits(SLOT_BITS)
+                .max_retry_limit(15)
+                .build_verified(&dp);
+            let mut fdl = FdlActiveStation::new(parameters);
+            fdl.set_online();
+            let phy = LinkPhy::new(Serial::open(terminal, BAUD).unwrap(), BAUD);
+            Self { fdl, dp, phy, drive, clock: SystemClock::new(), stop: Stop::new().unwrap() }
+        }
+
+        fn send(&mut self, words: &str, stw: u16, hsw: i32) {
+            let octets = Outputs::octets(pkw(words), Stw::from_raw(stw), hsw);
+            self.dp.get_mut(self.drive).pi_q_mut().copy_from_slice(&octets);
+        }
+
+        fn wait(&mut self, what: &str, condition: impl Fn(Pkw, u16, i32) -> bool) {
+            let begun = self.clock.now();
+            loop {
+                self.fdl.poll(instant(self.clock.now()), &mut self.phy, &mut self.dp);
+                assert!(self.phy.take_error().is_none());
+                let drive = self.dp.get_mut(self.drive);
+                let inputs = Inputs::parse(drive.pi_i()).unwrap();
+                let (pkw, zsw, hiw) = (inputs.pkw(), inputs.zsw().raw(), inputs.hiw());
+                if drive.is_running() && condition(pkw, zsw, hiw) {
+                    return;
+                }
+                let waited = self.clock.now().saturating_since(begun);
+                assert!(waited < PATIENCE, "{what}: waited {waited:?}; {pkw} {zsw:04X} {hiw}");
+                // Sleeps until octets have arrived, or profirust may have something to send.
+                self.phy.link_mut().wait(Some(Duration::from_micros(200)), &self.stop).unwrap();
+            }
+        }
+
+        fn job(&mut self, words: &str, reply: &str) {
+            self.send(words, 0, 0);
+            self.wait(words, |pkw, _, _| pkw.to_string() == reply);
+            self.send("0000 0000 0000 0000", 0, 0);
+            self.wait("job taken back", |pkw, _, _| pkw == Pkw::ZERO);
+        }
+
+        fn command(&mut self, stw: u16, hsw: i32, (mask, value): (u16, u16)) {
+            self.send("0000 0000 0000 0000", stw, hsw);
+            self.wait(&format!("status after {stw:04X}"), |_, zsw, _| zsw & mask == value);
+        }
+    }
+
+    #[test]
+    fn a_drive_in_another_thread_is_commissioned_over_a_pseudo_terminal() {
+        let mut pty = Pty::open(None).unwrap();
+        let terminal = pty.path().to_str().unwrap().to_owned();
+        let stop = Stop::new().unwrap();
+        let clock = SystemClock::new();
+        let mut bus = Bus::new();
+        let config = Config { baud: BAUD, ..Config::new(Address::station(5).unwrap()) };
+        bus.add(Device::new(config, clock.now())).unwrap();
+        thread::scope(|scope| {
+            let slave = scope.spawn(|| host::run(&mut pty, &mut bus, &clock, &stop, &mut |_, _| {}));
+            // The slave's thread ends with the master, whatever happens to it.
+            let master = scope.spawn(|| commission(&terminal)).join();
+            stop.request();
+            slave.join().unwrap().unwrap();
+            if let Err(panic) = master {
+                std::panic::resume_unwind(panic);
+            }
+        });
+    }
+
+    fn commission(terminal: &str) {
+        let mut master = Master::open(terminal);
+        master.wait("ready", |_, zsw, _| zsw & READY_TO_RUN.0 == READY_TO_RUN.1);
+        master.job(READ_CALIBRATION_VALUE, "23FA 0000 0000 0000");
+        master.job(WRITE_LIMIT_1, "23F8 0000 0003 D090");
+        master.job(READ_LIMIT_1, "23F8 0000 0003 D090");
+        master.command(0x000B, 0, OPERATION_ENABLED);
+        master.command(0x003B, 400, READY_TO_TRAVEL);
+        // A job can be over before a slow machine looks; that it was taken over stays in bit 12.
+        master.send("0000 0000 0000 0000", 0x007B, 400);
+        let arrived = |toggle: u16, target: i32| {
+            move |_, zsw, hiw: i32| {
+                zsw & ACKNOWLEDGE == toggle && zsw & 0x0400 != 0 && hiw.abs_diff(target) <= 5
+            }
+        };
+        master.wait("400", arrived(ACKNOWLEDGE, 400));
+        master.send("0000 0000 0000 0000", 0x003B, 0);
+        master.wait("0", arrived(0, 0));
+        master.command(0, 0, READY_TO_RUN);
+    }
+}
