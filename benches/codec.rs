@@ -2,6 +2,14 @@
 //!
 //! Ours checks more (second SD2, LE up to 249, extension octets, token addresses). Compare medians of the two rows
 //! of a group, not nanoseconds of different machines: `cargo bench --bench codec`.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::cast_possible_truncation,
+    clippy::std_instead_of_core,
+    clippy::wildcard_enum_match_arm,
+    reason = "a test may panic, and has std"
+)]
 
 use std::hint::black_box;
 
@@ -12,8 +20,8 @@ const TELEGRAMS: [(&str, &[u8]); 8] = [
     (
         "data_exchange_14",
         &[
-            0x68, 0x11, 0x11, 0x68, 0x05, 0x02, 0x7D, 0x13, 0xFA, 0, 0, 0, 0, 0, 0, 0x00, 0x7B, 0, 0, 0x13, 0x88, 0xA7,
-            0x16,
+            0x68, 0x11, 0x11, 0x68, 0x05, 0x02, 0x7D, 0x13, 0xFA, 0, 0, 0, 0, 0, 0, 0x00, 0x7B, 0, 0, 0x13,
+            0x88, 0xA7, 0x16,
         ],
     ),
     ("fdl_status_sd1", &[0x10, 0x05, 0x02, 0x49, 0x50, 0x16]),
@@ -29,7 +37,12 @@ fn decoding(criterion: &mut Criterion) {
     for (name, octets) in TELEGRAMS {
         // Both must judge the octets as the bench's name says, or the comparison says nothing.
         let accepted = !matches!(name, "wrong_fcs" | "incomplete");
-        assert_eq!(matches!(decode(octets), Decoded::Telegram { .. }), accepted, "{name}: {:?}", decode(octets));
+        assert_eq!(
+            matches!(decode(octets), Decoded::Telegram { .. }),
+            accepted,
+            "{name}: {:?}",
+            decode(octets)
+        );
         assert_eq!(matches!(profirust::fdl::Telegram::deserialize(octets), Some(Ok(_))), accepted, "{name}");
 
         let mut group = criterion.benchmark_group(format!("decode/{name}"));
@@ -44,7 +57,8 @@ fn decoding(criterion: &mut Criterion) {
 fn encoding(criterion: &mut Criterion) {
     for (name, octets) in TELEGRAMS {
         let Decoded::Telegram { telegram: ours, len } = decode(octets) else { continue };
-        let Some(Ok((profirust::fdl::Telegram::Data(theirs), _))) = profirust::fdl::Telegram::deserialize(octets)
+        let Some(Ok((profirust::fdl::Telegram::Data(theirs), _))) =
+            profirust::fdl::Telegram::deserialize(octets)
         else {
             continue;
         };
@@ -60,7 +74,9 @@ fn encoding(criterion: &mut Criterion) {
         group.bench_function("profirust", |bench| {
             bench.iter(|| {
                 let theirs = black_box(&theirs);
-                theirs.h.serialize(black_box(&mut buf), theirs.pdu.len(), |pdu| pdu.copy_from_slice(theirs.pdu))
+                theirs
+                    .h
+                    .serialize(black_box(&mut buf), theirs.pdu.len(), |pdu| pdu.copy_from_slice(theirs.pdu))
             });
         });
         group.finish();

@@ -1,5 +1,12 @@
 //! The command, run as a process: its one line on stdout, its exit codes, its one line per failure.
-
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::cast_possible_truncation,
+    clippy::std_instead_of_core,
+    clippy::wildcard_enum_match_arm,
+    reason = "a test may panic, and has std"
+)]
 #![cfg(target_os = "linux")]
 
 use core::time::Duration;

@@ -1,4 +1,12 @@
 //! Data_Exchange, RD_Inp, RD_Outp, Global_Control and the watchdog (`dp-v0.md` 13: X, S, W).
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::cast_possible_truncation,
+    clippy::std_instead_of_core,
+    clippy::wildcard_enum_match_arm,
+    reason = "a test may panic, and has std"
+)]
 
 mod common;
 
@@ -252,7 +260,8 @@ fn w_02_without_watchdog_everything_is_held() {
 
 #[test]
 fn w_03_only_telegrams_of_the_owner_to_this_slave_feed_the_watchdog() {
-    let fed: [(&str, fn(&mut Line), bool); 5] = [
+    type Feed = fn(&mut Line);
+    let fed: [(&str, Feed, bool); 5] = [
         ("Slave_Diag of the owner", |line| assert_eq!(line.diagnosis(MASTER)[3], MASTER), true),
         ("FDL status of the owner", |line| drop(line.send(&common::hex("10 05 02 49 50 16"))), true),
         ("Slave_Diag of another master", |line| assert_eq!(line.diagnosis(OTHER)[4], 0x0A), false),

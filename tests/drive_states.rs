@@ -1,4 +1,12 @@
 //! The control and status words from the bus: chart 13 of the manual for positioning (`ag03.md` 5 and 7).
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::cast_possible_truncation,
+    clippy::std_instead_of_core,
+    clippy::wildcard_enum_match_arm,
+    reason = "a test may panic, and has std"
+)]
 
 mod common;
 

@@ -1,4 +1,12 @@
 //! `gsd/SIKO0AC5.GSD` says what the slave does: read with an independent parser and compared with the code.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::cast_possible_truncation,
+    clippy::std_instead_of_core,
+    clippy::wildcard_enum_match_arm,
+    reason = "a test may panic, and has std"
+)]
 
 use std::path::{Path, PathBuf};
 

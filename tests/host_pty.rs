@@ -1,5 +1,12 @@
 //! The pseudo-terminal link, seen from the terminal that a master opens.
-
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::cast_possible_truncation,
+    clippy::std_instead_of_core,
+    clippy::wildcard_enum_match_arm,
+    reason = "a test may panic, and has std"
+)]
 #![cfg(target_os = "linux")]
 
 use core::time::Duration;
@@ -173,14 +180,29 @@ fn half_a_telegram_of_one_master_does_not_reach_the_next() {
 }
 
 #[test]
-fn a_reset_follows_the_octets_that_were_heard_before_the_master_left() {
+fn a_master_that_writes_and_leaves_at_once_is_heard_and_then_the_line_is_reset() {
     let mut pty = Pty::open(None).unwrap();
-    let mut master = Master::open(pty.path());
-    master.write(&[0x68, 0x0B]);
-    hears(&mut pty, &[0x68, 0x0B]);
-    drop(master);
+    for _ in 0..3 {
+        Master::open(pty.path()).write(&[0x68, 0x0B]);
+        let mut buf = [0; 8];
+        assert_eq!(pty.receive(&mut buf).unwrap(), Received::Octets(2));
+        pty.send(&[0xE5]).unwrap();
+        assert_eq!(pty.receive(&mut buf).unwrap(), Received::Reset);
+        assert_eq!(pty.receive(&mut buf).unwrap(), Received::Nothing, "said once");
+    }
+    assert_eq!(pty.lost(), 3);
+}
+
+#[test]
+fn octets_of_two_masters_in_one_queue_come_after_the_reset() {
+    let mut pty = Pty::open(None).unwrap();
+    Master::open(pty.path()).write(&[0x68]);
+    let mut second = Master::open(pty.path());
+    second.write(&[0x10, 0x05]);
     assert_eq!(pty.receive(&mut [0; 8]).unwrap(), Received::Reset);
-    assert_eq!(pty.receive(&mut [0; 8]).unwrap(), Received::Nothing, "said once");
+    hears(&mut pty, &[0x68, 0x10, 0x05]);
+    pty.send(&[7]).unwrap();
+    reads(&mut second, &[7]);
 }
 
 #[test]
@@ -306,9 +328,13 @@ fn an_idle_line_sleeps_and_an_open_a_write_and_a_stop_wake_it() {
             pty.wait(None, &stop).unwrap();
             let mut master = opener.join().unwrap();
             assert_eq!(pty.receive(&mut [0; 8]).unwrap(), Received::Nothing);
-            scope.spawn(move || master.write(&[1]));
+            let writer = scope.spawn(move || {
+                master.write(&[1]);
+                master
+            });
             pty.wait(None, &stop).unwrap();
             hears(&mut pty, &[1]);
+            drop(writer.join().unwrap());
         });
         assert_eq!(pty.receive(&mut [0; 8]).unwrap(), Received::Reset);
         assert_eq!(pty.receive(&mut [0; 8]).unwrap(), Received::Nothing);

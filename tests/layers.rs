@@ -1,4 +1,12 @@
 //! The import table (`docs/design.md`): a layer uses the layers below it and no other.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::cast_possible_truncation,
+    clippy::std_instead_of_core,
+    clippy::wildcard_enum_match_arm,
+    reason = "a test may panic, and has std"
+)]
 
 use std::fs;
 use std::path::{Path, PathBuf};

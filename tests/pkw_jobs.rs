@@ -1,5 +1,13 @@
 //! The parameter channel from the bus: the worked telegrams of the manual (chapter 7.6) and the vectors of
 //! `ag03.md` 2.5 and 2.6, octet for octet.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::cast_possible_truncation,
+    clippy::std_instead_of_core,
+    clippy::wildcard_enum_match_arm,
+    reason = "a test may panic, and has std"
+)]
 
 mod common;
 

@@ -1,4 +1,12 @@
 //! Damaged telegrams, noise and any cutting of the octets (`dp-v0.md` 13: F).
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::cast_possible_truncation,
+    clippy::std_instead_of_core,
+    clippy::wildcard_enum_match_arm,
+    reason = "a test may panic, and has std"
+)]
 
 mod common;
 

@@ -1,4 +1,12 @@
 //! From power-on to Data_Exchange: Set_Prm, Chk_Cfg, Get_Cfg and Slave_Diag (`dp-v0.md` 13: P, G, D).
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::cast_possible_truncation,
+    clippy::std_instead_of_core,
+    clippy::wildcard_enum_match_arm,
+    reason = "a test may panic, and has std"
+)]
 
 mod common;
 

@@ -9,6 +9,7 @@ use std::process::ExitCode;
 
 use clap::error::ErrorKind;
 use clap::{ArgAction, CommandFactory, Parser, Subcommand};
+use profidrive::fdl::Address;
 use profidrive::param::{Gear, Model};
 use profidrive::time::BaudRate;
 
@@ -81,7 +82,7 @@ pub(crate) struct Verbosity {
 /// One emulated drive, as asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct DriveSpec {
-    pub(crate) address: u8,
+    pub(crate) address: Address,
     pub(crate) model: Model,
     pub(crate) gear: Gear,
 }
@@ -116,14 +117,12 @@ impl FromStr for DriveSpec {
     }
 }
 
-fn address(text: &str) -> Result<u8, String> {
+fn address(text: &str) -> Result<Address, String> {
     if text.is_empty() || !text.bytes().all(|octet| octet.is_ascii_digit()) {
         return Err(format!("'{text}' is no address; {DRIVE_FORM}"));
     }
-    match text.parse() {
-        Ok(address @ 0..=126) => Ok(address),
-        Ok(127..) | Err(_) => Err(format!("address {text} is outside 0 to 126")),
-    }
+    let station = text.parse().ok().and_then(|number| Address::station(number).ok());
+    station.ok_or_else(|| format!("address {text} is outside 0 to 126"))
 }
 
 impl fmt::Display for DriveSpec {
@@ -217,7 +216,7 @@ impl Args {
     fn check(&self) -> Result<(), String> {
         let Command::Emulate(emulate) = &self.command;
         let mut addresses = BTreeSet::new();
-        if let Some(twice) = emulate.drives.iter().find(|drive| !addresses.insert(drive.address)) {
+        if let Some(twice) = emulate.drives.iter().find(|drive| !addresses.insert(drive.address.number())) {
             return Err(format!("two drives have address {}; give each drive its own", twice.address));
         }
         match (&emulate.link, emulate.baud) {
@@ -272,7 +271,10 @@ mod tests {
 
     #[test]
     fn a_drive_is_its_address_and_what_differs_from_the_default() {
-        let full = |address, model, gear| Ok(DriveSpec { address, model, gear });
+        let full = |number, model, gear| {
+            let address = Address::station(number).unwrap();
+            Ok(DriveSpec { address, model, gear })
+        };
         for (spec, drive) in [
             ("5", full(5, Model::Ag03_1, Gear::Ratio48)),
             ("0,gear=24", full(0, Model::Ag03_1, Gear::Ratio24)),

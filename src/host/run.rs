@@ -24,10 +24,13 @@ pub fn run(
 ) -> Result<(), Error> {
     let mut batch = [0; BATCH];
     loop {
-        let heard = listen(link, bus, &mut batch)?;
+        let (heard, reset) = listen(link, bus, &mut batch)?;
         if let Some(octets) = batch.get(..heard).filter(|octets| !octets.is_empty()) {
             bus.handle_bytes(clock.now(), octets);
             drain(link, bus, clock, on_event)?;
+        }
+        if reset {
+            bus.handle_reset();
         }
         let now = clock.now();
         if bus.poll_timeout().is_some_and(|deadline| deadline <= now) {
@@ -37,31 +40,27 @@ pub fn run(
         if stop.is_requested() {
             return Ok(());
         }
-        // A full batch may have left octets behind, and a new deadline may already be past: look again at once.
+        // More may lie behind a reset or a full batch, and a new deadline may already be past: look again at once.
         let now = clock.now();
         let timeout = bus.poll_timeout().map(|deadline| deadline.saturating_since(now));
-        if heard < batch.len() && timeout.is_none_or(|timeout| !timeout.is_zero()) {
+        if !reset && heard < batch.len() && timeout.is_none_or(|timeout| !timeout.is_zero()) {
             link.wait(timeout, stop).map_err(link_failed)?;
         }
     }
 }
 
-/// Collects what has arrived at the front of `batch`: how many octets.
-fn listen(link: &mut dyn Link, bus: &mut Bus, batch: &mut [u8]) -> Result<usize, Error> {
+/// Collects what has arrived at the front of `batch`, up to a reset: how many octets, and whether a reset follows.
+fn listen(link: &mut dyn Link, bus: &mut Bus, batch: &mut [u8]) -> Result<(usize, bool), Error> {
     let mut heard = 0;
     while let Some(free) = batch.get_mut(heard..).filter(|free| !free.is_empty()) {
         match link.receive(free).map_err(link_failed)? {
             Received::Octets(count) => heard += count,
-            Received::Reset => {
-                // What was collected so far is of the master that has gone.
-                heard = 0;
-                bus.handle_reset();
-            }
+            Received::Reset => return Ok((heard, true)),
             Received::Rate(rate) => bus.set_baud(rate),
             Received::Nothing => break,
         }
     }
-    Ok(heard)
+    Ok((heard, false))
 }
 
 /// Sends what is to be sent now and passes on the news.
@@ -88,123 +87,53 @@ fn link_failed(source: std::io::Error) -> Error {
 #[cfg(all(test, unix))]
 mod tests {
     use super::*;
-    use crate::device::{Config, Device};
     use crate::host::ManualClock;
     use crate::host::link::memory::{End, Wire};
-    use crate::param::{Gear, Model};
-    use crate::time::{BaudRate, Instant};
+    use crate::time::BaudRate;
     use core::time::Duration;
-    use std::collections::VecDeque;
-    use std::{io, vec, vec::Vec};
+    use std::io;
 
-    /// The drives' end of an in-memory line on which sleeping moves the clock instead of taking time. What the
-    /// script holds happens in one sleep each; the sleep after the last requests the stop.
-    struct Scripted {
+    /// A link that says `news` once before the octets of `end`.
+    struct WithNews {
         end: End,
-        master: End,
-        clock: ManualClock,
-        script: VecDeque<Vec<u8>>,
-        sleeps: Vec<Option<Duration>>,
-        news: VecDeque<Received>,
+        news: Option<Received>,
     }
 
-    impl Link for Scripted {
+    impl Link for WithNews {
         fn receive(&mut self, buf: &mut [u8]) -> io::Result<Received> {
-            match self.news.pop_front() {
+            match self.news.take() {
                 Some(news) => Ok(news),
                 None => self.end.receive(buf),
             }
         }
-
         fn send(&mut self, telegram: &[u8]) -> io::Result<()> {
             self.end.send(telegram)
         }
-
         fn wait(&mut self, timeout: Option<Duration>, stop: &Stop) -> io::Result<()> {
-            self.sleeps.push(timeout);
-            self.clock.advance(timeout.unwrap_or(Duration::from_millis(10)).min(Duration::from_millis(10)));
-            match self.script.pop_front() {
-                Some(octets) => self.master.send(&octets),
-                None => {
-                    stop.request();
-                    Ok(())
-                }
-            }
+            self.end.wait(timeout, stop)
         }
     }
 
-    fn scripted(script: &[&[u8]]) -> (Scripted, Bus, ManualClock) {
+    #[test]
+    fn octets_before_and_after_a_reset_are_told_apart() {
         let wire = Wire::new();
-        let clock = ManualClock::new();
-        let mut bus = Bus::new();
-        let config = Config {
-            address: 5,
-            model: Model::Ag03_1,
-            gear: Gear::Ratio48,
-            baud: BaudRate::K500,
-            application_cycle: Duration::from_millis(1),
-        };
-        bus.add(Device::new(config, clock.now())).unwrap();
-        let link = Scripted {
-            end: wire.end(),
-            master: wire.end(),
-            clock: clock.clone(),
-            script: script.iter().map(|octets| octets.to_vec()).collect(),
-            sleeps: Vec::new(),
-            news: VecDeque::new(),
-        };
-        (link, bus, clock)
-    }
-
-    #[test]
-    fn the_loop_takes_what_arrives_and_ends_on_request() {
-        let (mut link, mut bus, clock) = scripted(&[&[0x10, 0x05], &[0xFF; 300]]);
-        let stop = Stop::new().unwrap();
-        run(&mut link, &mut bus, &clock, &stop, &mut |_, _| {}).unwrap();
-        assert_eq!(link.end.receive(&mut [0; 1]).unwrap(), Received::Nothing, "everything was taken");
-        assert_eq!(link.end.lost(), 0);
-        assert!(link.sleeps.len() >= 3, "one sleep before each arrival, one before the stop");
-        assert!(clock.now() > Instant::ZERO);
-    }
-
-    #[test]
-    fn a_stop_requested_before_the_start_ends_the_loop_without_sleep() {
-        let (mut link, mut bus, clock) = scripted(&[&[0x10]]);
-        let stop = Stop::new().unwrap();
-        stop.request();
-        run(&mut link, &mut bus, &clock, &stop, &mut |_, _| {}).unwrap();
-        assert_eq!(link.sleeps, vec![]);
-    }
-
-    #[test]
-    fn no_sleep_is_longer_than_the_next_deadline() {
-        let (mut link, mut bus, clock) = scripted(&[&[0x10, 0x05, 0x02, 0x49, 0x50, 0x16]]);
-        let stop = Stop::new().unwrap();
-        let before = bus.poll_timeout();
-        run(&mut link, &mut bus, &clock, &stop, &mut |_, _| {}).unwrap();
-        assert_eq!(link.sleeps.first().copied(), Some(before.map(|at| at.saturating_since(Instant::ZERO))));
-    }
-
-    #[test]
-    fn octets_before_a_reset_do_not_reach_the_drives() {
-        let (mut link, mut bus, _) = scripted(&[]);
-        link.master.send(&[1, 2, 3]).unwrap();
+        let mut link = WithNews { end: wire.end(), news: Some(Received::Reset) };
         let mut batch = [0; 8];
-        let before = link.end.receive(&mut batch).unwrap();
-        assert_eq!(before, Received::Octets(3));
-        link.master.send(&[4]).unwrap();
-        link.news.extend([before, Received::Reset]);
-        assert_eq!(listen(&mut link, &mut bus, &mut batch).unwrap(), 1);
-        assert_eq!(batch[0], 4);
+        wire.end().send(&[1, 2, 3]).unwrap();
+        assert_eq!(listen(&mut link, &mut Bus::new(), &mut batch).unwrap(), (0, true));
+        link.news = Some(Received::Rate(BaudRate::K1500));
+        assert_eq!(listen(&mut link, &mut Bus::new(), &mut batch).unwrap(), (3, false));
+        assert_eq!(batch[..3], [1, 2, 3]);
     }
 
     #[test]
     fn a_flood_is_taken_in_bounded_batches() {
-        let (mut link, mut bus, _) = scripted(&[]);
-        link.master.send(&[0x55; BATCH + 1]).unwrap();
+        let wire = Wire::new();
+        let mut end = wire.end();
+        wire.end().send(&[0x55; BATCH + 1]).unwrap();
         let mut batch = [0; BATCH];
-        assert_eq!(listen(&mut link, &mut bus, &mut batch).unwrap(), BATCH);
-        assert_eq!(listen(&mut link, &mut bus, &mut batch).unwrap(), 1);
+        assert_eq!(listen(&mut end, &mut Bus::new(), &mut batch).unwrap(), (BATCH, false));
+        assert_eq!(listen(&mut end, &mut Bus::new(), &mut batch).unwrap(), (1, false));
     }
 
     #[test]

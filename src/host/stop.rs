@@ -117,7 +117,7 @@ mod tests {
     #[test]
     fn an_octet_from_a_signal_handler_is_a_request() {
         let stop = Stop::new().unwrap();
-        stop.waker().unwrap().write_all(&[b'X']).unwrap();
+        stop.waker().unwrap().write_all(b"X").unwrap();
         assert!(stop.is_requested());
     }
 }

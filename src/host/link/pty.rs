@@ -9,14 +9,16 @@
 //!   tells in which order a master wrote and closed. Openings are counted; the kernel merges equal events, so the
 //!   directory is watched as well and its events lie between those of the terminal. The price: a terminal opened or
 //!   closed by anybody on the machine wakes this process for some microseconds.
-//! - **When the last master closes the terminal** what it left unread is thrown away in both directions, the settings
-//!   go back to raw, its exclusive lock is lifted (`TIOCEXCL` outlives a master that was killed), and the next
-//!   [`Link::receive`] says [`Received::Reset`].
+//! - **When the last master has closed the terminal**, what it did not read is thrown away, the settings go back to
+//!   raw, its exclusive lock is lifted (`TIOCEXCL` outlives a master that was killed), and [`Link::receive`] says
+//!   [`Received::Reset`] once the octets it wrote are read. If the next one has opened the terminal by then, octets
+//!   of the first that are still unread are thrown away as well.
 //!
-//! What follows from this: a master is never hung up on while this process lives; two programs that have the terminal
-//! open at the same time are one master; and if a master writes, closes, and the next opens and writes all before
-//! this process runs once (some ten microseconds on an idle machine), the first octets of the next are thrown away
-//! with those of the first, because the kernel has put them into one queue.
+//! What follows from this: a master is never hung up on while this process lives, and two programs that have the
+//! terminal open at the same time are one master. If a master writes and closes, and the next opens and writes, all
+//! before this process runs once (some ten microseconds on an idle machine), nobody can tell their octets apart: they
+//! lie in one queue. Then all of them come after the reset, and finding the first telegram of the second among them
+//! is left to the framer.
 //!
 //! A pseudo-terminal has no rate, parity or timing, but it keeps the rate that the master sets: [`Pty::speed`].
 //! It drops the parity bit from a master's settings too. With glibc `tcsetattr` then fails with EINVAL if that bit was
@@ -64,11 +66,20 @@ pub struct Pty {
     openings: u32,
     /// The DP master wrote since the queue towards the drives was last seen empty.
     unread: bool,
-    reset_due: bool,
+    reset: Option<Reset>,
     follows_rate: bool,
     rate: Option<BaudRate>,
     lost: u64,
     loss_reported: bool,
+}
+
+/// A reset that is still to be reported.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Reset {
+    /// Before any octet.
+    Now,
+    /// When the octets that the master left in the queue are read.
+    WhenRead,
 }
 
 impl Pty {
@@ -118,7 +129,7 @@ impl Pty {
             raw,
             openings: 0,
             unread: false,
-            reset_due: false,
+            reset: None,
             follows_rate: false,
             rate: None,
             lost: 0,
@@ -157,8 +168,9 @@ impl Pty {
     fn observe(&mut self) -> io::Result<()> {
         use inotify::ReadFlags;
 
-        let mut left = false;
-        let mut stale = false;
+        // Whether the master changed, and whether the one before has left octets in the queue.
+        let mut changed = false;
+        let mut left_octets = self.reset == Some(Reset::WhenRead);
         let mut buf = [MaybeUninit::uninit(); 1024];
         let mut events = inotify::Reader::new(&self.watch, &mut buf);
         loop {
@@ -170,13 +182,14 @@ impl Pty {
                 Err(Errno::INTR) => continue,
                 Err(error) => return Err(error.into()),
             };
-            let mut gone = false;
             if event.contains(ReadFlags::OPEN) {
                 self.openings = self.openings.saturating_add(1);
+                changed |= left_octets;
             }
             if event.contains(ReadFlags::MODIFY) {
                 self.unread = true;
             }
+            let mut gone = false;
             if event.intersects(ReadFlags::CLOSE_WRITE | ReadFlags::CLOSE_NOWRITE) {
                 self.openings = self.openings.saturating_sub(1);
                 gone = self.openings == 0;
@@ -184,33 +197,33 @@ impl Pty {
             // Thousands came and went since the last look; whoever is there now is taken for one new master.
             if event.contains(ReadFlags::QUEUE_OVERFLOW) {
                 self.openings = 1;
-                self.unread = true;
                 gone = true;
             }
             if gone {
-                left = true;
-                stale |= core::mem::take(&mut self.unread);
+                changed = true;
+                left_octets |= core::mem::take(&mut self.unread);
             }
         }
-        if left { self.clear(stale) } else { Ok(()) }
+        if changed { self.change_master(left_octets) } else { Ok(()) }
     }
 
-    /// Throws away what the master that has gone left behind.
-    fn clear(&mut self, stale_towards_drives: bool) -> io::Result<()> {
+    /// Puts the terminal in order after a master has gone, and perhaps the next has come.
+    fn change_master(&mut self, left_octets: bool) -> io::Result<()> {
         // Nothing was sent since it went, so whatever is queued for a master is not for the next one. First what the
         // kernel has not handed over to the terminal yet, then what the terminal holds.
         rustix::termios::tcflush(&self.line, QueueSelector::OFlush)?;
         rustix::termios::tcflush(&self.held, QueueSelector::IFlush)?;
-        if stale_towards_drives {
-            let mut octets = [0; 512];
-            while self.read(&mut octets)? > 0 {}
-        }
+        rustix::termios::ioctl_tiocnxcl(&self.held)?;
         if self.openings == 0 {
             rustix::termios::tcsetattr(&self.held, OptionalActions::Now, &self.raw)?;
         }
-        rustix::termios::ioctl_tiocnxcl(&self.held)?;
-        self.reset_due = true;
         self.loss_reported = false;
+        self.reset = Some(if left_octets && self.openings == 0 { Reset::WhenRead } else { Reset::Now });
+        // The next one is there and has not written: the queue holds octets of the first only.
+        if left_octets && self.openings > 0 && !self.unread {
+            let mut octets = [0; 512];
+            while self.read(&mut octets)? > 0 {}
+        }
         Ok(())
     }
 
@@ -246,13 +259,15 @@ impl Pty {
 impl Link for Pty {
     fn receive(&mut self, buf: &mut [u8]) -> io::Result<Received> {
         self.observe()?;
-        if core::mem::take(&mut self.reset_due) {
+        if self.reset == Some(Reset::Now) {
+            self.reset = None;
             return Ok(Received::Reset);
         }
         if let Some(rate) = self.new_rate()? {
             return Ok(Received::Rate(rate));
         }
         Ok(match self.read(buf)? {
+            0 if self.reset.take().is_some() => Received::Reset,
             0 => Received::Nothing,
             count => Received::Octets(count),
         })
@@ -261,8 +276,9 @@ impl Link for Pty {
     /// See [`Link::send`]. What a master does not read is lost when the kernel's queue is full, see [`Pty::lost`].
     fn send(&mut self, telegram: &[u8]) -> io::Result<()> {
         self.observe()?;
-        let sent = if self.openings == 0 || self.reset_due {
-            // Nobody is there, or somebody who has not asked for this.
+        // Nobody is there, or somebody who has not asked for this.
+        let addressee = self.openings > 0 && self.reset.is_none();
+        let sent = if !addressee {
             0
         } else {
             match rustix::io::write(&self.line, telegram) {
@@ -273,7 +289,7 @@ impl Link for Pty {
         };
         let lost = telegram.len().saturating_sub(sent);
         self.lost = self.lost.saturating_add(lost as u64);
-        if lost > 0 && self.openings > 0 && !self.reset_due && !self.loss_reported {
+        if lost > 0 && addressee && !self.loss_reported {
             self.loss_reported = true;
             tracing::warn!("the master does not read {}: octets are lost", self.terminal.display());
         }
@@ -281,7 +297,7 @@ impl Link for Pty {
     }
 
     fn wait(&mut self, timeout: Option<Duration>, stop: &Stop) -> io::Result<()> {
-        if self.reset_due {
+        if self.reset.is_some() {
             return Ok(());
         }
         let mut fds = [
