@@ -1,6 +1,7 @@
 //! The command: arguments in, one line per failure out.
 
 mod args;
+mod demo;
 mod emulate;
 mod log;
 
@@ -41,6 +42,7 @@ pub(crate) fn main() -> ExitCode {
     };
     let log = log::start(args.verbosity);
     let outcome = match args.command {
+        Command::Demo => demo::demo(),
         Command::Emulate(emulate) => emulate::emulate(&emulate),
     };
     // What was logged comes before the line that says how it ended.
