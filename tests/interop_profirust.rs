@@ -2,6 +2,12 @@
 //!
 //! The words of the parameter channel are those of the manual (`ag03.md` 2.5), the masks of the status word those of
 //! its flow charts (`ag03.md` 5).
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::wildcard_enum_match_arm,
+    reason = "a test may panic"
+)]
 
 use core::time::Duration;
 

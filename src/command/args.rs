@@ -219,6 +219,14 @@ impl Args {
         Ok(args)
     }
 
+    /// How much is logged: the demo tells its story without the master's log, unless that is asked for.
+    pub(crate) fn log_verbosity(&self) -> Verbosity {
+        match self.command {
+            Command::Demo if self.verbosity.verbose == 0 => Verbosity { quiet: true, ..self.verbosity },
+            Command::Demo | Command::Emulate(_) => self.verbosity,
+        }
+    }
+
     /// What no single argument shows.
     fn check(&self) -> Result<(), String> {
         let emulate = match &self.command {

@@ -13,7 +13,7 @@ use std::io::{self, BufWriter, Write};
 
 use profidrive::device::Event;
 use profidrive::drive::{Fault, FaultSet, Inputs};
-use profidrive::ppo::JobId;
+use profidrive::ppo::{JobId, Stw};
 
 use super::Failure;
 use stage::{Stage, Trouble};
@@ -29,15 +29,15 @@ const ARRIVED: (u16, u16) = (0xEF7F, 0xAF37);
 const FAULT: (u16, u16) = (0x0008, 0x0008);
 const TURN_ON_DISABLED: (u16, u16) = (0x0048, 0x0040);
 
-/// Control words: a disabled drive, an enabled one, and one that may travel.
-const OFF: u16 = 0x0000;
-const ENABLE: u16 = 0x000B;
-const MAY_TRAVEL: u16 = 0x003B;
+/// Control words: all off, an enabled drive, one that may travel, and one with the other start bit.
+const OFF: Stw = Stw::from_raw(0x0000);
+const ENABLE: Stw = Stw::from_raw(0x000B);
+const MAY_TRAVEL: Stw = Stw::from_raw(0x003B);
+const STARTED: Stw = Stw::from_raw(0x007B);
 /// Bits of the control word.
-const ON: u16 = 1 << 0;
-const NO_INTERMEDIATE_STOP: u16 = 1 << 5;
-const START: u16 = 1 << 6;
-const ACKNOWLEDGE: u16 = 1 << 7;
+const ON: u8 = 0;
+const NO_INTERMEDIATE_STOP: u8 = 5;
+const ACKNOWLEDGE: u8 = 7;
 
 /// Two turns of the shaft from where the calibration puts it.
 const TARGET: i32 = 13_200;
@@ -91,38 +91,38 @@ fn parameters(stage: &mut Stage<'_>) -> Result<(), Trouble> {
         JobId::WriteDoubleWord,
         1018,
         10_000,
-        "write calibration value = 10000",
+        "write calibration value 10000",
         "23FA 0000 0000 2710",
     )?;
     stage.job(JobId::Read, 1018, 0, "read calibration value", "23FA 0000 0000 2710")?;
-    stage.job(JobId::WriteDoubleWord, 1016, 250_000, "write limit 1 = 250000", "23F8 0000 0003 D090")?;
-    stage.job(JobId::WriteWord, 970, 5, "calibrate: the position is 10000 now", "23CA 0000 0000 0000")?;
-    stage.job(JobId::WriteWord, 1003, 101, "write acceleration = 101 %", "73EB 0000 0000 0002")?;
+    stage.job(JobId::WriteDoubleWord, 1016, 250_000, "write limit 1 as 250000", "23F8 0000 0003 D090")?;
+    stage.job(JobId::WriteWord, 970, 5, "calibrate, position is 10000", "23CA 0000 0000 0000")?;
+    stage.job(JobId::WriteWord, 1003, 101, "write acceleration 101 %", "73EB 0000 0000 0002")?;
     stage.reason(|event| matches!(event, Event::JobRefused(_)))
 }
 
 fn enable(stage: &mut Stage<'_>) -> Result<(), Trouble> {
     stage.title("Enabling: word 5 is control word STW out and status word ZSW in")?;
-    stage.command("disabled", OFF, 0, READY_TO_RUN)?;
-    stage.command("enable operation", ENABLE, 0, READY_TO_TRAVEL)
+    stage.text("STW with what the master changes, ZSW with what the drive says and where it is.")?;
+    stage.observe(READY_TO_RUN)?;
+    stage.command("enable", ENABLE, 0, READY_TO_TRAVEL)
 }
 
 fn travel(stage: &mut Stage<'_>) -> Result<(), Trouble> {
     stage.title("A travel job: words 6 and 7 are setpoint out and position in")?;
-    stage.text("Each change of STW.6 starts a job. STW.5 = 0 pauses it, STW.5 = 1 goes on.")?;
+    stage.text("Each change of STW.6, the start bit, starts a job; STW.5 = 0 pauses it.")?;
     stage.begin_recording();
-    stage.command("no stop, no intermediate stop", MAY_TRAVEL, TARGET, READY_TO_TRAVEL)?;
+    stage.command("prepare", MAY_TRAVEL, TARGET, READY_TO_TRAVEL)?;
     stage.run_for(Duration::from_millis(400));
     stage.mark("start");
-    stage.command("start to 13200, two turns further", MAY_TRAVEL | START, TARGET, TRAVEL_JOB_ACTIVE)?;
+    stage.command("start to 13200", STARTED, TARGET, TRAVEL_JOB_ACTIVE)?;
     stage.run_for(Duration::from_millis(1_800));
     stage.mark("pause");
-    let paused = (MAY_TRAVEL | START) & !NO_INTERMEDIATE_STOP;
-    stage.command("pause", paused, TARGET, PAUSED)?;
+    stage.command("pause", STARTED.with_bit(NO_INTERMEDIATE_STOP, false), TARGET, PAUSED)?;
     stage.run_for(Duration::from_millis(1_200));
     stage.mark("resume");
-    stage.command("resume", MAY_TRAVEL | START, TARGET, TRAVEL_JOB_ACTIVE)?;
-    stage.observe("at the target", ARRIVED)?;
+    stage.command("resume", STARTED, TARGET, TRAVEL_JOB_ACTIVE)?;
+    stage.observe(ARRIVED)?;
     stage.mark("there");
     stage.run_for(Duration::from_millis(600));
     stage.draw_recording()
@@ -130,23 +130,90 @@ fn travel(stage: &mut Stage<'_>) -> Result<(), Trouble> {
 
 fn refused_travel(stage: &mut Stage<'_>) -> Result<(), Trouble> {
     stage.title("A travel job that does not start")?;
-    stage.command("start to 300000 (STW.6 changes)", MAY_TRAVEL, TOO_FAR, READY_TO_TRAVEL)?;
-    stage.text("A real drive says no more than this: ZSW.12 did not change. The emulated one knows why:")?;
+    stage.command("start to 300000", MAY_TRAVEL, TOO_FAR, READY_TO_TRAVEL)?;
+    stage.text("A real drive says no more: no job was taken over. The emulated one tells why:")?;
     stage.reason(|event| matches!(event, Event::CommandRefused(_)))
 }
 
 fn fault_and_recovery(stage: &mut Stage<'_>) -> Result<(), Trouble> {
+    let acknowledge = MAY_TRAVEL.with_bit(ACKNOWLEDGE, true);
     stage.title("A fault, and the way back")?;
-    stage.plant(Inputs { causes: FaultSet::EMPTY.with(Fault::F), ..Inputs::default() });
-    stage.observe("internal error provoked", FAULT)?;
+    stage.text("Something breaks inside the drive, which needs no screwdriver here.")?;
+    stage.surround(Inputs { causes: FaultSet::EMPTY.with(Fault::F), ..Inputs::default() });
+    stage.observe(FAULT)?;
     stage.reason(|event| matches!(event, Event::Fault(_)))?;
-    stage.command("acknowledge while it lasts", MAY_TRAVEL | ACKNOWLEDGE, TARGET, FAULT)?;
+    stage.command("too early", acknowledge, TARGET, FAULT)?;
     stage.reason(|event| matches!(event, Event::CommandRefused(_)))?;
-    stage.plant(Inputs::default());
-    stage.command("cause gone, acknowledge off", MAY_TRAVEL, TARGET, FAULT)?;
-    stage.command("acknowledge", MAY_TRAVEL | ACKNOWLEDGE, TARGET, TURN_ON_DISABLED)?;
-    stage.command("acknowledge off", MAY_TRAVEL, TARGET, TURN_ON_DISABLED)?;
-    stage.command("OFF1, as turning on is disabled", MAY_TRAVEL & !ON, TARGET, READY_TO_RUN)?;
-    stage.command("enable again", MAY_TRAVEL, TARGET, READY_TO_TRAVEL)?;
+    stage.text("It is repaired.")?;
+    stage.surround(Inputs::default());
+    stage.command("again", MAY_TRAVEL, TARGET, FAULT)?;
+    stage.command("now", acknowledge, TARGET, TURN_ON_DISABLED)?;
+    stage.command("turn off once", MAY_TRAVEL.with_bit(ON, false), TARGET, READY_TO_RUN)?;
+    stage.command("turn on", MAY_TRAVEL, TARGET, READY_TO_TRAVEL)?;
     stage.command("disable", OFF, 0, READY_TO_RUN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn story() -> String {
+        let mut out = Vec::new();
+        play(&mut out).unwrap();
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn the_story_is_told_to_its_end_on_a_page_of_80_columns() {
+        let story = story();
+        assert!(story.lines().all(|line| line.chars().count() <= 80), "{story}");
+        assert!(!story.contains('\u{1b}'), "plain text");
+        let mut rest = &story[..];
+        for part in [
+            "Slave_Diag: how are you?",
+            "68 0C 0C 68 85 82 5C 3D 3E B8 01 14 0B 0A C5 00",
+            "Chk_Cfg: 14 octets of outputs and 14 of inputs",
+            "diagnosis: ready for data",
+            "13FA 0000 0000 0000",
+            "23FA 0000 0000 2710",
+            "33F8 0000 0003 D090",
+            "23F8 0000 0003 D090",
+            "error 2, value outside the limits",
+            "enabled, ready to travel",
+            "job taken over",
+            "^start",
+            "^there",
+            "setpoint is above the upper limit",
+            "fault F (internal error)",
+            "turn-on disabled",
+            "disable operation",
+            "ready to turn on",
+        ] {
+            let found = rest.find(part).unwrap_or_else(|| panic!("no '{part}' in\n{rest}"));
+            rest = &rest[found..];
+        }
+    }
+
+    #[test]
+    fn the_story_is_always_the_same() {
+        assert_eq!(story(), story());
+    }
+
+    #[test]
+    fn a_page_that_cannot_be_written_ends_the_story() {
+        struct Full(usize);
+        impl Write for Full {
+            fn write(&mut self, buf: &[u8]) -> io::Result<usize> {
+                self.0 = self.0.checked_sub(1).ok_or(io::ErrorKind::BrokenPipe)?;
+                Ok(buf.len())
+            }
+            fn flush(&mut self) -> io::Result<()> {
+                Ok(())
+            }
+        }
+        for lines in [0, 1, 50, 200] {
+            let ended = play(&mut Full(lines)).unwrap_err();
+            assert!(matches!(ended, Trouble::Out(error) if error.kind() == io::ErrorKind::BrokenPipe));
+        }
+    }
 }

@@ -40,7 +40,7 @@ pub(crate) fn main() -> ExitCode {
         Ok(args) => args,
         Err(refusal) => return refusal.print(),
     };
-    let log = log::start(args.verbosity);
+    let log = log::start(args.log_verbosity());
     let outcome = match args.command {
         Command::Demo => demo::demo(),
         Command::Emulate(emulate) => emulate::emulate(&emulate),

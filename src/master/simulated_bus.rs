@@ -341,3 +341,61 @@ impl Talk {
 fn octet_times(baud: BaudRate, octets: usize) -> Duration {
     baud.octet_times(u32::try_from(octets).unwrap_or(u32::MAX))
 }
+
+#[cfg(test)]
+mod tests {
+    use profirust::Baudrate;
+    use profirust::fdl::ParametersBuilder;
+    use std::string::ToString;
+
+    use super::*;
+    use crate::master::baudrate;
+
+    /// A master without anything to do but pass the token to itself.
+    fn alone(baudrate: Baudrate) -> Result<SimulatedBus<'static>, BaudRateError> {
+        let mut fdl = FdlActiveStation::new(ParametersBuilder::new(2, baudrate).build());
+        fdl.set_online();
+        SimulatedBus::new(fdl, DpMaster::new(Vec::new()))
+    }
+
+    #[test]
+    fn time_passes_as_told_and_no_further() {
+        let mut bus = alone(baudrate(BaudRate::K500)).unwrap();
+        bus.run_for(Duration::from_nanos(1_234_567));
+        assert_eq!(bus.now(), Instant::from_nanos(1_234_567));
+        let limit = Duration::from_nanos(7);
+        assert_eq!(bus.run_until(limit, |_, _| false), Err(TimedOut { limit }));
+        assert_eq!(bus.now(), Instant::from_nanos(1_234_574));
+        assert_eq!(TimedOut { limit }.to_string(), "waited 7ns in vain");
+    }
+
+    #[test]
+    fn every_step_goes_on_in_time_whether_the_master_is_there_or_not() {
+        for baud in BaudRate::ALL {
+            let mut bus = alone(baudrate(baud)).unwrap();
+            for step in 0..500 {
+                let before = bus.now();
+                bus.step();
+                assert!(bus.now() > before, "{baud}, step {step}");
+                if step == 400 {
+                    bus.fdl.set_offline();
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_nobody_takes_is_forgotten_from_the_oldest_on() {
+        let mut bus = alone(baudrate(BaudRate::K12000)).unwrap();
+        bus.run_for(Duration::from_millis(20));
+        let heard: Vec<Heard> = core::iter::from_fn(|| bus.poll_telegram()).collect();
+        assert_eq!(heard.len(), HEARD_LEN);
+        assert!(heard.first().is_some_and(|first| first.at > Instant::from_millis(5)));
+        assert!(heard.windows(2).all(|pair| pair[0].at < pair[1].at));
+    }
+
+    #[test]
+    fn the_rate_of_profibus_pa_is_refused() {
+        assert_eq!(alone(Baudrate::B31250).err(), Some(BaudRateError { got: 31_250 }));
+    }
+}

@@ -31,7 +31,7 @@ const SAMPLE: Duration = Duration::from_millis(10);
 /// The page is as wide as this.
 const WIDTH: usize = 80;
 /// Where text begins beside the time and the speaker.
-const INDENT: usize = 20;
+const INDENT: usize = 18;
 
 /// Why the story ends early.
 #[derive(Debug)]
@@ -59,8 +59,10 @@ pub(super) struct Stage<'w> {
     out: &'w mut dyn Write,
     titles: u8,
     pkw: Pkw,
-    stw: u16,
+    stw: Stw,
     setpoint: i32,
+    /// The status word that was last told.
+    zsw: Zsw,
     /// What the drive has reported and nobody has asked for yet.
     events: VecDeque<Event>,
     recording: Option<Recording>,
@@ -86,8 +88,9 @@ impl<'w> Stage<'w> {
             out,
             titles: 0,
             pkw: Pkw::ZERO,
-            stw: 0,
+            stw: Stw::default(),
             setpoint: 0,
+            zsw: Zsw::default(),
             events: VecDeque::new(),
             recording: None,
             sampled: Instant::ZERO,
@@ -134,8 +137,14 @@ impl<'w> Stage<'w> {
                 Sender::Drive(_) => "drive",
             };
             let hex: Vec<String> = heard.octets.iter().map(|octet| format!("{octet:02X}")).collect();
-            self.line(heard.at, speaker, format_args!("{words}"))?;
-            self.line_without_time("", format_args!("{}", hex.join(" ")))?;
+            let hex = hex.join(" ");
+            let room = (WIDTH - INDENT).saturating_sub(words.chars().count());
+            if hex.len() + 2 <= room {
+                self.line(heard.at, speaker, format_args!("{words}{hex:>room$}"))?;
+            } else {
+                self.line(heard.at, speaker, format_args!("{words}"))?;
+                self.line_without_time("", format_args!("{hex}"))?;
+            }
         }
         outcome.map_err(|error| Trouble::Unexpected(format!("the drive does not start: {error}")))?;
         self.run_for(Duration::from_millis(5));
@@ -158,8 +167,8 @@ impl<'w> Stage<'w> {
         let reply = self.inputs()?.pkw();
         let answer = match reply.pke.reply() {
             ReplyId::NotExecutable => match ErrorNumber::from_number(reply.word()) {
-                Some(error) => format!("refused: {error}"),
-                None => format!("refused: error {}", reply.word()),
+                Some(error) => error.to_string(),
+                None => format!("error {}", reply.word()),
             },
             ReplyId::Word => format!("{}", reply.word()),
             ReplyId::DoubleWord => format!("{}", reply.double_word().cast_signed()),
@@ -185,29 +194,29 @@ impl<'w> Stage<'w> {
     pub(super) fn command(
         &mut self,
         meaning: &str,
-        stw: u16,
+        stw: Stw,
         setpoint: i32,
         expected: (u16, u16),
     ) -> Result<(), Trouble> {
+        let changes = words::stw(self.stw, stw);
         self.stw = stw;
         self.setpoint = setpoint;
-        let word = Stw::from_raw(stw);
-        self.line(self.bus.now(), "STW", format_args!("{word}  {meaning} ({})", words::stw(word)))?;
+        self.line(self.bus.now(), "STW", format_args!("{stw}  {meaning}: {changes}"))?;
         // The inputs answer the exchange before; with two cycles of the drive they are of these outputs.
         self.run_for(Duration::from_millis(5));
-        self.observe("", expected)
+        self.observe(expected)
     }
 
     /// Waits until the status word shows what is expected, and says so.
-    pub(super) fn observe(&mut self, meaning: &str, (mask, value): (u16, u16)) -> Result<(), Trouble> {
+    pub(super) fn observe(&mut self, (mask, value): (u16, u16)) -> Result<(), Trouble> {
         self.exchange(&format!("status {value:04X} of {mask:04X}"), |inputs| {
             inputs.zsw().raw() & mask == value
         })?;
         let inputs = self.inputs()?;
         let (zsw, position) = (inputs.zsw(), inputs.hiw());
-        let colon = if meaning.is_empty() { "" } else { ": " };
-        let said = words::zsw(zsw);
-        self.line(self.bus.now(), "ZSW", format_args!("{zsw}  {meaning}{colon}{said}; position {position}"))
+        let said = words::zsw(self.zsw, zsw);
+        self.zsw = zsw;
+        self.line(self.bus.now(), "ZSW", format_args!("{zsw}  {said}; at {position}"))
     }
 
     /// Says the reason for what has just happened, which the drive reported as an event.
@@ -220,7 +229,7 @@ impl<'w> Stage<'w> {
     }
 
     /// Changes what acts on the drive from outside.
-    pub(super) fn plant(&mut self, plant: Plant) {
+    pub(super) fn surround(&mut self, plant: Plant) {
         let now = self.bus.now();
         if let Some(device) = self.bus.device_mut(DRIVE) {
             device.set_inputs(now, plant);
@@ -270,7 +279,7 @@ impl Stage<'_> {
     /// Exchanges data until inputs meet the condition, at most for `limit`. Records and collects meanwhile.
     fn run(&mut self, limit: Duration, mut condition: impl FnMut(Inputs<'_>) -> bool) -> bool {
         let Self { bus, drive, events, recording, sampled, .. } = self;
-        let octets = Outputs::octets(self.pkw, Stw::from_raw(self.stw), self.setpoint);
+        let octets = Outputs::octets(self.pkw, self.stw, self.setpoint);
         bus.dp.get_mut(*drive).pi_q_mut().copy_from_slice(&octets);
         let outcome = bus.run_until(limit, |bus, _| {
             events.extend(core::iter::from_fn(|| bus.poll_event()).map(|(_, event)| event));
@@ -296,11 +305,11 @@ impl Stage<'_> {
 
     fn line(&mut self, at: Instant, speaker: &str, text: Arguments<'_>) -> Result<(), Trouble> {
         let micros = at.as_nanos() / 1_000;
-        self.entry(&format!("{:>6}.{:03}  {speaker:<8}", micros / 1_000, micros % 1_000), text)
+        self.entry(&format!("{:>5}.{:03}  {speaker:<7}", micros / 1_000, micros % 1_000), text)
     }
 
     fn line_without_time(&mut self, speaker: &str, text: Arguments<'_>) -> Result<(), Trouble> {
-        self.entry(&format!("{:>10}  {speaker:<8}", ""), text)
+        self.entry(&format!("{:>9}  {speaker:<7}", ""), text)
     }
 
     fn entry(&mut self, head: &str, text: Arguments<'_>) -> Result<(), Trouble> {

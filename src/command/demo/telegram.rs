@@ -22,9 +22,7 @@ pub(super) fn explain(octets: &[u8], station: u8) -> Option<String> {
         return None;
     }
     Some(match data.fc.function() {
-        Function::Request(fdl::Service::FdlStatus, _) => {
-            "FDL status: are you there, and are you a master?".into()
-        }
+        Function::Request(fdl::Service::FdlStatus, _) => "FDL status: who is there?".into(),
         Function::Request(..) => request(&data),
         Function::Response(..) if data.data.is_empty() => "here, a slave".into(),
         Function::Response(..) => response(&data),
@@ -119,13 +117,13 @@ fn diagnosis(data: &[u8]) -> String {
         (first, 1, "not ready"),
         (first, 2, "configuration fault"),
         (first, 6, "parameter fault"),
-        (second, 0, "parameters wanted"),
+        (second, 0, "wants parameters"),
         (second, 3, "watchdog on"),
     ];
     let set: Vec<&str> = flags.iter().filter(|row| row.0 >> row.1 & 1 != 0).map(|row| row.2).collect();
     let state = if first & 0x02 == 0 { "ready for data" } else { "" };
     let state: Vec<&str> = [state].into_iter().chain(set).filter(|word| !word.is_empty()).collect();
-    let owner = if master == 0xFF { "no master yet".into() } else { format!("master {master}") };
+    let owner = if master == 0xFF { "no master".into() } else { format!("master {master}") };
     format!("diagnosis: {}, {owner}, ident {ident_high:02X}{ident_low:02X}", state.join(", "))
 }
 
@@ -140,12 +138,12 @@ mod tests {
     #[test]
     fn the_telegrams_of_a_start_up_in_words() {
         for (hex, words) in [
-            ("10 05 02 49 50 16", Some("FDL status: are you there, and are you a master?")),
+            ("10 05 02 49 50 16", Some("FDL status: who is there?")),
             ("10 02 05 00 07 16", Some("here, a slave")),
             ("68 05 05 68 85 82 6D 3C 3E EE 16", Some("Slave_Diag: how are you?")),
             (
                 "68 0B 0B 68 82 85 08 3E 3C 02 05 00 FF 0A C5 5E 16",
-                Some("diagnosis: not ready, parameters wanted, no master yet, ident 0AC5"),
+                Some("diagnosis: not ready, wants parameters, no master, ident 0AC5"),
             ),
             ("E5", Some("short acknowledge: taken over")),
             ("10 06 02 49 51 16", None),
