@@ -11,7 +11,7 @@
 
 use core::time::Duration;
 use std::fs::{self, File, OpenOptions};
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Output, Stdio};
 use std::thread;
@@ -262,4 +262,68 @@ fn an_idle_emulator_uses_next_to_no_processor_time() {
     used_in_400_ms("a silent master");
     drop(master);
     used_in_400_ms("a master has come and gone");
+}
+
+/// Random octets that are no telegram by the laws of chance: the sequence is fixed, and holds none.
+struct Noise(u64);
+
+impl Noise {
+    fn fill(&mut self, octets: &mut [u8]) {
+        for octet in octets {
+            self.0 ^= self.0 << 13;
+            self.0 ^= self.0 >> 7;
+            self.0 ^= self.0 << 17;
+            *octet = (self.0 >> 32) as u8;
+        }
+    }
+}
+
+/// For a minute of it: `PROFIDRIVE_NOISE_SECONDS=60 cargo test --all-features --test command noise`.
+#[test]
+fn noise_is_not_answered_does_not_grow_the_process_and_ends_with_it() {
+    let seconds = std::env::var("PROFIDRIVE_NOISE_SECONDS").map_or(2, |seconds| seconds.parse().unwrap());
+    let folder = tempfile::tempdir().unwrap();
+    let link = folder.path().join("bus").display().to_string();
+    let emulator = Emulator::start(&["--link", &format!("pty:{link}"), "-q"]);
+    let resident = || {
+        let status = fs::read_to_string(format!("/proc/{}/status", emulator.process.id())).unwrap();
+        let line = status.lines().find(|line| line.starts_with("VmRSS")).unwrap();
+        line.split_whitespace().nth(1).unwrap().parse::<u64>().unwrap()
+    };
+    let mut master = open(&link);
+    let replies = thread::spawn({
+        let mut master = open(&link);
+        move || {
+            // The only reply there will be is that to the valid request at the end.
+            let mut reply = [0; 6];
+            master.read_exact(&mut reply).unwrap();
+            reply
+        }
+    });
+    let mut noise = Noise(0x9E37_79B9_7F4A_7C15);
+    let mut octets = [0; 512];
+    let mut push = |duration: Duration| {
+        let start = Instant::now();
+        let mut pushed = 0;
+        while start.elapsed() < duration {
+            noise.fill(&mut octets);
+            master.write_all(&octets).unwrap();
+            pushed += octets.len();
+        }
+        pushed
+    };
+    push(Duration::from_millis(500));
+    let before = resident();
+    let pushed = push(Duration::from_secs(seconds));
+    assert!(pushed > 100_000, "only {pushed} octets of noise went out");
+    assert!(resident() <= before + 256, "grew from {before} to {} KiB", resident());
+    assert!(!replies.is_finished(), "noise was answered");
+    // A request after noise is answered once the rubbish before it has been given up.
+    let start = Instant::now();
+    while !replies.is_finished() {
+        assert!(start.elapsed() < Duration::from_secs(10), "the request after the noise was not answered");
+        master.write_all(&[0x10, 5, 2, 0x49, 0x50, 0x16]).unwrap();
+        thread::sleep(Duration::from_millis(200));
+    }
+    assert_eq!(replies.join().unwrap(), [0x10, 2, 5, 0, 7, 0x16]);
 }

@@ -290,11 +290,38 @@ fn the_terminal_is_raw_again_after_a_master_that_left_it_cooked() {
     cooked.local_modes |= LocalModes::ICANON | LocalModes::ECHO | LocalModes::ISIG;
     cooked.input_modes |= InputModes::ICRNL | InputModes::IXON;
     cooked.output_modes |= OutputModes::OPOST | OutputModes::ONLCR;
+    cooked.set_speed(9_600).unwrap();
     rustix::termios::tcsetattr(&first.0, OptionalActions::Now, &cooked).unwrap();
     drop(first);
     assert_eq!(pty.receive(&mut [0; 8]).unwrap(), Received::Reset);
+    assert_eq!(pty.receive(&mut [0; 8]).unwrap(), Received::Nothing);
+    let stop = Stop::new().unwrap();
+    within_5_s(|| {
+        pty.wait(Some(Duration::from_secs(1)), &stop).unwrap();
+        assert_eq!(pty.receive(&mut [0; 8]).unwrap(), Received::Nothing);
+        pty.speed().unwrap().is_none().then_some(())
+    });
     let mut second = Master::open(pty.path());
     transparent(&mut pty, &mut second);
+}
+
+#[test]
+fn settings_equal_to_those_of_the_master_before_are_a_change_all_the_same() {
+    let mut pty = Pty::open(None).unwrap();
+    let stop = Stop::new().unwrap();
+    for _ in 0..3 {
+        let master = Master::open(pty.path());
+        let settings = || rustix::termios::tcgetattr(&master.0).unwrap();
+        assert!(settings().local_modes.contains(LocalModes::ECHONL));
+        master.set_serial(9_600);
+        assert!(!settings().local_modes.contains(LocalModes::ECHONL));
+        within_5_s(|| {
+            pty.wait(Some(Duration::from_secs(1)), &stop).unwrap();
+            assert!(!matches!(pty.receive(&mut [0; 8]).unwrap(), Received::Octets(_)));
+            settings().local_modes.contains(LocalModes::ECHONL).then_some(())
+        });
+        assert_eq!(pty.speed().unwrap(), Some(9_600), "nothing else is touched");
+    }
 }
 
 #[test]

@@ -26,7 +26,7 @@ fn good() -> [u8; 7] {
 }
 
 #[test]
-fn the_start_up_octet_for_octet_at_every_rate() {
+fn t_01_the_start_up_octet_for_octet_at_every_rate() {
     for baud in BaudRate::ALL {
         let mut line = Line::at(baud);
         for (request, reply) in [

@@ -66,8 +66,8 @@ pub(crate) struct Emulate {
 }
 
 const EMULATE_EXAMPLES: &str = "\
-ADDRESS is 0 to 126; model defaults to ag03-1, gear to 48. RATE is one of 9600, 19200, 45450, 93750, 187500,
-500000, 1500000, 3000000, 6000000, 12000000.
+ADDRESS is 0 to 126; model defaults to ag03-1, gear to 48.
+RATE is 9600, 19200, 45450, 93750, 187500, 500000, 1500000, 3000000, 6000000 or 12000000.
 
 Examples:
   profidrive emulate --drive 5 --drive 6,model=ag03,gear=24
@@ -78,11 +78,11 @@ Examples:
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(crate) struct Verbosity {
     /// Log more (-vv: everything); overrides RUST_LOG
-    #[arg(short, long, global = true, action = ArgAction::Count, conflicts_with = "quiet")]
+    #[arg(short, long, global = true, display_order = 100, action = ArgAction::Count, conflicts_with = "quiet")]
     pub(crate) verbose: u8,
 
     /// Log warnings and errors only; overrides RUST_LOG
-    #[arg(short, long, global = true)]
+    #[arg(short, long, global = true, display_order = 101)]
     pub(crate) quiet: bool,
 }
 

@@ -1,13 +1,14 @@
 //! `profidrive emulate`: drives on a line until a signal.
 
+use core::time::Duration;
 use std::io::{self, Write};
 
-use profidrive::device::{Config, Device};
+use profidrive::device::{Config, Device, Event};
 use profidrive::host::link::serial::Serial;
 use profidrive::host::{Bus, Clock, Link, Stop, SystemClock, run};
 use profidrive::time::BaudRate;
 use signal_hook::consts::{SIGINT, SIGTERM};
-use tracing::{info, warn};
+use tracing::{debug, info, warn};
 
 use super::Failure;
 use super::args::{BaudSpec, DriveSpec, Emulate, LinkSpec};
@@ -15,6 +16,9 @@ use super::args::{BaudSpec, DriveSpec, Emulate, LinkSpec};
 /// The rate of a terminal whose master has set none of PROFIBUS-DP. On a terminal it only says how long a drive
 /// waits before it replies.
 const PTY_RATE: BaudRate = BaudRate::K500;
+
+/// A line full of rubbish is said once in this time; the rest is for `-v`.
+const NOISE_PAUSE: Duration = Duration::from_secs(1);
 
 /// Runs until SIGINT or SIGTERM.
 pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
@@ -28,8 +32,18 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
         connect(&mut bus, *drive, rate, &clock)?;
     }
     announce(&path, &bus);
+    let mut last_noise = None;
     let outcome = run(&mut *link, &mut bus, &clock, &stop, &mut |address, event| {
+        let noise = matches!(event, Event::TelegramRefused(_));
+        let now = clock.now();
+        if noise && last_noise.is_some_and(|last| now.saturating_since(last) < NOISE_PAUSE) {
+            debug!("drive {address}: {event}");
+            return;
+        }
         info!("drive {address}: {event}");
+        if noise {
+            last_noise = Some(now);
+        }
     });
     match outcome {
         Ok(()) => info!("ended by a signal"),

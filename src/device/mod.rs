@@ -16,9 +16,9 @@ pub mod words;
 
 use core::time::Duration;
 
-use crate::dp::{self, Slave};
+use crate::dp;
 use crate::drive::{Drive, Inputs, Settings, Status};
-use crate::fdl::{Address, FrameError, Framer, Reception, Request, Resync, Station, Telegram};
+use crate::fdl::{Address, FrameError, Framer, Resync, Telegram};
 use crate::param::{Effect, Gear, Live, Model, Parameter, Store, WriteContext};
 use crate::pkw::{self, Engine};
 use crate::ppo::{self, Outputs, PPO_LEN, Pkw};
@@ -139,8 +139,7 @@ pub struct Device {
 #[derive(Clone, Debug)]
 struct Parts {
     config: Config,
-    station: Station,
-    slave: Slave,
+    station: dp::Station,
     engine: Engine,
     store: Store,
     settings: Settings,
@@ -174,8 +173,7 @@ impl Device {
         };
         let mut part = Parts {
             config,
-            station: Station::new(config.address, config.baud, max_tsdr),
-            slave: Slave::new(DESCRIPTION),
+            station: dp::Station::new(config.address, config.baud, max_tsdr, DESCRIPTION),
             engine: Engine::new(config.pkw),
             store,
             settings,
@@ -206,7 +204,7 @@ impl Device {
 
     /// The state of the DP slave machine.
     pub const fn dp_state(&self) -> dp::State {
-        self.part.slave.state()
+        self.part.station.slave().state()
     }
 
     /// The drive as the last application cycle left it.
@@ -283,12 +281,7 @@ impl Device {
     /// Changes with every `handle_*`, and with every `poll_transmit` that returned octets.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
-        let timeouts = [
-            self.part.station.poll_timeout(),
-            self.part.slave.poll_timeout(),
-            self.part.next_cycle,
-            self.framer.poll_timeout(),
-        ];
+        let timeouts = [self.part.station.poll_timeout(), self.part.next_cycle, self.framer.poll_timeout()];
         timeouts.into_iter().flatten().min()
     }
 
@@ -304,7 +297,7 @@ impl Parts {
     fn advance(&mut self, now: Instant) {
         self.forfeit_old_cycles(now);
         loop {
-            let watchdog = self.slave.poll_timeout().filter(|due| *due <= now);
+            let watchdog = self.station.watchdog_timeout().filter(|due| *due <= now);
             let cycle = self.next_cycle.filter(|due| *due <= now);
             match (cycle, watchdog) {
                 (Some(cycle), Some(watchdog)) if watchdog <= cycle => self.expire_watchdog(watchdog),
@@ -331,7 +324,7 @@ impl Parts {
     }
 
     fn expire_watchdog(&mut self, due: Instant) {
-        if let Some(event) = self.slave.handle_timeout(due) {
+        if let Some(event) = self.station.handle_timeout(due) {
             self.events.push(Event::Dp(event));
         }
         self.outputs_passed(due);
@@ -343,47 +336,24 @@ impl Parts {
             Ok(telegram) => telegram,
             Err(error) => return self.events.push(Event::TelegramRefused(error)),
         };
-        match self.station.receive(now, &telegram) {
-            Reception::Ignored => {}
-            Reception::Answered { sa } | Reception::Repeated { sa } => self.slave.heard(now, sa),
-            Reception::Data(request) => {
-                if !request.da.is_broadcast() {
-                    self.slave.heard(now, request.sa);
-                }
-                if let Some(event) = self.slave.handle_sdn(&request) {
-                    self.events.push(Event::Dp(event));
-                }
-                self.outputs_passed(now);
-            }
-            Reception::DataWithReply(request) => self.serve(now, &request),
-        }
-    }
-
-    fn serve(&mut self, now: Instant, request: &Request<'_>) {
-        self.slave.heard(now, request.sa);
-        let handled = self.slave.handle_srd(now, request);
-        self.station.reply(now, request, handled.reply);
-        let exchanged = handled.exchanged;
-        if let Some(event) = handled.event {
+        let outcome = self.station.receive(now, &telegram);
+        if let Some(event) = outcome.event {
             self.events.push(Event::Dp(event));
         }
-        if let Some(bits) = self.slave.min_tsdr() {
-            self.station.set_min_tsdr(bits);
-        }
         self.outputs_passed(now);
-        if exchanged && self.config.application_cycle.is_zero() {
+        if outcome.exchanged && self.config.application_cycle.is_zero() {
             self.run_cycle();
         }
     }
 
     /// Wakes the drive part if outputs were passed that it has not seen.
     fn outputs_passed(&mut self, now: Instant) {
-        let passed = self.slave.outputs_passed();
+        let passed = self.station.slave().outputs_passed();
         if self.outputs_seen == passed {
             return;
         }
         self.outputs_seen = passed;
-        if self.exchanging && self.slave.state() != dp::State::DataExch {
+        if self.exchanging && self.station.slave().state() != dp::State::DataExch {
             self.exchanging = false;
             self.interrupted = true;
             if self.config.application_cycle.is_zero() {
@@ -407,9 +377,10 @@ impl Parts {
     /// One application cycle: newest outputs in, one fixed step, new inputs out.
     fn run_cycle(&mut self) {
         // A break in Data_Exchange is seen for one cycle even if it was shorter.
-        self.exchanging = self.slave.state() == dp::State::DataExch && !self.interrupted;
+        self.exchanging = self.station.slave().state() == dp::State::DataExch && !self.interrupted;
         self.interrupted = false;
-        let octets = self.slave.outputs().first_chunk::<PPO_LEN>().copied().filter(|_| self.exchanging);
+        let octets =
+            self.station.slave().outputs().first_chunk::<PPO_LEN>().copied().filter(|_| self.exchanging);
         let outputs = octets.as_ref().map(Outputs::new);
 
         let command = outputs.map(|outputs| words::command(outputs.stw(), outputs.hsw()));
@@ -430,7 +401,7 @@ impl Parts {
             self.events.push(Event::Fault(fault));
         }
         let inputs = ppo::Inputs::octets(reply, words::zsw(&self.status), words::hiw(&self.status));
-        self.slave.set_inputs(&inputs);
+        self.station.set_inputs(&inputs);
     }
 
     /// Runs the parameter channel; `None` outside Data_Exchange.
@@ -464,9 +435,9 @@ impl Parts {
 
     /// Whether another application cycle with the same outputs would change nothing.
     fn is_at_rest(&self) -> bool {
-        let job = self.slave.outputs().first_chunk().map(|outputs| Outputs::new(outputs).pkw());
+        let job = self.station.slave().outputs().first_chunk().map(|outputs| Outputs::new(outputs).pkw());
         let job_waits = self.exchanging && job.is_some_and(|job| self.engine.has_work(job));
-        let exchanging = self.slave.state() == dp::State::DataExch;
+        let exchanging = self.station.slave().state() == dp::State::DataExch;
         self.drive.is_at_rest() && !self.parameters_acted && !job_waits && self.exchanging == exchanging
     }
 

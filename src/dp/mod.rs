@@ -26,6 +26,7 @@ pub mod set_prm;
 pub mod slave;
 pub mod slave_diag;
 pub mod state;
+pub mod station;
 
 pub use chk_cfg::{CfgFault, CfgSyntax, IoLengths};
 pub use event::Event;
@@ -34,6 +35,7 @@ pub use set_prm::{PrmFault, SetPrm};
 pub use slave::{Description, Slave};
 pub use slave_diag::Diagnosis;
 pub use state::{State, Stimulus};
+pub use station::{Outcome, Station};
 
 use crate::fdl::Sap;
 

@@ -12,8 +12,8 @@ use super::{
 use crate::fdl::{Address, Reply, Request};
 use crate::time::Instant;
 
-/// What kind of slave it is: the facts its GSD states.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What kind of slave it is: the facts its GSD states. The default has neither inputs nor outputs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Description {
     /// Ident_Number.
     pub ident: u16,

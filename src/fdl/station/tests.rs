@@ -91,7 +91,7 @@ fn f_19_f_20_services_of_no_dp_slave_are_not_activated() {
 }
 
 #[test]
-fn c_01_to_c_10_the_frame_count_bit_tells_retries_from_requests() {
+fn c_01_c_02_c_03_c_06_c_07_c_08_c_09_c_10_the_frame_count_bit_tells_retries_from_requests() {
     let other = |fc| telegram(OWN, 3, fc, Some((60, 62)), &[]);
     let get_cfg = |fc| telegram(OWN, MASTER, fc, Some((59, 62)), &[]);
     let status = || telegram(OWN, MASTER, 0x49, None, &[]);

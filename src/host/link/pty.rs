@@ -9,9 +9,9 @@
 //!   tells in which order a master wrote and closed. Openings are counted; the kernel merges equal events, so the
 //!   directory is watched as well and its events lie between those of the terminal. The price: a terminal opened or
 //!   closed by anybody on the machine wakes this process for some microseconds.
-//! - **When the last master has closed the terminal**, what it did not read is thrown away, the settings go back to
-//!   raw, its exclusive lock is lifted (`TIOCEXCL` outlives a master that was killed), and [`Link::receive`] says
-//!   [`Received::Reset`] once the octets it wrote are read. If the next one has opened the terminal by then, octets
+//! - **When the last master has closed the terminal**, what it did not read is thrown away, its exclusive lock is lifted
+//!   (`TIOCEXCL` outlives a master that was killed), the settings go back to raw unless the next one opens it at once,
+//!   and [`Link::receive`] says [`Received::Reset`] once the octets it wrote are read. If the next one has opened the terminal by then, octets
 //!   of the first that are still unread are thrown away as well.
 //!
 //! What follows from this: a master is never hung up on while this process lives, and two programs that have the
@@ -21,8 +21,12 @@
 //! is left to the framer.
 //!
 //! A pseudo-terminal has no rate, parity or timing, but it keeps the rate that the master sets: [`Pty::speed`].
-//! It drops the parity bit from a master's settings too. With glibc `tcsetattr` then fails with EINVAL if that bit was
-//! the only change, which happens to pyserial when `parity='E'` and any property is set after opening.
+//!
+//! It does not keep the parity bit. Debian's C library then lets `tcsetattr` fail with EINVAL if that bit was all a
+//! program wanted to change, so a pyserial program with `parity='E'` could open the terminal once and never again.
+//! Therefore a flag without effect in raw mode, ECHONL, is set here and set again soon after a program has cleared
+//! it, as all do on their way to raw mode: that is a change. Only a program that closes the terminal and opens it
+//! with equal settings within some ten microseconds still gets EINVAL.
 
 use core::mem::MaybeUninit;
 use core::time::Duration;
@@ -37,16 +41,21 @@ use rustix::event::{PollFd, PollFlags};
 use rustix::fs::{Mode, OFlags, inotify};
 use rustix::io::Errno;
 use rustix::pty::OpenptFlags;
-use rustix::termios::{OptionalActions, QueueSelector, Termios};
+use rustix::termios::{LocalModes, OptionalActions, QueueSelector, Termios};
 
 use super::poll_readable;
 use super::symlink::Symlink;
 use crate::host::{Error, Link, Received, Stop};
 use crate::time::BaudRate;
 
-/// The speed of a terminal that no master has set: none of PROFIBUS, and not the 38400 bit/s that programs set on
-/// their way to an unusual rate. So a master's first settings always are a change, and glibc reports success.
+/// The speed of a terminal that no master has set: none of PROFIBUS.
 const UNSET_SPEED: u32 = 115_200;
+
+/// After a master has opened or closed the terminal, its settings are looked at so often, at this interval: there is
+/// no event when a master sets them, usually within milliseconds after it has opened. And a master may close and open
+/// at once; settings restored between its own and its reading them back would be an error to it.
+const SETTLING_LOOKS: u32 = 16;
+const SETTLING_INTERVAL: Duration = Duration::from_millis(2);
 
 /// A pseudo-terminal with the drives at its master side. The DP master opens the slave side.
 #[derive(Debug)]
@@ -66,6 +75,10 @@ pub struct Pty {
     openings: u32,
     /// The DP master wrote since the queue towards the drives was last seen empty.
     unread: bool,
+    /// How often to look again at the settings.
+    settling: u32,
+    /// Somebody has opened the terminal since the settings were ours.
+    set: bool,
     reset: Option<Reset>,
     follows_rate: bool,
     rate: Option<BaudRate>,
@@ -116,6 +129,7 @@ impl Pty {
 
         let mut raw = rustix::termios::tcgetattr(&held)?;
         raw.make_raw();
+        raw.local_modes |= LocalModes::ECHONL;
         raw.set_speed(UNSET_SPEED)?;
         rustix::termios::tcsetattr(&held, OptionalActions::Now, &raw)?;
 
@@ -129,6 +143,8 @@ impl Pty {
             raw,
             openings: 0,
             unread: false,
+            settling: 0,
+            set: false,
             reset: None,
             follows_rate: false,
             rate: None,
@@ -137,6 +153,8 @@ impl Pty {
         };
         pty.observe()?;
         pty.openings = pty.openings.saturating_sub(1);
+        pty.set = pty.openings > 0;
+        pty.settling = 0;
         Ok(pty)
     }
 
@@ -168,6 +186,7 @@ impl Pty {
     fn observe(&mut self) -> io::Result<()> {
         use inotify::ReadFlags;
 
+        let mut wrote = false;
         // Whether the master changed, and whether the one before has left octets in the queue.
         let mut changed = false;
         let mut left_octets = self.reset == Some(Reset::WhenRead);
@@ -184,10 +203,13 @@ impl Pty {
             };
             if event.contains(ReadFlags::OPEN) {
                 self.openings = self.openings.saturating_add(1);
+                self.settling = SETTLING_LOOKS;
+                self.set = true;
                 changed |= left_octets;
             }
             if event.contains(ReadFlags::MODIFY) {
                 self.unread = true;
+                wrote = true;
             }
             let mut gone = false;
             if event.intersects(ReadFlags::CLOSE_WRITE | ReadFlags::CLOSE_NOWRITE) {
@@ -204,7 +226,27 @@ impl Pty {
                 left_octets |= core::mem::take(&mut self.unread);
             }
         }
-        if changed { self.change_master(left_octets) } else { Ok(()) }
+        if changed {
+            self.change_master(left_octets)?;
+        }
+        if self.settling > 0 || wrote {
+            self.mark_settings()?;
+        }
+        if self.openings == 0 && self.set && self.settling == 0 {
+            rustix::termios::tcsetattr(&self.held, OptionalActions::Now, &self.raw)?;
+            self.set = false;
+        }
+        Ok(())
+    }
+
+    /// Sets the flag without effect again if the master has cleared it.
+    fn mark_settings(&mut self) -> io::Result<()> {
+        let mut settings = rustix::termios::tcgetattr(&self.held)?;
+        if !settings.local_modes.contains(LocalModes::ECHONL) {
+            settings.local_modes |= LocalModes::ECHONL;
+            rustix::termios::tcsetattr(&self.held, OptionalActions::Now, &settings)?;
+        }
+        Ok(())
     }
 
     /// Puts the terminal in order after a master has gone, and perhaps the next has come.
@@ -214,9 +256,7 @@ impl Pty {
         rustix::termios::tcflush(&self.line, QueueSelector::OFlush)?;
         rustix::termios::tcflush(&self.held, QueueSelector::IFlush)?;
         rustix::termios::ioctl_tiocnxcl(&self.held)?;
-        if self.openings == 0 {
-            rustix::termios::tcsetattr(&self.held, OptionalActions::Now, &self.raw)?;
-        }
+        self.settling = SETTLING_LOOKS;
         self.loss_reported = false;
         self.reset = Some(if left_octets && self.openings == 0 { Reset::WhenRead } else { Reset::Now });
         // The next one is there and has not written: the queue holds octets of the first only.
@@ -300,6 +340,9 @@ impl Link for Pty {
         if self.reset.is_some() {
             return Ok(());
         }
+        let looked_for = (self.settling > 0).then_some(SETTLING_INTERVAL);
+        let timeout = [timeout, looked_for].into_iter().flatten().min();
+        self.settling = self.settling.saturating_sub(1);
         let mut fds = [
             PollFd::new(&self.line, PollFlags::IN),
             PollFd::new(&self.watch, PollFlags::IN),

@@ -1,0 +1,126 @@
+//! A slave on the bus: the passive station and the slave behind it, telegrams in, telegrams out.
+//!
+//! The station sorts out what is for us and what is a retry, the slave carries it out. Whoever drives a device
+//! passes telegrams and time, offers inputs and takes outputs:
+//!
+//! ```
+//! use profidrive::dp::{Description, Station};
+//! use profidrive::fdl::{Address, Framer, Resync};
+//! use profidrive::time::{BaudRate, Instant};
+//!
+//! let description = Description { ident: 0x1234, configurations: &[&[0x23, 0x13]], ..Description::default() };
+//! let mut station = Station::new(Address::station(5)?, BaudRate::K500, None, description);
+//! let mut framer = Framer::new(Resync::SCAN);
+//! framer.receive(Instant::ZERO, &[0x10, 0x05, 0x02, 0x49, 0x50, 0x16], |at, result| {
+//!     if let Ok(telegram) = result {
+//!         station.receive(at, &telegram);
+//!     }
+//! });
+//! let due = station.poll_timeout().expect("a reply is waiting");
+//! let reply = station.poll_transmit(due).expect("it is not late");
+//! assert_eq!(reply, Some(&[0x10, 0x02, 0x05, 0x00, 0x07, 0x16][..]));
+//! # Ok::<(), profidrive::fdl::AddressError>(())
+//! ```
+
+use super::{Description, Event, Slave};
+use crate::fdl::station::TooLate;
+use crate::fdl::{self, Address, Reception, Request, Telegram};
+use crate::time::{BaudRate, Instant};
+
+/// A DP-V0 slave at its address.
+#[derive(Clone, Debug)]
+pub struct Station {
+    fdl: fdl::Station,
+    slave: Slave,
+}
+
+/// What a telegram led to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Outcome {
+    /// News for the application and its user.
+    pub event: Option<Event>,
+    /// A Data_Exchange of the owner was carried out.
+    pub exchanged: bool,
+}
+
+impl Station {
+    /// A slave that has just been switched on. `max_tsdr` as for [`fdl::Station::new`].
+    pub fn new(address: Address, baud: BaudRate, max_tsdr: Option<u16>, description: Description) -> Self {
+        Self { fdl: fdl::Station::new(address, baud, max_tsdr), slave: Slave::new(description) }
+    }
+
+    /// Its address.
+    pub const fn address(&self) -> Address {
+        self.fdl.address()
+    }
+
+    /// The slave: its state, owner, outputs and diagnosis.
+    pub const fn slave(&self) -> &Slave {
+        &self.slave
+    }
+
+    /// Offers the inputs for the next Data_Exchange; octets behind the 244th are dropped.
+    pub fn set_inputs(&mut self, inputs: &[u8]) {
+        self.slave.set_inputs(inputs);
+    }
+
+    /// The line has another rate from now on.
+    pub const fn set_baud(&mut self, baud: BaudRate) {
+        self.fdl.set_baud(baud);
+    }
+
+    /// Takes a telegram whose last octet ended at `now`.
+    pub fn receive(&mut self, now: Instant, telegram: &Telegram<'_>) -> Outcome {
+        match self.fdl.receive(now, telegram) {
+            Reception::Ignored => Outcome::default(),
+            Reception::Answered { sa } | Reception::Repeated { sa } => {
+                self.slave.heard(now, sa);
+                Outcome::default()
+            }
+            Reception::Data(request) => {
+                if !request.da.is_broadcast() {
+                    self.slave.heard(now, request.sa);
+                }
+                Outcome { event: self.slave.handle_sdn(&request), exchanged: false }
+            }
+            Reception::DataWithReply(request) => self.serve(now, &request),
+        }
+    }
+
+    /// Time has passed: the watchdog may expire. Harmless at any time.
+    pub fn handle_timeout(&mut self, now: Instant) -> Option<Event> {
+        self.slave.handle_timeout(now)
+    }
+
+    /// The reply to send at `now`, if its time has come.
+    ///
+    /// # Errors
+    /// [`TooLate`] once if the reply was dropped because max T_SDR is over.
+    #[must_use = "the octets are not offered again"]
+    pub fn poll_transmit(&mut self, now: Instant) -> Result<Option<&[u8]>, TooLate> {
+        self.fdl.poll_transmit(now)
+    }
+
+    /// When a reply is to be sent or the watchdog expires. Changes with every telegram received or sent.
+    #[must_use]
+    pub fn poll_timeout(&self) -> Option<Instant> {
+        [self.fdl.poll_timeout(), self.slave.poll_timeout()].into_iter().flatten().min()
+    }
+
+    /// When the watchdog expires, apart from replies to be sent.
+    #[must_use]
+    pub fn watchdog_timeout(&self) -> Option<Instant> {
+        self.slave.poll_timeout()
+    }
+
+    fn serve(&mut self, now: Instant, request: &Request<'_>) -> Outcome {
+        self.slave.heard(now, request.sa);
+        let handled = self.slave.handle_srd(now, request);
+        self.fdl.reply(now, request, handled.reply);
+        let (event, exchanged) = (handled.event, handled.exchanged);
+        if let Some(bits) = self.slave.min_tsdr() {
+            self.fdl.set_min_tsdr(bits);
+        }
+        Outcome { event, exchanged }
+    }
+}

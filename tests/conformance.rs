@@ -1,0 +1,112 @@
+//! `docs/conformance.md` and the tests agree: what it names exists, and what a test claims is in it.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A test function and the file that holds it.
+type Claim = (String, String);
+
+#[test]
+fn every_test_named_in_the_document_exists() {
+    let tests: BTreeSet<Claim> = claims().into_iter().map(|(_, claim)| claim).collect();
+    let mut named = 0;
+    for (id, claim) in
+        rows().into_iter().flat_map(|row| row.claims.into_iter().map(move |claim| (row.id.clone(), claim)))
+    {
+        assert!(tests.contains(&claim), "{id}: there is no test {} in {}", claim.0, claim.1);
+        named += 1;
+    }
+    assert!(named > 80, "the document was read: {named} tests named");
+}
+
+#[test]
+fn every_row_a_test_claims_names_that_test() {
+    let rows = rows();
+    for (id, claim) in claims() {
+        let row = rows.iter().find(|row| row.id == id);
+        let row = row.unwrap_or_else(|| panic!("{} claims {id}, which is no row", claim.0));
+        assert!(row.claims.contains(&claim), "{id} does not name {} in {}", claim.0, claim.1);
+    }
+}
+
+#[test]
+fn every_row_says_how_it_stands() {
+    let rows = rows();
+    assert_eq!(rows.len(), 117, "rows of dp-v0.md 13");
+    for row in rows {
+        let says_why = ["not yet", "cannot apply", "as A-01", "`tests/interop"]
+            .iter()
+            .any(|word| row.shown.starts_with(word));
+        assert!(!row.claims.is_empty() || says_why, "{}: {:?}", row.id, row.shown);
+    }
+}
+
+struct Row {
+    id: String,
+    shown: String,
+    claims: Vec<Claim>,
+}
+
+fn rows() -> Vec<Row> {
+    let text = fs::read_to_string(root().join("docs/conformance.md")).expect("docs/conformance.md is there");
+    let rows = text.lines().filter_map(|line| {
+        let cells: Vec<_> = line.trim_matches('|').split(" | ").map(str::trim).collect();
+        let (&id, &shown) = (cells.first()?, cells.last()?);
+        let is_id = matches!(id.as_bytes(), [b'A'..=b'Z', b'-', b'0'..=b'9', b'0'..=b'9']);
+        is_id.then(|| Row { id: id.to_owned(), shown: shown.to_owned(), claims: named(shown) })
+    });
+    rows.collect()
+}
+
+/// The tests of a cell like "`name` in `file`<br>`name` in `file`".
+fn named(cell: &str) -> Vec<Claim> {
+    let claims = cell.split("<br>").filter_map(|part| {
+        let (name, file) = part.split_once("` in `")?;
+        Some((name.trim_start_matches('`').to_owned(), file.trim_end_matches('`').to_owned()))
+    });
+    claims.collect()
+}
+
+/// Every row a test claims by the beginning of its name, as in `fn f_01_f_02_what_it_shows`.
+fn claims() -> Vec<(String, Claim)> {
+    let mut claims = Vec::new();
+    let mut folders = vec![root().join("src"), root().join("tests")];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).expect("the folder is there").flatten() {
+            let path = entry.path();
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            if path.extension().is_none_or(|extension| extension != "rs") {
+                continue;
+            }
+            let file = path.strip_prefix(root()).expect("below the root").display().to_string();
+            for line in fs::read_to_string(&path).expect("a source file is text").lines() {
+                let Some(rest) = line.trim_start().strip_prefix("fn ") else { continue };
+                let Some((name, _)) = rest.split_once('(') else { continue };
+                claims.extend(ids(name).map(|id| (id, (name.to_owned(), file.clone()))));
+            }
+        }
+    }
+    claims
+}
+
+fn ids(name: &str) -> impl Iterator<Item = String> {
+    let parts: Vec<&str> = name.split('_').collect();
+    let pairs: Vec<String> = parts
+        .chunks(2)
+        .map_while(|pair| match pair {
+            [letter, number] if letter.len() == 1 && number.len() == 2 && number.parse::<u8>().is_ok() => {
+                Some(format!("{}-{number}", letter.to_uppercase()))
+            }
+            _ => None,
+        })
+        .collect();
+    pairs.into_iter()
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).to_path_buf()
+}
