@@ -103,10 +103,9 @@ impl Row {
 
 /// How high a position is, in eighths of a row, at least one so that the line is seen.
 fn height(position: i32, lowest: i32, highest: i32) -> usize {
-    let range = i64::from(highest) - i64::from(lowest);
-    let above = i64::from(position) - i64::from(lowest);
-    let eighths = usize::try_from(above).unwrap_or_default() * (HEIGHT * EIGHTHS - 1)
-        / usize::try_from(range.max(1)).unwrap_or(1);
+    let range = highest.abs_diff(lowest).max(1);
+    let full = u64::from(position.abs_diff(lowest)) * (HEIGHT * EIGHTHS - 1) as u64;
+    let eighths = usize::try_from(full / u64::from(range)).unwrap_or_default();
     eighths + 1
 }
 
@@ -128,7 +127,7 @@ mod tests {
     fn a_ramp_rises_from_the_lower_left_to_the_upper_right() {
         let mut recording = Recording::default();
         for step in 0..=100_i32 {
-            recording.sample(Instant::from_millis(step.unsigned_abs().into()), -50 + step);
+            recording.sample(Instant::from_millis(step.unsigned_abs().into()), (2 * step).min(100) - 50);
         }
         recording.mark(Instant::from_millis(50), "half");
         let lines = recording.lines();
