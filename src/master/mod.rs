@@ -18,8 +18,13 @@
 //!   than the slot time has to be seen arriving.
 //! - It never sends user parameters unless [`profirust::dp::PeripheralOptions::user_parameters`] is `Some`, an empty
 //!   slice for these drives.
-//! - It sends every request with the frame count bit and Global_Control (operate) every 50 slot times, and asks one
-//!   address after the other whether a master is there, slaves included.
+//! - It sends Global_Control (operate) every 50 slot times.
+//! - After each cycle it asks one address whether a station is there, slaves included. As the only master it never
+//!   stops doing so, whatever its GAP factor, and waits a slot time for each absent station: with a long slot time
+//!   that is what a cycle takes.
+//! - The first frame count goes to a station once per process. It is not begun anew when a slave was gone.
+//! - After a refused Set_Prm it sends Chk_Cfg all the same, and takes a slave that refuses it for gone: look at the
+//!   diagnosis for the parameter fault.
 //! - It knows the operating state Operate only.
 
 mod peripheral;
