@@ -32,6 +32,8 @@ const SD1_LEN: usize = 6;
 const SD3_LEN: usize = 14;
 const SD3_PDU_LEN: usize = 8;
 const SD4_LEN: usize = 3;
+/// Octets of an SD2 telegram before DA.
+const SD2_HEAD_LEN: usize = 4;
 /// Octets of an SD2 telegram around those that LE counts.
 const SD2_OVERHEAD: usize = 6;
 /// Bit 7 of DA and SA: an extension octet follows.
@@ -67,16 +69,10 @@ pub enum Decoded<'a> {
 #[inline]
 pub fn decode(input: &[u8]) -> Decoded<'_> {
     match *input {
-        [SD2, ref rest @ ..] => sd2(rest),
-        [SD1, ref rest @ ..] => match rest.first_chunk::<{ SD1_LEN - 1 }>() {
-            Some(frame) => fixed(frame, Format::Sd1),
-            None => Decoded::Incomplete,
-        },
+        [SD2, ..] => sd2(input),
+        [SD1, ..] => fixed::<SD1_LEN>(input, Format::Sd1),
         [SC, ..] => Decoded::Telegram { telegram: Telegram::ShortAcknowledge, len: 1 },
-        [SD3, ref rest @ ..] => match rest.first_chunk::<{ SD3_LEN - 1 }>() {
-            Some(frame) => fixed(frame, Format::Sd3),
-            None => Decoded::Incomplete,
-        },
+        [SD3, ..] => fixed::<SD3_LEN>(input, Format::Sd3),
         [SD4, ref rest @ ..] => sd4(rest),
         [got, ..] => refuse(FrameError::StartDelimiter { got }),
         [] => Decoded::Incomplete,
@@ -182,14 +178,14 @@ impl DataTelegram<'_> {
     pub fn encode<'b>(&self, buf: &'b mut [u8]) -> Result<&'b [u8], EncodeError> {
         let pdu_len = self.pdu_len();
         let wrong = |expected| EncodeError::PduLength { format: self.format, expected, got: pdu_len };
-        let (out, counted) = match self.format {
+        let out = match self.format {
             Format::Sd1 => {
                 if pdu_len != 0 {
                     return Err(wrong((0, 0)));
                 }
                 let out = room(buf, SD1_LEN)?;
-                start(out, SD1);
-                (out, 1)
+                self.encode_counted(start(out, [SD1]));
+                out
             }
             Format::Sd2 => {
                 let le = match u8::try_from(pdu_len + HEADER_LEN) {
@@ -197,46 +193,47 @@ impl DataTelegram<'_> {
                     Ok(_) | Err(_) => return Err(wrong((1, MAX_PDU_LEN))),
                 };
                 let out = room(buf, usize::from(le) + SD2_OVERHEAD)?;
-                if let Some(head) = out.first_chunk_mut() {
-                    *head = [SD2, le, le, SD2];
-                }
-                (out, 4)
+                self.encode_counted(start(out, [SD2, le, le, SD2]));
+                out
             }
             Format::Sd3 => {
                 if pdu_len != SD3_PDU_LEN {
                     return Err(wrong((SD3_PDU_LEN, SD3_PDU_LEN)));
                 }
                 let out = room(buf, SD3_LEN)?;
-                start(out, SD3);
-                (out, 1)
+                self.encode_counted(start(out, [SD3]));
+                out
             }
         };
-        self.encode_counted(out, counted);
         Ok(out)
     }
 
-    /// Writes everything from DA to ED; `out` is as long as the telegram and DA stands at `start`.
-    fn encode_counted(&self, out: &mut [u8], start: usize) {
-        let body_len = HEADER_LEN + self.pdu_len();
-        let Some((body, end)) = out.get_mut(start..).and_then(|out| out.split_at_mut_checked(body_len))
-        else {
-            return;
-        };
+    /// Writes everything from DA to ED to `out`, which is just as long. The checksum is taken of what is written,
+    /// not of what was: reading octets back in eights right after writing them one by one stalls a processor.
+    #[inline(always)]
+    fn encode_counted(&self, out: &mut [u8]) {
+        let Some((header, pdu)) = out.split_first_chunk_mut() else { return };
         let extension = |sap: Option<Sap>| if sap.is_some() { EXTENSION } else { 0 };
-        if let Some((header, pdu)) = body.split_first_chunk_mut() {
-            *header = [
-                self.da.number() | extension(self.dsap),
-                self.sa.number() | extension(self.ssap),
-                self.fc.octet(),
-            ];
-            let mut room = pdu.iter_mut();
-            for (sap, octet) in [self.dsap, self.ssap].into_iter().flatten().zip(room.by_ref()) {
-                *octet = sap.number();
+        let da = self.da.number() | extension(self.dsap);
+        let sa = self.sa.number() | extension(self.ssap);
+        let fc = self.fc.octet();
+        *header = [da, sa, fc];
+        let (saps, rest) = match (self.dsap, self.ssap, pdu) {
+            (Some(dsap), Some(ssap), [first, second, rest @ ..]) => {
+                (*first, *second) = (dsap.number(), ssap.number());
+                (dsap.number().wrapping_add(ssap.number()), rest)
             }
-            room.into_slice().copy_from_slice(self.data);
+            (Some(sap), None, [first, rest @ ..]) | (None, Some(sap), [first, rest @ ..]) => {
+                *first = sap.number();
+                (sap.number(), rest)
+            }
+            (_, _, rest) => (0, rest),
+        };
+        if let Some((data, end)) = rest.split_last_chunk_mut::<2>() {
+            copy(data, self.data);
+            let header = da.wrapping_add(sa).wrapping_add(fc).wrapping_add(saps);
+            *end = [checksum(self.data, 0).wrapping_add(header), ED];
         }
-        let fcs = checksum(body);
-        end.copy_from_slice(&[fcs, ED]);
     }
 
     fn pdu_len(&self) -> usize {
@@ -333,44 +330,40 @@ pub enum EncodeError {
     },
 }
 
-/// SD2 behind its first octet. Each octet of the head is judged as soon as it is there.
+/// SD2: each octet of the head is judged as soon as it is there.
 #[inline]
 fn sd2(input: &[u8]) -> Decoded<'_> {
-    let (le, rest) = match *input {
-        [le, ler, SD2, ref rest @ ..] if le == ler && (MIN_LE..=MAX_LE).contains(&le) => (le, rest),
-        [le, ..] if !(MIN_LE..=MAX_LE).contains(&le) => return refuse(FrameError::Length { got: le }),
-        [le, ler, ..] if ler != le => return refuse(FrameError::RepeatedLength { expected: le, got: ler }),
-        [_, _, got, ..] => return refuse(FrameError::SecondStartDelimiter { got }),
-        [] | [_] | [_, _] => return Decoded::Incomplete,
+    let le = match *input {
+        [_, le, ler, SD2, ..] if le == ler && (MIN_LE..=MAX_LE).contains(&le) => usize::from(le),
+        [_, le, ..] if !(MIN_LE..=MAX_LE).contains(&le) => return refuse(FrameError::Length { got: le }),
+        [_, le, ler, ..] if ler != le => {
+            return refuse(FrameError::RepeatedLength { expected: le, got: ler });
+        }
+        [_, _, _, got, ..] => return refuse(FrameError::SecondStartDelimiter { got }),
+        [] | [_] | [_, _] | [_, _, _] => return Decoded::Incomplete,
     };
-    let le = usize::from(le);
-    let Some((body, &[fcs, ed, ..])) = rest.split_at_checked(le) else {
+    let Some((frame, &[fcs, ed, ..])) = input.split_at_checked(SD2_HEAD_LEN + le) else {
         return Decoded::Incomplete;
     };
-    let len = le + SD2_OVERHEAD;
     if ed != ED {
         return refuse(FrameError::EndDelimiter { got: ed });
     }
-    match body_of(body, fcs, Format::Sd2) {
-        Ok(telegram) => Decoded::Telegram { telegram, len },
-        // Four octets of head and the end agree on its bounds, so that it can be dropped whole.
-        Err(error) => Decoded::Invalid { error, skip: len },
-    }
+    // Four octets of head and the end agree on its bounds, so that a damaged one can be dropped whole.
+    let len = le + SD2_OVERHEAD;
+    enclosed(frame, SD2_HEAD_LEN, fcs, Format::Sd2, len, len)
 }
 
-/// SD1 and SD3 behind their first octet: the format says the length.
+/// SD1 and SD3: the format says the length.
 #[inline]
-fn fixed<const N: usize>(frame: &[u8; N], format: Format) -> Decoded<'_> {
-    let Some((body, &[fcs, ed])) = frame.split_last_chunk() else {
+fn fixed<const LEN: usize>(input: &[u8], format: Format) -> Decoded<'_> {
+    let Some((frame, &[fcs, ed])) = input.first_chunk::<LEN>().and_then(|frame| frame.split_last_chunk())
+    else {
         return Decoded::Incomplete;
     };
     if ed != ED {
         return refuse(FrameError::EndDelimiter { got: ed });
     }
-    match body_of(body, fcs, format) {
-        Ok(telegram) => Decoded::Telegram { telegram, len: N + 1 },
-        Err(error) => refuse(error),
-    }
+    enclosed(frame, 1, fcs, format, LEN, 1)
 }
 
 #[inline]
@@ -386,40 +379,45 @@ fn sd4(input: &[u8]) -> Decoded<'_> {
     }
 }
 
-/// The octets from DA to the last data octet.
-#[inline]
-fn body_of(body: &[u8], fcs: u8, format: Format) -> Result<Telegram<'_>, FrameError> {
-    let expected = checksum(body);
+/// The octets up to the last data octet of a telegram of `len` octets, `head` of which come before DA. Its parts
+/// are written straight into the result, once: inlined, for the copies in between cost more than the checks.
+#[inline(always)]
+fn enclosed(frame: &[u8], head: usize, fcs: u8, format: Format, len: usize, skip: usize) -> Decoded<'_> {
+    let expected = checksum(frame, head);
     if fcs != expected {
-        return Err(FrameError::Checksum { expected, got: fcs });
+        return Decoded::Invalid { error: FrameError::Checksum { expected, got: fcs }, skip };
     }
-    let &[da, sa, fc, ref data @ ..] = body else {
+    let Some(&[da, sa, fc, ref data @ ..]) = frame.get(head..) else {
         // Too short for its header, which LE and the formats rule out.
-        return Err(FrameError::ExtensionMissing);
+        return Decoded::Invalid { error: FrameError::ExtensionMissing, skip };
     };
-    let (dsap, data) = if da & EXTENSION == 0 { (None, data) } else { extension(data)? };
-    let (ssap, data) = if sa & EXTENSION == 0 { (None, data) } else { extension(data)? };
-    Ok(Telegram::Data(DataTelegram {
-        format,
-        da: Address::from_octet(da),
-        sa: Address::from_octet(sa),
-        dsap,
-        ssap,
-        fc: FunctionCode::from_octet(fc),
-        data,
-    }))
+    let (dsap, ssap, data) = match extensions(da, sa, data) {
+        Ok(extensions) => extensions,
+        Err(error) => return Decoded::Invalid { error, skip },
+    };
+    let (da, sa, fc) = (Address::from_octet(da), Address::from_octet(sa), FunctionCode::from_octet(fc));
+    Decoded::Telegram { telegram: Telegram::Data(DataTelegram { format, da, sa, dsap, ssap, fc, data }), len }
+}
+
+/// DSAP, SSAP and the data behind them.
+type Extensions<'a> = (Option<Sap>, Option<Sap>, &'a [u8]);
+
+/// The SAPs that bit 7 of DA and SA announce, DA's first, and the data behind them.
+#[inline(always)]
+fn extensions(da: u8, sa: u8, data: &[u8]) -> Result<Extensions<'_>, FrameError> {
+    match (da & EXTENSION != 0, sa & EXTENSION != 0, data) {
+        (false, false, data) => Ok((None, None, data)),
+        (true, true, &[dsap, ssap, ref data @ ..]) => Ok((Some(sap(dsap)?), Some(sap(ssap)?), data)),
+        (true, false, &[dsap, ref data @ ..]) => Ok((Some(sap(dsap)?), None, data)),
+        (false, true, &[ssap, ref data @ ..]) => Ok((None, Some(sap(ssap)?), data)),
+        (true, true, [] | [_]) | (true, false, []) | (false, true, []) => Err(FrameError::ExtensionMissing),
+    }
 }
 
 /// An extension octet: b7 = another one follows, b6 = segment address, b5..b0 = SAP. DP uses plain SAPs only.
-#[inline]
-fn extension(data: &[u8]) -> Result<(Option<Sap>, &[u8]), FrameError> {
-    match *data {
-        [octet, ref rest @ ..] => match Sap::new(octet) {
-            Some(sap) => Ok((Some(sap), rest)),
-            None => Err(FrameError::Extension { got: octet }),
-        },
-        [] => Err(FrameError::ExtensionMissing),
-    }
+#[inline(always)]
+fn sap(octet: u8) -> Result<Sap, FrameError> {
+    Sap::new(octet).ok_or(FrameError::Extension { got: octet })
 }
 
 /// Refused, to be looked at again behind the first octet.
@@ -428,20 +426,21 @@ const fn refuse<'a>(error: FrameError) -> Decoded<'a> {
     Decoded::Invalid { error, skip: 1 }
 }
 
-/// FCS: the sum modulo 256 of the octets from DA to the last data octet, eight of them at a time.
-#[inline]
-fn checksum(octets: &[u8]) -> u8 {
+/// FCS: the sum modulo 256 of the octets behind `head`, eight of them at a time.
+///
+/// With four octets of head, as SD2 has, the last eight always exist and the odd ones at the end are what is left
+/// of them after a shift; shorter telegrams have a length known when this is compiled.
+#[inline(always)]
+fn checksum(octets: &[u8], head: usize) -> u8 {
     // Four lanes of 16 bits: 31 times twice 255 is the most a telegram adds to one.
     const LANES: u64 = 0x00FF_00FF_00FF_00FF;
     let lanes_of = |eight: u64| (eight & LANES) + (eight >> 8 & LANES);
-    let (eights, rest) = octets.as_chunks::<8>();
+    let (eights, odd) = octets.get(head..).unwrap_or_default().as_chunks::<8>();
     let mut lanes = eights.iter().fold(0, |lanes, eight| lanes + lanes_of(u64::from_le_bytes(*eight)));
-    let (four, rest) = rest.split_first_chunk::<4>().unwrap_or((&[0; 4], rest));
-    let (two, rest) = rest.split_first_chunk::<2>().unwrap_or((&[0; 2], rest));
-    let one = rest.first().copied().unwrap_or(0);
-    lanes += lanes_of(u32::from_le_bytes(*four).into())
-        + lanes_of(u16::from_le_bytes(*two).into())
-        + u64::from(one);
+    lanes += match octets.last_chunk::<8>() {
+        Some(last) => lanes_of(u64::from_le_bytes(*last) >> (56 - 8 * odd.len()) >> 8),
+        None => odd.iter().map(|octet| u64::from(*octet)).sum(),
+    };
     // The product gathers the sum of all lanes in the highest one.
     let [.., sum, _] = lanes.wrapping_mul(0x0001_0001_0001_0001).to_le_bytes();
     sum
@@ -452,9 +451,28 @@ fn room(buf: &mut [u8], needed: usize) -> Result<&mut [u8], EncodeError> {
     buf.get_mut(..needed).ok_or(EncodeError::BufferTooSmall { needed, got })
 }
 
-fn start(out: &mut [u8], delimiter: u8) {
-    if let Some(first) = out.first_mut() {
-        *first = delimiter;
+/// Copies eight octets at a time, which for telegrams is quicker than to call for a copy of any length.
+#[inline(always)]
+fn copy(to: &mut [u8], from: &[u8]) {
+    let (to_eights, to_odd) = to.as_chunks_mut::<8>();
+    let (from_eights, from_odd) = from.as_chunks::<8>();
+    for (to, from) in to_eights.iter_mut().zip(from_eights) {
+        *to = *from;
+    }
+    for (to, from) in to_odd.iter_mut().zip(from_odd) {
+        *to = *from;
+    }
+}
+
+/// Writes what comes before DA and returns the rest.
+#[inline(always)]
+fn start<const N: usize>(out: &mut [u8], head: [u8; N]) -> &mut [u8] {
+    match out.split_first_chunk_mut() {
+        Some((start, rest)) => {
+            *start = head;
+            rest
+        }
+        None => &mut [],
     }
 }
 

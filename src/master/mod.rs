@@ -6,7 +6,7 @@
 //!
 //! - [`LinkPhy`] is profirust's physical layer on a [`Link`](crate::host::Link): a serial port, the terminal of
 //!   another process, a line in memory.
-//! - [`peripheral`] is an AG03 or AG03/1 as profirust must be told of it, as in `gsd/SIKO0AC5.GSD`.
+//! - [`peripheral()`] is an AG03 or AG03/1 as profirust must be told of it, as in `gsd/SIKO0AC5.GSD`.
 //! - [`SimulatedBus`] is a whole bus in one process: profirust, emulated drives, and a clock that jumps from one
 //!   thing that happens to the next.
 //!
