@@ -229,7 +229,7 @@ impl Device {
         Ok(Self { framer: config.framer(), part: Parts::new(config, Some(image), now) })
     }
 
-    /// What the device was made of, with the rate of the line as it is now.
+    /// What the device was made of, with the rate of the line and the DIP switches as they are now.
     pub const fn config(&self) -> &Config {
         &self.part.config
     }
