@@ -51,9 +51,9 @@ pub const BAUD_RATES: [BaudRate; 9] = [
 pub const DESCRIPTION: dp::Description = dp::Description {
     ident: IDENT_NUMBER,
     configurations: CONFIGURATIONS,
-    user_prm_len: 0,
     sync_mode: true,
     freeze_mode: true,
+    ..dp::Description::PLAIN
 };
 
 /// How often the drive part runs unless told otherwise. The manuals state no time.
