@@ -47,15 +47,14 @@ const CHANNEL_LEN: usize = 3;
 pub struct ExtDiag {
     octets: [u8; MAX_LEN],
     len: usize,
-    /// Ext_Diag: the blocks show a fault.
-    pub ext_diag: bool,
-    /// Stat_Diag: the slave cannot deliver valid data; the master shall go on reading the diagnosis.
-    pub stat_diag: bool,
+    ext_diag: bool,
+    stat_diag: bool,
     overflow: bool,
 }
 
 impl ExtDiag {
-    /// Nothing to report. Filed after a fault it tells the master that the fault has gone.
+    /// Nothing to report. Filed after a fault it tells the master that the fault has gone. Blocks pushed to it are a
+    /// mere message: Ext_Diag is not set.
     pub const NONE: Self =
         Self { octets: [0; MAX_LEN], len: 0, ext_diag: false, stat_diag: false, overflow: false };
 
@@ -64,9 +63,11 @@ impl ExtDiag {
         Self { ext_diag: true, ..Self::NONE }
     }
 
-    /// Blocks that are a mere message: Ext_Diag is not set.
-    pub const fn status() -> Self {
-        Self::NONE
+    /// The same with Stat_Diag: the slave cannot deliver valid data, the master shall go on reading the diagnosis.
+    #[must_use]
+    pub const fn with_stat_diag(mut self) -> Self {
+        self.stat_diag = true;
+        self
     }
 
     /// Appends a block. One that does not fit any more is left out and sets Ext_Diag_Overflow.
@@ -86,6 +87,16 @@ impl ExtDiag {
     /// The blocks on the wire, 0..=238 octets.
     pub fn octets(&self) -> &[u8] {
         self.octets.get(..self.len).unwrap_or_default()
+    }
+
+    /// Ext_Diag: the blocks show a fault.
+    pub const fn ext_diag(&self) -> bool {
+        self.ext_diag
+    }
+
+    /// Stat_Diag: the slave cannot deliver valid data.
+    pub const fn stat_diag(&self) -> bool {
+        self.stat_diag
     }
 
     /// Ext_Diag_Overflow: a block was left out.
@@ -364,7 +375,7 @@ mod tests {
 
     #[test]
     fn d_07_a_smaller_limit_keeps_whole_blocks() {
-        let mut whole = ExtDiag::status();
+        let mut whole = ExtDiag::NONE;
         whole.push(Block::Modules(&[1])).unwrap();
         whole.push(Block::Channel(CHANNEL_63)).unwrap();
         whole.push(Block::Revision(9)).unwrap();

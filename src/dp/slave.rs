@@ -216,11 +216,11 @@ impl Slave {
         Diagnosis {
             station_not_ready: self.state != State::DataExch,
             cfg_fault: self.cfg_fault,
-            ext_diag: self.ext_diag.ext_diag,
+            ext_diag: self.ext_diag.ext_diag(),
             not_supported: self.not_supported,
             prm_fault: self.prm_fault,
             prm_req: self.state == State::WaitPrm,
-            stat_diag: self.ext_diag.stat_diag,
+            stat_diag: self.ext_diag.stat_diag(),
             wd_on: self.watchdog.is_some(),
             freeze_mode: self.process_data.freeze_mode(),
             sync_mode: self.process_data.sync_mode(),
@@ -346,7 +346,7 @@ impl Slave {
 
     /// `dp-v0.md` 6.2 rule 2: only the owner's reading counts, and none while Stat_Diag is set.
     fn slave_diag(&mut self, sa: Address) -> Handled<'_> {
-        if self.caller(sa) == Caller::Owner && !self.ext_diag.stat_diag {
+        if self.caller(sa) == Caller::Owner && !self.ext_diag.stat_diag() {
             self.announced = false;
         }
         self.diagnosis.keep([&self.diagnosis().octets(), self.ext_diag.octets()]);
