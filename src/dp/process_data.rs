@@ -7,7 +7,7 @@ use super::{Description, IoLengths, SetPrm};
 /// Outputs and inputs of a slave. Each is copied whole, so nobody sees half of one exchange.
 #[derive(Clone, Debug)]
 pub(super) struct ProcessData {
-    pub(super) lengths: IoLengths,
+    lengths: IoLengths,
     sync: Mode,
     freeze: Mode,
     /// What the application sees.
@@ -36,6 +36,14 @@ impl ProcessData {
         }
     }
 
+    /// The accepted configuration has these lengths. Outputs of other lengths mean nothing any more.
+    pub(super) fn measure(&mut self, lengths: IoLengths) {
+        if self.lengths != lengths {
+            self.lengths = lengths;
+            self.clear();
+        }
+    }
+
     /// The modes that an accepted Set_Prm asks for and the slave has may be commanded from now on.
     pub(super) const fn enable(&mut self, prm: SetPrm<'_>, description: &Description) {
         self.sync = Mode::enabled(prm.sync_req() && description.sync_mode);
@@ -48,6 +56,10 @@ impl ProcessData {
 
     pub(super) fn freeze_mode(&self) -> bool {
         self.freeze == Mode::Active
+    }
+
+    pub(super) const fn lengths(&self) -> IoLengths {
+        self.lengths
     }
 
     pub(super) fn outputs(&self) -> &[u8] {

@@ -355,7 +355,7 @@ impl Slave {
 
     fn data_exchange(&mut self, request: &Request<'_>) -> Handled<'_> {
         let master = request.sa;
-        let (expected, got) = (self.process_data.lengths.outputs, request.data.len());
+        let (expected, got) = (self.process_data.lengths().outputs, request.data.len());
         if usize::from(expected) == got {
             self.state = self.state.on(Stimulus::Outputs);
             self.safe_state = false;

@@ -113,7 +113,7 @@ impl Slave {
         self.pending = None;
         self.cfg_fault = false;
         self.configuration = accepted;
-        self.process_data.lengths = IoLengths::of(accepted).unwrap_or_default();
+        self.process_data.measure(IoLengths::of(accepted).unwrap_or_default());
         let entered = self.state != State::DataExch;
         self.state = self.state.on(Stimulus::CfgAccepted);
         if !entered {
