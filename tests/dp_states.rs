@@ -199,8 +199,9 @@ fn cell(mut line: SlaveLine, sa: u8, da: u8, service: Service, dsap: Option<u8>,
         };
         write!(cell, " -> {state}").unwrap();
     }
-    if after.1 != before.1 {
-        let outputs = if after.1.iter().all(|octet| *octet == 0) { "cleared" } else { "new" };
+    let zero = |outputs: &[u8]| outputs.iter().all(|octet| *octet == 0);
+    if after.1 != before.1 && !(zero(&before.1) && zero(&after.1)) {
+        let outputs = if zero(&after.1) { "cleared" } else { "new" };
         write!(cell, " O {outputs}").unwrap();
     }
     if after.2 != before.2 {
