@@ -43,6 +43,29 @@ fn plain(service: Service) -> Vec<u8> {
 }
 
 #[test]
+fn every_field_has_a_test_of_its_name_and_a_line_in_the_document() {
+    let read = |file: &str| {
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+        std::fs::read_to_string(root.join(file)).unwrap()
+    };
+    let (tests, document) = (read("tests/policy.rs"), read("docs/conformance.md"));
+    let mut fields = Vec::new();
+    for (file, prefix) in [("src/dp/policy.rs", ""), ("src/fdl/station.rs", "fdl.")] {
+        let text = read(file);
+        let body = text.split_once("pub struct Policy {").unwrap().1.split_once("\n}").unwrap().0;
+        let names = body.lines().filter_map(|line| line.trim().strip_prefix("pub ")?.split_once(':'));
+        fields.extend(names.map(|(name, _)| format!("{prefix}{name}")));
+    }
+    assert_eq!(fields.len(), 22, "{fields:?}");
+    for field in fields.iter().filter(|field| *field != "fdl") {
+        assert!(document.contains(&format!("| `{field}` |")), "docs/conformance.md lacks {field}");
+        let name = field.trim_start_matches("fdl.");
+        let tested = tests.lines().any(|line| line.starts_with("fn ") && line.contains(name));
+        assert!(tested, "no test of {field}");
+    }
+}
+
+#[test]
 fn the_default_is_what_the_reference_proposes() {
     assert_eq!(Policy::default(), Policy::PROPOSED);
     assert_eq!(*SlaveLine::new(IO).station.slave().policy(), Policy::PROPOSED);

@@ -39,6 +39,9 @@ const DPV1_LEN: usize = 3;
 const FAIL_SAFE: u8 = 0x40;
 const WD_BASE_1MS: u8 = 0x04;
 
+/// What the watchdog factors count.
+const WD_BASE: Duration = Duration::from_millis(10);
+
 const LOCK_REQ: u8 = 0x80;
 const UNLOCK_REQ: u8 = 0x40;
 const SYNC_REQ: u8 = 0x20;
@@ -94,18 +97,21 @@ impl<'a> SetPrm<'a> {
     }
 
     /// The watchdog time, `None` if it is off: a factor of zero turns it off too, unless [`SetPrm::check`] refuses
-    /// it. `dpv1` says whether DPV1_Status_1 is there to choose the base.
-    pub fn watchdog(self, dpv1: bool) -> Option<Duration> {
+    /// it.
+    pub fn watchdog(self) -> Option<Duration> {
+        self.watchdog_of(WD_BASE)
+    }
+
+    /// The watchdog time of a slave with DPV1_Status octets, the first of which chooses the base.
+    pub fn dpv1_watchdog(self) -> Option<Duration> {
+        let short = self.user_prm.first().is_some_and(|status| status & WD_BASE_1MS != 0);
+        self.watchdog_of(if short { Duration::from_millis(1) } else { WD_BASE })
+    }
+
+    fn watchdog_of(self, base: Duration) -> Option<Duration> {
         let (first, second) = self.wd_factors;
-        let factors = u64::from(first) * u64::from(second);
-        if self.station_status & WD_ON == 0 || factors == 0 {
-            return None;
-        }
-        let base = match self.user_prm.first() {
-            Some(status) if dpv1 && status & WD_BASE_1MS != 0 => 1,
-            Some(_) | None => 10,
-        };
-        Some(Duration::from_millis(base * factors))
+        let factors = u32::from(first) * u32::from(second);
+        (self.station_status & WD_ON != 0 && factors != 0).then_some(base * factors)
     }
 
     /// The new min T_SDR in T_bit, `None` to keep the old one.
@@ -316,7 +322,7 @@ mod tests {
     fn the_worked_example_is_read_field_by_field() {
         let prm = SetPrm::parse(&GOOD).unwrap();
         assert!(prm.lock_req() && !prm.unlock_req() && !prm.sync_req() && !prm.freeze_req());
-        assert_eq!(prm.watchdog(false), Some(Duration::from_secs(1)));
+        assert_eq!(prm.watchdog(), Some(Duration::from_secs(1)));
         assert_eq!((prm.min_tsdr(), prm.group_ident()), (Some(11), 0x22));
         assert_eq!(check(&GOOD, &PLAIN), Ok(()));
     }
@@ -325,14 +331,14 @@ mod tests {
     fn a_request_seen_on_a_real_bus() {
         let prm = SetPrm::parse(&[0xB8, 0x01, 0x63, 0x0B, 0x05, 0xAA, 0x22]).unwrap();
         assert!(prm.lock_req() && prm.sync_req() && prm.freeze_req());
-        assert_eq!(prm.watchdog(false), Some(Duration::from_millis(990)));
+        assert_eq!(prm.watchdog(), Some(Duration::from_millis(990)));
     }
 
     #[test]
     fn w_04_the_watchdog_time_is_ten_milliseconds_times_both_factors() {
         for (first, second, millis) in [(1, 1, 10), (1, 255, 2_550), (255, 1, 2_550), (255, 255, 650_250)] {
             let prm = SetPrm { wd_factors: (first, second), ..SetPrm::parse(&GOOD).unwrap() };
-            assert_eq!(prm.watchdog(false), Some(Duration::from_millis(millis)));
+            assert_eq!(prm.watchdog(), Some(Duration::from_millis(millis)));
         }
     }
 
@@ -394,7 +400,7 @@ mod tests {
         }
         let watchdog = |status: u8| {
             let octets = [&GOOD[..], &[status, 0, 0]].concat();
-            SetPrm::parse(&octets).unwrap().watchdog(true)
+            SetPrm::parse(&octets).unwrap().dpv1_watchdog()
         };
         assert_eq!(watchdog(0x04), Some(Duration::from_millis(100)));
         assert_eq!(watchdog(0x00), Some(Duration::from_secs(1)));

@@ -54,7 +54,8 @@ impl Slave {
         }
         // 10
         self.leave_master(Stimulus::PrmAccepted);
-        let watchdog = prm.watchdog(self.description.dpv1_status.is_some());
+        let watchdog =
+            if self.description.dpv1_status.is_some() { prm.dpv1_watchdog() } else { prm.watchdog() };
         self.owner = Some(master);
         self.watchdog = watchdog.map(|time| Watchdog { time, heard: now });
         self.min_tsdr = prm.min_tsdr().or(self.min_tsdr);
