@@ -13,10 +13,12 @@ mod slave_line;
 
 use std::time::Duration;
 
-use profidrive::dp::policy::ApplicationReady;
+use profidrive::dp::ext_diag::Block;
+use profidrive::dp::policy::{ApplicationReady, SetPrmInDataExch};
 use profidrive::dp::{CfgFault, CfgTicket, Description, Event, ExtDiag, Policy, PrmFault, State, Station};
 use profidrive::fdl::{Address, FrameCount, FunctionCode, Service};
 use profidrive::time::Instant;
+use proptest::prelude::*;
 use slave_line::{Answer, BAUD, CFG, IO, MASTER, OTHER, PRM, RS, SLAVE, SlaveLine, hex, telegram};
 
 const JUDGED: Policy = Policy { application_ready: ApplicationReady::WhenJudged, ..Policy::PROPOSED };
@@ -392,8 +394,8 @@ fn i_03_the_requests_seen_at_an_et200s_get_its_replies() {
     let prm = hex("B8 0D 0F 0B 80 E0 00 C0 00 00");
     assert_eq!(low(&mut line, &srd(0x7D, Some(61), &prm)), Answer::Sc);
     let mut modules = ExtDiag::NONE.with_stat_diag();
-    modules.push(profidrive::dp::ext_diag::Block::Modules(&[0; 8])).unwrap();
-    modules.push(profidrive::dp::ext_diag::Block::Device(&[0x82; 19])).unwrap();
+    modules.push(Block::Modules(&[0; 8])).unwrap();
+    modules.push(Block::Device(&[0x82; 19])).unwrap();
     line.file(&modules);
     assert_eq!(low(&mut line, &srd(0x5D, Some(62), &[0x00, 0x10, 0x10])), Answer::Sc);
     for fc in [0x7D, 0x5D, 0x7D, 0x5D] {
@@ -419,4 +421,101 @@ fn a_description_without_configurations_accepts_none() {
     line.request(MASTER, Some(61), &PRM);
     assert_eq!(line.request(MASTER, Some(62), &[0x00]), Answer::Sc);
     assert_eq!(line.diagnosis(MASTER)[..4], [0x06, 0x05, 0x00, 0xFF], "no configuration is accepted");
+}
+
+/// One thing that happens to a slave.
+#[derive(Clone, Debug)]
+enum Happening {
+    Request { sa: u8, dsap: Option<u8>, data: Vec<u8> },
+    Control { sa: u8, data: Vec<u8> },
+    Wait(u64),
+    File { blocks: Vec<Vec<u8>>, stat_diag: bool },
+    Judge(bool),
+    Alive,
+    Abort,
+}
+
+fn happening() -> impl Strategy<Value = Happening> {
+    let sa = prop_oneof![4 => Just(MASTER), 1 => Just(OTHER)];
+    let prm = (0u8.., any::<[u8; 2]>(), 0..12u8, prop_oneof![4 => Just(0x34), 1 => any::<u8>()]).prop_map(
+        |(status, factors, min_tsdr, ident)| {
+            let status = if status < 100 { 0x88 } else { status };
+            (Some(61), vec![status, factors[0], factors[1], min_tsdr, 0x12, ident, 0xFF])
+        },
+    );
+    let service = prop_oneof![
+        4 => prm,
+        3 => Just((Some(62), CFG.to_vec())),
+        1 => Just((Some(62), vec![0x21, 0x11])),
+        4 => proptest::collection::vec(any::<u8>(), 0..6).prop_map(|data| (None, data)),
+        4 => Just((None, vec![1, 2, 3, 4])),
+        2 => Just((Some(60), Vec::new())),
+        1 => (5u8..7).prop_map(|new| (Some(55), vec![new, 0x12, 0x34, 0])),
+        2 => (50u8..64, proptest::collection::vec(any::<u8>(), 0..245)).prop_map(|(sap, data)| (Some(sap), data)),
+    ];
+    prop_oneof![
+        12 => (sa.clone(), service).prop_map(|(sa, (dsap, data))| Happening::Request { sa, dsap, data }),
+        2 => (sa, proptest::collection::vec(0u8..64, 0..4)).prop_map(|(sa, data)| Happening::Control { sa, data }),
+        1 => (0u64..400).prop_map(Happening::Wait),
+        1 => (proptest::collection::vec(proptest::collection::vec(any::<u8>(), 0..64), 0..6), any::<bool>())
+            .prop_map(|(blocks, stat_diag)| Happening::File { blocks, stat_diag }),
+        2 => any::<bool>().prop_map(Happening::Judge),
+        2 => Just(Happening::Alive),
+        1 => Just(Happening::Abort),
+    ]
+}
+
+proptest! {
+    #[test]
+    fn whatever_happens_the_slave_answers_and_stays_lawful(
+        happenings in proptest::collection::vec(happening(), 0..60),
+        judged: bool,
+        stay: bool,
+    ) {
+        let policy = Policy {
+            application_ready: if judged { ApplicationReady::WhenJudged } else { ApplicationReady::AtOnce },
+            set_prm_in_data_exch: if stay { SetPrmInDataExch::StayIfIdentical } else { SetPrmInDataExch::WaitCfg },
+            ..Policy::PROPOSED
+        };
+        let device = Description { user_watchdog: Some(Duration::from_millis(300)), max_diag_len: 100, ..IO };
+        let mut line = SlaveLine::with(device, policy);
+        for happening in happenings {
+            match happening {
+                Happening::Request { sa, dsap, data } => {
+                    let da = line.station.address().number();
+                    let reply = line.request_to(da, sa, dsap, &data);
+                    prop_assert_ne!(reply, Answer::Silence);
+                }
+                Happening::Control { sa, data } => line.sdn(sa, 127, 58, &data),
+                Happening::Wait(time) => line.wait(Duration::from_millis(time)),
+                Happening::File { blocks, stat_diag } => {
+                    let mut diagnosis = ExtDiag::fault();
+                    for block in &blocks {
+                        let _refused = diagnosis.push(Block::Device(block));
+                    }
+                    line.file(&if stat_diag { diagnosis.with_stat_diag() } else { diagnosis });
+                }
+                Happening::Judge(good) => {
+                    if let Some((ticket, _)) = line.station.slave().pending_configuration() {
+                        let fault = CfgFault { index: 0, expected: None, got: None };
+                        let verdict = if good { Ok(()) } else { Err(fault) };
+                        prop_assert!(line.station.judge_cfg(line.now, ticket, verdict).is_some());
+                        prop_assert_eq!(line.station.judge_cfg(line.now, ticket, Ok(())), None);
+                    }
+                }
+                Happening::Alive => line.station.application_alive(line.now),
+                Happening::Abort => drop(line.station.abort()),
+            }
+            let slave = line.station.slave();
+            let diagnosis = slave.diagnosis().octets();
+            prop_assert_eq!(slave.owner().is_none(), slave.state() == State::WaitPrm);
+            prop_assert_eq!(diagnosis[1] & 0x01 != 0, slave.state() == State::WaitPrm, "Prm_Req");
+            prop_assert_eq!(diagnosis[0] & 0x02 != 0, slave.state() != State::DataExch, "Station_Not_Ready");
+            prop_assert_eq!((diagnosis[0] & 0xA1, diagnosis[1] & 0xC4), (0, 0x04), "bits of masters, the fixed one");
+            prop_assert!(slave.state() == State::DataExch || slave.outputs().iter().all(|octet| *octet == 0));
+            prop_assert!(slave.pending_configuration().is_none() || slave.state() == State::WaitCfg);
+            prop_assert!(slave.ext_diag().octets().len() <= 94);
+            prop_assert!(line.station.poll_timeout().is_none_or(|due| due > line.now));
+        }
+    }
 }

@@ -90,6 +90,9 @@ pub struct Config {
     pub application_cycle: Duration,
     /// How the parameter channel behaves where the manuals leave it open.
     pub pkw: pkw::Config,
+    /// How the slave behaves where the sources are silent. The drives judge no configuration: with
+    /// `ApplicationReady::WhenJudged` they stay not ready.
+    pub dp: dp::Policy,
 }
 
 impl Config {
@@ -103,6 +106,7 @@ impl Config {
             timing: Timing::Untrue,
             application_cycle: DEFAULT_APPLICATION_CYCLE,
             pkw: pkw::Config::default(),
+            dp: dp::Policy::PROPOSED,
         }
     }
 }
@@ -173,7 +177,8 @@ impl Device {
         };
         let mut part = Parts {
             config,
-            station: dp::Station::new(config.address, config.baud, max_tsdr, DESCRIPTION),
+            station: dp::Station::new(config.address, config.baud, max_tsdr, DESCRIPTION)
+                .with_policy(config.dp),
             engine: Engine::new(config.pkw),
             store,
             settings,

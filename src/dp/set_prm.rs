@@ -140,8 +140,10 @@ impl<'a> SetPrm<'a> {
         // 7
         match policy.sync_freeze_not_supported {
             NotSupported::Fault if self.not_supported(description) => {
+                let supported = if description.sync_mode { SYNC_REQ } else { 0 }
+                    | if description.freeze_mode { FREEZE_REQ } else { 0 };
                 let got = self.station_status & (SYNC_REQ | FREEZE_REQ);
-                return Err(PrmFault::NotSupported { got });
+                return Err(PrmFault::NotSupported { supported, got });
             }
             NotSupported::Fault | NotSupported::GoOn => {}
         }
@@ -240,12 +242,14 @@ pub enum PrmFault {
         /// WD_Fact_1 and WD_Fact_2.
         factors: (u8, u8),
     },
-    /// Octet 1 asks for Sync or Freeze, which the slave lacks.
+    /// Octet 1 asks for Sync (b5) or Freeze (b4), which the slave lacks.
     #[error(
-        "Set_Prm octet 1: Sync_Req or Freeze_Req in 0x{got:02X} and not both supported, expected 0x00: take the slave out of the Sync and Freeze groups of the master's project"
+        "Set_Prm octet 1: asks for Sync (0x20) and Freeze (0x10) with 0x{got:02X}, expected bits within 0x{supported:02X}: take the slave out of the Sync or Freeze groups of the master's project"
     )]
     NotSupported {
-        /// b5 Sync_Req, b4 Freeze_Req.
+        /// The bits supported.
+        supported: u8,
+        /// The bits found.
         got: u8,
     },
     /// Octet 4 is shorter than the standard knows.

@@ -99,6 +99,7 @@ impl Slave {
         self.pending = Some(Pending { ticket, configuration });
         if self.state == State::DataExch {
             self.process_data.clear();
+            self.safe_state = false;
             self.user_watchdog = None;
         }
         self.state = self.state.on(Stimulus::CfgPending);
