@@ -37,7 +37,7 @@ const SITUATIONS: [Situation; 7] = [
     }),
     ("WAIT-PRM, nobody's, address locked by No_Add_Chg", || {
         let stored = StoredAddress { address: Address::station(SLAVE).unwrap(), no_add_chg: true };
-        SlaveLine::of(Station::restored(stored, BAUD, None, IO))
+        SlaveLine::of(Station::restored(stored, &[], BAUD, None, IO))
     }),
     ("WAIT-CFG, locked by master 2", || {
         let mut line = SlaveLine::new(IO);

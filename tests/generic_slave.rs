@@ -252,6 +252,18 @@ fn g_10_a_newer_chk_cfg_or_set_prm_makes_the_judgement_void() {
 }
 
 #[test]
+fn c_05_a_retried_chk_cfg_is_not_carried_out_twice() {
+    let mut line = SlaveLine::with(IO, JUDGED);
+    line.request(MASTER, Some(61), &PRM);
+    let octets = line.srd(SLAVE, MASTER, Some(62), &CFG);
+    assert_eq!(line.send(&octets), Some(vec![0xE5]));
+    let first = ticket(&line);
+    assert_eq!(line.send(&octets), Some(vec![0xE5]));
+    assert_eq!(ticket(&line), first, "the application is asked once");
+    assert_eq!(line.happened(|event| matches!(event, Event::CfgToJudge { .. })), 1);
+}
+
+#[test]
 fn w_09_a_silent_application_costs_the_master_its_slave() {
     let time = Duration::from_millis(20);
     let mut line = SlaveLine::exchanging(Description { user_watchdog: Some(time), ..IO }, Policy::PROPOSED);
@@ -297,7 +309,7 @@ fn w_05_a_slave_switched_off_and_on_in_data_exchange_is_started_again() {
     let mut line = SlaveLine::exchanging(IO, Policy::PROPOSED);
     line.exchange(&[9; 4]);
     let stored = line.station.stored_address();
-    line.station = Station::restored(stored, BAUD, Some(BAUD.max_tsdr_bits()), IO);
+    line.station = Station::restored(stored, &[], BAUD, Some(BAUD.max_tsdr_bits()), IO);
     assert_eq!(line.exchange(&[9; 4]), RS);
     assert_eq!(line.diagnosis(MASTER), [0x02, 0x05, 0x00, 0xFF, 0x12, 0x34]);
     line.start_up();

@@ -84,6 +84,13 @@ fn wrong_output_length() {
         assert_eq!((state(&line), line.outputs()), (State::WaitPrm, &[0; 4][..]), "whichever it is");
         assert_eq!(line.exchange(&[9; 4]), RS, "from the next one on");
     }
+    let mut line = SlaveLine::with(IO, with(WrongOutputLength::Inputs));
+    line.station.set_inputs(&[1, 2, 3, 4]);
+    line.request(MASTER, Some(61), &[0x90, 1, 1, 11, 0x12, 0x34, 0]);
+    line.request(MASTER, Some(62), &CFG);
+    line.sdn(MASTER, 127, 58, &[0x08, 0]);
+    line.station.set_inputs(&[5, 6, 7, 8]);
+    assert_eq!(line.exchange(&[9; 5]), Answer::Low(vec![1, 2, 3, 4]), "frozen as they were");
 }
 
 #[test]

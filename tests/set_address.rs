@@ -20,11 +20,11 @@ fn address(number: u8) -> Address {
 
 /// As delivered: at 126.
 fn delivered() -> SlaveLine {
-    restored(StoredAddress { address: address(126), no_add_chg: false })
+    restored(StoredAddress::DELIVERED, &[])
 }
 
-fn restored(stored: StoredAddress) -> SlaveLine {
-    SlaveLine::of(Station::restored(stored, BAUD, Some(BAUD.max_tsdr_bits()), IO))
+fn restored(stored: StoredAddress, rem_slave_data: &[u8]) -> SlaveLine {
+    SlaveLine::of(Station::restored(stored, rem_slave_data, BAUD, Some(BAUD.max_tsdr_bits()), IO))
 }
 
 /// Set_Slave_Add to `new` with the right ident number.
@@ -86,7 +86,7 @@ fn a_03_no_add_chg_rules_out_a_second_change_over_a_power_cycle_too() {
     assert_eq!(line.request_to(126, MASTER, Some(55), &new_address(7, 0xFF)), Answer::Sc);
     assert_eq!(line.request_to(7, MASTER, Some(55), &new_address(8, 0)), Answer::Sc);
     assert_eq!(diagnosis(&mut line, 8), Answer::Silence);
-    let mut line = restored(line.station.stored_address());
+    let mut line = restored(line.station.stored_address(), &[]);
     assert_eq!(line.request_to(7, MASTER, Some(55), &new_address(8, 0)), Answer::Sc);
     let refused = Event::AddressRefused { master: address(MASTER), fault: AddressFault::Locked };
     assert_eq!(line.events, [refused]);
@@ -106,7 +106,9 @@ fn a_05_the_address_and_what_came_with_it_survive_a_power_cycle() {
     let request = [&new_address(99, 0)[..], &[0xAB; 240]].concat();
     assert_eq!(line.request_to(126, MASTER, Some(55), &request), Answer::Sc);
     assert_eq!(line.station.slave().rem_slave_data(), [0xAB; 240]);
-    let mut line = restored(line.station.stored_address());
+    let slave = line.station.slave();
+    let mut line = restored(line.station.stored_address(), slave.rem_slave_data());
+    assert_eq!(line.station.slave().rem_slave_data(), [0xAB; 240]);
     assert_eq!(diagnosis(&mut line, 99), Answer::Low(POWER_ON.to_vec()));
     assert_eq!(diagnosis(&mut line, 126), Answer::Silence);
 }

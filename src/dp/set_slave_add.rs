@@ -31,6 +31,11 @@ pub struct StoredAddress {
     pub no_add_chg: bool,
 }
 
+impl StoredAddress {
+    /// As the slave is delivered, and after the hardware reset that is all that ends No_Add_Chg: address 126.
+    pub const DELIVERED: Self = Self { address: Address::from_octet(126), no_add_chg: false };
+}
+
 /// A Set_Slave_Add request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SetSlaveAdd<'a> {

@@ -53,8 +53,8 @@ pub struct Slave {
     ext_diag: ExtDiag,
     /// The owner has not read what was filed last: Data_Exchange is answered with DH.
     announced: bool,
-    /// Slave_Diag as it was read last, for the reply.
-    diagnosis: Buffer,
+    /// The octets of a reply that lie nowhere else.
+    reply: Buffer,
 }
 
 /// A configuration that the application judges.
@@ -105,7 +105,7 @@ impl Slave {
             safe_state: false,
             ext_diag: ExtDiag::NONE,
             announced: false,
-            diagnosis: Buffer::EMPTY,
+            reply: Buffer::EMPTY,
         }
     }
 
@@ -116,10 +116,11 @@ impl Slave {
         self
     }
 
-    /// The same slave with the lock bit that an earlier Set_Slave_Add left behind.
+    /// The same slave with what an earlier Set_Slave_Add left behind: the lock bit and Rem_Slave_Data.
     #[must_use]
-    pub const fn with_no_add_chg(mut self, no_add_chg: bool) -> Self {
+    pub fn with_stored(mut self, no_add_chg: bool, rem_slave_data: &[u8]) -> Self {
         self.no_add_chg = no_add_chg;
+        self.rem_slave_data.keep([rem_slave_data, &[]]);
         self
     }
 
@@ -349,8 +350,8 @@ impl Slave {
         if self.caller(sa) == Caller::Owner && !self.ext_diag.stat_diag() {
             self.announced = false;
         }
-        self.diagnosis.keep([&self.diagnosis().octets(), self.ext_diag.octets()]);
-        Handled::reply(Reply::DataLow(self.diagnosis.octets()))
+        self.reply.keep([&self.diagnosis().octets(), self.ext_diag.octets()]);
+        Handled::reply(Reply::DataLow(self.reply.octets()))
     }
 
     fn data_exchange(&mut self, request: &Request<'_>) -> Handled<'_> {
@@ -360,20 +361,24 @@ impl Slave {
             self.state = self.state.on(Stimulus::Outputs);
             self.safe_state = false;
             self.process_data.receive(request.data);
-            return Handled { exchanged: true, ..Handled::reply(self.inputs()) };
+            let reply = self.with_priority(self.process_data.inputs());
+            return Handled { exchanged: true, ..Handled::reply(reply) };
         }
         if got == 0 && self.description.fail_safe {
             self.state = self.state.on(Stimulus::NoOutputs);
             self.process_data.clear();
             let event = (!self.safe_state).then_some(Event::SafeState { master });
             self.safe_state = true;
-            return Handled { event, exchanged: true, ..Handled::reply(self.inputs()) };
+            let reply = self.with_priority(self.process_data.inputs());
+            return Handled { event, exchanged: true, ..Handled::reply(reply) };
         }
+        // Freeze ends with the master: the inputs as they were before.
+        self.reply.keep([self.process_data.inputs(), &[]]);
         self.leave_master(Stimulus::WrongOutputLength);
         let reply = match self.policy.wrong_output_length {
             WrongOutputLength::NotActivated => Reply::NotActivated,
             WrongOutputLength::NoResource => Reply::NoResource,
-            WrongOutputLength::Inputs => data_or_sc(self.process_data.inputs()),
+            WrongOutputLength::Inputs => self.with_priority(self.reply.octets()),
         };
         Handled { event: Some(Event::WrongOutputLength { master, expected, got }), ..Handled::reply(reply) }
     }
@@ -392,8 +397,7 @@ impl Slave {
 
     /// The reply to a Data_Exchange: with high priority while a diagnosis waits for the owner. Without inputs that
     /// needs SD1, because SC has no priority (`dp-v0.md` 6.6).
-    fn inputs(&self) -> Reply<'_> {
-        let inputs = self.process_data.inputs();
+    const fn with_priority<'a>(&self, inputs: &'a [u8]) -> Reply<'a> {
         if self.announced { Reply::DataHigh(inputs) } else { data_or_sc(inputs) }
     }
 

@@ -49,14 +49,16 @@ impl Station {
         Self { fdl: fdl::Station::new(address, baud, max_tsdr), slave: Slave::new(description) }
     }
 
-    /// A slave that has just been switched on and remembers an earlier Set_Slave_Add.
+    /// A slave that has just been switched on and remembers an earlier Set_Slave_Add: its address and lock bit, and
+    /// its Rem_Slave_Data of up to 240 octets.
     pub fn restored(
         stored: StoredAddress,
+        rem_slave_data: &[u8],
         baud: BaudRate,
         max_tsdr: Option<u16>,
         description: Description,
     ) -> Self {
-        let slave = Slave::new(description).with_no_add_chg(stored.no_add_chg);
+        let slave = Slave::new(description).with_stored(stored.no_add_chg, rem_slave_data);
         Self { fdl: fdl::Station::new(stored.address, baud, max_tsdr), slave }
     }
 
@@ -71,7 +73,7 @@ impl Station {
         self.fdl.address()
     }
 
-    /// What to store for [`Station::restored`]. Changes with [`Event::AddressSet`].
+    /// What to store for [`Station::restored`], with [`Slave::rem_slave_data`]. Changes with [`Event::AddressSet`].
     pub const fn stored_address(&self) -> StoredAddress {
         StoredAddress { address: self.fdl.address(), no_add_chg: self.slave.no_add_chg() }
     }

@@ -43,6 +43,7 @@ impl Slave {
             SetPrmInDataExch::StayIfIdentical
                 if self.state == State::DataExch && self.accepted_prm.octets() == request.data =>
             {
+                self.min_tsdr = prm.min_tsdr().or(self.min_tsdr);
                 self.state = self.state.on(Stimulus::PrmRepeated);
                 return None;
             }
