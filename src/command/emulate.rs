@@ -11,7 +11,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use tracing::{debug, info, warn};
 
 use super::Failure;
-use super::args::{BaudSpec, DriveSpec, Emulate, LinkSpec};
+use super::args::{BaudSpec, DriveSpec, Emulate, LinkSpec, QuirkSpec};
 
 /// The rate of a terminal whose master has set none of PROFIBUS-DP. On a terminal it only says how long a drive
 /// waits before it replies.
@@ -29,7 +29,7 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
 
     let mut bus = Bus::new();
     for drive in &args.drives {
-        connect(&mut bus, *drive, rate, &clock)?;
+        connect(&mut bus, *drive, rate, &args.quirks, &clock)?;
     }
     announce(&path, &bus);
     let mut last_noise = None;
@@ -102,7 +102,13 @@ fn open_pty(
     Err(Failure::Other("pty links need Linux; use --link serial:DEVICE --baud RATE".into()))
 }
 
-fn connect(bus: &mut Bus, drive: DriveSpec, baud: BaudRate, clock: &dyn Clock) -> Result<(), Failure> {
+fn connect(
+    bus: &mut Bus,
+    drive: DriveSpec,
+    baud: BaudRate,
+    quirks: &[QuirkSpec],
+    clock: &dyn Clock,
+) -> Result<(), Failure> {
     let DriveSpec { address, model, gear } = drive;
     info!("{drive}");
     match address.number() {
@@ -112,7 +118,10 @@ fn connect(bus: &mut Bus, drive: DriveSpec, baud: BaudRate, clock: &dyn Clock) -
         0 => warn!("address 0 is customarily a master's, often of a programming device"),
         _ => {}
     }
-    let config = Config { model, gear, baud, ..Config::new(address) };
+    let mut config = Config { model, gear, baud, ..Config::new(address) };
+    for quirk in quirks {
+        quirk.choose(&mut config).map_err(|error| Failure::from_error(&error))?;
+    }
     bus.add(Device::new(config, clock.now())).map_err(|error| Failure::from_error(&error))
 }
 

@@ -12,20 +12,22 @@
 //! does not ask to be called for its sake; what happens is the same as if it had run.
 
 mod event;
+mod quirks;
 pub mod words;
 
 use core::time::Duration;
 
 use crate::dp;
-use crate::drive::{Drive, Inputs, Settings, Status};
+use crate::drive::{self, Drive, Inputs, Settings, Status, StatusLed};
 use crate::fdl::{Address, FrameError, Framer, Resync, Telegram};
-use crate::param::{Effect, Gear, Live, Model, Parameter, Store, WriteContext};
+use crate::param::{self, Effect, Gear, Live, Model, Parameter, Store, WriteContext};
 use crate::pkw::{self, Engine};
 use crate::ppo::{self, Outputs, PPO_LEN, Pkw};
 use crate::time::{BaudRate, Instant, nanos};
 
 pub use crate::fdl::MAX_TELEGRAM_LEN;
 pub use event::Event;
+pub use quirks::{QUIRKS, Quirk, QuirkError};
 
 /// The ident number of both drives: the GSD is named `SIKO0AC5.GSD`.
 pub const IDENT_NUMBER: u16 = 0x0AC5;
@@ -59,22 +61,11 @@ pub const DESCRIPTION: dp::Description = dp::Description {
 /// How often the drive part runs unless told otherwise. The manuals state no time.
 pub const DEFAULT_APPLICATION_CYCLE: Duration = Duration::from_millis(1);
 
-// What the measured values read while the shaft is ideal: it needs no current and heats nothing.
-
-/// PNU 1040 and 1041 with the supply present, in 0.1 V.
-const NOMINAL_SUPPLY: u16 = 240;
-/// PNU 1027, in 0.1 degC.
-const AMBIENT_TEMPERATURE: i16 = 250;
-/// PNU 1042 of a good battery, in 0.01 V.
-const FULL_BATTERY: u16 = 300;
-/// PNU 1042 of a battery below its limit, in 0.01 V (C-33: the warning comes below 2.6 V).
-const LOW_BATTERY: u16 = 250;
-
 /// A late device makes up for at most this much time; a process that slept longer has slept, not travelled.
 const MOST_TIME_MADE_UP: Duration = Duration::from_secs(60);
 
 /// What a device is made of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config {
     /// Station address, 0..=126, as the DIP switches are set.
     pub address: Address,
@@ -90,6 +81,12 @@ pub struct Config {
     pub application_cycle: Duration,
     /// How the parameter channel behaves where the manuals leave it open.
     pub pkw: pkw::Config,
+    /// Which parameter ranges hold where the manuals contradict themselves.
+    pub param: param::Quirks,
+    /// How the drive behaves where the manuals leave it open, and the numbers of its plant.
+    pub drive: drive::Config,
+    /// What the bits of STW and ZSW are where the manuals contradict themselves.
+    pub words: words::Quirks,
 }
 
 impl Config {
@@ -103,8 +100,22 @@ impl Config {
             timing: Timing::Untrue,
             application_cycle: DEFAULT_APPLICATION_CYCLE,
             pkw: pkw::Config::default(),
+            param: param::Quirks::default(),
+            drive: drive::Config::default(),
+            words: words::Quirks::default(),
         }
     }
+}
+
+/// The LEDs of a drive (`ag03.md` 11).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Leds {
+    /// The green status LED is lit.
+    pub status: bool,
+    /// What the status LED does over time.
+    pub pattern: StatusLed,
+    /// The orange bus LED is lit: Data_Exchange.
+    pub bus: bool,
 }
 
 /// What can be known of the time of octets on a link.
@@ -164,9 +175,10 @@ struct Parts {
 impl Device {
     /// A drive with factory settings, switched on at `now`.
     pub fn new(config: Config, now: Instant) -> Self {
-        let store = Store::new(config.model, config.gear);
+        let mut store = Store::new(config.model, config.gear);
+        store.set_quirks(config.param);
         let settings = Settings::read(&store);
-        let drive = Drive::new(config.model, config.gear, &settings);
+        let drive = Drive::with(config.model, config.gear, &settings, config.drive);
         let max_tsdr = match config.timing {
             Timing::True => Some(config.baud.max_tsdr_bits()),
             Timing::Untrue => None,
@@ -210,6 +222,15 @@ impl Device {
     /// The drive as the last application cycle left it.
     pub const fn status(&self) -> &Status {
         &self.part.status
+    }
+
+    /// The LEDs at `now`. The blinks of a fault count from power-on.
+    pub fn leds(&self, now: Instant) -> Leds {
+        Leds {
+            status: self.part.status.led.is_lit(now.saturating_since(self.part.power_on)),
+            pattern: self.part.status.led,
+            bus: self.dp_state() == dp::State::DataExch,
+        }
     }
 
     /// The stored parameters.
@@ -383,7 +404,7 @@ impl Parts {
             self.station.slave().outputs().first_chunk::<PPO_LEN>().copied().filter(|_| self.exchanging);
         let outputs = octets.as_ref().map(Outputs::new);
 
-        let command = outputs.map(|outputs| words::command(outputs.stw(), outputs.hsw()));
+        let command = outputs.map(|outputs| self.config.words.command(outputs.stw(), outputs.hsw()));
         let step = match self.config.application_cycle {
             Duration::ZERO => DEFAULT_APPLICATION_CYCLE,
             cycle => cycle,
@@ -400,7 +421,8 @@ impl Parts {
         if let Some(fault) = self.status.fault.filter(|_| fault.is_none()) {
             self.events.push(Event::Fault(fault));
         }
-        let inputs = ppo::Inputs::octets(reply, words::zsw(&self.status), words::hiw(&self.status));
+        let inputs =
+            ppo::Inputs::octets(reply, self.config.words.zsw(&self.status), words::hiw(&self.status));
         self.station.set_inputs(&inputs);
     }
 
@@ -444,20 +466,19 @@ impl Parts {
     /// What the drive reports through parameters that are only read.
     fn live(&self) -> Live {
         let faults = self.drive.faults();
-        let inputs = self.drive.inputs();
-        let supply = |present: bool| if present { NOMINAL_SUPPLY } else { 0 };
+        let measured = self.status.measured;
         Live {
             address: self.config.address.number(),
-            fault_buffer: faults.codes(),
+            fault_buffer: self.drive.fault_codes(),
             fault_count: faults.count(),
             system_status: words::system_status(&self.status),
-            temperature: AMBIENT_TEMPERATURE,
-            motor_current: 0,
+            temperature: measured.temperature,
+            motor_current: measured.current,
             general_status: words::general_status(&self.status),
             position: self.status.position,
-            output_stage_voltage: supply(inputs.output_stage),
-            control_voltage: supply(inputs.control_supply),
-            battery_voltage: if inputs.battery_low { LOW_BATTERY } else { FULL_BATTERY },
+            output_stage_voltage: measured.output_supply,
+            control_voltage: measured.control_supply,
+            battery_voltage: measured.battery,
         }
     }
 }

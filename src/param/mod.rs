@@ -5,6 +5,7 @@
 //! | `model` | [`Model`], [`Gear`]: which drive |
 //! | `entry` | [`Entry`]: what the table says about a parameter |
 //! | `table` | [`TABLE`]: every parameter of both models as data, [`Parameter`] |
+//! | `quirks` | [`Quirks`]: where the manuals contradict themselves |
 //! | `store` | [`Store`]: the values of one drive, and who may change them when |
 //!
 //! A parameter is known by its number [`Pnu`] on the bus and, if it is a stored one, by its name
@@ -28,6 +29,7 @@
 
 mod entry;
 mod model;
+mod quirks;
 mod store;
 mod table;
 
@@ -35,6 +37,7 @@ pub use entry::{
     Access, DefaultSet, Entry, Group, Kind, Limits, Models, Range, Reading, Setting, Unit, WritableWhen,
 };
 pub use model::{Gear, GearError, Model, ModelError};
+pub use quirks::Quirks;
 pub use store::{Identity, Store};
 pub use table::{Parameter, TABLE, entry, parameters};
 

@@ -139,14 +139,14 @@ fn in_every_state() -> Vec<Rig> {
         for model in [Model::Ag03, Model::Ag03_1] {
             let mut rig = Rig::with(model, Settings { mode, ..DEFAULTS });
             keep(&rig);
-            keep(rig.clone().inputs(|inputs| inputs.output_stage = false));
-            keep(rig.clone().inputs(|inputs| inputs.control_supply = false));
+            keep(rig.clone().output_stage(false));
+            keep(rig.clone().inputs(|inputs| inputs.control_supply = 0.0));
             keep(rig.stw(0x003b));
-            keep(rig.clone().inputs(|inputs| inputs.output_stage = false));
+            keep(rig.clone().output_stage(false));
             keep(rig.clone().stw(0x0033));
             rig.setpoint = 50_000;
             keep(rig.stw(0x007b).run(300));
-            keep(rig.clone().inputs(|inputs| inputs.output_stage = false));
+            keep(rig.clone().output_stage(false));
             keep(rig.clone().stw(0x0000));
             keep(rig.clone().stw(0x0073));
             keep(rig.clone().causes([Fault::F]));
@@ -157,7 +157,11 @@ fn in_every_state() -> Vec<Rig> {
                 keep(rig.clone().stw(0x006b));
                 let mut tripping = rig.clone();
                 tripping.settings.torque_deactivation = Some(100);
-                keep(tripping.inputs(|inputs| inputs.torque = 101).inputs(|inputs| inputs.torque = 0));
+                keep(
+                    tripping
+                        .inputs(|inputs| inputs.friction_torque = 4.1)
+                        .inputs(|inputs| inputs.friction_torque = 0.0),
+                );
                 let mut inching = Rig::with(model, DEFAULTS);
                 inching.stw(0x000b);
                 keep(inching.clone().stw(0x010b).run(300));
