@@ -130,3 +130,20 @@ pub fn general_status(status: &Status) -> u16 {
 fn word(bits: [bool; 16]) -> Zsw {
     Zsw::from_raw(bits.iter().rev().fold(0, |word, bit| word << 1 | u16::from(*bit)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bits_without_a_meaning_ask_for_nothing_and_every_other_bit_for_something() {
+        for stw in 0..=u16::MAX {
+            let meaning = stw & !0x7C04;
+            assert_eq!(command(Stw::from_raw(stw), 7), command(Stw::from_raw(meaning), 7));
+        }
+        let none = command(Stw::from_raw(0), 7);
+        for bit in [0, 1, 3, 4, 5, 6, 7, 8, 9, 15] {
+            assert_ne!(command(Stw::from_raw(1 << bit), 7), none, "STW.{bit}");
+        }
+    }
+}

@@ -172,6 +172,8 @@ pub(super) struct Plant {
     torque_per_ampere: f64,
     back_emf: f64,
     inertia: f64,
+    lag_time: Duration,
+    blocked_time: Duration,
     /// The shaft is not on the profile: by how much, increments, and how fast it turns.
     off_profile: bool,
     lag: f64,
@@ -197,6 +199,8 @@ impl Plant {
             torque_per_ampere: constants.torque_per_ampere * ratio,
             back_emf: constants.back_emf * ratio * rpm(1.0),
             inertia: constants.inertia * ratio * ratio * core::f64::consts::TAU / INCREMENTS_PER_REVOLUTION,
+            lag_time: seconds(constants.lag_time),
+            blocked_time: seconds(constants.blocked_time),
             off_profile: false,
             lag: 0.0,
             velocity: 0.0,
@@ -273,7 +277,7 @@ impl Plant {
 
     /// The shaft cannot follow (SSW.15).
     pub(super) fn lag_error(&self) -> bool {
-        self.off_profile_for > seconds(self.constants.lag_time)
+        self.off_profile_for > self.lag_time
     }
 
     /// The motor current is out of range (SSW.13).
@@ -291,20 +295,23 @@ impl Plant {
         let supply = inputs.lowest_supply(self.model);
         // A supply that is missing is no fault (rows 1 and 3).
         let low_supply = supply < LOW_SUPPLY && self.supplies(supply);
-        Fault::ALL
-            .into_iter()
-            .filter(|fault| fault.exists_on(self.model))
-            .filter(|fault| match fault {
-                Fault::A => low_supply && self.current > LOW_SUPPLY_CURRENT,
-                Fault::B => self.blocked_for > seconds(self.constants.blocked_time),
-                Fault::C => self.overcurrent_for > OVERCURRENT_TIME,
-                Fault::D => self.temperature(inputs) > HOT_STAGE,
-                Fault::E => inputs.encoder_fault,
-                Fault::F => inputs.internal_fault,
-                Fault::G => self.dc_link(inputs) > HIGH_DC_LINK,
-                Fault::J => inputs.battery < EMPTY_BATTERY,
-            })
-            .collect()
+        let causes = [
+            (Fault::A, low_supply && self.current > LOW_SUPPLY_CURRENT),
+            (Fault::B, self.blocked_for > self.blocked_time),
+            (Fault::C, self.overcurrent_for > OVERCURRENT_TIME),
+            (Fault::D, self.temperature(inputs) > HOT_STAGE),
+            (Fault::E, inputs.encoder_fault),
+            (Fault::F, inputs.internal_fault),
+            (Fault::G, self.dc_link(inputs) > HIGH_DC_LINK),
+            (Fault::J, inputs.battery < EMPTY_BATTERY),
+        ];
+        let mut present = FaultSet::EMPTY;
+        for (fault, caused) in causes {
+            if caused && fault.exists_on(self.model) {
+                present = present.with(fault);
+            }
+        }
+        present
     }
 
     /// Lets `dt` pass. Returns by how much a profile without target has to move to be where the shaft is.

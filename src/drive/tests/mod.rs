@@ -5,6 +5,8 @@ mod fuzz;
 mod load;
 mod positioning;
 mod quirks;
+mod table;
+mod travels;
 mod velocity;
 mod words;
 

@@ -132,7 +132,7 @@ fn typical_words_of_the_velocity_mode() {
 }
 
 /// One rig in each state, both modes, both models.
-fn in_every_state() -> Vec<Rig> {
+pub(super) fn in_every_state() -> Vec<Rig> {
     let mut rigs = Vec::new();
     let mut keep = |rig: &Rig| rigs.push(rig.clone());
     for mode in [Mode::Positioning, Mode::Velocity] {
@@ -232,6 +232,27 @@ pub(super) fn assert_invariants(before: &Status, after: &Status, stw: u16) {
         assert!(after.velocity.abs() <= before.velocity.abs(), "{before:?} {after:?}");
     }
     assert_eq!(after.fault.is_some(), after.state == State::Fault);
+}
+
+/// All 65536 control words for one step; [`all_control_words_in_every_state_keep_the_printed_patterns`] follows those
+/// that mean something for longer and with other setpoints.
+#[test]
+fn each_of_the_65536_control_words_in_every_state_and_mode() {
+    let mut seen = Vec::new();
+    for rig in in_every_state() {
+        let kind = (rig.status().mode, rig.state(), rig.status().output_stage_ok);
+        if seen.contains(&kind) {
+            continue;
+        }
+        seen.push(kind);
+        let before = rig.status();
+        for stw in 0..=u16::MAX {
+            let mut drive = rig.drive.clone();
+            drive.step(MILLISECOND, Some(&command(stw, 5000)), &rig.settings);
+            assert_invariants(&before, &drive.status(), stw);
+        }
+    }
+    assert!(seen.len() >= 30, "{} states", seen.len());
 }
 
 /// All 65536 control words; those that differ only in the bits a [`Command`] does not have (2, 10 to 14) are one.
