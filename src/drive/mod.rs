@@ -217,7 +217,6 @@ impl Drive {
         let state = self.state;
         let stood = self.stands();
         let faults = self.entered;
-        let plant = self.plant.clone();
         let same = !self.inputs_changed
             && command == self.previous
             && connected == self.previous_connected
@@ -227,6 +226,8 @@ impl Drive {
         let same = !self.take_settings(settings) && same;
         self.on_plant(settings);
         self.on_command(&command, connected, settings);
+        // Only a drive that may come to rest is worth the comparison.
+        let plant = (same && stood).then(|| self.plant.clone());
         self.advance(dt);
         self.on_motion(settings);
 
@@ -235,7 +236,7 @@ impl Drive {
             && self.stands()
             && self.state == state
             && self.entered == faults
-            && self.plant == plant;
+            && plant.is_some_and(|plant| plant == self.plant);
     }
 
     /// What the drive reports now.

@@ -78,20 +78,29 @@ impl Section {
 }
 
 fn line(Stimulus { name: what, happen }: &Stimulus, mut rig: Rig) -> String {
+    let before = shown(&rig);
     happen(&mut rig);
-    let (next, zsw) = (name(rig.state()), rig.zsw());
+    let next = shown(&rig);
     let command = command(rig.stw, rig.setpoint);
     for _ in 0..200 {
         rig.drive.step(Duration::from_millis(50), rig.connected.then_some(&command), &rig.settings);
     }
-    let (later, later_zsw) = (name(rig.state()), rig.zsw());
-    format!("  {what:<45} {next:<26} {zsw:04X}   {later:<26} {later_zsw:04X}")
+    let later = shown(&rig);
+    let [after, end] =
+        [(&before, &next), (&next, &later)].map(|(old, new)| if old == new { "=" } else { new.as_str() });
+    format!("  {what:<45} {after:<36} {end}").trim_end().into()
+}
+
+/// State and ZSW.
+fn shown(rig: &Rig) -> String {
+    format!("{:<30} {:04X}", name(rig.state()), rig.zsw())
 }
 
 fn table() -> String {
     let mut text = String::from(
         "Transition table of the drive: what each stimulus makes of each state, one cycle (1 ms) and 10 s later.\n\
-         Printed by src/drive/tests/table.rs; PROFIDRIVE_REWRITE=1 writes it anew. ZSW in hexadecimal.\n\
+         Printed by src/drive/tests/table.rs; PROFIDRIVE_REWRITE=1 writes it anew. ZSW in hexadecimal,\n\
+         = as before.\n\
          (R) motor released, (C) motor in control. First the AG03/1, then what an AG03 does otherwise.\n",
     );
     let mut sections: Vec<Section> = Vec::new();
