@@ -6,9 +6,9 @@
 //!
 //! The pictures are in `docs/`; a test compares them with what this prints.
 
-use std::fmt::Write;
+use core::fmt::Write;
+use core::time::Duration;
 use std::process::ExitCode;
-use std::time::Duration;
 
 use profidrive::device::words;
 use profidrive::drive::{Drive, Inputs, PosType, Settings, Status};

@@ -65,7 +65,7 @@ impl Drive {
         outputs[..8].copy_from_slice(&pkw);
         outputs[8..10].copy_from_slice(&self.stw.to_be_bytes());
         outputs[10..].copy_from_slice(&self.setpoint.to_be_bytes());
-        self.line.exchange(&outputs).try_into().unwrap()
+        self.line.exchange(&outputs)
     }
 
     fn zsw(&mut self) -> u16 {

@@ -117,6 +117,7 @@ impl Constants {
     };
 
     /// Every field a number above zero.
+    #[expect(clippy::manual_clamp, reason = "what is no number shall be the smallest one")]
     fn positive(self) -> Self {
         let positive = |value: f64| value.max(1e-9).min(1e9);
         Self {
