@@ -143,7 +143,7 @@ fn each_value_of_a_quirk_of_the_parameters_has_its_reply() {
 }
 
 #[test]
-fn c_03_bit_14_of_zsw_in_velocity_mode() {
+fn quirk_c03_bit_14_of_zsw_in_velocity_mode() {
     for (value, bit) in [("0", 0), ("1", 0x4000)] {
         let mut drive = Drive::with(Model::Ag03_1, "velocity-zsw14", value);
         assert_eq!(drive.zsw(0x000B) & 0x4000, 0, "positioning");
@@ -155,7 +155,7 @@ fn c_03_bit_14_of_zsw_in_velocity_mode() {
 }
 
 #[test]
-fn c_19_calibration_by_command_only_or_by_the_value_too() {
+fn quirk_c19_calibration_by_command_only_or_by_the_value_too() {
     for (value, position) in [("command", "240C 0000 0000 0000"), ("value", "240C 0000 0000 03E8")] {
         let mut drive = Drive::with(Model::Ag03_1, "calibration", value);
         assert_eq!(drive.job("33FA 0000 0000 03E8"), "23FA 0000 0000 03E8");
@@ -172,7 +172,7 @@ fn c_19_calibration_by_command_only_or_by_the_value_too() {
 }
 
 #[test]
-fn c_21_bit_2_of_stw_is_ignored_or_takes_operation_enabled_away() {
+fn quirk_c21_bit_2_of_stw_is_ignored_or_takes_operation_enabled_away() {
     for (value, enabled) in [("ignored", 0x0004), ("must-be-0", 0)] {
         let mut drive = Drive::with(Model::Ag03_1, "stw2", value);
         assert_eq!(drive.zsw(0x000F) & 0x0004, enabled);

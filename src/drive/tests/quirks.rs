@@ -28,7 +28,7 @@ fn both(set: impl FnOnce(&mut Quirks)) -> [Quirks; 2] {
 }
 
 #[test]
-fn c_05_a_paused_job_is_ready_or_still_active() {
+fn quirk_c05_a_paused_job_is_ready_or_still_active() {
     let [proposed, other] = both(|quirks| quirks.paused_is_active = true);
     for (quirks, zsw, active) in [(proposed, 0xa000, false), (other, 0x2000, true)] {
         let mut rig = travelling(quirks);
@@ -39,7 +39,7 @@ fn c_05_a_paused_job_is_ready_or_still_active() {
 }
 
 #[test]
-fn c_06_turn_on_disabled_is_left_by_the_level_or_by_the_edge_of_off1() {
+fn quirk_c06_turn_on_disabled_is_left_by_the_level_or_by_the_edge_of_off1() {
     let [proposed, other] = both(|quirks| quirks.off1_needs_edge = true);
     for (quirks, next) in [(proposed, READY), (other, State::TurnOnDisabled)] {
         let mut rig = quirky(quirks);
@@ -50,7 +50,7 @@ fn c_06_turn_on_disabled_is_left_by_the_level_or_by_the_edge_of_off1() {
 }
 
 #[test]
-fn c_07_the_acknowledge_bit_toggles_or_takes_the_level_of_start() {
+fn quirk_c07_the_acknowledge_bit_toggles_or_takes_the_level_of_start() {
     let [proposed, other] = both(|quirks| quirks.acknowledge_mirrors_start = true);
     for (quirks, acknowledge) in [(proposed, true), (other, false)] {
         let mut rig = quirky(quirks);
@@ -61,7 +61,7 @@ fn c_07_the_acknowledge_bit_toggles_or_takes_the_level_of_start() {
 }
 
 #[test]
-fn c_09_a_drive_in_fault_is_ready_to_turn_on_or_not() {
+fn quirk_c09_a_drive_in_fault_is_ready_to_turn_on_or_not() {
     let [proposed, other] = both(|quirks| quirks.not_ready_in_fault = true);
     for (quirks, bits) in [(proposed, 3), (other, 0)] {
         let mut rig = quirky(quirks);
@@ -74,7 +74,7 @@ fn c_09_a_drive_in_fault_is_ready_to_turn_on_or_not() {
 }
 
 #[test]
-fn c_11_velocity_is_ready_when_the_shaft_stands_or_at_once() {
+fn quirk_c11_velocity_is_ready_when_the_shaft_stands_or_at_once() {
     let [proposed, other] = both(|quirks| quirks.ready_while_running_down = true);
     for (quirks, ready) in [(proposed, false), (other, true)] {
         let mut rig = quirky_with(quirks, Settings { mode: Mode::Velocity, ..DEFAULTS });
@@ -86,7 +86,7 @@ fn c_11_velocity_is_ready_when_the_shaft_stands_or_at_once() {
 }
 
 #[test]
-fn c_12_the_speed_of_inching_2_is_rounded_or_rounded_up() {
+fn quirk_c12_the_speed_of_inching_2_is_rounded_or_rounded_up() {
     let [proposed, other] = both(|quirks| quirks.inching_rounds_up = true);
     for (quirks, speed) in [(proposed, 14), (other, 15)] {
         let mut rig = quirky_with(quirks, Settings { offset_inch_2: 47, ..DEFAULTS });
@@ -96,7 +96,7 @@ fn c_12_the_speed_of_inching_2_is_rounded_or_rounded_up() {
 }
 
 #[test]
-fn c_13_the_torque_deactivation_keeps_or_discards_the_job() {
+fn quirk_c13_the_torque_deactivation_keeps_or_discards_the_job() {
     let [proposed, other] = both(|quirks| quirks.torque_discards_job = true);
     for (quirks, stopped) in [(proposed, State::Paused { torque_tripped: true }), (other, ENABLED)] {
         let mut rig = travelling(quirks);
@@ -110,7 +110,7 @@ fn c_13_the_torque_deactivation_keeps_or_discards_the_job() {
 }
 
 #[test]
-fn c_18_the_fault_buffer_begins_with_the_newest_or_with_the_oldest() {
+fn quirk_c18_the_fault_buffer_begins_with_the_newest_or_with_the_oldest() {
     let [proposed, other] = both(|quirks| quirks.oldest_fault_first = true);
     for (quirks, codes) in [(proposed, *b"GF"), (other, *b"FG")] {
         let mut rig = quirky(quirks);
@@ -120,7 +120,7 @@ fn c_18_the_fault_buffer_begins_with_the_newest_or_with_the_oldest() {
 }
 
 #[test]
-fn c_23_off1_releases_at_once_or_after_braking() {
+fn quirk_c23_off1_releases_at_once_or_after_braking() {
     let [proposed, other] = both(|quirks| quirks.off1_brakes = true);
     for (quirks, next) in [(proposed, READY), (other, State::Disabling)] {
         let mut rig = travelling(quirks);
@@ -133,7 +133,7 @@ fn c_23_off1_releases_at_once_or_after_braking() {
 }
 
 #[test]
-fn c_24_all_zero_outputs_let_the_shaft_run_out_or_brake_it() {
+fn quirk_c24_all_zero_outputs_let_the_shaft_run_out_or_brake_it() {
     let [proposed, other] = both(|quirks| quirks.all_zero_brakes = true);
     for (quirks, next, time) in [(proposed, READY, 499), (other, State::Disabling, 124)] {
         let mut rig = travelling(quirks);
@@ -149,7 +149,7 @@ fn c_24_all_zero_outputs_let_the_shaft_run_out_or_brake_it() {
 }
 
 #[test]
-fn c_32_both_edges_of_start_start_or_only_the_rising_one() {
+fn quirk_c32_both_edges_of_start_start_or_only_the_rising_one() {
     let [proposed, other] = both(|quirks| quirks.start_needs_rising_edge = true);
     for (quirks, next) in [(proposed, State::TravelActive), (other, ENABLED)] {
         let mut rig = quirky(quirks);
@@ -161,7 +161,7 @@ fn c_32_both_edges_of_start_start_or_only_the_rising_one() {
 }
 
 #[test]
-fn c_35_target_reached_waits_for_the_end_of_the_job_or_is_live() {
+fn quirk_c35_target_reached_waits_for_the_end_of_the_job_or_is_live() {
     let [proposed, other] = both(|quirks| quirks.target_reached_live = true);
     for (quirks, reached) in [(proposed, false), (other, true)] {
         let mut rig = quirky(quirks);
@@ -173,7 +173,7 @@ fn c_35_target_reached_waits_for_the_end_of_the_job_or_is_live() {
 }
 
 #[test]
-fn c_36_the_first_telegram_may_enable_or_off1_must_be_seen() {
+fn quirk_c36_the_first_telegram_may_enable_or_off1_must_be_seen() {
     let [proposed, other] = both(|quirks| quirks.off1_must_be_seen = true);
     for (quirks, next) in [(proposed, ENABLED), (other, READY)] {
         let mut rig = quirky(quirks);
