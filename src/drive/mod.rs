@@ -23,7 +23,7 @@
 //! assert!(drive.status().operation_enabled);
 //! ```
 //!
-//! Faults, warnings and torque follow from the [plant](plant) and its [`Inputs`]. Where the manuals are silent the
+//! Faults, warnings and torque follow from the [plant] and its [`Inputs`]. Where the manuals are silent the
 //! choices of `ag03.md` (INF, C-nn) hold; the names are cited where they are made, and [`Quirks`] has the others.
 
 mod faults;

@@ -1,6 +1,6 @@
 //! The plant: motor, gear, load, output stage and intermediate circuit, advanced in the drive's fixed steps.
 //!
-//! The [profile](super::motion) is what the drive commands. The shaft is exactly on it as long as the motor has the
+//! The profile (`motion`) is what the drive commands. The shaft is exactly on it as long as the motor has the
 //! torque; otherwise it falls behind, with all the current the motor can take, and catches up when it can:
 //!
 //! ```text
