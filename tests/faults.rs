@@ -335,10 +335,33 @@ fn the_leds_tell_the_models_apart() {
     ] {
         let mut drive = Drive::enabled(model);
         drive.set(inputs);
-        drive.run(3);
+        drive.line.wait(Duration::from_millis(3));
         assert_eq!(drive.leds().pattern, led, "{model} {inputs:?}");
-        assert!(drive.leds().bus);
+        assert_eq!(drive.leds().bus, inputs.control_supply > 0.0, "off, it exchanges no data");
     }
     let line = Line::new();
     assert!(!line.device.leds(line.now).bus, "no Data_Exchange yet");
+}
+
+#[test]
+fn a_factory_reset_blinks_both_leds_alternately_and_a_drive_that_is_off_shows_nothing() {
+    use profidrive::device::{DipSwitches, Power};
+
+    let mut drive = Drive::enabled(Model::Ag03_1);
+    let now = drive.line.now;
+    drive.line.device.power_off(now);
+    assert_eq!(drive.leds(), Leds { status: false, pattern: StatusLed::Off, bus: false });
+    // SW1 and SW8
+    drive.line.device.set_switches(DipSwitches::from_bits(0x0081));
+    drive.line.device.power_on(now);
+    assert!(matches!(drive.line.device.power(), Power::FactoryReset(_)));
+    let mut changes = 0;
+    let mut before = drive.leds();
+    for millis in 0..2000 {
+        let leds = drive.line.device.leds(now.saturating_add(Duration::from_millis(millis)));
+        assert_ne!(leds.status, leds.bus);
+        changes += u32::from(leds.status != before.status);
+        before = leds;
+    }
+    assert_eq!(changes, 8, "every quarter of a second");
 }

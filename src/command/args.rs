@@ -65,6 +65,11 @@ pub(crate) struct Emulate {
     #[arg(long, value_name = "RATE|auto")]
     pub(crate) baud: Option<BaudSpec>,
 
+    /// Keeps each drive's EEPROM in a file in DIR, which is made if it is missing; without it the EEPROM lives as long
+    /// as the process
+    #[arg(long, value_name = "DIR")]
+    pub(crate) state_dir: Option<PathBuf>,
+
     /// How all drives behave where the manuals leave it open; repeat it for more (--help lists the quirks)
     #[arg(long = "quirk", value_name = "NAME=VALUE", long_help = quirks_help())]
     pub(crate) quirks: Vec<QuirkSpec>,
@@ -122,6 +127,7 @@ RATE is 9600, 19200, 45450, 93750, 187500, 500000, 1500000, 3000000, 6000000 or 
 Examples:
   profidrive emulate --drive 5 --drive 6,model=ag03,gear=24
   profidrive emulate --link pty:/tmp/bus --baud 500000
+  profidrive emulate --state-dir ~/drives
   profidrive emulate --link serial:/dev/ttyUSB0 --baud 19200 -v";
 
 /// How much is logged.

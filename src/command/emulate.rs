@@ -5,7 +5,7 @@ use std::io::{self, Write};
 
 use profidrive::device::{Config, Device, Event};
 use profidrive::host::link::serial::Serial;
-use profidrive::host::{Bus, Clock, Link, Stop, SystemClock, run};
+use profidrive::host::{Bus, Clock, Link, StateDir, Stop, SystemClock, run};
 use profidrive::time::BaudRate;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use tracing::{debug, info, warn};
@@ -25,11 +25,13 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     // Before the link is made, so that no signal ends the process with the link left behind.
     let stop = stop_on_signals().map_err(|error| Failure::from_error(&error))?;
     let clock = SystemClock::new();
+    let state = args.state_dir.as_deref().map(StateDir::open).transpose();
+    let state = state.map_err(|error| Failure::from_error(&error))?;
     let (rate, mut link, path) = open(&args.link, args.baud)?;
 
     let mut bus = Bus::new();
     for drive in &args.drives {
-        connect(&mut bus, *drive, rate, &args.quirks, &clock)?;
+        connect(&mut bus, *drive, rate, &args.quirks, &clock, state.as_ref())?;
     }
     announce(&path, &bus);
     let mut last_noise = None;
@@ -45,6 +47,9 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
             last_noise = Some(now);
         }
     });
+    // Switched off, the drives hand over their last images; the directory waits for them.
+    drop(bus);
+    drop(state);
     match outcome {
         Ok(()) => info!("ended by a signal"),
         Err(error) => return Err(Failure::from_error(&error)),
@@ -108,6 +113,7 @@ fn connect(
     baud: BaudRate,
     quirks: &[QuirkSpec],
     clock: &dyn Clock,
+    state: Option<&StateDir>,
 ) -> Result<(), Failure> {
     let DriveSpec { address, model, gear } = drive;
     info!("{drive}");
@@ -122,7 +128,11 @@ fn connect(
     for quirk in quirks {
         quirk.choose(&mut config).map_err(|error| Failure::from_error(&error))?;
     }
-    bus.add(Device::new(config, clock.now())).map_err(|error| Failure::from_error(&error))
+    let device = match state {
+        Some(state) => state.load(config, clock.now()).map_err(|error| Failure::from_error(&error))?,
+        None => Device::new(config, clock.now()).into(),
+    };
+    bus.add(device).map_err(|error| Failure::from_error(&error))
 }
 
 /// Says on stdout that a master can begin.

@@ -29,6 +29,7 @@
 mod faults;
 mod inputs;
 pub mod leds;
+mod memory;
 mod motion;
 pub mod plant;
 mod quirks;
@@ -48,6 +49,7 @@ use crate::param::{Gear, Model};
 pub use faults::{Fault, FaultBuffer, FaultSet};
 pub use inputs::Inputs;
 pub use leds::StatusLed;
+pub use memory::Memory;
 pub use quirks::Quirks;
 pub use refusal::{Reason, Refusal, Request};
 pub use settings::{Limits, Mode, PosType, SenseOfRotation, Settings, StopMode};

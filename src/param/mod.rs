@@ -7,6 +7,7 @@
 //! | `table` | [`TABLE`]: every parameter of both models as data, [`Parameter`] |
 //! | `quirks` | [`Quirks`]: where the manuals contradict themselves |
 //! | `store` | [`Store`]: the values of one drive, and who may change them when |
+//! | `image` | [`Image`]: what survives power-off, as octets |
 //!
 //! A parameter is known by its number [`Pnu`] on the bus and, if it is a stored one, by its name
 //! [`Parameter`] in the program. A refused access says why as [`ParamError`]; what a bus makes of it is the
@@ -28,6 +29,7 @@
 //! ```
 
 mod entry;
+mod image;
 mod model;
 mod quirks;
 mod store;
@@ -36,6 +38,7 @@ mod table;
 pub use entry::{
     Access, DefaultSet, Entry, Group, Kind, Limits, Models, Range, Reading, Setting, Unit, WritableWhen,
 };
+pub use image::{IMAGE_LEN, Image, ImageError};
 pub use model::{Gear, GearError, Model, ModelError};
 pub use quirks::Quirks;
 pub use store::{Identity, Store};
