@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use common::{IDENT, Line, MASTER};
 use profidrive::device::Event;
-use profidrive::drive::{Fault, FaultSet, Inputs};
+use profidrive::drive::{Fault, Inputs};
 use profidrive::param::Parameter;
 
 /// Mask and value of the printed patterns (`ag03.md` 5).
@@ -157,8 +157,7 @@ fn a_fault_is_latched_acknowledged_and_released_by_off_1() {
     let mut drive = Drive::new();
     drive.enable();
     drive.expect(0x007B, 16000, TRAVEL_JOB_ACTIVE, "started");
-    let causes = FaultSet::EMPTY.with(Fault::F);
-    drive.line.device.set_inputs(drive.line.now, Inputs { causes, ..Inputs::default() });
+    drive.line.device.set_inputs(drive.line.now, Inputs::default().provoking(Fault::F));
     drive.expect(0x007B, 16000, FAULT, "row 9");
     drive.expect(0x00FB, 16000, FAULT, "row 11: the cause persists");
     drive.line.device.set_inputs(drive.line.now, Inputs::default());
@@ -176,7 +175,7 @@ fn supply_lost_and_back() {
     let mut drive = Drive::new();
     drive.enable();
     drive.expect(0x007B, 16000, TRAVEL_JOB_ACTIVE, "started");
-    let lost = Inputs { output_stage: false, ..Inputs::default() };
+    let lost = Inputs::default().with_output_stage(false);
     drive.line.device.set_inputs(drive.line.now, lost);
     drive.expect(0x007B, 16000, (0x806F, 0x0020), "row 3: not ready to turn on");
     drive.line.device.set_inputs(drive.line.now, Inputs::default());

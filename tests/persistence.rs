@@ -18,7 +18,7 @@ use profidrive::device::{
     Config, Device, DipSwitches, Eeprom, Event, NotStored, Power, StoreRequest, Timing,
 };
 use profidrive::dp;
-use profidrive::drive::{Fault, FaultSet, Inputs};
+use profidrive::drive::{Fault, Inputs};
 use profidrive::fdl::Address;
 use profidrive::param::{DefaultSet, Gear, ImageError, Model, Parameter};
 use profidrive::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
@@ -102,7 +102,7 @@ fn travel(line: &mut Line, target: i32) {
 
 /// Fault F comes, and goes with its cause.
 fn fail_internally(line: &mut Line) {
-    let failing = Inputs { causes: FaultSet::EMPTY.with(Fault::F), ..Inputs::default() };
+    let failing = Inputs::default().provoking(Fault::F);
     line.device.set_inputs(line.now, failing);
     line.wait(2 * MS);
     line.device.set_inputs(line.now, Inputs::default());

@@ -9,6 +9,7 @@ use std::process::ExitCode;
 
 use clap::error::ErrorKind;
 use clap::{ArgAction, CommandFactory, Parser, Subcommand};
+use profidrive::device::{Config, QUIRKS, QuirkError};
 use profidrive::fdl::Address;
 use profidrive::param::{Gear, Model};
 use profidrive::time::BaudRate;
@@ -68,6 +69,55 @@ pub(crate) struct Emulate {
     /// as the process
     #[arg(long, value_name = "DIR")]
     pub(crate) state_dir: Option<PathBuf>,
+
+    /// How all drives behave where the manuals leave it open; repeat it for more (--help lists the quirks)
+    #[arg(long = "quirk", value_name = "NAME=VALUE", long_help = quirks_help())]
+    pub(crate) quirks: Vec<QuirkSpec>,
+}
+
+/// A quirk, checked to exist.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct QuirkSpec {
+    name: String,
+    value: String,
+}
+
+impl QuirkSpec {
+    /// Sets the quirk.
+    pub(crate) fn choose(&self, config: &mut Config) -> Result<(), QuirkError> {
+        config.set_quirk(&self.name, &self.value)
+    }
+}
+
+impl FromStr for QuirkSpec {
+    type Err = String;
+
+    fn from_str(spec: &str) -> Result<Self, String> {
+        let (name, value) = spec.split_once('=').ok_or("expected NAME=VALUE, for example off1=brake")?;
+        let quirk = Self { name: name.into(), value: value.into() };
+        quirk.choose(&mut Config::new(Address::from_octet(0))).map_err(|error| match error {
+            QuirkError::Unknown => {
+                let names: Vec<_> = QUIRKS.iter().map(|quirk| quirk.name).collect();
+                format!("quirk '{name}' is unknown; expected one of {}", names.join(", "))
+            }
+            QuirkError::Value { name, values } => {
+                format!("quirk {name} cannot be '{value}'; expected {}", values.join(" or "))
+            }
+        })?;
+        Ok(quirk)
+    }
+}
+
+/// Every quirk with its values, the default first.
+fn quirks_help() -> String {
+    let mut text = String::from(
+        "How all drives behave where the manuals leave it open; repeat it for more.\nThe first value is the \
+         default; docs/quirks.md has the reasons.\n",
+    );
+    for quirk in QUIRKS {
+        text += &format!("\n  {}={}\n      {}", quirk.name, quirk.values.join("|"), quirk.about);
+    }
+    text
 }
 
 const EMULATE_EXAMPLES: &str = "\
@@ -337,6 +387,22 @@ mod tests {
         assert_eq!("serial:/dev/ttyUSB0".parse(), Ok(LinkSpec::Serial("/dev/ttyUSB0".into())));
         for wrong in ["", "pty:", "serial", "serial:", "tcp:localhost:1", "usb", "pty:a\nb", "PTY"] {
             assert!(wrong.parse::<LinkSpec>().unwrap_err().contains("pty:PATH"), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_quirk_is_one_of_the_table() {
+        assert!("off1=brake".parse::<QuirkSpec>().is_ok());
+        for (wrong, part) in [
+            ("off1", "expected NAME=VALUE"),
+            ("off2=brake", "expected one of i-gain, "),
+            ("off1=x", "quirk off1 cannot be 'x'; expected release or brake"),
+        ] {
+            let error = wrong.parse::<QuirkSpec>().unwrap_err();
+            assert!(error.contains(part), "{wrong}: {error}");
+        }
+        for quirk in QUIRKS {
+            assert!(quirks_help().contains(&format!("\n  {}={}", quirk.name, quirk.values.join("|"))));
         }
     }
 

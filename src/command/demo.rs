@@ -12,7 +12,7 @@ use core::time::Duration;
 use std::io::{self, BufWriter, Write};
 
 use profidrive::device::Event;
-use profidrive::drive::{Fault, FaultSet, Inputs};
+use profidrive::drive::{Fault, Inputs};
 use profidrive::ppo::{JobId, Stw};
 
 use super::Failure;
@@ -139,7 +139,7 @@ fn fault_and_recovery(stage: &mut Stage<'_>) -> Result<(), Trouble> {
     let acknowledge = MAY_TRAVEL.with_bit(ACKNOWLEDGE, true);
     stage.title("A fault, and the way back")?;
     stage.text("Something breaks inside the drive, which needs no screwdriver here.")?;
-    stage.surround(Inputs { causes: FaultSet::EMPTY.with(Fault::F), ..Inputs::default() });
+    stage.surround(Inputs::default().provoking(Fault::F));
     stage.observe(FAULT)?;
     stage.reason(|event| matches!(event, Event::Fault(_)))?;
     stage.command("too early", acknowledge, TARGET, FAULT)?;

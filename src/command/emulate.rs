@@ -11,7 +11,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use tracing::{debug, info, warn};
 
 use super::Failure;
-use super::args::{BaudSpec, DriveSpec, Emulate, LinkSpec};
+use super::args::{BaudSpec, DriveSpec, Emulate, LinkSpec, QuirkSpec};
 
 /// The rate of a terminal whose master has set none of PROFIBUS-DP. On a terminal it only says how long a drive
 /// waits before it replies.
@@ -31,7 +31,7 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
 
     let mut bus = Bus::new();
     for drive in &args.drives {
-        connect(&mut bus, *drive, rate, &clock, state.as_ref())?;
+        connect(&mut bus, *drive, rate, &args.quirks, &clock, state.as_ref())?;
     }
     announce(&path, &bus);
     let mut last_noise = None;
@@ -111,6 +111,7 @@ fn connect(
     bus: &mut Bus,
     drive: DriveSpec,
     baud: BaudRate,
+    quirks: &[QuirkSpec],
     clock: &dyn Clock,
     state: Option<&StateDir>,
 ) -> Result<(), Failure> {
@@ -123,7 +124,10 @@ fn connect(
         0 => warn!("address 0 is customarily a master's, often of a programming device"),
         _ => {}
     }
-    let config = Config { model, gear, baud, ..Config::new(address) };
+    let mut config = Config { model, gear, baud, ..Config::new(address) };
+    for quirk in quirks {
+        quirk.choose(&mut config).map_err(|error| Failure::from_error(&error))?;
+    }
     let device = match state {
         Some(state) => state.load(config, clock.now()).map_err(|error| Failure::from_error(&error))?,
         None => Device::new(config, clock.now()).into(),

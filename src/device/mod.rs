@@ -22,15 +22,16 @@
 pub mod dip;
 mod event;
 mod power;
+mod quirks;
 mod storage;
 pub mod words;
 
 use core::time::Duration;
 
 use crate::dp;
-use crate::drive::{Drive, Inputs, Settings, Status};
+use crate::drive::{self, Drive, Inputs, Settings, Status, StatusLed, leds};
 use crate::fdl::{Address, FrameError, Framer, Resync, Telegram};
-use crate::param::{Effect, Gear, Image, Live, Model, Parameter, Store, WriteContext};
+use crate::param::{self, Effect, Gear, Image, Live, Model, Parameter, Store, WriteContext};
 use crate::pkw::{self, Engine};
 use crate::ppo::{self, Outputs, PPO_LEN, Pkw};
 use crate::time::{BaudRate, Instant, nanos};
@@ -40,6 +41,7 @@ pub use crate::param::{IMAGE_LEN, ImageError};
 pub use dip::DipSwitches;
 pub use event::Event;
 pub use power::Power;
+pub use quirks::{QUIRKS, Quirk, QuirkError};
 pub use storage::{Eeprom, Generation, NotStored, StoreRequest};
 
 /// The ident number of both drives: the GSD is named `SIKO0AC5.GSD`.
@@ -74,22 +76,11 @@ pub const DESCRIPTION: dp::Description = dp::Description {
 /// How often the drive part runs unless told otherwise. The manuals state no time.
 pub const DEFAULT_APPLICATION_CYCLE: Duration = Duration::from_millis(1);
 
-// What the measured values read while the shaft is ideal: it needs no current and heats nothing.
-
-/// PNU 1040 and 1041 with the supply present, in 0.1 V.
-const NOMINAL_SUPPLY: u16 = 240;
-/// PNU 1027, in 0.1 degC.
-const AMBIENT_TEMPERATURE: i16 = 250;
-/// PNU 1042 of a good battery, in 0.01 V.
-const FULL_BATTERY: u16 = 300;
-/// PNU 1042 of a battery below its limit, in 0.01 V (C-33: the warning comes below 2.6 V).
-const LOW_BATTERY: u16 = 250;
-
 /// A late device makes up for at most this much time; a process that slept longer has slept, not travelled.
 const MOST_TIME_MADE_UP: Duration = Duration::from_secs(60);
 
 /// What a device is made of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config {
     /// The DIP switches: station address, factory reset, bus terminator.
     pub switches: DipSwitches,
@@ -112,6 +103,12 @@ pub struct Config {
     /// How the slave behaves where the sources are silent. The drives judge no configuration: with
     /// `ApplicationReady::WhenJudged` they stay not ready.
     pub dp: dp::Policy,
+    /// Which parameter ranges hold where the manuals contradict themselves.
+    pub param: param::Quirks,
+    /// How the drive behaves where the manuals leave it open, and the numbers of its plant.
+    pub drive: drive::Config,
+    /// What the bits of STW and ZSW are where the manuals contradict themselves.
+    pub words: words::Quirks,
 }
 
 impl Config {
@@ -129,6 +126,9 @@ impl Config {
             application_cycle: DEFAULT_APPLICATION_CYCLE,
             pkw: pkw::Config::default(),
             dp: dp::Policy::PROPOSED,
+            param: param::Quirks::default(),
+            drive: drive::Config::default(),
+            words: words::Quirks::default(),
         }
     }
 }
@@ -154,6 +154,17 @@ impl Config {
             cycle => cycle,
         }
     }
+}
+
+/// The LEDs of a drive (`ag03.md` 11).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Leds {
+    /// The green status LED is lit.
+    pub status: bool,
+    /// What the status LED tells of the drive over time.
+    pub pattern: StatusLed,
+    /// The orange bus LED is lit: Data_Exchange.
+    pub bus: bool,
 }
 
 /// What can be known of the time of octets on a link.
@@ -263,6 +274,24 @@ impl Device {
         &self.part.status
     }
 
+    /// The LEDs at `now`. Blinks count from when the device was made; those of a factory reset alternate.
+    pub fn leds(&self, now: Instant) -> Leds {
+        let time = now.saturating_since(self.part.power_on);
+        match self.part.power {
+            Power::Off => Leds { status: false, pattern: StatusLed::Off, bus: false },
+            Power::On => Leds {
+                status: self.part.status.led.is_lit(time),
+                pattern: self.part.status.led,
+                bus: self.dp_state() == dp::State::DataExch,
+            },
+            // Alternately, manual chapter 2.4.
+            Power::FactoryReset(_) => {
+                let half = time.as_nanos() / leds::BLINK_ON.as_nanos() % 2;
+                Leds { status: half == 0, pattern: StatusLed::Off, bus: half == 1 }
+            }
+        }
+    }
+
     /// The stored parameters.
     pub const fn parameters(&self) -> &Store {
         &self.part.store
@@ -354,10 +383,11 @@ impl Device {
 impl Parts {
     fn new(config: Config, kept: Option<Image>, now: Instant) -> Self {
         let fresh = kept.is_none();
-        let image = kept.unwrap_or_else(|| Image::of_new(config.model, config.gear));
+        let mut image = kept.unwrap_or_else(|| Image::of_new(config.model, config.gear));
+        image.store.set_quirks(config.param);
         let store = image.store.clone();
         let settings = Settings::read(&store);
-        let mut drive = Drive::new(config.model, config.gear, &settings);
+        let mut drive = Drive::with(config.model, config.gear, &settings, config.drive);
         storage::recall(&mut drive, &image);
         let mut part = Self {
             config,
@@ -476,7 +506,7 @@ impl Parts {
             self.station.slave().outputs().first_chunk::<PPO_LEN>().copied().filter(|_| self.exchanging);
         let outputs = octets.as_ref().map(Outputs::new);
 
-        let command = outputs.map(|outputs| words::command(outputs.stw(), outputs.hsw()));
+        let command = outputs.map(|outputs| self.config.words.command(outputs.stw(), outputs.hsw()));
         let fault = self.status.fault;
         self.drive.step(step, command.as_ref(), &self.settings);
         self.status = self.drive.status();
@@ -490,7 +520,11 @@ impl Parts {
         if let Some(fault) = self.status.fault.filter(|_| fault.is_none()) {
             self.events.push(Event::Fault(fault));
         }
-        let inputs = ppo::Inputs::octets(self.pkw_reply, words::zsw(&self.status), words::hiw(&self.status));
+        let inputs = ppo::Inputs::octets(
+            self.pkw_reply,
+            self.config.words.zsw(&self.status),
+            words::hiw(&self.status),
+        );
         self.station.set_inputs(&inputs);
     }
 
@@ -541,20 +575,19 @@ impl Parts {
     /// What the drive reports through parameters that are only read.
     fn live(&self) -> Live {
         let faults = self.drive.faults();
-        let inputs = self.drive.inputs();
-        let supply = |present: bool| if present { NOMINAL_SUPPLY } else { 0 };
+        let measured = self.status.measured;
         Live {
             address: self.address.number(),
-            fault_buffer: faults.codes(),
+            fault_buffer: self.drive.fault_codes(),
             fault_count: faults.count(),
             system_status: words::system_status(&self.status),
-            temperature: AMBIENT_TEMPERATURE,
-            motor_current: 0,
+            temperature: measured.temperature,
+            motor_current: measured.current,
             general_status: words::general_status(&self.status),
             position: self.status.position,
-            output_stage_voltage: supply(inputs.output_stage),
-            control_voltage: supply(inputs.control_supply),
-            battery_voltage: if inputs.battery_low { LOW_BATTERY } else { FULL_BATTERY },
+            output_stage_voltage: measured.output_supply,
+            control_voltage: measured.control_supply,
+            battery_voltage: measured.battery,
         }
     }
 }

@@ -25,6 +25,30 @@
 use crate::drive::{Command, Mode, Motor, Status};
 use crate::ppo::{Stw, Zsw};
 
+/// Where the manuals leave the bits open; each is off by default (`ag03.md` 15).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Quirks {
+    /// C-03: ZSW.14 is 1 in velocity mode, not 0.
+    pub velocity_bit_14: bool,
+    /// C-21, C-37: STW.2 = 1 takes operation enabled away instead of being ignored.
+    pub bit_2_must_be_0: bool,
+}
+
+impl Quirks {
+    /// [`command`] with these quirks.
+    pub fn command(self, stw: Stw, hsw: i32) -> Command {
+        let command = command(stw, hsw);
+        let forbidden = self.bit_2_must_be_0 && stw.bit(2);
+        Command { enable_operation: command.enable_operation && !forbidden, ..command }
+    }
+
+    /// [`zsw`] with these quirks.
+    pub fn zsw(self, status: &Status) -> Zsw {
+        let bit_14 = self.velocity_bit_14 && status.mode == Mode::Velocity;
+        Zsw::from_raw(zsw(status).raw() | u16::from(bit_14) << 14)
+    }
+}
+
 /// What the control word and the setpoint ask of the drive.
 pub fn command(stw: Stw, hsw: i32) -> Command {
     Command {
@@ -105,4 +129,21 @@ pub fn general_status(status: &Status) -> u16 {
 /// The word with these bits, bit 0 first.
 fn word(bits: [bool; 16]) -> Zsw {
     Zsw::from_raw(bits.iter().rev().fold(0, |word, bit| word << 1 | u16::from(*bit)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bits_without_a_meaning_ask_for_nothing_and_every_other_bit_for_something() {
+        for stw in 0..=u16::MAX {
+            let meaning = stw & !0x7C04;
+            assert_eq!(command(Stw::from_raw(stw), 7), command(Stw::from_raw(meaning), 7));
+        }
+        let none = command(Stw::from_raw(0), 7);
+        for bit in [0, 1, 3, 4, 5, 6, 7, 8, 9, 15] {
+            assert_ne!(command(Stw::from_raw(1 << bit), 7), none, "STW.{bit}");
+        }
+    }
 }

@@ -13,10 +13,10 @@ pub struct Memory {
 }
 
 impl Inputs {
-    /// The inputs with the control supplied, or not.
+    /// The inputs with the control supplied with 24 V, or not at all.
     #[must_use]
     pub const fn with_control_supply(mut self, present: bool) -> Self {
-        self.control_supply = present;
+        self.control_supply = if present { 24.0 } else { 0.0 };
         self
     }
 }
@@ -24,7 +24,7 @@ impl Inputs {
 impl Drive {
     /// Whether the control is supplied by the inputs as they are set.
     pub fn is_supplied(&self) -> bool {
-        self.inputs.control_supply
+        self.control_supply()
     }
 
     /// What the EEPROM holds besides parameters.
@@ -42,12 +42,13 @@ impl Drive {
 
     /// The angle of the output shaft in increments, which the battery-buffered encoder always knows.
     pub fn shaft(&self) -> f64 {
-        self.motion.position()
+        self.shaft_position()
     }
 
     /// Puts the shaft at an angle in increments, at rest: where it is found when the drive is made.
     pub fn set_shaft(&mut self, angle: f64) {
         self.motion = Motion::at(angle);
+        self.plant.rejoin();
         self.settled = false;
     }
 }

@@ -5,9 +5,10 @@
 //! [`Settings`], the world around the drive as [`Inputs`].
 //!
 //! ```text
-//! Command ──▶ requests ──▶ states ──▶ motion ──▶ status ──▶ Status
-//!              edges,       rows of    where       flags
-//!              refusals     section 8  the shaft is
+//! Command ──▶ requests ──▶ states ──▶ motion ──▶ plant ──▶ status ──▶ Status
+//!              edges,       rows of    where the   where    flags
+//!              refusals     section 8  shaft       it is
+//!                                      shall be
 //! ```
 //!
 //! ```
@@ -22,12 +23,16 @@
 //! assert!(drive.status().operation_enabled);
 //! ```
 //!
-//! The shaft is ideal: it is always where the profile says. Faults, warnings and torque are inputs. Where the manuals
-//! are silent the choices of `ag03.md` (INF, C-nn) hold; the names are cited where they are made.
+//! Faults, warnings and torque follow from the [plant] and its [`Inputs`]. Where the manuals are silent the
+//! choices of `ag03.md` (INF, C-nn) hold; the names are cited where they are made, and [`Quirks`] has the others.
 
 mod faults;
+mod inputs;
+pub mod leds;
 mod memory;
 mod motion;
+pub mod plant;
+mod quirks;
 mod refusal;
 mod requests;
 mod scale;
@@ -42,16 +47,20 @@ use thiserror::Error;
 use crate::param::{Gear, Model};
 
 pub use faults::{Fault, FaultBuffer, FaultSet};
+pub use inputs::Inputs;
+pub use leds::StatusLed;
 pub use memory::Memory;
+pub use quirks::Quirks;
 pub use refusal::{Reason, Refusal, Request};
 pub use settings::{Limits, Mode, PosType, SenseOfRotation, Settings, StopMode};
 pub use states::{Direction, Inching, Key, Motor, State};
-pub use status::Status;
+pub use status::{Measured, Status};
 
-use motion::{COAST_DECELERATION, MAXIMUM_DECELERATION, Motion, acceleration, rpm, velocity};
+use motion::{Motion, acceleration, rpm, velocity};
+use plant::{Commanded, Constants, Plant};
 use requests::Job;
 use scale::Scale;
-use states::{Action, Plant, Reached};
+use states::{Action, Conditions, Reached};
 
 /// What a master asks for, without bit positions (manual chapters 7.5.1 and 7.5.4).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -87,55 +96,13 @@ impl Command {
     }
 }
 
-/// The world around the drive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Inputs {
-    /// Supply of the control; on an AG03 the only supply.
-    pub control_supply: bool,
-    /// AG03/1: supply of the output stage. AG03: enable input.
-    pub output_stage: bool,
-    /// Key 1 (AG03: right) is held.
-    pub key_clockwise: bool,
-    /// Key 2 (AG03: left) is held.
-    pub key_counter_clockwise: bool,
-    /// Causes of faults that are present. Those the model does not know are ignored.
-    pub causes: FaultSet,
-    /// Battery below its limit (warning).
-    pub battery_low: bool,
-    /// Motor current out of range (warning).
-    pub current_out_of_range: bool,
-    /// The shaft cannot follow (warning, while a motion is commanded).
-    pub lag_error: bool,
-    /// Torque in %, compared with the torque deactivation (PNU 1032).
-    pub torque: u16,
-}
-
-impl Default for Inputs {
-    /// Supplied and enabled, nothing wrong, no key, no torque.
-    fn default() -> Self {
-        Self {
-            control_supply: true,
-            output_stage: true,
-            key_clockwise: false,
-            key_counter_clockwise: false,
-            causes: FaultSet::EMPTY,
-            battery_low: false,
-            current_out_of_range: false,
-            lag_error: false,
-            torque: 0,
-        }
-    }
-}
-
-impl Inputs {
-    /// The key held; both together are none.
-    const fn key(&self) -> Option<Key> {
-        match (self.key_clockwise, self.key_counter_clockwise) {
-            (true, false) => Some(Key::Clockwise),
-            (false, true) => Some(Key::CounterClockwise),
-            (true, true) | (false, false) => None,
-        }
-    }
+/// How a drive behaves where the manuals leave it open.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Config {
+    /// Alternatives of the state machine.
+    pub quirks: Quirks,
+    /// Numbers of motor, gear, output stage and encoder.
+    pub constants: Constants,
 }
 
 /// Calibration was asked for during a travel job (manual chapter 3).
@@ -148,9 +115,10 @@ pub struct CalibrationError;
 pub struct Drive {
     model: Model,
     gear: Gear,
+    quirks: Quirks,
     inputs: Inputs,
     inputs_changed: bool,
-    /// The output stage input at the previous step.
+    /// Whether the output stage was live at the previous step.
     previous_output_stage: bool,
     /// The key held at the previous step.
     previous_key: Option<Key>,
@@ -162,6 +130,7 @@ pub struct Drive {
     /// Positioning or velocity window; acts at once.
     window: u16,
     motion: Motion,
+    plant: Plant,
     /// Shaft position with the user position 0, increments.
     zero: f64,
     /// The job being executed or kept.
@@ -172,6 +141,10 @@ pub struct Drive {
     job_acknowledge: bool,
     /// Start may take effect: it was 0 since the operating mode changed.
     start_armed: bool,
+    /// OFF1 was given in this Data_Exchange.
+    off1_seen: bool,
+    /// The torque deactivation stopped a job that was not kept.
+    torque_tripped: bool,
     faults: FaultBuffer,
     /// The faults entered since the last acknowledgement.
     entered: FaultSet,
@@ -196,12 +169,19 @@ impl Frame {
 }
 
 impl Drive {
-    /// A drive that was just powered on (row 1), with both supplies present and its shaft at position 0.
+    /// A drive that was just powered on (row 1), with nominal [`Inputs`] and its shaft at position 0.
     pub fn new(model: Model, gear: Gear, settings: &Settings) -> Self {
+        Self::with(model, gear, settings, Config::default())
+    }
+
+    /// As [`Drive::new`], with other quirks or another plant.
+    pub fn with(model: Model, gear: Gear, settings: &Settings, config: Config) -> Self {
+        let inputs = Inputs::default();
         Self {
             model,
             gear,
-            inputs: Inputs::default(),
+            quirks: config.quirks,
+            inputs,
             inputs_changed: false,
             previous_output_stage: true,
             previous_key: None,
@@ -211,12 +191,15 @@ impl Drive {
             frame: Frame::of(settings),
             window: settings.window,
             motion: Motion::at(0.0),
+            plant: Plant::new(model, gear, config.constants, &inputs),
             zero: 0.0,
             job: Job::NONE,
             setpoint: 0,
             setpoint_programmed: false,
             job_acknowledge: false,
             start_armed: true,
+            off1_seen: false,
+            torque_tripped: false,
             faults: FaultBuffer::default(),
             entered: FaultSet::EMPTY,
             latched: None,
@@ -234,7 +217,8 @@ impl Drive {
         let connected = command.is_some();
         let command = command.copied().unwrap_or_default();
         let state = self.state;
-        let stood = self.motion.at_rest();
+        let stood = self.stands();
+        let faults = self.entered;
         let same = !self.inputs_changed
             && command == self.previous
             && connected == self.previous_connected
@@ -244,10 +228,17 @@ impl Drive {
         let same = !self.take_settings(settings) && same;
         self.on_plant(settings);
         self.on_command(&command, connected, settings);
+        // Only a drive that may come to rest is worth the comparison.
+        let plant = (same && stood).then(|| self.plant.clone());
         self.advance(dt);
         self.on_motion(settings);
 
-        self.settled = same && stood && self.motion.at_rest() && self.state == state;
+        self.settled = same
+            && stood
+            && self.stands()
+            && self.state == state
+            && self.entered == faults
+            && plant.is_some_and(|plant| plant == self.plant);
     }
 
     /// What the drive reports now.
@@ -265,9 +256,9 @@ impl Drive {
         self.inputs
     }
 
-    /// Changes the world around the drive; the next step reacts.
+    /// Changes the world around the drive, limited to the ranges of [`Inputs`]; the next step reacts.
     pub fn set_inputs(&mut self, inputs: Inputs) {
-        let inputs = Inputs { causes: inputs.causes.known_to(self.model), ..inputs };
+        let inputs = inputs.limited();
         if inputs != self.inputs {
             self.inputs = inputs;
             self.inputs_changed = true;
@@ -283,7 +274,7 @@ impl Drive {
         if self.state.job_active() {
             return Err(CalibrationError);
         }
-        self.zero = self.motion.position() - self.frame.scale.increments(f64::from(value));
+        self.zero = self.shaft_position() - self.frame.scale.increments(f64::from(value));
         self.settled = false;
         Ok(())
     }
@@ -291,6 +282,19 @@ impl Drive {
     /// Fault buffer and fault counter.
     pub fn faults(&self) -> &FaultBuffer {
         &self.faults
+    }
+
+    /// The fault codes in the order PNU 945 lists them: newest first unless [`Quirks::oldest_fault_first`] (C-18).
+    pub fn fault_codes(&self) -> [u8; FaultBuffer::LEN] {
+        match self.quirks.oldest_fault_first {
+            false => self.faults.codes(),
+            true => self.faults.codes_oldest_first(),
+        }
+    }
+
+    /// The causes of faults that are present now.
+    pub fn causes(&self) -> FaultSet {
+        self.plant.causes(&self.inputs)
     }
 
     /// Clears fault buffer and fault counter (PNU 970 = 4). A latched fault stays latched.
@@ -306,7 +310,7 @@ impl Drive {
     /// Takes over what may change now. Returns whether that was anything.
     fn take_settings(&mut self, settings: &Settings) -> bool {
         self.window = settings.window;
-        if !self.motion.at_rest() || self.state.job_active() {
+        if !self.stands() || self.state.job_active() {
             return false;
         }
         let before = self.frame;
@@ -322,25 +326,29 @@ impl Drive {
     }
 
     fn on_plant(&mut self, settings: &Settings) {
-        let plant = Plant {
-            control_supply: self.inputs.control_supply,
+        let output_stage = self.output_stage();
+        let torque = self.plant.torque_percent();
+        let causes = self.causes();
+        let conditions = Conditions {
+            control_supply: self.control_supply(),
             supply_ok: self.supply_ok(),
-            output_stage: self.inputs.output_stage,
-            output_stage_returned: self.inputs.output_stage && !self.previous_output_stage,
-            fault_cause: !self.inputs.causes.is_empty(),
-            torque_exceeded: settings.torque_deactivation.is_some_and(|percent| self.inputs.torque > percent),
+            output_stage,
+            output_stage_returned: output_stage && !self.previous_output_stage,
+            fault_cause: !causes.is_empty(),
+            torque_exceeded: settings.torque_deactivation.is_some_and(|percent| torque > f64::from(percent)),
+            torque_discards_job: self.quirks.torque_discards_job,
         };
-        self.previous_output_stage = self.inputs.output_stage;
-        let (next, action) = self.state.on_plant(plant);
+        self.previous_output_stage = output_stage;
+        let (next, action) = self.state.on_plant(conditions);
         if next == State::Fault {
-            self.enter_faults();
+            self.enter_faults(causes);
         }
         self.enact(next, action, &Command::default(), settings);
     }
 
     /// Row 9: each cause once until it is acknowledged.
-    fn enter_faults(&mut self) {
-        for fault in self.inputs.causes.minus(self.entered).iter() {
+    fn enter_faults(&mut self, causes: FaultSet) {
+        for fault in causes.minus(self.entered).iter() {
             self.faults.enter(fault);
             self.entered = self.entered.with(fault);
             self.latched = Some(fault);
@@ -358,10 +366,10 @@ impl Drive {
 
     fn on_motion(&mut self, settings: &Settings) {
         let position = self.position();
-        let velocity = self.motion.velocity() * self.frame.scale.sign();
+        let velocity = self.shaft_velocity() * self.frame.scale.sign();
         let limits = self.frame.limits;
         let reached = Reached {
-            at_rest: self.motion.at_rest(),
+            at_rest: self.stands(),
             in_window: self.in_window(position, rpm(velocity)),
             crossed_limit: (limits.is_above(position) && velocity > 0.0)
                 || (limits.is_below(position) && velocity < 0.0),
@@ -385,24 +393,35 @@ impl Drive {
                 self.setpoint = 0;
                 self.setpoint_programmed = false;
                 self.job_acknowledge = false;
+                self.torque_tripped = false;
                 self.previous = Command::default();
                 self.start_armed = true;
+                self.off1_seen = false;
             }
-            Action::Release => self.motion.brake(COAST_DECELERATION),
-            Action::TakeControl | Action::BrakeMaximum => self.motion.brake(MAXIMUM_DECELERATION),
-            Action::BrakeProgrammed => self.motion.brake(self.job.dynamics.deceleration),
-            Action::BrakeStopMode => self.motion.brake(match settings.stop_mode_inch_2 {
-                StopMode::Maximum => MAXIMUM_DECELERATION,
-                StopMode::Ramp => self.job.dynamics.deceleration,
-            }),
+            Action::Release => self.brake(self.plant.coast_deceleration()),
+            Action::TakeControl | Action::BrakeMaximum => self.brake_maximum(),
+            Action::TorqueBrake => {
+                self.torque_tripped = true;
+                self.brake_maximum();
+            }
+            Action::BrakeProgrammed => self.brake(self.job.dynamics.deceleration),
+            Action::BrakeStopMode => match settings.stop_mode_inch_2 {
+                StopMode::Maximum => self.brake_maximum(),
+                StopMode::Ramp => self.brake(self.job.dynamics.deceleration),
+            },
             Action::StartTravel => {
                 self.job = self.job_to(command.setpoint, settings);
                 self.setpoint = self.job.setpoint;
                 self.setpoint_programmed = true;
-                self.job_acknowledge = !self.job_acknowledge;
+                self.torque_tripped = false;
+                self.job_acknowledge =
+                    if self.quirks.acknowledge_mirrors_start { command.start } else { !self.job_acknowledge };
                 self.start_leg();
             }
-            Action::ResumeTravel => self.start_leg(),
+            Action::ResumeTravel => {
+                self.torque_tripped = false;
+                self.start_leg();
+            }
             Action::StartInching1 => {
                 self.job = self.inching_job(settings);
                 self.setpoint = self.job.setpoint;
@@ -427,18 +446,86 @@ impl Drive {
     }
 
     fn advance(&mut self, dt: Duration) {
-        let left = self.motion.advance(dt);
-        if let Some(left) = left
-            && self.state == State::TravelActive
-            && self.job.via.take().is_some()
-        {
-            self.start_leg();
-            self.motion.skip(left);
+        let (position, velocity) = (self.motion.position(), self.motion.velocity());
+        let mut left = None;
+        if !self.plant.holds_profile() {
+            left = self.motion.advance(dt);
         }
+        let commanded = Commanded {
+            way: self.motion.position() - position,
+            velocity_before: velocity,
+            velocity: self.motion.velocity(),
+            target: self.motion.has_target(),
+            motor: self.state.motor(),
+        };
+        if self.inputs.blocked && commanded.motor != Motor::InControl && !self.motion.at_rest() {
+            // What stops a released shaft stops it for good.
+            self.motion.restart(position, 0.0);
+            self.motion.brake(self.plant.maximum_deceleration());
+        }
+        let shift = self.plant.advance(dt, commanded, &self.inputs);
+        if shift != 0.0 {
+            self.motion.shift(shift);
+        }
+        if self.stands() && self.state == State::TravelActive && self.job.via.take().is_some() {
+            self.start_leg();
+            self.motion.skip(left.unwrap_or_default());
+        }
+        self.pass_end_of_encoder();
+    }
+
+    /// Beyond the range of the absolute encoder the position jumps to the other end (manual chapter 6, nos. 15, 16).
+    fn pass_end_of_encoder(&mut self) {
+        let half = self.plant.encoder_half();
+        let position = self.shaft_position();
+        let jump = match position {
+            above if above > half => -2.0 * half,
+            below if below < -half => 2.0 * half,
+            _within => return,
+        };
+        self.motion.shift(jump);
+        self.job.target += jump;
+        self.job.via = self.job.via.map(|via| via + jump);
+        if matches!(self.state, State::Inching(_)) {
+            self.setpoint = self.units_at(self.job.target);
+        }
+    }
+
+    /// Angle of the output shaft in increments.
+    fn shaft_position(&self) -> f64 {
+        self.motion.position() - self.plant.lag()
+    }
+
+    /// Speed of the output shaft in increments/s, signed.
+    fn shaft_velocity(&self) -> f64 {
+        self.plant.velocity_off_profile().unwrap_or_else(|| self.motion.velocity())
+    }
+
+    /// The profile has ended and the shaft is there.
+    fn stands(&self) -> bool {
+        self.motion.at_rest() && self.plant.velocity_off_profile().is_none()
+    }
+
+    /// A shaft that could not follow begins its next motion from where it is.
+    fn rejoin(&mut self) {
+        if let Some(velocity) = self.plant.velocity_off_profile() {
+            self.motion.restart(self.shaft_position(), velocity);
+            self.plant.rejoin();
+        }
+    }
+
+    fn brake(&mut self, deceleration: f64) {
+        self.rejoin();
+        self.motion.brake(deceleration);
+    }
+
+    fn brake_maximum(&mut self) {
+        self.brake(self.plant.maximum_deceleration());
     }
 
     /// Travels to the loop point, or if there is none or the shaft is there, to the target.
     fn start_leg(&mut self) {
+        self.rejoin();
         if let Some(via) = self.job.via {
             self.motion.travel_to(via, self.job.dynamics);
             if !self.motion.at_rest() {
@@ -461,14 +548,27 @@ impl Drive {
     /// Lays a new ramp only if the target is new.
     fn follow(&mut self, target: f64, acceleration: f64) {
         if target != self.motion.final_velocity() {
+            self.rejoin();
             self.motion.ramp_to(target, acceleration);
+        }
+    }
+
+    fn control_supply(&self) -> bool {
+        self.plant.supplies(self.inputs.control_supply)
+    }
+
+    /// AG03/1: the output stage is supplied. AG03: the enable input is active.
+    fn output_stage(&self) -> bool {
+        match self.model {
+            Model::Ag03 => self.inputs.enable_input,
+            Model::Ag03_1 => self.plant.supplies(self.inputs.output_supply),
         }
     }
 
     fn supply_ok(&self) -> bool {
         match self.model {
-            Model::Ag03 => self.inputs.control_supply,
-            Model::Ag03_1 => self.inputs.control_supply && self.inputs.output_stage,
+            Model::Ag03 => self.control_supply(),
+            Model::Ag03_1 => self.control_supply() && self.output_stage(),
         }
     }
 }

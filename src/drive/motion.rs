@@ -14,14 +14,6 @@ use super::scale::INCREMENTS_PER_REVOLUTION;
 /// 100 % acceleration, 4 rev/s^2, in increments/s^2 (manual chapter 6, no. 4).
 const FULL_ACCELERATION: f64 = 4.0 * INCREMENTS_PER_REVOLUTION;
 
-/// The manuals' "maximum deceleration" in increments/s^2. They give no number; 100 % is the most that can be
-/// programmed (`ag03.md` 9, INF).
-pub(super) const MAXIMUM_DECELERATION: f64 = FULL_ACCELERATION;
-
-/// How a released motor runs out, in increments/s^2: friction of motor and gear alone, taken as a quarter of the
-/// maximum deceleration. The manuals only say that it runs out unbraked (chapter 2.6; number INF).
-pub(super) const COAST_DECELERATION: f64 = 0.25 * FULL_ACCELERATION;
-
 /// Distances below this many increments are rounding, not motion.
 const ROUNDING: f64 = 1e-6;
 
@@ -85,6 +77,26 @@ impl Motion {
         self.plan.velocity
     }
 
+    /// Whether the plan leads to a target, not only to a velocity.
+    pub(super) fn has_target(&self) -> bool {
+        self.plan.target
+    }
+
+    /// The shaft is at `position` and turns with `velocity`; a new plan is laid next.
+    pub(super) fn restart(&mut self, position: f64, velocity: f64) {
+        self.position = position;
+        self.velocity = velocity;
+    }
+
+    /// Moves the plan and the place in it by `way` increments.
+    pub(super) fn shift(&mut self, way: f64) {
+        self.position += way;
+        self.plan.position += way;
+        for phase in &mut self.plan.phases {
+            phase.position += way;
+        }
+    }
+
     /// Lets `dt` pass. If the plan ends within it, returns how many seconds before the end of `dt`.
     pub(super) fn advance(&mut self, dt: Duration) -> Option<f64> {
         if self.at_rest() {
@@ -115,6 +127,7 @@ impl Motion {
             plan.ramp(0.0, dynamics.deceleration);
         }
         plan.travel(target, dynamics);
+        plan.target = true;
         self.begin(plan);
     }
 
@@ -162,7 +175,9 @@ impl Motion {
     }
 
     fn stand(&mut self) {
+        let target = self.plan.target;
         *self = Self::at(self.plan.position);
+        self.plan.target = target;
     }
 }
 
@@ -176,6 +191,8 @@ struct Plan {
     /// Position and velocity at the end of the last phase laid.
     position: f64,
     velocity: f64,
+    /// The end is a target; without one only the velocities count.
+    target: bool,
 }
 
 /// A stretch of constant acceleration.
@@ -193,7 +210,7 @@ struct Phase {
 impl Plan {
     const fn from(position: f64, velocity: f64) -> Self {
         let never = Phase { from: f64::INFINITY, anchor: 0.0, position, velocity, acceleration: 0.0 };
-        Self { phases: [never; 4], end: 0.0, position, velocity }
+        Self { phases: [never; 4], end: 0.0, position, velocity, target: false }
     }
 
     /// The way to standstill from the velocity at the end of the plan.
@@ -276,7 +293,7 @@ impl Plan {
 }
 
 /// -1, 0 or 1.
-fn sign(value: f64) -> f64 {
+pub(super) fn sign(value: f64) -> f64 {
     if value > 0.0 {
         1.0
     } else if value < 0.0 {

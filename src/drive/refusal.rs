@@ -102,11 +102,15 @@ pub enum Reason {
     LoopPointAboveUpperLimit,
     /// The loop point is below the lower limit.
     LoopPointBelowLowerLimit,
+    /// The setpoint or the loop point is outside the range of the absolute encoder.
+    BeyondEncoder,
+    /// STW.0 = 0 was not seen since Data_Exchange began (C-36).
+    Off1NotSeen,
 }
 
 impl Reason {
     /// Every reason, in the order in which [`Refusal`] prints them.
-    pub const ALL: [Self; 23] = [
+    pub const ALL: [Self; 25] = [
         Self::NoSupply,
         Self::FaultLatched,
         Self::FaultCause,
@@ -130,6 +134,8 @@ impl Reason {
         Self::SetpointBelowLowerLimit,
         Self::LoopPointAboveUpperLimit,
         Self::LoopPointBelowLowerLimit,
+        Self::BeyondEncoder,
+        Self::Off1NotSeen,
     ];
 
     const fn bit(self) -> u32 {
@@ -221,6 +227,8 @@ impl Refusal {
             Reason::LoopPointBelowLowerLimit => {
                 write!(f, "loop point {loop_point} is below the lower limit ({lower_limit})")
             }
+            Reason::BeyondEncoder => f.write_str("the way leads beyond the range of the absolute encoder"),
+            Reason::Off1NotSeen => f.write_str("OFF1 must be given once in Data_Exchange first"),
         }
     }
 }

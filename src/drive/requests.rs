@@ -37,26 +37,34 @@ impl Drive {
     /// of several in one step the last.
     pub(super) fn asked(&mut self, command: &Command, connected: bool, settings: &Settings) -> Asked {
         let before = self.previous;
-        let travel = command.start != before.start && self.asks_travel(command, settings);
+        let rising_only = self.quirks.start_needs_rising_edge;
+        let edge = command.start != before.start && (command.start || !rising_only);
+        let travel = edge && self.asks_travel(command, settings);
         let inch_1 = command.inch_1 && !before.inch_1;
         let inch_2 = command.inch_2 && !before.inch_2;
         let inch_2_direction = direction(command.inch_2_negative);
         let inch_1_direction = direction(settings.delta_inch < 0);
 
-        if command.enable_operation && !before.enable_operation {
-            self.asks_enable(command);
-        }
         if command.start && !before.start && self.frame.mode == Mode::Velocity {
             self.asks_velocity(command);
         }
+        let (off1, off2, disable) = (!command.on, !command.no_off2, !command.enable_operation);
+        self.off1_seen = connected && (self.off1_seen || off1);
+        // C-23, C-24: they end like a disabled operation, whose motor row 5 then releases.
+        let brakes = self.state.operation_enabled() || self.state == State::Disabling;
+        let all_zero = off1 && off2 && disable && self.quirks.all_zero_brakes;
         let key_held = if connected { None } else { self.inputs.key() };
+        if command.enable_operation && !before.enable_operation {
+            self.asks_enable(command);
+        }
         let key_pressed = key_held.filter(|_| self.previous_key.is_none());
         let asked = Asked {
-            off2: !command.no_off2,
-            off1: !command.on,
-            disable: !command.enable_operation,
-            enable: command.enables(),
-            output_stage: self.inputs.output_stage,
+            off2: off2 && !(all_zero && brakes),
+            off1: off1 && !(brakes && (all_zero || self.quirks.off1_brakes)),
+            disable: disable || off1,
+            turn_on_again: off1 && (before.on || !self.quirks.off1_needs_edge),
+            enable: command.enables() && !self.awaits_off1(),
+            output_stage: self.output_stage(),
             stop: !command.no_stop,
             intermediate_stop: !command.no_intermediate_stop,
             resume: command.no_intermediate_stop && !before.no_intermediate_stop,
@@ -71,7 +79,7 @@ impl Drive {
             velocity: self.frame.mode == Mode::Velocity
                 && command.start
                 && self.start_armed
-                && self.inputs.output_stage,
+                && self.output_stage(),
             acknowledge: command.acknowledge && !before.acknowledge && self.asks_acknowledge(),
             key: key_pressed.filter(|&key| self.key_allowed(key)),
             key_held,
@@ -93,10 +101,10 @@ impl Drive {
         // A coasting shaft that was caught, or one that the torque deactivation stops: no travel begins in motion.
         refusal.note(
             Reason::ShaftTurns,
-            !self.motion.at_rest()
+            !self.stands()
                 && matches!(self.state, State::OperationEnabled(_) | State::Paused { torque_tripped: true }),
         );
-        refusal.note(Reason::NoOutputStage, !self.inputs.output_stage);
+        refusal.note(Reason::NoOutputStage, !self.output_stage());
         refusal.note(Reason::Stop, !command.no_stop);
         refusal.note(Reason::IntermediateStop, !command.no_intermediate_stop);
         refusal.note(Reason::StartHeld, !self.start_armed);
@@ -104,10 +112,12 @@ impl Drive {
         refusal.note(Reason::BelowLowerLimit, limits.is_below(refusal.position));
         refusal.note(Reason::SetpointAboveUpperLimit, limits.is_above(command.setpoint));
         refusal.note(Reason::SetpointBelowLowerLimit, limits.is_below(command.setpoint));
+        refusal.note(Reason::BeyondEncoder, self.is_beyond_encoder(job.target));
         refusal.loop_point = command.setpoint;
         if let Some(via) = job.via {
             refusal.loop_point = self.units_at(via);
             refusal.note(Reason::LoopPointAboveUpperLimit, limits.is_above(refusal.loop_point));
+            refusal.note(Reason::BeyondEncoder, self.is_beyond_encoder(via));
             refusal.note(Reason::LoopPointBelowLowerLimit, limits.is_below(refusal.loop_point));
         }
         self.accepts(refusal)
@@ -124,13 +134,10 @@ impl Drive {
         let mut refusal = self.refusal_of(request);
         self.note_state(&mut refusal, command);
         refusal.note(Reason::JobPaused, matches!(self.state, State::Paused { .. }));
-        refusal.note(
-            Reason::ShaftTurns,
-            !self.motion.at_rest() && matches!(self.state, State::OperationEnabled(_)),
-        );
+        refusal.note(Reason::ShaftTurns, !self.stands() && matches!(self.state, State::OperationEnabled(_)));
         refusal.note(Reason::JobActive, travel);
         refusal.note(Reason::VelocityMode, self.frame.mode == Mode::Velocity);
-        refusal.note(Reason::NoOutputStage, !self.inputs.output_stage);
+        refusal.note(Reason::NoOutputStage, !self.output_stage());
         refusal.note(Reason::BothInching, command.inch_1 && command.inch_2);
         match direction {
             Direction::Positive => {
@@ -164,7 +171,7 @@ impl Drive {
             | State::Fault
             | State::TurnOnDisabled => self.note_state(&mut refusal, command),
         }
-        refusal.note(Reason::NoOutputStage, !self.inputs.output_stage);
+        refusal.note(Reason::NoOutputStage, !self.output_stage());
         self.accepts(refusal);
     }
 
@@ -176,7 +183,13 @@ impl Drive {
         refusal.note(Reason::TurnOnDisabled, self.state == State::TurnOnDisabled);
         refusal.note(Reason::Off1, !command.on);
         refusal.note(Reason::Off2, !command.no_off2);
+        refusal.note(Reason::Off1NotSeen, self.awaits_off1());
         self.accepts(refusal);
+    }
+
+    /// C-36: enabling waits for STW.0 = 0.
+    fn awaits_off1(&self) -> bool {
+        self.quirks.off1_must_be_seen && !self.off1_seen
     }
 
     /// Rows 10, 11.
@@ -185,7 +198,7 @@ impl Drive {
             return false;
         }
         let mut refusal = self.refusal_of(Request::Acknowledge);
-        if let Some(cause) = self.inputs.causes.iter().next() {
+        if let Some(cause) = self.causes().iter().next() {
             refusal.fault = Some(cause);
             refusal.note(Reason::FaultCause, true);
         }
@@ -199,7 +212,7 @@ impl Drive {
             Direction::Positive => self.frame.limits.is_above(self.position()),
             Direction::Negative => self.frame.limits.is_below(self.position()),
         };
-        self.frame.mode == Mode::Positioning && self.inputs.output_stage && !outward
+        self.frame.mode == Mode::Positioning && self.output_stage() && !outward
     }
 
     /// What the state itself has against a request.
@@ -221,6 +234,11 @@ impl Drive {
             State::TurnOnDisabled => refusal.note(Reason::TurnOnDisabled, true),
             State::OperationEnabled(_) | State::Paused { .. } | State::VelocityTravelling => {}
         }
+    }
+
+    /// The encoder could not tell that the shaft is there.
+    fn is_beyond_encoder(&self, target: f64) -> bool {
+        target.abs() > self.plant.encoder_half()
     }
 
     fn refusal_of(&self, request: Request) -> Refusal {
@@ -260,7 +278,7 @@ impl Drive {
     /// The way of inching 1. Also carries a-Inch for inching 2 and the keys.
     pub(super) fn inching_job(&self, settings: &Settings) -> Job {
         let delta = self.frame.scale.increments(f64::from(settings.delta_inch));
-        let target = self.motion.position() + delta;
+        let target = self.shaft_position() + delta;
         let ramp = acceleration(settings.a_inch);
         Job {
             setpoint: self.units_at(target),
@@ -270,11 +288,12 @@ impl Drive {
         }
     }
 
-    /// The speed of inching 2 and the keys in increments/s: v-Inch times offset, rounded half up, at least 1 rpm
-    /// (manual 2.2.1.2, `ag03.md` C-12).
+    /// The speed of inching 2 and the keys in increments/s: v-Inch times offset, rounded half up (C-12), at least 1
+    /// rpm (manual 2.2.1.2).
     pub(super) fn inching_2_speed(&self, settings: &Settings) -> f64 {
         let percent_rpm = u32::from(settings.v_inch) * u32::from(settings.offset_inch_2);
-        self.speed(u16::try_from((percent_rpm + 50) / 100).unwrap_or(u16::MAX))
+        let rounding = if self.quirks.inching_rounds_up { 99 } else { 50 };
+        self.speed(u16::try_from((percent_rpm + rounding) / 100).unwrap_or(u16::MAX))
     }
 
     /// `rpm` in increments/s, limited to what the gear allows.
@@ -313,7 +332,7 @@ impl Drive {
     }
 
     pub(super) fn position(&self) -> i32 {
-        self.units_at(self.motion.position())
+        self.units_at(self.shaft_position())
     }
 }
 

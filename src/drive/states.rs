@@ -102,6 +102,8 @@ pub(super) enum Action {
     TakeControl,
     /// Brake with maximum deceleration.
     BrakeMaximum,
+    /// Brake with maximum deceleration, the torque deactivation has tripped.
+    TorqueBrake,
     /// Brake with the deceleration of the job or inching.
     BrakeProgrammed,
     /// Brake inching 2 or a key as the stop mode says (PNU 1021).
@@ -126,7 +128,7 @@ pub(super) enum Action {
 
 /// The plant as the state machine sees it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Plant {
+pub(super) struct Conditions {
     /// The control has supply.
     pub(super) control_supply: bool,
     /// All supplies that `supply_ok` (ZSW.0) asks for.
@@ -139,6 +141,8 @@ pub(super) struct Plant {
     pub(super) fault_cause: bool,
     /// The torque is above the deactivation threshold.
     pub(super) torque_exceeded: bool,
+    /// C-13: the job is not kept then.
+    pub(super) torque_discards_job: bool,
 }
 
 /// What is asked of the drive, levels and edges told apart, refused requests left out.
@@ -147,9 +151,11 @@ pub(super) struct Asked {
     pub(super) off2: bool,
     pub(super) off1: bool,
     pub(super) disable: bool,
+    /// What releases from turn-on disabled.
+    pub(super) turn_on_again: bool,
     /// None of the three above.
     pub(super) enable: bool,
-    /// As in [`Plant`].
+    /// As in [`Conditions`].
     pub(super) output_stage: bool,
     pub(super) stop: bool,
     pub(super) intermediate_stop: bool,
@@ -253,7 +259,7 @@ impl State {
     }
 
     /// Power, faults, torque.
-    pub(super) fn on_plant(self, plant: Plant) -> (Self, Action) {
+    pub(super) fn on_plant(self, plant: Conditions) -> (Self, Action) {
         match self {
             // row 1
             Self::Off if plant.control_supply => (Self::powered(plant.supply_ok), Action::PowerOn),
@@ -282,8 +288,11 @@ impl State {
             }
 
             // row 27
+            Self::TravelActive if plant.torque_exceeded && plant.torque_discards_job => {
+                (Self::Stopping, Action::TorqueBrake)
+            }
             Self::TravelActive if plant.torque_exceeded => {
-                (Self::Paused { torque_tripped: true }, Action::BrakeMaximum)
+                (Self::Paused { torque_tripped: true }, Action::TorqueBrake)
             }
 
             Self::ReadyToRun(_)
@@ -316,7 +325,7 @@ impl State {
             // rows 11, 12
             Self::Fault => (Self::Fault, Action::None),
             // row 13
-            Self::TurnOnDisabled if asked.off1 => (Self::ReadyToRun(Motor::Released), Action::None),
+            Self::TurnOnDisabled if asked.turn_on_again => (Self::ReadyToRun(Motor::Released), Action::None),
             // row 14
             Self::TurnOnDisabled => (Self::TurnOnDisabled, Action::None),
 

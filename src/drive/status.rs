@@ -5,10 +5,10 @@ use super::motion::rpm;
 use super::scale::round;
 use super::settings::Mode;
 use super::states::{Motor, State};
-use super::{Drive, Inputs};
+use super::{Drive, StatusLed};
 
 /// Speeds below this many rpm count as standstill in [`Status::travelling`] (manual Table 1, bit 4).
-const STANDSTILL_RPM: f64 = 2.0;
+pub(super) const STANDSTILL_RPM: f64 = 2.0;
 
 /// State of the drive after a step. The names in brackets say which bit of `ag03.md` sections 5 and 6 shows it.
 ///
@@ -81,22 +81,47 @@ pub struct Status {
     pub position: i32,
     /// Actual velocity of the output shaft in rpm, positive in counting direction (HIW in velocity mode).
     pub velocity: i32,
+    /// What the drive measures.
+    pub measured: Measured,
+    /// The green LED.
+    pub led: StatusLed,
+}
+
+/// Measured values, in the units of the parameters that show them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Measured {
+    /// Output stage in 0.1 degC (PNU 1027).
+    pub temperature: i16,
+    /// Motor current in mA, without sign (PNU 1029).
+    pub current: i16,
+    /// Supply of the output stage in 0.1 V (PNU 1040); on an AG03 its only supply.
+    pub output_supply: u16,
+    /// Supply of the control in 0.1 V (PNU 1041).
+    pub control_supply: u16,
+    /// Battery in 0.01 V (PNU 1042).
+    pub battery: u16,
+    /// Intermediate circuit in 0.1 V; no parameter shows it.
+    pub dc_link: u16,
 }
 
 impl Drive {
     pub(super) fn compose(&self) -> Status {
-        let Inputs { output_stage, battery_low, current_out_of_range, .. } = self.inputs;
+        let output_stage = self.output_stage();
+        let battery_low = self.plant.battery_low(&self.inputs);
+        let current_out_of_range = self.plant.overcurrent();
         let state = self.state;
         let mode = self.frame.mode;
         let limits = self.frame.limits;
         let position = self.position();
-        let rpm = rpm(self.motion.velocity()) * self.frame.scale.sign();
+        let rpm = rpm(self.shaft_velocity()) * self.frame.scale.sign();
         let positioning = mode == Mode::Positioning;
-        let positioning_active = positioning && state.positioning_active();
+        let paused = matches!(state, State::Paused { .. });
+        let positioning_active =
+            positioning && (state.positioning_active() || paused && self.quirks.paused_is_active);
         let in_window = self.in_window(position, rpm);
         let above_upper_limit = positioning && limits.is_above(position);
         let below_lower_limit = positioning && limits.is_below(position);
-        let lag_error = self.inputs.lag_error && self.motion_commanded();
+        let lag_error = self.plant.lag_error() && self.motion_commanded();
         let start_conditions_met = state != State::Fault
             && !positioning_active
             && output_stage
@@ -104,17 +129,19 @@ impl Drive {
             && !below_lower_limit;
         let ready_to_travel = match mode {
             Mode::Positioning => {
-                let paused = matches!(state, State::Paused { .. });
-                state.operation_enabled() && start_conditions_met && (paused || self.motion.at_rest())
+                state.operation_enabled() && start_conditions_met && (paused || self.stands())
             }
             Mode::Velocity => {
-                matches!(state, State::OperationEnabled(_)) && start_conditions_met && !self.previous.start
+                let running_down = state == State::VelocityTravelling && self.quirks.ready_while_running_down;
+                let idle = matches!(state, State::OperationEnabled(_)) || running_down;
+                idle && start_conditions_met && !self.previous.start
             }
         };
         Status {
             state,
             mode,
-            supply_ok: self.supply_ok(),
+            supply_ok: self.supply_ok()
+                && !(self.quirks.not_ready_in_fault && matches!(state, State::Fault | State::TurnOnDisabled)),
             operation_enabled: state.operation_enabled(),
             fault: self.latched,
             no_off2: self.previous.no_off2,
@@ -124,19 +151,18 @@ impl Drive {
             in_window,
             target_reached: in_window
                 && self.setpoint_programmed
-                && !state.job_active()
-                && !positioning_active,
+                && (self.quirks.target_reached_live || !state.job_active() && !positioning_active),
             job_acknowledge: self.job_acknowledge,
             standstill: match mode {
                 Mode::Positioning => !self.motion_commanded(),
-                Mode::Velocity => self.motion.at_rest() || !self.motion_commanded(),
+                Mode::Velocity => self.stands() || !self.motion_commanded(),
             },
             above_upper_limit,
             below_lower_limit,
             ready_to_travel,
             start_conditions_met,
             travelling: rpm >= STANDSTILL_RPM || rpm <= -STANDSTILL_RPM,
-            moving: !self.motion.at_rest(),
+            moving: !self.stands(),
             job_active: state.job_active(),
             motor: state.motor(),
             approach_reversed: matches!(state, State::TravelActive | State::Paused { .. })
@@ -145,9 +171,29 @@ impl Drive {
             battery_low,
             current_out_of_range,
             positioning_active,
-            torque_tripped: state == State::Paused { torque_tripped: true },
+            torque_tripped: self.torque_tripped || state == State::Paused { torque_tripped: true },
             position,
             velocity: round(rpm),
+            measured: self.measure(),
+            led: match self.latched {
+                Some(fault) => StatusLed::Blinking(fault),
+                None if state != State::Off && self.supply_ok() && output_stage => StatusLed::On,
+                None => StatusLed::Off,
+            },
+        }
+    }
+
+    fn measure(&self) -> Measured {
+        let inputs = &self.inputs;
+        let tenths = |volts: f64| u16::try_from(round(volts * 10.0)).unwrap_or(u16::MAX);
+        let signed = |value: f64| i16::try_from(round(value)).unwrap_or(i16::MAX);
+        Measured {
+            temperature: signed(self.plant.temperature(inputs) * 10.0),
+            current: signed(self.plant.current() * 1000.0),
+            output_supply: tenths(inputs.motor_supply(self.model)),
+            control_supply: tenths(inputs.control_supply),
+            battery: u16::try_from(round(inputs.battery * 100.0)).unwrap_or(u16::MAX),
+            dc_link: tenths(self.plant.dc_link(inputs)),
         }
     }
 

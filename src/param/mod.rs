@@ -5,6 +5,7 @@
 //! | `model` | [`Model`], [`Gear`]: which drive |
 //! | `entry` | [`Entry`]: what the table says about a parameter |
 //! | `table` | [`TABLE`]: every parameter of both models as data, [`Parameter`] |
+//! | `quirks` | [`Quirks`]: where the manuals contradict themselves |
 //! | `store` | [`Store`]: the values of one drive, and who may change them when |
 //! | `image` | [`Image`]: what survives power-off, as octets |
 //!
@@ -30,6 +31,7 @@
 mod entry;
 mod image;
 mod model;
+mod quirks;
 mod store;
 mod table;
 
@@ -38,6 +40,7 @@ pub use entry::{
 };
 pub use image::{IMAGE_LEN, Image, ImageError};
 pub use model::{Gear, GearError, Model, ModelError};
+pub use quirks::Quirks;
 pub use store::{Identity, Store};
 pub use table::{Parameter, TABLE, entry, parameters};
 

@@ -3,7 +3,7 @@
 use super::entry::{DefaultSet, Entry, Kind, LOAD_COMMANDS, Range, Reading, WritableWhen};
 use super::table::{self, Parameter};
 use super::{
-    Effect, FAULT_BUFFER_LEN, Gear, Live, Model, NotNow, ParamError, Pnu, Subindex, Value, Width,
+    Effect, FAULT_BUFFER_LEN, Gear, Live, Model, NotNow, ParamError, Pnu, Quirks, Subindex, Value, Width,
     WriteContext,
 };
 
@@ -16,13 +16,20 @@ pub struct Store {
     model: Model,
     gear: Gear,
     identity: Identity,
+    quirks: Quirks,
     values: [i32; Parameter::COUNT],
 }
 
 impl Store {
     /// Every parameter at its default.
     pub fn new(model: Model, gear: Gear) -> Self {
-        let mut store = Self { model, gear, identity: Identity::of(model), values: [0; Parameter::COUNT] };
+        let mut store = Self {
+            model,
+            gear,
+            identity: Identity::of(model),
+            quirks: Quirks::default(),
+            values: [0; Parameter::COUNT],
+        };
         store.load_defaults(DefaultSet::All);
         store
     }
@@ -45,6 +52,11 @@ impl Store {
     /// Makes it the drive with another serial number, date or software.
     pub const fn set_identity(&mut self, identity: Identity) {
         self.identity = identity;
+    }
+
+    /// Which ranges hold where the manuals contradict themselves.
+    pub const fn set_quirks(&mut self, quirks: Quirks) {
+        self.quirks = quirks;
     }
 
     /// The value of a stored parameter, in the units of the table (signed where the table says so).
@@ -139,6 +151,11 @@ impl Store {
                 let number = number(entry, value)?;
                 self.check_range(setting.parameter, number)?;
                 check_state(setting.writable, context)?;
+                if self.quirks.calibrate_by_value && setting.parameter == Parameter::CalibrationValue {
+                    check_state(WritableWhen::NoJob, context)?;
+                    self.put(setting.parameter, number);
+                    return Ok(Effect::Calibrate);
+                }
                 Ok(self.changed_by(|store| store.put(setting.parameter, number)))
             }
             Kind::LoadParameterSet => self.load(number(entry, value)?, context),
@@ -166,7 +183,15 @@ impl Store {
     }
 
     fn check_range(&self, parameter: Parameter, got: i32) -> Result<(), ParamError> {
-        let range = parameter.setting().limits.range(self.model, self.gear);
+        let mut range = parameter.setting().limits.range(self.model, self.gear);
+        let from_1 = match (parameter, self.model) {
+            (Parameter::ControllerI, Model::Ag03_1) => self.quirks.i_gain_from_1,
+            (Parameter::APos | Parameter::ARot | Parameter::AInch, Model::Ag03) => {
+                self.quirks.acceleration_from_1
+            }
+            (_others, Model::Ag03 | Model::Ag03_1) => false,
+        };
+        range.low = if from_1 { 1 } else { range.low };
         if range.contains(got) { Ok(()) } else { Err(out_of_range(range, got)) }
     }
 

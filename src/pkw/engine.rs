@@ -19,6 +19,8 @@ pub struct Config {
     pub read_element_by_plain_job: bool,
     /// Reading a parameter that is a command, PNU 970, is refused instead of answered with 0 (C-17).
     pub refuse_command_read: bool,
+    /// An AG03/1 confirms a write of PNU 970 as a word, as an AG03 does, instead of a double word (C-15).
+    pub confirm_load_as_word: bool,
 }
 
 /// Which octet of IND carries the sub-index (`ag03.md` C-14).
@@ -246,8 +248,8 @@ impl Engine {
                 let by_element = self.config.read_element_by_plain_job && store.element_count(pnu).is_ok();
                 self.read(job, pnu, element.filter(|_| by_element), store, live)
             }
-            JobId::WriteWord => write(job, pnu, None, word, store, context),
-            JobId::WriteDoubleWord => write(job, pnu, None, double, store, context),
+            JobId::WriteWord => self.write(job, pnu, None, word, store, context),
+            JobId::WriteDoubleWord => self.write(job, pnu, None, double, store, context),
             JobId::ReadDescription => {
                 store.entry(pnu)?;
                 Err(JobError::NoDescription)
@@ -257,8 +259,8 @@ impl Engine {
                 Err(JobError::DescriptionReadOnly)
             }
             JobId::ReadElement => self.read(job, pnu, element, store, live),
-            JobId::WriteElementWord => write(job, pnu, element, word, store, context),
-            JobId::WriteElementDoubleWord => write(job, pnu, element, double, store, context),
+            JobId::WriteElementWord => self.write(job, pnu, element, word, store, context),
+            JobId::WriteElementDoubleWord => self.write(job, pnu, element, double, store, context),
             JobId::ReadElementCount => {
                 let count = store.element_count(pnu)?;
                 Ok((answer(job, ReplyId::ElementCount, u32::from(count)), Effect::None))
@@ -281,25 +283,28 @@ impl Engine {
         }
         Ok((answer(job, value_id(value, element), value.bits()), Effect::None))
     }
-}
 
-fn write(
-    job: Pkw,
-    pnu: Pnu,
-    element: Option<Subindex>,
-    value: Value,
-    store: &mut Store,
-    context: &WriteContext,
-) -> Result<(Pkw, Effect), JobError> {
-    let kind = store.entry(pnu)?.kind;
-    let effect = store.write(pnu, element, value, context)?;
-    let reply = match (kind, store.model()) {
-        (Kind::Setting(_) | Kind::Reading(_), _) => answer(job, value_id(value, element), value.bits()),
-        // A command is 0 after it was executed; the AG03/1 confirms it as a double word (C-15).
-        (Kind::LoadParameterSet, Model::Ag03) => answer(job, ReplyId::Word, 0),
-        (Kind::LoadParameterSet, Model::Ag03_1) => answer(job, ReplyId::DoubleWord, 0),
-    };
-    Ok((reply, effect))
+    fn write(
+        &self,
+        job: Pkw,
+        pnu: Pnu,
+        element: Option<Subindex>,
+        value: Value,
+        store: &mut Store,
+        context: &WriteContext,
+    ) -> Result<(Pkw, Effect), JobError> {
+        let kind = store.entry(pnu)?.kind;
+        let effect = store.write(pnu, element, value, context)?;
+        let reply = match (kind, store.model()) {
+            (Kind::Setting(_) | Kind::Reading(_), _) => answer(job, value_id(value, element), value.bits()),
+            // A command is 0 after it was executed; the AG03/1 confirms it as a double word (C-15).
+            (Kind::LoadParameterSet, Model::Ag03_1) if !self.config.confirm_load_as_word => {
+                answer(job, ReplyId::DoubleWord, 0)
+            }
+            (Kind::LoadParameterSet, Model::Ag03 | Model::Ag03_1) => answer(job, ReplyId::Word, 0),
+        };
+        Ok((reply, effect))
+    }
 }
 
 /// Whether the EEPROM keeps what the job writes. The commands of PNU 970 all change something it keeps.

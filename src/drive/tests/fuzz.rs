@@ -29,23 +29,31 @@ fn stw() -> impl Strategy<Value = u16> {
 }
 
 fn inputs() -> impl Strategy<Value = Inputs> {
-    let faults = prop_oneof![
-        4 => Just(FaultSet::EMPTY),
-        1 => prop::sample::subsequence(Fault::ALL.to_vec(), 0..3).prop_map(FaultSet::from_iter),
-    ];
-    (prop::bool::weighted(0.95), prop::bool::weighted(0.9), any::<[bool; 5]>(), faults, 0..150u16).prop_map(
-        |(control_supply, output_stage, flags, causes, torque)| Inputs {
-            control_supply,
-            output_stage,
-            key_clockwise: flags[0],
-            key_counter_clockwise: flags[1],
-            causes,
-            battery_low: flags[2],
-            current_out_of_range: flags[3],
-            lag_error: flags[4],
-            torque,
-        },
+    let mostly = |nominal: f64| prop_oneof![6 => Just(nominal), 1 => 0.0..60.0f64, 1 => any::<f64>()];
+    let rarely = || prop::bool::weighted(0.05);
+    let load = || prop_oneof![4 => Just(0.0), 4 => -8.0..8.0f64, 1 => any::<f64>()];
+    let forced = || prop::option::weighted(0.1, prop_oneof![0.0..120.0f64, any::<f64>()]);
+    (
+        (mostly(24.0), mostly(24.0), prop::bool::weighted(0.9), mostly(3.0)),
+        (load(), load(), rarely(), mostly(25.0), forced(), forced()),
+        (rarely(), rarely(), any::<bool>(), any::<bool>()),
     )
+        .prop_map(|(supply, load, rest)| Inputs {
+            control_supply: supply.0,
+            output_supply: supply.1,
+            enable_input: supply.2,
+            battery: supply.3,
+            load_torque: load.0,
+            friction_torque: load.1,
+            blocked: load.2,
+            ambient: load.3,
+            stage_temperature: load.4,
+            dc_link: load.5,
+            encoder_fault: rest.0,
+            internal_fault: rest.1,
+            key_clockwise: rest.2,
+            key_counter_clockwise: rest.3,
+        })
 }
 
 /// Settings inside and outside the ranges of the store.
@@ -187,5 +195,5 @@ proptest! {
 
 #[test]
 fn a_drive_is_small() {
-    assert!(size_of::<Drive>() < 600, "{} bytes", size_of::<Drive>());
+    assert!(size_of::<Drive>() < 1200, "{} bytes", size_of::<Drive>());
 }

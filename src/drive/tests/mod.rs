@@ -2,7 +2,11 @@
 
 mod bus_and_faults;
 mod fuzz;
+mod load;
 mod positioning;
+mod quirks;
+mod table;
+mod travels;
 mod velocity;
 mod words;
 
@@ -33,7 +37,11 @@ impl Rig {
     }
 
     fn with(model: Model, settings: Settings) -> Self {
-        let drive = Drive::new(model, Gear::Ratio48, &settings);
+        Self::made(model, Gear::Ratio48, settings, Config::default())
+    }
+
+    fn made(model: Model, gear: Gear, settings: Settings, config: Config) -> Self {
+        let drive = Drive::with(model, gear, &settings, config);
         Self { drive, settings, connected: true, stw: 0, setpoint: 0 }
     }
 
@@ -98,8 +106,24 @@ impl Rig {
         self.run(1)
     }
 
+    /// Makes the causes of these faults and of no other, of those that follow at once.
     fn causes<const N: usize>(&mut self, faults: [Fault; N]) -> &mut Self {
-        self.inputs(|inputs| inputs.causes = faults.into_iter().collect())
+        self.inputs(|inputs| {
+            let nominal = Inputs::default();
+            inputs.stage_temperature = None;
+            inputs.dc_link = None;
+            inputs.encoder_fault = false;
+            inputs.internal_fault = false;
+            inputs.battery = nominal.battery;
+            for fault in faults {
+                assert!(!matches!(fault, Fault::A | Fault::B | Fault::C), "{fault} needs motion");
+                *inputs = inputs.provoking(fault);
+            }
+        })
+    }
+
+    fn output_stage(&mut self, live: bool) -> &mut Self {
+        self.inputs(|inputs| *inputs = inputs.with_output_stage(live))
     }
 
     fn calibrated(mut self, position: i32) -> Self {

@@ -56,10 +56,11 @@ fn row_20_positions_are_scaled_by_pitch_gear_and_sense() {
 }
 
 #[test]
-fn row_20_without_limits_any_setpoint_is_accepted() {
+fn row_20_without_limits_any_setpoint_the_encoder_can_tell_is_accepted() {
     let mut rig = Rig::enabled();
     rig.settings.limits = Limits::new(0, 0);
-    assert_eq!(rig.travel(i32::MAX).state(), State::TravelActive);
+    assert_eq!(rig.travel(i32::MAX).reasons(), [Reason::BeyondEncoder]);
+    assert_eq!(rig.travel(52_000_000).state(), State::TravelActive);
 }
 
 #[test]
@@ -230,9 +231,9 @@ fn row_26_stop_discards_a_paused_job() {
 fn tripped() -> Rig {
     let mut rig = Rig::travelling(16_000);
     rig.settings.torque_deactivation = Some(80);
-    rig.inputs(|inputs| inputs.torque = 80);
+    rig.inputs(|inputs| inputs.friction_torque = 3.19);
     assert_eq!(rig.state(), State::TravelActive);
-    rig.inputs(|inputs| inputs.torque = 81).inputs(|inputs| inputs.torque = 0);
+    rig.inputs(|inputs| inputs.friction_torque = 3.21).inputs(|inputs| inputs.friction_torque = 0.0);
     assert_eq!(rig.state(), State::Paused { torque_tripped: true });
     rig
 }
@@ -242,7 +243,7 @@ fn row_27_torque_deactivation_brakes_hard_without_a_fault_until_resumed() {
     let mut rig = tripped();
     assert!(rig.status().torque_tripped && rig.status().fault.is_none());
     assert_eq!(rig.status().motor, Motor::InControl);
-    rig.run(122);
+    rig.run(123);
     assert!(rig.status().moving);
     assert!(!rig.run(1).status().moving);
     rig.stw(0x005b).stw(0x007b);
@@ -263,7 +264,7 @@ fn row_27_a_new_edge_starts_a_new_job_instead() {
 #[test]
 fn row_27_is_off_without_a_threshold() {
     let mut rig = Rig::travelling(16_000);
-    assert_eq!(rig.inputs(|inputs| inputs.torque = 200).state(), State::TravelActive);
+    assert_eq!(rig.inputs(|inputs| inputs.friction_torque = 4.5).state(), State::TravelActive);
 }
 
 fn prepared() -> Rig {

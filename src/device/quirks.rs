@@ -1,0 +1,264 @@
+//! Every named alternative of `ag03.md` 15, whichever layer it belongs to, as one table.
+//!
+//! `docs/quirks.md` gives the reasons for the defaults.
+
+use thiserror::Error;
+
+use super::Config;
+use crate::pkw::SubindexOctet;
+
+/// A point on which the manuals contradict themselves or leave a choice.
+#[derive(Clone, Copy, Debug)]
+pub struct Quirk {
+    /// Its name in `NAME=VALUE`.
+    pub name: &'static str,
+    /// Where `ag03.md` 15 and `docs/quirks.md` discuss it.
+    pub register: &'static str,
+    /// What it decides.
+    pub about: &'static str,
+    /// What it may be; the first is the default.
+    pub values: &'static [&'static str],
+    choose: fn(&mut Config, usize),
+}
+
+/// A quirk that cannot be set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum QuirkError {
+    /// No quirk has this name.
+    #[error("there is no such quirk")]
+    Unknown,
+    /// The quirk has no such value.
+    #[error("quirk {name} has no such value")]
+    Value {
+        /// The quirk.
+        name: &'static str,
+        /// The values it has.
+        values: &'static [&'static str],
+    },
+}
+
+impl Config {
+    /// Sets a quirk by its name, as [`QUIRKS`] lists them.
+    ///
+    /// ```
+    /// use profidrive::device::Config;
+    /// use profidrive::fdl::Address;
+    ///
+    /// let mut config = Config::new(Address::station(5)?);
+    /// config.set_quirk("off1", "brake")?;
+    /// assert!(config.drive.quirks.off1_brakes);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`QuirkError`] if there is no such quirk or value.
+    pub fn set_quirk(&mut self, name: &str, value: &str) -> Result<(), QuirkError> {
+        let quirk = QUIRKS.iter().find(|quirk| quirk.name == name).ok_or(QuirkError::Unknown)?;
+        let Quirk { name, values, choose, .. } = *quirk;
+        let index = values.iter().position(|known| *known == value);
+        choose(self, index.ok_or(QuirkError::Value { name, values })?);
+        Ok(())
+    }
+}
+
+/// Every quirk, in the order of the register.
+pub const QUIRKS: [Quirk; 22] = [
+    Quirk {
+        name: "i-gain",
+        register: "C-01",
+        about: "smallest I gain (PNU 1001) on an AG03/1",
+        values: &["0", "1"],
+        choose: |config, value| config.param.i_gain_from_1 = value == 1,
+    },
+    Quirk {
+        name: "acceleration",
+        register: "C-02",
+        about: "smallest acceleration (PNU 1003, 1005, 1007) on an AG03",
+        values: &["0", "1"],
+        choose: |config, value| config.param.acceleration_from_1 = value == 1,
+    },
+    Quirk {
+        name: "velocity-zsw14",
+        register: "C-03",
+        about: "ZSW.14 in velocity mode",
+        values: &["0", "1"],
+        choose: |config, value| config.words.velocity_bit_14 = value == 1,
+    },
+    Quirk {
+        name: "paused",
+        register: "C-05",
+        about: "what a paused travel job counts as (ZSW.15, SSW.14)",
+        values: &["ready", "active"],
+        choose: |config, value| config.drive.quirks.paused_is_active = value == 1,
+    },
+    Quirk {
+        name: "off1-release",
+        register: "C-06",
+        about: "what of STW.0 leaves turn-on disabled: 0, or a change from 1 to 0",
+        values: &["level", "edge"],
+        choose: |config, value| config.drive.quirks.off1_needs_edge = value == 1,
+    },
+    Quirk {
+        name: "zsw12",
+        register: "C-07",
+        about: "how ZSW.12 acknowledges a job: toggling, or with the level of STW.6",
+        values: &["toggle", "mirror"],
+        choose: |config, value| config.drive.quirks.acknowledge_mirrors_start = value == 1,
+    },
+    Quirk {
+        name: "fault-zsw0",
+        register: "C-09",
+        about: "ZSW.0 and ZSW.1 in fault and turn-on disabled: as the supplies, or 0",
+        values: &["supply", "0"],
+        choose: |config, value| config.drive.quirks.not_ready_in_fault = value == 1,
+    },
+    Quirk {
+        name: "velocity-ready",
+        register: "C-11",
+        about: "when ZSW.15 follows STW.6 = 0 in velocity mode",
+        values: &["standstill", "at-once"],
+        choose: |config, value| config.drive.quirks.ready_while_running_down = value == 1,
+    },
+    Quirk {
+        name: "inch-rounding",
+        register: "C-12",
+        about: "how the speed of inching 2 is rounded to whole rpm",
+        values: &["nearest", "up"],
+        choose: |config, value| config.drive.quirks.inching_rounds_up = value == 1,
+    },
+    Quirk {
+        name: "torque-job",
+        register: "C-13",
+        about: "what the torque deactivation does with the travel job",
+        values: &["keep", "discard"],
+        choose: |config, value| config.drive.quirks.torque_discards_job = value == 1,
+    },
+    Quirk {
+        name: "subindex",
+        register: "C-14",
+        about: "which octet of IND carries the sub-index",
+        values: &["high-else-low", "high", "low"],
+        choose: |config, value| {
+            config.pkw.subindex = match value {
+                0 => SubindexOctet::HighElseLow,
+                1 => SubindexOctet::High,
+                _low => SubindexOctet::Low,
+            }
+        },
+    },
+    Quirk {
+        name: "load-reply",
+        register: "C-15",
+        about: "how an AG03/1 confirms a write of PNU 970",
+        values: &["double-word", "word"],
+        choose: |config, value| config.pkw.confirm_load_as_word = value == 1,
+    },
+    Quirk {
+        name: "plain-array-read",
+        register: "C-16",
+        about: "what job 1 on an array (PNU 945) does: error 5, or read the element in IND",
+        values: &["refuse", "element"],
+        choose: |config, value| config.pkw.read_element_by_plain_job = value == 1,
+    },
+    Quirk {
+        name: "read-970",
+        register: "C-17",
+        about: "what reading PNU 970 is answered with: value 0, or error 18",
+        values: &["0", "refuse"],
+        choose: |config, value| config.pkw.refuse_command_read = value == 1,
+    },
+    Quirk {
+        name: "fault-order",
+        register: "C-18",
+        about: "which fault PNU 945 lists first",
+        values: &["newest", "oldest"],
+        choose: |config, value| config.drive.quirks.oldest_fault_first = value == 1,
+    },
+    Quirk {
+        name: "calibration",
+        register: "C-19",
+        about: "what calibrates: PNU 970 = 5 only, or a write of PNU 1018 too",
+        values: &["command", "value"],
+        choose: |config, value| config.param.calibrate_by_value = value == 1,
+    },
+    Quirk {
+        name: "stw2",
+        register: "C-21",
+        about: "STW.2 = 1: without effect, or takes operation enabled away",
+        values: &["ignored", "must-be-0"],
+        choose: |config, value| config.words.bit_2_must_be_0 = value == 1,
+    },
+    Quirk {
+        name: "off1",
+        register: "C-23",
+        about: "what OFF1 does to a turning shaft: release at once, or brake and release",
+        values: &["release", "brake"],
+        choose: |config, value| config.drive.quirks.off1_brakes = value == 1,
+    },
+    Quirk {
+        name: "all-zero",
+        register: "C-24",
+        about: "what STW = 0 does to a turning shaft: release at once, or brake and release",
+        values: &["release", "brake"],
+        choose: |config, value| config.drive.quirks.all_zero_brakes = value == 1,
+    },
+    Quirk {
+        name: "start-edge",
+        register: "C-32",
+        about: "which change of STW.6 starts a travel job",
+        values: &["any", "rising"],
+        choose: |config, value| config.drive.quirks.start_needs_rising_edge = value == 1,
+    },
+    Quirk {
+        name: "zsw10",
+        register: "C-35",
+        about: "when ZSW.10 shows target reached",
+        values: &["end-of-job", "live"],
+        choose: |config, value| config.drive.quirks.target_reached_live = value == 1,
+    },
+    Quirk {
+        name: "first-enable",
+        register: "C-36",
+        about: "when Data_Exchange may enable: with its first telegram, or after STW.0 = 0 was seen",
+        values: &["at-once", "after-off1"],
+        choose: |config, value| config.drive.quirks.off1_must_be_seen = value == 1,
+    },
+];
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::fdl::Address;
+
+    #[test]
+    fn every_value_of_every_quirk_makes_another_configuration_and_the_first_is_the_default() {
+        let default = Config::new(Address::station(5).unwrap());
+        for quirk in QUIRKS {
+            let mut configs = std::vec::Vec::new();
+            for value in quirk.values {
+                let mut config = default;
+                config.set_quirk(quirk.name, value).unwrap();
+                assert!(!configs.contains(&config), "{}={value}", quirk.name);
+                configs.push(config);
+            }
+            assert_eq!(configs[0], default, "{}", quirk.name);
+            let mut back = configs[1];
+            back.set_quirk(quirk.name, quirk.values[0]).unwrap();
+            assert_eq!(back, default, "{}", quirk.name);
+        }
+        let names: BTreeSet<_> = QUIRKS.iter().map(|quirk| quirk.name).collect();
+        assert_eq!(names.len(), QUIRKS.len());
+    }
+
+    #[test]
+    fn unknown_names_and_values_are_refused() {
+        let mut config = Config::new(Address::station(5).unwrap());
+        let before = config;
+        assert_eq!(config.set_quirk("off2", "brake"), Err(QuirkError::Unknown));
+        let values: &[_] = &["release", "brake"];
+        assert_eq!(config.set_quirk("off1", "x"), Err(QuirkError::Value { name: "off1", values }));
+        assert_eq!(config, before);
+    }
+}
