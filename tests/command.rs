@@ -109,6 +109,9 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
         (&["emulate", "--drive", "5,speed=1"], "'speed' is unknown; expected ADDRESS"),
         (&["emulate", "--drive", "5,a\nb"], "is not understood"),
         (&["emulate", "--drive", "5", "--drive", "5,gear=24"], "two drives have address 5"),
+        (&["emulate", "--drives", "1-9", "--drive", "5"], "two drives have address 5"),
+        (&["emulate", "--drives", "9-1"], "the range 9-1 is empty; expected FIRST-LAST"),
+        (&["emulate", "--drives", "5"], "'5' is no range of addresses; expected FIRST-LAST"),
         (&["emulate", "--baud", "115200"], "expected auto or one of 9600, 19200, 45450"),
         (&["emulate", "--link", "usb"], "expected pty, pty:PATH or serial:DEVICE"),
         (&["emulate", "--link", "pty:"], "the path is missing"),
@@ -222,6 +225,32 @@ fn unusual_addresses_are_warned_about() {
     assert_eq!(code, Some(0));
     assert_eq!(stderr.lines().count(), 2, "{stderr}");
     assert!(stderr.contains("address 0 ") && stderr.contains("address 126 "), "{stderr}");
+}
+
+#[test]
+fn a_full_bus_is_one_argument_and_counts_what_it_hears() {
+    let emulator = Emulator::start(&["--drives", "1-125"]);
+    let rest = emulator.ready.trim_end().split_once("drives=").unwrap().1;
+    assert_eq!(rest.split(',').count(), 125);
+    let terminal = emulator.ready.split(' ').nth(1).unwrap().strip_prefix("link=").unwrap();
+    let mut master = open(terminal);
+    master.write_all(&[0x10, 125, 0, 0x49, 0xC6, 0x16]).unwrap();
+    let mut reply = [0; 6];
+    master.read_exact(&mut reply).unwrap();
+    assert_eq!(reply, [0x10, 0, 125, 0, 125, 0x16]);
+    emulator.signal("USR1");
+    // It goes on after the signal.
+    thread::sleep(Duration::from_millis(50));
+    master.write_all(&[0x10, 124, 0, 0x49, 0xC5, 0x16]).unwrap();
+    master.read_exact(&mut reply).unwrap();
+    assert_eq!(reply, [0x10, 0, 124, 0, 124, 0x16]);
+    emulator.signal("TERM");
+    let (code, _, stderr) = emulator.end();
+    assert_eq!(code, Some(0), "{stderr}");
+    let line: Vec<_> = stderr.lines().filter(|line| line.contains("line: heard ")).collect();
+    assert!(line[0].contains("heard 1 telegrams (SRD 0, SDN 0, FDL status 1,"), "on SIGUSR1: {line:?}");
+    assert!(line[1].contains("heard 2 telegrams") && line.len() == 2, "at the end: {line:?}");
+    assert!(stderr.contains("station 125: 1 telegrams") && !stderr.contains("station 123: "), "{stderr}");
 }
 
 #[test]

@@ -1,13 +1,16 @@
 //! `profidrive emulate`: drives on a line until a signal.
 
+use core::sync::atomic::{AtomicBool, Ordering};
 use core::time::Duration;
 use std::io::{self, Write};
+use std::sync::Arc;
 
-use profidrive::device::{Config, Device, Event};
+use profidrive::device::{Config, Device, Timing};
+use profidrive::fdl::Address;
 use profidrive::host::link::serial::Serial;
-use profidrive::host::{Bus, Clock, Link, Stop, SystemClock, run};
-use profidrive::time::BaudRate;
-use signal_hook::consts::{SIGINT, SIGTERM};
+use profidrive::host::{Bus, BusEvent, Clock, Link, Stop, SystemClock, run};
+use profidrive::time::{BaudRate, Instant};
+use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
 use tracing::{debug, info, warn};
 
 use super::Failure;
@@ -23,41 +26,149 @@ const NOISE_PAUSE: Duration = Duration::from_secs(1);
 /// Runs until SIGINT or SIGTERM.
 pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     // Before the link is made, so that no signal ends the process with the link left behind.
-    let stop = stop_on_signals().map_err(|error| Failure::from_error(&error))?;
+    let signals = Signals::register().map_err(|error| Failure::from_error(&error))?;
     let clock = SystemClock::new();
     let (rate, mut link, path) = open(&args.link, args.baud)?;
 
-    let mut bus = Bus::new();
-    for drive in &args.drives {
-        connect(&mut bus, *drive, rate, &clock)?;
+    let mut bus = Bus::on(rate, Timing::Untrue);
+    // Nobody but a master is on a terminal that was made just now.
+    let listen = matches!(args.link, LinkSpec::Serial(_)) && !args.force_address;
+    for drive in args.drives() {
+        connect(&mut bus, drive, clock.now(), listen)?;
     }
-    announce(&path, &bus);
-    let mut last_noise = None;
-    let outcome = run(&mut *link, &mut bus, &clock, &stop, &mut |address, event| {
-        let noise = matches!(event, Event::TelegramRefused(_));
-        let now = clock.now();
-        if noise && last_noise.is_some_and(|last| now.saturating_since(last) < NOISE_PAUSE) {
-            debug!("drive {address}: {event}");
-            return;
+    let mut news = News::new(path, &bus, listen);
+    news.announce_if_decided();
+    loop {
+        let outcome = run(&mut *link, &mut bus, &clock, &signals.stop, &mut |event| {
+            news.say(clock.now(), event);
+            if news.nobody_is_left() {
+                signals.end();
+            }
+        });
+        // First, so that a signal after the flags are read ends the next run.
+        signals.stop.clear();
+        report(&bus);
+        if let Err(error) = outcome {
+            return Err(Failure::from_error(&error));
         }
-        info!("drive {address}: {event}");
-        if noise {
-            last_noise = Some(now);
+        if signals.end.load(Ordering::SeqCst) {
+            break;
         }
-    });
-    match outcome {
-        Ok(()) => info!("ended by a signal"),
-        Err(error) => return Err(Failure::from_error(&error)),
     }
+    if news.nobody_is_left() {
+        return Err(Failure::Other(
+            "every address is taken by another station; choose others, or --force-address".into(),
+        ));
+    }
+    info!("ended by a signal");
     Ok(())
 }
 
-fn stop_on_signals() -> io::Result<Stop> {
-    let stop = Stop::new()?;
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::low_level::pipe::register(signal, stop.waker()?)?;
+/// How signals reach the loop: each ends the run, and the flag says what for.
+struct Signals {
+    stop: Stop,
+    /// SIGINT or SIGTERM came. After SIGUSR1 the loop goes on.
+    end: Arc<AtomicBool>,
+}
+
+impl Signals {
+    fn register() -> io::Result<Self> {
+        let stop = Stop::new()?;
+        let end = Arc::new(AtomicBool::new(false));
+        for signal in [SIGINT, SIGTERM] {
+            // Before what ends the run, so that it is seen then.
+            signal_hook::flag::register(signal, Arc::clone(&end))?;
+            signal_hook::low_level::pipe::register(signal, stop.waker()?)?;
+        }
+        signal_hook::low_level::pipe::register(SIGUSR1, stop.waker()?)?;
+        Ok(Self { stop, end })
     }
-    Ok(stop)
+
+    fn end(&self) {
+        self.end.store(true, Ordering::SeqCst);
+        self.stop.request();
+    }
+}
+
+/// Says what happens: the ready line on stdout, the rest in the log.
+struct News {
+    path: String,
+    /// Drives that still listen whether their address is free.
+    undecided: usize,
+    active: Vec<Address>,
+    announced: bool,
+    last_noise: Option<Instant>,
+}
+
+impl News {
+    fn new(path: String, bus: &Bus, listen: bool) -> Self {
+        let (undecided, active) =
+            if listen { (bus.addresses().count(), Vec::new()) } else { (0, bus.addresses().collect()) };
+        if undecided > 0 {
+            info!("listening whether the addresses are free");
+        }
+        Self { path, undecided, active, announced: false, last_noise: None }
+    }
+
+    fn say(&mut self, now: Instant, event: BusEvent) {
+        match event {
+            BusEvent::TelegramRefused(_) => {
+                if self.last_noise.is_some_and(|last| now.saturating_since(last) < NOISE_PAUSE) {
+                    debug!("{event}");
+                    return;
+                }
+                self.last_noise = Some(now);
+                info!("{event}");
+            }
+            BusEvent::Joined { address } => {
+                info!("{event}");
+                self.active.push(address);
+                self.decide();
+            }
+            BusEvent::AddressLive { .. } => {
+                warn!("{event}; choose another address, or --force-address");
+                self.decide();
+            }
+            BusEvent::MovedToTakenAddress { .. } => warn!("{event}"),
+            _ => info!("{event}"),
+        }
+    }
+
+    fn decide(&mut self) {
+        self.undecided = self.undecided.saturating_sub(1);
+        self.announce_if_decided();
+    }
+
+    fn nobody_is_left(&self) -> bool {
+        self.undecided == 0 && self.active.is_empty()
+    }
+
+    /// Says on stdout that a master can begin, once that is so.
+    fn announce_if_decided(&mut self) {
+        if self.undecided > 0 || self.announced || self.nobody_is_left() {
+            return;
+        }
+        self.announced = true;
+        let Self { path, active, .. } = self;
+        let addresses: Vec<_> = active.iter().map(Address::to_string).collect();
+        let mut stdout = io::stdout().lock();
+        let said = writeln!(stdout, "ready link={path} drives={}", addresses.join(","))
+            .and_then(|()| stdout.flush());
+        if let Err(error) = said {
+            // Whoever started this may not care; the drives are there all the same.
+            warn!("cannot say on stdout that link={path} is ready: {error}");
+        }
+    }
+}
+
+/// Logs what was counted: the line, and every station that was asked something.
+fn report(bus: &Bus) {
+    info!("line: {}", bus.counters());
+    for address in bus.addresses() {
+        if let Some(counters) = bus.station_counters(address).filter(|station| station.requests.total() > 0) {
+            info!("station {address}: {counters}");
+        }
+    }
 }
 
 /// The rate to begin with, the link, and what a master opens.
@@ -102,7 +213,7 @@ fn open_pty(
     Err(Failure::Other("pty links need Linux; use --link serial:DEVICE --baud RATE".into()))
 }
 
-fn connect(bus: &mut Bus, drive: DriveSpec, baud: BaudRate, clock: &dyn Clock) -> Result<(), Failure> {
+fn connect(bus: &mut Bus, drive: DriveSpec, now: Instant, listen: bool) -> Result<(), Failure> {
     let DriveSpec { address, model, gear } = drive;
     info!("{drive}");
     match address.number() {
@@ -112,18 +223,7 @@ fn connect(bus: &mut Bus, drive: DriveSpec, baud: BaudRate, clock: &dyn Clock) -
         0 => warn!("address 0 is customarily a master's, often of a programming device"),
         _ => {}
     }
-    let config = Config { model, gear, baud, ..Config::new(address) };
-    bus.add(Device::new(config, clock.now())).map_err(|error| Failure::from_error(&error))
-}
-
-/// Says on stdout that a master can begin.
-fn announce(path: &str, bus: &Bus) {
-    let addresses: Vec<_> = bus.addresses().map(|address| address.to_string()).collect();
-    let mut stdout = io::stdout().lock();
-    let said =
-        writeln!(stdout, "ready link={path} drives={}", addresses.join(",")).and_then(|()| stdout.flush());
-    if let Err(error) = said {
-        // Whoever started this may not care; the drives are there all the same.
-        warn!("cannot say on stdout that link={path} is ready: {error}");
-    }
+    let device = Device::new(Config { model, gear, ..Config::new(address) }, now);
+    let connected = if listen { bus.join(now, device) } else { bus.add(device) };
+    connected.map_err(|error| Failure::from_error(&error))
 }

@@ -285,6 +285,12 @@ impl Device {
         timeouts.into_iter().flatten().min()
     }
 
+    /// When the DP watchdog expires; `None` while it is off.
+    #[must_use]
+    pub fn watchdog_timeout(&self) -> Option<Instant> {
+        self.part.station.watchdog_timeout()
+    }
+
     /// The oldest event not taken yet. Changes with every `handle_*` and `poll_transmit`.
     #[must_use]
     pub fn poll_event(&mut self) -> Option<Event> {

@@ -301,6 +301,9 @@ pub enum FrameError {
         /// How many octets had come.
         octets: u8,
     },
+    /// An octet came with wrong parity or without its stop bit. Only a line that sees bits can tell.
+    #[error("an octet had a wrong parity or stop bit")]
+    Parity,
 }
 
 impl ParseError<&[u8]> for FrameError {

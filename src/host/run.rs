@@ -1,15 +1,16 @@
 //! The loop that runs drives on a link.
 
-use super::{Bus, Clock, Error, Link, Received, Stop};
-use crate::device::{Event, MAX_TELEGRAM_LEN};
+use super::{Bus, BusEvent, Clock, Error, Link, Received, Stop};
+use crate::device::MAX_TELEGRAM_LEN;
+use crate::fdl::RateChange;
 
 /// Octets taken from the link at most before they are answered: about eight of the longest telegrams, so that a
 /// master that never pauses cannot keep deadlines and the stop request waiting.
 const BATCH: usize = 2048;
 
-/// Runs the drives of `bus` on `link` until `stop` is requested. `on_event` gets their news with their addresses.
+/// Runs the stations of `bus` on `link` until `stop` is requested. `on_event` gets their news.
 ///
-/// The loop sleeps in [`Link::wait`] until octets arrive or a drive has something to do, and uses no time otherwise.
+/// The loop sleeps in [`Link::wait`] until octets arrive or a station has something to do, and uses no time otherwise.
 /// It takes everything that has arrived before it answers: after a delay the drives see the newest request, and
 /// reply to that one.
 ///
@@ -20,9 +21,11 @@ pub fn run(
     bus: &mut Bus,
     clock: &dyn Clock,
     stop: &Stop,
-    on_event: &mut dyn FnMut(u8, Event),
+    on_event: &mut dyn FnMut(BusEvent),
 ) -> Result<(), Error> {
     let mut batch = [0; BATCH];
+    // News from before the loop: the first rate to try.
+    drain(link, bus, clock, on_event)?;
     loop {
         let (heard, reset) = listen(link, bus, &mut batch)?;
         if let Some(octets) = batch.get(..heard).filter(|octets| !octets.is_empty()) {
@@ -68,14 +71,17 @@ fn drain(
     link: &mut dyn Link,
     bus: &mut Bus,
     clock: &dyn Clock,
-    on_event: &mut dyn FnMut(u8, Event),
+    on_event: &mut dyn FnMut(BusEvent),
 ) -> Result<(), Error> {
     let mut buf = [0; MAX_TELEGRAM_LEN];
     while let Some(telegram) = bus.poll_transmit(clock.now(), &mut buf) {
         link.send(telegram).map_err(link_failed)?;
     }
-    while let Some((address, event)) = bus.poll_event() {
-        on_event(address, event);
+    while let Some(event) = bus.poll_event() {
+        if let BusEvent::Rate(RateChange::Try(rate)) = event {
+            link.set_rate(rate).map_err(link_failed)?;
+        }
+        on_event(event);
     }
     Ok(())
 }
@@ -151,7 +157,7 @@ mod tests {
             }
         }
         let stop = Stop::new().unwrap();
-        let error = run(&mut Dead, &mut Bus::new(), &ManualClock::new(), &stop, &mut |_, _| {}).unwrap_err();
+        let error = run(&mut Dead, &mut Bus::new(), &ManualClock::new(), &stop, &mut |_| {}).unwrap_err();
         assert!(matches!(error, Error::Link { source } if source.kind() == io::ErrorKind::BrokenPipe));
     }
 }
