@@ -362,20 +362,25 @@ impl Line {
         Ok(())
     }
 
-    /// Who must reply to what was heard.
+    /// Who must reply to what was heard: the last of several requests, octets behind it notwithstanding.
     fn asked(&self, speaking: Speaking) -> Option<Asked> {
-        let Decoded::Telegram { telegram: Telegram::Data(data), len } = decode(&self.octets) else {
-            return None;
-        };
-        let Function::Request(service, _) = data.fc.function() else {
-            return None;
-        };
-        let whole = len == self.octets.len() && speaking.parity_error.is_none();
-        (whole && service.wants_reply() && !data.da.is_broadcast()).then_some(Asked {
-            station: data.da,
-            master: data.sa,
-            end: speaking.end,
-        })
+        let whole = self.octets.get(..speaking.parity_error.unwrap_or(self.octets.len()))?;
+        let (mut rest, mut asked) = (whole, None);
+        while let Decoded::Telegram { telegram, len } = decode(rest) {
+            asked = match telegram {
+                Telegram::Data(data) => match data.fc.function() {
+                    Function::Request(service, _) if service.wants_reply() && !data.da.is_broadcast() => {
+                        Some(Asked { station: data.da, master: data.sa, end: speaking.end })
+                    }
+                    Function::Request(..) => None,
+                    Function::Response(..) | Function::Reserved => asked,
+                },
+                Telegram::Token { .. } => None,
+                Telegram::ShortAcknowledge => asked,
+            };
+            rest = rest.get(len..).unwrap_or_default();
+        }
+        asked
     }
 }
 
