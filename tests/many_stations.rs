@@ -483,7 +483,7 @@ fn telegram(random: &mut Random) -> Vec<u8> {
     let fc = pick(random, &[0x6D, 0x5D, 0x7D, 0x4D, 0x6C, 0x5C, 0x7C, 0x49, 0x46, 0x44, 0x08]);
     let mut body = vec![da, sa, fc];
     if sap {
-        body.push(pick(random, &[55, 56, 57, 58, 59, 60, 60, 61, 61, 62, 62, 40]) & 0x3F);
+        body.push(pick(random, &[55, 56, 57, 58, 59, 60, 60, 61, 61, 62, 62, 40]));
         body.push(62);
     }
     let [high, low] = IDENT.to_be_bytes();
