@@ -22,7 +22,7 @@ const TABLE: [(&str, &[&str]); 10] = [
     ("drive", &["param", "time"]),
     ("device", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive"]),
     ("host", &["device", "dp", "fdl", "time"]),
-    ("master", &["host", "time"]),
+    ("master", &["host", "device", "time"]),
 ];
 
 #[test]

@@ -353,6 +353,69 @@ fn drives_and_other_stations_share_a_bus_and_are_reached_as_what_they_are() {
     assert_eq!(station.slave().outputs(), [4; 8]);
 }
 
+/// A bus in memory: what either side says is heard once it has ended.
+#[cfg(feature = "master")]
+#[test]
+fn profirust_drives_forty_drives_on_one_bus() {
+    use profidrive::host::Link;
+    use profidrive::host::Received;
+    use profidrive::host::link::memory::Wire;
+    use profidrive::master::{LinkPhy, baudrate, instant, peripheral};
+    use profirust::dp::DpMaster;
+    use profirust::fdl::{FdlActiveStation, ParametersBuilder};
+
+    let baud = BaudRate::K1500;
+    let mut dp = DpMaster::new(Vec::new());
+    let handles: Vec<_> = (3..=42).map(|number| dp.add(peripheral(number, baud))).collect();
+    dp.enter_operate();
+    let mut fdl = FdlActiveStation::new(ParametersBuilder::new(2, baudrate(baud)).build_verified(&dp));
+    fdl.set_online();
+    let mut bus = Bus::on(baud, Timing::True);
+    for number in 3..=42 {
+        let config = Config { timing: Timing::True, ..Config::new(address(number)) };
+        bus.add(Device::new(config, Instant::ZERO)).unwrap();
+    }
+    let wire = Wire::new();
+    let (mut phy, mut slaves) = (LinkPhy::new(wire.end(), baud), wire.end());
+    // Who speaks: octets, when they have ended, and whether they are the master's.
+    let mut speaking: Option<(Vec<u8>, Instant, bool)> = None;
+    let (mut now, mut buf, mut cycles, mut running) = (Instant::ZERO, [0; MAX_TELEGRAM_LEN], 0, 0);
+    while cycles < 50 {
+        assert!(now < Instant::from_millis(2_000), "{running} of 40 drives running, {cycles} cycles");
+        if let Some((octets, _, by_master)) = speaking.take_if(|(_, end, _)| *end <= now) {
+            if by_master {
+                bus.handle_bytes(now, &octets);
+            } else {
+                slaves.send(&octets).unwrap();
+            }
+        }
+        if bus.poll_timeout().is_some_and(|due| due <= now) {
+            bus.handle_timeout(now);
+        }
+        let ends = |octets: &[u8]| now.saturating_add(baud.octet_times(octets.len() as u32));
+        if let Some(octets) = bus.poll_transmit(now, &mut buf) {
+            assert!(speaking.is_none(), "two speak at {now}");
+            speaking = Some((octets.to_vec(), ends(octets), false));
+        }
+        fdl.poll(instant(now), &mut phy, &mut dp);
+        if let Received::Octets(count) = slaves.receive(&mut buf).unwrap() {
+            assert!(speaking.is_none(), "two speak at {now}");
+            speaking = Some((buf[..count].to_vec(), ends(&buf[..count]), true));
+        }
+        let events = dp.take_last_events();
+        running = handles.iter().filter(|handle| dp.get_mut(**handle).is_running()).count();
+        cycles += u32::from(events.cycle_completed && running == 40);
+        let step = now.saturating_add(Duration::from_micros(10));
+        let next = [Some(step), bus.poll_timeout(), speaking.as_ref().map(|(_, end, _)| *end)];
+        now = next.into_iter().flatten().filter(|next| *next > now).min().unwrap();
+    }
+    for number in 3..=42 {
+        assert_eq!(bus.station::<Device>(address(number)).unwrap().dp_state(), State::DataExch);
+        let counters = bus.station_counters(address(number)).unwrap();
+        assert!(counters.replies > 50 && counters.retries == 0 && counters.too_late == 0, "{counters}");
+    }
+}
+
 #[test]
 fn a_late_host_costs_the_reply_and_is_counted() {
     let mut bus = Bus::on(BAUD, Timing::True);

@@ -29,12 +29,19 @@ pub(crate) struct Args {
 
 const EXAMPLES: &str = "\
 Examples:
+  profidrive demo                             a master and a drive in memory, told as a story
   profidrive emulate                          one AG03/1 at address 5; prints the terminal a master opens
   profidrive emulate --link pty:/tmp/bus      the same, under a name that stays
   profidrive emulate --help                   all about it";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
+    /// Shows a master and a drive at work on a bus in memory: start-up, parameters, a travel job, a fault
+    ///
+    /// Needs no hardware and no arguments, and takes less than two seconds. Every telegram of the start-up is shown
+    /// with its meaning, then the words of the parameter channel, control word and status word, and why the drive
+    /// refuses what it refuses. Times are those on the bus.
+    Demo,
     Emulate(Emulate),
 }
 
@@ -284,9 +291,20 @@ impl Args {
         Ok(args)
     }
 
+    /// How much is logged: the demo tells its story without the master's log, unless that is asked for.
+    pub(crate) fn log_verbosity(&self) -> Verbosity {
+        match self.command {
+            Command::Demo if self.verbosity.verbose == 0 => Verbosity { quiet: true, ..self.verbosity },
+            Command::Demo | Command::Emulate(_) => self.verbosity,
+        }
+    }
+
     /// What no single argument shows.
     fn check(&self) -> Result<(), String> {
-        let Command::Emulate(emulate) = &self.command;
+        let emulate = match &self.command {
+            Command::Demo => return Ok(()),
+            Command::Emulate(emulate) => emulate,
+        };
         let mut addresses = BTreeSet::new();
         if let Some(twice) = emulate.drives().find(|drive| !addresses.insert(drive.address)) {
             return Err(format!("two drives have address {}; give each drive its own", twice.address));
@@ -407,7 +425,7 @@ mod tests {
         let numbers = |arguments: &[&str]| {
             let arguments = ["profidrive", "emulate"].iter().chain(arguments).map(OsString::from);
             let args = Args::from_arguments(arguments).map_err(|refusal| refusal.0.to_string())?;
-            let Command::Emulate(emulate) = args.command;
+            let Command::Emulate(emulate) = args.command else { panic!("not emulate") };
             Ok(emulate.drives().map(|drive| drive.address.number()).collect::<Vec<_>>())
         };
         let all = numbers(&["--drives", "3-5", "--drive", "9", "--drives", "1-1"]);

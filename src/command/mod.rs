@@ -1,6 +1,7 @@
 //! The command: arguments in, one line per failure out.
 
 mod args;
+mod demo;
 mod emulate;
 mod log;
 
@@ -39,8 +40,9 @@ pub(crate) fn main() -> ExitCode {
         Ok(args) => args,
         Err(refusal) => return refusal.print(),
     };
-    let log = log::start(args.verbosity);
+    let log = log::start(args.log_verbosity());
     let outcome = match args.command {
+        Command::Demo => demo::demo(),
         Command::Emulate(emulate) => emulate::emulate(&emulate),
     };
     // What was logged comes before the line that says how it ended.

@@ -1,0 +1,219 @@
+//! `profidrive demo`: profirust's DP master and an emulated drive on a bus in memory, told as a story.
+//!
+//! The steps stand here in the order in which they are played. `stage` has the bus and the words on the page,
+//! `telegram` and `words` say what octets and bits mean, `chart` draws a travel.
+
+mod chart;
+mod stage;
+mod telegram;
+mod words;
+
+use core::time::Duration;
+use std::io::{self, BufWriter, Write};
+
+use profidrive::device::Event;
+use profidrive::drive::{Fault, FaultSet, Inputs};
+use profidrive::ppo::{JobId, Stw};
+
+use super::Failure;
+use stage::{Stage, Trouble};
+
+/// Mask and value of the status word in some states (`ag03.md` 5).
+const READY_TO_RUN: (u16, u16) = (0xAB6F, 0x2B23);
+const READY_TO_TRAVEL: (u16, u16) = (0xEB7F, 0xAB37);
+const TRAVEL_JOB_ACTIVE: (u16, u16) = (0xEA7F, 0x0A37);
+/// Paused looks like ready to travel, but away from the target.
+const PAUSED: (u16, u16) = (0xEF7F, 0xAB37);
+/// Ready to travel again, with the target position reached.
+const ARRIVED: (u16, u16) = (0xEF7F, 0xAF37);
+const FAULT: (u16, u16) = (0x0008, 0x0008);
+const TURN_ON_DISABLED: (u16, u16) = (0x0048, 0x0040);
+
+/// Control words: all off, an enabled drive, one that may travel, and one with the other start bit.
+const OFF: Stw = Stw::from_raw(0x0000);
+const ENABLE: Stw = Stw::from_raw(0x000B);
+const MAY_TRAVEL: Stw = Stw::from_raw(0x003B);
+const STARTED: Stw = Stw::from_raw(0x007B);
+/// Bits of the control word.
+const ON: u8 = 0;
+const NO_INTERMEDIATE_STOP: u8 = 5;
+const ACKNOWLEDGE: u8 = 7;
+
+/// Two turns of the shaft from where the calibration puts it.
+const TARGET: i32 = 13_200;
+/// Beyond limit 1.
+const TOO_FAR: i32 = 300_000;
+
+/// Plays the demo to stdout. Nobody need read it to the end.
+pub(super) fn demo() -> Result<(), Failure> {
+    let mut out = BufWriter::new(io::stdout().lock());
+    let played = play(&mut out);
+    // What was seen before something went wrong belongs to the story.
+    let written = out.flush();
+    match played.and(written.map_err(Trouble::Out)) {
+        Ok(()) => Ok(()),
+        Err(Trouble::Out(error)) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        Err(Trouble::Out(error)) => Err(Failure::Other(format!("cannot write to stdout: {error}"))),
+        Err(Trouble::Unexpected(line)) => Err(Failure::Other(line)),
+    }
+}
+
+fn play(out: &mut dyn Write) -> Result<(), Trouble> {
+    let mut stage = Stage::open(out)?;
+    start_up(&mut stage)?;
+    parameters(&mut stage)?;
+    enable(&mut stage)?;
+    travel(&mut stage)?;
+    refused_travel(&mut stage)?;
+    fault_and_recovery(&mut stage)?;
+    stage.title("That is all")?;
+    stage.text(
+        "The same drive on a terminal that any PROFIBUS-DP master can open: profidrive emulate. \
+         Everything about it: profidrive emulate --help.",
+    )
+}
+
+fn start_up(stage: &mut Stage<'_>) -> Result<(), Trouble> {
+    stage.title("Start-up: what master and drive say until data flow")?;
+    stage.text(
+        "The master asks for a diagnosis until the drive answers, sends parameters and configuration, and asks \
+         again whether the drive agrees. (FDL status is asked of every address now and then, to find masters.)",
+    )?;
+    stage.start_up()
+}
+
+fn parameters(stage: &mut Stage<'_>) -> Result<(), Trouble> {
+    stage.title("Parameters: words 1 to 4 of the seven in each Data_Exchange")?;
+    stage.text(
+        "PKE (job and number), IND, PWE (value, two words). The reply stays until the job is taken back.",
+    )?;
+    stage.job(
+        JobId::WriteDoubleWord,
+        1018,
+        10_000,
+        "write calibration value 10000",
+        "23FA 0000 0000 2710",
+    )?;
+    stage.job(JobId::Read, 1018, 0, "read calibration value", "23FA 0000 0000 2710")?;
+    stage.job(JobId::WriteDoubleWord, 1016, 250_000, "write limit 1 as 250000", "23F8 0000 0003 D090")?;
+    stage.job(JobId::WriteWord, 970, 5, "calibrate, position is 10000", "23CA 0000 0000 0000")?;
+    stage.job(JobId::WriteWord, 1003, 101, "write acceleration 101 %", "73EB 0000 0000 0002")?;
+    stage.reason(|event| matches!(event, Event::JobRefused(_)))
+}
+
+fn enable(stage: &mut Stage<'_>) -> Result<(), Trouble> {
+    stage.title("Enabling: word 5 is control word STW out and status word ZSW in")?;
+    stage.text("STW with what the master changes, ZSW with what the drive says and where it is.")?;
+    stage.observe(READY_TO_RUN)?;
+    stage.command("enable", ENABLE, 0, READY_TO_TRAVEL)
+}
+
+fn travel(stage: &mut Stage<'_>) -> Result<(), Trouble> {
+    stage.title("A travel job: words 6 and 7 are setpoint out and position in")?;
+    stage.text("Each change of STW.6, the start bit, starts a job; STW.5 = 0 pauses it.")?;
+    stage.begin_recording();
+    stage.command("prepare", MAY_TRAVEL, TARGET, READY_TO_TRAVEL)?;
+    stage.run_for(Duration::from_millis(400));
+    stage.mark("start");
+    stage.command("start to 13200", STARTED, TARGET, TRAVEL_JOB_ACTIVE)?;
+    stage.run_for(Duration::from_millis(1_800));
+    stage.mark("pause");
+    stage.command("pause", STARTED.with_bit(NO_INTERMEDIATE_STOP, false), TARGET, PAUSED)?;
+    stage.run_for(Duration::from_millis(1_200));
+    stage.mark("resume");
+    stage.command("resume", STARTED, TARGET, TRAVEL_JOB_ACTIVE)?;
+    stage.observe(ARRIVED)?;
+    stage.mark("there");
+    stage.run_for(Duration::from_millis(600));
+    stage.draw_recording()
+}
+
+fn refused_travel(stage: &mut Stage<'_>) -> Result<(), Trouble> {
+    stage.title("A travel job that does not start")?;
+    stage.command("start to 300000", MAY_TRAVEL, TOO_FAR, READY_TO_TRAVEL)?;
+    stage.text("A real drive says no more: no job was taken over. The emulated one tells why:")?;
+    stage.reason(|event| matches!(event, Event::CommandRefused(_)))
+}
+
+fn fault_and_recovery(stage: &mut Stage<'_>) -> Result<(), Trouble> {
+    let acknowledge = MAY_TRAVEL.with_bit(ACKNOWLEDGE, true);
+    stage.title("A fault, and the way back")?;
+    stage.text("Something breaks inside the drive, which needs no screwdriver here.")?;
+    stage.surround(Inputs { causes: FaultSet::EMPTY.with(Fault::F), ..Inputs::default() });
+    stage.observe(FAULT)?;
+    stage.reason(|event| matches!(event, Event::Fault(_)))?;
+    stage.command("too early", acknowledge, TARGET, FAULT)?;
+    stage.reason(|event| matches!(event, Event::CommandRefused(_)))?;
+    stage.text("It is repaired.")?;
+    stage.surround(Inputs::default());
+    stage.command("again", MAY_TRAVEL, TARGET, FAULT)?;
+    stage.command("now", acknowledge, TARGET, TURN_ON_DISABLED)?;
+    stage.command("turn off once", MAY_TRAVEL.with_bit(ON, false), TARGET, READY_TO_RUN)?;
+    stage.command("turn on", MAY_TRAVEL, TARGET, READY_TO_TRAVEL)?;
+    stage.command("disable", OFF, 0, READY_TO_RUN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn story() -> String {
+        let mut out = Vec::new();
+        play(&mut out).unwrap();
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn the_story_is_told_to_its_end_on_a_page_of_80_columns() {
+        let story = story();
+        assert!(story.lines().all(|line| line.chars().count() <= 80), "{story}");
+        assert!(!story.contains('\u{1b}'), "plain text");
+        let mut rest = &story[..];
+        for part in [
+            "Slave_Diag: how are you?",
+            "68 0C 0C 68 85 82 5C 3D 3E B8 01 14 0B 0A C5 00",
+            "Chk_Cfg: 14 octets of outputs and 14 of inputs",
+            "diagnosis: ready for data",
+            "13FA 0000 0000 0000",
+            "23FA 0000 0000 2710",
+            "33F8 0000 0003 D090",
+            "23F8 0000 0003 D090",
+            "error 2, value outside the limits",
+            "enabled, ready to travel",
+            "job taken over",
+            "^start",
+            "^there",
+            "setpoint is above the upper limit",
+            "fault F (internal error)",
+            "turn-on disabled",
+            "disable operation",
+            "ready to turn on",
+        ] {
+            let found = rest.find(part).unwrap_or_else(|| panic!("no '{part}' in\n{rest}"));
+            rest = &rest[found..];
+        }
+    }
+
+    #[test]
+    fn the_story_is_always_the_same() {
+        assert_eq!(story(), story());
+    }
+
+    #[test]
+    fn a_page_that_cannot_be_written_ends_the_story() {
+        struct Full(usize);
+        impl Write for Full {
+            fn write(&mut self, buf: &[u8]) -> io::Result<usize> {
+                self.0 = self.0.checked_sub(1).ok_or(io::ErrorKind::BrokenPipe)?;
+                Ok(buf.len())
+            }
+            fn flush(&mut self) -> io::Result<()> {
+                Ok(())
+            }
+        }
+        for lines in [0, 1, 50, 200] {
+            let ended = play(&mut Full(lines)).unwrap_err();
+            assert!(matches!(ended, Trouble::Out(error) if error.kind() == io::ErrorKind::BrokenPipe));
+        }
+    }
+}

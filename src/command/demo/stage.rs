@@ -1,0 +1,341 @@
+//! The bus of the demo, and the page it is told on.
+
+use core::fmt::{Arguments, Display};
+use core::time::Duration;
+use std::collections::VecDeque;
+use std::io::{self, Write};
+
+use profidrive::device::{Config, Event};
+use profidrive::drive::Inputs as Plant;
+use profidrive::fdl::Address;
+use profidrive::master::{Sender, SimulatedBus, baudrate, peripheral};
+use profidrive::pkw::ErrorNumber;
+use profidrive::ppo::{Ind, Inputs, JobId, Outputs, Pke, Pkw, ReplyId, Stw, Zsw};
+use profidrive::time::{BaudRate, Instant};
+use profirust::dp::{DpMaster, PeripheralHandle};
+use profirust::fdl::{FdlActiveStation, ParametersBuilder};
+
+use super::chart::Recording;
+use super::{telegram, words};
+
+const DRIVE: u8 = 5;
+const MASTER: u8 = 2;
+const BAUD: BaudRate = BaudRate::K500;
+const WATCHDOG: Duration = Duration::from_millis(200);
+
+/// How long anything may take on the bus before it is unexpected.
+const PATIENCE: Duration = Duration::from_secs(10);
+/// How often the position is recorded.
+const SAMPLE: Duration = Duration::from_millis(10);
+
+/// The page is as wide as this.
+const WIDTH: usize = 80;
+/// Where text begins beside the time and the speaker.
+const INDENT: usize = 18;
+
+/// Why the story ends early.
+#[derive(Debug)]
+pub(super) enum Trouble {
+    /// The page cannot be written.
+    Out(io::Error),
+    /// Master or drive did something that does not belong to the story.
+    Unexpected(String),
+}
+
+impl From<io::Error> for Trouble {
+    fn from(error: io::Error) -> Self {
+        Self::Out(error)
+    }
+}
+
+fn unexpected(error: impl Display) -> Trouble {
+    Trouble::Unexpected(error.to_string())
+}
+
+/// Master, wire and drive, and the page.
+pub(super) struct Stage<'w> {
+    bus: SimulatedBus<'static>,
+    drive: PeripheralHandle,
+    out: &'w mut dyn Write,
+    titles: u8,
+    pkw: Pkw,
+    stw: Stw,
+    setpoint: i32,
+    /// The status word that was last told.
+    zsw: Zsw,
+    /// What the drive has reported and nobody has asked for yet.
+    events: VecDeque<Event>,
+    recording: Option<Recording>,
+    sampled: Instant,
+}
+
+impl<'w> Stage<'w> {
+    /// A master and a drive that have just been switched on.
+    pub(super) fn open(out: &'w mut dyn Write) -> Result<Self, Trouble> {
+        let mut dp = DpMaster::new(Vec::new());
+        let drive = dp.add(peripheral(DRIVE, BAUD));
+        dp.enter_operate();
+        let parameters = ParametersBuilder::new(MASTER, baudrate(BAUD))
+            .watchdog_timeout(WATCHDOG.into())
+            .build_verified(&dp);
+        let mut fdl = FdlActiveStation::new(parameters);
+        fdl.set_online();
+        let mut bus = SimulatedBus::new(fdl, dp).map_err(unexpected)?;
+        bus.connect(Config::new(Address::station(DRIVE).map_err(unexpected)?)).map_err(unexpected)?;
+        let mut stage = Self {
+            bus,
+            drive,
+            out,
+            titles: 0,
+            pkw: Pkw::ZERO,
+            stw: Stw::default(),
+            setpoint: 0,
+            zsw: Zsw::default(),
+            events: VecDeque::new(),
+            recording: None,
+            sampled: Instant::ZERO,
+        };
+        stage.text(&format!(
+            "profidrive demo: profirust as DP master {MASTER} and an emulated SIKO AG03/1 as station {DRIVE} on a \
+             wire at {BAUD}, all in memory. Times are milliseconds on the bus."
+        ))?;
+        Ok(stage)
+    }
+
+    /// Begins a part of the story.
+    pub(super) fn title(&mut self, title: &str) -> Result<(), Trouble> {
+        self.titles += 1;
+        let heading = format!("--- {} {title} ", self.titles);
+        writeln!(self.out, "\n{heading:-<WIDTH$}")?;
+        Ok(())
+    }
+
+    /// A paragraph.
+    pub(super) fn text(&mut self, text: &str) -> Result<(), Trouble> {
+        for line in wrap(text, WIDTH) {
+            writeln!(self.out, "{line}")?;
+        }
+        Ok(())
+    }
+
+    /// Shows every telegram between master and drive until the drive's first inputs have come.
+    pub(super) fn start_up(&mut self) -> Result<(), Trouble> {
+        let mut told = Vec::new();
+        let outcome = self.bus.run_until(PATIENCE, |bus, _| {
+            let mut inputs = false;
+            while let Some(heard) = bus.poll_telegram() {
+                inputs |= telegram::is_inputs(&heard.octets);
+                if let Some(words) = telegram::explain(&heard.octets, DRIVE) {
+                    told.push((heard, words));
+                }
+            }
+            inputs
+        });
+        for (heard, words) in told {
+            let speaker = match heard.sender {
+                Sender::Master => "master",
+                Sender::Drive(_) => "drive",
+            };
+            let hex: Vec<String> = heard.octets.iter().map(|octet| format!("{octet:02X}")).collect();
+            let hex = hex.join(" ");
+            let room = (WIDTH - INDENT).saturating_sub(words.chars().count());
+            if hex.len() + 2 <= room {
+                self.line(heard.at, speaker, format_args!("{words}{hex:>room$}"))?;
+            } else {
+                self.line(heard.at, speaker, format_args!("{words}"))?;
+                self.line_without_time("", format_args!("{hex}"))?;
+            }
+        }
+        outcome.map_err(|error| Trouble::Unexpected(format!("the drive does not start: {error}")))?;
+        self.run_for(Duration::from_millis(5));
+        Ok(())
+    }
+
+    /// Gives a job, expects this reply, and takes the job back.
+    pub(super) fn job(
+        &mut self,
+        job: JobId,
+        pnu: u16,
+        value: u32,
+        meaning: &str,
+        expected: &str,
+    ) -> Result<(), Trouble> {
+        let request = Pkw::new(Pke::of_job(job, pnu), Ind::default(), value);
+        self.line(self.bus.now(), "job", format_args!("{request}  PNU {pnu}: {meaning}"))?;
+        self.pkw = request;
+        self.exchange(&format!("a reply to job {request}"), |inputs| inputs.pkw() != Pkw::ZERO)?;
+        let reply = self.inputs()?.pkw();
+        let answer = match reply.pke.reply() {
+            ReplyId::NotExecutable => match ErrorNumber::from_number(reply.word()) {
+                Some(error) => error.to_string(),
+                None => format!("error {}", reply.word()),
+            },
+            ReplyId::Word => format!("{}", reply.word()),
+            ReplyId::DoubleWord => format!("{}", reply.double_word().cast_signed()),
+            ReplyId::NoReply
+            | ReplyId::Description
+            | ReplyId::ElementWord
+            | ReplyId::ElementDoubleWord
+            | ReplyId::ElementCount
+            | ReplyId::NoControlRights
+            | ReplyId::Reserved(_) => reply.pke.reply().to_string(),
+        };
+        self.line(self.bus.now(), "reply", format_args!("{reply}  {answer}"))?;
+        if reply.to_string() != expected {
+            return Err(Trouble::Unexpected(format!(
+                "job {request} was answered {reply}, expected {expected}"
+            )));
+        }
+        self.pkw = Pkw::ZERO;
+        self.exchange("no reply without a job", |inputs| inputs.pkw() == Pkw::ZERO)
+    }
+
+    /// Sends a control word and a setpoint, and waits until the status word shows what is meant to follow.
+    pub(super) fn command(
+        &mut self,
+        meaning: &str,
+        stw: Stw,
+        setpoint: i32,
+        expected: (u16, u16),
+    ) -> Result<(), Trouble> {
+        let changes = words::stw(self.stw, stw);
+        self.stw = stw;
+        self.setpoint = setpoint;
+        self.line(self.bus.now(), "STW", format_args!("{stw}  {meaning}: {changes}"))?;
+        // The inputs answer the exchange before; with two cycles of the drive they are of these outputs.
+        self.run_for(Duration::from_millis(5));
+        self.observe(expected)
+    }
+
+    /// Waits until the status word shows what is expected, and says so.
+    pub(super) fn observe(&mut self, (mask, value): (u16, u16)) -> Result<(), Trouble> {
+        self.exchange(&format!("status {value:04X} of {mask:04X}"), |inputs| {
+            inputs.zsw().raw() & mask == value
+        })?;
+        let inputs = self.inputs()?;
+        let (zsw, position) = (inputs.zsw(), inputs.hiw());
+        let said = words::zsw(self.zsw, zsw);
+        self.zsw = zsw;
+        self.line(self.bus.now(), "ZSW", format_args!("{zsw}  {said}; at {position}"))
+    }
+
+    /// Says the reason for what has just happened, which the drive reported as an event.
+    pub(super) fn reason(&mut self, of_interest: impl Fn(&Event) -> bool) -> Result<(), Trouble> {
+        let found = core::iter::from_fn(|| self.events.pop_front()).find(|event| of_interest(event));
+        let Some(event) = found else {
+            return Err(Trouble::Unexpected("the drive gives no reason for what it did".into()));
+        };
+        self.line_without_time("why", format_args!("{event}"))
+    }
+
+    /// Changes what acts on the drive from outside.
+    pub(super) fn surround(&mut self, plant: Plant) {
+        let now = self.bus.now();
+        if let Some(device) = self.bus.device_mut(DRIVE) {
+            device.set_inputs(now, plant);
+        }
+    }
+
+    /// Records the position from now on.
+    pub(super) fn begin_recording(&mut self) {
+        self.recording = Some(Recording::default());
+        self.sampled = Instant::ZERO;
+    }
+
+    /// Names this moment in the recording.
+    pub(super) fn mark(&mut self, name: &'static str) {
+        let now = self.bus.now();
+        if let Some(recording) = &mut self.recording {
+            recording.mark(now, name);
+        }
+    }
+
+    /// Draws what was recorded.
+    pub(super) fn draw_recording(&mut self) -> Result<(), Trouble> {
+        writeln!(self.out)?;
+        for line in self.recording.take().unwrap_or_default().lines() {
+            writeln!(self.out, "{line}")?;
+        }
+        Ok(())
+    }
+
+    /// Lets time pass on the bus.
+    pub(super) fn run_for(&mut self, duration: Duration) {
+        // Nothing is waited for but the time.
+        let _ = self.run(duration, |_| false);
+    }
+}
+
+impl Stage<'_> {
+    /// Waits for inputs, naming what is waited for if they do not come.
+    fn exchange(&mut self, what: &str, condition: impl FnMut(Inputs<'_>) -> bool) -> Result<(), Trouble> {
+        if self.run(PATIENCE, condition) {
+            return Ok(());
+        }
+        let zsw: Zsw = self.inputs()?.zsw();
+        Err(Trouble::Unexpected(format!("waited {PATIENCE:?} for {what}; the status word is {zsw}")))
+    }
+
+    /// Exchanges data until inputs meet the condition, at most for `limit`. Records and collects meanwhile.
+    fn run(&mut self, limit: Duration, mut condition: impl FnMut(Inputs<'_>) -> bool) -> bool {
+        let Self { bus, drive, events, recording, sampled, .. } = self;
+        let octets = Outputs::octets(self.pkw, self.stw, self.setpoint);
+        bus.dp.get_mut(*drive).pi_q_mut().copy_from_slice(&octets);
+        let outcome = bus.run_until(limit, |bus, _| {
+            events.extend(core::iter::from_fn(|| bus.poll_event()).map(|(_, event)| event));
+            let now = bus.now();
+            let drive = bus.dp.get_mut(*drive);
+            let Ok(inputs) = Inputs::parse(drive.pi_i()) else {
+                return false;
+            };
+            if let Some(recording) = recording
+                && now.saturating_since(*sampled) >= SAMPLE
+            {
+                recording.sample(now, inputs.hiw());
+                *sampled = now;
+            }
+            drive.is_running() && condition(inputs)
+        });
+        outcome.is_ok()
+    }
+
+    fn inputs(&mut self) -> Result<Inputs<'_>, Trouble> {
+        Inputs::parse(self.bus.dp.get_mut(self.drive).pi_i()).map_err(unexpected)
+    }
+
+    fn line(&mut self, at: Instant, speaker: &str, text: Arguments<'_>) -> Result<(), Trouble> {
+        let micros = at.as_nanos() / 1_000;
+        self.entry(&format!("{:>5}.{:03}  {speaker:<7}", micros / 1_000, micros % 1_000), text)
+    }
+
+    fn line_without_time(&mut self, speaker: &str, text: Arguments<'_>) -> Result<(), Trouble> {
+        self.entry(&format!("{:>9}  {speaker:<7}", ""), text)
+    }
+
+    fn entry(&mut self, head: &str, text: Arguments<'_>) -> Result<(), Trouble> {
+        let mut head = head;
+        for line in wrap(&text.to_string(), WIDTH - INDENT) {
+            writeln!(self.out, "{head:<INDENT$}{line}")?;
+            head = "";
+        }
+        Ok(())
+    }
+}
+
+/// The words of `text` in lines of at most `width` characters; a longer word has a line for itself. Double spaces
+/// stay.
+fn wrap(text: &str, width: usize) -> Vec<String> {
+    let mut lines = Vec::new();
+    let mut line = String::new();
+    for word in text.split(' ') {
+        if !line.is_empty() && line.chars().count() + 1 + word.chars().count() > width {
+            lines.push(core::mem::take(&mut line));
+        }
+        if !line.is_empty() {
+            line.push(' ');
+        }
+        line.push_str(word);
+    }
+    lines.push(line);
+    lines
+}
