@@ -121,7 +121,6 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
             "no tcp link; expected pty, pty:PATH or serial:DEVICE",
         ),
         (&["emulate", "--link", "serial:/dev/null"], "--baud 19200"),
-        (&["emulate", "--link", "serial:/dev/null", "--baud", "auto"], "--baud auto needs a pty"),
         (&["emulate", "--link", "pty", "--link", "pty"], "multiple times"),
         (&["emulate", "-q", "-v"], "cannot be used with"),
     ] {

@@ -96,8 +96,8 @@ impl Participant for Rogue {
     fn poll_timeout(&self) -> Option<Instant> {
         self.due
     }
-    fn watchdog_timeout(&self) -> Option<Instant> {
-        None
+    fn watchdog_on(&self) -> bool {
+        false
     }
 }
 

@@ -73,7 +73,8 @@ pub(crate) struct Emulate {
     #[arg(long, default_value = "pty")]
     pub(crate) link: LinkSpec,
 
-    /// The rate in bit/s, or auto: what the master sets the terminal to (pty only, and the default there)
+    /// The rate in bit/s, or auto: on a pty (and the default there) what the master sets the terminal to, on a serial
+    /// line what is heard on it
     #[arg(long, value_name = "RATE|auto")]
     pub(crate) baud: Option<BaudSpec>,
 }
@@ -311,13 +312,9 @@ impl Args {
         }
         match (&emulate.link, emulate.baud) {
             (LinkSpec::Serial(_), None) => {
-                Err("a serial line needs its rate; add for example --baud 19200".into())
+                Err("a serial line needs its rate; add for example --baud 19200, or --baud auto".into())
             }
-            (LinkSpec::Serial(_), Some(BaudSpec::Auto)) => {
-                Err("--baud auto needs a pty link; give a serial line its rate, for example --baud 19200"
-                    .into())
-            }
-            (LinkSpec::Serial(_), Some(BaudSpec::Fixed(_))) | (LinkSpec::Pty(_), _) => Ok(()),
+            (LinkSpec::Serial(_), Some(_)) | (LinkSpec::Pty(_), _) => Ok(()),
         }
     }
 }

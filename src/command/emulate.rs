@@ -20,6 +20,9 @@ use super::args::{BaudSpec, DriveSpec, Emulate, LinkSpec};
 /// waits before it replies.
 const PTY_RATE: BaudRate = BaudRate::K500;
 
+/// A serial line whose rate is to be found is opened at one that every port has.
+const FIRST_SERIAL_RATE: BaudRate = BaudRate::K19_2;
+
 /// A line full of rubbish is said once in this time; the rest is for `-v`.
 const NOISE_PAUSE: Duration = Duration::from_secs(1);
 
@@ -32,11 +35,17 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
 
     let mut bus = Bus::on(rate, Timing::Untrue);
     // Nobody but a master is on a terminal that was made just now.
-    let listen = matches!(args.link, LinkSpec::Serial(_)) && !args.force_address;
+    let serial = matches!(args.link, LinkSpec::Serial(_));
+    let (listen, search) = (serial && !args.force_address, serial && args.baud == Some(BaudSpec::Auto));
     for drive in args.drives() {
         connect(&mut bus, drive, clock.now(), listen)?;
     }
     let mut news = News::new(path, &bus, listen);
+    if search {
+        bus.search_baud(clock.now());
+        // No drive sends anything until a master is heard, so a master need not wait.
+        news.announce();
+    }
     news.announce_if_decided();
     loop {
         let outcome = run(&mut *link, &mut bus, &clock, &signals.stop, &mut |event| {
@@ -93,21 +102,22 @@ impl Signals {
 /// Says what happens: the ready line on stdout, the rest in the log.
 struct News {
     path: String,
-    /// Drives that still listen whether their address is free.
+    /// Drives whose address is not another's, as far as is known.
+    drives: Vec<Address>,
+    /// How many of them still listen.
     undecided: usize,
-    active: Vec<Address>,
     announced: bool,
     last_noise: Option<Instant>,
 }
 
 impl News {
     fn new(path: String, bus: &Bus, listen: bool) -> Self {
-        let (undecided, active) =
-            if listen { (bus.addresses().count(), Vec::new()) } else { (0, bus.addresses().collect()) };
+        let drives: Vec<_> = bus.addresses().collect();
+        let undecided = if listen { drives.len() } else { 0 };
         if undecided > 0 {
             info!("listening whether the addresses are free");
         }
-        Self { path, undecided, active, announced: false, last_noise: None }
+        Self { path, drives, undecided, announced: false, last_noise: None }
     }
 
     fn say(&mut self, now: Instant, event: BusEvent) {
@@ -120,17 +130,17 @@ impl News {
                 self.last_noise = Some(now);
                 info!("{event}");
             }
-            BusEvent::Joined { address } => {
+            BusEvent::Joined { .. } => {
                 info!("{event}");
-                self.active.push(address);
                 self.decide();
             }
-            BusEvent::AddressLive { .. } => {
+            BusEvent::AddressLive { address, .. } => {
                 warn!("{event}; choose another address, or --force-address");
+                self.drives.retain(|drive| *drive != address);
                 self.decide();
             }
             BusEvent::MovedToTakenAddress { .. } => warn!("{event}"),
-            _ => info!("{event}"),
+            BusEvent::Station { .. } | BusEvent::Rate(_) | BusEvent::Lost { .. } | _ => info!("{event}"),
         }
     }
 
@@ -140,17 +150,22 @@ impl News {
     }
 
     fn nobody_is_left(&self) -> bool {
-        self.undecided == 0 && self.active.is_empty()
+        self.drives.is_empty()
     }
 
     /// Says on stdout that a master can begin, once that is so.
     fn announce_if_decided(&mut self) {
-        if self.undecided > 0 || self.announced || self.nobody_is_left() {
+        if self.undecided == 0 && !self.nobody_is_left() {
+            self.announce();
+        }
+    }
+
+    fn announce(&mut self) {
+        if core::mem::replace(&mut self.announced, true) {
             return;
         }
-        self.announced = true;
-        let Self { path, active, .. } = self;
-        let addresses: Vec<_> = active.iter().map(Address::to_string).collect();
+        let Self { path, drives, .. } = self;
+        let addresses: Vec<_> = drives.iter().map(Address::to_string).collect();
         let mut stdout = io::stdout().lock();
         let said = writeln!(stdout, "ready link={path} drives={}", addresses.join(","))
             .and_then(|()| stdout.flush());
@@ -180,10 +195,13 @@ fn open(link: &LinkSpec, baud: Option<BaudSpec>) -> Result<(BaudRate, Box<dyn Li
     match link {
         LinkSpec::Pty(path) => open_pty(path.as_deref(), rate),
         LinkSpec::Serial(device) => {
-            let rate = rate.ok_or_else(|| Failure::Usage("a serial line needs --baud RATE".into()))?;
-            let serial = Serial::open(device, rate).map_err(|error| Failure::from_error(&error))?;
-            info!("{device} at {rate}, 8 data bits, even parity, 1 stop bit");
-            Ok((rate, Box::new(serial), device.clone()))
+            let opened = rate.unwrap_or(FIRST_SERIAL_RATE);
+            let serial = Serial::open(device, opened).map_err(|error| Failure::from_error(&error))?;
+            match rate {
+                Some(rate) => info!("{device} at {rate}, 8 data bits, even parity, 1 stop bit"),
+                None => info!("{device}, 8 data bits, even parity, 1 stop bit, at the rate heard on it"),
+            }
+            Ok((opened, Box::new(serial), device.clone()))
         }
     }
 }

@@ -285,10 +285,9 @@ impl Device {
         timeouts.into_iter().flatten().min()
     }
 
-    /// When the DP watchdog expires; `None` while it is off.
-    #[must_use]
-    pub fn watchdog_timeout(&self) -> Option<Instant> {
-        self.part.station.watchdog_timeout()
+    /// Whether the DP watchdog minds the master (WD_On of Slave_Diag).
+    pub fn watchdog_on(&self) -> bool {
+        self.part.station.slave().diagnosis().wd_on
     }
 
     /// The oldest event not taken yet. Changes with every `handle_*` and `poll_transmit`.

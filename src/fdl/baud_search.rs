@@ -98,12 +98,21 @@ impl BaudSearch {
     /// Time has passed. Harmless at any time.
     pub fn handle_timeout(&mut self, now: Instant) -> Option<RateChange> {
         match self.state {
-            State::Search { until } if until <= now => self.rate = next_lower(self.rate),
-            State::Control { until } if until <= now => self.rate = BaudRate::K12000,
-            State::Search { .. } | State::Control { .. } | State::DpControl => return None,
+            State::Search { until } if until <= now => Some(self.listen_at(now, next_lower(self.rate))),
+            State::Control { until } if until <= now => Some(self.listen_at(now, BaudRate::K12000)),
+            State::Search { .. } | State::Control { .. } | State::DpControl => None,
         }
-        self.state = State::Search { until: now.saturating_add(window(self.rate)) };
-        Some(RateChange::Try(self.rate))
+    }
+
+    /// The line cannot be set to the rate to listen at: the next lower one is tried at once.
+    pub fn skip(&mut self, now: Instant) -> RateChange {
+        self.listen_at(now, next_lower(self.rate))
+    }
+
+    fn listen_at(&mut self, now: Instant, rate: BaudRate) -> RateChange {
+        self.rate = rate;
+        self.state = State::Search { until: now.saturating_add(window(rate)) };
+        RateChange::Try(rate)
     }
 
     /// When to call [`BaudSearch::handle_timeout`]. Changes with every other call.
@@ -160,6 +169,14 @@ mod tests {
     fn a_whole_sweep_takes_three_seconds_at_most() {
         let total: Duration = BaudRate::ALL.into_iter().map(window).sum();
         assert!(total < Duration::from_secs(3), "{total:?}");
+    }
+
+    #[test]
+    fn a_rate_that_cannot_be_set_is_skipped_at_once() {
+        let mut search = BaudSearch::new(Instant::ZERO, CONTROL_TIME);
+        assert_eq!(search.skip(Instant::ZERO), RateChange::Try(BaudRate::K6000));
+        assert_eq!(search.skip(Instant::ZERO), RateChange::Try(BaudRate::K3000));
+        assert_eq!(search.poll_timeout(), Some(Instant::from_millis(100)));
     }
 
     #[test]

@@ -144,6 +144,13 @@ impl Bus {
         self.try_rate(RateChange::Try(search.rate()));
     }
 
+    /// The link cannot be set to the rate of the last [`RateChange::Try`]: another one is tried at once.
+    pub fn skip_rate(&mut self, now: Instant) {
+        if let Some(change) = self.stations.search.as_mut().map(|search| search.skip(now)) {
+            self.try_rate(change);
+        }
+    }
+
     /// Octets that ended to arrive at `now`, cut anywhere.
     pub fn handle_bytes(&mut self, now: Instant, octets: &[u8]) {
         let Self { framer, stations } = self;

@@ -79,7 +79,8 @@ pub trait Link {
     /// Sets the line to another rate. A link that cannot, as a pseudo-terminal cannot, keeps this answer.
     ///
     /// # Errors
-    /// [`io::ErrorKind::Unsupported`], or the link no longer works.
+    /// [`io::ErrorKind::Unsupported`]: no rate can be set. [`io::ErrorKind::InvalidInput`]: not this one, the line is as
+    /// before. Others: the link no longer works.
     fn set_rate(&mut self, rate: BaudRate) -> io::Result<()> {
         let _ = rate;
         Err(io::ErrorKind::Unsupported.into())

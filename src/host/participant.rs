@@ -39,8 +39,8 @@ pub trait Participant: Any + Send {
     /// When to call it again; `None` = a telegram comes first.
     fn poll_timeout(&self) -> Option<Instant>;
 
-    /// When the DP watchdog expires; `None` while it is off.
-    fn watchdog_timeout(&self) -> Option<Instant>;
+    /// Whether its DP watchdog minds its master (WD_On of Slave_Diag).
+    fn watchdog_on(&self) -> bool;
 }
 
 impl Participant for Device {
@@ -77,8 +77,8 @@ impl Participant for Device {
         Self::poll_timeout(self)
     }
 
-    fn watchdog_timeout(&self) -> Option<Instant> {
-        Self::watchdog_timeout(self)
+    fn watchdog_on(&self) -> bool {
+        Self::watchdog_on(self)
     }
 }
 
@@ -132,7 +132,7 @@ impl Participant for dp::Station {
         Self::poll_timeout(self)
     }
 
-    fn watchdog_timeout(&self) -> Option<Instant> {
-        Self::watchdog_timeout(self)
+    fn watchdog_on(&self) -> bool {
+        self.slave().diagnosis().wd_on
     }
 }

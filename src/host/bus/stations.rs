@@ -29,6 +29,8 @@ pub(super) struct Stations {
     deadlines: BTreeSet<(Instant, Address)>,
     /// The station that may have a reply to send.
     awaited: Option<Address>,
+    /// The address that a station gave up last, and its new one: a retry of what gave it another is still its to answer.
+    moved: Option<(Address, Address)>,
     /// How many stations are joining.
     joining: usize,
     /// How many stations have a DP watchdog running.
@@ -66,6 +68,7 @@ impl Stations {
             order: Vec::new(),
             deadlines: BTreeSet::new(),
             awaited: None,
+            moved: None,
             joining: 0,
             supervised: 0,
             search: None,
@@ -177,7 +180,7 @@ impl Stations {
             self.hear_while_joining(telegram);
         }
         let to = match telegram {
-            Telegram::Data(data) => Some(data.da),
+            Telegram::Data(data) => Some(self.now_at(data.da)),
             Telegram::Token { .. } | Telegram::ShortAcknowledge => None,
         };
         // A request on the line ends the time of a reply that has not been sent: the station it is from must know.
@@ -227,6 +230,12 @@ impl Stations {
             }
         }
         was_searching
+    }
+
+    /// Where the station that is asked at `address` is now.
+    fn now_at(&self, address: Address) -> Address {
+        let moved = self.moved.filter(|(from, _)| *from == address && self.slot(address).is_none());
+        moved.map_or(address, |(_, to)| to)
     }
 
     /// Counts a telegram to a station. Whether that station is there and takes part.
@@ -321,7 +330,7 @@ impl Stations {
             deadlines.extend(deadline.map(|deadline| (deadline, address)));
             slot.deadline = deadline;
         }
-        let watched = slot.station.watchdog_timeout().is_some();
+        let watched = slot.station.watchdog_on();
         *supervised = *supervised + usize::from(watched) - usize::from(slot.supervised);
         slot.supervised = watched;
         if slot.station.address() != address {
@@ -345,6 +354,7 @@ impl Stations {
                     moved.joining = slot.joining;
                     moved.asked = slot.asked;
                 }
+                self.moved = Some((from, to));
                 if awaited {
                     self.awaited = Some(to);
                 }
