@@ -17,6 +17,9 @@ use std::process::{Child, ChildStdout, Command, Output, Stdio};
 use std::thread;
 use std::time::Instant;
 
+use profidrive::host::Link;
+use profidrive::host::link::pty::Pty;
+
 fn profidrive(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_profidrive"));
     command.args(arguments).env_remove("RUST_LOG").stdin(Stdio::null());
@@ -247,9 +250,94 @@ fn a_full_bus_is_one_argument_and_counts_what_it_hears() {
     let (code, _, stderr) = emulator.end();
     assert_eq!(code, Some(0), "{stderr}");
     let line: Vec<_> = stderr.lines().filter(|line| line.contains("line: heard ")).collect();
-    assert!(line[0].contains("heard 1 telegrams (SRD 0, SDN 0, FDL status 1,"), "on SIGUSR1: {line:?}");
+    assert!(line[0].contains("heard 1 telegrams (FDL status 1); sent 1;"), "on SIGUSR1: {line:?}");
     assert!(line[1].contains("heard 2 telegrams") && line.len() == 2, "at the end: {line:?}");
     assert!(stderr.contains("station 125: 1 telegrams") && !stderr.contains("station 123: "), "{stderr}");
+}
+
+/// An emulator on a "serial" line that is a terminal, whose other end the test has.
+struct OnSerial {
+    process: Child,
+    stdout: BufReader<ChildStdout>,
+    stderr: BufReader<std::process::ChildStderr>,
+    line: Pty,
+}
+
+impl OnSerial {
+    /// Started, and past the line of its log that contains `until`.
+    fn start(arguments: &[&str], until: &str) -> Self {
+        let line = Pty::open(None).unwrap();
+        let link = format!("serial:{}", line.path().display());
+        let mut command = profidrive(&["emulate", "--link", &link]);
+        command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut process = command.spawn().unwrap();
+        let stdout = BufReader::new(process.stdout.take().unwrap());
+        let stderr = BufReader::new(process.stderr.take().unwrap());
+        let mut emulator = Self { process, stdout, stderr, line };
+        emulator.logs(until);
+        emulator
+    }
+
+    fn logs(&mut self, part: &str) {
+        let mut line = String::new();
+        while !line.contains(part) {
+            line.clear();
+            assert!(self.stderr.read_line(&mut line).unwrap() > 0, "ended without '{part}'");
+        }
+    }
+
+    fn ready(&mut self) -> String {
+        let mut line = String::new();
+        self.stdout.read_line(&mut line).unwrap();
+        line.rsplit(' ').next().unwrap().trim_end().to_owned()
+    }
+}
+
+impl Drop for OnSerial {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// FDL status of master 2 to a station, and its answer.
+fn status(station: u8) -> [u8; 6] {
+    [0x10, station, 2, 0x49, 0x4B + station, 0x16]
+}
+fn answer(station: u8) -> [u8; 6] {
+    [0x10, 2, station, 0, 2 + station, 0x16]
+}
+
+#[test]
+fn n_04_on_a_serial_line_a_drive_listens_first_and_stays_silent_if_its_address_is_live() {
+    let arguments = ["--baud", "19200", "--drive", "5", "--drive", "6"];
+    let mut emulator = OnSerial::start(&arguments, "listening whether the addresses are free");
+    emulator.line.send(&[status(5), answer(5), status(6), status(6), status(6)].concat()).unwrap();
+    assert_eq!(emulator.ready(), "drives=6");
+    emulator
+        .logs("WARN station 5 stays silent: another station has this address, which answers; choose another");
+    emulator.logs("station 6: nobody else has this address; active");
+
+    let mut emulator = OnSerial::start(&arguments, "listening whether");
+    emulator.line.send(&[answer(6), answer(5)].concat()).unwrap();
+    emulator.logs("profidrive: every address is taken by another station; choose others, or --force-address");
+    assert_eq!(emulator.process.wait().unwrap().code(), Some(1));
+
+    let forced = [&arguments[..], &["--force-address"]].concat();
+    let mut emulator = OnSerial::start(&forced, "at address 6");
+    assert_eq!(emulator.ready(), "drives=5,6");
+}
+
+#[test]
+fn on_a_serial_line_the_rate_is_searched_for_and_a_master_need_not_wait() {
+    let mut emulator = OnSerial::start(&["--baud", "auto"], "searching for the rate of the line");
+    assert_eq!(emulator.ready(), "drives=5");
+    // A terminal hears everything at any rate. What is heard while the rate is being set is thrown away: say it again.
+    for _ in 0..3 {
+        emulator.line.send(&status(9)).unwrap();
+        thread::sleep(Duration::from_millis(30));
+    }
+    emulator.logs("the rate of the line is ");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use std::sync::Arc;
 
 use profidrive::device::{Config, Device, Timing};
-use profidrive::fdl::Address;
+use profidrive::fdl::{Address, RateChange};
 use profidrive::host::link::serial::Serial;
 use profidrive::host::{Bus, BusEvent, Clock, Link, Stop, SystemClock, run};
 use profidrive::time::{BaudRate, Instant};
@@ -107,6 +107,8 @@ struct News {
     /// How many of them still listen.
     undecided: usize,
     announced: bool,
+    /// The search for the rate was said: one line for all rates tried.
+    searching: bool,
     last_noise: Option<Instant>,
 }
 
@@ -117,7 +119,7 @@ impl News {
         if undecided > 0 {
             info!("listening whether the addresses are free");
         }
-        Self { path, drives, undecided, announced: false, last_noise: None }
+        Self { path, drives, undecided, announced: false, searching: false, last_noise: None }
     }
 
     fn say(&mut self, now: Instant, event: BusEvent) {
@@ -139,8 +141,16 @@ impl News {
                 self.drives.retain(|drive| *drive != address);
                 self.decide();
             }
+            BusEvent::Rate(RateChange::Try(_)) if !core::mem::replace(&mut self.searching, true) => {
+                info!("{event} and below");
+            }
+            BusEvent::Rate(RateChange::Try(_)) => debug!("{event}"),
+            BusEvent::Rate(RateChange::Found(_)) => {
+                self.searching = false;
+                info!("{event}");
+            }
             BusEvent::MovedToTakenAddress { .. } => warn!("{event}"),
-            BusEvent::Station { .. } | BusEvent::Rate(_) | BusEvent::Lost { .. } | _ => info!("{event}"),
+            BusEvent::Station { .. } | BusEvent::Lost { .. } | _ => info!("{event}"),
         }
     }
 

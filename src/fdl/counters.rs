@@ -94,23 +94,31 @@ impl Kinds {
         *kind = kind.saturating_add(1);
     }
 
+    /// Every kind with a name and how often.
+    pub const fn kinds(&self) -> [(&'static str, u64); 7] {
+        [
+            ("SRD", self.srd),
+            ("SDN", self.sdn),
+            ("FDL status", self.fdl_status),
+            ("other requests", self.other),
+            ("responses", self.responses),
+            ("SC", self.short_acknowledges),
+            ("tokens", self.tokens),
+        ]
+    }
+
     /// All of them.
-    pub const fn total(&self) -> u64 {
-        let Self { srd, sdn, fdl_status, other, responses, short_acknowledges, tokens } = *self;
-        srd.saturating_add(sdn)
-            .saturating_add(fdl_status)
-            .saturating_add(other)
-            .saturating_add(responses)
-            .saturating_add(short_acknowledges)
-            .saturating_add(tokens)
+    pub fn total(&self) -> u64 {
+        sum(&self.kinds())
     }
 }
 
 impl fmt::Display for Kinds {
+    /// All of them, and the kinds that happened.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { srd, sdn, fdl_status, other, responses, short_acknowledges, tokens } = self;
-        write!(f, "{} telegrams (SRD {srd}, SDN {sdn}, FDL status {fdl_status}, ", self.total())?;
-        write!(f, "other requests {other}, responses {responses}, SC {short_acknowledges}, tokens {tokens})")
+        write!(f, "{} telegrams (", self.total())?;
+        write_named(f, &self.kinds())?;
+        f.write_str(")")
     }
 }
 
@@ -165,20 +173,29 @@ impl Rejections {
 
     /// All of them.
     pub fn total(&self) -> u64 {
-        self.reasons().into_iter().fold(0, |sum: u64, (_, times)| sum.saturating_add(times))
+        sum(&self.reasons())
     }
 }
 
 impl fmt::Display for Rejections {
     /// The reasons that happened, or `none`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut between = "";
-        for (reason, times) in self.reasons().into_iter().filter(|(_, times)| *times > 0) {
-            write!(f, "{between}{reason} {times}")?;
-            between = ", ";
-        }
-        f.write_str(if between.is_empty() { "none" } else { "" })
+        write_named(f, &self.reasons())
     }
+}
+
+fn sum(named: &[(&str, u64)]) -> u64 {
+    named.iter().fold(0, |sum: u64, (_, times)| sum.saturating_add(*times))
+}
+
+/// What happened, with how often, or `none`.
+fn write_named(f: &mut fmt::Formatter<'_>, named: &[(&str, u64)]) -> fmt::Result {
+    let mut between = "";
+    for (name, times) in named.iter().filter(|(_, times)| *times > 0) {
+        write!(f, "{between}{name} {times}")?;
+        between = ", ";
+    }
+    f.write_str(if between.is_empty() { "none" } else { "" })
 }
 
 /// What a station was asked and what it answered.
