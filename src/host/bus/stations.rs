@@ -308,11 +308,11 @@ impl Stations {
         }
     }
 
-    /// Puts the deadline of a station in its place after it was called, and what the search for the rate must know.
+    /// Puts the deadline of a station in its place after it was called, and tells the search for the rate whether a
+    /// watchdog runs.
     fn settle_at(&mut self, now: Instant, address: Address) {
-        let before = self.supervised;
         self.settle(address);
-        if let Some(search) = self.search.as_mut().filter(|_| before != self.supervised) {
+        if let Some(search) = &mut self.search {
             search.supervise(now, self.supervised > 0);
         }
     }
