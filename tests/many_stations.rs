@@ -144,6 +144,31 @@ fn n_02_a_broadcast_reaches_each_station_by_its_own_group() {
 }
 
 #[test]
+fn n_02_a_broadcast_ends_the_time_of_a_reply_and_acts_once() {
+    let mut line = line(1..=3, &[SMALL]);
+    let mut master = Master::new(address(0));
+    for number in 1..=3 {
+        start_up(&mut line, &mut master, number, 0, SMALL);
+    }
+    let now = line.now().saturating_add(BAUD.bit_times(33));
+    let bus = line.bus_mut(0).unwrap();
+    while bus.poll_event().is_some() {}
+    bus.handle_bytes(now, &[0x10, 2, 0, 0x49, 0x4B, 0x16]);
+    // Clear_Data to all before the host found time to send the reply of station 2.
+    let later = now.saturating_add(Duration::from_micros(50));
+    bus.handle_bytes(later, &[0x68, 7, 7, 0x68, 0xFF, 0x80, 0x46, 0x3A, 0x3E, 0x02, 0, 0x3F, 0x16]);
+    assert_eq!(bus.poll_transmit(later, &mut [0; MAX_TELEGRAM_LEN]), None);
+    let mut cleared = Vec::new();
+    while let Some(event) = bus.poll_event() {
+        let BusEvent::Station { address, event: Event::Dp(dp::Event::OutputsCleared { .. }) } = event else {
+            panic!("{event}");
+        };
+        cleared.push(address.number());
+    }
+    assert_eq!(cleared, [1, 2, 3]);
+}
+
+#[test]
 fn n_05_stations_come_and_go_while_the_others_exchange() {
     let mut line = line(1..=20, &[SMALL]);
     let mut master = Master::new(address(0));

@@ -191,7 +191,7 @@ impl Stations {
         };
         if let Some(awaited) = self.awaited.filter(|_| ends_reply) {
             self.awaited = None;
-            if to != Some(awaited) {
+            if to.is_none_or(|to| to != awaited && !to.is_broadcast()) {
                 self.deliver(now, awaited, telegram);
             }
         }
