@@ -77,6 +77,11 @@ pub(crate) struct Emulate {
     /// line what is heard on it
     #[arg(long, value_name = "RATE|auto")]
     pub(crate) baud: Option<BaudSpec>,
+
+    /// Keeps each drive's EEPROM in a file in DIR, which is made if it is missing; without it the EEPROM lives as long
+    /// as the process
+    #[arg(long, value_name = "DIR")]
+    pub(crate) state_dir: Option<PathBuf>,
 }
 
 impl Emulate {
@@ -96,6 +101,7 @@ Examples:
   profidrive emulate --drive 5 --drive 6,model=ag03,gear=24
   profidrive emulate --drives 1-125,model=ag03
   profidrive emulate --link pty:/tmp/bus --baud 500000
+  profidrive emulate --state-dir ~/drives
   profidrive emulate --link serial:/dev/ttyUSB0 --baud 19200 -v";
 
 /// How much is logged.

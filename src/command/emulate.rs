@@ -8,7 +8,7 @@ use std::sync::Arc;
 use profidrive::device::{Config, Device, Timing};
 use profidrive::fdl::{Address, RateChange};
 use profidrive::host::link::serial::Serial;
-use profidrive::host::{Bus, BusEvent, Clock, Link, Stop, SystemClock, run};
+use profidrive::host::{Bus, BusEvent, Clock, Link, StateDir, Stop, StoredDevice, SystemClock, run};
 use profidrive::time::{BaudRate, Instant};
 use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
 use tracing::{debug, info, warn};
@@ -31,6 +31,8 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     // Before the link is made, so that no signal ends the process with the link left behind.
     let signals = Signals::register().map_err(|error| Failure::from_error(&error))?;
     let clock = SystemClock::new();
+    let state = args.state_dir.as_deref().map(StateDir::open).transpose();
+    let state = state.map_err(|error| Failure::from_error(&error))?;
     let (rate, mut link, path) = open(&args.link, args.baud)?;
 
     let mut bus = Bus::on(rate, Timing::Untrue);
@@ -38,7 +40,7 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     let serial = matches!(args.link, LinkSpec::Serial(_));
     let (listen, search) = (serial && !args.force_address, serial && args.baud == Some(BaudSpec::Auto));
     for drive in args.drives() {
-        connect(&mut bus, drive, clock.now(), listen)?;
+        connect(&mut bus, drive, clock.now(), listen, state.as_ref())?;
     }
     let mut news = News::new(path, &bus, listen);
     if search {
@@ -47,7 +49,7 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
         news.announce();
     }
     news.announce_if_decided();
-    loop {
+    let outcome = loop {
         let outcome = run(&mut *link, &mut bus, &clock, &signals.stop, &mut |event| {
             news.say(clock.now(), event);
             if news.nobody_is_left() {
@@ -57,13 +59,14 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
         // First, so that a signal after the flags are read ends the next run.
         signals.stop.clear();
         report(&bus);
-        if let Err(error) = outcome {
-            return Err(Failure::from_error(&error));
+        if outcome.is_err() || signals.end.load(Ordering::SeqCst) {
+            break outcome;
         }
-        if signals.end.load(Ordering::SeqCst) {
-            break;
-        }
-    }
+    };
+    // Switched off, the drives hand over their last images; the directory waits for them.
+    drop(bus);
+    drop(state);
+    outcome.map_err(|error| Failure::from_error(&error))?;
     if news.nobody_is_left() {
         return Err(Failure::Other(
             "every address is taken by another station; choose others, or --force-address".into(),
@@ -241,7 +244,13 @@ fn open_pty(
     Err(Failure::Other("pty links need Linux; use --link serial:DEVICE --baud RATE".into()))
 }
 
-fn connect(bus: &mut Bus, drive: DriveSpec, now: Instant, listen: bool) -> Result<(), Failure> {
+fn connect(
+    bus: &mut Bus,
+    drive: DriveSpec,
+    now: Instant,
+    listen: bool,
+    state: Option<&StateDir>,
+) -> Result<(), Failure> {
     let DriveSpec { address, model, gear } = drive;
     info!("{drive}");
     match address.number() {
@@ -251,7 +260,11 @@ fn connect(bus: &mut Bus, drive: DriveSpec, now: Instant, listen: bool) -> Resul
         0 => warn!("address 0 is customarily a master's, often of a programming device"),
         _ => {}
     }
-    let device = Device::new(Config { model, gear, ..Config::new(address) }, now);
+    let config = Config { model, gear, ..Config::new(address) };
+    let device: StoredDevice = match state {
+        Some(state) => state.load(config, now).map_err(|error| Failure::from_error(&error))?,
+        None => Device::new(config, now).into(),
+    };
     let connected = if listen { bus.join(now, device) } else { bus.add(device) };
     connected.map_err(|error| Failure::from_error(&error))
 }

@@ -10,6 +10,7 @@
 //! - [`Clock`] tells the time: [`SystemClock`] runs, [`ManualClock`] stands until a test moves it.
 //! - [`Bus`] puts many stations on one line, with the calling contract of one [`crate::device::Device`].
 //! - [`line::Line`] is an RS-485 line in simulated time that checks the rules of the bus.
+//! - [`StateDir`] keeps the EEPROMs of drives in files; a [`StoredDevice`] is a drive with such a file.
 //! - [`run()`] connects the three until [`Stop`] is requested.
 //!
 //! A drive on an in-memory line, run by hand:
@@ -40,17 +41,21 @@ use crate::time::{BaudRate, Instant};
 
 mod bus;
 mod clock;
+mod eeprom_file;
 pub mod line;
 pub mod link;
 mod participant;
 mod run;
 mod stop;
+mod stored_device;
 
 pub use bus::{Bus, BusEvent, Evidence, LISTEN_TIME, Presence};
 pub use clock::{ManualClock, SystemClock};
+pub use eeprom_file::{StateDir, StateDirError};
 pub use participant::Participant;
 pub use run::run;
 pub use stop::Stop;
+pub use stored_device::StoredDevice;
 
 /// A byte transport to one line: telegram octets in and out, without framing.
 ///

@@ -2,6 +2,7 @@
 
 use core::any::Any;
 
+use super::StoredDevice;
 use crate::device::{Device, Event, MAX_TELEGRAM_LEN};
 use crate::dp;
 use crate::fdl::{Address, Telegram};
@@ -85,6 +86,43 @@ impl Participant for Device {
 fn pass_on(device: &mut Device, news: &mut dyn FnMut(Event)) {
     while let Some(event) = device.poll_event() {
         news(event);
+    }
+}
+
+impl Participant for StoredDevice {
+    fn address(&self) -> Address {
+        self.device().address()
+    }
+
+    fn set_baud(&mut self, baud: BaudRate) {
+        Self::set_baud(self, baud);
+    }
+
+    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(Event)) {
+        self.handle_telegram(now, telegram);
+        pass_on(self.device_mut(), news);
+    }
+
+    fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(Event)) {
+        Self::handle_timeout(self, now);
+        pass_on(self.device_mut(), news);
+    }
+
+    fn poll_transmit(
+        &mut self,
+        now: Instant,
+        buf: &mut [u8; MAX_TELEGRAM_LEN],
+        news: &mut dyn FnMut(Event),
+    ) -> Option<usize> {
+        Participant::poll_transmit(self.device_mut(), now, buf, news)
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        Self::poll_timeout(self)
+    }
+
+    fn watchdog_on(&self) -> bool {
+        self.device().watchdog_on()
     }
 }
 
