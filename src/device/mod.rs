@@ -66,9 +66,9 @@ pub const BAUD_RATES: [BaudRate; 9] = [
 pub const DESCRIPTION: dp::Description = dp::Description {
     ident: IDENT_NUMBER,
     configurations: CONFIGURATIONS,
-    user_prm_len: 0,
     sync_mode: true,
     freeze_mode: true,
+    ..dp::Description::PLAIN
 };
 
 /// How often the drive part runs unless told otherwise. The manuals state no time.
@@ -109,6 +109,9 @@ pub struct Config {
     pub application_cycle: Duration,
     /// How the parameter channel behaves where the manuals leave it open.
     pub pkw: pkw::Config,
+    /// How the slave behaves where the sources are silent. The drives judge no configuration: with
+    /// `ApplicationReady::WhenJudged` they stay not ready.
+    pub dp: dp::Policy,
 }
 
 impl Config {
@@ -125,6 +128,7 @@ impl Config {
             timing: Timing::Untrue,
             application_cycle: DEFAULT_APPLICATION_CYCLE,
             pkw: pkw::Config::default(),
+            dp: dp::Policy::PROPOSED,
         }
     }
 }
@@ -136,7 +140,7 @@ impl Config {
             Timing::True => Some(self.baud.max_tsdr_bits()),
             Timing::Untrue => None,
         };
-        dp::Station::new(self.switches.address(), self.baud, max_tsdr, DESCRIPTION)
+        dp::Station::new(self.switches.address(), self.baud, max_tsdr, DESCRIPTION).with_policy(self.dp)
     }
 
     fn framer(&self) -> Framer {

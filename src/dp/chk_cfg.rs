@@ -78,15 +78,15 @@ pub struct CfgFault {
 }
 
 impl CfgFault {
-    /// Compares a request with the accepted configurations.
+    /// The accepted configuration that a request names.
     ///
     /// # Errors
     /// The difference to the configuration that agrees longest.
-    pub fn compare(identifiers: &[u8], accepted: &[&[u8]]) -> Result<(), Self> {
+    pub fn compare(identifiers: &[u8], accepted: &[&'static [u8]]) -> Result<&'static [u8], Self> {
         let mut nearest = Self { index: 0, expected: None, got: identifiers.first().copied() };
         for (number, candidate) in accepted.iter().enumerate() {
             if *candidate == identifiers {
-                return Ok(());
+                return Ok(candidate);
             }
             let index =
                 identifiers.iter().zip(*candidate).take_while(|(got, expected)| got == expected).count();
@@ -210,7 +210,7 @@ mod tests {
             assert_eq!(CfgFault::compare(identifiers, &AG03), Err(CfgFault { index, expected, got }));
         }
         for identifiers in AG03 {
-            assert_eq!(CfgFault::compare(identifiers, &AG03), Ok(()));
+            assert_eq!(CfgFault::compare(identifiers, &AG03), Ok(identifiers));
         }
         let fault = CfgFault { index: 1, expected: Some(0xF2), got: None };
         assert_eq!(

@@ -3,7 +3,7 @@
 use core::fmt;
 use core::time::Duration;
 
-use super::{CfgFault, PrmFault};
+use super::{AddressFault, CfgFault, CfgTicket, PrmFault, StoredAddress};
 use crate::fdl::Address;
 
 /// What the slave tells the application.
@@ -47,6 +47,14 @@ pub enum Event {
         /// What is wrong with it.
         fault: CfgFault,
     },
+    /// Chk_Cfg brought a configuration that the slave accepts and the application has yet to judge
+    /// ([`Station::judge_cfg`](super::Station::judge_cfg)).
+    CfgToJudge {
+        /// The owner.
+        master: Address,
+        /// What to judge it by.
+        ticket: CfgTicket,
+    },
     /// Data_Exchange with a wrong number of outputs: the slave waits for Set_Prm.
     WrongOutputLength {
         /// The owner.
@@ -67,6 +75,38 @@ pub enum Event {
     OutputsCleared {
         /// The owner.
         master: Address,
+    },
+    /// Data_Exchange without outputs: the slave has taken its safe state. Said once, until outputs come again.
+    SafeState {
+        /// The owner.
+        master: Address,
+    },
+    /// The application did not say that it is alive for the user watchdog time: the slave waits for Set_Prm.
+    ApplicationSilent {
+        /// Who owned the slave.
+        master: Address,
+        /// The user watchdog time.
+        after: Duration,
+    },
+    /// The application gave up: the slave waits for Set_Prm.
+    ApplicationAborted {
+        /// Who owned the slave.
+        master: Address,
+    },
+    /// Set_Slave_Add gave the slave another address. To be stored by the host, with
+    /// [`Slave::rem_slave_data`](super::Slave::rem_slave_data).
+    AddressSet {
+        /// Who sent it.
+        master: Address,
+        /// The new address and whether it may be changed again.
+        stored: StoredAddress,
+    },
+    /// Set_Slave_Add was refused.
+    AddressRefused {
+        /// Who sent it.
+        master: Address,
+        /// What is wrong with it.
+        fault: AddressFault,
     },
 }
 
@@ -97,7 +137,22 @@ impl fmt::Display for Event {
             Self::WatchdogExpired { master, after } => {
                 write!(f, "watchdog expired: nothing from master {master} for {after:?}")
             }
+            Self::CfgToJudge { master, .. } => {
+                write!(f, "the application judges the configuration of master {master}")
+            }
             Self::OutputsCleared { master } => write!(f, "outputs cleared by master {master}"),
+            Self::SafeState { master } => write!(f, "safe state: master {master} sends no outputs"),
+            Self::ApplicationSilent { master, after } => {
+                write!(f, "left master {master}: nothing from the application for {after:?}")
+            }
+            Self::ApplicationAborted { master } => write!(f, "left master {master}: the application gave up"),
+            Self::AddressSet { master, stored: StoredAddress { address, no_add_chg } } => {
+                let change = if *no_add_chg { ", not to be changed again" } else { "" };
+                write!(f, "address {address} given by master {master}{change}")
+            }
+            Self::AddressRefused { master, fault } => {
+                write!(f, "refused another address by master {master}: {fault}")
+            }
         }
     }
 }

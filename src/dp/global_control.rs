@@ -38,12 +38,13 @@ pub enum Latch {
 }
 
 impl GlobalControl {
-    /// Reads a command. `None` if there are not two octets or reserved bits are set: it is then ignored (S-08).
-    pub fn parse(octets: &[u8]) -> Option<Self> {
+    /// Reads a command. `None` if there are not two octets, or if reserved bits are set and `check_reserved`: it is
+    /// then ignored (S-08).
+    pub fn parse(octets: &[u8], check_reserved: bool) -> Option<Self> {
         let &[command, group_select] = octets else {
             return None;
         };
-        if command & RESERVED != 0 {
+        if check_reserved && command & RESERVED != 0 {
             return None;
         }
         let latch = |set: u8, release: u8| {
@@ -75,16 +76,18 @@ mod tests {
 
     #[test]
     fn s_03_undo_wins() {
-        let both = GlobalControl::parse(&[SYNC | UNSYNC | FREEZE | UNFREEZE, 0]).unwrap();
+        let both = GlobalControl::parse(&[SYNC | UNSYNC | FREEZE | UNFREEZE, 0], true).unwrap();
         assert_eq!((both.sync, both.freeze), (Latch::Release, Latch::Release));
-        let none = GlobalControl::parse(&[0, 0]).unwrap();
+        let none = GlobalControl::parse(&[0, 0], true).unwrap();
         assert_eq!((none.sync, none.freeze, none.clear_data), (Latch::Keep, Latch::Keep, false));
     }
 
     #[test]
     fn s_08_reserved_bits_and_wrong_lengths_are_no_command() {
         for octets in [&[0x01, 0][..], &[0x40, 0], &[0x80, 0], &[0x20], &[0x20, 0, 0], &[]] {
-            assert_eq!(GlobalControl::parse(octets), None, "{octets:02X?}");
+            assert_eq!(GlobalControl::parse(octets, true), None, "{octets:02X?}");
+            let unchecked = GlobalControl::parse(octets, false);
+            assert_eq!(unchecked.is_some(), octets.len() == 2, "{octets:02X?}");
         }
     }
 
@@ -92,7 +95,7 @@ mod tests {
     fn s_05_groups_select_by_common_bits_and_zero_selects_all() {
         for (select, ident, obeys) in [(0, 0, true), (0, 3, true), (2, 3, true), (4, 3, false), (1, 0, false)]
         {
-            assert_eq!(GlobalControl::parse(&[0, select]).unwrap().addresses(ident), obeys);
+            assert_eq!(GlobalControl::parse(&[0, select], true).unwrap().addresses(ident), obeys);
         }
     }
 }

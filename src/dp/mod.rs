@@ -3,7 +3,7 @@
 //! ```text
 //! SAP        service          request             reply        who may ask, and when
 //! none       Data_Exchange    outputs             inputs, SC   the owner in DATA-EXCH
-//! 55 (0x37)  Set_Slave_Add    closed: the address is set by switch
+//! 55 (0x37)  Set_Slave_Add    4..=244 octets      SC           everybody in WAIT-PRM, where the description allows
 //! 56 (0x38)  RD_Inp           -                   inputs       everybody in DATA-EXCH
 //! 57 (0x39)  RD_Outp          -                   outputs      everybody in DATA-EXCH
 //! 58 (0x3A)  Global_Control   command, groups     never        the owner in DATA-EXCH
@@ -18,26 +18,41 @@
 //!
 //! The slave answers each telegram from buffers, as the ASIC of a real device does: a Data_Exchange reply carries
 //! the inputs that were ready before its outputs were seen.
+//!
+//! Any device is served: a [`Description`] says what it is, a [`Policy`] how it behaves where the sources are
+//! silent, and its application talks to a [`Station`]: inputs, outputs, diagnosis. The drives are one user.
 
+mod buffer;
 pub mod chk_cfg;
+pub mod description;
 pub mod event;
+pub mod ext_diag;
 pub mod global_control;
+pub mod policy;
+mod process_data;
 pub mod set_prm;
+pub mod set_slave_add;
 pub mod slave;
 pub mod slave_diag;
 pub mod state;
 pub mod station;
+mod watchdog;
 
 pub use chk_cfg::{CfgFault, CfgSyntax, IoLengths};
+pub use description::Description;
 pub use event::Event;
+pub use ext_diag::ExtDiag;
 pub use global_control::GlobalControl;
+pub use policy::Policy;
 pub use set_prm::{PrmFault, SetPrm};
-pub use slave::{Description, Slave};
+pub use set_slave_add::{AddressFault, SetSlaveAdd, StoredAddress};
+pub use slave::{CfgTicket, Slave};
 pub use slave_diag::Diagnosis;
 pub use state::{State, Stimulus};
 pub use station::{Outcome, Station};
 
 use crate::fdl::Sap;
+use policy::NoEffect;
 
 /// A service of a DP-V0 slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -83,21 +98,24 @@ impl Service {
     }
 
     /// Whether the service may run now, for this caller (`dp-v0.md` 4.1).
-    pub const fn access(self, state: State, caller: Caller) -> Access {
+    pub const fn access(self, state: State, caller: Caller, policy: &Policy) -> Access {
         match (self, state, caller) {
             (Self::SlaveDiag | Self::GetCfg | Self::SetPrm, _, _) => Access::Run,
             (Self::RdInp | Self::RdOutp, State::DataExch, _) => Access::Run,
             (Self::RdInp | Self::RdOutp, State::WaitPrm | State::WaitCfg, _) => Access::NotActivated,
             (Self::ChkCfg, State::WaitCfg | State::DataExch, Caller::Owner) => Access::Run,
-            (Self::ChkCfg, State::WaitCfg | State::DataExch, Caller::Other) => Access::NotActivated,
-            (Self::ChkCfg, State::WaitPrm, _) => Access::NotActivated,
+            (Self::ChkCfg, State::WaitCfg | State::DataExch, Caller::Other) => {
+                policy.foreign_chk_cfg.access()
+            }
+            (Self::ChkCfg, State::WaitPrm, _) => policy.chk_cfg_in_wait_prm.access(),
             (Self::DataExchange, State::DataExch, Caller::Owner) => Access::Run,
             (Self::DataExchange, State::DataExch, Caller::Other) => Access::NotActivated,
             (Self::DataExchange, State::WaitPrm | State::WaitCfg, _) => Access::NotActivated,
             (Self::GlobalControl, State::DataExch, Caller::Owner) => Access::Run,
             (Self::GlobalControl, State::DataExch, Caller::Other) => Access::Ignored,
             (Self::GlobalControl, State::WaitPrm | State::WaitCfg, _) => Access::Ignored,
-            (Self::SetSlaveAdd, _, _) => Access::NotActivated,
+            (Self::SetSlaveAdd, State::WaitPrm, _) => Access::Run,
+            (Self::SetSlaveAdd, State::WaitCfg | State::DataExch, _) => policy.late_set_slave_add.access(),
         }
     }
 }
@@ -118,8 +136,19 @@ pub enum Access {
     Run,
     /// It is refused with RS.
     NotActivated,
+    /// It has no effect and is answered with SC.
+    Acknowledged,
     /// It has no effect and, being an SDN service, no reply.
     Ignored,
+}
+
+impl NoEffect {
+    const fn access(self) -> Access {
+        match self {
+            Self::Acknowledged => Access::Acknowledged,
+            Self::NotActivated => Access::NotActivated,
+        }
+    }
 }
 
 #[cfg(test)]
@@ -163,7 +192,7 @@ mod tests {
             (Service::SlaveDiag, [Run, Run, Run, Run, Run, Run]),
             (Service::GetCfg, [Run, Run, Run, Run, Run, Run]),
             (Service::SetPrm, [Run, Run, Run, Run, Run, Run]),
-            (Service::SetSlaveAdd, [Rs, Rs, Rs, Rs, Rs, Rs]),
+            (Service::SetSlaveAdd, [Run, Run, Rs, Rs, Rs, Rs]),
             (Service::ChkCfg, [Rs, Rs, Run, Rs, Run, Rs]),
             (Service::RdInp, [Rs, Rs, Rs, Rs, Run, Run]),
             (Service::RdOutp, [Rs, Rs, Rs, Rs, Run, Run]),
@@ -171,7 +200,8 @@ mod tests {
             (Service::DataExchange, [Rs, Rs, Rs, Rs, Run, Rs]),
         ] {
             for ((state, caller), expected) in columns.into_iter().zip(row) {
-                assert_eq!(service.access(state, caller), expected, "{service:?} {state:?} {caller:?}");
+                let access = service.access(state, caller, &Policy::PROPOSED);
+                assert_eq!(access, expected, "{service:?} {state:?} {caller:?}");
             }
         }
     }

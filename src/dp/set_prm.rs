@@ -7,7 +7,12 @@
 //! octet 4   min T_SDR in T_bit, 0 = keep
 //! octet 5,6 Ident_Number, high octet first
 //! octet 7   Group_Ident, one bit a group
-//! octet 8.. User_Prm_Data
+//! octet 8.. User_Prm_Data, up to 237 octets
+//!
+//! With Description::dpv1_status octets 8 to 10 come first:
+//! octet 8   DPV1_Status_1: b7 DPV1_Enable  b6 Fail_Safe  b5 Publisher_Enable  b2 WD_Base: 1 ms instead of 10 ms
+//! octet 9   DPV1_Status_2
+//! octet 10  DPV1_Status_3
 //! ```
 //!
 //! Source: `dp-v0.md` 5.1.
@@ -20,8 +25,22 @@ use nom::error::Error;
 use nom::number::complete::{be_u8, be_u16};
 use thiserror::Error;
 
+use super::Description;
+use super::policy::{NotSupported, Policy, ShortMinTsdr, WatchdogFactorZero};
+
 /// Octets before the user parameters.
 pub const FIXED_LEN: usize = 7;
+
+/// The most octets of a request.
+pub const MAX_LEN: usize = 244;
+
+/// Octets of DPV1_Status_1 to 3.
+const DPV1_LEN: usize = 3;
+const FAIL_SAFE: u8 = 0x40;
+const WD_BASE_1MS: u8 = 0x04;
+
+/// What the watchdog factors count.
+const WD_BASE: Duration = Duration::from_millis(10);
 
 const LOCK_REQ: u8 = 0x80;
 const UNLOCK_REQ: u8 = 0x40;
@@ -53,7 +72,7 @@ impl<'a> SetPrm<'a> {
             Ok((_, (station_status, wd_factors, min_tsdr, ident, group, user_prm))) => {
                 Ok(Self { station_status, wd_factors, min_tsdr, ident, group, user_prm })
             }
-            Err(_) => Err(PrmFault::Length { expected: FIXED_LEN, got }),
+            Err(_) => Err(PrmFault::Length { expected: (FIXED_LEN, MAX_LEN), got }),
         }
     }
 
@@ -77,12 +96,22 @@ impl<'a> SetPrm<'a> {
         self.station_status & FREEZE_REQ != 0
     }
 
-    /// The watchdog time, `None` if it is off. Zero with a factor of zero, which [`SetPrm::check`] refuses.
-    pub const fn watchdog(self) -> Option<Duration> {
-        if self.station_status & WD_ON == 0 {
-            return None;
-        }
-        Some(Duration::from_millis(10 * self.wd_factors.0 as u64 * self.wd_factors.1 as u64))
+    /// The watchdog time, `None` if it is off: a factor of zero turns it off too, unless [`SetPrm::check`] refuses
+    /// it.
+    pub fn watchdog(self) -> Option<Duration> {
+        self.watchdog_of(WD_BASE)
+    }
+
+    /// The watchdog time of a slave with DPV1_Status octets, the first of which chooses the base.
+    pub fn dpv1_watchdog(self) -> Option<Duration> {
+        let short = self.user_prm.first().is_some_and(|status| status & WD_BASE_1MS != 0);
+        self.watchdog_of(if short { Duration::from_millis(1) } else { WD_BASE })
+    }
+
+    fn watchdog_of(self, base: Duration) -> Option<Duration> {
+        let (first, second) = self.wd_factors;
+        let factors = u32::from(first) * u32::from(second);
+        (self.station_status & WD_ON != 0 && factors != 0).then_some(base * factors)
     }
 
     /// The new min T_SDR in T_bit, `None` to keep the old one.
@@ -95,24 +124,78 @@ impl<'a> SetPrm<'a> {
         self.group
     }
 
-    /// Checks a locking request against the slave's ident number and the number of user parameter octets it
-    /// takes (`dp-v0.md` 5.2 steps 5, 6, 8 and 9).
+    /// Checks a locking request against what the slave is (`dp-v0.md` 5.2 steps 5 to 9).
     ///
     /// # Errors
     /// The first fault found.
-    pub fn check(self, ident: u16, user_prm_len: usize) -> Result<(), PrmFault> {
-        if self.ident != ident {
-            return Err(PrmFault::Ident { expected: ident, got: self.ident });
+    pub fn check(self, description: &Description, policy: &Policy) -> Result<(), PrmFault> {
+        // 5
+        if self.ident != description.ident {
+            return Err(PrmFault::Ident { expected: description.ident, got: self.ident });
         }
-        if self.station_status & RESERVED != 0 {
+        // 6
+        if policy.check_reserved_prm_bits && self.station_status & RESERVED != 0 {
             return Err(PrmFault::ReservedBits { got: self.station_status & RESERVED });
         }
-        if self.watchdog() == Some(Duration::ZERO) {
-            return Err(PrmFault::WatchdogFactor { factors: self.wd_factors });
+        // 7
+        match policy.sync_freeze_not_supported {
+            NotSupported::Fault if self.not_supported(description) => {
+                let supported = if description.sync_mode { SYNC_REQ } else { 0 }
+                    | if description.freeze_mode { FREEZE_REQ } else { 0 };
+                let got = self.station_status & (SYNC_REQ | FREEZE_REQ);
+                return Err(PrmFault::NotSupported { supported, got });
+            }
+            NotSupported::Fault | NotSupported::GoOn => {}
         }
-        if self.user_prm.len() != user_prm_len {
-            let got = FIXED_LEN + self.user_prm.len();
-            return Err(PrmFault::Length { expected: FIXED_LEN + user_prm_len, got });
+        // 8
+        let (first, second) = self.wd_factors;
+        match policy.watchdog_factor_zero {
+            WatchdogFactorZero::Fault if self.station_status & WD_ON != 0 && (first == 0 || second == 0) => {
+                return Err(PrmFault::WatchdogFactor { factors: self.wd_factors });
+            }
+            WatchdogFactorZero::Fault | WatchdogFactorZero::Off => {}
+        }
+        match (policy.short_min_tsdr, self.min_tsdr) {
+            (ShortMinTsdr::Fault, got @ 1..=10) => return Err(PrmFault::MinTsdr { got }),
+            (ShortMinTsdr::Fault, 0 | 11..) | (ShortMinTsdr::Lengthen, _) => {}
+        }
+        // 9
+        self.check_user_prm(description)
+    }
+
+    /// Whether Sync or Freeze is asked for and the slave lacks it.
+    pub const fn not_supported(self, description: &Description) -> bool {
+        self.sync_req() && !description.sync_mode || self.freeze_req() && !description.freeze_mode
+    }
+
+    fn check_user_prm(self, description: &Description) -> Result<(), PrmFault> {
+        let dpv1_len = if description.dpv1_status.is_some() { DPV1_LEN } else { 0 };
+        let least = dpv1_len + usize::from(description.user_prm_len);
+        let most = least.max(dpv1_len + usize::from(description.max_user_prm_len));
+        let len = self.user_prm.len();
+        if len < least || len > most {
+            let (expected, got) = ((FIXED_LEN + least, FIXED_LEN + most), FIXED_LEN + len);
+            return Err(PrmFault::Length { expected, got });
+        }
+        let (status, user_prm) = self.user_prm.split_at_checked(dpv1_len).unwrap_or_default();
+        for (index, (got, supported)) in
+            status.iter().zip(description.dpv1_status.iter().flatten()).enumerate()
+        {
+            if got & !supported != 0 {
+                let octet = FIXED_LEN + 1 + index;
+                return Err(PrmFault::Dpv1Status { octet, supported: *supported, got: *got });
+            }
+        }
+        let fail_safe = status.first().map(|status| status & FAIL_SAFE != 0);
+        if let Some(got) = fail_safe.filter(|fail_safe| *fail_safe != description.fail_safe) {
+            return Err(PrmFault::FailSafe { expected: description.fail_safe, got });
+        }
+        for (index, (got, allowed)) in user_prm.iter().zip(description.user_prm).enumerate() {
+            if !allowed.contains(got) {
+                let expected = (*allowed.start(), *allowed.end());
+                let octet = FIXED_LEN + 1 + dpv1_len + index;
+                return Err(PrmFault::UserPrm { octet, expected, got: *got });
+            }
         }
         Ok(())
     }
@@ -123,11 +206,11 @@ impl<'a> SetPrm<'a> {
 pub enum PrmFault {
     /// Too short, too long, or other user parameters than the slave takes.
     #[error(
-        "Set_Prm has {got} octets, expected {expected}: check the user parameters in the master's project"
+        "Set_Prm has {got} octets, expected {}: check the user parameters in the master's project", Span(*expected)
     )]
     Length {
-        /// Octets expected.
-        expected: usize,
+        /// The fewest and the most octets expected.
+        expected: (usize, usize),
         /// Octets found.
         got: usize,
     },
@@ -142,24 +225,102 @@ pub enum PrmFault {
         got: u16,
     },
     /// Octet 1 has reserved bits set.
-    #[error("Set_Prm octet 1: reserved bits 0x{got:02X} are set, expected 0x00")]
+    #[error(
+        "Set_Prm octet 1: reserved bits 0x{got:02X} are set, expected 0x00: the master's project or the master itself is at fault"
+    )]
     ReservedBits {
         /// The bits found.
         got: u8,
     },
     /// The watchdog is on and a factor is zero.
-    #[error("Set_Prm octets 2-3: watchdog on with factors {} and {}, expected 1..255 each", factors.0, factors.1)]
+    #[error(
+        "Set_Prm octets 2-3: watchdog on with factors {} and {}, expected 1..255 each: set a watchdog time in the master's project or turn the watchdog off",
+        factors.0,
+        factors.1
+    )]
     WatchdogFactor {
         /// WD_Fact_1 and WD_Fact_2.
         factors: (u8, u8),
     },
+    /// Octet 1 asks for Sync (b5) or Freeze (b4), which the slave lacks.
+    #[error(
+        "Set_Prm octet 1: asks for Sync (0x20) and Freeze (0x10) with 0x{got:02X}, expected bits within 0x{supported:02X}: take the slave out of the Sync or Freeze groups of the master's project"
+    )]
+    NotSupported {
+        /// The bits supported.
+        supported: u8,
+        /// The bits found.
+        got: u8,
+    },
+    /// Octet 4 is shorter than the standard knows.
+    #[error(
+        "Set_Prm octet 4: min T_SDR {got} T_bit, expected 0 or 11..255: correct the bus parameters in the master's project"
+    )]
+    MinTsdr {
+        /// The value found.
+        got: u8,
+    },
+    /// DPV1_Status_1, 2 or 3 asks for what the slave lacks.
+    #[error(
+        "Set_Prm octet {octet}: 0x{got:02X}, expected bits within 0x{supported:02X}: turn the DP-V1 functions off in the master's project"
+    )]
+    Dpv1Status {
+        /// Which octet, 8..=10.
+        octet: usize,
+        /// The bits supported.
+        supported: u8,
+        /// The octet found.
+        got: u8,
+    },
+    /// DPV1_Status_1.Fail_Safe is not what the slave does.
+    #[error(
+        "Set_Prm octet 8: Fail_Safe {}, expected {}: the master's project was made with another GSD", u8::from(*got), u8::from(*expected)
+    )]
+    FailSafe {
+        /// Whether the slave has Fail_Safe.
+        expected: bool,
+        /// The bit found.
+        got: bool,
+    },
+    /// A user parameter has a value the slave does not know.
+    #[error(
+        "Set_Prm octet {octet}: user parameter 0x{got:02X}, expected 0x{:02X}..0x{:02X}: correct the parameters of the slave in the master's project",
+        expected.0,
+        expected.1
+    )]
+    UserPrm {
+        /// Which octet of Set_Prm, from 1.
+        octet: usize,
+        /// The least and the greatest value allowed.
+        expected: (u8, u8),
+        /// The octet found.
+        got: u8,
+    },
+}
+
+/// "7" or "7..12".
+struct Span((usize, usize));
+
+impl core::fmt::Display for Span {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self((least, most)) = *self;
+        if least == most { write!(f, "{least}") } else { write!(f, "{least}..{most}") }
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::string::ToString;
+
     use super::*;
 
     const GOOD: [u8; 7] = [0x88, 10, 10, 11, 0x12, 0x34, 0x22];
+
+    const PLAIN: Description = Description { ident: 0x1234, ..Description::PLAIN };
+
+    fn check(octets: &[u8], description: &Description) -> Result<(), PrmFault> {
+        SetPrm::parse(octets).unwrap().check(description, &Policy::PROPOSED)
+    }
 
     #[test]
     fn the_worked_example_is_read_field_by_field() {
@@ -167,7 +328,7 @@ mod tests {
         assert!(prm.lock_req() && !prm.unlock_req() && !prm.sync_req() && !prm.freeze_req());
         assert_eq!(prm.watchdog(), Some(Duration::from_secs(1)));
         assert_eq!((prm.min_tsdr(), prm.group_ident()), (Some(11), 0x22));
-        assert_eq!(prm.check(0x1234, 0), Ok(()));
+        assert_eq!(check(&GOOD, &PLAIN), Ok(()));
     }
 
     #[test]
@@ -190,18 +351,62 @@ mod tests {
         let with = |at: usize, value: u8| {
             let mut octets = GOOD;
             octets[at] = value;
-            SetPrm::parse(&octets).unwrap().check(0x1234, 0)
+            check(&octets, &PLAIN)
         };
         for len in 0..7 {
-            assert_eq!(SetPrm::parse(&GOOD[..len]), Err(PrmFault::Length { expected: 7, got: len }));
+            assert_eq!(SetPrm::parse(&GOOD[..len]), Err(PrmFault::Length { expected: (7, 244), got: len }));
         }
         assert_eq!(with(4, 0x13), Err(PrmFault::Ident { expected: 0x1234, got: 0x1334 }));
         assert_eq!(with(0, 0x89), Err(PrmFault::ReservedBits { got: 1 }));
         assert_eq!(with(1, 0), Err(PrmFault::WatchdogFactor { factors: (0, 10) }));
         assert_eq!(with(2, 0), Err(PrmFault::WatchdogFactor { factors: (10, 0) }));
         let long = [GOOD.as_slice(), &[1, 2, 3]].concat();
-        let long = SetPrm::parse(&long).unwrap();
-        assert_eq!(long.check(0x1234, 0), Err(PrmFault::Length { expected: 7, got: 10 }));
-        assert_eq!(long.check(0x1234, 3), Ok(()));
+        assert_eq!(check(&long, &PLAIN), Err(PrmFault::Length { expected: (7, 7), got: 10 }));
+        assert_eq!(check(&long, &Description { user_prm_len: 3, ..PLAIN }), Ok(()));
+    }
+
+    #[test]
+    fn user_parameters_are_measured_and_each_octet_is_compared() {
+        let device = Description { user_prm_len: 2, max_user_prm_len: 4, user_prm: &[0..=3, 5..=5], ..PLAIN };
+        for (user_prm, expected) in [
+            (&[0, 5][..], Ok(())),
+            (&[3, 5, 255], Ok(())),
+            (&[3, 5, 255, 0], Ok(())),
+            (&[3], Err(PrmFault::Length { expected: (9, 11), got: 8 })),
+            (&[3, 5, 0, 0, 0], Err(PrmFault::Length { expected: (9, 11), got: 12 })),
+            (&[4, 5], Err(PrmFault::UserPrm { octet: 8, expected: (0, 3), got: 4 })),
+            (&[0, 6], Err(PrmFault::UserPrm { octet: 9, expected: (5, 5), got: 6 })),
+        ] {
+            assert_eq!(check(&[&GOOD, user_prm].concat(), &device), expected, "{user_prm:02X?}");
+        }
+        let fault = PrmFault::UserPrm { octet: 8, expected: (0, 3), got: 4 };
+        assert_eq!(
+            fault.to_string(),
+            "Set_Prm octet 8: user parameter 0x04, expected 0x00..0x03: correct the parameters of the slave in the master's project"
+        );
+        let fault = PrmFault::Length { expected: (9, 11), got: 8 };
+        assert!(fault.to_string().starts_with("Set_Prm has 8 octets, expected 9..11: "), "{fault}");
+    }
+
+    #[test]
+    fn p_17_the_dpv1_octets_are_checked_where_the_slave_has_them() {
+        let device = Description { dpv1_status: Some([0xC4, 0x01, 0x00]), fail_safe: true, ..PLAIN };
+        for (status, expected) in [
+            (&[0xC4, 0x01, 0x00][..], Ok(())),
+            (&[0x40, 0x00, 0x00], Ok(())),
+            (&[0x80, 0x00, 0x00], Err(PrmFault::FailSafe { expected: true, got: false })),
+            (&[0x60, 0x00, 0x00], Err(PrmFault::Dpv1Status { octet: 8, supported: 0xC4, got: 0x60 })),
+            (&[0x40, 0x03, 0x00], Err(PrmFault::Dpv1Status { octet: 9, supported: 0x01, got: 0x03 })),
+            (&[0x40, 0x00, 0x80], Err(PrmFault::Dpv1Status { octet: 10, supported: 0x00, got: 0x80 })),
+            (&[0x40, 0x00], Err(PrmFault::Length { expected: (10, 10), got: 9 })),
+        ] {
+            assert_eq!(check(&[&GOOD, status].concat(), &device), expected, "{status:02X?}");
+        }
+        let watchdog = |status: u8| {
+            let octets = [&GOOD[..], &[status, 0, 0]].concat();
+            SetPrm::parse(&octets).unwrap().dpv1_watchdog()
+        };
+        assert_eq!(watchdog(0x04), Some(Duration::from_millis(100)));
+        assert_eq!(watchdog(0x00), Some(Duration::from_secs(1)));
     }
 }

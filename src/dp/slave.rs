@@ -1,62 +1,72 @@
-//! The slave: reactions to each service, the buffers behind Data_Exchange, owner and watchdog.
+//! The slave: reactions to each service, owner and watchdog, and what the application says.
 //!
-//! The state machine itself is in [`state`](super::state), who may do what in [`dp`](super).
+//! The state machine itself is in [`state`](super::state), who may do what in [`dp`](super); the start-up services
+//! and the buffers behind Data_Exchange have modules of their own.
 
-use core::time::Duration;
+mod start_up;
 
-use super::chk_cfg::MAX_IO_LEN;
-use super::global_control::{GlobalControl, Latch};
+use super::buffer::Buffer;
+use super::policy::{EmptyRead, NoEffect, WrongOutputLength};
+use super::process_data::ProcessData;
+use super::slave_diag::LEN as STANDARD_DIAG_LEN;
+use super::watchdog::Watchdog;
 use super::{
-    Access, Caller, CfgFault, Diagnosis, Event, IoLengths, PrmFault, Service, SetPrm, State, Stimulus,
+    Access, Caller, CfgFault, Description, Diagnosis, Event, ExtDiag, GlobalControl, IoLengths, Policy,
+    Service, State, Stimulus,
 };
-use crate::fdl::{Address, Reply, Request};
+use crate::fdl::{Address, Reply, Request, Sap};
 use crate::time::Instant;
 
-/// What kind of slave it is: the facts its GSD states. The default has neither inputs nor outputs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Description {
-    /// Ident_Number.
-    pub ident: u16,
-    /// The configurations Chk_Cfg accepts; Get_Cfg reports the first until another one was accepted.
-    pub configurations: &'static [&'static [u8]],
-    /// Octets of user parameters in Set_Prm.
-    pub user_prm_len: u8,
-    /// Whether Sync is supported.
-    pub sync_mode: bool,
-    /// Whether Freeze is supported.
-    pub freeze_mode: bool,
-}
+/// The SSAP of masters.
+const MASTER_SAP: Option<Sap> = Sap::new(62);
 
 /// One DP-V0 slave.
 #[derive(Clone, Debug)]
 pub struct Slave {
     description: Description,
+    policy: Policy,
     state: State,
     /// Master_Add.
     owner: Option<Address>,
+    /// Waits for the owner.
     watchdog: Option<Watchdog>,
+    /// Waits for the application while data are exchanged.
+    user_watchdog: Option<Watchdog>,
     min_tsdr: Option<u8>,
     group_ident: u8,
     prm_fault: bool,
     cfg_fault: bool,
     not_supported: bool,
-    /// The accepted configuration and its lengths.
+    /// No_Add_Chg of an earlier Set_Slave_Add.
+    no_add_chg: bool,
+    rem_slave_data: Buffer,
+    /// The Set_Prm that was accepted last.
+    accepted_prm: Buffer,
+    /// The accepted configuration.
     configuration: &'static [u8],
-    lengths: IoLengths,
-    sync: Mode,
-    freeze: Mode,
-    /// What the application sees.
-    outputs: Octets,
-    /// What Data_Exchange brought while Sync holds the outputs.
-    waiting_outputs: Octets,
-    /// What the application offers.
-    inputs: Octets,
-    /// What Freeze holds.
-    frozen_inputs: Octets,
-    /// Counts what is passed to the application.
-    outputs_passed: u32,
-    diagnosis: [u8; super::slave_diag::LEN],
+    /// What the application has yet to judge.
+    pending: Option<Pending>,
+    last_ticket: CfgTicket,
+    process_data: ProcessData,
+    /// The owner sends no outputs to a slave with Fail_Safe.
+    safe_state: bool,
+    ext_diag: ExtDiag,
+    /// The owner has not read what was filed last: Data_Exchange is answered with DH.
+    announced: bool,
+    /// The octets of a reply that lie nowhere else.
+    reply: Buffer,
 }
+
+/// A configuration that the application judges.
+#[derive(Clone, Copy, Debug)]
+struct Pending {
+    ticket: CfgTicket,
+    configuration: &'static [u8],
+}
+
+/// Which Chk_Cfg a judgement is about. A newer Set_Prm or Chk_Cfg makes it void.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CfgTicket(u32);
 
 /// What a request led to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,25 +85,53 @@ impl Slave {
         let configuration = description.configurations.first().copied().unwrap_or_default();
         Self {
             description,
+            policy: Policy::PROPOSED,
             state: State::WaitPrm,
             owner: None,
             watchdog: None,
+            user_watchdog: None,
             min_tsdr: None,
             group_ident: 0,
             prm_fault: false,
             cfg_fault: false,
             not_supported: false,
+            no_add_chg: false,
+            rem_slave_data: Buffer::EMPTY,
+            accepted_prm: Buffer::EMPTY,
             configuration,
-            lengths: IoLengths::of(configuration).unwrap_or_default(),
-            sync: Mode::Closed,
-            freeze: Mode::Closed,
-            outputs: Octets::EMPTY,
-            waiting_outputs: Octets::EMPTY,
-            inputs: Octets::EMPTY,
-            frozen_inputs: Octets::EMPTY,
-            outputs_passed: 0,
-            diagnosis: [0; super::slave_diag::LEN],
+            pending: None,
+            last_ticket: CfgTicket(0),
+            process_data: ProcessData::new(IoLengths::of(configuration).unwrap_or_default()),
+            safe_state: false,
+            ext_diag: ExtDiag::NONE,
+            announced: false,
+            reply: Buffer::EMPTY,
         }
+    }
+
+    /// The same slave with another policy.
+    #[must_use]
+    pub const fn with_policy(mut self, policy: Policy) -> Self {
+        self.policy = policy;
+        self
+    }
+
+    /// The same slave with what an earlier Set_Slave_Add left behind: the lock bit and Rem_Slave_Data.
+    #[must_use]
+    pub fn with_stored(mut self, no_add_chg: bool, rem_slave_data: &[u8]) -> Self {
+        self.no_add_chg = no_add_chg;
+        self.rem_slave_data.keep([rem_slave_data, &[]]);
+        self
+    }
+
+    /// What it is.
+    pub const fn description(&self) -> &Description {
+        &self.description
+    }
+
+    /// How it behaves where the sources are silent.
+    pub const fn policy(&self) -> &Policy {
+        &self.policy
     }
 
     /// The state of the slave machine.
@@ -111,223 +149,238 @@ impl Slave {
         self.min_tsdr
     }
 
+    /// The user parameters of the Set_Prm that was accepted last, DPV1_Status octets included.
+    pub fn user_prm(&self) -> &[u8] {
+        self.accepted_prm.octets().get(super::set_prm::FIXED_LEN..).unwrap_or_default()
+    }
+
+    /// The accepted configuration, as Get_Cfg reports it.
+    pub const fn configuration(&self) -> &'static [u8] {
+        self.configuration
+    }
+
+    /// The configuration that waits for the application's judgement, and what to judge it by.
+    pub fn pending_configuration(&self) -> Option<(CfgTicket, &'static [u8])> {
+        self.pending.map(|pending| (pending.ticket, pending.configuration))
+    }
+
+    /// Whether a Set_Slave_Add has ruled out further ones.
+    pub const fn no_add_chg(&self) -> bool {
+        self.no_add_chg
+    }
+
+    /// What the last Set_Slave_Add gave the slave to keep, 0..=240 octets.
+    pub fn rem_slave_data(&self) -> &[u8] {
+        self.rem_slave_data.octets()
+    }
+
     /// The outputs for the application, as many octets as configured. All zero until the first Data_Exchange.
     pub fn outputs(&self) -> &[u8] {
-        self.outputs.first(self.lengths.outputs)
+        self.process_data.outputs()
     }
 
     /// Counts every passing of outputs to the application, cleared ones included. Changes with every Data_Exchange
     /// unless Sync holds the outputs.
     pub const fn outputs_passed(&self) -> u32 {
-        self.outputs_passed
+        self.process_data.passed()
+    }
+
+    /// Whether the owner wants the safe state (`Description::fail_safe`). The outputs are cleared then.
+    pub const fn safe_state(&self) -> bool {
+        self.safe_state
     }
 
     /// Offers the inputs for the next Data_Exchange; octets behind the 244th are dropped.
     pub fn set_inputs(&mut self, inputs: &[u8]) {
-        self.inputs.copy(inputs);
+        self.process_data.set_inputs(inputs);
     }
 
-    /// The diagnosis as Slave_Diag reports it now.
+    /// Files the extended diagnosis, to stay until the next one is filed. Unless it is the same as before, each
+    /// Data_Exchange is answered with high priority until the owner has read it, that of a fault that has gone
+    /// too (`dp-v0.md` 6.2 rules 1, 2 and 4).
+    pub fn file_diagnosis(&mut self, diagnosis: &ExtDiag) {
+        let limit = usize::from(self.description.max_diag_len).saturating_sub(STANDARD_DIAG_LEN);
+        let diagnosis = diagnosis.within(limit);
+        if self.ext_diag != diagnosis {
+            self.ext_diag = diagnosis;
+            self.announced = true;
+        }
+    }
+
+    /// The extended diagnosis as it was filed, cut to what the description allows.
+    pub const fn ext_diag(&self) -> &ExtDiag {
+        &self.ext_diag
+    }
+
+    /// The first six octets of the diagnosis as Slave_Diag reports it now.
     pub fn diagnosis(&self) -> Diagnosis {
         Diagnosis {
             station_not_ready: self.state != State::DataExch,
             cfg_fault: self.cfg_fault,
+            ext_diag: self.ext_diag.ext_diag(),
             not_supported: self.not_supported,
             prm_fault: self.prm_fault,
             prm_req: self.state == State::WaitPrm,
+            stat_diag: self.ext_diag.stat_diag(),
             wd_on: self.watchdog.is_some(),
-            freeze_mode: self.freeze == Mode::Active,
-            sync_mode: self.sync == Mode::Active,
+            freeze_mode: self.process_data.freeze_mode(),
+            sync_mode: self.process_data.sync_mode(),
+            ext_diag_overflow: self.ext_diag.overflow(),
             master: self.owner,
             ident: self.description.ident,
         }
     }
 
-    /// A telegram from `sa` to this station was heard at `now`, a retry included: the watchdog starts anew if it
-    /// came from the owner. Broadcasts do not count: a master that has dropped the slave still sends them.
+    /// A telegram from `sa` that feeds the watchdog was heard at `now`: it starts anew if `sa` is the owner.
     pub fn heard(&mut self, now: Instant, sa: Address) {
         if let (true, Some(watchdog)) = (self.owner == Some(sa), &mut self.watchdog) {
             watchdog.heard = now;
         }
     }
 
+    /// The application is alive at `now`: the user watchdog starts anew.
+    pub const fn application_alive(&mut self, now: Instant) {
+        if let Some(watchdog) = &mut self.user_watchdog {
+            watchdog.heard = now;
+        }
+    }
+
+    /// The application gives up: the slave leaves its master (`dp-v0.md` 7 row 25).
+    pub fn abort(&mut self) -> Option<Event> {
+        let master = self.owner?;
+        self.leave_master(Stimulus::ApplicationLost);
+        Some(Event::ApplicationAborted { master })
+    }
+
+    /// The application has judged the configuration of `ticket` at `now`. Without effect if that one is no longer
+    /// waiting.
+    pub fn judge_cfg(
+        &mut self,
+        now: Instant,
+        ticket: CfgTicket,
+        verdict: Result<(), CfgFault>,
+    ) -> Option<Event> {
+        let pending = self.pending.filter(|pending| pending.ticket == ticket)?;
+        let master = self.owner?;
+        match verdict {
+            Ok(()) => self.accept_cfg(now, master, pending.configuration),
+            Err(fault) => Some(self.refuse_cfg(master, fault)),
+        }
+    }
+
     /// Carries out a request for data with reply (SRD).
     pub fn handle_srd(&mut self, now: Instant, request: &Request<'_>) -> Handled<'_> {
-        let Some(service) = Service::of(request.dsap, request.ssap) else {
+        let Some(service) = self.service(request) else {
             return Handled::reply(Reply::NotActivated);
         };
-        match service.access(self.state, self.caller(request.sa)) {
+        match service.access(self.state, self.caller(request.sa), &self.policy) {
             Access::Run => {}
             Access::NotActivated | Access::Ignored => return Handled::reply(Reply::NotActivated),
+            Access::Acknowledged => return Handled::reply(Reply::ShortAcknowledge),
         }
         match service {
             Service::DataExchange => self.data_exchange(request),
-            Service::SetPrm => Handled::acknowledge(self.set_prm(now, request)),
-            Service::ChkCfg => Handled::acknowledge(self.chk_cfg(request)),
+            Service::SetPrm => self.set_prm(now, request),
+            Service::ChkCfg => Handled::acknowledge(self.chk_cfg(now, request)),
+            Service::SetSlaveAdd => self.set_slave_add(request),
             Service::SlaveDiag | Service::GetCfg | Service::RdInp | Service::RdOutp
                 if !request.data.is_empty() =>
             {
                 Handled::reply(Reply::NoResource)
             }
-            Service::SlaveDiag => {
-                self.diagnosis = self.diagnosis().octets();
-                Handled::reply(Reply::DataLow(&self.diagnosis))
-            }
+            Service::SlaveDiag => self.slave_diag(request.sa),
             Service::GetCfg => Handled::reply(data_or_sc(self.configuration)),
-            Service::RdInp => Handled::reply(data_or_sc(self.offered_inputs())),
-            Service::RdOutp => Handled::reply(data_or_sc(self.outputs())),
-            // Global_Control is an SDN service; Set_Slave_Add never runs.
-            Service::GlobalControl | Service::SetSlaveAdd => Handled::reply(Reply::NotActivated),
+            Service::RdInp => Handled::reply(self.read(self.process_data.inputs())),
+            Service::RdOutp => Handled::reply(self.read(self.process_data.outputs())),
+            // Global_Control is an SDN service.
+            Service::GlobalControl => Handled::reply(Reply::NotActivated),
         }
     }
 
     /// Carries out a request without reply (SDN).
     pub fn handle_sdn(&mut self, request: &Request<'_>) -> Option<Event> {
-        let service = Service::of(request.dsap, request.ssap);
-        if service != Some(Service::GlobalControl)
-            || Service::GlobalControl.access(self.state, self.caller(request.sa)) != Access::Run
-        {
+        if self.service(request) != Some(Service::GlobalControl) {
             return None;
         }
-        let command = GlobalControl::parse(request.data)?;
+        let caller = self.caller(request.sa);
+        if Service::GlobalControl.access(self.state, caller, &self.policy) != Access::Run {
+            return None;
+        }
+        let command = GlobalControl::parse(request.data, self.policy.check_reserved_control_bits)?;
         if !command.addresses(self.group_ident) {
             return None;
         }
-        self.global_control(command);
+        self.process_data.control(command);
         command.clear_data.then_some(Event::OutputsCleared { master: request.sa })
     }
 
-    /// Time has passed: the watchdog may expire. Harmless at any time.
+    /// Time has passed: a watchdog may expire. Harmless at any time.
     pub fn handle_timeout(&mut self, now: Instant) -> Option<Event> {
-        let watchdog = self.watchdog.filter(|watchdog| watchdog.expires() <= now)?;
         let master = self.owner?;
-        self.leave_master(Stimulus::WatchdogExpired);
-        Some(Event::WatchdogExpired { master, after: watchdog.time })
+        if let Some(after) = self.watchdog.and_then(|watchdog| watchdog.expired(now)) {
+            self.leave_master(Stimulus::WatchdogExpired);
+            return Some(Event::WatchdogExpired { master, after });
+        }
+        let after = self.user_watchdog?.expired(now)?;
+        self.leave_master(Stimulus::ApplicationLost);
+        Some(Event::ApplicationSilent { master, after })
     }
 
-    /// When to call [`Slave::handle_timeout`]. Changes with every request handled or heard.
+    /// When to call [`Slave::handle_timeout`]. Changes with every request handled or heard, and with every word of
+    /// the application.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
-        self.watchdog.map(Watchdog::expires)
+        [self.watchdog, self.user_watchdog].into_iter().flatten().map(Watchdog::expires).min()
+    }
+
+    /// The service of a request that this slave offers.
+    fn service(&self, request: &Request<'_>) -> Option<Service> {
+        let service = Service::of(request.dsap, request.ssap)?;
+        let closed = service == Service::SetSlaveAdd && !self.description.set_slave_add;
+        let wrong_ssap = self.policy.check_ssap && request.dsap.is_some() && request.ssap != MASTER_SAP;
+        (!closed && !wrong_ssap).then_some(service)
     }
 
     fn caller(&self, sa: Address) -> Caller {
         if self.owner == Some(sa) { Caller::Owner } else { Caller::Other }
     }
 
-    /// `dp-v0.md` 5.2; the numbers are its steps.
-    fn set_prm(&mut self, now: Instant, request: &Request<'_>) -> Option<Event> {
-        let master = request.sa;
-        // 2: locked by another master.
-        if let Some(owner) = self.owner.filter(|owner| *owner != master) {
-            self.state = self.state.on(Stimulus::ForeignPrm);
-            return Some(Event::PrmForeign { master, owner });
+    /// `dp-v0.md` 6.2 rule 2: only the owner's reading counts, and none while Stat_Diag is set.
+    fn slave_diag(&mut self, sa: Address) -> Handled<'_> {
+        if self.caller(sa) == Caller::Owner && !self.ext_diag.stat_diag() {
+            self.announced = false;
         }
-        let prm = match SetPrm::parse(request.data) {
-            Ok(prm) => prm,
-            // 1
-            Err(fault) => return Some(self.refuse_prm(master, fault)),
-        };
-        // 4
-        if prm.unlock_req() {
-            let released = self.owner.is_some();
-            self.leave_master(Stimulus::Unlocked);
-            return released.then_some(Event::Released { master });
-        }
-        // 3: carried out even when the ident number is another one.
-        if !prm.lock_req() {
-            self.min_tsdr = prm.min_tsdr().or(self.min_tsdr);
-            self.state = self.state.on(Stimulus::MinTsdrOnly);
-            return None;
-        }
-        // 5, 6, 8, 9
-        if let Err(fault) = prm.check(self.description.ident, self.description.user_prm_len.into()) {
-            return Some(self.refuse_prm(master, fault));
-        }
-        // 10
-        self.leave_master(Stimulus::PrmAccepted);
-        self.owner = Some(master);
-        self.watchdog = prm.watchdog().map(|time| Watchdog { time, heard: now });
-        self.min_tsdr = prm.min_tsdr().or(self.min_tsdr);
-        self.group_ident = prm.group_ident();
-        self.prm_fault = false;
-        // 7: the fault is shown, the start-up goes on.
-        self.not_supported = prm.sync_req() && !self.description.sync_mode
-            || prm.freeze_req() && !self.description.freeze_mode;
-        self.sync = Mode::enabled(prm.sync_req() && self.description.sync_mode);
-        self.freeze = Mode::enabled(prm.freeze_req() && self.description.freeze_mode);
-        Some(Event::Parameterised { master, watchdog: prm.watchdog() })
-    }
-
-    fn refuse_prm(&mut self, master: Address, fault: PrmFault) -> Event {
-        self.prm_fault = true;
-        self.leave_master(Stimulus::PrmRejected);
-        Event::PrmRejected { master, fault }
-    }
-
-    fn chk_cfg(&mut self, request: &Request<'_>) -> Option<Event> {
-        let master = request.sa;
-        if let Err(fault) = CfgFault::compare(request.data, self.description.configurations) {
-            self.cfg_fault = true;
-            self.leave_master(Stimulus::CfgRejected);
-            return Some(Event::CfgRejected { master, fault });
-        }
-        self.cfg_fault = false;
-        let accepted = self.description.configurations.iter().find(|accepted| **accepted == request.data);
-        if let Some(accepted) = accepted {
-            self.configuration = accepted;
-            self.lengths = IoLengths::of(accepted).unwrap_or_default();
-        }
-        let entered = self.state != State::DataExch;
-        self.state = self.state.on(Stimulus::CfgAccepted);
-        entered.then_some(Event::DataExchange { master })
+        self.reply.keep([&self.diagnosis().octets(), self.ext_diag.octets()]);
+        Handled::reply(Reply::DataLow(self.reply.octets()))
     }
 
     fn data_exchange(&mut self, request: &Request<'_>) -> Handled<'_> {
-        let (expected, got) = (self.lengths.outputs, request.data.len());
-        if usize::from(expected) != got {
-            self.leave_master(Stimulus::WrongOutputLength);
-            let event = Some(Event::WrongOutputLength { master: request.sa, expected, got });
-            return Handled { event, ..Handled::reply(Reply::NotActivated) };
+        let master = request.sa;
+        let (expected, got) = (self.process_data.lengths().outputs, request.data.len());
+        if usize::from(expected) == got {
+            self.state = self.state.on(Stimulus::Outputs);
+            self.safe_state = false;
+            self.process_data.receive(request.data);
+            let reply = self.with_priority(self.process_data.inputs());
+            return Handled { exchanged: true, ..Handled::reply(reply) };
         }
-        self.state = self.state.on(Stimulus::Outputs);
-        if self.sync == Mode::Active {
-            self.waiting_outputs.copy(request.data);
-        } else {
-            self.outputs.copy(request.data);
-            self.pass_outputs();
+        if got == 0 && self.description.fail_safe {
+            self.state = self.state.on(Stimulus::NoOutputs);
+            self.process_data.clear();
+            let event = (!self.safe_state).then_some(Event::SafeState { master });
+            self.safe_state = true;
+            let reply = self.with_priority(self.process_data.inputs());
+            return Handled { event, exchanged: true, ..Handled::reply(reply) };
         }
-        Handled { exchanged: true, ..Handled::reply(data_or_sc(self.offered_inputs())) }
-    }
-
-    /// `dp-v0.md` 6.3. A mode that Set_Prm did not enable stays closed (S-10).
-    fn global_control(&mut self, command: GlobalControl) {
-        if command.clear_data {
-            self.outputs = Octets::EMPTY;
-            self.waiting_outputs = Octets::EMPTY;
-            self.pass_outputs();
-        }
-        match (self.sync, command.sync) {
-            (Mode::Closed, _) | (_, Latch::Keep) | (Mode::Enabled, Latch::Release) => {}
-            (Mode::Enabled, Latch::Set) => {
-                // The outputs received last are out already; from now on they wait.
-                self.waiting_outputs = self.outputs;
-                self.sync = Mode::Active;
-            }
-            (Mode::Active, Latch::Set) => self.pass_waiting_outputs(),
-            (Mode::Active, Latch::Release) => {
-                self.pass_waiting_outputs();
-                self.sync = Mode::Enabled;
-            }
-        }
-        match (self.freeze, command.freeze) {
-            (Mode::Closed, _) | (_, Latch::Keep) => {}
-            (Mode::Enabled | Mode::Active, Latch::Set) => {
-                self.frozen_inputs = self.inputs;
-                self.freeze = Mode::Active;
-            }
-            (Mode::Enabled | Mode::Active, Latch::Release) => self.freeze = Mode::Enabled,
-        }
+        // Freeze ends with the master: the inputs as they were before.
+        self.reply.keep([self.process_data.inputs(), &[]]);
+        self.leave_master(Stimulus::WrongOutputLength);
+        let reply = match self.policy.wrong_output_length {
+            WrongOutputLength::NotActivated => Reply::NotActivated,
+            WrongOutputLength::NoResource => Reply::NoResource,
+            WrongOutputLength::Inputs => self.with_priority(self.reply.octets()),
+        };
+        Handled { event: Some(Event::WrongOutputLength { master, expected, got }), ..Handled::reply(reply) }
     }
 
     /// Gives up the owner and everything that came with it (`dp-v0.md` 7, Leave-Master).
@@ -335,26 +388,24 @@ impl Slave {
         self.state = self.state.on(why);
         self.owner = None;
         self.watchdog = None;
+        self.user_watchdog = None;
+        self.pending = None;
         self.group_ident = 0;
-        self.sync = Mode::Closed;
-        self.freeze = Mode::Closed;
-        self.outputs = Octets::EMPTY;
-        self.waiting_outputs = Octets::EMPTY;
-        self.pass_outputs();
+        self.safe_state = false;
+        self.process_data.close();
     }
 
-    fn pass_waiting_outputs(&mut self) {
-        self.outputs = self.waiting_outputs;
-        self.pass_outputs();
+    /// The reply to a Data_Exchange: with high priority while a diagnosis waits for the owner. Without inputs that
+    /// needs SD1, because SC has no priority (`dp-v0.md` 6.6).
+    const fn with_priority<'a>(&self, inputs: &'a [u8]) -> Reply<'a> {
+        if self.announced { Reply::DataHigh(inputs) } else { data_or_sc(inputs) }
     }
 
-    const fn pass_outputs(&mut self) {
-        self.outputs_passed = self.outputs_passed.wrapping_add(1);
-    }
-
-    fn offered_inputs(&self) -> &[u8] {
-        let inputs = if self.freeze == Mode::Active { &self.frozen_inputs } else { &self.inputs };
-        inputs.first(self.lengths.inputs)
+    fn read<'a>(&self, data: &'a [u8]) -> Reply<'a> {
+        match self.policy.empty_read {
+            EmptyRead::NoReplyData if data.is_empty() => Reply::NoReplyData,
+            EmptyRead::NoReplyData | EmptyRead::ShortAcknowledge => data_or_sc(data),
+        }
     }
 }
 
@@ -368,57 +419,18 @@ impl<'a> Handled<'a> {
     }
 }
 
+impl From<NoEffect> for Reply<'_> {
+    fn from(no_effect: NoEffect) -> Self {
+        match no_effect {
+            NoEffect::Acknowledged => Self::ShortAcknowledge,
+            NoEffect::NotActivated => Self::NotActivated,
+        }
+    }
+}
+
 /// A slave with nothing to say acknowledges.
 const fn data_or_sc(data: &[u8]) -> Reply<'_> {
     if data.is_empty() { Reply::ShortAcknowledge } else { Reply::DataLow(data) }
-}
-
-/// The monitoring of the owner.
-#[derive(Clone, Copy, Debug)]
-struct Watchdog {
-    time: Duration,
-    heard: Instant,
-}
-
-impl Watchdog {
-    const fn expires(self) -> Instant {
-        self.heard.saturating_add(self.time)
-    }
-}
-
-/// Sync or Freeze.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Mode {
-    /// Set_Prm did not ask for it.
-    Closed,
-    /// May be commanded.
-    Enabled,
-    /// Commanded.
-    Active,
-}
-
-impl Mode {
-    const fn enabled(enabled: bool) -> Self {
-        if enabled { Self::Enabled } else { Self::Closed }
-    }
-}
-
-/// The octets of one direction; those never written are zero.
-#[derive(Clone, Copy, Debug)]
-struct Octets([u8; MAX_IO_LEN]);
-
-impl Octets {
-    const EMPTY: Self = Self([0; MAX_IO_LEN]);
-
-    fn first(&self, len: u8) -> &[u8] {
-        self.0.get(..len.into()).unwrap_or_default()
-    }
-
-    fn copy(&mut self, octets: &[u8]) {
-        for (place, octet) in self.0.iter_mut().zip(octets) {
-            *place = *octet;
-        }
-    }
 }
 
 #[cfg(test)]

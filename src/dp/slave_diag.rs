@@ -1,4 +1,4 @@
-//! Slave_Diag (SAP 60): the six octets of the standard diagnosis.
+//! Slave_Diag (SAP 60): the six octets of the standard diagnosis, ahead of the extended one.
 //!
 //! ```text
 //! octet 1   b0 Station_Non_Existent*  b1 Station_Not_Ready  b2 Cfg_Fault  b3 Ext_Diag  b4 Not_Supported
@@ -7,9 +7,10 @@
 //! octet 3   b7 Ext_Diag_Overflow  b6..b0 0
 //! octet 4   Master_Add, 255 = none
 //! octet 5,6 Ident_Number, high octet first
+//! octet 7.. Ext_Diag_Data, 0..=238 octets, drawn in [`ext_diag`](super::ext_diag)
 //! ```
 //!
-//! Bits marked * are set by masters only. Source: `dp-v0.md` 6.2. Extended diagnosis does not exist yet.
+//! Bits marked * are set by masters only. Source: `dp-v0.md` 6.2.
 
 use crate::fdl::Address;
 
@@ -26,18 +27,24 @@ pub struct Diagnosis {
     pub station_not_ready: bool,
     /// The last Chk_Cfg was refused.
     pub cfg_fault: bool,
+    /// The extended diagnosis shows a fault.
+    pub ext_diag: bool,
     /// The last Set_Prm asked for something the slave cannot do.
     pub not_supported: bool,
     /// The last Set_Prm was refused.
     pub prm_fault: bool,
     /// The slave must be parameterised.
     pub prm_req: bool,
+    /// The slave cannot deliver valid data: the master shall go on reading the diagnosis.
+    pub stat_diag: bool,
     /// The watchdog is on.
     pub wd_on: bool,
     /// Freeze is active.
     pub freeze_mode: bool,
     /// Sync is active.
     pub sync_mode: bool,
+    /// There is more extended diagnosis than fits.
+    pub ext_diag_overflow: bool,
     /// The owner.
     pub master: Option<Address>,
     /// The slave's ident number.
@@ -52,14 +59,16 @@ impl Diagnosis {
         [
             bit(self.station_not_ready, 1)
                 | bit(self.cfg_fault, 2)
+                | bit(self.ext_diag, 3)
                 | bit(self.not_supported, 4)
                 | bit(self.prm_fault, 6),
             bit(self.prm_req, 0)
+                | bit(self.stat_diag, 1)
                 | bit(true, 2)
                 | bit(self.wd_on, 3)
                 | bit(self.freeze_mode, 4)
                 | bit(self.sync_mode, 5),
-            0,
+            bit(self.ext_diag_overflow, 7),
             self.master.map_or(NO_MASTER, Address::number),
             ident_high,
             ident_low,
@@ -78,15 +87,18 @@ mod tests {
         let all = Diagnosis {
             station_not_ready: true,
             cfg_fault: true,
+            ext_diag: true,
             not_supported: true,
             prm_fault: true,
             prm_req: true,
+            stat_diag: true,
             wd_on: true,
             freeze_mode: true,
             sync_mode: true,
+            ext_diag_overflow: true,
             master: Address::station(2).ok(),
             ident: 0x1234,
         };
-        assert_eq!(all.octets(), [0x56, 0x3D, 0, 2, 0x12, 0x34]);
+        assert_eq!(all.octets(), [0x5E, 0x3F, 0x80, 2, 0x12, 0x34]);
     }
 }

@@ -22,6 +22,8 @@ pub enum State {
 pub enum Stimulus {
     /// Set_Prm with Lock_Req, everything in order.
     PrmAccepted,
+    /// The Set_Prm that was accepted last once more, octet for octet, in DATA-EXCH, where the policy lets it stay.
+    PrmRepeated,
     /// Set_Prm with a fault.
     PrmRejected,
     /// Set_Prm with neither lock nor unlock: min T_SDR only.
@@ -32,14 +34,20 @@ pub enum Stimulus {
     ForeignPrm,
     /// Chk_Cfg with an accepted configuration.
     CfgAccepted,
-    /// Chk_Cfg with another one.
+    /// Chk_Cfg with an accepted configuration that the application has yet to judge.
+    CfgPending,
+    /// Chk_Cfg with another one, or one the application refuses.
     CfgRejected,
     /// Data_Exchange with the configured number of output octets.
     Outputs,
+    /// Data_Exchange without outputs to a slave with Fail_Safe: the safe state.
+    NoOutputs,
     /// Data_Exchange with another number of octets.
     WrongOutputLength,
     /// The owner was silent for the watchdog time.
     WatchdogExpired,
+    /// The application gave up, or was silent for the user watchdog time.
+    ApplicationLost,
 }
 
 impl State {
@@ -52,6 +60,9 @@ impl State {
         match (self, stimulus) {
             // Rows 3, 11, 22: accepted parameters wait for a configuration, also where data were exchanged.
             (Self::WaitPrm | Self::WaitCfg | Self::DataExch, Stimulus::PrmAccepted) => Self::WaitCfg,
+            // Row 22 with `SetPrmInDataExch::StayIfIdentical`; elsewhere it is an accepted Set_Prm.
+            (Self::DataExch, Stimulus::PrmRepeated) => Self::DataExch,
+            (Self::WaitPrm | Self::WaitCfg, Stimulus::PrmRepeated) => Self::WaitCfg,
             // Rows 4, 13.
             (Self::WaitPrm | Self::WaitCfg | Self::DataExch, Stimulus::PrmRejected) => Self::WaitPrm,
             // Row 12.
@@ -62,17 +73,27 @@ impl State {
             (Self::DataExch, Stimulus::MinTsdrOnly | Stimulus::ForeignPrm) => Self::DataExch,
             // Rows 8, 20.
             (Self::WaitCfg | Self::DataExch, Stimulus::CfgAccepted) => Self::DataExch,
+            // Row 9: nothing is exchanged until the application has judged.
+            (Self::WaitCfg | Self::DataExch, Stimulus::CfgPending) => Self::WaitCfg,
             // Rows 10, 21.
             (Self::WaitCfg | Self::DataExch, Stimulus::CfgRejected) => Self::WaitPrm,
             // Row 7: closed without an owner.
-            (Self::WaitPrm, Stimulus::CfgAccepted | Stimulus::CfgRejected) => Self::WaitPrm,
-            // Row 16.
-            (Self::DataExch, Stimulus::Outputs) => Self::DataExch,
+            (Self::WaitPrm, Stimulus::CfgAccepted | Stimulus::CfgPending | Stimulus::CfgRejected) => {
+                Self::WaitPrm
+            }
+            // Rows 16, 17.
+            (Self::DataExch, Stimulus::Outputs | Stimulus::NoOutputs) => Self::DataExch,
             // Row 18.
             (Self::DataExch, Stimulus::WrongOutputLength) => Self::WaitPrm,
             // Rows 7, 19: closed outside Data_Exchange.
-            (Self::WaitPrm, Stimulus::Outputs | Stimulus::WrongOutputLength) => Self::WaitPrm,
-            (Self::WaitCfg, Stimulus::Outputs | Stimulus::WrongOutputLength) => Self::WaitCfg,
+            (Self::WaitPrm, Stimulus::Outputs | Stimulus::NoOutputs | Stimulus::WrongOutputLength) => {
+                Self::WaitPrm
+            }
+            (Self::WaitCfg, Stimulus::Outputs | Stimulus::NoOutputs | Stimulus::WrongOutputLength) => {
+                Self::WaitCfg
+            }
+            // Row 25.
+            (Self::WaitPrm | Self::WaitCfg | Self::DataExch, Stimulus::ApplicationLost) => Self::WaitPrm,
             // Row 15.
             (Self::WaitPrm | Self::WaitCfg | Self::DataExch, Stimulus::WatchdogExpired) => Self::WaitPrm,
         }
@@ -89,15 +110,19 @@ mod tests {
         for (stimulus, next) in [
             //                             from WaitPrm, WaitCfg, DataExch
             (Stimulus::PrmAccepted, [Cfg, Cfg, Cfg]),
+            (Stimulus::PrmRepeated, [Cfg, Cfg, Dx]),
             (Stimulus::PrmRejected, [Prm, Prm, Prm]),
             (Stimulus::MinTsdrOnly, [Prm, Cfg, Dx]),
             (Stimulus::Unlocked, [Prm, Prm, Prm]),
             (Stimulus::ForeignPrm, [Prm, Cfg, Dx]),
             (Stimulus::CfgAccepted, [Prm, Dx, Dx]),
+            (Stimulus::CfgPending, [Prm, Cfg, Cfg]),
             (Stimulus::CfgRejected, [Prm, Prm, Prm]),
             (Stimulus::Outputs, [Prm, Cfg, Dx]),
+            (Stimulus::NoOutputs, [Prm, Cfg, Dx]),
             (Stimulus::WrongOutputLength, [Prm, Cfg, Prm]),
             (Stimulus::WatchdogExpired, [Prm, Prm, Prm]),
+            (Stimulus::ApplicationLost, [Prm, Prm, Prm]),
         ] {
             for (state, expected) in State::ALL.into_iter().zip(next) {
                 assert_eq!(state.on(stimulus), expected, "{state:?} on {stimulus:?}");

@@ -22,7 +22,7 @@
 //! # Ok::<(), profidrive::fdl::AddressError>(())
 //! ```
 
-use super::{Description, Event, Slave};
+use super::{CfgFault, CfgTicket, Description, Event, ExtDiag, Policy, Service, Slave, StoredAddress};
 use crate::fdl::station::TooLate;
 use crate::fdl::{self, Address, Reception, Request, Telegram};
 use crate::time::{BaudRate, Instant};
@@ -49,9 +49,33 @@ impl Station {
         Self { fdl: fdl::Station::new(address, baud, max_tsdr), slave: Slave::new(description) }
     }
 
+    /// A slave that has just been switched on and remembers an earlier Set_Slave_Add: its address and lock bit, and
+    /// its Rem_Slave_Data of up to 240 octets.
+    pub fn restored(
+        stored: StoredAddress,
+        rem_slave_data: &[u8],
+        baud: BaudRate,
+        max_tsdr: Option<u16>,
+        description: Description,
+    ) -> Self {
+        let slave = Slave::new(description).with_stored(stored.no_add_chg, rem_slave_data);
+        Self { fdl: fdl::Station::new(stored.address, baud, max_tsdr), slave }
+    }
+
+    /// The same station with another policy.
+    #[must_use]
+    pub fn with_policy(self, policy: Policy) -> Self {
+        Self { fdl: self.fdl.with_policy(policy.fdl), slave: self.slave.with_policy(policy) }
+    }
+
     /// Its address.
     pub const fn address(&self) -> Address {
         self.fdl.address()
+    }
+
+    /// What to store for [`Station::restored`], with [`Slave::rem_slave_data`]. Changes with [`Event::AddressSet`].
+    pub const fn stored_address(&self) -> StoredAddress {
+        StoredAddress { address: self.fdl.address(), no_add_chg: self.slave.no_add_chg() }
     }
 
     /// The slave: its state, owner, outputs and diagnosis.
@@ -64,6 +88,32 @@ impl Station {
         self.slave.set_inputs(inputs);
     }
 
+    /// Files the extended diagnosis, to stay until the next one is filed ([`Slave::file_diagnosis`]).
+    pub fn file_diagnosis(&mut self, diagnosis: &ExtDiag) {
+        self.slave.file_diagnosis(diagnosis);
+    }
+
+    /// Judges the configuration of [`Event::CfgToJudge`] at `now`. Without effect if a newer Set_Prm or Chk_Cfg has
+    /// come since. A refusal names the octet that the application does not like.
+    pub fn judge_cfg(
+        &mut self,
+        now: Instant,
+        ticket: CfgTicket,
+        verdict: Result<(), CfgFault>,
+    ) -> Option<Event> {
+        self.slave.judge_cfg(now, ticket, verdict)
+    }
+
+    /// The application is alive at `now`; needed with [`Description::user_watchdog`].
+    pub const fn application_alive(&mut self, now: Instant) {
+        self.slave.application_alive(now);
+    }
+
+    /// The application gives up: the slave leaves its master and waits for Set_Prm.
+    pub fn abort(&mut self) -> Option<Event> {
+        self.slave.abort()
+    }
+
     /// The line has another rate from now on.
     pub fn set_baud(&mut self, baud: BaudRate) {
         self.fdl.set_baud(baud);
@@ -73,12 +123,18 @@ impl Station {
     pub fn receive(&mut self, now: Instant, telegram: &Telegram<'_>) -> Outcome {
         match self.fdl.receive(now, telegram) {
             Reception::Ignored => Outcome::default(),
-            Reception::Answered { sa } | Reception::Repeated { sa } => {
+            Reception::Answered { sa } => {
                 self.slave.heard(now, sa);
                 Outcome::default()
             }
+            Reception::Repeated { sa } => {
+                if self.slave.policy().retry_feeds_watchdog {
+                    self.slave.heard(now, sa);
+                }
+                Outcome::default()
+            }
             Reception::Data(request) => {
-                if !request.da.is_broadcast() {
+                if !request.da.is_broadcast() || self.broadcast_counts(&request) {
                     self.slave.heard(now, request.sa);
                 }
                 Outcome { event: self.slave.handle_sdn(&request), exchanged: false }
@@ -87,7 +143,7 @@ impl Station {
         }
     }
 
-    /// Time has passed: the watchdog may expire. Harmless at any time.
+    /// Time has passed: a watchdog may expire. Harmless at any time.
     pub fn handle_timeout(&mut self, now: Instant) -> Option<Event> {
         self.slave.handle_timeout(now)
     }
@@ -101,16 +157,23 @@ impl Station {
         self.fdl.poll_transmit(now)
     }
 
-    /// When a reply is to be sent or the watchdog expires. Changes with every telegram received or sent.
+    /// When a reply is to be sent or a watchdog expires. Changes with every telegram received or sent and with every
+    /// word of the application.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
         [self.fdl.poll_timeout(), self.slave.poll_timeout()].into_iter().flatten().min()
     }
 
-    /// When the watchdog expires, apart from replies to be sent.
+    /// When a watchdog expires, apart from replies to be sent.
     #[must_use]
     pub fn watchdog_timeout(&self) -> Option<Instant> {
         self.slave.poll_timeout()
+    }
+
+    /// Broadcasts feed no watchdog unless the policy says so: a master that has dropped the slave still sends them.
+    fn broadcast_counts(&self, request: &Request<'_>) -> bool {
+        self.slave.policy().broadcast_feeds_watchdog
+            && Service::of(request.dsap, request.ssap) == Some(Service::GlobalControl)
     }
 
     fn serve(&mut self, now: Instant, request: &Request<'_>) -> Outcome {
@@ -120,6 +183,10 @@ impl Station {
         let (event, exchanged) = (handled.event, handled.exchanged);
         if let Some(bits) = self.slave.min_tsdr() {
             self.fdl.set_min_tsdr(bits);
+        }
+        // Behind the reply, which still belongs to the old address.
+        if let Some(Event::AddressSet { stored, .. }) = event {
+            self.fdl.set_address(stored.address);
         }
         Outcome { event, exchanged }
     }

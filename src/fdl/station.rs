@@ -21,17 +21,68 @@ pub const MAX_USER_DATA: usize = MAX_PDU_LEN - 2;
 /// One passive station on the bus.
 #[derive(Clone, Debug)]
 pub struct Station {
+    policy: Policy,
     address: Address,
+    /// The address given up by the last telegram for us: a retry of that one is still answered.
+    former: Option<Address>,
     baud: BaudRate,
     min_tsdr: u8,
     max_tsdr: Option<u16>,
-    /// The last counted request and its reply, kept until another telegram for us arrives.
+    /// The last counted request, kept with its reply until another telegram for us arrives.
     last: Option<Cycle>,
     last_data: [u8; MAX_PDU_LEN],
     reply: [u8; MAX_TELEGRAM_LEN],
     reply_len: u8,
-    /// The end of the request that `reply` answers, while that reply has not been sent.
-    pending: Option<Instant>,
+    /// The reply to what is not counted, apart, so that it does not overwrite a stored one.
+    short_reply: [u8; SHORT_LEN],
+    /// The end of the request and the reply that waits for its time.
+    pending: Option<(Instant, Waiting)>,
+}
+
+/// Octets of a telegram without data.
+const SHORT_LEN: usize = 6;
+
+/// Which reply is to be sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Waiting {
+    /// `reply`.
+    Counted,
+    /// `short_reply`.
+    Short,
+}
+
+/// How a passive station behaves where the sources are silent (`dp-v0.md` 16 points 6 and 11).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Policy {
+    /// Whether an FDL status request between a request and its retry drops the stored reply, so that the retry is
+    /// carried out as new.
+    pub status_drops_reply: bool,
+    /// The octets that answer a request for identification, 1..=244: four lengths and the four texts vendor,
+    /// controller, hardware release and software release. `None`: RS.
+    pub ident: Option<&'static [u8]>,
+    /// What a request for LSAP status gets.
+    pub lsap_status: NotOffered,
+    /// What Send Data with Acknowledge (SDA) gets.
+    pub sda: NotOffered,
+}
+
+impl Policy {
+    /// What `dp-v0.md` proposes.
+    pub const PROPOSED: Self = Self {
+        status_drops_reply: true,
+        ident: None,
+        lsap_status: NotOffered::NotActivated,
+        sda: NotOffered::NotActivated,
+    };
+}
+
+/// The answer to a service that the station does not offer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NotOffered {
+    /// RS.
+    NotActivated,
+    /// None.
+    Silence,
 }
 
 /// What identifies a counted request (`dp-v0.md` 2.3), its data apart.
@@ -39,10 +90,31 @@ pub struct Station {
 struct Cycle {
     fcb: bool,
     service: Service,
+    da: Address,
     sa: Address,
     dsap: Option<Sap>,
     ssap: Option<Sap>,
     data_len: usize,
+}
+
+impl Cycle {
+    /// `None` if the request is not counted.
+    const fn of(telegram: &DataTelegram<'_>, service: Service, frame_count: FrameCount) -> Option<Self> {
+        let fcb = match frame_count {
+            FrameCount::Unused => return None,
+            FrameCount::Even => false,
+            FrameCount::First | FrameCount::Odd => true,
+        };
+        Some(Self {
+            fcb,
+            service,
+            da: telegram.da,
+            sa: telegram.sa,
+            dsap: telegram.dsap,
+            ssap: telegram.ssap,
+            data_len: telegram.data.len(),
+        })
+    }
 }
 
 /// What became of a telegram.
@@ -88,6 +160,10 @@ pub enum Reply<'a> {
     ShortAcknowledge,
     /// DL: data with low priority, 1..=244 octets.
     DataLow(&'a [u8]),
+    /// DH: data with high priority, 0..=244 octets; without octets in SD1.
+    DataHigh(&'a [u8]),
+    /// NR: no reply data ready.
+    NoReplyData,
     /// RR: no resource for the data.
     NoResource,
     /// RS: service or SAP not activated.
@@ -110,7 +186,9 @@ impl Station {
     /// true timing, where the master's patience is all there is.
     pub const fn new(address: Address, baud: BaudRate, max_tsdr: Option<u16>) -> Self {
         Self {
+            policy: Policy::PROPOSED,
             address,
+            former: None,
             baud,
             min_tsdr: DEFAULT_MIN_TSDR,
             max_tsdr,
@@ -118,13 +196,28 @@ impl Station {
             last_data: [0; MAX_PDU_LEN],
             reply: [0; MAX_TELEGRAM_LEN],
             reply_len: 0,
+            short_reply: [0; SHORT_LEN],
             pending: None,
         }
+    }
+
+    /// The same station with another policy.
+    #[must_use]
+    pub const fn with_policy(mut self, policy: Policy) -> Self {
+        self.policy = policy;
+        self
     }
 
     /// The station's address.
     pub const fn address(&self) -> Address {
         self.address
+    }
+
+    /// The station has another address from the request on that it has just answered. Until the next telegram for
+    /// it, a retry of that request to the old address still gets the same reply.
+    pub const fn set_address(&mut self, address: Address) {
+        self.former = Some(self.address);
+        self.address = address;
     }
 
     /// The rate of the line.
@@ -184,8 +277,9 @@ impl Station {
             };
         }
         if telegram.da != self.address {
-            return Reception::Ignored;
+            return self.receive_at_former(now, telegram, service, frame_count);
         }
+        self.former = None;
         match service {
             Service::SrdLow | Service::SrdHigh => self.receive_srd(now, telegram, service, frame_count),
             Service::SdnLow | Service::SdnHigh => {
@@ -193,15 +287,21 @@ impl Station {
                 Reception::Data(request(telegram))
             }
             Service::FdlStatus => {
-                self.last = None;
+                if self.policy.status_drops_reply {
+                    self.last = None;
+                }
                 if telegram.dsap.is_some() || telegram.ssap.is_some() || !telegram.data.is_empty() {
                     return Reception::Ignored;
                 }
                 self.answer(now, telegram.sa, ReplyStatus::Ok)
             }
-            Service::SdaLow | Service::SdaHigh | Service::Ident | Service::LsapStatus => {
+            Service::SdaLow | Service::SdaHigh => self.decline(now, telegram.sa, self.policy.sda),
+            Service::LsapStatus => self.decline(now, telegram.sa, self.policy.lsap_status),
+            Service::Ident => {
                 self.last = None;
-                self.answer(now, telegram.sa, ReplyStatus::NotActivated)
+                let reply = self.policy.ident.map_or(Reply::NotActivated, Reply::DataLow);
+                self.reply(now, &request(telegram), reply);
+                Reception::Answered { sa: telegram.sa }
             }
             Service::TimeEvent | Service::Msrd => {
                 self.last = None;
@@ -213,8 +313,8 @@ impl Station {
     /// Answers the request that [`Station::receive`] has just handed over at `now`. The reply is sent by
     /// [`Station::poll_transmit`] once min T_SDR has passed.
     ///
-    /// Addresses and SAPs are mirrored. Data of no octets or more than 244 are answered with RR: the layer above
-    /// has broken its promise, the master shall not hang.
+    /// Addresses and SAPs are mirrored. Data of more octets than [`Reply`] allows, or fewer, are answered with RR: the
+    /// layer above has broken its promise, the master shall not hang.
     pub fn reply(&mut self, now: Instant, request: &Request<'_>, reply: Reply<'_>) {
         let (status, data) = match reply {
             Reply::ShortAcknowledge => {
@@ -222,7 +322,11 @@ impl Station {
                 return;
             }
             Reply::DataLow(data) if (1..=MAX_USER_DATA).contains(&data.len()) => (ReplyStatus::DataLow, data),
-            Reply::DataLow(_) | Reply::NoResource => (ReplyStatus::NoResource, [].as_slice()),
+            Reply::DataHigh(data) if data.len() <= MAX_USER_DATA => (ReplyStatus::DataHigh, data),
+            Reply::DataLow(_) | Reply::DataHigh(_) | Reply::NoResource => {
+                (ReplyStatus::NoResource, [].as_slice())
+            }
+            Reply::NoReplyData => (ReplyStatus::NotReady, [].as_slice()),
             Reply::NotActivated => (ReplyStatus::NotActivated, [].as_slice()),
         };
         let telegram = if data.is_empty() {
@@ -248,21 +352,25 @@ impl Station {
     /// [`TooLate`] once if the reply was dropped because max T_SDR is over.
     #[must_use = "the octets are not offered again"]
     pub fn poll_transmit(&mut self, now: Instant) -> Result<Option<&[u8]>, TooLate> {
-        let Some(end) = self.pending.filter(|end| self.earliest(*end) <= now) else {
+        let Some((end, waiting)) = self.pending.filter(|(end, _)| self.earliest(*end) <= now) else {
             return Ok(None);
+        };
+        let reply = match waiting {
+            Waiting::Counted => self.reply.get(..self.reply_len.into()),
+            Waiting::Short => Some(self.short_reply.as_slice()),
         };
         self.pending = None;
         let after = now.saturating_since(end);
         match self.max_tsdr.map(|bits| self.baud.bit_times(bits.into())) {
             Some(limit) if after > limit => Err(TooLate { after, limit }),
-            Some(_) | None => Ok(self.reply.get(..self.reply_len.into())),
+            Some(_) | None => Ok(reply),
         }
     }
 
     /// When [`Station::poll_transmit`] has something to send. Changes with every telegram received or sent.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
-        self.pending.map(|end| self.earliest(end))
+        self.pending.map(|(end, _)| self.earliest(end))
     }
 
     fn earliest(&self, end: Instant) -> Instant {
@@ -276,29 +384,13 @@ impl Station {
         service: Service,
         frame_count: FrameCount,
     ) -> Reception<'a> {
-        let fcb = match frame_count {
+        let Some(cycle) = Cycle::of(telegram, service, frame_count) else {
             // Rule 6: not evaluated.
-            FrameCount::Unused => {
-                self.last = None;
-                return Reception::DataWithReply(request(telegram));
-            }
-            FrameCount::Even => false,
-            FrameCount::First | FrameCount::Odd => true,
+            self.last = None;
+            return Reception::DataWithReply(request(telegram));
         };
-        let cycle = Cycle {
-            fcb,
-            service,
-            sa: telegram.sa,
-            dsap: telegram.dsap,
-            ssap: telegram.ssap,
-            data_len: telegram.data.len(),
-        };
-        // Rule 1: a first cycle is never a retry. Rule 4: the stored FCB, the same initiator, directly after.
-        if frame_count != FrameCount::First
-            && self.last == Some(cycle)
-            && self.last_data.get(..cycle.data_len) == Some(telegram.data)
-        {
-            self.pending = Some(now);
+        if self.is_retry(cycle, telegram, frame_count) {
+            self.pending = Some((now, Waiting::Counted));
             return Reception::Repeated { sa: telegram.sa };
         }
         // Rules 2 and 3: new, and stored.
@@ -309,9 +401,57 @@ impl Station {
         Reception::DataWithReply(request(telegram))
     }
 
+    /// A telegram that is not for our address: the retry of the one that took an address from us is (C-05).
+    fn receive_at_former<'a>(
+        &mut self,
+        now: Instant,
+        telegram: &DataTelegram<'a>,
+        service: Service,
+        frame_count: FrameCount,
+    ) -> Reception<'a> {
+        if self.former != Some(telegram.da) {
+            return Reception::Ignored;
+        }
+        let retry = match service {
+            Service::SrdLow | Service::SrdHigh => Cycle::of(telegram, service, frame_count)
+                .is_some_and(|cycle| self.is_retry(cycle, telegram, frame_count)),
+            Service::TimeEvent
+            | Service::SdaLow
+            | Service::SdaHigh
+            | Service::SdnLow
+            | Service::SdnHigh
+            | Service::Msrd
+            | Service::FdlStatus
+            | Service::Ident
+            | Service::LsapStatus => false,
+        };
+        if !retry {
+            self.former = None;
+            return Reception::Ignored;
+        }
+        self.pending = Some((now, Waiting::Counted));
+        Reception::Repeated { sa: telegram.sa }
+    }
+
+    /// Rule 1: a first cycle is never a retry. Rule 4: the stored FCB, the same initiator, directly after.
+    fn is_retry(&self, cycle: Cycle, telegram: &DataTelegram<'_>, frame_count: FrameCount) -> bool {
+        frame_count != FrameCount::First
+            && self.last == Some(cycle)
+            && self.last_data.get(..cycle.data_len) == Some(telegram.data)
+    }
+
+    fn decline<'a>(&mut self, now: Instant, sa: Address, not_offered: NotOffered) -> Reception<'a> {
+        self.last = None;
+        match not_offered {
+            NotOffered::NotActivated => self.answer(now, sa, ReplyStatus::NotActivated),
+            NotOffered::Silence => Reception::Ignored,
+        }
+    }
+
     fn answer<'a>(&mut self, now: Instant, sa: Address, status: ReplyStatus) -> Reception<'a> {
+        // Cannot fail: an SD1 telegram has six octets.
         let telegram = self.status_telegram(sa, status);
-        self.schedule(now, &Telegram::Data(telegram));
+        self.pending = telegram.encode(&mut self.short_reply).is_ok().then_some((now, Waiting::Short));
         Reception::Answered { sa }
     }
 
@@ -332,7 +472,7 @@ impl Station {
         // Cannot fail: the data were measured before, and the buffer holds the longest telegram.
         let len = telegram.encode(&mut self.reply).map_or(0, <[u8]>::len);
         self.reply_len = u8::try_from(len).unwrap_or(0);
-        self.pending = (len > 0).then_some(now);
+        self.pending = (len > 0).then_some((now, Waiting::Counted));
     }
 }
 

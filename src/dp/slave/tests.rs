@@ -5,13 +5,7 @@ use crate::fdl::Sap;
 
 const MASTER: u8 = 2;
 
-const IO: Description = Description {
-    ident: 0x1234,
-    configurations: &[&[0x23, 0x13]],
-    user_prm_len: 0,
-    sync_mode: false,
-    freeze_mode: false,
-};
+const IO: Description = Description { ident: 0x1234, configurations: &[&[0x23, 0x13]], ..Description::PLAIN };
 
 fn request(sap: Option<u8>, data: &[u8]) -> Request<'_> {
     let address = Address::from_octet;

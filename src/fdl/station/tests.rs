@@ -199,3 +199,26 @@ fn f_21_the_longest_reply_fits_and_a_longer_one_becomes_no_resource() {
         assert_eq!(reply.len(), expected, "{len} octets");
     }
 }
+
+#[test]
+fn each_reply_has_its_telegram() {
+    let octets = diagnosis(0x6D);
+    let Decoded::Telegram { telegram: asked, .. } = decode(&octets) else { panic!() };
+    let data = [0x5A; 245];
+    for (reply, expected) in [
+        (Reply::DataHigh(&[]), telegram(MASTER, OWN, 0x0A, None, &[])),
+        (Reply::DataHigh(&data[..1]), telegram(MASTER, OWN, 0x0A, Some((62, 60)), &data[..1])),
+        (Reply::DataHigh(&data[..244]), telegram(MASTER, OWN, 0x0A, Some((62, 60)), &data[..244])),
+        (Reply::DataHigh(&data), telegram(MASTER, OWN, 0x02, None, &[])),
+        (Reply::DataLow(&data[..1]), telegram(MASTER, OWN, 0x08, Some((62, 60)), &data[..1])),
+        (Reply::NoReplyData, telegram(MASTER, OWN, 0x09, None, &[])),
+        (Reply::NoResource, telegram(MASTER, OWN, 0x02, None, &[])),
+        (Reply::NotActivated, telegram(MASTER, OWN, 0x03, None, &[])),
+        (Reply::ShortAcknowledge, vec![0xE5]),
+    ] {
+        let mut station = station();
+        let Reception::DataWithReply(request) = station.receive(Instant::ZERO, &asked) else { panic!() };
+        station.reply(Instant::ZERO, &request, reply);
+        assert_eq!(station.poll_transmit(Instant::from_micros(22)), Ok(Some(&expected[..])), "{reply:?}");
+    }
+}
