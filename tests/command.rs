@@ -17,6 +17,9 @@ use std::process::{Child, ChildStdout, Command, Output, Stdio};
 use std::thread;
 use std::time::Instant;
 
+use profidrive::host::Link;
+use profidrive::host::link::pty::Pty;
+
 fn profidrive(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_profidrive"));
     command.args(arguments).env_remove("RUST_LOG").stdin(Stdio::null());
@@ -109,6 +112,9 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
         (&["emulate", "--drive", "5,speed=1"], "'speed' is unknown; expected ADDRESS"),
         (&["emulate", "--drive", "5,a\nb"], "is not understood"),
         (&["emulate", "--drive", "5", "--drive", "5,gear=24"], "two drives have address 5"),
+        (&["emulate", "--drives", "1-9", "--drive", "5"], "two drives have address 5"),
+        (&["emulate", "--drives", "9-1"], "the range 9-1 is empty; expected FIRST-LAST"),
+        (&["emulate", "--drives", "5"], "'5' is no range of addresses; expected FIRST-LAST"),
         (&["emulate", "--baud", "115200"], "expected auto or one of 9600, 19200, 45450"),
         (&["emulate", "--link", "usb"], "expected pty, pty:PATH or serial:DEVICE"),
         (&["emulate", "--link", "pty:"], "the path is missing"),
@@ -118,7 +124,6 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
             "no tcp link; expected pty, pty:PATH or serial:DEVICE",
         ),
         (&["emulate", "--link", "serial:/dev/null"], "--baud 19200"),
-        (&["emulate", "--link", "serial:/dev/null", "--baud", "auto"], "--baud auto needs a pty"),
         (&["emulate", "--link", "pty", "--link", "pty"], "multiple times"),
         (&["emulate", "-q", "-v"], "cannot be used with"),
     ] {
@@ -222,6 +227,117 @@ fn unusual_addresses_are_warned_about() {
     assert_eq!(code, Some(0));
     assert_eq!(stderr.lines().count(), 2, "{stderr}");
     assert!(stderr.contains("address 0 ") && stderr.contains("address 126 "), "{stderr}");
+}
+
+#[test]
+fn a_full_bus_is_one_argument_and_counts_what_it_hears() {
+    let emulator = Emulator::start(&["--drives", "1-125"]);
+    let rest = emulator.ready.trim_end().split_once("drives=").unwrap().1;
+    assert_eq!(rest.split(',').count(), 125);
+    let terminal = emulator.ready.split(' ').nth(1).unwrap().strip_prefix("link=").unwrap();
+    let mut master = open(terminal);
+    master.write_all(&[0x10, 125, 0, 0x49, 0xC6, 0x16]).unwrap();
+    let mut reply = [0; 6];
+    master.read_exact(&mut reply).unwrap();
+    assert_eq!(reply, [0x10, 0, 125, 0, 125, 0x16]);
+    emulator.signal("USR1");
+    // It goes on after the signal.
+    thread::sleep(Duration::from_millis(50));
+    master.write_all(&[0x10, 124, 0, 0x49, 0xC5, 0x16]).unwrap();
+    master.read_exact(&mut reply).unwrap();
+    assert_eq!(reply, [0x10, 0, 124, 0, 124, 0x16]);
+    emulator.signal("TERM");
+    let (code, _, stderr) = emulator.end();
+    assert_eq!(code, Some(0), "{stderr}");
+    let line: Vec<_> = stderr.lines().filter(|line| line.contains("line: heard ")).collect();
+    assert!(line[0].contains("heard 1 telegrams (FDL status 1); sent 1;"), "on SIGUSR1: {line:?}");
+    assert!(line[1].contains("heard 2 telegrams") && line.len() == 2, "at the end: {line:?}");
+    assert!(stderr.contains("station 125: 1 telegrams") && !stderr.contains("station 123: "), "{stderr}");
+}
+
+/// An emulator on a "serial" line that is a terminal, whose other end the test has.
+struct OnSerial {
+    process: Child,
+    stdout: BufReader<ChildStdout>,
+    stderr: BufReader<std::process::ChildStderr>,
+    line: Pty,
+}
+
+impl OnSerial {
+    /// Started, and past the line of its log that contains `until`.
+    fn start(arguments: &[&str], until: &str) -> Self {
+        let line = Pty::open(None).unwrap();
+        let link = format!("serial:{}", line.path().display());
+        let mut command = profidrive(&["emulate", "--link", &link]);
+        command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut process = command.spawn().unwrap();
+        let stdout = BufReader::new(process.stdout.take().unwrap());
+        let stderr = BufReader::new(process.stderr.take().unwrap());
+        let mut emulator = Self { process, stdout, stderr, line };
+        emulator.logs(until);
+        emulator
+    }
+
+    fn logs(&mut self, part: &str) {
+        let mut line = String::new();
+        while !line.contains(part) {
+            line.clear();
+            assert!(self.stderr.read_line(&mut line).unwrap() > 0, "ended without '{part}'");
+        }
+    }
+
+    fn ready(&mut self) -> String {
+        let mut line = String::new();
+        self.stdout.read_line(&mut line).unwrap();
+        line.rsplit(' ').next().unwrap().trim_end().to_owned()
+    }
+}
+
+impl Drop for OnSerial {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// FDL status of master 2 to a station, and its answer.
+fn status(station: u8) -> [u8; 6] {
+    [0x10, station, 2, 0x49, 0x4B + station, 0x16]
+}
+fn answer(station: u8) -> [u8; 6] {
+    [0x10, 2, station, 0, 2 + station, 0x16]
+}
+
+#[test]
+fn n_04_on_a_serial_line_a_drive_listens_first_and_stays_silent_if_its_address_is_live() {
+    let arguments = ["--baud", "19200", "--drive", "5", "--drive", "6"];
+    let mut emulator = OnSerial::start(&arguments, "listening whether the addresses are free");
+    emulator.line.send(&[status(5), answer(5), status(6), status(6), status(6)].concat()).unwrap();
+    assert_eq!(emulator.ready(), "drives=6");
+    emulator
+        .logs("WARN station 5 stays silent: another station has this address, which answers; choose another");
+    emulator.logs("station 6: nobody else has this address; active");
+
+    let mut emulator = OnSerial::start(&arguments, "listening whether");
+    emulator.line.send(&[answer(6), answer(5)].concat()).unwrap();
+    emulator.logs("profidrive: every address is taken by another station; choose others, or --force-address");
+    assert_eq!(emulator.process.wait().unwrap().code(), Some(1));
+
+    let forced = [&arguments[..], &["--force-address"]].concat();
+    let mut emulator = OnSerial::start(&forced, "at address 6");
+    assert_eq!(emulator.ready(), "drives=5,6");
+}
+
+#[test]
+fn on_a_serial_line_the_rate_is_searched_for_and_a_master_need_not_wait() {
+    let mut emulator = OnSerial::start(&["--baud", "auto"], "searching for the rate of the line");
+    assert_eq!(emulator.ready(), "drives=5");
+    // A terminal hears everything at any rate. What is heard while the rate is being set is thrown away: say it again.
+    for _ in 0..3 {
+        emulator.line.send(&status(9)).unwrap();
+        thread::sleep(Duration::from_millis(30));
+    }
+    emulator.logs("the rate of the line is ");
 }
 
 #[test]

@@ -13,10 +13,10 @@ use core::time::Duration;
 use std::collections::VecDeque;
 use std::io;
 
-use profidrive::device::{Config, Device, Event, MAX_TELEGRAM_LEN};
+use profidrive::device::{Config, Device, MAX_TELEGRAM_LEN};
 use profidrive::fdl::Address;
 use profidrive::host::link::memory::{End, Wire};
-use profidrive::host::{Bus, Clock, Link, ManualClock, Received, Stop, run};
+use profidrive::host::{Bus, BusEvent, Clock, Link, ManualClock, Received, Stop, run};
 use profidrive::time::Instant;
 
 /// FDL status of master 2 to station 5, and the reply of station 5.
@@ -58,7 +58,7 @@ fn a_second_drive_on_one_address_is_refused_by_name_and_the_first_stays() {
     let mut bus = bus(&[5, 6]);
     let error = bus.add(drive(5)).unwrap_err();
     assert_eq!(error.to_string(), "two drives have address 5; give each drive its own");
-    assert_eq!(bus.addresses().collect::<Vec<_>>(), [5, 6]);
+    assert_eq!(bus.addresses().map(Address::number).collect::<Vec<_>>(), [5, 6]);
 }
 
 #[test]
@@ -137,11 +137,11 @@ fn scripted(script: &[&[u8]]) -> (Scripted, Bus, ManualClock) {
     (link, bus(&[5]), clock)
 }
 
-/// Runs the script to its end: the news of the drive.
-fn play(link: &mut Scripted, bus: &mut Bus, clock: &ManualClock) -> Vec<(u8, Event)> {
+/// Runs the script to its end: the news of the bus.
+fn play(link: &mut Scripted, bus: &mut Bus, clock: &ManualClock) -> Vec<BusEvent> {
     let stop = Stop::new().unwrap();
     let mut news = Vec::new();
-    run(link, bus, clock, &stop, &mut |address, event| news.push((address, event))).unwrap();
+    run(link, bus, clock, &stop, &mut |event| news.push(event)).unwrap();
     news
 }
 
@@ -170,10 +170,23 @@ fn everything_that_arrives_is_taken() {
 }
 
 #[test]
-fn news_of_a_drive_reach_the_caller_with_its_address() {
+fn noise_is_said_once_however_many_drives_hear_it() {
     let (mut link, mut bus, clock) = scripted(&[&[0xFF]]);
+    bus.add(drive(6)).unwrap();
     let news = play(&mut link, &mut bus, &clock);
-    assert!(matches!(news[..], [(5, Event::TelegramRefused(_))]), "{news:?}");
+    assert!(matches!(news[..], [BusEvent::TelegramRefused(_)]), "{news:?}");
+    assert_eq!((bus.counters().rejected.start_delimiter, bus.counters().resyncs), (1, 1));
+}
+
+#[test]
+fn news_of_a_drive_reach_the_caller_with_its_address() {
+    // Set_Prm with the ident number of another device.
+    let prm = [0x68, 12, 12, 0x68, 0x85, 0x82, 0x6D, 0x3D, 0x3E, 0x80, 1, 1, 11, 0x12, 0x34, 0, 0xC2, 0x16];
+    let (mut link, mut bus, clock) = scripted(&[&prm]);
+    let news = play(&mut link, &mut bus, &clock);
+    let [BusEvent::Station { address, event }] = news[..] else { panic!("{news:?}") };
+    assert_eq!(address.number(), 5);
+    assert!(event.to_string().contains("refused the parameters of master 2"), "{event}");
 }
 
 #[test]
@@ -181,7 +194,7 @@ fn a_stop_requested_before_the_start_ends_the_loop_without_sleep() {
     let (mut link, mut bus, clock) = scripted(&[&[0x10]]);
     let stop = Stop::new().unwrap();
     stop.request();
-    run(&mut link, &mut bus, &clock, &stop, &mut |_, _| {}).unwrap();
+    run(&mut link, &mut bus, &clock, &stop, &mut |_| {}).unwrap();
     assert_eq!(link.sleeps, []);
 }
 

@@ -480,7 +480,7 @@ mod over_a_pseudo_terminal {
         let config = Config { baud: BAUD, ..Config::new(Address::station(5).unwrap()) };
         bus.add(Device::new(config, clock.now())).unwrap();
         thread::scope(|scope| {
-            let slave = scope.spawn(|| host::run(&mut pty, &mut bus, &clock, &stop, &mut |_, _| {}));
+            let slave = scope.spawn(|| host::run(&mut pty, &mut bus, &clock, &stop, &mut |_| {}));
             // The slave's thread ends with the master, whatever happens to it.
             let master = scope.spawn(|| commission(&terminal)).join();
             stop.request();

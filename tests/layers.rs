@@ -21,7 +21,7 @@ const TABLE: [(&str, &[&str]); 10] = [
     ("pkw", &["ppo", "param"]),
     ("drive", &["param", "time"]),
     ("device", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive"]),
-    ("host", &["device", "time"]),
+    ("host", &["device", "dp", "fdl", "time"]),
     ("master", &["host", "device", "time"]),
 ];
 

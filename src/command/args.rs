@@ -54,14 +54,28 @@ pub(crate) enum Command {
 #[command(after_help = EMULATE_EXAMPLES)]
 pub(crate) struct Emulate {
     /// A drive: ADDRESS[,model=ag03|ag03-1][,gear=24|48]; repeat it for more drives on the same line
-    #[arg(long = "drive", value_name = "SPEC", default_value = "5,model=ag03-1,gear=48")]
-    pub(crate) drives: Vec<DriveSpec>,
+    #[arg(
+        long = "drive",
+        value_name = "SPEC",
+        default_value = "5,model=ag03-1,gear=48",
+        default_value_if("ranges", clap::builder::ArgPredicate::IsPresent, None)
+    )]
+    single: Vec<DriveSpec>,
+
+    /// Many alike: FIRST-LAST[,model=ag03|ag03-1][,gear=24|48], as in 1-125,gear=24; may be repeated and mixed with --drive
+    #[arg(long = "drives", id = "ranges", value_name = "SPECS")]
+    ranges: Vec<RangeSpec>,
+
+    /// Do not listen first whether another station on a serial line has the address of a drive
+    #[arg(long)]
+    pub(crate) force_address: bool,
 
     /// The line: pty (a new pseudo-terminal), pty:PATH (with a symbolic link PATH to it) or serial:DEVICE
     #[arg(long, default_value = "pty")]
     pub(crate) link: LinkSpec,
 
-    /// The rate in bit/s, or auto: what the master sets the terminal to (pty only, and the default there)
+    /// The rate in bit/s, or auto: on a pty (and the default there) what the master sets the terminal to, on a serial
+    /// line what is heard on it
     #[arg(long, value_name = "RATE|auto")]
     pub(crate) baud: Option<BaudSpec>,
 
@@ -120,12 +134,22 @@ fn quirks_help() -> String {
     text
 }
 
+impl Emulate {
+    /// Every drive asked for, those named one by one first.
+    pub(crate) fn drives(&self) -> impl Iterator<Item = DriveSpec> + '_ {
+        self.single.iter().copied().chain(self.ranges.iter().flat_map(RangeSpec::drives))
+    }
+}
+
 const EMULATE_EXAMPLES: &str = "\
 ADDRESS is 0 to 126; model defaults to ag03-1, gear to 48.
+On a serial line each drive listens up to two seconds before it takes part; one whose address is live stays silent.
+SIGUSR1 logs what was counted so far: telegrams, retries, refusals, times of replies.
 RATE is 9600, 19200, 45450, 93750, 187500, 500000, 1500000, 3000000, 6000000 or 12000000.
 
 Examples:
   profidrive emulate --drive 5 --drive 6,model=ag03,gear=24
+  profidrive emulate --drives 1-125,model=ag03
   profidrive emulate --link pty:/tmp/bus --baud 500000
   profidrive emulate --state-dir ~/drives
   profidrive emulate --link serial:/dev/ttyUSB0 --baud 19200 -v";
@@ -156,12 +180,22 @@ impl FromStr for DriveSpec {
     type Err = String;
 
     fn from_str(spec: &str) -> Result<Self, String> {
-        let mut parts = spec.split(',');
-        let address = address(parts.next().unwrap_or_default())?;
+        let (number, options) = split(spec);
+        let address = address(number, DRIVE_FORM)?;
+        Self::with_options(address, options, DRIVE_FORM)
+    }
+}
+
+impl DriveSpec {
+    fn with_options<'a>(
+        address: Address,
+        options: impl Iterator<Item = &'a str>,
+        form: &str,
+    ) -> Result<Self, String> {
         let (mut model, mut gear) = (None, None);
-        for part in parts {
+        for part in options {
             let (key, value) =
-                part.split_once('=').ok_or_else(|| format!("'{part}' is not understood; {DRIVE_FORM}"))?;
+                part.split_once('=').ok_or_else(|| format!("'{part}' is not understood; {form}"))?;
             let again = match (key, value) {
                 ("model", "ag03") => model.replace(Model::Ag03).is_some(),
                 ("model", "ag03-1") => model.replace(Model::Ag03_1).is_some(),
@@ -169,10 +203,10 @@ impl FromStr for DriveSpec {
                 ("gear", "24") => gear.replace(Gear::Ratio24).is_some(),
                 ("gear", "48") => gear.replace(Gear::Ratio48).is_some(),
                 ("gear", _) => return Err(format!("gear '{value}' is unknown; expected 24 or 48")),
-                _ => return Err(format!("'{key}' is unknown; {DRIVE_FORM}")),
+                _ => return Err(format!("'{key}' is unknown; {form}")),
             };
             if again {
-                return Err(format!("'{key}' is given twice; {DRIVE_FORM}"));
+                return Err(format!("'{key}' is given twice; {form}"));
             }
         }
         let (model, gear) = (model.unwrap_or(Model::Ag03_1), gear.unwrap_or(Gear::Ratio48));
@@ -180,9 +214,48 @@ impl FromStr for DriveSpec {
     }
 }
 
-fn address(text: &str) -> Result<Address, String> {
+/// Drives that differ in nothing but their addresses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct RangeSpec {
+    first: DriveSpec,
+    last: Address,
+}
+
+const RANGE_FORM: &str = "expected FIRST-LAST[,model=ag03|ag03-1][,gear=24|48]";
+
+impl FromStr for RangeSpec {
+    type Err = String;
+
+    fn from_str(spec: &str) -> Result<Self, String> {
+        let (range, options) = split(spec);
+        let (first, last) = range
+            .split_once('-')
+            .ok_or_else(|| format!("'{range}' is no range of addresses; {RANGE_FORM}"))?;
+        let (first, last) = (address(first, RANGE_FORM)?, address(last, RANGE_FORM)?);
+        if last < first {
+            return Err(format!("the range {range} is empty; {RANGE_FORM}"));
+        }
+        Ok(Self { first: DriveSpec::with_options(first, options, RANGE_FORM)?, last })
+    }
+}
+
+impl RangeSpec {
+    fn drives(&self) -> impl Iterator<Item = DriveSpec> + use<> {
+        let first = self.first;
+        let numbers = first.address.number()..=self.last.number();
+        numbers.map(move |number| DriveSpec { address: Address::from_octet(number), ..first })
+    }
+}
+
+/// What stands before the first comma, and the options behind it.
+fn split(spec: &str) -> (&str, impl Iterator<Item = &str>) {
+    let mut parts = spec.split(',');
+    (parts.next().unwrap_or_default(), parts)
+}
+
+fn address(text: &str, form: &str) -> Result<Address, String> {
     if text.is_empty() || !text.bytes().all(|octet| octet.is_ascii_digit()) {
-        return Err(format!("'{text}' is no address; {DRIVE_FORM}"));
+        return Err(format!("'{text}' is no address; {form}"));
     }
     let station = text.parse().ok().and_then(|number| Address::station(number).ok());
     station.ok_or_else(|| format!("address {text} is outside 0 to 126"))
@@ -290,18 +363,14 @@ impl Args {
             Command::Emulate(emulate) => emulate,
         };
         let mut addresses = BTreeSet::new();
-        if let Some(twice) = emulate.drives.iter().find(|drive| !addresses.insert(drive.address.number())) {
+        if let Some(twice) = emulate.drives().find(|drive| !addresses.insert(drive.address)) {
             return Err(format!("two drives have address {}; give each drive its own", twice.address));
         }
         match (&emulate.link, emulate.baud) {
             (LinkSpec::Serial(_), None) => {
-                Err("a serial line needs its rate; add for example --baud 19200".into())
+                Err("a serial line needs its rate; add for example --baud 19200, or --baud auto".into())
             }
-            (LinkSpec::Serial(_), Some(BaudSpec::Auto)) => {
-                Err("--baud auto needs a pty link; give a serial line its rate, for example --baud 19200"
-                    .into())
-            }
-            (LinkSpec::Serial(_), Some(BaudSpec::Fixed(_))) | (LinkSpec::Pty(_), _) => Ok(()),
+            (LinkSpec::Serial(_), Some(_)) | (LinkSpec::Pty(_), _) => Ok(()),
         }
     }
 }
@@ -377,6 +446,48 @@ mod tests {
         ] {
             let error = spec.parse::<DriveSpec>().unwrap_err();
             assert!(error.contains(part), "{spec}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_range_is_its_bounds_and_what_its_drives_share() {
+        let range: RangeSpec = "1-125,model=ag03,gear=24".parse().unwrap();
+        let drives: Vec<_> = range.drives().collect();
+        assert_eq!(drives.len(), 125);
+        assert_eq!(drives[0].to_string(), "SIKO AG03, gear 24:1, at address 1");
+        assert_eq!(drives[124].to_string(), "SIKO AG03, gear 24:1, at address 125");
+        assert_eq!("7-7".parse::<RangeSpec>().unwrap().drives().count(), 1);
+        for (spec, part) in [
+            ("5", "'5' is no range of addresses; expected FIRST-LAST"),
+            ("", "'' is no range"),
+            ("5-", "'' is no address; expected FIRST-LAST"),
+            ("-5", "'' is no address"),
+            ("1-2-3", "'2-3' is no address"),
+            ("6-5", "the range 6-5 is empty"),
+            ("1-127", "address 127 is outside 0 to 126"),
+            ("1-2,gear=36", "gear '36' is unknown"),
+            ("1-2,color=red", "'color' is unknown; expected FIRST-LAST"),
+        ] {
+            let error = spec.parse::<RangeSpec>().unwrap_err();
+            assert!(error.contains(part), "{spec}: {error}");
+        }
+    }
+
+    #[test]
+    fn drives_and_ranges_add_up_and_must_not_overlap() {
+        let numbers = |arguments: &[&str]| {
+            let arguments = ["profidrive", "emulate"].iter().chain(arguments).map(OsString::from);
+            let args = Args::from_arguments(arguments).map_err(|refusal| refusal.0.to_string())?;
+            let Command::Emulate(emulate) = args.command else { panic!("not emulate") };
+            Ok(emulate.drives().map(|drive| drive.address.number()).collect::<Vec<_>>())
+        };
+        let all = numbers(&["--drives", "3-5", "--drive", "9", "--drives", "1-1"]);
+        assert_eq!(all, Ok::<_, String>(vec![9, 3, 4, 5, 1]));
+        assert_eq!(numbers(&["--drives", "1-2"]), Ok(vec![1, 2]), "no default beside them");
+        assert_eq!(numbers(&[]), Ok(vec![5]));
+        for overlap in [&["--drives", "1-5", "--drive", "3"], &["--drives", "1-5", "--drives", "5-9"]] {
+            let error = numbers(overlap).unwrap_err();
+            assert!(error.contains("two drives have address"), "{error}");
         }
     }
 

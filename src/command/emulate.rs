@@ -1,13 +1,16 @@
 //! `profidrive emulate`: drives on a line until a signal.
 
+use core::sync::atomic::{AtomicBool, Ordering};
 use core::time::Duration;
 use std::io::{self, Write};
+use std::sync::Arc;
 
-use profidrive::device::{Config, Device, Event};
+use profidrive::device::{Config, Device, Timing};
+use profidrive::fdl::{Address, RateChange};
 use profidrive::host::link::serial::Serial;
-use profidrive::host::{Bus, Clock, Link, StateDir, Stop, SystemClock, run};
-use profidrive::time::BaudRate;
-use signal_hook::consts::{SIGINT, SIGTERM};
+use profidrive::host::{Bus, BusEvent, Clock, Link, StateDir, Stop, StoredDevice, SystemClock, run};
+use profidrive::time::{BaudRate, Instant};
+use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
 use tracing::{debug, info, warn};
 
 use super::Failure;
@@ -17,52 +20,183 @@ use super::args::{BaudSpec, DriveSpec, Emulate, LinkSpec, QuirkSpec};
 /// waits before it replies.
 const PTY_RATE: BaudRate = BaudRate::K500;
 
+/// A serial line whose rate is to be found is opened at one that every port has.
+const FIRST_SERIAL_RATE: BaudRate = BaudRate::K19_2;
+
 /// A line full of rubbish is said once in this time; the rest is for `-v`.
 const NOISE_PAUSE: Duration = Duration::from_secs(1);
 
 /// Runs until SIGINT or SIGTERM.
 pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     // Before the link is made, so that no signal ends the process with the link left behind.
-    let stop = stop_on_signals().map_err(|error| Failure::from_error(&error))?;
+    let signals = Signals::register().map_err(|error| Failure::from_error(&error))?;
     let clock = SystemClock::new();
     let state = args.state_dir.as_deref().map(StateDir::open).transpose();
     let state = state.map_err(|error| Failure::from_error(&error))?;
     let (rate, mut link, path) = open(&args.link, args.baud)?;
 
-    let mut bus = Bus::new();
-    for drive in &args.drives {
-        connect(&mut bus, *drive, rate, &args.quirks, &clock, state.as_ref())?;
+    let mut bus = Bus::on(rate, Timing::Untrue);
+    // Nobody but a master is on a terminal that was made just now.
+    let serial = matches!(args.link, LinkSpec::Serial(_));
+    let (listen, search) = (serial && !args.force_address, serial && args.baud == Some(BaudSpec::Auto));
+    for drive in args.drives() {
+        connect(&mut bus, drive, &args.quirks, clock.now(), listen, state.as_ref())?;
     }
-    announce(&path, &bus);
-    let mut last_noise = None;
-    let outcome = run(&mut *link, &mut bus, &clock, &stop, &mut |address, event| {
-        let noise = matches!(event, Event::TelegramRefused(_));
-        let now = clock.now();
-        if noise && last_noise.is_some_and(|last| now.saturating_since(last) < NOISE_PAUSE) {
-            debug!("drive {address}: {event}");
-            return;
+    let mut news = News::new(path, &bus, listen);
+    if search {
+        bus.search_baud(clock.now());
+        // No drive sends anything until a master is heard, so a master need not wait.
+        news.announce();
+    }
+    news.announce_if_decided();
+    let outcome = loop {
+        let outcome = run(&mut *link, &mut bus, &clock, &signals.stop, &mut |event| {
+            news.say(clock.now(), event);
+            if news.nobody_is_left() {
+                signals.end();
+            }
+        });
+        // First, so that a signal after the flags are read ends the next run.
+        signals.stop.clear();
+        report(&bus);
+        if outcome.is_err() || signals.end.load(Ordering::SeqCst) {
+            break outcome;
         }
-        info!("drive {address}: {event}");
-        if noise {
-            last_noise = Some(now);
-        }
-    });
+    };
     // Switched off, the drives hand over their last images; the directory waits for them.
     drop(bus);
     drop(state);
-    match outcome {
-        Ok(()) => info!("ended by a signal"),
-        Err(error) => return Err(Failure::from_error(&error)),
+    outcome.map_err(|error| Failure::from_error(&error))?;
+    if news.nobody_is_left() {
+        return Err(Failure::Other(
+            "every address is taken by another station; choose others, or --force-address".into(),
+        ));
     }
+    info!("ended by a signal");
     Ok(())
 }
 
-fn stop_on_signals() -> io::Result<Stop> {
-    let stop = Stop::new()?;
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::low_level::pipe::register(signal, stop.waker()?)?;
+/// How signals reach the loop: each ends the run, and the flag says what for.
+struct Signals {
+    stop: Stop,
+    /// SIGINT or SIGTERM came. After SIGUSR1 the loop goes on.
+    end: Arc<AtomicBool>,
+}
+
+impl Signals {
+    fn register() -> io::Result<Self> {
+        let stop = Stop::new()?;
+        let end = Arc::new(AtomicBool::new(false));
+        for signal in [SIGINT, SIGTERM] {
+            // Before what ends the run, so that it is seen then.
+            signal_hook::flag::register(signal, Arc::clone(&end))?;
+            signal_hook::low_level::pipe::register(signal, stop.waker()?)?;
+        }
+        signal_hook::low_level::pipe::register(SIGUSR1, stop.waker()?)?;
+        Ok(Self { stop, end })
     }
-    Ok(stop)
+
+    fn end(&self) {
+        self.end.store(true, Ordering::SeqCst);
+        self.stop.request();
+    }
+}
+
+/// Says what happens: the ready line on stdout, the rest in the log.
+struct News {
+    path: String,
+    /// Drives whose address is not another's, as far as is known.
+    drives: Vec<Address>,
+    /// How many of them still listen.
+    undecided: usize,
+    announced: bool,
+    /// The search for the rate was said: one line for all rates tried.
+    searching: bool,
+    last_noise: Option<Instant>,
+}
+
+impl News {
+    fn new(path: String, bus: &Bus, listen: bool) -> Self {
+        let drives: Vec<_> = bus.addresses().collect();
+        let undecided = if listen { drives.len() } else { 0 };
+        if undecided > 0 {
+            info!("listening whether the addresses are free");
+        }
+        Self { path, drives, undecided, announced: false, searching: false, last_noise: None }
+    }
+
+    fn say(&mut self, now: Instant, event: BusEvent) {
+        match event {
+            BusEvent::TelegramRefused(_) => {
+                if self.last_noise.is_some_and(|last| now.saturating_since(last) < NOISE_PAUSE) {
+                    debug!("{event}");
+                    return;
+                }
+                self.last_noise = Some(now);
+                info!("{event}");
+            }
+            BusEvent::Joined { .. } => {
+                info!("{event}");
+                self.decide();
+            }
+            BusEvent::AddressLive { address, .. } => {
+                warn!("{event}; choose another address, or --force-address");
+                self.drives.retain(|drive| *drive != address);
+                self.decide();
+            }
+            BusEvent::Rate(RateChange::Try(_)) if !core::mem::replace(&mut self.searching, true) => {
+                info!("{event} and below");
+            }
+            BusEvent::Rate(RateChange::Try(_)) => debug!("{event}"),
+            BusEvent::Rate(RateChange::Found(_)) => {
+                self.searching = false;
+                info!("{event}");
+            }
+            BusEvent::MovedToTakenAddress { .. } => warn!("{event}"),
+            BusEvent::Station { .. } | BusEvent::Lost { .. } | _ => info!("{event}"),
+        }
+    }
+
+    fn decide(&mut self) {
+        self.undecided = self.undecided.saturating_sub(1);
+        self.announce_if_decided();
+    }
+
+    fn nobody_is_left(&self) -> bool {
+        self.drives.is_empty()
+    }
+
+    /// Says on stdout that a master can begin, once that is so.
+    fn announce_if_decided(&mut self) {
+        if self.undecided == 0 && !self.nobody_is_left() {
+            self.announce();
+        }
+    }
+
+    fn announce(&mut self) {
+        if core::mem::replace(&mut self.announced, true) {
+            return;
+        }
+        let Self { path, drives, .. } = self;
+        let addresses: Vec<_> = drives.iter().map(Address::to_string).collect();
+        let mut stdout = io::stdout().lock();
+        let said = writeln!(stdout, "ready link={path} drives={}", addresses.join(","))
+            .and_then(|()| stdout.flush());
+        if let Err(error) = said {
+            // Whoever started this may not care; the drives are there all the same.
+            warn!("cannot say on stdout that link={path} is ready: {error}");
+        }
+    }
+}
+
+/// Logs what was counted: the line, and every station that was asked something.
+fn report(bus: &Bus) {
+    info!("line: {}", bus.counters());
+    for address in bus.addresses() {
+        if let Some(counters) = bus.station_counters(address).filter(|station| station.requests.total() > 0) {
+            info!("station {address}: {counters}");
+        }
+    }
 }
 
 /// The rate to begin with, the link, and what a master opens.
@@ -74,10 +208,13 @@ fn open(link: &LinkSpec, baud: Option<BaudSpec>) -> Result<(BaudRate, Box<dyn Li
     match link {
         LinkSpec::Pty(path) => open_pty(path.as_deref(), rate),
         LinkSpec::Serial(device) => {
-            let rate = rate.ok_or_else(|| Failure::Usage("a serial line needs --baud RATE".into()))?;
-            let serial = Serial::open(device, rate).map_err(|error| Failure::from_error(&error))?;
-            info!("{device} at {rate}, 8 data bits, even parity, 1 stop bit");
-            Ok((rate, Box::new(serial), device.clone()))
+            let opened = rate.unwrap_or(FIRST_SERIAL_RATE);
+            let serial = Serial::open(device, opened).map_err(|error| Failure::from_error(&error))?;
+            match rate {
+                Some(rate) => info!("{device} at {rate}, 8 data bits, even parity, 1 stop bit"),
+                None => info!("{device}, 8 data bits, even parity, 1 stop bit, at the rate heard on it"),
+            }
+            Ok((opened, Box::new(serial), device.clone()))
         }
     }
 }
@@ -110,9 +247,9 @@ fn open_pty(
 fn connect(
     bus: &mut Bus,
     drive: DriveSpec,
-    baud: BaudRate,
     quirks: &[QuirkSpec],
-    clock: &dyn Clock,
+    now: Instant,
+    listen: bool,
     state: Option<&StateDir>,
 ) -> Result<(), Failure> {
     let DriveSpec { address, model, gear } = drive;
@@ -124,25 +261,14 @@ fn connect(
         0 => warn!("address 0 is customarily a master's, often of a programming device"),
         _ => {}
     }
-    let mut config = Config { model, gear, baud, ..Config::new(address) };
+    let mut config = Config { model, gear, ..Config::new(address) };
     for quirk in quirks {
         quirk.choose(&mut config).map_err(|error| Failure::from_error(&error))?;
     }
-    let device = match state {
-        Some(state) => state.load(config, clock.now()).map_err(|error| Failure::from_error(&error))?,
-        None => Device::new(config, clock.now()).into(),
+    let device: StoredDevice = match state {
+        Some(state) => state.load(config, now).map_err(|error| Failure::from_error(&error))?,
+        None => Device::new(config, now).into(),
     };
-    bus.add(device).map_err(|error| Failure::from_error(&error))
-}
-
-/// Says on stdout that a master can begin.
-fn announce(path: &str, bus: &Bus) {
-    let addresses: Vec<_> = bus.addresses().map(|address| address.to_string()).collect();
-    let mut stdout = io::stdout().lock();
-    let said =
-        writeln!(stdout, "ready link={path} drives={}", addresses.join(",")).and_then(|()| stdout.flush());
-    if let Err(error) = said {
-        // Whoever started this may not care; the drives are there all the same.
-        warn!("cannot say on stdout that link={path} is ready: {error}");
-    }
+    let connected = if listen { bus.join(now, device) } else { bus.add(device) };
+    connected.map_err(|error| Failure::from_error(&error))
 }

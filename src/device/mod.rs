@@ -373,6 +373,11 @@ impl Device {
         timeouts.into_iter().flatten().min()
     }
 
+    /// Whether the DP watchdog minds the master (WD_On of Slave_Diag).
+    pub fn watchdog_on(&self) -> bool {
+        self.part.station.slave().diagnosis().wd_on
+    }
+
     /// The oldest event not taken yet. Changes with every `handle_*` and `poll_transmit`.
     #[must_use]
     pub fn poll_event(&mut self) -> Option<Event> {

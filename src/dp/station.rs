@@ -115,7 +115,7 @@ impl Station {
     }
 
     /// The line has another rate from now on.
-    pub const fn set_baud(&mut self, baud: BaudRate) {
+    pub fn set_baud(&mut self, baud: BaudRate) {
         self.fdl.set_baud(baud);
     }
 

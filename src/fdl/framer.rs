@@ -79,6 +79,24 @@ impl Framer {
         self.append(rest);
     }
 
+    /// An octet that ended at `now` had a wrong parity or stop bit: no telegram holds it (`dp-v0.md` 1).
+    ///
+    /// Under [`Resync::Idle`] the line must fall silent before the next telegram; under [`Resync::Scan`] the next
+    /// octet may begin one.
+    pub fn receive_damaged(
+        &mut self,
+        now: Instant,
+        mut sink: impl FnMut(Instant, Result<Telegram<'_>, FrameError>),
+    ) {
+        self.hear_silence(now, 1, &mut sink);
+        self.last_octet = now;
+        if !self.deaf {
+            self.len = 0;
+            self.deaf = matches!(self.resync, Resync::Idle(_));
+            sink(now, Err(FrameError::Parity));
+        }
+    }
+
     /// Time has passed without octets: gives up an unfinished telegram whose time is over.
     pub fn handle_timeout(
         &mut self,

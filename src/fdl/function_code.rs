@@ -88,6 +88,21 @@ pub enum Service {
 }
 
 impl Service {
+    /// Whether a station answers this request.
+    pub const fn wants_reply(self) -> bool {
+        match self {
+            Self::SdaLow
+            | Self::SdaHigh
+            | Self::Msrd
+            | Self::FdlStatus
+            | Self::SrdLow
+            | Self::SrdHigh
+            | Self::Ident
+            | Self::LsapStatus => true,
+            Self::TimeEvent | Self::SdnLow | Self::SdnHigh => false,
+        }
+    }
+
     const fn from_code(code: u8) -> Option<Self> {
         Some(match code {
             0x0 => Self::TimeEvent,

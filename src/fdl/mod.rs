@@ -20,12 +20,16 @@
 //! This layer knows that service access points exist. What they mean is known in [`dp`](crate::dp).
 
 pub mod address;
+pub mod baud_search;
+pub mod counters;
 pub mod framer;
 pub mod function_code;
 pub mod station;
 pub mod telegram;
 
 pub use address::{Address, AddressError, Sap};
+pub use baud_search::{BaudSearch, RateChange};
+pub use counters::{LineCounters, StationCounters};
 pub use framer::{Framer, Resync};
 pub use function_code::{FrameCount, Function, FunctionCode, ReplyStatus, Service, StationType};
 pub use station::{Reception, Reply, Request, Station};

@@ -225,9 +225,13 @@ impl Station {
         self.baud
     }
 
-    /// The line has another rate from now on.
-    pub const fn set_baud(&mut self, baud: BaudRate) {
-        self.baud = baud;
+    /// The line has another rate from now on, and where replies are dropped at all they are after the customary max
+    /// T_SDR of that rate.
+    pub fn set_baud(&mut self, baud: BaudRate) {
+        if self.baud != baud {
+            self.baud = baud;
+            self.max_tsdr = self.max_tsdr.map(|_| baud.max_tsdr_bits());
+        }
     }
 
     /// Sets the least time between a request and its reply in T_bit. Less than 11 is taken as 11, the shortest

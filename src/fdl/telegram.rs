@@ -305,6 +305,9 @@ pub enum FrameError {
         /// How many octets had come.
         octets: u8,
     },
+    /// An octet came with wrong parity or without its stop bit. Only a line that sees bits can tell.
+    #[error("an octet had a wrong parity or stop bit")]
+    Parity,
 }
 
 /// Why a telegram cannot be written.

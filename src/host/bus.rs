@@ -1,81 +1,188 @@
-//! Several drives on one line.
+//! Many stations on one line.
 
-use std::vec::Vec;
+use core::any::Any;
+use std::boxed::Box;
 
-use super::{Error, StoredDevice};
-use crate::device::{Event, MAX_TELEGRAM_LEN};
+use super::{Error, Participant};
+use crate::device::{MAX_TELEGRAM_LEN, Timing};
+use crate::fdl::baud_search::CONTROL_TIME;
+use crate::fdl::{Address, BaudSearch, Framer, LineCounters, RateChange, StationCounters};
 use crate::time::{BaudRate, Instant};
 
-/// The drives on one line. Each hears every octet on it: the master's and the other drives', not its own.
+mod event;
+mod join;
+mod stations;
+
+pub use event::BusEvent;
+pub use join::{Evidence, LISTEN_TIME};
+use stations::Stations;
+
+/// The stations on one line: up to 127, drives and others, each with its own state.
 ///
-/// Used like one [`Device`](crate::device::Device), with the same contract: after every `handle_*`, drain [`Bus::poll_transmit`] and
-/// [`Bus::poll_event`] to `None`, then wait for octets or [`Bus::poll_timeout`].
-#[derive(Default)]
+/// Used like one [`Device`](crate::device::Device), with the same contract: after every `handle_*`, drain
+/// [`Bus::poll_transmit`] and [`Bus::poll_event`] to `None`, then wait for octets or [`Bus::poll_timeout`].
+///
+/// Octets are made into telegrams once for all stations, and a telegram goes to the station it is for: what one costs
+/// does not grow with the number of stations. Stations come and go while the bus runs.
 pub struct Bus {
-    devices: Vec<StoredDevice>,
-    /// The master changed and has not said anything yet: what a drive still sends answers the one before.
-    silenced: bool,
+    framer: Framer,
+    stations: Stations,
+}
+
+/// Whether a station takes part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Presence {
+    /// It hears its telegrams and answers them.
+    Active,
+    /// It listens whether somebody else has its address, and answers nothing.
+    Joining,
+    /// Somebody else has its address. It answers nothing until [`Bus::activate`].
+    Refused,
+}
+
+impl Default for Bus {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl Bus {
-    /// A line without drives.
+    /// A line without stations and without true timing: pseudo-terminal, TCP, USB adapter, memory.
     pub fn new() -> Self {
-        Self::default()
+        Self::on(BaudRate::K500, Timing::Untrue)
     }
 
-    /// Connects a drive.
+    /// A line without stations at `baud`, with what can be known of the time of its octets.
+    pub fn on(baud: BaudRate, timing: Timing) -> Self {
+        Self { framer: Framer::new(timing.resync(baud)), stations: Stations::new(baud, timing) }
+    }
+
+    /// Connects a station that takes part at once, for lines where nobody else can be: a new pseudo-terminal, memory.
     ///
     /// # Errors
-    /// [`Error::AddressTaken`] if another drive has its address; the line is as before.
-    pub fn add(&mut self, device: impl Into<StoredDevice>) -> Result<(), Error> {
-        let device = device.into();
-        let address = device.device().address();
-        if self.devices.iter().any(|other| other.device().address() == address) {
-            return Err(Error::AddressTaken { address: address.number() });
-        }
-        self.devices.push(device);
-        Ok(())
+    /// [`Error::AddressTaken`] if another station of this bus has its address; the line is as before.
+    pub fn add(&mut self, station: impl Participant) -> Result<(), Error> {
+        self.stations.insert(Box::new(station), Presence::Active)
     }
 
-    /// The addresses of the drives, in the order in which they were connected.
-    pub fn addresses(&self) -> impl Iterator<Item = u8> + '_ {
-        self.devices.iter().map(address)
+    /// Connects a station that first listens whether its address is live, for lines where others may be.
+    ///
+    /// It answers nothing until [`BusEvent::Joined`], at most [`LISTEN_TIME`] from `now` (or from when the rate was
+    /// found), earlier if a master asked the address twice in vain. If somebody else has the address,
+    /// [`BusEvent::AddressLive`] comes instead and the station stays silent: [`Bus::remove`] it, or
+    /// [`Bus::activate`] it all the same. Two that join one address at the same time do not hear each other.
+    ///
+    /// # Errors
+    /// As [`Bus::add`].
+    pub fn join(&mut self, now: Instant, station: impl Participant) -> Result<(), Error> {
+        self.stations.join(now, Box::new(station))
+    }
+
+    /// Lets a station take part whether or not somebody else has its address. `false`: there is no such station.
+    pub fn activate(&mut self, address: Address) -> bool {
+        self.stations.set_presence(address, Presence::Active)
+    }
+
+    /// Disconnects a station and returns it; the others do not notice. A reply it has not sent is never sent.
+    pub fn remove(&mut self, address: Address) -> Option<Box<dyn Participant>> {
+        self.stations.remove(address).map(|slot| slot.station)
+    }
+
+    /// The addresses of the stations, in the order in which they were connected.
+    pub fn addresses(&self) -> impl Iterator<Item = Address> + '_ {
+        self.stations.addresses()
+    }
+
+    /// Whether the station at `address` takes part; `None`: there is none.
+    pub fn presence(&self, address: Address) -> Option<Presence> {
+        self.stations.slot(address).map(|slot| slot.presence)
+    }
+
+    /// The station at `address`, if there is one and it is a `T`.
+    pub fn station<T: Participant>(&self, address: Address) -> Option<&T> {
+        let station: &dyn Any = &*self.stations.slot(address)?.station;
+        station.downcast_ref()
+    }
+
+    /// Does something to the station at `address`, if there is one and it is a `T`: sets its inputs, say. Counts as a
+    /// `handle_*` call.
+    pub fn with<T: Participant, R>(&mut self, address: Address, act: impl FnOnce(&mut T) -> R) -> Option<R> {
+        let station: &mut dyn Any = &mut *self.stations.slot_mut(address)?.station;
+        let result = act(station.downcast_mut()?);
+        self.stations.settle(address);
+        Some(result)
+    }
+
+    /// What was heard on the line.
+    pub const fn counters(&self) -> &LineCounters {
+        &self.stations.counters
+    }
+
+    /// What the station at `address` was asked and answered; `None`: there is none.
+    pub fn station_counters(&self, address: Address) -> Option<&StationCounters> {
+        self.stations.slot(address).map(|slot| &slot.counters)
+    }
+
+    /// The rate of the line, or the one listened at while it is being searched for.
+    pub const fn baud(&self) -> BaudRate {
+        self.stations.baud
     }
 
     /// The line has another rate now.
     pub fn set_baud(&mut self, baud: BaudRate) {
-        for device in &mut self.devices {
-            device.set_baud(baud);
+        self.stations.set_baud(baud);
+        self.framer = Framer::new(self.stations.timing.resync(baud));
+    }
+
+    /// Searches for the rate of the line from `now` on, and again whenever it is lost (see [`crate::fdl::baud_search`]).
+    ///
+    /// The link must be set to the rate of each [`BusEvent::Rate`] with [`RateChange::Try`], of which the first comes
+    /// at once; [`run`](super::run()) does that. While the rate is unknown no station hears or sends anything.
+    pub fn search_baud(&mut self, now: Instant) {
+        let search = BaudSearch::new(now, CONTROL_TIME);
+        self.stations.search = Some(search);
+        self.try_rate(RateChange::Try(search.rate()));
+    }
+
+    /// The link cannot be set to the rate of the last [`RateChange::Try`]: another one is tried at once.
+    pub fn skip_rate(&mut self, now: Instant) {
+        if let Some(change) = self.stations.search.as_mut().map(|search| search.skip(now)) {
+            self.try_rate(change);
         }
     }
 
     /// Octets that ended to arrive at `now`, cut anywhere.
-    pub fn handle_bytes(&mut self, now: Instant, bytes: &[u8]) {
-        self.silenced = false;
-        for device in &mut self.devices {
-            device.handle_bytes(now, bytes);
-        }
+    pub fn handle_bytes(&mut self, now: Instant, octets: &[u8]) {
+        let Self { framer, stations } = self;
+        stations.silenced = false;
+        framer.receive(now, octets, |at, result| stations.hear(at, &result));
+    }
+
+    /// An octet with a wrong parity or stop bit that ended at `now`, on links that can tell.
+    pub fn handle_damaged(&mut self, now: Instant) {
+        let Self { framer, stations } = self;
+        framer.receive_damaged(now, |at, result| stations.hear(at, &result));
     }
 
     /// The master has gone: half a telegram is forgotten, and until octets arrive again nothing is sent. It would
     /// reach somebody who did not ask.
     pub fn handle_reset(&mut self) {
-        self.silenced = true;
-        for device in &mut self.devices {
-            device.handle_line_reset();
-        }
+        self.stations.silenced = true;
+        self.framer.clear();
     }
 
-    /// Time passed without octets. Only the drives whose deadline is reached are told.
+    /// Time passed without octets. Only the stations whose deadline is reached are told.
     pub fn handle_timeout(&mut self, now: Instant) {
-        for device in &mut self.devices {
-            if device.poll_timeout().is_some_and(|deadline| deadline <= now) {
-                device.handle_timeout(now);
-            }
+        let Self { framer, stations } = self;
+        framer.handle_timeout(now, |at, result| stations.hear(at, &result));
+        if let Some(change) = stations.search.as_mut().and_then(|search| search.handle_timeout(now)) {
+            self.try_rate(change);
         }
+        self.stations.end_joining(now);
+        self.stations.wake(now);
     }
 
-    /// The octets to send now, if any. The other drives have heard them when this returns.
+    /// The octets to send now, if any.
     ///
     /// The answer can change after every `handle_*` and after every `Some`.
     #[must_use]
@@ -84,39 +191,26 @@ impl Bus {
         now: Instant,
         buf: &'b mut [u8; MAX_TELEGRAM_LEN],
     ) -> Option<&'b [u8]> {
-        loop {
-            let (sender, len) = self
-                .devices
-                .iter_mut()
-                .enumerate()
-                .find_map(|(index, device)| Some((index, device.poll_transmit(now, buf)?.len())))?;
-            if self.silenced {
-                continue;
-            }
-            let telegram = buf.get(..len)?;
-            for (index, device) in self.devices.iter_mut().enumerate() {
-                if index != sender {
-                    device.handle_bytes(now, telegram);
-                }
-            }
-            return Some(telegram);
-        }
+        let len = self.stations.transmit(now, buf)?;
+        buf.get(..len)
     }
 
     /// When to call `handle_timeout` and `poll_transmit` again; `None`: only after octets arrived.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
-        self.devices.iter().filter_map(StoredDevice::poll_timeout).min()
+        [self.framer.poll_timeout(), self.stations.poll_timeout()].into_iter().flatten().min()
     }
 
-    /// News of a drive, and its address.
+    /// The oldest news not taken yet.
     #[must_use]
-    pub fn poll_event(&mut self) -> Option<(u8, Event)> {
-        self.devices.iter_mut().find_map(|device| device.poll_event().map(|event| (address(device), event)))
+    pub fn poll_event(&mut self) -> Option<BusEvent> {
+        self.stations.news.pop()
     }
-}
 
-/// The station address as a number.
-fn address(device: &StoredDevice) -> u8 {
-    device.device().address().number()
+    fn try_rate(&mut self, change: RateChange) {
+        if let RateChange::Try(rate) = change {
+            self.set_baud(rate);
+        }
+        self.stations.news.push(BusEvent::Rate(change));
+    }
 }

@@ -1,14 +1,15 @@
 //! Everything that touches an operating system: links, clocks, and the loop that runs drives on a line.
 //!
 //! ```text
-//! master ──octets──▶ Link ──▶ run ──▶ Bus ──▶ Device, Device, …
-//!        ◀─────────       ◀──     ◀──     ◀── (each hears every octet on the line but its own)
+//! master ──octets──▶ Link ──▶ run ──▶ Bus ──telegrams──▶ Device, dp::Station, … (any Participant)
+//!        ◀─────────       ◀──     ◀──     ◀────────────
 //! ```
 //!
 //! - [`Link`] moves octets. [`link::memory`] stays inside the process, [`link::pty`] is a pseudo-terminal that a
 //!   master opens like a serial port, [`link::serial`] is an RS-485 port.
 //! - [`Clock`] tells the time: [`SystemClock`] runs, [`ManualClock`] stands until a test moves it.
-//! - [`Bus`] puts several drives on one line, with the calling contract of one [`crate::device::Device`].
+//! - [`Bus`] puts many stations on one line, with the calling contract of one [`crate::device::Device`].
+//! - [`line::Line`] is an RS-485 line in simulated time that checks the rules of the bus.
 //! - [`StateDir`] keeps the EEPROMs of drives in files; a [`StoredDevice`] is a drive with such a file.
 //! - [`run()`] connects the three until [`Stop`] is requested.
 //!
@@ -35,19 +36,23 @@ use std::string::String;
 
 use thiserror::Error;
 
+use crate::fdl::Address;
 use crate::time::{BaudRate, Instant};
 
 mod bus;
 mod clock;
 mod eeprom_file;
+pub mod line;
 pub mod link;
+mod participant;
 mod run;
 mod stop;
 mod stored_device;
 
-pub use bus::Bus;
+pub use bus::{Bus, BusEvent, Evidence, LISTEN_TIME, Presence};
 pub use clock::{ManualClock, SystemClock};
 pub use eeprom_file::{StateDir, StateDirError};
+pub use participant::Participant;
 pub use run::run;
 pub use stop::Stop;
 pub use stored_device::StoredDevice;
@@ -75,6 +80,16 @@ pub trait Link {
     /// # Errors
     /// The link no longer works.
     fn wait(&mut self, timeout: Option<Duration>, stop: &Stop) -> io::Result<()>;
+
+    /// Sets the line to another rate. A link that cannot, as a pseudo-terminal cannot, keeps this answer.
+    ///
+    /// # Errors
+    /// [`io::ErrorKind::Unsupported`]: no rate can be set. [`io::ErrorKind::InvalidInput`]: not this one, the line is as
+    /// before. Others: the link no longer works.
+    fn set_rate(&mut self, rate: BaudRate) -> io::Result<()> {
+        let _ = rate;
+        Err(io::ErrorKind::Unsupported.into())
+    }
 }
 
 /// What [`Link::receive`] found.
@@ -101,11 +116,11 @@ pub trait Clock {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// Two drives want one address.
+    /// Two stations of one bus want one address, or it is that of all.
     #[error("two drives have address {address}; give each drive its own")]
     AddressTaken {
         /// The address of both.
-        address: u8,
+        address: Address,
     },
     /// The operating system gives no pseudo-terminal.
     #[error("cannot open a pseudo-terminal")]

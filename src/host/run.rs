@@ -1,15 +1,19 @@
 //! The loop that runs drives on a link.
 
-use super::{Bus, Clock, Error, Link, Received, Stop};
-use crate::device::{Event, MAX_TELEGRAM_LEN};
+use std::io::ErrorKind;
+
+use super::{Bus, BusEvent, Clock, Error, Link, Received, Stop};
+use crate::device::MAX_TELEGRAM_LEN;
+use crate::fdl::RateChange;
+use crate::time::BaudRate;
 
 /// Octets taken from the link at most before they are answered: about eight of the longest telegrams, so that a
 /// master that never pauses cannot keep deadlines and the stop request waiting.
 const BATCH: usize = 2048;
 
-/// Runs the drives of `bus` on `link` until `stop` is requested. `on_event` gets their news with their addresses.
+/// Runs the stations of `bus` on `link` until `stop` is requested. `on_event` gets their news.
 ///
-/// The loop sleeps in [`Link::wait`] until octets arrive or a drive has something to do, and uses no time otherwise.
+/// The loop sleeps in [`Link::wait`] until octets arrive or a station has something to do, and uses no time otherwise.
 /// It takes everything that has arrived before it answers: after a delay the drives see the newest request, and
 /// reply to that one.
 ///
@@ -20,9 +24,11 @@ pub fn run(
     bus: &mut Bus,
     clock: &dyn Clock,
     stop: &Stop,
-    on_event: &mut dyn FnMut(u8, Event),
+    on_event: &mut dyn FnMut(BusEvent),
 ) -> Result<(), Error> {
     let mut batch = [0; BATCH];
+    // News from before the loop: the first rate to try.
+    drain(link, bus, clock, on_event)?;
     loop {
         let (heard, reset) = listen(link, bus, &mut batch)?;
         if let Some(octets) = batch.get(..heard).filter(|octets| !octets.is_empty()) {
@@ -68,14 +74,27 @@ fn drain(
     link: &mut dyn Link,
     bus: &mut Bus,
     clock: &dyn Clock,
-    on_event: &mut dyn FnMut(u8, Event),
+    on_event: &mut dyn FnMut(BusEvent),
 ) -> Result<(), Error> {
     let mut buf = [0; MAX_TELEGRAM_LEN];
     while let Some(telegram) = bus.poll_transmit(clock.now(), &mut buf) {
         link.send(telegram).map_err(link_failed)?;
     }
-    while let Some((address, event)) = bus.poll_event() {
-        on_event(address, event);
+    let mut refused = 0;
+    while let Some(event) = bus.poll_event() {
+        if let BusEvent::Rate(RateChange::Try(rate)) = event {
+            match link.set_rate(rate) {
+                Ok(()) => {}
+                // Not this one: the next. Not any: the search makes no sense.
+                Err(error) if error.kind() == ErrorKind::InvalidInput && refused < BaudRate::ALL.len() => {
+                    refused += 1;
+                    bus.skip_rate(clock.now());
+                    continue;
+                }
+                Err(error) => return Err(link_failed(error)),
+            }
+        }
+        on_event(event);
     }
     Ok(())
 }
@@ -89,7 +108,6 @@ mod tests {
     use super::*;
     use crate::host::ManualClock;
     use crate::host::link::memory::{End, Wire};
-    use crate::time::BaudRate;
     use core::time::Duration;
     use std::io;
 
@@ -136,6 +154,70 @@ mod tests {
         assert_eq!(listen(&mut end, &mut Bus::new(), &mut batch).unwrap(), (1, false));
     }
 
+    /// A link of which only some rates can be set, silent for ever.
+    struct Rates {
+        possible: fn(BaudRate) -> io::Result<()>,
+        set: std::vec::Vec<BaudRate>,
+        clock: ManualClock,
+    }
+
+    impl Link for Rates {
+        fn receive(&mut self, _: &mut [u8]) -> io::Result<Received> {
+            Ok(Received::Nothing)
+        }
+        fn send(&mut self, _: &[u8]) -> io::Result<()> {
+            panic!("nothing is sent while the rate is unknown")
+        }
+        fn wait(&mut self, timeout: Option<Duration>, stop: &Stop) -> io::Result<()> {
+            self.clock.advance(timeout.unwrap_or_default());
+            if self.set.len() >= 4 {
+                stop.request();
+            }
+            Ok(())
+        }
+        fn set_rate(&mut self, rate: BaudRate) -> io::Result<()> {
+            (self.possible)(rate)?;
+            self.set.push(rate);
+            Ok(())
+        }
+    }
+
+    fn searched(possible: fn(BaudRate) -> io::Result<()>) -> (Result<(), Error>, std::vec::Vec<BaudRate>) {
+        let stop = Stop::new().expect("a socket");
+        let clock = ManualClock::new();
+        let mut link = Rates { possible, set: std::vec![], clock: clock.clone() };
+        let mut bus = Bus::new();
+        bus.search_baud(clock.now());
+        let outcome = run(&mut link, &mut bus, &clock, &stop, &mut |_| {});
+        (outcome, link.set)
+    }
+
+    #[test]
+    fn the_link_is_set_to_each_rate_to_try_and_those_it_cannot_are_skipped() {
+        let (outcome, set) = searched(|_| Ok(()));
+        assert!(outcome.is_ok());
+        assert_eq!(set[..4], [BaudRate::K12000, BaudRate::K6000, BaudRate::K3000, BaudRate::K1500]);
+        let (outcome, set) =
+            searched(
+                |rate| {
+                    if rate > BaudRate::K93_75 { Err(io::ErrorKind::InvalidInput.into()) } else { Ok(()) }
+                },
+            );
+        assert!(outcome.is_ok());
+        assert_eq!(set[..4], [BaudRate::K93_75, BaudRate::K45_45, BaudRate::K19_2, BaudRate::K9_6]);
+    }
+
+    #[test]
+    fn a_link_without_any_rate_to_set_ends_the_loop() {
+        let none: fn(BaudRate) -> io::Result<()> = |_| Err(io::ErrorKind::InvalidInput.into());
+        for refuses in [none, |_| Err(io::ErrorKind::Unsupported.into())] {
+            let (outcome, set) = searched(refuses);
+            let kind = refuses(BaudRate::K500).unwrap_err().kind();
+            assert!(matches!(outcome, Err(Error::Link { source }) if source.kind() == kind));
+            assert_eq!(set, []);
+        }
+    }
+
     #[test]
     fn a_dead_link_ends_the_loop_with_its_cause() {
         struct Dead;
@@ -151,7 +233,7 @@ mod tests {
             }
         }
         let stop = Stop::new().unwrap();
-        let error = run(&mut Dead, &mut Bus::new(), &ManualClock::new(), &stop, &mut |_, _| {}).unwrap_err();
+        let error = run(&mut Dead, &mut Bus::new(), &ManualClock::new(), &stop, &mut |_| {}).unwrap_err();
         assert!(matches!(error, Error::Link { source } if source.kind() == io::ErrorKind::BrokenPipe));
     }
 }

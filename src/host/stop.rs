@@ -60,6 +60,17 @@ impl Stop {
         matches!(poll(&mut fds, Some(&at_once)), Ok(ready) if ready > 0)
     }
 
+    /// Takes the request back, for a loop that goes on. A request that is made at the same time may go with it.
+    pub fn clear(&self) {
+        let mut octets = [0; 64];
+        while self.is_requested() {
+            // The socket was readable just now and nobody else reads it: this does not block.
+            if rustix::io::read(&self.inner.readable_when_requested, &mut octets).is_err() {
+                return;
+            }
+        }
+    }
+
     /// A stream whose every written octet is a request, for `signal_hook::low_level::pipe::register`.
     ///
     /// # Errors
@@ -96,6 +107,11 @@ impl Stop {
     pub fn is_requested(&self) -> bool {
         self.inner.requested.load(Ordering::SeqCst)
     }
+
+    /// Takes the request back, for a loop that goes on. A request that is made at the same time may go with it.
+    pub fn clear(&self) {
+        self.inner.requested.store(false, Ordering::SeqCst);
+    }
 }
 
 #[cfg(all(test, unix))]
@@ -112,6 +128,20 @@ mod tests {
         stop.request();
         assert!(clone.is_requested());
         assert!(clone.is_requested(), "looking does not consume the request");
+    }
+
+    #[test]
+    fn a_request_taken_back_is_gone_for_every_clone_and_can_be_made_again() {
+        let stop = Stop::new().unwrap();
+        let clone = stop.clone();
+        stop.clear();
+        for _ in 0..200 {
+            stop.request();
+        }
+        clone.clear();
+        assert!(!stop.is_requested());
+        stop.request();
+        assert!(clone.is_requested());
     }
 
     #[test]

@@ -4,6 +4,7 @@ use core::time::Duration;
 
 use super::eeprom_file::EepromFile;
 use crate::device::{Device, Event, Generation, MAX_TELEGRAM_LEN};
+use crate::fdl::Telegram;
 use crate::time::{BaudRate, Instant};
 
 /// How often it is looked whether an image is written, while one is. A write takes longer than that, and the master
@@ -61,6 +62,13 @@ impl StoredDevice {
     pub fn handle_bytes(&mut self, now: Instant, octets: &[u8]) {
         self.take_outcome(now);
         self.device.handle_bytes(now, octets);
+        self.hand_over(now);
+    }
+
+    /// See [`Device::handle_telegram`].
+    pub fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>) {
+        self.take_outcome(now);
+        self.device.handle_telegram(now, telegram);
         self.hand_over(now);
     }
 

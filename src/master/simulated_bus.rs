@@ -137,7 +137,7 @@ impl<'a> SimulatedBus<'a> {
     pub fn connect(&mut self, config: Config) -> Result<(), host::Error> {
         let address = config.switches.address();
         if self.devices.iter().any(|other| other.address() == address) {
-            return Err(host::Error::AddressTaken { address: address.number() });
+            return Err(host::Error::AddressTaken { address });
         }
         let config = Config { baud: self.baud, timing: Timing::True, ..config };
         self.devices.push(Device::new(config, self.now));

@@ -177,3 +177,28 @@ proptest! {
         prop_assert_eq!(heard, whole);
     }
 }
+
+#[test]
+fn f_06_an_octet_with_wrong_parity_ends_its_telegram_under_both_rules() {
+    for at in 0..STATUS_5.len() {
+        let baud = BaudRate::K500;
+        let time = |octets: usize| {
+            Instant::from_millis(1).saturating_add(baud.octet_times(u32::try_from(octets).unwrap()))
+        };
+        let next =
+            time(STATUS_5.len()).saturating_add(baud.bit_times(33)).saturating_add(baud.octet_times(6));
+        for resync in [Resync::Idle(baud), Resync::SCAN] {
+            let mut framer = Framer::new(resync);
+            assert_eq!(hear(&mut framer, time(at), &STATUS_5[..at]), []);
+            let mut heard = Vec::new();
+            framer.receive_damaged(time(at + 1), |_, result| heard.push(noted(result)));
+            assert_eq!(heard, [Heard::Refused(FrameError::Parity)]);
+            let rest = hear(&mut framer, time(STATUS_5.len()), &STATUS_5[at + 1..]);
+            assert!(!rest.iter().any(|heard| matches!(heard, Heard::Telegram(_))), "{rest:?}");
+            if resync == Resync::Idle(baud) {
+                assert_eq!(rest, [], "deaf until the line was idle");
+                assert_eq!(hear(&mut framer, next, &STATUS_6), [telegram(&STATUS_6)]);
+            }
+        }
+    }
+}

@@ -25,7 +25,7 @@ pub struct Serial {
     /// without its raw descriptor.
     file: File,
     /// Holds the settings and the exclusive lock.
-    _port: TTYPort,
+    port: TTYPort,
     lost: u64,
 }
 
@@ -62,7 +62,7 @@ impl Serial {
             .map_err(refused)?;
         // What arrived under other settings is noise.
         port.clear(ClearBuffer::All).map_err(refused)?;
-        Ok(Self { file, _port: port, lost: 0 })
+        Ok(Self { file, port, lost: 0 })
     }
 
     /// How many octets were sent that the port had no room for.
@@ -112,5 +112,12 @@ impl Link for Serial {
     fn wait(&mut self, timeout: Option<Duration>, stop: &Stop) -> io::Result<()> {
         let mut fds = [PollFd::new(&self.file, PollFlags::IN), PollFd::new(stop, PollFlags::IN)];
         poll_readable(&mut fds, timeout)
+    }
+
+    /// What arrived at the rate before is noise and forgotten.
+    fn set_rate(&mut self, rate: BaudRate) -> io::Result<()> {
+        self.port.set_baud_rate(rate.bits_per_second())?;
+        self.port.clear(ClearBuffer::Input)?;
+        Ok(())
     }
 }

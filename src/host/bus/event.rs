@@ -1,0 +1,127 @@
+//! News of a bus, and the queue they wait in.
+
+use core::fmt;
+use std::collections::VecDeque;
+
+use super::join::Evidence;
+use crate::device::Event;
+use crate::dp;
+use crate::fdl::{Address, FrameError, RateChange, StationCounters};
+
+/// News kept at most. When nobody takes them, newer ones are counted and dropped.
+const CAPACITY: usize = 1024;
+
+/// Something a user may want to read. `Display` is one line of plain English.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum BusEvent {
+    /// News of one station.
+    Station {
+        /// Which.
+        address: Address,
+        /// What.
+        event: Event,
+    },
+    /// Octets on the line were no telegram.
+    TelegramRefused(FrameError),
+    /// A station has listened, nobody else has its address, and it takes part from now on.
+    Joined {
+        /// Which.
+        address: Address,
+    },
+    /// Somebody else has the address of a station that joined: it stays silent.
+    AddressLive {
+        /// Which.
+        address: Address,
+        /// What gave the other away.
+        evidence: Evidence,
+    },
+    /// Set_Slave_Add gave a station the address of another station of this bus. It was disconnected.
+    MovedToTakenAddress {
+        /// Its address before.
+        from: Address,
+        /// The address of both.
+        to: Address,
+    },
+    /// The search for the rate of the line: set the link to a rate, or the rate was found.
+    Rate(RateChange),
+    /// Events were lost because nobody took them in time.
+    Lost {
+        /// How many.
+        events: u64,
+    },
+}
+
+impl fmt::Display for BusEvent {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Station { address, event } => write!(f, "station {address}: {event}"),
+            Self::TelegramRefused(error) => write!(f, "ignored octets: {error}"),
+            Self::Joined { address } => write!(f, "station {address}: nobody else has this address; active"),
+            Self::AddressLive { address, evidence } => {
+                write!(f, "station {address} stays silent: another station has this address, {evidence}")
+            }
+            Self::MovedToTakenAddress { from, to } => {
+                write!(f, "station {from} was given address {to}, which another station has; disconnected")
+            }
+            Self::Rate(RateChange::Try(rate)) => write!(f, "searching for the rate of the line at {rate}"),
+            Self::Rate(RateChange::Found(rate)) => write!(f, "the rate of the line is {rate}"),
+            Self::Lost { events } => write!(f, "{events} more events were lost"),
+        }
+    }
+}
+
+/// News in the order they came.
+#[derive(Debug, Default)]
+pub(super) struct News {
+    waiting: VecDeque<BusEvent>,
+    lost: u64,
+}
+
+impl News {
+    /// News of a station, counted where they count.
+    pub(super) fn tell(&mut self, address: Address, counters: &mut StationCounters, event: Event) {
+        if matches!(event, Event::ReplyTooLate(_)) {
+            counters.too_late = counters.too_late.saturating_add(1);
+        }
+        if matches!(event, Event::Dp(dp::Event::WatchdogExpired { .. })) {
+            counters.watchdog_expiries = counters.watchdog_expiries.saturating_add(1);
+        }
+        self.push(BusEvent::Station { address, event });
+    }
+
+    pub(super) fn push(&mut self, event: BusEvent) {
+        if self.waiting.len() < CAPACITY {
+            self.waiting.push_back(event);
+        } else {
+            self.lost = self.lost.saturating_add(1);
+        }
+    }
+
+    pub(super) fn pop(&mut self) -> Option<BusEvent> {
+        self.waiting.pop_front().or_else(|| {
+            let events = core::mem::take(&mut self.lost);
+            (events > 0).then_some(BusEvent::Lost { events })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_full_queue_keeps_the_oldest_and_counts_what_it_loses() {
+        let mut news = News::default();
+        for octet in 0..=u8::MAX {
+            for _ in 0..5 {
+                news.push(BusEvent::TelegramRefused(FrameError::StartDelimiter { got: octet }));
+            }
+        }
+        for _ in 0..CAPACITY {
+            assert!(matches!(news.pop(), Some(BusEvent::TelegramRefused(_))));
+        }
+        assert_eq!(news.pop(), Some(BusEvent::Lost { events: 256 }));
+        assert_eq!(news.pop(), None);
+    }
+}

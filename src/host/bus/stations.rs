@@ -1,0 +1,449 @@
+//! The stations of a bus: who hears what, who sends when.
+
+use core::ops::Bound;
+use std::boxed::Box;
+use std::collections::BTreeSet;
+use std::vec::Vec;
+
+use super::event::News;
+use super::join::{Joining, Verdict};
+use super::{BusEvent, Presence};
+use crate::device::{MAX_TELEGRAM_LEN, Timing};
+use crate::fdl::telegram::MAX_PDU_LEN;
+use crate::fdl::{
+    Address, BaudSearch, DataTelegram, FrameCount, FrameError, Function, FunctionCode, LineCounters, Sap,
+    StationCounters, Telegram,
+};
+use crate::host::{Error, Participant};
+use crate::time::{BaudRate, Instant};
+
+/// Everything behind the framer.
+pub(super) struct Stations {
+    pub(super) baud: BaudRate,
+    pub(super) timing: Timing,
+    /// By address.
+    slots: Vec<Option<Slot>>,
+    /// Addresses in the order in which their stations were connected.
+    order: Vec<Address>,
+    /// When each station wants to be called again.
+    deadlines: BTreeSet<(Instant, Address)>,
+    /// The station that may have a reply to send.
+    awaited: Option<Address>,
+    /// The address that a station gave up last, and its new one: a retry of what gave it another is still its to answer.
+    moved: Option<(Address, Address)>,
+    /// How many stations are joining.
+    joining: usize,
+    /// How many stations have a DP watchdog running.
+    supervised: usize,
+    pub(super) search: Option<BaudSearch>,
+    /// The master changed and has not said anything yet: what a station still sends answers the one before.
+    pub(super) silenced: bool,
+    pub(super) counters: LineCounters,
+    pub(super) news: News,
+}
+
+/// A station and what the bus knows of it.
+pub(super) struct Slot {
+    pub(super) station: Box<dyn Participant>,
+    pub(super) presence: Presence,
+    /// What it has heard of its address, while it is joining.
+    joining: Joining,
+    /// Its entry in `deadlines`.
+    deadline: Option<Instant>,
+    supervised: bool,
+    pub(super) counters: StationCounters,
+    /// The newest request to it, to tell retries, and when it ended.
+    last: Option<LastRequest>,
+    asked: Instant,
+}
+
+impl Stations {
+    pub(super) fn new(baud: BaudRate, timing: Timing) -> Self {
+        let mut slots = Vec::new();
+        slots.resize_with(Address::BROADCAST.number().into(), || None);
+        Self {
+            baud,
+            timing,
+            slots,
+            order: Vec::new(),
+            deadlines: BTreeSet::new(),
+            awaited: None,
+            moved: None,
+            joining: 0,
+            supervised: 0,
+            search: None,
+            silenced: false,
+            counters: LineCounters::default(),
+            news: News::default(),
+        }
+    }
+
+    pub(super) fn addresses(&self) -> impl Iterator<Item = Address> + '_ {
+        self.order.iter().copied()
+    }
+
+    pub(super) fn slot(&self, address: Address) -> Option<&Slot> {
+        self.slots.get(index(address))?.as_ref()
+    }
+
+    pub(super) fn slot_mut(&mut self, address: Address) -> Option<&mut Slot> {
+        self.slots.get_mut(index(address))?.as_mut()
+    }
+
+    pub(super) fn join(&mut self, now: Instant, station: Box<dyn Participant>) -> Result<(), Error> {
+        let address = station.address();
+        self.insert(station, Presence::Joining)?;
+        if let Some(slot) = self.slot_mut(address) {
+            slot.joining = Joining::from(now);
+            self.joining += 1;
+        }
+        Ok(())
+    }
+
+    /// When something is to be done without octets.
+    pub(super) fn poll_timeout(&self) -> Option<Instant> {
+        let first = self.deadlines.first().map(|(deadline, _)| *deadline);
+        let search = self.search.and_then(|search| search.poll_timeout());
+        [first, search, self.joining_ends()].into_iter().flatten().min()
+    }
+
+    pub(super) fn insert(
+        &mut self,
+        mut station: Box<dyn Participant>,
+        presence: Presence,
+    ) -> Result<(), Error> {
+        let address = station.address();
+        let place = self.slots.get_mut(index(address)).filter(|place| place.is_none());
+        let Some(place) = place else {
+            return Err(Error::AddressTaken { address });
+        };
+        station.set_baud(self.baud);
+        *place = Some(Slot {
+            station,
+            presence,
+            joining: Joining::from(Instant::ZERO),
+            deadline: None,
+            supervised: false,
+            counters: StationCounters::default(),
+            last: None,
+            asked: Instant::ZERO,
+        });
+        self.order.push(address);
+        self.settle(address);
+        Ok(())
+    }
+
+    pub(super) fn remove(&mut self, address: Address) -> Option<Slot> {
+        let slot = self.slots.get_mut(index(address))?.take()?;
+        self.order.retain(|other| *other != address);
+        if let Some(deadline) = slot.deadline {
+            self.deadlines.remove(&(deadline, address));
+        }
+        self.joining -= usize::from(slot.presence == Presence::Joining);
+        self.supervised -= usize::from(slot.supervised);
+        self.awaited = self.awaited.filter(|awaited| *awaited != address);
+        Some(slot)
+    }
+
+    pub(super) fn set_presence(&mut self, address: Address, presence: Presence) -> bool {
+        let Some(slot) = self.slot_mut(address) else {
+            return false;
+        };
+        let before = core::mem::replace(&mut slot.presence, presence);
+        self.joining -= usize::from(before == Presence::Joining);
+        true
+    }
+
+    pub(super) fn set_baud(&mut self, baud: BaudRate) {
+        self.baud = baud;
+        for slot in self.slots.iter_mut().flatten() {
+            slot.station.set_baud(baud);
+        }
+        for at in 0..self.order.len() {
+            if let Some(address) = self.order.get(at).copied() {
+                self.settle(address);
+            }
+        }
+    }
+
+    /// A telegram or a refusal from the line.
+    pub(super) fn hear(&mut self, now: Instant, result: &Result<Telegram<'_>, FrameError>) {
+        self.counters.hear(result);
+        let telegram = match result {
+            Ok(telegram) => telegram,
+            Err(error) => return self.news.push(BusEvent::TelegramRefused(*error)),
+        };
+        if self.is_searching_after(now, telegram) {
+            return;
+        }
+        if self.joining > 0 {
+            self.hear_while_joining(telegram);
+        }
+        let to = match telegram {
+            Telegram::Data(data) => Some(self.now_at(data.da)),
+            Telegram::Token { .. } | Telegram::ShortAcknowledge => None,
+        };
+        // A request on the line ends the time of a reply that has not been sent: the station it is from must know.
+        let ends_reply = match telegram {
+            Telegram::Data(data) => matches!(data.fc.function(), Function::Request(..)),
+            Telegram::Token { .. } => true,
+            Telegram::ShortAcknowledge => false,
+        };
+        if let Some(awaited) = self.awaited.filter(|_| ends_reply) {
+            self.awaited = None;
+            if to.is_none_or(|to| to != awaited && !to.is_broadcast()) {
+                self.deliver(now, awaited, telegram);
+            }
+        }
+        match to {
+            Some(to) if to.is_broadcast() => {
+                for at in 0..self.order.len() {
+                    if let Some(address) = self.order.get(at).copied() {
+                        self.deliver(now, address, telegram);
+                    }
+                }
+            }
+            Some(to) => {
+                if self.count_request(now, to, telegram) && ends_reply {
+                    self.awaited = Some(to);
+                }
+                self.deliver(now, to, telegram);
+            }
+            None => {}
+        }
+    }
+
+    /// Tells the search for the rate; whether the rate is unknown, or was until this telegram.
+    fn is_searching_after(&mut self, now: Instant, telegram: &Telegram<'_>) -> bool {
+        let Some(search) = &mut self.search else {
+            return false;
+        };
+        let was_searching = search.is_searching();
+        let Telegram::Data(data) = telegram else {
+            return was_searching;
+        };
+        let ours = self.slots.get(index(data.da)).is_some_and(Option::is_some);
+        if let Some(found) = search.heard(now, ours) {
+            self.news.push(BusEvent::Rate(found));
+            for slot in self.slots.iter_mut().flatten() {
+                slot.joining = Joining::from(now);
+            }
+        }
+        was_searching
+    }
+
+    /// Where the station that is asked at `address` is now.
+    fn now_at(&self, address: Address) -> Address {
+        let moved = self.moved.filter(|(from, _)| *from == address && self.slot(address).is_none());
+        moved.map_or(address, |(_, to)| to)
+    }
+
+    /// Counts a telegram to a station. Whether that station is there and takes part.
+    fn count_request(&mut self, now: Instant, to: Address, telegram: &Telegram<'_>) -> bool {
+        let (Some(slot), Telegram::Data(data)) = (self.slot_mut(to), telegram) else {
+            return false;
+        };
+        if slot.presence != Presence::Active {
+            return false;
+        }
+        let retry = slot.last.as_ref().is_some_and(|last| last.is_repeated_by(data));
+        slot.last = LastRequest::of(data);
+        slot.asked = now;
+        slot.counters.request(telegram, retry);
+        true
+    }
+
+    fn deliver(&mut self, now: Instant, to: Address, telegram: &Telegram<'_>) {
+        let Self { slots, news, .. } = self;
+        let Some(slot) = slots.get_mut(index(to)).and_then(Option::as_mut) else {
+            return;
+        };
+        if slot.presence != Presence::Active {
+            return;
+        }
+        let Slot { station, counters, .. } = slot;
+        station.receive(now, telegram, &mut |event| news.tell(to, counters, event));
+        self.settle_at(now, to);
+    }
+
+    /// Calls every station whose deadline is reached.
+    pub(super) fn wake(&mut self, now: Instant) {
+        let mut due = Vec::new();
+        due.extend(self.deadlines.iter().take_while(|(deadline, _)| *deadline <= now).map(|(_, due)| *due));
+        for address in due {
+            let Self { slots, news, .. } = self;
+            if let Some(slot) = slots.get_mut(index(address)).and_then(Option::as_mut) {
+                let Slot { station, counters, .. } = slot;
+                station.handle_timeout(now, &mut |event| news.tell(address, counters, event));
+            }
+            self.settle_at(now, address);
+        }
+    }
+
+    pub(super) fn transmit(&mut self, now: Instant, buf: &mut [u8; MAX_TELEGRAM_LEN]) -> Option<usize> {
+        let mut after = None;
+        loop {
+            // A station that is due and has nothing to send waits for `handle_timeout`: go on behind it.
+            let next = match after {
+                None => self.deadlines.first(),
+                Some(last) => self.deadlines.range((Bound::Excluded(last), Bound::Unbounded)).next(),
+            };
+            let due @ (_, address) = next.copied().filter(|(deadline, _)| *deadline <= now)?;
+            after = Some(due);
+            let Self { slots, news, .. } = self;
+            let slot = slots.get_mut(index(address)).and_then(Option::as_mut)?;
+            let Slot { station, counters, asked, .. } = slot;
+            let len = station.poll_transmit(now, buf, &mut |event| news.tell(address, counters, event));
+            let asked = *asked;
+            let silent = self.silenced || self.search.is_some_and(|search| search.is_searching());
+            if let (Some(_), false) = (len, silent) {
+                counters.reply(now.saturating_since(asked));
+                self.counters.sent = self.counters.sent.saturating_add(1);
+            }
+            self.awaited = self.awaited.filter(|awaited| *awaited != address || len.is_none());
+            self.settle_at(now, address);
+            if len.is_some() && !silent {
+                return len;
+            }
+        }
+    }
+
+    /// Puts the deadline of a station in its place after it was called, and tells the search for the rate whether a
+    /// watchdog runs.
+    fn settle_at(&mut self, now: Instant, address: Address) {
+        self.settle(address);
+        if let Some(search) = &mut self.search {
+            search.supervise(now, self.supervised > 0);
+        }
+    }
+
+    pub(super) fn settle(&mut self, address: Address) {
+        let Self { slots, deadlines, supervised, .. } = self;
+        let Some(slot) = slots.get_mut(index(address)).and_then(Option::as_mut) else {
+            return;
+        };
+        let deadline = slot.station.poll_timeout();
+        if deadline != slot.deadline {
+            if let Some(before) = slot.deadline {
+                deadlines.remove(&(before, address));
+            }
+            deadlines.extend(deadline.map(|deadline| (deadline, address)));
+            slot.deadline = deadline;
+        }
+        let watched = slot.station.watchdog_on();
+        *supervised = *supervised + usize::from(watched) - usize::from(slot.supervised);
+        slot.supervised = watched;
+        if slot.station.address() != address {
+            self.move_station(address);
+        }
+    }
+
+    /// Follows a station that has another address now (Set_Slave_Add). If that is taken, the station is disconnected:
+    /// two at one address would answer at the same time.
+    fn move_station(&mut self, from: Address) {
+        let awaited = self.awaited == Some(from);
+        let Some(slot) = self.remove(from) else {
+            return;
+        };
+        let (to, presence) = (slot.station.address(), slot.presence);
+        match self.insert(slot.station, presence) {
+            Ok(()) => {
+                self.joining += usize::from(presence == Presence::Joining);
+                if let Some(moved) = self.slot_mut(to) {
+                    moved.counters = slot.counters;
+                    moved.joining = slot.joining;
+                    moved.asked = slot.asked;
+                }
+                self.moved = Some((from, to));
+                if awaited {
+                    self.awaited = Some(to);
+                }
+            }
+            Err(_) => self.news.push(BusEvent::MovedToTakenAddress { from, to }),
+        }
+    }
+
+    /// Lets stations that join draw their conclusions from a telegram.
+    fn hear_while_joining(&mut self, telegram: &Telegram<'_>) {
+        for at in 0..self.order.len() {
+            let Some(address) = self.order.get(at).copied() else {
+                return;
+            };
+            let Some(slot) = self.slot_mut(address).filter(|slot| slot.presence == Presence::Joining) else {
+                continue;
+            };
+            match slot.joining.hear(address, telegram) {
+                Verdict::Undecided => {}
+                Verdict::Free => self.finish_joining(address, Presence::Active, BusEvent::Joined { address }),
+                Verdict::Live(evidence) => {
+                    let event = BusEvent::AddressLive { address, evidence };
+                    self.finish_joining(address, Presence::Refused, event);
+                }
+            }
+        }
+    }
+
+    fn finish_joining(&mut self, address: Address, presence: Presence, event: BusEvent) {
+        self.set_presence(address, presence);
+        self.news.push(event);
+    }
+
+    /// When the next station has listened long enough. While the rate is unknown nobody has.
+    fn joining_ends(&self) -> Option<Instant> {
+        if self.joining == 0 || self.search.is_some_and(|search| search.is_searching()) {
+            return None;
+        }
+        let joining = self.slots.iter().flatten().filter(|slot| slot.presence == Presence::Joining);
+        joining.map(|slot| slot.joining.ends()).min()
+    }
+
+    pub(super) fn end_joining(&mut self, now: Instant) {
+        while self.joining_ends().is_some_and(|ends| ends <= now) {
+            let done = self.order.iter().copied().find(|address| {
+                let slot = self.slots.get(index(*address)).and_then(Option::as_ref);
+                slot.is_some_and(|slot| slot.presence == Presence::Joining && slot.joining.ends() <= now)
+            });
+            let Some(address) = done else {
+                return;
+            };
+            self.finish_joining(address, Presence::Active, BusEvent::Joined { address });
+        }
+    }
+}
+
+/// The place of a station in the table.
+fn index(address: Address) -> usize {
+    address.number().into()
+}
+
+/// What identifies a counted request; its repetition is a retry.
+struct LastRequest {
+    fc: FunctionCode,
+    sa: Address,
+    dsap: Option<Sap>,
+    ssap: Option<Sap>,
+    data: [u8; MAX_PDU_LEN],
+    len: usize,
+}
+
+impl LastRequest {
+    /// `None` for what has no frame count.
+    fn of(request: &DataTelegram<'_>) -> Option<Self> {
+        match request.fc.function() {
+            Function::Request(_, FrameCount::Even | FrameCount::Odd) => {}
+            Function::Request(_, FrameCount::Unused | FrameCount::First)
+            | Function::Response(..)
+            | Function::Reserved => return None,
+        }
+        let mut data = [0; MAX_PDU_LEN];
+        data.get_mut(..request.data.len())?.copy_from_slice(request.data);
+        let (fc, sa, dsap, ssap, len) =
+            (request.fc, request.sa, request.dsap, request.ssap, request.data.len());
+        Some(Self { fc, sa, dsap, ssap, data, len })
+    }
+
+    fn is_repeated_by(&self, request: &DataTelegram<'_>) -> bool {
+        (self.fc, self.sa, self.dsap, self.ssap) == (request.fc, request.sa, request.dsap, request.ssap)
+            && self.data.get(..self.len) == Some(request.data)
+    }
+}

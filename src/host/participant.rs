@@ -1,0 +1,176 @@
+//! What a [`Bus`](super::Bus) carries: anything that is a passive station.
+
+use core::any::Any;
+
+use super::StoredDevice;
+use crate::device::{Device, Event, MAX_TELEGRAM_LEN};
+use crate::dp;
+use crate::fdl::{Address, Telegram};
+use crate::time::{BaudRate, Instant};
+
+/// A passive station on a [`Bus`](super::Bus): telegrams and time in, telegrams, news and a deadline out.
+///
+/// [`Device`] is one, a drive with its application inside. [`dp::Station`] is another: a slave whose process image is
+/// read and written through [`Bus::with`](super::Bus::with). A slave with an application of its own wraps a
+/// `dp::Station` and implements these calls.
+///
+/// The bus calls every station with the telegrams addressed to it, with broadcasts, and with those that end the time
+/// of a reply it has not sent; with nothing else.
+pub trait Participant: Any + Send {
+    /// Its address now. It may change with any call (Set_Slave_Add); the bus follows.
+    fn address(&self) -> Address;
+
+    /// The line has another rate from now on.
+    fn set_baud(&mut self, baud: BaudRate);
+
+    /// Takes a telegram whose last octet ended at `now`, and says what came of it.
+    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(Event));
+
+    /// Time has passed. Spurious calls are harmless.
+    fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(Event));
+
+    /// The telegram to send at `now`, written to `buf`, if its time has come: how many octets it has.
+    fn poll_transmit(
+        &mut self,
+        now: Instant,
+        buf: &mut [u8; MAX_TELEGRAM_LEN],
+        news: &mut dyn FnMut(Event),
+    ) -> Option<usize>;
+
+    /// When to call it again; `None` = a telegram comes first.
+    fn poll_timeout(&self) -> Option<Instant>;
+
+    /// Whether its DP watchdog minds its master (WD_On of Slave_Diag).
+    fn watchdog_on(&self) -> bool;
+}
+
+impl Participant for Device {
+    fn address(&self) -> Address {
+        Self::address(self)
+    }
+
+    fn set_baud(&mut self, baud: BaudRate) {
+        Self::set_baud(self, baud);
+    }
+
+    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(Event)) {
+        self.handle_telegram(now, telegram);
+        pass_on(self, news);
+    }
+
+    fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(Event)) {
+        Self::handle_timeout(self, now);
+        pass_on(self, news);
+    }
+
+    fn poll_transmit(
+        &mut self,
+        now: Instant,
+        buf: &mut [u8; MAX_TELEGRAM_LEN],
+        news: &mut dyn FnMut(Event),
+    ) -> Option<usize> {
+        let len = Self::poll_transmit(self, now, buf).map(<[u8]>::len);
+        pass_on(self, news);
+        len
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        Self::poll_timeout(self)
+    }
+
+    fn watchdog_on(&self) -> bool {
+        Self::watchdog_on(self)
+    }
+}
+
+fn pass_on(device: &mut Device, news: &mut dyn FnMut(Event)) {
+    while let Some(event) = device.poll_event() {
+        news(event);
+    }
+}
+
+impl Participant for StoredDevice {
+    fn address(&self) -> Address {
+        self.device().address()
+    }
+
+    fn set_baud(&mut self, baud: BaudRate) {
+        Self::set_baud(self, baud);
+    }
+
+    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(Event)) {
+        self.handle_telegram(now, telegram);
+        pass_on(self.device_mut(), news);
+    }
+
+    fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(Event)) {
+        Self::handle_timeout(self, now);
+        pass_on(self.device_mut(), news);
+    }
+
+    fn poll_transmit(
+        &mut self,
+        now: Instant,
+        buf: &mut [u8; MAX_TELEGRAM_LEN],
+        news: &mut dyn FnMut(Event),
+    ) -> Option<usize> {
+        Participant::poll_transmit(self.device_mut(), now, buf, news)
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        Self::poll_timeout(self)
+    }
+
+    fn watchdog_on(&self) -> bool {
+        self.device().watchdog_on()
+    }
+}
+
+impl Participant for dp::Station {
+    fn address(&self) -> Address {
+        Self::address(self)
+    }
+
+    fn set_baud(&mut self, baud: BaudRate) {
+        Self::set_baud(self, baud);
+    }
+
+    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(Event)) {
+        if let Some(event) = Self::receive(self, now, telegram).event {
+            news(Event::Dp(event));
+        }
+    }
+
+    fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(Event)) {
+        if let Some(event) = Self::handle_timeout(self, now) {
+            news(Event::Dp(event));
+        }
+    }
+
+    fn poll_transmit(
+        &mut self,
+        now: Instant,
+        buf: &mut [u8; MAX_TELEGRAM_LEN],
+        news: &mut dyn FnMut(Event),
+    ) -> Option<usize> {
+        match Self::poll_transmit(self, now) {
+            Ok(octets) => {
+                let octets = octets?;
+                buf.get_mut(..octets.len())?.copy_from_slice(octets);
+                Some(octets.len())
+            }
+            Err(too_late) => {
+                news(Event::ReplyTooLate(too_late));
+                None
+            }
+        }
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        Self::poll_timeout(self)
+    }
+
+    fn watchdog_on(&self) -> bool {
+        self.slave().diagnosis().wd_on
+    }
+}
