@@ -21,7 +21,8 @@ const TABLE: [(&str, &[&str]); 10] = [
     ("pkw", &["ppo", "param"]),
     ("drive", &["param", "time"]),
     ("device", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive"]),
-    ("host", &["device", "time"]),
+    // Links that keep telegrams apart or spoil them on purpose look into them.
+    ("host", &["device", "time", "fdl", "dp", "ppo"]),
     ("master", &["host", "device", "time"]),
 ];
 

@@ -4,6 +4,7 @@ use core::time::Duration;
 use std::io::{self, Write};
 
 use profidrive::device::{Config, Device, Event};
+use profidrive::host::link::fault::Faulty;
 use profidrive::host::link::serial::Serial;
 use profidrive::host::{Bus, Clock, Link, Stop, SystemClock, run};
 use profidrive::time::BaudRate;
@@ -13,9 +14,9 @@ use tracing::{debug, info, warn};
 use super::Failure;
 use super::args::{BaudSpec, DriveSpec, Emulate, LinkSpec};
 
-/// The rate of a terminal whose master has set none of PROFIBUS-DP. On a terminal it only says how long a drive
-/// waits before it replies.
-const PTY_RATE: BaudRate = BaudRate::K500;
+/// The rate of a terminal whose master has set none of PROFIBUS-DP, and of a TCP port. There it only says how long a
+/// drive waits before it replies.
+const UNTIMED_RATE: BaudRate = BaudRate::K500;
 
 /// A line full of rubbish is said once in this time; the rest is for `-v`.
 const NOISE_PAUSE: Duration = Duration::from_secs(1);
@@ -25,7 +26,11 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     // Before the link is made, so that no signal ends the process with the link left behind.
     let stop = stop_on_signals().map_err(|error| Failure::from_error(&error))?;
     let clock = SystemClock::new();
-    let (rate, mut link, path) = open(&args.link, args.baud)?;
+    let (rate, link, path) = open(args)?;
+    for fault in &args.faults {
+        warn!("fault on purpose: {fault}");
+    }
+    let mut link = Faulty::new(link, clock, &args.faults);
 
     let mut bus = Bus::new();
     for drive in &args.drives {
@@ -33,7 +38,7 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     }
     announce(&path, &bus);
     let mut last_noise = None;
-    let outcome = run(&mut *link, &mut bus, &clock, &stop, &mut |address, event| {
+    let outcome = run(&mut link, &mut bus, &clock, &stop, &mut |address, event| {
         let noise = matches!(event, Event::TelegramRefused(_));
         let now = clock.now();
         if noise && last_noise.is_some_and(|last| now.saturating_since(last) < NOISE_PAUSE) {
@@ -61,12 +66,12 @@ fn stop_on_signals() -> io::Result<Stop> {
 }
 
 /// The rate to begin with, the link, and what a master opens.
-fn open(link: &LinkSpec, baud: Option<BaudSpec>) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
-    let rate = match baud {
+fn open(args: &Emulate) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
+    let rate = match args.baud {
         Some(BaudSpec::Fixed(rate)) => Some(rate),
         Some(BaudSpec::Auto) | None => None,
     };
-    match link {
+    match &args.link {
         LinkSpec::Pty(path) => open_pty(path.as_deref(), rate),
         LinkSpec::Serial(device) => {
             let rate = rate.ok_or_else(|| Failure::Usage("a serial line needs --baud RATE".into()))?;
@@ -74,7 +79,37 @@ fn open(link: &LinkSpec, baud: Option<BaudSpec>) -> Result<(BaudRate, Box<dyn Li
             info!("{device} at {rate}, 8 data bits, even parity, 1 stop bit");
             Ok((rate, Box::new(serial), device.clone()))
         }
+        LinkSpec::Tcp(place) => open_tcp(place, rate.unwrap_or(UNTIMED_RATE), args.allow_remote),
     }
+}
+
+#[cfg(unix)]
+fn open_tcp(
+    place: &str,
+    rate: BaudRate,
+    allow_remote: bool,
+) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
+    use profidrive::host::Error;
+    use profidrive::host::link::tcp::{Reach, Tcp};
+
+    let reach = if allow_remote { Reach::Network } else { Reach::ThisMachine };
+    let tcp = Tcp::bind(place, rate, reach).map_err(|error| match matches!(error, Error::TcpReach { .. }) {
+        true => Failure::Usage(format!(
+            "{error}; add --allow-remote if that is wanted, or use tcp:127.0.0.1:PORT; see 'profidrive emulate --help'"
+        )),
+        false => Failure::from_error(&error),
+    })?;
+    let address = tcp.address();
+    info!("a TCP port at {rate}");
+    if !address.ip().is_loopback() {
+        warn!("other machines can connect to {address} and command the drives");
+    }
+    Ok((rate, Box::new(tcp), format!("tcp:{address}")))
+}
+
+#[cfg(not(unix))]
+fn open_tcp(_: &str, _: BaudRate, _: bool) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
+    Err(Failure::Other("tcp links need Unix; use --link serial:DEVICE --baud RATE".into()))
 }
 
 #[cfg(target_os = "linux")]
@@ -88,10 +123,10 @@ fn open_pty(
     pty.follow_rate(rate.is_none());
     match rate {
         Some(rate) => info!("a pseudo-terminal at {rate}"),
-        None => info!("a pseudo-terminal at {PTY_RATE} until a master sets another rate"),
+        None => info!("a pseudo-terminal at {UNTIMED_RATE} until a master sets another rate"),
     }
     let opened = pty.path().display().to_string();
-    Ok((rate.unwrap_or(PTY_RATE), Box::new(pty), opened))
+    Ok((rate.unwrap_or(UNTIMED_RATE), Box::new(pty), opened))
 }
 
 #[cfg(not(target_os = "linux"))]

@@ -1,0 +1,522 @@
+//! A TCP port: one line, to which several programs connect, with raw octets in both directions.
+//!
+//! Every client hears every octet of the drives and of the other clients, not its own. A client can be a master, a
+//! slave or a monitor. What a shared line needs and TCP does not have is added here:
+//!
+//! - **Telegrams are not mixed.** TCP cuts a stream anywhere, so the octets of each client are collected until a
+//!   telegram is whole, and only then is it heard, at the same place in the order by everybody. Half a telegram is
+//!   nobody's cost but its sender's: after 50 ms without a further octet it is noise. Noise is heard as it is, except
+//!   what could begin a telegram at its end: a listener would take the next telegram, of somebody else, for its rest.
+//! - **A request is followed by its reply.** While a request waits for its reply, for one slot time at most (300 T_bit
+//!   and 1 ms), requests of other clients wait. Then the next client in turn is heard, with everything it has sent.
+//! - **Nobody is served at the others' cost.** A client that does not read is dropped when 512 KiB wait for it; one that
+//!   sends more than a line of 12 Mbit/s carries is dropped once it is 256 KiB ahead; clients beyond the
+//!   32nd are turned away. Each is a warning in the log.
+//! - **When the last client has left**, [`Link::receive`] says [`Received::Reset`].
+//!
+//! Two masters that do not pass the token to each other get replies to their own requests this way, but each hears the
+//! replies to the other too, and SC does not say to whom it is addressed.
+//!
+//! Whoever can connect can command the drives. So the port is bound to this machine unless told otherwise, see
+//! [`Reach`].
+
+use core::net::SocketAddr;
+use core::time::Duration;
+use std::collections::VecDeque;
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::{TcpListener, TcpStream, ToSocketAddrs};
+use std::vec::Vec;
+
+use rustix::event::{PollFd, PollFlags};
+
+use super::pieces::{Piece, Pieces, settled};
+use super::poll_readable;
+use crate::fdl::telegram::{Decoded, decode};
+use crate::fdl::{Function, Service, Telegram};
+use crate::host::{Clock, Error, Link, Received, Stop, SystemClock};
+use crate::time::{BITS_PER_OCTET, BaudRate, Instant};
+
+/// How many clients there can be at a time.
+pub const MAX_CLIENTS: usize = 32;
+
+/// Octets that wait for a client at most.
+pub const MAX_BACKLOG: usize = 512 * 1024;
+
+/// Octets by which a client can be ahead of a line of 12 Mbit/s. Less than [`MAX_BACKLOG`], so that a burst of one
+/// client drops nobody else.
+pub const MAX_BURST: u32 = 256 * 1024;
+
+/// Octets in a second on a line of 12 Mbit/s.
+const FASTEST: u32 = BaudRate::K12000.bits_per_second() / BITS_PER_OCTET;
+
+/// Octets of a client that are collected at most before they are heard.
+const INBOX: usize = 4096;
+
+/// Octets the kernel keeps for a client at least; it takes twice as many. Fixed, so that it does not grow to megabytes.
+const KERNEL_BUFFER: usize = 64 * 1024;
+
+/// The time of a request for its reply: in T_bit, longer than any min T_SDR, and what a scheduler may take.
+const SLOT_BITS: u32 = 300;
+const SLOT_MARGIN: Duration = Duration::from_millis(1);
+
+/// Connections taken at most before the clients are served again.
+const MOST_ACCEPTED: usize = 8;
+
+/// After the operating system could not accept a connection (no descriptor is left, say).
+const ACCEPT_PAUSE: Duration = Duration::from_secs(1);
+
+/// Who can connect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reach {
+    /// Programs on this machine.
+    ThisMachine,
+    /// Everybody whom the address reaches. There is no password and no encryption.
+    Network,
+}
+
+/// A listening port and its clients.
+#[derive(Debug)]
+pub struct Tcp {
+    listener: TcpListener,
+    address: SocketAddr,
+    clock: SystemClock,
+    slot_time: Duration,
+    clients: Vec<Client>,
+    /// The index of the client whose turn is next.
+    turn: usize,
+    /// A request waits for its reply until then.
+    busy: Option<Busy>,
+    /// What the drives hear next.
+    heard: VecDeque<u8>,
+    /// The last client has left, and the drives have not been told.
+    deserted: bool,
+    /// No connection is accepted until then.
+    pause: Option<Instant>,
+    /// Turning clients away was logged.
+    full: bool,
+}
+
+/// A request that waits for its reply.
+#[derive(Clone, Copy, Debug)]
+struct Busy {
+    until: Instant,
+    /// The time was over when somebody last looked. The drives get one more look: this process may have been late.
+    over: bool,
+}
+
+impl Tcp {
+    /// Listens at `place`, `HOST:PORT`. Port 0 is a free one, see [`Tcp::address`]. `rate` is that of the drives: it says
+    /// how long a request waits for its reply.
+    ///
+    /// # Errors
+    /// [`Error::TcpReach`] if others than this machine could connect and were not invited, [`Error::Tcp`].
+    pub fn bind(place: &str, rate: BaudRate, reach: Reach) -> Result<Self, Error> {
+        let failed = |source| Error::Tcp { place: place.into(), source };
+        let addresses: Vec<SocketAddr> = place.to_socket_addrs().map_err(failed)?.collect();
+        if reach == Reach::ThisMachine
+            && let Some(address) = addresses.iter().find(|address| !address.ip().to_canonical().is_loopback())
+        {
+            return Err(Error::TcpReach { place: place.into(), address: *address });
+        }
+        let listener = TcpListener::bind(&addresses[..]).map_err(failed)?;
+        listener.set_nonblocking(true).map_err(failed)?;
+        let address = listener.local_addr().map_err(failed)?;
+        Ok(Self {
+            listener,
+            address,
+            clock: SystemClock::new(),
+            slot_time: rate.bit_times(SLOT_BITS).saturating_add(SLOT_MARGIN),
+            clients: Vec::new(),
+            turn: 0,
+            busy: None,
+            heard: VecDeque::new(),
+            deserted: false,
+            pause: None,
+            full: false,
+        })
+    }
+
+    /// Where clients connect.
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// How many clients there are.
+    pub fn clients(&self) -> usize {
+        self.clients.len()
+    }
+
+    /// Takes in who wants to connect.
+    fn accept(&mut self, now: Instant) {
+        if self.pause.is_some_and(|pause| now < pause) {
+            return;
+        }
+        self.pause = None;
+        for _ in 0..MOST_ACCEPTED {
+            match self.listener.accept() {
+                Ok((stream, peer)) => self.welcome(stream, peer, now),
+                Err(error) if error.kind() == ErrorKind::WouldBlock => return,
+                // That client has gone again.
+                Err(error)
+                    if matches!(error.kind(), ErrorKind::ConnectionAborted | ErrorKind::Interrupted) => {}
+                Err(error) => {
+                    tracing::warn!("tcp: cannot accept a connection: {error}");
+                    self.pause = Some(now.saturating_add(ACCEPT_PAUSE));
+                    return;
+                }
+            }
+        }
+    }
+
+    fn welcome(&mut self, stream: TcpStream, peer: SocketAddr, now: Instant) {
+        if self.clients.len() >= MAX_CLIENTS {
+            if !self.full {
+                tracing::warn!("tcp: {peer} and further clients are turned away: there are {MAX_CLIENTS}");
+            }
+            self.full = true;
+            return;
+        }
+        let prepared = stream
+            .set_nonblocking(true)
+            .and_then(|()| stream.set_nodelay(true))
+            .and_then(|()| Ok(rustix::net::sockopt::set_socket_send_buffer_size(&stream, KERNEL_BUFFER)?));
+        if let Err(error) = prepared {
+            tracing::warn!("tcp: {peer} is turned away: {error}");
+            return;
+        }
+        self.clients.push(Client {
+            stream,
+            peer,
+            pieces: Pieces::default(),
+            blocked: None,
+            backlog: VecDeque::new(),
+            allowance: MAX_BURST,
+            refilled: now,
+            left: None,
+        });
+        tracing::info!("tcp: {peer} connected, {} of {MAX_CLIENTS}", self.clients.len());
+    }
+
+    /// Lets go of clients that have left, once the line is free: a reply may still be on its way to them.
+    fn dismiss(&mut self) {
+        let busy = self.busy.is_some();
+        let before = self.clients.len();
+        self.clients.retain(|client| match &client.left {
+            None | Some(Leave::Closed) if busy || !client.is_done() => true,
+            None => true,
+            Some(leave @ (Leave::Closed | Leave::Broken)) => {
+                tracing::info!("tcp: {} {leave}", client.peer);
+                false
+            }
+            Some(leave @ (Leave::Stalled | Leave::Flooding)) => {
+                tracing::warn!("tcp: {} {leave}", client.peer);
+                false
+            }
+        });
+        if self.clients.len() < before {
+            self.full = false;
+            self.deserted |= self.clients.is_empty();
+        }
+    }
+
+    /// Whether a request may be heard.
+    fn is_free(&mut self, now: Instant) -> bool {
+        match &mut self.busy {
+            Some(busy) if now >= busy.until => {
+                let over = busy.over;
+                busy.over = true;
+                if over {
+                    self.busy = None;
+                }
+                over
+            }
+            Some(_) => false,
+            None => true,
+        }
+    }
+
+    /// Lets the next client in turn that may be heard be heard. False if there is none.
+    fn hear_next(&mut self, now: Instant, free: bool) -> bool {
+        for step in 0..self.clients.len() {
+            let index = (self.turn + step) % self.clients.len();
+            if self.hear(index, now, free) {
+                self.turn = index + 1;
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Lets one client be heard. False if there is nothing of it, or nothing yet.
+    fn hear(&mut self, index: usize, now: Instant, free: bool) -> bool {
+        let Some(client) = self.clients.get_mut(index) else {
+            return false;
+        };
+        let mut octets = Vec::new();
+        while let Some(piece) = client.blocked.take().or_else(|| client.pieces.pop(now)) {
+            let meaning = Meaning::of(&piece);
+            if meaning == Meaning::Request && !free {
+                client.blocked = Some(piece);
+                break;
+            }
+            octets.extend_from_slice(match &piece {
+                Piece::Telegram(telegram) => telegram,
+                Piece::Noise(noise) => settled(noise),
+            });
+            match meaning {
+                Meaning::Request => {
+                    let until = now.saturating_add(self.slot_time);
+                    self.busy = Some(Busy { until, over: false });
+                }
+                Meaning::Reply => self.busy = None,
+                Meaning::Neither => {}
+            }
+        }
+        self.heard.extend(&octets);
+        for (other, client) in self.clients.iter_mut().enumerate() {
+            if other != index {
+                client.tell(&octets);
+            }
+        }
+        !octets.is_empty()
+    }
+
+    /// Octets for the drives, 0 if there are none.
+    fn take(&mut self, buf: &mut [u8]) -> usize {
+        let count = buf.len().min(self.heard.len());
+        for (to, octet) in buf.iter_mut().zip(self.heard.drain(..count)) {
+            *to = octet;
+        }
+        count
+    }
+}
+
+impl Link for Tcp {
+    fn receive(&mut self, buf: &mut [u8]) -> io::Result<Received> {
+        let count = self.take(buf);
+        if count > 0 {
+            return Ok(Received::Octets(count));
+        }
+        let now = self.clock.now();
+        self.accept(now);
+        for client in &mut self.clients {
+            client.read(now);
+            client.write();
+        }
+        let free = self.is_free(now);
+        while self.heard.is_empty() && self.hear_next(now, free && self.busy.is_none()) {}
+        self.dismiss();
+        let count = self.take(buf);
+        if count > 0 {
+            return Ok(Received::Octets(count));
+        }
+        Ok(if core::mem::take(&mut self.deserted) { Received::Reset } else { Received::Nothing })
+    }
+
+    fn send(&mut self, telegram: &[u8]) -> io::Result<()> {
+        self.busy = None;
+        for client in &mut self.clients {
+            client.tell(telegram);
+        }
+        Ok(())
+    }
+
+    fn wait(&mut self, timeout: Option<Duration>, stop: &Stop) -> io::Result<()> {
+        let now = self.clock.now();
+        let waits = self.clients.iter().any(|client| client.blocked.is_some() || client.left.is_some());
+        let looks = self.busy.filter(|_| waits).map(|busy| busy.until);
+        if self.deserted || !self.heard.is_empty() || waits && self.busy.is_none_or(|busy| busy.over) {
+            return Ok(());
+        }
+        let unblocked = self.clients.iter().filter(|client| client.blocked.is_none());
+        let pieces = unblocked.filter_map(|client| client.pieces.poll_timeout()).min();
+        let timeout = [looks, pieces, self.pause]
+            .into_iter()
+            .flatten()
+            .map(|due| due.saturating_since(now))
+            .chain(timeout)
+            .min();
+        let mut fds = Vec::from([PollFd::new(stop, PollFlags::IN)]);
+        if self.pause.is_none() {
+            fds.push(PollFd::new(&self.listener, PollFlags::IN));
+        }
+        for client in &self.clients {
+            let mut flags = PollFlags::empty();
+            flags.set(PollFlags::IN, client.room() > 0);
+            flags.set(PollFlags::OUT, !client.backlog.is_empty());
+            if !flags.is_empty() {
+                fds.push(PollFd::new(&client.stream, flags));
+            }
+        }
+        poll_readable(&mut fds, timeout)
+    }
+}
+
+/// What a piece is to the order on the line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Meaning {
+    /// A station will reply to it.
+    Request,
+    /// It ends the time of a request.
+    Reply,
+    /// A token, a broadcast, noise.
+    Neither,
+}
+
+impl Meaning {
+    fn of(piece: &Piece) -> Self {
+        let Piece::Telegram(octets) = piece else {
+            return Self::Neither;
+        };
+        let Decoded::Telegram { telegram, .. } = decode(octets) else {
+            return Self::Neither;
+        };
+        let telegram = match telegram {
+            Telegram::Data(telegram) => telegram,
+            Telegram::ShortAcknowledge => return Self::Reply,
+            Telegram::Token { .. } => return Self::Neither,
+        };
+        match telegram.fc.function() {
+            Function::Response(..) => Self::Reply,
+            Function::Request(Service::SdnLow | Service::SdnHigh | Service::TimeEvent, _)
+            | Function::Reserved => Self::Neither,
+            Function::Request(
+                Service::SdaLow
+                | Service::SdaHigh
+                | Service::Msrd
+                | Service::FdlStatus
+                | Service::SrdLow
+                | Service::SrdHigh
+                | Service::Ident
+                | Service::LsapStatus,
+                _,
+            ) if telegram.da.is_broadcast() => Self::Neither,
+            Function::Request(..) => Self::Request,
+        }
+    }
+}
+
+/// Why a client leaves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Leave {
+    /// It sends no more.
+    Closed,
+    /// The connection broke.
+    Broken,
+    /// It does not read.
+    Stalled,
+    /// It sends more than a line carries.
+    Flooding,
+}
+
+impl core::fmt::Display for Leave {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Closed => f.write_str("has left"),
+            Self::Broken => f.write_str("has left without a goodbye"),
+            Self::Stalled => write!(f, "is dropped: it does not read, and {MAX_BACKLOG} octets wait for it"),
+            Self::Flooding => f.write_str("is dropped: it sends more than a line of 12 Mbit/s carries"),
+        }
+    }
+}
+
+/// A program at the line.
+#[derive(Debug)]
+struct Client {
+    stream: TcpStream,
+    peer: SocketAddr,
+    /// What it sent and nobody has heard yet.
+    pieces: Pieces,
+    /// The request before those, which waits for the line.
+    blocked: Option<Piece>,
+    /// What it has not read yet, behind what the kernel keeps for it.
+    backlog: VecDeque<u8>,
+    /// Octets it may send at once.
+    allowance: u32,
+    refilled: Instant,
+    left: Option<Leave>,
+}
+
+impl Client {
+    /// How many octets of it can be taken.
+    fn room(&self) -> usize {
+        if self.left.is_some() { 0 } else { INBOX.saturating_sub(self.pieces.len()) }
+    }
+
+    /// Everything it sent was heard, as far as it was whole.
+    fn is_done(&self) -> bool {
+        self.blocked.is_none() && self.pieces.poll_timeout().is_none()
+    }
+
+    /// Takes what has come.
+    fn read(&mut self, now: Instant) {
+        let mut buf = [0; INBOX];
+        let room = self.room();
+        let Some(buf) = buf.get_mut(..room).filter(|buf| !buf.is_empty()) else {
+            return;
+        };
+        match (&self.stream).read(buf) {
+            Ok(0) => {
+                self.left = Some(Leave::Closed);
+                self.pieces.end();
+            }
+            Ok(count) => {
+                let octets = buf.get(..count).unwrap_or_default();
+                self.pieces.push(now, octets);
+                if !self.spend(now, u32::try_from(count).unwrap_or(u32::MAX)) {
+                    self.drop_for(Leave::Flooding);
+                }
+            }
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => {}
+            Err(_) => self.drop_for(Leave::Broken),
+        }
+    }
+
+    /// Whether it may have sent so many octets.
+    fn spend(&mut self, now: Instant, octets: u32) -> bool {
+        let millis = u32::try_from(now.saturating_since(self.refilled).as_millis()).unwrap_or(u32::MAX);
+        if millis > 0 {
+            self.refilled = now;
+            let refill = millis.saturating_mul(FASTEST / 1000);
+            self.allowance = self.allowance.saturating_add(refill).min(MAX_BURST);
+        }
+        let enough = octets <= self.allowance;
+        self.allowance = self.allowance.saturating_sub(octets);
+        enough
+    }
+
+    /// Sends octets to it, or keeps them until it reads.
+    fn tell(&mut self, octets: &[u8]) {
+        if matches!(self.left, None | Some(Leave::Closed)) {
+            self.backlog.extend(octets);
+            self.write();
+        }
+    }
+
+    /// Sends what waits for it, as far as it reads.
+    fn write(&mut self) {
+        while !self.backlog.is_empty() {
+            let (front, _) = self.backlog.as_slices();
+            match (&self.stream).write(front) {
+                Ok(count) => drop(self.backlog.drain(..count)),
+                Err(error) if error.kind() == ErrorKind::WouldBlock => break,
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(_) => {
+                    self.drop_for(Leave::Broken);
+                    return;
+                }
+            }
+        }
+        if self.backlog.len() > MAX_BACKLOG {
+            self.drop_for(Leave::Stalled);
+        }
+    }
+
+    /// Nothing more is heard of it, and nothing said to it.
+    fn drop_for(&mut self, leave: Leave) {
+        self.left = Some(leave);
+        self.pieces.clear();
+        self.blocked = None;
+        self.backlog = VecDeque::new();
+    }
+}
