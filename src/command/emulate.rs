@@ -75,7 +75,8 @@ fn open(args: &Emulate) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
         LinkSpec::Pty(path) => open_pty(path.as_deref(), rate),
         LinkSpec::Serial(device) => {
             let rate = rate.ok_or_else(|| Failure::Usage("a serial line needs --baud RATE".into()))?;
-            let serial = Serial::open(device, rate).map_err(|error| Failure::from_error(&error))?;
+            let mut serial = Serial::open(device, rate).map_err(|error| Failure::from_error(&error))?;
+            serial.reopen(true);
             info!("{device} at {rate}, 8 data bits, even parity, 1 stop bit");
             Ok((rate, Box::new(serial), device.clone()))
         }

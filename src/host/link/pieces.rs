@@ -25,14 +25,6 @@ pub(super) enum Piece {
     Noise(Vec<u8>),
 }
 
-impl Piece {
-    pub(super) fn octets(&self) -> &[u8] {
-        match self {
-            Self::Telegram(octets) | Self::Noise(octets) => octets,
-        }
-    }
-}
-
 /// Octets of one sender that are not handed out yet.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Pieces {
@@ -109,6 +101,13 @@ mod tests {
 
     const ASK: [u8; 6] = [0x10, 0x05, 0x02, 0x49, 0x50, 0x16];
 
+    fn octets(pieces: &[Piece]) -> Vec<u8> {
+        let octets = pieces.iter().map(|piece| match piece {
+            Piece::Telegram(octets) | Piece::Noise(octets) => &octets[..],
+        });
+        octets.collect::<Vec<_>>().concat()
+    }
+
     fn all(pieces: &mut Pieces, now: Instant) -> Vec<Piece> {
         core::iter::from_fn(|| pieces.pop(now)).collect()
     }
@@ -129,7 +128,7 @@ mod tests {
                 pieces.iter().filter(|piece| matches!(piece, Piece::Telegram(_))).cloned().collect::<Vec<_>>()
             };
             assert_eq!(telegrams(&found), telegrams(&expected), "cut at {cut}");
-            assert_eq!(found.iter().flat_map(Piece::octets).copied().collect::<Vec<_>>(), octets);
+            assert_eq!(super::tests::octets(&found), octets);
         }
     }
 
@@ -170,8 +169,7 @@ mod tests {
                     prop_assert_eq!(framer.poll_timeout(), None);
                 }
             }
-            let octets: Vec<u8> = found.iter().flat_map(Piece::octets).copied().collect();
-            prop_assert_eq!(octets, chunks.concat());
+            prop_assert_eq!(octets(&found), chunks.concat());
         }
     }
 }
