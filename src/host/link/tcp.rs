@@ -84,7 +84,7 @@ pub struct Tcp {
     clients: Vec<Client>,
     /// The index of the client whose turn is next.
     turn: usize,
-    /// A request waits for its reply until then.
+    /// A request waits for its reply.
     busy: Option<Busy>,
     /// What the drives hear next.
     heard: VecDeque<u8>,
@@ -99,7 +99,8 @@ pub struct Tcp {
 /// A request that waits for its reply.
 #[derive(Clone, Copy, Debug)]
 struct Busy {
-    until: Instant,
+    /// `None` before the first sleep: the drives have not acted on it yet.
+    until: Option<Instant>,
     /// The time was over when somebody last looked. The drives get one more look: this process may have been late.
     over: bool,
 }
@@ -222,7 +223,7 @@ impl Tcp {
     /// Whether a request may be heard.
     fn is_free(&mut self, now: Instant) -> bool {
         match &mut self.busy {
-            Some(busy) if now >= busy.until => {
+            Some(busy) if busy.until.is_some_and(|until| now >= until) => {
                 let over = busy.over;
                 busy.over = true;
                 if over {
@@ -264,10 +265,7 @@ impl Tcp {
                 Piece::Noise(noise) => settled(noise),
             });
             match meaning {
-                Meaning::Request => {
-                    let until = now.saturating_add(self.slot_time);
-                    self.busy = Some(Busy { until, over: false });
-                }
+                Meaning::Request => self.busy = Some(Busy { until: None, over: false }),
                 Meaning::Reply => self.busy = None,
                 Meaning::Neither => {}
             }
@@ -324,7 +322,10 @@ impl Link for Tcp {
     fn wait(&mut self, timeout: Option<Duration>, stop: &Stop) -> io::Result<()> {
         let now = self.clock.now();
         let waits = self.clients.iter().any(|client| client.blocked.is_some() || client.left.is_some());
-        let looks = self.busy.filter(|_| waits).map(|busy| busy.until);
+        if let Some(busy) = &mut self.busy {
+            busy.until.get_or_insert(now.saturating_add(self.slot_time));
+        }
+        let looks = self.busy.filter(|_| waits).and_then(|busy| busy.until);
         if self.deserted || !self.heard.is_empty() || waits && self.busy.is_none_or(|busy| busy.over) {
             return Ok(());
         }
