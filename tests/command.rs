@@ -336,3 +336,29 @@ fn noise_is_not_answered_does_not_grow_the_process_and_ends_with_it() {
     }
     assert_eq!(replies.join().unwrap(), [0x10, 2, 5, 0, 7, 0x16]);
 }
+
+#[test]
+fn drives_on_a_tcp_port_are_spoilt_as_asked_and_end_with_a_signal() {
+    let emulator =
+        Emulator::start(&["--link", "tcp:127.0.0.1:0", "--fault", "wrong-fcs,at=2", "--drive", "5"]);
+    let (ready, drives) = emulator.ready.trim().split_once(" drives=").unwrap();
+    assert_eq!(drives, "5");
+    let address = ready.strip_prefix("ready link=tcp:").unwrap();
+    assert!(!address.ends_with(":0"), "{address}");
+    let mut master = std::net::TcpStream::connect(address).unwrap();
+    master.set_read_timeout(Some(Duration::from_secs(5))).unwrap();
+    for fcs in [0x07, 0x08, 0x07] {
+        master.write_all(&[0x10, 0x05, 0x02, 0x49, 0x50, 0x16]).unwrap();
+        let mut reply = [0; 6];
+        master.read_exact(&mut reply).unwrap();
+        assert_eq!(reply, [0x10, 0x02, 0x05, 0x00, fcs, 0x16]);
+    }
+    let before = emulator.cpu_time();
+    thread::sleep(Duration::from_millis(100));
+    assert!(emulator.cpu_time() - before <= Duration::from_millis(10), "an idle port uses no time");
+    emulator.signal("TERM");
+    let (code, stdout, stderr) = emulator.end();
+    assert_eq!((code, &stdout[..]), (Some(0), ""));
+    assert!(stderr.contains("fault on purpose: wrong-fcs,count=1,at=2"), "{stderr}");
+    assert!(stderr.contains("connected, 1 of 32"), "{stderr}");
+}

@@ -16,7 +16,6 @@ use core::time::Duration;
 use std::collections::VecDeque;
 use std::fs::{self, File, OpenOptions};
 use std::io;
-use std::os::fd::OwnedFd;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::string::String;
@@ -204,6 +203,7 @@ impl Port {
     #[cfg(target_os = "linux")]
     fn switch_direction(&self, device: &str) {
         use serial2::rs4xx::Rs485Config;
+        use std::os::fd::OwnedFd;
 
         let set = self.file.try_clone().and_then(|file| {
             let port = serial2::SerialPort::from(OwnedFd::from(file));
