@@ -9,7 +9,7 @@
 //! - **Echo**: some adapters hear what they send. The octets sent last are dropped if they are the next ones heard.
 //! - **Unplugging** ends the link, or with [`Serial::reopen`] is logged, and the device is opened again when it is back.
 //!
-//! A character with a parity error is dropped by the kernel, and the telegram around it fails its checks. `docs/links.md`
+//! A character with a wrong parity or stop bit is dropped by the kernel, and the telegram around it fails its checks. `docs/links.md`
 //! says what can be reached with which adapter.
 
 use core::time::Duration;
@@ -23,6 +23,7 @@ use std::string::String;
 use rustix::event::{PollFd, PollFlags};
 use rustix::fs::OFlags;
 use rustix::io::Errno;
+use rustix::termios::{InputModes, OptionalActions};
 use serialport::{ClearBuffer, DataBits, FlowControl, Parity, SerialPort, StopBits, TTYPort};
 
 use super::poll_readable;
@@ -196,6 +197,7 @@ impl Port {
             .map_err(refused)?;
         // What arrived under other settings is noise.
         port.clear(ClearBuffer::All).map_err(refused)?;
+        drop_bad_characters(&file).map_err(|error| refused(io::Error::from(error).into()))?;
         Ok(Self { file, _settings: port })
     }
 
@@ -219,6 +221,14 @@ impl Port {
     fn switch_direction(&self, device: &str) {
         tracing::debug!("{device}: the adapter must switch the direction itself");
     }
+}
+
+/// Has the kernel drop characters with a wrong parity or stop bit, which it would else hand over as 00: a telegram
+/// that lacks one is refused, a telegram in which 00 was damaged would not be.
+fn drop_bad_characters(file: &File) -> rustix::io::Result<()> {
+    let mut settings = rustix::termios::tcgetattr(file)?;
+    settings.input_modes |= InputModes::INPCK | InputModes::IGNPAR;
+    rustix::termios::tcsetattr(file, OptionalActions::Now, &settings)
 }
 
 /// Sets the latency timer of an FTDI adapter to 1 ms.

@@ -23,18 +23,22 @@
 use core::net::SocketAddr;
 use core::time::Duration;
 use std::collections::VecDeque;
-use std::io::{self, ErrorKind, Read, Write};
+use std::io::{self, ErrorKind};
 use std::net::{TcpListener, TcpStream, ToSocketAddrs};
 use std::vec::Vec;
 
 use rustix::event::{PollFd, PollFlags};
 
-use super::pieces::{Piece, Pieces, settled};
+use super::pieces::{Piece, settled};
 use super::poll_readable;
 use crate::fdl::telegram::{Decoded, decode};
 use crate::fdl::{Function, Service, Telegram};
 use crate::host::{Clock, Error, Link, Received, Stop, SystemClock};
-use crate::time::{BITS_PER_OCTET, BaudRate, Instant};
+use crate::time::{BaudRate, Instant};
+
+mod client;
+
+use client::{Client, Leave};
 
 /// How many clients there can be at a time.
 pub const MAX_CLIENTS: usize = 32;
@@ -45,15 +49,6 @@ pub const MAX_BACKLOG: usize = 512 * 1024;
 /// Octets by which a client can be ahead of a line of 12 Mbit/s. Less than [`MAX_BACKLOG`], so that a burst of one
 /// client drops nobody else.
 pub const MAX_BURST: u32 = 256 * 1024;
-
-/// Octets in a second on a line of 12 Mbit/s.
-const FASTEST: u32 = BaudRate::K12000.bits_per_second() / BITS_PER_OCTET;
-
-/// Octets of a client that are collected at most before they are heard.
-const INBOX: usize = 4096;
-
-/// Octets the kernel keeps for a client at least; it takes twice as many. Fixed, so that it does not grow to megabytes.
-const KERNEL_BUFFER: usize = 64 * 1024;
 
 /// The time of a request for its reply: in T_bit, longer than any min T_SDR, and what a scheduler may take.
 const SLOT_BITS: u32 = 300;
@@ -177,24 +172,13 @@ impl Tcp {
             self.full = true;
             return;
         }
-        let prepared = stream
-            .set_nonblocking(true)
-            .and_then(|()| stream.set_nodelay(true))
-            .and_then(|()| Ok(rustix::net::sockopt::set_socket_send_buffer_size(&stream, KERNEL_BUFFER)?));
-        if let Err(error) = prepared {
-            tracing::warn!("tcp: {peer} is turned away: {error}");
-            return;
+        match Client::new(stream, peer, now) {
+            Ok(client) => self.clients.push(client),
+            Err(error) => {
+                tracing::warn!("tcp: {peer} is turned away: {error}");
+                return;
+            }
         }
-        self.clients.push(Client {
-            stream,
-            peer,
-            pieces: Pieces::default(),
-            blocked: None,
-            backlog: VecDeque::new(),
-            allowance: MAX_BURST,
-            refilled: now,
-            left: None,
-        });
         tracing::info!("tcp: {peer} connected, {} of {MAX_CLIENTS}", self.clients.len());
     }
 
@@ -394,130 +378,5 @@ impl Meaning {
             ) if telegram.da.is_broadcast() => Self::Neither,
             Function::Request(..) => Self::Request,
         }
-    }
-}
-
-/// Why a client leaves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Leave {
-    /// It sends no more.
-    Closed,
-    /// The connection broke.
-    Broken,
-    /// It does not read.
-    Stalled,
-    /// It sends more than a line carries.
-    Flooding,
-}
-
-impl core::fmt::Display for Leave {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::Closed => f.write_str("has left"),
-            Self::Broken => f.write_str("has left without a goodbye"),
-            Self::Stalled => write!(f, "is dropped: it does not read, and {MAX_BACKLOG} octets wait for it"),
-            Self::Flooding => f.write_str("is dropped: it sends more than a line of 12 Mbit/s carries"),
-        }
-    }
-}
-
-/// A program at the line.
-#[derive(Debug)]
-struct Client {
-    stream: TcpStream,
-    peer: SocketAddr,
-    /// What it sent and nobody has heard yet.
-    pieces: Pieces,
-    /// The request before those, which waits for the line.
-    blocked: Option<Piece>,
-    /// What it has not read yet, behind what the kernel keeps for it.
-    backlog: VecDeque<u8>,
-    /// Octets it may send at once.
-    allowance: u32,
-    refilled: Instant,
-    left: Option<Leave>,
-}
-
-impl Client {
-    /// How many octets of it can be taken.
-    fn room(&self) -> usize {
-        if self.left.is_some() { 0 } else { INBOX.saturating_sub(self.pieces.len()) }
-    }
-
-    /// Everything it sent was heard, as far as it was whole.
-    fn is_done(&self) -> bool {
-        self.blocked.is_none() && self.pieces.poll_timeout().is_none()
-    }
-
-    /// Takes what has come.
-    fn read(&mut self, now: Instant) {
-        let mut buf = [0; INBOX];
-        let room = self.room();
-        let Some(buf) = buf.get_mut(..room).filter(|buf| !buf.is_empty()) else {
-            return;
-        };
-        match (&self.stream).read(buf) {
-            Ok(0) => {
-                self.left = Some(Leave::Closed);
-                self.pieces.end();
-            }
-            Ok(count) => {
-                let octets = buf.get(..count).unwrap_or_default();
-                self.pieces.push(now, octets);
-                if !self.spend(now, u32::try_from(count).unwrap_or(u32::MAX)) {
-                    self.drop_for(Leave::Flooding);
-                }
-            }
-            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => {}
-            Err(_) => self.drop_for(Leave::Broken),
-        }
-    }
-
-    /// Whether it may have sent so many octets.
-    fn spend(&mut self, now: Instant, octets: u32) -> bool {
-        let millis = u32::try_from(now.saturating_since(self.refilled).as_millis()).unwrap_or(u32::MAX);
-        if millis > 0 {
-            self.refilled = now;
-            let refill = millis.saturating_mul(FASTEST / 1000);
-            self.allowance = self.allowance.saturating_add(refill).min(MAX_BURST);
-        }
-        let enough = octets <= self.allowance;
-        self.allowance = self.allowance.saturating_sub(octets);
-        enough
-    }
-
-    /// Sends octets to it, or keeps them until it reads.
-    fn tell(&mut self, octets: &[u8]) {
-        if matches!(self.left, None | Some(Leave::Closed)) {
-            self.backlog.extend(octets);
-            self.write();
-        }
-    }
-
-    /// Sends what waits for it, as far as it reads.
-    fn write(&mut self) {
-        while !self.backlog.is_empty() {
-            let (front, _) = self.backlog.as_slices();
-            match (&self.stream).write(front) {
-                Ok(count) => drop(self.backlog.drain(..count)),
-                Err(error) if error.kind() == ErrorKind::WouldBlock => break,
-                Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                Err(_) => {
-                    self.drop_for(Leave::Broken);
-                    return;
-                }
-            }
-        }
-        if self.backlog.len() > MAX_BACKLOG {
-            self.drop_for(Leave::Stalled);
-        }
-    }
-
-    /// Nothing more is heard of it, and nothing said to it.
-    fn drop_for(&mut self, leave: Leave) {
-        self.left = Some(leave);
-        self.pieces.clear();
-        self.blocked = None;
-        self.backlog = VecDeque::new();
     }
 }
