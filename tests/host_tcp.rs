@@ -7,7 +7,7 @@
     clippy::wildcard_enum_match_arm,
     reason = "a test may panic, and has std"
 )]
-#![cfg(target_os = "linux")]
+#![cfg(all(target_os = "linux", feature = "std"))]
 
 mod common;
 

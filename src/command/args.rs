@@ -74,6 +74,11 @@ pub(crate) struct Emulate {
     /// repeat it for more
     #[arg(long = "fault", value_name = "SPEC")]
     pub(crate) faults: Vec<Fault>,
+
+    /// Keeps each drive's EEPROM in a file in DIR, which is made if it is missing; without it the EEPROM lives as long
+    /// as the process
+    #[arg(long, value_name = "DIR")]
+    pub(crate) state_dir: Option<PathBuf>,
 }
 
 const EMULATE_EXAMPLES: &str = "\
@@ -92,6 +97,7 @@ times (no limit), the same for the same `seed` (1). TIME is for example 20ms. do
 Examples:
   profidrive emulate --drive 5 --drive 6,model=ag03,gear=24
   profidrive emulate --link pty:/tmp/bus --baud 500000
+  profidrive emulate --state-dir ~/drives
   profidrive emulate --link serial:/dev/ttyUSB0 --baud 19200 -v
   profidrive emulate --link tcp:127.0.0.1:5050 --fault no-reply,rate=0.01 --fault late=20ms,at=100";
 

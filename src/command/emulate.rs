@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use profidrive::device::{Config, Device, Event};
 use profidrive::host::link::fault::Faulty;
 use profidrive::host::link::serial::Serial;
-use profidrive::host::{Bus, Clock, Link, Stop, SystemClock, run};
+use profidrive::host::{Bus, Clock, Link, StateDir, Stop, SystemClock, run};
 use profidrive::time::BaudRate;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use tracing::{debug, info, warn};
@@ -26,6 +26,8 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     // Before the link is made, so that no signal ends the process with the link left behind.
     let stop = stop_on_signals().map_err(|error| Failure::from_error(&error))?;
     let clock = SystemClock::new();
+    let state = args.state_dir.as_deref().map(StateDir::open).transpose();
+    let state = state.map_err(|error| Failure::from_error(&error))?;
     let (rate, link, path) = open(args)?;
     for fault in &args.faults {
         warn!("fault on purpose: {fault}");
@@ -34,7 +36,7 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
 
     let mut bus = Bus::new();
     for drive in &args.drives {
-        connect(&mut bus, *drive, rate, &clock)?;
+        connect(&mut bus, *drive, rate, &clock, state.as_ref())?;
     }
     announce(&path, &bus);
     let mut last_noise = None;
@@ -50,6 +52,9 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
             last_noise = Some(now);
         }
     });
+    // Switched off, the drives hand over their last images; the directory waits for them.
+    drop(bus);
+    drop(state);
     match outcome {
         Ok(()) => info!("ended by a signal"),
         Err(error) => return Err(Failure::from_error(&error)),
@@ -138,7 +143,13 @@ fn open_pty(
     Err(Failure::Other("pty links need Linux; use --link serial:DEVICE --baud RATE".into()))
 }
 
-fn connect(bus: &mut Bus, drive: DriveSpec, baud: BaudRate, clock: &dyn Clock) -> Result<(), Failure> {
+fn connect(
+    bus: &mut Bus,
+    drive: DriveSpec,
+    baud: BaudRate,
+    clock: &dyn Clock,
+    state: Option<&StateDir>,
+) -> Result<(), Failure> {
     let DriveSpec { address, model, gear } = drive;
     info!("{drive}");
     match address.number() {
@@ -149,7 +160,11 @@ fn connect(bus: &mut Bus, drive: DriveSpec, baud: BaudRate, clock: &dyn Clock) -
         _ => {}
     }
     let config = Config { model, gear, baud, ..Config::new(address) };
-    bus.add(Device::new(config, clock.now())).map_err(|error| Failure::from_error(&error))
+    let device = match state {
+        Some(state) => state.load(config, clock.now()).map_err(|error| Failure::from_error(&error))?,
+        None => Device::new(config, clock.now()).into(),
+    };
+    bus.add(device).map_err(|error| Failure::from_error(&error))
 }
 
 /// Says on stdout that a master can begin.

@@ -2,10 +2,12 @@
 
 use core::fmt;
 
+use super::dip::{DipSwitches, Terminator};
 use crate::dp;
 use crate::drive::{Fault, Refusal};
 use crate::fdl::FrameError;
 use crate::fdl::station::TooLate;
+use crate::param::DefaultSet;
 use crate::pkw;
 
 /// Something a user may want to read. `Display` is one line of plain English.
@@ -20,6 +22,12 @@ pub enum Event {
     CommandRefused(Refusal),
     /// The drive went to fault.
     Fault(Fault),
+    /// The control lost its supply.
+    SwitchedOff,
+    /// The control is supplied again, and the DIP switches were read.
+    SwitchedOn(DipSwitches),
+    /// Switched on with the DIP switches of a factory reset: these parameters are back at their defaults.
+    FactoryReset(DefaultSet),
     /// Octets on the line were no telegram.
     TelegramRefused(FrameError),
     /// A reply was dropped because its time was over.
@@ -38,6 +46,27 @@ impl fmt::Display for Event {
             Self::JobRefused(refusal) => refusal.fmt(f),
             Self::CommandRefused(refusal) => refusal.fmt(f),
             Self::Fault(fault) => write!(f, "fault {fault}"),
+            Self::SwitchedOff => f.write_str("switched off"),
+            Self::SwitchedOn(switches) => {
+                let terminator = match switches.terminator() {
+                    Terminator::Inactive => "off",
+                    Terminator::Active => "on",
+                    Terminator::Half => "half on: set SW9 and SW10 alike",
+                };
+                write!(f, "switched on at address {}, bus terminator {terminator}", switches.address())
+            }
+            Self::FactoryReset(set) => {
+                let which = match set {
+                    DefaultSet::All => "all",
+                    DefaultSet::Standard => "the standard",
+                    DefaultSet::Controller => "the controller",
+                };
+                write!(
+                    f,
+                    "{which} parameters are back at their factory settings; switch off, set the address, put SW8 to \
+                     OFF and switch on"
+                )
+            }
             Self::TelegramRefused(error) => write!(f, "ignored octets: {error}"),
             Self::ReplyTooLate(TooLate { after, limit }) => {
                 write!(f, "dropped a reply {after:?} after its request, expected at most {limit:?}")

@@ -10,8 +10,19 @@
 //! step of the motion and the parameter channel, and offers new inputs. So a PKW reply never comes in the
 //! exchange that brought its job. When nothing can change, the drive part sleeps and [`Device::poll_timeout`]
 //! does not ask to be called for its sake; what happens is the same as if it had run.
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | `words` | every bit of STW, ZSW, SSW and the general status register |
+//! | `event` | [`Event`]: news for the host |
+//! | `dip` | [`DipSwitches`]: address, factory reset, bus terminator |
+//! | `power` | [`Power`]: switching off and on, row 1 of `ag03.md` 8 |
+//! | `storage` | [`Eeprom`]: images the host keeps, and the acknowledge that waits for them |
 
+pub mod dip;
 mod event;
+mod power;
+mod storage;
 pub mod words;
 
 use core::time::Duration;
@@ -19,13 +30,17 @@ use core::time::Duration;
 use crate::dp;
 use crate::drive::{Drive, Inputs, Settings, Status};
 use crate::fdl::{Address, FrameError, Framer, Resync, Telegram};
-use crate::param::{Effect, Gear, Live, Model, Parameter, Store, WriteContext};
+use crate::param::{Effect, Gear, Image, Live, Model, Parameter, Store, WriteContext};
 use crate::pkw::{self, Engine};
 use crate::ppo::{self, Outputs, PPO_LEN, Pkw};
 use crate::time::{BaudRate, Instant, nanos};
 
 pub use crate::fdl::MAX_TELEGRAM_LEN;
+pub use crate::param::{IMAGE_LEN, ImageError};
+pub use dip::DipSwitches;
 pub use event::Event;
+pub use power::Power;
+pub use storage::{Eeprom, Generation, NotStored, StoreRequest};
 
 /// The ident number of both drives: the GSD is named `SIKO0AC5.GSD`.
 pub const IDENT_NUMBER: u16 = 0x0AC5;
@@ -76,8 +91,12 @@ const MOST_TIME_MADE_UP: Duration = Duration::from_secs(60);
 /// What a device is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Config {
-    /// Station address, 0..=126, as the DIP switches are set.
-    pub address: Address,
+    /// The DIP switches: station address, factory reset, bus terminator.
+    pub switches: DipSwitches,
+    /// Which switches ask for a factory reset; an assumption.
+    pub reset_patterns: dip::ResetPatterns,
+    /// Where the EEPROM is kept.
+    pub eeprom: Eeprom,
     /// Which drive.
     pub model: Model,
     /// Which internal gear.
@@ -93,16 +112,42 @@ pub struct Config {
 }
 
 impl Config {
-    /// An AG03/1 with gear 48:1 at `address`, on a line without true timing, with an application cycle of 1 ms.
-    pub fn new(address: Address) -> Self {
+    /// An AG03/1 with gear 48:1 with these DIP switches or at this address, on a line without true timing, with an
+    /// application cycle of 1 ms, whose EEPROM lives as long as the device.
+    pub fn new(switches: impl Into<DipSwitches>) -> Self {
         Self {
-            address,
+            switches: switches.into(),
+            reset_patterns: dip::ResetPatterns::ASSUMED,
+            eeprom: Eeprom::Internal,
             model: Model::Ag03_1,
             gear: Gear::Ratio48,
             baud: BaudRate::K500,
             timing: Timing::Untrue,
             application_cycle: DEFAULT_APPLICATION_CYCLE,
             pkw: pkw::Config::default(),
+        }
+    }
+}
+
+impl Config {
+    /// A station at the address of the DIP switches that has just been switched on.
+    fn station(&self) -> dp::Station {
+        let max_tsdr = match self.timing {
+            Timing::True => Some(self.baud.max_tsdr_bits()),
+            Timing::Untrue => None,
+        };
+        dp::Station::new(self.switches.address(), self.baud, max_tsdr, DESCRIPTION)
+    }
+
+    fn framer(&self) -> Framer {
+        Framer::new(self.timing.resync(self.baud))
+    }
+
+    /// How much time passes for the drive in one application cycle.
+    const fn step(&self) -> Duration {
+        match self.application_cycle {
+            Duration::ZERO => DEFAULT_APPLICATION_CYCLE,
+            cycle => cycle,
         }
     }
 }
@@ -139,6 +184,11 @@ pub struct Device {
 #[derive(Clone, Debug)]
 struct Parts {
     config: Config,
+    /// SW1 to SW7 as they were when it was switched on.
+    address: Address,
+    power: Power,
+    /// The world around the drive as last set.
+    inputs: Inputs,
     station: dp::Station,
     engine: Engine,
     store: Store,
@@ -158,51 +208,48 @@ struct Parts {
     parameters_acted: bool,
     /// The drive as the last application cycle left it.
     status: Status,
+    /// The reply of the parameter channel offered to the master.
+    pkw_reply: Pkw,
+    storage: Option<storage::Storage>,
     events: event::Queue,
 }
 
 impl Device {
-    /// A drive with factory settings, switched on at `now`.
+    /// A drive with factory settings, switched on at `now` with its shaft at 0.
     pub fn new(config: Config, now: Instant) -> Self {
-        let store = Store::new(config.model, config.gear);
-        let settings = Settings::read(&store);
-        let drive = Drive::new(config.model, config.gear, &settings);
-        let max_tsdr = match config.timing {
-            Timing::True => Some(config.baud.max_tsdr_bits()),
-            Timing::Untrue => None,
-        };
-        let mut part = Parts {
-            config,
-            station: dp::Station::new(config.address, config.baud, max_tsdr, DESCRIPTION),
-            engine: Engine::new(config.pkw),
-            store,
-            settings,
-            status: drive.status(),
-            drive,
-            next_cycle: None,
-            power_on: now,
-            outputs_seen: 0,
-            exchanging: false,
-            interrupted: false,
-            parameters_acted: false,
-            events: event::Queue::default(),
-        };
-        part.run_cycle();
-        part.wake(now);
-        Self { framer: Framer::new(config.timing.resync(config.baud)), part }
+        Self { framer: config.framer(), part: Parts::new(config, None, now) }
     }
 
-    /// What the device was made of, with the rate of the line as it is now.
+    /// A drive as an image of its EEPROM says, switched on at `now`.
+    ///
+    /// # Errors
+    /// [`ImageError`] if the octets are no whole image, or that of another model or gear.
+    pub fn restore(config: Config, octets: &[u8], now: Instant) -> Result<Self, ImageError> {
+        let image = Image::decode(octets, config.model, config.gear)?;
+        Ok(Self { framer: config.framer(), part: Parts::new(config, Some(image), now) })
+    }
+
+    /// What the device was made of, with the rate of the line and the DIP switches as they are now.
     pub const fn config(&self) -> &Config {
         &self.part.config
     }
 
-    /// Its station address.
+    /// Its station address, as the DIP switches were when it was switched on.
     pub const fn address(&self) -> Address {
-        self.part.config.address
+        self.part.address
     }
 
-    /// The state of the DP slave machine.
+    /// Whether it is switched on.
+    pub const fn power(&self) -> Power {
+        self.part.power
+    }
+
+    /// The world around the drive as last set.
+    pub const fn inputs(&self) -> &Inputs {
+        &self.part.inputs
+    }
+
+    /// The state of the DP slave machine; WAIT-PRM while switched off.
     pub const fn dp_state(&self) -> dp::State {
         self.part.station.slave().state()
     }
@@ -221,27 +268,35 @@ impl Device {
     pub fn set_baud(&mut self, baud: BaudRate) {
         self.part.config.baud = baud;
         self.part.station.set_baud(baud);
-        self.framer = Framer::new(self.part.config.timing.resync(baud));
+        self.framer = self.part.config.framer();
     }
 
     /// Changes what acts on the drive from outside: supplies, keys, causes of faults. Counts as a `handle_*` call.
+    ///
+    /// Without control supply the drive is switched off, as by [`Device::power_off`].
     pub fn set_inputs(&mut self, now: Instant, inputs: Inputs) {
         self.part.advance(now);
-        self.part.drive.set_inputs(inputs);
-        self.part.wake(now);
+        if self.part.set_inputs(now, inputs) {
+            self.framer = self.part.config.framer();
+        }
     }
 
     /// Takes octets, the last of which ended at `now`. They may be cut anywhere. Never panics, never blocks.
     pub fn handle_bytes(&mut self, now: Instant, octets: &[u8]) {
         let Self { framer, part } = self;
         part.advance(now);
+        if !part.is_on_the_bus() {
+            return;
+        }
         framer.receive(now, octets, |at, result| part.hear(at, result));
     }
 
     /// Takes one telegram whose last octet ended at `now`, for hosts that frame the octets of many devices once.
     pub fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>) {
         self.part.advance(now);
-        self.part.hear(now, Ok(*telegram));
+        if self.part.is_on_the_bus() {
+            self.part.hear(now, Ok(*telegram));
+        }
     }
 
     /// Time has passed. Spurious calls are harmless.
@@ -293,6 +348,40 @@ impl Device {
 }
 
 impl Parts {
+    fn new(config: Config, kept: Option<Image>, now: Instant) -> Self {
+        let fresh = kept.is_none();
+        let image = kept.unwrap_or_else(|| Image::of_new(config.model, config.gear));
+        let store = image.store.clone();
+        let settings = Settings::read(&store);
+        let mut drive = Drive::new(config.model, config.gear, &settings);
+        storage::recall(&mut drive, &image);
+        let mut part = Self {
+            config,
+            address: config.switches.address(),
+            power: Power::On,
+            inputs: drive.inputs(),
+            station: config.station(),
+            engine: Engine::new(config.pkw),
+            store,
+            settings,
+            status: drive.status(),
+            drive,
+            next_cycle: None,
+            power_on: now,
+            outputs_seen: 0,
+            exchanging: false,
+            interrupted: false,
+            parameters_acted: false,
+            pkw_reply: Pkw::ZERO,
+            storage: storage::Storage::new(config.eeprom, image, fresh),
+            events: event::Queue::default(),
+        };
+        part.read_switches();
+        part.run_cycle(config.step());
+        part.wake(now);
+        part
+    }
+
     /// Lets everything happen that is due until `now`: application cycles and the watchdog, in the order of time.
     fn advance(&mut self, now: Instant) {
         self.forfeit_old_cycles(now);
@@ -303,7 +392,7 @@ impl Parts {
                 (Some(cycle), Some(watchdog)) if watchdog <= cycle => self.expire_watchdog(watchdog),
                 (Some(cycle), Some(_) | None) => {
                     self.next_cycle = None;
-                    self.run_cycle();
+                    self.run_cycle(self.config.step());
                     if !self.is_at_rest() {
                         self.next_cycle = Some(cycle.saturating_add(self.config.application_cycle));
                     }
@@ -342,7 +431,7 @@ impl Parts {
         }
         self.outputs_passed(now);
         if outcome.exchanged && self.config.application_cycle.is_zero() {
-            self.run_cycle();
+            self.run_cycle(self.config.step());
         }
     }
 
@@ -357,7 +446,7 @@ impl Parts {
             self.exchanging = false;
             self.interrupted = true;
             if self.config.application_cycle.is_zero() {
-                self.run_cycle();
+                self.run_cycle(self.config.step());
             }
         }
         self.wake(now);
@@ -374,8 +463,8 @@ impl Parts {
         self.next_cycle = Some(self.power_on.saturating_add(Duration::from_nanos(next)));
     }
 
-    /// One application cycle: newest outputs in, one fixed step, new inputs out.
-    fn run_cycle(&mut self) {
+    /// One application cycle: newest outputs in, one step of this length, new inputs out.
+    fn run_cycle(&mut self, step: Duration) {
         // A break in Data_Exchange is seen for one cycle even if it was shorter.
         self.exchanging = self.station.slave().state() == dp::State::DataExch && !self.interrupted;
         self.interrupted = false;
@@ -384,15 +473,12 @@ impl Parts {
         let outputs = octets.as_ref().map(Outputs::new);
 
         let command = outputs.map(|outputs| words::command(outputs.stw(), outputs.hsw()));
-        let step = match self.config.application_cycle {
-            Duration::ZERO => DEFAULT_APPLICATION_CYCLE,
-            cycle => cycle,
-        };
         let fault = self.status.fault;
         self.drive.step(step, command.as_ref(), &self.settings);
         self.status = self.drive.status();
         // Behind the step, so that a parameter that shows the drive agrees with ZSW and HIW.
-        let reply = self.run_job(outputs.map(Outputs::pkw));
+        self.pkw_reply = self.run_job(outputs.map(Outputs::pkw));
+        self.note_changes();
 
         if let Some(refusal) = self.drive.take_refusal() {
             self.events.push(Event::CommandRefused(refusal));
@@ -400,7 +486,7 @@ impl Parts {
         if let Some(fault) = self.status.fault.filter(|_| fault.is_none()) {
             self.events.push(Event::Fault(fault));
         }
-        let inputs = ppo::Inputs::octets(reply, words::zsw(&self.status), words::hiw(&self.status));
+        let inputs = ppo::Inputs::octets(self.pkw_reply, words::zsw(&self.status), words::hiw(&self.status));
         self.station.set_inputs(&inputs);
     }
 
@@ -413,6 +499,7 @@ impl Parts {
         };
         let live = self.live();
         let context = WriteContext { moving: self.status.moving, job_active: self.status.job_active };
+        let before = self.storage.is_some().then(|| self.image());
         let outcome = self.engine.cycle(job, &mut self.store, &live, &context);
         match outcome.effect {
             Effect::None => {}
@@ -429,6 +516,12 @@ impl Parts {
         }
         if let Some(refusal) = outcome.refusal {
             self.events.push(Event::JobRefused(refusal));
+        }
+        if let Some(before) = before.filter(|_| outcome.stores)
+            && self.must_be_stored(before)
+        {
+            self.engine.hold(self.pkw_reply);
+            return self.pkw_reply;
         }
         outcome.reply
     }
@@ -447,7 +540,7 @@ impl Parts {
         let inputs = self.drive.inputs();
         let supply = |present: bool| if present { NOMINAL_SUPPLY } else { 0 };
         Live {
-            address: self.config.address.number(),
+            address: self.address.number(),
             fault_buffer: faults.codes(),
             fault_count: faults.count(),
             system_status: words::system_status(&self.status),

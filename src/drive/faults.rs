@@ -151,6 +151,11 @@ pub struct FaultBuffer {
 }
 
 impl FaultBuffer {
+    /// A buffer as an EEPROM kept it: codes newest first, 0 = unused, and the counter.
+    pub const fn kept(codes: [u8; 10], count: u16) -> Self {
+        Self { codes, count }
+    }
+
     /// The codes, newest first (C-18), 0 = unused.
     pub const fn codes(&self) -> [u8; 10] {
         self.codes

@@ -26,6 +26,7 @@
 //! are silent the choices of `ag03.md` (INF, C-nn) hold; the names are cited where they are made.
 
 mod faults;
+mod memory;
 mod motion;
 mod refusal;
 mod requests;
@@ -41,6 +42,7 @@ use thiserror::Error;
 use crate::param::{Gear, Model};
 
 pub use faults::{Fault, FaultBuffer, FaultSet};
+pub use memory::Memory;
 pub use refusal::{Reason, Refusal, Request};
 pub use settings::{Limits, Mode, PosType, SenseOfRotation, Settings, StopMode};
 pub use states::{Direction, Inching, Key, Motor, State};

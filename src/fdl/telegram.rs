@@ -451,16 +451,17 @@ fn room(buf: &mut [u8], needed: usize) -> Result<&mut [u8], EncodeError> {
     buf.get_mut(..needed).ok_or(EncodeError::BufferTooSmall { needed, got })
 }
 
-/// Copies eight octets at a time, which for telegrams is quicker than to call for a copy of any length.
+/// Copies eight octets at a time, which for telegrams is quicker than to call for a copy of any length. The last
+/// eight are copied even where they overlap those before.
 #[inline(always)]
 fn copy(to: &mut [u8], from: &[u8]) {
-    let (to_eights, to_odd) = to.as_chunks_mut::<8>();
-    let (from_eights, from_odd) = from.as_chunks::<8>();
-    for (to, from) in to_eights.iter_mut().zip(from_eights) {
+    let (eights, _) = from.as_chunks::<8>();
+    for (to, from) in to.as_chunks_mut::<8>().0.iter_mut().zip(eights) {
         *to = *from;
     }
-    for (to, from) in to_odd.iter_mut().zip(from_odd) {
-        *to = *from;
+    match (to.last_chunk_mut::<8>(), from.last_chunk::<8>()) {
+        (Some(to), Some(from)) => *to = *from,
+        (_, _) => to.iter_mut().zip(from).for_each(|(to, from)| *to = *from),
     }
 }
 

@@ -2,17 +2,17 @@
 
 use std::vec::Vec;
 
-use super::Error;
-use crate::device::{Device, Event, MAX_TELEGRAM_LEN};
+use super::{Error, StoredDevice};
+use crate::device::{Event, MAX_TELEGRAM_LEN};
 use crate::time::{BaudRate, Instant};
 
 /// The drives on one line. Each hears every octet on it: the master's and the other drives', not its own.
 ///
-/// Used like one [`Device`], with the same contract: after every `handle_*`, drain [`Bus::poll_transmit`] and
+/// Used like one [`Device`](crate::device::Device), with the same contract: after every `handle_*`, drain [`Bus::poll_transmit`] and
 /// [`Bus::poll_event`] to `None`, then wait for octets or [`Bus::poll_timeout`].
 #[derive(Default)]
 pub struct Bus {
-    devices: Vec<Device>,
+    devices: Vec<StoredDevice>,
     /// The master changed and has not said anything yet: what a drive still sends answers the one before.
     silenced: bool,
 }
@@ -27,9 +27,10 @@ impl Bus {
     ///
     /// # Errors
     /// [`Error::AddressTaken`] if another drive has its address; the line is as before.
-    pub fn add(&mut self, device: Device) -> Result<(), Error> {
-        let address = device.config().address;
-        if self.devices.iter().any(|other| other.config().address == address) {
+    pub fn add(&mut self, device: impl Into<StoredDevice>) -> Result<(), Error> {
+        let device = device.into();
+        let address = device.device().address();
+        if self.devices.iter().any(|other| other.device().address() == address) {
             return Err(Error::AddressTaken { address: address.number() });
         }
         self.devices.push(device);
@@ -105,7 +106,7 @@ impl Bus {
     /// When to call `handle_timeout` and `poll_transmit` again; `None`: only after octets arrived.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
-        self.devices.iter().filter_map(Device::poll_timeout).min()
+        self.devices.iter().filter_map(StoredDevice::poll_timeout).min()
     }
 
     /// News of a drive, and its address.
@@ -116,6 +117,6 @@ impl Bus {
 }
 
 /// The station address as a number.
-fn address(device: &Device) -> u8 {
-    device.config().address.number()
+fn address(device: &StoredDevice) -> u8 {
+    device.device().address().number()
 }

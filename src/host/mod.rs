@@ -10,6 +10,7 @@
 //!   [`link::tcp`] a port to which several programs connect. [`link::fault`] spoils telegrams on any of them.
 //! - [`Clock`] tells the time: [`SystemClock`] runs, [`ManualClock`] stands until a test moves it.
 //! - [`Bus`] puts several drives on one line, with the calling contract of one [`crate::device::Device`].
+//! - [`StateDir`] keeps the EEPROMs of drives in files; a [`StoredDevice`] is a drive with such a file.
 //! - [`run()`] connects the three until [`Stop`] is requested.
 //!
 //! A drive on an in-memory line, run by hand:
@@ -41,14 +42,18 @@ use crate::time::{BaudRate, Instant};
 
 mod bus;
 mod clock;
+mod eeprom_file;
 pub mod link;
 mod run;
 mod stop;
+mod stored_device;
 
 pub use bus::Bus;
 pub use clock::{ManualClock, SystemClock};
+pub use eeprom_file::{StateDir, StateDirError};
 pub use run::run;
 pub use stop::Stop;
+pub use stored_device::StoredDevice;
 
 /// A byte transport to one line: telegram octets in and out, without framing.
 ///

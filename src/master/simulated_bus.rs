@@ -135,7 +135,7 @@ impl<'a> SimulatedBus<'a> {
     /// # Errors
     /// [`host::Error::AddressTaken`] if another drive has its address.
     pub fn connect(&mut self, config: Config) -> Result<(), host::Error> {
-        let address = config.address;
+        let address = config.switches.address();
         if self.devices.iter().any(|other| other.address() == address) {
             return Err(host::Error::AddressTaken { address: address.number() });
         }

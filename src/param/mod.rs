@@ -6,6 +6,7 @@
 //! | `entry` | [`Entry`]: what the table says about a parameter |
 //! | `table` | [`TABLE`]: every parameter of both models as data, [`Parameter`] |
 //! | `store` | [`Store`]: the values of one drive, and who may change them when |
+//! | `image` | [`Image`]: what survives power-off, as octets |
 //!
 //! A parameter is known by its number [`Pnu`] on the bus and, if it is a stored one, by its name
 //! [`Parameter`] in the program. A refused access says why as [`ParamError`]; what a bus makes of it is the
@@ -27,6 +28,7 @@
 //! ```
 
 mod entry;
+mod image;
 mod model;
 mod store;
 mod table;
@@ -34,6 +36,7 @@ mod table;
 pub use entry::{
     Access, DefaultSet, Entry, Group, Kind, Limits, Models, Range, Reading, Setting, Unit, WritableWhen,
 };
+pub use image::{IMAGE_LEN, Image, ImageError};
 pub use model::{Gear, GearError, Model, ModelError};
 pub use store::{Identity, Store};
 pub use table::{Parameter, TABLE, entry, parameters};

@@ -24,6 +24,9 @@ pub enum JobError {
     /// [`Config::refuse_command_read`]: super::Config::refuse_command_read
     #[error("the parameter can only be written")]
     WriteOnly,
+    /// The EEPROM does not take the value (decided here: error 18, no manual says what happens).
+    #[error("the EEPROM did not store it, so nothing was changed")]
+    NotStored,
     /// The parameter itself refused the access.
     #[error(transparent)]
     Param(#[from] ParamError),
@@ -149,7 +152,7 @@ impl fmt::Display for ErrorNumber {
 impl From<JobError> for ErrorNumber {
     fn from(error: JobError) -> Self {
         match error {
-            JobError::UnknownJob(_) | JobError::WriteOnly => Self::Other,
+            JobError::UnknownJob(_) | JobError::WriteOnly | JobError::NotStored => Self::Other,
             JobError::NoDescription => Self::NoDescription,
             JobError::DescriptionReadOnly => Self::DescriptionNotChangeable,
             JobError::Param(ParamError::UnknownParameter { .. }) => Self::IllegalParameterNumber,

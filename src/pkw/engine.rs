@@ -53,8 +53,10 @@ impl SubindexOctet {
 ///   between.
 /// * While a read is held its value is read anew in each cycle, without latency.
 /// * Job 0 is a job like any other, answered with four zero words.
-/// * One job at a time: what the master sends while a job is waiting for its latency is not looked at before
-///   the reply to that job has been the answer of one cycle.
+/// * One job at a time: what the master sends while a job is waiting for its latency or for the EEPROM is not
+///   looked at before the reply to that job has been the answer of one cycle.
+/// * A write whose value must be safe before it is acknowledged is [held](Self::hold): it has been executed, but
+///   the previous reply stands until [`stored`](Self::stored) or [`store_failed`](Self::store_failed).
 #[derive(Clone, Debug)]
 pub struct Engine {
     config: Config,
@@ -69,6 +71,10 @@ enum State {
     Answered { job: Pkw, reply: Pkw },
     /// The job was a successful read: as long as it is held it runs in each cycle.
     Reading { job: Pkw, reply: Pkw },
+    /// The job is executed, its reply waits for the EEPROM; until then the previous reply stands.
+    Storing { job: Pkw, reply: Pkw, previous: Pkw },
+    /// The EEPROM is done; the reply is the answer of the next cycle.
+    Stored { job: Pkw, reply: Pkw },
 }
 
 impl State {
@@ -84,6 +90,8 @@ pub struct Outcome {
     pub reply: Pkw,
     /// What the drive has to do now. Not [`Effect::None`] in at most one cycle per job.
     pub effect: Effect,
+    /// This cycle executed a write to what the EEPROM keeps, once per job, even if it changed nothing.
+    pub stores: bool,
     /// The job this cycle refused, once per job.
     pub refusal: Option<Refusal>,
 }
@@ -123,12 +131,50 @@ impl Engine {
         self.state = State::START;
     }
 
+    /// Holds back the reply to the write that [`cycle`](Self::cycle) has just executed; `previous` stands meanwhile.
+    /// Nothing is held if the last cycle left no finished job.
+    pub fn hold(&mut self, previous: Pkw) {
+        match self.state {
+            State::Answered { job, reply } => self.state = State::Storing { job, reply, previous },
+            State::Waiting { .. } | State::Reading { .. } | State::Storing { .. } | State::Stored { .. } => {}
+        }
+    }
+
+    /// What the held job wrote is safe: its reply is the answer of the next cycle. Says whether a job was held.
+    pub fn stored(&mut self) -> bool {
+        let held = self.held();
+        if let Some((job, reply)) = held {
+            self.state = State::Stored { job, reply };
+        }
+        held.is_some()
+    }
+
+    /// What the held job wrote is lost: the answer of the next cycle is error 18. Returns the refusal if a job was
+    /// held; to undo the write is the caller's business.
+    #[must_use]
+    pub fn store_failed(&mut self) -> Option<Refusal> {
+        let (job, _) = self.held()?;
+        let (reply, refusal) = refuse(job, JobError::NotStored);
+        self.state = State::Stored { job, reply };
+        Some(refusal)
+    }
+
+    const fn held(&self) -> Option<(Pkw, Pkw)> {
+        match self.state {
+            State::Storing { job, reply, .. } => Some((job, reply)),
+            State::Waiting { .. } | State::Answered { .. } | State::Reading { .. } | State::Stored { .. } => {
+                None
+            }
+        }
+    }
+
     /// Whether a cycle with this request would do more than read a held value anew. If not, and nothing a
     /// held read shows has changed, the cycle may be left out.
     #[must_use]
     pub fn has_work(&self, request: Pkw) -> bool {
         match self.state {
-            State::Waiting { .. } => true,
+            State::Waiting { .. } | State::Stored { .. } => true,
+            State::Storing { .. } => false,
             State::Answered { job, .. } | State::Reading { job, .. } => !same_job(request, job),
         }
     }
@@ -138,6 +184,11 @@ impl Engine {
         match self.state {
             State::Waiting { job, cycles, previous } if cycles > 1 => self.wait(job, cycles - 1, previous),
             State::Waiting { job, .. } => self.run(job, store, live, context),
+            State::Storing { previous, .. } => unchanged(previous),
+            State::Stored { job, reply } => {
+                self.state = State::Answered { job, reply };
+                unchanged(reply)
+            }
             State::Answered { job, reply } if same_job(request, job) => unchanged(reply),
             State::Reading { job, .. } if same_job(request, job) => self.run(job, store, live, context),
             State::Answered { reply, .. } | State::Reading { reply, .. } => match self.config.latency {
@@ -155,25 +206,24 @@ impl Engine {
     fn run(&mut self, job: Pkw, store: &mut Store, live: &Live, context: &WriteContext) -> Outcome {
         match self.execute(job, store, live, context) {
             Ok((reply, effect)) => {
-                self.state = match job.pke.job() {
-                    JobId::Read | JobId::ReadElement => State::Reading { job, reply },
-                    JobId::NoJob
-                    | JobId::WriteWord
+                let (state, stores) = match job.pke.job() {
+                    JobId::Read | JobId::ReadElement => (State::Reading { job, reply }, false),
+                    JobId::WriteWord
                     | JobId::WriteDoubleWord
-                    | JobId::ReadDescription
                     | JobId::WriteDescription
                     | JobId::WriteElementWord
-                    | JobId::WriteElementDoubleWord
-                    | JobId::ReadElementCount
-                    | JobId::Reserved(_) => State::Answered { job, reply },
+                    | JobId::WriteElementDoubleWord => (State::Answered { job, reply }, is_kept(job, store)),
+                    JobId::NoJob | JobId::ReadDescription | JobId::ReadElementCount | JobId::Reserved(_) => {
+                        (State::Answered { job, reply }, false)
+                    }
                 };
-                Outcome { reply, effect, refusal: None }
+                self.state = state;
+                Outcome { reply, effect, stores, refusal: None }
             }
             Err(cause) => {
-                let number = ErrorNumber::from(cause);
-                let reply = answer(job, ReplyId::NotExecutable, u32::from(number.number()));
+                let (reply, refusal) = refuse(job, cause);
                 self.state = State::Answered { job, reply };
-                Outcome { reply, effect: Effect::None, refusal: Some(Refusal { job, number, cause }) }
+                Outcome { reply, effect: Effect::None, stores: false, refusal: Some(refusal) }
             }
         }
     }
@@ -252,6 +302,19 @@ fn write(
     Ok((reply, effect))
 }
 
+/// Whether the EEPROM keeps what the job writes. The commands of PNU 970 all change something it keeps.
+fn is_kept(job: Pkw, store: &Store) -> bool {
+    let entry = store.entry(Pnu::from_low_bits(job.pke.pnu()));
+    entry.is_ok_and(|entry| entry.persistent || entry.access() == Access::WriteOnly)
+}
+
+/// The reply to a job that is not executed, and why.
+fn refuse(job: Pkw, cause: JobError) -> (Pkw, Refusal) {
+    let number = ErrorNumber::from(cause);
+    let reply = answer(job, ReplyId::NotExecutable, u32::from(number.number()));
+    (reply, Refusal { job, number, cause })
+}
+
 /// A reply to a job: the parameter's number and IND are the job's.
 const fn answer(job: Pkw, id: ReplyId, pwe: u32) -> Pkw {
     Pkw::new(Pke::of_reply(id, job.pke.pnu()), job.ind, pwe)
@@ -267,7 +330,7 @@ const fn value_id(value: Value, element: Option<Subindex>) -> ReplyId {
 }
 
 const fn unchanged(reply: Pkw) -> Outcome {
-    Outcome { reply, effect: Effect::None, refusal: None }
+    Outcome { reply, effect: Effect::None, stores: false, refusal: None }
 }
 
 fn same_job(a: Pkw, b: Pkw) -> bool {

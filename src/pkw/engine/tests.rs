@@ -190,7 +190,7 @@ fn the_old_reply_stands_until_the_job_has_run() {
     assert_eq!(replies, [Pkw::ZERO, Pkw::ZERO, Pkw::ZERO, P_IS_100, P_IS_100]);
     let outcomes: Vec<Outcome> = (0..5).map(|_| bench.cycle(CLEAR_FAULTS)).collect();
     let old = unchanged(P_IS_100);
-    let done = Outcome { effect: Effect::ClearFaults, ..unchanged(FAULTS_CLEARED) };
+    let done = Outcome { effect: Effect::ClearFaults, stores: true, ..unchanged(FAULTS_CLEARED) };
     assert_eq!(outcomes, [old, old, old, done, unchanged(FAULTS_CLEARED)]);
 }
 
@@ -346,5 +346,52 @@ proptest! {
             }
         }
         prop_assert!(executions <= changes);
+    }
+}
+
+const P_IS_70: Pkw = Pkw::new(Pke::from_raw(0x13E8), Ind::from_raw(0), 70);
+
+#[test]
+fn a_held_write_is_answered_after_it_is_stored_and_executed_once() {
+    let write = words(0x23E8, 0, 0, 70);
+    for failed in [false, true] {
+        let mut bench = Bench::with_latency(0);
+        assert!(!bench.engine.stored(), "nothing is held");
+        assert_eq!(bench.engine.store_failed(), None);
+        bench.reply(CLEAR_FAULTS);
+
+        assert!(bench.cycle(write).stores);
+        bench.engine.hold(FAULTS_CLEARED);
+        assert!(!bench.engine.has_work(READ_P));
+        // Whatever the master says meanwhile.
+        assert_eq!([write, READ_P, Pkw::ZERO].map(|job| bench.cycle(job)), [unchanged(FAULTS_CLEARED); 3]);
+        let reply = if failed {
+            let refusal = bench.engine.store_failed().unwrap();
+            assert_eq!((refusal.number.number(), refusal.cause), (18, JobError::NotStored));
+            words(0x73E8, 0, 0, 18)
+        } else {
+            assert!(bench.engine.stored());
+            P_IS_70
+        };
+        assert!(bench.engine.has_work(write));
+        assert_eq!(bench.cycle(READ_P), unchanged(reply), "the answer of one cycle");
+        assert!(!bench.engine.has_work(write));
+        assert_eq!(bench.reply(READ_P), P_IS_70, "to undo the write is not the engine's business");
+    }
+}
+
+#[test]
+fn only_what_the_eeprom_keeps_is_to_be_stored() {
+    let mut bench = Bench::with_latency(0);
+    for (job, stores) in [
+        (words(0x23E8, 0, 0, 70), true),
+        (words(0x23E8, 0, 0, 71), true),
+        (words(0x23CA, 0, 0, 4), true),
+        (words(0x240B, 0, 0, 50), false),
+        (words(0x13E8, 0, 0, 0), false),
+        (words(0x23E8, 0, 0, 501), false),
+        (Pkw::ZERO, false),
+    ] {
+        assert_eq!(bench.cycle(job).stores, stores, "{job}");
     }
 }

@@ -1,0 +1,97 @@
+//! Jobs of any kind against the parameter channel: documented replies only, each job carried out once, a refused job
+//! changes nothing, a written value is read back, every value stays in its range.
+
+use arbitrary::{Arbitrary, Unstructured};
+use profidrive::param::{Effect, Gear, Live, Model, Parameter, Store, WriteContext, parameters};
+use profidrive::pkw::{Config, Engine};
+use profidrive::ppo::{JobId, Pkw, ReplyId};
+
+#[derive(Arbitrary, Debug)]
+struct Session {
+    ag03: bool,
+    ratio_24: bool,
+    latency: u8,
+    steps: Vec<Step>,
+}
+
+#[derive(Arbitrary, Debug)]
+enum Step {
+    /// Any words.
+    Words { octets: [u8; 8], cycles: u8, moving: bool, job_active: bool },
+    /// A job for a parameter that exists.
+    Job { ak: u8, parameter: u8, subindex: u8, value: u32, cycles: u8, moving: bool, job_active: bool },
+    /// Data_Exchange left and entered again.
+    Reset,
+}
+
+pub(crate) fn check(data: &[u8]) {
+    let Ok(session) = Session::arbitrary_take_rest(Unstructured::new(data)) else { return };
+    let model = if session.ag03 { Model::Ag03 } else { Model::Ag03_1 };
+    let gear = if session.ratio_24 { Gear::Ratio24 } else { Gear::Ratio48 };
+    let mut store = Store::new(model, gear);
+    let latency = u16::from(session.latency % 8);
+    let mut engine = Engine::new(Config { latency, ..Config::default() });
+    let numbers: Vec<u16> = parameters(model).map(|entry| entry.pnu.number()).collect();
+    for step in session.steps.iter().take(200) {
+        let (job, cycles, context) = match *step {
+            Step::Reset => {
+                engine.reset();
+                continue;
+            }
+            Step::Words { octets, cycles, moving, job_active } => {
+                (Pkw::from_octets(octets), cycles, WriteContext { moving, job_active })
+            }
+            Step::Job { ak, parameter, subindex, value, cycles, moving, job_active } => {
+                let number = numbers[usize::from(parameter) % numbers.len()];
+                let [high, low] = (u16::from(ak) << 12 | number).to_be_bytes();
+                let [a, b, c, d] = value.to_be_bytes();
+                let octets = [high, low, subindex, 0, a, b, c, d];
+                (Pkw::from_octets(octets), cycles, WriteContext { moving, job_active })
+            }
+        };
+        hold(&mut engine, &mut store, job, cycles, &context);
+        for parameter in Parameter::all() {
+            let range = parameter.entry().range(model, gear);
+            let value = store.value(parameter);
+            let none = parameter == Parameter::DPos && model == Model::Ag03;
+            assert!(none || range.is_some_and(|range| range.contains(value)), "{parameter:?} = {value}");
+        }
+    }
+}
+
+/// Holds a job for some cycles, as a master does.
+fn hold(engine: &mut Engine, store: &mut Store, job: Pkw, cycles: u8, context: &WriteContext) {
+    let mut effects = 0;
+    let mut refusals = 0;
+    for _ in 0..=cycles % 32 {
+        let before = store.clone();
+        let outcome = engine.cycle(job, store, &Live::default(), context);
+        match outcome.reply.pke.reply() {
+            ReplyId::NoReply => assert_eq!(outcome.reply, Pkw::ZERO),
+            ReplyId::Reserved(_) => panic!("{}", outcome.reply),
+            _ => {}
+        }
+        assert!(!outcome.reply.pke.spm(), "spontaneous messages do not exist");
+        if let Some(refusal) = outcome.refusal {
+            refusals += 1;
+            assert_eq!(outcome.reply.pke.reply(), ReplyId::NotExecutable);
+            assert_eq!(outcome.reply.pke.pnu(), refusal.job.pke.pnu());
+            assert_eq!(outcome.reply.word(), refusal.number.number());
+            assert_eq!(values(&before), values(store), "a refused job changed something");
+        }
+        if outcome.effect != Effect::None {
+            effects += 1;
+        }
+        let reads = matches!(job.pke.job(), JobId::Read | JobId::ReadElement);
+        if reads && !engine.has_work(job) {
+            assert_eq!(values(&before), values(store), "a read changed something");
+        }
+    }
+    // One job that was waiting and the one held.
+    assert!(effects <= 2, "{effects} effects of one job");
+    assert!(refusals <= 2, "{refusals} refusals of one job");
+}
+
+fn values(store: &Store) -> Vec<i32> {
+    Parameter::all().map(|parameter| store.value(parameter)).collect()
+}

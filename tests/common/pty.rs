@@ -1,0 +1,75 @@
+//! A scripted DP master on the terminal of a running `profidrive emulate`.
+
+use std::fs::{File, OpenOptions};
+use std::io::{Read, Write};
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::Path;
+
+use profidrive::fdl::{FrameCount, Framer, FunctionCode, Resync, Service, Telegram};
+use profidrive::ppo::Pkw;
+use profidrive::time::Instant;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::OFlags;
+
+use crate::common::{CFG, IDENT, MASTER, SLAVE, telegram};
+
+/// A DP master in Data_Exchange with the drive. Every call says `None` once the emulator is gone.
+pub(crate) struct Master {
+    terminal: File,
+    framer: Framer,
+    count: FrameCount,
+}
+
+impl Master {
+    pub(crate) fn open(terminal: &Path) -> Self {
+        let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits().cast_signed();
+        let terminal = OpenOptions::new().read(true).write(true).custom_flags(flags).open(terminal).unwrap();
+        let mut master = Self { terminal, framer: Framer::new(Resync::SCAN), count: FrameCount::First };
+        let prm = [0x80, 1, 1, 11, IDENT[0], IDENT[1], 0];
+        assert_eq!(master.request(Some(61), &prm), Some(Vec::new()), "Set_Prm");
+        assert_eq!(master.request(Some(62), &CFG), Some(Vec::new()), "Chk_Cfg");
+        assert_eq!(master.request(Some(60), &[]).unwrap()[..2], [0, 4], "ready for Data_Exchange");
+        master
+    }
+
+    /// The data of the reply.
+    fn request(&mut self, dsap: Option<u8>, data: &[u8]) -> Option<Vec<u8>> {
+        let fc = FunctionCode::request(Service::SrdHigh, self.count);
+        self.count = match self.count {
+            FrameCount::First | FrameCount::Odd | FrameCount::Unused => FrameCount::Even,
+            FrameCount::Even => FrameCount::Odd,
+        };
+        self.terminal.write_all(&telegram(SLAVE, MASTER, fc, dsap, data)).ok()?;
+        let mut octets = [0; 256];
+        let mut reply = None;
+        while reply.is_none() {
+            let mut readable = [PollFd::new(&self.terminal, PollFlags::IN)];
+            let patience = Timespec { tv_sec: 5, tv_nsec: 0 };
+            assert!(poll(&mut readable, Some(&patience)).unwrap() > 0, "no reply within 5 s");
+            let count = self.terminal.read(&mut octets).ok().filter(|count| *count > 0)?;
+            self.framer.receive(Instant::ZERO, &octets[..count], |_, result| match result.unwrap() {
+                Telegram::Data(telegram) => reply = Some(telegram.data.to_vec()),
+                Telegram::ShortAcknowledge => reply = Some(Vec::new()),
+                Telegram::Token { .. } => panic!("a slave passes no token"),
+            });
+        }
+        reply
+    }
+
+    /// Runs a job to its reply: first job 0 until the reply before is gone.
+    pub(crate) fn job(&mut self, job: Pkw) -> Option<Pkw> {
+        while self.exchange(Pkw::ZERO)? != Pkw::ZERO {}
+        loop {
+            let reply = self.exchange(job)?;
+            if reply != Pkw::ZERO {
+                return Some(reply);
+            }
+        }
+    }
+
+    fn exchange(&mut self, job: Pkw) -> Option<Pkw> {
+        let outputs: Vec<_> = job.to_octets().into_iter().chain([0; 6]).collect();
+        let inputs = self.request(None, &outputs)?;
+        Some(Pkw::from_octets(inputs[..8].try_into().unwrap()))
+    }
+}
