@@ -116,13 +116,22 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
         (&["emulate", "--drives", "9-1"], "the range 9-1 is empty; expected FIRST-LAST"),
         (&["emulate", "--drives", "5"], "'5' is no range of addresses; expected FIRST-LAST"),
         (&["emulate", "--baud", "115200"], "expected auto or one of 9600, 19200, 45450"),
-        (&["emulate", "--link", "usb"], "expected pty, pty:PATH or serial:DEVICE"),
+        (&["emulate", "--link", "usb"], "expected pty, pty:PATH, serial:DEVICE or tcp:HOST:PORT"),
         (&["emulate", "--link", "pty:"], "the path is missing"),
         (&["emulate", "--link", "serial"], "the device is missing"),
+        (&["emulate", "--link", "tcp"], "host and port are missing"),
+        (&["emulate", "--link", "tcp:5000"], "host and port must be given, for example tcp:127.0.0.1:5050"),
+        (&["emulate", "--link", "tcp:localhost:66000"], "port 66000 is outside 0 to 65535"),
         (
-            &["emulate", "--link", "tcp:localhost:5000"],
-            "no tcp link; expected pty, pty:PATH or serial:DEVICE",
+            &["emulate", "--link", "tcp:0.0.0.0:0"],
+            "others than this machine can connect and command the drives; add --allow-remote",
         ),
+        (&["emulate", "--link", "tcp:[::]:0"], "add --allow-remote if that is wanted"),
+        (&["emulate", "--link", "tcp:localhost:0", "--baud", "auto"], "--baud auto needs a pty"),
+        (&["emulate", "--allow-remote"], "--allow-remote needs a tcp link"),
+        (&["emulate", "--fault", "never"], "'never' is no fault; expected no-reply, late=TIME"),
+        (&["emulate", "--fault", "late"], "does not fit late; expected a time such as 20ms"),
+        (&["emulate", "--fault", "no-reply,rate=2"], "'2' does not fit rate; expected a probability"),
         (&["emulate", "--link", "serial:/dev/null"], "--baud 19200"),
         (&["emulate", "--link", "pty", "--link", "pty"], "multiple times"),
         (&["emulate", "-q", "-v"], "cannot be used with"),
@@ -442,4 +451,30 @@ fn noise_is_not_answered_does_not_grow_the_process_and_ends_with_it() {
         thread::sleep(Duration::from_millis(200));
     }
     assert_eq!(replies.join().unwrap(), [0x10, 2, 5, 0, 7, 0x16]);
+}
+
+#[test]
+fn drives_on_a_tcp_port_are_spoilt_as_asked_and_end_with_a_signal() {
+    let emulator =
+        Emulator::start(&["--link", "tcp:127.0.0.1:0", "--fault", "wrong-fcs,at=2", "--drive", "5"]);
+    let (ready, drives) = emulator.ready.trim().split_once(" drives=").unwrap();
+    assert_eq!(drives, "5");
+    let address = ready.strip_prefix("ready link=tcp:").unwrap();
+    assert!(!address.ends_with(":0"), "{address}");
+    let mut master = std::net::TcpStream::connect(address).unwrap();
+    master.set_read_timeout(Some(Duration::from_secs(5))).unwrap();
+    for fcs in [0x07, 0x08, 0x07] {
+        master.write_all(&[0x10, 0x05, 0x02, 0x49, 0x50, 0x16]).unwrap();
+        let mut reply = [0; 6];
+        master.read_exact(&mut reply).unwrap();
+        assert_eq!(reply, [0x10, 0x02, 0x05, 0x00, fcs, 0x16]);
+    }
+    let before = emulator.cpu_time();
+    thread::sleep(Duration::from_millis(100));
+    assert!(emulator.cpu_time() - before <= Duration::from_millis(10), "an idle port uses no time");
+    emulator.signal("TERM");
+    let (code, stdout, stderr) = emulator.end();
+    assert_eq!((code, &stdout[..]), (Some(0), ""));
+    assert!(stderr.contains("fault on purpose: wrong-fcs,count=1,at=2"), "{stderr}");
+    assert!(stderr.contains("connected, 1 of 32"), "{stderr}");
 }

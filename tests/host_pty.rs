@@ -487,6 +487,85 @@ mod serial {
         assert!(serial.receive(&mut [0; 8]).is_err());
     }
 
+    /// What the drives hear next on a serial port.
+    fn heard(serial: &mut Serial) -> Vec<u8> {
+        let stop = Stop::new().unwrap();
+        let mut buf = [0; 300];
+        within_5_s(|| {
+            serial.wait(Some(Duration::from_millis(10)), &stop).unwrap();
+            match serial.receive(&mut buf).unwrap() {
+                Received::Octets(count) => Some(buf[..count].to_vec()),
+                _ => None,
+            }
+        })
+    }
+
+    #[test]
+    fn an_adapter_that_hears_itself_is_not_heard() {
+        let mut adapter = Pty::open(None).unwrap();
+        let mut serial = Serial::open(adapter.path().to_str().unwrap(), BaudRate::K19_2).unwrap();
+        let (reply, request) = ([0x10, 0x02, 0x05, 0x00, 0x07, 0x16], [0x10, 0x05, 0x02, 0x49, 0x50, 0x16]);
+        for echo in [true, true, false, true, false] {
+            serial.send(&reply).unwrap();
+            hears(&mut adapter, &reply);
+            if echo {
+                adapter.send(&reply[..2]).unwrap();
+                adapter.send(&reply[2..]).unwrap();
+            }
+            adapter.send(&request).unwrap();
+            let mut all = heard(&mut serial);
+            while all.len() < request.len() {
+                all.extend(heard(&mut serial));
+            }
+            assert_eq!(all, request);
+        }
+    }
+
+    #[test]
+    fn a_device_that_is_unplugged_is_opened_again_when_it_is_back() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("ttyUSB0");
+        let mut adapter = Pty::open(Some(&path)).unwrap();
+        let mut serial = Serial::open(path.to_str().unwrap(), BaudRate::K19_2).unwrap();
+        serial.reopen(true);
+        let stop = Stop::new().unwrap();
+        for round in 0..2 {
+            adapter.send(&[1, round]).unwrap();
+            assert_eq!(heard(&mut serial)[0], 1);
+            drop(adapter);
+            serial.wait(None, &stop).unwrap();
+            within_5_s(|| (serial.receive(&mut [0; 8]).unwrap() == Received::Reset).then_some(()));
+            let lost = serial.lost();
+            serial.send(&[0xE5; 3]).unwrap();
+            assert_eq!(serial.lost(), lost + 3);
+            // Gone is no reason to stay awake.
+            let (start, mut wakes) = (Instant::now(), 0);
+            while start.elapsed() < Duration::from_millis(50) {
+                serial.wait(Some(Duration::from_millis(50)), &stop).unwrap();
+                assert_eq!(serial.receive(&mut [0; 8]).unwrap(), Received::Nothing, "said once");
+                wakes += 1;
+            }
+            assert!(wakes < 10, "woken {wakes} times in 50 ms");
+            adapter = Pty::open(Some(&path)).unwrap();
+            within_5_s(|| {
+                serial.wait(Some(Duration::from_millis(10)), &stop).unwrap();
+                assert_eq!(serial.receive(&mut [0; 8]).unwrap(), Received::Nothing);
+                (adapter.speed().unwrap() == Some(19_200)).then_some(())
+            });
+            serial.send(&[2]).unwrap();
+            hears(&mut adapter, &[2]);
+        }
+    }
+
+    #[test]
+    fn every_rate_is_set_exactly() {
+        for rate in BaudRate::ALL {
+            let adapter = Pty::open(None).unwrap();
+            let _serial = Serial::open(adapter.path().to_str().unwrap(), rate).unwrap();
+            assert_eq!(adapter.speed().unwrap(), Some(rate.bits_per_second()));
+        }
+    }
+
     #[test]
     fn what_does_not_open_as_a_serial_port_is_refused_with_advice() {
         let dir = tempfile::tempdir().unwrap();

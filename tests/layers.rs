@@ -21,7 +21,8 @@ const TABLE: [(&str, &[&str]); 10] = [
     ("pkw", &["ppo", "param"]),
     ("drive", &["param", "time"]),
     ("device", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive"]),
-    ("host", &["device", "dp", "fdl", "time"]),
+    // One framer for a bus, generic slaves, and links that keep telegrams apart or spoil them on purpose.
+    ("host", &["device", "time", "fdl", "dp", "ppo"]),
     ("master", &["host", "device", "time"]),
 ];
 

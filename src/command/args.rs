@@ -11,6 +11,7 @@ use clap::error::ErrorKind;
 use clap::{ArgAction, CommandFactory, Parser, Subcommand};
 use profidrive::device::{Config, QUIRKS, QuirkError};
 use profidrive::fdl::Address;
+use profidrive::host::link::fault::Fault;
 use profidrive::param::{Gear, Model};
 use profidrive::time::BaudRate;
 
@@ -70,7 +71,8 @@ pub(crate) struct Emulate {
     #[arg(long)]
     pub(crate) force_address: bool,
 
-    /// The line: pty (a new pseudo-terminal), pty:PATH (with a symbolic link PATH to it) or serial:DEVICE
+    /// The line: pty (a new pseudo-terminal), pty:PATH (with a symbolic link PATH to it), serial:DEVICE or
+    /// tcp:HOST:PORT (raw octets, several clients; port 0: a free one)
     #[arg(long, default_value = "pty")]
     pub(crate) link: LinkSpec,
 
@@ -78,6 +80,15 @@ pub(crate) struct Emulate {
     /// line what is heard on it
     #[arg(long, value_name = "RATE|auto")]
     pub(crate) baud: Option<BaudSpec>,
+
+    /// Lets other machines connect to a tcp link. There is no password: whoever connects commands the drives
+    #[arg(long)]
+    pub(crate) allow_remote: bool,
+
+    /// A fault on purpose, to test the master: FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS];
+    /// repeat it for more
+    #[arg(long = "fault", value_name = "SPEC")]
+    pub(crate) faults: Vec<Fault>,
 
     /// Keeps each drive's EEPROM in a file in DIR, which is made if it is missing; without it the EEPROM lives as long
     /// as the process
@@ -147,12 +158,22 @@ On a serial line each drive listens up to two seconds before it takes part; one 
 SIGUSR1 logs what was counted so far: telegrams, retries, refusals, times of replies.
 RATE is 9600, 19200, 45450, 93750, 187500, 500000, 1500000, 3000000, 6000000 or 12000000.
 
+Faults, and what they count:
+  replies         no-reply, late=TIME, duplicate, truncated, bit-errors[=N], wrong-fcs, wrong-length, wrong-source,
+                  noise[=OCTETS]
+  requests        drop-request, refuse-prm, refuse-cfg, not-ready=TIME (Chk_Cfg), lose-prm (Data_Exchange)
+  Data_Exchange   diag-storm
+  PKW answers     pkw-delay=EXCHANGES, pkw-wrong-ak, pkw-wrong-pnu, pkw-torn
+A fault strikes from number `at` on (1; a lone `at` means that one only), with probability `rate` (1), at most `count`
+times (no limit), the same for the same `seed` (1). TIME is for example 20ms. docs/faults.md explains each.
+
 Examples:
   profidrive emulate --drive 5 --drive 6,model=ag03,gear=24
   profidrive emulate --drives 1-125,model=ag03
   profidrive emulate --link pty:/tmp/bus --baud 500000
   profidrive emulate --state-dir ~/drives
-  profidrive emulate --link serial:/dev/ttyUSB0 --baud 19200 -v";
+  profidrive emulate --link serial:/dev/ttyUSB0 --baud 19200 -v
+  profidrive emulate --link tcp:127.0.0.1:5050 --fault no-reply,rate=0.01 --fault late=20ms,at=100";
 
 /// How much is logged.
 #[derive(Clone, Copy, Debug, clap::Args)]
@@ -280,9 +301,11 @@ impl fmt::Display for DriveSpec {
 pub(crate) enum LinkSpec {
     Pty(Option<PathBuf>),
     Serial(String),
+    /// Host and port.
+    Tcp(String),
 }
 
-const LINKS: &str = "expected pty, pty:PATH or serial:DEVICE";
+const LINKS: &str = "expected pty, pty:PATH, serial:DEVICE or tcp:HOST:PORT";
 
 impl FromStr for LinkSpec {
     type Err = String;
@@ -299,9 +322,27 @@ impl FromStr for LinkSpec {
             None if spec == "serial" => Err(format!("the device is missing; {LINKS}")),
             Some(("serial", "")) => Err(format!("the device is missing; {LINKS}")),
             Some(("serial", device)) => Ok(Self::Serial(device.into())),
-            Some(("tcp", _)) => Err(format!("this version has no tcp link; {LINKS}")),
+            Some(("tcp", place)) => tcp(place),
+            None if spec == "tcp" => Err(format!("host and port are missing; {LINKS}")),
             _ => Err(LINKS.into()),
         }
+    }
+}
+
+/// `HOST:PORT`, an IPv6 address in brackets. Whether the host is there shows when it is listened at.
+fn tcp(place: &str) -> Result<LinkSpec, String> {
+    match place.rsplit_once(':') {
+        None | Some(("", _)) => {
+            Err(format!("host and port must be given, for example tcp:127.0.0.1:5050; {LINKS}"))
+        }
+        Some((host, port)) if port.is_empty() || !port.bytes().all(|octet| octet.is_ascii_digit()) => {
+            Err(format!("'{port}' is no port of {host}; {LINKS}"))
+        }
+        Some((_, port)) if port.parse::<u16>().is_err() => Err(format!("port {port} is outside 0 to 65535")),
+        Some((host, _)) if host.contains(':') && !host.starts_with('[') => {
+            Err(format!("an IPv6 address is written in brackets, for example tcp:[::1]:5050; {LINKS}"))
+        }
+        Some(_) => Ok(LinkSpec::Tcp(place.into())),
     }
 }
 
@@ -366,7 +407,14 @@ impl Args {
         if let Some(twice) = emulate.drives().find(|drive| !addresses.insert(drive.address)) {
             return Err(format!("two drives have address {}; give each drive its own", twice.address));
         }
+        if emulate.allow_remote && !matches!(emulate.link, LinkSpec::Tcp(_)) {
+            return Err("--allow-remote needs a tcp link".into());
+        }
         match (&emulate.link, emulate.baud) {
+            (LinkSpec::Tcp(_), Some(BaudSpec::Auto)) => {
+                Err("--baud auto needs a pty link; a tcp link has no rate of its own".into())
+            }
+            (LinkSpec::Tcp(_), Some(BaudSpec::Fixed(_)) | None) => Ok(()),
             (LinkSpec::Serial(_), None) => {
                 Err("a serial line needs its rate; add for example --baud 19200, or --baud auto".into())
             }
@@ -496,7 +544,23 @@ mod tests {
         assert_eq!("pty".parse(), Ok(LinkSpec::Pty(None)));
         assert_eq!("pty:/tmp/a:b".parse(), Ok(LinkSpec::Pty(Some("/tmp/a:b".into()))));
         assert_eq!("serial:/dev/ttyUSB0".parse(), Ok(LinkSpec::Serial("/dev/ttyUSB0".into())));
-        for wrong in ["", "pty:", "serial", "serial:", "tcp:localhost:1", "usb", "pty:a\nb", "PTY"] {
+        assert_eq!("tcp:localhost:0".parse(), Ok(LinkSpec::Tcp("localhost:0".into())));
+        assert_eq!("tcp:[::1]:5050".parse(), Ok(LinkSpec::Tcp("[::1]:5050".into())));
+        for wrong in [
+            "",
+            "pty:",
+            "serial",
+            "serial:",
+            "tcp",
+            "tcp:",
+            "tcp:5050",
+            "tcp::5050",
+            "tcp:a:b",
+            "tcp:::1:5",
+            "usb",
+            "pty:a\nb",
+            "PTY",
+        ] {
             assert!(wrong.parse::<LinkSpec>().unwrap_err().contains("pty:PATH"), "{wrong}");
         }
     }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use profidrive::device::{Config, Device, Timing};
 use profidrive::fdl::{Address, RateChange};
+use profidrive::host::link::fault::Faulty;
 use profidrive::host::link::serial::Serial;
 use profidrive::host::{Bus, BusEvent, Clock, Link, StateDir, Stop, StoredDevice, SystemClock, run};
 use profidrive::time::{BaudRate, Instant};
@@ -16,9 +17,9 @@ use tracing::{debug, info, warn};
 use super::Failure;
 use super::args::{BaudSpec, DriveSpec, Emulate, LinkSpec, QuirkSpec};
 
-/// The rate of a terminal whose master has set none of PROFIBUS-DP. On a terminal it only says how long a drive
-/// waits before it replies.
-const PTY_RATE: BaudRate = BaudRate::K500;
+/// The rate of a terminal whose master has set none of PROFIBUS-DP, and of a TCP port. There it only says how long a
+/// drive waits before it replies.
+const UNTIMED_RATE: BaudRate = BaudRate::K500;
 
 /// A serial line whose rate is to be found is opened at one that every port has.
 const FIRST_SERIAL_RATE: BaudRate = BaudRate::K19_2;
@@ -33,7 +34,11 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     let clock = SystemClock::new();
     let state = args.state_dir.as_deref().map(StateDir::open).transpose();
     let state = state.map_err(|error| Failure::from_error(&error))?;
-    let (rate, mut link, path) = open(&args.link, args.baud)?;
+    let (rate, link, path) = open(args)?;
+    for fault in &args.faults {
+        warn!("fault on purpose: {fault}");
+    }
+    let mut link = Faulty::new(link, clock, &args.faults);
 
     let mut bus = Bus::on(rate, Timing::Untrue);
     // Nobody but a master is on a terminal that was made just now.
@@ -50,7 +55,7 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     }
     news.announce_if_decided();
     let outcome = loop {
-        let outcome = run(&mut *link, &mut bus, &clock, &signals.stop, &mut |event| {
+        let outcome = run(&mut link, &mut bus, &clock, &signals.stop, &mut |event| {
             news.say(clock.now(), event);
             if news.nobody_is_left() {
                 signals.end();
@@ -200,23 +205,54 @@ fn report(bus: &Bus) {
 }
 
 /// The rate to begin with, the link, and what a master opens.
-fn open(link: &LinkSpec, baud: Option<BaudSpec>) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
-    let rate = match baud {
+fn open(args: &Emulate) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
+    let rate = match args.baud {
         Some(BaudSpec::Fixed(rate)) => Some(rate),
         Some(BaudSpec::Auto) | None => None,
     };
-    match link {
+    match &args.link {
         LinkSpec::Pty(path) => open_pty(path.as_deref(), rate),
         LinkSpec::Serial(device) => {
             let opened = rate.unwrap_or(FIRST_SERIAL_RATE);
-            let serial = Serial::open(device, opened).map_err(|error| Failure::from_error(&error))?;
+            let mut serial = Serial::open(device, opened).map_err(|error| Failure::from_error(&error))?;
+            serial.reopen(true);
             match rate {
                 Some(rate) => info!("{device} at {rate}, 8 data bits, even parity, 1 stop bit"),
                 None => info!("{device}, 8 data bits, even parity, 1 stop bit, at the rate heard on it"),
             }
             Ok((opened, Box::new(serial), device.clone()))
         }
+        LinkSpec::Tcp(place) => open_tcp(place, rate.unwrap_or(UNTIMED_RATE), args.allow_remote),
     }
+}
+
+#[cfg(unix)]
+fn open_tcp(
+    place: &str,
+    rate: BaudRate,
+    allow_remote: bool,
+) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
+    use profidrive::host::Error;
+    use profidrive::host::link::tcp::{Reach, Tcp};
+
+    let reach = if allow_remote { Reach::Network } else { Reach::ThisMachine };
+    let tcp = Tcp::bind(place, rate, reach).map_err(|error| match matches!(error, Error::TcpReach { .. }) {
+        true => Failure::Usage(format!(
+            "{error}; add --allow-remote if that is wanted, or use tcp:127.0.0.1:PORT; see 'profidrive emulate --help'"
+        )),
+        false => Failure::from_error(&error),
+    })?;
+    let address = tcp.address();
+    info!("a TCP port at {rate}");
+    if !address.ip().is_loopback() {
+        warn!("other machines can connect to {address} and command the drives");
+    }
+    Ok((rate, Box::new(tcp), format!("tcp:{address}")))
+}
+
+#[cfg(not(unix))]
+fn open_tcp(_: &str, _: BaudRate, _: bool) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
+    Err(Failure::Other("tcp links need Unix; use --link serial:DEVICE --baud RATE".into()))
 }
 
 #[cfg(target_os = "linux")]
@@ -230,10 +266,10 @@ fn open_pty(
     pty.follow_rate(rate.is_none());
     match rate {
         Some(rate) => info!("a pseudo-terminal at {rate}"),
-        None => info!("a pseudo-terminal at {PTY_RATE} until a master sets another rate"),
+        None => info!("a pseudo-terminal at {UNTIMED_RATE} until a master sets another rate"),
     }
     let opened = pty.path().display().to_string();
-    Ok((rate.unwrap_or(PTY_RATE), Box::new(pty), opened))
+    Ok((rate.unwrap_or(UNTIMED_RATE), Box::new(pty), opened))
 }
 
 #[cfg(not(target_os = "linux"))]

@@ -6,7 +6,8 @@
 //! ```
 //!
 //! - [`Link`] moves octets. [`link::memory`] stays inside the process, [`link::pty`] is a pseudo-terminal that a
-//!   master opens like a serial port, [`link::serial`] is an RS-485 port.
+//!   master opens like a serial port, [`link::serial`] is an RS-485 port,
+//!   [`link::tcp`] a port to which several programs connect. [`link::fault`] spoils telegrams on any of them.
 //! - [`Clock`] tells the time: [`SystemClock`] runs, [`ManualClock`] stands until a test moves it.
 //! - [`Bus`] puts many stations on one line, with the calling contract of one [`crate::device::Device`].
 //! - [`line::Line`] is an RS-485 line in simulated time that checks the rules of the bus.
@@ -29,7 +30,9 @@
 //! # Ok::<(), std::io::Error>(())
 //! ```
 
+use core::net::SocketAddr;
 use core::time::Duration;
+use std::boxed::Box;
 use std::io;
 use std::path::PathBuf;
 use std::string::String;
@@ -89,6 +92,21 @@ pub trait Link {
     fn set_rate(&mut self, rate: BaudRate) -> io::Result<()> {
         let _ = rate;
         Err(io::ErrorKind::Unsupported.into())
+    }
+}
+
+impl<L: Link + ?Sized> Link for Box<L> {
+    fn receive(&mut self, buf: &mut [u8]) -> io::Result<Received> {
+        (**self).receive(buf)
+    }
+    fn send(&mut self, telegram: &[u8]) -> io::Result<()> {
+        (**self).send(telegram)
+    }
+    fn wait(&mut self, timeout: Option<Duration>, stop: &Stop) -> io::Result<()> {
+        (**self).wait(timeout, stop)
+    }
+    fn set_rate(&mut self, rate: BaudRate) -> io::Result<()> {
+        (**self).set_rate(rate)
     }
 }
 
@@ -163,6 +181,22 @@ pub enum Error {
         rate: BaudRate,
         /// What the operating system says.
         source: io::Error,
+    },
+    /// The TCP port cannot be opened.
+    #[error("cannot listen at tcp:{place}")]
+    Tcp {
+        /// Host and port wanted.
+        place: String,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// Others than this machine could connect to the TCP port, and were not invited.
+    #[error("tcp:{place} is {address}, where others than this machine can connect and command the drives")]
+    TcpReach {
+        /// Host and port wanted.
+        place: String,
+        /// The address that is not of this machine alone.
+        address: SocketAddr,
     },
     /// The link failed while drives were running on it.
     #[error("the link failed")]

@@ -279,6 +279,17 @@ def play(drive, distance):
     drive.wait_for("disable, STW 0000", READY_TO_RUN)
 
 
+def short_play(drive):
+    """Start-up, one job of the parameter channel, one state of the drive: enough to see that a master was served."""
+    drive.connect()
+    drive.pkw("read position window", READ, PNU_WINDOW, VALUE_WORD)
+    drive.set_job(0, 0)
+    drive.set_words(0x000B)
+    drive.wait_for("enable operation, STW 000B", OPERATION_ENABLED)
+    drive.set_words(0x0000)
+    drive.wait_for("disable, STW 0000", READY_TO_RUN)
+
+
 def out_of_time(_signal, _frame):
     raise Failure("whole play", f"an end within {TOTAL_LIMIT} s", "none")
 
@@ -290,6 +301,7 @@ def main():
     parser.add_argument("--gsd", required=True)
     parser.add_argument("--address", type=int, default=5)
     parser.add_argument("--distance", type=int, default=1600, help="length of the first job in increments")
+    parser.add_argument("--short", action="store_true", help="do not travel")
     parser.add_argument("--debug", type=int, default=0, help="pyprofibus: 1 states, 2 telegrams as well")
     arguments = parser.parse_args()
 
@@ -307,7 +319,10 @@ def main():
         print(f"FAIL open: {error}; on a pseudo-terminal try: stty -F {arguments.port} 38400", file=sys.stderr)
         return 1
     try:
-        play(drive, arguments.distance)
+        if arguments.short:
+            short_play(drive)
+        else:
+            play(drive, arguments.distance)
     except Failure as failure:
         print(failure, file=sys.stderr)
         return 1

@@ -1,12 +1,16 @@
-//! The links: in memory, pseudo-terminal, serial port.
+//! The links: in memory, pseudo-terminal, serial port, TCP; and faults on purpose for any of them.
 
+pub mod fault;
 pub mod memory;
+mod pieces;
 #[cfg(target_os = "linux")]
 pub mod pty;
 #[cfg(all(unix, feature = "serial"))]
 pub mod serial;
 #[cfg(target_os = "linux")]
 mod symlink;
+#[cfg(unix)]
+pub mod tcp;
 
 /// Sleeps until one of the descriptors is readable or `timeout` has passed. A signal ends the sleep early.
 #[cfg(unix)]

@@ -1,0 +1,327 @@
+//! Faults on purpose, to test masters: a wrapper around any link that spoils telegrams.
+//!
+//! ```text
+//! master ──octets──▶ link ──▶ Faulty: requests dropped or changed ──▶ drives
+//!        ◀──────────      ◀── Faulty: replies lost, late, spoilt  ◀──
+//! ```
+//!
+//! The drives are as they always are and know nothing of it. A refused Set_Prm is a Set_Prm that the wrapper changed on
+//! its way, so that the slave refuses it by its own rules; a diagnosis storm is a reply in which DH is set. What strikes
+//! and when is a [`Fault`]; several act one after the other, in the order given. Everything is deterministic: the same
+//! telegrams at the same times are spoilt in the same way.
+//!
+//! Without faults every octet passes untouched. With faults the octets of the master are collected until a telegram is
+//! whole, or for 50 ms, and then pass as they are unless a fault says otherwise.
+//!
+//! ```
+//! use profidrive::host::link::fault::{Fault, Faulty, Kind};
+//! use profidrive::host::link::memory::Wire;
+//! use profidrive::host::{Link, ManualClock, Received};
+//!
+//! let wire = Wire::new();
+//! let mut master = wire.end();
+//! let mut drives = Faulty::new(wire.end(), ManualClock::new(), &[Fault::once(Kind::WrongFcs, 2)]);
+//!
+//! let mut buf = [0; 16];
+//! for expected in [0x07, 0x08, 0x07] {
+//!     drives.send(&[0x10, 0x02, 0x05, 0x00, 0x07, 0x16])?;
+//!     assert_eq!(master.receive(&mut buf)?, Received::Octets(6));
+//!     assert_eq!(buf[4], expected);
+//! }
+//! # Ok::<(), std::io::Error>(())
+//! ```
+
+use core::time::Duration;
+use std::collections::{BTreeMap, VecDeque};
+use std::io;
+use std::vec::Vec;
+
+use super::pieces::{Piece, Pieces};
+use crate::fdl::telegram::{Decoded, decode};
+use crate::fdl::{Address, DataTelegram, Function, MAX_TELEGRAM_LEN, Telegram};
+use crate::host::{Clock, Link, Received, Stop};
+use crate::ppo::Pkw;
+use crate::time::{BaudRate, Instant};
+
+mod reply;
+mod request;
+mod spec;
+
+pub use spec::{FORM, Fault, Kind, PkwFault, SpecError};
+
+/// Late telegrams kept at most; more are lost.
+const MAX_LATE: usize = 256;
+
+/// A link that spoils telegrams.
+#[derive(Debug)]
+pub struct Faulty<L, C> {
+    link: L,
+    clock: C,
+    faults: Vec<Active>,
+    pieces: Pieces,
+    /// To whom the last request was addressed: SC does not say from whom it is.
+    asked: Option<Address>,
+    /// What the drives hear next.
+    heard: VecDeque<u8>,
+    late: Vec<Late>,
+}
+
+/// Octets to be sent later.
+#[derive(Debug)]
+struct Late {
+    due: Instant,
+    octets: Vec<u8>,
+}
+
+impl<L: Link, C: Clock> Faulty<L, C> {
+    /// Wraps `link`. `clock` is that of the drives.
+    pub fn new(link: L, clock: C, faults: &[Fault]) -> Self {
+        Self {
+            link,
+            clock,
+            faults: faults.iter().map(|fault| Active::new(*fault)).collect(),
+            pieces: Pieces::default(),
+            asked: None,
+            heard: VecDeque::new(),
+            late: Vec::new(),
+        }
+    }
+
+    /// How often each fault has struck, in the order given.
+    pub fn strikes(&self) -> impl Iterator<Item = (Fault, u32)> + '_ {
+        self.faults.iter().map(|active| (active.fault, active.strikes))
+    }
+
+    /// Sends what was held back until now.
+    fn send_late(&mut self, now: Instant) -> io::Result<()> {
+        while let Some(next) = self.next_late().filter(|due| *due <= now) {
+            let Some(index) = self.late.iter().position(|late| late.due == next) else {
+                return Ok(());
+            };
+            let late = self.late.remove(index);
+            self.link.send(&late.octets)?;
+        }
+        Ok(())
+    }
+
+    fn next_late(&self) -> Option<Instant> {
+        self.late.iter().map(|late| late.due).min()
+    }
+
+    /// Hands whole telegrams to the drives, as far as the faults let them pass.
+    fn sort(&mut self, now: Instant) {
+        while let Some(piece) = self.pieces.pop(now) {
+            let mut octets = match piece {
+                Piece::Telegram(telegram) => telegram,
+                Piece::Noise(noise) => {
+                    self.heard.extend(noise);
+                    continue;
+                }
+            };
+            if let Some(request) = data_telegram(&octets).filter(is_request) {
+                self.asked = Some(request.da);
+                for active in &mut self.faults {
+                    octets = active.spoil_request(octets, now);
+                }
+            }
+            self.heard.extend(octets);
+        }
+    }
+
+    /// Octets for the drives, 0 if there are none.
+    fn take(&mut self, buf: &mut [u8]) -> usize {
+        let count = buf.len().min(self.heard.len());
+        for (to, octet) in buf.iter_mut().zip(self.heard.drain(..count)) {
+            *to = octet;
+        }
+        count
+    }
+}
+
+impl<L: Link, C: Clock> Link for Faulty<L, C> {
+    fn receive(&mut self, buf: &mut [u8]) -> io::Result<Received> {
+        if self.faults.is_empty() {
+            return self.link.receive(buf);
+        }
+        let now = self.clock.now();
+        self.send_late(now)?;
+        loop {
+            let count = self.take(buf);
+            if count > 0 {
+                return Ok(Received::Octets(count));
+            }
+            let received = self.link.receive(buf)?;
+            match received {
+                Received::Octets(count) => self.pieces.push(now, buf.get(..count).unwrap_or_default()),
+                Received::Reset => {
+                    self.pieces.clear();
+                    self.late.clear();
+                    return Ok(received);
+                }
+                Received::Rate(_) => return Ok(received),
+                Received::Nothing => {}
+            }
+            self.sort(now);
+            if received == Received::Nothing && self.heard.is_empty() {
+                return Ok(received);
+            }
+        }
+    }
+
+    fn send(&mut self, telegram: &[u8]) -> io::Result<()> {
+        let now = self.clock.now();
+        let mut reply = Outgoing::new(telegram);
+        let station = match data_telegram(telegram) {
+            Some(telegram) => Some(telegram.sa),
+            None => self.asked,
+        };
+        for active in &mut self.faults {
+            active.spoil_reply(&mut reply, station, now);
+        }
+        for octets in reply.telegrams() {
+            if reply.delay.is_zero() {
+                self.link.send(octets)?;
+            } else if self.late.len() < MAX_LATE {
+                self.late.push(Late { due: now.saturating_add(reply.delay), octets: octets.to_vec() });
+            }
+        }
+        Ok(())
+    }
+
+    fn wait(&mut self, timeout: Option<Duration>, stop: &Stop) -> io::Result<()> {
+        if !self.heard.is_empty() {
+            return Ok(());
+        }
+        let now = self.clock.now();
+        let own = [self.next_late(), self.pieces.poll_timeout()].into_iter().flatten();
+        let timeout = own.map(|due| due.saturating_since(now)).chain(timeout).min();
+        self.link.wait(timeout, stop)
+    }
+
+    fn set_rate(&mut self, rate: BaudRate) -> io::Result<()> {
+        self.link.set_rate(rate)
+    }
+}
+
+/// A reply on its way to the master.
+#[derive(Debug)]
+struct Outgoing {
+    octets: Vec<u8>,
+    /// Rubbish in front of it.
+    noise: Vec<u8>,
+    /// How often it is sent.
+    copies: usize,
+    delay: Duration,
+}
+
+impl Outgoing {
+    fn new(telegram: &[u8]) -> Self {
+        Self { octets: telegram.to_vec(), noise: Vec::new(), copies: 1, delay: Duration::ZERO }
+    }
+
+    /// What is sent, in this order.
+    fn telegrams(&self) -> impl Iterator<Item = &[u8]> {
+        let copies = core::iter::repeat_n(&self.octets[..], self.copies);
+        core::iter::once(&self.noise[..]).chain(copies).filter(|octets| !octets.is_empty())
+    }
+}
+
+/// A fault, and what it has seen and done.
+#[derive(Debug)]
+struct Active {
+    fault: Fault,
+    random: Random,
+    occasions: u32,
+    strikes: u32,
+    stations: BTreeMap<u8, Station>,
+}
+
+/// What a fault remembers of a station.
+#[derive(Clone, Copy, Debug, Default)]
+struct Station {
+    /// The station is not ready until then.
+    not_ready: Option<Instant>,
+    /// The PKW words the station has sent last.
+    sent: Pkw,
+    /// Those the master has got last.
+    shown: Pkw,
+    /// That answer is spoilt.
+    spoilt: bool,
+    /// In how many exchanges that answer was sent.
+    exchanges: u32,
+}
+
+impl Active {
+    fn new(fault: Fault) -> Self {
+        Self { fault, random: Random(fault.seed), occasions: 0, strikes: 0, stations: BTreeMap::new() }
+    }
+
+    /// Whether it concerns this station.
+    fn concerns(&self, station: Option<Address>) -> bool {
+        self.fault.station.is_none() || self.fault.station == station
+    }
+
+    /// Counts an occasion and says whether the fault strikes.
+    fn strikes(&mut self) -> bool {
+        let Fault { at, count, rate, .. } = self.fault;
+        self.occasions = self.occasions.saturating_add(1);
+        if self.occasions < at || count.is_some_and(|count| self.strikes >= count) {
+            return false;
+        }
+        if rate < 1.0 && self.random.fraction() >= rate {
+            return false;
+        }
+        self.strikes = self.strikes.saturating_add(1);
+        tracing::debug!("fault {} strikes, {} of {} occasions", self.fault, self.strikes, self.occasions);
+        true
+    }
+}
+
+/// A sequence of numbers that looks random and is always the same for one seed (SplitMix64).
+#[derive(Clone, Copy, Debug)]
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mixed = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let mixed = (mixed ^ mixed >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+        mixed ^ mixed >> 31
+    }
+
+    /// 0 to below 1.
+    fn fraction(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// 0 to below `end`, 0 if that is 0.
+    fn below(&mut self, end: usize) -> usize {
+        let end = u64::try_from(end).unwrap_or(u64::MAX);
+        usize::try_from(self.next().checked_rem(end).unwrap_or(0)).unwrap_or(0)
+    }
+
+    fn octet(&mut self) -> u8 {
+        let [octet, ..] = self.next().to_be_bytes();
+        octet
+    }
+}
+
+/// The telegram with a function code that these octets are.
+fn data_telegram(octets: &[u8]) -> Option<DataTelegram<'_>> {
+    match decode(octets) {
+        Decoded::Telegram { telegram: Telegram::Data(telegram), len } if len == octets.len() => {
+            Some(telegram)
+        }
+        Decoded::Telegram { .. } | Decoded::Invalid { .. } | Decoded::Incomplete => None,
+    }
+}
+
+fn is_request(telegram: &DataTelegram<'_>) -> bool {
+    matches!(telegram.fc.function(), Function::Request(..))
+}
+
+/// The octets of a telegram; empty if it cannot be, which no change here brings about.
+fn encoded(telegram: &DataTelegram<'_>) -> Vec<u8> {
+    let mut buf = [0; MAX_TELEGRAM_LEN];
+    telegram.encode(&mut buf).map(<[u8]>::to_vec).unwrap_or_default()
+}

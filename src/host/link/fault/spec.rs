@@ -1,0 +1,419 @@
+//! Which fault, when, and of which station; and how a person writes it.
+
+use core::fmt;
+use core::str::FromStr;
+use core::time::Duration;
+use std::string::{String, ToString};
+
+use thiserror::Error;
+
+use crate::fdl::Address;
+
+/// How a fault is written, see [`Fault`].
+pub const FORM: &str = "FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS]";
+
+/// One fault and when it strikes.
+///
+/// Written as `FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS]`:
+///
+/// | FAULT | counts | what the master gets |
+/// | --- | --- | --- |
+/// | `no-reply` | replies | nothing |
+/// | `late=TIME` | replies | the reply so much later; other telegrams may come first |
+/// | `duplicate` | replies | the reply twice |
+/// | `truncated` | replies | the reply without some octets at its end |
+/// | `bit-errors[=N]` | replies | the reply with N bits (1) the other way round |
+/// | `wrong-fcs` | replies with FCS | a wrong frame check sequence |
+/// | `wrong-length` | SD2 replies | LE and LEr one too high (249: one too low) |
+/// | `wrong-source` | replies with SA | the reply of another station, with a right FCS |
+/// | `noise[=N]` | replies | N octets (4) of rubbish between request and reply |
+/// | `drop-request` | requests | nothing: no station hears the request |
+/// | `diag-storm` | Data_Exchange replies | a diagnosis announced (DH) each time |
+/// | `not-ready=TIME` | Chk_Cfg requests | Station_Not_Ready, and RS to Data_Exchange, for so long |
+/// | `refuse-prm` | Set_Prm requests | Prm_Fault: the slave sees another ident number |
+/// | `refuse-cfg` | Chk_Cfg requests | Cfg_Fault: the slave sees another configuration |
+/// | `lose-prm` | Data_Exchange requests | RS: the slave is released right before, and waits for Set_Prm |
+/// | `pkw-delay=N` | PKW answers | the answer N exchanges later |
+/// | `pkw-wrong-ak` | PKW answers | 1 for 2, 4 for 5, 7 for 8 and the other way round; of others the lowest bit |
+/// | `pkw-wrong-pnu` | PKW answers | the PNU with its lowest bit the other way round |
+/// | `pkw-torn` | PKW answers | for one exchange, PKE and IND of the answer before with the PWE of this one |
+///
+/// A *reply* is any telegram a drive sends. A *PKW answer* is a change of PKE or IND in the inputs to a reply
+/// identification other than 0; it is spoilt for as long as it stands, except `pkw-torn`. TIME is a whole number of
+/// `us`, `ms` or `s`, at most an hour.
+///
+/// Of what a fault counts, it strikes from number `at` on (from 1, or 1 itself if `at` is given without `count` and
+/// `rate`), with probability `rate` (1), at most `count` times (no limit), at `station` only (at all). The same `seed` (1)
+/// gives the same strikes.
+///
+/// ```
+/// use profidrive::host::link::fault::{Fault, Kind};
+///
+/// let fault: Fault = "late=20ms,at=100".parse()?;
+/// assert_eq!(fault.kind, Kind::Late(core::time::Duration::from_millis(20)));
+/// assert_eq!((fault.at, fault.count), (100, Some(1)));
+/// # Ok::<(), profidrive::host::link::fault::SpecError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fault {
+    /// What happens.
+    pub kind: Kind,
+    /// From which occasion on, counted from 1.
+    pub at: u32,
+    /// How often at most; `None`: without limit.
+    pub count: Option<u32>,
+    /// With which probability at each occasion, above 0 and at most 1.
+    pub rate: f64,
+    /// What the random choices of this fault begin with.
+    pub seed: u64,
+    /// At which station; `None`: at all.
+    pub station: Option<Address>,
+}
+
+impl Fault {
+    /// This fault at every occasion.
+    pub const fn always(kind: Kind) -> Self {
+        Self { kind, at: 1, count: None, rate: 1.0, seed: DEFAULT_SEED, station: None }
+    }
+
+    /// This fault at one occasion, counted from 1.
+    pub const fn once(kind: Kind, at: u32) -> Self {
+        Self { at, count: Some(1), ..Self::always(kind) }
+    }
+}
+
+const DEFAULT_SEED: u64 = 1;
+
+/// What can go wrong. [`Fault`] has the table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the table of `Fault` describes them")]
+pub enum Kind {
+    NoReply,
+    Late(Duration),
+    Duplicate,
+    Truncated,
+    /// How many bits.
+    BitErrors(u32),
+    WrongFcs,
+    WrongLength,
+    WrongSource,
+    /// How many octets.
+    Noise(u32),
+    DropRequest,
+    DiagStorm,
+    NotReady(Duration),
+    RefusePrm,
+    RefuseCfg,
+    LosePrm,
+    Pkw(PkwFault),
+}
+
+/// What can go wrong with an answer of the parameter channel. [`Fault`] has the table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the table of `Fault` describes them")]
+pub enum PkwFault {
+    /// By how many exchanges.
+    Delay(u32),
+    WrongAk,
+    WrongPnu,
+    Torn,
+}
+
+/// Every fault as it is written, with its form.
+const KINDS: &str = "no-reply, late=TIME, duplicate, truncated, bit-errors[=N], wrong-fcs, wrong-length, wrong-source, \
+    noise[=N], drop-request, diag-storm, not-ready=TIME, refuse-prm, refuse-cfg, lose-prm, pkw-delay=N, pkw-wrong-ak, \
+    pkw-wrong-pnu or pkw-torn";
+
+/// The longest time that can be asked for.
+const LONGEST: Duration = Duration::from_secs(3600);
+
+/// Bits and octets that can be asked for at most: those of a telegram.
+const MOST: u32 = 255;
+
+impl Kind {
+    fn parse(text: &str) -> Result<Self, SpecError> {
+        let (name, value) = match text.split_once('=') {
+            Some((name, value)) => (name, Some(value)),
+            None => (text, None),
+        };
+        let wrong =
+            |expected| SpecError::Value { key: name.into(), expected, got: value.unwrap_or_default().into() };
+        let plain = |kind| if value.is_none() { Ok(kind) } else { Err(wrong("no value")) };
+        let time = || {
+            value.and_then(duration).ok_or_else(|| wrong("a time such as 20ms, 500us or 1s, at most 3600s"))
+        };
+        let few = |default| {
+            let number = value.map_or(Some(default), |value| number(value).filter(|number| *number <= MOST));
+            number.ok_or_else(|| wrong("a number, 1 to 255"))
+        };
+        match name {
+            "no-reply" => plain(Self::NoReply),
+            "late" => time().map(Self::Late),
+            "duplicate" => plain(Self::Duplicate),
+            "truncated" => plain(Self::Truncated),
+            "bit-errors" => few(1).map(Self::BitErrors),
+            "wrong-fcs" => plain(Self::WrongFcs),
+            "wrong-length" => plain(Self::WrongLength),
+            "wrong-source" => plain(Self::WrongSource),
+            "noise" => few(4).map(Self::Noise),
+            "drop-request" => plain(Self::DropRequest),
+            "diag-storm" => plain(Self::DiagStorm),
+            "not-ready" => time().map(Self::NotReady),
+            "refuse-prm" => plain(Self::RefusePrm),
+            "refuse-cfg" => plain(Self::RefuseCfg),
+            "lose-prm" => plain(Self::LosePrm),
+            "pkw-delay" => value
+                .and_then(number)
+                .map(|exchanges| Self::Pkw(PkwFault::Delay(exchanges)))
+                .ok_or_else(|| wrong("a number of exchanges, 1 or more")),
+            "pkw-wrong-ak" => plain(Self::Pkw(PkwFault::WrongAk)),
+            "pkw-wrong-pnu" => plain(Self::Pkw(PkwFault::WrongPnu)),
+            "pkw-torn" => plain(Self::Pkw(PkwFault::Torn)),
+            _ => Err(SpecError::Unknown { got: name.into() }),
+        }
+    }
+}
+
+impl FromStr for Fault {
+    type Err = SpecError;
+
+    fn from_str(spec: &str) -> Result<Self, SpecError> {
+        let mut parts = spec.split(',');
+        let kind = Kind::parse(parts.next().unwrap_or_default())?;
+        let (mut rate, mut count, mut at, mut seed, mut station) = (None, None, None, None, None);
+        for part in parts {
+            let (key, value) = part.split_once('=').unwrap_or((part, ""));
+            let wrong = |expected| SpecError::Value { key: key.into(), expected, got: value.into() };
+            let positive = || number(value).ok_or_else(|| wrong("a number, 1 or more"));
+            let again = match key {
+                "rate" => {
+                    let probability = decimal(value).filter(|rate| *rate > 0.0 && *rate <= 1.0);
+                    rate.replace(probability.ok_or_else(|| wrong("a probability above 0 and up to 1"))?)
+                        .is_some()
+                }
+                "count" => count.replace(positive()?).is_some(),
+                "at" => at.replace(positive()?).is_some(),
+                "seed" => {
+                    let number = digits(value).and_then(|value| value.parse().ok());
+                    seed.replace(number.ok_or_else(|| wrong("a number"))?).is_some()
+                }
+                "station" => {
+                    let number = digits(value).and_then(|value| value.parse().ok());
+                    let address = number.and_then(|number| Address::station(number).ok());
+                    station.replace(address.ok_or_else(|| wrong("an address, 0 to 126"))?).is_some()
+                }
+                _ => return Err(SpecError::UnknownKey { got: key.into() }),
+            };
+            if again {
+                return Err(SpecError::Twice { key: key.into() });
+            }
+        }
+        // "At the hundredth" means that one; "at random from the hundredth on" does not.
+        let once = at.is_some() && rate.is_none();
+        Ok(Self {
+            kind,
+            at: at.unwrap_or(1),
+            count: count.or(once.then_some(1)),
+            rate: rate.unwrap_or(1.0),
+            seed: seed.unwrap_or(DEFAULT_SEED),
+            station,
+        })
+    }
+}
+
+impl fmt::Display for Fault {
+    /// As it is written, with everything that differs from "always".
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { kind, at, count, rate, seed, station } = self;
+        write!(f, "{kind}")?;
+        if *rate < 1.0 {
+            write!(f, ",rate={rate}")?;
+        }
+        match count {
+            Some(count) => write!(f, ",count={count}")?,
+            // A lone `at` would mean that one only.
+            None if *at > 1 && *rate >= 1.0 => write!(f, ",count={}", u32::MAX)?,
+            None => {}
+        }
+        if *at > 1 {
+            write!(f, ",at={at}")?;
+        }
+        if *seed != DEFAULT_SEED {
+            write!(f, ",seed={seed}")?;
+        }
+        match station {
+            Some(station) => write!(f, ",station={station}"),
+            None => Ok(()),
+        }
+    }
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (name, value) = match *self {
+            Self::NoReply => ("no-reply", None),
+            Self::Late(time) => ("late", Some(in_micros(time))),
+            Self::Duplicate => ("duplicate", None),
+            Self::Truncated => ("truncated", None),
+            Self::BitErrors(bits) => ("bit-errors", Some(bits.to_string())),
+            Self::WrongFcs => ("wrong-fcs", None),
+            Self::WrongLength => ("wrong-length", None),
+            Self::WrongSource => ("wrong-source", None),
+            Self::Noise(octets) => ("noise", Some(octets.to_string())),
+            Self::DropRequest => ("drop-request", None),
+            Self::DiagStorm => ("diag-storm", None),
+            Self::NotReady(time) => ("not-ready", Some(in_micros(time))),
+            Self::RefusePrm => ("refuse-prm", None),
+            Self::RefuseCfg => ("refuse-cfg", None),
+            Self::LosePrm => ("lose-prm", None),
+            Self::Pkw(PkwFault::Delay(exchanges)) => ("pkw-delay", Some(exchanges.to_string())),
+            Self::Pkw(PkwFault::WrongAk) => ("pkw-wrong-ak", None),
+            Self::Pkw(PkwFault::WrongPnu) => ("pkw-wrong-pnu", None),
+            Self::Pkw(PkwFault::Torn) => ("pkw-torn", None),
+        };
+        match value {
+            Some(value) => write!(f, "{name}={value}"),
+            None => f.write_str(name),
+        }
+    }
+}
+
+/// Why a text is no fault.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum SpecError {
+    /// There is no such fault.
+    #[error("'{got}' is no fault; expected {KINDS}")]
+    Unknown {
+        /// The name found.
+        got: String,
+    },
+    /// There is no such condition.
+    #[error("'{got}' is unknown; expected {FORM}")]
+    UnknownKey {
+        /// The name found.
+        got: String,
+    },
+    /// A value does not fit.
+    #[error("'{got}' does not fit {key}; expected {expected}")]
+    Value {
+        /// Whose value.
+        key: String,
+        /// What fits.
+        expected: &'static str,
+        /// The value found.
+        got: String,
+    },
+    /// A condition is given twice.
+    #[error("'{key}' is given twice; expected {FORM}")]
+    Twice {
+        /// Which.
+        key: String,
+    },
+}
+
+/// A text of digits only: numbers have no sign here.
+fn digits(text: &str) -> Option<&str> {
+    (!text.is_empty() && text.bytes().all(|octet| octet.is_ascii_digit())).then_some(text)
+}
+
+fn number(text: &str) -> Option<u32> {
+    digits(text)?.parse().ok().filter(|number| *number > 0)
+}
+
+/// A number such as 0.01; no exponents, no names.
+fn decimal(text: &str) -> Option<f64> {
+    let (whole, fraction) = text.split_once('.').unwrap_or((text, "0"));
+    digits(whole)?;
+    digits(fraction)?;
+    text.parse().ok()
+}
+
+fn duration(text: &str) -> Option<Duration> {
+    let unit = text.find(|c: char| !c.is_ascii_digit())?;
+    let (value, unit) = text.split_at(unit);
+    let value: u64 = value.parse().ok()?;
+    let duration = match unit {
+        "us" => Duration::from_micros(value),
+        "ms" => Duration::from_millis(value),
+        "s" => Duration::from_secs(value),
+        _ => return None,
+    };
+    (!duration.is_zero() && duration <= LONGEST).then_some(duration)
+}
+
+fn in_micros(time: Duration) -> String {
+    let micros = time.as_micros();
+    match (micros % 1_000_000, micros % 1_000) {
+        (0, _) => std::format!("{}s", micros / 1_000_000),
+        (_, 0) => std::format!("{}ms", micros / 1_000),
+        (_, _) => std::format!("{micros}us"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_is_written_as_it_is_meant() {
+        let late = |millis| Kind::Late(Duration::from_millis(millis));
+        for (spec, expected) in [
+            ("no-reply", Fault::always(Kind::NoReply)),
+            ("no-reply,rate=0.01,seed=7", Fault { rate: 0.01, seed: 7, ..Fault::always(Kind::NoReply) }),
+            ("late=20ms,at=100", Fault::once(late(20), 100)),
+            ("late=1s,at=100,rate=0.5", Fault { at: 100, rate: 0.5, ..Fault::always(late(1000)) }),
+            ("wrong-fcs,count=3", Fault { count: Some(3), ..Fault::always(Kind::WrongFcs) }),
+            ("noise=7,count=3,at=9", Fault { count: Some(3), at: 9, ..Fault::always(Kind::Noise(7)) }),
+            ("bit-errors", Fault::always(Kind::BitErrors(1))),
+            ("pkw-torn,at=1", Fault::once(Kind::Pkw(PkwFault::Torn), 1)),
+            (
+                "lose-prm,station=5",
+                Fault { station: Address::station(5).ok(), ..Fault::always(Kind::LosePrm) },
+            ),
+        ] {
+            let fault: Fault = spec.parse().unwrap();
+            assert_eq!(fault, expected, "{spec}");
+            // A lone `at=1` reads back as `count=1`, which is the same.
+            assert_eq!(fault.to_string().parse(), Ok(fault), "{spec} as {fault}");
+        }
+    }
+
+    #[test]
+    fn every_fault_of_the_list_is_understood_and_reads_back() {
+        for form in KINDS.replace(" or ", ", ").split(", ") {
+            let spec = form.trim().replace("[=N]", "").replace("TIME", "20ms").replace("=N", "=3");
+            let fault: Fault = spec.parse().unwrap();
+            assert_eq!(fault.to_string().parse(), Ok(fault), "{spec}");
+        }
+    }
+
+    #[test]
+    fn a_wrong_fault_is_answered_with_the_wrong_part() {
+        for (spec, part) in [
+            ("", "'' is no fault; expected no-reply, late=TIME"),
+            ("never", "'never' is no fault"),
+            ("late", "'' does not fit late; expected a time such as 20ms"),
+            ("late=20", "'20' does not fit late"),
+            ("late=0ms", "does not fit late"),
+            ("late=3601s", "does not fit late"),
+            ("late=99999999999999999999s", "does not fit late"),
+            ("no-reply=1", "'1' does not fit no-reply; expected no value"),
+            ("noise=256", "'256' does not fit noise; expected a number, 1 to 255"),
+            ("pkw-delay", "'' does not fit pkw-delay"),
+            ("no-reply,rate=0", "'0' does not fit rate; expected a probability above 0 and up to 1"),
+            ("no-reply,rate=1.5", "does not fit rate"),
+            ("no-reply,rate=nan", "does not fit rate"),
+            ("no-reply,rate=1e-3", "does not fit rate"),
+            ("no-reply,count=0", "'0' does not fit count; expected a number, 1 or more"),
+            ("no-reply,at", "'' does not fit at"),
+            ("no-reply,seed=-1", "'-1' does not fit seed"),
+            ("no-reply,station=127", "'127' does not fit station; expected an address, 0 to 126"),
+            ("no-reply,often", "'often' is unknown; expected FAULT[=VALUE][,rate=P]"),
+            ("no-reply,", "'' is unknown"),
+            ("no-reply,at=1,at=2", "'at' is given twice"),
+        ] {
+            let error = spec.parse::<Fault>().unwrap_err().to_string();
+            assert!(error.contains(part), "{spec}: {error}");
+        }
+    }
+}
