@@ -16,7 +16,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use common::Line;
-use profidrive::device::{Config, QUIRKS, Timing};
+use profidrive::device::{Config, DipSwitches, QUIRKS, Timing};
 use profidrive::fdl::Address;
 use profidrive::param::Model;
 
@@ -193,6 +193,22 @@ fn a_quirk_of_the_drive_reaches_it() {
         drive.line.wait(Duration::from_millis(200));
         let ssw = profidrive::device::words::system_status(drive.line.device.status());
         assert_eq!(ssw & 0x0010, standing, "{value}: it turns for 125 or 500 ms");
+    }
+}
+
+#[test]
+fn quirk_reset_patterns_decides_which_switches_ask_for_a_factory_reset() {
+    use profidrive::param::DefaultSet;
+    let requested = |value: &str, number: u16| {
+        let mut config = Config::new(Address::station(5).unwrap());
+        config.set_quirk("reset-patterns", value).unwrap();
+        config.reset_patterns.requested(DipSwitches::from_bits(number).with_reset(true))
+    };
+    for (value, controller, nothing) in [("command", 3, 4), ("one-switch", 4, 3)] {
+        assert_eq!(requested(value, 1), Some(DefaultSet::All), "{value}");
+        assert_eq!(requested(value, 2), Some(DefaultSet::Standard), "{value}");
+        assert_eq!(requested(value, controller), Some(DefaultSet::Controller), "{value}");
+        assert_eq!(requested(value, nothing), None, "{value}");
     }
 }
 

@@ -119,6 +119,9 @@ impl ResetPatterns {
     /// Assumed, for want of the pictures: the number of the command of PNU 970 that loads the same defaults.
     pub const ASSUMED: Self = Self { all: 1, standard: 2, controller: 3 };
 
+    /// The other reading: SW1, SW2 or SW3 alone.
+    pub const ONE_SWITCH: Self = Self { all: 1, standard: 2, controller: 4 };
+
     /// The factory reset the switches ask for. SW8 ON with none of the patterns asks for none.
     pub const fn requested(self, switches: DipSwitches) -> Option<DefaultSet> {
         let number = switches.number();

@@ -5,6 +5,7 @@
 use thiserror::Error;
 
 use super::Config;
+use super::dip::ResetPatterns;
 use crate::pkw::SubindexOctet;
 
 /// A point on which the manuals contradict themselves or leave a choice.
@@ -62,7 +63,7 @@ impl Config {
 }
 
 /// Every quirk, in the order of the register.
-pub const QUIRKS: [Quirk; 22] = [
+pub const QUIRKS: [Quirk; 23] = [
     Quirk {
         name: "i-gain",
         register: "C-01",
@@ -222,6 +223,16 @@ pub const QUIRKS: [Quirk; 22] = [
         about: "when Data_Exchange may enable: with its first telegram, or after STW.0 = 0 was seen",
         values: &["at-once", "after-off1"],
         choose: |config, value| config.drive.quirks.off1_must_be_seen = value == 1,
+    },
+    Quirk {
+        name: "reset-patterns",
+        register: "16.2",
+        about: "SW1 to SW7 of the factory reset: the number of the PNU 970 command, or one switch each",
+        values: &["command", "one-switch"],
+        choose: |config, value| {
+            config.reset_patterns =
+                if value == 1 { ResetPatterns::ONE_SWITCH } else { ResetPatterns::ASSUMED };
+        },
     },
 ];
 
