@@ -80,18 +80,31 @@ impl Pieces {
     }
 }
 
-/// The front of `noise` with which a framer is done as soon as it has it. Behind the rest it would wait for more, and
-/// take the telegram of another sender for it.
+/// The longest front of `noise` with which a framer is done as soon as it has it. Behind the rest it would wait for
+/// more, and take the telegram of another sender for it.
 pub(super) fn settled(noise: &[u8]) -> &[u8] {
-    let mut settled = 0;
-    while let Some(front) = noise.get(settled..).filter(|front| !front.is_empty()) {
+    let mut front = noise;
+    loop {
+        // An octet may be refused only for the sake of the one behind it: a shorter front is judged anew.
+        let cut = front.get(..cut_len(front)).unwrap_or_default();
+        if cut.len() == front.len() {
+            return front;
+        }
+        front = cut;
+    }
+}
+
+/// How many octets come before the first place where a telegram could begin that is not whole.
+fn cut_len(octets: &[u8]) -> usize {
+    let mut cut = 0;
+    while let Some(front) = octets.get(cut..).filter(|front| !front.is_empty()) {
         match decode(front) {
-            Decoded::Invalid { skip, .. } => settled += skip,
-            Decoded::Telegram { len, .. } => settled += len,
+            Decoded::Invalid { skip, .. } => cut += skip,
+            Decoded::Telegram { len, .. } => cut += len,
             Decoded::Incomplete => break,
         }
     }
-    noise.get(..settled).unwrap_or_default()
+    cut
 }
 
 #[cfg(test)]
@@ -149,6 +162,9 @@ mod tests {
         assert_eq!(settled(&[1, 2, 3]), [1, 2, 3]);
         assert_eq!(settled(&[1, 0x68, 0x0B]), [1]);
         assert_eq!(settled(&[0xA2]), [0; 0]);
+        // The first DC is no token because of the second; alone it could be one.
+        assert_eq!(settled(&[0xDC, 0xDC]), [0; 0]);
+        assert_eq!(settled(&[1, 0xDC, 0xDC, 2]), [1]);
     }
 
     proptest! {
