@@ -20,7 +20,7 @@ use crate::param::{Gear, Model};
 
 use super::faults::{Fault, FaultSet};
 use super::inputs::Inputs;
-use super::motion::{rpm, sign};
+use super::motion::{rpm, sign, velocity as to_velocity};
 use super::scale::INCREMENTS_PER_REVOLUTION;
 use super::states::Motor;
 use super::status::STANDSTILL_RPM;
@@ -173,6 +173,8 @@ pub(super) struct Plant {
     torque_per_ampere: f64,
     back_emf: f64,
     inertia: f64,
+    /// The most the gear allows, increments/s: catching up is no reason to go faster.
+    top_speed: f64,
     lag_time: Duration,
     blocked_time: Duration,
     /// The shaft is not on the profile: by how much, increments, and how fast it turns.
@@ -200,6 +202,7 @@ impl Plant {
             torque_per_ampere: constants.torque_per_ampere * ratio,
             back_emf: constants.back_emf * ratio * rpm(1.0),
             inertia: constants.inertia * ratio * ratio * core::f64::consts::TAU / INCREMENTS_PER_REVOLUTION,
+            top_speed: to_velocity(gear.max_rpm().into()),
             lag_time: seconds(constants.lag_time),
             blocked_time: seconds(constants.blocked_time),
             off_profile: false,
@@ -365,6 +368,7 @@ impl Plant {
         let before = (self.velocity * direction).max(0.0);
         let catching = if target { libm::sqrt(2.0 * self.maximum_deceleration() * want.abs()) } else { 0.0 };
         let wanted = (velocity * direction).max(0.0) + catching;
+        let wanted = wanted.min(self.top_speed.max(velocity.abs()));
         let reachable = self.reachable_speed(supply, hindrance);
         let rise = time / (self.mechanical_time() + time);
         let speed = if inputs.blocked { 0.0 } else { (before + (reachable - before) * rise).min(wanted) };

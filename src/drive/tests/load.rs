@@ -84,6 +84,20 @@ fn a_shaft_freed_in_time_catches_up_and_ends_at_its_target_without_overshoot() {
 }
 
 #[test]
+fn a_shaft_that_catches_up_goes_no_faster_than_the_gear_allows() {
+    let mut rig = fast(90);
+    rig.travel(8000).run(1000);
+    rig.inputs(|inputs| inputs.friction_torque = 5.0).run(1500);
+    rig.inputs(|inputs| inputs.friction_torque = 0.0);
+    let mut top = 0;
+    while rig.state() == State::TravelActive {
+        rig.run(1);
+        top = top.max(rig.status().velocity);
+    }
+    assert_eq!(top, 100, "faster than the profile, at the limit of 48:1");
+}
+
+#[test]
 fn a_blocked_shaft_stands_at_once_and_b_follows_the_lag_error() {
     for (rpm, target) in [(100, 50_000), (1, 50_000), (30, 3)] {
         let mut rig = fast(rpm);
