@@ -9,7 +9,7 @@
 set -euo pipefail
 
 # The whole play once at each of these.
-readonly BAUD_RATES=(9600 500000 1500000)
+readonly BAUD_RATES=(9600 19200 500000 1500000)
 # A short play so often at each of these. 9600 is the hard one: Debian's C library lets pyprofibus open a pseudo-terminal
 # only if its settings change, and it always opens at 9600 first, so the emulator must not leave it at the 9600 of the
 # master before.
