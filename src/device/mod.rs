@@ -542,7 +542,9 @@ impl Parts {
         };
         let live = self.live();
         let context = WriteContext { moving: self.status.moving, job_active: self.status.job_active };
-        let before = self.storage.is_some().then(|| self.image());
+        // Only a job that runs now can write; a held one must not cost a copy of everything in each cycle.
+        let may_write = self.storage.is_some() && self.engine.has_work(job);
+        let before = may_write.then(|| self.image());
         let outcome = self.engine.cycle(job, &mut self.store, &live, &context);
         match outcome.effect {
             Effect::None => {}

@@ -84,7 +84,7 @@ impl Settings {
             pos_type: match signed(Parameter::PosType) {
                 1 => PosType::LoopPlus,
                 2 => PosType::LoopMinus,
-                _ => PosType::Direct,
+                ..=0 | 3.. => PosType::Direct,
             },
             limits: Limits::new(signed(Parameter::Limit1), signed(Parameter::Limit2)),
             delta_inch: signed(Parameter::DeltaInch),
@@ -96,7 +96,7 @@ impl Settings {
             inpos: match signed(Parameter::InposMode) {
                 1 => Motor::Shorted,
                 2 => Motor::Released,
-                _ => Motor::InControl,
+                ..=0 | 3.. => Motor::InControl,
             },
             loop_length: unsigned(Parameter::LoopLength),
             torque_deactivation: Some(unsigned(Parameter::TorqueDeactivation))

@@ -9,8 +9,14 @@ use std::time::Duration;
 
 use profidrive::device::{Config, Device, Event, MAX_TELEGRAM_LEN, Timing};
 use profidrive::fdl::telegram::{Decoded, decode};
-use profidrive::fdl::{Address, DataTelegram, FrameCount, FunctionCode, Sap, Service, Telegram};
+use profidrive::fdl::{Address, FrameCount, FunctionCode, Sap, Service, Telegram};
 use profidrive::time::{BaudRate, Instant};
+
+#[path = "../telegrams/mod.rs"]
+mod telegrams;
+
+#[allow(unused_imports, reason = "each test file uses its part")]
+pub(crate) use telegrams::{hex, telegram};
 
 pub(crate) const SLAVE: u8 = 5;
 pub(crate) const MASTER: u8 = 2;
@@ -18,11 +24,6 @@ pub(crate) const IDENT: [u8; 2] = [0x0A, 0xC5];
 pub(crate) const CFG: [u8; 2] = [0xF3, 0xF2];
 pub(crate) const RS: Reply = Reply::Status(3);
 pub(crate) const RR: Reply = Reply::Status(2);
-
-/// Octets of a text like "68 05 05".
-pub(crate) fn hex(text: &str) -> Vec<u8> {
-    text.split_whitespace().map(|octet| u8::from_str_radix(octet, 16).unwrap()).collect()
-}
 
 /// What came back.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -204,19 +205,4 @@ impl Line {
         }
         reply
     }
-}
-
-/// The octets of a telegram; with a DSAP the SSAP is 62, as masters use.
-pub(crate) fn telegram(da: u8, sa: u8, fc: FunctionCode, dsap: Option<u8>, data: &[u8]) -> Vec<u8> {
-    let (dsap, ssap) = (dsap.and_then(Sap::new), dsap.and(Sap::new(62)));
-    let telegram = DataTelegram {
-        format: DataTelegram::customary_format(dsap, ssap, data),
-        da: Address::from_octet(da),
-        sa: Address::from_octet(sa),
-        dsap,
-        ssap,
-        fc,
-        data,
-    };
-    telegram.encode(&mut [0; MAX_TELEGRAM_LEN]).unwrap().to_vec()
 }

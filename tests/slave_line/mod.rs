@@ -7,8 +7,14 @@ use std::time::Duration;
 use profidrive::dp::{Description, Event, ExtDiag, Policy, Station};
 use profidrive::fdl::framer::{Framer, Resync};
 use profidrive::fdl::telegram::{Decoded, decode};
-use profidrive::fdl::{Address, DataTelegram, FrameCount, FunctionCode, Sap, Service, Telegram};
+use profidrive::fdl::{Address, FrameCount, FunctionCode, Service, Telegram};
 use profidrive::time::{BaudRate, Instant};
+
+#[path = "../telegrams/mod.rs"]
+mod telegrams;
+
+#[allow(unused_imports, reason = "each test file uses its part")]
+pub(crate) use telegrams::{hex, telegram};
 
 pub(crate) const SLAVE: u8 = 5;
 pub(crate) const MASTER: u8 = 2;
@@ -184,24 +190,4 @@ pub(crate) fn answer(octets: Option<Vec<u8>>) -> Answer {
         (false, 0x0A) => Answer::High(data.data.to_vec()),
         (false, fc) => panic!("data with FC {fc:02X}"),
     }
-}
-
-/// The octets of a telegram; with a DSAP the SSAP is 62, as masters use.
-pub(crate) fn telegram(da: u8, sa: u8, fc: FunctionCode, dsap: Option<u8>, data: &[u8]) -> Vec<u8> {
-    let (dsap, ssap) = (dsap.and_then(Sap::new), dsap.and(Sap::new(62)));
-    let telegram = DataTelegram {
-        format: DataTelegram::customary_format(dsap, ssap, data),
-        da: Address::from_octet(da),
-        sa: Address::from_octet(sa),
-        dsap,
-        ssap,
-        fc,
-        data,
-    };
-    telegram.encode(&mut [0; 255]).unwrap().to_vec()
-}
-
-/// Octets of a text like "68 05 05".
-pub(crate) fn hex(text: &str) -> Vec<u8> {
-    text.split_whitespace().map(|octet| u8::from_str_radix(octet, 16).unwrap()).collect()
 }
