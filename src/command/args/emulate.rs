@@ -1,0 +1,114 @@
+//! `profidrive emulate`: which drives, on which line, with which faults.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+use profidrive::host::link::fault::Fault;
+
+use super::drive::RangeSpec;
+use super::quirk::help as quirks_help;
+use super::{BaudSpec, DriveSpec, LinkSpec, QuirkSpec};
+
+/// Puts emulated drives on a line until SIGINT (Ctrl-C) or SIGTERM
+///
+/// Prints one line to stdout when it is ready, `ready link=<what a master opens> drives=<addresses>`, and logs to
+/// stderr. Ends with 0 on SIGINT and SIGTERM, 2 if the command line is wrong, 1 if something else is.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EMULATE_EXAMPLES)]
+pub(crate) struct Emulate {
+    /// A drive: ADDRESS[,model=ag03|ag03-1][,gear=24|48]; repeat it for more drives on the same line
+    #[arg(
+        long = "drive",
+        value_name = "SPEC",
+        default_value = "5,model=ag03-1,gear=48",
+        default_value_if("ranges", clap::builder::ArgPredicate::IsPresent, None)
+    )]
+    single: Vec<DriveSpec>,
+
+    /// Many alike: FIRST-LAST[,model=ag03|ag03-1][,gear=24|48], as in 1-125,gear=24; may be repeated and mixed with --drive
+    #[arg(long = "drives", id = "ranges", value_name = "SPECS")]
+    ranges: Vec<RangeSpec>,
+
+    /// Do not listen first whether another station on a serial line has the address of a drive
+    #[arg(long)]
+    pub(crate) force_address: bool,
+
+    /// The line: pty (a new pseudo-terminal), pty:PATH (with a symbolic link PATH to it), serial:DEVICE or
+    /// tcp:HOST:PORT (raw octets, several clients; port 0: a free one)
+    #[arg(long, default_value = "pty")]
+    pub(crate) link: LinkSpec,
+
+    /// The rate in bit/s, or auto: on a pty (and the default there) what the master sets the terminal to, on a serial
+    /// line what is heard on it
+    #[arg(long, value_name = "RATE|auto")]
+    pub(crate) baud: Option<BaudSpec>,
+
+    /// Lets other machines connect to a tcp link. There is no password: whoever connects commands the drives
+    #[arg(long)]
+    pub(crate) allow_remote: bool,
+
+    /// A fault on purpose, to test the master: FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS];
+    /// repeat it for more
+    #[arg(long = "fault", value_name = "SPEC")]
+    pub(crate) faults: Vec<Fault>,
+
+    /// Keeps each drive's EEPROM in a file in DIR, which is made if it is missing; without it the EEPROM lives as long
+    /// as the process
+    #[arg(long, value_name = "DIR")]
+    pub(crate) state_dir: Option<PathBuf>,
+
+    /// How all drives behave where the manuals leave it open; repeat it for more (--help lists the quirks)
+    #[arg(long = "quirk", value_name = "NAME=VALUE", long_help = quirks_help())]
+    pub(crate) quirks: Vec<QuirkSpec>,
+}
+
+impl Emulate {
+    /// Every drive asked for, those named one by one first.
+    pub(crate) fn drives(&self) -> impl Iterator<Item = DriveSpec> + '_ {
+        self.single.iter().copied().chain(self.ranges.iter().flat_map(RangeSpec::drives))
+    }
+
+    /// What no single argument shows.
+    pub(super) fn check(&self) -> Result<(), String> {
+        let mut addresses = BTreeSet::new();
+        if let Some(twice) = self.drives().find(|drive| !addresses.insert(drive.address)) {
+            return Err(format!("two drives have address {}; give each drive its own", twice.address));
+        }
+        if self.allow_remote && !matches!(self.link, LinkSpec::Tcp(_)) {
+            return Err("--allow-remote needs a tcp link".into());
+        }
+        match (&self.link, self.baud) {
+            (LinkSpec::Tcp(_), Some(BaudSpec::Auto)) => {
+                Err("--baud auto needs a pty link; a tcp link has no rate of its own".into())
+            }
+            (LinkSpec::Tcp(_), Some(BaudSpec::Fixed(_)) | None) => Ok(()),
+            (LinkSpec::Serial(_), None) => {
+                Err("a serial line needs its rate; add for example --baud 19200, or --baud auto".into())
+            }
+            (LinkSpec::Serial(_), Some(_)) | (LinkSpec::Pty(_), _) => Ok(()),
+        }
+    }
+}
+
+const EMULATE_EXAMPLES: &str = "\
+ADDRESS is 0 to 126; model defaults to ag03-1, gear to 48.
+On a serial line each drive listens up to two seconds before it takes part; one whose address is live stays silent.
+SIGUSR1 logs what was counted so far: telegrams, retries, refusals, times of replies.
+RATE is 9600, 19200, 45450, 93750, 187500, 500000, 1500000, 3000000, 6000000 or 12000000.
+
+Faults, and what they count:
+  replies         no-reply, late=TIME, duplicate, truncated, bit-errors[=N], wrong-fcs, wrong-length, wrong-source,
+                  noise[=OCTETS]
+  requests        drop-request, refuse-prm, refuse-cfg, not-ready=TIME (Chk_Cfg), lose-prm (Data_Exchange)
+  Data_Exchange   diag-storm
+  PKW answers     pkw-delay=EXCHANGES, pkw-wrong-ak, pkw-wrong-pnu, pkw-torn
+A fault strikes from number `at` on (1; a lone `at` means that one only), with probability `rate` (1), at most `count`
+times (no limit), the same for the same `seed` (1). TIME is for example 20ms. docs/faults.md explains each.
+
+Examples:
+  profidrive emulate --drive 5 --drive 6,model=ag03,gear=24
+  profidrive emulate --drives 1-125,model=ag03
+  profidrive emulate --link pty:/tmp/bus --baud 500000
+  profidrive emulate --state-dir ~/drives
+  profidrive emulate --link serial:/dev/ttyUSB0 --baud 19200 -v
+  profidrive emulate --link tcp:127.0.0.1:5050 --fault no-reply,rate=0.01 --fault late=20ms,at=100";

@@ -1,0 +1,119 @@
+//! `--link` and `--baud`: where the line is, and how fast.
+
+use core::str::FromStr;
+use std::path::PathBuf;
+
+use profidrive::time::BaudRate;
+
+/// Where the line is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum LinkSpec {
+    Pty(Option<PathBuf>),
+    Serial(String),
+    /// Host and port.
+    Tcp(String),
+}
+
+const LINKS: &str = "expected pty, pty:PATH, serial:DEVICE or tcp:HOST:PORT";
+
+impl FromStr for LinkSpec {
+    type Err = String;
+
+    fn from_str(spec: &str) -> Result<Self, String> {
+        // The ready line is one line whatever the path is.
+        if spec.chars().any(char::is_control) {
+            return Err(format!("a link has no control characters; {LINKS}"));
+        }
+        match spec.split_once(':') {
+            None if spec == "pty" => Ok(Self::Pty(None)),
+            Some(("pty", "")) => Err(format!("the path is missing; {LINKS}")),
+            Some(("pty", path)) => Ok(Self::Pty(Some(path.into()))),
+            None if spec == "serial" => Err(format!("the device is missing; {LINKS}")),
+            Some(("serial", "")) => Err(format!("the device is missing; {LINKS}")),
+            Some(("serial", device)) => Ok(Self::Serial(device.into())),
+            Some(("tcp", place)) => tcp(place),
+            None if spec == "tcp" => Err(format!("host and port are missing; {LINKS}")),
+            _ => Err(LINKS.into()),
+        }
+    }
+}
+
+/// `HOST:PORT`, an IPv6 address in brackets. Whether the host is there shows when it is listened at.
+fn tcp(place: &str) -> Result<LinkSpec, String> {
+    match place.rsplit_once(':') {
+        None | Some(("", _)) => {
+            Err(format!("host and port must be given, for example tcp:127.0.0.1:5050; {LINKS}"))
+        }
+        Some((host, port)) if port.is_empty() || !port.bytes().all(|octet| octet.is_ascii_digit()) => {
+            Err(format!("'{port}' is no port of {host}; {LINKS}"))
+        }
+        Some((_, port)) if port.parse::<u16>().is_err() => Err(format!("port {port} is outside 0 to 65535")),
+        Some((host, _)) if host.contains(':') && !host.starts_with('[') => {
+            Err(format!("an IPv6 address is written in brackets, for example tcp:[::1]:5050; {LINKS}"))
+        }
+        Some(_) => Ok(LinkSpec::Tcp(place.into())),
+    }
+}
+
+/// How fast the line is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum BaudSpec {
+    /// As the master sets it.
+    Auto,
+    Fixed(BaudRate),
+}
+
+impl FromStr for BaudSpec {
+    type Err = String;
+
+    fn from_str(spec: &str) -> Result<Self, String> {
+        if spec == "auto" {
+            return Ok(Self::Auto);
+        }
+        let rate = spec.parse().ok().and_then(|bits| BaudRate::from_bits_per_second(bits).ok());
+        rate.map(Self::Fixed).ok_or_else(|| {
+            let rates: Vec<_> = BaudRate::ALL.iter().map(|rate| rate.bits_per_second().to_string()).collect();
+            format!("expected auto or one of {}", rates.join(", "))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_link_is_named_by_its_kind_and_place() {
+        assert_eq!("pty".parse(), Ok(LinkSpec::Pty(None)));
+        assert_eq!("pty:/tmp/a:b".parse(), Ok(LinkSpec::Pty(Some("/tmp/a:b".into()))));
+        assert_eq!("serial:/dev/ttyUSB0".parse(), Ok(LinkSpec::Serial("/dev/ttyUSB0".into())));
+        assert_eq!("tcp:localhost:0".parse(), Ok(LinkSpec::Tcp("localhost:0".into())));
+        assert_eq!("tcp:[::1]:5050".parse(), Ok(LinkSpec::Tcp("[::1]:5050".into())));
+        for wrong in [
+            "",
+            "pty:",
+            "serial",
+            "serial:",
+            "tcp",
+            "tcp:",
+            "tcp:5050",
+            "tcp::5050",
+            "tcp:a:b",
+            "tcp:::1:5",
+            "usb",
+            "pty:a\nb",
+            "PTY",
+        ] {
+            assert!(wrong.parse::<LinkSpec>().unwrap_err().contains("pty:PATH"), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_rate_is_one_of_the_ten_or_auto() {
+        assert_eq!("auto".parse(), Ok(BaudSpec::Auto));
+        assert_eq!("45450".parse(), Ok(BaudSpec::Fixed(BaudRate::K45_45)));
+        for wrong in ["", "115200", "-1", "500k", "Auto"] {
+            assert!(wrong.parse::<BaudSpec>().unwrap_err().contains("12000000"), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! The command line: what may be asked for, and how a wrong question is answered.
+
+mod drive;
+mod emulate;
+mod link;
+mod quirk;
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use clap::error::ErrorKind;
+use clap::{ArgAction, CommandFactory, Parser, Subcommand};
+
+use super::{Failure, report};
+
+pub(crate) use drive::DriveSpec;
+pub(crate) use emulate::Emulate;
+pub(crate) use link::{BaudSpec, LinkSpec};
+pub(crate) use quirk::QuirkSpec;
+
+/// Emulated PROFIBUS-DP drives to test masters against.
+///
+/// A simulator only: it moves nothing, and nothing it says is a proof of safety for a real machine.
+#[derive(Debug, Parser)]
+#[command(name = "profidrive", version, after_help = EXAMPLES, disable_help_subcommand = true)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+    #[command(flatten)]
+    pub(crate) verbosity: Verbosity,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  profidrive demo                             a master and a drive in memory, told as a story
+  profidrive emulate                          one AG03/1 at address 5; prints the terminal a master opens
+  profidrive emulate --link pty:/tmp/bus      the same, under a name that stays
+  profidrive emulate --help                   all about it";
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Shows a master and a drive at work on a bus in memory: start-up, parameters, a travel job, a fault
+    ///
+    /// Needs no hardware and no arguments, and takes less than two seconds. Every telegram of the start-up is shown
+    /// with its meaning, then the words of the parameter channel, control word and status word, and why the drive
+    /// refuses what it refuses. Times are those on the bus.
+    Demo,
+    Emulate(Emulate),
+}
+
+/// How much is logged.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub(crate) struct Verbosity {
+    /// Log more (-vv: everything); overrides RUST_LOG
+    #[arg(short, long, global = true, display_order = 100, action = ArgAction::Count, conflicts_with = "quiet")]
+    pub(crate) verbose: u8,
+
+    /// Log warnings and errors only; overrides RUST_LOG
+    #[arg(short, long, global = true, display_order = 101)]
+    pub(crate) quiet: bool,
+}
+
+/// A command line that leads to no command: wrong, or a question for help or the version.
+pub(crate) struct Refusal(clap::Error);
+
+impl Args {
+    /// The arguments of this process.
+    pub(crate) fn from_command_line() -> Result<Self, Refusal> {
+        Self::from_arguments(std::env::args_os())
+    }
+
+    fn from_arguments(arguments: impl IntoIterator<Item = OsString>) -> Result<Self, Refusal> {
+        let args = Self::try_parse_from(arguments).map_err(Refusal)?;
+        args.check().map_err(|line| {
+            let mut command = Self::command();
+            command.build();
+            let emulate = command.find_subcommand_mut("emulate").map(|emulate| emulate.to_owned());
+            Refusal(emulate.unwrap_or(command).error(ErrorKind::ValueValidation, line))
+        })?;
+        Ok(args)
+    }
+
+    /// How much is logged: the demo tells its story without the master's log, unless that is asked for.
+    pub(crate) fn log_verbosity(&self) -> Verbosity {
+        match self.command {
+            Command::Demo if self.verbosity.verbose == 0 => Verbosity { quiet: true, ..self.verbosity },
+            Command::Demo | Command::Emulate(_) => self.verbosity,
+        }
+    }
+
+    /// What no single argument shows.
+    fn check(&self) -> Result<(), String> {
+        match &self.command {
+            Command::Demo => Ok(()),
+            Command::Emulate(emulate) => emulate.check(),
+        }
+    }
+}
+
+impl Refusal {
+    /// Prints what was asked for, or one line that says what is wrong; says the exit code.
+    pub(crate) fn print(&self) -> ExitCode {
+        let kind = self.0.kind();
+        if matches!(kind, ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) {
+            // Whoever asked may have closed the pipe after the first lines (`| head`).
+            let _ = self.0.print();
+            return ExitCode::SUCCESS;
+        }
+        let line = match kind == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+            true => "a command is missing; see 'profidrive --help'".into(),
+            false => self.line(),
+        };
+        report(&Failure::Usage(line))
+    }
+
+    /// The first paragraph of the parser's error as one line, and where to read on.
+    fn line(&self) -> String {
+        let text = self.0.to_string();
+        let lines: Vec<&str> = text.lines().map(str::trim).take_while(|line| !line.is_empty()).collect();
+        let line = lines.join(" ");
+        let line = line.strip_prefix("error: ").unwrap_or(&line);
+        let emulate = std::env::args_os().any(|argument| argument == "emulate");
+        let command = if emulate { "profidrive emulate" } else { "profidrive" };
+        format!("{line}; see '{command} --help'")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_declared_arguments_are_consistent() {
+        Args::command().debug_assert();
+    }
+
+    #[test]
+    fn drives_and_ranges_add_up_and_must_not_overlap() {
+        let numbers = |arguments: &[&str]| {
+            let arguments = ["profidrive", "emulate"].iter().chain(arguments).map(OsString::from);
+            let args = Args::from_arguments(arguments).map_err(|refusal| refusal.0.to_string())?;
+            let Command::Emulate(emulate) = args.command else { panic!("not emulate") };
+            Ok(emulate.drives().map(|drive| drive.address.number()).collect::<Vec<_>>())
+        };
+        let all = numbers(&["--drives", "3-5", "--drive", "9", "--drives", "1-1"]);
+        assert_eq!(all, Ok::<_, String>(vec![9, 3, 4, 5, 1]));
+        assert_eq!(numbers(&["--drives", "1-2"]), Ok(vec![1, 2]), "no default beside them");
+        assert_eq!(numbers(&[]), Ok(vec![5]));
+        for overlap in [&["--drives", "1-5", "--drive", "3"], &["--drives", "1-5", "--drives", "5-9"]] {
+            let error = numbers(overlap).unwrap_err();
+            assert!(error.contains("two drives have address"), "{error}");
+        }
+    }
+}

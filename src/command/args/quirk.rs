@@ -1,0 +1,72 @@
+//! `--quirk NAME=VALUE`.
+
+use core::str::FromStr;
+
+use profidrive::device::{Config, QUIRKS, QuirkError};
+use profidrive::fdl::Address;
+
+/// A quirk, checked to exist.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct QuirkSpec {
+    name: String,
+    value: String,
+}
+
+impl QuirkSpec {
+    /// Sets the quirk.
+    pub(crate) fn choose(&self, config: &mut Config) -> Result<(), QuirkError> {
+        config.set_quirk(&self.name, &self.value)
+    }
+}
+
+impl FromStr for QuirkSpec {
+    type Err = String;
+
+    fn from_str(spec: &str) -> Result<Self, String> {
+        let (name, value) = spec.split_once('=').ok_or("expected NAME=VALUE, for example off1=brake")?;
+        let quirk = Self { name: name.into(), value: value.into() };
+        quirk.choose(&mut Config::new(Address::from_octet(0))).map_err(|error| match error {
+            QuirkError::Unknown => {
+                let names: Vec<_> = QUIRKS.iter().map(|quirk| quirk.name).collect();
+                format!("quirk '{name}' is unknown; expected one of {}", names.join(", "))
+            }
+            QuirkError::Value { name, values } => {
+                format!("quirk {name} cannot be '{value}'; expected {}", values.join(" or "))
+            }
+        })?;
+        Ok(quirk)
+    }
+}
+
+/// Every quirk with its values, the default first.
+pub(super) fn help() -> String {
+    let mut text = String::from(
+        "How all drives behave where the manuals leave it open; repeat it for more.\nThe first value is the \
+         default; docs/quirks.md has the reasons.\n",
+    );
+    for quirk in QUIRKS {
+        text += &format!("\n  {}={}\n      {}", quirk.name, quirk.values.join("|"), quirk.about);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quirk_is_one_of_the_table() {
+        assert!("off1=brake".parse::<QuirkSpec>().is_ok());
+        for (wrong, part) in [
+            ("off1", "expected NAME=VALUE"),
+            ("off2=brake", "expected one of i-gain, "),
+            ("off1=x", "quirk off1 cannot be 'x'; expected release or brake"),
+        ] {
+            let error = wrong.parse::<QuirkSpec>().unwrap_err();
+            assert!(error.contains(part), "{wrong}: {error}");
+        }
+        for quirk in QUIRKS {
+            assert!(help().contains(&format!("\n  {}={}", quirk.name, quirk.values.join("|"))));
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! What a device is made of.
+
+use core::time::Duration;
+
+use super::{DESCRIPTION, DipSwitches, Eeprom, dip, words};
+use crate::dp;
+use crate::drive;
+use crate::fdl::{Framer, Resync};
+use crate::param::{self, Gear, Model};
+use crate::pkw;
+use crate::time::BaudRate;
+
+/// How often the drive part runs unless told otherwise. The manuals state no time.
+pub const DEFAULT_APPLICATION_CYCLE: Duration = Duration::from_millis(1);
+
+/// What a device is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Config {
+    /// The DIP switches: station address, factory reset, bus terminator.
+    pub switches: DipSwitches,
+    /// Which switches ask for a factory reset; an assumption.
+    pub reset_patterns: dip::ResetPatterns,
+    /// Where the EEPROM is kept.
+    pub eeprom: Eeprom,
+    /// Which drive.
+    pub model: Model,
+    /// Which internal gear.
+    pub gear: Gear,
+    /// The rate of the line.
+    pub baud: BaudRate,
+    /// What can be known of the time of octets.
+    pub timing: Timing,
+    /// How often the drive part runs. Zero: once after each Data_Exchange, for tests that count exchanges.
+    pub application_cycle: Duration,
+    /// How the parameter channel behaves where the manuals leave it open.
+    pub pkw: pkw::Config,
+    /// How the slave behaves where the sources are silent. The drives judge no configuration: with
+    /// `ApplicationReady::WhenJudged` they stay not ready.
+    pub dp: dp::Policy,
+    /// Which parameter ranges hold where the manuals contradict themselves.
+    pub param: param::Quirks,
+    /// How the drive behaves where the manuals leave it open, and the numbers of its plant.
+    pub drive: drive::Config,
+    /// What the bits of STW and ZSW are where the manuals contradict themselves.
+    pub words: words::Quirks,
+}
+
+impl Config {
+    /// An AG03/1 with gear 48:1 with these DIP switches or at this address, on a line without true timing, with an
+    /// application cycle of 1 ms, whose EEPROM lives as long as the device.
+    pub fn new(switches: impl Into<DipSwitches>) -> Self {
+        Self {
+            switches: switches.into(),
+            reset_patterns: dip::ResetPatterns::ASSUMED,
+            eeprom: Eeprom::Internal,
+            model: Model::Ag03_1,
+            gear: Gear::Ratio48,
+            baud: BaudRate::K500,
+            timing: Timing::Untrue,
+            application_cycle: DEFAULT_APPLICATION_CYCLE,
+            pkw: pkw::Config::default(),
+            dp: dp::Policy::PROPOSED,
+            param: param::Quirks::default(),
+            drive: drive::Config::default(),
+            words: words::Quirks::default(),
+        }
+    }
+}
+
+impl Config {
+    /// A station at the address of the DIP switches that has just been switched on.
+    pub(super) fn station(&self) -> dp::Station {
+        let max_tsdr = match self.timing {
+            Timing::True => Some(self.baud.max_tsdr_bits()),
+            Timing::Untrue => None,
+        };
+        dp::Station::new(self.switches.address(), self.baud, max_tsdr, DESCRIPTION).with_policy(self.dp)
+    }
+
+    pub(super) fn framer(&self) -> Framer {
+        Framer::new(self.timing.resync(self.baud))
+    }
+
+    /// How much time passes for the drive in one application cycle.
+    pub(super) const fn step(&self) -> Duration {
+        match self.application_cycle {
+            Duration::ZERO => DEFAULT_APPLICATION_CYCLE,
+            cycle => cycle,
+        }
+    }
+}
+
+/// What can be known of the time of octets on a link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Timing {
+    /// Octets come when they come on the line: a simulated line or a UART. After rubbish the line must fall
+    /// silent ([`Resync::Idle`]), and a reply is dropped once max T_SDR is over.
+    True,
+    /// Octets come when a scheduler delivers them: pseudo-terminal, TCP, USB adapter. Rubbish is skipped
+    /// ([`Resync::SCAN`]), and a reply is sent however late, because the master's patience is set for such links.
+    Untrue,
+}
+
+impl Timing {
+    /// The rule for finding the next telegram on a line at `baud`.
+    pub const fn resync(self, baud: BaudRate) -> Resync {
+        match self {
+            Self::True => Resync::Idle(baud),
+            Self::Untrue => Resync::SCAN,
+        }
+    }
+}
