@@ -237,11 +237,13 @@ mod tests {
     type Owned = (u64, Direction, Vec<u8>, Option<FrameError>);
     /// What the observer got, one entry for each call.
     type Shown = Rc<RefCell<Vec<Vec<Owned>>>>;
+    /// What was sent, each with how much was shown before.
+    type Sends = Rc<RefCell<Vec<(Vec<u8>, usize)>>>;
 
     /// A link that plays what the other end did, and writes down what is sent, with how much was shown before.
     struct Script {
         plays: VecDeque<(Vec<u8>, Received)>,
-        sent: Rc<RefCell<Vec<(Vec<u8>, usize)>>>,
+        sent: Sends,
         timeouts: Rc<RefCell<Vec<Option<Duration>>>>,
         shown: Shown,
     }
@@ -251,7 +253,7 @@ mod tests {
             let Some((octets, received)) = self.plays.pop_front() else {
                 return Ok(Received::Nothing);
             };
-            buf[..octets.len()].copy_from_slice(&octets);
+            buf.get_mut(..octets.len()).unwrap().copy_from_slice(&octets);
             Ok(received)
         }
         fn send(&mut self, telegram: &[u8]) -> io::Result<()> {
@@ -273,7 +275,7 @@ mod tests {
         tap: Box<dyn Link>,
         clock: ManualClock,
         shown: Shown,
-        sent: Rc<RefCell<Vec<(Vec<u8>, usize)>>>,
+        sent: Sends,
         timeouts: Rc<RefCell<Vec<Option<Duration>>>>,
     }
 
