@@ -11,6 +11,8 @@ pub mod serial;
 mod symlink;
 #[cfg(unix)]
 pub mod tcp;
+#[cfg(unix)]
+pub mod terminal;
 
 /// Sleeps until one of the descriptors is readable or `timeout` has passed. A signal ends the sleep early.
 #[cfg(unix)]
