@@ -23,7 +23,7 @@ const TABLE: [(&str, &[&str]); 10] = [
     ("device", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive"]),
     // One framer for a bus, generic slaves, and links that keep telegrams apart or spoil them on purpose.
     ("host", &["device", "time", "fdl", "dp", "ppo"]),
-    ("master", &["host", "device", "time"]),
+    ("master", &["host", "client", "device", "dp", "ppo", "fdl", "time"]),
 ];
 
 #[test]
