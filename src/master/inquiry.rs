@@ -9,11 +9,20 @@ use profirust::fdl::{
 };
 use profirust::time::Instant;
 
+use crate::device::IDENT_NUMBER;
 use crate::fdl::StationType;
 
-/// The SAP of Slave_Diag, and that of a master that asks.
+/// The SAPs of Slave_Diag and Set_Prm, and that of a master that asks.
 const SLAVE_DIAG: u8 = 60;
+const SET_PRM: u8 = 61;
 const MASTER_SAP: u8 = 62;
+
+/// Unlock_Req, watchdog off with factors of 1, min T_SDR unchanged, ident number, no groups
+/// (`dp::set_prm` draws it).
+const UNLOCK: [u8; 7] = {
+    let [high, low] = IDENT_NUMBER.to_be_bytes();
+    [0x40, 1, 1, 0, high, low, 0]
+};
 
 /// One question to one station.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,6 +31,8 @@ pub(super) enum Question {
     Status,
     /// Slave_Diag, which changes nothing and locks nothing.
     Diagnosis,
+    /// Set_Prm with Unlock_Req: the slave is no longer ours.
+    Release,
 }
 
 /// What came of a question.
@@ -85,14 +96,18 @@ impl FdlApplication for Inquiry {
         let (da, question) = *self.questions.front()?;
         let sa = fdl.parameters().address;
         self.asked = self.asked.saturating_add(1);
-        Some(match question {
-            Question::Status => tx.send_fdl_status_request(da, sa),
-            Question::Diagnosis => {
-                let fc = FunctionCode::new_srd_low(FrameCountBit::First);
-                let (dsap, ssap) = (Some(SLAVE_DIAG), Some(MASTER_SAP));
-                tx.send_data_telegram(DataTelegramHeader { da, sa, dsap, ssap, fc }, 0, |_| ())
+        let (dsap, data): (u8, &[u8]) = match question {
+            Question::Status => return Some(tx.send_fdl_status_request(da, sa)),
+            Question::Diagnosis => (SLAVE_DIAG, &[]),
+            Question::Release => (SET_PRM, &UNLOCK),
+        };
+        let fc = FunctionCode::new_srd_low(FrameCountBit::First);
+        let header = DataTelegramHeader { da, sa, dsap: Some(dsap), ssap: Some(MASTER_SAP), fc };
+        Some(tx.send_data_telegram(header, data.len(), |pdu| {
+            for (to, octet) in pdu.iter_mut().zip(data) {
+                *to = *octet;
             }
-        })
+        }))
     }
 
     fn receive_reply(&mut self, _: Instant, _: &FdlActiveStation, address: u8, telegram: Telegram<'_>) {

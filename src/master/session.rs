@@ -132,11 +132,13 @@ pub struct Session<L, C> {
     /// Never requested: an exchange that has begun is finished.
     undisturbed: Stop,
     drive: Option<(PeripheralHandle, Address)>,
+    /// The DP master lets its turns pass: it would take a released drive back.
+    dp_pauses: bool,
     next_exchange: Instant,
 }
 
 impl<L: Link, C: Clock> Session<L, C> {
-    /// A master on `link`. It says nothing before the first call. `stop` ends every wait with
+    /// A master on `link`. It says nothing before the first call. `stop` ends every wait but that of an exchange with
     /// [`SessionError::Stopped`].
     ///
     /// # Errors
@@ -154,6 +156,7 @@ impl<L: Link, C: Clock> Session<L, C> {
             stop,
             undisturbed: Stop::new()?,
             drive: None,
+            dp_pauses: false,
             next_exchange: Instant::ZERO,
         })
     }
@@ -280,25 +283,22 @@ impl<L: Link, C: Clock> Session<L, C> {
 
     /// One exchange: these outputs, and the inputs that come back. They were ready before the drive saw the outputs.
     ///
-    /// Begins [`Settings::cycle`] after the one before. An exchange that has begun is finished even if the end is
-    /// requested meanwhile.
+    /// Begins [`Settings::cycle`] after the one before. A requested end does not keep it from being done: who wants to
+    /// end looks at [`Session::stop`] between exchanges.
     ///
     /// # Errors
-    /// [`SessionError::Stopped`] before anything was sent; each [loss](SessionError::is_loss).
+    /// Each [loss](SessionError::is_loss); [`SessionError::NotReady`] before [`Session::start`].
     pub fn exchange(&mut self, outputs: &[u8; PPO_LEN]) -> Result<[u8; PPO_LEN], SessionError> {
         let Some((handle, address)) = self.drive else {
             return Err(SessionError::NotReady { address: self.settings.master, waited: Duration::ZERO });
         };
         self.dp.borrow_mut().get_mut(handle).pi_q_mut().copy_from_slice(outputs);
         loop {
-            if self.stop.is_requested() {
-                return Err(SessionError::Stopped);
-            }
             let left = self.next_exchange.saturating_since(self.now());
             if left.is_zero() {
                 break;
             }
-            self.rest(left, true)?;
+            self.rest(left, false)?;
         }
         let begun = self.now();
         self.next_exchange = begun.saturating_add(self.settings.cycle);
@@ -321,6 +321,21 @@ impl<L: Link, C: Clock> Session<L, C> {
             }
             self.rest(LOOK, false)?;
         }
+    }
+
+    /// Lets the drive go: one exchange with outputs of zero, which takes the motor out of control, then Set_Prm with
+    /// Unlock_Req. Without it the drive belongs to this master until its watchdog expires.
+    ///
+    /// # Errors
+    /// As [`Session::exchange`] and [`Session::find`]; the watchdog releases the drive then.
+    pub fn release(mut self) -> Result<(), SessionError> {
+        let Some((_, address)) = self.drive else {
+            return Ok(());
+        };
+        self.exchange(&[0; PPO_LEN])?;
+        self.dp_pauses = true;
+        self.inquiry.ask(address.number(), Question::Release);
+        self.inquire(|_, _| {})
     }
 
     /// Why the drive has left Data_Exchange. profirust tries to take it back meanwhile, with outputs of zero.
@@ -391,7 +406,7 @@ impl<L: Link, C: Clock> Session<L, C> {
     /// Lets profirust do what is due.
     fn poll(&mut self) -> Result<DpEvents, SessionError> {
         let now = self.clock.now();
-        let mut turns = [Turn(&self.dp); CYCLES_PER_TOKEN];
+        let mut turns = [Turn { dp: &self.dp, passes: self.dp_pauses }; CYCLES_PER_TOKEN];
         let turns = turns.iter_mut().map(|turn| turn as &mut dyn FdlApplication);
         let mut layers: Vec<&mut dyn FdlApplication> =
             core::iter::once(&mut self.inquiry as &mut dyn FdlApplication).chain(turns).collect();
@@ -435,7 +450,10 @@ impl<L: Link, C: Clock> Session<L, C> {
 
 /// One turn of the DP master while it has the token. Several of them are several cycles.
 #[derive(Clone, Copy)]
-struct Turn<'a>(&'a RefCell<DpMaster<'static>>);
+struct Turn<'a> {
+    dp: &'a RefCell<DpMaster<'static>>,
+    passes: bool,
+}
 
 impl FdlApplication for Turn<'_> {
     fn transmit_telegram(
@@ -445,7 +463,10 @@ impl FdlApplication for Turn<'_> {
         tx: TelegramTx<'_>,
         high_prio_only: bool,
     ) -> Option<TelegramTxResponse> {
-        self.0.borrow_mut().transmit_telegram(now, fdl, tx, high_prio_only)
+        if self.passes {
+            return None;
+        }
+        self.dp.borrow_mut().transmit_telegram(now, fdl, tx, high_prio_only)
     }
 
     fn receive_reply(
@@ -455,10 +476,10 @@ impl FdlApplication for Turn<'_> {
         address: u8,
         telegram: Telegram<'_>,
     ) {
-        self.0.borrow_mut().receive_reply(now, fdl, address, telegram);
+        self.dp.borrow_mut().receive_reply(now, fdl, address, telegram);
     }
 
     fn handle_timeout(&mut self, now: profirust::time::Instant, fdl: &FdlActiveStation, address: u8) {
-        self.0.borrow_mut().handle_timeout(now, fdl, address);
+        self.dp.borrow_mut().handle_timeout(now, fdl, address);
     }
 }
