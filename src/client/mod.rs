@@ -6,9 +6,14 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `pkw` | [`PkwClient`]: one job of the parameter channel at a time, held until its own reply |
+//! | `drive` | [`DriveClient`]: enable, move to, jog and the like as goals, with the reasons if the drive refuses |
 
+mod drive;
 mod pkw;
 
+pub use drive::{
+    DriveClient, Findings, Goal, GoalError, GoalOutcome, Limits, Obstacle, Obstacles, ZswPattern,
+};
 pub use pkw::{
     ArrayJobs, ErrorCode, Images, Job, Limit, Memory, NotSubmitted, Outcome, PkwClient, PkwError, Profile,
     Reply, Stage, SubindexPlace, WriteReply,
