@@ -337,7 +337,8 @@ local function pkw(range, tree, is_job)
     local double = is_job and (ak == 3 or ak == 8) or not is_job and (ak == 2 or ak == 5)
     local value = double and pwe:int() or range(6, 2):uint()
     if not is_job then
-        return string.format("%s = %d", parameter(pnu), value)
+        local letter = pnu == 945 and ak == 4 and value > 0x20 and value < 0x7F and string.char(value)
+        return string.format("%s = %d%s", parameter(pnu), value, letter and " (" .. letter .. ")" or "")
     end
     local writes = ak == 2 or ak == 3 or ak == 7 or ak == 8
     return string.format("%s %s%s", JOB[ak] or "job " .. ak, parameter(pnu), writes and " = " .. value or "")

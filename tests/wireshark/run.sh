@@ -68,6 +68,7 @@ dissected() {
 
 echo "== SIGKILL in the middle of the traffic"
 capture=$work/bus.pcapng
+: >"$work/ready"
 "$emulator" emulate --link "pty:$work/bus" --capture "$capture" >"$work/ready" 2>"$work/emulator.log" &
 emulator_pid=$!
 for ((tenths = 0; ; tenths++)); do
