@@ -85,6 +85,7 @@
 //! * `serial`: an RS-485 serial port as link.
 //! * `master`: profirust as DP master over our links.
 //! * `serde`: explanations as data for `serde`.
+//! * `capture`: what passes on a line in pcapng files, written and read.
 //! * `panel`: HTTP control, a live stream and a page for browsers.
 //! * `cli`: the command.
 #![no_std]
