@@ -214,8 +214,9 @@ impl Adversary {
     fn write_by_others(&mut self, which: u8, written: u16) {
         match self.parameters.get_mut(&[1000, 1001, 1016, 1017, 945][usize::from(which) % 5]).unwrap() {
             Parameter::Word(value) => *value = written,
-            // Both words change.
-            Parameter::Double(value) => *value = u32::from(written) << 16 | u32::from(!written),
+            // Both words change. The high one must not come back with the next image: a torn image between two equal
+            // ones looks like a whole one (`Images::MayBeTorn`).
+            Parameter::Double(value) => *value = value.wrapping_add(0x7FFF * (1 + u32::from(written))),
             Parameter::Array(values) => values[1] = written,
             Parameter::Command | Parameter::ReadOnly(_) => {}
         }
