@@ -25,8 +25,8 @@ const TABLE: &[(&str, &[&str])] = &[
     ("explain", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device"]),
     // One framer for a bus, generic slaves, and links that keep telegrams apart or spoil them on purpose.
     ("host", &["device", "time", "fdl", "dp", "ppo"]),
-    ("master", &["host", "device", "time"]),
     ("panel", &["host", "device", "explain", "drive", "dp", "param", "ppo", "fdl", "time"]),
+    ("master", &["host", "client", "device", "dp", "ppo", "fdl", "time"]),
 ];
 
 #[test]
