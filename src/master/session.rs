@@ -272,7 +272,7 @@ impl<L: Link, C: Clock> Session<L, C> {
                 return Err(SessionError::PrmRefused { address });
             }
             let waited = self.now().saturating_since(begun);
-            if waited > self.patience().saturating_mul(2) {
+            if waited > self.patience() {
                 return Err(SessionError::NotReady { address, waited });
             }
             self.rest(LOOK, true)?;
