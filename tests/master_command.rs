@@ -269,7 +269,7 @@ fn what_cannot_be_is_refused_with_2_before_anything_is_sent() {
         (&["master", "--link", "/dev/pts/none", "status"], "the drive is missing; add --address N"),
         (&["master", "--link", "usb", "status"], "pty:PATH, serial:DEVICE or tcp:HOST:PORT"),
         (&["master", "--link", "serial:/dev/null", "--address", "5", "status"], "--baud 19200"),
-        (&["master"], "requires a subcommand"),
+        (&["master"], "a command is missing"),
     ] {
         let (code, _, stderr) = Running::start(profidrive(arguments)).end();
         assert_eq!(code, Some(2), "{arguments:?}: {stderr}");
@@ -440,11 +440,9 @@ fn a_killed_master_lets_the_watchdog_release_the_motor() {
     let emulator = Emulator::start("pty", &[]);
     let mut command =
         profidrive(&["master", "--link", &emulator.link, "--address", "5", "--watchdog", "100ms"]);
-    let mut moving = Running::start(command.args(["jog", "+", "--yes", "-v"]).into_owned());
-    let log = moving.taken();
-    thread::sleep(Duration::from_millis(500));
+    let mut moving = Running::start(command.args(["jog", "+", "--yes"]).into_owned());
+    moving.until("turning; Ctrl-C");
     moving.signal("KILL");
-    drop(log);
     assert_eq!(moving.end().0, None, "killed");
     // The diagnosis touches nothing: it says when the drive has let its master go.
     let start = Instant::now();
@@ -458,20 +456,22 @@ fn a_killed_master_lets_the_watchdog_release_the_motor() {
 
 #[test]
 fn a_lost_line_is_said_and_so_is_what_the_drive_does_then() {
-    for (arguments, says) in [
-        (&["monitor"][..], "the connection is lost"),
-        (&["jog", "+", "--yes"], "its watchdog lets the motor go within 30s, and it runs out"),
+    for (arguments, begun, says) in [
+        (&["monitor"][..], "position", "the connection is lost: "),
+        (
+            &["jog", "+", "--yes"],
+            "turning; Ctrl-C",
+            "its watchdog lets the motor go within 30s, and it runs out",
+        ),
     ] {
         let mut emulator = Emulator::start("tcp:127.0.0.1:0", &[]);
-        let mut master = Running::start(emulator.command("5", &[arguments, &["-v"]].concat()));
-        let mut log = master.taken();
+        let mut master = Running::start(emulator.command("5", arguments));
+        master.until(begun);
         emulator.running.signal("KILL");
         emulator.running.end();
-        let mut stderr = String::new();
-        log.read_to_string(&mut stderr).unwrap();
-        assert_eq!(master.end().0, Some(1), "{stderr}");
-        let last = stderr.lines().last().unwrap();
-        assert!(last.starts_with("profidrive: ") && last.contains(says), "{arguments:?}: {stderr}");
+        let (code, _, stderr) = master.end();
+        assert_eq!(code, Some(1), "{stderr}");
+        assert!(stderr.contains(says) && stderr.lines().count() == 1, "{arguments:?}: {stderr}");
     }
 }
 

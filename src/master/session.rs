@@ -57,7 +57,7 @@ impl Settings {
             master,
             baud,
             slot_time: Duration::from_millis(50),
-            retry_limit: 5,
+            retry_limit: 15,
             token_rotation: Duration::from_secs(2),
             cycle: Duration::from_millis(1),
             watchdog: Duration::from_secs(1),
