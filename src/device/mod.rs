@@ -35,7 +35,7 @@ use crate::drive::{Drive, Inputs, Refusal, Settings, Status, StatusLed, leds};
 use crate::fdl::{Address, FrameError, Framer, Telegram};
 use crate::param::{Effect, Image, Live, ParamError, Parameter, Pnu, Store, Subindex, Value, WriteContext};
 use crate::pkw::Engine;
-use crate::ppo::{self, Outputs, PPO_LEN, Pkw};
+use crate::ppo::{self, Outputs, PPO_LEN, Pkw, PpoType};
 use crate::time::{BaudRate, Instant, nanos};
 
 pub use crate::fdl::MAX_TELEGRAM_LEN;
@@ -52,7 +52,7 @@ pub const IDENT_NUMBER: u16 = 0x0AC5;
 
 /// The configurations both drives accept: four and three words consistent, or seven words consistent. Which one
 /// the real drive uses is not public (`ag03.md` 16).
-pub const CONFIGURATIONS: &[&[u8]] = &[&[0xF3, 0xF2], &[0xF6]];
+pub const CONFIGURATIONS: &[&[u8]] = &[PpoType::Ag03.configuration(), &[0xF6]];
 
 /// The rates the manual lists: all of PROFIBUS-DP without 45.45 kbit/s.
 pub const BAUD_RATES: [BaudRate; 9] = [
