@@ -16,6 +16,8 @@
 //! | `pkw` | jobs and replies of the parameter channel, and what is mistaken about them |
 //! | [`words`] | every bit of STW, ZSW, SSW and the general status register by operating mode |
 //! | [`value`] | values of parameters with their unit |
+//! | `text` | [`HexText`]: octets written as text |
+//! | `decoder` | [`Decoder`]: streams cut into telegrams and words |
 //!
 //! An explanation is data: [`Explanation::line`] and `Display` write it as text, the feature `serde` serialises it.
 //! Nothing here panics, whatever the octets, and every octet is in exactly one of the innermost fields (or, of a
@@ -43,6 +45,7 @@
 
 mod cfg;
 mod context;
+mod decoder;
 mod diag;
 mod field;
 mod frame;
@@ -50,11 +53,14 @@ mod pkw;
 mod ppo;
 mod service;
 mod set_prm;
+mod text;
 pub mod value;
 pub mod words;
 
 pub use context::Context;
+pub use decoder::{Decoder, Taking};
 pub use field::{Bits, Field, Mark, hex};
+pub use text::{HexText, TextError};
 
 use core::fmt;
 use std::format;
