@@ -17,6 +17,8 @@ use tracing::{debug, info, warn};
 use super::Failure;
 use super::args::{BaudSpec, DriveSpec, Emulate, LinkSpec, QuirkSpec};
 
+mod capture;
+
 /// The rate of a terminal whose master has set none of PROFIBUS-DP, and of a TCP port. There it only says how long a
 /// drive waits before it replies.
 const UNTIMED_RATE: BaudRate = BaudRate::K500;
@@ -38,6 +40,8 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     for fault in &args.faults {
         warn!("fault on purpose: {fault}");
     }
+    // Next to the line, so that what faults do is seen.
+    let link = capture::tapped(link, args, &path, clock)?;
     let mut link = Faulty::new(link, clock, &args.faults);
 
     let mut bus = Bus::on(rate, Timing::Untrue);

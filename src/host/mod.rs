@@ -7,10 +7,12 @@
 //!
 //! - [`Link`] moves octets. [`link::memory`] stays inside the process, [`link::pty`] is a pseudo-terminal that a
 //!   master opens like a serial port, [`link::serial`] is an RS-485 port,
-//!   [`link::tcp`] a port to which several programs connect. [`link::fault`] spoils telegrams on any of them.
+//!   [`link::tcp`] a port to which several programs connect. [`link::fault`] spoils telegrams on any of them, and
+//!   [`link::tap`] shows what passes.
 //! - [`Clock`] tells the time: [`SystemClock`] runs, [`ManualClock`] stands until a test moves it.
 //! - [`Bus`] puts many stations on one line, with the calling contract of one [`crate::device::Device`].
 //! - [`line::Line`] is an RS-485 line in simulated time that checks the rules of the bus.
+//! - [`capture`] writes what passes to pcapng files and reads them (feature `capture`).
 //! - [`StateDir`] keeps the EEPROMs of drives in files; a [`StoredDevice`] is a drive with such a file.
 //! - [`run()`] connects the three until [`Stop`] is requested.
 //!
@@ -43,10 +45,13 @@ use crate::fdl::Address;
 use crate::time::{BaudRate, Instant};
 
 mod bus;
+#[cfg(feature = "capture")]
+pub mod capture;
 mod clock;
 mod eeprom_file;
 pub mod line;
 pub mod link;
+mod lock;
 mod participant;
 mod run;
 mod stop;

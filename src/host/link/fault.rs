@@ -113,7 +113,7 @@ impl<L: Link, C: Clock> Faulty<L, C> {
         while let Some(piece) = self.pieces.pop(now) {
             let mut octets = match piece {
                 Piece::Telegram(telegram) => telegram,
-                Piece::Noise(noise) => {
+                Piece::Noise(noise, _) => {
                     self.heard.extend(noise);
                     continue;
                 }

@@ -246,7 +246,7 @@ impl Tcp {
             }
             octets.extend_from_slice(match &piece {
                 Piece::Telegram(telegram) => telegram,
-                Piece::Noise(noise) => settled(noise),
+                Piece::Noise(noise, _) => settled(noise),
             });
             match meaning {
                 Meaning::Request => self.busy = Some(Busy { until: None, over: false }),
