@@ -25,6 +25,7 @@
 //! | [`pkw`] | jobs and replies of the parameter channel | job, reply and error numbers |
 //! | [`drive`] | state machine and motion, without a bus | revolutions, seconds, named flags |
 //! | [`device`] | all of it as one object | every bit of STW, ZSW and SSW |
+//! | [`client`] | the master's side: parameters and control words of a drive, without I/O | PKW, STW and ZSW patterns |
 //! | [`explain`] | telegrams and words in words (feature `std`) | what all of the above mean to a person |
 //! | [`host`] | links, clock, run loop (feature `std`) | the operating system |
 //!
@@ -107,6 +108,8 @@ pub mod pkw;
 pub mod drive;
 
 pub mod device;
+
+pub mod client;
 
 #[cfg(feature = "std")]
 pub mod explain;

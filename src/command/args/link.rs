@@ -39,7 +39,7 @@ impl FromStr for LinkSpec {
 }
 
 /// `HOST:PORT`, an IPv6 address in brackets. Whether the host is there shows when it is listened at.
-fn tcp(place: &str) -> Result<LinkSpec, String> {
+pub(super) fn tcp(place: &str) -> Result<LinkSpec, String> {
     match place.rsplit_once(':') {
         None | Some(("", _)) => {
             Err(format!("host and port must be given, for example tcp:127.0.0.1:5050; {LINKS}"))
