@@ -1,6 +1,7 @@
 //! The command: arguments in, one line per failure out.
 
 mod args;
+mod decode;
 mod demo;
 mod emulate;
 mod log;
@@ -46,6 +47,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Demo => demo::demo(),
         Command::Emulate(emulate) => emulate::emulate(&emulate),
         Command::Master(master) => master::master(&master),
+        Command::Decode(args) => decode::decode(&args),
     };
     // What was logged comes before the line that says how it ended.
     log.finish();

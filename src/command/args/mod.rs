@@ -1,5 +1,6 @@
 //! The command line: what may be asked for, and how a wrong question is answered.
 
+mod decode;
 mod drive;
 mod emulate;
 mod link;
@@ -15,6 +16,7 @@ use clap::{ArgAction, CommandFactory, Parser, Subcommand};
 
 use super::{Failure, report};
 
+pub(crate) use decode::Decode;
 pub(crate) use drive::DriveSpec;
 pub(crate) use emulate::Emulate;
 pub(crate) use link::{BaudSpec, LinkSpec};
@@ -41,7 +43,8 @@ Examples:
   profidrive emulate --link pty:/tmp/bus      the same, under a name that stays
   profidrive emulate --help                   all about it
   profidrive master --link /tmp/bus --address 5 status
-                                              commissions a drive, real or emulated";
+                                              commissions a drive, real or emulated
+  profidrive decode 10 05 02 49 50 16         explains a telegram field by field";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -53,6 +56,7 @@ pub(crate) enum Command {
     Demo,
     Emulate(Emulate),
     Master(Master),
+    Decode(Decode),
 }
 
 /// How much is logged.
@@ -90,7 +94,7 @@ impl Args {
     pub(crate) fn log_verbosity(&self) -> Verbosity {
         match self.command {
             Command::Demo if self.verbosity.verbose == 0 => Verbosity { quiet: true, ..self.verbosity },
-            Command::Demo | Command::Emulate(_) => self.verbosity,
+            Command::Demo | Command::Emulate(_) | Command::Decode(_) => self.verbosity,
             // What it says is its result, and a failure its last line.
             Command::Master(_) => Verbosity { quiet: self.verbosity.verbose == 0, ..self.verbosity },
         }
@@ -99,7 +103,7 @@ impl Args {
     /// What no single argument shows.
     fn check(&self) -> Result<(), String> {
         match &self.command {
-            Command::Demo => Ok(()),
+            Command::Demo | Command::Decode(_) => Ok(()),
             Command::Emulate(emulate) => emulate.check(),
             Command::Master(master) => master.check(),
         }
@@ -129,7 +133,7 @@ impl Refusal {
         let line = lines.join(" ");
         let line = line.strip_prefix("error: ").unwrap_or(&line);
         let named = |name: &str| std::env::args_os().any(|argument| argument == name);
-        let command = ["emulate", "master"].into_iter().find(|name| named(name));
+        let command = ["emulate", "master", "decode"].into_iter().find(|name| named(name));
         format!(
             "{line}; see 'profidrive{} --help'",
             command.map(|name| format!(" {name}")).unwrap_or_default()
