@@ -4,6 +4,7 @@ mod args;
 mod decode;
 mod demo;
 mod emulate;
+mod encode;
 mod log;
 mod master;
 
@@ -48,6 +49,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Emulate(emulate) => emulate::emulate(&emulate),
         Command::Master(master) => master::master(&master),
         Command::Decode(args) => decode::decode(&args),
+        Command::Encode(args) => encode::encode(&args),
     };
     // What was logged comes before the line that says how it ended.
     log.finish();

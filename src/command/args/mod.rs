@@ -3,6 +3,7 @@
 mod decode;
 mod drive;
 mod emulate;
+mod encode;
 mod link;
 mod master;
 mod parameter;
@@ -19,9 +20,12 @@ use super::{Failure, report};
 pub(crate) use decode::Decode;
 pub(crate) use drive::DriveSpec;
 pub(crate) use emulate::Emulate;
+pub(crate) use encode::{
+    Control, Encode, Fcb, Octet, Parameter, Pkw, Service, Telegram, What, WidthSpec, Word,
+};
 pub(crate) use link::{BaudSpec, LinkSpec};
 pub(crate) use master::{Action, AddressRange, Direction, Go, Master, MasterLink};
-pub(crate) use parameter::ParameterSpec;
+pub(crate) use parameter::{ParameterSpec, find as find_parameter};
 pub(crate) use quirk::QuirkSpec;
 
 /// Emulated PROFIBUS-DP drives to test masters against.
@@ -44,7 +48,8 @@ Examples:
   profidrive emulate --help                   all about it
   profidrive master --link /tmp/bus --address 5 status
                                               commissions a drive, real or emulated
-  profidrive decode 10 05 02 49 50 16         explains a telegram field by field";
+  profidrive decode 10 05 02 49 50 16         explains a telegram field by field
+  profidrive encode pkw write limit1 250000   builds words and telegrams";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -57,6 +62,7 @@ pub(crate) enum Command {
     Emulate(Emulate),
     Master(Master),
     Decode(Decode),
+    Encode(Encode),
 }
 
 /// How much is logged.
@@ -94,7 +100,7 @@ impl Args {
     pub(crate) fn log_verbosity(&self) -> Verbosity {
         match self.command {
             Command::Demo if self.verbosity.verbose == 0 => Verbosity { quiet: true, ..self.verbosity },
-            Command::Demo | Command::Emulate(_) | Command::Decode(_) => self.verbosity,
+            Command::Demo | Command::Emulate(_) | Command::Decode(_) | Command::Encode(_) => self.verbosity,
             // What it says is its result, and a failure its last line.
             Command::Master(_) => Verbosity { quiet: self.verbosity.verbose == 0, ..self.verbosity },
         }
@@ -103,7 +109,7 @@ impl Args {
     /// What no single argument shows.
     fn check(&self) -> Result<(), String> {
         match &self.command {
-            Command::Demo | Command::Decode(_) => Ok(()),
+            Command::Demo | Command::Decode(_) | Command::Encode(_) => Ok(()),
             Command::Emulate(emulate) => emulate.check(),
             Command::Master(master) => master.check(),
         }
@@ -133,7 +139,7 @@ impl Refusal {
         let line = lines.join(" ");
         let line = line.strip_prefix("error: ").unwrap_or(&line);
         let named = |name: &str| std::env::args_os().any(|argument| argument == name);
-        let command = ["emulate", "master", "decode"].into_iter().find(|name| named(name));
+        let command = ["emulate", "master", "decode", "encode"].into_iter().find(|name| named(name));
         format!(
             "{line}; see 'profidrive{} --help'",
             command.map(|name| format!(" {name}")).unwrap_or_default()
