@@ -85,6 +85,7 @@
 //! * `serial`: an RS-485 serial port as link.
 //! * `master`: profirust as DP master over our links.
 //! * `serde`: explanations as data for `serde`.
+//! * `panel`: HTTP control, a live stream and a page for browsers.
 //! * `cli`: the command.
 #![no_std]
 
@@ -119,3 +120,6 @@ pub mod host;
 
 #[cfg(feature = "master")]
 pub mod master;
+
+#[cfg(feature = "panel")]
+pub mod panel;
