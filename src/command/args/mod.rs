@@ -126,7 +126,7 @@ impl Refusal {
             return ExitCode::SUCCESS;
         }
         let line = match kind == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
-            true => "a command is missing; see 'profidrive --help'".into(),
+            true => format!("a command is missing; {}", read_on()),
             false => self.line(),
         };
         report(&Failure::Usage(line))
@@ -138,13 +138,15 @@ impl Refusal {
         let lines: Vec<&str> = text.lines().map(str::trim).take_while(|line| !line.is_empty()).collect();
         let line = lines.join(" ");
         let line = line.strip_prefix("error: ").unwrap_or(&line);
-        let named = |name: &str| std::env::args_os().any(|argument| argument == name);
-        let command = ["emulate", "master", "decode", "encode"].into_iter().find(|name| named(name));
-        format!(
-            "{line}; see 'profidrive{} --help'",
-            command.map(|name| format!(" {name}")).unwrap_or_default()
-        )
+        format!("{line}; {}", read_on())
     }
+}
+
+/// Where to read on, for who got the command line wrong.
+fn read_on() -> String {
+    let named = |name: &str| std::env::args_os().any(|argument| argument == name);
+    let command = ["emulate", "master", "decode", "encode"].into_iter().find(|name| named(name));
+    format!("see 'profidrive{} --help'", command.map(|name| format!(" {name}")).unwrap_or_default())
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! The drive as the commands use it: parameters by job, words by exchange.
 
+use core::time::Duration;
+
 use profidrive::client::{
     DriveClient, Goal, GoalError, Images, Job, Limits, NotSubmitted, PkwError, Profile, Reply,
 };
@@ -15,6 +17,9 @@ use thiserror::Error;
 const D_POS: Pnu = Pnu::from_low_bits(1039);
 /// Hardware version, which tells the gear.
 const HARDWARE: Pnu = Pnu::from_low_bits(961);
+
+/// How long the drive may take to do anything but travel. Somebody waits for it.
+const REACTION: Duration = Duration::from_secs(3);
 
 /// Why a drive did not do what it was asked.
 #[derive(Debug, Error)]
@@ -75,7 +80,8 @@ impl<L: Link, C: Clock> Drive<L, C> {
         session.start(address)?;
         // profirust copies the inputs of a telegram at once.
         let profile = Profile { images: Images::Consistent, ..Profile::AG03 };
-        Ok(Self { session, address, client: DriveClient::new(profile, Limits::default()) })
+        let limits = Limits { reaction: REACTION, ..Limits::default() };
+        Ok(Self { session, address, client: DriveClient::new(profile, limits) })
     }
 
     /// Whether Ctrl-C or a signal asks for the end.
