@@ -39,9 +39,10 @@ export class Emulator {
     if (!this.linkPort || !this.panel) throw new Error(`not understood: ${this.ready}`);
   }
 
-  /** A new emulator where this one was, for pages and masters that shall find it again. */
-  async restart() {
+  /** A new emulator where this one was, for pages that shall find it again. `meanwhile` there is none. */
+  async restart(meanwhile) {
     await this.stop();
+    await meanwhile();
     return Emulator.#start(String(this.linkPort), new URL(this.panel).port, this.options);
   }
 

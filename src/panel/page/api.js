@@ -2,8 +2,8 @@
 
 const ROOT = "/api/v1";
 const RETRY_MS = 1000;
-/** Nothing for so long, and the stream is taken for dead: the server says something at least this often. */
-const SILENCE_MS = 20_000;
+/** Nothing for so long, and the stream is taken for dead: a state comes once a second at least. */
+const SILENCE_MS = 10_000;
 
 /** A request that was refused, or reached nobody. `message` is a sentence for a person. */
 export class Refused extends Error {}
@@ -29,4 +29,69 @@ export async function request(method, path, body) {
   }
   if (!response.ok) throw new Refused(answer?.detail ?? `${response.status} ${response.statusText}`);
   return answer;
+}
+
+/**
+ * What happens, as it happens. Connects again by itself when the stream ends; `on` holds functions by event (state,
+ * news, telegram, lost), and `on.open()` and `on.closed(sentence)` for the connection itself.
+ */
+export class Stream {
+  #source = null;
+  #timer = 0;
+  #silence = 0;
+  #on;
+  #query = "";
+
+  constructor(on) {
+    this.#on = on;
+    window.addEventListener("pagehide", () => this.#end());
+    window.addEventListener("pageshow", ({ persisted }) => persisted && this.#connect());
+  }
+
+  /** Subscribes to something else. */
+  subscribe(wanted) {
+    this.#query = new URLSearchParams(wanted).toString();
+    this.#connect();
+  }
+
+  #connect() {
+    this.#end();
+    const source = new EventSource(`${ROOT}/events?${this.#query}`);
+    this.#source = source;
+    source.addEventListener("open", () => this.#on.open());
+    source.addEventListener("error", () => this.#retry());
+    for (const event of ["state", "news", "telegram", "lost"]) {
+      source.addEventListener(event, ({ data }) => {
+        this.#watch();
+        this.#on[event](JSON.parse(data));
+      });
+    }
+    this.#watch();
+  }
+
+  /** A stream that says nothing for long is dead, even if nobody has said so. */
+  #watch() {
+    clearTimeout(this.#silence);
+    this.#silence = setTimeout(() => this.#retry(), SILENCE_MS);
+  }
+
+  #end() {
+    clearTimeout(this.#timer);
+    clearTimeout(this.#silence);
+    this.#source?.close();
+    this.#source = null;
+  }
+
+  async #retry() {
+    this.#end();
+    const query = this.#query;
+    this.#timer = setTimeout(() => this.#connect(), RETRY_MS);
+    // An EventSource does not say why it ended; a request does.
+    const address = new URLSearchParams(query).get("address");
+    const reason = await request("GET", address === null ? "/bus" : `/drives/${address}/inputs`).then(
+      () => "the stream ended",
+      (error) => error.message,
+    );
+    if (query === this.#query && this.#source === null) this.#on.closed(reason);
+  }
 }

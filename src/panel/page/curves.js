@@ -3,6 +3,7 @@ import { html, say } from "./dom.js";
 
 const SPANS_S = [5, 10, 30, 60, 120, 300];
 const KEPT = 20_000;
+const RARE_S = 0.12;
 const LANES = [
   { name: "Position", unit: "", lines: [{ key: "setpoint", class: "setpoint" }, { key: "position", class: "position" }], least: 10 },
   { name: "Speed", unit: "rpm", lines: [{ key: "speed_rpm", class: "speed" }], least: 10 },
@@ -73,6 +74,10 @@ export class Curves {
     const last = this.#samples.at(-1);
     if (last && sample.time_s < last.time_s) this.#samples = [];
     if (last && sample.time_s === last.time_s) return;
+    // States that do not change come rarely: what was, was until now.
+    if (last && !gap && sample.time_s - last.time_s > RARE_S) {
+      this.#samples.push({ ...last, time_s: sample.time_s - RARE_S / 2, gap: false });
+    }
     this.#samples.push({ ...sample, gap });
     if (this.#samples.length > KEPT) this.#samples.splice(0, KEPT / 10);
     this.#dirty = true;

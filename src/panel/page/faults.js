@@ -1,45 +1,33 @@
 // The faults of a drive: the one it is in and what to do, the buffer, and how to provoke each.
 import { html, say, mark, Rows } from "./dom.js";
 
-/**
- * What makes each fault (docs/drive.md), as inputs of the API. A, B and C need a shaft that shall turn; a 24:1 gear
- * needs half the friction for C.
- */
-const CAUSES = {
-  A: { title: "supply below 18 V, and more than 200 mA", inputs: { control_supply_volts: 17, output_supply_volts: 17 } },
-  B: { title: "shaft blocked", inputs: { blocked: true } },
-  C: { title: "more than 2.4 A for 4 s", inputs: { friction_newton_metres: 5 } },
-  D: { title: "output stage above 90 °C", inputs: { stage_temperature_celsius: 95 } },
-  E: { title: "SIN/COS monitoring", inputs: { encoder_fault: true }, only: "AG03/1" },
-  F: { title: "internal error", inputs: { internal_fault: true } },
-  G: { title: "intermediate circuit above 35 V", inputs: { dc_link_volts: 36 } },
-  J: { title: "battery below 2.2 V", inputs: { battery_volts: 2.1 }, only: "AG03/1" },
+/** The faults, what makes each, and the inputs that take the cause back (docs/drive.md). */
+const FAULTS = {
+  A: { title: "supply below 18 V and more than 200 mA, once the shaft shall turn", healthy: { control_supply_volts: 24, output_supply_volts: 24 } },
+  B: { title: "shaft blocked, once it shall turn", healthy: { blocked: false } },
+  C: { title: "more than 2.4 A for more than 4 s, once the shaft shall turn", healthy: { friction_torque_newton_metres: 0 } },
+  D: { title: "output stage above 90 °C", healthy: { stage_temperature_celsius: null } },
+  E: { title: "SIN/COS monitoring", healthy: { encoder_fault: false }, only: "AG03/1" },
+  F: { title: "internal error", healthy: { internal_fault: false } },
+  G: { title: "intermediate circuit above 35 V", healthy: { dc_link_volts: null } },
+  J: { title: "battery below 2.2 V", healthy: { battery_volts: 3 }, only: "AG03/1" },
 };
-const HEALTHY = {
-  control_supply_volts: 24,
-  output_supply_volts: 24,
-  blocked: false,
-  friction_newton_metres: 0,
-  stage_temperature_celsius: null,
-  encoder_fault: false,
-  internal_fault: false,
-  dc_link_volts: null,
-  battery_volts: 3,
-};
+const BUFFER_LENGTH = 10;
 
 export class Faults {
-  #change;
+  #act;
+  #model = null;
   #buttons = new Map();
   #buffer;
 
-  /** `change(inputs)` changes inputs of the drive. */
-  constructor(root, change) {
-    this.#change = change;
-    const list = html("ol", { class: "buffer", "aria-label": "Fault buffer, newest first" });
+  /** `act.provoke(code)` makes a cause, `act.takeBack(inputs)` changes inputs so that it goes. */
+  constructor(root, act) {
+    this.#act = act;
+    const list = html("ol", { class: "buffer", "aria-label": "Fault buffer, PNU 945" });
     this.count = html("p", { class: "muted" });
     this.steps = html("p", { class: "steps" });
     this.provoke = html("div", { class: "provoke", role: "group", "aria-label": "Provoke a fault" }, html("span", { class: "muted" }, "Provoke"));
-    for (const [code, { title }] of Object.entries(CAUSES)) {
+    for (const [code, { title }] of Object.entries(FAULTS)) {
       const button = html("button", { type: "button", title, "aria-label": `Provoke fault ${code}: ${title}`, "aria-pressed": false, onclick: () => this.#toggle(code) }, code);
       this.#buttons.set(code, button);
       this.provoke.append(button);
@@ -49,60 +37,48 @@ export class Faults {
       const element = html("li");
       return {
         element,
-        show: ({ text, title }) => {
-          say(element, text);
+        show: ({ code, title }) => {
+          say(element, code);
           mark(element, "title", title);
-          element.classList.toggle("empty", text === "–");
+          element.classList.toggle("empty", code === "–");
         },
       };
     });
   }
 
   /**
-   * `model` and the `inputs` in effect, the `fault` latched or null, whether turn-on is disabled, the ten codes of the
-   * `buffer` (newest first, null where empty) and the `count` of PNU 952.
+   * The `model` and its `inputs`, the fault `latched` or null, the codes whose `causes` are there, whether turn-on is
+   * disabled, the `buffer` of PNU 945, and the `count` of PNU 952.
    */
-  show({ model, inputs, fault, turnOnDisabled, buffer, count }) {
+  show({ model, inputs, latched, causes, turnOnDisabled, buffer, count }) {
+    this.#model = model;
     for (const [code, button] of this.#buttons) {
-      const { only } = CAUSES[code];
+      const { only } = FAULTS[code];
       button.hidden = only !== undefined && only !== model;
-      mark(button, "aria-pressed", present(code, model, inputs));
+      mark(button, "aria-pressed", healthy(code, model).some(([field, value]) => inputs[field] !== value));
     }
-    say(this.steps, advice(fault, turnOnDisabled, fault !== null && present(fault, model, inputs)));
-    this.#buffer.show(
-      buffer.map((code, index) => ({ index, text: code ?? "–", title: code ? `${code}: ${CAUSES[code]?.title ?? ""}` : "empty" })),
-      ({ index }) => index,
-    );
-    say(this.count, `${count} since the buffer was cleared (PNU 952); the newest comes first (PNU 945)`);
+    say(this.steps, advice(latched, causes, turnOnDisabled));
+    const places = Array.from({ length: BUFFER_LENGTH }, (_, index) => ({ index, code: buffer[index]?.code ?? "–", title: buffer[index]?.text ?? "empty" }));
+    this.#buffer.show(places, ({ index }) => index);
+    say(this.count, `${count} faults counted (PNU 952); the last ten above (PNU 945).`);
   }
 
   #toggle(code) {
-    const cause = CAUSES[code].inputs;
     const pressed = this.#buttons.get(code).getAttribute("aria-pressed") === "true";
-    const back = Object.fromEntries(Object.keys(cause).map((field) => [field, HEALTHY[field]]));
-    this.#change(pressed ? back : cause);
+    if (pressed) this.#act.takeBack(Object.fromEntries(healthy(code, this.#model)));
+    else this.#act.provoke(code);
   }
 }
 
-/** Whether the inputs make this fault, as far as they do by themselves. */
-function present(code, model, inputs) {
-  const tests = {
-    A: () => inputs.control_supply_volts < 18 || (model === "AG03/1" && inputs.output_supply_volts < 18),
-    B: () => inputs.blocked,
-    C: () => inputs.friction_newton_metres >= 4.7,
-    D: () => inputs.stage_temperature_celsius !== null && inputs.stage_temperature_celsius > 90,
-    E: () => inputs.encoder_fault,
-    F: () => inputs.internal_fault,
-    G: () => inputs.dc_link_volts !== null && inputs.dc_link_volts > 35,
-    J: () => inputs.battery_volts < 2.2,
-  };
-  return tests[code]?.() ?? false;
+/** The inputs without the cause of a fault. */
+function healthy(code, model) {
+  return Object.entries(FAULTS[code].healthy).filter(([field]) => field !== "output_supply_volts" || model === "AG03/1");
 }
 
-function advice(fault, turnOnDisabled, stillThere) {
-  if (fault !== null) {
-    const first = stillThere ? "take its cause back, then let the master acknowledge" : "its cause is gone: let the master acknowledge";
-    return `Fault ${fault}, ${CAUSES[fault]?.title ?? "unknown"}: ${first} with STW.7 from 0 to 1.`;
+function advice(latched, causes, turnOnDisabled) {
+  if (latched !== null) {
+    const first = causes.length > 0 ? "Take its cause back, then let the master acknowledge" : "Its cause is gone: let the master acknowledge";
+    return `Fault ${latched.text}. ${first} with STW.7 from 0 to 1.`;
   }
   if (turnOnDisabled) return "Acknowledged. Turning on is disabled until the master gives OFF1 (STW.0 = 0) once.";
   return "No fault.";

@@ -1,13 +1,39 @@
-// The two LEDs: what they tell, and whether they are lit at a time.
+// The two LEDs: whether they are lit at a time, and what they tell.
 
-/** How the status LED blinks: lit, dark, and a pause after the last blink (profidrive::drive::leds). */
-const BLINK_ON_MS = 250;
-const BLINK_OFF_MS = 250;
-const BLINK_PAUSE_MS = 1250;
+/**
+ * Whether an LED as the API describes it is lit `ms` after the sample. Both LEDs of a factory reset alternate; there the
+ * sample says which is on.
+ */
+export function isLit(led, ms) {
+  if (led.pattern !== "blinking") return led.lit;
+  const blink = led.on_milliseconds + led.off_milliseconds;
+  const sequence = led.blinks * blink + led.pause_milliseconds;
+  const within = (led.phase_milliseconds + ms) % sequence;
+  return within < led.blinks * blink && within % blink < led.on_milliseconds;
+}
 
-/** Whether an LED that blinks so often is lit `ms` after a sequence began. */
-export function isLit(blinks, ms) {
-  const blink = BLINK_ON_MS + BLINK_OFF_MS;
-  const within = ms % (blinks * blink + BLINK_PAUSE_MS);
-  return within < blinks * blink && within % blink < BLINK_ON_MS;
+/** What the status LED tells. */
+export function statusText(led, fault) {
+  switch (led.pattern) {
+    case "blinking":
+      return `blinks ${led.blinks === 1 ? "once" : `${led.blinks} times`}: fault ${fault}`;
+    case "alternating":
+      return "alternates: reset";
+    case "on":
+      return "lit: supplied";
+    default:
+      return "dark: no supply";
+  }
+}
+
+/** What the bus LED tells. */
+export function busText(led) {
+  switch (led.pattern) {
+    case "alternating":
+      return "alternates: reset";
+    case "on":
+      return "lit: Data_Exchange";
+    default:
+      return "dark: no exchange";
+  }
 }

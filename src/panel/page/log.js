@@ -24,7 +24,7 @@ export class Log {
     this.#onChoice = onChoice;
     this.list = html("ol", { class: "log mono", tabindex: 0, "aria-label": "Telegrams and events, newest last" });
     const kind = html("select", { onchange: () => this.#choose(kind.value) }, ...KINDS.map(([value, name]) => html("option", { value, selected: value === this.#choice }, name)));
-    const filter = html("input", { type: "search", placeholder: "Set_Prm, fault, 5 ...", autocomplete: "off", spellcheck: "false", oninput: () => this.#filter(filter.value) });
+    const filter = html("input", { type: "search", placeholder: "Set_Prm, -Data_Exchange ...", autocomplete: "off", spellcheck: "false", oninput: () => this.#filter(filter.value) });
     this.pause = html("button", { type: "button", "aria-pressed": false, onclick: () => this.#pause() }, "Pause");
     this.count = html("span", { class: "muted" });
     root.replaceChildren(
@@ -53,7 +53,7 @@ export class Log {
     this.#again();
   }
 
-  /** A line `{ time_s, kind, text, station }`; kinds are telegram, event, refusal, fault, lost. */
+  /** A line `{ time_s, kind, text, station, bad }`; kinds are telegram, refusal, fault, dp, power, line, lost. */
   add(line) {
     this.#lines.push(line);
     if (this.#lines.length > 2 * KEPT) this.#lines.splice(0, KEPT);
@@ -111,15 +111,15 @@ export class Log {
     if (this.#choice === "no telegrams" && line.kind === "telegram") return false;
     if (["telegram", "refusal"].includes(this.#choice) && line.kind !== this.#choice) return false;
     const text = `${line.kind} ${line.station ?? ""} ${line.text}`.toLowerCase();
-    return this.#words.every((word) => text.includes(word));
+    return this.#words.every((word) => (word.length > 1 && word.startsWith("-") ? !text.includes(word.slice(1)) : text.includes(word)));
   }
 }
 
-function row({ time_s, kind, text, station }) {
+function row({ time_s, kind, text, station, bad }) {
   const who = station === null ? kind : `${kind} ${station}`;
   return html(
     "li",
-    { "data-kind": kind },
+    { "data-kind": kind, "data-bad": Boolean(bad) },
     html("span", { class: "time" }, time_s === null ? "" : `${time_s.toFixed(3)} s`),
     html("span", { class: "kind" }, who),
     html("span", { class: "text" }, text),

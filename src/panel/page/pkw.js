@@ -9,6 +9,7 @@ export class Pkw {
   #read;
   #write;
   #number = 0;
+  #last = new Map();
 
   /** `read(pnu, subindex)` and `write(pnu, subindex, value)` promise a sentence, and reject with one. */
   constructor(root, { read, write }) {
@@ -16,7 +17,7 @@ export class Pkw {
     this.#write = write;
     const list = html("ol", { class: "log mono", tabindex: 0, "aria-label": "Jobs and replies on the bus, newest first" });
     this.pnu = html("input", { type: "number", id: "pkw-pnu", min: 0, max: 2047, value: 1000, required: true });
-    this.subindex = html("input", { type: "number", id: "pkw-subindex", min: 0, max: 255, value: 0 });
+    this.subindex = html("input", { type: "number", id: "pkw-subindex", min: 0, max: 255 });
     this.value = html("input", { type: "number", id: "pkw-value", step: 1 });
     this.answer = html("p", { role: "status" });
     const form = html(
@@ -56,21 +57,23 @@ export class Pkw {
   /** The form is for this parameter. */
   choose(pnu) {
     this.pnu.value = pnu;
-    this.subindex.value = 0;
+    this.subindex.value = "";
     this.#ask(this.#read);
     this.value.focus();
   }
 
-  /** A job or a reply on the bus: `{ time_s, kind, text }`, kind is master or drive. */
-  add(line) {
-    if (this.#jobs[0]?.text === line.text && this.#jobs[0]?.kind === line.kind) return;
-    this.#jobs.unshift({ ...line, number: (this.#number += 1) });
+  /** What the parameter channel carries at a time: `who` is master or drive. A line is added when it changes. */
+  see(who, time_s, { words_hex, text }) {
+    if (this.#last.get(who) === words_hex) return;
+    this.#last.set(who, words_hex);
+    this.#jobs.unshift({ time_s, kind: who, text: `${words_hex}  ${text}`, number: (this.#number += 1) });
     this.#jobs.splice(KEPT);
     this.#rows.show(this.#jobs, ({ number }) => number);
   }
 
   clear() {
     this.#jobs = [];
+    this.#last.clear();
     this.#rows.show([], ({ number }) => number);
     this.#say("", "");
   }
@@ -79,7 +82,7 @@ export class Pkw {
     const { pnu, subindex } = this;
     if (!pnu.reportValidity() || !subindex.reportValidity()) return;
     try {
-      this.#say(await act(pnu.valueAsNumber, subindex.valueAsNumber || 0, value), "done");
+      this.#say(await act(pnu.valueAsNumber, subindex.value === "" ? null : subindex.valueAsNumber, value), "done");
     } catch (error) {
       this.#say(error.message, "refused");
     }

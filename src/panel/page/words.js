@@ -15,8 +15,9 @@ export class WordTable {
   }
 
   /**
-   * `raw` is the word, `mode` the operating mode in words; `bits` are `{ bit, name, set, alarm }` in the order to show
-   * them, `alarm` for levels that need somebody.
+   * `raw` is the word, `mode` the operating mode in words; `bits` are `{ bit, name, title, set, used,
+   * alarm }` in the order to show them: `name` is what the level means, `title` what the bit is, `alarm` for levels that
+   * need somebody.
    */
   show({ raw, mode, bits }) {
     say(this.#raw, raw.toString(16).toUpperCase().padStart(4, "0"));
@@ -36,11 +37,13 @@ class BitRow {
     this.element = html("tr", {}, this.#number, html("td", { class: "level" }, this.#level), this.#name);
   }
 
-  show({ bit, name, set, alarm }) {
+  show({ bit, name, title, set, used, alarm }) {
     say(this.#number, String(bit));
     say(this.#level, set ? "1" : "0");
     say(this.#name, name);
+    mark(this.element, "title", title);
     mark(this.element, "data-set", set);
+    mark(this.element, "data-used", used);
     mark(this.element, "data-alarm", Boolean(alarm));
     if (this.#set !== null && this.#set !== set) {
       mark(this.element, "data-changed", true);
