@@ -82,6 +82,7 @@
 //! * `alloc`: telegrams built into `bytes::BufMut`.
 //! * `serial`: an RS-485 serial port as link.
 //! * `master`: profirust as DP master over our links.
+//! * `panel`: HTTP control, a live stream and a page for browsers.
 //! * `cli`: the command.
 #![no_std]
 
@@ -111,3 +112,6 @@ pub mod host;
 
 #[cfg(feature = "master")]
 pub mod master;
+
+#[cfg(feature = "panel")]
+pub mod panel;

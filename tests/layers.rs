@@ -12,7 +12,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Module and what it may import of ours.
-const TABLE: [(&str, &[&str]); 10] = [
+const TABLE: [(&str, &[&str]); 11] = [
     ("time", &[]),
     ("fdl", &["time"]),
     ("dp", &["fdl", "time"]),
@@ -24,6 +24,7 @@ const TABLE: [(&str, &[&str]); 10] = [
     // One framer for a bus, generic slaves, and links that keep telegrams apart or spoil them on purpose.
     ("host", &["device", "time", "fdl", "dp", "ppo"]),
     ("master", &["host", "device", "time"]),
+    ("panel", &["host", "device", "explain", "drive", "dp", "param", "ppo", "fdl", "time"]),
 ];
 
 #[test]

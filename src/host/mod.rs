@@ -7,7 +7,8 @@
 //!
 //! - [`Link`] moves octets. [`link::memory`] stays inside the process, [`link::pty`] is a pseudo-terminal that a
 //!   master opens like a serial port, [`link::serial`] is an RS-485 port,
-//!   [`link::tcp`] a port to which several programs connect. [`link::fault`] spoils telegrams on any of them.
+//!   [`link::tcp`] a port to which several programs connect. [`link::fault`] spoils telegrams on any of them, and
+//!   [`link::tap`] shows what passes.
 //! - [`Clock`] tells the time: [`SystemClock`] runs, [`ManualClock`] stands until a test moves it.
 //! - [`Bus`] puts many stations on one line, with the calling contract of one [`crate::device::Device`].
 //! - [`line::Line`] is an RS-485 line in simulated time that checks the rules of the bus.
@@ -48,6 +49,7 @@ mod eeprom_file;
 pub mod line;
 pub mod link;
 mod participant;
+pub(crate) mod reach;
 mod run;
 mod stop;
 mod stored_device;
@@ -56,6 +58,7 @@ pub use bus::{Bus, BusEvent, Evidence, LISTEN_TIME, Presence};
 pub use clock::{ManualClock, SystemClock};
 pub use eeprom_file::{StateDir, StateDirError};
 pub use participant::Participant;
+pub use reach::Reach;
 pub use run::run;
 pub use stop::Stop;
 pub use stored_device::StoredDevice;
