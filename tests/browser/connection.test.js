@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { LIMIT_MS, onStage, text } from "./stage.js";
+import { CONNECTED, LIMIT_MS, onStage, text } from "./stage.js";
 
 test("a server that goes is missed, and found again when it is back", async () => {
   await onStage({ master: false, refusals: true }, async (stage) => {
@@ -12,7 +12,7 @@ test("a server that goes is missed, and found again when it is back", async () =
       await page.locator("#connection[data-kind=lost]").waitFor();
       await text(page, "#connection", "the emulator does not answer");
     });
-    await page.locator("#connection[data-kind=live]").waitFor();
+    await page.locator(CONNECTED).waitFor();
     await page.getByRole("button", { name: "Provoke fault D:" }).click();
     await text(page, "#drive-state", "fault D");
   });
@@ -24,7 +24,7 @@ test("a drive that is taken away is said to be gone, and is there again when it 
     assert.equal(await act("DELETE", "/api/v1/drives/5"), 204);
     await text(page, "#why-title", "there is no drive at address 5");
     assert.equal(await act("POST", "/api/v1/drives", JSON.stringify({ address: 5 })), 201);
-    await page.locator("#connection[data-kind=live]").waitFor();
+    await page.locator(CONNECTED).waitFor();
     await text(page, "#drive-state", "ready-to-run");
   });
 });

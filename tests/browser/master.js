@@ -5,7 +5,8 @@
 import net from "node:net";
 import { once } from "node:events";
 
-const MASTER = 2;
+// Not 1 to 125: the tests have drives at all of them.
+const MASTER = 0;
 const REPLY_LIMIT_MS = 500;
 const SAP = { diag: 60, prm: 61, cfg: 62, master: 62 };
 // Lock and watchdog of 5 s, min T_SDR 11, ident number 0AC5, no group.
@@ -134,9 +135,10 @@ export class Master {
     await this.until(address, "Data_Exchange", (station) => station.exchanging && station.exchanges > 0);
   }
 
+  /** Enables operation, with all that a travel job needs. */
   async enable(address) {
     await this.command(address, 0x0000);
-    await this.command(address, 0x000b);
+    await this.command(address, 0x003b);
     await this.until(address, "operation enabled", (station) => station.bit(2));
   }
 

@@ -18,6 +18,8 @@ const FLAGS = [
 ];
 /** Generous: a loaded machine is no failure. */
 export const LIMIT_MS = 30_000;
+/** On a loaded machine the page may lose samples; it is connected all the same. */
+export const CONNECTED = "#connection:is([data-kind=live], [data-kind=lossy])";
 const DESKTOP = { width: 1360, height: 900 };
 
 /**
@@ -59,7 +61,7 @@ class Stage {
       if (!request.url().startsWith(this.emulator.panel.replace(/\/$/, ""))) this.strangers.push(request.url());
     });
     await page.goto(new URL(view, this.emulator.panel).href);
-    await page.locator("#connection[data-kind=live]").waitFor();
+    await page.locator(CONNECTED).waitFor();
     return page;
   }
 

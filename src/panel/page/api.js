@@ -5,8 +5,13 @@ const RETRY_MS = 1000;
 /** Nothing for so long, and the stream is taken for dead: a state comes once a second at least. */
 const SILENCE_MS = 10_000;
 
-/** A request that was refused, or reached nobody. `message` is a sentence for a person. */
-export class Refused extends Error {}
+/** A request that was refused, or reached nobody (`status` 0). `message` is a sentence for a person. */
+export class Refused extends Error {
+  constructor(message, status = 0) {
+    super(message);
+    this.status = status;
+  }
+}
 
 /** Asks the server; the body and the answer are JSON. */
 export async function request(method, path, body) {
@@ -25,15 +30,15 @@ export async function request(method, path, body) {
   try {
     answer = text === "" ? null : JSON.parse(text);
   } catch {
-    throw new Refused(`not understood: ${text.slice(0, 200)}`);
+    throw new Refused(`not understood: ${text.slice(0, 200)}`, response.status);
   }
-  if (!response.ok) throw new Refused(answer?.detail ?? `${response.status} ${response.statusText}`);
+  if (!response.ok) throw new Refused(answer?.detail ?? response.statusText, response.status);
   return answer;
 }
 
 /**
  * What happens, as it happens. Connects again by itself when the stream ends; `on` holds functions by event (state,
- * news, telegram, lost), and `on.open()` and `on.closed(sentence)` for the connection itself.
+ * news, telegram, lost), and `on.open()` and `on.closed(error)` for the connection itself.
  */
 export class Stream {
   #source = null;
@@ -89,8 +94,8 @@ export class Stream {
     // An EventSource does not say why it ended; a request does.
     const address = new URLSearchParams(query).get("address");
     const reason = await request("GET", address === null ? "/bus" : `/drives/${address}/inputs`).then(
-      () => "the stream ended",
-      (error) => error.message,
+      () => new Refused("the stream ended"),
+      (error) => error,
     );
     if (query === this.#query && this.#source === null) this.#on.closed(reason);
   }

@@ -12,6 +12,8 @@ const VIEWS = ["drives", "drive", "bus"];
 const INTERVAL_MS = { drives: 250, drive: 50, bus: 1000 };
 /** How often is asked for what is not in the stream: parameters, counters, which drives there are. */
 const ASK_MS = 2000;
+/** Of a drive that is not there. */
+const NOT_FOUND = 404;
 const KINDS = { command_refused: "refusal", job_refused: "refusal", fault: "fault", dp: "dp", power: "power", line: "line" };
 
 class Panel {
@@ -29,7 +31,7 @@ class Panel {
     this.log = new Log(by("log-lines"), () => this.#subscribe());
     this.stream = new Stream({
       open: () => this.#connected(),
-      closed: (sentence) => this.#disconnected(sentence),
+      closed: (error) => this.#disconnected(error),
       state: (state) => this.#state(state),
       news: (news) => this.#news(news),
       telegram: (telegram) => this.#telegram(telegram),
@@ -114,10 +116,10 @@ class Panel {
     say(this.#by("connection"), lost === "" ? "live" : `live, ${lost} lost`);
   }
 
-  #disconnected(sentence) {
+  #disconnected({ message, status }) {
     mark(this.#by("connection"), "data-kind", "lost");
-    say(this.#by("connection"), `not connected: ${sentence}. Trying again ...`);
-    if (sentence.startsWith("there is no drive")) this.drive.gone(sentence);
+    say(this.#by("connection"), `not connected: ${message}. Trying again ...`);
+    if (status === NOT_FOUND) this.drive.gone(message);
     this.#gap = true;
   }
 
@@ -132,8 +134,9 @@ class Panel {
         if (address === this.#address) this.drive.showParameters(parameters);
         await this.#drives();
       }
-    } catch {
-      // The stream says what is wrong.
+    } catch (error) {
+      // The stream of a drive that was taken away does not end. All else that is wrong, the stream says.
+      if (this.#view === "drive" && error.status === NOT_FOUND) this.#subscribe();
     }
   }
 
