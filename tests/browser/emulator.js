@@ -4,7 +4,7 @@ import { fileURLToPath } from "node:url";
 import readline from "node:readline";
 
 const PROGRAM = process.env.PROFIDRIVE ?? fileURLToPath(new URL("../../target/debug/profidrive", import.meta.url));
-const READY_LIMIT_MS = 20_000;
+const READY_LIMIT_MS = 60_000;
 
 export class Emulator {
   /** Starts `profidrive emulate` with a TCP link and the panel, and waits for its ready line. */

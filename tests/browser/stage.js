@@ -17,7 +17,7 @@ const FLAGS = [
   "--disable-sync",
 ];
 /** Generous: a loaded machine is no failure. */
-export const LIMIT_MS = 30_000;
+export const LIMIT_MS = 60_000;
 /** On a loaded machine the page may lose samples; it is connected all the same. */
 export const CONNECTED = "#connection:is([data-kind=live], [data-kind=lossy])";
 const DESKTOP = { width: 1360, height: 900 };

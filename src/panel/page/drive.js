@@ -192,7 +192,8 @@ export class DriveView {
       {
         time_s: state.time_seconds,
         position: motion.position_user_units,
-        setpoint: positioning && state.dp_state === "DATA-EXCH" ? motion.setpoint : null,
+        // A setpoint of no job is a number on the bus and no target.
+        setpoint: positioning && motion.job_active ? motion.setpoint : null,
         speed_rpm: motion.velocity_rpm,
         current_ma: measured.current_milliamperes,
         unit: unitOf(motion),

@@ -1,16 +1,27 @@
 // The faults of a drive: the one it is in and what to do, the buffer, and how to provoke each.
 import { html, say, mark, Rows } from "./dom.js";
 
-/** The faults, what makes each, and the inputs that take the cause back (docs/drive.md). */
+/**
+ * The faults: what makes each (docs/drive.md), whether `inputs` do, and the inputs that take the cause back. A 24:1 gear
+ * needs half the friction for C.
+ */
 const FAULTS = {
-  A: { title: "supply below 18 V and more than 200 mA, once the shaft shall turn", healthy: { control_supply_volts: 24, output_supply_volts: 24 } },
-  B: { title: "shaft blocked, once it shall turn", healthy: { blocked: false } },
-  C: { title: "more than 2.4 A for more than 4 s, once the shaft shall turn", healthy: { friction_torque_newton_metres: 0 } },
-  D: { title: "output stage above 90 °C", healthy: { stage_temperature_celsius: null } },
-  E: { title: "SIN/COS monitoring", healthy: { encoder_fault: false }, only: "AG03/1" },
-  F: { title: "internal error", healthy: { internal_fault: false } },
-  G: { title: "intermediate circuit above 35 V", healthy: { dc_link_volts: null } },
-  J: { title: "battery below 2.2 V", healthy: { battery_volts: 3 }, only: "AG03/1" },
+  A: {
+    title: "supply below 18 V and more than 200 mA, once the shaft shall turn",
+    made: (inputs, model) => inputs.control_supply_volts < 18 || (model === "AG03/1" && inputs.output_supply_volts < 18),
+    healthy: { control_supply_volts: 24, output_supply_volts: 24 },
+  },
+  B: { title: "shaft blocked, once it shall turn", made: (inputs) => inputs.blocked, healthy: { blocked: false } },
+  C: {
+    title: "more than 2.4 A for more than 4 s, once the shaft shall turn",
+    made: (inputs) => inputs.friction_torque_newton_metres >= 4.7,
+    healthy: { friction_torque_newton_metres: 0 },
+  },
+  D: { title: "output stage above 90 °C", made: (inputs) => inputs.stage_temperature_celsius > 90, healthy: { stage_temperature_celsius: null } },
+  E: { title: "SIN/COS monitoring", made: (inputs) => inputs.encoder_fault, healthy: { encoder_fault: false }, only: "AG03/1" },
+  F: { title: "internal error", made: (inputs) => inputs.internal_fault, healthy: { internal_fault: false } },
+  G: { title: "intermediate circuit above 35 V", made: (inputs) => inputs.dc_link_volts > 35, healthy: { dc_link_volts: null } },
+  J: { title: "battery below 2.2 V", made: (inputs) => inputs.battery_volts < 2.2, healthy: { battery_volts: 3 }, only: "AG03/1" },
 };
 const BUFFER_LENGTH = 10;
 
@@ -53,9 +64,9 @@ export class Faults {
   show({ model, inputs, latched, causes, turnOnDisabled, buffer, count }) {
     this.#model = model;
     for (const [code, button] of this.#buttons) {
-      const { only } = FAULTS[code];
+      const { only, made } = FAULTS[code];
       button.hidden = only !== undefined && only !== model;
-      mark(button, "aria-pressed", healthy(code, model).some(([field, value]) => inputs[field] !== value));
+      mark(button, "aria-pressed", made(inputs, model));
     }
     say(this.steps, advice(latched, causes, turnOnDisabled));
     const places = Array.from({ length: BUFFER_LENGTH }, (_, index) => ({ index, code: buffer[index]?.code ?? "–", title: buffer[index]?.text ?? "empty" }));
@@ -65,14 +76,14 @@ export class Faults {
 
   #toggle(code) {
     const pressed = this.#buttons.get(code).getAttribute("aria-pressed") === "true";
-    if (pressed) this.#act.takeBack(Object.fromEntries(healthy(code, this.#model)));
-    else this.#act.provoke(code);
+    if (!pressed) {
+      this.#act.provoke(code);
+      return;
+    }
+    const { output_supply_volts: output, ...both } = FAULTS[code].healthy;
+    const ofAg03_1 = output !== undefined && this.#model === "AG03/1";
+    this.#act.takeBack(ofAg03_1 ? { ...both, output_supply_volts: output } : both);
   }
-}
-
-/** The inputs without the cause of a fault. */
-function healthy(code, model) {
-  return Object.entries(FAULTS[code].healthy).filter(([field]) => field !== "output_supply_volts" || model === "AG03/1");
 }
 
 function advice(latched, causes, turnOnDisabled) {

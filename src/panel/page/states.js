@@ -24,7 +24,7 @@ export function stateOf(drive) {
   if (drive.fault !== null) return { kind: "fault", word: `fault ${drive.fault}` };
   if (drive.presence !== "active") return { kind: "off", word: drive.presence === "joining" ? "listening" : "address taken" };
   const word = SHORT[drive.state] ?? drive.state;
-  if (drive.warning) return { kind: "warning", word: `${word}, warning` };
+  if (drive.warning) return { kind: "warning", word: "warning" };
   if (drive.state === "turn-on disabled") return { kind: "warning", word };
   if (drive.travelling) return { kind: "moving", word };
   if (drive.dp_state !== "DATA-EXCH") return { kind: "idle", word: "no exchange" };
