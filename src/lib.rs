@@ -25,9 +25,10 @@
 //! | [`pkw`] | jobs and replies of the parameter channel | job, reply and error numbers |
 //! | [`drive`] | state machine and motion, without a bus | revolutions, seconds, named flags |
 //! | [`device`] | all of it as one object | every bit of STW, ZSW and SSW |
+//! | [`explain`] | telegrams and words in words (feature `std`) | what all of the above mean to a person |
 //! | [`host`] | links, clock, run loop (feature `std`) | the operating system |
 //!
-//! Everything above [`host`] is `no_std`, allocates nothing, and never panics whatever octets it is given.
+//! Everything above [`explain`] is `no_std`, allocates nothing, and never panics whatever octets it is given.
 //!
 //! # The loop
 //!
@@ -78,11 +79,12 @@
 //!
 //! # Features
 //!
-//! * `std` (default): [`host`].
+//! * `std` (default): [`host`] and [`explain`].
 //! * `alloc`: telegrams built into `bytes::BufMut`.
 //! * `serial`: an RS-485 serial port as link.
 //! * `master`: profirust as DP master over our links.
 //! * `panel`: HTTP control, a live stream and a page for browsers.
+//! * `serde`: explanations as data for `serde`.
 //! * `cli`: the command.
 #![no_std]
 
@@ -106,6 +108,9 @@ pub mod pkw;
 pub mod drive;
 
 pub mod device;
+
+#[cfg(feature = "std")]
+pub mod explain;
 
 #[cfg(feature = "std")]
 pub mod host;

@@ -12,7 +12,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Module and what it may import of ours.
-const TABLE: [(&str, &[&str]); 11] = [
+const TABLE: [(&str, &[&str]); 12] = [
     ("time", &[]),
     ("fdl", &["time"]),
     ("dp", &["fdl", "time"]),
@@ -21,6 +21,7 @@ const TABLE: [(&str, &[&str]); 11] = [
     ("pkw", &["ppo", "param"]),
     ("drive", &["param", "time"]),
     ("device", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive"]),
+    ("explain", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device"]),
     // One framer for a bus, generic slaves, and links that keep telegrams apart or spoil them on purpose.
     ("host", &["device", "time", "fdl", "dp", "ppo"]),
     ("master", &["host", "device", "time"]),

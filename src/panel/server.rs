@@ -109,7 +109,7 @@ async fn connection(stream: TcpStream, service: Router, _place: OwnedSemaphorePe
 
 /// Answers a request of whom we trust, in time.
 async fn guarded(reach: Reach, request: Request, next: Next) -> Response {
-    let mut response = match stranger(reach, &request) {
+    let mut response = match stranger(reach, &request).or_else(|| too_large(&request)) {
         Some(problem) => problem.into_response(),
         None => match timeout(REQUEST_TIME, next.run(request)).await {
             Ok(response) => response,
@@ -125,6 +125,13 @@ async fn guarded(reach: Reach, request: Request, next: Next) -> Response {
     let policy = HeaderName::from_static("cross-origin-resource-policy");
     headers.insert(policy, HeaderValue::from_static("same-origin"));
     response
+}
+
+/// A body that says to be too large need not be waited for.
+fn too_large(request: &Request) -> Option<Problem> {
+    let length = only(request.headers(), &header::CONTENT_LENGTH)?.parse().unwrap_or(usize::MAX);
+    let detail = || format!("the body has {length} octets; {BODY_OCTETS} are possible");
+    (length > BODY_OCTETS).then(|| Problem::new(StatusCode::PAYLOAD_TOO_LARGE, detail()))
 }
 
 /// Why the sender is not trusted.
