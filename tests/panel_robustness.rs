@@ -298,7 +298,8 @@ fn a_reader_that_does_not_read_loses_samples_and_is_told_how_many() {
     let start = Instant::now();
     // The slow one reads nothing until it must have lost something: far more was told than fits anywhere.
     let mut told = 0;
-    while told < 30_000 && start.elapsed() < PATIENCE / 2 {
+    while told < 1500 {
+        assert!(start.elapsed() < PATIENCE, "the stream stands still");
         let (event, _) = quick.next().unwrap();
         told += u64::from(event == "news");
     }

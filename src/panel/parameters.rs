@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::bench::Asking;
-use super::problem::{Body, PathOf, Problem, Problems, QueryOf, Station};
+use super::problem::{Body, PathOf, Problem, Problems, QueryOf, Station, whole};
 use crate::device::{Device, Power};
 use crate::param::{self, Access, Entry, Kind, ParamError, Pnu, Subindex, Unit, Value, WritableWhen};
 
@@ -76,6 +76,7 @@ pub(super) struct Parameters {
 #[serde(deny_unknown_fields)]
 pub(super) struct NewValue {
     /// In the unit of the parameter.
+    #[serde(deserialize_with = "whole")]
     value: i64,
 }
 
@@ -124,7 +125,7 @@ pub(super) async fn list(
 
 /// Reads a parameter past the bus
 #[utoipa::path(get, path = "/api/v1/drives/{address}/parameters/{pnu}", tag = "parameters",
-    params(("address" = u8, Path, maximum = 126), ("pnu" = u16, Path, maximum = 2047), ("subindex" = Option<u8>, Query, description = "Element of an array, from 0")),
+    params(("address" = u8, Path, maximum = 126), ("pnu" = u16, Path, maximum = 2047), ("subindex" = Option<u8>, Query, maximum = 255, description = "Element of an array, from 0")),
     responses((status = 200, body = ParameterValue), Problems))]
 pub(super) async fn read(
     State(asking): State<Asking>,
@@ -144,7 +145,7 @@ pub(super) async fn read(
 /// By the rules of the bus (range, operating state), but without a PKW job: no master sees it, and nothing waits for the
 /// EEPROM. The PKW dialogue of the master is in the state of the drive and in the stream.
 #[utoipa::path(put, path = "/api/v1/drives/{address}/parameters/{pnu}", tag = "parameters",
-    params(("address" = u8, Path, maximum = 126), ("pnu" = u16, Path, maximum = 2047), ("subindex" = Option<u8>, Query, description = "Element of an array, from 0")),
+    params(("address" = u8, Path, maximum = 126), ("pnu" = u16, Path, maximum = 2047), ("subindex" = Option<u8>, Query, maximum = 255, description = "Element of an array, from 0")),
     request_body = NewValue, responses((status = 200, body = ParameterValue), Problems))]
 pub(super) async fn write(
     State(asking): State<Asking>,

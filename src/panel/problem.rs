@@ -10,8 +10,9 @@ use axum::extract::{FromRequest, FromRequestParts, Path, Query, Request};
 use axum::http::request::Parts;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use serde::Serialize;
-use serde::de::DeserializeOwned;
+use serde::de::{DeserializeOwned, Error};
+use serde::{Deserialize, Deserializer, Serialize};
+use serde_json::Number;
 use utoipa::{IntoResponses, ToSchema};
 
 use crate::fdl::Address;
@@ -186,6 +187,15 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for QueryOf<T> {
             .map_err(|rejection: QueryRejection| Problem::new(rejection.status(), rejection.body_text()))?;
         Ok(Self(query))
     }
+}
+
+/// A whole number, also written as `5.0`: JSON knows one kind of number.
+pub(super) fn whole<'de, T: TryFrom<i64>, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
+    let number = Number::deserialize(deserializer)?;
+    let got = number.to_string();
+    let digits = got.strip_suffix(".0").unwrap_or(&got);
+    let whole = digits.parse::<i64>().ok().and_then(|whole| T::try_from(whole).ok());
+    whole.ok_or_else(|| D::Error::custom(format!("invalid value: {got} is no whole number of this range")))
 }
 
 /// The drive that the path names.
