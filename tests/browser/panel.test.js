@@ -118,7 +118,9 @@ test("a wrong value is refused with the sentence of the server, and nothing chan
     await page.getByRole("button", { name: "Write" }).click();
     await text(page, "#pkw .done", /PNU 1004.*60/);
     await page.getByRole("searchbox", { name: "Filter" }).and(page.locator("#parameters input")).fill("v-Pos");
-    await text(page, "#parameters tbody", /1004.*60/);
+    await text(page, "#parameters tbody", /1004.*60 rpm/);
+    await page.locator("#parameters input").fill("mode");
+    await text(page, "#parameters tbody", "2 (positioning mode)");
   });
 });
 

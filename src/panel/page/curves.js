@@ -74,8 +74,8 @@ export class Curves {
     const last = this.#samples.at(-1);
     if (last && sample.time_s < last.time_s) this.#samples = [];
     if (last && sample.time_s === last.time_s) return;
-    // States that do not change come rarely: what was, was until now.
-    if (last && !gap && sample.time_s - last.time_s > RARE_S) {
+    // Nothing is told of a shaft that stands until something changes: it stood until now.
+    if (last && !gap && last.speed_rpm === 0 && sample.time_s - last.time_s > RARE_S) {
       this.#samples.push({ ...last, time_s: sample.time_s - RARE_S / 2, gap: false });
     }
     this.#samples.push({ ...sample, gap });

@@ -133,12 +133,13 @@ export class DriveView {
     const busy = state.motion.job_active && reasons.length === 1;
     const start = state.mode === "velocity" ? "STW.6 = 1 releases the setpoint" : "an edge of STW.6 starts a travel job";
     let title = possible ? `Ready: ${start}` : "It does not start, because";
-    if (busy) title = "Under way";
+    if (state.state === "travelling with velocity") title = "Under way: the setpoint is released";
+    if (busy) title = `Under way: ${reasons[0].text}`;
     const kind = state.fault !== null ? "fault" : possible || busy ? "ready" : "waiting";
     const { last_refusal: refusal } = state;
     const ago = refusal === null ? 0 : Math.max(0, Math.round(state.time_seconds - refusal.time_seconds));
     const when = ago < 60 ? `${ago} s ago` : `${Math.round(ago / 60)} min ago`;
-    this.why.show({ title, kind, reasons: reasons.map(({ text }) => text), refused: refusal === null ? "" : `Last refusal, ${when}: ${refusal.text}` });
+    this.why.show({ title, kind, reasons: busy ? [] : reasons.map(({ text }) => text), refused: refusal === null ? "" : `Last refusal, ${when}: ${refusal.text}` });
   }
 
   #showDevice(state) {
@@ -238,14 +239,14 @@ function element(subindex) {
   return subindex === null ? "" : `?subindex=${subindex}`;
 }
 
-function sentence({ pnu, subindex, name, value, unit }) {
+function sentence({ pnu, subindex, name, text }) {
   const which = subindex === null ? "" : `, element ${subindex}`;
-  return `PNU ${pnu}${which}, ${name}: ${value}${unit ? ` ${unit}` : ""}`;
+  return `PNU ${pnu}${which}, ${name}: ${text}`;
 }
 
-function parameterRow({ pnu, name, value, elements, unit, choices, access, low, high }) {
-  const chosen = choices?.find((choice) => choice.value === value);
-  const text = elements ? elements.join(" ") : chosen ? `${value} (${chosen.text})` : `${value}${unit ? ` ${unit}` : ""}`;
+function parameterRow({ pnu, name, text, elements, access, low, high }) {
   const range = access === "read_only" ? "read only" : low === null ? "" : `${low} to ${high}`;
-  return { pnu, name, value: access === "write_only" ? "" : text, range };
+  // Of the fault buffer, what is empty says nothing.
+  const shown = elements ? text.replace(/(, no fault)+$/, "") : text;
+  return { pnu, name, value: access === "write_only" ? "" : shown, range };
 }

@@ -63,6 +63,7 @@ class Panel {
       this.drive.choose(this.#address);
       mark(this.#by("to-drive"), "href", `#drive/${this.#address}`);
       say(this.#by("to-drive"), `Drive ${this.#address}`);
+      this.#by("to-drive").hidden = false;
     }
     for (const name of VIEWS) {
       this.#by(name).hidden = name !== view;
