@@ -30,8 +30,8 @@ use profidrive::time::{BaudRate, Instant};
 use profirust::dp::{DpMaster, PeripheralHandle};
 use profirust::fdl::{FdlActiveStation, ParametersBuilder};
 
-const BAUD: BaudRate = BaudRate::K500;
-/// The most a master configurator allows, 16383 T_bit: 32.8 ms at 500 kbit/s.
+const BAUD: BaudRate = BaudRate::K93_75;
+/// The most a master configurator allows, 16383 T_bit: 175 ms at 93.75 kbit/s, which a busy machine needs.
 const SLOT_BITS: u16 = 16_383;
 /// The master is station 2.
 const DRIVES: [u8; 12] = [0, 1, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12];
@@ -172,7 +172,7 @@ impl Master {
                     return Err(format!("drive {} is not in Data_Exchange", drive.address()).into());
                 }
             }
-            self.phy.link_mut().wait(Some(Duration::from_micros(500)), &self.stop)?;
+            self.phy.link_mut().wait(Some(Duration::from_millis(2)), &self.stop)?;
         }
     }
 }
@@ -204,7 +204,7 @@ impl Play {
         // OFF1 first; then operation enabled, intermediate stop released, start.
         let stw = match self.enabled {
             0 => {
-                self.enabled = 1;
+                self.enabled = if zsw.bit(0) { 1 } else { 0 };
                 0x0000
             }
             1 => {
@@ -214,7 +214,7 @@ impl Play {
             _ => {
                 let arrived = zsw.bit(10) && inputs.hiw().abs_diff(target) <= 5;
                 match self.start {
-                    Some(begun) if arrived && now.saturating_since(begun) > Duration::from_millis(50) => {
+                    Some(begun) if arrived && now.saturating_since(begun) > Duration::from_secs(3) => {
                         self.travels += 1;
                         self.far = !self.far;
                         self.start = None;
@@ -223,6 +223,8 @@ impl Play {
                     Some(begun) if now.saturating_since(begun) > Duration::from_secs(60) => {
                         return Err(format!("no travel within a minute: ZSW {zsw:?} at {}", inputs.hiw()).into());
                     }
+                    // Long enough for an exchange, so that the start is an edge.
+                    Some(begun) if now.saturating_since(begun) < Duration::from_secs(1) => 0x003B,
                     Some(_) => 0x007B,
                     None => {
                         self.start = Some(now);
