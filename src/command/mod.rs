@@ -4,6 +4,7 @@ mod args;
 mod demo;
 mod emulate;
 mod log;
+mod master;
 
 use core::error::Error;
 use std::io::{self, Write};
@@ -44,6 +45,7 @@ pub(crate) fn main() -> ExitCode {
     let outcome = match args.command {
         Command::Demo => demo::demo(),
         Command::Emulate(emulate) => emulate::emulate(&emulate),
+        Command::Master(master) => master::master(&master),
     };
     // What was logged comes before the line that says how it ended.
     log.finish();

@@ -6,7 +6,7 @@ use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 
 use profidrive::fdl::{FrameCount, Framer, FunctionCode, Resync, Service, Telegram};
-use profidrive::ppo::Pkw;
+use profidrive::ppo::{Outputs, PPO_LEN, Pkw, Stw};
 use profidrive::time::Instant;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::OFlags;
@@ -58,18 +58,22 @@ impl Master {
 
     /// Runs a job to its reply: first job 0 until the reply before is gone.
     pub(crate) fn job(&mut self, job: Pkw) -> Option<Pkw> {
-        while self.exchange(Pkw::ZERO)? != Pkw::ZERO {}
+        while self.pkw(Pkw::ZERO)? != Pkw::ZERO {}
         loop {
-            let reply = self.exchange(job)?;
+            let reply = self.pkw(job)?;
             if reply != Pkw::ZERO {
                 return Some(reply);
             }
         }
     }
 
-    fn exchange(&mut self, job: Pkw) -> Option<Pkw> {
-        let outputs: Vec<_> = job.to_octets().into_iter().chain([0; 6]).collect();
-        let inputs = self.request(None, &outputs)?;
+    fn pkw(&mut self, job: Pkw) -> Option<Pkw> {
+        let inputs = self.exchange(&Outputs::octets(job, Stw::from_raw(0), 0))?;
         Some(Pkw::from_octets(inputs[..8].try_into().unwrap()))
+    }
+
+    /// One Data_Exchange.
+    pub(crate) fn exchange(&mut self, outputs: &[u8; PPO_LEN]) -> Option<[u8; PPO_LEN]> {
+        Some(self.request(None, outputs)?.try_into().unwrap())
     }
 }

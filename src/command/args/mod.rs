@@ -3,6 +3,8 @@
 mod drive;
 mod emulate;
 mod link;
+mod master;
+mod parameter;
 mod quirk;
 
 use std::ffi::OsString;
@@ -16,6 +18,8 @@ use super::{Failure, report};
 pub(crate) use drive::DriveSpec;
 pub(crate) use emulate::Emulate;
 pub(crate) use link::{BaudSpec, LinkSpec};
+pub(crate) use master::{Action, AddressRange, Direction, Go, Master, MasterLink};
+pub(crate) use parameter::ParameterSpec;
 pub(crate) use quirk::QuirkSpec;
 
 /// Emulated PROFIBUS-DP drives to test masters against.
@@ -35,7 +39,9 @@ Examples:
   profidrive demo                             a master and a drive in memory, told as a story
   profidrive emulate                          one AG03/1 at address 5; prints the terminal a master opens
   profidrive emulate --link pty:/tmp/bus      the same, under a name that stays
-  profidrive emulate --help                   all about it";
+  profidrive emulate --help                   all about it
+  profidrive master --link /tmp/bus --address 5 status
+                                              commissions a drive, real or emulated";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -46,6 +52,7 @@ pub(crate) enum Command {
     /// refuses what it refuses. Times are those on the bus.
     Demo,
     Emulate(Emulate),
+    Master(Master),
 }
 
 /// How much is logged.
@@ -74,8 +81,7 @@ impl Args {
         args.check().map_err(|line| {
             let mut command = Self::command();
             command.build();
-            let emulate = command.find_subcommand_mut("emulate").map(|emulate| emulate.to_owned());
-            Refusal(emulate.unwrap_or(command).error(ErrorKind::ValueValidation, line))
+            Refusal(command.error(ErrorKind::ValueValidation, line))
         })?;
         Ok(args)
     }
@@ -85,6 +91,8 @@ impl Args {
         match self.command {
             Command::Demo if self.verbosity.verbose == 0 => Verbosity { quiet: true, ..self.verbosity },
             Command::Demo | Command::Emulate(_) => self.verbosity,
+            // What it says is its result, and a failure its last line.
+            Command::Master(_) => Verbosity { quiet: self.verbosity.verbose == 0, ..self.verbosity },
         }
     }
 
@@ -93,6 +101,7 @@ impl Args {
         match &self.command {
             Command::Demo => Ok(()),
             Command::Emulate(emulate) => emulate.check(),
+            Command::Master(master) => master.check(),
         }
     }
 }
@@ -119,9 +128,12 @@ impl Refusal {
         let lines: Vec<&str> = text.lines().map(str::trim).take_while(|line| !line.is_empty()).collect();
         let line = lines.join(" ");
         let line = line.strip_prefix("error: ").unwrap_or(&line);
-        let emulate = std::env::args_os().any(|argument| argument == "emulate");
-        let command = if emulate { "profidrive emulate" } else { "profidrive" };
-        format!("{line}; see '{command} --help'")
+        let named = |name: &str| std::env::args_os().any(|argument| argument == name);
+        let command = ["emulate", "master"].into_iter().find(|name| named(name));
+        format!(
+            "{line}; see 'profidrive{} --help'",
+            command.map(|name| format!(" {name}")).unwrap_or_default()
+        )
     }
 }
 
