@@ -1,5 +1,7 @@
 //! A scripted DP master on the terminal of a running `profidrive emulate`.
 
+#![allow(dead_code, reason = "each test file uses its part")]
+
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
 use std::os::unix::fs::OpenOptionsExt;
