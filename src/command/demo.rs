@@ -1,12 +1,10 @@
 //! `profidrive demo`: profirust's DP master and an emulated drive on a bus in memory, told as a story.
 //!
 //! The steps stand here in the order in which they are played. `stage` has the bus and the words on the page,
-//! `telegram` and `words` say what octets and bits mean, `chart` draws a travel.
+//! `chart` draws a travel. What octets and bits mean is known to `profidrive::explain`.
 
 mod chart;
 mod stage;
-mod telegram;
-mod words;
 
 use core::time::Duration;
 use std::io::{self, BufWriter, Write};

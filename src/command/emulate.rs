@@ -5,17 +5,20 @@ use core::time::Duration;
 use std::io::{self, Write};
 use std::sync::Arc;
 
-use profidrive::device::{Config, Device, Timing};
+use profidrive::device::{Config, Device, DipSwitches, Timing};
 use profidrive::fdl::{Address, RateChange};
 use profidrive::host::link::fault::Faulty;
 use profidrive::host::link::serial::Serial;
-use profidrive::host::{Bus, BusEvent, Clock, Link, StateDir, Stop, StoredDevice, SystemClock, run};
+use profidrive::host::{Bus, BusEvent, Clock, Link, Reach, StateDir, Stop, StoredDevice, SystemClock, run};
+use profidrive::panel::{Bench, Panel, PanelError};
 use profidrive::time::{BaudRate, Instant};
 use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
 use tracing::{debug, info, warn};
 
 use super::Failure;
 use super::args::{BaudSpec, DriveSpec, Emulate, LinkSpec, QuirkSpec};
+
+mod tap;
 
 /// The rate of a terminal whose master has set none of PROFIBUS-DP, and of a TCP port. There it only says how long a
 /// drive waits before it replies.
@@ -35,19 +38,23 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     let state = args.state_dir.as_deref().map(StateDir::open).transpose();
     let state = state.map_err(|error| Failure::from_error(&error))?;
     let (rate, link, path) = open(args)?;
+    let mut panel = start_panel(args, &signals.stop)?;
     for fault in &args.faults {
         warn!("fault on purpose: {fault}");
     }
+    // Next to the line, so that what faults do is seen.
+    let link = tap::tapped(link, args, &path, clock, panel.as_ref())?;
     let mut link = Faulty::new(link, clock, &args.faults);
 
     let mut bus = Bus::on(rate, Timing::Untrue);
     // Nobody but a master is on a terminal that was made just now.
     let serial = matches!(args.link, LinkSpec::Serial(_));
     let (listen, search) = (serial && !args.force_address, serial && args.baud == Some(BaudSpec::Auto));
+    let config = config(&args.quirks)?;
     for drive in args.drives() {
-        connect(&mut bus, drive, &args.quirks, clock.now(), listen, state.as_ref())?;
+        connect(&mut bus, drive, config, clock.now(), listen, state.as_ref())?;
     }
-    let mut news = News::new(path, &bus, listen);
+    let mut news = News::new(path, &bus, listen, panel.as_ref());
     if search {
         bus.search_baud(clock.now());
         // No drive sends anything until a master is heard, so a master need not wait.
@@ -56,18 +63,31 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     news.announce_if_decided();
     let outcome = loop {
         let outcome = run(&mut link, &mut bus, &clock, &signals.stop, &mut |event| {
-            news.say(clock.now(), event);
+            let now = clock.now();
+            if let Some(panel) = &panel {
+                panel.tell(now, &event);
+            }
+            news.say(now, event);
             if news.nobody_is_left() {
                 signals.end();
             }
         });
-        // First, so that a signal after the flags are read ends the next run.
+        // First, so that a signal after the flags are read, or what the panel asks after it was served, ends the next
+        // run.
         signals.stop.clear();
-        report(&bus);
-        if outcome.is_err() || signals.end.load(Ordering::SeqCst) {
+        let end = outcome.is_err() || signals.end.load(Ordering::SeqCst);
+        if signals.report.swap(false, Ordering::SeqCst) || end {
+            report(&bus);
+        }
+        if end {
             break outcome;
         }
+        if let Some(panel) = &mut panel {
+            let (now, faults) = (clock.now(), Some(link.faults_mut()));
+            panel.serve(&mut Bench { now, bus: &mut bus, faults, config, state: state.as_ref(), listen });
+        }
     };
+    drop(panel);
     // Switched off, the drives hand over their last images; the directory waits for them.
     drop(bus);
     drop(state);
@@ -84,21 +104,22 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
 /// How signals reach the loop: each ends the run, and the flag says what for.
 struct Signals {
     stop: Stop,
-    /// SIGINT or SIGTERM came. After SIGUSR1 the loop goes on.
+    /// SIGINT or SIGTERM came.
     end: Arc<AtomicBool>,
+    /// SIGUSR1 came.
+    report: Arc<AtomicBool>,
 }
 
 impl Signals {
     fn register() -> io::Result<Self> {
         let stop = Stop::new()?;
-        let end = Arc::new(AtomicBool::new(false));
-        for signal in [SIGINT, SIGTERM] {
+        let (end, report) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
+        for (signal, flag) in [(SIGINT, &end), (SIGTERM, &end), (SIGUSR1, &report)] {
             // Before what ends the run, so that it is seen then.
-            signal_hook::flag::register(signal, Arc::clone(&end))?;
+            signal_hook::flag::register(signal, Arc::clone(flag))?;
             signal_hook::low_level::pipe::register(signal, stop.waker()?)?;
         }
-        signal_hook::low_level::pipe::register(SIGUSR1, stop.waker()?)?;
-        Ok(Self { stop, end })
+        Ok(Self { stop, end, report })
     }
 
     fn end(&self) {
@@ -110,6 +131,8 @@ impl Signals {
 /// Says what happens: the ready line on stdout, the rest in the log.
 struct News {
     path: String,
+    /// Where the panel is, as the end of the ready line.
+    panel: String,
     /// Drives whose address is not another's, as far as is known.
     drives: Vec<Address>,
     /// How many of them still listen.
@@ -121,13 +144,14 @@ struct News {
 }
 
 impl News {
-    fn new(path: String, bus: &Bus, listen: bool) -> Self {
+    fn new(path: String, bus: &Bus, listen: bool, panel: Option<&Panel>) -> Self {
         let drives: Vec<_> = bus.addresses().collect();
         let undecided = if listen { drives.len() } else { 0 };
         if undecided > 0 {
             info!("listening whether the addresses are free");
         }
-        Self { path, drives, undecided, announced: false, searching: false, last_noise: None }
+        let panel = panel.map(|panel| format!(" panel=http://{}", panel.address())).unwrap_or_default();
+        Self { path, panel, drives, undecided, announced: false, searching: false, last_noise: None }
     }
 
     fn say(&mut self, now: Instant, event: BusEvent) {
@@ -182,16 +206,33 @@ impl News {
         if core::mem::replace(&mut self.announced, true) {
             return;
         }
-        let Self { path, drives, .. } = self;
+        let Self { path, panel, drives, .. } = self;
         let addresses: Vec<_> = drives.iter().map(Address::to_string).collect();
         let mut stdout = io::stdout().lock();
-        let said = writeln!(stdout, "ready link={path} drives={}", addresses.join(","))
+        let said = writeln!(stdout, "ready link={path} drives={}{panel}", addresses.join(","))
             .and_then(|()| stdout.flush());
         if let Err(error) = said {
             // Whoever started this may not care; the drives are there all the same.
             warn!("cannot say on stdout that link={path} is ready: {error}");
         }
     }
+}
+
+fn start_panel(args: &Emulate, wake: &Stop) -> Result<Option<Panel>, Failure> {
+    let Some(place) = &args.panel else { return Ok(None) };
+    let reach = if args.panel_allow_remote { Reach::Network } else { Reach::ThisMachine };
+    let panel = Panel::start(place, reach, wake.clone()).map_err(|error| match error {
+        PanelError::TooFar { .. } => Failure::Usage(format!(
+            "{error}; add --panel-allow-remote if that is wanted, or use --panel 127.0.0.1:PORT; see 'profidrive emulate \
+             --help'"
+        )),
+        PanelError::Listen { .. } | PanelError::Thread { .. } | _ => Failure::from_error(&error),
+    })?;
+    info!("the panel is at http://{}", panel.address());
+    if !panel.address().ip().is_loopback() {
+        warn!("other machines can connect to the panel at {} and steer the drives", panel.address());
+    }
+    Ok(Some(panel))
 }
 
 /// Logs what was counted: the line, and every station that was asked something.
@@ -280,10 +321,19 @@ fn open_pty(
     Err(Failure::Other("pty links need Linux; use --link serial:DEVICE --baud RATE".into()))
 }
 
+/// What every drive is made of, but for address, model and gear.
+fn config(quirks: &[QuirkSpec]) -> Result<Config, Failure> {
+    let mut config = Config::new(DipSwitches::default());
+    for quirk in quirks {
+        quirk.choose(&mut config).map_err(|error| Failure::from_error(&error))?;
+    }
+    Ok(config)
+}
+
 fn connect(
     bus: &mut Bus,
     drive: DriveSpec,
-    quirks: &[QuirkSpec],
+    config: Config,
     now: Instant,
     listen: bool,
     state: Option<&StateDir>,
@@ -297,10 +347,7 @@ fn connect(
         0 => warn!("address 0 is customarily a master's, often of a programming device"),
         _ => {}
     }
-    let mut config = Config { model, gear, ..Config::new(address) };
-    for quirk in quirks {
-        quirk.choose(&mut config).map_err(|error| Failure::from_error(&error))?;
-    }
+    let config = Config { switches: address.into(), model, gear, ..config };
     let device: StoredDevice = match state {
         Some(state) => state.load(config, now).map_err(|error| Failure::from_error(&error))?,
         None => Device::new(config, now).into(),

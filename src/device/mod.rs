@@ -31,11 +31,11 @@ pub mod words;
 use core::time::Duration;
 
 use crate::dp;
-use crate::drive::{Drive, Inputs, Settings, Status, StatusLed, leds};
+use crate::drive::{Drive, Inputs, Refusal, Settings, Status, StatusLed, leds};
 use crate::fdl::{Address, FrameError, Framer, Telegram};
-use crate::param::{Effect, Image, Live, Parameter, Store, WriteContext};
+use crate::param::{Effect, Image, Live, ParamError, Parameter, Pnu, Store, Subindex, Value, WriteContext};
 use crate::pkw::Engine;
-use crate::ppo::{self, Outputs, PPO_LEN, Pkw};
+use crate::ppo::{self, Outputs, PPO_LEN, Pkw, PpoType};
 use crate::time::{BaudRate, Instant, nanos};
 
 pub use crate::fdl::MAX_TELEGRAM_LEN;
@@ -45,14 +45,14 @@ pub use dip::DipSwitches;
 pub use event::Event;
 pub use power::Power;
 pub use quirks::{QUIRKS, Quirk, QuirkError};
-pub use storage::{Eeprom, Generation, NotStored, StoreRequest};
+pub use storage::{Eeprom, EepromState, Generation, NotStored, StoreRequest};
 
 /// The ident number of both drives: the GSD is named `SIKO0AC5.GSD`.
 pub const IDENT_NUMBER: u16 = 0x0AC5;
 
 /// The configurations both drives accept: four and three words consistent, or seven words consistent. Which one
 /// the real drive uses is not public (`ag03.md` 16).
-pub const CONFIGURATIONS: &[&[u8]] = &[&[0xF3, 0xF2], &[0xF6]];
+pub const CONFIGURATIONS: &[&[u8]] = &[PpoType::Ag03.configuration(), &[0xF6]];
 
 /// The rates the manual lists: all of PROFIBUS-DP without 45.45 kbit/s.
 pub const BAUD_RATES: [BaudRate; 9] = [
@@ -171,14 +171,34 @@ impl Device {
         self.part.station.slave().state()
     }
 
+    /// The DP slave: owner, outputs, inputs, diagnosis.
+    pub const fn slave(&self) -> &dp::Slave {
+        self.part.station.slave()
+    }
+
     /// The drive as the last application cycle left it.
     pub const fn status(&self) -> &Status {
         &self.part.status
     }
 
-    /// The LEDs at `now`. Blinks count from when the device was made; those of a factory reset alternate.
+    /// The drive itself: its faults and their causes.
+    pub const fn drive(&self) -> &Drive {
+        &self.part.drive
+    }
+
+    /// What the drive reports through parameters that are only read.
+    pub fn live(&self) -> Live {
+        self.part.live()
+    }
+
+    /// What stands now against a start with the newest outputs (`ag03.md` 8 rows 20 to 22, 40); `None`: nothing.
+    pub fn start_refusal(&self) -> Option<Refusal> {
+        self.part.drive.start_refusal(&self.part.settings)
+    }
+
+    /// The LEDs at `now`; those of a factory reset alternate.
     pub fn leds(&self, now: Instant) -> Leds {
-        let time = now.saturating_since(self.part.power_on);
+        let time = self.blink_time(now);
         match self.part.power {
             Power::Off => Leds { status: false, pattern: StatusLed::Off, bus: false },
             Power::On => Leds {
@@ -194,9 +214,35 @@ impl Device {
         }
     }
 
+    /// The time that blinks count from, for [`StatusLed::is_lit`]: since the device was made.
+    pub fn blink_time(&self, now: Instant) -> Duration {
+        now.saturating_since(self.part.power_on)
+    }
+
     /// The stored parameters.
     pub const fn parameters(&self) -> &Store {
         &self.part.store
+    }
+
+    /// Writes a parameter past the bus, by the rules of the bus: the drive cannot tell it from a PKW job, but no reply
+    /// is sent, nothing waits for the EEPROM, and the master does not notice. Counts as a `handle_*` call.
+    ///
+    /// # Errors
+    /// As [`Store::write`]; nothing is changed then.
+    pub fn write_parameter(
+        &mut self,
+        now: Instant,
+        pnu: Pnu,
+        element: Option<Subindex>,
+        value: Value,
+    ) -> Result<(), ParamError> {
+        self.part.advance(now);
+        let context = self.part.write_context();
+        let effect = self.part.store.write(pnu, element, value, &context)?;
+        self.part.act(effect);
+        self.part.note_changes();
+        self.part.wake(now);
+        Ok(())
     }
 
     /// The line has another rate from now on.
@@ -223,7 +269,8 @@ impl Device {
         if !part.is_on_the_bus() {
             return;
         }
-        framer.receive(now, octets, |at, result| part.hear(at, result));
+        // What a scan finds among octets whose rest did not come counts from now: for the drive part, time has passed.
+        framer.receive(now, octets, |_, result| part.hear(now, result));
     }
 
     /// Takes one telegram whose last octet ended at `now`, for hosts that frame the octets of many devices once.
@@ -238,7 +285,7 @@ impl Device {
     pub fn handle_timeout(&mut self, now: Instant) {
         let Self { framer, part } = self;
         part.advance(now);
-        framer.handle_timeout(now, |at, result| part.hear(at, result));
+        framer.handle_timeout(now, |_, result| part.hear(now, result));
     }
 
     /// The other end of the line was replaced: an unfinished telegram is forgotten.
@@ -444,24 +491,12 @@ impl Parts {
         };
         // Most cycles read nothing.
         let live = if self.engine.may_read(job) { self.live() } else { Live::default() };
-        let context = WriteContext { moving: self.status.moving, job_active: self.status.job_active };
+        let context = self.write_context();
         // Only a job that runs now can write; a held one must not cost a copy of everything in each cycle.
         let may_write = self.storage.is_some() && self.engine.has_work(job);
         let before = may_write.then(|| self.image());
         let outcome = self.engine.cycle(job, &mut self.store, &live, &context);
-        match outcome.effect {
-            Effect::None => {}
-            Effect::SettingsChanged => self.settings = Settings::read(&self.store),
-            Effect::ClearFaults => self.drive.clear_faults(),
-            // Not during a travel job: the store has refused it by the same status.
-            Effect::Calibrate => {
-                let _refused = self.drive.calibrate(self.store.value(Parameter::CalibrationValue));
-            }
-        }
-        self.parameters_acted = outcome.effect != Effect::None;
-        if self.parameters_acted {
-            self.status = self.drive.status();
-        }
+        self.act(outcome.effect);
         if let Some(refusal) = outcome.refusal {
             self.events.push(Event::JobRefused(refusal));
         }
@@ -474,6 +509,23 @@ impl Parts {
         outcome.reply
     }
 
+    /// Lets the drive follow what was written to a parameter.
+    fn act(&mut self, effect: Effect) {
+        match effect {
+            Effect::None => {}
+            Effect::SettingsChanged => self.settings = Settings::read(&self.store),
+            Effect::ClearFaults => self.drive.clear_faults(),
+            // Not during a travel job: the store has refused it by the same status.
+            Effect::Calibrate => {
+                let _refused = self.drive.calibrate(self.store.value(Parameter::CalibrationValue));
+            }
+        }
+        self.parameters_acted = effect != Effect::None;
+        if self.parameters_acted {
+            self.status = self.drive.status();
+        }
+    }
+
     /// Whether another application cycle with the same outputs would change nothing.
     fn is_at_rest(&self) -> bool {
         if !self.drive.is_at_rest() {
@@ -483,6 +535,10 @@ impl Parts {
         let job_waits = self.exchanging && job.is_some_and(|job| self.engine.has_work(job));
         let exchanging = self.station.slave().state() == dp::State::DataExch;
         !self.parameters_acted && !job_waits && self.exchanging == exchanging
+    }
+
+    const fn write_context(&self) -> WriteContext {
+        WriteContext { moving: self.status.moving, job_active: self.status.job_active }
     }
 
     /// What the drive reports through parameters that are only read.

@@ -26,6 +26,19 @@ pub enum Eeprom {
     Host,
 }
 
+/// How safe what the EEPROM holds is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum EepromState {
+    /// [`Eeprom::Internal`]: kept for as long as the device lives.
+    Internal,
+    /// The newest image is not written yet.
+    Writing,
+    /// The host keeps the newest image.
+    Safe,
+    /// The host could not keep the newest image; it is offered again with the next change.
+    Failed,
+}
+
 /// Numbers the images of one device: a later image has a larger number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Generation(u64);
@@ -48,6 +61,16 @@ impl Device {
     /// What the drive would keep if it were switched off now.
     pub fn image(&self) -> [u8; IMAGE_LEN] {
         Image { shaft: self.part.drive.shaft(), ..self.part.image() }.encode()
+    }
+
+    /// How safe what the drive keeps is.
+    pub fn eeprom_state(&self) -> EepromState {
+        match self.part.storage.as_ref().map(|storage| storage.progress) {
+            None => EepromState::Internal,
+            Some(Progress::Offered | Progress::Taken) => EepromState::Writing,
+            Some(Progress::Safe) => EepromState::Safe,
+            Some(Progress::Failed) => EepromState::Failed,
+        }
     }
 
     /// The image to keep, if it differs from the one taken before and [`Eeprom::Host`] is configured. Changes with

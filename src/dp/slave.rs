@@ -5,6 +5,8 @@
 
 mod start_up;
 
+use core::time::Duration;
+
 use super::buffer::Buffer;
 use super::policy::{EmptyRead, NoEffect, WrongOutputLength};
 use super::process_data::ProcessData;
@@ -177,6 +179,16 @@ impl Slave {
     /// The outputs for the application, as many octets as configured. All zero until the first Data_Exchange.
     pub fn outputs(&self) -> &[u8] {
         self.process_data.outputs()
+    }
+
+    /// The inputs that the next Data_Exchange carries.
+    pub fn inputs(&self) -> &[u8] {
+        self.process_data.inputs()
+    }
+
+    /// The watchdog time of the owner, and when the watchdog expires; `None` while none runs.
+    pub fn watchdog(&self) -> Option<(Duration, Instant)> {
+        self.watchdog.map(|watchdog| (watchdog.time, watchdog.expires()))
     }
 
     /// Counts every passing of outputs to the application, cleared ones included. Changes with every Data_Exchange

@@ -180,6 +180,11 @@ impl Refusal {
         Reason::ALL.into_iter().filter(|&reason| self.contains(reason))
     }
 
+    /// One of the reasons in words, with its numbers.
+    pub const fn text(&self, reason: Reason) -> impl fmt::Display + use<> {
+        ReasonText { refusal: *self, reason }
+    }
+
     fn write(&self, f: &mut fmt::Formatter<'_>, reason: Reason) -> fmt::Result {
         let Self { position, upper_limit, lower_limit, loop_point, .. } = self;
         match reason {
@@ -230,6 +235,18 @@ impl Refusal {
             Reason::BeyondEncoder => f.write_str("the way leads beyond the range of the absolute encoder"),
             Reason::Off1NotSeen => f.write_str("OFF1 must be given once in Data_Exchange first"),
         }
+    }
+}
+
+/// A reason with the numbers of its refusal.
+struct ReasonText {
+    refusal: Refusal,
+    reason: Reason,
+}
+
+impl fmt::Display for ReasonText {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.refusal.write(f, self.reason)
     }
 }
 

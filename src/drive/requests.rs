@@ -33,6 +33,18 @@ impl Job {
 }
 
 impl Drive {
+    /// What stands now against a start (STW.6) with everything else as the last command has it; `None`: nothing.
+    ///
+    /// A job that is active stands against a travel job, too. Outside Data_Exchange the last command is all-zero.
+    pub fn start_refusal(&self, settings: &Settings) -> Option<Refusal> {
+        let mut refusal = match self.frame.mode {
+            Mode::Positioning => self.travel_refusal(&self.previous, settings),
+            Mode::Velocity => self.velocity_refusal(&self.previous),
+        };
+        refusal.note(Reason::StartHeld, !self.start_armed);
+        (!refusal.is_empty()).then_some(refusal)
+    }
+
     /// What `command` asks for, compared with the previous one. Leaves a [`Refusal`] for each edge that is refused;
     /// of several in one step the last.
     pub(super) fn asked(&mut self, command: &Command, connected: bool, settings: &Settings) -> Asked {
@@ -93,6 +105,12 @@ impl Drive {
         if self.frame.mode == Mode::Velocity || !(command.start || command.enables()) {
             return false;
         }
+        let refusal = self.travel_refusal(command, settings);
+        self.accepts(refusal)
+    }
+
+    /// What stands against a travel job.
+    fn travel_refusal(&self, command: &Command, settings: &Settings) -> Refusal {
         let job = self.job_to(command.setpoint, settings);
         let limits = self.frame.limits;
         let mut refusal = self.refusal_of(Request::Travel { setpoint: command.setpoint });
@@ -120,7 +138,7 @@ impl Drive {
             refusal.note(Reason::BeyondEncoder, self.is_beyond_encoder(via));
             refusal.note(Reason::LoopPointBelowLowerLimit, limits.is_below(refusal.loop_point));
         }
-        self.accepts(refusal)
+        refusal
     }
 
     /// Rows 28, 31, 35, 36. `travel`: a travel job starts with the same command.
@@ -152,6 +170,12 @@ impl Drive {
 
     /// Row 40: the setpoint is a level, a refusal is told once per rising edge.
     fn asks_velocity(&mut self, command: &Command) {
+        let refusal = self.velocity_refusal(command);
+        self.accepts(refusal);
+    }
+
+    /// What stands against turning with the setpoint.
+    fn velocity_refusal(&self, command: &Command) -> Refusal {
         let mut refusal = self.refusal_of(Request::Velocity { setpoint: command.setpoint });
         match self.state {
             // enabled by this very command, and turning with the next step
@@ -172,7 +196,7 @@ impl Drive {
             | State::TurnOnDisabled => self.note_state(&mut refusal, command),
         }
         refusal.note(Reason::NoOutputStage, !self.supplies.output_stage);
-        self.accepts(refusal);
+        refusal
     }
 
     /// Rows 4, 5, 14. A drive that still brakes is enabled as soon as it stands.

@@ -1,12 +1,14 @@
 //! A scripted DP master on the terminal of a running `profidrive emulate`.
 
+#![allow(dead_code, reason = "each test file uses its part")]
+
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 
 use profidrive::fdl::{FrameCount, Framer, FunctionCode, Resync, Service, Telegram};
-use profidrive::ppo::Pkw;
+use profidrive::ppo::{Outputs, PPO_LEN, Pkw, Stw};
 use profidrive::time::Instant;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::OFlags;
@@ -18,13 +20,17 @@ pub(crate) struct Master {
     terminal: File,
     framer: Framer,
     count: FrameCount,
+    /// Every telegram sent (`true`) and received (`false`), in this order.
+    #[allow(dead_code, reason = "each test file uses its part")]
+    pub(crate) log: Vec<(bool, Vec<u8>)>,
 }
 
 impl Master {
     pub(crate) fn open(terminal: &Path) -> Self {
         let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits().cast_signed();
         let terminal = OpenOptions::new().read(true).write(true).custom_flags(flags).open(terminal).unwrap();
-        let mut master = Self { terminal, framer: Framer::new(Resync::SCAN), count: FrameCount::First };
+        let (framer, count, log) = (Framer::new(Resync::SCAN), FrameCount::First, Vec::new());
+        let mut master = Self { terminal, framer, count, log };
         let prm = [0x80, 1, 1, 11, IDENT[0], IDENT[1], 0];
         assert_eq!(master.request(Some(61), &prm), Some(Vec::new()), "Set_Prm");
         assert_eq!(master.request(Some(62), &CFG), Some(Vec::new()), "Chk_Cfg");
@@ -39,14 +45,18 @@ impl Master {
             FrameCount::First | FrameCount::Odd | FrameCount::Unused => FrameCount::Even,
             FrameCount::Even => FrameCount::Odd,
         };
-        self.terminal.write_all(&telegram(SLAVE, MASTER, fc, dsap, data)).ok()?;
+        let request = telegram(SLAVE, MASTER, fc, dsap, data);
+        self.terminal.write_all(&request).ok()?;
+        self.log.push((true, request));
         let mut octets = [0; 256];
         let mut reply = None;
+        self.log.push((false, Vec::new()));
         while reply.is_none() {
             let mut readable = [PollFd::new(&self.terminal, PollFlags::IN)];
             let patience = Timespec { tv_sec: 5, tv_nsec: 0 };
             assert!(poll(&mut readable, Some(&patience)).unwrap() > 0, "no reply within 5 s");
             let count = self.terminal.read(&mut octets).ok().filter(|count| *count > 0)?;
+            self.log.last_mut().unwrap().1.extend(&octets[..count]);
             self.framer.receive(Instant::ZERO, &octets[..count], |_, result| match result.unwrap() {
                 Telegram::Data(telegram) => reply = Some(telegram.data.to_vec()),
                 Telegram::ShortAcknowledge => reply = Some(Vec::new()),
@@ -58,18 +68,22 @@ impl Master {
 
     /// Runs a job to its reply: first job 0 until the reply before is gone.
     pub(crate) fn job(&mut self, job: Pkw) -> Option<Pkw> {
-        while self.exchange(Pkw::ZERO)? != Pkw::ZERO {}
+        while self.pkw(Pkw::ZERO)? != Pkw::ZERO {}
         loop {
-            let reply = self.exchange(job)?;
+            let reply = self.pkw(job)?;
             if reply != Pkw::ZERO {
                 return Some(reply);
             }
         }
     }
 
-    fn exchange(&mut self, job: Pkw) -> Option<Pkw> {
-        let outputs: Vec<_> = job.to_octets().into_iter().chain([0; 6]).collect();
-        let inputs = self.request(None, &outputs)?;
+    fn pkw(&mut self, job: Pkw) -> Option<Pkw> {
+        let inputs = self.exchange(&Outputs::octets(job, Stw::from_raw(0), 0))?;
         Some(Pkw::from_octets(inputs[..8].try_into().unwrap()))
+    }
+
+    /// One Data_Exchange.
+    pub(crate) fn exchange(&mut self, outputs: &[u8; PPO_LEN]) -> Option<[u8; PPO_LEN]> {
+        Some(self.request(None, outputs)?.try_into().unwrap())
     }
 }

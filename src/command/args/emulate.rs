@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use profidrive::host::link::fault::Fault;
 
 use super::drive::RangeSpec;
+use super::link::host_and_port;
 use super::quirk::help as quirks_help;
 use super::{BaudSpec, DriveSpec, LinkSpec, QuirkSpec};
 
@@ -52,14 +53,33 @@ pub(crate) struct Emulate {
     #[arg(long = "fault", value_name = "SPEC")]
     pub(crate) faults: Vec<Fault>,
 
+    /// Serves the panel for browsers, HTTP control and a live stream at ADDR:PORT, as in 127.0.0.1:8080 (port 0: a free
+    /// one), and adds panel=URL to the line on stdout
+    #[arg(long, value_name = "ADDR:PORT", value_parser = panel_place)]
+    pub(crate) panel: Option<String>,
+
+    /// Lets other machines reach the panel. There is no password: whoever connects steers the drives
+    #[arg(long, requires = "panel")]
+    pub(crate) panel_allow_remote: bool,
+
     /// Keeps each drive's EEPROM in a file in DIR, which is made if it is missing; without it the EEPROM lives as long
     /// as the process
     #[arg(long, value_name = "DIR")]
     pub(crate) state_dir: Option<PathBuf>,
 
+    /// Writes every telegram in both directions to FILE, which Wireshark opens (docs/wireshark); an existing FILE is
+    /// replaced
+    #[arg(long, value_name = "FILE.pcapng")]
+    pub(crate) capture: Option<PathBuf>,
+
     /// How all drives behave where the manuals leave it open; repeat it for more (--help lists the quirks)
     #[arg(long = "quirk", value_name = "NAME=VALUE", long_help = quirks_help())]
     pub(crate) quirks: Vec<QuirkSpec>,
+}
+
+/// Host and port of the panel.
+fn panel_place(place: &str) -> Result<String, String> {
+    host_and_port(place, "127.0.0.1:8080", "expected ADDR:PORT")
 }
 
 impl Emulate {
@@ -110,5 +130,6 @@ Examples:
   profidrive emulate --drives 1-125,model=ag03
   profidrive emulate --link pty:/tmp/bus --baud 500000
   profidrive emulate --state-dir ~/drives
+  profidrive emulate --capture bus.pcapng
   profidrive emulate --link serial:/dev/ttyUSB0 --baud 19200 -v
   profidrive emulate --link tcp:127.0.0.1:5050 --fault no-reply,rate=0.01 --fault late=20ms,at=100";

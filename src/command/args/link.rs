@@ -38,20 +38,22 @@ impl FromStr for LinkSpec {
     }
 }
 
+pub(super) fn tcp(place: &str) -> Result<LinkSpec, String> {
+    host_and_port(place, "tcp:127.0.0.1:5050", LINKS).map(LinkSpec::Tcp)
+}
+
 /// `HOST:PORT`, an IPv6 address in brackets. Whether the host is there shows when it is listened at.
-fn tcp(place: &str) -> Result<LinkSpec, String> {
+pub(super) fn host_and_port(place: &str, example: &str, form: &str) -> Result<String, String> {
     match place.rsplit_once(':') {
-        None | Some(("", _)) => {
-            Err(format!("host and port must be given, for example tcp:127.0.0.1:5050; {LINKS}"))
-        }
+        None | Some(("", _)) => Err(format!("host and port must be given, for example {example}; {form}")),
         Some((host, port)) if port.is_empty() || !port.bytes().all(|octet| octet.is_ascii_digit()) => {
-            Err(format!("'{port}' is no port of {host}; {LINKS}"))
+            Err(format!("'{port}' is no port of {host}; {form}"))
         }
         Some((_, port)) if port.parse::<u16>().is_err() => Err(format!("port {port} is outside 0 to 65535")),
         Some((host, _)) if host.contains(':') && !host.starts_with('[') => {
-            Err(format!("an IPv6 address is written in brackets, for example tcp:[::1]:5050; {LINKS}"))
+            Err(format!("an IPv6 address is written in brackets, for example [::1]:5050; {form}"))
         }
-        Some(_) => Ok(LinkSpec::Tcp(place.into())),
+        Some(_) => Ok(place.into()),
     }
 }
 

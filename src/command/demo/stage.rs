@@ -5,10 +5,12 @@ use core::time::Duration;
 use std::collections::VecDeque;
 use std::io::{self, Write};
 
-use profidrive::device::{Config, Event};
-use profidrive::drive::Inputs as Plant;
+use profidrive::device::{Config, Device, Event};
+use profidrive::drive::{Inputs as Plant, Mode};
+use profidrive::explain::words::{self, Word};
+use profidrive::explain::{Context, Explanation, Kind, Sender as Side};
 use profidrive::fdl::Address;
-use profidrive::master::{Sender, SimulatedBus, baudrate, peripheral};
+use profidrive::master::{EmulatedBus, Sender, baudrate, peripheral};
 use profidrive::pkw::ErrorNumber;
 use profidrive::ppo::{Ind, Inputs, JobId, Outputs, Pke, Pkw, ReplyId, Stw, Zsw};
 use profidrive::time::{BaudRate, Instant};
@@ -16,11 +18,11 @@ use profirust::dp::{DpMaster, PeripheralHandle};
 use profirust::fdl::{FdlActiveStation, ParametersBuilder};
 
 use super::chart::Recording;
-use super::{telegram, words};
 
 const DRIVE: u8 = 5;
 const MASTER: u8 = 2;
 const BAUD: BaudRate = BaudRate::K500;
+const MODE: Mode = Mode::Positioning;
 const WATCHDOG: Duration = Duration::from_millis(200);
 
 /// How long anything may take on the bus before it is unexpected.
@@ -54,7 +56,7 @@ fn unexpected(error: impl Display) -> Trouble {
 
 /// Master, wire and drive, and the page.
 pub(super) struct Stage<'w> {
-    bus: SimulatedBus<'static>,
+    bus: EmulatedBus<'static>,
     drive: PeripheralHandle,
     out: &'w mut dyn Write,
     titles: u8,
@@ -80,7 +82,7 @@ impl<'w> Stage<'w> {
             .build_verified(&dp);
         let mut fdl = FdlActiveStation::new(parameters);
         fdl.set_online();
-        let mut bus = SimulatedBus::new(fdl, dp).map_err(unexpected)?;
+        let mut bus = EmulatedBus::new(fdl, dp).map_err(unexpected)?;
         bus.connect(Config::new(Address::station(DRIVE).map_err(unexpected)?)).map_err(unexpected)?;
         let mut stage = Self {
             bus,
@@ -121,12 +123,14 @@ impl<'w> Stage<'w> {
     /// Shows every telegram between master and drive until the drive's first inputs have come.
     pub(super) fn start_up(&mut self) -> Result<(), Trouble> {
         let mut told = Vec::new();
+        let mut context = Context::with_mode(MODE);
         let outcome = self.bus.run_until(PATIENCE, |bus, _| {
             let mut inputs = false;
             while let Some(heard) = bus.poll_telegram() {
-                inputs |= telegram::is_inputs(&heard.octets);
-                if let Some(words) = telegram::explain(&heard.octets, DRIVE) {
-                    told.push((heard, words));
+                let explanation = context.telegram(&heard.octets);
+                inputs |= is_inputs(&explanation);
+                if belongs(&explanation) {
+                    told.push((heard, explanation.summary));
                 }
             }
             inputs
@@ -134,7 +138,7 @@ impl<'w> Stage<'w> {
         for (heard, words) in told {
             let speaker = match heard.sender {
                 Sender::Master => "master",
-                Sender::Drive(_) => "drive",
+                Sender::Station => "drive",
             };
             let hex: Vec<String> = heard.octets.iter().map(|octet| format!("{octet:02X}")).collect();
             let hex = hex.join(" ");
@@ -198,7 +202,7 @@ impl<'w> Stage<'w> {
         setpoint: i32,
         expected: (u16, u16),
     ) -> Result<(), Trouble> {
-        let changes = words::stw(self.stw, stw);
+        let changes = words::changes(Word::Stw, MODE, self.stw.raw(), stw.raw());
         self.stw = stw;
         self.setpoint = setpoint;
         self.line(self.bus.now(), "STW", format_args!("{stw}  {meaning}: {changes}"))?;
@@ -214,7 +218,7 @@ impl<'w> Stage<'w> {
         })?;
         let inputs = self.inputs()?;
         let (zsw, position) = (inputs.zsw(), inputs.hiw());
-        let said = words::zsw(self.zsw, zsw);
+        let said = words::said(MODE, self.zsw.raw(), zsw.raw());
         self.zsw = zsw;
         self.line(self.bus.now(), "ZSW", format_args!("{zsw}  {said}; at {position}"))
     }
@@ -230,10 +234,7 @@ impl<'w> Stage<'w> {
 
     /// Changes what acts on the drive from outside.
     pub(super) fn surround(&mut self, plant: Plant) {
-        let now = self.bus.now();
-        if let Some(device) = self.bus.device_mut(DRIVE) {
-            device.set_inputs(now, plant);
-        }
+        self.bus.with(DRIVE, |device: &mut Device, now| device.set_inputs(now, plant));
     }
 
     /// Records the position from now on.
@@ -320,6 +321,18 @@ impl Stage<'_> {
         }
         Ok(())
     }
+}
+
+/// Whether a telegram belongs to the story: no token, and not for a station that is not there.
+fn belongs(explanation: &Explanation) -> bool {
+    let ours = |address: u8| address == DRIVE || address == Address::BROADCAST.number();
+    explanation.kind == Kind::Telegram && [explanation.from, explanation.to].into_iter().flatten().any(ours)
+}
+
+/// Whether a telegram carries the inputs of the drive.
+fn is_inputs(explanation: &Explanation) -> bool {
+    let exchange = explanation.service == Some("Data_Exchange") && explanation.sender == Some(Side::Slave);
+    exchange && explanation.fields.iter().any(|field| field.name == "ZSW")
 }
 
 /// The words of `text` in lines of at most `width` characters; a longer word has a line for itself. Double spaces

@@ -57,7 +57,7 @@ const MAX_LATE: usize = 256;
 pub struct Faulty<L, C> {
     link: L,
     clock: C,
-    faults: Vec<Active>,
+    faults: Faults,
     pieces: Pieces,
     /// To whom the last request was addressed: SC does not say from whom it is.
     asked: Option<Address>,
@@ -79,7 +79,7 @@ impl<L: Link, C: Clock> Faulty<L, C> {
         Self {
             link,
             clock,
-            faults: faults.iter().map(|fault| Active::new(*fault)).collect(),
+            faults: faults.iter().copied().collect(),
             pieces: Pieces::default(),
             asked: None,
             heard: VecDeque::new(),
@@ -89,7 +89,30 @@ impl<L: Link, C: Clock> Faulty<L, C> {
 
     /// How often each fault has struck, in the order given.
     pub fn strikes(&self) -> impl Iterator<Item = (Fault, u32)> + '_ {
-        self.faults.iter().map(|active| (active.fault, active.strikes))
+        self.faults.iter().map(|(_, fault, strikes)| (fault, strikes))
+    }
+
+    /// The faults, to change them while the drives run.
+    pub const fn faults_mut(&mut self) -> &mut Faults {
+        &mut self.faults
+    }
+
+    /// Whether octets pass as they come: there is no fault, and nothing is left of one that was.
+    fn is_transparent(&self) -> bool {
+        self.faults.active.is_empty()
+            && self.heard.is_empty()
+            && self.pieces.len() == 0
+            && self.late.is_empty()
+    }
+
+    /// The link inside.
+    pub fn link_mut(&mut self) -> &mut L {
+        &mut self.link
+    }
+
+    /// When to call [`Link::receive`] again although nothing arrived: something held back is due then.
+    pub fn poll_timeout(&self) -> Option<Instant> {
+        [self.next_late(), self.pieces.poll_timeout()].into_iter().flatten().min()
     }
 
     /// Sends what was held back until now.
@@ -113,14 +136,14 @@ impl<L: Link, C: Clock> Faulty<L, C> {
         while let Some(piece) = self.pieces.pop(now) {
             let mut octets = match piece {
                 Piece::Telegram(telegram) => telegram,
-                Piece::Noise(noise) => {
+                Piece::Noise(noise, _) => {
                     self.heard.extend(noise);
                     continue;
                 }
             };
             if let Some(request) = data_telegram(&octets).filter(is_request) {
                 self.asked = Some(request.da);
-                for active in &mut self.faults {
+                for active in &mut self.faults.active {
                     octets = active.spoil_request(octets, now);
                 }
             }
@@ -138,9 +161,52 @@ impl<L: Link, C: Clock> Faulty<L, C> {
     }
 }
 
+/// The faults of a [`Faulty`] link, in the order in which they act.
+#[derive(Debug, Default)]
+pub struct Faults {
+    active: Vec<Active>,
+    /// The number of the newest.
+    last: u32,
+}
+
+impl Faults {
+    /// Each fault with its number and how often it has struck.
+    pub fn iter(&self) -> impl Iterator<Item = (u32, Fault, u32)> + '_ {
+        self.active.iter().map(|active| (active.number, active.fault, active.strikes))
+    }
+
+    /// Adds a fault behind the others. Returns its number, by which it is removed.
+    pub fn add(&mut self, fault: Fault) -> u32 {
+        self.last = self.last.saturating_add(1);
+        self.active.push(Active::new(fault, self.last));
+        self.last
+    }
+
+    /// Ends a fault. `None`: there is none of this number.
+    pub fn remove(&mut self, number: u32) -> Option<Fault> {
+        let place = self.active.iter().position(|active| active.number == number)?;
+        Some(self.active.remove(place).fault)
+    }
+
+    /// Ends every fault.
+    pub fn clear(&mut self) {
+        self.active.clear();
+    }
+}
+
+impl FromIterator<Fault> for Faults {
+    fn from_iter<I: IntoIterator<Item = Fault>>(faults: I) -> Self {
+        let mut list = Self::default();
+        for fault in faults {
+            list.add(fault);
+        }
+        list
+    }
+}
+
 impl<L: Link, C: Clock> Link for Faulty<L, C> {
     fn receive(&mut self, buf: &mut [u8]) -> io::Result<Received> {
-        if self.faults.is_empty() {
+        if self.is_transparent() {
             return self.link.receive(buf);
         }
         let now = self.clock.now();
@@ -169,13 +235,16 @@ impl<L: Link, C: Clock> Link for Faulty<L, C> {
     }
 
     fn send(&mut self, telegram: &[u8]) -> io::Result<()> {
+        if self.is_transparent() {
+            return self.link.send(telegram);
+        }
         let now = self.clock.now();
         let mut reply = Outgoing::new(telegram);
         let station = match data_telegram(telegram) {
             Some(telegram) => Some(telegram.sa),
             None => self.asked,
         };
-        for active in &mut self.faults {
+        for active in &mut self.faults.active {
             active.spoil_reply(&mut reply, station, now);
         }
         for octets in reply.telegrams() {
@@ -193,8 +262,8 @@ impl<L: Link, C: Clock> Link for Faulty<L, C> {
             return Ok(());
         }
         let now = self.clock.now();
-        let own = [self.next_late(), self.pieces.poll_timeout()].into_iter().flatten();
-        let timeout = own.map(|due| due.saturating_since(now)).chain(timeout).min();
+        let own = self.poll_timeout().map(|due| due.saturating_since(now));
+        let timeout = own.into_iter().chain(timeout).min();
         self.link.wait(timeout, stop)
     }
 
@@ -229,6 +298,7 @@ impl Outgoing {
 /// A fault, and what it has seen and done.
 #[derive(Debug)]
 struct Active {
+    number: u32,
     fault: Fault,
     random: Random,
     occasions: u32,
@@ -252,8 +322,15 @@ struct Station {
 }
 
 impl Active {
-    fn new(fault: Fault) -> Self {
-        Self { fault, random: Random(fault.seed), occasions: 0, strikes: 0, stations: BTreeMap::new() }
+    fn new(fault: Fault, number: u32) -> Self {
+        Self {
+            number,
+            fault,
+            random: Random(fault.seed),
+            occasions: 0,
+            strikes: 0,
+            stations: BTreeMap::new(),
+        }
     }
 
     /// Whether it concerns this station.

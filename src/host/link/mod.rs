@@ -1,4 +1,4 @@
-//! The links: in memory, pseudo-terminal, serial port, TCP; and faults on purpose for any of them.
+//! The links: in memory, pseudo-terminal, serial port, TCP; and for any of them faults on purpose and a tap.
 
 pub mod fault;
 pub mod memory;
@@ -9,8 +9,11 @@ pub mod pty;
 pub mod serial;
 #[cfg(target_os = "linux")]
 mod symlink;
+pub mod tap;
 #[cfg(unix)]
 pub mod tcp;
+#[cfg(unix)]
+pub mod terminal;
 
 /// Sleeps until one of the descriptors is readable or `timeout` has passed. A signal ends the sleep early.
 #[cfg(unix)]

@@ -6,8 +6,8 @@
 use core::time::Duration;
 use std::vec::Vec;
 
-use crate::fdl::Resync;
 use crate::fdl::telegram::{Decoded, decode};
+use crate::fdl::{FrameError, Resync};
 use crate::time::Instant;
 
 /// How long the rest of a telegram may take, as on every link whose timing is not true.
@@ -21,8 +21,8 @@ const PATIENCE: Duration = match Resync::SCAN {
 pub(super) enum Piece {
     /// One whole and correct telegram.
     Telegram(Vec<u8>),
-    /// Octets that are no telegram, at least one.
-    Noise(Vec<u8>),
+    /// Octets that are no telegram, at least one, and why the first is the beginning of none.
+    Noise(Vec<u8>, FrameError),
 }
 
 /// Octets of one sender that are not handed out yet.
@@ -49,19 +49,31 @@ impl Pieces {
     /// The next piece, if its end is known. Octets that no more came to for 50 ms are given up as a telegram.
     pub(super) fn pop(&mut self, now: Instant) -> Option<Piece> {
         let overdue = self.ended || now.saturating_since(self.last) >= PATIENCE;
-        let mut noise = 0;
+        let (mut noise, mut reason) = (0, None);
         while let Some(front) = self.held.get(noise..).filter(|front| !front.is_empty()) {
-            match decode(front) {
-                Decoded::Invalid { skip, .. } => noise += skip,
-                Decoded::Incomplete if overdue => noise += 1,
+            let (skip, error) = match decode(front) {
+                Decoded::Invalid { skip, error } => (skip, error),
+                Decoded::Incomplete if overdue => (1, broken_off(front)),
                 Decoded::Telegram { len, .. } if noise == 0 => {
                     return Some(Piece::Telegram(self.held.drain(..len).collect()));
                 }
                 Decoded::Incomplete | Decoded::Telegram { .. } => break,
-            }
+            };
+            noise += skip;
+            reason.get_or_insert(error);
         }
         let noise = noise.min(self.held.len());
-        (noise > 0).then(|| Piece::Noise(self.held.drain(..noise).collect()))
+        reason.map(|reason| Piece::Noise(self.held.drain(..noise).collect(), reason))
+    }
+
+    /// When the last octets came.
+    pub(super) const fn last(&self) -> Instant {
+        self.last
+    }
+
+    /// Octets no more of which come: each time they are pushed, what is unfinished stays so.
+    pub(super) fn ended() -> Self {
+        Self { ended: true, ..Self::default() }
     }
 
     /// When an unfinished telegram is given up.
@@ -78,6 +90,11 @@ impl Pieces {
     pub(super) fn clear(&mut self) {
         self.held.clear();
     }
+}
+
+/// Why octets that only begin a telegram are none.
+pub(super) fn broken_off(octets: &[u8]) -> FrameError {
+    FrameError::BrokenOff { octets: u8::try_from(octets.len()).unwrap_or(u8::MAX) }
 }
 
 /// The longest front of `noise` with which a framer is done as soon as it has it. Behind the rest it would wait for
@@ -116,7 +133,7 @@ mod tests {
 
     fn octets(pieces: &[Piece]) -> Vec<u8> {
         let octets = pieces.iter().map(|piece| match piece {
-            Piece::Telegram(octets) | Piece::Noise(octets) => &octets[..],
+            Piece::Telegram(octets) | Piece::Noise(octets, _) => &octets[..],
         });
         octets.collect::<Vec<_>>().concat()
     }
@@ -127,10 +144,10 @@ mod tests {
 
     #[test]
     fn telegrams_and_noise_are_told_apart_wherever_they_are_cut() {
-        let octets = [&[1, 2][..], &ASK, &ASK, &[0xE5, 3]].concat();
+        let octets = [&[1][..], &ASK, &ASK, &[0xE5, 3]].concat();
         let ask = || Piece::Telegram(ASK.to_vec());
-        let expected =
-            [Piece::Noise(vec![1, 2]), ask(), ask(), Piece::Telegram(vec![0xE5]), Piece::Noise(vec![3])];
+        let noise = |octet| Piece::Noise(vec![octet], FrameError::StartDelimiter { got: octet });
+        let expected = [noise(1), ask(), ask(), Piece::Telegram(vec![0xE5]), noise(3)];
         for cut in 0..octets.len() {
             let mut pieces = Pieces::default();
             pieces.push(Instant::ZERO, &octets[..cut]);
@@ -152,7 +169,7 @@ mod tests {
         pieces.push(Instant::from_millis(10), &ASK);
         assert_eq!(pieces.poll_timeout(), Some(Instant::from_millis(60)));
         assert_eq!(pieces.pop(Instant::from_millis(59)), None);
-        let noise = Piece::Noise(vec![0x68, 0x20, 0x20, 0x68]);
+        let noise = Piece::Noise(vec![0x68, 0x20, 0x20, 0x68], FrameError::BrokenOff { octets: 10 });
         assert_eq!(all(&mut pieces, Instant::from_millis(60)), [noise, Piece::Telegram(ASK.to_vec())]);
         assert_eq!((pieces.len(), pieces.poll_timeout()), (0, None));
     }
@@ -179,7 +196,7 @@ mod tests {
             }
             found.extend(all(&mut pieces, Instant::from_millis(50)));
             for piece in &found {
-                if let Piece::Noise(noise) = piece {
+                if let Piece::Noise(noise, _) = piece {
                     let mut framer = crate::fdl::Framer::new(Resync::SCAN);
                     framer.receive(Instant::ZERO, settled(noise), |_, _| {});
                     prop_assert_eq!(framer.poll_timeout(), None);

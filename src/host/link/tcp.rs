@@ -14,6 +14,8 @@
 //!   32nd are turned away. Each is a warning in the log.
 //! - **When the last client has left**, [`Link::receive`] says [`Received::Reset`].
 //!
+//! [`Tcp`] is the port, with the drives; a [`Connection`] is the end of one master.
+//!
 //! Two masters that do not pass the token to each other get replies to their own requests this way, but each hears the
 //! replies to the other too, and SC does not say to whom it is addressed.
 //!
@@ -24,7 +26,7 @@ use core::net::SocketAddr;
 use core::time::Duration;
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind};
-use std::net::{TcpListener, TcpStream, ToSocketAddrs};
+use std::net::{TcpListener, TcpStream};
 use std::vec::Vec;
 
 use rustix::event::{PollFd, PollFlags};
@@ -33,11 +35,16 @@ use super::pieces::{Piece, settled};
 use super::poll_readable;
 use crate::fdl::telegram::{Decoded, decode};
 use crate::fdl::{Function, Service, Telegram};
+use crate::host::reach::{ListenError, listen};
 use crate::host::{Clock, Error, Link, Received, Stop, SystemClock};
 use crate::time::{BaudRate, Instant};
 
 mod client;
+mod connection;
 
+pub use connection::Connection;
+
+pub use crate::host::Reach;
 use client::{Client, Leave};
 
 /// How many clients there can be at a time.
@@ -59,15 +66,6 @@ const MOST_ACCEPTED: usize = 8;
 
 /// After the operating system could not accept a connection (no descriptor is left, say).
 const ACCEPT_PAUSE: Duration = Duration::from_secs(1);
-
-/// Who can connect.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reach {
-    /// Programs on this machine.
-    ThisMachine,
-    /// Everybody whom the address reaches. There is no password and no encryption.
-    Network,
-}
 
 /// A listening port and its clients.
 #[derive(Debug)]
@@ -107,16 +105,10 @@ impl Tcp {
     /// # Errors
     /// [`Error::TcpReach`] if others than this machine could connect and were not invited, [`Error::Tcp`].
     pub fn bind(place: &str, rate: BaudRate, reach: Reach) -> Result<Self, Error> {
-        let failed = |source| Error::Tcp { place: place.into(), source };
-        let addresses: Vec<SocketAddr> = place.to_socket_addrs().map_err(failed)?.collect();
-        if reach == Reach::ThisMachine
-            && let Some(address) = addresses.iter().find(|address| !address.ip().to_canonical().is_loopback())
-        {
-            return Err(Error::TcpReach { place: place.into(), address: *address });
-        }
-        let listener = TcpListener::bind(&addresses[..]).map_err(failed)?;
-        listener.set_nonblocking(true).map_err(failed)?;
-        let address = listener.local_addr().map_err(failed)?;
+        let (listener, address) = listen(place, reach).map_err(|error| match error {
+            ListenError::Failed(source) => Error::Tcp { place: place.into(), source },
+            ListenError::TooFar(address) => Error::TcpReach { place: place.into(), address },
+        })?;
         Ok(Self {
             listener,
             address,
@@ -246,7 +238,7 @@ impl Tcp {
             }
             octets.extend_from_slice(match &piece {
                 Piece::Telegram(telegram) => telegram,
-                Piece::Noise(noise) => settled(noise),
+                Piece::Noise(noise, _) => settled(noise),
             });
             match meaning {
                 Meaning::Request => self.busy = Some(Busy { until: None, over: false }),

@@ -1,0 +1,118 @@
+//! What a stream teaches about what comes later.
+
+use std::collections::BTreeMap;
+
+use super::{Explanation, Sender, frame, ppo};
+use crate::dp::Service;
+use crate::drive::Mode;
+use crate::fdl::FrameCount;
+use crate::param::Pnu;
+use crate::ppo::{JobId, Pkw, ReplyId};
+
+/// Explains telegrams and words one after the other, and remembers what helps with the next: which request a response
+/// answers, the job a reply belongs to, operating mode and unit of each station as far as PNU 930 and 1012 told.
+///
+/// Takes memory for at most 127 stations, however long the stream.
+#[derive(Clone, Debug, Default)]
+pub struct Context {
+    mode: Option<Mode>,
+    stations: BTreeMap<u8, Learned>,
+    /// Of words without a telegram around them.
+    bare: Learned,
+    pub(super) asked: Option<Asked>,
+}
+
+/// The last request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Asked {
+    pub(super) master: u8,
+    pub(super) station: u8,
+    pub(super) service: Option<Service>,
+    pub(super) fdl: crate::fdl::Service,
+}
+
+/// What is known of one station.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Learned {
+    given: Option<Mode>,
+    heard: Option<Mode>,
+    pub(super) lengths: super::value::Lengths,
+    pub(super) ident: Option<u16>,
+    pub(super) stw: u16,
+    pub(super) zsw: u16,
+    pub(super) job: Option<Pkw>,
+    /// Whose parameter channel was looked at last.
+    pub(super) last: Option<Sender>,
+    /// Who asked last, and the frame count.
+    pub(super) count: Option<(u8, FrameCount)>,
+}
+
+impl Context {
+    /// A context in which every drive is in this operating mode, whatever is heard of it.
+    pub fn with_mode(mode: Mode) -> Self {
+        Self { mode: Some(mode), ..Self::default() }
+    }
+
+    /// Explains one telegram. What is no telegram, or more than one, is [`Mark::Invalid`](super::Mark::Invalid) with
+    /// the reason and the octet.
+    pub fn telegram(&mut self, octets: &[u8]) -> Explanation {
+        frame::explain(octets, self)
+    }
+
+    /// Explains words without a telegram: a PPO (14 octets), PKW (8), PZD (6) or one word (2), from the master or
+    /// the drive. Without a `sender` the words must tell; `None` for another number of octets.
+    pub fn bare(&mut self, octets: &[u8], sender: Option<Sender>) -> Option<Explanation> {
+        let mut learned = Learned { given: self.mode, ..self.bare };
+        let explanation = ppo::bare(octets, sender, &mut learned);
+        self.bare = learned;
+        explanation
+    }
+
+    pub(super) fn station(&self, station: u8) -> Learned {
+        let learned = self.stations.get(&station).copied().unwrap_or_default();
+        Learned { given: self.mode, ..learned }
+    }
+
+    pub(super) fn learn(&mut self, station: u8, learned: Learned) {
+        self.stations.insert(station & 0x7F, learned);
+    }
+}
+
+impl Learned {
+    /// The operating mode: given, heard, or the one of a new drive.
+    pub(super) fn mode(&self) -> Mode {
+        self.given.or(self.heard).unwrap_or(Mode::Positioning)
+    }
+
+    /// Learns from a reply of the drive to the last job.
+    pub(super) fn hear_reply(&mut self, reply: Pkw) {
+        let value = match reply.pke.reply() {
+            ReplyId::Word => reply.word(),
+            ReplyId::NoReply
+            | ReplyId::DoubleWord
+            | ReplyId::Description
+            | ReplyId::ElementWord
+            | ReplyId::ElementDoubleWord
+            | ReplyId::ElementCount
+            | ReplyId::NotExecutable
+            | ReplyId::NoControlRights
+            | ReplyId::Reserved(_) => return,
+        };
+        match (reply.pke.pnu(), value) {
+            (OPERATING_MODE, 1) => self.heard = Some(Mode::Velocity),
+            (OPERATING_MODE, 2) => self.heard = Some(Mode::Positioning),
+            (SPINDLE_PITCH, 0) => self.lengths = super::value::Lengths::Increments,
+            (SPINDLE_PITCH, _) => self.lengths = super::value::Lengths::HundredthMillimetres,
+            (_, _) => {}
+        }
+    }
+
+    /// Whether `reply` can be the answer to the last job.
+    pub(super) fn answers(&self, reply: Pkw) -> Option<bool> {
+        let job = self.job.filter(|job| job.pke.job() != JobId::NoJob)?;
+        Some(Pnu::from_low_bits(job.pke.pnu()) == Pnu::from_low_bits(reply.pke.pnu()))
+    }
+}
+
+const OPERATING_MODE: u16 = 930;
+const SPINDLE_PITCH: u16 = 1012;

@@ -1,0 +1,234 @@
+//! The words of Data_Exchange: parameter channel, control and status word, setpoint and actual value; in a telegram
+//! or alone.
+
+use std::format;
+use std::string::String;
+use std::vec::Vec;
+
+use super::context::Learned;
+use super::field::{Field, Mark};
+use super::pkw::{self, known};
+use super::words::{self, Word};
+use super::{Explanation, Kind, Sender};
+use crate::drive::Mode;
+use crate::param::Width;
+use crate::ppo::{JobId, PPO_LEN, Pkw};
+
+/// The 14 octets of a PPO from octet `at` on: its fields, and all in a few words.
+pub(super) fn ppo(
+    octets: &[u8; PPO_LEN],
+    sender: Sender,
+    at: usize,
+    learned: &mut Learned,
+) -> (Vec<Field>, String) {
+    let &[a, b, c, d, e, f, g, h, ref rest @ ..] = octets;
+    let channel = channel(Pkw::from_octets([a, b, c, d, e, f, g, h]), sender, at, learned);
+    let (mut fields, words) = pzd(rest, sender, at + PKW_LEN, learned);
+    fields.insert(0, channel.field);
+    (fields, format!("{}; {words}", channel.summary))
+}
+
+/// Words without a telegram around them.
+pub(super) fn bare(octets: &[u8], sender: Option<Sender>, learned: &mut Learned) -> Option<Explanation> {
+    let sender = sender.unwrap_or_else(|| guess(octets, learned));
+    let (kind, fields, summary) = match octets.len() {
+        PPO_LEN => {
+            let (fields, summary) = ppo(octets.first_chunk()?, sender, 0, learned);
+            let which = match sender {
+                Sender::Master => "PPO outputs",
+                Sender::Slave => "PPO inputs",
+            };
+            (Kind::Ppo, fields, format!("{which}: {summary}"))
+        }
+        PKW_LEN => {
+            let said = channel(Pkw::from_octets(*octets.first_chunk()?), sender, 0, learned);
+            let summary = format!("{}: {}", said.field.name, said.summary);
+            (Kind::Pkw, Vec::from([said.field]), summary)
+        }
+        PZD_LEN => {
+            let (fields, summary) = pzd(octets.first_chunk()?, sender, 0, learned);
+            (Kind::Pzd, fields, format!("PZD: {summary}"))
+        }
+        2 => {
+            let (field, summary) = word_5(u16::from_be_bytes(*octets.first_chunk()?), sender, 0, learned);
+            (Kind::Word, Vec::from([field]), summary)
+        }
+        _ => return None,
+    };
+    let octets = Vec::from(octets);
+    let sender = Some(sender);
+    Some(Explanation { kind, sender, from: None, to: None, service: None, summary, octets, fields })
+}
+
+const PKW_LEN: usize = 8;
+const PZD_LEN: usize = 6;
+
+fn channel(pkw: Pkw, sender: Sender, at: usize, learned: &mut Learned) -> pkw::Said {
+    learned.last = Some(sender);
+    match sender {
+        Sender::Master => {
+            learned.job = Some(pkw);
+            pkw::job(pkw, at, learned)
+        }
+        Sender::Slave => {
+            learned.hear_reply(pkw);
+            pkw::reply(pkw, at, learned)
+        }
+    }
+}
+
+fn pzd(octets: &[u8; PZD_LEN], sender: Sender, at: usize, learned: &mut Learned) -> (Vec<Field>, String) {
+    let &[a, b, c, d, e, f] = octets;
+    let (first, words) = word_5(u16::from_be_bytes([a, b]), sender, at, learned);
+    let (second, value) = main_value(i32::from_be_bytes([c, d, e, f]), sender, at + 2, learned);
+    (Vec::from([first, second]), format!("{words}; {value}"))
+}
+
+/// Control word or status word.
+fn word_5(raw: u16, sender: Sender, at: usize, learned: &mut Learned) -> (Field, String) {
+    let mode = learned.mode();
+    let (word, before) = match sender {
+        Sender::Master => (Word::Stw, &mut learned.stw),
+        Sender::Slave => (Word::Zsw, &mut learned.zsw),
+    };
+    let said = match sender {
+        Sender::Master => words::on(word, mode, raw),
+        Sender::Slave => words::said(mode, *before, raw),
+    };
+    let meaning = match sender {
+        Sender::Master => match words::changes(word, mode, *before, raw).as_str() {
+            "no change" => said.clone(),
+            changes if changes == said => said.clone(),
+            changes => format!("{said}; new: {changes}"),
+        },
+        Sender::Slave => said.clone(),
+    };
+    *before = raw;
+    let mut field = words::field(word, mode, at, raw);
+    field.meaning = format!("{meaning} ({} mode)", mode_name(mode));
+    let field = match sender {
+        Sender::Master => judge_stw(field, mode, raw),
+        Sender::Slave => judge_zsw(field, raw),
+    };
+    (field, format!("{} {raw:04X} ({said})", word.name()))
+}
+
+fn main_value(value: i32, sender: Sender, at: usize, learned: &Learned) -> (Field, String) {
+    let name = match sender {
+        Sender::Master => "HSW",
+        Sender::Slave => "HIW",
+    };
+    let (text, what) = match (learned.mode(), sender) {
+        (Mode::Positioning, Sender::Master) => (learned.lengths.position(value.into()), "target position"),
+        (Mode::Positioning, Sender::Slave) => (learned.lengths.position(value.into()), "actual position"),
+        (Mode::Velocity, Sender::Master) => (format!("{value} rpm"), "target velocity"),
+        (Mode::Velocity, Sender::Slave) => (format!("{value} rpm"), "actual velocity"),
+    };
+    let short = match sender {
+        Sender::Master => "setpoint",
+        Sender::Slave => "actual value",
+    };
+    let mut field = Field::octets(name, at, &value.to_be_bytes(), format!("{what} {text}"));
+    if learned.mode() == Mode::Velocity && value.unsigned_abs() > MOST_RPM && sender == Sender::Master {
+        field = field.mistaken("no gear turns faster than 200 rpm (24:1) or 100 rpm (48:1)");
+    }
+    (field, format!("{short} {value}"))
+}
+
+const MOST_RPM: u32 = 200;
+
+const fn mode_name(mode: Mode) -> &'static str {
+    match mode {
+        Mode::Positioning => "positioning",
+        Mode::Velocity => "velocity",
+    }
+}
+
+/// Control words of the manual's flow charts, to recognise them with their octets swapped.
+const PRINTED_STW: [u16; 7] = [0x000B, 0x003B, 0x007B, 0x010B, 0x020B, 0x820B, 0x004B];
+
+fn judge_stw(mut field: Field, mode: Mode, raw: u16) -> Field {
+    let set = |bit: u16| raw >> bit & 1 != 0;
+    if PRINTED_STW.contains(&raw.swap_bytes()) && !PRINTED_STW.contains(&raw) {
+        let text = format!(
+            "with its octets the other way round it is {:04X}: words go high octet first",
+            raw.swap_bytes()
+        );
+        field = field.mistaken(text);
+    }
+    if set(2) {
+        let text = "bit 2 (OFF3) is not implemented and must be 0 by the manual: 047E, 047F and 000F of Siemens' \
+                    examples are 000A and 000B here";
+        field = field.hinted(text);
+    }
+    if raw & 0x7C00 != 0 {
+        let also = if set(10) { "; bit 10, control by PLC, is not needed" } else { "" };
+        field = field.hinted(format!("bits 10 to 14 are not supported{also}"));
+    }
+    match mode {
+        Mode::Positioning if set(8) && set(9) => field.mistaken("inching 1 and inching 2 exclude each other"),
+        Mode::Velocity if raw & 0x8300 != 0 => field.hinted("inching needs the positioning mode"),
+        Mode::Positioning | Mode::Velocity => field,
+    }
+}
+
+/// Bits of ZSW that are 1 in every state and mode.
+const ALWAYS_1: u16 = 0x0A20;
+
+fn judge_zsw(field: Field, raw: u16) -> Field {
+    let trouble = raw & 0x0048 != 0;
+    let field = field.marked_if(Mark::Trouble, trouble);
+    if raw & ALWAYS_1 == ALWAYS_1 || raw == 0 {
+        field
+    } else {
+        field.mistaken("bits 5, 9 and 11 are always 1 in the status word of these drives: is this one?")
+    }
+}
+
+/// Who says such words. A status word has bits that are always 1 and that no control word has all set; of a parameter
+/// channel alone the job before, the direction of its numbers and its value tell.
+fn guess(octets: &[u8], learned: &Learned) -> Sender {
+    let by_status = |word: u16| if word & ALWAYS_1 == ALWAYS_1 { Sender::Slave } else { Sender::Master };
+    match *octets {
+        [high, low] => by_status(u16::from_be_bytes([high, low])),
+        [high, low, _, _, _, _] => by_status(u16::from_be_bytes([high, low])),
+        [_, _, _, _, _, _, _, _, high, low, _, _, _, _] => by_status(u16::from_be_bytes([high, low])),
+        [a, b, c, d, e, f, g, h] => guess_pkw(Pkw::from_octets([a, b, c, d, e, f, g, h]), learned),
+        _ => Sender::Master,
+    }
+}
+
+fn guess_pkw(pkw: Pkw, learned: &Learned) -> Sender {
+    let pnu = pkw.pke.pnu();
+    let double = known(pnu).map(|entry| entry.width == Width::Double);
+    let array = known(pnu).is_some_and(|entry| entry.elements.is_some());
+    let answers = learned.last == Some(Sender::Master) && learned.answers(pkw) == Some(true);
+    let reply = match pkw.pke.job() {
+        JobId::NoJob => false,
+        // As a reply: a word. A value of 0 reads like the job; only a job before it tells.
+        JobId::Read => double != Some(true) && (pkw.double_word() != 0 || answers),
+        // As a reply: a double word. Of PNU 970 only the value tells (`ag03.md` C-15).
+        JobId::WriteWord if pnu == LOAD_PARAMETER_SET => pkw.double_word() == 0,
+        JobId::WriteWord => double == Some(true),
+        JobId::WriteDoubleWord => false,
+        // As replies: an array word, an array double word, a number of elements.
+        JobId::ReadDescription | JobId::WriteDescription => array,
+        JobId::ReadElement => pkw.double_word() != 0,
+        // As a reply: an error, which for a parameter that exists is not 0 ("no such number").
+        JobId::WriteElementWord => {
+            pkw.pwe_high == 0 && pkw.word() <= MOST_ERROR && (pkw.word() != 0 || known(pnu).is_none())
+        }
+        // As a reply: no control rights.
+        JobId::WriteElementDoubleWord => answers && pkw.double_word() == 0,
+        JobId::ReadElementCount => false,
+        JobId::Reserved(_) => pkw.pke.ak() <= 12,
+    };
+    if reply { Sender::Slave } else { Sender::Master }
+}
+
+const LOAD_PARAMETER_SET: u16 = 970;
+/// The highest error number of the manual's table.
+const MOST_ERROR: u16 = 19;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,185 @@
+//! What the services of DP carry.
+
+use std::format;
+use std::string::{String, ToString};
+use std::vec::Vec;
+
+use super::context::Learned;
+use super::field::Field;
+use super::{Sender, cfg, diag, ppo, set_prm};
+use crate::dp::Service;
+use crate::dp::global_control::{GlobalControl, Latch};
+use crate::dp::set_slave_add::{AddressFault, SetSlaveAdd};
+use crate::fdl::Sap;
+
+/// The data of a telegram explained.
+pub(super) struct Carried {
+    pub(super) service: Option<Service>,
+    pub(super) summary: String,
+    pub(super) fields: Vec<Field>,
+}
+
+/// The standard's name.
+pub(super) const fn name(service: Service) -> &'static str {
+    match service {
+        Service::SetSlaveAdd => "Set_Slave_Add",
+        Service::RdInp => "RD_Inp",
+        Service::RdOutp => "RD_Outp",
+        Service::GlobalControl => "Global_Control",
+        Service::GetCfg => "Get_Cfg",
+        Service::SlaveDiag => "Slave_Diag",
+        Service::SetPrm => "Set_Prm",
+        Service::ChkCfg => "Chk_Cfg",
+        Service::DataExchange => "Data_Exchange",
+    }
+}
+
+/// Number and use of a service access point at a slave.
+pub(super) fn sap_name(sap: Sap) -> String {
+    let of = match sap.number() {
+        53 => "Set_Ext_Prm (DP-V1)",
+        50 | 51 => "MS1 (DP-V1)",
+        _ => Service::of(Some(sap), None).map_or("none of DP-V0", name),
+    };
+    format!("SAP {sap}: {of}")
+}
+
+/// Data of which no more can be said than that they are there.
+pub(super) fn raw_data(data: &[u8], at: usize) -> Vec<Field> {
+    if data.is_empty() { Vec::new() } else { Vec::from([Field::octets("data", at, data, "")]) }
+}
+
+pub(super) fn request(service: Option<Service>, data: &[u8], at: usize, learned: &mut Learned) -> Carried {
+    let (summary, fields) = match service {
+        Some(Service::SlaveDiag) => no_data("Slave_Diag: how are you?", data, at),
+        Some(Service::GetCfg) => no_data("Get_Cfg: what do you exchange?", data, at),
+        Some(Service::RdInp) => no_data("RD_Inp: which inputs?", data, at),
+        Some(Service::RdOutp) => no_data("RD_Outp: which outputs?", data, at),
+        Some(Service::SetPrm) => set_prm::explain(data, at, learned),
+        Some(Service::ChkCfg) => {
+            let (summary, fields) = cfg::explain(data, at, learned.ident);
+            (format!("Chk_Cfg: {summary}, agreed?"), fields)
+        }
+        Some(Service::SetSlaveAdd) => set_slave_add(data, at),
+        Some(Service::GlobalControl) => global_control(data, at),
+        Some(Service::DataExchange) => exchange(data, Sender::Master, at, learned),
+        None => ("a service that no slave has".into(), raw_data(data, at)),
+    };
+    Carried { service, summary, fields }
+}
+
+pub(super) fn response(service: Option<Service>, data: &[u8], at: usize, learned: &mut Learned) -> Carried {
+    let (summary, fields) = match service {
+        Some(Service::SlaveDiag) => diag::explain(data, at, learned),
+        Some(Service::GetCfg) => {
+            let (summary, fields) = cfg::explain(data, at, learned.ident);
+            (format!("configuration: {summary}"), fields)
+        }
+        Some(Service::DataExchange | Service::RdInp) => exchange(data, Sender::Slave, at, learned),
+        Some(Service::RdOutp) => {
+            // A copy: a read of the outputs is no control word.
+            let (summary, fields) = exchange(data, Sender::Master, at, &mut learned.clone());
+            (summary.replacen("Data_Exchange", "outputs", 1), fields)
+        }
+        Some(
+            service @ (Service::SetSlaveAdd | Service::GlobalControl | Service::SetPrm | Service::ChkCfg),
+        ) => (format!("answer to {}", name(service)), raw_data(data, at)),
+        None => ("an answer to no service".into(), raw_data(data, at)),
+    };
+    Carried { service, summary, fields }
+}
+
+/// A request that asks without data.
+fn no_data(summary: &str, data: &[u8], at: usize) -> (String, Vec<Field>) {
+    let mut fields = raw_data(data, at);
+    if let Some(field) = fields.pop() {
+        fields.push(field.mistaken("this request has no data; the slave refuses it with RR"));
+    }
+    (summary.into(), fields)
+}
+
+/// User data of Data_Exchange: a PPO of these drives, or what another slave exchanges.
+fn exchange(data: &[u8], sender: Sender, at: usize, learned: &mut Learned) -> (String, Vec<Field>) {
+    let (head, what) = match sender {
+        Sender::Master => ("Data_Exchange", "outputs"),
+        Sender::Slave => ("inputs", "inputs"),
+    };
+    match data.try_into() {
+        Ok(octets) => {
+            let (fields, words) = ppo::ppo(octets, sender, at, learned);
+            (format!("{head}: {words}"), fields)
+        }
+        Err(_) if data.is_empty() => (format!("{head}: no {what}"), Vec::new()),
+        Err(_) => {
+            let text = format!("{} octets of {what}, not the 14 of these drives", data.len());
+            (format!("{head}: {text}"), Vec::from([Field::octets(what, at, data, text)]))
+        }
+    }
+}
+
+/// `dp::global_control` draws the octets.
+fn global_control(data: &[u8], at: usize) -> (String, Vec<Field>) {
+    let (&[command, groups], Some(parsed)) = (data, GlobalControl::parse(data, false)) else {
+        let fields = raw_data(data, at).into_iter();
+        let text = format!("{} octets, expected 2: every slave ignores it", data.len());
+        let fields = fields.map(|field| field.mistaken(&text)).collect();
+        return (format!("Global_Control: {text}"), fields);
+    };
+    let latch = |latch, set: &'static str, release: &'static str| match latch {
+        Latch::Keep => None,
+        Latch::Set => Some(set),
+        Latch::Release => Some(release),
+    };
+    let clear = parsed.clear_data.then_some("Clear_Data: outputs to zero");
+    let words: Vec<&str> =
+        [clear, latch(parsed.freeze, "Freeze", "Unfreeze"), latch(parsed.sync, "Sync", "Unsync")]
+            .into_iter()
+            .flatten()
+            .collect();
+    let words =
+        if words.is_empty() { "no command, the master is in Operate".into() } else { words.join(", ") };
+    let whom = if groups == 0 { String::new() } else { format!(" to groups {}", groups_of(groups)) };
+    let names = ["reserved", "Clear_Data", "Unfreeze", "Freeze", "Unsync", "Sync", "reserved", "reserved"];
+    let mut bits: Vec<Field> =
+        (0..8).zip(names).map(|(n, name)| Field::bit(name, at, n, command, "1", "0")).collect();
+    bits.reverse();
+    let mut control = Field::octet("Control_Command", at, command, words.clone()).with(bits);
+    if command & 0xC1 != 0 {
+        control = control.mistaken("reserved bits are set: a slave ignores the command");
+    }
+    let select = if groups == 0 { "all slaves".into() } else { format!("groups {}", groups_of(groups)) };
+    let fields = Vec::from([control, Field::octet("Group_Select", at + 1, groups, select)]);
+    (format!("Global_Control{whom}: {words}"), fields)
+}
+
+/// `1, 4` for bits 0 and 3.
+pub(super) fn groups_of(mask: u8) -> String {
+    let groups: Vec<String> =
+        (0..8).filter(|bit| mask >> bit & 1 != 0).map(|bit: u8| (bit + 1).to_string()).collect();
+    groups.join(", ")
+}
+
+/// `dp::set_slave_add` draws the octets.
+fn set_slave_add(data: &[u8], at: usize) -> (String, Vec<Field>) {
+    let &[address, high, low, no_change, ref rest @ ..] = data else {
+        let fault = AddressFault::Length { got: data.len() };
+        let fields = raw_data(data, at).into_iter().map(|field| field.mistaken(fault)).collect();
+        return (format!("Set_Slave_Add: {fault}"), fields);
+    };
+    let ident = u16::from_be_bytes([high, low]);
+    let mut new = Field::octet("New_Slave_Add", at, address, format!("station {address}"));
+    if let Err(fault) = SetSlaveAdd::parse(data, ident) {
+        new = new.mistaken(fault);
+    }
+    let change =
+        if no_change == 0 { "may be changed again" } else { "for good, until the hardware is reset" };
+    let mut fields = Vec::from([
+        new,
+        Field::word("Ident_Number", at + 1, ident, "of the slave that is meant"),
+        Field::octet("No_Add_Chg", at + 3, no_change, change),
+    ]);
+    if !rest.is_empty() {
+        fields.push(Field::octets("Rem_Slave_Data", at + 4, rest, "kept by the slave"));
+    }
+    (format!("Set_Slave_Add: be station {address}"), fields)
+}

@@ -1,0 +1,38 @@
+//! Who can connect to a port that is listened at.
+
+use core::net::SocketAddr;
+use std::io;
+use std::net::{TcpListener, ToSocketAddrs};
+use std::vec::Vec;
+
+/// Who can connect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reach {
+    /// Programs on this machine.
+    ThisMachine,
+    /// Everybody whom the address reaches. There is no password and no encryption.
+    Network,
+}
+
+/// Why a port is not listened at.
+#[derive(Debug)]
+pub(crate) enum ListenError {
+    /// The operating system does not let us, or does not know the host.
+    Failed(io::Error),
+    /// Others than this machine could connect at this address, and were not invited.
+    TooFar(SocketAddr),
+}
+
+/// Listens at `place`, `HOST:PORT`, without blocking; port 0 is a free one, and the address says which.
+pub(crate) fn listen(place: &str, reach: Reach) -> Result<(TcpListener, SocketAddr), ListenError> {
+    let addresses: Vec<SocketAddr> = place.to_socket_addrs().map_err(ListenError::Failed)?.collect();
+    if reach == Reach::ThisMachine
+        && let Some(address) = addresses.iter().find(|address| !address.ip().to_canonical().is_loopback())
+    {
+        return Err(ListenError::TooFar(*address));
+    }
+    let listener = TcpListener::bind(&addresses[..]).map_err(ListenError::Failed)?;
+    listener.set_nonblocking(true).map_err(ListenError::Failed)?;
+    let address = listener.local_addr().map_err(ListenError::Failed)?;
+    Ok((listener, address))
+}

@@ -1,0 +1,239 @@
+//! The bus: its stations, its counters, the faults on its line.
+
+use std::format;
+use std::prelude::v1::*;
+
+use axum::Json;
+use axum::extract::State;
+use axum::http::StatusCode;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::bench::{Asking, Bench};
+use super::problem::{Body, PathOf, Problem, Problems};
+use super::state::{Counters, PresenceState, seconds};
+use crate::fdl::Address;
+use crate::host::link::fault::{Fault, Faults};
+
+/// Faults on the line at most.
+const MOST_FAULTS: usize = 32;
+
+/// The bus as a whole.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub(super) struct BusState {
+    /// Since the bus was started.
+    time_seconds: f64,
+    rate_bits_per_second: u32,
+    telegrams_sent: u64,
+    telegrams_heard: Vec<Count>,
+    /// Octets that were no telegram, by reason.
+    rejected: Vec<Count>,
+    /// How often the next telegram had to be searched for.
+    resyncs: u64,
+    stations: Vec<StationState>,
+    faults: Vec<FaultState>,
+}
+
+/// How often something happened.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+struct Count {
+    what: &'static str,
+    count: u64,
+}
+
+/// A station of this bus, drive or not.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+struct StationState {
+    address: u8,
+    kind: StationKind,
+    presence: PresenceState,
+    counters: Counters,
+}
+
+/// What a station is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+enum StationKind {
+    Drive,
+    Other,
+}
+
+/// A fault on the line.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub(super) struct FaultState {
+    /// By which it is removed.
+    number: u32,
+    /// As on the command line, `emulate --fault`.
+    fault: String,
+    /// How often it has struck.
+    strikes: u32,
+}
+
+/// The faults on the line.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub(super) struct FaultList {
+    faults: Vec<FaultState>,
+}
+
+/// A fault to add.
+#[derive(Clone, Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct NewFault {
+    /// `FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS]`, as for `emulate --fault`.
+    #[schema(example = "late=20ms,station=5")]
+    fault: String,
+}
+
+/// All faults there shall be.
+#[derive(Clone, Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct NewFaults {
+    /// Each as for `emulate --fault`.
+    #[schema(example = json!(["no-reply,rate=0.1"]), max_items = 32)]
+    faults: Vec<String>,
+}
+
+/// Stations, counters and faults of the bus
+#[utoipa::path(get, path = "/api/v1/bus", tag = "bus", responses((status = 200, body = BusState), Problems))]
+pub(super) async fn state(State(asking): State<Asking>) -> Result<Json<BusState>, Problem> {
+    asking.ask(|bench| Json(BusState::of(bench))).await
+}
+
+/// The faults on the line
+#[utoipa::path(get, path = "/api/v1/bus/faults", tag = "bus", responses((status = 200, body = FaultList), Problems))]
+pub(super) async fn faults(State(asking): State<Asking>) -> Result<Json<FaultList>, Problem> {
+    asking.ask(|bench| Ok(Json(FaultList::of(line(bench)?)))).await?
+}
+
+/// Puts a fault on the line, behind those that are there
+#[utoipa::path(post, path = "/api/v1/bus/faults", tag = "bus", request_body = NewFault,
+    responses((status = 201, body = FaultState), Problems))]
+pub(super) async fn add_fault(
+    State(asking): State<Asking>,
+    Body(NewFault { fault }): Body<NewFault>,
+) -> Result<(StatusCode, Json<FaultState>), Problem> {
+    let fault = parse(&fault)?;
+    let number = asking
+        .ask(move |bench| {
+            let faults = line(bench)?;
+            if faults.iter().count() >= MOST_FAULTS {
+                return Err(Problem::conflict(format!(
+                    "there are {MOST_FAULTS} faults on the line; remove some"
+                )));
+            }
+            Ok(faults.add(fault))
+        })
+        .await??;
+    Ok((StatusCode::CREATED, Json(FaultState { number, fault: fault.to_string(), strikes: 0 })))
+}
+
+/// Replaces all faults on the line
+#[utoipa::path(put, path = "/api/v1/bus/faults", tag = "bus", request_body = NewFaults,
+    responses((status = 200, body = FaultList), Problems))]
+pub(super) async fn replace_faults(
+    State(asking): State<Asking>,
+    Body(NewFaults { faults }): Body<NewFaults>,
+) -> Result<Json<FaultList>, Problem> {
+    if faults.len() > MOST_FAULTS {
+        return Err(Problem::value(format!(
+            "at most {MOST_FAULTS} faults are possible, got {}",
+            faults.len()
+        )));
+    }
+    let new = faults.iter().map(|fault| parse(fault)).collect::<Result<Vec<_>, _>>()?;
+    asking
+        .ask(move |bench| {
+            let faults = line(bench)?;
+            faults.clear();
+            for fault in new {
+                faults.add(fault);
+            }
+            Ok(Json(FaultList::of(faults)))
+        })
+        .await?
+}
+
+/// Takes all faults off the line
+#[utoipa::path(delete, path = "/api/v1/bus/faults", tag = "bus", responses((status = 204), Problems))]
+pub(super) async fn clear_faults(State(asking): State<Asking>) -> Result<StatusCode, Problem> {
+    asking
+        .ask(|bench| {
+            line(bench)?.clear();
+            Ok(StatusCode::NO_CONTENT)
+        })
+        .await?
+}
+
+/// Which fault.
+#[derive(Clone, Debug, Deserialize)]
+pub(super) struct OfFault {
+    number: String,
+}
+
+/// Takes one fault off the line
+#[utoipa::path(delete, path = "/api/v1/bus/faults/{number}", tag = "bus", params(("number" = u32, Path)),
+    responses((status = 204), Problems))]
+pub(super) async fn remove_fault(
+    State(asking): State<Asking>,
+    PathOf(OfFault { number }): PathOf<OfFault>,
+) -> Result<StatusCode, Problem> {
+    let number: u32 = number
+        .parse()
+        .map_err(|_| Problem::new(StatusCode::BAD_REQUEST, format!("'{number}' is no number of a fault")))?;
+    asking
+        .ask(move |bench| match line(bench)?.remove(number) {
+            Some(_) => Ok(StatusCode::NO_CONTENT),
+            None => Err(Problem::not_found(format!("there is no fault number {number} on the line"))),
+        })
+        .await?
+}
+
+/// The faults of the line, if it can have some.
+fn line<'a>(bench: &'a mut Bench<'_>) -> Result<&'a mut Faults, Problem> {
+    bench.faults.as_deref_mut().ok_or_else(|| Problem::conflict("this line cannot have faults"))
+}
+
+fn parse(fault: &str) -> Result<Fault, Problem> {
+    fault.parse::<Fault>().map_err(|error| Problem::value(format!("fault '{fault}': {error}")))
+}
+
+impl BusState {
+    fn of(bench: &Bench<'_>) -> Self {
+        let counters = bench.bus.counters();
+        let counts = |named: &[(&'static str, u64)]| {
+            named.iter().map(|(what, count)| Count { what, count: *count }).collect()
+        };
+        Self {
+            time_seconds: seconds(bench.now),
+            rate_bits_per_second: bench.bus.baud().bits_per_second(),
+            telegrams_sent: counters.sent,
+            telegrams_heard: counts(&counters.heard.kinds()),
+            rejected: counts(&counters.rejected.reasons()),
+            resyncs: counters.resyncs,
+            stations: bench.bus.addresses().map(|address| StationState::of(bench, address)).collect(),
+            faults: bench.faults.as_deref().map(FaultList::of).map(|list| list.faults).unwrap_or_default(),
+        }
+    }
+}
+
+impl StationState {
+    fn of(bench: &Bench<'_>, address: Address) -> Self {
+        Self {
+            address: address.number(),
+            kind: if bench.drive(address).is_some() { StationKind::Drive } else { StationKind::Other },
+            presence: bench.bus.presence(address).into(),
+            counters: bench.bus.station_counters(address).map(Counters::from).unwrap_or_default(),
+        }
+    }
+}
+
+impl FaultList {
+    fn of(faults: &Faults) -> Self {
+        let state = |(number, fault, strikes): (u32, Fault, u32)| FaultState {
+            number,
+            fault: fault.to_string(),
+            strikes,
+        };
+        Self { faults: faults.iter().map(state).collect() }
+    }
+}

@@ -1,0 +1,176 @@
+//! See a bus and steer what acts on its drives: HTTP control, a live stream, and a page for browsers.
+//!
+//! ```text
+//! browser, script ──HTTP──▶ server ─▶ routes ─▶ handlers ──request──▶ queue ──▶ thread of the bus: Bench
+//!                 ◀────────                         ◀───────answer─────────────
+//!                 ◀──server-sent events── stream ◀──────ring──── news, telegrams
+//! ```
+//!
+//! HTTP has a thread of its own. The thread of the bus lends its things as a [`Bench`] between two telegrams, does what
+//! is asked, and copies what somebody wants to see; words and JSON are made of the copy elsewhere. News and telegrams go
+//! into a ring that never waits. So no reply waits for HTTP.
+//!
+//! ```no_run
+//! use profidrive::device::{Config, Device};
+//! use profidrive::fdl::Address;
+//! use profidrive::host::{Bus, Clock, Reach, Stop, SystemClock, link::pty::Pty, run};
+//! use profidrive::panel::{Bench, Panel};
+//!
+//! let (clock, stop) = (SystemClock::new(), Stop::new()?);
+//! let mut link = Pty::open(None)?;
+//! let mut bus = Bus::new();
+//! let config = Config::new(Address::station(5)?);
+//! bus.add(Device::new(config, clock.now()))?;
+//!
+//! let mut panel = Panel::start("127.0.0.1:8080", Reach::ThisMachine, stop.clone())?;
+//! println!("http://{}/", panel.address());
+//! loop {
+//!     // Ends whenever the panel wants something.
+//!     run(&mut link, &mut bus, &clock, &stop, &mut |event| panel.tell(clock.now(), &event))?;
+//!     // In this order: what is asked from now on ends the next run.
+//!     stop.clear();
+//!     let now = clock.now();
+//!     panel.serve(&mut Bench { now, bus: &mut bus, faults: None, config, state: None, listen: false });
+//! }
+//! # #[allow(unreachable_code)]
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | `server` | connections, their bounds, who is trusted |
+//! | `routes` | every path, the OpenAPI description |
+//! | `bench` | the queue to the thread of the bus |
+//! | `drives`, `inputs`, `switches`, `parameters`, `bus` | the handlers, by what they are about |
+//! | `state`, `words` | a drive as JSON |
+//! | `stream` | server-sent events |
+//! | `problem` | refusals |
+//! | `page` | the files of the page |
+
+mod bench;
+mod bus;
+mod drives;
+mod inputs;
+mod page;
+mod parameters;
+mod problem;
+mod routes;
+mod server;
+mod state;
+mod stream;
+mod switches;
+mod words;
+
+use core::net::SocketAddr;
+use std::io;
+use std::string::String;
+use std::thread::{self, JoinHandle};
+
+use thiserror::Error;
+use tokio::runtime;
+use tokio::sync::oneshot;
+
+use crate::host::link::tap::Batch;
+use crate::host::reach::{ListenError, listen};
+use crate::host::{BusEvent, Reach, Stop};
+use crate::time::Instant;
+
+pub use bench::Bench;
+
+/// A running panel. Dropped, it closes its port and every connection.
+#[derive(Debug)]
+pub struct Panel {
+    address: SocketAddr,
+    requests: bench::Requests,
+    feed: stream::Feed,
+    /// Dropped first: the end of the server.
+    end: Option<oneshot::Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// Why a panel cannot be started.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum PanelError {
+    /// The port cannot be opened.
+    #[error("cannot listen for the panel at {place}")]
+    Listen {
+        /// Host and port wanted.
+        place: String,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// Others than this machine could connect, and were not invited.
+    #[error("{place} is {address}, where others than this machine can connect and steer the drives")]
+    TooFar {
+        /// Host and port wanted.
+        place: String,
+        /// The address that is not of this machine alone.
+        address: SocketAddr,
+    },
+    /// No thread can be started.
+    #[error("cannot start the panel")]
+    Thread {
+        /// What the operating system says.
+        source: io::Error,
+    },
+}
+
+impl Panel {
+    /// Listens at `place`, `HOST:PORT` (port 0: a free one). `wake` is what ends a run of the bus.
+    ///
+    /// # Errors
+    /// [`PanelError`].
+    pub fn start(place: &str, reach: Reach, wake: Stop) -> Result<Self, PanelError> {
+        let (listener, address) = listen(place, reach).map_err(|error| match error {
+            ListenError::Failed(source) => PanelError::Listen { place: place.into(), source },
+            ListenError::TooFar(address) => PanelError::TooFar { place: place.into(), address },
+        })?;
+        let failed = |source| PanelError::Thread { source };
+        let runtime = runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
+        let (asking, requests) = bench::queue(wake);
+        let (feed, hub) = stream::stream();
+        let (end, ended) = oneshot::channel();
+        let app = routes::App { asking, hub };
+        let serve = move || {
+            if let Err(error) = runtime.block_on(server::serve(listener, reach, app, ended)) {
+                tracing::warn!("panel: {error}");
+            }
+        };
+        let thread = thread::Builder::new().name("panel".into()).spawn(serve).map_err(failed)?;
+        Ok(Self { address, requests, feed, end: Some(end), thread: Some(thread) })
+    }
+
+    /// Where browsers and programs connect.
+    pub const fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// Carries out what was asked since the last run of the bus. Changes what is due next on the bus, as a `handle_*`
+    /// call of it does.
+    pub fn serve(&mut self, bench: &mut Bench<'_>) {
+        self.requests.serve(bench);
+    }
+
+    /// Tells those who read the stream. Never waits.
+    pub fn tell(&self, now: Instant, event: &BusEvent) {
+        self.feed.tell(now, event);
+    }
+
+    /// What shows telegrams to those who read the stream, for a [`Tap`](crate::host::link::tap::Tap). Never waits, and
+    /// does nothing while nobody watches telegrams.
+    pub fn observer(&self) -> impl Fn(&Batch) + Send + use<> {
+        let feed = self.feed.clone();
+        move |batch| feed.show(batch)
+    }
+}
+
+impl Drop for Panel {
+    fn drop(&mut self) {
+        drop(self.end.take());
+        if let Some(thread) = self.thread.take() {
+            // It has nothing to wait for.
+            let _ = thread.join();
+        }
+    }
+}

@@ -1,0 +1,219 @@
+//! Refusals: problem details (RFC 9457) with a sentence that says what to do.
+
+use std::format;
+use std::prelude::v1::*;
+
+use axum::Json;
+use axum::body::Bytes;
+use axum::extract::rejection::{BytesRejection, JsonRejection, PathRejection, QueryRejection};
+use axum::extract::{FromRequest, FromRequestParts, Path, Query, Request};
+use axum::http::request::Parts;
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde::de::{DeserializeOwned, Error};
+use serde::{Deserialize, Deserializer, Serialize};
+use serde_json::Number;
+use utoipa::{IntoResponses, ToSchema};
+
+use crate::fdl::Address;
+
+/// Why a request was refused. Nothing was changed.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub(super) struct Problem {
+    /// The HTTP status.
+    status: u16,
+    /// The HTTP status in words.
+    title: String,
+    /// What is wrong, and what to do.
+    detail: String,
+}
+
+impl Problem {
+    pub(super) fn new(status: StatusCode, detail: impl ToString) -> Self {
+        let title = status.canonical_reason().unwrap_or_default().into();
+        Self { status: status.as_u16(), title, detail: detail.to_string() }
+    }
+
+    /// A value that cannot be.
+    pub(super) fn value(detail: impl ToString) -> Self {
+        Self::new(StatusCode::UNPROCESSABLE_ENTITY, detail)
+    }
+
+    /// Not in the state the drive or the bus is in.
+    pub(super) fn conflict(detail: impl ToString) -> Self {
+        Self::new(StatusCode::CONFLICT, detail)
+    }
+
+    pub(super) fn not_found(detail: impl ToString) -> Self {
+        Self::new(StatusCode::NOT_FOUND, detail)
+    }
+
+    pub(super) fn no_drive(address: Address, drives: impl Iterator<Item = Address>) -> Self {
+        let drives = drives.map(|drive| drive.to_string()).reduce(|all, drive| format!("{all}, {drive}"));
+        Self::not_found(match drives {
+            Some(drives) => format!("there is no drive at address {address}; there are drives at {drives}"),
+            None => format!("there is no drive at address {address}, nor at any other; add one first"),
+        })
+    }
+
+    pub(super) fn busy() -> Self {
+        Self::new(StatusCode::SERVICE_UNAVAILABLE, "too many requests wait for the bus; try again")
+    }
+
+    pub(super) fn ended() -> Self {
+        Self::new(StatusCode::SERVICE_UNAVAILABLE, "the emulator is ending")
+    }
+}
+
+impl IntoResponse for Problem {
+    fn into_response(self) -> Response {
+        let status = StatusCode::from_u16(self.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
+        let mut response = (status, Json(self)).into_response();
+        let media_type = HeaderValue::from_static("application/problem+json");
+        response.headers_mut().insert(header::CONTENT_TYPE, media_type);
+        response
+    }
+}
+
+/// What every operation may answer instead of what it is for.
+#[derive(IntoResponses)]
+#[expect(dead_code, reason = "only described")]
+pub(super) enum Problems {
+    #[response(
+        status = 400,
+        description = "The request is not understood",
+        content_type = "application/problem+json"
+    )]
+    BadRequest(Problem),
+    #[response(
+        status = 403,
+        description = "Another web site, or a foreign name in Host",
+        content_type = "application/problem+json"
+    )]
+    Forbidden(Problem),
+    #[response(
+        status = 404,
+        description = "There is no such thing",
+        content_type = "application/problem+json"
+    )]
+    NotFound(Problem),
+    #[response(
+        status = 408,
+        description = "The request took too long",
+        content_type = "application/problem+json"
+    )]
+    Timeout(Problem),
+    #[response(
+        status = 409,
+        description = "Not in the present state",
+        content_type = "application/problem+json"
+    )]
+    Conflict(Problem),
+    #[response(
+        status = 413,
+        description = "The body is too large",
+        content_type = "application/problem+json"
+    )]
+    TooLarge(Problem),
+    #[response(
+        status = 415,
+        description = "The body is not application/json",
+        content_type = "application/problem+json"
+    )]
+    MediaType(Problem),
+    #[response(status = 422, description = "A value is wrong", content_type = "application/problem+json")]
+    Value(Problem),
+    #[response(
+        status = 503,
+        description = "The bus has ended, or has no time",
+        content_type = "application/problem+json"
+    )]
+    Unavailable(Problem),
+}
+
+/// A body in JSON.
+pub(super) struct Body<T>(pub(super) T);
+
+impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for Body<T> {
+    type Rejection = Problem;
+
+    async fn from_request(request: Request, state: &S) -> Result<Self, Problem> {
+        let (parts, body) = request.into_parts();
+        let body = Bytes::from_request(Request::from_parts(parts.clone(), body), state).await?;
+        // A list would be taken for the fields in their order.
+        if body.iter().find(|octet| !octet.is_ascii_whitespace()).is_some_and(|first| *first != b'{') {
+            return Err(Problem::value("the body must be a JSON object, {...}"));
+        }
+        let Json(body) = Json::from_request(Request::from_parts(parts, body.into()), state).await?;
+        Ok(Self(body))
+    }
+}
+
+impl From<BytesRejection> for Problem {
+    fn from(rejection: BytesRejection) -> Self {
+        Self::new(rejection.status(), rejection.body_text())
+    }
+}
+
+impl From<JsonRejection> for Problem {
+    fn from(rejection: JsonRejection) -> Self {
+        Self::new(rejection.status(), rejection.body_text())
+    }
+}
+
+/// Parts of the path.
+pub(super) struct PathOf<T>(pub(super) T);
+
+impl<T: DeserializeOwned + Send, S: Send + Sync> FromRequestParts<S> for PathOf<T> {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
+        let Path(path) = Path::from_request_parts(parts, state)
+            .await
+            .map_err(|rejection: PathRejection| Problem::new(rejection.status(), rejection.body_text()))?;
+        Ok(Self(path))
+    }
+}
+
+/// What stands behind the question mark.
+pub(super) struct QueryOf<T>(pub(super) T);
+
+impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for QueryOf<T> {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
+        let Query(query) = Query::from_request_parts(parts, state)
+            .await
+            .map_err(|rejection: QueryRejection| Problem::new(rejection.status(), rejection.body_text()))?;
+        Ok(Self(query))
+    }
+}
+
+/// A whole number, also written as `5.0`: JSON knows one kind of number.
+pub(super) fn whole<'de, T: TryFrom<i64>, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
+    let number = Number::deserialize(deserializer)?;
+    let got = number.to_string();
+    let digits = got.strip_suffix(".0").unwrap_or(&got);
+    let whole = digits.parse::<i64>().ok().and_then(|whole| T::try_from(whole).ok());
+    whole.ok_or_else(|| D::Error::custom(format!("invalid value: {got} is no whole number of this range")))
+}
+
+/// The drive that the path names.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Station(pub(super) Address);
+
+impl<S: Send + Sync> FromRequestParts<S> for Station {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
+        #[derive(serde::Deserialize)]
+        struct OfDrive {
+            address: String,
+        }
+        let PathOf(OfDrive { address }) = PathOf::from_request_parts(parts, state).await?;
+        let number = address.parse().ok().and_then(|number| Address::station(number).ok());
+        number.map(Self).ok_or_else(|| {
+            Problem::new(StatusCode::BAD_REQUEST, format!("'{address}' is no address; expected 0 to 126"))
+        })
+    }
+}

@@ -1,0 +1,120 @@
+//! Every path, and the OpenAPI description of all of them.
+
+use axum::extract::FromRef;
+use axum::http::{StatusCode, Uri};
+use axum::routing::{delete, get, post, put};
+use axum::{Json, Router};
+use std::format;
+use std::prelude::v1::*;
+use utoipa::OpenApi;
+
+use super::bench::Asking;
+use super::problem::Problem;
+use super::stream::{Hub, Lost, NewsEvent, TelegramEvent};
+use super::{bus, drives, inputs, page, parameters, stream, switches};
+
+/// What the handlers share.
+#[derive(Clone)]
+pub(super) struct App {
+    pub(super) asking: Asking,
+    pub(super) hub: Hub,
+}
+
+impl FromRef<App> for Asking {
+    fn from_ref(app: &App) -> Self {
+        app.asking.clone()
+    }
+}
+
+impl FromRef<App> for Hub {
+    fn from_ref(app: &App) -> Self {
+        app.hub.clone()
+    }
+}
+
+pub(super) fn router(app: App) -> Router {
+    Router::new()
+        .route("/", get(page::index))
+        .route("/page/{name}", get(page::file))
+        .route("/api/v1/openapi.json", get(description))
+        .route("/api/v1/drives", get(drives::list).post(drives::add))
+        .route("/api/v1/drives/{address}", get(drives::state).delete(drives::remove))
+        .route(
+            "/api/v1/drives/{address}/inputs",
+            get(inputs::read).patch(inputs::change).delete(inputs::nominal),
+        )
+        .route("/api/v1/drives/{address}/provoke", post(inputs::provoke))
+        .route("/api/v1/drives/{address}/keys", post(inputs::press))
+        .route("/api/v1/drives/{address}/power", put(inputs::power))
+        .route("/api/v1/drives/{address}/switches", get(switches::read).put(switches::set))
+        .route("/api/v1/drives/{address}/parameters", get(parameters::list))
+        .route("/api/v1/drives/{address}/parameters/{pnu}", get(parameters::read).put(parameters::write))
+        .route("/api/v1/bus", get(bus::state))
+        .route(
+            "/api/v1/bus/faults",
+            get(bus::faults).post(bus::add_fault).put(bus::replace_faults).delete(bus::clear_faults),
+        )
+        .route("/api/v1/bus/faults/{number}", delete(bus::remove_fault))
+        .route("/api/v1/events", get(stream::events))
+        .fallback(nothing_there)
+        .method_not_allowed_fallback(not_so)
+        .with_state(app)
+}
+
+/// The description of the API.
+#[derive(OpenApi)]
+#[openapi(
+    info(
+        title = "profidrive",
+        description = "See emulated PROFIBUS-DP drives and steer what acts on them. Values carry their unit in their \
+            name. A request that is refused changes nothing.",
+    ),
+    paths(
+        description,
+        drives::list,
+        drives::add,
+        drives::state,
+        drives::remove,
+        inputs::read,
+        inputs::change,
+        inputs::nominal,
+        inputs::provoke,
+        inputs::press,
+        inputs::power,
+        switches::read,
+        switches::set,
+        parameters::list,
+        parameters::read,
+        parameters::write,
+        bus::state,
+        bus::faults,
+        bus::add_fault,
+        bus::replace_faults,
+        bus::clear_faults,
+        bus::remove_fault,
+        stream::events,
+    ),
+    components(schemas(Problem, NewsEvent, TelegramEvent, Lost))
+)]
+struct Description;
+
+/// The description of the API
+#[utoipa::path(get, path = "/api/v1/openapi.json", tag = "description",
+    responses((status = 200, description = "OpenAPI 3.1", body = serde_json::Value)))]
+async fn description() -> Json<utoipa::openapi::OpenApi> {
+    Json(Description::openapi())
+}
+
+async fn nothing_there(uri: Uri) -> Problem {
+    Problem::not_found(format!(
+        "there is nothing at {}; the API is described at /api/v1/openapi.json",
+        uri.path()
+    ))
+}
+
+async fn not_so(uri: Uri) -> Problem {
+    Problem::new(
+        StatusCode::METHOD_NOT_ALLOWED,
+        format!("{} does not take this method; the API is described at /api/v1/openapi.json", uri.path()),
+    )
+}
