@@ -51,7 +51,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let seen = master.seen.borrow();
     println!("{seen}");
     // What the slave has counted itself: `emulate` logs it when it ends.
-    log.lines().filter(|line| line.contains(" heard ") || line.contains(" retries;")).for_each(|line| println!("{line}"));
+    log.lines()
+        .filter(|line| line.contains(" heard ") || line.contains(" retries;"))
+        .for_each(|line| println!("{line}"));
     if seen.emulator_late > 0 {
         return Err(format!("{} retries were the emulator's fault", seen.emulator_late).into());
     }
@@ -68,7 +70,10 @@ impl Emulator {
     /// Returns its terminal too.
     fn start(program: &str) -> Result<(Self, String), Box<dyn Error>> {
         let mut command = Command::new(program);
-        command.args(["emulate", "--drives", "0-1", "--drives", "3-12"]).env_remove("RUST_LOG").stdin(Stdio::null());
+        command
+            .args(["emulate", "--drives", "0-1", "--drives", "3-12"])
+            .env_remove("RUST_LOG")
+            .stdin(Stdio::null());
         let mut process = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
         let (stdout, stderr) = (process.stdout.take().ok_or("no stdout")?, process.stderr.take());
         // Read all the time: a full pipe would stop the emulator.
@@ -221,7 +226,9 @@ impl Play {
                         0x003B
                     }
                     Some(begun) if now.saturating_since(begun) > Duration::from_secs(60) => {
-                        return Err(format!("no travel within a minute: ZSW {zsw:?} at {}", inputs.hiw()).into());
+                        return Err(
+                            format!("no travel within a minute: ZSW {zsw:?} at {}", inputs.hiw()).into()
+                        );
                     }
                     // Long enough for an exchange, so that the start is an edge.
                     Some(begun) if now.saturating_since(begun) < Duration::from_secs(1) => 0x003B,
@@ -277,7 +284,10 @@ struct Seen {
 impl core::fmt::Display for Seen {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let Self { requests, master_late, emulator_late, slowest_reply } = self;
-        write!(f, "{requests} requests, retries: {master_late} of a late master, {emulator_late} of a late emulator; ")?;
+        write!(
+            f,
+            "{requests} requests, retries: {master_late} of a late master, {emulator_late} of a late emulator; "
+        )?;
         write!(f, "slowest reply {slowest_reply:?}")
     }
 }

@@ -41,11 +41,19 @@ enum Damage<'a> {
     /// Up to four bits: CRC-32 finds them all in an image of 142 octets.
     Bits([u16; 4]),
     /// A burst within 32 bits: CRC-32 finds them all.
-    Burst { at: u8, mask: [u8; 4] },
-    Shortened { by: u8 },
+    Burst {
+        at: u8,
+        mask: [u8; 4],
+    },
+    Shortened {
+        by: u8,
+    },
     Lengthened(Octets<'a>),
     /// Other contents under a checksum that holds: only what a drive can hold is accepted.
-    Forged { at: u8, octets: Octets<'a> },
+    Forged {
+        at: u8,
+        octets: Octets<'a>,
+    },
     /// No image at all.
     Foreign(Octets<'a>),
 }
@@ -85,7 +93,10 @@ fn image(model: Model, gear: Gear, contents: &Contents) -> Image {
         let Some(range) = parameter.entry().range(model, gear) else { continue };
         let (low, high) = (i64::from(range.low), i64::from(range.high));
         let value = low + (i64::from(*value) - low).rem_euclid(high - low + 1);
-        image.store.set(parameter, i32::try_from(value).expect("within its range")).expect("within its range");
+        image
+            .store
+            .set(parameter, i32::try_from(value).expect("within its range"))
+            .expect("within its range");
     }
     image.fault_buffer = contents.faults.map(|fault| CODES[usize::from(fault) % CODES.len()]);
     image.fault_count = contents.fault_count;
@@ -139,7 +150,8 @@ fn accept(octets: &[u8], model: Model, gear: Gear) {
             if image.shaft.abs() <= ENCODER_HALF as f64 {
                 live(octets, &[Event::Wait { millis: 50 }], model, gear);
             } else {
-                let mut device = Device::restore(config(model, gear), octets, Instant::ZERO).expect("accepted");
+                let mut device =
+                    Device::restore(config(model, gear), octets, Instant::ZERO).expect("accepted");
                 device.handle_timeout(Instant::from_millis(50));
             }
         }

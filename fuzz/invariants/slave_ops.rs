@@ -139,7 +139,9 @@ impl Bus {
             }
             Operation::Again => self.repeat(),
             Operation::Wait { micros } => self.wait(Duration::from_micros((*micros).into())),
-            Operation::Sleep { centiseconds } => self.wait(Duration::from_millis(10 * u64::from(*centiseconds))),
+            Operation::Sleep { centiseconds } => {
+                self.wait(Duration::from_millis(10 * u64::from(*centiseconds)))
+            }
             Operation::World { output_stage, fault, key } => {
                 let inputs = Inputs {
                     key_clockwise: *key,
@@ -208,9 +210,8 @@ impl Bus {
     /// Sends octets after T_SYN and returns what comes back.
     fn send(&mut self, octets: &[u8]) -> Option<Vec<u8>> {
         self.now = self.now.saturating_add(self.rate.bit_times(33));
-        self.now = self
-            .now
-            .saturating_add(self.rate.octet_times(u32::try_from(octets.len()).expect("few octets")));
+        self.now =
+            self.now.saturating_add(self.rate.octet_times(u32::try_from(octets.len()).expect("few octets")));
         self.device.handle_timeout(self.now);
         self.drain_silently();
         let end = self.now;
@@ -336,7 +337,10 @@ impl Service {
 fn check_reply(reply: &[u8], has_asked: impl Fn(Address) -> bool) {
     match decode(reply) {
         Decoded::Telegram { telegram: Telegram::ShortAcknowledge, len: 1 } => {
-            assert!((0..127).any(|number| Address::station(number).is_ok_and(&has_asked)), "nobody has asked");
+            assert!(
+                (0..127).any(|number| Address::station(number).is_ok_and(&has_asked)),
+                "nobody has asked"
+            );
         }
         Decoded::Telegram { telegram: Telegram::Data(data), len } => {
             assert!(has_asked(data.da), "{} has not asked", data.da);
