@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::thread;
 
-use profidrive::param::{Gear, Image, Model};
+use profidrive::param::{Gear, Image, Model, Parameter, Store};
 use profidrive::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
 use pty::Master;
 
@@ -41,6 +41,9 @@ const PARAMETERS: [(u16, bool, i32, i32); 9] = [
     (1018, true, -999_999, 999_999),
     (1023, false, 0, 10_000),
 ];
+
+/// PNU 1004 among them.
+const V_POS: usize = 3;
 
 /// Pseudo-random numbers, the same for the same seed.
 #[derive(Clone, Copy)]
@@ -117,6 +120,36 @@ fn after_every_kill_each_acknowledged_value_is_there_and_the_image_is_valid() {
     );
     assert!(u64::from(known.acknowledged) >= kills, "{} writes were acknowledged", known.acknowledged);
     assert!(in_flight >= kills / 2, "{in_flight} kills had something to lose");
+}
+
+/// The other moments: while directory and first image are being made. Whatever the kill left, the next start finds a
+/// usable directory, and in it factory settings.
+#[test]
+fn a_kill_while_the_directory_is_made_leaves_one_that_can_be_used() {
+    let kills = setting("PROFIDRIVE_KILLS", 200) / 10;
+    let mut random = Random(setting("PROFIDRIVE_KILL_SEED", 0x5EED_0F03_2611_2026) | 1);
+    let factory = Store::new(Model::Ag03_1, Gear::Ratio48).value(Parameter::VPos);
+    let folder = tempfile::tempdir().unwrap();
+    let (mut early, mut late) = (0, 0);
+    for kill in 1..=kills {
+        let directory = folder.path().join(kill.to_string()).join("state");
+        let emulator = Emulator::start(&directory);
+        thread::sleep(Duration::from_micros(random.below(12_000)));
+        drop(emulator);
+        *(if image(&directory).exists() { &mut late } else { &mut early }) += 1;
+        let mut emulator = Emulator::start(&directory);
+        let terminal = emulator.terminal().unwrap_or_else(|| panic!("kill {kill}: {}", emulator.complaint()));
+        let mut parameters = Parameters(Master::open(&terminal));
+        assert_eq!(parameters.read(V_POS), Some(factory), "kill {kill}");
+        parameters.write(V_POS, 70).unwrap();
+        drop(emulator);
+        let octets = fs::read(image(&directory)).unwrap();
+        assert_eq!(
+            Image::decode(&octets, Model::Ag03_1, Gear::Ratio48).unwrap().store.value(Parameter::VPos),
+            70
+        );
+    }
+    println!("{early} kills before the first image was there, {late} after");
 }
 
 fn image(directory: &Path) -> PathBuf {
