@@ -23,6 +23,7 @@ use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{self, Sender};
 use std::thread;
 
 use profidrive::param::{Gear, Image, Model, Parameter, Store};
@@ -100,8 +101,15 @@ fn after_every_kill_each_acknowledged_value_is_there_and_the_image_is_valid() {
 
         let moment = Duration::from_micros(random.below(30_000));
         let values = Random(seed ^ kill.wrapping_mul(0x9E37_79B9_7F4A_7C15));
+        // Mostly behind an acknowledged write, however slow the machine is.
+        let after_one = random.below(4) != 0;
+        let (some_acknowledged, acknowledged) = mpsc::channel();
         known = thread::scope(|scope| {
-            let writer = scope.spawn(move || parameters.write_until_killed(known, values));
+            let writer =
+                scope.spawn(move || parameters.write_until_killed(known, values, &some_acknowledged));
+            if after_one {
+                acknowledged.recv_timeout(Duration::from_secs(60)).unwrap();
+            }
             thread::sleep(moment);
             drop(emulator);
             writer.join().unwrap()
@@ -118,7 +126,7 @@ fn after_every_kill_each_acknowledged_value_is_there_and_the_image_is_valid() {
         "{kills} kills, {in_flight} of them with a write unanswered, {} acknowledged",
         known.acknowledged
     );
-    assert!(u64::from(known.acknowledged) >= kills, "{} writes were acknowledged", known.acknowledged);
+    assert!(u64::from(known.acknowledged) >= kills / 2, "{} writes were acknowledged", known.acknowledged);
     assert!(in_flight >= kills / 2, "{in_flight} kills had something to lose");
 }
 
@@ -231,7 +239,12 @@ impl Parameters {
         known.unanswered = None;
     }
 
-    fn write_until_killed(&mut self, mut known: Known, mut random: Random) -> Known {
+    fn write_until_killed(
+        &mut self,
+        mut known: Known,
+        mut random: Random,
+        acknowledged: &Sender<()>,
+    ) -> Known {
         loop {
             let index = random.below(PARAMETERS.len() as u64) as usize;
             let (_, _, low, high) = PARAMETERS[index];
@@ -242,6 +255,8 @@ impl Parameters {
             }
             known.values[index] = value;
             known.acknowledged += 1;
+            // Nobody listens behind the first.
+            let _ = acknowledged.send(());
         }
     }
 }
