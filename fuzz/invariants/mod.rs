@@ -2,6 +2,8 @@
 //! which replays the corpora on a stable compiler.
 #![allow(dead_code, reason = "each target uses its own file")]
 
+#[cfg(feature = "std")]
+pub(crate) mod decode_cli;
 pub(crate) mod eeprom_image;
 pub(crate) mod framer;
 pub(crate) mod pkw_ops;

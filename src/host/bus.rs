@@ -198,7 +198,7 @@ impl Bus {
     /// When to call `handle_timeout` and `poll_transmit` again; `None`: only after octets arrived.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
-        [self.framer.poll_timeout(), self.stations.poll_timeout()].into_iter().flatten().min()
+        Instant::first_of(self.framer.poll_timeout(), self.stations.poll_timeout())
     }
 
     /// The oldest news not taken yet.

@@ -57,7 +57,7 @@ impl Settings {
             master,
             baud,
             slot_time: Duration::from_millis(50),
-            retry_limit: 5,
+            retry_limit: 15,
             token_rotation: Duration::from_secs(2),
             cycle: Duration::from_millis(1),
             watchdog: Duration::from_secs(1),
@@ -272,7 +272,7 @@ impl<L: Link, C: Clock> Session<L, C> {
                 return Err(SessionError::PrmRefused { address });
             }
             let waited = self.now().saturating_since(begun);
-            if waited > self.patience().saturating_mul(2) {
+            if waited > self.patience() {
                 return Err(SessionError::NotReady { address, waited });
             }
             self.rest(LOOK, true)?;

@@ -1,5 +1,7 @@
 //! The drive as the commands use it: parameters by job, words by exchange.
 
+use core::time::Duration;
+
 use profidrive::client::{
     DriveClient, Goal, GoalError, Images, Job, Limits, NotSubmitted, PkwError, Profile, Reply,
 };
@@ -8,13 +10,16 @@ use profidrive::host::{Clock, Link};
 use profidrive::master::{Session, SessionError};
 use profidrive::param::{Gear, Model, Pnu, Subindex, Value, Width};
 use profidrive::pkw::ErrorNumber;
-use profidrive::ppo::{Inputs, Zsw};
+use profidrive::ppo::{Inputs, Outputs, Stw, Zsw};
 use thiserror::Error;
 
 /// d-Pos, which only an AG03/1 has.
 const D_POS: Pnu = Pnu::from_low_bits(1039);
 /// Hardware version, which tells the gear.
 const HARDWARE: Pnu = Pnu::from_low_bits(961);
+
+/// How long the drive may take to do anything but travel. Somebody waits for it.
+const REACTION: Duration = Duration::from_secs(3);
 
 /// Why a drive did not do what it was asked.
 #[derive(Debug, Error)]
@@ -75,12 +80,18 @@ impl<L: Link, C: Clock> Drive<L, C> {
         session.start(address)?;
         // profirust copies the inputs of a telegram at once.
         let profile = Profile { images: Images::Consistent, ..Profile::AG03 };
-        Ok(Self { session, address, client: DriveClient::new(profile, Limits::default()) })
+        let limits = Limits { reaction: REACTION, ..Limits::default() };
+        Ok(Self { session, address, client: DriveClient::new(profile, limits) })
     }
 
     /// Whether Ctrl-C or a signal asks for the end.
     pub(super) fn is_stopped(&self) -> bool {
         self.session.stop().is_requested()
+    }
+
+    /// The control word that is sent now.
+    pub(super) fn stw(&self) -> Stw {
+        Outputs::new(&self.client.outputs()).stw()
     }
 
     /// One exchange.

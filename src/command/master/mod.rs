@@ -142,3 +142,6 @@ impl From<Trouble> for Failure {
         Self::Other(trouble.to_string())
     }
 }
+
+#[cfg(test)]
+mod rig;

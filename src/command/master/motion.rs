@@ -98,6 +98,12 @@ struct Reading {
 }
 
 impl Reading {
+    /// What goes on until somebody ends it, for somebody who reads along.
+    fn held(&self, what: &str) -> Result<(), Trouble> {
+        let line = if what == "turned" { "turning" } else { "enabled" };
+        say(format_args!("{line}; Ctrl-C ends it")).map_err(|_| Trouble::Ended("stdout is closed".into()))
+    }
+
     /// One line for what has come of it.
     fn say(&self, what: &str, hiw: i32) -> Result<(), Failure> {
         match (self.json, self.mode) {
@@ -213,6 +219,9 @@ fn turn<L: Link, C: Clock>(
         && drive.reach(goal)? == Reached::Interrupted
     {
         return Ok(End::Done(held));
+    }
+    if !reading.json {
+        reading.held(held)?;
     }
     // Only inching can come to rest by itself, at a limit.
     let must_turn = matches!(goal, Some(Goal::Jog(_)));

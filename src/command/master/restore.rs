@@ -307,3 +307,142 @@ impl Report {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use profidrive::param::{Gear, Model};
+
+    use super::*;
+    use crate::command::master::rig::{Cut, Rig};
+    use crate::command::master::set::ParameterSet;
+
+    /// Some parameters of every kind: words, double words, with and without conditions.
+    const CHANGED: [(Parameter, i32); 6] = [
+        (Parameter::OperatingMode, 1),
+        (Parameter::VPos, 77),
+        (Parameter::VInch, 44),
+        (Parameter::SpindlePitch, 200),
+        (Parameter::Limit2, -123_456),
+        (Parameter::LoopLength, 9),
+    ];
+
+    fn set(values: &[(Parameter, i32)]) -> ParameterSet {
+        let mut values: Vec<_> =
+            values.iter().map(|(parameter, value)| (parameter.entry(), *value)).collect();
+        values.sort_by_key(|(entry, _)| entry.pnu);
+        ParameterSet { values }
+    }
+
+    /// What `restore` does, without its page.
+    fn restored(rig: &Rig, wanted: &ParameterSet, cut: Option<(usize, Cut)>) -> Report {
+        let mut drive = rig.drive();
+        let found = read_all(&mut drive, wanted).unwrap();
+        let plan = Plan::of(wanted, &found);
+        if let Some((telegrams, cut)) = cut {
+            rig.cut(telegrams, cut);
+        }
+        carry_out(&mut drive, plan.changes, wanted)
+    }
+
+    /// The report says of each parameter what is the case.
+    fn assert_true(rig: &Rig, report: &Report, context: &str) {
+        assert_eq!(report.fates.len(), CHANGED.len(), "{context}");
+        for (change, fate) in &report.fates {
+            let (parameter, _) =
+                CHANGED.into_iter().find(|(parameter, _)| parameter.entry().pnu == change.entry.pnu).unwrap();
+            let has = i64::from(rig.value(parameter));
+            let (before, after) = (change.entry.number(change.before), change.entry.number(change.after));
+            match fate {
+                Fate::Written => assert_eq!(has, after, "{context}: {parameter}"),
+                Fate::NotWritten | Fate::Refused(_) => assert_eq!(has, before, "{context}: {parameter}"),
+                Fate::Unconfirmed => assert!(has == before || has == after, "{context}: {parameter}"),
+            }
+        }
+        // Nothing is written behind the first that was not.
+        let written: Vec<bool> = report.fates.iter().map(|(_, fate)| *fate == Fate::Written).collect();
+        assert!(written.is_sorted_by(|a, b| a >= b), "{context}: {written:?}");
+        let all = written.iter().all(|written| *written);
+        assert!(!report.verified || all && report.trouble.is_none(), "{context}");
+        assert_eq!(report.verified, report.trouble.is_none(), "{context}: {:?}", report.trouble);
+    }
+
+    #[test]
+    fn interrupted_at_any_telegram_it_says_what_was_written_and_what_was_not() {
+        for cut in [Cut::Stop, Cut::Link, Cut::Answers] {
+            let (mut telegrams, mut unconfirmed, mut counts) = (0, 0, Vec::new());
+            loop {
+                let rig = Rig::new(Model::Ag03_1);
+                let report = restored(&rig, &set(&CHANGED), Some((telegrams, cut)));
+                assert_true(&rig, &report, &format!("{cut:?} at {telegrams}"));
+                unconfirmed += report.count(|fate| *fate == Fate::Unconfirmed);
+                counts.push(report.count(|fate| *fate == Fate::Written));
+                if rig.is_whole() {
+                    assert!(report.verified, "{:?}", report.trouble);
+                    break;
+                }
+                telegrams += 1;
+            }
+            assert!(telegrams > 20, "{cut:?}: only {telegrams} telegrams");
+            assert!(counts.is_sorted(), "{counts:?}");
+            assert_eq!(counts.last(), Some(&CHANGED.len()));
+            // A job that is under way is finished before Ctrl-C counts.
+            assert_eq!(unconfirmed > 0, cut != Cut::Stop, "{cut:?}");
+        }
+    }
+
+    #[test]
+    fn a_refused_value_ends_it_and_leaves_the_rest() {
+        for refused in 0..CHANGED.len() {
+            let mut values = CHANGED;
+            values[refused].1 = 20_000_000;
+            let rig = Rig::new(Model::Ag03_1);
+            let report = restored(&rig, &set(&values), None);
+            assert_true(&rig, &report, &format!("refused {refused}"));
+            assert_eq!(report.count(|fate| matches!(fate, Fate::Refused(_))), 1);
+            assert!(report.sum().starts_with(&format!("{refused} of 6 differing")), "{}", report.sum());
+            assert!(report.trouble.unwrap().contains("error 2"));
+        }
+    }
+
+    #[test]
+    fn a_whole_set_is_what_the_drive_had_before_a_factory_reset() {
+        for model in Model::ALL {
+            let rig = Rig::new(model);
+            let mut drive = rig.drive();
+            for (parameter, value) in CHANGED {
+                let entry = parameter.entry();
+                drive.write(entry.pnu, Value::of(entry.width, value)).unwrap();
+            }
+            let settings: Vec<_> = Parameter::all()
+                .filter(|parameter| entry(model, parameter.entry().pnu).is_some())
+                .map(|parameter| (parameter, rig.value(parameter)))
+                .collect();
+            drive.write(Pnu::from_low_bits(970), Value::Word(1)).unwrap();
+            assert_eq!(rig.value(Parameter::VPos), 30);
+            drop(drive);
+            let report = restored(&rig, &set(&settings), None);
+            assert!(report.verified, "{:?}", report.trouble);
+            assert_eq!(report.fates.len(), CHANGED.len(), "only what differs is written");
+            for (parameter, value) in settings {
+                assert_eq!(rig.value(parameter), value, "{parameter}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_set_of_another_drive_is_refused_before_anything_is_written() {
+        let (model, gear) = (Model::Ag03, Gear::Ratio48);
+        for (values, says) in [
+            (
+                [(Parameter::DPos, 50)],
+                "d-Pos (PNU 1039) is unknown to this AG03 with gear 48:1; nothing was written",
+            ),
+            ([(Parameter::VPos, 150)], "v-Pos (PNU 1004) shall be 150, but takes 1..100 on this AG03"),
+        ] {
+            let Err(Failure::Other(line)) = fits(Identity { model, gear }, &set(&values)) else {
+                panic!("fits")
+            };
+            assert!(line.contains(says), "{line}");
+        }
+    }
+}
