@@ -120,10 +120,11 @@ impl Emulator {
         Self { running, link }
     }
 
-    /// A command of a master to drive `address`. No busy machine makes its drive let go.
+    /// A command of a master to drive `address`. No busy machine makes its drive let go, and none keeps an emulator from
+    /// answering for a second and a half.
     fn command(&self, address: &str, arguments: &[&str]) -> Command {
         let mut command = profidrive(&["master", "--link", &self.link, "--address", address]);
-        command.args(["--watchdog", "30s"]).args(arguments);
+        command.args(["--watchdog", "30s", "--slot-time", "100ms"]).args(arguments);
         command
     }
 
