@@ -57,7 +57,9 @@ fn check_explanation(explanation: &Explanation) {
     assert!(text.len() <= 4_000 + octets.len() * 800, "{} octets make {}", octets.len(), text.len());
     let valid = explanation.mark() != Mark::Invalid;
     if matches!(explanation.kind, Kind::Telegram | Kind::Token) && valid {
-        let Decoded::Telegram { telegram, len } = decode(octets) else { panic!("{octets:02X?} is no telegram") };
+        let Decoded::Telegram { telegram, len } = decode(octets) else {
+            panic!("{octets:02X?} is no telegram")
+        };
         assert_eq!(len, octets.len());
         let mut buf = [0; 255];
         assert_eq!(telegram.encode(&mut buf).expect("what was decoded can be encoded"), octets);
