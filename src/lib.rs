@@ -78,6 +78,9 @@
 //!
 //! [`host`] has this loop for links of an operating system, and the command `profidrive emulate` runs it.
 //!
+//! [`client`] is the other end, for those who write masters. The guide `first_drive` (features `master` and `serial`,
+//! `docs/first-drive.md`) goes from an empty directory to a moving drive.
+//!
 //! # Features
 //!
 //! * `std` (default): [`host`] and [`explain`].
@@ -85,6 +88,7 @@
 //! * `serial`: an RS-485 serial port as link.
 //! * `master`: profirust as DP master over our links.
 //! * `serde`: explanations as data for `serde`.
+//! * `capture`: what passes on a line in pcapng files, written and read.
 //! * `panel`: HTTP control, a live stream and a page for browsers.
 //! * `cli`: the command.
 #![no_std]
@@ -111,6 +115,10 @@ pub mod drive;
 pub mod device;
 
 pub mod client;
+
+#[cfg(all(feature = "master", feature = "serial"))]
+#[doc = include_str!("../docs/first-drive.md")]
+pub mod first_drive {}
 
 #[cfg(feature = "std")]
 pub mod explain;

@@ -164,18 +164,23 @@ impl IntoOwned for Command {
     }
 }
 
+/// Each part has an emulator of its own, and all of them run at the same time: most of it is waiting for the token.
 fn play_everything(link: &str) {
-    let dir = tempfile::tempdir().unwrap();
-    let file = |name: &str| dir.path().join(name).to_str().unwrap().to_owned();
-    let emulator = Emulator::start(link, &[]);
+    let parts: [fn(&Emulator); 4] = [look, save_and_restore, travel, command_and_turn];
+    thread::scope(|scope| {
+        for part in parts {
+            scope.spawn(move || part(&Emulator::start(link, &[])));
+        }
+    });
+}
 
+fn look(emulator: &Emulator) {
     let scan = emulator.works("5", &["scan", "4-7"]);
     assert_eq!(scan.matches("SIKO AG03 or AG03/1 (ident number 0AC5), no master").count(), 2, "{scan}");
     assert_eq!(emulator.json("5", &["scan", "6"])["stations"][0]["address"], 6);
     let diag = emulator.works("5", &["diag"]);
     assert!(diag.contains("no master, ident 0AC5") && diag.contains("Prm_Req"), "{diag}");
     assert_eq!(emulator.json("5", &["diag"])["parameters_required"], true);
-
     assert!(emulator.works("5", &["read", "1004"]).contains("v-Pos                       30 rpm"));
     assert_eq!(emulator.json("6", &["read", "software version"])["text"], "3.00");
     assert!(emulator.works("5", &["read", "945.0"]).contains("no fault"));
@@ -187,9 +192,15 @@ fn play_everything(link: &str) {
     let params = emulator.json("6", &["params"]);
     assert_eq!(params["drive"]["model"], "ag03");
     assert_eq!(params["parameters"].as_array().unwrap().len(), 43);
+}
 
-    // Saved, lost, restored: the same.
+/// Saved, lost, restored: the same.
+fn save_and_restore(emulator: &Emulator) {
+    let dir = tempfile::tempdir().unwrap();
+    let file = |name: &str| dir.path().join(name).to_str().unwrap().to_owned();
     let (before, after) = (file("before.json"), file("after.json"));
+    emulator.works("5", &["write", "v-Pos", "60"]);
+    emulator.works("5", &["write", "1017", "-250000"]);
     assert!(emulator.works("5", &["save", &before]).contains("25 parameters of drive 5 saved"));
     emulator.works("5", &["write", "970", "1"]);
     assert!(emulator.works("5", &["read", "1004"]).contains("30 rpm"), "a factory reset");
@@ -201,16 +212,9 @@ fn play_everything(link: &str) {
     emulator.works("5", &["save", &after]);
     assert_eq!(fs::read_to_string(&before).unwrap(), fs::read_to_string(&after).unwrap());
     assert!(emulator.works("5", &["restore", &before]).contains("all 25 parameters are as in the file"));
+}
 
-    let status = emulator.works("5", &["status"]);
-    for part in
-        ["positioning mode: ready to turn on, stands still; position 0 inc", "ZSW 2", "SSW 0", "GSR 0010"]
-    {
-        assert!(status.contains(part), "{status}");
-    }
-    assert_eq!(emulator.json("5", &["status"])["zsw"]["bits"]["operation-enabled"], false);
-
-    assert!(emulator.works("5", &["enable", "--yes", "--for", "50ms"]).contains("held enabled"));
+fn travel(emulator: &Emulator) {
     let moved = emulator.json("5", &["move", "--yes", "300"]);
     assert_eq!(moved["outcome"], "reached");
     assert!((290..=310).contains(&moved["position"].as_i64().unwrap()), "{moved}");
@@ -218,9 +222,25 @@ fn play_everything(link: &str) {
     assert!(jogged["position"].as_i64().unwrap() < 300, "{jogged}");
     assert_eq!(emulator.json("5", &["jog", "+", "--yes", "--for", "300ms"])["outcome"], "turned");
     assert!(emulator.works("5", &["stop"]).contains("the drive stands"));
-    assert!(emulator.works("5", &["ack"]).contains("no fault is latched"));
     assert!(emulator.works("5", &["calibrate", "-7"]).contains("calibrated: position -7 inc"));
     assert_eq!(emulator.json("5", &["calibrate"])["position"], -7);
+}
+
+fn command_and_turn(emulator: &Emulator) {
+    let status = emulator.works("5", &["status"]);
+    let parts = [
+        "positioning mode: ready to turn on, stands still; position 0 inc",
+        "STW 0000",
+        "ZSW 2",
+        "SSW 0",
+        "GSR 0010",
+    ];
+    for part in parts {
+        assert!(status.contains(part), "{status}");
+    }
+    assert_eq!(emulator.json("5", &["status"])["zsw"]["bits"]["operation-enabled"], false);
+    assert!(emulator.works("5", &["enable", "--yes", "--for", "50ms"]).contains("held enabled"));
+    assert!(emulator.works("5", &["ack"]).contains("no fault is latched"));
     assert_eq!(emulator.json("5", &["faults"])["count"], 0);
     assert!(emulator.works("5", &["faults", "--clear"]).contains("cleared; 0 faults"));
     emulator.works("6", &["write", "operating mode", "1"]);
@@ -351,21 +371,45 @@ fn a_link_that_does_not_open_ends_with_1_and_one_line() {
 
 #[test]
 fn a_drive_that_is_not_there_or_refuses_is_explained() {
-    let emulator = Emulator::start("pty", &[]);
-    emulator.fails("7", &["status"], 1, "no answer from station 7; check that it is switched on");
-    emulator.fails("5", &["write", "1004", "150"], 1, "it takes 1..100 on an AG03/1 with gear 48:1, got 150");
-    emulator.fails("6", &["read", "1039"], 1, "only the AG03/1 has d-Pos (PNU 1039); this drive is an AG03");
-    emulator.fails("5", &["velocity", "30", "--yes"], 1, "write 1 to PNU 930 first; the drive stands");
-    emulator.works("5", &["write", "limit1", "100"]);
-    emulator.fails("5", &["move", "101", "--yes"], 1, "the target is beyond a limit");
-
-    let refusing = Emulator::start("pty", &["--fault", "refuse-cfg"]);
-    refusing.fails("5", &["status"], 1, "drive 5 refuses the configuration F3 F2 (Chk_Cfg)");
-    let refusing = Emulator::start("pty", &["--fault", "refuse-prm"]);
-    refusing.fails("5", &["status"], 1, "drive 5 refuses its parameters (Set_Prm)");
-    let refusing = Emulator::start("pty", &["--fault", "not-ready=100s"]);
-    let (code, _, stderr) = refusing.master("5", &["status"]);
-    assert_eq!(code, Some(1), "{stderr}");
+    let parts: [(&[&str], fn(&Emulator)); 4] = [
+        (&[], |emulator| {
+            emulator.fails("7", &["status"], 1, "no answer from station 7; check that it is switched on");
+            emulator.fails(
+                "5",
+                &["write", "1004", "150"],
+                1,
+                "it takes 1..100 on an AG03/1 with gear 48:1, got 150",
+            );
+            emulator.fails(
+                "6",
+                &["read", "1039"],
+                1,
+                "only the AG03/1 has d-Pos (PNU 1039); this drive is an AG03",
+            );
+            emulator.fails(
+                "5",
+                &["velocity", "30", "--yes"],
+                1,
+                "write 1 to PNU 930 first; the drive stands",
+            );
+            emulator.works("5", &["write", "limit1", "100"]);
+            emulator.fails("5", &["move", "101", "--yes"], 1, "the target is beyond a limit");
+        }),
+        (&["--fault", "refuse-cfg"], |emulator| {
+            emulator.fails("5", &["status"], 1, "drive 5 refuses the configuration F3 F2 (Chk_Cfg)");
+        }),
+        (&["--fault", "refuse-prm"], |emulator| {
+            emulator.fails("5", &["status"], 1, "drive 5 refuses its parameters (Set_Prm)");
+        }),
+        (&["--fault", "not-ready=100s"], |emulator| {
+            emulator.fails("5", &["status"], 1, "drive 5 answers, but does not begin to exchange data");
+        }),
+    ];
+    thread::scope(|scope| {
+        for (faults, part) in parts {
+            scope.spawn(move || part(&Emulator::start("pty", faults)));
+        }
+    });
 }
 
 /// Another device at the address, in this process.

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::bench::{Asking, Bench};
-use super::problem::{Body, Problem, Problems, Station};
+use super::problem::{Body, Problem, Problems, Station, whole};
 use super::state::{DriveState, DriveSummary, ModelName, gear};
 use super::stream::Hub;
 use crate::device::{Config, Device};
@@ -31,13 +31,14 @@ pub(super) struct Drives {
 #[derive(Clone, Copy, Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct NewDrive {
+    #[serde(deserialize_with = "whole")]
     #[schema(minimum = 0, maximum = 126)]
     address: u8,
     #[serde(default)]
     model: ModelName,
     /// 24 or 48.
-    #[serde(default = "usual_gear")]
-    #[schema(minimum = 24, maximum = 48, default = 48)]
+    #[serde(default = "usual_gear", deserialize_with = "whole")]
+    #[schema(minimum = 24, maximum = 48, multiple_of = 24, default = 48)]
     gear_ratio: u16,
 }
 

@@ -94,7 +94,7 @@ pub(super) fn router(app: App) -> Router {
         bus::remove_fault,
         stream::events,
     ),
-    components(schemas(NewsEvent, TelegramEvent, Lost))
+    components(schemas(Problem, NewsEvent, TelegramEvent, Lost))
 )]
 struct Description;
 

@@ -80,7 +80,8 @@ pub enum Images {
     /// at once (S7: SFC14). One image is enough for a reply.
     Consistent,
     /// An image in which the drive changed something may mix the words of before and after; the next one does not.
-    /// A reply needs two images, and a double word that changes all the time needs three.
+    /// A reply needs two images, and a double word that changes all the time needs three with the same high word.
+    /// What passes is a double word whose high word changes with one image and back with the next: positions do not.
     MayBeTorn,
 }
 

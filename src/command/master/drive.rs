@@ -10,7 +10,7 @@ use profidrive::host::{Clock, Link};
 use profidrive::master::{Session, SessionError};
 use profidrive::param::{Gear, Model, Pnu, Subindex, Value, Width};
 use profidrive::pkw::ErrorNumber;
-use profidrive::ppo::{Inputs, Zsw};
+use profidrive::ppo::{Inputs, Outputs, Stw, Zsw};
 use thiserror::Error;
 
 /// d-Pos, which only an AG03/1 has.
@@ -87,6 +87,11 @@ impl<L: Link, C: Clock> Drive<L, C> {
     /// Whether Ctrl-C or a signal asks for the end.
     pub(super) fn is_stopped(&self) -> bool {
         self.session.stop().is_requested()
+    }
+
+    /// The control word that is sent now.
+    pub(super) fn stw(&self) -> Stw {
+        Outputs::new(&self.client.outputs()).stw()
     }
 
     /// One exchange.

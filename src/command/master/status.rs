@@ -29,6 +29,8 @@ const LIVE: Duration = Duration::from_millis(100);
 struct Words {
     mode: Mode,
     lengths: Lengths,
+    /// What this master sends.
+    stw: u16,
     seen: Seen,
     ssw: u16,
     general: u16,
@@ -41,12 +43,13 @@ impl Words {
         let word = |bits: u32| u16::try_from(bits).unwrap_or_default();
         let ssw = word(drive.read(SSW, None, Width::Word)?.bits());
         let general = word(drive.read(GENERAL_STATUS, None, Width::Word)?.bits());
-        Ok(Self { mode, lengths, seen: drive.exchange()?, ssw, general })
+        Ok(Self { mode, lengths, stw: drive.stw().raw(), seen: drive.exchange()?, ssw, general })
     }
 
     /// Every word with its heading and its 16 bits.
-    fn all(&self) -> [(Word, &'static str, u16); 3] {
+    fn all(&self) -> [(Word, &'static str, u16); 4] {
         [
+            (Word::Stw, "control word, as this master sends it", self.stw),
             (Word::Zsw, "status word", self.seen.zsw.raw()),
             (Word::Ssw, "system status word, PNU 1020", self.ssw),
             (Word::GeneralStatus, "general status register, PNU 1031", self.general),
