@@ -13,6 +13,7 @@ import { busText, isLit, statusText } from "./leds.js";
 import { modelName, stateOf, unitOf } from "./states.js";
 import { request } from "./api.js";
 
+const STILL = matchMedia("(prefers-reduced-motion: reduce)");
 const KEYS = { clockwise: "key_1", counter_clockwise: "key_2" };
 const MOTOR = { released: "released", in_control: "in control", shorted: "shorted" };
 const EEPROM = { in_memory: "in memory", writing: "is being written", stored: "in its file", failed: "NOT written, see the log" };
@@ -104,8 +105,10 @@ export class DriveView {
     const state = this.#state;
     if (state) {
       const ms = performance.now() - this.#seen;
+      // For those who want nothing to move, the text says that it blinks.
+      const steady = STILL.matches && state.status_led.pattern === "blinking";
       this.drawing.light({
-        status: isLit(state.status_led, ms),
+        status: steady || isLit(state.status_led, ms),
         bus: isLit(state.bus_led, ms),
         statusText: statusText(state.status_led, state.fault),
         busText: busText(state.bus_led),
