@@ -185,7 +185,7 @@ test("nothing moves by itself for those who do not want it", async () => {
 
 test("125 drives are seen at a glance, filtered and chosen", async () => {
   const addresses = Array.from({ length: 125 }, (_, index) => index + 1);
-  await onStage({ drives: ["--drives", "1-125"], addresses: addresses.slice(0, 100), page: { view: "#drives" } }, async ({ page, master }) => {
+  await onStage({ drives: ["--drives", "1-125"], addresses: addresses.slice(0, 100), page: { view: "#drives", viewport: { width: 1360, height: 960 } } }, async ({ page, master }) => {
     const tiles = page.locator(".tile");
     await until("tiles", () => tiles.count(), (count) => count === 125);
     for (const address of addresses.slice(0, 100)) await master.exchanging(address);
