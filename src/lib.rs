@@ -25,6 +25,7 @@
 //! | [`pkw`] | jobs and replies of the parameter channel | job, reply and error numbers |
 //! | [`drive`] | state machine and motion, without a bus | revolutions, seconds, named flags |
 //! | [`device`] | all of it as one object | every bit of STW, ZSW and SSW |
+//! | [`client`] | the master's side: parameters and control words of a drive, without I/O | PKW, STW and ZSW patterns |
 //! | [`explain`] | telegrams and words in words (feature `std`) | what all of the above mean to a person |
 //! | [`host`] | links, clock, run loop (feature `std`) | the operating system |
 //!
@@ -77,14 +78,18 @@
 //!
 //! [`host`] has this loop for links of an operating system, and the command `profidrive emulate` runs it.
 //!
+//! [`client`] is the other end, for those who write masters. The guide `first_drive` (features `master` and `serial`,
+//! `docs/first-drive.md`) goes from an empty directory to a moving drive.
+//!
 //! # Features
 //!
 //! * `std` (default): [`host`] and [`explain`].
 //! * `alloc`: telegrams built into `bytes::BufMut`.
 //! * `serial`: an RS-485 serial port as link.
 //! * `master`: profirust as DP master over our links.
-//! * `panel`: HTTP control, a live stream and a page for browsers.
 //! * `serde`: explanations as data for `serde`.
+//! * `capture`: what passes on a line in pcapng files, written and read.
+//! * `panel`: HTTP control, a live stream and a page for browsers.
 //! * `cli`: the command.
 #![no_std]
 
@@ -108,6 +113,12 @@ pub mod pkw;
 pub mod drive;
 
 pub mod device;
+
+pub mod client;
+
+#[cfg(all(feature = "master", feature = "serial"))]
+#[doc = include_str!("../docs/first-drive.md")]
+pub mod first_drive {}
 
 #[cfg(feature = "std")]
 pub mod explain;

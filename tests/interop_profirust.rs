@@ -14,7 +14,7 @@ use core::time::Duration;
 use profidrive::device::{CONFIGURATIONS, Config, Event, IDENT_NUMBER};
 use profidrive::dp;
 use profidrive::fdl::Address;
-use profidrive::master::{Sender, SimulatedBus, baudrate, options, peripheral};
+use profidrive::master::{EmulatedBus, Sender, baudrate, options, peripheral};
 use profidrive::param::{Model, Parameter};
 use profidrive::ppo::{Inputs, Outputs, PPO_LEN, Pkw, Stw};
 use profidrive::time::{BaudRate, Instant};
@@ -50,7 +50,7 @@ fn pkw(words: &str) -> Pkw {
 
 /// profirust and some drives, simulated.
 struct Plant {
-    bus: SimulatedBus<'static>,
+    bus: EmulatedBus<'static>,
     drives: Vec<PeripheralHandle>,
     /// The job, the control word and the setpoint for each drive.
     outputs: Vec<(Pkw, u16, i32)>,
@@ -69,7 +69,7 @@ impl Plant {
         configure(&mut parameters);
         let mut fdl = FdlActiveStation::new(parameters.build_verified(&dp));
         fdl.set_online();
-        let mut bus = SimulatedBus::new(fdl, dp).unwrap();
+        let mut bus = EmulatedBus::new(fdl, dp).unwrap();
         for address in addresses {
             bus.connect(Config::new(Address::station(*address).unwrap())).unwrap();
         }
@@ -248,7 +248,7 @@ fn replies_keep_t_sdr_and_requests_keep_t_syn() {
                     let pause = heard.at.saturating_since(end);
                     match heard.sender {
                         Sender::Master => assert!(pause >= baud.bit_times(33), "{baud}: {pause:?}"),
-                        Sender::Drive(_) => {
+                        Sender::Station => {
                             replies += 1;
                             assert_eq!(sender, Sender::Master);
                             assert!(pause >= baud.bit_times(11), "{baud}: {pause:?}");
@@ -307,14 +307,14 @@ fn a_master_that_stops_lets_the_watchdog_expire_and_finds_the_drive_again() {
 }
 
 /// A bus on which the master has this wrong idea of drive 5.
-fn misconfigured(options: PeripheralOptions<'static>) -> (SimulatedBus<'static>, PeripheralHandle) {
+fn misconfigured(options: PeripheralOptions<'static>) -> (EmulatedBus<'static>, PeripheralHandle) {
     let mut dp = DpMaster::new(Vec::new());
     let drive = dp.add(Peripheral::new(5, options, vec![0; PPO_LEN], vec![0; PPO_LEN]));
     dp.enter_operate();
     let parameters = ParametersBuilder::new(2, baudrate(BaudRate::K500)).build_verified(&dp);
     let mut fdl = FdlActiveStation::new(parameters);
     fdl.set_online();
-    let mut bus = SimulatedBus::new(fdl, dp).unwrap();
+    let mut bus = EmulatedBus::new(fdl, dp).unwrap();
     bus.connect(Config::new(Address::station(5).unwrap())).unwrap();
     (bus, drive)
 }

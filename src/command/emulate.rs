@@ -9,7 +9,6 @@ use profidrive::device::{Config, Device, DipSwitches, Timing};
 use profidrive::fdl::{Address, RateChange};
 use profidrive::host::link::fault::Faulty;
 use profidrive::host::link::serial::Serial;
-use profidrive::host::link::tap::Tap;
 use profidrive::host::{Bus, BusEvent, Clock, Link, Reach, StateDir, Stop, StoredDevice, SystemClock, run};
 use profidrive::panel::{Bench, Panel, PanelError};
 use profidrive::time::{BaudRate, Instant};
@@ -18,6 +17,8 @@ use tracing::{debug, info, warn};
 
 use super::Failure;
 use super::args::{BaudSpec, DriveSpec, Emulate, LinkSpec, QuirkSpec};
+
+mod tap;
 
 /// The rate of a terminal whose master has set none of PROFIBUS-DP, and of a TCP port. There it only says how long a
 /// drive waits before it replies.
@@ -41,10 +42,8 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     for fault in &args.faults {
         warn!("fault on purpose: {fault}");
     }
-    let link: Box<dyn Link> = match &panel {
-        Some(panel) => Box::new(Tap::new(link, clock, panel.observer())),
-        None => link,
-    };
+    // Next to the line, so that what faults do is seen.
+    let link = tap::tapped(link, args, &path, clock, panel.as_ref())?;
     let mut link = Faulty::new(link, clock, &args.faults);
 
     let mut bus = Bus::on(rate, Timing::Untrue);

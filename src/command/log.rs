@@ -60,7 +60,8 @@ pub(crate) fn start(verbosity: Verbosity) -> Log {
 fn targets(verbosity: Verbosity, rust_log: Option<String>) -> (Targets, Option<String>) {
     let level = |level: LevelFilter| Targets::new().with_default(level);
     match (verbosity.verbose, verbosity.quiet, rust_log) {
-        (_, true, _) => (level(LevelFilter::WARN), None),
+        // A repeated telegram is a warning to profirust, and nothing to a person.
+        (_, true, _) => (level(LevelFilter::WARN).with_target("profirust", LevelFilter::ERROR), None),
         (2.., false, _) => (level(LevelFilter::TRACE), None),
         (1, false, _) => (level(LevelFilter::DEBUG), None),
         (0, false, Some(wanted)) if !wanted.is_empty() => match wanted.parse() {

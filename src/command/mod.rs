@@ -1,9 +1,12 @@
 //! The command: arguments in, one line per failure out.
 
 mod args;
+mod decode;
 mod demo;
 mod emulate;
+mod encode;
 mod log;
+mod master;
 
 use core::error::Error;
 use std::io::{self, Write};
@@ -44,6 +47,9 @@ pub(crate) fn main() -> ExitCode {
     let outcome = match args.command {
         Command::Demo => demo::demo(),
         Command::Emulate(emulate) => emulate::emulate(&emulate),
+        Command::Master(master) => master::master(&master),
+        Command::Decode(args) => decode::decode(&args),
+        Command::Encode(args) => encode::encode(&args),
     };
     // What was logged comes before the line that says how it ended.
     log.finish();

@@ -342,7 +342,8 @@ impl Slave {
     /// the application.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
-        [self.watchdog, self.user_watchdog].into_iter().flatten().map(Watchdog::expires).min()
+        let expires = |watchdog: &Option<Watchdog>| watchdog.as_ref().map(Watchdog::expires);
+        Instant::first_of(expires(&self.watchdog), expires(&self.user_watchdog))
     }
 
     /// The service of a request that this slave offers.

@@ -52,6 +52,28 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
+    /// The diagnosis in the octets of an answer, for masters; `None` with fewer than [`LEN`]. The bits that only masters
+    /// set are not looked at.
+    pub fn parse(octets: &[u8]) -> Option<Self> {
+        let [first, second, third, master, ident @ ..] = *octets.first_chunk::<LEN>()?;
+        let bit = |octet: u8, bit: u8| octet & 1 << bit != 0;
+        Some(Self {
+            station_not_ready: bit(first, 1),
+            cfg_fault: bit(first, 2),
+            ext_diag: bit(first, 3),
+            not_supported: bit(first, 4),
+            prm_fault: bit(first, 6),
+            prm_req: bit(second, 0),
+            stat_diag: bit(second, 1),
+            wd_on: bit(second, 3),
+            freeze_mode: bit(second, 4),
+            sync_mode: bit(second, 5),
+            ext_diag_overflow: bit(third, 7),
+            master: Address::station(master).ok(),
+            ident: u16::from_be_bytes(ident),
+        })
+    }
+
     /// The octets on the wire.
     pub fn octets(self) -> [u8; LEN] {
         let bit = |set: bool, bit: u8| u8::from(set) << bit;
@@ -100,5 +122,10 @@ mod tests {
             ident: 0x1234,
         };
         assert_eq!(all.octets(), [0x5E, 0x3F, 0x80, 2, 0x12, 0x34]);
+        for diagnosis in [none, all] {
+            assert_eq!(Diagnosis::parse(&diagnosis.octets()), Some(diagnosis));
+        }
+        assert_eq!(Diagnosis::parse(&[0xA1, 0x84, 0x7F, 255, 0x0A, 0xC5]), Some(none), "the masters' bits");
+        assert_eq!(Diagnosis::parse(&[0x00, 0x04, 0, 255, 0x0A]), None);
     }
 }

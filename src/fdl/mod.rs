@@ -22,6 +22,7 @@
 pub mod address;
 pub mod baud_search;
 pub mod counters;
+mod fcs;
 pub mod framer;
 pub mod function_code;
 pub mod station;

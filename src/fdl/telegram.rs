@@ -4,11 +4,12 @@
 //! whatever the octets. The frames are drawn in the [layer guide](super).
 //!
 //! Every octet of a bus passes here, so the frame is taken apart with slice patterns: `nom`, which reads the user
-//! data one layer up, tripled the time of a short telegram.
+//! data one layer up, tripled the time of a short telegram. `docs/performance.md` has the numbers.
 
 use thiserror::Error;
 
 use super::address::{Address, Sap};
+use super::fcs::{BLOCK, fcs_of};
 use super::function_code::FunctionCode;
 
 /// The longest telegram: SD2 with LE = 249.
@@ -32,12 +33,12 @@ const SD1_LEN: usize = 6;
 const SD3_LEN: usize = 14;
 const SD3_PDU_LEN: usize = 8;
 const SD4_LEN: usize = 3;
-/// Octets of an SD2 telegram before DA.
-const SD2_HEAD_LEN: usize = 4;
 /// Octets of an SD2 telegram around those that LE counts.
 const SD2_OVERHEAD: usize = 6;
 /// Bit 7 of DA and SA: an extension octet follows.
 const EXTENSION: u8 = 0x80;
+/// The highest address of one station.
+const MAX_STATION: u8 = Address::BROADCAST.number() - 1;
 
 /// What the front of a buffer is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,13 +70,12 @@ pub enum Decoded<'a> {
 #[inline]
 pub fn decode(input: &[u8]) -> Decoded<'_> {
     match *input {
-        [SD2, ..] => sd2(input),
-        [SD1, ..] => fixed::<SD1_LEN>(input, Format::Sd1),
         [SC, ..] => Decoded::Telegram { telegram: Telegram::ShortAcknowledge, len: 1 },
-        [SD3, ..] => fixed::<SD3_LEN>(input, Format::Sd3),
-        [SD4, ref rest @ ..] => sd4(rest),
-        [got, ..] => refuse(FrameError::StartDelimiter { got }),
-        [] => Decoded::Incomplete,
+        [SD4, da @ ..=MAX_STATION, sa @ ..=MAX_STATION, ..] => Decoded::Telegram {
+            telegram: Telegram::Token { da: Address::from_octet(da), sa: Address::from_octet(sa) },
+            len: SD4_LEN,
+        },
+        [..] => with_function_code(input),
     }
 }
 
@@ -100,6 +100,7 @@ impl Telegram<'_> {
     ///
     /// # Errors
     /// As [`DataTelegram::encode`]. `buf` is then unchanged.
+    #[inline]
     pub fn encode<'b>(&self, buf: &'b mut [u8]) -> Result<&'b [u8], EncodeError> {
         match self {
             Self::Data(data) => data.encode(buf),
@@ -143,6 +144,17 @@ pub enum Format {
     Sd3,
 }
 
+impl Format {
+    /// Least and most octets of the PDU.
+    const fn pdu_lens(self) -> (usize, usize) {
+        match self {
+            Self::Sd1 => (0, 0),
+            Self::Sd2 => (1, MAX_PDU_LEN),
+            Self::Sd3 => (SD3_PDU_LEN, SD3_PDU_LEN),
+        }
+    }
+}
+
 /// A telegram with a function code: SD1, SD2 or SD3.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DataTelegram<'a> {
@@ -175,42 +187,36 @@ impl DataTelegram<'_> {
     /// # Errors
     /// [`EncodeError`] if the data do not fit the format or the telegram does not fit `buf`, which is then
     /// unchanged. Panics: never.
+    #[inline]
     pub fn encode<'b>(&self, buf: &'b mut [u8]) -> Result<&'b [u8], EncodeError> {
         let pdu_len = self.pdu_len();
-        let wrong = |expected| EncodeError::PduLength { format: self.format, expected, got: pdu_len };
-        let out = match self.format {
-            Format::Sd1 => {
-                if pdu_len != 0 {
-                    return Err(wrong((0, 0)));
-                }
+        let out = match (self.format, u8::try_from(pdu_len + HEADER_LEN)) {
+            (Format::Sd1, _) if pdu_len == 0 => {
                 let out = room(buf, SD1_LEN)?;
-                self.encode_counted(start(out, [SD1]));
+                let (da, sa, fc) = (self.da.number(), self.sa.number(), self.fc.octet());
+                out.copy_from_slice(&[SD1, da, sa, fc, da.wrapping_add(sa).wrapping_add(fc), ED]);
                 out
             }
-            Format::Sd2 => {
-                let le = match u8::try_from(pdu_len + HEADER_LEN) {
-                    Ok(le) if (MIN_LE..=MAX_LE).contains(&le) => le,
-                    Ok(_) | Err(_) => return Err(wrong((1, MAX_PDU_LEN))),
-                };
+            (Format::Sd2, Ok(le @ MIN_LE..=MAX_LE)) => {
                 let out = room(buf, usize::from(le) + SD2_OVERHEAD)?;
                 self.encode_counted(start(out, [SD2, le, le, SD2]));
                 out
             }
-            Format::Sd3 => {
-                if pdu_len != SD3_PDU_LEN {
-                    return Err(wrong((SD3_PDU_LEN, SD3_PDU_LEN)));
-                }
+            (Format::Sd3, _) if pdu_len == SD3_PDU_LEN => {
                 let out = room(buf, SD3_LEN)?;
                 self.encode_counted(start(out, [SD3]));
                 out
+            }
+            (format @ (Format::Sd1 | Format::Sd2 | Format::Sd3), _) => {
+                return Err(EncodeError::PduLength { format, expected: format.pdu_lens(), got: pdu_len });
             }
         };
         Ok(out)
     }
 
     /// Writes everything from DA to ED to `out`, which is just as long. The checksum is taken of what is written,
-    /// not of what was: reading octets back in eights right after writing them one by one stalls a processor.
-    #[inline(always)]
+    /// not of what was: reading octets back in blocks right after writing them one by one stalls a processor.
+    #[inline(never)]
     fn encode_counted(&self, out: &mut [u8]) {
         let Some((header, pdu)) = out.split_first_chunk_mut() else { return };
         let extension = |sap: Option<Sap>| if sap.is_some() { EXTENSION } else { 0 };
@@ -218,24 +224,21 @@ impl DataTelegram<'_> {
         let sa = self.sa.number() | extension(self.ssap);
         let fc = self.fc.octet();
         *header = [da, sa, fc];
-        let (saps, rest) = match (self.dsap, self.ssap, pdu) {
-            (Some(dsap), Some(ssap), [first, second, rest @ ..]) => {
-                (*first, *second) = (dsap.number(), ssap.number());
-                (dsap.number().wrapping_add(ssap.number()), rest)
-            }
-            (Some(sap), None, [first, rest @ ..]) | (None, Some(sap), [first, rest @ ..]) => {
-                *first = sap.number();
-                (sap.number(), rest)
-            }
-            (_, _, rest) => (0, rest),
-        };
+        let mut fcs = da.wrapping_add(sa).wrapping_add(fc);
+        let mut rest = pdu;
+        for sap in [self.dsap, self.ssap].into_iter().flatten() {
+            let Some((first, behind)) = rest.split_first_mut() else { return };
+            *first = sap.number();
+            fcs = fcs.wrapping_add(sap.number());
+            rest = behind;
+        }
         if let Some((data, end)) = rest.split_last_chunk_mut::<2>() {
             copy(data, self.data);
-            let header = da.wrapping_add(sa).wrapping_add(fc).wrapping_add(saps);
-            *end = [checksum(self.data, 0).wrapping_add(header), ED];
+            *end = [fcs.wrapping_add(fcs_of(self.data)), ED];
         }
     }
 
+    #[inline]
     fn pdu_len(&self) -> usize {
         usize::from(self.dsap.is_some()) + usize::from(self.ssap.is_some()) + self.data.len()
     }
@@ -333,139 +336,142 @@ pub enum EncodeError {
     },
 }
 
-/// SD2: each octet of the head is judged as soon as it is there.
-#[inline]
+/// SD1, SD2 and SD3. Not inlined: a caller gains nothing but a copy of all this.
+#[inline(never)]
+fn with_function_code(input: &[u8]) -> Decoded<'_> {
+    match *input {
+        [SD2, ..] => sd2(input),
+        [SD1, ..] => fixed::<SD1_LEN>(input, Format::Sd1),
+        [SD3, ..] => fixed::<SD3_LEN>(input, Format::Sd3),
+        [..] => refused(input),
+    }
+}
+
+/// SD2. All that a good telegram needs and nothing else: what is wrong with a bad one is found out apart.
+#[inline(always)]
 fn sd2(input: &[u8]) -> Decoded<'_> {
-    let le = match *input {
-        [_, le, ler, SD2, ..] if le == ler && (MIN_LE..=MAX_LE).contains(&le) => usize::from(le),
-        [_, le, ..] if !(MIN_LE..=MAX_LE).contains(&le) => return refuse(FrameError::Length { got: le }),
-        [_, le, ler, ..] if ler != le => {
-            return refuse(FrameError::RepeatedLength { expected: le, got: ler });
-        }
-        [_, _, _, got, ..] => return refuse(FrameError::SecondStartDelimiter { got }),
-        [] | [_] | [_, _] | [_, _, _] => return Decoded::Incomplete,
+    let (le, behind) = match input {
+        [_, le @ MIN_LE..=MAX_LE, ler, SD2, behind @ ..] if ler == le => (usize::from(*le), behind),
+        [..] => return refused(input),
     };
-    let Some((frame, &[fcs, ed, ..])) = input.split_at_checked(SD2_HEAD_LEN + le) else {
+    let Some((counted, &[fcs, ed, ..])) = behind.split_at_checked(le) else {
         return Decoded::Incomplete;
     };
     if ed != ED {
-        return refuse(FrameError::EndDelimiter { got: ed });
+        return refused(input);
     }
     // Four octets of head and the end agree on its bounds, so that a damaged one can be dropped whole.
     let len = le + SD2_OVERHEAD;
-    enclosed(frame, SD2_HEAD_LEN, fcs, Format::Sd2, len, len)
+    enclosed(counted, fcs, Format::Sd2, len, len)
 }
 
 /// SD1 and SD3: the format says the length.
-#[inline]
-fn fixed<const LEN: usize>(input: &[u8], format: Format) -> Decoded<'_> {
-    let Some((frame, &[fcs, ed])) = input.first_chunk::<LEN>().and_then(|frame| frame.split_last_chunk())
-    else {
-        return Decoded::Incomplete;
-    };
-    if ed != ED {
-        return refuse(FrameError::EndDelimiter { got: ed });
-    }
-    enclosed(frame, 1, fcs, format, LEN, 1)
-}
-
-#[inline]
-fn sd4(input: &[u8]) -> Decoded<'_> {
-    let bad = |octet: u8| octet >= Address::BROADCAST.number();
-    match *input {
-        [got, ..] | [_, got, ..] if bad(got) => refuse(FrameError::TokenAddress { got }),
-        [da, sa, ..] => Decoded::Telegram {
-            telegram: Telegram::Token { da: Address::from_octet(da), sa: Address::from_octet(sa) },
-            len: SD4_LEN,
-        },
-        [] | [_] => Decoded::Incomplete,
-    }
-}
-
-/// The octets up to the last data octet of a telegram of `len` octets, `head` of which come before DA. Its parts
-/// are written straight into the result, once: inlined, for the copies in between cost more than the checks.
 #[inline(always)]
-fn enclosed(frame: &[u8], head: usize, fcs: u8, format: Format, len: usize, skip: usize) -> Decoded<'_> {
-    let expected = checksum(frame, head);
+fn fixed<const LEN: usize>(input: &[u8], format: Format) -> Decoded<'_> {
+    match input.first_chunk::<LEN>().and_then(|telegram| telegram.split_last_chunk()) {
+        Some(([_, counted @ ..], &[fcs, ED])) => enclosed(counted, fcs, format, LEN, 1),
+        Some(_) | None => refused(input),
+    }
+}
+
+/// The octets that the checksum `fcs` covers, of a telegram of `len` octets.
+#[inline(always)]
+fn enclosed(counted: &[u8], fcs: u8, format: Format, len: usize, skip: usize) -> Decoded<'_> {
+    let expected = fcs_of(counted);
     if fcs != expected {
         return Decoded::Invalid { error: FrameError::Checksum { expected, got: fcs }, skip };
     }
-    let Some(&[da, sa, fc, ref data @ ..]) = frame.get(head..) else {
-        // Too short for its header, which LE and the formats rule out.
-        return Decoded::Invalid { error: FrameError::ExtensionMissing, skip };
-    };
-    let (dsap, ssap, data) = match extensions(da, sa, data) {
-        Ok(extensions) => extensions,
-        Err(error) => return Decoded::Invalid { error, skip },
-    };
-    let (da, sa, fc) = (Address::from_octet(da), Address::from_octet(sa), FunctionCode::from_octet(fc));
-    Decoded::Telegram { telegram: Telegram::Data(DataTelegram { format, da, sa, dsap, ssap, fc, data }), len }
-}
-
-/// DSAP, SSAP and the data behind them.
-type Extensions<'a> = (Option<Sap>, Option<Sap>, &'a [u8]);
-
-/// The SAPs that bit 7 of DA and SA announce, DA's first, and the data behind them.
-#[inline(always)]
-fn extensions(da: u8, sa: u8, data: &[u8]) -> Result<Extensions<'_>, FrameError> {
-    match (da & EXTENSION != 0, sa & EXTENSION != 0, data) {
-        (false, false, data) => Ok((None, None, data)),
-        (true, true, &[dsap, ssap, ref data @ ..]) => Ok((Some(sap(dsap)?), Some(sap(ssap)?), data)),
-        (true, false, &[dsap, ref data @ ..]) => Ok((Some(sap(dsap)?), None, data)),
-        (false, true, &[ssap, ref data @ ..]) => Ok((None, Some(sap(ssap)?), data)),
-        (true, true, [] | [_]) | (true, false, []) | (false, true, []) => Err(FrameError::ExtensionMissing),
+    match *counted {
+        [da @ ..EXTENSION, sa @ ..EXTENSION, fc, ref data @ ..] => {
+            let (da, sa, fc) =
+                (Address::from_octet(da), Address::from_octet(sa), FunctionCode::from_octet(fc));
+            let telegram = DataTelegram { format, da, sa, dsap: None, ssap: None, fc, data };
+            Decoded::Telegram { telegram: Telegram::Data(telegram), len }
+        }
+        [..] => extended(counted, format, len, skip),
     }
 }
 
-/// An extension octet: b7 = another one follows, b6 = segment address, b5..b0 = SAP. DP uses plain SAPs only.
+/// As [`enclosed`], with the SAPs that bit 7 of DA and SA announce, DA's first, before the data.
 #[inline(always)]
-fn sap(octet: u8) -> Result<Sap, FrameError> {
-    Sap::new(octet).ok_or(FrameError::Extension { got: octet })
+fn extended(counted: &[u8], format: Format, len: usize, skip: usize) -> Decoded<'_> {
+    let invalid = |error| Decoded::Invalid { error, skip };
+    let (da, sa, fc, dsap, ssap, data) = match *counted {
+        [da @ EXTENSION..=u8::MAX, sa @ EXTENSION..=u8::MAX, fc, dsap, ssap, ref data @ ..] => {
+            (da, sa, fc, Some(dsap), Some(ssap), data)
+        }
+        [da @ EXTENSION..=u8::MAX, sa @ ..EXTENSION, fc, dsap, ref data @ ..] => {
+            (da, sa, fc, Some(dsap), None, data)
+        }
+        [da @ ..EXTENSION, sa @ EXTENSION..=u8::MAX, fc, ssap, ref data @ ..] => {
+            (da, sa, fc, None, Some(ssap), data)
+        }
+        [..] => return invalid(FrameError::ExtensionMissing),
+    };
+    // An extension octet: b7 = another one follows, b6 = segment address, b5..b0 = SAP. DP uses plain SAPs only.
+    let is_no_sap = |octet: &u8| Sap::new(*octet).is_none();
+    if let Some(got) = dsap.filter(is_no_sap).or(ssap.filter(is_no_sap)) {
+        return invalid(FrameError::Extension { got });
+    }
+    let (da, sa, fc) = (Address::from_octet(da), Address::from_octet(sa), FunctionCode::from_octet(fc));
+    let (dsap, ssap) = (dsap.and_then(Sap::new), ssap.and_then(Sap::new));
+    Decoded::Telegram { telegram: Telegram::Data(DataTelegram { format, da, sa, dsap, ssap, fc, data }), len }
 }
 
-/// Refused, to be looked at again behind the first octet.
-#[inline]
-const fn refuse<'a>(error: FrameError) -> Decoded<'a> {
+/// What is wrong or missing at the front of octets in which no whole telegram was found: the first octet that is
+/// wrong, as soon as it is there.
+#[cold]
+#[inline(never)]
+fn refused(input: &[u8]) -> Decoded<'_> {
+    let error = match *input {
+        [SD2, le, ..] if !(MIN_LE..=MAX_LE).contains(&le) => FrameError::Length { got: le },
+        [SD2, le, ler, ..] if ler != le => FrameError::RepeatedLength { expected: le, got: ler },
+        [SD2, _, _, got, ..] if got != SD2 => FrameError::SecondStartDelimiter { got },
+        [SD4, got, ..] | [SD4, _, got, ..] if got > MAX_STATION => FrameError::TokenAddress { got },
+        [SD1, _, _, _, _, got, ..] => FrameError::EndDelimiter { got },
+        [SD3, _, _, _, _, _, _, _, _, _, _, _, _, got, ..] => FrameError::EndDelimiter { got },
+        [SD2, le, ..] => match input.get(usize::from(le) + SD2_OVERHEAD - 1) {
+            Some(got) => FrameError::EndDelimiter { got: *got },
+            None => return Decoded::Incomplete,
+        },
+        [SD1 | SD2 | SD3 | SD4 | SC, ..] | [] => return Decoded::Incomplete,
+        [got, ..] => FrameError::StartDelimiter { got },
+    };
     Decoded::Invalid { error, skip: 1 }
 }
 
-/// FCS: the sum modulo 256 of the octets behind `head`, eight of them at a time.
-///
-/// With four octets of head, as SD2 has, the last eight always exist and the odd ones at the end are what is left
-/// of them after a shift; shorter telegrams have a length known when this is compiled.
-#[inline(always)]
-fn checksum(octets: &[u8], head: usize) -> u8 {
-    // Four lanes of 16 bits: 31 times twice 255 is the most a telegram adds to one.
-    const LANES: u64 = 0x00FF_00FF_00FF_00FF;
-    let lanes_of = |eight: u64| (eight & LANES) + (eight >> 8 & LANES);
-    let (eights, odd) = octets.get(head..).unwrap_or_default().as_chunks::<8>();
-    let mut lanes = eights.iter().fold(0, |lanes, eight| lanes + lanes_of(u64::from_le_bytes(*eight)));
-    lanes += match octets.last_chunk::<8>() {
-        Some(last) => lanes_of(u64::from_le_bytes(*last) >> (56 - 8 * odd.len()) >> 8),
-        None => odd.iter().map(|octet| u64::from(*octet)).sum(),
-    };
-    // The product gathers the sum of all lanes in the highest one.
-    let [.., sum, _] = lanes.wrapping_mul(0x0001_0001_0001_0001).to_le_bytes();
-    sum
-}
-
+#[inline]
 fn room(buf: &mut [u8], needed: usize) -> Result<&mut [u8], EncodeError> {
     let got = buf.len();
     buf.get_mut(..needed).ok_or(EncodeError::BufferTooSmall { needed, got })
 }
 
-/// Copies eight octets at a time, which for telegrams is quicker than to call for a copy of any length. The last
-/// eight are copied even where they overlap those before.
+/// Copies a block at a time, which for telegrams is quicker than to call for a copy of any length. The last block is
+/// copied even where it overlaps the one before.
 #[inline(always)]
 fn copy(to: &mut [u8], from: &[u8]) {
-    let (eights, _) = from.as_chunks::<8>();
-    for (to, from) in to.as_chunks_mut::<8>().0.iter_mut().zip(eights) {
-        *to = *from;
+    if let Some(last) = from.last_chunk::<BLOCK>() {
+        let blocks = to.as_chunks_mut::<BLOCK>().0.iter_mut().zip(from.as_chunks::<BLOCK>().0);
+        blocks.for_each(|(to, from)| *to = *from);
+        if let Some(to) = to.last_chunk_mut() {
+            *to = *last;
+        }
+    } else if !copy_ends::<8>(to, from) && !copy_ends::<4>(to, from) {
+        to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
     }
-    match (to.last_chunk_mut::<8>(), from.last_chunk::<8>()) {
-        (Some(to), Some(from)) => *to = *from,
-        (_, _) => to.iter_mut().zip(from).for_each(|(to, from)| *to = *from),
+}
+
+/// Copies the first `N` and the last `N` octets of at most twice as many, if there are so many.
+#[inline(always)]
+fn copy_ends<const N: usize>(to: &mut [u8], from: &[u8]) -> bool {
+    let (Some(first), Some(last)) = (from.first_chunk::<N>(), from.last_chunk::<N>()) else { return false };
+    if let Some(to) = to.first_chunk_mut() {
+        *to = *first;
     }
+    if let Some(to) = to.last_chunk_mut() {
+        *to = *last;
+    }
+    true
 }
 
 /// Writes what comes before DA and returns the rest.

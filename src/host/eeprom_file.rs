@@ -21,6 +21,7 @@ use std::{format, string::String};
 use thiserror::Error;
 
 use super::StoredDevice;
+use super::lock::locked;
 use crate::device::{Config, Device, Eeprom, Generation, IMAGE_LEN, ImageError, NotStored, StoreRequest};
 use crate::time::Instant;
 
@@ -318,24 +319,6 @@ fn sync_directory(path: &Path) -> io::Result<()> {
 #[cfg(not(unix))]
 fn sync_directory(_: &Path) -> io::Result<()> {
     Ok(())
-}
-
-/// Locks a file for this process until it is closed; `false`: another has locked it.
-#[cfg(unix)]
-fn locked(file: &File) -> io::Result<bool> {
-    use rustix::fs::{FlockOperation, flock};
-    use rustix::io::Errno;
-
-    match flock(file, FlockOperation::NonBlockingLockExclusive) {
-        Ok(()) => Ok(true),
-        Err(Errno::WOULDBLOCK) => Ok(false),
-        Err(error) => Err(error.into()),
-    }
-}
-
-#[cfg(not(unix))]
-fn locked(_: &File) -> io::Result<bool> {
-    Ok(true)
 }
 
 fn remove_temporary_files(directory: &Path) -> io::Result<()> {

@@ -8,10 +8,11 @@
 //! - [`Link`] moves octets. [`link::memory`] stays inside the process, [`link::pty`] is a pseudo-terminal that a
 //!   master opens like a serial port, [`link::serial`] is an RS-485 port,
 //!   [`link::tcp`] a port to which several programs connect. [`link::fault`] spoils telegrams on any of them, and
-//!   [`link::tap`] shows what passes.
+//!   [`link::tap`] shows what passes. A master opens [`link::terminal`], [`link::tcp::Connection`], or a serial port.
 //! - [`Clock`] tells the time: [`SystemClock`] runs, [`ManualClock`] stands until a test moves it.
 //! - [`Bus`] puts many stations on one line, with the calling contract of one [`crate::device::Device`].
 //! - [`line::Line`] is an RS-485 line in simulated time that checks the rules of the bus.
+//! - [`capture`] writes what passes to pcapng files and reads them (feature `capture`).
 //! - [`StateDir`] keeps the EEPROMs of drives in files; a [`StoredDevice`] is a drive with such a file.
 //! - [`run()`] connects the three until [`Stop`] is requested.
 //!
@@ -44,10 +45,13 @@ use crate::fdl::Address;
 use crate::time::{BaudRate, Instant};
 
 mod bus;
+#[cfg(feature = "capture")]
+pub mod capture;
 mod clock;
 mod eeprom_file;
 pub mod line;
 pub mod link;
+mod lock;
 mod participant;
 pub(crate) mod reach;
 mod run;
@@ -182,6 +186,24 @@ pub enum Error {
         device: String,
         /// The rate wanted.
         rate: BaudRate,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// The terminal of another process cannot be opened.
+    #[error("cannot open terminal {} ({advice})", path.display())]
+    TerminalOpen {
+        /// Its path.
+        path: PathBuf,
+        /// What to do.
+        advice: &'static str,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// Nobody answers at the TCP port of another process.
+    #[error("cannot connect to tcp:{place} (check that the emulator runs there)")]
+    TcpConnect {
+        /// Host and port wanted.
+        place: String,
         /// What the operating system says.
         source: io::Error,
     },

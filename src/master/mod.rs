@@ -7,8 +7,10 @@
 //! - [`LinkPhy`] is profirust's physical layer on a [`Link`](crate::host::Link): a serial port, the terminal of
 //!   another process, a line in memory.
 //! - [`peripheral()`] is an AG03 or AG03/1 as profirust must be told of it, as in `gsd/SIKO0AC5.GSD`.
-//! - [`SimulatedBus`] is a whole bus in one process: profirust, emulated drives, and a clock that jumps from one
-//!   thing that happens to the next.
+//! - [`EmulatedBus`] is a whole bus in one process: profirust, emulated drives, faults on purpose, and a clock that
+//!   jumps from one thing that happens to the next.
+//! - [`Session`] is one drive on a line that somebody else serves, in real time, for programs that do one thing after the
+//!   other.
 //!
 //! What profirust 0.6.0 wants, and where it differs from other masters:
 //!
@@ -27,10 +29,15 @@
 //!   diagnosis for the parameter fault.
 //! - It knows the operating state Operate only.
 
+mod emulated_bus;
+mod error;
+mod inquiry;
 mod peripheral;
 mod phy;
-mod simulated_bus;
+mod session;
 
+pub use emulated_bus::{EmulatedBus, Heard, Sender, TimedOut};
+pub use error::SessionError;
 pub use peripheral::{options, peripheral};
 pub use phy::{LinkPhy, baudrate, instant};
-pub use simulated_bus::{Heard, Sender, SimulatedBus, TimedOut};
+pub use session::{Session, Settings};

@@ -1,8 +1,8 @@
 //! The user data of one Data_Exchange: parameter channel and process data, without their meaning.
 //!
-//! PROFIDRIVE version 2 calls it a *Parameter Process data Object*. The AG03 and the AG03/1 use one of their
-//! own, seven words in each direction (`ag03.md` 1.1, manual chapter 7.4.1). Every word is big-endian, of a
-//! double word the high word comes first:
+//! PROFIDRIVE version 2 calls it a *Parameter Process data Object*, and knows five types of it ([`PpoType`]). The AG03
+//! and the AG03/1 use one of their own, seven words in each direction (`ag03.md` 1.1, manual chapter 7.4.1). Every word
+//! is big-endian, of a double word the high word comes first:
 //!
 //! ```text
 //! octet             0  1    2  3    4  5       6  7      8  9   10 11       12 13
@@ -16,11 +16,11 @@
 //! | --- | --- |
 //! | [`Pkw`] | parameter channel: job of the master, reply of the slave |
 //! | [`Stw`], [`Zsw`] | control word and status word, bits without names |
-//! | HSW, HIW | main setpoint and main actual value, `i32` in two's complement |
+//! | HSW, HIW | main setpoint and main actual value, two's complement: `i32` here, `i16` in PPO 1 to 5 |
 //!
 //! [`Outputs`] and [`Inputs`] look at 14 octets where they lie and copy nothing; [`Outputs::octets`] and
-//! [`Inputs::octets`] build them. As in the standard, *outputs* go from the master to the slave, *inputs* to
-//! the master.
+//! [`Inputs::octets`] build them. The modules [`ppo1`] to [`ppo5`] have the same two views for the types of the profile.
+//! As in the standard, *outputs* go from the master to the slave, *inputs* to the master.
 //!
 //! ```
 //! use profidrive::ppo::{Inputs, Outputs, Pkw, Stw, Zsw};
@@ -36,9 +36,17 @@
 //! # Ok::<(), profidrive::ppo::LengthError>(())
 //! ```
 
+mod kind;
 mod pkw;
+pub mod ppo1;
+pub mod ppo2;
+pub mod ppo3;
+pub mod ppo4;
+pub mod ppo5;
 mod pzd;
+mod views;
 
+pub use kind::PpoType;
 pub use pkw::{Ind, JobId, Pke, Pkw, ReplyId, ReservedId};
 pub use pzd::{Stw, Zsw};
 
@@ -47,123 +55,34 @@ use nom::bytes::complete::take;
 use nom::combinator::{all_consuming, map_opt};
 use thiserror::Error;
 
-/// Octets of the PPO, the same in both directions: seven words.
-pub const PPO_LEN: usize = 14;
+use views::ppo_views;
 
-/// A view of the PPO from the master to the slave.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Outputs<'a>(&'a [u8; PPO_LEN]);
-
-impl<'a> Outputs<'a> {
-    /// The outputs in 14 octets.
-    pub const fn new(octets: &'a [u8; PPO_LEN]) -> Self {
-        Self(octets)
-    }
-
-    /// The outputs in a slice that holds nothing else.
-    ///
-    /// # Errors
-    /// [`LengthError`] unless the slice has exactly [`PPO_LEN`] octets.
-    pub fn parse(octets: &'a [u8]) -> Result<Self, LengthError> {
-        whole(octets).map(Self)
-    }
-
-    /// The octets of outputs with these fields.
-    pub const fn octets(pkw: Pkw, stw: Stw, hsw: i32) -> [u8; PPO_LEN] {
-        join(pkw, stw.raw(), hsw)
-    }
-
-    /// Words 1 to 4, the job of the parameter channel.
-    pub const fn pkw(self) -> Pkw {
-        pkw(self.0)
-    }
-
-    /// Word 5, the control word.
-    pub const fn stw(self) -> Stw {
-        Stw::from_raw(word_5(self.0))
-    }
-
-    /// Words 6 and 7, the main setpoint HSW (unit and meaning depend on the operating mode).
-    pub const fn hsw(self) -> i32 {
-        words_6_and_7(self.0)
-    }
+ppo_views! {
+    /// A view of the PPO of the AG03 from the master to the slave.
+    Outputs,
+    /// A view of the PPO of the AG03 from the slave to the master.
+    Inputs,
+    /// Octets of the PPO of the AG03, the same in both directions: seven words.
+    PPO_LEN = 14,
+    with pkw, word at 8, main i32 at 10
 }
 
-/// A view of the PPO from the slave to the master.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Inputs<'a>(&'a [u8; PPO_LEN]);
-
-impl<'a> Inputs<'a> {
-    /// The inputs in 14 octets.
-    pub const fn new(octets: &'a [u8; PPO_LEN]) -> Self {
-        Self(octets)
-    }
-
-    /// The inputs in a slice that holds nothing else.
-    ///
-    /// # Errors
-    /// [`LengthError`] unless the slice has exactly [`PPO_LEN`] octets.
-    pub fn parse(octets: &'a [u8]) -> Result<Self, LengthError> {
-        whole(octets).map(Self)
-    }
-
-    /// The octets of inputs with these fields.
-    pub const fn octets(pkw: Pkw, zsw: Zsw, hiw: i32) -> [u8; PPO_LEN] {
-        join(pkw, zsw.raw(), hiw)
-    }
-
-    /// Words 1 to 4, the reply of the parameter channel.
-    pub const fn pkw(self) -> Pkw {
-        pkw(self.0)
-    }
-
-    /// Word 5, the status word.
-    pub const fn zsw(self) -> Zsw {
-        Zsw::from_raw(word_5(self.0))
-    }
-
-    /// Words 6 and 7, the main actual value HIW (unit and meaning depend on the operating mode).
-    pub const fn hiw(self) -> i32 {
-        words_6_and_7(self.0)
-    }
-}
-
-/// User data that is no PPO of seven words.
+/// User data that is no PPO of its type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("the PPO has {PPO_LEN} octets, got {got}")]
+#[error("the PPO has {expected} octets, got {got}")]
 pub struct LengthError {
-    /// Octets found; [`PPO_LEN`] were expected.
+    /// Octets of the type.
+    pub expected: usize,
+    /// Octets found.
     pub got: usize,
 }
 
-fn whole(octets: &[u8]) -> Result<&[u8; PPO_LEN], LengthError> {
-    let ppo = map_opt(take::<_, _, ()>(PPO_LEN), |octets: &[u8]| octets.first_chunk());
+fn whole<const LEN: usize>(octets: &[u8]) -> Result<&[u8; LEN], LengthError> {
+    let ppo = map_opt(take::<_, _, ()>(LEN), |octets: &[u8]| octets.first_chunk());
     match all_consuming(ppo).parse(octets) {
         Ok((_, ppo)) => Ok(ppo),
-        Err(_) => Err(LengthError { got: octets.len() }),
+        Err(_) => Err(LengthError { expected: LEN, got: octets.len() }),
     }
-}
-
-const fn pkw(octets: &[u8; PPO_LEN]) -> Pkw {
-    let &[a, b, c, d, e, f, g, h, ..] = octets;
-    Pkw::from_octets([a, b, c, d, e, f, g, h])
-}
-
-const fn word_5(octets: &[u8; PPO_LEN]) -> u16 {
-    let &[_, _, _, _, _, _, _, _, high, low, ..] = octets;
-    u16::from_be_bytes([high, low])
-}
-
-const fn words_6_and_7(octets: &[u8; PPO_LEN]) -> i32 {
-    let &[.., a, b, c, d] = octets;
-    i32::from_be_bytes([a, b, c, d])
-}
-
-const fn join(pkw: Pkw, word_5: u16, words_6_and_7: i32) -> [u8; PPO_LEN] {
-    let [a, b, c, d, e, f, g, h] = pkw.to_octets();
-    let [i, j] = word_5.to_be_bytes();
-    let [k, l, m, n] = words_6_and_7.to_be_bytes();
-    [a, b, c, d, e, f, g, h, i, j, k, l, m, n]
 }
 
 #[cfg(test)]
@@ -201,17 +120,63 @@ mod tests {
     }
 
     #[test]
+    fn every_word_of_every_type_has_its_place() {
+        // Octets that count, ahead of the process data the parameter channel.
+        let octets: [u8; 28] = core::array::from_fn(|n| u8::try_from(n + 1).unwrap());
+        let pkw = Pkw::from_octets([1, 2, 3, 4, 5, 6, 7, 8]);
+        let (stw, zsw) = (Stw::from_raw(0x090A), Zsw::from_raw(0x090A));
+        assert_eq!(ppo1::Outputs::octets(pkw, stw, 0x0B0C), octets[..12]);
+        assert_eq!(ppo1::Inputs::octets(pkw, zsw, 0x0B0C), octets[..12]);
+        let rest = [0x0D0E, 0x0F10, 0x1112, 0x1314, 0x1516, 0x1718, 0x191A, 0x1B1C];
+        let four = *rest.first_chunk().unwrap();
+        assert_eq!(ppo2::Outputs::octets(pkw, stw, 0x0B0C, four), octets[..20]);
+        assert_eq!(ppo2::Inputs::octets(pkw, zsw, 0x0B0C, four), octets[..20]);
+        assert_eq!(ppo5::Outputs::octets(pkw, stw, 0x0B0C, rest), octets);
+        assert_eq!(ppo5::Inputs::octets(pkw, zsw, 0x0B0C, rest), octets);
+        let (stw, zsw) = (Stw::from_raw(0x0102), Zsw::from_raw(0x0102));
+        assert_eq!(ppo3::Outputs::octets(stw, 0x0304), octets[..4]);
+        assert_eq!(ppo3::Inputs::octets(zsw, 0x0304), octets[..4]);
+        let four = [0x0506, 0x0708, 0x090A, 0x0B0C];
+        assert_eq!(ppo4::Outputs::octets(stw, 0x0304, four), octets[..12]);
+        assert_eq!(ppo4::Inputs::octets(zsw, 0x0304, four), octets[..12]);
+    }
+
+    #[test]
+    fn the_lengths_are_those_of_the_types() {
+        let lengths = [ppo1::LEN, ppo2::LEN, ppo3::LEN, ppo4::LEN, ppo5::LEN, PPO_LEN];
+        assert_eq!(PpoType::ALL.map(PpoType::len), lengths);
+        let refused = ppo2::Inputs::parse(&[0; ppo5::LEN]).unwrap_err();
+        assert_eq!(refused.to_string(), "the PPO has 20 octets, got 28");
+    }
+
+    #[test]
     fn every_other_length_is_refused() {
         let octets = [0xA5; 32];
         for len in 0..=octets.len() {
-            let expected = if len == PPO_LEN { Ok(()) } else { Err(LengthError { got: len }) };
+            let expected =
+                if len == PPO_LEN { Ok(()) } else { Err(LengthError { expected: PPO_LEN, got: len }) };
             assert_eq!(Outputs::parse(&octets[..len]).map(drop), expected);
             assert_eq!(Inputs::parse(&octets[..len]).map(drop), expected);
         }
-        assert_eq!(LengthError { got: 12 }.to_string(), "the PPO has 14 octets, got 12");
+        assert_eq!(LengthError { expected: PPO_LEN, got: 12 }.to_string(), "the PPO has 14 octets, got 12");
     }
 
     proptest! {
+        #[test]
+        fn what_a_view_of_any_type_shows_builds_its_octets(octets: [u8; 28]) {
+            let view = ppo1::Outputs::parse(&octets[..12]).unwrap();
+            prop_assert_eq!(ppo1::Outputs::octets(view.pkw(), view.stw(), view.hsw()), &octets[..12]);
+            let view = ppo2::Inputs::parse(&octets[..20]).unwrap();
+            let built = ppo2::Inputs::octets(view.pkw(), view.zsw(), view.hiw(), view.pzd());
+            prop_assert_eq!(built, &octets[..20]);
+            let view = ppo3::Inputs::parse(&octets[..4]).unwrap();
+            prop_assert_eq!(ppo3::Inputs::octets(view.zsw(), view.hiw()), &octets[..4]);
+            let view = ppo4::Outputs::parse(&octets[..12]).unwrap();
+            prop_assert_eq!(ppo4::Outputs::octets(view.stw(), view.hsw(), view.pzd()), &octets[..12]);
+            let view = ppo5::Outputs::parse(&octets).unwrap();
+            prop_assert_eq!(ppo5::Outputs::octets(view.pkw(), view.stw(), view.hsw(), view.pzd()), octets);
+        }
+
         #[test]
         fn octets_survive_the_round_trip(octets: [u8; PPO_LEN]) {
             let outputs = Outputs::parse(&octets).unwrap();

@@ -67,6 +67,11 @@ pub(crate) struct Emulate {
     #[arg(long, value_name = "DIR")]
     pub(crate) state_dir: Option<PathBuf>,
 
+    /// Writes every telegram in both directions to FILE, which Wireshark opens (docs/wireshark); an existing FILE is
+    /// replaced
+    #[arg(long, value_name = "FILE.pcapng")]
+    pub(crate) capture: Option<PathBuf>,
+
     /// How all drives behave where the manuals leave it open; repeat it for more (--help lists the quirks)
     #[arg(long = "quirk", value_name = "NAME=VALUE", long_help = quirks_help())]
     pub(crate) quirks: Vec<QuirkSpec>,
@@ -125,5 +130,6 @@ Examples:
   profidrive emulate --drives 1-125,model=ag03
   profidrive emulate --link pty:/tmp/bus --baud 500000
   profidrive emulate --state-dir ~/drives
+  profidrive emulate --capture bus.pcapng
   profidrive emulate --link serial:/dev/ttyUSB0 --baud 19200 -v
   profidrive emulate --link tcp:127.0.0.1:5050 --fault no-reply,rate=0.01 --fault late=20ms,at=100";

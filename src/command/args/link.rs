@@ -38,7 +38,7 @@ impl FromStr for LinkSpec {
     }
 }
 
-fn tcp(place: &str) -> Result<LinkSpec, String> {
+pub(super) fn tcp(place: &str) -> Result<LinkSpec, String> {
     host_and_port(place, "tcp:127.0.0.1:5050", LINKS).map(LinkSpec::Tcp)
 }
 

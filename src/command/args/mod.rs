@@ -1,8 +1,12 @@
 //! The command line: what may be asked for, and how a wrong question is answered.
 
+mod decode;
 mod drive;
 mod emulate;
+mod encode;
 mod link;
+mod master;
+mod parameter;
 mod quirk;
 
 use std::ffi::OsString;
@@ -13,9 +17,15 @@ use clap::{ArgAction, CommandFactory, Parser, Subcommand};
 
 use super::{Failure, report};
 
+pub(crate) use decode::Decode;
 pub(crate) use drive::DriveSpec;
 pub(crate) use emulate::Emulate;
+pub(crate) use encode::{
+    Control, Encode, Fcb, Octet, Parameter, Pkw, Service, Telegram, What, WidthSpec, Word,
+};
 pub(crate) use link::{BaudSpec, LinkSpec};
+pub(crate) use master::{Action, AddressRange, Direction, Go, Master, MasterLink};
+pub(crate) use parameter::{ParameterSpec, find as find_parameter};
 pub(crate) use quirk::QuirkSpec;
 
 /// Emulated PROFIBUS-DP drives to test masters against.
@@ -35,7 +45,11 @@ Examples:
   profidrive demo                             a master and a drive in memory, told as a story
   profidrive emulate                          one AG03/1 at address 5; prints the terminal a master opens
   profidrive emulate --link pty:/tmp/bus      the same, under a name that stays
-  profidrive emulate --help                   all about it";
+  profidrive emulate --help                   all about it
+  profidrive master --link /tmp/bus --address 5 status
+                                              commissions a drive, real or emulated
+  profidrive decode 10 05 02 49 50 16         explains a telegram field by field
+  profidrive encode pkw write limit1 250000   builds words and telegrams";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -46,6 +60,9 @@ pub(crate) enum Command {
     /// refuses what it refuses. Times are those on the bus.
     Demo,
     Emulate(Emulate),
+    Master(Master),
+    Decode(Decode),
+    Encode(Encode),
 }
 
 /// How much is logged.
@@ -74,8 +91,7 @@ impl Args {
         args.check().map_err(|line| {
             let mut command = Self::command();
             command.build();
-            let emulate = command.find_subcommand_mut("emulate").map(|emulate| emulate.to_owned());
-            Refusal(emulate.unwrap_or(command).error(ErrorKind::ValueValidation, line))
+            Refusal(command.error(ErrorKind::ValueValidation, line))
         })?;
         Ok(args)
     }
@@ -84,15 +100,18 @@ impl Args {
     pub(crate) fn log_verbosity(&self) -> Verbosity {
         match self.command {
             Command::Demo if self.verbosity.verbose == 0 => Verbosity { quiet: true, ..self.verbosity },
-            Command::Demo | Command::Emulate(_) => self.verbosity,
+            Command::Demo | Command::Emulate(_) | Command::Decode(_) | Command::Encode(_) => self.verbosity,
+            // What it says is its result, and a failure its last line.
+            Command::Master(_) => Verbosity { quiet: self.verbosity.verbose == 0, ..self.verbosity },
         }
     }
 
     /// What no single argument shows.
     fn check(&self) -> Result<(), String> {
         match &self.command {
-            Command::Demo => Ok(()),
+            Command::Demo | Command::Decode(_) | Command::Encode(_) => Ok(()),
             Command::Emulate(emulate) => emulate.check(),
+            Command::Master(master) => master.check(),
         }
     }
 }
@@ -107,7 +126,7 @@ impl Refusal {
             return ExitCode::SUCCESS;
         }
         let line = match kind == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
-            true => "a command is missing; see 'profidrive --help'".into(),
+            true => format!("a command is missing; {}", read_on()),
             false => self.line(),
         };
         report(&Failure::Usage(line))
@@ -119,10 +138,15 @@ impl Refusal {
         let lines: Vec<&str> = text.lines().map(str::trim).take_while(|line| !line.is_empty()).collect();
         let line = lines.join(" ");
         let line = line.strip_prefix("error: ").unwrap_or(&line);
-        let emulate = std::env::args_os().any(|argument| argument == "emulate");
-        let command = if emulate { "profidrive emulate" } else { "profidrive" };
-        format!("{line}; see '{command} --help'")
+        format!("{line}; {}", read_on())
     }
+}
+
+/// Where to read on, for who got the command line wrong.
+fn read_on() -> String {
+    let named = |name: &str| std::env::args_os().any(|argument| argument == name);
+    let command = ["emulate", "master", "decode", "encode"].into_iter().find(|name| named(name));
+    format!("see 'profidrive{} --help'", command.map(|name| format!(" {name}")).unwrap_or_default())
 }
 
 #[cfg(test)]

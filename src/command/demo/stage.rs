@@ -5,12 +5,12 @@ use core::time::Duration;
 use std::collections::VecDeque;
 use std::io::{self, Write};
 
-use profidrive::device::{Config, Event};
+use profidrive::device::{Config, Device, Event};
 use profidrive::drive::{Inputs as Plant, Mode};
 use profidrive::explain::words::{self, Word};
 use profidrive::explain::{Context, Explanation, Kind, Sender as Side};
 use profidrive::fdl::Address;
-use profidrive::master::{Sender, SimulatedBus, baudrate, peripheral};
+use profidrive::master::{EmulatedBus, Sender, baudrate, peripheral};
 use profidrive::pkw::ErrorNumber;
 use profidrive::ppo::{Ind, Inputs, JobId, Outputs, Pke, Pkw, ReplyId, Stw, Zsw};
 use profidrive::time::{BaudRate, Instant};
@@ -56,7 +56,7 @@ fn unexpected(error: impl Display) -> Trouble {
 
 /// Master, wire and drive, and the page.
 pub(super) struct Stage<'w> {
-    bus: SimulatedBus<'static>,
+    bus: EmulatedBus<'static>,
     drive: PeripheralHandle,
     out: &'w mut dyn Write,
     titles: u8,
@@ -82,7 +82,7 @@ impl<'w> Stage<'w> {
             .build_verified(&dp);
         let mut fdl = FdlActiveStation::new(parameters);
         fdl.set_online();
-        let mut bus = SimulatedBus::new(fdl, dp).map_err(unexpected)?;
+        let mut bus = EmulatedBus::new(fdl, dp).map_err(unexpected)?;
         bus.connect(Config::new(Address::station(DRIVE).map_err(unexpected)?)).map_err(unexpected)?;
         let mut stage = Self {
             bus,
@@ -138,7 +138,7 @@ impl<'w> Stage<'w> {
         for (heard, words) in told {
             let speaker = match heard.sender {
                 Sender::Master => "master",
-                Sender::Drive(_) => "drive",
+                Sender::Station => "drive",
             };
             let hex: Vec<String> = heard.octets.iter().map(|octet| format!("{octet:02X}")).collect();
             let hex = hex.join(" ");
@@ -234,10 +234,7 @@ impl<'w> Stage<'w> {
 
     /// Changes what acts on the drive from outside.
     pub(super) fn surround(&mut self, plant: Plant) {
-        let now = self.bus.now();
-        if let Some(device) = self.bus.device_mut(DRIVE) {
-            device.set_inputs(now, plant);
-        }
+        self.bus.with(DRIVE, |device: &mut Device, now| device.set_inputs(now, plant));
     }
 
     /// Records the position from now on.

@@ -104,7 +104,7 @@ impl Stations {
     pub(super) fn poll_timeout(&self) -> Option<Instant> {
         let first = self.deadlines.first().map(|(deadline, _)| *deadline);
         let search = self.search.and_then(|search| search.poll_timeout());
-        [first, search, self.joining_ends()].into_iter().flatten().min()
+        Instant::first_of(Instant::first_of(first, search), self.joining_ends())
     }
 
     pub(super) fn insert(

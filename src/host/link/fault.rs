@@ -105,6 +105,16 @@ impl<L: Link, C: Clock> Faulty<L, C> {
             && self.late.is_empty()
     }
 
+    /// The link inside.
+    pub fn link_mut(&mut self) -> &mut L {
+        &mut self.link
+    }
+
+    /// When to call [`Link::receive`] again although nothing arrived: something held back is due then.
+    pub fn poll_timeout(&self) -> Option<Instant> {
+        [self.next_late(), self.pieces.poll_timeout()].into_iter().flatten().min()
+    }
+
     /// Sends what was held back until now.
     fn send_late(&mut self, now: Instant) -> io::Result<()> {
         while let Some(next) = self.next_late().filter(|due| *due <= now) {
@@ -252,8 +262,8 @@ impl<L: Link, C: Clock> Link for Faulty<L, C> {
             return Ok(());
         }
         let now = self.clock.now();
-        let own = [self.next_late(), self.pieces.poll_timeout()].into_iter().flatten();
-        let timeout = own.map(|due| due.saturating_since(now)).chain(timeout).min();
+        let own = self.poll_timeout().map(|due| due.saturating_since(now));
+        let timeout = own.into_iter().chain(timeout).min();
         self.link.wait(timeout, stop)
     }
 

@@ -12,6 +12,8 @@ mod symlink;
 pub mod tap;
 #[cfg(unix)]
 pub mod tcp;
+#[cfg(unix)]
+pub mod terminal;
 
 /// Sleeps until one of the descriptors is readable or `timeout` has passed. A signal ends the sleep early.
 #[cfg(unix)]

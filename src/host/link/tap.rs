@@ -253,7 +253,7 @@ mod tests {
             let Some((octets, received)) = self.plays.pop_front() else {
                 return Ok(Received::Nothing);
             };
-            buf.get_mut(..octets.len()).unwrap().copy_from_slice(&octets);
+            buf.iter_mut().zip(octets).for_each(|(to, octet)| *to = octet);
             Ok(received)
         }
         fn send(&mut self, telegram: &[u8]) -> io::Result<()> {

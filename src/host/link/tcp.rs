@@ -14,6 +14,8 @@
 //!   32nd are turned away. Each is a warning in the log.
 //! - **When the last client has left**, [`Link::receive`] says [`Received::Reset`].
 //!
+//! [`Tcp`] is the port, with the drives; a [`Connection`] is the end of one master.
+//!
 //! Two masters that do not pass the token to each other get replies to their own requests this way, but each hears the
 //! replies to the other too, and SC does not say to whom it is addressed.
 //!
@@ -38,6 +40,9 @@ use crate::host::{Clock, Error, Link, Received, Stop, SystemClock};
 use crate::time::{BaudRate, Instant};
 
 mod client;
+mod connection;
+
+pub use connection::Connection;
 
 pub use crate::host::Reach;
 use client::{Client, Leave};

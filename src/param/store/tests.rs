@@ -47,7 +47,7 @@ fn a_new_drive_has_the_defaults_of_manual_chapter_6() {
 fn every_default_set_loads_its_group_and_keeps_the_other() {
     let controller = [1, 2, 3, 4, 5, 6, 8, 9, 31];
     let standard = [10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 25, 26, 27, 29, 30];
-    assert_eq!(at_default(&changed_store()), []);
+    assert!(at_default(&changed_store()).is_empty());
     for (command, expected) in
         [(1, [&controller[..], &standard].concat()), (2, standard.to_vec()), (3, controller.to_vec())]
     {

@@ -1,8 +1,9 @@
-//! A bus in one process and in simulated time.
+//! A bus in one process and in virtual time.
 
 use core::fmt;
 use core::time::Duration;
 use std::collections::VecDeque;
+use std::io;
 use std::vec::Vec;
 
 use profirust::dp::{DpEvents, DpMaster};
@@ -11,20 +12,22 @@ use thiserror::Error;
 
 use super::phy::{LinkPhy, instant};
 use crate::device::{Config, Device, Event, MAX_TELEGRAM_LEN, Timing};
+use crate::fdl::Address;
+use crate::host::link::fault::{Fault, Faulty};
 use crate::host::link::memory::{End, Wire};
-use crate::host::{self, Link, Received};
+use crate::host::{self, Bus, BusEvent, Link, ManualClock, Participant, Received, Stop};
 use crate::time::{BaudRate, BaudRateError, Instant, SYN_BITS};
 
-/// Telegrams kept for [`SimulatedBus::poll_telegram`]. When nobody takes them, the oldest are forgotten.
+/// Telegrams kept for [`EmulatedBus::poll_telegram`]. When nobody takes them, the oldest are forgotten.
 const HEARD_LEN: usize = 64;
 
-/// profirust and emulated drives on one line, with a clock that stands until it is told to go on.
+/// profirust and emulated stations on one line, with a clock that stands until it is told to go on.
 ///
 /// ```
 /// use core::time::Duration;
 /// use profidrive::device::Config;
 /// use profidrive::fdl::Address;
-/// use profidrive::master::{SimulatedBus, baudrate, peripheral};
+/// use profidrive::master::{EmulatedBus, baudrate, peripheral};
 /// use profidrive::time::BaudRate;
 /// use profirust::{dp::DpMaster, fdl::{FdlActiveStation, ParametersBuilder}};
 ///
@@ -35,27 +38,34 @@ const HEARD_LEN: usize = 64;
 /// let mut fdl = FdlActiveStation::new(parameters);
 /// fdl.set_online();
 ///
-/// let mut bus = SimulatedBus::new(fdl, dp)?;
+/// let mut bus = EmulatedBus::new(fdl, dp)?;
 /// bus.connect(Config::new(Address::station(5)?))?;
+/// // The third telegram of the drive gets lost, and the master has to cope.
+/// bus.spoil(&["no-reply,at=3".parse()?]);
 /// let took = bus.run_until(Duration::from_secs(1), |bus, _| bus.dp.get_mut(drive).is_running())?;
 /// assert!(took < Duration::from_millis(50));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// Time jumps to the next point at which something happens: the end of a telegram, a deadline of a drive, the end of
+/// Time jumps to the next point at which something happens: the end of a telegram, a deadline of a station, the end of
 /// one of profirust's pauses. Octets arrive when they would on a wire. Nothing sleeps, and the same calls give the
 /// same telegrams at the same nanoseconds on every machine.
-pub struct SimulatedBus<'a> {
+///
+/// The stations are those of a [`Bus`], so a line can also have slaves that are no drives ([`EmulatedBus::stations`]).
+/// Two that send at the same time (profirust, and a drive whose reply is late on purpose) are heard by nobody.
+pub struct EmulatedBus<'a> {
     /// The master's token and telegram layer.
     pub fdl: FdlActiveStation,
     /// The master's peripherals and their process images.
     pub dp: DpMaster<'a>,
     phy: LinkPhy<End>,
-    /// The drives' end of the wire.
+    /// Where the master's octets come out, and the stations' go in.
     wire: End,
-    devices: Vec<Device>,
+    bus: Bus,
+    /// Between the wire and the stations.
+    faults: Faulty<Passage, ManualClock>,
+    clock: ManualClock,
     baud: BaudRate,
-    now: Instant,
     /// What is being said on the line.
     talk: Option<Talk>,
     /// When profirust last sent or heard an octet.
@@ -79,16 +89,16 @@ pub struct Heard {
 pub enum Sender {
     /// profirust.
     Master,
-    /// The drive with this address.
-    Drive(u8),
+    /// A station: a drive, or another one.
+    Station,
 }
 
 impl fmt::Display for Sender {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Master => f.write_str("master"),
-            Self::Drive(address) => write!(f, "drive {address}"),
-        }
+        f.write_str(match self {
+            Self::Master => "master",
+            Self::Station => "station",
+        })
     }
 }
 
@@ -97,18 +107,48 @@ struct Talk {
     heard: Heard,
     /// How many of its octets have reached profirust.
     arrived: usize,
+    /// Another sends at the same time.
+    collided: bool,
+}
+
+/// Telegrams between the faults and the line, as a link that [`Faulty`] wraps.
+#[derive(Debug, Default)]
+struct Passage {
+    /// What the master has said.
+    requests: VecDeque<u8>,
+    /// What the stations say, after the faults, one entry for what goes out in one piece.
+    replies: VecDeque<Vec<u8>>,
+}
+
+impl Link for Passage {
+    fn receive(&mut self, buf: &mut [u8]) -> io::Result<Received> {
+        let count = buf.len().min(self.requests.len());
+        for (to, octet) in buf.iter_mut().zip(self.requests.drain(..count)) {
+            *to = octet;
+        }
+        Ok(if count == 0 { Received::Nothing } else { Received::Octets(count) })
+    }
+
+    fn send(&mut self, telegram: &[u8]) -> io::Result<()> {
+        self.replies.push_back(telegram.to_vec());
+        Ok(())
+    }
+
+    fn wait(&mut self, _: Option<Duration>, _: &Stop) -> io::Result<()> {
+        Ok(())
+    }
 }
 
 /// What was waited for did not come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error("waited {limit:?} in vain")]
 pub struct TimedOut {
-    /// How long was waited, in simulated time.
+    /// How long was waited, in virtual time.
     pub limit: Duration,
 }
 
-impl<'a> SimulatedBus<'a> {
-    /// A line at the rate of `fdl` with this master on it, without drives. The time is zero.
+impl<'a> EmulatedBus<'a> {
+    /// A line at the rate of `fdl` with this master on it, without stations. The time is zero.
     ///
     /// # Errors
     /// [`BaudRateError`] for profirust's 31.25 kbit/s, which is not of PROFIBUS-DP on RS-485.
@@ -116,14 +156,16 @@ impl<'a> SimulatedBus<'a> {
         let rate = fdl.parameters().baudrate.to_rate();
         let baud = BaudRate::from_bits_per_second(u32::try_from(rate).unwrap_or(u32::MAX))?;
         let line = Wire::new();
+        let clock = ManualClock::new();
         Ok(Self {
             fdl,
             dp,
             phy: LinkPhy::new(line.end(), baud),
             wire: line.end(),
-            devices: Vec::new(),
+            bus: Bus::on(baud, Timing::True),
+            faults: Faulty::new(Passage::default(), clock.clone(), &[]),
+            clock,
             baud,
-            now: Instant::ZERO,
             talk: None,
             activity: Instant::ZERO,
             heard: VecDeque::new(),
@@ -133,20 +175,28 @@ impl<'a> SimulatedBus<'a> {
     /// Connects a drive and switches it on now. Rate and [`Timing::True`] of the line replace those of `config`.
     ///
     /// # Errors
-    /// [`host::Error::AddressTaken`] if another drive has its address.
+    /// [`host::Error::AddressTaken`] if another station has its address.
     pub fn connect(&mut self, config: Config) -> Result<(), host::Error> {
-        let address = config.switches.address();
-        if self.devices.iter().any(|other| other.address() == address) {
-            return Err(host::Error::AddressTaken { address });
-        }
         let config = Config { baud: self.baud, timing: Timing::True, ..config };
-        self.devices.push(Device::new(config, self.now));
-        Ok(())
+        self.bus.add(Device::new(config, self.now()))
+    }
+
+    /// The stations, to connect, look at and disconnect any of them: a drive with a stored EEPROM, another slave.
+    pub fn stations(&mut self) -> &mut Bus {
+        &mut self.bus
+    }
+
+    /// These faults on purpose strike from now on, instead of those before; none: the line is sound. They count
+    /// telegrams from here.
+    pub fn spoil(&mut self, faults: &[Fault]) {
+        self.faults = Faulty::new(Passage::default(), self.clock.clone(), faults);
     }
 
     /// The time on the bus.
-    pub const fn now(&self) -> Instant {
-        self.now
+    pub fn now(&self) -> Instant {
+        use crate::host::Clock;
+
+        self.clock.now()
     }
 
     /// The rate of the line.
@@ -156,12 +206,18 @@ impl<'a> SimulatedBus<'a> {
 
     /// The drive at `address`.
     pub fn device(&self, address: u8) -> Option<&Device> {
-        self.devices.iter().find(|device| device.address().number() == address)
+        self.bus.station(Address::station(address).ok()?)
     }
 
-    /// The drive at `address`, to change what acts on it: [`Device::set_inputs`] with the time of [`Self::now`].
-    pub fn device_mut(&mut self, address: u8) -> Option<&mut Device> {
-        self.devices.iter_mut().find(|device| device.address().number() == address)
+    /// Does something to the station at `address` now, if there is one and it is a `T`: sets what acts on a
+    /// [`Device`] with [`Device::set_inputs`], say.
+    pub fn with<T: Participant, R>(
+        &mut self,
+        address: u8,
+        act: impl FnOnce(&mut T, Instant) -> R,
+    ) -> Option<R> {
+        let now = self.now();
+        self.bus.with(Address::station(address).ok()?, |station| act(station, now))
     }
 
     /// The oldest telegram not taken yet, of the last 64. A telegram is there once it has ended.
@@ -170,12 +226,15 @@ impl<'a> SimulatedBus<'a> {
         self.heard.pop_front()
     }
 
-    /// News of a drive, and its address.
+    /// News of a drive or another station, and its address.
     #[must_use]
     pub fn poll_event(&mut self) -> Option<(u8, Event)> {
-        self.devices
-            .iter_mut()
-            .find_map(|device| device.poll_event().map(|event| (device.address().number(), event)))
+        loop {
+            // What else a bus tells is of lines on which others may be.
+            if let BusEvent::Station { address, event } = self.bus.poll_event()? {
+                return Some((address.number(), event));
+            }
+        }
     }
 
     /// Goes to the next point in time at which something happens, and lets it happen.
@@ -187,8 +246,8 @@ impl<'a> SimulatedBus<'a> {
 
     /// Lets `duration` pass.
     pub fn run_for(&mut self, duration: Duration) {
-        let end = self.now.saturating_add(duration);
-        while self.now < end {
+        let end = self.now().saturating_add(duration);
+        while self.now() < end {
             self.advance_to(self.next().min(end));
         }
     }
@@ -204,25 +263,25 @@ impl<'a> SimulatedBus<'a> {
         limit: Duration,
         mut condition: impl FnMut(&mut Self, &DpEvents) -> bool,
     ) -> Result<Duration, TimedOut> {
-        let start = self.now;
+        let start = self.now();
         let end = start.saturating_add(limit);
-        while self.now < end {
+        while self.now() < end {
             let events = self.advance_to(self.next().min(end));
             if condition(self, &events) {
-                return Ok(self.now.saturating_since(start));
+                return Ok(self.now().saturating_since(start));
             }
         }
         Err(TimedOut { limit })
     }
 }
 
-impl SimulatedBus<'_> {
+impl EmulatedBus<'_> {
     /// When something happens next: always later than now.
     fn next(&self) -> Instant {
-        let devices = self.devices.iter().filter_map(Device::poll_timeout);
-        let next = devices.chain(self.talk_continues()).chain(self.master_acts()).min();
+        let stations = [self.bus.poll_timeout(), self.faults.poll_timeout()].into_iter().flatten();
+        let next = stations.chain(self.talk_continues()).chain(self.master_acts()).min();
         // Nanoseconds are what the clock counts in: with no step smaller than one it always goes on.
-        next.unwrap_or(self.now).max(self.now.saturating_add(Duration::from_nanos(1)))
+        next.unwrap_or(self.now()).max(self.now().saturating_add(Duration::from_nanos(1)))
     }
 
     /// When profirust must next see the telegram on the line: at its first octet, at its end, and between them
@@ -230,12 +289,12 @@ impl SimulatedBus<'_> {
     fn talk_continues(&self) -> Option<Instant> {
         const OCTETS_AT_ONCE: usize = 8;
 
-        let Talk { heard, arrived } = self.talk.as_ref()?;
+        let Talk { heard, arrived, .. } = self.talk.as_ref()?;
         let len = heard.octets.len();
         let until = match heard.sender {
             Sender::Master => len,
-            Sender::Drive(_) if *arrived == 0 => 1,
-            Sender::Drive(_) => len.min(arrived.saturating_add(OCTETS_AT_ONCE)),
+            Sender::Station if *arrived == 0 => 1,
+            Sender::Station => len.min(arrived.saturating_add(OCTETS_AT_ONCE)),
         };
         Some(heard.at.saturating_add(octet_times(self.baud, until)))
     }
@@ -248,7 +307,7 @@ impl SimulatedBus<'_> {
     fn master_acts(&self) -> impl Iterator<Item = Instant> {
         let parameters = self.fdl.parameters();
         let micros = |duration: profirust::time::Duration| Duration::from_micros(duration.total_micros());
-        let (now, activity) = (self.now, self.activity);
+        let (now, activity) = (self.now(), self.activity);
         let slot = micros(parameters.slot_time());
         let pauses = [self.baud.bit_times(SYN_BITS), slot, micros(parameters.token_lost_timeout())];
         // profirust acts when a pause is over, not when it ends.
@@ -260,32 +319,34 @@ impl SimulatedBus<'_> {
     }
 
     fn advance_to(&mut self, now: Instant) -> DpEvents {
-        self.now = now;
-        self.carry();
-        self.run_devices();
+        self.clock.advance_to(now);
+        self.carry(now);
+        self.run_stations(now);
         self.fdl.poll(instant(now), &mut self.phy, &mut self.dp);
-        self.hear_master();
+        self.hear_master(now);
         self.dp.take_last_events()
     }
 
     /// Brings the octets on the line to who hears them.
-    fn carry(&mut self) {
+    fn carry(&mut self, now: Instant) {
         let Some(mut talk) = self.talk.take() else {
             return;
         };
         let Heard { at, sender, octets } = &talk.heard;
-        let spoken = self.now.saturating_since(*at);
+        let spoken = now.saturating_since(*at);
         let mut arrived = talk.arrived;
         while arrived < octets.len() && octet_times(self.baud, arrived + 1) <= spoken {
             arrived += 1;
         }
         match sender {
             Sender::Master => {}
-            Sender::Drive(_) => {
+            Sender::Station => {
                 if let Some(new) = octets.get(talk.arrived..arrived).filter(|new| !new.is_empty()) {
-                    // A line in memory does not fail.
-                    let _ = self.wire.send(new);
-                    self.activity = self.now;
+                    if !talk.collided {
+                        // A line in memory does not fail.
+                        let _ = self.wire.send(new);
+                    }
+                    self.activity = now;
                 }
             }
         }
@@ -294,11 +355,12 @@ impl SimulatedBus<'_> {
             self.talk = Some(talk);
             return;
         }
-        self.activity = self.now;
-        for device in &mut self.devices {
-            if *sender != Sender::Drive(device.address().number()) {
-                device.handle_bytes(self.now, octets);
-            }
+        self.activity = now;
+        if talk.collided {
+            return;
+        }
+        if *sender == Sender::Master {
+            self.tell_stations(now, octets);
         }
         if self.heard.len() == HEARD_LEN {
             self.heard.pop_front();
@@ -306,35 +368,47 @@ impl SimulatedBus<'_> {
         self.heard.push_back(talk.heard);
     }
 
-    /// Does what is due in the drives, and begins the reply if there is one.
-    fn run_devices(&mut self) {
-        let now = self.now;
+    /// A telegram of the master has ended, and goes to the stations as far as the faults let it pass.
+    fn tell_stations(&mut self, now: Instant, octets: &[u8]) {
+        self.faults.link_mut().requests.extend(octets);
         let mut buf = [0; MAX_TELEGRAM_LEN];
-        for device in &mut self.devices {
-            if device.poll_timeout().is_some_and(|due| due <= now) {
-                device.handle_timeout(now);
-            }
-            if let Some(octets) = device.poll_transmit(now, &mut buf) {
-                let sender = Sender::Drive(device.address().number());
-                self.talk = Some(Talk::begin(now, sender, octets));
-            }
+        // Nor does a passage.
+        while let Ok(Received::Octets(count)) = self.faults.receive(&mut buf) {
+            self.bus.handle_bytes(now, buf.get(..count).unwrap_or_default());
+        }
+    }
+
+    /// Does what is due in the stations, and begins the reply if there is one.
+    fn run_stations(&mut self, now: Instant) {
+        if self.bus.poll_timeout().is_some_and(|due| due <= now) {
+            self.bus.handle_timeout(now);
+        }
+        let mut buf = [0; MAX_TELEGRAM_LEN];
+        while let Some(octets) = self.bus.poll_transmit(now, &mut buf) {
+            let _ = self.faults.send(octets);
+        }
+        // Looks for late replies, too.
+        self.tell_stations(now, &[]);
+        let replies: Vec<u8> = self.faults.link_mut().replies.drain(..).flatten().collect();
+        if !replies.is_empty() {
+            self.begin(now, Sender::Station, replies);
         }
     }
 
     /// Begins what profirust has just sent.
-    fn hear_master(&mut self) {
+    fn hear_master(&mut self, now: Instant) {
         let mut buf = [0; MAX_TELEGRAM_LEN];
         if let Ok(Received::Octets(count)) = self.wire.receive(&mut buf) {
             let octets = buf.get(..count).unwrap_or_default();
-            self.talk = Some(Talk::begin(self.now, Sender::Master, octets));
-            self.activity = self.now.saturating_add(octet_times(self.baud, count));
+            self.begin(now, Sender::Master, octets.to_vec());
+            self.activity = now.saturating_add(octet_times(self.baud, count));
         }
     }
-}
 
-impl Talk {
-    fn begin(at: Instant, sender: Sender, octets: &[u8]) -> Self {
-        Self { heard: Heard { at, sender, octets: octets.to_vec() }, arrived: 0 }
+    /// Somebody sends. Who still does so is no longer understood, nor is the new one.
+    fn begin(&mut self, at: Instant, sender: Sender, octets: Vec<u8>) {
+        let collided = self.talk.is_some();
+        self.talk = Some(Talk { heard: Heard { at, sender, octets }, arrived: 0, collided });
     }
 }
 
@@ -352,10 +426,10 @@ mod tests {
     use crate::master::baudrate;
 
     /// A master without anything to do but pass the token to itself.
-    fn alone(baudrate: Baudrate) -> Result<SimulatedBus<'static>, BaudRateError> {
+    fn alone(baudrate: Baudrate) -> Result<EmulatedBus<'static>, BaudRateError> {
         let mut fdl = FdlActiveStation::new(ParametersBuilder::new(2, baudrate).build());
         fdl.set_online();
-        SimulatedBus::new(fdl, DpMaster::new(Vec::new()))
+        EmulatedBus::new(fdl, DpMaster::new(Vec::new()))
     }
 
     #[test]

@@ -1,0 +1,291 @@
+//! Why the drive does not do what it is asked: every condition that ZSW, SSW, parameters or the diagnosis show.
+
+use core::fmt;
+use core::time::Duration;
+
+use thiserror::Error;
+
+use super::goal::Goal;
+use super::zsw::bit;
+use crate::drive::{Fault, Mode};
+use crate::ppo::Zsw;
+
+/// What stands against a goal, and where it shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Obstacle {
+    /// No input image came: there is no Data_Exchange.
+    NoDataExchange,
+    /// Diagnosis: the master finds no station at the address.
+    NoStation,
+    /// Diagnosis: Set_Prm was refused, perhaps for a wrong ident number.
+    ParameterFault,
+    /// Diagnosis: Chk_Cfg was refused.
+    ConfigurationFault,
+    /// Diagnosis: another master owns the drive.
+    OtherMaster,
+    /// Diagnosis: the drive must be parameterised, or is not ready.
+    StationNotReady,
+    /// PNU 930: the drive is in velocity mode.
+    VelocityMode,
+    /// PNU 930: the drive is in positioning mode.
+    PositioningMode,
+    /// ZSW.0 = 0: a supply is missing.
+    NoSupply,
+    /// ZSW.3: a fault is latched; its letter is read from PNU 945.
+    Fault,
+    /// ZSW.3 is still 1 after the acknowledge: the cause of the fault is still there.
+    FaultCause,
+    /// ZSW.6: turn-on disabled.
+    TurnOnDisabled,
+    /// ZSW.2 = 0: operation is not enabled.
+    NotEnabled,
+    /// SSW.10: AG03/1: no supply of the output stage. AG03: enable input not active.
+    NoOutputStage,
+    /// SSW.5: the position is above the upper limit.
+    AboveUpperLimit,
+    /// SSW.6: the position is below the lower limit.
+    BelowLowerLimit,
+    /// ZSW.14: a limit is exceeded; which one is not known.
+    LimitExceeded,
+    /// PNU 1016 and 1017: the target is not within the limits.
+    TargetBeyondLimits,
+    /// PNU 1014: the drive approaches in a loop whose turning point may be beyond a limit.
+    LoopPoint,
+    /// PNU 961: the velocity is more than the gear allows.
+    BeyondGear,
+    /// SSW.14: a positioning is active.
+    PositioningActive,
+    /// ZSW.13 = 0 or SSW.4: the shaft turns.
+    ShaftTurns,
+    /// PNU 1031.7: the torque deactivation has interrupted the job.
+    TorqueTripped,
+    /// ZSW.8 = 0: lag error, the load is too high.
+    LagError,
+    /// There is no travel job to interrupt or to continue.
+    NoJob,
+}
+
+impl Obstacle {
+    /// Every obstacle, in the order in which [`Obstacles`] prints them.
+    pub const ALL: [Self; 25] = [
+        Self::NoDataExchange,
+        Self::NoStation,
+        Self::ParameterFault,
+        Self::ConfigurationFault,
+        Self::OtherMaster,
+        Self::StationNotReady,
+        Self::VelocityMode,
+        Self::PositioningMode,
+        Self::NoSupply,
+        Self::Fault,
+        Self::FaultCause,
+        Self::TurnOnDisabled,
+        Self::NotEnabled,
+        Self::NoOutputStage,
+        Self::AboveUpperLimit,
+        Self::BelowLowerLimit,
+        Self::LimitExceeded,
+        Self::TargetBeyondLimits,
+        Self::LoopPoint,
+        Self::BeyondGear,
+        Self::PositioningActive,
+        Self::ShaftTurns,
+        Self::TorqueTripped,
+        Self::LagError,
+        Self::NoJob,
+    ];
+
+    const fn text(self) -> &'static str {
+        match self {
+            Self::NoDataExchange => "there is no Data_Exchange with the drive",
+            Self::NoStation => "no station answers at its address",
+            Self::ParameterFault => "it refused Set_Prm, see the ident number (diagnosis, Prm_Fault)",
+            Self::ConfigurationFault => "it refused Chk_Cfg (diagnosis, Cfg_Fault)",
+            Self::OtherMaster => "another master owns it (diagnosis, Master_Lock)",
+            Self::StationNotReady => "it is not ready for Data_Exchange (diagnosis)",
+            Self::VelocityMode => "the drive is in velocity mode: write 2 to PNU 930 first",
+            Self::PositioningMode => "the drive is in positioning mode: write 1 to PNU 930 first",
+            Self::NoSupply => "a supply voltage is missing (ZSW.0 = 0)",
+            Self::Fault => "a fault is latched: acknowledge it (ZSW.3)",
+            Self::FaultCause => "the cause of the fault is still present (ZSW.3 after the acknowledge)",
+            Self::TurnOnDisabled => "turning on is disabled (ZSW.6)",
+            Self::NotEnabled => "operation is not enabled (ZSW.2 = 0)",
+            Self::NoOutputStage => {
+                "the supply of the output stage (AG03/1) or the enable input (AG03) is missing (SSW.10)"
+            }
+            Self::AboveUpperLimit => {
+                "the position is above the upper limit: only inching in negative direction is possible (SSW.5)"
+            }
+            Self::BelowLowerLimit => {
+                "the position is below the lower limit: only inching in positive direction is possible (SSW.6)"
+            }
+            Self::LimitExceeded => "the position is beyond a limit: inch back (ZSW.14)",
+            Self::TargetBeyondLimits => "the target is beyond a limit",
+            Self::LoopPoint => {
+                "the drive approaches in a loop (PNU 1014) whose turning point may be beyond a limit"
+            }
+            Self::BeyondGear => "the velocity is more than the gear allows (PNU 961)",
+            Self::PositioningActive => "a positioning is active (SSW.14)",
+            Self::ShaftTurns => "the shaft turns (ZSW.13 = 0 or SSW.4)",
+            Self::TorqueTripped => "the torque deactivation has tripped (PNU 1031.7)",
+            Self::LagError => "the load is too high, lag error (ZSW.8 = 0)",
+            Self::NoJob => "there is no travel job",
+        }
+    }
+}
+
+/// What the client knows of the drive when it gives a goal up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Findings {
+    /// The last status word; `None` without Data_Exchange.
+    pub zsw: Option<Zsw>,
+    /// PNU 1020, system status word.
+    pub ssw: Option<u16>,
+    /// PNU 1031, general status register.
+    pub general_status: Option<u16>,
+    /// PNU 930, operating mode.
+    pub mode: Option<Mode>,
+    /// PNU 945, first element: the code of the newest fault.
+    pub fault_code: Option<u8>,
+    /// PNU 1016 and 1017, in this order.
+    pub limits: [Option<i32>; 2],
+    /// PNU 1014, positioning type.
+    pub pos_type: Option<u16>,
+    /// The largest velocity in rpm (PNU 961).
+    pub fastest: Option<i32>,
+    /// The first two octets of the last diagnosis.
+    pub diagnosis: Option<[u8; 2]>,
+    /// A travel job of this client is active or interrupted.
+    pub job: bool,
+}
+
+/// Everything that stands against a goal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub struct Obstacles {
+    /// What was asked.
+    pub goal: Goal,
+    /// How long the drive was given, if it did not refuse by something it shows.
+    pub waited: Option<Duration>,
+    /// What was found.
+    pub findings: Findings,
+}
+
+impl Obstacles {
+    /// Every obstacle, in the order of [`Obstacle::ALL`]. None: the drive shows no reason.
+    pub fn iter(&self) -> impl Iterator<Item = Obstacle> {
+        Obstacle::ALL.into_iter().filter(|obstacle| self.contains(*obstacle))
+    }
+
+    /// Whether this stands against the goal.
+    pub fn contains(&self, obstacle: Obstacle) -> bool {
+        let Self { goal, findings, .. } = self;
+        let zsw = |n: u8| findings.zsw.map(|zsw| zsw.bit(n));
+        let ssw = |n: u8| findings.ssw.is_some_and(|ssw| ssw >> n & 1 == 1);
+        let diagnosis = |octet: usize, mask: u8| {
+            findings.zsw.is_none()
+                && findings
+                    .diagnosis
+                    .is_some_and(|octets| octets.get(octet).is_some_and(|octet| octet & mask != 0))
+        };
+        let moves = goal.moves();
+        // Not a matter of limits and jobs: the drive could not travel anyway.
+        let enabled = zsw(bit::OPERATION_ENABLED) == Some(true);
+        match obstacle {
+            Obstacle::NoDataExchange => findings.zsw.is_none(),
+            // `ag03.md` 12
+            Obstacle::NoStation => diagnosis(0, 0x01),
+            Obstacle::ParameterFault => diagnosis(0, 0x40),
+            Obstacle::ConfigurationFault => diagnosis(0, 0x04),
+            Obstacle::OtherMaster => diagnosis(0, 0x80),
+            Obstacle::StationNotReady => diagnosis(0, 0x02) || diagnosis(1, 0x01),
+            Obstacle::VelocityMode => {
+                findings.mode == Some(Mode::Velocity) && goal.mode() == Some(Mode::Positioning)
+            }
+            Obstacle::PositioningMode => {
+                findings.mode == Some(Mode::Positioning) && goal.mode() == Some(Mode::Velocity)
+            }
+            Obstacle::NoSupply => zsw(bit::READY) == Some(false),
+            Obstacle::Fault => zsw(bit::FAULT) == Some(true) && *goal != Goal::Acknowledge,
+            Obstacle::FaultCause => zsw(bit::FAULT) == Some(true) && *goal == Goal::Acknowledge,
+            Obstacle::TurnOnDisabled => zsw(bit::TURN_ON_DISABLED) == Some(true),
+            Obstacle::NotEnabled => {
+                (moves || *goal == Goal::Pause) && zsw(bit::OPERATION_ENABLED) == Some(false)
+            }
+            Obstacle::NoOutputStage => (moves || *goal == Goal::Enable) && ssw(10),
+            Obstacle::AboveUpperLimit => moves && ssw(5),
+            Obstacle::BelowLowerLimit => moves && ssw(6),
+            Obstacle::LimitExceeded => {
+                let positioning = findings.mode == Some(Mode::Positioning);
+                moves && positioning && zsw(bit::LIMIT_EXCEEDED) == Some(true) && !ssw(5) && !ssw(6)
+            }
+            Obstacle::TargetBeyondLimits => self.target_beyond_limits(),
+            Obstacle::LoopPoint => {
+                enabled
+                    && goal.target().is_some()
+                    && findings.pos_type.is_some_and(|kind| kind != 0)
+                    && !self.target_beyond_limits()
+            }
+            Obstacle::BeyondGear => goal
+                .rpm()
+                .zip(findings.fastest)
+                .is_some_and(|(rpm, fastest)| rpm.unsigned_abs() > fastest.unsigned_abs()),
+            Obstacle::PositioningActive => moves && ssw(14),
+            Obstacle::ShaftTurns => zsw(bit::STANDSTILL) == Some(false) || ssw(4),
+            Obstacle::TorqueTripped => findings.general_status.is_some_and(|register| register >> 7 & 1 == 1),
+            Obstacle::LagError => {
+                findings.mode == Some(Mode::Positioning) && zsw(bit::NO_LAG_OR_AT_SPEED) == Some(false)
+            }
+            Obstacle::NoJob => matches!(goal, Goal::Pause | Goal::Resume) && !findings.job,
+        }
+    }
+
+    /// Equal limits are no limits (`ag03.md` 9).
+    fn target_beyond_limits(&self) -> bool {
+        let [limit_1, limit_2] = self.findings.limits;
+        self.goal
+            .target()
+            .zip(limit_1)
+            .zip(limit_2)
+            .is_some_and(|((target, a), b)| a != b && !(a.min(b)..=a.max(b)).contains(&target))
+    }
+
+    fn write(&self, f: &mut fmt::Formatter<'_>, obstacle: Obstacle) -> fmt::Result {
+        f.write_str(obstacle.text())?;
+        let Findings { fault_code, limits, fastest, .. } = self.findings;
+        let fault = fault_code.and_then(|code| Fault::ALL.into_iter().find(|fault| fault.code() == code));
+        if let Some(fault) = fault
+            && matches!(obstacle, Obstacle::Fault | Obstacle::FaultCause)
+        {
+            write!(f, ": {fault}")?;
+        }
+        if let [Some(a), Some(b)] = limits
+            && obstacle == Obstacle::TargetBeyondLimits
+        {
+            write!(f, ": the limits are {} and {}", a.min(b), a.max(b))?;
+        }
+        if let Some(fastest) = fastest
+            && obstacle == Obstacle::BeyondGear
+        {
+            write!(f, ": at most {fastest} rpm")?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Obstacles {
+    /// One line: the goal, then every obstacle.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} is not possible", self.goal)?;
+        for (index, obstacle) in self.iter().enumerate() {
+            f.write_str(if index == 0 { ": " } else { "; " })?;
+            self.write(f, obstacle)?;
+        }
+        if self.iter().next().is_none() {
+            f.write_str(": the drive shows no reason")?;
+            if let Some(waited) = self.waited {
+                write!(f, ", but did not do it within {waited:?}")?;
+            }
+        }
+        Ok(())
+    }
+}

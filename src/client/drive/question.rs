@@ -1,0 +1,83 @@
+//! What the client reads from the drive for its goals.
+
+use super::obstacle::Findings;
+use crate::client::{Job, Reply};
+use crate::drive::Mode;
+use crate::param::{Pnu, Subindex, Width};
+
+/// A parameter the client reads. The reply also shows that the drive has seen the control word it was sent with:
+/// both travel in one image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Question {
+    OperatingMode,
+    HardwareVersion,
+    Window,
+    SystemStatus,
+    GeneralStatus,
+    NewestFault,
+    Limit1,
+    Limit2,
+    PosType,
+}
+
+impl Question {
+    pub(super) const fn job(self) -> Job {
+        match self {
+            Self::OperatingMode => word(930),
+            Self::HardwareVersion => word(961),
+            Self::Window => word(1009),
+            Self::SystemStatus => word(1020),
+            Self::GeneralStatus => word(1031),
+            Self::NewestFault => {
+                Job::read_element(Pnu::from_low_bits(945), Subindex(0)).expecting(Width::Word)
+            }
+            Self::Limit1 => double(1016),
+            Self::Limit2 => double(1017),
+            Self::PosType => word(1014),
+        }
+    }
+}
+
+const fn word(number: u16) -> Job {
+    Job::read(Pnu::from_low_bits(number)).expecting(Width::Word)
+}
+
+const fn double(number: u16) -> Job {
+    Job::read(Pnu::from_low_bits(number)).expecting(Width::Double)
+}
+
+impl Findings {
+    /// Notes the answer to a question and gives its bits.
+    pub(super) fn note(&mut self, question: Question, reply: Reply) -> Option<u32> {
+        let Reply::Value(value) = reply else {
+            return None;
+        };
+        // What is asked as a word fits in one: its job says so.
+        let [_, _, high, low] = value.bits().to_be_bytes();
+        let word = u16::from_be_bytes([high, low]);
+        match question {
+            Question::OperatingMode => {
+                self.mode = match word {
+                    1 => Some(Mode::Velocity),
+                    2 => Some(Mode::Positioning),
+                    _neither => None,
+                };
+            }
+            Question::HardwareVersion => {
+                self.fastest = match word {
+                    2 => Some(200),
+                    3 => Some(100),
+                    _unknown => None,
+                };
+            }
+            Question::Window => {}
+            Question::SystemStatus => self.ssw = Some(word),
+            Question::GeneralStatus => self.general_status = Some(word),
+            Question::NewestFault => self.fault_code = Some(low),
+            Question::Limit1 => self.limits = [Some(value.bits().cast_signed()), self.limits[1]],
+            Question::Limit2 => self.limits = [self.limits[0], Some(value.bits().cast_signed())],
+            Question::PosType => self.pos_type = Some(word),
+        }
+        Some(value.bits())
+    }
+}

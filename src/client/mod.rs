@@ -1,0 +1,20 @@
+//! The master's side of a PPO drive: clients without I/O for the parameter channel and for the control words.
+//!
+//! A client is fed each input image and gives the words of each output image. It knows no bus, no port and no clock,
+//! so it runs over profirust (`profidrive::master`), any other DP master, or a PLC's process image.
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | `pkw` | [`PkwClient`]: one job of the parameter channel at a time, held until its own reply |
+//! | `drive` | [`DriveClient`]: enable, move to, jog and the like as goals, with the reasons if the drive refuses |
+
+mod drive;
+mod pkw;
+
+pub use drive::{
+    DriveClient, Findings, Goal, GoalError, GoalOutcome, Limits, Obstacle, Obstacles, ZswPattern,
+};
+pub use pkw::{
+    ArrayJobs, ErrorCode, Images, Job, Limit, Memory, NotSubmitted, Outcome, PkwClient, PkwError, Profile,
+    Reply, Stage, SubindexPlace, WriteReply,
+};

@@ -1,0 +1,414 @@
+//! `profidrive master`: which drive, and what is asked of it.
+
+use core::str::FromStr;
+use core::time::Duration;
+use std::path::PathBuf;
+
+use clap::Subcommand;
+use profidrive::fdl::Address;
+use profidrive::time::BaudRate;
+
+use super::link::{BaudSpec, tcp};
+use super::{LinkSpec, parameter::ParameterSpec};
+
+/// Commissions a drive, real or emulated: parameters, status, faults, motion
+///
+/// Takes part in the line as a DP master, does one thing, and lets the drive go. The drive's DP watchdog runs meanwhile: a
+/// master that is killed or loses the line lets the drive release its motor.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES, subcommand_required = true)]
+pub(crate) struct Master {
+    /// The line: what 'profidrive emulate' prints as link= (/dev/pts/N, pty:PATH, tcp:HOST:PORT), or serial:DEVICE
+    #[arg(long, global = true, value_name = "LINK", display_order = 90)]
+    pub(crate) link: Option<MasterLink>,
+
+    /// The address of the drive, 0 to 126
+    #[arg(long, global = true, value_name = "N", value_parser = station, display_order = 91)]
+    pub(crate) address: Option<Address>,
+
+    /// The rate of the line in bit/s: of a serial line it must be given, elsewhere it is 500000
+    #[arg(long, global = true, value_name = "RATE", value_parser = rate, display_order = 92)]
+    pub(crate) baud: Option<BaudRate>,
+
+    /// The address of this master, 0 to 125
+    #[arg(long, global = true, value_name = "N", default_value = "0", value_parser = master, display_order = 93)]
+    pub(crate) master_address: Address,
+
+    /// Without a request for so long the drive lets go of its motor (10ms to 650s)
+    #[arg(long, global = true, value_name = "TIME", default_value = "1s", value_parser = watchdog, display_order = 94)]
+    pub(crate) watchdog: Duration,
+
+    /// Print JSON for programs instead of text
+    #[arg(long, global = true, display_order = 95)]
+    pub(crate) json: bool,
+
+    #[command(subcommand)]
+    pub(crate) action: Action,
+}
+
+const EXAMPLES: &str = "\
+Examples, with an emulator started by 'profidrive emulate --link pty:/tmp/bus':
+  profidrive master --link /tmp/bus scan
+  profidrive master --link /tmp/bus --address 5 params
+  profidrive master --link /tmp/bus --address 5 write v-Pos 60
+  profidrive master --link /tmp/bus --address 5 move 1600 --yes
+  profidrive master --link serial:/dev/ttyUSB0 --baud 19200 --address 5 status
+
+Exit codes: 0 done, 1 it did not work, 2 the command line asks for something that cannot be.
+A drive that turns is dangerous. Ctrl-C stops it, but is no emergency stop: have one that switches the supply off.";
+
+/// What is asked.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Action {
+    /// Who is on the line: slaves with their ident numbers and owners, other masters
+    ///
+    /// Asks every address. It changes nothing.
+    #[command(after_help = "Example:\n  profidrive master --link /tmp/bus scan 1-20")]
+    Scan {
+        /// The addresses, FIRST-LAST
+        #[arg(value_name = "RANGE", default_value = "0-126")]
+        range: AddressRange,
+    },
+    /// The diagnosis of the slave, bit by bit in words
+    ///
+    /// Slave_Diag changes nothing and works whoever the master of the slave is.
+    #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 diag")]
+    Diag,
+    /// Reads one parameter
+    #[command(after_help = "\
+Examples:
+  profidrive master --link /tmp/bus --address 5 read 1004
+  profidrive master --link /tmp/bus --address 5 read v-Pos
+  profidrive master --link /tmp/bus --address 5 read 945.0")]
+    Read {
+        /// Number or name of the parameter, of an array with the element behind a point: 1004, v-Pos, 945.0
+        #[arg(value_name = "PNU[.SUB]")]
+        parameter: ParameterSpec,
+    },
+    /// Writes one parameter and reads it back
+    ///
+    /// The drive keeps it in its EEPROM.
+    #[command(after_help = "\
+Examples:
+  profidrive master --link /tmp/bus --address 5 write v-Pos 60
+  profidrive master --link /tmp/bus --address 5 write 1017 -250000")]
+    Write {
+        /// Number or name of the parameter: 1004, v-Pos
+        #[arg(value_name = "PNU[.SUB]")]
+        parameter: ParameterSpec,
+        /// The number to write, decimal or 0x...
+        #[arg(allow_negative_numbers = true, value_parser = number)]
+        value: i64,
+    },
+    /// Reads all parameters of the drive
+    #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 params --json")]
+    Params,
+    /// Saves all writable parameters of the drive in a file, with their names and units
+    #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 save axis.json")]
+    Save {
+        /// The file, or - for stdout; a file that is there is replaced
+        file: PathBuf,
+    },
+    /// Writes the parameters in a file to the drive: shows what differs, writes that, reads all of it back
+    ///
+    /// A file that does not fit the drive is refused before anything is written. Whatever interrupts it, it says what
+    /// was written and what was not.
+    #[command(after_help = "\
+Examples:
+  profidrive master --link /tmp/bus --address 5 restore axis.json --dry-run
+  profidrive master --link /tmp/bus --address 5 restore axis.json")]
+    Restore {
+        /// The file that 'save' wrote, or - for stdin
+        file: PathBuf,
+        /// Show what differs and write nothing
+        #[arg(long)]
+        dry_run: bool,
+    },
+    /// Status word ZSW, system status word SSW and general status register, bit by bit in words
+    #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 status")]
+    Status,
+    /// Enables operation and holds it: the motor is in control, nothing moves. Ctrl-C ends it
+    #[command(after_help = "\
+Examples:
+  profidrive master --link /tmp/bus --address 5 enable
+  profidrive master --link /tmp/bus --address 5 enable --for 5s --yes")]
+    Enable {
+        #[command(flatten)]
+        go: Go,
+        /// End after this time
+        #[arg(long = "for", value_name = "TIME", value_parser = time)]
+        limit: Option<Duration>,
+    },
+    /// Travels to a position (positioning mode) and waits until it is reached. Ctrl-C stops the drive
+    #[command(after_help = "\
+Examples:
+  profidrive master --link /tmp/bus --address 5 move 1600
+  profidrive master --link /tmp/bus --address 5 move -500 --yes")]
+    Move {
+        /// The position in increments, or 0.01 mm if a spindle pitch is set
+        #[arg(value_name = "POS", allow_negative_numbers = true)]
+        position: i32,
+        #[command(flatten)]
+        go: Go,
+    },
+    /// Turns with v-Inch (positioning mode, inching 2) until Ctrl-C, which stops the drive
+    #[command(after_help = "\
+Examples:
+  profidrive master --link /tmp/bus --address 5 jog + --for 2s
+  profidrive master --link /tmp/bus --address 5 jog - --yes")]
+    Jog {
+        /// + for positive, - for negative
+        #[arg(value_name = "+|-", allow_hyphen_values = true)]
+        direction: Direction,
+        #[command(flatten)]
+        go: Go,
+        /// End after this time
+        #[arg(long = "for", value_name = "TIME", value_parser = time)]
+        limit: Option<Duration>,
+    },
+    /// Turns with a velocity (velocity mode) until Ctrl-C, which stops the drive
+    #[command(after_help = "\
+Examples:
+  profidrive master --link /tmp/bus --address 5 write 930 1
+  profidrive master --link /tmp/bus --address 5 velocity -30 --for 10s")]
+    Velocity {
+        /// Revolutions of the output shaft per minute
+        #[arg(value_name = "RPM", allow_negative_numbers = true)]
+        rpm: i32,
+        #[command(flatten)]
+        go: Go,
+        /// End after this time
+        #[arg(long = "for", value_name = "TIME", value_parser = time)]
+        limit: Option<Duration>,
+    },
+    /// Takes the drive over, stops it if it turns, and waits until it stands
+    ///
+    /// Works on a drive without a master, for example one that runs out. A drive that belongs to another master must be
+    /// stopped there.
+    #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 stop")]
+    Stop,
+    /// Acknowledges a fault, if its cause is gone, and leaves turn-on disabled
+    #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 ack")]
+    Ack,
+    /// The fault buffer with what the codes mean, newest first, and the number of faults
+    #[command(after_help = "\
+Examples:
+  profidrive master --link /tmp/bus --address 5 faults
+  profidrive master --link /tmp/bus --address 5 faults --clear")]
+    Faults {
+        /// Clear buffer and counter
+        #[arg(long)]
+        clear: bool,
+    },
+    /// Makes the position the calibration value (PNU 1018), which can be given
+    #[command(after_help = "\
+Examples:
+  profidrive master --link /tmp/bus --address 5 calibrate
+  profidrive master --link /tmp/bus --address 5 calibrate 0")]
+    Calibrate {
+        /// Write this calibration value first
+        #[arg(allow_negative_numbers = true)]
+        value: Option<i32>,
+    },
+    /// Shows status and position until Ctrl-C: live on a terminal, else a line for each change
+    #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 monitor --json > log")]
+    Monitor {
+        /// End after this time
+        #[arg(long = "for", value_name = "TIME", value_parser = time)]
+        limit: Option<Duration>,
+    },
+}
+
+/// Leave to move something.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub(crate) struct Go {
+    /// Do not ask before the drive moves
+    #[arg(long, short)]
+    pub(crate) yes: bool,
+}
+
+impl Master {
+    /// What no single argument shows.
+    pub(super) fn check(&self) -> Result<(), String> {
+        let Some(link) = &self.link else {
+            return Err(
+                "the line is missing; add --link with what 'profidrive emulate' prints as link=".into()
+            );
+        };
+        if matches!(link, MasterLink::Serial(_)) && self.baud.is_none() {
+            return Err("a serial line needs its rate; add for example --baud 19200".into());
+        }
+        match (&self.action, self.address) {
+            (Action::Scan { .. }, _) => Ok(()),
+            (_, None) => Err("the drive is missing; add --address N, or look for it with 'scan'".into()),
+            (_, Some(address)) if address == self.master_address => {
+                Err(format!("address {address} is that of this master; choose another --master-address"))
+            }
+            (_, Some(address)) if address.number() == 126 => Err(
+                "address 126 is for stations that have none yet: they exchange no data; set the DIP switches"
+                    .into(),
+            ),
+            (_, Some(_)) => Ok(()),
+        }
+    }
+}
+
+/// Where a master finds the line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum MasterLink {
+    Terminal(PathBuf),
+    Serial(String),
+    /// Host and port.
+    Tcp(String),
+}
+
+const LINKS: &str = "expected a terminal such as /dev/pts/3, pty:PATH, serial:DEVICE or tcp:HOST:PORT";
+
+impl FromStr for MasterLink {
+    type Err = String;
+
+    fn from_str(spec: &str) -> Result<Self, String> {
+        if spec.chars().any(char::is_control) {
+            return Err(format!("a link has no control characters; {LINKS}"));
+        }
+        match spec.split_once(':') {
+            Some(("pty" | "serial", "")) | None if matches!(spec, "pty:" | "pty" | "serial:" | "serial") => {
+                Err(format!("the path is missing; {LINKS}"))
+            }
+            Some(("pty", path)) => Ok(Self::Terminal(path.into())),
+            Some(("serial", device)) => Ok(Self::Serial(device.into())),
+            Some(("tcp", place)) => match tcp(place)? {
+                LinkSpec::Tcp(place) => Ok(Self::Tcp(place)),
+                LinkSpec::Pty(_) | LinkSpec::Serial(_) => Err(LINKS.into()),
+            },
+            // A bare path is what an emulator prints. Is it a real port, its rate matters.
+            None if spec.contains('/') => {
+                let target = std::fs::canonicalize(spec).unwrap_or_else(|_| spec.into());
+                Ok(match target.starts_with("/dev") && !target.starts_with("/dev/pts") {
+                    true => Self::Serial(spec.into()),
+                    false => Self::Terminal(spec.into()),
+                })
+            }
+            Some(_) | None => Err(LINKS.into()),
+        }
+    }
+}
+
+/// Addresses to look at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct AddressRange {
+    pub(crate) first: Address,
+    pub(crate) last: Address,
+}
+
+impl FromStr for AddressRange {
+    type Err = String;
+
+    fn from_str(range: &str) -> Result<Self, String> {
+        let (first, last) = range.split_once('-').unwrap_or((range, range));
+        let (first, last) = (station(first)?, station(last)?);
+        if last < first {
+            return Err(format!("the range {range} is empty; expected FIRST-LAST"));
+        }
+        Ok(Self { first, last })
+    }
+}
+
+/// Which way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Direction {
+    Positive,
+    Negative,
+}
+
+impl FromStr for Direction {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "+" => Ok(Self::Positive),
+            "-" => Ok(Self::Negative),
+            _ => Err("expected + or -".into()),
+        }
+    }
+}
+
+fn station(text: &str) -> Result<Address, String> {
+    let number = text.parse().ok().and_then(|number| Address::station(number).ok());
+    number.ok_or_else(|| "expected an address from 0 to 126".into())
+}
+
+fn master(text: &str) -> Result<Address, String> {
+    let address = station(text).ok().filter(|address| address.number() <= 125);
+    address.ok_or_else(|| "expected an address from 0 to 125".into())
+}
+
+fn rate(text: &str) -> Result<BaudRate, String> {
+    match text.parse() {
+        Ok(BaudSpec::Fixed(rate)) => Ok(rate),
+        Ok(BaudSpec::Auto) => Err("a master sets the rate; expected a number such as 19200".into()),
+        Err(error) => Err(error.replace("auto or ", "")),
+    }
+}
+
+/// `500ms`, `2s`, `1.5s`.
+fn time(text: &str) -> Result<Duration, String> {
+    let (number, unit) = match text.strip_suffix("ms") {
+        Some(number) => (number, 0.001),
+        None => (text.strip_suffix('s').unwrap_or("x"), 1.0),
+    };
+    let seconds = number.parse::<f64>().ok().map(|number| number * unit);
+    seconds
+        .and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())
+        .ok_or_else(|| "expected a time such as 500ms or 2s".into())
+}
+
+fn watchdog(text: &str) -> Result<Duration, String> {
+    let range = Duration::from_millis(10)..=Duration::from_secs(650);
+    time(text)
+        .ok()
+        .filter(|time| range.contains(time))
+        .ok_or_else(|| "expected a time from 10ms to 650s, such as 500ms".into())
+}
+
+/// Decimal, or hexadecimal behind 0x.
+fn number(text: &str) -> Result<i64, String> {
+    let number = match text.strip_prefix("0x") {
+        Some(digits) => i64::from_str_radix(digits, 16).ok().filter(|_| !digits.starts_with(['+', '-'])),
+        None => text.parse().ok(),
+    };
+    number.ok_or_else(|| "expected a number such as 60, -250000 or 0x1F4".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_link_is_what_an_emulator_prints_or_a_kind_and_a_place() {
+        let terminal = |path: &str| Ok(MasterLink::Terminal(path.into()));
+        assert_eq!("/dev/pts/3".parse(), terminal("/dev/pts/3"));
+        assert_eq!("/tmp/no-such/bus".parse(), terminal("/tmp/no-such/bus"));
+        assert_eq!("pty:bus".parse(), terminal("bus"));
+        assert_eq!("/dev/null".parse(), Ok(MasterLink::Serial("/dev/null".into())));
+        assert_eq!("serial:/dev/ttyS0".parse(), Ok(MasterLink::Serial("/dev/ttyS0".into())));
+        assert_eq!("tcp:127.0.0.1:5050".parse(), Ok(MasterLink::Tcp("127.0.0.1:5050".into())));
+        for wrong in ["", "pty", "pty:", "serial", "serial:", "tcp", "tcp:5050", "usb", "usb:1", "/tmp/a\nb"]
+        {
+            let error = wrong.parse::<MasterLink>().unwrap_err();
+            assert!(error.contains("tcp:HOST:PORT"), "{wrong}: {error}");
+        }
+    }
+
+    #[test]
+    fn times_and_numbers_are_read_as_they_are_written() {
+        assert_eq!(time("1.5s"), Ok(Duration::from_millis(1500)));
+        assert_eq!(time("20ms"), Ok(Duration::from_millis(20)));
+        for wrong in ["", "5", "s", "-1s", "1e99s", "2m", "nans"] {
+            assert!(time(wrong).is_err(), "{wrong}");
+        }
+        assert!(watchdog("9ms").is_err() && watchdog("651s").is_err() && watchdog("10ms").is_ok());
+        assert_eq!((number("-5"), number("0x1F4")), (Ok(-5), Ok(500)));
+        assert!(number("0x-5").is_err() && number("five").is_err());
+    }
+}

@@ -1,0 +1,158 @@
+//! A parameter by number or by name.
+
+use core::str::FromStr;
+
+use profidrive::param::{Entry, Pnu, Subindex, TABLE};
+
+/// A parameter of either model, and an element if it is an array.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ParameterSpec {
+    pub(crate) entry: &'static Entry,
+    pub(crate) element: Option<Subindex>,
+}
+
+/// How many names are offered instead of one that is unknown.
+const MOST_OFFERED: usize = 5;
+
+impl FromStr for ParameterSpec {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (name, element) = match text.rsplit_once('.') {
+            Some((name, element)) => {
+                let number = element.parse().map_err(|_| {
+                    format!("'{element}' is no element of an array; expected for example 945.0")
+                })?;
+                (name, Some(Subindex(number)))
+            }
+            None => (text, None),
+        };
+        let entry = find(name)?;
+        match (entry.elements, element) {
+            (Some(count), None) => Err(format!(
+                "{} (PNU {}) is an array of {count}; name the element, for example {}.0",
+                entry.name, entry.pnu, entry.pnu
+            )),
+            (Some(count), Some(element)) if element.0 >= count => Err(format!(
+                "{} (PNU {}) has the elements 0 to {}, not {element}",
+                entry.name,
+                entry.pnu,
+                count.saturating_sub(1)
+            )),
+            (None, Some(_)) => Err(format!(
+                "{} (PNU {}) is no array; leave '.{}' out",
+                entry.name,
+                entry.pnu,
+                &text.rsplit('.').next().unwrap_or_default()
+            )),
+            (None, None) | (Some(_), Some(_)) => Ok(Self { entry, element }),
+        }
+    }
+}
+
+/// The parameter with this number or name. Of a name only letters and digits count.
+pub(crate) fn find(text: &str) -> Result<&'static Entry, String> {
+    if let Ok(number) = text.parse::<u16>() {
+        let known = Pnu::new(number).ok().and_then(|pnu| TABLE.iter().find(|entry| entry.pnu == pnu));
+        return known.ok_or_else(|| {
+            let near = nearest(|entry| entry.pnu.number().abs_diff(number).into());
+            format!("there is no parameter {number}; near it are {near}")
+        });
+    }
+    let wanted = plain(text);
+    let known = TABLE.iter().find(|entry| !wanted.is_empty() && plain(entry.name) == wanted);
+    known.ok_or_else(|| {
+        let near = nearest(|entry| {
+            let name = plain(entry.name);
+            // Part of the name is as close as a slip of the pen.
+            let part = !wanted.is_empty() && (name.contains(&wanted) || wanted.contains(&name));
+            if part { 1 } else { distance(&name, &wanted) + 1 }
+        });
+        format!("there is no parameter '{text}'; close to it are {near}")
+    })
+}
+
+/// The entries with the smallest distances.
+fn nearest(distance: impl Fn(&Entry) -> usize) -> String {
+    let mut entries: Vec<&Entry> = TABLE.iter().collect();
+    entries.sort_by_key(|entry| distance(entry));
+    let names = entries.iter().take(MOST_OFFERED).map(|entry| format!("{} {}", entry.pnu, entry.name));
+    names.collect::<Vec<_>>().join(", ")
+}
+
+fn plain(name: &str) -> String {
+    name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
+}
+
+/// How many letters must be changed, inserted or left out (Levenshtein).
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (before, a) in (0..).zip(a.chars()) {
+        let mut corner = before;
+        let mut left = before + 1;
+        let mut next = vec![left];
+        for (b, above) in b.iter().zip(row.iter().skip(1)) {
+            left = (corner + usize::from(a != *b)).min(left + 1).min(above + 1);
+            corner = *above;
+            next.push(left);
+        }
+        row = next;
+    }
+    row.last().copied().unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pnu(text: &str) -> Result<(u16, Option<u8>), String> {
+        let spec: ParameterSpec = text.parse()?;
+        Ok((spec.entry.pnu.number(), spec.element.map(|element| element.0)))
+    }
+
+    #[test]
+    fn a_parameter_is_its_number_or_its_name_however_written() {
+        for (text, found) in [
+            ("1004", (1004, None)),
+            ("v-Pos", (1004, None)),
+            ("VPOS", (1004, None)),
+            ("limit 1", (1016, None)),
+            ("limit_2", (1017, None)),
+            ("945.9", (945, Some(9))),
+            ("fault-buffer.0", (945, Some(0))),
+        ] {
+            assert_eq!(pnu(text), Ok(found), "{text}");
+        }
+        for entry in &TABLE {
+            let suffix = if entry.elements.is_some() { ".0" } else { "" };
+            assert_eq!(pnu(&format!("{}{suffix}", entry.name)).map(|found| found.0), Ok(entry.pnu.number()));
+        }
+    }
+
+    #[test]
+    fn what_is_no_parameter_is_answered_with_those_close_to_it() {
+        for (text, says) in [
+            ("999", "there is no parameter 999; near it are 1000 Controller parameter P"),
+            ("2048", "there is no parameter 2048; near it are 1042 Battery voltage"),
+            ("v-Poss", "close to it are 1004 v-Pos"),
+            ("limit", "close to it are 1016 Limit 1, 1017 Limit 2"),
+            ("tempreature", "1027 Device temperature"),
+            ("", "there is no parameter ''"),
+            ("945", "is an array of 10; name the element, for example 945.0"),
+            ("945.10", "has the elements 0 to 9, not 10"),
+            ("945.x", "'x' is no element"),
+            ("1004.1", "is no array; leave '.1' out"),
+        ] {
+            let error = pnu(text).unwrap_err();
+            assert!(error.contains(says), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn the_distance_of_two_words_is_counted_in_letters() {
+        for (a, b, letters) in [("", "", 0), ("", "abc", 3), ("abc", "", 3), ("kitten", "sitting", 3)] {
+            assert_eq!(distance(a, b), letters, "{a} {b}");
+        }
+    }
+}

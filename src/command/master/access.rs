@@ -1,0 +1,163 @@
+//! `read`, `write`, `params`.
+
+use profidrive::client::PkwError;
+use profidrive::explain::value::Lengths;
+use profidrive::host::{Clock, Link};
+use profidrive::param::{Access, Entry, Gear, Model, Parameter, Range, Subindex, Value, entry, parameters};
+use profidrive::pkw::ErrorNumber;
+use serde_json::json;
+
+use super::drive::{Drive, Identity, Trouble};
+use super::value::{Item, is_length, lengths, lengths_of};
+use super::{say, watch};
+use crate::command::Failure;
+use crate::command::args::ParameterSpec;
+
+/// Whether a write can be right for any drive.
+pub(super) fn check(parameter: &ParameterSpec, value: i64) -> Result<(), Failure> {
+    let entry = parameter.entry;
+    let usage = |line: String| Err(Failure::Usage(format!("{line}; see 'profidrive master write --help'")));
+    match entry.access() {
+        Access::ReadOnly => return usage(format!("{} (PNU {}) can only be read", entry.name, entry.pnu)),
+        Access::ReadWrite | Access::WriteOnly => {}
+    }
+    let drives = Model::ALL.into_iter().flat_map(|model| Gear::ALL.map(|gear| (model, gear)));
+    let ranges: Vec<Range> = drives.filter_map(|(model, gear)| entry.range(model, gear)).collect();
+    let low = ranges.iter().map(|range| range.low).min().unwrap_or(i32::MIN);
+    let high = ranges.iter().map(|range| range.high).max().unwrap_or(i32::MAX);
+    if !(i64::from(low)..=i64::from(high)).contains(&value) {
+        return usage(format!("{} (PNU {}) takes {low} to {high}, got {value}", entry.name, entry.pnu));
+    }
+    Ok(())
+}
+
+/// One parameter.
+pub(super) fn read<L: Link, C: Clock>(
+    drive: &mut Drive<L, C>,
+    parameter: &ParameterSpec,
+    json: bool,
+) -> Result<(), Failure> {
+    let item = Item::read(drive, parameter.entry, parameter.element)
+        .map_err(|trouble| refusal(drive, trouble, parameter.entry, None))?;
+    let lengths = if is_length(parameter.entry) { lengths(drive)? } else { Lengths::Unknown };
+    if json { say(item.json(lengths)) } else { say(item.line(lengths)) }
+}
+
+/// Writes, reads back, and says both.
+pub(super) fn write<L: Link, C: Clock>(
+    drive: &mut Drive<L, C>,
+    parameter: &ParameterSpec,
+    number: i64,
+    json: bool,
+) -> Result<(), Failure> {
+    let entry = parameter.entry;
+    let is_command = entry.access() == Access::WriteOnly;
+    let before = if is_command { None } else { Some(Item::read(drive, entry, None)) };
+    let before = before.transpose().map_err(|trouble| refusal(drive, trouble, entry, Some(number)))?;
+    let value = Value::of(entry.width, i32::try_from(number).unwrap_or(i32::MAX));
+    drive.write(entry.pnu, value).map_err(|trouble| refusal(drive, trouble, entry, Some(number)))?;
+    let Some(before) = before else {
+        let item = Item { entry, element: None, value };
+        let done = format!("{} done", item.line(Lengths::Unknown));
+        return if json { say(item.json(Lengths::Unknown)) } else { say(done) };
+    };
+    let after = Item::read(drive, entry, None)?;
+    let lengths = if is_length(entry) { lengths(drive)? } else { Lengths::Unknown };
+    if after.value != value {
+        return Err(Failure::Other(format!(
+            "{} (PNU {}) was written, but reads back as {} instead of {number}",
+            entry.name,
+            entry.pnu,
+            after.number()
+        )));
+    }
+    if json {
+        let mut object = after.json(lengths);
+        if let Some(fields) = object.as_object_mut() {
+            fields.insert("before".into(), before.number().into());
+        }
+        return say(object);
+    }
+    say(format_args!("{}, was {}", after.line(lengths), before.text(lengths)))
+}
+
+/// Everything.
+pub(super) fn params<L: Link, C: Clock>(drive: &mut Drive<L, C>, json: bool) -> Result<(), Failure> {
+    let identity = drive.identify()?;
+    let all: Vec<_> = parameters(identity.model).flat_map(places).collect();
+    let progress = watch("reading", all.len());
+    let mut items = Vec::new();
+    for (entry, element) in all {
+        if drive.is_stopped() {
+            return Err(Failure::Other("interrupted".into()));
+        }
+        items.push(Item::read(drive, entry, element)?);
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+    let pitch = items.iter().find(|item| item.entry.pnu == Parameter::SpindlePitch.entry().pnu);
+    let lengths = pitch.map_or(Lengths::Unknown, |item| lengths_of(item.value));
+    if json {
+        let parameters: Vec<_> = items.iter().map(|item| item.json(lengths)).collect();
+        return say(format_args!("{:#}", json!({ "drive": about(identity), "parameters": parameters })));
+    }
+    for item in items {
+        say(item.row(lengths))?;
+    }
+    Ok(())
+}
+
+/// The parameter, or each element of an array. A command has nothing to read.
+fn places(entry: &'static Entry) -> Vec<(&'static Entry, Option<Subindex>)> {
+    match (entry.access(), entry.elements) {
+        (Access::WriteOnly, _) => Vec::new(),
+        (Access::ReadOnly | Access::ReadWrite, None) => vec![(entry, None)],
+        (Access::ReadOnly | Access::ReadWrite, Some(count)) => {
+            (0..count).map(|element| (entry, Some(Subindex(element)))).collect()
+        }
+    }
+}
+
+/// Which drive it is, as JSON.
+pub(super) fn about(Identity { model, gear }: Identity) -> serde_json::Value {
+    json!({ "model": model.to_string(), "gear": gear.ratio() })
+}
+
+/// What a refused access means for somebody who looks at this drive.
+pub(super) fn refusal<L: Link, C: Clock>(
+    drive: &mut Drive<L, C>,
+    trouble: Trouble,
+    parameter: &Entry,
+    value: Option<i64>,
+) -> Failure {
+    let Trouble::Job(PkwError::Refused(code)) = trouble else {
+        return trouble.into();
+    };
+    let name = format!("{} (PNU {})", parameter.name, parameter.pnu);
+    let line = match (ErrorNumber::from_number(code.number()), drive.identify()) {
+        (Some(ErrorNumber::IllegalParameterNumber), Ok(Identity { model, .. })) => {
+            let here = entry(model, parameter.pnu).is_some();
+            let reason = if here { "the drive has no" } else { "only the AG03/1 has" };
+            format!("{reason} {name}; this drive is an {}", shown(model))
+        }
+        (Some(ErrorNumber::LimitExceeded), Ok(Identity { model, gear })) => {
+            let range = parameter.range(model, gear).map(|range| format!(", it takes {range}"));
+            let got = value.map(|value| format!(", got {value}")).unwrap_or_default();
+            let drive = format!("{} with gear {}:1", shown(model), gear.ratio());
+            format!("the drive refuses {name}: {code}{} on an {drive}{got}", range.unwrap_or_default())
+        }
+        (Some(ErrorNumber::OperatingState), _) => {
+            format!("the drive refuses {name} now: {code}; wait until it stands still and no job is active")
+        }
+        (_, _) => format!("the drive refuses {name}: {code}"),
+    };
+    Failure::Other(line)
+}
+
+/// As the manuals write it.
+pub(super) fn shown(model: Model) -> &'static str {
+    match model {
+        Model::Ag03 => "AG03",
+        Model::Ag03_1 => "AG03/1",
+    }
+}

@@ -1,0 +1,63 @@
+//! `diag`: the diagnosis of the slave in words.
+
+use profidrive::explain::{Context, Field, hex};
+use profidrive::fdl::{Address, DataTelegram, FunctionCode, MAX_TELEGRAM_LEN, ReplyStatus, Sap};
+use profidrive::host::{Clock, Link};
+use profidrive::master::Session;
+use serde_json::json;
+
+use super::say;
+use crate::command::Failure;
+
+const SLAVE_DIAG: u8 = 60;
+const MASTER_SAP: u8 = 62;
+
+/// Asks for it and shows every bit that is set, and the octets.
+pub(super) fn diag<L: Link, C: Clock>(
+    session: &mut Session<L, C>,
+    address: Address,
+    json: bool,
+) -> Result<(), Failure> {
+    let (diagnosis, octets) = session.diagnosis(address)?;
+    // As it was on the line, so that it is explained like every other telegram.
+    let master = session.settings().master;
+    let mut buf = [0; MAX_TELEGRAM_LEN];
+    let (dsap, ssap) = (Sap::new(MASTER_SAP), Sap::new(SLAVE_DIAG));
+    let telegram = DataTelegram {
+        format: DataTelegram::customary_format(dsap, ssap, &octets),
+        da: master,
+        sa: address,
+        dsap,
+        ssap,
+        fc: FunctionCode::response(ReplyStatus::DataLow),
+        data: &octets,
+    };
+    let telegram = telegram.encode(&mut buf).map_err(|error| Failure::from_error(&error))?;
+    let explained = Context::default().telegram(telegram);
+    if json {
+        let master = diagnosis.master.map(Address::number);
+        return say(json!({
+            "address": address.number(),
+            "octets": hex(&octets),
+            "summary": explained.summary,
+            "ident": diagnosis.ident,
+            "master": master,
+            "ready": !diagnosis.station_not_ready,
+            "configuration_fault": diagnosis.cfg_fault,
+            "parameter_fault": diagnosis.prm_fault,
+            "parameters_required": diagnosis.prm_req,
+            "watchdog": diagnosis.wd_on,
+        }));
+    }
+    say(format_args!("{address}  {}", explained.summary))?;
+    say(format_args!("    octets: {}", hex(&octets)))?;
+    let mut lines = Vec::new();
+    explained.walk(&mut |_, field| lines.extend(line(field)));
+    lines.iter().try_for_each(say)
+}
+
+/// What a bit that is set says.
+fn line(field: &Field) -> Option<String> {
+    let bits = field.bits.filter(|_| field.raw == "1" && !field.meaning.is_empty())?;
+    Some(format!("    {bits}  {}: {}", field.name, field.meaning))
+}

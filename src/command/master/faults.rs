@@ -1,0 +1,95 @@
+//! `faults` and `calibrate`: what PNU 970 commands beside the parameter sets.
+
+use profidrive::explain::value::Lengths;
+use profidrive::host::{Clock, Link};
+use profidrive::param::{Entry, Parameter, Pnu, Reading, Subindex, TABLE, Value, Width};
+use serde_json::json;
+
+use super::access::refusal;
+use super::drive::{Drive, Trouble};
+use super::say;
+use super::value::{Item, lengths};
+use crate::command::Failure;
+
+/// PNU 970 and its commands (`ag03.md` 3.3).
+const LOAD: Pnu = Pnu::from_low_bits(970);
+const CLEAR_FAULTS: u16 = 4;
+const CALIBRATE: u16 = 5;
+/// Position value.
+const POSITION: Pnu = Pnu::from_low_bits(1036);
+
+/// The row of the table that shows this.
+fn shows(reading: Reading) -> Option<&'static Entry> {
+    TABLE.iter().find(|entry| entry.kind == profidrive::param::Kind::Reading(reading))
+}
+
+/// The fault buffer in words.
+pub(super) fn faults<L: Link, C: Clock>(
+    drive: &mut Drive<L, C>,
+    clear: bool,
+    json: bool,
+) -> Result<(), Failure> {
+    if clear {
+        command(drive, CLEAR_FAULTS)?;
+    }
+    let mut faults = Vec::new();
+    let mut count = 0;
+    if let (Some(buffer), Some(counter)) = (shows(Reading::FaultBuffer), shows(Reading::FaultCount)) {
+        count = Item::read(drive, counter, None)?.number();
+        for element in 0..buffer.elements.unwrap_or_default() {
+            let item = Item::read(drive, buffer, Some(Subindex(element)))?;
+            if item.number() != 0 {
+                faults.push(item);
+            }
+        }
+    }
+    if json {
+        let faults: Vec<_> = faults.iter().map(|item| item.json(Lengths::Unknown)).collect();
+        return say(json!({ "count": count, "faults": faults }));
+    }
+    let cleared = if clear { "cleared; " } else { "" };
+    say(format_args!("{cleared}{count} faults since the buffer was cleared, newest first:"))?;
+    if faults.is_empty() {
+        return say("  none");
+    }
+    for item in faults {
+        say(format_args!("  {:<6} {}", item.place(), item.text(Lengths::Unknown)))?;
+    }
+    Ok(())
+}
+
+/// Sets the position to the calibration value.
+pub(super) fn calibrate<L: Link, C: Clock>(
+    drive: &mut Drive<L, C>,
+    value: Option<i32>,
+    json: bool,
+) -> Result<(), Failure> {
+    let calibration = Parameter::CalibrationValue.entry();
+    let before = drive.read(POSITION, None, Width::Double)?.bits().cast_signed();
+    if let Some(value) = value {
+        drive
+            .write(calibration.pnu, Value::of(calibration.width, value))
+            .map_err(|trouble| refusal(drive, trouble, calibration, Some(value.into())))?;
+    }
+    let wanted = drive.read(calibration.pnu, None, calibration.width)?.bits().cast_signed();
+    command(drive, CALIBRATE)?;
+    // The drive calibrates in one of its cycles and shows it in the next.
+    drive.exchange()?;
+    drive.exchange()?;
+    let after = drive.read(POSITION, None, Width::Double)?.bits().cast_signed();
+    let lengths = lengths(drive)?;
+    if json {
+        return say(json!({ "before": before, "calibration_value": wanted, "position": after }));
+    }
+    let text = |position: i32| lengths.position(position.into());
+    say(format_args!("calibrated: position {}, was {}", text(after), text(before)))
+}
+
+fn command<L: Link, C: Clock>(drive: &mut Drive<L, C>, command: u16) -> Result<(), Failure> {
+    let entry = TABLE.iter().find(|entry| entry.pnu == LOAD);
+    match (drive.write(LOAD, Value::Word(command)), entry) {
+        (Ok(_), _) => Ok(()),
+        (Err(trouble), Some(entry)) => Err(refusal(drive, trouble, entry, Some(command.into()))),
+        (Err(trouble @ (Trouble::Session(_) | _)), None) => Err(trouble.into()),
+    }
+}

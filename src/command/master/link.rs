@@ -1,0 +1,33 @@
+//! The line, opened from the master's end.
+
+use profidrive::host::Link;
+use profidrive::host::link::serial::Serial;
+use profidrive::host::link::tcp::Connection;
+use profidrive::host::link::terminal::Terminal;
+use profidrive::master::Settings;
+use profidrive::time::BaudRate;
+
+use crate::command::Failure;
+use crate::command::args::{Master, MasterLink};
+
+/// The rate where there is none: it only says how long a telegram counts as being on its way.
+const UNTIMED_RATE: BaudRate = BaudRate::K500;
+
+/// The link, and how to take part in what is behind it.
+pub(super) fn open(args: &Master) -> Result<(Box<dyn Link>, Settings), Failure> {
+    let baud = args.baud.unwrap_or(UNTIMED_RATE);
+    let untimed = Settings::untimed(args.master_address, baud);
+    let opened: Result<(Box<dyn Link>, Settings), _> = match &args.link {
+        Some(MasterLink::Terminal(path)) => {
+            Terminal::open(path, baud).map(|link| (Box::new(link) as Box<dyn Link>, untimed))
+        }
+        Some(MasterLink::Tcp(place)) => {
+            Connection::open(place).map(|link| (Box::new(link) as Box<dyn Link>, untimed))
+        }
+        Some(MasterLink::Serial(device)) => Serial::open(device, baud)
+            .map(|link| (Box::new(link) as Box<dyn Link>, Settings::on_wire(args.master_address, baud))),
+        None => return Err(Failure::Usage("the line is missing; add --link LINK".into())),
+    };
+    let (link, settings) = opened.map_err(|error| Failure::from_error(&error))?;
+    Ok((link, Settings { watchdog: args.watchdog, ..settings }))
+}

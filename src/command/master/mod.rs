@@ -1,0 +1,147 @@
+//! `profidrive master`: one thing done with a drive, as a DP master.
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | `link` | the line, opened from the master's end |
+//! | `drive` | [`Drive`]: parameters by job, words by exchange |
+//! | `value` | values of parameters, read, with their unit and as JSON |
+//! | the others | one group of subcommands each |
+
+mod access;
+mod diag;
+mod drive;
+mod faults;
+mod link;
+mod motion;
+mod restore;
+mod scan;
+mod set;
+mod status;
+mod value;
+
+use std::io::{self, Write};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use profidrive::client::PkwError;
+use profidrive::fdl::Address;
+use profidrive::host::{Clock, Link, Stop, SystemClock};
+use profidrive::master::{Session, SessionError};
+use signal_hook::consts::{SIGINT, SIGTERM};
+
+use super::Failure;
+use super::args::{Action, Master};
+use drive::{Drive, Trouble};
+
+/// Does what is asked, once.
+pub(crate) fn master(args: &Master) -> Result<(), Failure> {
+    // What can be known without a drive is known before anything is sent.
+    if let Action::Write { parameter, value } = &args.action {
+        access::check(parameter, *value)?;
+    }
+    let leave = motion::leave(args)?;
+    // Before the drive is taken, so that no signal ends the process with the drive moving.
+    let stop = signals().map_err(|error| Failure::from_error(&error))?;
+    let (link, settings) = link::open(args)?;
+    let session = Session::new(link, SystemClock::new(), stop, settings);
+    let session = session.map_err(|error| Failure::from_error(&error))?;
+    act(args, session, leave)
+}
+
+fn act<L: Link, C: Clock>(
+    args: &Master,
+    mut session: Session<L, C>,
+    leave: motion::Leave,
+) -> Result<(), Failure> {
+    let (address, json) = (args.address.unwrap_or(args.master_address), args.json);
+    match &args.action {
+        Action::Scan { range } => scan::scan(&mut session, *range, json),
+        Action::Diag => diag::diag(&mut session, address, json),
+        Action::Read { parameter } => with(session, address, |drive| access::read(drive, parameter, json)),
+        Action::Write { parameter, value } => {
+            with(session, address, |drive| access::write(drive, parameter, *value, json))
+        }
+        Action::Params => with(session, address, |drive| access::params(drive, json)),
+        Action::Save { file } => with(session, address, |drive| set::save(drive, file, json)),
+        Action::Restore { file, dry_run } => {
+            // A file that is no parameter set is known before the drive is taken.
+            let wanted = set::ParameterSet::load(file)?;
+            with(session, address, |drive| restore::restore(drive, &wanted, *dry_run, json))
+        }
+        Action::Status => with(session, address, |drive| status::status(drive, json)),
+        Action::Monitor { limit } => with(session, address, |drive| status::monitor(drive, *limit, json)),
+        Action::Faults { clear } => with(session, address, |drive| faults::faults(drive, *clear, json)),
+        Action::Calibrate { value } => with(session, address, |drive| faults::calibrate(drive, *value, json)),
+        Action::Enable { .. }
+        | Action::Move { .. }
+        | Action::Jog { .. }
+        | Action::Velocity { .. }
+        | Action::Stop
+        | Action::Ack => with(session, address, |drive| motion::motion(drive, &args.action, leave, json)),
+    }
+}
+
+/// Takes the drive over, does something with it, and lets it go.
+fn with<L: Link, C: Clock>(
+    session: Session<L, C>,
+    address: Address,
+    act: impl FnOnce(&mut Drive<L, C>) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let mut drive = Drive::take(session, address)?;
+    let outcome = act(&mut drive);
+    // Ctrl-C has ended what was under way, not this. If the drive is lost, its watchdog lets it go.
+    drive.session.stop().clear();
+    let _ = drive.session.release();
+    outcome
+}
+
+/// SIGINT and SIGTERM end what is under way.
+fn signals() -> io::Result<Stop> {
+    let stop = Stop::new()?;
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::low_level::pipe::register(signal, stop.waker()?)?;
+    }
+    Ok(stop)
+}
+
+/// Prints a result. Whoever reads it may have closed the pipe after the first lines (`| head`): that is no failure.
+fn say(line: impl core::fmt::Display) -> Result<(), Failure> {
+    match writeln!(io::stdout().lock(), "{line}") {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Failure::Other(format!("cannot write to stdout: {error}")))
+        }
+        Ok(()) | Err(_) => Ok(()),
+    }
+}
+
+/// A bar on stderr for something that takes a while, if that is a terminal.
+fn watch(what: &'static str, steps: usize) -> ProgressBar {
+    let steps = u64::try_from(steps).unwrap_or(u64::MAX);
+    let bar = ProgressBar::with_draw_target(Some(steps), ProgressDrawTarget::stderr());
+    // The template is ours and right; without it the bar looks as the crate likes it.
+    if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:30}] {pos}/{len}") {
+        bar.set_style(style.progress_chars("=> "));
+    }
+    bar.set_message(what);
+    bar
+}
+
+impl From<SessionError> for Failure {
+    fn from(error: SessionError) -> Self {
+        Self::Other(error.to_string())
+    }
+}
+
+impl From<PkwError> for Failure {
+    fn from(error: PkwError) -> Self {
+        Self::Other(error.to_string())
+    }
+}
+
+impl From<Trouble> for Failure {
+    fn from(trouble: Trouble) -> Self {
+        Self::Other(trouble.to_string())
+    }
+}
+
+#[cfg(test)]
+mod rig;

@@ -1,0 +1,448 @@
+//! `restore`: a parameter set into a drive, and what became of each value.
+
+use core::fmt;
+use core::time::Duration;
+
+use profidrive::explain::value::{Lengths, in_words};
+use profidrive::host::{Clock, Link};
+use profidrive::param::{Entry, Parameter, Pnu, Value, Width, entry};
+use serde_json::json;
+
+use super::access::{about, shown};
+use super::drive::{Drive, Identity, Trouble};
+use super::set::ParameterSet;
+use super::value::{Item, lengths_of};
+use super::{say, watch};
+use crate::command::Failure;
+
+/// System status word; bit 4: the drive travels.
+const SSW: Pnu = Pnu::from_low_bits(1020);
+const TRAVELS: u32 = 1 << 4;
+/// How long a drive that was let go may turn.
+const RUN_OUT: Duration = Duration::from_secs(10);
+
+/// Shows what differs, writes that, reads all of it back.
+pub(super) fn restore<L: Link, C: Clock>(
+    drive: &mut Drive<L, C>,
+    wanted: &ParameterSet,
+    dry_run: bool,
+    json: bool,
+) -> Result<(), Failure> {
+    let identity = drive.identify()?;
+    fits(identity, wanted)?;
+    let found = read_all(drive, wanted)?;
+    let plan = Plan::of(wanted, &found);
+    if !json {
+        plan.show()?;
+    }
+    if dry_run || plan.changes.is_empty() {
+        return if json { say(Report::nothing(&plan).json(identity)) } else { Ok(()) };
+    }
+    wait_for_standstill(drive)?;
+    let report = carry_out(drive, plan.changes, wanted);
+    if json {
+        say(report.json(identity))?;
+    } else {
+        report.show()?;
+    }
+    match &report.trouble {
+        None => Ok(()),
+        Some(trouble) => Err(Failure::Other(format!("{trouble}: {}", report.sum()))),
+    }
+}
+
+/// Whether this drive can have all of it: nothing is written else.
+fn fits(identity: Identity, wanted: &ParameterSet) -> Result<(), Failure> {
+    let Identity { model, gear } = identity;
+    let drive = format!("this {} with gear {}:1; nothing was written", shown(model), gear.ratio());
+    for (parameter, value) in &wanted.values {
+        let name = format!("{} (PNU {})", parameter.name, parameter.pnu);
+        if entry(model, parameter.pnu).is_none() {
+            return Err(Failure::Other(format!("{name} is unknown to {drive}")));
+        }
+        if let Some(range) = parameter.range(model, gear).filter(|range| !range.contains(*value)) {
+            return Err(Failure::Other(format!("{name} shall be {value}, but takes {range} on {drive}")));
+        }
+    }
+    Ok(())
+}
+
+fn read_all<L: Link, C: Clock>(drive: &mut Drive<L, C>, wanted: &ParameterSet) -> Result<Vec<Item>, Failure> {
+    let progress = watch("reading", wanted.values.len());
+    let mut found = Vec::new();
+    for (entry, _) in &wanted.values {
+        if drive.is_stopped() {
+            return Err(Failure::Other("interrupted; nothing was written".into()));
+        }
+        let item = Item::read(drive, entry, None);
+        found.push(item.map_err(|error| Failure::Other(format!("{error}; nothing was written")))?);
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+    Ok(found)
+}
+
+/// Some parameters take no value while the shaft turns.
+fn wait_for_standstill<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<(), Failure> {
+    let begun = drive.session.now();
+    while drive.read(SSW, None, Width::Word)?.bits() & TRAVELS != 0 {
+        if drive.is_stopped() {
+            return Err(Failure::Other("interrupted; nothing was written".into()));
+        }
+        if drive.session.now().saturating_since(begun) > RUN_OUT {
+            return Err(Failure::Other("the drive does not come to rest; nothing was written".into()));
+        }
+    }
+    Ok(())
+}
+
+/// A parameter that differs.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Change {
+    pub(super) entry: &'static Entry,
+    before: Value,
+    pub(super) after: Value,
+}
+
+/// What is to be done.
+struct Plan {
+    changes: Vec<Change>,
+    total: usize,
+    /// What positions count in before and after.
+    lengths: (Lengths, Lengths),
+}
+
+impl Plan {
+    fn of(wanted: &ParameterSet, found: &[Item]) -> Self {
+        let changes = wanted
+            .values
+            .iter()
+            .zip(found)
+            .map(|((entry, value), found)| Change {
+                entry,
+                before: found.value,
+                after: Value::of(entry.width, *value),
+            })
+            .filter(|change| change.before != change.after)
+            .collect();
+        let pitch = Parameter::SpindlePitch.entry();
+        let before = found.iter().find(|item| item.entry.pnu == pitch.pnu).map(|item| item.value);
+        let after = wanted.values.iter().find(|(entry, _)| entry.pnu == pitch.pnu);
+        let after = after.map(|(_, value)| Value::of(pitch.width, *value));
+        let lengths = |pitch: Option<Value>| pitch.map_or(Lengths::Unknown, lengths_of);
+        Self { changes, total: wanted.values.len(), lengths: (lengths(before), lengths(after.or(before))) }
+    }
+
+    fn show(&self) -> Result<(), Failure> {
+        for Change { entry, before, after } in &self.changes {
+            let before = in_words(entry, *before, self.lengths.0);
+            let after = in_words(entry, *after, self.lengths.1);
+            say(format_args!("{:<6} {:<27} {before} -> {after}", entry.pnu, entry.name))?;
+        }
+        match self.changes.len() {
+            0 => say(format_args!("all {} parameters are as in the file", self.total)),
+            count => say(format_args!("{count} of {} parameters differ", self.total)),
+        }
+    }
+}
+
+/// What became of a change.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Fate {
+    Written,
+    /// It was sent, and whether the drive has taken it is not known.
+    Unconfirmed,
+    Refused(String),
+    NotWritten,
+}
+
+impl fmt::Display for Fate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Written => f.pad("written"),
+            Self::Unconfirmed => f.pad("not confirmed"),
+            Self::Refused(_) => f.pad("refused"),
+            Self::NotWritten => f.pad("not written"),
+        }
+    }
+}
+
+/// What became of all of it.
+#[derive(Debug)]
+pub(super) struct Report {
+    pub(super) fates: Vec<(Change, Fate)>,
+    total: usize,
+    /// Everything in the file was read back and is in the drive.
+    pub(super) verified: bool,
+    pub(super) trouble: Option<String>,
+}
+
+/// Writes until it is done or something comes between, then reads everything back.
+pub(super) fn carry_out<L: Link, C: Clock>(
+    drive: &mut Drive<L, C>,
+    changes: Vec<Change>,
+    wanted: &ParameterSet,
+) -> Report {
+    let progress = watch("writing", changes.len());
+    let mut fates: Vec<(Change, Fate)> = Vec::new();
+    let mut trouble = None;
+    for change in changes {
+        if trouble.is_none() && drive.is_stopped() {
+            trouble = Some("interrupted".into());
+        }
+        if trouble.is_some() {
+            fates.push((change, Fate::NotWritten));
+            continue;
+        }
+        let fate = match drive.write(change.entry.pnu, change.after) {
+            Ok(_) => Fate::Written,
+            Err(error) => {
+                let fate = fate_of(&error);
+                trouble = Some(error.to_string());
+                fate
+            }
+        };
+        fates.push((change, fate));
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+    let mut report = Report { fates, total: wanted.values.len(), verified: false, trouble };
+    if report.trouble.is_none() {
+        match verify(drive, wanted) {
+            Ok(()) => report.verified = true,
+            Err(error) => report.trouble = Some(error),
+        }
+    }
+    report
+}
+
+fn fate_of(error: &Trouble) -> Fate {
+    match error {
+        Trouble::Job(error) if error.is_certain() => Fate::Refused(error.to_string()),
+        Trouble::Job(_) | Trouble::Unanswered(_) | Trouble::OtherReply { .. } => Fate::Unconfirmed,
+        Trouble::Session(_)
+        | Trouble::NotSubmitted(_)
+        | Trouble::Goal(_)
+        | Trouble::Ended(_)
+        | Trouble::Hardware(_) => Fate::NotWritten,
+    }
+}
+
+fn verify<L: Link, C: Clock>(drive: &mut Drive<L, C>, wanted: &ParameterSet) -> Result<(), String> {
+    let progress = watch("verifying", wanted.values.len());
+    for (entry, value) in &wanted.values {
+        if drive.is_stopped() {
+            return Err("interrupted while reading back".into());
+        }
+        let found = Item::read(drive, entry, None).map_err(|error| format!("{error}, while reading back"))?;
+        if found.value != Value::of(entry.width, *value) {
+            let (name, pnu, found) = (entry.name, entry.pnu, found.number());
+            return Err(format!("{name} (PNU {pnu}) reads back as {found} instead of {value}"));
+        }
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+    Ok(())
+}
+
+impl Report {
+    /// For a drive that has everything, or shall only be looked at.
+    fn nothing(plan: &Plan) -> Self {
+        let fates = plan.changes.iter().map(|change| (*change, Fate::NotWritten)).collect();
+        Self { fates, total: plan.total, verified: plan.changes.is_empty(), trouble: None }
+    }
+
+    fn count(&self, of: impl Fn(&Fate) -> bool) -> usize {
+        self.fates.iter().filter(|(_, fate)| of(fate)).count()
+    }
+
+    /// `2 of 5 differing parameters were written, 1 is not confirmed, 2 were not written; ...`
+    pub(super) fn sum(&self) -> String {
+        let all = self.fates.len();
+        let written = self.count(|fate| *fate == Fate::Written);
+        let unconfirmed = self.count(|fate| *fate == Fate::Unconfirmed);
+        let mut line = format!("{written} of {all} differing parameters were written");
+        if unconfirmed > 0 {
+            line += &format!(", {unconfirmed} perhaps");
+        }
+        line += &format!(", {} not", all - written - unconfirmed);
+        line + "; restore again to complete it"
+    }
+
+    fn show(&self) -> Result<(), Failure> {
+        if self.trouble.is_none() {
+            let count = self.fates.len();
+            return say(format_args!("{count} written, all {} read back as in the file", self.total));
+        }
+        for (Change { entry, .. }, fate) in &self.fates {
+            let reason = match fate {
+                Fate::Refused(reason) => format!("  {reason}"),
+                Fate::Written | Fate::Unconfirmed | Fate::NotWritten => String::new(),
+            };
+            say(format_args!("{fate:<14} {:<6} {}{reason}", entry.pnu, entry.name))?;
+        }
+        Ok(())
+    }
+
+    fn json(&self, identity: Identity) -> serde_json::Value {
+        let changes: Vec<_> = self
+            .fates
+            .iter()
+            .map(|(Change { entry, before, after }, fate)| {
+                json!({
+                    "pnu": entry.pnu.number(),
+                    "name": entry.name,
+                    "before": entry.number(*before),
+                    "after": entry.number(*after),
+                    "fate": fate.to_string(),
+                })
+            })
+            .collect();
+        json!({
+            "drive": about(identity),
+            "total": self.total,
+            "differing": changes,
+            "verified": self.verified,
+            "trouble": self.trouble,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use profidrive::param::{Gear, Model};
+
+    use super::*;
+    use crate::command::master::rig::{Cut, Rig};
+    use crate::command::master::set::ParameterSet;
+
+    /// Some parameters of every kind: words, double words, with and without conditions.
+    const CHANGED: [(Parameter, i32); 6] = [
+        (Parameter::OperatingMode, 1),
+        (Parameter::VPos, 77),
+        (Parameter::VInch, 44),
+        (Parameter::SpindlePitch, 200),
+        (Parameter::Limit2, -123_456),
+        (Parameter::LoopLength, 9),
+    ];
+
+    fn set(values: &[(Parameter, i32)]) -> ParameterSet {
+        let mut values: Vec<_> =
+            values.iter().map(|(parameter, value)| (parameter.entry(), *value)).collect();
+        values.sort_by_key(|(entry, _)| entry.pnu);
+        ParameterSet { values }
+    }
+
+    /// What `restore` does, without its page.
+    fn restored(rig: &Rig, wanted: &ParameterSet, cut: Option<(usize, Cut)>) -> Report {
+        let mut drive = rig.drive();
+        let found = read_all(&mut drive, wanted).unwrap();
+        let plan = Plan::of(wanted, &found);
+        if let Some((telegrams, cut)) = cut {
+            rig.cut(telegrams, cut);
+        }
+        carry_out(&mut drive, plan.changes, wanted)
+    }
+
+    /// The report says of each parameter what is the case.
+    fn assert_true(rig: &Rig, report: &Report, context: &str) {
+        assert_eq!(report.fates.len(), CHANGED.len(), "{context}");
+        for (change, fate) in &report.fates {
+            let (parameter, _) =
+                CHANGED.into_iter().find(|(parameter, _)| parameter.entry().pnu == change.entry.pnu).unwrap();
+            let has = i64::from(rig.value(parameter));
+            let (before, after) = (change.entry.number(change.before), change.entry.number(change.after));
+            match fate {
+                Fate::Written => assert_eq!(has, after, "{context}: {parameter}"),
+                Fate::NotWritten | Fate::Refused(_) => assert_eq!(has, before, "{context}: {parameter}"),
+                Fate::Unconfirmed => assert!(has == before || has == after, "{context}: {parameter}"),
+            }
+        }
+        // Nothing is written behind the first that was not.
+        let written: Vec<bool> = report.fates.iter().map(|(_, fate)| *fate == Fate::Written).collect();
+        assert!(written.is_sorted_by(|a, b| a >= b), "{context}: {written:?}");
+        let all = written.iter().all(|written| *written);
+        assert!(!report.verified || all && report.trouble.is_none(), "{context}");
+        assert_eq!(report.verified, report.trouble.is_none(), "{context}: {:?}", report.trouble);
+    }
+
+    #[test]
+    fn interrupted_at_any_telegram_it_says_what_was_written_and_what_was_not() {
+        for cut in [Cut::Stop, Cut::Link, Cut::Answers] {
+            let (mut telegrams, mut unconfirmed, mut counts) = (0, 0, Vec::new());
+            loop {
+                let rig = Rig::new(Model::Ag03_1);
+                let report = restored(&rig, &set(&CHANGED), Some((telegrams, cut)));
+                assert_true(&rig, &report, &format!("{cut:?} at {telegrams}"));
+                unconfirmed += report.count(|fate| *fate == Fate::Unconfirmed);
+                counts.push(report.count(|fate| *fate == Fate::Written));
+                if rig.is_whole() {
+                    assert!(report.verified, "{:?}", report.trouble);
+                    break;
+                }
+                telegrams += 1;
+            }
+            assert!(telegrams > 20, "{cut:?}: only {telegrams} telegrams");
+            assert!(counts.is_sorted(), "{counts:?}");
+            assert_eq!(counts.last(), Some(&CHANGED.len()));
+            // A job that is under way is finished before Ctrl-C counts.
+            assert_eq!(unconfirmed > 0, cut != Cut::Stop, "{cut:?}");
+        }
+    }
+
+    #[test]
+    fn a_refused_value_ends_it_and_leaves_the_rest() {
+        for refused in 0..CHANGED.len() {
+            let mut values = CHANGED;
+            values[refused].1 = 20_000_000;
+            let rig = Rig::new(Model::Ag03_1);
+            let report = restored(&rig, &set(&values), None);
+            assert_true(&rig, &report, &format!("refused {refused}"));
+            assert_eq!(report.count(|fate| matches!(fate, Fate::Refused(_))), 1);
+            assert!(report.sum().starts_with(&format!("{refused} of 6 differing")), "{}", report.sum());
+            assert!(report.trouble.unwrap().contains("error 2"));
+        }
+    }
+
+    #[test]
+    fn a_whole_set_is_what_the_drive_had_before_a_factory_reset() {
+        for model in Model::ALL {
+            let rig = Rig::new(model);
+            let mut drive = rig.drive();
+            for (parameter, value) in CHANGED {
+                let entry = parameter.entry();
+                drive.write(entry.pnu, Value::of(entry.width, value)).unwrap();
+            }
+            let settings: Vec<_> = Parameter::all()
+                .filter(|parameter| entry(model, parameter.entry().pnu).is_some())
+                .map(|parameter| (parameter, rig.value(parameter)))
+                .collect();
+            drive.write(Pnu::from_low_bits(970), Value::Word(1)).unwrap();
+            assert_eq!(rig.value(Parameter::VPos), 30);
+            drop(drive);
+            let report = restored(&rig, &set(&settings), None);
+            assert!(report.verified, "{:?}", report.trouble);
+            assert_eq!(report.fates.len(), CHANGED.len(), "only what differs is written");
+            for (parameter, value) in settings {
+                assert_eq!(rig.value(parameter), value, "{parameter}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_set_of_another_drive_is_refused_before_anything_is_written() {
+        let (model, gear) = (Model::Ag03, Gear::Ratio48);
+        for (values, says) in [
+            (
+                [(Parameter::DPos, 50)],
+                "d-Pos (PNU 1039) is unknown to this AG03 with gear 48:1; nothing was written",
+            ),
+            ([(Parameter::VPos, 150)], "v-Pos (PNU 1004) shall be 150, but takes 1..100 on this AG03"),
+        ] {
+            let Err(Failure::Other(line)) = fits(Identity { model, gear }, &set(&values)) else {
+                panic!("fits")
+            };
+            assert!(line.contains(says), "{line}");
+        }
+    }
+}

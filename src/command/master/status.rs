@@ -1,0 +1,191 @@
+//! `status` and `monitor`: what the drive says of itself.
+
+use core::time::Duration;
+use std::io::{self, IsTerminal, Write};
+
+use profidrive::drive::Mode;
+use profidrive::explain::value::Lengths;
+use profidrive::explain::words::{Role, Word, bits, said};
+use profidrive::host::{Clock, Link};
+use profidrive::param::{Parameter, Pnu, Width};
+use serde_json::json;
+
+use super::drive::{Drive, Seen, Trouble};
+use super::say;
+use super::value::lengths;
+use crate::command::Failure;
+
+/// System status word SSW.
+pub(super) const SSW: Pnu = Pnu::from_low_bits(1020);
+/// General status register.
+const GENERAL_STATUS: Pnu = Pnu::from_low_bits(1031);
+/// PNU 930 in velocity mode.
+const VELOCITY_MODE: u32 = 1;
+
+/// How often a live line is written at most.
+const LIVE: Duration = Duration::from_millis(100);
+
+/// The words of bits, and what counts in them.
+struct Words {
+    mode: Mode,
+    lengths: Lengths,
+    /// What this master sends.
+    stw: u16,
+    seen: Seen,
+    ssw: u16,
+    general: u16,
+}
+
+impl Words {
+    fn read<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<Self, Trouble> {
+        let mode = mode(drive)?;
+        let lengths = lengths(drive)?;
+        let word = |bits: u32| u16::try_from(bits).unwrap_or_default();
+        let ssw = word(drive.read(SSW, None, Width::Word)?.bits());
+        let general = word(drive.read(GENERAL_STATUS, None, Width::Word)?.bits());
+        Ok(Self { mode, lengths, stw: drive.stw().raw(), seen: drive.exchange()?, ssw, general })
+    }
+
+    /// Every word with its heading and its 16 bits.
+    fn all(&self) -> [(Word, &'static str, u16); 4] {
+        [
+            (Word::Stw, "control word, as this master sends it", self.stw),
+            (Word::Zsw, "status word", self.seen.zsw.raw()),
+            (Word::Ssw, "system status word, PNU 1020", self.ssw),
+            (Word::GeneralStatus, "general status register, PNU 1031", self.general),
+        ]
+    }
+
+    fn json(&self) -> serde_json::Value {
+        let mut words = serde_json::Map::new();
+        for (word, _, raw) in self.all() {
+            let used = (0..).zip(bits(word, self.mode)).filter(|(_, bit)| bit.role != Role::Unused);
+            let bits = used.map(|(n, bit)| (bit.key.to_owned(), is_set(raw, n).into()));
+            let bits: serde_json::Map<_, _> = bits.collect();
+            words.insert(word.name().to_lowercase(), json!({ "word": raw, "bits": bits }));
+        }
+        words.insert("mode".into(), mode_name(self.mode).into());
+        words.insert(actual_name(self.mode).into(), self.seen.hiw.into());
+        words.insert("text".into(), said(self.mode, self.seen.zsw.raw(), self.seen.zsw.raw()).into());
+        words.into()
+    }
+}
+
+/// Which mode the drive is in.
+pub(super) fn mode<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<Mode, Trouble> {
+    let mode = Parameter::OperatingMode.entry();
+    let velocity = drive.read(mode.pnu, None, mode.width)?.bits() == VELOCITY_MODE;
+    Ok(if velocity { Mode::Velocity } else { Mode::Positioning })
+}
+
+/// ZSW, SSW and general status register, bit by bit.
+pub(super) fn status<L: Link, C: Clock>(drive: &mut Drive<L, C>, json: bool) -> Result<(), Failure> {
+    let words = Words::read(drive)?;
+    if json {
+        return say(words.json());
+    }
+    let zsw = words.seen.zsw.raw();
+    let actual = actual(words.mode, words.lengths, words.seen.hiw);
+    say(format_args!("{}: {}; {actual}", mode_name(words.mode), said(words.mode, zsw, zsw)))?;
+    for (word, heading, raw) in words.all() {
+        say(format_args!("\n{} {raw:04X}  {heading}", word.name()))?;
+        for (n, bit) in (0..).zip(bits(word, words.mode)).filter(|(_, bit)| bit.role != Role::Unused) {
+            let set = is_set(raw, n);
+            let note = if bit.note.is_empty() { String::new() } else { format!("  ({})", bit.note) };
+            say(format_args!("  {n:>2}  {}  {}{note}", u8::from(set), bit.meaning(set)))?;
+        }
+    }
+    Ok(())
+}
+
+fn is_set(word: u16, bit: u8) -> bool {
+    word >> bit & 1 != 0
+}
+
+fn mode_name(mode: Mode) -> &'static str {
+    match mode {
+        Mode::Positioning => "positioning mode",
+        Mode::Velocity => "velocity mode",
+    }
+}
+
+fn actual_name(mode: Mode) -> &'static str {
+    match mode {
+        Mode::Positioning => "position",
+        Mode::Velocity => "velocity",
+    }
+}
+
+/// The actual value in words.
+pub(super) fn actual(mode: Mode, lengths: Lengths, hiw: i32) -> String {
+    match mode {
+        Mode::Positioning => format!("position {}", lengths.position(hiw.into())),
+        Mode::Velocity => format!("velocity {hiw} rpm"),
+    }
+}
+
+/// Shows what changes until Ctrl-C.
+pub(super) fn monitor<L: Link, C: Clock>(
+    drive: &mut Drive<L, C>,
+    limit: Option<Duration>,
+    json: bool,
+) -> Result<(), Failure> {
+    let (mode, lengths) = (mode(drive)?, lengths(drive)?);
+    let live = !json && io::stdout().is_terminal();
+    let begun = drive.session.now();
+    let mut shown: Option<(Seen, Duration)> = None;
+    let outcome = loop {
+        if drive.is_stopped() {
+            break Ok(());
+        }
+        let since = drive.session.now().saturating_since(begun);
+        if limit.is_some_and(|limit| since >= limit) {
+            break Ok(());
+        }
+        let seen = match drive.exchange() {
+            Ok(seen) => seen,
+            Err(error) => break Err(error.into()),
+        };
+        let due = shown.is_none_or(|(before, at)| {
+            before != seen && (!live || before.zsw != seen.zsw || since.saturating_sub(at) >= LIVE)
+        });
+        if due {
+            let before = shown.map_or(seen, |(before, _)| before);
+            shown = Some((seen, since));
+            line(before, seen, since, (mode, lengths), live, json)?;
+        }
+    };
+    if live {
+        say("")?;
+    }
+    outcome
+}
+
+/// One line of the monitor; a live one is written over the one before.
+fn line(
+    before: Seen,
+    seen: Seen,
+    since: Duration,
+    (mode, lengths): (Mode, Lengths),
+    live: bool,
+    json: bool,
+) -> Result<(), Failure> {
+    let words = said(mode, before.zsw.raw(), seen.zsw.raw());
+    let seconds = since.as_secs_f64();
+    if json {
+        return say(json!({
+            "time": seconds,
+            "zsw": seen.zsw.raw(),
+            actual_name(mode): seen.hiw,
+            "text": words,
+        }));
+    }
+    let text = format!("{seconds:>9.3}  {}  {}  {words}", seen.zsw, actual(mode, lengths, seen.hiw));
+    if !live {
+        return say(text);
+    }
+    let mut stdout = io::stdout().lock();
+    // Nobody is left to tell if the terminal has gone.
+    let _ = write!(stdout, "\r\x1b[K{text}").and_then(|()| stdout.flush());
+    Ok(())
+}

@@ -1,0 +1,149 @@
+//! Why a master does not reach or keep a drive.
+
+use core::time::Duration;
+use std::io;
+
+use thiserror::Error;
+
+use crate::fdl::Address;
+
+/// What went wrong between a [`Session`](super::Session) and its drive. `Display` says what to do about it.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SessionError {
+    /// The end was requested.
+    #[error("interrupted")]
+    Stopped,
+    /// The link no longer works.
+    #[error("the connection is lost: {0}")]
+    Link(#[source] io::Error),
+    /// The master never got the token.
+    #[error(
+        "the other masters on the line do not let master {master} in; choose a --master-address below their highest \
+         station address (HSA)"
+    )]
+    NoToken {
+        /// The address of this master.
+        master: Address,
+    },
+    /// Another master has the address of this one.
+    #[error("another master on the line has address {master} too; choose another --master-address")]
+    AddressTaken {
+        /// The address of both.
+        master: Address,
+    },
+    /// Nobody answers at the drive's address.
+    #[error(
+        "no answer from station {address}; check that it is switched on, its address (DIP switches), the cable and \
+         the rate, or look who is there with 'scan'"
+    )]
+    NoAnswer {
+        /// The address asked.
+        address: Address,
+    },
+    /// A master answers at the drive's address.
+    #[error("station {address} is a master, not a drive; look for the drive with 'scan'")]
+    Master {
+        /// The address asked.
+        address: Address,
+    },
+    /// What answers has no diagnosis.
+    #[error(
+        "station {address} answers, but is no DP slave: it refuses Slave_Diag; look for the drive with 'scan'"
+    )]
+    NoSlave {
+        /// The address asked.
+        address: Address,
+    },
+    /// The slave is another device.
+    #[error(
+        "station {address} is another device: its ident number is {got:04X}, expected {expected:04X} (SIKO AG03 and \
+         AG03/1); look for the drive with 'scan'"
+    )]
+    Ident {
+        /// The address asked.
+        address: Address,
+        /// Its ident number.
+        got: u16,
+        /// That of the drives.
+        expected: u16,
+    },
+    /// Another master has parameterised the drive and keeps it.
+    #[error(
+        "drive {address} belongs to master {owner}; stop that master first, or give its address with \
+         --master-address if it is this program"
+    )]
+    Locked {
+        /// The drive.
+        address: Address,
+        /// Its owner.
+        owner: Address,
+    },
+    /// The drive does not accept Set_Prm.
+    #[error(
+        "drive {address} refuses its parameters (Set_Prm): it is no AG03 as in gsd/SIKO0AC5.GSD; see 'diag'"
+    )]
+    PrmRefused {
+        /// The drive.
+        address: Address,
+    },
+    /// The drive does not accept Chk_Cfg.
+    #[error(
+        "drive {address} refuses the configuration F3 F2 (Chk_Cfg): it is no AG03 as in gsd/SIKO0AC5.GSD; see 'diag'"
+    )]
+    CfgRefused {
+        /// The drive.
+        address: Address,
+    },
+    /// Data_Exchange does not begin.
+    #[error("drive {address} answers, but does not begin to exchange data within {waited:?}; see 'diag'")]
+    NotReady {
+        /// The drive.
+        address: Address,
+        /// How long was waited.
+        waited: Duration,
+    },
+    /// The drive no longer answers.
+    #[error("lost the connection: drive {address} no longer answers")]
+    Silent {
+        /// The drive.
+        address: Address,
+    },
+    /// The drive answers, but has left Data_Exchange.
+    #[error("lost the connection: drive {address} was switched off and on, or its watchdog expired")]
+    Restarted {
+        /// The drive.
+        address: Address,
+    },
+    /// Another master has taken the drive.
+    #[error("lost the connection: master {owner} has taken drive {address}")]
+    Taken {
+        /// The drive.
+        address: Address,
+        /// Its new owner.
+        owner: Address,
+    },
+}
+
+impl SessionError {
+    /// Whether the drive can no longer be told anything. Its own watchdog stops it then.
+    pub const fn is_loss(&self) -> bool {
+        match self {
+            Self::Link(_)
+            | Self::NoToken { .. }
+            | Self::AddressTaken { .. }
+            | Self::Silent { .. }
+            | Self::Restarted { .. }
+            | Self::Taken { .. } => true,
+            Self::Stopped
+            | Self::NoAnswer { .. }
+            | Self::Master { .. }
+            | Self::NoSlave { .. }
+            | Self::Ident { .. }
+            | Self::Locked { .. }
+            | Self::PrmRefused { .. }
+            | Self::CfgRefused { .. }
+            | Self::NotReady { .. } => false,
+        }
+    }
+}

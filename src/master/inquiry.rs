@@ -1,0 +1,141 @@
+//! Questions to stations before, or instead of, taking one over: is it there, and what does its diagnosis say?
+
+use std::collections::VecDeque;
+use std::vec::Vec;
+
+use profirust::fdl::{
+    DataTelegramHeader, FdlActiveStation, FdlApplication, FrameCountBit, FunctionCode, ResponseState,
+    Telegram, TelegramTx, TelegramTxResponse,
+};
+use profirust::time::Instant;
+
+use crate::device::IDENT_NUMBER;
+use crate::fdl::StationType;
+
+/// The SAPs of Slave_Diag and Set_Prm, and that of a master that asks.
+const SLAVE_DIAG: u8 = 60;
+const SET_PRM: u8 = 61;
+const MASTER_SAP: u8 = 62;
+
+/// Unlock_Req, watchdog off with factors of 1, min T_SDR unchanged, ident number, no groups
+/// (`dp::set_prm` draws it).
+const UNLOCK: [u8; 7] = {
+    let [high, low] = IDENT_NUMBER.to_be_bytes();
+    [0x40, 1, 1, 0, high, low, 0]
+};
+
+/// One question to one station.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Question {
+    /// FDL status.
+    Status,
+    /// Slave_Diag, which changes nothing and locks nothing.
+    Diagnosis,
+    /// Set_Prm with Unlock_Req: the slave is no longer ours.
+    Release,
+}
+
+/// What came of a question.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Answer {
+    /// Nothing, however often it was asked.
+    Silence,
+    /// A station of this type, and the data of its answer.
+    Station(StationType, Vec<u8>),
+    /// SC.
+    ShortAcknowledge,
+}
+
+/// A layer on profirust's token: asks what is queued, repeats what is not answered, keeps the answers.
+#[derive(Debug, Default)]
+pub(super) struct Inquiry {
+    questions: VecDeque<(u8, Question)>,
+    /// How often the first was asked.
+    asked: u8,
+    answers: VecDeque<(u8, Answer)>,
+}
+
+impl Inquiry {
+    pub(super) fn ask(&mut self, address: u8, question: Question) {
+        self.questions.push_back((address, question));
+    }
+
+    pub(super) fn take_answer(&mut self) -> Option<(u8, Answer)> {
+        self.answers.pop_front()
+    }
+
+    pub(super) fn is_done(&self) -> bool {
+        self.questions.is_empty() && self.answers.is_empty()
+    }
+
+    /// Forgets what was not asked yet.
+    pub(super) fn clear(&mut self) {
+        self.questions.clear();
+        self.answers.clear();
+        self.asked = 0;
+    }
+
+    fn answered(&mut self, address: u8, answer: Answer) {
+        // Anything else is the answer to a question that was taken back.
+        if self.questions.front().is_some_and(|(asked, _)| *asked == address) {
+            self.questions.pop_front();
+            self.asked = 0;
+            self.answers.push_back((address, answer));
+        }
+    }
+}
+
+impl FdlApplication for Inquiry {
+    fn transmit_telegram(
+        &mut self,
+        _: Instant,
+        fdl: &FdlActiveStation,
+        tx: TelegramTx<'_>,
+        _: bool,
+    ) -> Option<TelegramTxResponse> {
+        let (da, question) = *self.questions.front()?;
+        let sa = fdl.parameters().address;
+        self.asked = self.asked.saturating_add(1);
+        let (dsap, data): (u8, &[u8]) = match question {
+            Question::Status => return Some(tx.send_fdl_status_request(da, sa)),
+            Question::Diagnosis => (SLAVE_DIAG, &[]),
+            Question::Release => (SET_PRM, &UNLOCK),
+        };
+        let fc = FunctionCode::new_srd_low(FrameCountBit::First);
+        let header = DataTelegramHeader { da, sa, dsap: Some(dsap), ssap: Some(MASTER_SAP), fc };
+        Some(tx.send_data_telegram(header, data.len(), |pdu| {
+            for (to, octet) in pdu.iter_mut().zip(data) {
+                *to = *octet;
+            }
+        }))
+    }
+
+    fn receive_reply(&mut self, _: Instant, _: &FdlActiveStation, address: u8, telegram: Telegram<'_>) {
+        let answer = match telegram {
+            Telegram::Data(data) => match data.h.fc {
+                FunctionCode::Response { state, .. } => {
+                    Answer::Station(station_type(state), data.pdu.to_vec())
+                }
+                FunctionCode::Request { .. } => return,
+            },
+            Telegram::ShortConfirmation(_) => Answer::ShortAcknowledge,
+            Telegram::Token(_) => return,
+        };
+        self.answered(address, answer);
+    }
+
+    fn handle_timeout(&mut self, _: Instant, fdl: &FdlActiveStation, address: u8) {
+        if self.asked > fdl.parameters().max_retry_limit {
+            self.answered(address, Answer::Silence);
+        }
+    }
+}
+
+const fn station_type(state: ResponseState) -> StationType {
+    match state {
+        ResponseState::Slave => StationType::Slave,
+        ResponseState::MasterNotReady => StationType::MasterNotReady,
+        ResponseState::MasterWithoutToken => StationType::MasterReady,
+        ResponseState::MasterInRing => StationType::MasterInRing,
+    }
+}

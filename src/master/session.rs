@@ -1,0 +1,485 @@
+//! One drive at a line that somebody else serves, in real time.
+
+use core::cell::RefCell;
+use core::time::Duration;
+use std::io;
+use std::vec::Vec;
+
+use profirust::dp::{DiagnosticFlags, DpEvents, DpMaster, PeripheralEvent, PeripheralHandle};
+use profirust::fdl::{
+    FdlActiveStation, FdlApplication, ParametersBuilder, Telegram, TelegramTx, TelegramTxResponse,
+};
+
+use super::error::SessionError;
+use super::inquiry::{Answer, Inquiry, Question};
+use super::peripheral;
+use super::phy::{LinkPhy, baudrate, instant};
+use crate::device::IDENT_NUMBER;
+use crate::dp::Diagnosis;
+use crate::fdl::{Address, StationType};
+use crate::host::{Clock, Link, Stop};
+use crate::ppo::PPO_LEN;
+use crate::time::{BITS_PER_OCTET, BaudRate, Instant};
+
+/// How long this master sleeps at most: profirust does not say when it wants to be called next.
+const LOOK: Duration = Duration::from_micros(200);
+
+/// Cycles before the token is passed. As the only master profirust then waits a slot time for an absent station.
+const CYCLES_PER_TOKEN: usize = 32;
+
+/// For what should come soon, beside what the bus itself takes.
+const MARGIN: Duration = Duration::from_secs(3);
+
+/// How a master takes part in a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Settings {
+    /// The address of the master, 0 to 125.
+    pub master: Address,
+    /// The rate of the line.
+    pub baud: BaudRate,
+    /// How long an answer is waited for. Brought to what the rate allows at least and 65535 T_bit hold at most.
+    pub slot_time: Duration,
+    /// How often an unanswered request is repeated, 1 to 15.
+    pub retry_limit: u8,
+    /// The target token rotation time: what all masters together may take.
+    pub token_rotation: Duration,
+    /// From one exchange to the next.
+    pub cycle: Duration,
+    /// After this time without a request the drive lets go of its motor, 10 ms to 650 s (Set_Prm).
+    pub watchdog: Duration,
+}
+
+impl Settings {
+    /// For a line whose octets have no time of their own: a pseudo-terminal, TCP. Answers are waited for as long as a
+    /// busy machine may take.
+    pub const fn untimed(master: Address, baud: BaudRate) -> Self {
+        Self {
+            master,
+            baud,
+            slot_time: Duration::from_millis(50),
+            retry_limit: 15,
+            token_rotation: Duration::from_secs(2),
+            cycle: Duration::from_millis(1),
+            watchdog: Duration::from_secs(1),
+        }
+    }
+
+    /// For an RS-485 line behind an adapter that may hold octets back for some milliseconds. Other masters get the
+    /// token soon.
+    pub const fn on_wire(master: Address, baud: BaudRate) -> Self {
+        Self {
+            slot_time: Duration::from_millis(20),
+            retry_limit: 3,
+            token_rotation: Duration::from_millis(100),
+            ..Self::untimed(master, baud)
+        }
+    }
+
+    fn bits(self, time: Duration) -> u32 {
+        let bits = time.as_nanos().saturating_mul(self.baud.bits_per_second().into()) / 1_000_000_000;
+        u32::try_from(bits).unwrap_or(u32::MAX)
+    }
+
+    /// profirust's form, within the bounds it insists on.
+    fn parameters(self) -> profirust::fdl::Parameters {
+        let baud = baudrate(self.baud);
+        let mut parameters = ParametersBuilder::new(self.master.number().min(125), baud);
+        let least = parameters.build().slot_bits;
+        let slot_bits = u16::try_from(self.bits(self.slot_time)).unwrap_or(u16::MAX).max(least);
+        // A reply that is longer than the slot time is seen arriving.
+        let rotation = self.bits(self.token_rotation).max(4 * u32::from(slot_bits));
+        parameters
+            .slot_bits(slot_bits)
+            .max_retry_limit(self.retry_limit.clamp(1, 15))
+            .token_rotation_bits(rotation.clamp(32_436, 16_777_960))
+            .watchdog_timeout(
+                self.watchdog.clamp(Duration::from_millis(10), Duration::from_secs(650)).into(),
+            );
+        parameters.build()
+    }
+}
+
+/// A master and, once [`Session::start`] has succeeded, the drive it exchanges data with.
+///
+/// Every call blocks until it is done or has failed, in bounded time. Between calls nothing is sent: who waits longer
+/// than [`Settings::watchdog`] between two exchanges loses the drive, which lets go of its motor then.
+///
+/// ```no_run
+/// use profidrive::fdl::Address;
+/// use profidrive::host::link::terminal::Terminal;
+/// use profidrive::host::{Stop, SystemClock};
+/// use profidrive::master::{Session, Settings};
+/// use profidrive::ppo::{Inputs, Outputs, Pkw, Stw};
+/// use profidrive::time::BaudRate;
+///
+/// let link = Terminal::open("/tmp/bus".as_ref(), BaudRate::K500)?;
+/// let settings = Settings::untimed(Address::station(2)?, BaudRate::K500);
+/// let mut session = Session::new(link, SystemClock::new(), Stop::new()?, settings)?;
+/// session.start(Address::station(5)?)?;
+/// let inputs = session.exchange(&Outputs::octets(Pkw::ZERO, Stw::default(), 0))?;
+/// println!("position {}", Inputs::new(&inputs).hiw());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Session<L, C> {
+    settings: Settings,
+    fdl: FdlActiveStation,
+    /// Behind a cell so that it can have several turns while it has the token.
+    dp: RefCell<DpMaster<'static>>,
+    inquiry: Inquiry,
+    phy: LinkPhy<L>,
+    clock: C,
+    stop: Stop,
+    /// Never requested: an exchange that has begun is finished.
+    undisturbed: Stop,
+    drive: Option<(PeripheralHandle, Address)>,
+    /// The DP master lets its turns pass: it would take a released drive back.
+    dp_pauses: bool,
+    next_exchange: Instant,
+}
+
+impl<L: Link, C: Clock> Session<L, C> {
+    /// A master on `link`. It says nothing before the first call. `stop` ends every wait but that of an exchange with
+    /// [`SessionError::Stopped`].
+    ///
+    /// # Errors
+    /// The process has no file descriptors left.
+    pub fn new(link: L, clock: C, stop: Stop, settings: Settings) -> io::Result<Self> {
+        let mut fdl = FdlActiveStation::new(settings.parameters());
+        fdl.set_online();
+        Ok(Self {
+            settings,
+            fdl,
+            dp: RefCell::new(DpMaster::new(Vec::new())),
+            inquiry: Inquiry::default(),
+            phy: LinkPhy::new(link, settings.baud),
+            clock,
+            stop,
+            undisturbed: Stop::new()?,
+            drive: None,
+            dp_pauses: false,
+            next_exchange: Instant::ZERO,
+        })
+    }
+
+    /// The time.
+    pub fn now(&self) -> Instant {
+        self.clock.now()
+    }
+
+    /// What ends a wait.
+    pub const fn stop(&self) -> &Stop {
+        &self.stop
+    }
+
+    /// How this master takes part in the line.
+    pub const fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The link, and nothing else of the session.
+    pub fn link_mut(&mut self) -> &mut L {
+        self.phy.link_mut()
+    }
+
+    /// Asks who is at each address, and tells one after the other: `None` if nobody answers.
+    ///
+    /// # Errors
+    /// [`SessionError::Stopped`], [`SessionError::Link`], [`SessionError::NoToken`], [`SessionError::AddressTaken`].
+    pub fn find(
+        &mut self,
+        addresses: impl IntoIterator<Item = Address>,
+        mut found: impl FnMut(Address, Option<StationType>),
+    ) -> Result<(), SessionError> {
+        for address in addresses {
+            self.inquiry.ask(address.number(), Question::Status);
+        }
+        self.inquire(|address, answer| {
+            found(
+                address,
+                match answer {
+                    Answer::Silence => None,
+                    Answer::Station(station, _) => Some(station),
+                    Answer::ShortAcknowledge => Some(StationType::Slave),
+                },
+            );
+        })
+    }
+
+    /// Asks a slave for its diagnosis: the standard part, and all octets. That changes nothing, whoever its master is.
+    ///
+    /// # Errors
+    /// As [`Session::find`], and [`SessionError::NoAnswer`], [`SessionError::Master`], [`SessionError::NoSlave`].
+    pub fn diagnosis(&mut self, address: Address) -> Result<(Diagnosis, Vec<u8>), SessionError> {
+        self.inquiry.ask(address.number(), Question::Diagnosis);
+        let mut outcome = Err(SessionError::NoAnswer { address });
+        self.inquire(|_, answer| {
+            outcome = match answer {
+                Answer::Silence => Err(SessionError::NoAnswer { address }),
+                Answer::Station(StationType::Slave, octets) => {
+                    let diagnosis = Diagnosis::parse(&octets).ok_or(SessionError::NoSlave { address });
+                    diagnosis.map(|diagnosis| (diagnosis, octets))
+                }
+                Answer::Station(
+                    StationType::MasterNotReady | StationType::MasterReady | StationType::MasterInRing,
+                    _,
+                ) => Err(SessionError::Master { address }),
+                Answer::ShortAcknowledge => Err(SessionError::NoSlave { address }),
+            };
+        })?;
+        outcome
+    }
+
+    /// Takes a drive over: reads its diagnosis, then Set_Prm with watchdog, Chk_Cfg, and the first exchanges with
+    /// outputs of zero. A session is for one drive: a second call is an error of the caller and changes nothing.
+    ///
+    /// # Errors
+    /// As [`Session::diagnosis`]; [`SessionError::Ident`] and [`SessionError::Locked`] before anything is sent that
+    /// changes the slave; [`SessionError::PrmRefused`], [`SessionError::CfgRefused`], [`SessionError::NotReady`].
+    pub fn start(&mut self, address: Address) -> Result<(), SessionError> {
+        if self.drive.is_some() {
+            return Ok(());
+        }
+        let (diagnosis, _) = self.diagnosis(address)?;
+        let (got, expected) = (diagnosis.ident, IDENT_NUMBER);
+        if got != expected {
+            return Err(SessionError::Ident { address, got, expected });
+        }
+        if let Some(owner) = diagnosis.master.filter(|owner| *owner != self.settings.master) {
+            return Err(SessionError::Locked { address, owner });
+        }
+        let handle = self.dp.borrow_mut().add(peripheral(address.number(), self.settings.baud));
+        self.drive = Some((handle, address));
+        self.dp.borrow_mut().enter_operate();
+        let begun = self.now();
+        let mut online = 0_u32;
+        while !self.dp.borrow_mut().get_mut(handle).is_running() {
+            let event = self.poll()?.peripheral.map(|(_, event)| event);
+            match event {
+                Some(PeripheralEvent::Online) => online += 1,
+                Some(PeripheralEvent::ConfigError) => return Err(SessionError::CfgRefused { address }),
+                Some(PeripheralEvent::ParameterError) => return Err(SessionError::PrmRefused { address }),
+                Some(
+                    PeripheralEvent::Configured
+                    | PeripheralEvent::DataExchanged
+                    | PeripheralEvent::Diagnostics
+                    | PeripheralEvent::Offline,
+                )
+                | None => {}
+            }
+            // The first diagnosis is from before Set_Prm. profirust begins anew when a slave has refused it.
+            let flags = self.dp.borrow_mut().get_mut(handle).last_diagnostics().map(|diag| diag.flags);
+            if online > 1 && flags.is_some_and(|flags| flags.contains(DiagnosticFlags::PARAMETER_FAULT)) {
+                return Err(SessionError::PrmRefused { address });
+            }
+            let waited = self.now().saturating_since(begun);
+            if waited > self.patience() {
+                return Err(SessionError::NotReady { address, waited });
+            }
+            self.rest(LOOK, true)?;
+        }
+        self.next_exchange = self.now();
+        Ok(())
+    }
+
+    /// One exchange: these outputs, and the inputs that come back. They were ready before the drive saw the outputs.
+    ///
+    /// Begins [`Settings::cycle`] after the one before. A requested end does not keep it from being done: who wants to
+    /// end looks at [`Session::stop`] between exchanges.
+    ///
+    /// # Errors
+    /// Each [loss](SessionError::is_loss); [`SessionError::NotReady`] before [`Session::start`].
+    pub fn exchange(&mut self, outputs: &[u8; PPO_LEN]) -> Result<[u8; PPO_LEN], SessionError> {
+        let Some((handle, address)) = self.drive else {
+            return Err(SessionError::NotReady { address: self.settings.master, waited: Duration::ZERO });
+        };
+        self.dp.borrow_mut().get_mut(handle).pi_q_mut().copy_from_slice(outputs);
+        loop {
+            let left = self.next_exchange.saturating_since(self.now());
+            if left.is_zero() {
+                break;
+            }
+            self.rest(left, false)?;
+        }
+        let begun = self.now();
+        self.next_exchange = begun.saturating_add(self.settings.cycle);
+        loop {
+            let events = self.poll()?;
+            let mut dp = self.dp.borrow_mut();
+            let drive = dp.get_mut(handle);
+            if !drive.is_running() {
+                drop(dp);
+                return Err(self.explain_loss(handle, address)?);
+            }
+            if events.peripheral.is_some_and(|(_, event)| event == PeripheralEvent::DataExchanged)
+                && let Some(inputs) = drive.pi_i().first_chunk()
+            {
+                return Ok(*inputs);
+            }
+            drop(dp);
+            if self.now().saturating_since(begun) > self.patience() {
+                return Err(SessionError::NoToken { master: self.settings.master });
+            }
+            self.rest(LOOK, false)?;
+        }
+    }
+
+    /// Lets the drive go: one exchange with outputs of zero, which takes the motor out of control, then Set_Prm with
+    /// Unlock_Req. Without it the drive belongs to this master until its watchdog expires.
+    ///
+    /// # Errors
+    /// As [`Session::exchange`] and [`Session::find`]; the watchdog releases the drive then.
+    pub fn release(mut self) -> Result<(), SessionError> {
+        let Some((_, address)) = self.drive else {
+            return Ok(());
+        };
+        self.exchange(&[0; PPO_LEN])?;
+        self.dp_pauses = true;
+        self.inquiry.ask(address.number(), Question::Release);
+        self.inquire(|_, _| {})
+    }
+
+    /// Why the drive has left Data_Exchange. profirust tries to take it back meanwhile, with outputs of zero.
+    fn explain_loss(
+        &mut self,
+        handle: PeripheralHandle,
+        address: Address,
+    ) -> Result<SessionError, SessionError> {
+        self.dp.borrow_mut().get_mut(handle).pi_q_mut().fill(0);
+        let begun = self.now();
+        let master = self.settings.master;
+        loop {
+            let found = {
+                let mut dp = self.dp.borrow_mut();
+                let drive = dp.get_mut(handle);
+                let live = drive.is_live();
+                drive.last_diagnostics().filter(|_| live).and_then(|diag| {
+                    let owner = diag.master_address.map(Address::from_octet);
+                    match owner.filter(|owner| *owner != master) {
+                        Some(owner) => Some(SessionError::Taken { address, owner }),
+                        None => diag
+                            .flags
+                            .contains(DiagnosticFlags::PARAMETER_REQUIRED)
+                            .then_some(SessionError::Restarted { address }),
+                    }
+                })
+            };
+            if let Some(found) = found {
+                return Ok(found);
+            }
+            if self.now().saturating_since(begun) > self.request_time().saturating_mul(2) {
+                return Ok(SessionError::Silent { address });
+            }
+            self.poll()?;
+            self.rest(LOOK, false)?;
+        }
+    }
+
+    /// Asks what is queued.
+    fn inquire(&mut self, mut told: impl FnMut(Address, Answer)) -> Result<(), SessionError> {
+        self.next_exchange = self.now();
+        let outcome = loop {
+            if let Err(error) = self.poll() {
+                break Err(error);
+            }
+            let mut heard = false;
+            while let Some((address, answer)) = self.inquiry.take_answer() {
+                heard = true;
+                told(Address::from_octet(address), answer);
+            }
+            if heard {
+                self.next_exchange = self.now();
+            }
+            if self.inquiry.is_done() {
+                return Ok(());
+            }
+            if self.now().saturating_since(self.next_exchange) > self.patience() {
+                break Err(SessionError::NoToken { master: self.settings.master });
+            }
+            if let Err(error) = self.rest(LOOK, true) {
+                break Err(error);
+            }
+        };
+        self.inquiry.clear();
+        outcome
+    }
+
+    /// Lets profirust do what is due.
+    fn poll(&mut self) -> Result<DpEvents, SessionError> {
+        let now = self.clock.now();
+        let mut turns = [Turn { dp: &self.dp, passes: self.dp_pauses }; CYCLES_PER_TOKEN];
+        let turns = turns.iter_mut().map(|turn| turn as &mut dyn FdlApplication);
+        let mut layers: Vec<&mut dyn FdlApplication> =
+            core::iter::once(&mut self.inquiry as &mut dyn FdlApplication).chain(turns).collect();
+        self.fdl.poll_multi(instant(now), &mut self.phy, &mut layers);
+        if let Some(error) = self.phy.take_error() {
+            return Err(SessionError::Link(error));
+        }
+        if self.fdl.connectivity_state().is_offline() {
+            return Err(SessionError::AddressTaken { master: self.settings.master });
+        }
+        Ok(self.dp.borrow_mut().take_last_events())
+    }
+
+    /// Sleeps until octets arrive or the time is over.
+    fn rest(&mut self, time: Duration, stoppable: bool) -> Result<(), SessionError> {
+        let stop = if stoppable { &self.stop } else { &self.undisturbed };
+        self.phy.link_mut().wait(Some(time), stop).map_err(SessionError::Link)?;
+        if stoppable && self.stop.is_requested() {
+            return Err(SessionError::Stopped);
+        }
+        Ok(())
+    }
+
+    /// How long a request with all its repetitions can take.
+    fn request_time(&self) -> Duration {
+        let parameters = self.fdl.parameters();
+        let slot = Duration::from_micros(parameters.slot_time().total_micros());
+        let telegram = self.settings.baud.bit_times(2 * 255 * BITS_PER_OCTET);
+        slot.saturating_add(telegram).saturating_mul(u32::from(parameters.max_retry_limit) + 1)
+    }
+
+    /// How long the token can be away: a silent line is taken after a time that depends on the master's address, on
+    /// another the other masters have their turns.
+    fn patience(&self) -> Duration {
+        let parameters = self.fdl.parameters();
+        let claim = Duration::from_micros(parameters.token_lost_timeout().total_micros());
+        let rotation = Duration::from_micros(parameters.token_rotation_time().total_micros());
+        claim.saturating_add(rotation).saturating_add(self.request_time()).saturating_add(MARGIN)
+    }
+}
+
+/// One turn of the DP master while it has the token. Several of them are several cycles.
+#[derive(Clone, Copy)]
+struct Turn<'a> {
+    dp: &'a RefCell<DpMaster<'static>>,
+    passes: bool,
+}
+
+impl FdlApplication for Turn<'_> {
+    fn transmit_telegram(
+        &mut self,
+        now: profirust::time::Instant,
+        fdl: &FdlActiveStation,
+        tx: TelegramTx<'_>,
+        high_prio_only: bool,
+    ) -> Option<TelegramTxResponse> {
+        if self.passes {
+            return None;
+        }
+        self.dp.borrow_mut().transmit_telegram(now, fdl, tx, high_prio_only)
+    }
+
+    fn receive_reply(
+        &mut self,
+        now: profirust::time::Instant,
+        fdl: &FdlActiveStation,
+        address: u8,
+        telegram: Telegram<'_>,
+    ) {
+        self.dp.borrow_mut().receive_reply(now, fdl, address, telegram);
+    }
+
+    fn handle_timeout(&mut self, now: profirust::time::Instant, fdl: &FdlActiveStation, address: u8) {
+        self.dp.borrow_mut().handle_timeout(now, fdl, address);
+    }
+}
