@@ -171,6 +171,17 @@ test("the keys turn the shaft as long as they are held, with the mouse and with 
   });
 });
 
+test("a key is released when the page goes while it is held", async () => {
+  await onStage({ master: false }, async ({ page, emulator }) => {
+    const keys = async () => (await (await fetch(new URL("api/v1/drives/5", emulator.panel))).json()).keys.key_1_pressed;
+    await page.getByRole("button", { name: "Key 1, clockwise" }).focus();
+    await page.keyboard.down("Enter");
+    await until("key", keys, (pressed) => pressed);
+    await page.goto(new URL("api/v1/openapi.json", emulator.panel).href);
+    await until("key", keys, (pressed) => !pressed);
+  });
+});
+
 test("DIP switches set the address that the next power-on takes", async () => {
   await onStage({ addresses: [5, 7], refusals: true }, async ({ page, master }) => {
     await master.exchanging(5);

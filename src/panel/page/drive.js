@@ -56,6 +56,7 @@ export class DriveView {
   /** Another drive is chosen; nothing of the last one stays. */
   choose(address) {
     if (this.#address === address) return;
+    this.drawing.releaseKeys();
     this.#address = address;
     this.#state = null;
     this.curves.clear();
