@@ -91,6 +91,7 @@ fn paired(mut ours: impl FnMut(), mut theirs: impl FnMut()) -> (f64, f64, f64) {
 }
 
 /// What both write, by the telegram itself and not by its kind: neither knows beforehand which it is.
+#[inline(always)]
 fn encode_theirs(telegram: &profirust::fdl::Telegram<'_>, buf: &mut [u8]) -> usize {
     use profirust::fdl::Telegram::{Data, ShortConfirmation, Token};
     match telegram {
@@ -100,6 +101,7 @@ fn encode_theirs(telegram: &profirust::fdl::Telegram<'_>, buf: &mut [u8]) -> usi
     }
 }
 
+#[inline(always)]
 fn encode_ours(telegram: &Telegram<'_>, buf: &mut [u8]) -> usize {
     telegram.encode(buf).map_or(0, <[u8]>::len)
 }

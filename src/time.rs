@@ -41,6 +41,17 @@ impl Instant {
         Duration::from_nanos(self.0.saturating_sub(earlier.0))
     }
 
+    /// The earlier of two deadlines, `None` if there is none. What each telegram asks for several times, so without
+    /// the copies that iterators over arrays of options cost.
+    #[must_use]
+    pub const fn first_of(one: Option<Self>, other: Option<Self>) -> Option<Self> {
+        match (one, other) {
+            (Some(one), Some(other)) if one.0 <= other.0 => Some(one),
+            (Some(_) | None, Some(other)) => Some(other),
+            (one, None) => one,
+        }
+    }
+
     /// `duration` later, at most the end of time (584 years after the origin).
     pub const fn saturating_add(self, duration: Duration) -> Self {
         Self(self.0.saturating_add(nanos(duration)))

@@ -18,11 +18,14 @@ type Check = fn(&[u8]);
 
 #[test]
 fn every_input_of_every_corpus_keeps_the_invariants() {
-    let targets: [(&str, Check); 4] = [
+    let targets: &[(&str, Check)] = &[
+        #[cfg(feature = "std")]
+        ("decode_cli", invariants::decode_cli::check),
         ("telegram", invariants::telegram::check),
         ("framer", invariants::framer::check),
         ("slave_ops", invariants::slave_ops::check),
         ("pkw_ops", invariants::pkw_ops::check),
+        ("eeprom_image", invariants::eeprom_image::check),
     ];
     for (target, check) in targets {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus").join(target);

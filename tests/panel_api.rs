@@ -54,7 +54,11 @@ fn the_state_of_a_drive_shows_what_the_master_has_made_of_it() {
     assert_eq!(state["state"], json!("operation enabled"));
     assert_eq!(state["ppo"]["outputs"]["words_hex"], json!("0000 0000 0000 0000 003B 0000 0000"));
     assert_eq!(state["ppo"]["outputs"]["stw"], json!(0x003B));
-    assert_eq!(state["words"]["stw"]["bits"][3]["set"], json!(true));
+    let bit = &state["words"]["stw"]["bits"][3];
+    assert_eq!(
+        (&bit["set"], &bit["name"], &bit["used"]),
+        (&json!(true), &json!("enable operation"), &json!(true))
+    );
     assert_eq!(state["words"]["zsw"]["bits"][2]["set"], json!(true));
     assert_eq!(state["words"]["zsw"]["bits"].as_array().unwrap().len(), 16);
     assert_eq!(state["start"], json!({ "possible": true, "reasons": [] }));
@@ -81,6 +85,9 @@ fn the_state_of_a_drive_shows_what_the_master_has_made_of_it() {
     let state = emulator.get("/api/v1/drives/5");
     assert_eq!(state["ppo"]["outputs"]["pkw"]["parameter"], json!("Calibration value"));
     assert_eq!(state["ppo"]["inputs"]["pkw"]["ak"], json!(2));
+    let text = |direction: &str| state["ppo"][direction]["pkw"]["text"].as_str().unwrap().to_owned();
+    assert_eq!(text("outputs"), "PKW job: read PNU 1018 Calibration value");
+    assert!(text("inputs").contains("PNU 1018"), "{}", text("inputs"));
 }
 
 #[test]
@@ -152,7 +159,7 @@ fn every_plant_input_is_set_by_itself_and_the_others_stay() {
         ag03.set("PATCH", "/api/v1/drives/5/inputs", &json!({ "enable": false }))["enable"],
         json!(false)
     );
-    assert_eq!(ag03.get("/api/v1/drives/5")["words"]["ssw"]["bits"][10]["set"], json!(true));
+    ag03.wait_for("without enable input", |state| state["words"]["ssw"]["bits"][10]["set"] == json!(true));
     for (emulator, input) in [(&ag03, "output_supply_volts"), (&ag03, "fault"), (&emulator, "enable")] {
         let answer = match input {
             "enable" => emulator.send("PATCH", "/api/v1/drives/5/inputs", &json!({ "enable": true })),
@@ -292,13 +299,22 @@ fn faults_come_on_the_line_and_go_while_the_bus_runs() {
 #[test]
 fn parameters_are_read_and_written_past_the_bus_by_its_rules() {
     let emulator = Emulator::start();
-    let path = |pnu: &str| format!("/api/v1/drives/5/parameters/{pnu}");
+    let path = |pnu: &str| format!("/api/v1/drives/5/parameters/{pnu}").trim_end_matches('/').to_owned();
     let value = emulator.set("PUT", &path("1004"), &json!({ "value": 42 }));
     assert_eq!(
         value,
-        json!({ "pnu": 1004, "subindex": null, "name": "v-Pos", "value": 42, "unit": "rpm", "source": "bench" })
+        json!({
+            "pnu": 1004,
+            "subindex": null,
+            "name": "v-Pos",
+            "value": 42,
+            "text": "42 rpm",
+            "unit": "rpm",
+            "source": "bench"
+        })
     );
-    assert_eq!(emulator.set("PUT", &path("1017"), &json!({ "value": -5000 }))["value"], json!(-5000));
+    assert_eq!(emulator.get(&path(""))["parameters"].as_array().unwrap().len(), 41);
+    assert_eq!(emulator.set("PUT", &path("1017"), &json!({ "value": -5000.0 }))["value"], json!(-5000));
     assert_eq!(emulator.get("/api/v1/drives/5")["motion"]["lower_limit_user_units"], json!(-5000));
     assert_eq!(emulator.get(&path("945?subindex=3"))["value"], json!(0));
 
@@ -352,6 +368,11 @@ fn the_stream_tells_states_refusals_with_reasons_and_telegrams_in_words() {
     let mut master = Master::open(emulator.terminal());
     let asked = telegrams.find("telegram", |telegram| telegram["direction"] == json!("heard"));
     assert!(asked["octets_hex"].as_str().is_some_and(|octets| octets.starts_with("68")), "{asked}");
+    assert!(asked["text"].as_str().is_some_and(|text| text.starts_with("2 -> 5  Set_Prm: ")), "{asked}");
+    assert_eq!(
+        (&asked["from_address"], &asked["to_address"], &asked["mark"]),
+        (&json!(2), &json!(5), &json!("plain"))
+    );
     telegrams.find("telegram", |telegram| telegram["direction"] == json!("sent"));
 
     enable(&mut master);

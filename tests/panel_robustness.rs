@@ -71,9 +71,10 @@ fn every_wrong_request_is_refused_with_a_sentence_and_changes_nothing() {
         ("PATCH", inputs, json_type, "{", 400, "EOF"),
         ("PATCH", inputs, json_type, r#"{"blocked": tru}"#, 400, "expected ident"),
         ("PATCH", inputs, json_type, r#"{"blocked": true} x"#, 400, "trailing"),
-        ("PATCH", inputs, json_type, "\u{fffd}", 400, "expected value"),
-        ("PATCH", inputs, json_type, "[]", 422, "battery_volts"),
-        ("PATCH", inputs, json_type, r#""blocked""#, 422, "invalid type"),
+        ("PATCH", inputs, json_type, "{\u{fffd}", 400, "key must be a string"),
+        ("PATCH", inputs, json_type, "[]", 422, "must be a JSON object"),
+        ("PATCH", inputs, json_type, r#" "blocked""#, 422, "must be a JSON object"),
+        ("PUT", "/api/v1/drives/5/power", json_type, "[true]", 422, "must be a JSON object"),
         ("PATCH", inputs, json_type, r#"{"blocked": 1}"#, 422, "expected a boolean"),
         ("PATCH", inputs, json_type, r#"{"battery_volts": "3"}"#, 422, "expected f64"),
         ("PATCH", inputs, json_type, r#"{"blocked": true, "blocked": false}"#, 422, "duplicate field"),
@@ -297,7 +298,8 @@ fn a_reader_that_does_not_read_loses_samples_and_is_told_how_many() {
     let start = Instant::now();
     // The slow one reads nothing until it must have lost something: far more was told than fits anywhere.
     let mut told = 0;
-    while told < 30_000 && start.elapsed() < PATIENCE / 2 {
+    while told < 1500 {
+        assert!(start.elapsed() < PATIENCE, "the stream stands still");
         let (event, _) = quick.next().unwrap();
         told += u64::from(event == "news");
     }
@@ -319,16 +321,17 @@ fn there_are_only_so_many_readers_of_the_stream() {
     assert_eq!((refused.status, refused.detail().contains("there are 16 readers")), (503, true));
     drop(readers);
     let start = Instant::now();
-    while !emulator
-        .raw(
-            format!("GET /api/v1/events?kinds=state HTTP/1.0\r\nHost: {}\r\n\r\n", emulator.panel).as_bytes()
-                [..0]
-                .as_ref(),
-        )
-        .head
-        .is_empty()
-    {
-        assert!(start.elapsed() < PATIENCE);
+    let subscribe = format!("GET /api/v1/events HTTP/1.1\r\nHost: {}\r\n\r\n", emulator.panel);
+    loop {
+        let mut stream = emulator.connect();
+        stream.write_all(subscribe.as_bytes()).unwrap();
+        let mut status = [0; 12];
+        stream.read_exact(&mut status).unwrap();
+        if status.ends_with(b"200") {
+            break;
+        }
+        assert!(start.elapsed() < PATIENCE, "no place is free again");
+        thread::sleep(Duration::from_millis(20));
     }
 }
 

@@ -119,8 +119,8 @@ u8("profibus.fdl.le", "Length LE")
 u8("profibus.fdl.ler", "Length repeated LEr")
 u8("profibus.fdl.da", "Destination address DA", nil, 0x7F)
 u8("profibus.fdl.sa", "Source address SA", nil, 0x7F)
-u8("profibus.fdl.dsap", "Destination SAP", SERVICE_OF_SAP)
-u8("profibus.fdl.ssap", "Source SAP", SERVICE_OF_SAP)
+u8("profibus.fdl.dsap", "Destination SAP")
+u8("profibus.fdl.ssap", "Source SAP")
 u8("profibus.fdl.fc", "Function code FC", nil, nil, base.HEX)
 plain("bool", "profibus.fdl.fc.request", "Kind", 8, { "request", "response" }, 0x40)
 plain("bool", "profibus.fdl.fc.fcb", "Frame count bit FCB", 8, nil, 0x20)
@@ -164,7 +164,7 @@ local diag_bits_2 = bits("profibus.dp.diag", 8, {
     { 3, "wd_on", "WD_On" }, { 2, "always_1", "always 1" }, { 1, "stat_diag", "Stat_Diag" }, { 0, "prm_req", "Prm_Req" },
 })
 local diag_bits_3 = bits("profibus.dp.diag", 8, { { 7, "ext_diag_overflow", "Ext_Diag_Overflow" } })
-u8("profibus.dp.diag.master_add", "Master_Add", { [255] = "none" })
+u8("profibus.dp.diag.master_add", "Master_Add (255: none)")
 u16("profibus.dp.diag.ident", "Ident_Number", base.HEX)
 plain("bytes", "profibus.dp.diag.block", "Ext_Diag_Data block")
 
@@ -172,7 +172,7 @@ local control_bits = bits("profibus.dp.gc", 8, {
     { 5, "sync", "Sync" }, { 4, "unsync", "Unsync" }, { 3, "freeze", "Freeze" }, { 2, "unfreeze", "Unfreeze" },
     { 1, "clear_data", "Clear_Data" },
 })
-u8("profibus.dp.gc.group", "Group_Select", { [0] = "all" }, nil, base.HEX)
+u8("profibus.dp.gc.group", "Group_Select (0: all)", nil, nil, base.HEX)
 
 u8("profibus.dp.ssa.address", "New_Slave_Add")
 u16("profibus.dp.ssa.ident", "Ident_Number", base.HEX)
@@ -337,7 +337,8 @@ local function pkw(range, tree, is_job)
     local double = is_job and (ak == 3 or ak == 8) or not is_job and (ak == 2 or ak == 5)
     local value = double and pwe:int() or range(6, 2):uint()
     if not is_job then
-        return string.format("%s = %d", parameter(pnu), value)
+        local letter = pnu == 945 and ak == 4 and value > 0x20 and value < 0x7F and string.char(value)
+        return string.format("%s = %d%s", parameter(pnu), value, letter and " (" .. letter .. ")" or "")
     end
     local writes = ak == 2 or ak == 3 or ak == 7 or ak == 8
     return string.format("%s %s%s", JOB[ak] or "job " .. ak, parameter(pnu), writes and " = " .. value or "")
@@ -462,7 +463,7 @@ local function configuration_words(range, tree)
                 end
             end
             held = 1 + #lengths[form] + (maker < 15 and maker or 0)
-            words = form == 0 and "empty slot" or table.concat(parts, "; ")
+            words = form == 0 and "empty slot" or #parts == 0 and "cut short" or table.concat(parts, "; ")
         end
         local left = range:len() - at
         local item = tree:add(field["profibus.dp.identifier"], range(at, math.min(held, left)), words)
@@ -688,7 +689,8 @@ local function data_telegram(tvb, pinfo, tree, frame)
         if service == "FDL_Status" and func == 0 then
             table.insert(words, STATION_TYPE[math.floor(fc / 16) % 4])
         elseif not data or func ~= 0x8 then
-            table.insert(words, string.format("%s: %s", STATUS[func] or "status " .. func, STATUS_WORDS[func] or "?"))
+            table.insert(words, string.format("%s: %s%s", STATUS[func] or "status " .. func, STATUS_WORDS[func] or "?",
+                data and ";" or ""))
         end
     end
     local said = dissect_service(service, data, data and tree:add(fdl, data, (service or "Data")) or tree, is_request,

@@ -9,7 +9,6 @@ use profidrive::device::{Config, Device, DipSwitches, Timing};
 use profidrive::fdl::{Address, RateChange};
 use profidrive::host::link::fault::Faulty;
 use profidrive::host::link::serial::Serial;
-use profidrive::host::link::tap::Tap;
 use profidrive::host::{Bus, BusEvent, Clock, Link, Reach, StateDir, Stop, StoredDevice, SystemClock, run};
 use profidrive::panel::{Bench, Panel, PanelError};
 use profidrive::time::{BaudRate, Instant};
@@ -19,7 +18,7 @@ use tracing::{debug, info, warn};
 use super::Failure;
 use super::args::{BaudSpec, DriveSpec, Emulate, LinkSpec, QuirkSpec};
 
-mod capture;
+mod tap;
 
 /// The rate of a terminal whose master has set none of PROFIBUS-DP, and of a TCP port. There it only says how long a
 /// drive waits before it replies.
@@ -44,11 +43,7 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
         warn!("fault on purpose: {fault}");
     }
     // Next to the line, so that what faults do is seen.
-    let link = capture::tapped(link, args, &path, clock)?;
-    let link: Box<dyn Link> = match &panel {
-        Some(panel) => Box::new(Tap::new(link, clock, panel.observer())),
-        None => link,
-    };
+    let link = tap::tapped(link, args, &path, clock, panel.as_ref())?;
     let mut link = Faulty::new(link, clock, &args.faults);
 
     let mut bus = Bus::on(rate, Timing::Untrue);

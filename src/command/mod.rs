@@ -1,8 +1,10 @@
 //! The command: arguments in, one line per failure out.
 
 mod args;
+mod decode;
 mod demo;
 mod emulate;
+mod encode;
 mod log;
 mod master;
 
@@ -46,6 +48,8 @@ pub(crate) fn main() -> ExitCode {
         Command::Demo => demo::demo(),
         Command::Emulate(emulate) => emulate::emulate(&emulate),
         Command::Master(master) => master::master(&master),
+        Command::Decode(args) => decode::decode(&args),
+        Command::Encode(args) => encode::encode(&args),
     };
     // What was logged comes before the line that says how it ended.
     log.finish();

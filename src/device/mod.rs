@@ -269,7 +269,8 @@ impl Device {
         if !part.is_on_the_bus() {
             return;
         }
-        framer.receive(now, octets, |at, result| part.hear(at, result));
+        // What a scan finds among octets whose rest did not come counts from now: for the drive part, time has passed.
+        framer.receive(now, octets, |_, result| part.hear(now, result));
     }
 
     /// Takes one telegram whose last octet ended at `now`, for hosts that frame the octets of many devices once.
@@ -284,7 +285,7 @@ impl Device {
     pub fn handle_timeout(&mut self, now: Instant) {
         let Self { framer, part } = self;
         part.advance(now);
-        framer.handle_timeout(now, |at, result| part.hear(at, result));
+        framer.handle_timeout(now, |_, result| part.hear(now, result));
     }
 
     /// The other end of the line was replaced: an unfinished telegram is forgotten.
@@ -317,13 +318,13 @@ impl Device {
     /// Changes with every `handle_*`, and with every `poll_transmit` that returned octets.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
-        let timeouts = [self.part.station.poll_timeout(), self.part.next_cycle, self.framer.poll_timeout()];
-        timeouts.into_iter().flatten().min()
+        let drive = Instant::first_of(self.part.station.poll_timeout(), self.part.next_cycle);
+        Instant::first_of(drive, self.framer.poll_timeout())
     }
 
     /// Whether the DP watchdog minds the master (WD_On of Slave_Diag).
     pub fn watchdog_on(&self) -> bool {
-        self.part.station.slave().diagnosis().wd_on
+        self.part.station.slave().watchdog_on()
     }
 
     /// The oldest event not taken yet. Changes with every `handle_*` and `poll_transmit`.
@@ -488,7 +489,8 @@ impl Parts {
             self.engine.reset();
             return Pkw::ZERO;
         };
-        let live = self.live();
+        // Most cycles read nothing.
+        let live = if self.engine.may_read(job) { self.live() } else { Live::default() };
         let context = self.write_context();
         // Only a job that runs now can write; a held one must not cost a copy of everything in each cycle.
         let may_write = self.storage.is_some() && self.engine.has_work(job);
@@ -526,10 +528,13 @@ impl Parts {
 
     /// Whether another application cycle with the same outputs would change nothing.
     fn is_at_rest(&self) -> bool {
+        if !self.drive.is_at_rest() {
+            return false;
+        }
         let job = self.station.slave().outputs().first_chunk().map(|outputs| Outputs::new(outputs).pkw());
         let job_waits = self.exchanging && job.is_some_and(|job| self.engine.has_work(job));
         let exchanging = self.station.slave().state() == dp::State::DataExch;
-        self.drive.is_at_rest() && !self.parameters_acted && !job_waits && self.exchanging == exchanging
+        !self.parameters_acted && !job_waits && self.exchanging == exchanging
     }
 
     const fn write_context(&self) -> WriteContext {

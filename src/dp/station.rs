@@ -161,7 +161,7 @@ impl Station {
     /// word of the application.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
-        [self.fdl.poll_timeout(), self.slave.poll_timeout()].into_iter().flatten().min()
+        Instant::first_of(self.fdl.poll_timeout(), self.slave.poll_timeout())
     }
 
     /// When a watchdog expires, apart from replies to be sent.

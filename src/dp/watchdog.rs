@@ -12,7 +12,7 @@ pub(super) struct Watchdog {
 }
 
 impl Watchdog {
-    pub(super) const fn expires(self) -> Instant {
+    pub(super) const fn expires(&self) -> Instant {
         self.heard.saturating_add(self.time)
     }
 

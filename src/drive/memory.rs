@@ -24,7 +24,7 @@ impl Inputs {
 impl Drive {
     /// Whether the control is supplied by the inputs as they are set.
     pub fn is_supplied(&self) -> bool {
-        self.control_supply()
+        self.supplies.control
     }
 
     /// What the EEPROM holds besides parameters.

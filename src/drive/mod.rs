@@ -39,6 +39,7 @@ mod scale;
 mod settings;
 mod states;
 mod status;
+mod supplies;
 
 use core::time::Duration;
 
@@ -61,6 +62,7 @@ use plant::{Commanded, Constants, Plant};
 use requests::Job;
 use scale::Scale;
 use states::{Action, Conditions, Reached};
+use supplies::Supplies;
 
 /// What a master asks for, without bit positions (manual chapters 7.5.1 and 7.5.4).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -90,6 +92,21 @@ pub struct Command {
 }
 
 impl Command {
+    /// All-zero: what acts outside Data_Exchange (row 50).
+    const IDLE: Self = Self {
+        on: false,
+        no_off2: false,
+        enable_operation: false,
+        no_stop: false,
+        no_intermediate_stop: false,
+        start: false,
+        acknowledge: false,
+        inch_1: false,
+        inch_2: false,
+        inch_2_negative: false,
+        setpoint: 0,
+    };
+
     /// Whether the command enables operation (row 4).
     const fn enables(&self) -> bool {
         self.on && self.no_off2 && self.enable_operation
@@ -117,6 +134,8 @@ pub struct Drive {
     gear: Gear,
     quirks: Quirks,
     inputs: Inputs,
+    /// What the inputs are to the drive.
+    supplies: Supplies,
     inputs_changed: bool,
     /// Whether the output stage was live at the previous step.
     previous_output_stage: bool,
@@ -177,11 +196,13 @@ impl Drive {
     /// As [`Drive::new`], with other quirks or another plant.
     pub fn with(model: Model, gear: Gear, settings: &Settings, config: Config) -> Self {
         let inputs = Inputs::default();
+        let plant = Plant::new(model, gear, config.constants, &inputs);
         Self {
             model,
             gear,
             quirks: config.quirks,
             inputs,
+            supplies: Supplies::of(model, &plant, &inputs),
             inputs_changed: false,
             previous_output_stage: true,
             previous_key: None,
@@ -191,7 +212,7 @@ impl Drive {
             frame: Frame::of(settings),
             window: settings.window,
             motion: Motion::at(0.0),
-            plant: Plant::new(model, gear, config.constants, &inputs),
+            plant,
             zero: 0.0,
             job: Job::NONE,
             setpoint: 0,
@@ -215,26 +236,26 @@ impl Drive {
     /// are meant; any length works, and a length of zero only evaluates.
     pub fn step(&mut self, dt: Duration, command: Option<&Command>, settings: &Settings) {
         let connected = command.is_some();
-        let command = command.copied().unwrap_or_default();
+        let command = command.unwrap_or(&Command::IDLE);
         let state = self.state;
         let stood = self.stands();
         let faults = self.entered;
-        let same = !self.inputs_changed
-            && command == self.previous
+        // Only a drive that stands may come to rest.
+        let same = stood
+            && !self.inputs_changed
+            && *command == self.previous
             && connected == self.previous_connected
             && self.window == settings.window;
         self.inputs_changed = false;
 
         let same = !self.take_settings(settings) && same;
         self.on_plant(settings);
-        self.on_command(&command, connected, settings);
-        // Only a drive that may come to rest is worth the comparison.
-        let plant = (same && stood).then(|| self.plant.clone());
+        self.on_command(command, connected, settings);
+        let plant = same.then(|| self.plant.clone());
         self.advance(dt);
         self.on_motion(settings);
 
         self.settled = same
-            && stood
             && self.stands()
             && self.state == state
             && self.entered == faults
@@ -242,6 +263,7 @@ impl Drive {
     }
 
     /// What the drive reports now.
+    #[inline]
     pub fn status(&self) -> Status {
         self.compose()
     }
@@ -261,6 +283,7 @@ impl Drive {
         let inputs = inputs.limited();
         if inputs != self.inputs {
             self.inputs = inputs;
+            self.supplies = Supplies::of(self.model, &self.plant, &inputs);
             self.inputs_changed = true;
             self.settled = false;
         }
@@ -326,16 +349,17 @@ impl Drive {
     }
 
     fn on_plant(&mut self, settings: &Settings) {
-        let output_stage = self.output_stage();
-        let torque = self.plant.torque_percent();
+        let output_stage = self.supplies.output_stage;
         let causes = self.causes();
         let conditions = Conditions {
-            control_supply: self.control_supply(),
-            supply_ok: self.supply_ok(),
+            control_supply: self.supplies.control,
+            supply_ok: self.supplies.ok,
             output_stage,
             output_stage_returned: output_stage && !self.previous_output_stage,
             fault_cause: !causes.is_empty(),
-            torque_exceeded: settings.torque_deactivation.is_some_and(|percent| torque > f64::from(percent)),
+            torque_exceeded: settings
+                .torque_deactivation
+                .is_some_and(|percent| self.plant.torque_percent() > f64::from(percent)),
             torque_discards_job: self.quirks.torque_discards_job,
         };
         self.previous_output_stage = output_stage;
@@ -343,7 +367,7 @@ impl Drive {
         if next == State::Fault {
             self.enter_faults(causes);
         }
-        self.enact(next, action, &Command::default(), settings);
+        self.enact(next, action, &Command::IDLE, settings);
     }
 
     /// Row 9: each cause once until it is acknowledged.
@@ -377,16 +401,23 @@ impl Drive {
             inpos: settings.inpos,
         };
         let (next, action) = self.state.on_motion(reached);
-        self.enact(next, action, &Command::default(), settings);
+        self.enact(next, action, &Command::IDLE, settings);
     }
 
     /// Goes to a state and does what belongs to the transition.
+    #[inline]
     fn enact(&mut self, next: State, action: Action, command: &Command, settings: &Settings) {
         if next != State::Fault {
             self.entered = FaultSet::EMPTY;
             self.latched = None;
         }
         self.state = next;
+        if action != Action::None {
+            self.act(action, command, settings);
+        }
+    }
+
+    fn act(&mut self, action: Action, command: &Command, settings: &Settings) {
         match action {
             Action::None => {}
             Action::PowerOn => {
@@ -550,25 +581,6 @@ impl Drive {
         if target != self.motion.final_velocity() {
             self.rejoin();
             self.motion.ramp_to(target, acceleration);
-        }
-    }
-
-    fn control_supply(&self) -> bool {
-        self.plant.supplies(self.inputs.control_supply)
-    }
-
-    /// AG03/1: the output stage is supplied. AG03: the enable input is active.
-    fn output_stage(&self) -> bool {
-        match self.model {
-            Model::Ag03 => self.inputs.enable_input,
-            Model::Ag03_1 => self.plant.supplies(self.inputs.output_supply),
-        }
-    }
-
-    fn supply_ok(&self) -> bool {
-        match self.model {
-            Model::Ag03 => self.control_supply(),
-            Model::Ag03_1 => self.control_supply() && self.output_stage(),
         }
     }
 }

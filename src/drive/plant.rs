@@ -309,13 +309,11 @@ impl Plant {
             (Fault::G, self.dc_link(inputs) > HIGH_DC_LINK),
             (Fault::J, inputs.battery < EMPTY_BATTERY),
         ];
-        let mut present = FaultSet::EMPTY;
-        for (fault, caused) in causes {
-            if caused && fault.exists_on(self.model) {
-                present = present.with(fault);
-            }
+        if causes.iter().all(|(_, caused)| !caused) {
+            return FaultSet::EMPTY;
         }
-        present
+        let present = causes.into_iter().filter(|(fault, caused)| *caused && fault.exists_on(self.model));
+        present.map(|(fault, _)| fault).collect()
     }
 
     /// Lets `dt` pass. Returns by how much a profile without target has to move to be where the shaft is.

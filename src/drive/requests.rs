@@ -76,7 +76,7 @@ impl Drive {
             disable: disable || off1,
             turn_on_again: off1 && (before.on || !self.quirks.off1_needs_edge),
             enable: command.enables() && !self.awaits_off1(),
-            output_stage: self.output_stage(),
+            output_stage: self.supplies.output_stage,
             stop: !command.no_stop,
             intermediate_stop: !command.no_intermediate_stop,
             resume: command.no_intermediate_stop && !before.no_intermediate_stop,
@@ -91,7 +91,7 @@ impl Drive {
             velocity: self.frame.mode == Mode::Velocity
                 && command.start
                 && self.start_armed
-                && self.output_stage(),
+                && self.supplies.output_stage,
             acknowledge: command.acknowledge && !before.acknowledge && self.asks_acknowledge(),
             key: key_pressed.filter(|&key| self.key_allowed(key)),
             key_held,
@@ -122,7 +122,7 @@ impl Drive {
             !self.stands()
                 && matches!(self.state, State::OperationEnabled(_) | State::Paused { torque_tripped: true }),
         );
-        refusal.note(Reason::NoOutputStage, !self.output_stage());
+        refusal.note(Reason::NoOutputStage, !self.supplies.output_stage);
         refusal.note(Reason::Stop, !command.no_stop);
         refusal.note(Reason::IntermediateStop, !command.no_intermediate_stop);
         refusal.note(Reason::StartHeld, !self.start_armed);
@@ -155,7 +155,7 @@ impl Drive {
         refusal.note(Reason::ShaftTurns, !self.stands() && matches!(self.state, State::OperationEnabled(_)));
         refusal.note(Reason::JobActive, travel);
         refusal.note(Reason::VelocityMode, self.frame.mode == Mode::Velocity);
-        refusal.note(Reason::NoOutputStage, !self.output_stage());
+        refusal.note(Reason::NoOutputStage, !self.supplies.output_stage);
         refusal.note(Reason::BothInching, command.inch_1 && command.inch_2);
         match direction {
             Direction::Positive => {
@@ -195,7 +195,7 @@ impl Drive {
             | State::Fault
             | State::TurnOnDisabled => self.note_state(&mut refusal, command),
         }
-        refusal.note(Reason::NoOutputStage, !self.output_stage());
+        refusal.note(Reason::NoOutputStage, !self.supplies.output_stage);
         refusal
     }
 
@@ -236,7 +236,7 @@ impl Drive {
             Direction::Positive => self.frame.limits.is_above(self.position()),
             Direction::Negative => self.frame.limits.is_below(self.position()),
         };
-        self.frame.mode == Mode::Positioning && self.output_stage() && !outward
+        self.frame.mode == Mode::Positioning && self.supplies.output_stage && !outward
     }
 
     /// What the state itself has against a request.

@@ -54,12 +54,13 @@ impl Scale {
 }
 
 /// The nearest whole number, halves away from zero, saturating at the ends of `i32`.
+#[inline]
 pub(super) fn round(value: f64) -> i32 {
-    let rounded = libm::round(value);
-    #[expect(clippy::cast_possible_truncation, reason = "whole already; the cast saturates, and NaN gives 0")]
-    {
-        rounded as i32
-    }
+    #[expect(clippy::cast_possible_truncation, reason = "meant: towards zero; it saturates, and NaN gives 0")]
+    let whole = value as i32;
+    // Exact, and several times quicker than `libm::round`, which every step needs for each of its measured values.
+    let rest = value - f64::from(whole);
+    whole.saturating_add(i32::from(rest >= 0.5)).saturating_sub(i32::from(rest <= -0.5))
 }
 
 #[cfg(test)]
@@ -104,10 +105,19 @@ mod tests {
 
     #[test]
     fn rounding_goes_away_from_zero_and_saturates() {
-        for (value, whole) in
-            [(0.5, 1), (-0.5, -1), (0.49, 0), (1e30, i32::MAX), (-1e30, i32::MIN), (f64::NAN, 0)]
-        {
-            assert_eq!(round(value), whole);
+        for (value, whole) in [
+            (0.5, 1),
+            (-0.5, -1),
+            (0.499_999_999_999_999_94, 0),
+            (2_147_483_646.5, i32::MAX),
+            (2_147_483_647.5, i32::MAX),
+            (1e30, i32::MAX),
+            (-2_147_483_647.5, i32::MIN),
+            (-2_147_483_648.5, i32::MIN),
+            (f64::NEG_INFINITY, i32::MIN),
+            (f64::NAN, 0),
+        ] {
+            assert_eq!(round(value), whole, "{value}");
         }
     }
 }

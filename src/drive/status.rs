@@ -5,6 +5,7 @@ use super::motion::rpm;
 use super::scale::round;
 use super::settings::Mode;
 use super::states::{Motor, State};
+use super::supplies::{Supplies, word};
 use super::{Drive, StatusLed};
 
 /// Speeds below this many rpm count as standstill in [`Status::travelling`] (manual Table 1, bit 4).
@@ -105,9 +106,9 @@ pub struct Measured {
 }
 
 impl Drive {
+    #[inline(always)]
     pub(super) fn compose(&self) -> Status {
-        let output_stage = self.output_stage();
-        let battery_low = self.plant.battery_low(&self.inputs);
+        let Supplies { output_stage, battery_low, ok: supply_ok, .. } = self.supplies;
         let current_out_of_range = self.plant.overcurrent();
         let state = self.state;
         let mode = self.frame.mode;
@@ -140,7 +141,7 @@ impl Drive {
         Status {
             state,
             mode,
-            supply_ok: self.supply_ok()
+            supply_ok: supply_ok
                 && !(self.quirks.not_ready_in_fault && matches!(state, State::Fault | State::TurnOnDisabled)),
             operation_enabled: state.operation_enabled(),
             fault: self.latched,
@@ -177,7 +178,7 @@ impl Drive {
             measured: self.measure(),
             led: match self.latched {
                 Some(fault) => StatusLed::Blinking(fault),
-                None if state != State::Off && self.supply_ok() && output_stage => StatusLed::On,
+                None if state != State::Off && supply_ok && output_stage => StatusLed::On,
                 None => StatusLed::Off,
             },
         }
@@ -185,15 +186,14 @@ impl Drive {
 
     fn measure(&self) -> Measured {
         let inputs = &self.inputs;
-        let tenths = |volts: f64| u16::try_from(round(volts * 10.0)).unwrap_or(u16::MAX);
         let signed = |value: f64| i16::try_from(round(value)).unwrap_or(i16::MAX);
         Measured {
             temperature: signed(self.plant.temperature(inputs) * 10.0),
             current: signed(self.plant.current() * 1000.0),
-            output_supply: tenths(inputs.motor_supply(self.model)),
-            control_supply: tenths(inputs.control_supply),
-            battery: u16::try_from(round(inputs.battery * 100.0)).unwrap_or(u16::MAX),
-            dc_link: tenths(self.plant.dc_link(inputs)),
+            output_supply: self.supplies.motor_decivolts,
+            control_supply: self.supplies.control_decivolts,
+            battery: self.supplies.battery_centivolts,
+            dc_link: word(self.plant.dc_link(inputs) * 10.0),
         }
     }
 

@@ -105,9 +105,13 @@ fn data_telegram(telegram: &DataTelegram<'_>, octets: &[u8], context: &mut Conte
     let repeats = repetition(telegram, function, context);
     fields.push(fc_field(at + 2, telegram.fc.octet(), function, repeats));
     let mut data_at = at + 3;
-    for (name, sap) in [("DSAP", telegram.dsap), ("SSAP", telegram.ssap)] {
+    let masters_is_ssap = !matches!(function, Function::Response(..));
+    for (name, sap, masters) in
+        [("DSAP", telegram.dsap, !masters_is_ssap), ("SSAP", telegram.ssap, masters_is_ssap)]
+    {
         if let Some(sap) = sap {
-            fields.push(Field::octet(name, data_at, sap.number(), service::sap_name(sap)));
+            let of = if masters { format!("SAP {sap}, the master's own") } else { service::sap_name(sap) };
+            fields.push(Field::octet(name, data_at, sap.number(), of));
             data_at += 1;
         }
     }

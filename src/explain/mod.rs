@@ -16,6 +16,8 @@
 //! | `pkw` | jobs and replies of the parameter channel, and what is mistaken about them |
 //! | [`words`] | every bit of STW, ZSW, SSW and the general status register by operating mode |
 //! | [`value`] | values of parameters with their unit |
+//! | `text` | [`HexText`]: octets written as text |
+//! | `decoder` | [`Decoder`]: streams cut into telegrams and words |
 //!
 //! An explanation is data: [`Explanation::line`] and `Display` write it as text, the feature `serde` serialises it.
 //! Nothing here panics, whatever the octets, and every octet is in exactly one of the innermost fields (or, of a
@@ -43,6 +45,7 @@
 
 mod cfg;
 mod context;
+mod decoder;
 mod diag;
 mod field;
 mod frame;
@@ -50,11 +53,14 @@ mod pkw;
 mod ppo;
 mod service;
 mod set_prm;
+mod text;
 pub mod value;
 pub mod words;
 
 pub use context::Context;
+pub use decoder::{Decoder, Taking};
 pub use field::{Bits, Field, Mark, hex};
+pub use text::{HexText, TextError};
 
 use core::fmt;
 use std::format;
@@ -144,46 +150,73 @@ impl Explanation {
     }
 }
 
-/// The most octets of a field whose value is written out in text.
-const MOST_OCTETS_SHOWN: usize = 16;
-
 impl fmt::Display for Explanation {
-    /// The line, then each field in a line of its own, parts indented, hints below what they are about.
+    /// The line, then each field in a line of its own: octet or bits, name, value, meaning. Parts are indented, hints
+    /// stand below what they are about. `!` marks trouble, `X` a mistake or what is invalid.
     ///
     /// ```text
     /// PKW job: read PNU 1018 Calibration value
-    ///     0  13FA      PKE
-    ///          0001      AK (bits 15..12): 1, read value
+    ///        0  PKW job   13 FA 00 00 00 00 00 00  read PNU 1018 Calibration value
+    ///        0    PKE     13FA
+    ///   b15-12      AK    0001                     1, read value
     /// ```
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}", self.line())?;
-        let mut result = Ok(());
-        self.walk(&mut |depth, field| result = result.and_then(|()| write_field(f, depth, field)));
-        result
+        let mut rows = Vec::new();
+        self.walk(&mut |depth, field| rows.push(Row::new(depth, field)));
+        let widest = |width: fn(&Row<'_>) -> usize| rows.iter().map(width).max().unwrap_or(0);
+        let name = widest(|row| row.name.chars().count());
+        let value = widest(|row| row.value.len());
+        rows.iter().try_for_each(|row| row.write(f, name, value))
     }
 }
 
-fn write_field(f: &mut fmt::Formatter<'_>, depth: usize, field: &Field) -> fmt::Result {
-    let place = match field.bits {
-        Some(bits) => format!("{bits}"),
-        None => format!("{}", field.at),
-    };
-    let raw = match field.bits {
-        None if field.len > MOST_OCTETS_SHOWN => format!("{} octets", field.len),
-        None | Some(_) => field.raw.clone(),
-    };
-    let mark = match field.mark {
-        Mark::Plain => " ",
-        Mark::Trouble => "!",
-        Mark::Mistake | Mark::Invalid => "X",
-    };
-    let indent = "  ".repeat(depth);
-    let colon = if field.meaning.is_empty() { "" } else { ": " };
-    writeln!(f, "{mark} {place:>10}  {indent}{raw:<11} {}{colon}{}", field.name, field.meaning)?;
-    for hint in &field.hints {
-        writeln!(f, "              {indent}            ^ {hint}")?;
+/// The most octets written beside the name of a field. More follow in lines of their own.
+const MOST_BESIDE: usize = 8;
+/// Octets in a line of their own.
+const OCTETS_A_LINE: usize = 16;
+
+/// A field on its way to a line of text.
+struct Row<'a> {
+    place: String,
+    name: String,
+    value: String,
+    more: &'a str,
+    field: &'a Field,
+}
+
+impl<'a> Row<'a> {
+    fn new(depth: usize, field: &'a Field) -> Self {
+        let long = field.bits.is_none() && field.len > MOST_BESIDE;
+        let place = match field.bits {
+            Some(Bits { high, low }) if high == low => format!("b{low}"),
+            Some(Bits { high, low }) => format!("b{high}-{low}"),
+            None => format!("{}", field.at),
+        };
+        let name = format!("{}{}", "  ".repeat(depth), field.name);
+        let value = if long { format!("{} octets", field.len) } else { field.raw.clone() };
+        // What parts show in octets of their own need not be shown twice.
+        let more = if long && field.fields.is_empty() { field.raw.as_str() } else { "" };
+        Self { place, name, value, more, field }
     }
-    Ok(())
+
+    fn write(&self, f: &mut fmt::Formatter<'_>, name: usize, value: usize) -> fmt::Result {
+        let Self { place, field, .. } = self;
+        let mark = match field.mark {
+            Mark::Plain => ' ',
+            Mark::Trouble => '!',
+            Mark::Mistake | Mark::Invalid => 'X',
+        };
+        let meaning = if field.meaning == field.name { "" } else { field.meaning.as_str() };
+        let line = format!("{mark} {place:>6}  {:<name$}  {:<value$}  {meaning}", self.name, self.value);
+        writeln!(f, "{}", line.trim_end())?;
+        let indent = name + 12;
+        let octets: Vec<&str> = self.more.split(' ').filter(|octet| !octet.is_empty()).collect();
+        for octets in octets.chunks(OCTETS_A_LINE) {
+            writeln!(f, "{:indent$}{}", "", octets.join(" "))?;
+        }
+        field.hints.iter().try_for_each(|hint| writeln!(f, "{:indent$}^ {hint}", ""))
+    }
 }
 
 #[cfg(feature = "serde")]

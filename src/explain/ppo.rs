@@ -98,6 +98,7 @@ fn word_5(raw: u16, sender: Sender, at: usize, learned: &mut Learned) -> (Field,
     let meaning = match sender {
         Sender::Master => match words::changes(word, mode, *before, raw).as_str() {
             "no change" => said.clone(),
+            changes if changes == said => said.clone(),
             changes => format!("{said}; new: {changes}"),
         },
         Sender::Slave => said.clone(),

@@ -34,18 +34,14 @@ pub(super) const fn name(service: Service) -> &'static str {
     }
 }
 
-/// Number and use of a service access point.
+/// Number and use of a service access point at a slave.
 pub(super) fn sap_name(sap: Sap) -> String {
-    let number = sap.number();
-    let of = match number {
-        // SAP 62 is Chk_Cfg at a slave and the master's own end of every service.
-        62 => "Chk_Cfg, or the master's own".to_string(),
-        54 => "the master's own, to other masters".into(),
-        53 => "Set_Ext_Prm (DP-V1)".into(),
-        50 | 51 => "MS1 (DP-V1)".into(),
-        _ => Service::of(Some(sap), None).map_or("none of DP-V0".into(), |service| name(service).into()),
+    let of = match sap.number() {
+        53 => "Set_Ext_Prm (DP-V1)",
+        50 | 51 => "MS1 (DP-V1)",
+        _ => Service::of(Some(sap), None).map_or("none of DP-V0", name),
     };
-    format!("SAP {number}: {of}")
+    format!("SAP {sap}: {of}")
 }
 
 /// Data of which no more can be said than that they are there.

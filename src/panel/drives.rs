@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::bench::{Asking, Bench};
-use super::problem::{Body, Problem, Problems, Station};
+use super::problem::{Body, Problem, Problems, Station, whole};
 use super::state::{DriveState, DriveSummary, ModelName, gear};
 use super::stream::Hub;
 use crate::device::{Config, Device};
@@ -31,13 +31,14 @@ pub(super) struct Drives {
 #[derive(Clone, Copy, Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct NewDrive {
+    #[serde(deserialize_with = "whole")]
     #[schema(minimum = 0, maximum = 126)]
     address: u8,
     #[serde(default)]
     model: ModelName,
     /// 24 or 48.
-    #[serde(default = "usual_gear")]
-    #[schema(minimum = 24, maximum = 48, default = 48)]
+    #[serde(default = "usual_gear", deserialize_with = "whole")]
+    #[schema(minimum = 24, maximum = 48, multiple_of = 24, default = 48)]
     gear_ratio: u16,
 }
 
@@ -78,7 +79,7 @@ pub(super) async fn add(
                 None => Device::new(config, bench.now).into(),
             };
             let added = if bench.listen { bench.bus.join(bench.now, device) } else { bench.bus.add(device) };
-            added.map_err(|error| Problem::conflict(error))?;
+            added.map_err(Problem::conflict)?;
             // A factory reset by its DIP switches is no reason not to find it.
             let device = bench.drive(address).ok_or_else(|| bench.no_drive(address))?;
             Ok(DriveSummary::of(device, bench.bus.presence(address), bench.now))

@@ -10,9 +10,13 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::bench::Asking;
-use super::problem::{Body, PathOf, Problem, Problems, QueryOf, Station};
+use super::drives::Snapshot;
+use super::problem::{Body, PathOf, Problem, Problems, QueryOf, Station, whole};
 use crate::device::{Device, Power};
-use crate::param::{self, Access, Entry, Kind, ParamError, Pnu, Subindex, Unit, Value, WritableWhen};
+use crate::explain::value::{Lengths, in_words};
+use crate::param::{
+    self, Access, Entry, Kind, ParamError, Parameter, Pnu, Subindex, Unit, Value, WritableWhen,
+};
 
 /// A parameter, its value and what the table says about it.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
@@ -22,6 +26,8 @@ pub(super) struct ParameterState {
     name: &'static str,
     /// The value, in `unit`; of an array the first element.
     value: i64,
+    /// The value with its unit, or what it stands for; of an array every element.
+    text: String,
     /// Every element, if it is an array.
     elements: Option<Vec<i64>>,
     /// The unit of one step of the value; empty for a coding.
@@ -76,6 +82,7 @@ pub(super) struct Parameters {
 #[serde(deny_unknown_fields)]
 pub(super) struct NewValue {
     /// In the unit of the parameter.
+    #[serde(deserialize_with = "whole")]
     value: i64,
 }
 
@@ -86,6 +93,8 @@ pub(super) struct ParameterValue {
     subindex: Option<u8>,
     name: &'static str,
     value: i64,
+    /// The value with its unit, or what it stands for.
+    text: String,
     unit: String,
     /// Always `bench`: read and written past the bus. No master sees a reply to it.
     source: Source,
@@ -118,13 +127,13 @@ pub(super) async fn list(
     State(asking): State<Asking>,
     Station(address): Station,
 ) -> Result<Json<Parameters>, Problem> {
-    let parameters = asking.ask(move |bench| bench.with_drive(address, |device| all(device))).await??;
+    let parameters = all(&Snapshot::take(&asking, address).await?.device);
     Ok(Json(Parameters { parameters }))
 }
 
 /// Reads a parameter past the bus
 #[utoipa::path(get, path = "/api/v1/drives/{address}/parameters/{pnu}", tag = "parameters",
-    params(("address" = u8, Path, maximum = 126), ("pnu" = u16, Path, maximum = 2047), ("subindex" = Option<u8>, Query, description = "Element of an array, from 0")),
+    params(("address" = u8, Path, maximum = 126), ("pnu" = u16, Path, maximum = 2047), ("subindex" = Option<u8>, Query, maximum = 255, description = "Element of an array, from 0")),
     responses((status = 200, body = ParameterValue), Problems))]
 pub(super) async fn read(
     State(asking): State<Asking>,
@@ -133,10 +142,8 @@ pub(super) async fn read(
     QueryOf(Element { subindex }): QueryOf<Element>,
 ) -> Result<Json<ParameterValue>, Problem> {
     let pnu = parameter.number()?;
-    asking
-        .ask(move |bench| bench.with_drive(address, |device| ParameterValue::read(device, pnu, subindex))?)
-        .await?
-        .map(Json)
+    let snapshot = Snapshot::take(&asking, address).await?;
+    ParameterValue::read(&snapshot.device, pnu, subindex).map(Json)
 }
 
 /// Writes a parameter past the bus
@@ -144,7 +151,7 @@ pub(super) async fn read(
 /// By the rules of the bus (range, operating state), but without a PKW job: no master sees it, and nothing waits for the
 /// EEPROM. The PKW dialogue of the master is in the state of the drive and in the stream.
 #[utoipa::path(put, path = "/api/v1/drives/{address}/parameters/{pnu}", tag = "parameters",
-    params(("address" = u8, Path, maximum = 126), ("pnu" = u16, Path, maximum = 2047), ("subindex" = Option<u8>, Query, description = "Element of an array, from 0")),
+    params(("address" = u8, Path, maximum = 126), ("pnu" = u16, Path, maximum = 2047), ("subindex" = Option<u8>, Query, maximum = 255, description = "Element of an array, from 0")),
     request_body = NewValue, responses((status = 200, body = ParameterValue), Problems))]
 pub(super) async fn write(
     State(asking): State<Asking>,
@@ -210,9 +217,16 @@ impl ParameterValue {
     fn read(device: &Device, pnu: Pnu, subindex: Option<u8>) -> Result<Self, Problem> {
         let entry = entry(device, pnu)?;
         let value = device.parameters().read(pnu, subindex.map(Subindex), &device.live());
-        let value = entry.number(value.map_err(|error| refusal(pnu, error))?);
-        let unit = entry.unit.to_string();
-        Ok(Self { pnu: pnu.number(), subindex, name: entry.name, value, unit, source: Source::Bench })
+        let value = value.map_err(|error| refusal(pnu, error))?;
+        Ok(Self {
+            pnu: pnu.number(),
+            subindex,
+            name: entry.name,
+            value: entry.number(value),
+            text: in_words(entry, value, lengths(device)),
+            unit: entry.unit.to_string(),
+            source: Source::Bench,
+        })
     }
 }
 
@@ -225,13 +239,17 @@ impl ParameterState {
     fn of(device: &Device, entry: &Entry) -> Self {
         let config = device.config();
         let live = device.live();
-        let number = |element| {
-            let value = device.parameters().read(entry.pnu, element, &live).ok();
-            value.map_or(0, |value| entry.number(value))
+        // What cannot be read, as a command, is 0.
+        let read = |element| {
+            let value = device.parameters().read(entry.pnu, element, &live);
+            value.unwrap_or_else(|_| Value::of(entry.width, 0))
         };
-        let elements: Option<Vec<_>> =
-            entry.elements.map(|count| (0..count).map(|element| number(Some(Subindex(element)))).collect());
-        let value = elements.as_ref().and_then(|elements| elements.first().copied());
+        let values: Vec<_> = match entry.elements {
+            Some(count) => (0..count).map(|element| read(Some(Subindex(element)))).collect(),
+            None => Vec::from([read(None)]),
+        };
+        let numbers: Vec<_> = values.iter().map(|value| entry.number(*value)).collect();
+        let texts: Vec<_> = values.iter().map(|value| in_words(entry, *value, lengths(device))).collect();
         let range = entry.range(config.model, config.gear);
         let setting = match entry.kind {
             Kind::Setting(setting) => Some(setting),
@@ -240,8 +258,9 @@ impl ParameterState {
         Self {
             pnu: entry.pnu.number(),
             name: entry.name,
-            value: value.unwrap_or_else(|| number(None)),
-            elements,
+            value: numbers.first().copied().unwrap_or_default(),
+            text: texts.join(", "),
+            elements: entry.elements.map(|_| numbers),
             unit: entry.unit.to_string(),
             choices: choices(entry.unit),
             width_bits: match entry.width {
@@ -255,6 +274,14 @@ impl ParameterState {
             persistent: entry.persistent,
             writable_when: setting.map(|setting| setting.writable.into()),
         }
+    }
+}
+
+/// What the drive counts positions in.
+const fn lengths(device: &Device) -> Lengths {
+    match device.parameters().value(Parameter::SpindlePitch) {
+        0 => Lengths::Increments,
+        _pitch => Lengths::HundredthMillimetres,
     }
 }
 

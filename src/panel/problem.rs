@@ -4,13 +4,15 @@ use std::format;
 use std::prelude::v1::*;
 
 use axum::Json;
-use axum::extract::rejection::{JsonRejection, PathRejection, QueryRejection};
+use axum::body::Bytes;
+use axum::extract::rejection::{BytesRejection, JsonRejection, PathRejection, QueryRejection};
 use axum::extract::{FromRequest, FromRequestParts, Path, Query, Request};
 use axum::http::request::Parts;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use serde::Serialize;
-use serde::de::DeserializeOwned;
+use serde::de::{DeserializeOwned, Error};
+use serde::{Deserialize, Deserializer, Serialize};
+use serde_json::Number;
 use utoipa::{IntoResponses, ToSchema};
 
 use crate::fdl::Address;
@@ -136,8 +138,20 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for Body<T> {
     type Rejection = Problem;
 
     async fn from_request(request: Request, state: &S) -> Result<Self, Problem> {
-        let Json(body) = Json::from_request(request, state).await?;
+        let (parts, body) = request.into_parts();
+        let body = Bytes::from_request(Request::from_parts(parts.clone(), body), state).await?;
+        // A list would be taken for the fields in their order.
+        if body.iter().find(|octet| !octet.is_ascii_whitespace()).is_some_and(|first| *first != b'{') {
+            return Err(Problem::value("the body must be a JSON object, {...}"));
+        }
+        let Json(body) = Json::from_request(Request::from_parts(parts, body.into()), state).await?;
         Ok(Self(body))
+    }
+}
+
+impl From<BytesRejection> for Problem {
+    fn from(rejection: BytesRejection) -> Self {
+        Self::new(rejection.status(), rejection.body_text())
     }
 }
 
@@ -173,6 +187,15 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for QueryOf<T> {
             .map_err(|rejection: QueryRejection| Problem::new(rejection.status(), rejection.body_text()))?;
         Ok(Self(query))
     }
+}
+
+/// A whole number, also written as `5.0`: JSON knows one kind of number.
+pub(super) fn whole<'de, T: TryFrom<i64>, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
+    let number = Number::deserialize(deserializer)?;
+    let got = number.to_string();
+    let digits = got.strip_suffix(".0").unwrap_or(&got);
+    let whole = digits.parse::<i64>().ok().and_then(|whole| T::try_from(whole).ok());
+    whole.ok_or_else(|| D::Error::custom(format!("invalid value: {got} is no whole number of this range")))
 }
 
 /// The drive that the path names.

@@ -6,6 +6,7 @@
 //! | time for the head of a request, also of the next on a kept connection | [`HEAD_TIME`] |
 //! | time for everything else of a request | [`REQUEST_TIME`] |
 //! | octets of the head and of the body | [`HEAD_OCTETS`], [`BODY_OCTETS`] |
+//! | octets that wait for a reader | [`SEND_BUFFER`] and [`stream`](super::stream) |
 //!
 //! A web site on the same machine's browser can send requests here, and with a name that leads to 127.0.0.1 (DNS
 //! rebinding) even read the answers. So `Host` must be `localhost` or an address in numbers, and `Origin`, which
@@ -48,6 +49,10 @@ const HEAD_OCTETS: usize = 16 * 1024;
 
 /// The body of a request at most.
 const BODY_OCTETS: usize = 16 * 1024;
+
+/// Octets that the kernel keeps for a reader at most; it doubles what it is told.
+#[cfg(unix)]
+const SEND_BUFFER: usize = 64 * 1024;
 
 /// After the operating system could not accept a connection (no descriptor is left, say).
 const ACCEPT_PAUSE: Duration = Duration::from_secs(1);
@@ -94,8 +99,10 @@ pub(super) async fn serve(
 }
 
 async fn connection(stream: TcpStream, service: Router, _place: OwnedSemaphorePermit) {
-    // States are small and shall come when they are.
+    // States are small and shall come when they are; what nobody reads shall not fill the memory of the kernel.
     let _ = stream.set_nodelay(true);
+    #[cfg(unix)]
+    let _ = rustix::net::sockopt::set_socket_send_buffer_size(&stream, SEND_BUFFER);
     let served = http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(HEAD_TIME)
@@ -109,7 +116,7 @@ async fn connection(stream: TcpStream, service: Router, _place: OwnedSemaphorePe
 
 /// Answers a request of whom we trust, in time.
 async fn guarded(reach: Reach, request: Request, next: Next) -> Response {
-    let mut response = match stranger(reach, &request) {
+    let mut response = match stranger(reach, &request).or_else(|| too_large(&request)) {
         Some(problem) => problem.into_response(),
         None => match timeout(REQUEST_TIME, next.run(request)).await {
             Ok(response) => response,
@@ -125,6 +132,13 @@ async fn guarded(reach: Reach, request: Request, next: Next) -> Response {
     let policy = HeaderName::from_static("cross-origin-resource-policy");
     headers.insert(policy, HeaderValue::from_static("same-origin"));
     response
+}
+
+/// A body that says to be too large need not be waited for.
+fn too_large(request: &Request) -> Option<Problem> {
+    let length = only(request.headers(), &header::CONTENT_LENGTH)?.parse().unwrap_or(usize::MAX);
+    let detail = || format!("the body has {length} octets; {BODY_OCTETS} are possible");
+    (length > BODY_OCTETS).then(|| Problem::new(StatusCode::PAYLOAD_TOO_LARGE, detail()))
 }
 
 /// Why the sender is not trusted.
@@ -206,7 +220,7 @@ mod tests {
 
     #[test]
     fn the_answer_of_a_full_server_has_the_length_it_says() {
-        let text = std::str::from_utf8(FULL).unwrap();
+        let text = core::str::from_utf8(FULL).unwrap();
         let (head, body) = text.split_once("\r\n\r\n").unwrap();
         assert!(head.contains(&format!("content-length: {}\r\n", body.len())), "{}", body.len());
     }

@@ -10,7 +10,7 @@ use super::inputs::PlantInputs;
 use super::parameters::ParameterState;
 use super::switches::Switches;
 use super::words::{self, Ppo, Words};
-use crate::device::{Device, EepromState, Power, words as bits};
+use crate::device::{Device, EepromState, Power};
 use crate::dp;
 use crate::drive::{self, Fault, Mode, Motor, StatusLed, leds};
 use crate::fdl::StationCounters;
@@ -690,9 +690,4 @@ impl From<EepromState> for EepromName {
             EepromState::Failed => Self::Failed,
         }
     }
-}
-
-/// SSW and the general status register of a drive.
-pub(super) fn status_registers(device: &Device) -> (u16, u16) {
-    (bits::system_status(device.status()), bits::general_status(device.status()))
 }

@@ -36,6 +36,7 @@ use super::drives::{Drives, Snapshot};
 use super::problem::{Problem, Problems, QueryOf};
 use super::state::{DriveState, DriveSummary, LastRefusal, ReasonText, reasons_of, seconds};
 use crate::device::Event;
+use crate::explain::{self, Mark};
 use crate::fdl::{Address, MAX_TELEGRAM_LEN};
 use crate::host::BusEvent;
 use crate::host::link::tap::{Batch, Direction};
@@ -130,6 +131,7 @@ struct Inner {
 struct Ring {
     entries: Receiver<Entry>,
     last_refusals: BTreeMap<u8, LastRefusal>,
+    context: explain::Context,
 }
 
 /// A message to all subscribers that want it.
@@ -207,6 +209,17 @@ enum DirectionName {
     Heard,
     /// Of a station of this bus.
     Sent,
+}
+
+impl From<Mark> for MarkName {
+    fn from(mark: Mark) -> Self {
+        match mark {
+            Mark::Plain => Self::Plain,
+            Mark::Trouble => Self::Trouble,
+            Mark::Mistake => Self::Mistake,
+            Mark::Invalid => Self::Invalid,
+        }
+    }
 }
 
 /// What a subscriber did not get because it read too slowly, since it was told last.
@@ -482,7 +495,7 @@ impl Item {
 pub(super) fn stream() -> (Feed, Hub) {
     let (ring, entries) = sync_channel(RING);
     let shared = Arc::new(Shared::default());
-    let ring_end = Ring { entries, last_refusals: BTreeMap::new() };
+    let ring_end = Ring { entries, last_refusals: BTreeMap::new(), context: explain::Context::default() };
     let hub = Hub(Arc::new(Inner {
         ring: Mutex::new(ring_end),
         shared: Arc::clone(&shared),
@@ -522,7 +535,7 @@ impl Hub {
                 }
                 Entry::Telegram { at, direction, len, octets } => {
                     let octets = octets.get(..len).unwrap_or_default();
-                    telegrams.send(TelegramEvent::item(at, direction, octets))
+                    telegrams.send(TelegramEvent::item(at, direction, octets, &mut ring.context))
                 }
             };
         }
@@ -562,10 +575,10 @@ impl NewsEvent {
             | BusEvent::Rate(_)
             | BusEvent::Lost { .. } => (None, NewsKind::Line),
         };
-        let reasons = match event {
-            BusEvent::Station { event: Event::CommandRefused(refusal), .. } => reasons_of(refusal),
-            _others => Vec::new(),
-        };
+        let mut reasons = Vec::new();
+        if let BusEvent::Station { event: Event::CommandRefused(refusal), .. } = event {
+            reasons = reasons_of(refusal);
+        }
         let news = Self {
             time_seconds: seconds(at),
             address: address.map(Address::number),
@@ -591,20 +604,22 @@ impl NewsKind {
 }
 
 impl TelegramEvent {
-    fn item(at: Instant, direction: Direction, octets: &[u8]) -> Item {
+    fn item(at: Instant, direction: Direction, octets: &[u8], context: &mut explain::Context) -> Item {
+        let explanation = context.telegram(octets);
         let telegram = Self {
             time_seconds: seconds(at),
             direction: match direction {
                 Direction::Heard => DirectionName::Heard,
                 Direction::Sent => DirectionName::Sent,
             },
-            octets_hex: super::words::hex(octets),
-            text: super::words::hex(octets),
-            from_address: None,
-            to_address: None,
-            mark: MarkName::Plain,
+            octets_hex: explain::hex(octets),
+            text: explanation.line(),
+            from_address: explanation.from,
+            to_address: explanation.to,
+            mark: explanation.mark().into(),
         };
-        Item { message: message_of("telegram", &telegram), about: [None, None] }
+        let about = [explanation.from, explanation.to].map(|number| number.map(Address::from_octet));
+        Item { message: message_of("telegram", &telegram), about }
     }
 }
 

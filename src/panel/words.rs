@@ -6,9 +6,9 @@ use std::prelude::v1::*;
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use super::state::status_registers;
-use crate::device::Device;
-use crate::drive::State;
+use crate::device::{Device, words as bits};
+use crate::drive::{Mode, State};
+use crate::explain::{self, words::Role};
 use crate::param::{self, Pnu};
 use crate::ppo::{Inputs, Outputs, PPO_LEN, Pkw};
 
@@ -42,9 +42,11 @@ struct Bit {
     /// A short name for programs; empty for a bit that is not used.
     key: &'static str,
     /// What the manual calls it.
-    name: String,
+    name: &'static str,
     /// What its value means.
-    meaning: String,
+    meaning: &'static str,
+    /// What to know about it; may be empty.
+    note: &'static str,
     /// Whether the bit means anything: `false` for bits that are fixed or not evaluated.
     used: bool,
 }
@@ -99,24 +101,28 @@ struct PkwWords {
 
 impl Words {
     pub(super) fn of(device: &Device) -> Self {
-        let (ssw, general_status) = status_registers(device);
+        let status = device.status();
+        let word = |word, value| Word::of(word, status.mode, value);
         Self {
-            stw: Word::of("STW", outputs(device).stw().raw()),
-            zsw: Word::of("ZSW", device.config().words.zsw(device.status()).raw()),
-            ssw: Word::of("SSW", ssw),
-            general_status: Word::of("GSR", general_status),
+            stw: word(explain::words::Word::Stw, outputs(device).stw().raw()),
+            zsw: word(explain::words::Word::Zsw, device.config().words.zsw(status).raw()),
+            ssw: word(explain::words::Word::Ssw, bits::system_status(status)),
+            general_status: word(explain::words::Word::GeneralStatus, bits::general_status(status)),
         }
     }
 }
 
 impl Word {
-    fn of(word: &str, value: u16) -> Self {
-        let bit = |bit: u8| {
+    fn of(word: explain::words::Word, mode: Mode, value: u16) -> Self {
+        let bit = |(bit, row): (u8, &explain::words::Bit)| {
             let set = value >> bit & 1 != 0;
-            let meaning = u8::from(set).to_string();
-            Bit { bit, set, key: "", name: format!("{word}.{bit}"), meaning, used: true }
+            let used = match row.role {
+                Role::Level | Role::Edge => true,
+                Role::Fixed(_) | Role::Unused => false,
+            };
+            Bit { bit, set, key: row.key, name: row.name, meaning: row.meaning(set), note: row.note, used }
         };
-        Self { value, bits: (0..16).map(bit).collect() }
+        Self { value, bits: (0..).zip(explain::words::bits(word, mode)).map(bit).collect() }
     }
 }
 
@@ -126,18 +132,23 @@ impl Ppo {
         let outputs = outputs(device);
         let octets = first(device.slave().inputs());
         let inputs = Inputs::new(&octets);
-        let job = outputs.pkw();
-        let reply = inputs.pkw();
+        let (job, reply) = (outputs.pkw(), inputs.pkw());
+        // One context: a reply is understood by its job.
+        let mut context = explain::Context::with_mode(device.status().mode);
+        let mut text = |pkw: Pkw, sender| {
+            let explanation = context.bare(&pkw.to_octets(), Some(sender));
+            explanation.map(|explanation| explanation.summary).unwrap_or_default()
+        };
         Self {
             outputs: PpoOutputs {
                 words_hex: hex(device.slave().outputs()),
-                pkw: PkwWords::of(job, model, job.pke.job().to_string()),
+                pkw: PkwWords::of(job, model, text(job, explain::Sender::Master)),
                 stw: outputs.stw().raw(),
                 hsw: outputs.hsw(),
             },
             inputs: PpoInputs {
                 words_hex: hex(&octets),
-                pkw: PkwWords::of(reply, model, reply.pke.reply().to_string()),
+                pkw: PkwWords::of(reply, model, text(reply, explain::Sender::Slave)),
                 zsw: inputs.zsw().raw(),
                 hiw: inputs.hiw(),
             },

@@ -181,6 +181,17 @@ impl Engine {
         }
     }
 
+    /// Whether a cycle with this request may read a parameter. If not, it does not look at [`Live`].
+    #[must_use]
+    pub fn may_read(&self, request: Pkw) -> bool {
+        match self.state {
+            State::Reading { .. } => true,
+            State::Waiting { .. } | State::Answered { .. } | State::Storing { .. } | State::Stored { .. } => {
+                self.has_work(request)
+            }
+        }
+    }
+
     /// Runs one application cycle with the newest request of the master.
     pub fn cycle(&mut self, request: Pkw, store: &mut Store, live: &Live, context: &WriteContext) -> Outcome {
         match self.state {

@@ -1,5 +1,7 @@
 //! A scripted DP master on the terminal of a running `profidrive emulate`.
 
+#![allow(dead_code, reason = "each test file uses its part")]
+
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
 use std::os::unix::fs::OpenOptionsExt;
@@ -18,13 +20,17 @@ pub(crate) struct Master {
     terminal: File,
     framer: Framer,
     count: FrameCount,
+    /// Every telegram sent (`true`) and received (`false`), in this order.
+    #[allow(dead_code, reason = "each test file uses its part")]
+    pub(crate) log: Vec<(bool, Vec<u8>)>,
 }
 
 impl Master {
     pub(crate) fn open(terminal: &Path) -> Self {
         let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits().cast_signed();
         let terminal = OpenOptions::new().read(true).write(true).custom_flags(flags).open(terminal).unwrap();
-        let mut master = Self { terminal, framer: Framer::new(Resync::SCAN), count: FrameCount::First };
+        let (framer, count, log) = (Framer::new(Resync::SCAN), FrameCount::First, Vec::new());
+        let mut master = Self { terminal, framer, count, log };
         let prm = [0x80, 1, 1, 11, IDENT[0], IDENT[1], 0];
         assert_eq!(master.request(Some(61), &prm), Some(Vec::new()), "Set_Prm");
         assert_eq!(master.request(Some(62), &CFG), Some(Vec::new()), "Chk_Cfg");
@@ -39,14 +45,18 @@ impl Master {
             FrameCount::First | FrameCount::Odd | FrameCount::Unused => FrameCount::Even,
             FrameCount::Even => FrameCount::Odd,
         };
-        self.terminal.write_all(&telegram(SLAVE, MASTER, fc, dsap, data)).ok()?;
+        let request = telegram(SLAVE, MASTER, fc, dsap, data);
+        self.terminal.write_all(&request).ok()?;
+        self.log.push((true, request));
         let mut octets = [0; 256];
         let mut reply = None;
+        self.log.push((false, Vec::new()));
         while reply.is_none() {
             let mut readable = [PollFd::new(&self.terminal, PollFlags::IN)];
             let patience = Timespec { tv_sec: 5, tv_nsec: 0 };
             assert!(poll(&mut readable, Some(&patience)).unwrap() > 0, "no reply within 5 s");
             let count = self.terminal.read(&mut octets).ok().filter(|count| *count > 0)?;
+            self.log.last_mut().unwrap().1.extend(&octets[..count]);
             self.framer.receive(Instant::ZERO, &octets[..count], |_, result| match result.unwrap() {
                 Telegram::Data(telegram) => reply = Some(telegram.data.to_vec()),
                 Telegram::ShortAcknowledge => reply = Some(Vec::new()),

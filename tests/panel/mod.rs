@@ -27,8 +27,17 @@ impl Emulator {
     }
 
     pub(crate) fn with(arguments: &[&str]) -> Self {
+        Self::run(&[&["--panel", "127.0.0.1:0"], arguments].concat())
+    }
+
+    /// For comparison: nobody listens at `panel`.
+    pub(crate) fn without_panel() -> Self {
+        Self::run(&[])
+    }
+
+    fn run(arguments: &[&str]) -> Self {
         let mut process = Command::new(env!("CARGO_BIN_EXE_profidrive"))
-            .args(["emulate", "--panel", "127.0.0.1:0"])
+            .arg("emulate")
             .args(arguments)
             .env_remove("RUST_LOG")
             .stdin(Stdio::null())
@@ -38,12 +47,11 @@ impl Emulator {
             .unwrap();
         let mut ready = String::new();
         BufReader::new(process.stdout.take().unwrap()).read_line(&mut ready).unwrap();
-        let part = |name: &str| {
-            let part = ready.split_whitespace().find_map(|part| part.strip_prefix(name));
-            part.unwrap_or_else(|| panic!("{name} is missing in {ready:?}")).to_owned()
-        };
-        let panel = part("panel=http://").parse().unwrap();
-        Self { process, panel, terminal: part("link=").into() }
+        let part = |name: &str| ready.split_whitespace().find_map(|part| part.strip_prefix(name));
+        let panel =
+            part("panel=http://").map_or(SocketAddr::from(([0; 4], 0)), |panel| panel.parse().unwrap());
+        let terminal = part("link=").unwrap_or_else(|| panic!("not ready: {ready:?}")).into();
+        Self { process, panel, terminal }
     }
 
     pub(crate) fn terminal(&self) -> &Path {
@@ -112,13 +120,19 @@ impl Emulator {
 
     /// Reads the live stream.
     pub(crate) fn stream(&self, query: &str) -> Stream {
+        self.connect_stream(query).0
+    }
+
+    /// Reads the live stream, of which somebody else can close the socket.
+    pub(crate) fn connect_stream(&self, query: &str) -> (Stream, TcpStream) {
         let mut stream = self.connect();
+        let socket = stream.try_clone().unwrap();
         write!(stream, "GET /api/v1/events{query} HTTP/1.1\r\nHost: {}\r\n\r\n", self.panel).unwrap();
         let mut stream = BufReader::new(stream);
         let mut line = String::new();
         stream.read_line(&mut line).unwrap();
         assert!(line.starts_with("HTTP/1.1 200"), "{line}");
-        Stream { stream }
+        (Stream { stream }, socket)
     }
 }
 

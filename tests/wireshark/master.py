@@ -64,7 +64,10 @@ class Master:
             left = end - time.monotonic()
             if left <= 0 or not select.select([self.line], [], [], left)[0]:
                 break
-            held += os.read(self.line, 256)
+            octets = os.read(self.line, 256)
+            if not octets:
+                raise OSError("end of file")
+            held += octets
         if held:
             self.note(0, held)
         return held or None
@@ -134,8 +137,9 @@ def session(master):
     master.job(0x23EB, 0, 0, 101)  # too large
     master.job(0x13E7, 0, 0, 0)  # no such parameter
     master.job(0x93B1, 0, 0, 0)  # elements of the fault buffer
-    for stw in (0x0003, 0x000B, 0x003B):
-        master.exchange(stw=stw)
+    master.exchange(stw=0x0003)
+    while not master.exchange(stw=0x003B)[8] & 0x80:  # ready to travel
+        time.sleep(0.005)
     master.travel(100)
     master.srd(56)
     master.srd(57)

@@ -1,7 +1,9 @@
 //! The command line: what may be asked for, and how a wrong question is answered.
 
+mod decode;
 mod drive;
 mod emulate;
+mod encode;
 mod link;
 mod master;
 mod parameter;
@@ -15,11 +17,15 @@ use clap::{ArgAction, CommandFactory, Parser, Subcommand};
 
 use super::{Failure, report};
 
+pub(crate) use decode::Decode;
 pub(crate) use drive::DriveSpec;
 pub(crate) use emulate::Emulate;
+pub(crate) use encode::{
+    Control, Encode, Fcb, Octet, Parameter, Pkw, Service, Telegram, What, WidthSpec, Word,
+};
 pub(crate) use link::{BaudSpec, LinkSpec};
 pub(crate) use master::{Action, AddressRange, Direction, Go, Master, MasterLink};
-pub(crate) use parameter::ParameterSpec;
+pub(crate) use parameter::{ParameterSpec, find as find_parameter};
 pub(crate) use quirk::QuirkSpec;
 
 /// Emulated PROFIBUS-DP drives to test masters against.
@@ -41,7 +47,9 @@ Examples:
   profidrive emulate --link pty:/tmp/bus      the same, under a name that stays
   profidrive emulate --help                   all about it
   profidrive master --link /tmp/bus --address 5 status
-                                              commissions a drive, real or emulated";
+                                              commissions a drive, real or emulated
+  profidrive decode 10 05 02 49 50 16         explains a telegram field by field
+  profidrive encode pkw write limit1 250000   builds words and telegrams";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -53,6 +61,8 @@ pub(crate) enum Command {
     Demo,
     Emulate(Emulate),
     Master(Master),
+    Decode(Decode),
+    Encode(Encode),
 }
 
 /// How much is logged.
@@ -90,7 +100,7 @@ impl Args {
     pub(crate) fn log_verbosity(&self) -> Verbosity {
         match self.command {
             Command::Demo if self.verbosity.verbose == 0 => Verbosity { quiet: true, ..self.verbosity },
-            Command::Demo | Command::Emulate(_) => self.verbosity,
+            Command::Demo | Command::Emulate(_) | Command::Decode(_) | Command::Encode(_) => self.verbosity,
             // What it says is its result, and a failure its last line.
             Command::Master(_) => Verbosity { quiet: self.verbosity.verbose == 0, ..self.verbosity },
         }
@@ -99,7 +109,7 @@ impl Args {
     /// What no single argument shows.
     fn check(&self) -> Result<(), String> {
         match &self.command {
-            Command::Demo => Ok(()),
+            Command::Demo | Command::Decode(_) | Command::Encode(_) => Ok(()),
             Command::Emulate(emulate) => emulate.check(),
             Command::Master(master) => master.check(),
         }
@@ -135,7 +145,7 @@ impl Refusal {
 /// Where to read on, for who got the command line wrong.
 fn read_on() -> String {
     let named = |name: &str| std::env::args_os().any(|argument| argument == name);
-    let command = ["emulate", "master"].into_iter().find(|name| named(name));
+    let command = ["emulate", "master", "decode", "encode"].into_iter().find(|name| named(name));
     format!("see 'profidrive{} --help'", command.map(|name| format!(" {name}")).unwrap_or_default())
 }
 

@@ -51,7 +51,7 @@ impl FromStr for ParameterSpec {
 }
 
 /// The parameter with this number or name. Of a name only letters and digits count.
-fn find(text: &str) -> Result<&'static Entry, String> {
+pub(crate) fn find(text: &str) -> Result<&'static Entry, String> {
     if let Ok(number) = text.parse::<u16>() {
         let known = Pnu::new(number).ok().and_then(|pnu| TABLE.iter().find(|entry| entry.pnu == pnu));
         return known.ok_or_else(|| {

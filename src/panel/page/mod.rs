@@ -19,17 +19,35 @@ const INDEX: File =
 
 const FILES: &[File] = &[
     INDEX,
-    File {
-        name: "panel.js",
-        media_type: "text/javascript; charset=utf-8",
-        octets: include_bytes!("panel.js"),
-    },
     File { name: "panel.css", media_type: "text/css; charset=utf-8", octets: include_bytes!("panel.css") },
+    File { name: "icon.svg", media_type: "image/svg+xml", octets: include_bytes!("icon.svg") },
+    script("api.js", include_bytes!("api.js")),
+    script("bus.js", include_bytes!("bus.js")),
+    script("curves.js", include_bytes!("curves.js")),
+    script("device.js", include_bytes!("device.js")),
+    script("dom.js", include_bytes!("dom.js")),
+    script("drive.js", include_bytes!("drive.js")),
+    script("faults.js", include_bytes!("faults.js")),
+    script("inputs.js", include_bytes!("inputs.js")),
+    script("leds.js", include_bytes!("leds.js")),
+    script("log.js", include_bytes!("log.js")),
+    script("overview.js", include_bytes!("overview.js")),
+    script("panel.js", include_bytes!("panel.js")),
+    script("parameters.js", include_bytes!("parameters.js")),
+    script("pkw.js", include_bytes!("pkw.js")),
+    script("states.js", include_bytes!("states.js")),
+    script("values.js", include_bytes!("values.js")),
+    script("why.js", include_bytes!("why.js")),
+    script("words.js", include_bytes!("words.js")),
 ];
 
-/// Scripts only from here, and nothing from anywhere else.
-const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; \
-    connect-src 'self'; font-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+const fn script(name: &'static str, octets: &'static [u8]) -> File {
+    File { name, media_type: "text/javascript; charset=utf-8", octets }
+}
+
+/// Files of the page, requests to its server, and nothing else from anywhere.
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; \
+    base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 pub(super) async fn index() -> Response {
     INDEX.response()
@@ -48,5 +66,20 @@ impl File {
             (header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(POLICY)),
         ];
         (headers, self.octets).into_response()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_file_of_the_page_is_served() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/panel/page");
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let name = entry.unwrap().file_name().into_string().unwrap();
+            let served = FILES.iter().any(|file| file.name == name);
+            assert_eq!(served, !name.ends_with(".rs"), "{name}");
+        }
     }
 }

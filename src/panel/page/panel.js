@@ -1,3 +1,180 @@
-fetch("api/v1/drives").then((answer) => answer.text()).then((text) => {
-  document.getElementById("state").textContent = text;
-});
+// The panel: which view is shown, and what comes from the stream to it.
+import { html, say, mark } from "./dom.js";
+import { Stream, request } from "./api.js";
+import { BusView } from "./bus.js";
+import { DriveView } from "./drive.js";
+import { Log } from "./log.js";
+import { Overview } from "./overview.js";
+import { modelName, stateOf } from "./states.js";
+
+const VIEWS = ["drives", "drive", "bus"];
+/** How often states come: of one drive, smooth enough for curves; of all, often enough to see what goes on. */
+const INTERVAL_MS = { drives: 250, drive: 50, bus: 1000 };
+/** How often is asked for what is not in the stream: parameters, counters, which drives there are. */
+const ASK_MS = 2000;
+/** Of a drive that is not there. */
+const NOT_FOUND = 404;
+const KINDS = { command_refused: "refusal", job_refused: "refusal", fault: "fault", dp: "dp", power: "power", line: "line" };
+
+class Panel {
+  #by = (id) => document.getElementById(id);
+  #view = null;
+  #address = null;
+  #lost = { states: 0, news: 0, telegrams: 0 };
+  #gap = false;
+
+  constructor() {
+    const by = this.#by;
+    this.drive = new DriveView();
+    this.bus = new BusView();
+    this.overview = new Overview({ tiles: by("tiles"), filter: by("drives-filter"), count: by("drives-count"), none: by("drives-none") });
+    this.log = new Log(by("log-lines"), () => this.#subscribe());
+    this.stream = new Stream({
+      open: () => this.#connected(),
+      closed: (error) => this.#disconnected(error),
+      state: (state) => this.#state(state),
+      news: (news) => this.#news(news),
+      telegram: (telegram) => this.#telegram(telegram),
+      lost: (lost) => this.#loses(lost),
+    });
+    by("choose").addEventListener("change", (event) => (location.hash = `#drive/${event.target.value}`));
+    window.addEventListener("hashchange", () => this.#route());
+    this.#route();
+    setInterval(() => this.#ask(), ASK_MS);
+    const paint = () => {
+      this.drive.paint();
+      this.log.paint();
+      requestAnimationFrame(paint);
+    };
+    requestAnimationFrame(paint);
+  }
+
+  /** Shows what the address of the page says: #drives, #drive/5, #bus. Without any, the only drive or all of them. */
+  async #route() {
+    const [, view, address] = /^#(\w+)(?:\/(\d+))?$/.exec(location.hash) ?? [];
+    if (!VIEWS.includes(view) || (view === "drive" && address === undefined && this.#address === null)) {
+      const drives = await this.#drives();
+      location.replace(drives?.length === 1 ? `#drive/${drives[0].address}` : "#drives");
+      return;
+    }
+    this.#view = view;
+    if (view === "drive") {
+      this.#address = Number(address ?? this.#address);
+      this.drive.choose(this.#address);
+      mark(this.#by("to-drive"), "href", `#drive/${this.#address}`);
+      say(this.#by("to-drive"), `Drive ${this.#address}`);
+      this.#by("to-drive").hidden = false;
+    }
+    for (const name of VIEWS) {
+      this.#by(name).hidden = name !== view;
+      if (name === view) mark(this.#by(`to-${name}`), "aria-current", "page");
+      else this.#by(`to-${name}`).removeAttribute("aria-current");
+    }
+    this.#by("log").hidden = view === "drives";
+    document.title = view === "drive" ? `Drive ${this.#address} – profidrive` : "profidrive";
+    this.log.only(view === "drive" ? this.#address : null);
+    this.#subscribe();
+    this.#ask();
+  }
+
+  #subscribe() {
+    const kinds = ["state", "news", ...(this.log.wantsTelegrams && this.#view !== "drives" ? ["telegram"] : [])];
+    const wanted = { kinds: kinds.join(","), interval_milliseconds: INTERVAL_MS[this.#view] };
+    this.#gap = true;
+    this.stream.subscribe(this.#view === "drive" ? { ...wanted, address: this.#address } : wanted);
+  }
+
+  #state(state) {
+    if (this.#view === "drive" && state.address === this.#address) {
+      this.drive.show(state, this.#gap);
+      this.#gap = false;
+    } else if (state.drives) {
+      this.#showDrives(state.drives);
+    }
+  }
+
+  #news({ time_seconds: time_s, address, kind, text }) {
+    // Of a station the text begins with which.
+    this.log.add({ time_s, kind: KINDS[kind] ?? kind, text, station: address });
+  }
+
+  #telegram({ time_seconds: time_s, text, octets_hex: octets, mark: kind }) {
+    const said = kind === "invalid" ? `${text}  [${octets}]` : text;
+    this.log.add({ time_s, kind: "telegram", text: said, station: null, bad: kind === "invalid" || kind === "mistake" });
+  }
+
+  #loses(lost) {
+    for (const [what, count] of Object.entries(lost)) this.#lost[what] = (this.#lost[what] ?? 0) + count;
+    this.#gap ||= lost.states > 0;
+    const told = counts(lost);
+    if (lost.news + lost.telegrams > 0) this.log.add({ time_s: null, kind: "lost", text: `${told} lost: this page reads too slowly`, station: null });
+    this.#connected();
+  }
+
+  #connected() {
+    const lost = counts(this.#lost);
+    mark(this.#by("connection"), "data-kind", lost === "" ? "live" : "lossy");
+    say(this.#by("connection"), lost === "" ? "live" : `live, ${lost} lost`);
+  }
+
+  #disconnected({ message, status }) {
+    mark(this.#by("connection"), "data-kind", "lost");
+    say(this.#by("connection"), `not connected: ${message}. Trying again ...`);
+    if (status === NOT_FOUND) this.drive.gone(message);
+    this.#gap = true;
+  }
+
+  /** What is not in the stream. */
+  async #ask() {
+    if (document.hidden) return;
+    try {
+      if (this.#view === "bus") await this.bus.refresh();
+      if (this.#view === "drive") {
+        const address = this.#address;
+        const { parameters } = await request("GET", `/drives/${address}/parameters`);
+        if (address === this.#address) this.drive.showParameters(parameters);
+        await this.#drives();
+      }
+    } catch (error) {
+      // The stream of a drive that was taken away does not end. All else that is wrong, the stream says.
+      if (this.#view === "drive" && error.status === NOT_FOUND) this.#subscribe();
+    }
+  }
+
+  async #drives() {
+    try {
+      const { drives } = await request("GET", "/drives");
+      this.#showDrives(drives);
+      return drives;
+    } catch {
+      return null;
+    }
+  }
+
+  #showDrives(drives) {
+    const sorted = [...drives].sort((a, b) => a.address - b.address);
+    if (this.#view === "drives") {
+      this.overview.show(
+        sorted.map((drive) => ({ address: drive.address, name: `${modelName(drive)} ${drive.gear_ratio}:1`, position: String(drive.position_user_units), ...stateOf(drive) })),
+      );
+    }
+    this.#by("choose-field").hidden = sorted.length < 2;
+    const choose = this.#by("choose");
+    const listed = [...choose.options].map(({ value }) => Number(value));
+    if (listed.join() !== sorted.map(({ address }) => address).join()) {
+      choose.replaceChildren(...sorted.map(({ address }) => html("option", { value: address }, String(address))));
+    }
+    if (document.activeElement !== choose) choose.value = this.#address;
+  }
+}
+
+/** What was lost, in words; "" if nothing was. */
+function counts(lost) {
+  const words = { states: ["sample", "samples"], news: ["event", "events"], telegrams: ["telegram", "telegrams"] };
+  return Object.entries(lost)
+    .filter(([, count]) => count > 0)
+    .map(([what, count]) => `${count} ${words[what]?.[count === 1 ? 0 : 1] ?? what}`)
+    .join(", ");
+}
+
+new Panel();

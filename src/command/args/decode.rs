@@ -1,0 +1,103 @@
+//! `profidrive decode`: what to explain, and how.
+
+use std::ffi::OsString;
+
+use clap::ValueEnum;
+use profidrive::drive::Mode;
+use profidrive::explain::{Sender, Taking};
+
+/// Explains telegrams and words field by field: hexadecimal text, files, streams, captures
+///
+/// Takes octets in hexadecimal in any usual form: 68 05, 6805, 0x68, \x68, arrays of C, Rust and Python, dumps with
+/// offsets (xxd, hexdump -C, od -tx1, tcpdump -X, Wireshark), comments behind # or //. Or raw octets, or a pcapng capture
+/// with link type 257. One telegram a line or a stream; a line of 14, 8, 6 or 2 octets that is no telegram is taken as PPO,
+/// PKW, PZD or one word, and the output says as which.
+///
+/// What is broken is shown with the octet and the reason, what is a mistake with what is wrong about it, and what a stream
+/// teaches is used: which request a reply answers, operating mode and unit as PNU 930 and 1012 tell.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Decode {
+    /// Octets in hexadecimal (an argument with spaces is a line of its own), or one file; - or nothing: stdin
+    #[arg(value_name = "HEX|FILE")]
+    pub(crate) input: Vec<OsString>,
+
+    /// One JSON object a line for each telegram (docs/decode.md lists the members)
+    #[arg(long)]
+    pub(crate) json: bool,
+
+    /// One line for each telegram, and its hints
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) brief: bool,
+
+    /// What lines that are no telegrams are: outputs (of the master: job, STW, setpoint), inputs (of the drive: reply, ZSW,
+    /// actual value), words (of whom they tell), telegrams (never words)
+    #[arg(long = "as", value_name = "WHAT", default_value = "auto")]
+    pub(crate) taking: As,
+
+    /// The operating mode of the drives, which decides what the bits mean; else as heard, positioning at first
+    #[arg(long, value_name = "MODE")]
+    pub(crate) mode: Option<ModeSpec>,
+
+    /// Mistakes fail too, not only what is invalid
+    #[arg(long)]
+    pub(crate) strict: bool,
+}
+
+/// What octets are taken as.
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+pub(crate) enum As {
+    /// Telegrams, and words where a line cannot be one
+    Auto,
+    /// Telegrams only
+    Telegrams,
+    /// Words, of whom they tell
+    Words,
+    /// Words of the master
+    Outputs,
+    /// Words of the drive
+    Inputs,
+}
+
+impl From<As> for Taking {
+    fn from(taking: As) -> Self {
+        match taking {
+            As::Auto => Self::Auto,
+            As::Telegrams => Self::Telegrams,
+            As::Words => Self::Words(None),
+            As::Outputs => Self::Words(Some(Sender::Master)),
+            As::Inputs => Self::Words(Some(Sender::Slave)),
+        }
+    }
+}
+
+/// An operating mode by name.
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+pub(crate) enum ModeSpec {
+    /// Positioning mode, PNU 930 = 2
+    Positioning,
+    /// Velocity mode, PNU 930 = 1
+    Velocity,
+}
+
+impl From<ModeSpec> for Mode {
+    fn from(mode: ModeSpec) -> Self {
+        match mode {
+            ModeSpec::Positioning => Self::Positioning,
+            ModeSpec::Velocity => Self::Velocity,
+        }
+    }
+}
+
+const EXAMPLES: &str = "\
+In the output '!' marks what tells of trouble (a refusal, a fault), X what is a mistake or invalid, ^ a hint.
+
+Exit codes: 0 everything is valid, 1 something is invalid or cannot be read (with --strict: or a mistake), 2 the command
+line is wrong. All of the input is explained in any case.
+
+Examples:
+  profidrive decode 10 05 02 49 50 16
+  profidrive decode 13FA 0000 0000 0000
+  profidrive decode --brief bus.pcapng
+  profidrive decode --json - < trace.txt
+  profidrive decode --as inputs --mode velocity 1E37";

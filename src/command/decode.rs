@@ -1,0 +1,33 @@
+//! `profidrive decode`: octets from anywhere to stdout, explained.
+
+mod input;
+mod output;
+
+use std::io::{self, IsTerminal};
+
+use profidrive::drive::Mode;
+use profidrive::explain::{Context, Decoder};
+
+use super::Failure;
+use super::args::Decode;
+use input::Input;
+use output::{Output, Stopped};
+
+/// Explains everything there is and says at the end whether all of it was valid.
+pub(crate) fn decode(args: &Decode) -> Result<(), Failure> {
+    let input = Input::of(&args.input)?;
+    if matches!(input, Input::Stdin) && io::stdin().is_terminal() {
+        eprintln!("profidrive: reads hexadecimal lines from this terminal; Ctrl-D ends");
+    }
+    let context = args.mode.map_or_else(Context::default, |mode| Context::with_mode(Mode::from(mode)));
+    let mut decoder = Decoder::new(context, args.taking.into());
+    let mut output = Output::new(io::stdout().lock(), args, input.has_places());
+    match input.read(&mut decoder, &mut output) {
+        Ok(()) => {}
+        // Whoever reads may have seen enough (`| head`).
+        Err(Stopped::Out(error)) if error.kind() == io::ErrorKind::BrokenPipe => return Ok(()),
+        Err(Stopped::Out(error)) => return Err(Failure::Other(format!("cannot write to stdout: {error}"))),
+        Err(Stopped::In(failure)) => return Err(failure),
+    }
+    output.verdict(args.strict)
+}

@@ -1,0 +1,135 @@
+//! Jobs and replies of the parameter channel.
+
+use profidrive::explain::Sender;
+use profidrive::param::{Entry, Pnu, Width};
+use profidrive::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
+
+use crate::command::Failure;
+use crate::command::args::{self, Octet, Parameter, WidthSpec, find_parameter};
+
+/// The words, and who says them.
+pub(super) fn build(what: &args::Pkw, force: bool) -> Result<(Pkw, Sender), Failure> {
+    let job = |id: JobId, target: &Target, pwe| {
+        Ok((Pkw::new(Pke::of_job(id, target.pnu), target.ind, pwe), Sender::Master))
+    };
+    let reply = |id: ReplyId, target: &Target, pwe| {
+        Ok((Pkw::new(Pke::of_reply(id, target.pnu), target.ind, pwe), Sender::Slave))
+    };
+    match what {
+        args::Pkw::None => Ok((Pkw::ZERO, Sender::Master)),
+        args::Pkw::Read { parameter } => {
+            let target = Target::of(parameter, force)?;
+            let id = if target.array { JobId::ReadElement } else { JobId::Read };
+            job(id, &target, 0)
+        }
+        args::Pkw::Write { parameter, value, width } => {
+            let target = Target::of(parameter, force)?;
+            let width = target.width(width.given, *value);
+            let id = match (width, target.array) {
+                (Width::Word, false) => JobId::WriteWord,
+                (Width::Double, false) => JobId::WriteDoubleWord,
+                (Width::Word, true) => JobId::WriteElementWord,
+                (Width::Double, true) => JobId::WriteElementDoubleWord,
+            };
+            job(id, &target, target.pwe(*value, width)?)
+        }
+        args::Pkw::Count { parameter } => job(JobId::ReadElementCount, &Target::of(parameter, force)?, 0),
+        args::Pkw::Raw { ak, parameter, value, spm } => {
+            let target = Target::of(parameter, true)?;
+            let spm = if *spm { SPM } else { 0 };
+            let pke = Pke::from_raw(u16::from(*ak) << 12 | spm | Pnu::from_low_bits(target.pnu).number());
+            let pkw = Pkw::new(pke, target.ind, target.pwe(*value, Width::Double)?);
+            // Nobody says whose words these are: what a drive never sends is a job.
+            let sender = if pke.ak() == 7 && value_is_error(*value) { Sender::Slave } else { Sender::Master };
+            Ok((pkw, sender))
+        }
+        args::Pkw::Reply { parameter, value, width } => {
+            let target = Target::of(parameter, force)?;
+            let width = target.width(width.given, *value);
+            let id = match (width, target.array) {
+                (Width::Word, false) => ReplyId::Word,
+                (Width::Double, false) => ReplyId::DoubleWord,
+                (Width::Word, true) => ReplyId::ElementWord,
+                (Width::Double, true) => ReplyId::ElementDoubleWord,
+            };
+            reply(id, &target, target.pwe(*value, width)?)
+        }
+        args::Pkw::ReplyCount { parameter, count } => {
+            reply(ReplyId::ElementCount, &Target::of(parameter, force)?, (*count).into())
+        }
+        args::Pkw::Refuse { parameter, error } => {
+            // A drive refuses numbers it does not know.
+            reply(ReplyId::NotExecutable, &Target::of(parameter, true)?, (*error).into())
+        }
+    }
+}
+
+/// Bit 11 of PKE.
+const SPM: u16 = 0x0800;
+
+fn value_is_error(value: i64) -> bool {
+    (1..=19).contains(&value)
+}
+
+/// Which parameter, and which element of it.
+struct Target {
+    pnu: u16,
+    ind: Ind,
+    /// An element of an array is meant.
+    array: bool,
+    entry: Option<&'static Entry>,
+}
+
+impl Target {
+    /// What the text names; with `force` also a number that no drive has.
+    fn of(parameter: &Parameter, force: bool) -> Result<Self, Failure> {
+        let text = parameter.text.as_str();
+        let split = text.rsplit_once('.').and_then(|(name, element)| Some((name, element.parse().ok()?)));
+        let (name, element) = match split {
+            Some((name, element)) => (name, Some(element)),
+            None => (text, None),
+        };
+        let (pnu, entry) = match (find_parameter(name), name.parse()) {
+            (Ok(entry), _) => (entry.pnu.number(), Some(entry)),
+            (Err(_), Ok(number)) if force => match Pnu::new(number) {
+                Ok(pnu) => (pnu.number(), None),
+                Err(error) => return Err(Failure::Usage(error.to_string())),
+            },
+            (Err(error), Ok(_)) => return Err(Failure::Usage(format!("{error}; --force builds it anyway"))),
+            (Err(error), Err(_)) => return Err(Failure::Usage(error)),
+        };
+        let subindex: u8 = element.unwrap_or(0);
+        let ind = match parameter.ind {
+            Octet::High => Ind::in_high_octet(subindex),
+            Octet::Low => Ind::from_raw(subindex.into()),
+        };
+        Ok(Self { pnu, ind, array: element.is_some(), entry })
+    }
+
+    /// As given, as the parameter is wide, or as wide as the value of an unknown one needs.
+    fn width(&self, given: Option<WidthSpec>, value: i64) -> Width {
+        match (given, self.entry) {
+            (Some(WidthSpec::Word), _) => Width::Word,
+            (Some(WidthSpec::Double), _) => Width::Double,
+            (None, Some(entry)) => entry.width,
+            (None, None) if u16::try_from(value).is_ok() => Width::Word,
+            (None, None) => Width::Double,
+        }
+    }
+
+    /// The value in two's complement; a word in word 4.
+    fn pwe(&self, value: i64, width: Width) -> Result<u32, Failure> {
+        let name = self.entry.map_or(format!("PNU {}", self.pnu), |entry| entry.name.to_string());
+        let fits = match width {
+            Width::Word => {
+                let signed = i16::try_from(value).map(|value| u32::from(value.cast_unsigned()));
+                u16::try_from(value).map(u32::from).or(signed)
+            }
+            Width::Double => {
+                let signed = i32::try_from(value).map(i32::cast_unsigned);
+                u32::try_from(value).or(signed)
+            }
+        };
+        fits.map_err(|_| Failure::Usage(format!("{value} does not fit {name}, which is a {width}")))
+    }
+}

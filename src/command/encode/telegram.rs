@@ -1,0 +1,194 @@
+//! Telegrams of any service.
+
+use profidrive::drive::Mode;
+use profidrive::fdl::telegram::Format;
+use profidrive::fdl::{
+    self, Address, DataTelegram, FrameCount, FunctionCode, MAX_TELEGRAM_LEN, Sap, Telegram,
+};
+use profidrive::ppo::{Outputs, Pkw, Stw};
+
+use super::words::{self, word_of};
+use super::{octets_of, pkw_of};
+use crate::command::Failure;
+use crate::command::args::{self, Control, Fcb, Service};
+
+/// The octets of the telegram.
+pub(super) fn build(args: &args::Telegram, mode: Mode) -> Result<Vec<u8>, Failure> {
+    let (slave, master) = (Address::from_octet(args.address), Address::from_octet(args.master));
+    let content = match content(args, mode)? {
+        Carries::Data(content) => content,
+        Carries::Token => return written(Telegram::Token { da: slave, sa: master }, None),
+        Carries::ShortAcknowledge => return written(Telegram::ShortAcknowledge, None),
+    };
+    let (dsap, ssap) = (content.dsap.and_then(Sap::new), content.ssap.and_then(Sap::new));
+    let format = match args.sd3 {
+        true => Format::Sd3,
+        false => DataTelegram::customary_format(dsap, ssap, &content.data),
+    };
+    let telegram =
+        DataTelegram { format, da: slave, sa: master, dsap, ssap, fc: content.fc, data: &content.data };
+    written(Telegram::Data(telegram), args.fcs)
+}
+
+/// The SAP of a master.
+const MASTER_SAP: u8 = 62;
+
+/// A telegram apart from its addresses.
+struct Content {
+    fc: FunctionCode,
+    dsap: Option<u8>,
+    ssap: Option<u8>,
+    data: Vec<u8>,
+}
+
+enum Carries {
+    Data(Content),
+    Token,
+    ShortAcknowledge,
+}
+
+fn content(args: &args::Telegram, mode: Mode) -> Result<Carries, Failure> {
+    let count = match args.fcb {
+        Fcb::First => FrameCount::First,
+        Fcb::Zero => FrameCount::Even,
+        Fcb::One => FrameCount::Odd,
+        Fcb::None => FrameCount::Unused,
+    };
+    let (srd, sdn) = match args.low {
+        true => (fdl::Service::SrdLow, fdl::Service::SdnLow),
+        false => (fdl::Service::SrdHigh, fdl::Service::SdnHigh),
+    };
+    let request = |dsap: Option<u8>, data: Vec<u8>| {
+        let fc = FunctionCode::request(srd, count);
+        Carries::Data(Content { fc, dsap, ssap: dsap.map(|_| MASTER_SAP), data })
+    };
+    Ok(match &args.service {
+        Service::FdlStatus => {
+            let fc = FunctionCode::request(fdl::Service::FdlStatus, FrameCount::Unused);
+            Carries::Data(Content { fc, dsap: None, ssap: None, data: Vec::new() })
+        }
+        Service::RdInp => request(Some(56), Vec::new()),
+        Service::RdOutp => request(Some(57), Vec::new()),
+        Service::GetCfg => request(Some(59), Vec::new()),
+        Service::Diag => request(Some(60), Vec::new()),
+        Service::SetPrm { .. } => request(Some(61), set_prm(&args.service)?),
+        Service::ChkCfg { identifiers } if identifiers.is_empty() => {
+            request(Some(62), Vec::from([0xF3, 0xF2]))
+        }
+        Service::ChkCfg { identifiers } => request(Some(62), octets_of(identifiers)?),
+        Service::SetSlaveAdd { new, ident, no_change } => {
+            let [high, low] = ident.to_be_bytes();
+            request(Some(55), Vec::from([*new, high, low, if *no_change { 0xFF } else { 0 }]))
+        }
+        Service::GlobalControl { commands, groups } => {
+            let command = commands.iter().fold(0, |octet, command| octet | bit_of(*command));
+            let fc = FunctionCode::request(sdn, FrameCount::Unused);
+            let data = Vec::from([command, mask_of(groups)]);
+            Carries::Data(Content { fc, dsap: Some(58), ssap: Some(MASTER_SAP), data })
+        }
+        Service::DataExchange { data, pkw, stw, setpoint } => {
+            let data = match data.is_empty() {
+                false => octets_of(data)?,
+                true => {
+                    let pkw = pkw.as_deref().map_or(Ok(Pkw::ZERO), pkw_of)?;
+                    let stw = Stw::from_raw(word_of(words::STW, stw, mode)?);
+                    Outputs::octets(pkw, stw, *setpoint).into()
+                }
+            };
+            request(None, data)
+        }
+        Service::Token => Carries::Token,
+        Service::ShortAcknowledge => Carries::ShortAcknowledge,
+        Service::Raw { fc, dsap, ssap, data } => {
+            let fc = FunctionCode::from_octet(*fc);
+            Carries::Data(Content { fc, dsap: *dsap, ssap: *ssap, data: octets_of(data)? })
+        }
+    })
+}
+
+/// `dp::set_prm` draws the octets.
+fn set_prm(service: &Service) -> Result<Vec<u8>, Failure> {
+    let Service::SetPrm { ident, watchdog, min_tsdr, groups, unlock, no_lock, sync, freeze, user } = service
+    else {
+        return Ok(Vec::new());
+    };
+    let factors = match watchdog {
+        0 => (0, 0),
+        millis => factors(millis.div_ceil(10)).ok_or_else(|| {
+            Failure::Usage(format!("a watchdog of {millis} ms is too long; the longest is 650250 ms"))
+        })?,
+    };
+    let bit = |set: bool, bit: u8| if set { bit } else { 0 };
+    let status = bit(!no_lock && !unlock, 0x80)
+        | bit(*unlock, 0x40)
+        | bit(*sync, 0x20)
+        | bit(*freeze, 0x10)
+        | bit(*watchdog > 0, 0x08);
+    let [high, low] = ident.to_be_bytes();
+    let mut data = Vec::from([status, factors.0, factors.1, *min_tsdr, high, low, mask_of(groups)]);
+    data.extend(octets_of(user)?);
+    Ok(data)
+}
+
+/// WD_Fact_1 and WD_Fact_2 whose product is the smallest that is not below `product`, as near to each other as can be.
+fn factors(product: u32) -> Option<(u8, u8)> {
+    let pairs = (1..=u8::MAX).filter_map(|first| {
+        let second = u8::try_from(product.div_ceil(first.into())).ok()?;
+        Some((first, second.max(1)))
+    });
+    pairs.min_by_key(|(first, second)| (u32::from(*first) * u32::from(*second), first.abs_diff(*second)))
+}
+
+const fn bit_of(command: Control) -> u8 {
+    match command {
+        Control::Clear => 0x02,
+        Control::Unfreeze => 0x04,
+        Control::Freeze => 0x08,
+        Control::Unsync => 0x10,
+        Control::Sync => 0x20,
+    }
+}
+
+/// The octet with a bit for each of the groups 1 to 8.
+fn mask_of(groups: &[u8]) -> u8 {
+    groups.iter().fold(0, |mask, group| mask | 1_u8.checked_shl(u32::from(*group) - 1).unwrap_or(0))
+}
+
+fn written(telegram: Telegram<'_>, fcs: Option<u8>) -> Result<Vec<u8>, Failure> {
+    let mut buf = [0; MAX_TELEGRAM_LEN];
+    let octets = telegram.encode(&mut buf).map_err(|error| Failure::Usage(error.to_string()))?;
+    let mut octets = Vec::from(octets);
+    if let (Some(fcs), [.., place, _]) = (fcs, octets.as_mut_slice()) {
+        *place = fcs;
+    }
+    Ok(octets)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn watchdog_factors_make_the_time_or_the_next_longer_one() {
+        for (product, factors_of) in [
+            (1, Some((1, 1))),
+            (20, Some((4, 5))),
+            (100, Some((10, 10))),
+            (65_025, Some((255, 255))),
+            (65_026, None),
+        ] {
+            assert_eq!(factors(product), factors_of, "{product}");
+        }
+        for product in 1..=65_025 {
+            let (first, second) = factors(product).unwrap();
+            let made = u32::from(first) * u32::from(second);
+            assert!(made >= product && made <= product + 255, "{product}: {made}");
+        }
+    }
+
+    #[test]
+    fn groups_are_bits() {
+        assert_eq!(mask_of(&[]), 0);
+        assert_eq!(mask_of(&[1, 8]), 0x81);
+    }
+}

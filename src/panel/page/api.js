@@ -1,0 +1,104 @@
+// The HTTP API of the emulator: requests, and the stream of what happens.
+
+const ROOT = "/api/v1";
+const RETRY_MS = 1000;
+/** Nothing for so long, and the stream is taken for dead: a state comes once a second at least. */
+const SILENCE_MS = 10_000;
+
+/** A request that was refused, or reached nobody (`status` 0). `message` is a sentence for a person. */
+export class Refused extends Error {
+  constructor(message, status = 0) {
+    super(message);
+    this.status = status;
+  }
+}
+
+/** Asks the server; the body and the answer are JSON. */
+export async function request(method, path, body) {
+  let response;
+  try {
+    response = await fetch(ROOT + path, {
+      method,
+      headers: body === undefined ? {} : { "content-type": "application/json" },
+      body: body === undefined ? undefined : JSON.stringify(body),
+      // The release of a key arrives even if the page goes at the same time.
+      keepalive: body !== undefined,
+    });
+  } catch {
+    throw new Refused("the emulator does not answer");
+  }
+  const text = await response.text();
+  let answer = null;
+  try {
+    answer = text === "" ? null : JSON.parse(text);
+  } catch {
+    throw new Refused(`not understood: ${text.slice(0, 200)}`, response.status);
+  }
+  if (!response.ok) throw new Refused(answer?.detail ?? response.statusText, response.status);
+  return answer;
+}
+
+/**
+ * What happens, as it happens. Connects again by itself when the stream ends; `on` holds functions by event (state,
+ * news, telegram, lost), and `on.open()` and `on.closed(error)` for the connection itself.
+ */
+export class Stream {
+  #source = null;
+  #timer = 0;
+  #silence = 0;
+  #on;
+  #query = "";
+
+  constructor(on) {
+    this.#on = on;
+    window.addEventListener("pagehide", () => this.#end());
+    window.addEventListener("pageshow", ({ persisted }) => persisted && this.#connect());
+  }
+
+  /** Subscribes to something else. */
+  subscribe(wanted) {
+    this.#query = new URLSearchParams(wanted).toString();
+    this.#connect();
+  }
+
+  #connect() {
+    this.#end();
+    const source = new EventSource(`${ROOT}/events?${this.#query}`);
+    this.#source = source;
+    source.addEventListener("open", () => this.#on.open());
+    source.addEventListener("error", () => this.#retry());
+    for (const event of ["state", "news", "telegram", "lost"]) {
+      source.addEventListener(event, ({ data }) => {
+        this.#watch();
+        this.#on[event](JSON.parse(data));
+      });
+    }
+    this.#watch();
+  }
+
+  /** A stream that says nothing for long is dead, even if nobody has said so. */
+  #watch() {
+    clearTimeout(this.#silence);
+    this.#silence = setTimeout(() => this.#retry(), SILENCE_MS);
+  }
+
+  #end() {
+    clearTimeout(this.#timer);
+    clearTimeout(this.#silence);
+    this.#source?.close();
+    this.#source = null;
+  }
+
+  async #retry() {
+    this.#end();
+    const query = this.#query;
+    this.#timer = setTimeout(() => this.#connect(), RETRY_MS);
+    // An EventSource does not say why it ended; a request does.
+    const address = new URLSearchParams(query).get("address");
+    const reason = await request("GET", address === null ? "/bus" : `/drives/${address}/inputs`).then(
+      () => new Refused("the stream ended"),
+      (error) => error,
+    );
+    if (query === this.#query && this.#source === null) this.#on.closed(reason);
+  }
+}

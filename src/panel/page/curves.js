@@ -1,0 +1,340 @@
+// Position, speed and current against the time of the bus, with a cursor and zoom.
+import { html, say } from "./dom.js";
+
+const SPANS_S = [5, 10, 30, 60, 120, 300];
+const KEPT = 20_000;
+const RARE_S = 0.12;
+const LANES = [
+  { name: "Position", unit: "", lines: [{ key: "setpoint", class: "setpoint" }, { key: "position", class: "position" }], least: 10 },
+  { name: "Speed", unit: "rpm", lines: [{ key: "speed_rpm", class: "speed" }], least: 10 },
+  { name: "Current", unit: "mA", lines: [{ key: "current_ma", class: "current" }], least: 200 },
+];
+const LEFT = 58;
+const RIGHT = 10;
+const TOP = 20;
+const BOTTOM = 22;
+const GAP = 26;
+
+export class Curves {
+  #samples = [];
+  #span = 10;
+  /** The time at the right edge in s; `null` while the curves follow the newest sample. */
+  #end = null;
+  #cursor = null;
+  #drag = null;
+  #dirty = true;
+  #colors = {};
+
+  constructor(root) {
+    this.canvas = html("canvas", {
+      class: "curves",
+      tabindex: 0,
+      role: "img",
+      "aria-label": "Position, speed and current against time",
+      "aria-describedby": "curves-keys",
+    });
+    this.readout = html("output", { class: "readout" });
+    this.follow = html("button", { type: "button", "aria-pressed": true, onclick: () => this.#go(this.#end === null ? this.#newest() : null) }, "Follow");
+    this.scale = html("output", { class: "scale" });
+    root.replaceChildren(
+      html(
+        "div",
+        { class: "toolbar" },
+        this.readout,
+        html("span", { class: "spacer" }),
+        html("button", { type: "button", "aria-label": "Show more time", onclick: () => this.#zoom(1) }, "−"),
+        this.scale,
+        html("button", { type: "button", "aria-label": "Show less time", onclick: () => this.#zoom(-1) }, "+"),
+        this.follow,
+      ),
+      this.canvas,
+      html("p", { class: "hint", id: "curves-keys" }, "Point at the curves or use ← → for a cursor, drag or Page Up and Page Down for the time before, + − to zoom, Home to follow."),
+    );
+    this.#listen();
+    const look = () => {
+      this.#colors = colors(this.canvas);
+      this.#dirty = true;
+    };
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", look);
+    new ResizeObserver(look).observe(this.canvas);
+  }
+
+  /** Another drive: its curves begin anew. */
+  clear() {
+    this.#samples = [];
+    this.#cursor = null;
+    this.#go(null);
+  }
+
+  /**
+   * A sample `{ time_s, position, setpoint, speed_rpm, current_ma, unit }`; `setpoint` may be null. `gap` says that
+   * samples before it are lost: the curves are broken there.
+   */
+  add(sample, gap = false) {
+    const last = this.#samples.at(-1);
+    if (last && sample.time_s < last.time_s) this.#samples = [];
+    if (last && sample.time_s === last.time_s) return;
+    // Nothing is told of a shaft that stands until something changes: it stood until now.
+    if (last && !gap && last.speed_rpm === 0 && sample.time_s - last.time_s > RARE_S) {
+      this.#samples.push({ ...last, time_s: sample.time_s - RARE_S / 2, gap: false });
+    }
+    this.#samples.push({ ...sample, gap });
+    if (this.#samples.length > KEPT) this.#samples.splice(0, KEPT / 10);
+    this.#dirty = true;
+  }
+
+  /** Paints if there is something new to see. */
+  paint() {
+    if (!this.#dirty || this.canvas.clientWidth === 0) return;
+    this.#dirty = false;
+    const ratio = window.devicePixelRatio || 1;
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    if (this.canvas.width !== Math.round(width * ratio) || this.canvas.height !== Math.round(height * ratio)) {
+      this.canvas.width = Math.round(width * ratio);
+      this.canvas.height = Math.round(height * ratio);
+    }
+    const context = this.canvas.getContext("2d");
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.clearRect(0, 0, width, height);
+    context.font = `11px ${this.#colors.font}`;
+    this.#paintAll(context, width, height);
+    this.#tell();
+  }
+
+  #newest() {
+    return this.#samples.at(-1)?.time_s ?? 0;
+  }
+
+  #right() {
+    return this.#end ?? this.#newest();
+  }
+
+  #go(end) {
+    const oldest = this.#samples[0]?.time_s ?? 0;
+    this.#end = end === null || end > this.#newest() ? null : Math.max(end, Math.min(oldest + this.#span, this.#newest()));
+    this.follow.setAttribute("aria-pressed", this.#end === null);
+    this.#dirty = true;
+  }
+
+  #zoom(step) {
+    const place = SPANS_S.indexOf(this.#span) + step;
+    this.#span = SPANS_S[Math.min(Math.max(place, 0), SPANS_S.length - 1)];
+    this.#dirty = true;
+  }
+
+  #listen() {
+    const canvas = this.canvas;
+    const timeAt = (event) => {
+      const box = canvas.getBoundingClientRect();
+      const share = (event.clientX - box.left - LEFT) / (box.width - LEFT - RIGHT);
+      return this.#right() - this.#span * (1 - Math.min(Math.max(share, 0), 1));
+    };
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      this.#drag = { x: event.clientX, end: this.#right(), moved: false };
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      if (this.#drag && Math.abs(event.clientX - this.#drag.x) > 3) this.#drag.moved = true;
+      if (this.#drag?.moved) {
+        const width = canvas.clientWidth - LEFT - RIGHT;
+        this.#go(this.#drag.end - (event.clientX - this.#drag.x) / width * this.#span);
+      }
+      this.#cursor = timeAt(event);
+      this.#dirty = true;
+    });
+    canvas.addEventListener("pointerup", () => (this.#drag = null));
+    canvas.addEventListener("pointercancel", () => (this.#drag = null));
+    canvas.addEventListener("pointerleave", () => {
+      this.#cursor = null;
+      this.#dirty = true;
+    });
+    canvas.addEventListener("wheel", (event) => {
+      // Without a key the wheel scrolls the page, as everywhere.
+      if (!event.ctrlKey && !event.shiftKey) return;
+      event.preventDefault();
+      this.#zoom(Math.sign(event.deltaY || event.deltaX));
+    }, { passive: false });
+    canvas.addEventListener("keydown", (event) => this.#key(event));
+  }
+
+  #key(event) {
+    const step = this.#span / 100;
+    const keys = {
+      ArrowLeft: () => this.#point(-step),
+      ArrowRight: () => this.#point(step),
+      PageUp: () => this.#go(this.#right() - this.#span / 2),
+      PageDown: () => this.#go(this.#right() + this.#span / 2),
+      Home: () => {
+        this.#cursor = null;
+        this.#go(null);
+      },
+      Escape: () => (this.#cursor = null),
+      "+": () => this.#zoom(-1),
+      "-": () => this.#zoom(1),
+    };
+    const act = keys[event.key];
+    if (!act || event.ctrlKey || event.altKey || event.metaKey) return;
+    event.preventDefault();
+    act();
+    this.#dirty = true;
+  }
+
+  /** Moves the cursor by `step` seconds. What it points at stays where it is: the curves stand. */
+  #point(step) {
+    const right = this.#right();
+    if (this.#end === null) this.#go(right);
+    this.#cursor = Math.min(Math.max((this.#cursor ?? right) + step, right - this.#span), right);
+  }
+
+  /** The newest sample at `time`, or before. */
+  #at(time) {
+    let [low, high] = [0, this.#samples.length];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.#samples[middle].time_s <= time) low = middle + 1;
+      else high = middle;
+    }
+    return low - 1;
+  }
+
+  #tell() {
+    say(this.scale, `${this.#span} s`);
+    const sample = this.#samples[this.#at(this.#cursor ?? this.#right())];
+    if (!sample) {
+      say(this.readout, "no samples yet");
+      return;
+    }
+    const when = this.#cursor === null ? "" : `${sample.time_s.toFixed(2)} s   `;
+    const setpoint = sample.setpoint === null ? "" : ` (setpoint ${sample.setpoint})`;
+    say(this.readout, `${when}${sample.position} ${sample.unit}${setpoint}   ${sample.speed_rpm} rpm   ${sample.current_ma} mA`);
+  }
+
+  #paintAll(context, width, height) {
+    const right = this.#right();
+    const left = right - this.#span;
+    const x = (time) => LEFT + (time - left) / this.#span * (width - LEFT - RIGHT);
+    const first = Math.max(this.#at(left), 0);
+    const shown = this.#samples.slice(first, this.#at(right) + 2);
+    const share = (height - TOP - BOTTOM - GAP * (LANES.length - 1)) / (LANES.length + 1);
+    this.#paintTime(context, x, left, right, height);
+    let top = TOP;
+    LANES.forEach((lane, index) => {
+      // Where the shaft is matters most: it gets twice the height.
+      const tall = index === 0 ? 2 * share : share;
+      this.#paintLane(context, lane, shown, x, { top, bottom: top + tall, width });
+      top += tall + GAP;
+    });
+    if (this.#cursor !== null) {
+      const at = Math.round(x(this.#cursor)) + 0.5;
+      context.strokeStyle = this.#colors.ink;
+      context.setLineDash([2, 3]);
+      line(context, at, TOP - 4, at, height - BOTTOM);
+      context.setLineDash([]);
+    }
+  }
+
+  #paintTime(context, x, left, right, height) {
+    const step = nice((right - left) / 5);
+    context.fillStyle = this.#colors.muted;
+    context.strokeStyle = this.#colors.line;
+    context.textAlign = "center";
+    for (let time = Math.ceil(left / step) * step; time <= right; time += step) {
+      if (time < 0) continue;
+      const at = Math.round(x(time)) + 0.5;
+      line(context, at, TOP, at, height - BOTTOM);
+      context.fillText(`${Number(time.toFixed(2))} s`, Math.min(at, x(right) - 12), height - 6);
+    }
+  }
+
+  #paintLane(context, lane, samples, x, { top, bottom, width }) {
+    const values = samples.flatMap((sample) => lane.lines.map(({ key }) => sample[key])).filter((value) => value !== null);
+    const { low, high } = range(values, lane.least);
+    const y = (value) => bottom - (value - low) / (high - low) * (bottom - top);
+    context.textAlign = "left";
+    context.fillStyle = this.#colors.ink;
+    const unit = lane.unit || samples.at(-1)?.unit || "";
+    context.fillText(unit ? `${lane.name}, ${unit}` : lane.name, LEFT, top - 6);
+    context.textAlign = "right";
+    context.strokeStyle = this.#colors.line;
+    context.fillStyle = this.#colors.muted;
+    const step = nice((high - low) / Math.max((bottom - top) / 32, 1));
+    for (let value = Math.ceil(low / step) * step; value <= high; value += step) {
+      const at = Math.round(y(value)) + 0.5;
+      line(context, LEFT, at, width - RIGHT, at);
+      context.fillText(String(Math.round(value)), LEFT - 6, at + 4);
+    }
+    context.save();
+    context.beginPath();
+    context.rect(LEFT, top - 3, width - LEFT - RIGHT, bottom - top + 6);
+    context.clip();
+    for (const { key, class: name } of lane.lines) this.#paintLine(context, samples, key, name, x, y);
+    context.restore();
+  }
+
+  #paintLine(context, samples, key, name, x, y) {
+    context.strokeStyle = this.#colors[name];
+    context.lineWidth = name === "setpoint" ? 1.25 : 1.75;
+    context.setLineDash(name === "setpoint" ? [5, 4] : []);
+    context.lineJoin = "round";
+    context.beginPath();
+    let down = false;
+    let before = null;
+    for (const sample of samples) {
+      const value = sample[key];
+      if (value === null || value === undefined) {
+        down = false;
+        continue;
+      }
+      if (!down || sample.gap) context.moveTo(x(sample.time_s), y(value));
+      // A setpoint does not move to its next value, it is another one.
+      else if (name === "setpoint") context.lineTo(x(sample.time_s), y(before));
+      context.lineTo(x(sample.time_s), y(value));
+      before = value;
+      down = true;
+    }
+    context.stroke();
+    context.setLineDash([]);
+    context.lineWidth = 1;
+  }
+}
+
+function line(context, x1, y1, x2, y2) {
+  context.beginPath();
+  context.moveTo(x1, y1);
+  context.lineTo(x2, y2);
+  context.stroke();
+}
+
+/** What an axis shows: all values with some air, and not less than `least`. */
+function range(values, least) {
+  let low = 0;
+  let high = 0;
+  if (values.length > 0) {
+    low = values.reduce((a, b) => Math.min(a, b));
+    high = values.reduce((a, b) => Math.max(a, b));
+  }
+  const air = Math.max((high - low) * 0.08, (least - (high - low)) / 2, 0);
+  return { low: low - air, high: high + air };
+}
+
+/** The next step of 1, 2 or 5 times a power of ten. */
+function nice(step) {
+  const power = 10 ** Math.floor(Math.log10(step));
+  return [1, 2, 5, 10].map((factor) => factor * power).find((candidate) => candidate >= step);
+}
+
+/** The colours of the page in effect, for the canvas. */
+function colors(element) {
+  const style = getComputedStyle(element);
+  const color = (name) => style.getPropertyValue(`--${name}`).trim();
+  return {
+    font: style.fontFamily,
+    ink: color("ink"),
+    muted: color("muted"),
+    line: color("line"),
+    position: color("accent"),
+    setpoint: color("muted"),
+    speed: color("curve-speed"),
+    current: color("curve-current"),
+  };
+}

@@ -1,0 +1,96 @@
+// The faults of a drive: the one it is in and what to do, the buffer, and how to provoke each.
+import { html, say, mark, Rows } from "./dom.js";
+
+/**
+ * The faults: what makes each (docs/drive.md), whether `inputs` do, and the inputs that take the cause back. A 24:1 gear
+ * needs half the friction for C.
+ */
+const FAULTS = {
+  A: {
+    title: "supply below 18 V and more than 200 mA, once the shaft shall turn",
+    made: (inputs, model) => inputs.control_supply_volts < 18 || (model === "AG03/1" && inputs.output_supply_volts < 18),
+    healthy: { control_supply_volts: 24, output_supply_volts: 24 },
+  },
+  B: { title: "shaft blocked, once it shall turn", made: (inputs) => inputs.blocked, healthy: { blocked: false } },
+  C: {
+    title: "more than 2.4 A for more than 4 s, once the shaft shall turn",
+    made: (inputs) => inputs.friction_torque_newton_metres >= 4.7,
+    healthy: { friction_torque_newton_metres: 0 },
+  },
+  D: { title: "output stage above 90 °C", made: (inputs) => inputs.stage_temperature_celsius > 90, healthy: { stage_temperature_celsius: null } },
+  E: { title: "SIN/COS monitoring", made: (inputs) => inputs.encoder_fault, healthy: { encoder_fault: false }, only: "AG03/1" },
+  F: { title: "internal error", made: (inputs) => inputs.internal_fault, healthy: { internal_fault: false } },
+  G: { title: "intermediate circuit above 35 V", made: (inputs) => inputs.dc_link_volts > 35, healthy: { dc_link_volts: null } },
+  J: { title: "battery below 2.2 V", made: (inputs) => inputs.battery_volts < 2.2, healthy: { battery_volts: 3 }, only: "AG03/1" },
+};
+const BUFFER_LENGTH = 10;
+
+export class Faults {
+  #act;
+  #model = null;
+  #buttons = new Map();
+  #buffer;
+
+  /** `act.provoke(code)` makes a cause, `act.takeBack(inputs)` changes inputs so that it goes. */
+  constructor(root, act) {
+    this.#act = act;
+    const list = html("ol", { class: "buffer", "aria-label": "Fault buffer, PNU 945" });
+    this.count = html("p", { class: "muted" });
+    this.steps = html("p", { class: "steps" });
+    this.provoke = html("div", { class: "provoke", role: "group", "aria-label": "Provoke a fault" }, html("span", { class: "muted" }, "Provoke"));
+    for (const [code, { title }] of Object.entries(FAULTS)) {
+      const button = html("button", { type: "button", title, "aria-label": `Provoke fault ${code}: ${title}`, "aria-pressed": false, onclick: () => this.#toggle(code) }, code);
+      this.#buttons.set(code, button);
+      this.provoke.append(button);
+    }
+    root.replaceChildren(this.provoke, this.steps, list, this.count);
+    this.#buffer = new Rows(list, () => {
+      const element = html("li");
+      return {
+        element,
+        show: ({ code, title }) => {
+          say(element, code);
+          mark(element, "title", title);
+          element.classList.toggle("empty", code === "–");
+        },
+      };
+    });
+  }
+
+  /**
+   * The `model` and its `inputs`, the fault `latched` or null, the codes whose `causes` are there, whether turn-on is
+   * disabled, the `buffer` of PNU 945, and the `count` of PNU 952.
+   */
+  show({ model, inputs, latched, causes, turnOnDisabled, buffer, count }) {
+    this.#model = model;
+    for (const [code, button] of this.#buttons) {
+      const { only, made } = FAULTS[code];
+      button.hidden = only !== undefined && only !== model;
+      mark(button, "aria-pressed", made(inputs, model));
+    }
+    say(this.steps, advice(latched, causes, turnOnDisabled));
+    const places = Array.from({ length: BUFFER_LENGTH }, (_, index) => ({ index, code: buffer[index]?.code ?? "–", title: buffer[index]?.text ?? "empty" }));
+    this.#buffer.show(places, ({ index }) => index);
+    say(this.count, `${count} faults counted (PNU 952); the last ten above (PNU 945).`);
+  }
+
+  #toggle(code) {
+    const pressed = this.#buttons.get(code).getAttribute("aria-pressed") === "true";
+    if (!pressed) {
+      this.#act.provoke(code);
+      return;
+    }
+    const { output_supply_volts: output, ...both } = FAULTS[code].healthy;
+    const ofAg03_1 = output !== undefined && this.#model === "AG03/1";
+    this.#act.takeBack(ofAg03_1 ? { ...both, output_supply_volts: output } : both);
+  }
+}
+
+function advice(latched, causes, turnOnDisabled) {
+  if (latched !== null) {
+    const first = causes.length > 0 ? "Take its cause back, then let the master acknowledge" : "Its cause is gone: let the master acknowledge";
+    return `Fault ${latched.text}. ${first} with STW.7 from 0 to 1.`;
+  }
+  if (turnOnDisabled) return "Acknowledged. Turning on is disabled until the master gives OFF1 (STW.0 = 0) once.";
+  return "No fault.";
+}

@@ -1,0 +1,55 @@
+// The connection to the server: lost and found again, samples lost on the way, and what the page is allowed to do.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { CONNECTED, LIMIT_MS, onStage, text } from "./stage.js";
+
+test("a server that goes is missed, and found again when it is back", async () => {
+  await onStage({ master: false, refusals: true }, async (stage) => {
+    const { page } = stage;
+    await text(page, "#drive-state", "ready-to-run");
+    stage.emulator = await stage.emulator.restart(async () => {
+      await page.locator("#connection[data-kind=lost]").waitFor();
+      await text(page, "#connection", "the emulator does not answer");
+    });
+    await page.locator(CONNECTED).waitFor();
+    await page.getByRole("button", { name: "Provoke fault D:" }).click();
+    await text(page, "#drive-state", "fault D");
+  });
+});
+
+test("a drive that is taken away is said to be gone, and is there again when it is back", async () => {
+  await onStage({ drives: ["--drives", "5-6"], master: false, refusals: true }, async ({ page }) => {
+    const act = (method, path, body) => page.evaluate(([method, path, body]) => fetch(path, { method, headers: { "content-type": "application/json" }, body }).then(({ status }) => status), [method, path, body]);
+    assert.equal(await act("DELETE", "/api/v1/drives/5"), 204);
+    await text(page, "#why-title", "there is no drive at address 5");
+    assert.equal(await act("POST", "/api/v1/drives", JSON.stringify({ address: 5 })), 201);
+    await page.locator(CONNECTED).waitFor();
+    await text(page, "#drive-state", "ready-to-run");
+  });
+});
+
+test("what a slow reader has lost is counted in plain sight", async () => {
+  await onStage({ master: false }, async ({ page }) => {
+    const told = 'event: lost\ndata: {"states":3,"news":1,"telegrams":250}\n\n';
+    await page.route("**/api/v1/events?*", (route) => route.fulfill({ contentType: "text/event-stream", body: told }), { times: 1 });
+    await page.reload();
+    await text(page, "#connection", "3 samples, 1 event, 250 telegrams lost");
+  });
+});
+
+test("the page is allowed nothing but itself, and needs nothing more", async () => {
+  await onStage({ master: false }, async ({ page, emulator }) => {
+    const response = await page.goto(emulator.panel, { timeout: LIMIT_MS });
+    const policy = response.headers()["content-security-policy"];
+    assert.match(policy, /default-src 'none'/);
+    assert.doesNotMatch(policy, /unsafe|\*|http/);
+    // What data says is never markup: a name that looks like it stays text.
+    const injected = await page.evaluate(async () => {
+      const { html } = await import("/page/dom.js");
+      const element = html("p", { title: "<b>" }, "<img src=x>");
+      return [element.childElementCount, element.textContent];
+    });
+    assert.deepEqual(injected, [0, "<img src=x>"]);
+  });
+});

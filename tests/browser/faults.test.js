@@ -1,0 +1,85 @@
+// Every fault of the AG03/1 provoked and its cause taken back in the panel, and acknowledged by the master.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { onStage, text } from "./stage.js";
+
+/** Code, whether the shaft must be told to turn for it, and whether its cause goes away with the motion. */
+const FAULTS = [
+  ["D", false, false],
+  ["E", false, false],
+  ["F", false, false],
+  ["G", false, false],
+  ["J", false, false],
+  ["A", true, true],
+  ["B", true, true],
+  ["C", true, true],
+];
+const BLINKS = { A: 1, B: 2, C: 3, D: 4, E: 5, F: 6, G: 7, J: 10 };
+
+test("each fault A to G and J is provoked, seen, taken back and acknowledged", async () => {
+  await onStage({}, async ({ page, master }) => {
+    await master.exchanging(5);
+    let target = 0;
+    const seen = [];
+    for (const [code, moving, goesAway] of FAULTS) {
+      await master.enable(5);
+      const provoke = page.getByRole("button", { name: `Provoke fault ${code}:` });
+      await provoke.click();
+      await page.locator(`[aria-label^="Provoke fault ${code}:"][aria-pressed=true]`).waitFor();
+      if (moving) {
+        // Far enough that fault C, which takes more than 4 s, comes on the way.
+        target = target > 0 ? -20_000 : 20_000;
+        await master.travel(5, target);
+      }
+      await text(page, "#drive-state", `fault ${code}`);
+      const times = BLINKS[code] === 1 ? "blinks once" : `blinks ${BLINKS[code]} times`;
+      await text(page, ".device", `${times}: fault ${code}`);
+      await page.locator("[data-lamp=status][data-lit=true]").waitFor();
+      await page.locator("[data-lamp=status][data-lit=false]").waitFor();
+      await text(page, "#why-reasons", "is not acknowledged");
+      if (!goesAway) await text(page, "#faults .steps", "Take its cause back, then let the master acknowledge");
+      seen.unshift(code);
+      await text(page, "#faults .buffer", seen.join(""));
+      await page.locator(`#log-lines li[data-kind=fault]`, { hasText: `fault ${code}` }).waitFor();
+
+      await provoke.click();
+      await text(page, "#faults .steps", "Its cause is gone: let the master acknowledge");
+      await master.command(5, 0x0001);
+      await master.command(5, 0x0081);
+      await text(page, "#drive-state", "turn-on disabled");
+      await text(page, "#faults .steps", "Turning on is disabled until the master gives OFF1");
+      await master.command(5, 0x0000);
+      await text(page, "#drive-state", "ready-to-run");
+      await text(page, "#faults .steps", "No fault.");
+      await page.locator("[data-lamp=status][data-lit=true]").waitFor();
+    }
+    await text(page, "#faults", `${FAULTS.length} faults counted`);
+  });
+});
+
+test("an AG03 is not offered what it does not have", async () => {
+  await onStage({ drives: ["--drive", "5,model=ag03"], master: false }, async ({ page }) => {
+    await text(page, "#drive-dp", "AG03, gear 48:1");
+    const offered = await page.locator(".provoke button:visible").allTextContents();
+    assert.deepEqual(offered, ["A", "B", "C", "D", "F", "G"]);
+    await page.getByRole("switch", { name: "Enable input" }).click();
+    await text(page, "#why-reasons", "the enable input is not active");
+  });
+});
+
+test("an LED blinks as often as the code of the fault says", async () => {
+  await onStage({ master: false }, async ({ page }) => {
+    const counted = await page.evaluate(async (codes) => {
+      const { isLit } = await import("/page/leds.js");
+      return codes.map((blinks) => {
+        const led = { pattern: "blinking", blinks, on_milliseconds: 250, off_milliseconds: 250, pause_milliseconds: 1250, phase_milliseconds: 700 };
+        const sequence = blinks * 500 + 1250;
+        let rises = 0;
+        for (let ms = 1; ms <= sequence; ms += 1) rises += Number(isLit(led, ms) && !isLit(led, ms - 1));
+        return rises;
+      });
+    }, Object.values(BLINKS));
+    assert.deepEqual(counted, Object.values(BLINKS));
+  });
+});

@@ -1,0 +1,229 @@
+// The panel with the keyboard only, on a phone, in light and dark, and with 125 drives.
+//
+// PROFIDRIVE_SCREENSHOTS=DIR keeps pictures of what the tests see.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import path from "node:path";
+
+import { onStage, setInput, text, until, value } from "./stage.js";
+
+const PHONE = { width: 360, height: 740 };
+const PICTURES = process.env.PROFIDRIVE_SCREENSHOTS;
+
+async function photograph(page, name, options = {}) {
+  if (!PICTURES) return;
+  await page.evaluate(() => scrollTo(0, 0));
+  await page.screenshot({ path: path.join(PICTURES, `${name}.png`), ...options });
+}
+
+/** Texts whose contrast to what is behind them is below 4.5 (WCAG 2 AA), 3 for large ones. */
+function faint(page) {
+  return page.evaluate(() => {
+    const canvas = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
+    const rgb = (color) => {
+      canvas.clearRect(0, 0, 1, 1);
+      canvas.fillStyle = color;
+      canvas.fillRect(0, 0, 1, 1);
+      return [...canvas.getImageData(0, 0, 1, 1).data];
+    };
+    const luminance = ([red, green, blue]) => {
+      const [r, g, b] = [red, green, blue].map((part) => (part / 255 <= 0.04045 ? part / 255 / 12.92 : ((part / 255 + 0.055) / 1.055) ** 2.4));
+      return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+    };
+    const ground = (element) => {
+      for (let at = element; at; at = at.parentElement) {
+        const color = rgb(getComputedStyle(at).backgroundColor);
+        if (color[3] === 255) return color;
+      }
+      return [255, 255, 255];
+    };
+    const found = [];
+    const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+    while (walker.nextNode()) {
+      const element = walker.currentNode.parentElement;
+      const text = walker.currentNode.textContent.trim();
+      if (text === "" || element.closest("svg, option") || !element.checkVisibility()) continue;
+      const style = getComputedStyle(element);
+      const [a, b] = [luminance(rgb(style.color)), luminance(ground(element))].sort((x, y) => y - x);
+      const ratio = (a + 0.05) / (b + 0.05);
+      const large = parseFloat(style.fontSize) >= 18.66;
+      if (ratio < (large ? 3 : 4.5)) found.push(`${ratio.toFixed(2)} ${text.slice(0, 40)}`);
+    }
+    return [...new Set(found)];
+  });
+}
+
+async function assertFits(page) {
+  const { wide, room } = await page.evaluate(() => ({ wide: document.documentElement.scrollWidth, room: innerWidth }));
+  assert.ok(wide <= room, `the page is ${wide} wide and has room for ${room}`);
+}
+
+/** A drive that has travelled, refused, and travels again: something to see in every part of the page. */
+async function busyDrive(page, master) {
+  await master.exchanging(5);
+  await master.enable(5);
+  await master.travel(5, 1600);
+  await master.until(5, "the target", (station) => station.bit(10) && station.hiw === 1600);
+  await master.travel(5, 1_200_000);
+  await text(page, "#why-refused", "above the upper limit");
+  const station = master.station(5);
+  station.pkw = [0x13fa, 0, 0, 0];
+  await text(page, "#pkw .log", "23FA 0000 0000 0000");
+  station.pkw = [0, 0, 0, 0];
+  await setInput(page, "friction_torque_newton_metres", 1.5);
+  await master.travel(5, 6400);
+  await until("position", () => value(page, "Position"), (position) => position > 4000);
+  await page.evaluate(() => document.activeElement.blur());
+}
+
+for (const colorScheme of ["light", "dark"]) {
+  test(`in ${colorScheme}, every text can be read`, async () => {
+    await onStage({ page: { colorScheme, viewport: { width: 1360, height: 1270 } } }, async ({ page, master }) => {
+      const ground = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+      const bright = Number(/\d+/.exec(ground)[0]) > 128;
+      assert.equal(bright, colorScheme === "light", ground);
+      await busyDrive(page, master);
+      await photograph(page, `panel-${colorScheme}`);
+      assert.deepEqual(await faint(page), []);
+      await page.getByRole("button", { name: "Provoke fault F:" }).click();
+      await text(page, "#drive-state", "fault F");
+      assert.deepEqual(await faint(page), []);
+      for (const view of ["Drives", "Bus"]) {
+        await page.getByRole("link", { name: view, exact: true }).click();
+        await page.locator(view === "Bus" ? "#counters tbody tr" : ".tile").first().waitFor();
+        assert.deepEqual(await faint(page), []);
+      }
+    });
+  });
+}
+
+test("on a phone nothing is beside the screen, and what is touched is large enough", async () => {
+  await onStage({ page: { viewport: PHONE, hasTouch: true, isMobile: true, deviceScaleFactor: 2 } }, async ({ page, master }) => {
+    await busyDrive(page, master);
+    await assertFits(page);
+    await photograph(page, "panel-phone");
+    const small = await page.evaluate(() =>
+      [...document.querySelectorAll("button, select, input, a, [role=switch], [role=button]")]
+        .filter((element) => element.checkVisibility() && !element.closest(".skip"))
+        .map((element) => ({ box: element.getBoundingClientRect(), name: element.getAttribute("aria-label") ?? element.textContent }))
+        .filter(({ box }) => box.width < 24 || box.height < 24)
+        .map(({ box, name }) => `${name}: ${box.width} x ${box.height}`),
+    );
+    assert.deepEqual(small, [], "WCAG 2.2 asks for 24 x 24");
+    await page.getByRole("switch", { name: "Shaft blocked" }).tap();
+    await page.locator("[data-field=blocked] [aria-checked=true]").waitFor();
+    for (const view of ["Drives", "Bus"]) {
+      await page.getByRole("link", { name: view, exact: true }).tap();
+      await page.locator(view === "Bus" ? "#counters tbody tr" : ".tile").first().waitFor();
+      await assertFits(page);
+    }
+  });
+});
+
+test("everything can be reached and worked with the keyboard, and the focus is always seen", async () => {
+  await onStage({ master: false }, async ({ page }) => {
+    await page.locator("#parameters tbody tr").first().waitFor();
+    await page.locator("body").focus();
+    const reached = new Map();
+    for (let step = 0; step < 200; step += 1) {
+      await page.keyboard.press("Tab");
+      const at = await page.evaluate(() => {
+        const element = document.activeElement;
+        if (element === document.body) return null;
+        const ring = element.querySelector(":scope > .focus");
+        const seen = ring ? getComputedStyle(ring).stroke !== "none" : getComputedStyle(element).outlineStyle !== "none";
+        const labels = [...(element.labels ?? [])].map((label) => label.textContent).join(" ");
+        const by = document.getElementById(element.getAttribute("aria-labelledby") ?? "")?.textContent;
+        return { name: (element.getAttribute("aria-label") ?? by ?? (labels || element.textContent)).trim(), seen };
+      });
+      if (at === null) break;
+      assert.ok(at.seen, `the focus is seen on ${at.name}`);
+      assert.notEqual(at.name, "", "everything has a name");
+      if (reached.has(at.name) && at.name === "Skip to the content") break;
+      reached.set(at.name, true);
+    }
+    for (const name of ["Drives", "Bus", "SW1, address 1", "SW10, bus terminator", "Key 1, clockwise", "Key 2, counter-clockwise", "Power off", "Shaft blocked", "Load, pulls clockwise, Nm", "Position, speed and current against time", "Provoke fault A: supply below 18 V and more than 200 mA, once the shaft shall turn", "Read", "Write", "Pause"]) {
+      assert.ok(reached.has(name), `${name} is reached; got ${[...reached.keys()].join(" | ")}`);
+    }
+
+    await page.getByRole("switch", { name: "SW8, factory reset" }).focus();
+    await page.keyboard.press("Space");
+    await text(page, "#power", "1010000 1 00");
+    const load = page.getByRole("slider", { name: "Load, pulls clockwise, Nm" });
+    await load.focus();
+    await page.keyboard.press("ArrowRight");
+    await page.keyboard.press("ArrowRight");
+    await page.locator('[data-field="load_torque_newton_metres"][data-changed=true]').waitFor();
+    await page.getByRole("switch", { name: "Give Intermediate circuit" }).focus();
+    await page.keyboard.press("Space");
+    await text(page, "#drive-state", "fault G");
+    await page.getByRole("link", { name: "Bus", exact: true }).focus();
+    await page.keyboard.press("Enter");
+    await text(page, "#counters", "sent");
+  });
+});
+
+test("nothing moves by itself for those who do not want it", async () => {
+  await onStage({ master: false, page: { reducedMotion: "reduce" } }, async ({ page }) => {
+    const moving = () => page.evaluate(() => [...document.querySelectorAll("*")].filter((element) => getComputedStyle(element).transitionDuration !== "0s" || getComputedStyle(element).animationName !== "none").length);
+    assert.equal(await moving(), 0);
+    await page.getByRole("button", { name: "Provoke fault D:" }).click();
+    await text(page, ".device", "blinks 4 times: fault D");
+    const dark = await page.locator("[data-lamp=status]").evaluate(async (lamp) => {
+      const seen = [];
+      new MutationObserver(() => seen.push(lamp.dataset.lit)).observe(lamp, { attributes: true });
+      await new Promise((resolve) => setTimeout(resolve, 3000));
+      return seen.filter((lit) => lit === "false");
+    });
+    assert.deepEqual(dark, [], "it stays lit");
+    await page.emulateMedia({ reducedMotion: "no-preference" });
+    assert.ok((await moving()) > 0);
+    await page.locator("[data-lamp=status][data-lit=false]").waitFor();
+    await page.locator("[data-lamp=status][data-lit=true]").waitFor();
+  });
+});
+
+test("125 drives are seen at a glance, filtered and chosen", async () => {
+  const addresses = Array.from({ length: 125 }, (_, index) => index + 1);
+  await onStage({ drives: ["--drives", "1-125"], addresses: addresses.slice(0, 100), page: { view: "#drives", viewport: { width: 1360, height: 960 } } }, async ({ page, master }) => {
+    const tiles = page.locator(".tile");
+    await until("tiles", () => tiles.count(), (count) => count === 125);
+    for (const address of addresses.slice(0, 100)) await master.exchanging(address);
+    for (const address of addresses.filter((address) => address % 3 === 0 && address <= 100)) master.station(address).stw = 0x000b;
+    await master.until(99, "operation enabled", (station) => station.bit(2));
+    const act = (method, path, body) => page.evaluate(([method, path, body]) => fetch(path, { method, headers: { "content-type": "application/json" }, body: JSON.stringify(body) }).then((response) => response.status), [method, path, body]);
+    for (const address of [14, 52, 98]) assert.equal(await act("POST", `/api/v1/drives/${address}/provoke`, { fault: "D" }), 200);
+    assert.equal(await act("PATCH", "/api/v1/drives/33/inputs", { battery_volts: 2.5 }), 200);
+    assert.equal(await act("PUT", "/api/v1/drives/77/power", { on: false }), 200);
+    const travelling = [6, 9, 12, 42, 60];
+    await Promise.all(travelling.map((address) => master.travel(address, address % 4 === 0 ? -900_000 : 900_000)));
+    for (const address of travelling) await master.until(address, "a travel", (station) => !station.bit(13));
+    await text(page, "#drives-count", "125 drives, 3 in fault");
+    await until("travels", () => page.locator(".tile[data-kind=moving]").count(), (count) => count === travelling.length);
+    await photograph(page, "panel-125");
+
+    const kinds = await tiles.evaluateAll((tiles) => tiles.map((tile) => `${tile.dataset.kind} ${tile.querySelector(".word").textContent}`));
+    for (const expected of ["fault fault D", "moving travels", "ready enabled", "idle ready-to-run", "off off", "idle no exchange", "warning warning"]) {
+      assert.ok(kinds.includes(expected), `${expected} is among ${[...new Set(kinds)]}`);
+    }
+    // What a tile says fits into it: no word is cut off.
+    const cut = await tiles.evaluateAll((tiles) => tiles.flatMap((tile) => [...tile.children]).filter((part) => part.scrollWidth > part.clientWidth + 1).map((part) => part.textContent));
+    assert.deepEqual(cut, []);
+    await assertFits(page);
+    assert.deepEqual(await faint(page), []);
+
+    await page.getByRole("searchbox", { name: "Filter" }).fill("fault");
+    await until("faults", () => tiles.count(), (count) => count === 3);
+    await page.getByRole("searchbox", { name: "Filter" }).fill("52 98");
+    await until("two", () => tiles.count(), (count) => count === 2);
+    await page.getByRole("link", { name: "98", exact: false }).last().click();
+    await text(page, "#drive-title", "Drive 98");
+    await text(page, "#drive-state", "fault D");
+    await page.locator("#choose").selectOption("77");
+    await text(page, "#drive-state", "off");
+
+    await page.setViewportSize(PHONE);
+    await page.getByRole("link", { name: "Drives", exact: true }).click();
+    await assertFits(page);
+  });
+});

@@ -1,0 +1,148 @@
+#!/usr/bin/env bash
+# Read captures of the emulator with Wireshark's own programs.
+#
+#   tests/wireshark/run.sh target/debug/profidrive [--update]
+#
+# 1. A run of the emulator that ends with SIGKILL in the middle of the traffic: capinfos and tshark read its capture,
+#    the link type is 257, and it holds every telegram that the master has sent and seen answered, in its order.
+# 2. A recorded session, through docs/wireshark/profibus.lua: the fields are those of session.fields. --update writes
+#    that file instead; look at the difference.
+# 3. Octets that make no sense through the same: no error of Lua.
+#
+# Needs capinfos and tshark (on Debian: apt install tshark) and python3. Exit status 0 if every step passed, 1 with a
+# line beginning with FAIL if one did not, 2 if the script was called wrongly or cannot run here.
+set -euo pipefail
+
+readonly READY_LIMIT=10      # seconds until the emulator is ready
+readonly KILL_AFTER=2000     # telegrams in the log of the master when the emulator is killed
+readonly GARBAGE=(4000 2611) # packets and seed
+
+usage() {
+    echo "usage: $0 PATH-OF-PROFIDRIVE [--update]" >&2
+    exit 2
+}
+
+cannot() {
+    echo "$0: $*" >&2
+    exit 2
+}
+
+fail() {
+    echo "FAIL $*" >&2
+    [[ -s ${work:-}/emulator.log ]] && sed 's/^/  emulator: /' "$work/emulator.log" | tail -n 40 >&2
+    exit 1
+}
+
+[[ $# -eq 1 || $# -eq 2 && $2 == --update ]] || usage
+[[ -x $1 && -f $1 ]] || cannot "$1 is no executable file; build it with: cargo build --features cli"
+emulator=$(realpath "$1")
+update=${2:-}
+here=$(realpath "$(dirname "${BASH_SOURCE[0]}")")
+dissector=$(realpath "$here/../../docs/wireshark/profibus.lua")
+for program in tshark capinfos python3; do
+    command -v "$program" >/dev/null || cannot "$program not found (on Debian: apt install tshark python3)"
+done
+
+work=$(mktemp -d)
+emulator_pid=
+master_pid=
+cleanup() {
+    for pid in $master_pid $emulator_pid; do
+        kill -KILL "$pid" 2>/dev/null || true
+        wait "$pid" 2>/dev/null || true
+    done
+    rm -rf "$work"
+}
+trap cleanup EXIT
+trap 'exit 130' INT
+trap 'exit 143' TERM
+
+# No settings or plugins of whoever runs this, no lookups of names.
+export HOME=$work XDG_CONFIG_HOME=$work LC_ALL=C.UTF-8 TZ=UTC
+sharks() {
+    tshark -n "$@" 2>"$work/tshark.log" || fail "tshark $*: $(tail -n 3 "$work/tshark.log")"
+}
+dissected() {
+    sharks -X "lua_script:$dissector" "$@"
+}
+
+echo "== SIGKILL in the middle of the traffic"
+capture=$work/bus.pcapng
+: >"$work/ready"
+"$emulator" emulate --link "pty:$work/bus" --capture "$capture" >"$work/ready" 2>"$work/emulator.log" &
+emulator_pid=$!
+for ((tenths = 0; ; tenths++)); do
+    grep -q '^ready ' "$work/ready" && break
+    kill -0 "$emulator_pid" 2>/dev/null || fail "emulator: ended before it was ready"
+    ((tenths < READY_LIMIT * 10)) || fail "emulator: no ready line within $READY_LIMIT s"
+    sleep 0.1
+done
+python3 "$here/master.py" forever "$work/bus" "$work/master" 2>"$work/master.log" &
+master_pid=$!
+for ((tenths = 0; ; tenths++)); do
+    [[ -e $work/master ]] && (($(wc -l <"$work/master") >= KILL_AFTER)) && break
+    kill -0 "$master_pid" 2>/dev/null || fail "master: ended early: $(cat "$work/master.log")"
+    ((tenths < 600)) || fail "master: not $KILL_AFTER telegrams within 60 s"
+    sleep 0.1
+done
+{ kill -KILL "$emulator_pid" && wait "$emulator_pid"; } 2>/dev/null || true
+emulator_pid=
+wait "$master_pid" || fail "master: $(cat "$work/master.log")"
+master_pid=
+
+link_type=$(python3 - "$capture" <<'PYTHON'
+import struct, sys
+octets = open(sys.argv[1], "rb").read()
+interface = struct.unpack_from("<I", octets, 4)[0]
+print(struct.unpack_from("<H", octets, interface + 8)[0])
+PYTHON
+)
+((link_type == 257)) || fail "link type $link_type, expected 257"
+# capinfos has no name for link type 257 and says so on stderr.
+packets=$(capinfos -c -M -T -r "$capture" 2>/dev/null | cut -f 2) || fail "capinfos cannot read the capture"
+sharks -r "$capture" -T fields -e frame.p2p_dir -e data.data | tr '\t' ' ' >"$work/captured"
+(($(wc -l <"$work/captured") == packets)) || fail "capinfos counts $packets packets, tshark $(wc -l <"$work/captured")"
+# Up to the last answer: a request behind it may never have reached the emulator.
+answered=$(grep -n '^0 ' "$work/master" | tail -n 1 | cut -d : -f 1)
+head -n "$answered" "$work/master" >"$work/held"
+head -n "$answered" "$work/captured" | diff -u "$work/held" - >"$work/difference" ||
+    fail "the capture is not what the master sent and received:$(head -n 20 "$work/difference")"
+((packets - answered <= 2)) || fail "$packets packets, but the master knows of $answered and at most 2 on their way"
+echo "SIGKILL: link type $link_type, $packets packets, all $answered telegrams of the master are there"
+
+echo "== a recorded session through profibus.lua"
+fields=(frame.number frame.p2p_dir _ws.col.Source _ws.col.Destination _ws.col.Info
+    profibus.fdl.sd profibus.fdl.da profibus.fdl.sa profibus.fdl.dsap profibus.fdl.ssap profibus.fdl.fc
+    profibus.fdl.fc.fcb profibus.fdl.fc.fcv profibus.fdl.fc.function profibus.fdl.fc.status profibus.fdl.fcs.good
+    profibus.fdl.retry profibus.invalid profibus.request_in profibus.response_in profibus.dp.service
+    profibus.dp.identifier profibus.dp.prm.lock_req profibus.dp.prm.wd_on profibus.dp.prm.watchdog
+    profibus.dp.prm.min_tsdr profibus.dp.prm.ident profibus.dp.prm.group profibus.dp.prm.user
+    profibus.dp.diag.station_not_ready profibus.dp.diag.prm_req profibus.dp.diag.prm_fault profibus.dp.diag.cfg_fault
+    profibus.dp.diag.master_add profibus.dp.diag.ident profibus.dp.diag.block profibus.dp.gc.clear_data
+    profibus.dp.gc.sync profibus.dp.gc.freeze profibus.dp.gc.group profibus.dp.ssa.address
+    ppo.pkw.ak ppo.pkw.pnu ppo.pkw.ind ppo.pkw.pwe ppo.pkw.value ppo.pkw.error ppo.stw ppo.stw.on ppo.stw.start
+    ppo.hsw ppo.zsw ppo.zsw.operation_enabled ppo.zsw.fault ppo.zsw.target_reached ppo.zsw.job_acknowledge ppo.hiw
+    _ws.expert.message)
+dissected -2 -r "$here/session.pcapng" -T fields -E header=y -E separator='|' -E occurrence=a -E aggregator=' ' \
+    "${fields[@]/#/-e}" >"$work/fields"
+if [[ $update == --update ]]; then
+    cp "$work/fields" "$here/session.fields"
+    echo "session.fields was written anew"
+else
+    diff -u "$here/session.fields" "$work/fields" >"$work/difference" ||
+        fail "the fields differ from session.fields: $(head -n 20 "$work/difference")"
+fi
+# The filters of docs/wireshark/README.md find something, each in this session.
+sed -n '/^## Filters/,$ s/^    //p' "$here/../../docs/wireshark/README.md" | while read -r filter; do
+    found=$(dissected -2 -r "$here/session.pcapng" -Y "$filter" | wc -l)
+    ((found > 0)) || fail "the filter of the README finds nothing: $filter"
+    echo "$found packets: $filter"
+done
+
+echo "== garbage through profibus.lua"
+python3 "$here/garbage.py" "$work/garbage.pcapng" "${GARBAGE[@]}"
+dissected -2 -r "$work/garbage.pcapng" -V >"$work/garbage"
+errors=$(grep -c 'Lua Error' "$work/garbage" "$work/tshark.log" || true)
+grep -q ':[1-9]' <<<"$errors" && fail "errors of Lua: $(grep -h 'Lua Error' "$work/garbage" "$work/tshark.log" | sort | uniq -c)"
+(($(grep -c '^PROFIBUS,' "$work/garbage") > GARBAGE[0] / 2)) || fail "the dissector did not see the packets"
+echo "OK: captures are read"
