@@ -28,6 +28,7 @@
 //! | [`client`] | the master's side: parameters and control words of a drive, without I/O | PKW, STW and ZSW patterns |
 //! | [`explain`] | telegrams and words in words (feature `std`) | what all of the above mean to a person |
 //! | [`host`] | links, clock, run loop (feature `std`) | the operating system |
+//! | `panel` | HTTP control, live stream and a page (feature `panel`) | what a bench around a bus needs |
 //!
 //! Everything above [`explain`] is `no_std`, allocates nothing, and never panics whatever octets it is given.
 //!

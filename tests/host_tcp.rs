@@ -537,7 +537,7 @@ fn a_master_exchanges_data_beside_resets_floods_and_a_hundred_connections() {
                 let count = master.client.0.read(&mut buf).unwrap();
                 assert!(count > 0, "the master was dropped");
                 master.heard.extend_from_slice(&buf[..count]);
-                assert!(start.elapsed() < Duration::from_secs(2), "round {round}");
+                assert!(start.elapsed() < Duration::from_secs(60), "round {round}");
             }
         }
     });

@@ -4,7 +4,22 @@
 
 #[cfg(feature = "std")]
 pub(crate) mod decode_cli;
+pub(crate) mod eeprom_image;
 pub(crate) mod framer;
 pub(crate) mod pkw_ops;
 pub(crate) mod slave_ops;
 pub(crate) mod telegram;
+
+use arbitrary::{Arbitrary, Unstructured};
+
+/// Octets in one piece behind their number, so that a telegram stands in an input as it stands on the line: the
+/// fuzzer can splice golden vectors, which it cannot with the `Vec<u8>` of the derived format.
+#[derive(Debug)]
+pub(crate) struct Octets<'a>(pub(crate) &'a [u8]);
+
+impl<'a> Arbitrary<'a> for Octets<'a> {
+    fn arbitrary(input: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
+        let announced: u8 = input.arbitrary()?;
+        input.bytes(usize::from(announced).min(input.len())).map(Self)
+    }
+}

@@ -2,7 +2,9 @@
 //! changes nothing, a written value is read back, every value stays in its range.
 
 use arbitrary::{Arbitrary, Unstructured};
-use profidrive::param::{Effect, Gear, Live, Model, Parameter, Store, WriteContext, parameters};
+use profidrive::param::{
+    Effect, Gear, Kind, Live, Model, Parameter, Pnu, Store, Value, WriteContext, parameters,
+};
 use profidrive::pkw::{Config, Engine};
 use profidrive::ppo::{JobId, Pkw, ReplyId};
 
@@ -82,6 +84,9 @@ fn hold(engine: &mut Engine, store: &mut Store, job: Pkw, cycles: u8, context: &
         if outcome.effect != Effect::None {
             effects += 1;
         }
+        if !engine.has_work(job) {
+            check_written(job, outcome.reply, store);
+        }
         let reads = matches!(job.pke.job(), JobId::Read | JobId::ReadElement);
         if reads && !engine.has_work(job) {
             assert_eq!(values(&before), values(store), "a read changed something");
@@ -90,6 +95,22 @@ fn hold(engine: &mut Engine, store: &mut Store, job: Pkw, cycles: u8, context: &
     // One job that was waiting and the one held.
     assert!(effects <= 2, "{effects} effects of one job");
     assert!(refusals <= 2, "{refusals} refusals of one job");
+}
+
+/// A write that was acknowledged is echoed, and reads as written.
+fn check_written(job: Pkw, reply: Pkw, store: &Store) {
+    let written = match (job.pke.job(), reply.pke.reply()) {
+        (JobId::WriteWord, ReplyId::Word) => Value::Word(job.word()),
+        (JobId::WriteDoubleWord, ReplyId::DoubleWord) => Value::Double(job.double_word()),
+        _ => return,
+    };
+    assert_eq!(reply.pke.pnu(), job.pke.pnu());
+    let pnu = Pnu::from_low_bits(job.pke.pnu());
+    match store.entry(pnu).map(|entry| entry.kind) {
+        Ok(Kind::Setting(_)) => assert_eq!(store.read(pnu, None, &Live::default()), Ok(written), "{job}"),
+        Ok(Kind::LoadParameterSet) => assert!((1..=5).contains(&job.word())),
+        other => panic!("{job} was acknowledged: {other:?}"),
+    }
 }
 
 fn values(store: &Store) -> Vec<i32> {

@@ -269,7 +269,8 @@ impl Device {
         if !part.is_on_the_bus() {
             return;
         }
-        framer.receive(now, octets, |at, result| part.hear(at, result));
+        // What a scan finds among octets whose rest did not come counts from now: for the drive part, time has passed.
+        framer.receive(now, octets, |_, result| part.hear(now, result));
     }
 
     /// Takes one telegram whose last octet ended at `now`, for hosts that frame the octets of many devices once.
@@ -284,7 +285,7 @@ impl Device {
     pub fn handle_timeout(&mut self, now: Instant) {
         let Self { framer, part } = self;
         part.advance(now);
-        framer.handle_timeout(now, |at, result| part.hear(at, result));
+        framer.handle_timeout(now, |_, result| part.hear(now, result));
     }
 
     /// The other end of the line was replaced: an unfinished telegram is forgotten.
@@ -323,7 +324,7 @@ impl Device {
 
     /// Whether the DP watchdog minds the master (WD_On of Slave_Diag).
     pub fn watchdog_on(&self) -> bool {
-        self.part.station.slave().diagnosis().wd_on
+        self.part.station.slave().watchdog_on()
     }
 
     /// The oldest event not taken yet. Changes with every `handle_*` and `poll_transmit`.

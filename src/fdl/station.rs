@@ -349,7 +349,8 @@ impl Station {
     /// The reply to send at `now`, if its time has come.
     ///
     /// # Errors
-    /// [`TooLate`] once if the reply was dropped because max T_SDR is over.
+    /// [`TooLate`] once if the reply was dropped because max T_SDR is over, or as much time behind a min T_SDR that
+    /// the master has set beyond it.
     #[must_use = "the octets are not offered again"]
     pub fn poll_transmit(&mut self, now: Instant) -> Result<Option<&[u8]>, TooLate> {
         let Some((end, waiting)) = self.pending.filter(|(end, _)| self.earliest(*end) <= now) else {
@@ -361,7 +362,7 @@ impl Station {
         };
         self.pending = None;
         let after = now.saturating_since(end);
-        match self.max_tsdr.map(|bits| self.baud.bit_times(bits.into())) {
+        match self.latest() {
             Some(limit) if after > limit => Err(TooLate { after, limit }),
             Some(_) | None => Ok(reply),
         }
@@ -375,6 +376,14 @@ impl Station {
 
     fn earliest(&self, end: Instant) -> Instant {
         end.saturating_add(self.baud.bit_times(self.min_tsdr.into()))
+    }
+
+    /// How long after a request its reply may be sent. A master may set a min T_SDR behind max T_SDR: the time
+    /// allowed is then as long and begins with it, or nobody could ever talk to the station again, not even to
+    /// set another.
+    fn latest(&self) -> Option<Duration> {
+        let (min, max) = (u32::from(self.min_tsdr), u32::from(self.max_tsdr?));
+        Some(self.baud.bit_times(if min < max { max } else { min + max }))
     }
 
     fn receive_srd<'a>(

@@ -9,8 +9,10 @@ use crate::fdl::baud_search::CONTROL_TIME;
 use crate::fdl::{Address, BaudSearch, Framer, LineCounters, RateChange, StationCounters};
 use crate::time::{BaudRate, Instant};
 
+mod deadlines;
 mod event;
 mod join;
+mod last_request;
 mod stations;
 
 pub use event::BusEvent;
@@ -155,7 +157,7 @@ impl Bus {
     pub fn handle_bytes(&mut self, now: Instant, octets: &[u8]) {
         let Self { framer, stations } = self;
         stations.silenced = false;
-        framer.receive(now, octets, |at, result| stations.hear(at, &result));
+        framer.receive(now, octets, |_, result| stations.hear(now, &result));
     }
 
     /// An octet with a wrong parity or stop bit that ended at `now`, on links that can tell.
@@ -174,7 +176,7 @@ impl Bus {
     /// Time passed without octets. Only the stations whose deadline is reached are told.
     pub fn handle_timeout(&mut self, now: Instant) {
         let Self { framer, stations } = self;
-        framer.handle_timeout(now, |at, result| stations.hear(at, &result));
+        framer.handle_timeout(now, |_, result| stations.hear(now, &result));
         if let Some(change) = stations.search.as_mut().and_then(|search| search.handle_timeout(now)) {
             self.try_rate(change);
         }

@@ -174,6 +174,20 @@ fn t_02_a_reply_whose_time_is_over_is_dropped_and_said() {
 }
 
 #[test]
+fn a_min_tsdr_set_beyond_max_tsdr_delays_replies_and_does_not_forbid_them() {
+    let mut station = station();
+    station.set_min_tsdr(255);
+    let octets = diagnosis(0x6D);
+    let Decoded::Telegram { telegram, .. } = decode(&octets) else { panic!() };
+    for late in [Duration::from_micros(510), Duration::from_micros(710), Duration::from_micros(711)] {
+        let Reception::DataWithReply(request) = station.receive(Instant::ZERO, &telegram) else { panic!() };
+        station.reply(Instant::ZERO, &request, Reply::ShortAcknowledge);
+        let now = Instant::ZERO.saturating_add(late);
+        assert_eq!(station.poll_transmit(now).is_ok(), late.as_micros() <= 710, "{late:?}");
+    }
+}
+
+#[test]
 fn a_new_request_on_the_line_ends_the_time_of_the_old_reply() {
     let mut station = station();
     let octets = diagnosis(0x6D);
