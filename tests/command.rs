@@ -70,6 +70,13 @@ impl Emulator {
         (status.code(), stdout, stderr)
     }
 
+    /// Memory it holds now, KiB.
+    fn resident(&self) -> u64 {
+        let status = fs::read_to_string(format!("/proc/{}/status", self.process.id())).unwrap();
+        let line = status.lines().find(|line| line.starts_with("VmRSS")).unwrap();
+        line.split_whitespace().nth(1).unwrap().parse().unwrap()
+    }
+
     /// Processor time used so far, user and system.
     fn cpu_time(&self) -> Duration {
         let stat = fs::read_to_string(format!("/proc/{}/stat", self.process.id())).unwrap();
@@ -117,6 +124,12 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
         (&["emulate", "--drives", "5"], "'5' is no range of addresses; expected FIRST-LAST"),
         (&["emulate", "--baud", "115200"], "expected auto or one of 9600, 19200, 45450"),
         (&["emulate", "--link", "usb"], "expected pty, pty:PATH, serial:DEVICE or tcp:HOST:PORT"),
+        (&["emulate", "--panel", "8080"], "for example 127.0.0.1:8080; expected ADDR:PORT"),
+        (
+            &["emulate", "--panel", "0.0.0.0:0"],
+            "others than this machine can connect and steer the drives; add --panel-allow-remote",
+        ),
+        (&["emulate", "--panel-allow-remote"], "--panel"),
         (&["emulate", "--link", "pty:"], "the path is missing"),
         (&["emulate", "--link", "serial"], "the device is missing"),
         (&["emulate", "--link", "tcp"], "host and port are missing"),
@@ -389,6 +402,25 @@ fn an_idle_emulator_uses_next_to_no_processor_time() {
     used_in_400_ms("a master has come and gone");
 }
 
+#[test]
+fn a_bus_full_of_drives_is_small_and_sleeps_while_no_master_talks() {
+    let drives: Vec<String> = (1..=125).map(|number| number.to_string()).collect();
+    let arguments: Vec<&str> = drives.iter().flat_map(|drive| ["--drive", drive]).collect();
+    let emulator = Emulator::start(&arguments);
+    assert!(emulator.ready.trim().ends_with(",124,125"), "{}", emulator.ready);
+    thread::sleep(Duration::from_millis(300));
+    let before = emulator.cpu_time();
+    thread::sleep(Duration::from_secs(2));
+    let used = emulator.cpu_time() - before;
+    // 1 % of a core; the system counts in ticks of 10 ms.
+    assert!(used <= Duration::from_millis(20), "{used:?} in 2 s");
+    assert!(emulator.resident() < 16 * 1024, "{} KiB", emulator.resident());
+    println!(
+        "125 drives: {} KiB resident, {used:?} of processor time in 2 s without a master",
+        emulator.resident()
+    );
+}
+
 /// Random octets that are no telegram by the laws of chance: the sequence is fixed, and holds none.
 struct Noise(u64);
 
@@ -410,11 +442,6 @@ fn noise_is_not_answered_does_not_grow_the_process_and_ends_with_it() {
     let folder = tempfile::tempdir().unwrap();
     let link = folder.path().join("bus").display().to_string();
     let emulator = Emulator::start(&["--link", &format!("pty:{link}"), "-q"]);
-    let resident = || {
-        let status = fs::read_to_string(format!("/proc/{}/status", emulator.process.id())).unwrap();
-        let line = status.lines().find(|line| line.starts_with("VmRSS")).unwrap();
-        line.split_whitespace().nth(1).unwrap().parse::<u64>().unwrap()
-    };
     let mut master = open(&link);
     let replies = thread::spawn({
         let mut master = open(&link);
@@ -438,10 +465,11 @@ fn noise_is_not_answered_does_not_grow_the_process_and_ends_with_it() {
         pushed
     };
     push(Duration::from_millis(500));
-    let before = resident();
+    let before = emulator.resident();
     let pushed = push(Duration::from_secs(seconds));
     assert!(pushed > 100_000, "only {pushed} octets of noise went out");
-    assert!(resident() <= before + 256, "grew from {before} to {} KiB", resident());
+    let after = emulator.resident();
+    assert!(after <= before + 256, "grew from {before} to {after} KiB");
     assert!(!replies.is_finished(), "noise was answered");
     // A request after noise is answered once the rubbish before it has been given up.
     let start = Instant::now();

@@ -114,16 +114,18 @@ impl Emulator {
     fn start(link: &str, arguments: &[&str]) -> Self {
         let mut command = profidrive(&["emulate", "-q", "--link", link]);
         command.args(["--drive", "5", "--drive", "6,model=ag03,gear=24"]).args(arguments);
-        let mut running = Running::start(command.stderr(Stdio::null()).into_owned());
+        command.stderr(Stdio::null());
+        let mut running = Running::start(command);
         let ready = running.until("ready link=");
         let link = ready.split(' ').nth(1).unwrap().strip_prefix("link=").unwrap().to_owned();
         Self { running, link }
     }
 
-    /// A command of a master to drive `address`. No busy machine makes its drive let go.
+    /// A command of a master to drive `address`. No busy machine makes its drive let go, and none keeps an emulator from
+    /// answering for a second and a half.
     fn command(&self, address: &str, arguments: &[&str]) -> Command {
         let mut command = profidrive(&["master", "--link", &self.link, "--address", address]);
-        command.args(["--watchdog", "30s"]).args(arguments);
+        command.args(["--watchdog", "30s", "--slot-time", "100ms"]).args(arguments);
         command
     }
 
@@ -150,17 +152,6 @@ impl Emulator {
         assert_eq!(code, Some(expected), "{arguments:?}: {stdout}{stderr}");
         assert_eq!(stderr.lines().count(), 1, "{arguments:?}: {stderr}");
         assert!(stderr.starts_with("profidrive: ") && stderr.contains(says), "{arguments:?}: {stderr}");
-    }
-}
-
-/// `Command` is built in place; this hands it over.
-trait IntoOwned {
-    fn into_owned(&mut self) -> Command;
-}
-
-impl IntoOwned for Command {
-    fn into_owned(&mut self) -> Command {
-        core::mem::replace(self, Self::new("true"))
     }
 }
 
@@ -371,7 +362,8 @@ fn a_link_that_does_not_open_ends_with_1_and_one_line() {
 
 #[test]
 fn a_drive_that_is_not_there_or_refuses_is_explained() {
-    let parts: [(&[&str], fn(&Emulator)); 4] = [
+    type Part = (&'static [&'static str], fn(&Emulator));
+    let parts: [Part; 4] = [
         (&[], |emulator| {
             emulator.fails("7", &["status"], 1, "no answer from station 7; check that it is switched on");
             emulator.fails(
@@ -484,7 +476,8 @@ fn a_killed_master_lets_the_watchdog_release_the_motor() {
     let emulator = Emulator::start("pty", &[]);
     let mut command =
         profidrive(&["master", "--link", &emulator.link, "--address", "5", "--watchdog", "100ms"]);
-    let mut moving = Running::start(command.args(["jog", "+", "--yes"]).into_owned());
+    command.args(["jog", "+", "--yes"]);
+    let mut moving = Running::start(command);
     moving.until("turning; Ctrl-C");
     moving.signal("KILL");
     assert_eq!(moving.end().0, None, "killed");

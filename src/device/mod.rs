@@ -324,7 +324,7 @@ impl Device {
 
     /// Whether the DP watchdog minds the master (WD_On of Slave_Diag).
     pub fn watchdog_on(&self) -> bool {
-        self.part.station.slave().diagnosis().wd_on
+        self.part.station.slave().watchdog_on()
     }
 
     /// The oldest event not taken yet. Changes with every `handle_*` and `poll_transmit`.

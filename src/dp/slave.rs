@@ -224,6 +224,11 @@ impl Slave {
         &self.ext_diag
     }
 
+    /// Whether a DP watchdog minds the owner (WD_On of Slave_Diag).
+    pub const fn watchdog_on(&self) -> bool {
+        self.watchdog.is_some()
+    }
+
     /// The first six octets of the diagnosis as Slave_Diag reports it now.
     pub fn diagnosis(&self) -> Diagnosis {
         Diagnosis {
@@ -234,7 +239,7 @@ impl Slave {
             prm_fault: self.prm_fault,
             prm_req: self.state == State::WaitPrm,
             stat_diag: self.ext_diag.stat_diag(),
-            wd_on: self.watchdog.is_some(),
+            wd_on: self.watchdog_on(),
             freeze_mode: self.process_data.freeze_mode(),
             sync_mode: self.process_data.sync_mode(),
             ext_diag_overflow: self.ext_diag.overflow(),

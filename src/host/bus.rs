@@ -9,8 +9,10 @@ use crate::fdl::baud_search::CONTROL_TIME;
 use crate::fdl::{Address, BaudSearch, Framer, LineCounters, RateChange, StationCounters};
 use crate::time::{BaudRate, Instant};
 
+mod deadlines;
 mod event;
 mod join;
+mod last_request;
 mod stations;
 
 pub use event::BusEvent;

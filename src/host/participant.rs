@@ -171,6 +171,6 @@ impl Participant for dp::Station {
     }
 
     fn watchdog_on(&self) -> bool {
-        self.slave().diagnosis().wd_on
+        self.slave().watchdog_on()
     }
 }

@@ -220,7 +220,7 @@ mod tests {
 
     #[test]
     fn the_answer_of_a_full_server_has_the_length_it_says() {
-        let text = std::str::from_utf8(FULL).unwrap();
+        let text = core::str::from_utf8(FULL).unwrap();
         let (head, body) = text.split_once("\r\n\r\n").unwrap();
         assert!(head.contains(&format!("content-length: {}\r\n", body.len())), "{}", body.len());
     }

@@ -1,19 +1,15 @@
 //! The stations of a bus: who hears what, who sends when.
 
-use core::ops::Bound;
 use std::boxed::Box;
-use std::collections::BTreeSet;
 use std::vec::Vec;
 
+use super::deadlines::Deadlines;
 use super::event::News;
 use super::join::{Joining, Verdict};
+use super::last_request::LastRequest;
 use super::{BusEvent, Presence};
 use crate::device::{MAX_TELEGRAM_LEN, Timing};
-use crate::fdl::telegram::MAX_PDU_LEN;
-use crate::fdl::{
-    Address, BaudSearch, DataTelegram, FrameCount, FrameError, Function, FunctionCode, LineCounters, Sap,
-    StationCounters, Telegram,
-};
+use crate::fdl::{Address, BaudSearch, FrameError, Function, LineCounters, StationCounters, Telegram};
 use crate::host::{Error, Participant};
 use crate::time::{BaudRate, Instant};
 
@@ -25,8 +21,7 @@ pub(super) struct Stations {
     slots: Vec<Option<Slot>>,
     /// Addresses in the order in which their stations were connected.
     order: Vec<Address>,
-    /// When each station wants to be called again.
-    deadlines: BTreeSet<(Instant, Address)>,
+    deadlines: Deadlines,
     /// The station that may have a reply to send.
     awaited: Option<Address>,
     /// The address that a station gave up last, and its new one: a retry of what gave it another is still its to answer.
@@ -48,12 +43,10 @@ pub(super) struct Slot {
     pub(super) presence: Presence,
     /// What it has heard of its address, while it is joining.
     joining: Joining,
-    /// Its entry in `deadlines`.
-    deadline: Option<Instant>,
     supervised: bool,
     pub(super) counters: StationCounters,
     /// The newest request to it, to tell retries, and when it ended.
-    last: Option<LastRequest>,
+    last: LastRequest,
     asked: Instant,
 }
 
@@ -66,7 +59,7 @@ impl Stations {
             timing,
             slots,
             order: Vec::new(),
-            deadlines: BTreeSet::new(),
+            deadlines: Deadlines::new(),
             awaited: None,
             moved: None,
             joining: 0,
@@ -102,7 +95,7 @@ impl Stations {
 
     /// When something is to be done without octets.
     pub(super) fn poll_timeout(&self) -> Option<Instant> {
-        let first = self.deadlines.first().map(|(deadline, _)| *deadline);
+        let first = self.deadlines.first().map(|(deadline, _)| deadline);
         let search = self.search.and_then(|search| search.poll_timeout());
         Instant::first_of(Instant::first_of(first, search), self.joining_ends())
     }
@@ -122,10 +115,9 @@ impl Stations {
             station,
             presence,
             joining: Joining::from(Instant::ZERO),
-            deadline: None,
             supervised: false,
             counters: StationCounters::default(),
-            last: None,
+            last: LastRequest::NONE,
             asked: Instant::ZERO,
         });
         self.order.push(address);
@@ -136,9 +128,7 @@ impl Stations {
     pub(super) fn remove(&mut self, address: Address) -> Option<Slot> {
         let slot = self.slots.get_mut(index(address))?.take()?;
         self.order.retain(|other| *other != address);
-        if let Some(deadline) = slot.deadline {
-            self.deadlines.remove(&(deadline, address));
-        }
+        self.deadlines.set(address, None);
         self.joining -= usize::from(slot.presence == Presence::Joining);
         self.supervised -= usize::from(slot.supervised);
         self.awaited = self.awaited.filter(|awaited| *awaited != address);
@@ -246,8 +236,7 @@ impl Stations {
         if slot.presence != Presence::Active {
             return false;
         }
-        let retry = slot.last.as_ref().is_some_and(|last| last.is_repeated_by(data));
-        slot.last = LastRequest::of(data);
+        let retry = slot.last.take(data);
         slot.asked = now;
         slot.counters.request(telegram, retry);
         true
@@ -268,9 +257,9 @@ impl Stations {
 
     /// Calls every station whose deadline is reached.
     pub(super) fn wake(&mut self, now: Instant) {
-        let mut due = Vec::new();
-        due.extend(self.deadlines.iter().take_while(|(deadline, _)| *deadline <= now).map(|(_, due)| *due));
-        for address in due {
+        let mut from = 0;
+        while let Some(address) = self.deadlines.due_from(from, now) {
+            from = address.number() + 1;
             let Self { slots, news, .. } = self;
             if let Some(slot) = slots.get_mut(index(address)).and_then(Option::as_mut) {
                 let Slot { station, counters, .. } = slot;
@@ -286,9 +275,9 @@ impl Stations {
             // A station that is due and has nothing to send waits for `handle_timeout`: go on behind it.
             let next = match after {
                 None => self.deadlines.first(),
-                Some(last) => self.deadlines.range((Bound::Excluded(last), Bound::Unbounded)).next(),
+                Some(last) => self.deadlines.behind(last),
             };
-            let due @ (_, address) = next.copied().filter(|(deadline, _)| *deadline <= now)?;
+            let due @ (_, address) = next.filter(|(deadline, _)| *deadline <= now)?;
             after = Some(due);
             let Self { slots, news, .. } = self;
             let slot = slots.get_mut(index(address)).and_then(Option::as_mut)?;
@@ -322,14 +311,7 @@ impl Stations {
         let Some(slot) = slots.get_mut(index(address)).and_then(Option::as_mut) else {
             return;
         };
-        let deadline = slot.station.poll_timeout();
-        if deadline != slot.deadline {
-            if let Some(before) = slot.deadline {
-                deadlines.remove(&(before, address));
-            }
-            deadlines.extend(deadline.map(|deadline| (deadline, address)));
-            slot.deadline = deadline;
-        }
+        deadlines.set(address, slot.station.poll_timeout());
         let watched = slot.station.watchdog_on();
         *supervised = *supervised + usize::from(watched) - usize::from(slot.supervised);
         slot.supervised = watched;
@@ -414,36 +396,4 @@ impl Stations {
 /// The place of a station in the table.
 fn index(address: Address) -> usize {
     address.number().into()
-}
-
-/// What identifies a counted request; its repetition is a retry.
-struct LastRequest {
-    fc: FunctionCode,
-    sa: Address,
-    dsap: Option<Sap>,
-    ssap: Option<Sap>,
-    data: [u8; MAX_PDU_LEN],
-    len: usize,
-}
-
-impl LastRequest {
-    /// `None` for what has no frame count.
-    fn of(request: &DataTelegram<'_>) -> Option<Self> {
-        match request.fc.function() {
-            Function::Request(_, FrameCount::Even | FrameCount::Odd) => {}
-            Function::Request(_, FrameCount::Unused | FrameCount::First)
-            | Function::Response(..)
-            | Function::Reserved => return None,
-        }
-        let mut data = [0; MAX_PDU_LEN];
-        data.get_mut(..request.data.len())?.copy_from_slice(request.data);
-        let (fc, sa, dsap, ssap, len) =
-            (request.fc, request.sa, request.dsap, request.ssap, request.data.len());
-        Some(Self { fc, sa, dsap, ssap, data, len })
-    }
-
-    fn is_repeated_by(&self, request: &DataTelegram<'_>) -> bool {
-        (self.fc, self.sa, self.dsap, self.ssap) == (request.fc, request.sa, request.dsap, request.ssap)
-            && self.data.get(..self.len) == Some(request.data)
-    }
 }

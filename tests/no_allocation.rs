@@ -1,0 +1,155 @@
+//! On the way from octets to the reply, and in the application cycle, nothing is allocated: not by a device and not by
+//! a bus of many. (The core cannot: it builds without an allocator. This is about `host::Bus`, and keeps both so.)
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::cast_possible_truncation,
+    clippy::std_instead_of_core,
+    clippy::wildcard_enum_match_arm,
+    reason = "a test may panic, and has std"
+)]
+#![cfg(feature = "std")]
+
+use core::time::Duration;
+
+use profidrive::device::{Config, Device, MAX_TELEGRAM_LEN, Timing};
+use profidrive::fdl::{Address, DataTelegram, FunctionCode, Sap};
+use profidrive::host::Bus;
+use profidrive::time::{BaudRate, Instant};
+
+const BAUD: BaudRate = BaudRate::K12000;
+
+fn address(number: u8) -> Address {
+    Address::station(number).unwrap()
+}
+
+fn telegram(da: u8, fc: u8, sap: Option<u8>, data: &[u8]) -> Vec<u8> {
+    let (dsap, ssap) = (sap.and_then(Sap::new), sap.and(Sap::new(62)));
+    let telegram = DataTelegram {
+        format: DataTelegram::customary_format(dsap, ssap, data),
+        da: Address::from_octet(da),
+        sa: address(0),
+        dsap,
+        ssap,
+        fc: FunctionCode::from_octet(fc),
+        data,
+    };
+    telegram.encode(&mut [0; MAX_TELEGRAM_LEN]).unwrap().to_vec()
+}
+
+/// Everything a master says to one drive: start-up, enabling, a travel job with PKW jobs under way, retries, diagnosis,
+/// a refusal, and what is no telegram.
+fn script(da: u8) -> Vec<Vec<u8>> {
+    let mut script = vec![
+        telegram(da, 0x49, None, &[]),
+        telegram(da, 0x6D, Some(60), &[]),
+        telegram(da, 0x5D, Some(61), &[0x80, 1, 1, 11, 0x0A, 0xC5, 0]),
+        telegram(da, 0x7D, Some(62), &[0xF3, 0xF2]),
+    ];
+    let jobs: [[u8; 8]; 6] = [
+        [0; 8],
+        // Read PNU 1036 (position), write PNU 1008 (v-Pos), read an unknown one, read element 2 of PNU 945, a write
+        // refused under way: PNU 970.
+        [0x14, 0x0C, 0, 0, 0, 0, 0, 0],
+        [0x23, 0xF0, 0, 0, 0, 0, 0, 50],
+        [0x17, 0xCF, 0, 0, 0, 0, 0, 0],
+        [0x63, 0xB1, 2, 0, 0, 0, 0, 0],
+        [0x23, 0xCA, 0, 0, 0, 0, 0, 1],
+    ];
+    let mut even = true;
+    for stw in [0x0B, 0x3B, 0x7B] {
+        for pkw in jobs {
+            let data = [&pkw[..], &[0, stw], &100_000_i32.to_be_bytes()].concat();
+            let request = telegram(da, if even { 0x5D } else { 0x7D }, None, &data);
+            even = !even;
+            // The second one is a retry.
+            script.extend([request.clone(), request]);
+        }
+    }
+    script.push(telegram(da, if even { 0x5D } else { 0x7D }, Some(60), &[]));
+    script.push(telegram(da, 0x46, Some(58), &[0x20, 0]));
+    script.push(vec![0x68, 0x11, 0x12, 0x68, 0xFF]);
+    script.push(vec![0xDC, 2, 3]);
+    script
+}
+
+/// How often the allocator was asked meanwhile, a result apart.
+fn allocations<T>(act: impl FnOnce() -> T) -> (u64, T) {
+    let mut result = None;
+    let counted = allocation_counter::measure(|| result = Some(act()));
+    (counted.count_total, result.unwrap())
+}
+
+#[test]
+fn the_counter_counts() {
+    assert_eq!(allocations(|| Box::new(1_u8)).0, 1);
+    assert_eq!(allocations(|| 1 + 1).0, 0);
+}
+
+#[test]
+fn a_device_allocates_nothing_from_octets_to_the_reply_and_in_its_cycles() {
+    let config = Config { baud: BAUD, timing: Timing::True, ..Config::new(address(5)) };
+    let mut device = Device::new(config, Instant::ZERO);
+    let script = script(5);
+    let mut buf = [0; MAX_TELEGRAM_LEN];
+    let (count, (replies, news)) = allocations(|| {
+        let (mut now, mut replies, mut news) = (Instant::ZERO, 0, 0);
+        for octets in &script {
+            // In two pieces, so that the framer has to keep one.
+            let (first, second) = octets.split_at(octets.len() / 2);
+            now = now.saturating_add(Duration::from_millis(3));
+            device.handle_timeout(now);
+            device.handle_bytes(now, first);
+            device.handle_bytes(now, second);
+            let due = now.saturating_add(BAUD.bit_times(11));
+            replies += u32::from(device.poll_transmit(due, &mut buf).is_some());
+            while device.poll_event().is_some() {
+                news += 1;
+            }
+        }
+        device.handle_timeout(now.saturating_add(Duration::from_secs(10)));
+        (replies, news)
+    });
+    assert!(device.status().travelling, "the script makes it travel");
+    assert!(replies > 35 && news > 3, "{replies} replies, {news} news");
+    assert_eq!(count, 0);
+}
+
+#[test]
+fn a_bus_of_125_drives_allocates_nothing_from_octets_to_the_reply_and_in_its_cycles() {
+    let mut bus = Bus::on(BAUD, Timing::True);
+    for number in 1..=125 {
+        let config = Config { baud: BAUD, timing: Timing::True, ..Config::new(address(number)) };
+        bus.add(Device::new(config, Instant::ZERO)).unwrap();
+    }
+    let scripts: Vec<_> = (1..=125).map(script).collect();
+    let mut buf = [0; MAX_TELEGRAM_LEN];
+    let mut now = Instant::ZERO;
+    let mut play = |turn: usize, drain: bool| {
+        let mut replies = 0;
+        for script in &scripts {
+            now = now.saturating_add(Duration::from_micros(100));
+            bus.handle_timeout(now);
+            bus.handle_bytes(now, &script[turn]);
+            let due = now.saturating_add(BAUD.bit_times(11));
+            replies += u32::from(bus.poll_transmit(due, &mut buf).is_some());
+            if drain {
+                while bus.poll_event().is_some() {}
+            }
+        }
+        replies
+    };
+    // The list of news grows to what the host leaves in it, once.
+    let turns = scripts[0].len();
+    (0..turns).for_each(|turn| drop(play(turn, turn % 2 == 1)));
+    for turn in 0..turns {
+        let (count, replies) = allocations(|| play(turn, true));
+        assert_eq!(count, 0, "turn {turn}, {replies} replies");
+    }
+    bus.handle_timeout(now.saturating_add(Duration::from_millis(10)));
+    let travelling = (1..=125).filter(|number| {
+        let device: &Device = bus.station(address(*number)).unwrap();
+        device.status().moving
+    });
+    assert_eq!(travelling.count(), 125);
+}

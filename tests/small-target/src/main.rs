@@ -1,0 +1,107 @@
+//! A firmware as small as can be around one slave, one drive or nothing: octets of a UART in, octets out, a timer.
+//!
+//! The registers are no real chip's; the point is what the linker keeps.
+#![no_std]
+#![no_main]
+
+use core::ptr::{read_volatile, write_volatile};
+
+use cortex_m_rt::entry;
+
+/// Where a chip would have its receiver, transmitter and a timer in ns.
+const RECEIVED: *const u32 = 0x4000_0000 as *const u32;
+const SEND: *mut u32 = 0x4000_0004 as *mut u32;
+const NANOS: *const u64 = 0x4000_0008 as *const u64;
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+    loop {}
+}
+
+fn received() -> u8 {
+    // SAFETY: stands for a register; this program is linked, never run.
+    unsafe { read_volatile(RECEIVED) as u8 }
+}
+
+fn send(octet: u8) {
+    // SAFETY: as above.
+    unsafe { write_volatile(SEND, u32::from(octet)) }
+}
+
+fn nanos() -> u64 {
+    // SAFETY: as above.
+    unsafe { read_volatile(NANOS) }
+}
+
+#[entry]
+fn main() -> ! {
+    run()
+}
+
+#[cfg(not(any(feature = "slave", feature = "drive")))]
+fn run() -> ! {
+    loop {
+        send(received().wrapping_add(nanos() as u8));
+    }
+}
+
+/// A slave with two octets in and two out.
+#[cfg(feature = "slave")]
+fn run() -> ! {
+    use core::mem::MaybeUninit;
+
+    use profidrive::dp::{Description, Station};
+    use profidrive::fdl::{Address, Framer, Resync};
+    use profidrive::time::{BaudRate, Instant};
+
+    static mut SLAVE: MaybeUninit<(Framer, Station)> = MaybeUninit::uninit();
+
+    let baud = BaudRate::K1500;
+    let description =
+        Description { ident: 0x1234, configurations: &[&[0x11, 0x21]], ..Description::default() };
+    let station = Station::new(Address::from_octet(5), baud, Some(baud.max_tsdr_bits()), description);
+    // SAFETY: the only use of this static.
+    let (framer, station) = unsafe { (*&raw mut SLAVE).write((Framer::new(Resync::Idle(baud)), station)) };
+    loop {
+        let now = Instant::from_nanos(nanos());
+        framer.receive(now, &[received()], |at, result| {
+            if let Ok(telegram) = result {
+                station.receive(at, &telegram);
+            }
+        });
+        station.handle_timeout(now);
+        station.set_inputs(&[received(), received()]);
+        if let Ok(Some(octets)) = station.poll_transmit(now) {
+            octets.iter().for_each(|octet| send(*octet));
+        }
+        station.slave().outputs().iter().for_each(|octet| send(*octet));
+    }
+}
+
+/// A drive.
+#[cfg(feature = "drive")]
+fn run() -> ! {
+    use core::mem::MaybeUninit;
+
+    use profidrive::device::{Config, Device, MAX_TELEGRAM_LEN, Timing};
+    use profidrive::fdl::Address;
+    use profidrive::time::{BaudRate, Instant};
+
+    static mut DRIVE: MaybeUninit<Device> = MaybeUninit::uninit();
+
+    let Ok(address) = Address::station(5) else { loop {} };
+    let config = Config { baud: BaudRate::K1500, timing: Timing::True, ..Config::new(address) };
+    // SAFETY: the only use of this static.
+    let device = unsafe { (*&raw mut DRIVE).write(Device::new(config, Instant::from_nanos(nanos()))) };
+    let mut buf = [0; MAX_TELEGRAM_LEN];
+    loop {
+        let now = Instant::from_nanos(nanos());
+        device.handle_bytes(now, &[received()]);
+        device.handle_timeout(now);
+        if let Some(octets) = device.poll_transmit(now, &mut buf) {
+            octets.iter().for_each(|octet| send(*octet));
+        }
+        while device.poll_event().is_some() {}
+        send(device.status().position as u8);
+    }
+}
