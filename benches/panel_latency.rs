@@ -29,10 +29,12 @@ mod pty;
 
 #[cfg(target_os = "linux")]
 fn main() {
+    use std::io::Read;
+    use std::net::TcpStream;
     use std::thread;
     use std::time::{Duration, Instant};
 
-    use panel::{Emulator, Stream};
+    use panel::Emulator;
     use profidrive::ppo::{Outputs, Pkw, Stw};
     use pty::Master;
 
@@ -54,8 +56,9 @@ fn main() {
         }
     }
 
-    fn read(mut page: Stream) {
-        thread::spawn(move || while page.next().is_some() {});
+    /// Reads and does nothing with it: what a browser makes of it is not the emulator's doing.
+    fn read(mut page: TcpStream) {
+        thread::spawn(move || while page.read(&mut [0; 65536]).is_ok_and(|count| count > 0) {});
     }
 
     fn quantile(times: &mut [Duration], part: f64) -> f64 {
@@ -77,9 +80,9 @@ fn main() {
         for which in order {
             let pages: Vec<_> =
                 if which == 1 { (0..3).map(|_| watched.connect_stream(PAGE)).collect() } else { Vec::new() };
-            let handles: Vec<_> = pages.iter().map(|(_, socket)| socket.try_clone().unwrap()).collect();
-            for (page, _) in pages {
-                read(page);
+            let sockets: Vec<_> = pages.into_iter().map(|(_, socket)| socket).collect();
+            for socket in &sockets {
+                read(socket.try_clone().unwrap());
             }
             if which == 1 {
                 unread.get_or_insert_with(|| watched.stream(PAGE));
@@ -88,7 +91,7 @@ fn main() {
             measure(&mut masters[which], &mut block_times);
             of_block[which] = quantile(&mut block_times, 0.5);
             times[which].append(&mut block_times);
-            for socket in handles {
+            for socket in sockets {
                 let _ = socket.shutdown(std::net::Shutdown::Both);
             }
         }

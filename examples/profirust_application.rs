@@ -55,7 +55,7 @@ impl Shuttle {
             None | Some(GoalOutcome { goal: Goal::Acknowledge, result: Ok(_) }) => Goal::Enable,
             Some(GoalOutcome { goal, result: Ok(_) }) => {
                 self.trips += usize::from(matches!(goal, Goal::MoveTo(_)));
-                Goal::MoveTo(if self.trips % 2 == 0 { self.ends[0] } else { self.ends[1] })
+                Goal::MoveTo(if self.trips.is_multiple_of(2) { self.ends[0] } else { self.ends[1] })
             }
             Some(GoalOutcome { result: Err(error), .. }) => {
                 self.troubles.push(error.to_string());

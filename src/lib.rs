@@ -28,6 +28,7 @@
 //! | [`client`] | the master's side: parameters and control words of a drive, without I/O | PKW, STW and ZSW patterns |
 //! | [`explain`] | telegrams and words in words (feature `std`) | what all of the above mean to a person |
 //! | [`host`] | links, clock, run loop (feature `std`) | the operating system |
+//! | `panel` | HTTP control, live stream and a page (feature `panel`) | what a bench around a bus needs |
 //!
 //! Everything above [`explain`] is `no_std`, allocates nothing, and never panics whatever octets it is given.
 //!
@@ -86,7 +87,7 @@
 //! * `std` (default): [`host`] and [`explain`].
 //! * `alloc`: telegrams built into `bytes::BufMut`.
 //! * `serial`: an RS-485 serial port as link.
-//! * `master`: profirust as DP master over our links.
+//! * `master`: profirust as DP master over our links, a session with one drive, a whole bus in virtual time.
 //! * `serde`: explanations as data for `serde`.
 //! * `capture`: what passes on a line in pcapng files, written and read.
 //! * `panel`: HTTP control, a live stream and a page for browsers.

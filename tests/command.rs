@@ -124,6 +124,12 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
         (&["emulate", "--drives", "5"], "'5' is no range of addresses; expected FIRST-LAST"),
         (&["emulate", "--baud", "115200"], "expected auto or one of 9600, 19200, 45450"),
         (&["emulate", "--link", "usb"], "expected pty, pty:PATH, serial:DEVICE or tcp:HOST:PORT"),
+        (&["emulate", "--panel", "8080"], "for example 127.0.0.1:8080; expected ADDR:PORT"),
+        (
+            &["emulate", "--panel", "0.0.0.0:0"],
+            "others than this machine can connect and steer the drives; add --panel-allow-remote",
+        ),
+        (&["emulate", "--panel-allow-remote"], "--panel"),
         (&["emulate", "--link", "pty:"], "the path is missing"),
         (&["emulate", "--link", "serial"], "the device is missing"),
         (&["emulate", "--link", "tcp"], "host and port are missing"),

@@ -52,12 +52,22 @@ fn spoil(random: &mut Random, octets: &mut Vec<u8>) -> Option<usize> {
     None
 }
 
-/// For ten million exchanges set `PROFIDRIVE_LONG`.
+/// For ten million exchanges set `PROFIDRIVE_LONG`, for any number `PROFIDRIVE_EXCHANGES`.
 #[test]
 fn one_percent_of_line_errors_costs_retries_and_nothing_else() {
     const STATIONS: core::ops::RangeInclusive<u8> = 1..=10;
-    let limit: u32 = if long() { 10_000_000 } else { 15_000 };
+    let limit: u32 = match std::env::var("PROFIDRIVE_EXCHANGES") {
+        Ok(number) => number.parse().unwrap(),
+        Err(_) => {
+            if long() {
+                10_000_000
+            } else {
+                15_000
+            }
+        }
+    };
     let begun = std::time::Instant::now();
+    let mut early = None;
     let mut line = line(STATIONS, &[SMALL]);
     let mut master = Master::new(address(0));
     master.retry_limit = 4;
@@ -74,6 +84,9 @@ fn one_percent_of_line_errors_costs_retries_and_nothing_else() {
         spoil(&mut random, octets)
     })));
     for exchange in 0..limit {
+        if exchange == limit / 10 {
+            early = resident();
+        }
         let (number, round) = (*STATIONS.start() + (exchange % 10) as u8, exchange / 10);
         let outputs = outputs(number, round);
         let answer = master.srd(&mut line, address(number), None, &outputs[..SMALL_LEN]).unwrap();
@@ -92,13 +105,23 @@ fn one_percent_of_line_errors_costs_retries_and_nothing_else() {
     let seen: u64 = STATIONS.map(|number| bus.station_counters(address(number)).unwrap().retries).sum();
     assert!(seen <= retries && seen > 0, "{seen} of {retries} retries followed a request that was heard");
     assert!(bus.counters().rejected.total() > 0 && bus.counters().rejected.parity > 0);
-    if long() {
-        println!(
-            "{limit} exchanges, {errors} errors, {retries} retries in {:?}; {}",
-            begun.elapsed(),
-            bus.counters()
-        );
+    if let (Some(early), Some(late)) = (early, resident()) {
+        println!("resident after a tenth of the exchanges {early} KiB, after all of them {late} KiB");
+        // The other test of this file runs beside a short run and has memory of its own.
+        assert!(limit < 10_000_000 || late < early + 1024, "memory grew from {early} to {late} KiB");
     }
+    println!(
+        "{limit} exchanges, {errors} errors, {retries} retries in {:?}; {}",
+        begun.elapsed(),
+        bus.counters()
+    );
+}
+
+/// Memory of this process in KiB, where Linux tells. Run this test alone to learn anything from it.
+fn resident() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    line.trim().strip_suffix(" kB")?.parse().ok()
 }
 
 /// Who may answer octets, by rules written down once more: whom the last valid request among the valid telegrams at

@@ -520,3 +520,30 @@ fn what_is_half_passes_after_50_ms_so_that_the_drives_see_it_too() {
     assert_eq!(line.ask(&ask()), OK);
     assert!(line.clock.now() > Instant::from_millis(60));
 }
+
+#[test]
+fn faults_come_and_go_while_the_drives_run_and_nothing_stays_behind() {
+    let mut line = Line::new(&[]);
+    assert_eq!(line.ask(&ASK), OK);
+    let faults = line.link.faults_mut();
+    let first = faults.add(Fault::always(Kind::NoReply));
+    let second = faults.add(Fault::always(Kind::Duplicate));
+    assert_eq!(line.ask(&ASK), [0; 0]);
+    assert_eq!(line.link.faults_mut().remove(first), Some(Fault::always(Kind::NoReply)));
+    assert_eq!(line.ask(&ASK), [OK, OK].concat());
+
+    // Half a telegram waits for its rest when the last fault goes, and is heard all the same.
+    assert_eq!(line.ask(&ASK[..3]), [0; 0]);
+    assert_eq!(line.link.faults_mut().remove(second), Some(Fault::always(Kind::Duplicate)));
+    assert_eq!(line.ask(&ASK[3..]), OK);
+    assert_eq!(line.ask(&ASK), OK);
+    assert_eq!(line.link.faults_mut().remove(second), None);
+    assert_ne!(
+        line.link.faults_mut().add(Fault::always(Kind::NoReply)),
+        second,
+        "a number is not given twice"
+    );
+    line.link.faults_mut().clear();
+    assert_eq!(line.link.faults_mut().iter().count(), 0);
+    assert_eq!(line.ask(&ASK), OK);
+}

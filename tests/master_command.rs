@@ -11,7 +11,7 @@
 
 use core::time::Duration;
 use std::fs::{self, OpenOptions};
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::Path;
 use std::process::{Child, ChildStderr, ChildStdout, Command, Stdio};
 use std::thread;
@@ -107,23 +107,53 @@ impl Drop for Running {
 struct Emulator {
     running: Running,
     link: String,
+    /// What it has seen, for a test that fails.
+    log: Option<fs::File>,
+}
+
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        if let Some(log) = self.log.as_mut().filter(|_| thread::panicking()) {
+            self.running.signal("USR1");
+            thread::sleep(Duration::from_millis(200));
+            let mut text = String::new();
+            log.rewind().and_then(|()| log.read_to_string(&mut text)).unwrap();
+            eprintln!("the emulator at {}:\n{text}", self.link);
+        }
+    }
 }
 
 impl Emulator {
     /// Drive 5 is an AG03/1, drive 6 an AG03 with gear 24:1.
     fn start(link: &str, arguments: &[&str]) -> Self {
-        let mut command = profidrive(&["emulate", "-q", "--link", link]);
+        let mut command = profidrive(&["emulate", "--link", link]);
         command.args(["--drive", "5", "--drive", "6,model=ag03,gear=24"]).args(arguments);
-        let mut running = Running::start(command.stderr(Stdio::null()).into_owned());
+        let log = tempfile::tempfile().unwrap();
+        command.stderr(log.try_clone().unwrap());
+        let mut running = Running::start(command);
         let ready = running.until("ready link=");
         let link = ready.split(' ').nth(1).unwrap().strip_prefix("link=").unwrap().to_owned();
-        Self { running, link }
+        Self { running, link, log: Some(log) }
     }
 
-    /// A command of a master to drive `address`. No busy machine makes its drive let go.
+    /// A link without an emulator of this test.
+    fn nowhere(link: &str) -> Self {
+        Self { running: Running::start(profidrive(&["--version"])), link: link.into(), log: None }
+    }
+
+    /// A command of a master to drive `address`. No busy machine makes its drive let go, and none keeps an emulator from
+    /// answering for a second and a half.
     fn command(&self, address: &str, arguments: &[&str]) -> Command {
         let mut command = profidrive(&["master", "--link", &self.link, "--address", address]);
-        command.args(["--watchdog", "30s"]).args(arguments);
+        command.args(["--watchdog", "30s", "--slot-time", "100ms"]).args(arguments);
+        command
+    }
+
+    /// The same for a command that takes long: an emulator may be held up for four seconds, as it is now and then while
+    /// many terminals are opened and closed.
+    fn patiently(&self, address: &str, arguments: &[&str]) -> Command {
+        let mut command = profidrive(&["master", "--link", &self.link, "--address", address]);
+        command.args(["--watchdog", "60s", "--baud", "93750", "--slot-time", "300ms"]).args(arguments);
         command
     }
 
@@ -146,22 +176,16 @@ impl Emulator {
 
     /// One line that says what went wrong.
     fn fails(&self, address: &str, arguments: &[&str], expected: i32, says: &str) {
-        let (code, stdout, stderr) = self.master(address, arguments);
-        assert_eq!(code, Some(expected), "{arguments:?}: {stdout}{stderr}");
-        assert_eq!(stderr.lines().count(), 1, "{arguments:?}: {stderr}");
-        assert!(stderr.starts_with("profidrive: ") && stderr.contains(says), "{arguments:?}: {stderr}");
+        fails(self.command(address, arguments), expected, says);
     }
 }
 
-/// `Command` is built in place; this hands it over.
-trait IntoOwned {
-    fn into_owned(&mut self) -> Command;
-}
-
-impl IntoOwned for Command {
-    fn into_owned(&mut self) -> Command {
-        core::mem::replace(self, Self::new("true"))
-    }
+fn fails(command: Command, expected: i32, says: &str) {
+    let what = format!("{command:?}");
+    let (code, stdout, stderr) = Running::start(command).end();
+    assert_eq!(code, Some(expected), "{what}: {stdout}{stderr}");
+    assert_eq!(stderr.lines().count(), 1, "{what}: {stderr}");
+    assert!(stderr.starts_with("profidrive: ") && stderr.contains(says), "{what}: {stderr}");
 }
 
 /// Each part has an emulator of its own, and all of them run at the same time: most of it is waiting for the token.
@@ -261,8 +285,7 @@ fn every_subcommand_works_over_tcp() {
 
 #[test]
 fn what_cannot_be_is_refused_with_2_before_anything_is_sent() {
-    let nowhere =
-        Emulator { running: Running::start(profidrive(&["--version"])), link: "/dev/pts/none".into() };
+    let nowhere = Emulator::nowhere("/dev/pts/none");
     for (arguments, says) in [
         (&["read", "999"][..], "there is no parameter 999; near it are 1000 Controller parameter P"),
         (&["read", "v-Poss"], "close to it are 1004 v-Pos"),
@@ -358,7 +381,7 @@ fn every_subcommand_has_help_with_an_example() {
 
 #[test]
 fn a_link_that_does_not_open_ends_with_1_and_one_line() {
-    let mut nowhere = Emulator { running: Running::start(profidrive(&["--version"])), link: String::new() };
+    let mut nowhere = Emulator::nowhere("");
     for (link, says) in [
         ("/dev/pts/none", "check the name, and that the emulator runs"),
         ("pty:/dev/null", "name the terminal that 'profidrive emulate' prints"),
@@ -371,7 +394,8 @@ fn a_link_that_does_not_open_ends_with_1_and_one_line() {
 
 #[test]
 fn a_drive_that_is_not_there_or_refuses_is_explained() {
-    let parts: [(&[&str], fn(&Emulator)); 4] = [
+    type Part = (&'static [&'static str], fn(&Emulator));
+    let parts: [Part; 4] = [
         (&[], |emulator| {
             emulator.fails("7", &["status"], 1, "no answer from station 7; check that it is switched on");
             emulator.fails(
@@ -393,7 +417,7 @@ fn a_drive_that_is_not_there_or_refuses_is_explained() {
                 "write 1 to PNU 930 first; the drive stands",
             );
             emulator.works("5", &["write", "limit1", "100"]);
-            emulator.fails("5", &["move", "101", "--yes"], 1, "the target is beyond a limit");
+            fails(emulator.patiently("5", &["move", "101", "--yes"]), 1, "the target is beyond a limit");
         }),
         (&["--fault", "refuse-cfg"], |emulator| {
             emulator.fails("5", &["status"], 1, "drive 5 refuses the configuration F3 F2 (Chk_Cfg)");
@@ -425,7 +449,7 @@ fn another_device_at_the_address_is_named_by_its_ident_number() {
     thread::scope(|scope| {
         let line = scope.spawn(|| run(&mut pty, &mut bus, &clock, &stop, &mut |_| {}));
         let outcome = scope.spawn(|| {
-            let emulator = Emulator { running: Running::start(profidrive(&["--version"])), link };
+            let emulator = Emulator::nowhere(&link);
             let says = "station 5 is another device: its ident number is 1234, expected 0AC5";
             emulator.fails("5", &["status"], 1, says);
             let scan = emulator.works("5", &["scan", "5-6"]);
@@ -484,7 +508,8 @@ fn a_killed_master_lets_the_watchdog_release_the_motor() {
     let emulator = Emulator::start("pty", &[]);
     let mut command =
         profidrive(&["master", "--link", &emulator.link, "--address", "5", "--watchdog", "100ms"]);
-    let mut moving = Running::start(command.args(["jog", "+", "--yes"]).into_owned());
+    command.args(["jog", "+", "--yes"]);
+    let mut moving = Running::start(command);
     moving.until("turning; Ctrl-C");
     moving.signal("KILL");
     assert_eq!(moving.end().0, None, "killed");
@@ -526,9 +551,9 @@ fn a_restore_interrupted_by_ctrl_c_says_what_was_written_and_what_was_not() {
     let rows: Vec<String> = (1000..=1005).map(|pnu| format!(r#"{{"pnu":{pnu},"value":77}}"#)).collect();
     let text = format!(r#"{{"format":"profidrive parameter set 1","parameters":[{}]}}"#, rows.join(","));
     fs::write(&file, text).unwrap();
-    // Each answer takes 300 exchanges more, so that there is time for a signal.
-    let emulator = Emulator::start("pty", &["--fault", "pkw-delay=300"]);
-    let mut restore = Running::start(emulator.command("5", &["restore", file.to_str().unwrap()]));
+    // Each answer takes 100 exchanges more, so that there is time for a signal.
+    let emulator = Emulator::start("pty", &["--fault", "pkw-delay=100"]);
+    let mut restore = Running::start(emulator.patiently("5", &["restore", file.to_str().unwrap()]));
     restore.until("6 of 6 parameters differ");
     restore.signal("INT");
     let (code, stdout, stderr) = restore.end();

@@ -16,9 +16,9 @@
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
-use profidrive::fdl::telegram::{Decoded, decode};
+use profidrive::fdl::telegram::{Decoded, Format, decode};
 use profidrive::fdl::{
-    Address, DataTelegram, Format, FrameError, Function, FunctionCode, MAX_TELEGRAM_LEN, Sap, Telegram,
+    Address, DataTelegram, FrameError, Function, FunctionCode, MAX_TELEGRAM_LEN, Sap, Telegram,
 };
 use profidrive::ppo::{Ind, Inputs, JobId, Outputs, PPO_LEN, Pke, Pkw, ReplyId, Stw, Zsw};
 use profirust::fdl as theirs;
@@ -205,7 +205,8 @@ fn octets() -> impl Strategy<Value = Vec<u8>> {
     // A length octet that both places repeat, with as many octets behind it.
     let any_length =
         (any::<u8>(), vec(any::<u8>(), 262), any::<bool>()).prop_map(|(le, mut octets, head)| {
-            octets[..4].copy_from_slice(&[0x68, le, le, if head { 0x68 } else { octets[3] }]);
+            let second = if head { 0x68 } else { octets[3] };
+            octets[..4].copy_from_slice(&[0x68, le, le, second]);
             octets.truncate(usize::from(le) + 6);
             seal(&mut octets);
             octets

@@ -299,13 +299,22 @@ fn faults_come_on_the_line_and_go_while_the_bus_runs() {
 #[test]
 fn parameters_are_read_and_written_past_the_bus_by_its_rules() {
     let emulator = Emulator::start();
-    let path = |pnu: &str| format!("/api/v1/drives/5/parameters/{pnu}");
+    let path = |pnu: &str| format!("/api/v1/drives/5/parameters/{pnu}").trim_end_matches('/').to_owned();
     let value = emulator.set("PUT", &path("1004"), &json!({ "value": 42 }));
     assert_eq!(
         value,
-        json!({ "pnu": 1004, "subindex": null, "name": "v-Pos", "value": 42, "unit": "rpm", "source": "bench" })
+        json!({
+            "pnu": 1004,
+            "subindex": null,
+            "name": "v-Pos",
+            "value": 42,
+            "text": "42 rpm",
+            "unit": "rpm",
+            "source": "bench"
+        })
     );
-    assert_eq!(emulator.set("PUT", &path("1017"), &json!({ "value": -5000 }))["value"], json!(-5000));
+    assert_eq!(emulator.get(&path(""))["parameters"].as_array().unwrap().len(), 41);
+    assert_eq!(emulator.set("PUT", &path("1017"), &json!({ "value": -5000.0 }))["value"], json!(-5000));
     assert_eq!(emulator.get("/api/v1/drives/5")["motion"]["lower_limit_user_units"], json!(-5000));
     assert_eq!(emulator.get(&path("945?subindex=3"))["value"], json!(0));
 

@@ -58,7 +58,11 @@ struct Emulator {
 
 impl Emulator {
     fn start(directory: &Path) -> Self {
-        let mut process = emulate(&["--state-dir", directory.to_str().unwrap()]).spawn().unwrap();
+        Self::spawn(&mut emulate(&["--state-dir", directory.to_str().unwrap()]))
+    }
+
+    fn spawn(command: &mut Command) -> Self {
+        let mut process = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let mut ready = String::new();
         BufReader::new(process.stdout.take().unwrap()).read_line(&mut ready).unwrap();
         let terminal = ready.split(' ').nth(1).and_then(|link| link.strip_prefix("link="));
@@ -281,6 +285,130 @@ fn a_full_disk_at_the_start_is_refused_and_leaves_nothing() {
     let names: Vec<_> =
         fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     assert_eq!(names, [".lock"]);
+}
+
+/// What is the same for every disk that stops taking data while the emulator runs: the write is refused with error
+/// 18 and the log says why, the drive goes on, the image is as before; and it is stored when there is room again.
+fn lives_through(
+    directory: &Path,
+    says: &str,
+    emulator: Emulator,
+    end: impl FnOnce(u32),
+    relief: impl FnOnce(u32),
+) {
+    let process = emulator.process.id();
+    let mut master = Master::open(&emulator.terminal);
+    let mut job = |id, value| {
+        let job = Pkw::new(Pke::of_job(id, 1004), Ind::default(), value);
+        master.job(job).unwrap().to_string()
+    };
+    assert_eq!(job(JobId::WriteWord, 70), "13EC 0000 0000 0046");
+    end(process);
+    for value in [71, 72] {
+        assert_eq!(job(JobId::WriteWord, value), "73EC 0000 0000 0012");
+        assert_eq!(job(JobId::Read, 0), "13EC 0000 0000 0046", "the value goes back");
+    }
+    assert_eq!(stored_v_pos(directory), 70, "nothing is damaged");
+    relief(process);
+    assert_eq!(job(JobId::WriteWord, 73), "13EC 0000 0000 0049");
+    assert_eq!(stored_v_pos(directory), 73);
+    let (code, stderr) = emulator.end();
+    assert_eq!(code, Some(0), "{stderr}");
+    let name = file(directory).display().to_string();
+    assert!(stderr.contains(&format!("ERROR cannot store {name}: {says}")), "{stderr}");
+    assert!(stderr.contains(&format!("{name} is stored again")), "{stderr}");
+    assert_eq!(Emulator::start(directory).end().0, Some(0), "and it starts again");
+    assert_eq!(stored_v_pos(directory), 73);
+}
+
+/// Runs a command of the system, and says whether it could.
+fn can(command: &str, arguments: &[&str]) -> bool {
+    let output = Command::new(command).args(arguments).output();
+    output.is_ok_and(|output| output.status.success())
+}
+
+/// A small file system in memory, which only root may mount; unmounted when dropped.
+struct SmallDisk(tempfile::TempDir);
+
+impl SmallDisk {
+    fn mount() -> Option<Self> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().to_str().unwrap();
+        can("mount", &["-t", "tmpfs", "-o", "size=64k", "tmpfs", path]).then(|| Self(folder))
+    }
+}
+
+impl Drop for SmallDisk {
+    fn drop(&mut self) {
+        can("umount", &["-l", self.0.path().to_str().unwrap()]);
+    }
+}
+
+#[test]
+fn a_disk_that_fills_up_refuses_writes_until_there_is_room() {
+    let Some(disk) = SmallDisk::mount() else {
+        println!("!! NOT TESTED: only root can mount the small disk that this test fills");
+        return;
+    };
+    let (state, ballast) = (disk.0.path().join("state"), disk.0.path().join("ballast"));
+    let fill = |_| {
+        let filled = fs::write(&ballast, vec![0; 1 << 20]);
+        assert_eq!(filled.unwrap_err().kind(), std::io::ErrorKind::StorageFull);
+    };
+    let empty = |_| fs::remove_file(&ballast).unwrap();
+    lives_through(&state, "No space left on device", Emulator::start(&state), fill, empty);
+}
+
+/// Permissions do not hold root back, but an immutable directory does, on file systems that know that.
+#[test]
+fn a_directory_that_becomes_read_only_refuses_writes_until_it_can_be_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let directory = folder.path().join("state");
+    let path = directory.to_str().unwrap();
+    let emulator = Emulator::start(&directory);
+    assert!(can("chmod", &["a-w", path]));
+    let (says, undo) = if fs::write(directory.join("x"), "").is_err() {
+        ("Permission denied", ["chmod", "u+w"])
+    } else if can("chattr", &["+i", path]) {
+        ("Operation not permitted", ["chattr", "-i"])
+    } else {
+        println!("!! NOT TESTED: nothing makes a directory read-only for root here");
+        return;
+    };
+    let change = |[command, mode]: [&str; 2]| assert!(can(command, &[mode, path]), "{command} {mode} {path}");
+    change(undo);
+    let again = [undo[0], if undo[0] == "chmod" { "a-w" } else { "+i" }];
+    lives_through(&directory, says, emulator, |_| change(again), |_| change(undo));
+}
+
+/// Nobody needs to be root for this one: no file may grow any more, in a process whose limit is lowered while it runs.
+#[test]
+fn a_limit_on_the_size_of_files_refuses_writes_until_it_is_lifted() {
+    let folder = tempfile::tempdir().unwrap();
+    let directory = folder.path().join("state");
+    if !can("prlimit", &["--version"]) {
+        println!("!! NOT TESTED: there is no prlimit to set a limit with");
+        return;
+    }
+    // The signal that comes with it would end the process.
+    let mut command = Command::new("sh");
+    command.args([
+        "-c",
+        r#"trap '' XFSZ; exec "$0" emulate --state-dir "$1""#,
+        env!("CARGO_BIN_EXE_profidrive"),
+    ]);
+    let emulator = Emulator::spawn(command.arg(&directory).stdin(Stdio::null()).env_remove("RUST_LOG"));
+    let limit = |process: u32, bytes: &str| {
+        let arguments = ["--pid", &process.to_string(), &format!("--fsize={bytes}:unlimited")];
+        assert!(can("prlimit", &arguments), "{arguments:?}");
+    };
+    lives_through(
+        &directory,
+        "File too large",
+        emulator,
+        |pid| limit(pid, "0"),
+        |pid| limit(pid, "unlimited"),
+    );
 }
 
 #[test]

@@ -20,6 +20,8 @@ pub use goal::{Goal, GoalError, GoalOutcome, Limits};
 pub use obstacle::{Findings, Obstacle, Obstacles};
 pub use zsw::ZswPattern;
 
+use core::time::Duration;
+
 use posture::Posture;
 use pursuit::{Next, Pursuit};
 use question::Question;
@@ -57,7 +59,7 @@ use crate::time::Instant;
 ///
 /// A goal that fails leaves nothing that could start later: the control word goes back to 000B (enabled, any motion is
 /// stopped), after a failed [`Goal::Enable`] or [`Goal::Acknowledge`] to 0000. A failed [`Goal::Stop`],
-/// [`Goal::Pause`] or [`Goal::Disable`] goes on being asked for.
+/// [`Goal::Pause`] or [`Goal::Disable`] goes on being asked for; without a job to pause, a pause is a stop.
 ///
 /// After [`handle_data_exchange_lost`](Self::handle_data_exchange_lost) the control word is 0000 until a goal enables
 /// the drive again.
@@ -255,7 +257,14 @@ impl DriveClient {
             Goal::Pause if self.job => self.posture = Posture::Paused,
             Goal::Resume if self.job => self.posture = Posture::Travel,
             // Inching ends; a travel job or a velocity goes on until the new goal changes it.
-            Goal::Enable | Goal::MoveTo(_) | Goal::Inch | Goal::Jog(_) | Goal::Velocity(_)
+            Goal::Enable
+            | Goal::Acknowledge
+            | Goal::MoveTo(_)
+            | Goal::Pause
+            | Goal::Resume
+            | Goal::Inch
+            | Goal::Jog(_)
+            | Goal::Velocity(_)
                 if matches!(self.posture, Posture::Inch | Posture::Jog(_)) =>
             {
                 self.posture = Posture::Enabled;
@@ -385,7 +394,7 @@ impl DriveClient {
     }
 
     /// Gives the goal up, makes the drive safe, and begins to find out why.
-    fn fail(&mut self, now: Instant, pursuit: &Pursuit, waited: Option<core::time::Duration>) {
+    fn fail(&mut self, now: Instant, pursuit: &Pursuit, waited: Option<Duration>) {
         let Pursuit { goal, findings, .. } = *pursuit;
         let findings = Findings { zsw: self.zsw, diagnosis: self.diagnosis, job: self.job, ..findings };
         self.make_safe(goal);
@@ -408,6 +417,8 @@ impl DriveClient {
         match goal {
             Goal::Enable | Goal::Acknowledge => self.adopt(Posture::Off),
             Goal::MoveTo(_) | Goal::Resume | Goal::Inch | Goal::Jog(_) | Goal::Velocity(_) => self.halt(),
+            // Whoever wants to pause what cannot be paused wants it to stop.
+            Goal::Pause if !self.job => self.halt(),
             Goal::Pause | Goal::Stop | Goal::Disable => {}
         }
     }

@@ -37,8 +37,9 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     let clock = SystemClock::new();
     let state = args.state_dir.as_deref().map(StateDir::open).transpose();
     let state = state.map_err(|error| Failure::from_error(&error))?;
-    let (rate, link, path) = open(args)?;
+    // Before the link, so that a refusal leaves nothing behind.
     let mut panel = start_panel(args, &signals.stop)?;
+    let (rate, link, path) = open(args)?;
     for fault in &args.faults {
         warn!("fault on purpose: {fault}");
     }

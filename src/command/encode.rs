@@ -60,8 +60,8 @@ fn build(args: &Encode) -> Result<Explanation, Failure> {
             let (pkw, sender) = pkw::build(what, args.force)?;
             bare(&pkw.to_octets(), sender, mode)?
         }
-        What::Stw(word) => bare(&words::build(words::STW, word, mode)?, Sender::Master, mode)?,
-        What::Zsw(word) => bare(&words::build(words::ZSW, word, mode)?, Sender::Slave, mode)?,
+        What::Stw(word) => bare(&words::build(words::STW, word, mode)?, Some(Sender::Master), mode)?,
+        What::Zsw(word) => bare(&words::build(words::ZSW, word, mode)?, Some(Sender::Slave), mode)?,
         What::Telegram(telegram) => {
             let octets = telegram::build(telegram, mode)?;
             Context::with_mode(mode).telegram(&octets)
@@ -75,8 +75,8 @@ fn build(args: &Encode) -> Result<Explanation, Failure> {
     Ok(explanation)
 }
 
-fn bare(octets: &[u8], sender: Sender, mode: Mode) -> Result<Explanation, Failure> {
-    let explanation = Context::with_mode(mode).bare(octets, Some(sender));
+fn bare(octets: &[u8], sender: Option<Sender>, mode: Mode) -> Result<Explanation, Failure> {
+    let explanation = Context::with_mode(mode).bare(octets, sender);
     explanation.ok_or_else(|| Failure::Other(format!("{} octets are no words", octets.len())))
 }
 

@@ -152,9 +152,6 @@ fn modules(bits: &[u8]) -> String {
 
 fn channel_block(at: usize, octets: [u8; 3]) -> Field {
     let [module, channel, kind] = octets;
-    let bits = |name: &str, n: usize, octet: u8, (high, low), meaning: String| {
-        Field::bits(name, (at + n, 1), Bits { high, low }, octet.into(), meaning)
-    };
     let direction = match channel >> 6 {
         1 => "input",
         2 => "output",
@@ -173,13 +170,32 @@ fn channel_block(at: usize, octets: [u8; 3]) -> Field {
     let error = channel_error(kind & 0x1F);
     let meaning =
         format!("module {}, {direction} {}, {width}: {error}", module & SIX_BITS, channel & SIX_BITS);
-    Field::octets("channel-related block", at, &octets, meaning).with(Vec::from([
-        bits("block", 0, module, (7, 6), "channel-related".into()),
-        bits("module", 0, module, (5, 0), format!("{}", module & SIX_BITS)),
-        bits("direction", 1, channel, (7, 6), direction.into()),
-        bits("channel", 1, channel, (5, 0), format!("{}", channel & SIX_BITS)),
-        bits("width", 2, kind, (7, 5), width.into()),
-        bits("error", 2, kind, (4, 0), error.into()).marked(Mark::Trouble),
+    // Each octet has two fields of bits.
+    let octet = |n: usize, name: &str, octet: u8, lowest: u8, high: (&str, &str), low: (&str, String)| {
+        let bits = |name, (high, low), meaning: String| {
+            Field::bits(name, (at + n, 1), Bits { high, low }, octet.into(), meaning)
+        };
+        Field::octet(name, at + n, octet, "")
+            .with(Vec::from([bits(high.0, (7, lowest), high.1.into()), bits(low.0, (lowest - 1, 0), low.1)]))
+    };
+    Field::octets("channel-related block", at, &octets, meaning).marked(Mark::Trouble).with(Vec::from([
+        octet(
+            0,
+            "place",
+            module,
+            6,
+            ("block", "channel-related"),
+            ("module", format!("{}", module & SIX_BITS)),
+        ),
+        octet(
+            1,
+            "channel",
+            channel,
+            6,
+            ("direction", direction),
+            ("number", format!("{}", channel & SIX_BITS)),
+        ),
+        octet(2, "diagnosis", kind, 5, ("width", width), ("error", error.into())),
     ]))
 }
 
@@ -202,6 +218,7 @@ const fn channel_error(error: u8) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::explain::frame::tests::check_cover;
 
     fn said(data: &[u8]) -> String {
         explain(data, 0, &mut Learned::default()).0
@@ -236,6 +253,7 @@ mod tests {
     fn the_blocks_behind_are_told_apart_and_measured() {
         let data = [0x08, 0x0C, 0, 2, 0x12, 0x34, 0x42, 0x02, 0x81, 0x83, 0x21, 0xC5, 0x03, 0xAA, 0xBB];
         let (_, fields) = explain(&data, 0, &mut Learned::default());
+        check_cover(&fields, 0, data.len());
         let blocks: Vec<(usize, usize, &str)> =
             fields[5..].iter().map(|field| (field.at, field.len, field.meaning.as_str())).collect();
         assert_eq!(
@@ -255,7 +273,7 @@ mod tests {
             let data = [&[0, 4, 0, 2, 0x12, 0x34][..], block].concat();
             let (_, fields) = explain(&data, 0, &mut Learned::default());
             assert_eq!(fields.last().unwrap().mark, Mark::Mistake, "{block:02X?}");
-            assert_eq!(fields.iter().map(|field| field.len).sum::<usize>(), data.len());
+            check_cover(&fields, 0, data.len());
         }
     }
 }

@@ -69,7 +69,8 @@ impl HexText {
     /// # Errors
     /// [`TextError`] with the first thing that cannot be read.
     pub fn octets(&mut self, line: &str) -> Result<Vec<u8>, TextError> {
-        let line = without_comment(line).trim();
+        // Editors and shells of Windows begin a file with a mark of its octet order.
+        let line = without_comment(line.trim_start_matches('\u{feff}')).trim();
         if line == "*" && self.dumped > 0 {
             return Err(TextError::LeftOut);
         }
@@ -187,7 +188,7 @@ fn is_octet(text: &str) -> bool {
     text.len() == 2 && text.bytes().all(|digit| digit.is_ascii_hexdigit())
 }
 
-/// The octets of numbers. Words at the front that cannot be numbers are a label.
+/// The octets of numbers. Words without digits at the front that cannot be numbers are a label.
 fn numbers(text: &str) -> Result<Vec<u8>, TextError> {
     let mut octets = Vec::new();
     let mut label = true;
@@ -196,7 +197,8 @@ fn numbers(text: &str) -> Result<Vec<u8>, TextError> {
     while let Some(token) = tokens.next() {
         let (prefixed, digits) = digits(token);
         if digits.is_empty() || !digits.bytes().all(|digit| digit.is_ascii_hexdigit()) {
-            if label && tokens.peek().is_some() {
+            let word = !token.bytes().any(|char| char.is_ascii_digit());
+            if label && word && tokens.peek().is_some() {
                 continue;
             }
             return Err(TextError::NotHex { found: shortened(token) });
@@ -313,6 +315,7 @@ mod tests {
     fn words_of_the_manual_are_octets_high_first() {
         assert_eq!(read("13FA 0000 0000 0000"), Ok(Vec::from([0x13, 0xFA, 0, 0, 0, 0, 0, 0])));
         assert_eq!(read("0000 0000 0000 0000").map(|octets| octets.len()), Ok(8), "no dump");
+        assert_eq!(read("\u{feff}13FA"), Ok(Vec::from([0x13, 0xFA])));
         assert_eq!(read("0x13FA 0x0000 0x0003 0xD090").map(|octets| octets.len()), Ok(8));
     }
 
@@ -321,6 +324,7 @@ mod tests {
         for (line, error) in [
             ("68 0", "'0' has an odd number of digits; write each octet with two"),
             ("68 0G 05", "'0G' is no hexadecimal octet; comments begin with # or //"),
+            ("1O 05 02", "'1O' is no hexadecimal octet; comments begin with # or //"),
             ("hello", "'hello' is no hexadecimal octet; comments begin with # or //"),
             ("hello world", "'world' is no hexadecimal octet; comments begin with # or //"),
             (

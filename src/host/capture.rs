@@ -12,7 +12,7 @@
 //! delimiter to the end delimiter. Times are those of a [`Tap`](super::link::tap::Tap), in nanoseconds since 1970 UTC.
 //!
 //! A [`Capture`] is whole at any moment at which a process can be killed: with each [`Batch`] of a tap whole blocks are
-//! appended, in one call of the operating system. [`read`] reads such files back, and those of others.
+//! appended, in one call of the operating system. [`read()`] reads such files back, and those of others.
 //!
 //! ```
 //! use profidrive::host::capture::{self, Capture, Interface};

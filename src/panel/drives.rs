@@ -79,7 +79,7 @@ pub(super) async fn add(
                 None => Device::new(config, bench.now).into(),
             };
             let added = if bench.listen { bench.bus.join(bench.now, device) } else { bench.bus.add(device) };
-            added.map_err(|error| Problem::conflict(error))?;
+            added.map_err(Problem::conflict)?;
             // A factory reset by its DIP switches is no reason not to find it.
             let device = bench.drive(address).ok_or_else(|| bench.no_drive(address))?;
             Ok(DriveSummary::of(device, bench.bus.presence(address), bench.now))

@@ -116,6 +116,16 @@ pub enum PanelError {
     },
 }
 
+/// How much this thread steps back (`nice`).
+#[cfg(target_os = "linux")]
+const STEP_BACK: i32 = 10;
+
+/// Where both want a processor, the bus has it first: on Linux a thread has a priority of its own.
+fn yield_to_the_bus() {
+    #[cfg(target_os = "linux")]
+    let _ = rustix::process::setpriority_process(Some(rustix::thread::gettid()), STEP_BACK);
+}
+
 impl Panel {
     /// Listens at `place`, `HOST:PORT` (port 0: a free one). `wake` is what ends a run of the bus.
     ///
@@ -133,6 +143,7 @@ impl Panel {
         let (end, ended) = oneshot::channel();
         let app = routes::App { asking, hub };
         let serve = move || {
+            yield_to_the_bus();
             if let Err(error) = runtime.block_on(server::serve(listener, reach, app, ended)) {
                 tracing::warn!("panel: {error}");
             }

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::bench::Asking;
+use super::drives::Snapshot;
 use super::problem::{Body, PathOf, Problem, Problems, QueryOf, Station, whole};
 use crate::device::{Device, Power};
 use crate::explain::value::{Lengths, in_words};
@@ -126,7 +127,7 @@ pub(super) async fn list(
     State(asking): State<Asking>,
     Station(address): Station,
 ) -> Result<Json<Parameters>, Problem> {
-    let parameters = asking.ask(move |bench| bench.with_drive(address, |device| all(device))).await??;
+    let parameters = all(&Snapshot::take(&asking, address).await?.device);
     Ok(Json(Parameters { parameters }))
 }
 
@@ -141,10 +142,8 @@ pub(super) async fn read(
     QueryOf(Element { subindex }): QueryOf<Element>,
 ) -> Result<Json<ParameterValue>, Problem> {
     let pnu = parameter.number()?;
-    asking
-        .ask(move |bench| bench.with_drive(address, |device| ParameterValue::read(device, pnu, subindex))?)
-        .await?
-        .map(Json)
+    let snapshot = Snapshot::take(&asking, address).await?;
+    ParameterValue::read(&snapshot.device, pnu, subindex).map(Json)
 }
 
 /// Writes a parameter past the bus

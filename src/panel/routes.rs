@@ -118,3 +118,38 @@ async fn not_so(uri: Uri) -> Problem {
         format!("{} does not take this method; the API is described at /api/v1/openapi.json", uri.path()),
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn every_route_is_described_with_every_method() {
+        // The router does not tell its routes, so its text does.
+        let text = include_str!("routes.rs");
+        let begin = text.find("Router::new()").unwrap();
+        let end = begin + text[begin..].find(".fallback(").unwrap();
+        let mut routes = BTreeSet::new();
+        for route in text[begin..end].split(".route(").skip(1) {
+            let path = route.split('"').nth(1).unwrap();
+            for method in ["get", "post", "put", "patch", "delete"] {
+                let handled = [" ", ".", "("].iter().any(|before| {
+                    let call = format!("{before}{method}(");
+                    route.split('"').nth(2).unwrap().contains(&call)
+                });
+                if handled && path.starts_with("/api/") {
+                    routes.insert(format!("{method} {path}"));
+                }
+            }
+        }
+        let description = serde_json::to_value(Description::openapi()).unwrap();
+        let mut described = BTreeSet::new();
+        for (path, methods) in description["paths"].as_object().unwrap() {
+            described.extend(methods.as_object().unwrap().keys().map(|method| format!("{method} {path}")));
+        }
+        assert!(routes.len() >= 22, "{routes:?}");
+        assert_eq!(routes, described);
+    }
+}

@@ -59,7 +59,7 @@ const ACCEPT_PAUSE: Duration = Duration::from_secs(1);
 
 /// For who comes when all connections are taken.
 const FULL: &[u8] = b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/problem+json\r\n\
-    content-length: 105\r\nconnection: close\r\nretry-after: 5\r\n\r\n\
+    content-length: 108\r\nconnection: close\r\nretry-after: 5\r\n\r\n\
     {\"status\":503,\"title\":\"Service Unavailable\",\"detail\":\"too many connections; close some, or try again later\"}";
 
 /// Serves until `end` is dropped.
@@ -220,7 +220,7 @@ mod tests {
 
     #[test]
     fn the_answer_of_a_full_server_has_the_length_it_says() {
-        let text = std::str::from_utf8(FULL).unwrap();
+        let text = core::str::from_utf8(FULL).unwrap();
         let (head, body) = text.split_once("\r\n\r\n").unwrap();
         assert!(head.contains(&format!("content-length: {}\r\n", body.len())), "{}", body.len());
     }

@@ -575,10 +575,10 @@ impl NewsEvent {
             | BusEvent::Rate(_)
             | BusEvent::Lost { .. } => (None, NewsKind::Line),
         };
-        let reasons = match event {
-            BusEvent::Station { event: Event::CommandRefused(refusal), .. } => reasons_of(refusal),
-            _others => Vec::new(),
-        };
+        let mut reasons = Vec::new();
+        if let BusEvent::Station { event: Event::CommandRefused(refusal), .. } = event {
+            reasons = reasons_of(refusal);
+        }
         let news = Self {
             time_seconds: seconds(at),
             address: address.map(Address::number),

@@ -101,7 +101,9 @@ test("on a phone nothing is beside the screen, and what is touched is large enou
   await onStage({ page: { viewport: PHONE, hasTouch: true, isMobile: true, deviceScaleFactor: 2 } }, async ({ page, master }) => {
     await busyDrive(page, master);
     await assertFits(page);
+    await page.setViewportSize({ ...PHONE, height: 1280 });
     await photograph(page, "panel-phone");
+    await page.setViewportSize(PHONE);
     const small = await page.evaluate(() =>
       [...document.querySelectorAll("button, select, input, a, [role=switch], [role=button]")]
         .filter((element) => element.checkVisibility() && !element.closest(".skip"))
@@ -164,17 +166,28 @@ test("everything can be reached and worked with the keyboard, and the focus is a
 });
 
 test("nothing moves by itself for those who do not want it", async () => {
-  await onStage({ master: false }, async ({ page }) => {
+  await onStage({ master: false, page: { reducedMotion: "reduce" } }, async ({ page }) => {
     const moving = () => page.evaluate(() => [...document.querySelectorAll("*")].filter((element) => getComputedStyle(element).transitionDuration !== "0s" || getComputedStyle(element).animationName !== "none").length);
     assert.equal(await moving(), 0);
+    await page.getByRole("button", { name: "Provoke fault D:" }).click();
+    await text(page, ".device", "blinks 4 times: fault D");
+    const dark = await page.locator("[data-lamp=status]").evaluate(async (lamp) => {
+      const seen = [];
+      new MutationObserver(() => seen.push(lamp.dataset.lit)).observe(lamp, { attributes: true });
+      await new Promise((resolve) => setTimeout(resolve, 3000));
+      return seen.filter((lit) => lit === "false");
+    });
+    assert.deepEqual(dark, [], "it stays lit");
     await page.emulateMedia({ reducedMotion: "no-preference" });
     assert.ok((await moving()) > 0);
+    await page.locator("[data-lamp=status][data-lit=false]").waitFor();
+    await page.locator("[data-lamp=status][data-lit=true]").waitFor();
   });
 });
 
 test("125 drives are seen at a glance, filtered and chosen", async () => {
   const addresses = Array.from({ length: 125 }, (_, index) => index + 1);
-  await onStage({ drives: ["--drives", "1-125"], addresses: addresses.slice(0, 100), page: { view: "#drives" } }, async ({ page, master }) => {
+  await onStage({ drives: ["--drives", "1-125"], addresses: addresses.slice(0, 100), page: { view: "#drives", viewport: { width: 1360, height: 960 } } }, async ({ page, master }) => {
     const tiles = page.locator(".tile");
     await until("tiles", () => tiles.count(), (count) => count === 125);
     for (const address of addresses.slice(0, 100)) await master.exchanging(address);
@@ -184,13 +197,11 @@ test("125 drives are seen at a glance, filtered and chosen", async () => {
     for (const address of [14, 52, 98]) assert.equal(await act("POST", `/api/v1/drives/${address}/provoke`, { fault: "D" }), 200);
     assert.equal(await act("PATCH", "/api/v1/drives/33/inputs", { battery_volts: 2.5 }), 200);
     assert.equal(await act("PUT", "/api/v1/drives/77/power", { on: false }), 200);
-    for (const address of [6, 9, 12, 42, 60]) {
-      Object.assign(master.station(address), { stw: 0x003b, hsw: 40_000 - 1000 * address });
-    }
-    await master.until(60, "ready to travel", (station) => station.bit(15));
-    for (const address of [6, 9, 12, 42, 60]) master.station(address).stw = 0x007b;
+    const travelling = [6, 9, 12, 42, 60];
+    await Promise.all(travelling.map((address) => master.travel(address, address % 4 === 0 ? -900_000 : 900_000)));
+    for (const address of travelling) await master.until(address, "a travel", (station) => !station.bit(13));
     await text(page, "#drives-count", "125 drives, 3 in fault");
-    await until("travels", () => page.locator(".tile[data-kind=moving]").count(), (count) => count === 5);
+    await until("travels", () => page.locator(".tile[data-kind=moving]").count(), (count) => count === travelling.length);
     await photograph(page, "panel-125");
 
     const kinds = await tiles.evaluateAll((tiles) => tiles.map((tile) => `${tile.dataset.kind} ${tile.querySelector(".word").textContent}`));

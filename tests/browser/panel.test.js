@@ -78,6 +78,8 @@ test("the reason for a refused start is in plain sight", async () => {
     await master.enable(5);
     await text(page, "#why-title", READY);
     await master.travel(5, 1_200_000);
+    await text(page, "#stw", "activate travel job");
+    await text(page, "#zsw", "acknowledgement of target value");
     await text(page, "#why-refused", "travel to 1200000 refused: setpoint is above the upper limit (1000000)");
     await text(page, "#log-lines .log", "travel to 1200000 refused");
     assert.equal(await value(page, "Position"), 0);
@@ -166,6 +168,17 @@ test("the keys turn the shaft as long as they are held, with the mouse and with 
     await until("position", () => value(page, "Position"), (now) => now > position + 100);
     await page.keyboard.up("Enter");
     await until("speed", () => value(page, "Speed"), (speed) => speed === 0);
+  });
+});
+
+test("a key is released when the page goes while it is held", async () => {
+  await onStage({ master: false }, async ({ page, emulator }) => {
+    const keys = async () => (await (await fetch(new URL("api/v1/drives/5", emulator.panel))).json()).keys.key_1_pressed;
+    await page.getByRole("button", { name: "Key 1, clockwise" }).focus();
+    await page.keyboard.down("Enter");
+    await until("key", keys, (pressed) => pressed);
+    await page.goto(new URL("api/v1/openapi.json", emulator.panel).href);
+    await until("key", keys, (pressed) => !pressed);
   });
 });
 

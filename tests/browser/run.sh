@@ -33,4 +33,4 @@ if ! cmp -s package-lock.json node_modules/.package-lock.json.used; then
 fi
 
 # One file after the other: several browsers at once on a small machine only wait for each other.
-node --test --test-concurrency=1 --test-timeout=240000 ./*.test.js || exit 1
+node --test --test-concurrency=1 --test-timeout=600000 ./*.test.js || exit 1

@@ -2,6 +2,7 @@
 import { chromium } from "playwright-core";
 import assert from "node:assert/strict";
 import { mkdir } from "node:fs/promises";
+import { after } from "node:test";
 
 import { Emulator } from "./emulator.js";
 import { Master } from "./master.js";
@@ -22,6 +23,10 @@ export const LIMIT_MS = 60_000;
 export const CONNECTED = "#connection:is([data-kind=live], [data-kind=lossy])";
 const DESKTOP = { width: 1360, height: 900 };
 
+/** One browser for the tests of a file; each has pages of its own. */
+let browser = null;
+after(() => browser?.close());
+
 /**
  * Runs `play` with a stage: an emulator of `drives`, a master for those at `addresses` (`master: false`: none), a page.
  * The stage is taken down whatever happens. `refusals` says that the server is meant to refuse something, which a
@@ -32,7 +37,7 @@ export async function onStage({ drives = ["--drive", "5"], addresses = [5], mast
   try {
     stage.emulator = await Emulator.start(...drives);
     if (master) stage.master = await Master.connect(stage.emulator.linkPort, addresses);
-    stage.browser = await chromium.launch({ executablePath: CHROMIUM, args: FLAGS });
+    browser ??= await chromium.launch({ executablePath: CHROMIUM, args: FLAGS });
     stage.page = await stage.open(page);
     await play(stage);
     const complaints = stage.complaints.filter((complaint) => !refusals || !complaint.startsWith("Failed to load resource"));
@@ -52,8 +57,8 @@ class Stage {
 
   /** A page on the panel, at a view such as `#drive/5`. */
   async open({ view = "#drive/5", viewport = DESKTOP, ...options }) {
-    const context = await this.browser.newContext({ viewport, reducedMotion: "reduce", ...options });
-    const page = await context.newPage();
+    this.context = await browser.newContext({ viewport, ...options });
+    const page = await this.context.newPage();
     page.setDefaultTimeout(LIMIT_MS);
     page.on("pageerror", (error) => this.complaints.push(`${error.name}: ${error.message}`));
     page.on("console", (message) => message.type() === "error" && this.complaints.push(message.text()));
@@ -75,7 +80,7 @@ class Stage {
   }
 
   async close() {
-    await this.browser?.close();
+    await this.context?.close();
     await this.master?.close();
     await this.emulator?.stop();
   }

@@ -31,7 +31,8 @@ pub enum Goal {
     Inch,
     /// Inching 2: turns with v-Inch until another goal comes (positioning mode). Done when it turns.
     Jog(Direction),
-    /// Turns with a velocity in rpm until another goal comes (velocity mode). Done when it is at speed.
+    /// Turns with a velocity in rpm until it shall stop, be disabled, or turn otherwise (velocity mode). Done when it is
+    /// at speed.
     Velocity(i32),
     /// Operation no longer enabled: brakes with maximum deceleration and stands, held. Done in ready-to-run.
     Disable,

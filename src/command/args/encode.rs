@@ -390,5 +390,5 @@ Examples:
   profidrive encode telegram chk-cfg F3 F2 --fcb 1
   profidrive encode telegram data-exchange --pkw '13FA 0000 0000 0000' --stw enable --setpoint 5000
   profidrive encode telegram global-control clear --address 127
-  profidrive encode telegram raw --fc 08 --address 2 --master 5 --dsap 62 --ssap 60 02 05 00 FF 0A C5
+  profidrive encode telegram raw --fc 03 --address 2 --master 5
   profidrive encode telegram diag --fcs 00 --force";

@@ -38,8 +38,13 @@ pub(crate) struct Master {
     #[arg(long, global = true, value_name = "TIME", default_value = "1s", value_parser = watchdog, display_order = 94)]
     pub(crate) watchdog: Duration,
 
+    /// How long an answer is waited for before the question is repeated, 1ms to 10s: more for a slow network or a busy
+    /// machine. Without it 20ms on a serial line, else 50ms
+    #[arg(long, global = true, value_name = "TIME", value_parser = slot_time, display_order = 95)]
+    pub(crate) slot_time: Option<Duration>,
+
     /// Print JSON for programs instead of text
-    #[arg(long, global = true, display_order = 95)]
+    #[arg(long, global = true, display_order = 96)]
     pub(crate) json: bool,
 
     #[command(subcommand)]
@@ -369,6 +374,14 @@ fn watchdog(text: &str) -> Result<Duration, String> {
         .ok()
         .filter(|time| range.contains(time))
         .ok_or_else(|| "expected a time from 10ms to 650s, such as 500ms".into())
+}
+
+fn slot_time(text: &str) -> Result<Duration, String> {
+    let range = Duration::from_millis(1)..=Duration::from_secs(10);
+    time(text)
+        .ok()
+        .filter(|time| range.contains(time))
+        .ok_or_else(|| "expected a time from 1ms to 10s, such as 100ms".into())
 }
 
 /// Decimal, or hexadecimal behind 0x.

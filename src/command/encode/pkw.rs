@@ -7,16 +7,16 @@ use profidrive::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
 use crate::command::Failure;
 use crate::command::args::{self, Octet, Parameter, WidthSpec, find_parameter};
 
-/// The words, and who says them.
-pub(super) fn build(what: &args::Pkw, force: bool) -> Result<(Pkw, Sender), Failure> {
+/// The words, and who says them if that is not for the words to tell.
+pub(super) fn build(what: &args::Pkw, force: bool) -> Result<(Pkw, Option<Sender>), Failure> {
     let job = |id: JobId, target: &Target, pwe| {
-        Ok((Pkw::new(Pke::of_job(id, target.pnu), target.ind, pwe), Sender::Master))
+        Ok((Pkw::new(Pke::of_job(id, target.pnu), target.ind, pwe), Some(Sender::Master)))
     };
     let reply = |id: ReplyId, target: &Target, pwe| {
-        Ok((Pkw::new(Pke::of_reply(id, target.pnu), target.ind, pwe), Sender::Slave))
+        Ok((Pkw::new(Pke::of_reply(id, target.pnu), target.ind, pwe), Some(Sender::Slave)))
     };
     match what {
-        args::Pkw::None => Ok((Pkw::ZERO, Sender::Master)),
+        args::Pkw::None => Ok((Pkw::ZERO, Some(Sender::Master))),
         args::Pkw::Read { parameter } => {
             let target = Target::of(parameter, force)?;
             let id = if target.array { JobId::ReadElement } else { JobId::Read };
@@ -38,10 +38,7 @@ pub(super) fn build(what: &args::Pkw, force: bool) -> Result<(Pkw, Sender), Fail
             let target = Target::of(parameter, true)?;
             let spm = if *spm { SPM } else { 0 };
             let pke = Pke::from_raw(u16::from(*ak) << 12 | spm | Pnu::from_low_bits(target.pnu).number());
-            let pkw = Pkw::new(pke, target.ind, target.pwe(*value, Width::Double)?);
-            // Nobody says whose words these are: what a drive never sends is a job.
-            let sender = if pke.ak() == 7 && value_is_error(*value) { Sender::Slave } else { Sender::Master };
-            Ok((pkw, sender))
+            Ok((Pkw::new(pke, target.ind, target.pwe(*value, Width::Double)?), None))
         }
         args::Pkw::Reply { parameter, value, width } => {
             let target = Target::of(parameter, force)?;
@@ -66,10 +63,6 @@ pub(super) fn build(what: &args::Pkw, force: bool) -> Result<(Pkw, Sender), Fail
 
 /// Bit 11 of PKE.
 const SPM: u16 = 0x0800;
-
-fn value_is_error(value: i64) -> bool {
-    (1..=19).contains(&value)
-}
 
 /// Which parameter, and which element of it.
 struct Target {

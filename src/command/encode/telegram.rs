@@ -130,13 +130,13 @@ fn set_prm(service: &Service) -> Result<Vec<u8>, Failure> {
     Ok(data)
 }
 
-/// WD_Fact_1 and WD_Fact_2 whose product is the smallest that is not below `product`.
+/// WD_Fact_1 and WD_Fact_2 whose product is the smallest that is not below `product`, as near to each other as can be.
 fn factors(product: u32) -> Option<(u8, u8)> {
     let pairs = (1..=u8::MAX).filter_map(|first| {
         let second = u8::try_from(product.div_ceil(first.into())).ok()?;
         Some((first, second.max(1)))
     });
-    pairs.min_by_key(|(first, second)| u32::from(*first) * u32::from(*second))
+    pairs.min_by_key(|(first, second)| (u32::from(*first) * u32::from(*second), first.abs_diff(*second)))
 }
 
 const fn bit_of(command: Control) -> u8 {
@@ -170,9 +170,13 @@ mod tests {
 
     #[test]
     fn watchdog_factors_make_the_time_or_the_next_longer_one() {
-        for (product, factors_of) in
-            [(1, Some((1, 1))), (20, Some((1, 20))), (65_025, Some((255, 255))), (65_026, None)]
-        {
+        for (product, factors_of) in [
+            (1, Some((1, 1))),
+            (20, Some((4, 5))),
+            (100, Some((10, 10))),
+            (65_025, Some((255, 255))),
+            (65_026, None),
+        ] {
             assert_eq!(factors(product), factors_of, "{product}");
         }
         for product in 1..=65_025 {

@@ -29,5 +29,6 @@ pub(super) fn open(args: &Master) -> Result<(Box<dyn Link>, Settings), Failure> 
         None => return Err(Failure::Usage("the line is missing; add --link LINK".into())),
     };
     let (link, settings) = opened.map_err(|error| Failure::from_error(&error))?;
-    Ok((link, Settings { watchdog: args.watchdog, ..settings }))
+    let slot_time = args.slot_time.unwrap_or(settings.slot_time);
+    Ok((link, Settings { watchdog: args.watchdog, slot_time, ..settings }))
 }

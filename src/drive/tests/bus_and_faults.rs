@@ -360,3 +360,29 @@ fn row_53_a_released_key_or_data_exchange_stops() {
         assert_eq!(rig.run(1).state(), ENABLED);
     }
 }
+
+#[test]
+fn what_stands_against_a_start_is_what_the_start_is_then_refused_with() {
+    let no_supply = |mut rig: Rig| {
+        rig.output_stage(false);
+        rig
+    };
+    let beyond = Settings { limits: Limits::new(-100, 100), ..DEFAULTS };
+    let velocity = Settings { mode: Mode::Velocity, ..DEFAULTS };
+    for (mut rig, refused) in [
+        (Rig::new(Model::Ag03_1), true),
+        (Rig::enabled(), false),
+        (no_supply(Rig::enabled()), true),
+        (Rig::travelling(100_000), true),
+        (Rig::in_fault(Fault::J), true),
+        (Rig::with(Model::Ag03, beyond).calibrated(150), true),
+        (Rig::with(Model::Ag03_1, velocity), true),
+    ] {
+        let foretold = rig.drive.start_refusal(&rig.settings);
+        rig.drive.take_refusal();
+        rig.stw(rig.stw ^ 0x0040);
+        let foretold: Vec<_> = foretold.iter().flat_map(Refusal::reasons).collect();
+        assert_eq!(rig.reasons(), foretold);
+        assert_eq!(foretold.is_empty(), !refused);
+    }
+}

@@ -21,6 +21,8 @@ export async function request(method, path, body) {
       method,
       headers: body === undefined ? {} : { "content-type": "application/json" },
       body: body === undefined ? undefined : JSON.stringify(body),
+      // The release of a key arrives even if the page goes at the same time.
+      keepalive: body !== undefined,
     });
   } catch {
     throw new Refused("the emulator does not answer");

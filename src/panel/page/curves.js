@@ -160,11 +160,14 @@ export class Curves {
   #key(event) {
     const step = this.#span / 100;
     const keys = {
-      ArrowLeft: () => (this.#cursor = (this.#cursor ?? this.#right()) - step),
-      ArrowRight: () => (this.#cursor = (this.#cursor ?? this.#right()) + step),
+      ArrowLeft: () => this.#point(-step),
+      ArrowRight: () => this.#point(step),
       PageUp: () => this.#go(this.#right() - this.#span / 2),
       PageDown: () => this.#go(this.#right() + this.#span / 2),
-      Home: () => this.#go(null),
+      Home: () => {
+        this.#cursor = null;
+        this.#go(null);
+      },
       Escape: () => (this.#cursor = null),
       "+": () => this.#zoom(-1),
       "-": () => this.#zoom(1),
@@ -173,8 +176,14 @@ export class Curves {
     if (!act || event.ctrlKey || event.altKey || event.metaKey) return;
     event.preventDefault();
     act();
-    if (this.#cursor !== null && this.#end === null) this.#go(this.#right() - 1e-6);
     this.#dirty = true;
+  }
+
+  /** Moves the cursor by `step` seconds. What it points at stays where it is: the curves stand. */
+  #point(step) {
+    const right = this.#right();
+    if (this.#end === null) this.#go(right);
+    this.#cursor = Math.min(Math.max((this.#cursor ?? right) + step, right - this.#span), right);
   }
 
   /** The newest sample at `time`, or before. */

@@ -28,8 +28,8 @@ export class DeviceDrawing {
     this.#actions = actions;
     root.replaceChildren(this.#draw());
     // A finger that leaves the window has left the key.
-    window.addEventListener("blur", () => this.#releaseAll());
-    document.addEventListener("visibilitychange", () => document.hidden && this.#releaseAll());
+    for (const leaving of ["blur", "pagehide"]) window.addEventListener(leaving, () => this.releaseKeys());
+    document.addEventListener("visibilitychange", () => document.hidden && this.releaseKeys());
   }
 
   /**
@@ -59,7 +59,8 @@ export class DeviceDrawing {
     }
   }
 
-  #releaseAll() {
+  /** Nobody holds a key any more. */
+  releaseKeys() {
     for (const name of [...this.#held]) this.#press(name, false);
   }
 

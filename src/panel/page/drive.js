@@ -13,10 +13,13 @@ import { busText, isLit, statusText } from "./leds.js";
 import { modelName, stateOf, unitOf } from "./states.js";
 import { request } from "./api.js";
 
+const STILL = matchMedia("(prefers-reduced-motion: reduce)");
 const KEYS = { clockwise: "key_1", counter_clockwise: "key_2" };
 const MOTOR = { released: "released", in_control: "in control", shorted: "shorted" };
 const EEPROM = { in_memory: "in memory", writing: "is being written", stored: "in its file", failed: "NOT written, see the log" };
 const TERMINATOR = { inactive: "off", active: "on", half: "half on: set SW9 and SW10 alike" };
+/** The name of a bit without one. */
+const NOT_USED = "not used";
 /** Levels that need somebody, by word and key of the bit. */
 const ALARMS = { zsw: [[3, true], [6, true], [7, true], [14, true]], ssw: [[5, true], [6, true], [8, true], [10, true], [12, true], [13, true], [15, true]], stw: [] };
 
@@ -53,6 +56,7 @@ export class DriveView {
   /** Another drive is chosen; nothing of the last one stays. */
   choose(address) {
     if (this.#address === address) return;
+    this.drawing.releaseKeys();
     this.#address = address;
     this.#state = null;
     this.curves.clear();
@@ -104,8 +108,10 @@ export class DriveView {
     const state = this.#state;
     if (state) {
       const ms = performance.now() - this.#seen;
+      // For those who want nothing to move, the text says that it blinks.
+      const steady = STILL.matches && state.status_led.pattern === "blinking";
       this.drawing.light({
-        status: isLit(state.status_led, ms),
+        status: steady || isLit(state.status_led, ms),
         bus: isLit(state.bus_led, ms),
         statusText: statusText(state.status_led, state.fault),
         busText: busText(state.bus_led),
@@ -176,10 +182,9 @@ export class DriveView {
     for (const [name, table] of Object.entries(this.words)) {
       const bits = words[name].bits.map((bit) => ({
         bit: bit.bit,
-        name: bit.meaning || bit.name,
-        title: bit.name,
+        name: bit.name,
+        meaning: bit.meaning === bit.name || bit.name === NOT_USED ? "" : bit.meaning,
         set: bit.set,
-        used: bit.used,
         alarm: ALARMS[name].some(([number, level]) => number === bit.bit && level === bit.set && bit.used),
       }));
       table.show({ raw: words[name].value, mode: `${mode} mode`, bits });

@@ -15,8 +15,8 @@ export class WordTable {
   }
 
   /**
-   * `raw` is the word, `mode` the operating mode in words; `bits` are `{ bit, name, title, set, used,
-   * alarm }` in the order to show them: `name` is what the level means, `title` what the bit is, `alarm` for levels that
+   * `raw` is the word, `mode` the operating mode in words; `bits` are `{ bit, name, meaning, set, alarm }`
+   * in the order to show them: `name` is the manual's, `meaning` that of the level (or ""), `alarm` is for levels that
    * need somebody.
    */
   show({ raw, mode, bits }) {
@@ -29,21 +29,21 @@ export class WordTable {
 class BitRow {
   #level = html("span");
   #number = html("td", { class: "number" });
-  #name = html("td", { class: "name" });
+  #name = html("span", { class: "name" });
+  #meaning = html("span", { class: "meaning" });
   #set = null;
   #timer = 0;
 
   constructor() {
-    this.element = html("tr", {}, this.#number, html("td", { class: "level" }, this.#level), this.#name);
+    this.element = html("tr", {}, this.#number, html("td", { class: "level" }, this.#level), html("td", {}, this.#name, " ", this.#meaning));
   }
 
-  show({ bit, name, title, set, used, alarm }) {
+  show({ bit, name, meaning, set, alarm }) {
     say(this.#number, String(bit));
     say(this.#level, set ? "1" : "0");
     say(this.#name, name);
-    mark(this.element, "title", title);
+    say(this.#meaning, meaning);
     mark(this.element, "data-set", set);
-    mark(this.element, "data-used", used);
     mark(this.element, "data-alarm", Boolean(alarm));
     if (this.#set !== null && this.#set !== set) {
       mark(this.element, "data-changed", true);
