@@ -148,7 +148,7 @@ fn pyprofibus_rate(python: &str, terminal: &str) -> f64 {
     let said = String::from_utf8_lossy(&output.stdout);
     // The rate is the last line, behind warnings of pyprofibus.
     let rate = said.lines().last().and_then(|line| line.parse().ok());
-    rate.unwrap_or_else(|_| panic!("{said}{}", String::from_utf8_lossy(&output.stderr)))
+    rate.unwrap_or_else(|| panic!("{said}{}", String::from_utf8_lossy(&output.stderr)))
 }
 
 #[cfg(not(target_os = "linux"))]
