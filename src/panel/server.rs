@@ -15,7 +15,7 @@
 use core::net::IpAddr;
 use core::time::Duration;
 use std::format;
-use std::io;
+use std::io::{self, Write};
 use std::net::TcpListener;
 use std::sync::Arc;
 
@@ -80,7 +80,7 @@ pub(super) async fn serve(
             match listener.accept().await {
                 Ok((stream, _)) => match Arc::clone(&places).try_acquire_owned() {
                     Ok(place) => drop(tokio::spawn(connection(stream, service.clone(), place))),
-                    Err(_) => drop(stream.try_write(FULL)),
+                    Err(_) => refuse(stream),
                 },
                 // That client has gone again.
                 Err(error) if error.kind() == io::ErrorKind::ConnectionAborted => {}
@@ -96,6 +96,14 @@ pub(super) async fn serve(
         _ = end => {}
     }
     Ok(())
+}
+
+/// Says that there is no room. The answer fits into any fresh socket; tokio does not know yet that it does, and would
+/// write nothing.
+fn refuse(stream: TcpStream) {
+    if let Ok(mut stream) = stream.into_std() {
+        let _ = stream.write(FULL);
+    }
 }
 
 async fn connection(stream: TcpStream, service: Router, _place: OwnedSemaphorePermit) {
