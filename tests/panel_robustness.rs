@@ -20,7 +20,7 @@ use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, mpsc};
 use std::thread::{self, JoinHandle};
 use std::time::Instant;
 
@@ -36,7 +36,9 @@ struct Busy {
 }
 
 impl Busy {
+    /// Returns when it runs.
     fn start(terminal: PathBuf, stw: impl Fn(u64) -> u16 + Send + 'static) -> Self {
+        let (running, runs) = mpsc::channel();
         let end = Arc::new(AtomicBool::new(false));
         let ended = Arc::clone(&end);
         let thread = thread::spawn(move || {
@@ -46,9 +48,12 @@ impl Busy {
                 let outputs = Outputs::octets(Pkw::ZERO, Stw::from_raw(stw(exchanges)), 0);
                 master.exchange(&outputs).expect("the emulator is gone");
                 exchanges += 1;
+                // Only the first is waited for.
+                let _ = running.send(());
             }
             exchanges
         });
+        runs.recv().expect("no exchange was answered");
         Self { end, thread }
     }
 
