@@ -14,7 +14,8 @@ use core::time::Duration;
 
 use profidrive::device::{Config, Device, MAX_TELEGRAM_LEN, Timing};
 use profidrive::fdl::{Address, DataTelegram, FunctionCode, Sap};
-use profidrive::host::Bus;
+use profidrive::host::link::tap::{Batch, Tap, Watchers};
+use profidrive::host::{Bus, Link, ManualClock, Received, Stop};
 use profidrive::time::{BaudRate, Instant};
 
 const BAUD: BaudRate = BaudRate::K12000;
@@ -113,6 +114,45 @@ fn a_device_allocates_nothing_from_octets_to_the_reply_and_in_its_cycles() {
     assert!(device.status().travelling, "the script makes it travel");
     assert!(replies > 35 && news > 3, "{replies} replies, {news} news");
     assert_eq!(count, 0);
+}
+
+/// A master that asks the same for ever.
+struct Asked([u8; 6]);
+
+impl Link for Asked {
+    fn receive(&mut self, buf: &mut [u8]) -> std::io::Result<Received> {
+        buf[..6].copy_from_slice(&self.0);
+        Ok(Received::Octets(6))
+    }
+    fn send(&mut self, _: &[u8]) -> std::io::Result<()> {
+        Ok(())
+    }
+    fn wait(&mut self, _: Option<Duration>, _: &Stop) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_tap_allocates_nothing_while_nobody_watches() {
+    let (watchers, stop) = (Watchers::default(), Stop::new().unwrap());
+    let asked = Asked([0x10, 0x05, 0x02, 0x49, 0x50, 0x16]);
+    let mut shown = 0;
+    let observer = |batch: &Batch| shown += batch.iter().count();
+    let mut tap = Tap::new(asked, ManualClock::new(), observer).only_for(watchers.clone());
+    let mut pass = || {
+        for _ in 0..1000 {
+            tap.receive(&mut [0; 16]).unwrap();
+            tap.send(&[0x10, 0x02, 0x05, 0x00, 0x07, 0x16]).unwrap();
+            tap.wait(None, &stop).unwrap();
+        }
+    };
+    assert_eq!(allocations(&mut pass).0, 0, "never watched");
+    let watch = watchers.watch();
+    assert!(allocations(&mut pass).0 > 0, "watched");
+    drop(watch);
+    assert_eq!(allocations(&mut pass).0, 0, "no longer watched");
+    drop(tap);
+    assert_eq!(shown, 2000);
 }
 
 #[test]

@@ -409,6 +409,64 @@ fn the_stream_tells_states_refusals_with_reasons_and_telegrams_in_words() {
 }
 
 #[test]
+fn telegrams_are_explained_in_the_mode_and_unit_of_the_drive_though_the_line_never_told() {
+    let emulator = Emulator::start();
+    let write = |pnu: u16, value: u16| {
+        emulator.set("PUT", &format!("/api/v1/drives/5/parameters/{pnu}"), &json!({ "value": value }));
+    };
+    let mut master = Master::open(emulator.terminal());
+    // What a subscriber is told of an exchange: the words of the request and of the reply.
+    let mut words_of_exchange = |telegrams: &mut panel::Stream, pnu: u16| {
+        let job = Pkw::new(Pke::of_job(JobId::Read, pnu), Ind::from_raw(0), 0);
+        let outputs = Outputs::octets(job, Stw::from_raw(0x0040), 30);
+        let replied = |inputs: [u8; 14]| u16::from_be_bytes([inputs[0], inputs[1]]) & 0x07FF == pnu;
+        while !replied(master.exchange(&outputs).unwrap()) {}
+        ["heard", "sent"].map(|direction| {
+            let about = |telegram: &Value| {
+                telegram["direction"] == json!(direction)
+                    && telegram["text"].as_str().unwrap().contains(&format!("PNU {pnu}"))
+            };
+            telegrams.find("telegram", about)["text"].as_str().unwrap().to_owned()
+        })
+    };
+
+    // Before anybody subscribes.
+    write(930, 1);
+    let mut telegrams = emulator.stream("?kinds=telegram&address=5");
+    let [request, reply] = words_of_exchange(&mut telegrams, 1016);
+    assert!(request.contains("STW 0040 (setpoint released)"), "{request}");
+    assert!(reply.contains(" inc") && !reply.contains("or 0.01 mm"), "{reply}");
+
+    // While somebody subscribes: from the very next telegram.
+    write(930, 2);
+    write(1012, 400);
+    let [request, reply] = words_of_exchange(&mut telegrams, 1017);
+    assert!(!request.contains("setpoint released"), "{request}");
+    assert!(reply.contains(" mm") && !reply.contains(" inc"), "{reply}");
+}
+
+#[test]
+fn the_stream_of_a_drive_ends_when_it_is_removed_and_says_so() {
+    let emulator = Emulator::with(&["--drives", "5-6"]);
+    let mut all = emulator.stream("");
+    let mut told = ["state", "news", "state,news,telegram", "telegram"]
+        .map(|kinds| (kinds, emulator.stream(&format!("?address=5&kinds={kinds}"))));
+    emulator.set("DELETE", "/api/v1/drives/5", &Value::Null);
+    for (kinds, stream) in &mut told {
+        let mut last = None;
+        while let Some((event, data)) = stream.next() {
+            last = Some((event, data["kind"].clone(), data["address"].clone(), data["text"].clone()));
+        }
+        if kinds.contains("news") {
+            let text = "station 5: there is no drive any more; its stream ends here";
+            assert_eq!(last, Some(("news".into(), json!("removed"), json!(5), json!(text))), "{kinds}");
+        }
+    }
+    all.find("state", |state| state["drives"].as_array().unwrap().len() == 1);
+    assert_eq!(emulator.request("GET", "/api/v1/events?address=5", "", "").status, 404);
+}
+
+#[test]
 fn the_page_is_served_with_a_policy_that_lets_nothing_foreign_in() {
     let emulator = Emulator::start();
     for path in ["/", "/page/index.html", "/page/panel.js", "/page/panel.css"] {

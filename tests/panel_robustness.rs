@@ -20,7 +20,7 @@ use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, mpsc};
 use std::thread::{self, JoinHandle};
 use std::time::Instant;
 
@@ -36,22 +36,24 @@ struct Busy {
 }
 
 impl Busy {
+    /// Returns when it runs.
     fn start(terminal: PathBuf, stw: impl Fn(u64) -> u16 + Send + 'static) -> Self {
+        let (running, runs) = mpsc::channel();
         let end = Arc::new(AtomicBool::new(false));
         let ended = Arc::clone(&end);
         let thread = thread::spawn(move || {
             let mut master = Master::open(&terminal);
             let mut exchanges = 0;
-            // One at least, however long a busy machine lets the start-up take.
-            loop {
+            while !ended.load(Ordering::SeqCst) {
                 let outputs = Outputs::octets(Pkw::ZERO, Stw::from_raw(stw(exchanges)), 0);
                 master.exchange(&outputs).expect("the emulator is gone");
                 exchanges += 1;
-                if ended.load(Ordering::SeqCst) {
-                    return exchanges;
-                }
+                // Only the first is waited for.
+                let _ = running.send(());
             }
+            exchanges
         });
+        runs.recv().expect("no exchange was answered");
         Self { end, thread }
     }
 

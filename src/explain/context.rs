@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use super::value::Lengths;
 use super::{Explanation, Sender, frame, ppo};
 use crate::dp::Service;
 use crate::drive::Mode;
-use crate::fdl::FrameCount;
+use crate::fdl::{Address, FrameCount};
 use crate::param::Pnu;
 use crate::ppo::{JobId, Pkw, ReplyId};
 
@@ -36,7 +37,7 @@ pub(super) struct Asked {
 pub(super) struct Learned {
     given: Option<Mode>,
     heard: Option<Mode>,
-    pub(super) lengths: super::value::Lengths,
+    pub(super) lengths: Lengths,
     pub(super) ident: Option<u16>,
     pub(super) stw: u16,
     pub(super) zsw: u16,
@@ -57,6 +58,14 @@ impl Context {
     /// the reason and the octet.
     pub fn telegram(&mut self, octets: &[u8]) -> Explanation {
         frame::explain(octets, self)
+    }
+
+    /// Takes from who knows the station (the drive itself) what on the line only PNU 930 and 1012 tell: operating mode
+    /// and what positions are counted in. What is heard later counts again.
+    pub fn know(&mut self, station: Address, mode: Mode, lengths: Lengths) {
+        let learned = self.stations.entry(station.number()).or_default();
+        learned.heard = Some(mode);
+        learned.lengths = lengths;
     }
 
     /// Explains words without a telegram: a PPO (14 octets), PKW (8), PZD (6) or one word (2), from the master or
@@ -101,8 +110,8 @@ impl Learned {
         match (reply.pke.pnu(), value) {
             (OPERATING_MODE, 1) => self.heard = Some(Mode::Velocity),
             (OPERATING_MODE, 2) => self.heard = Some(Mode::Positioning),
-            (SPINDLE_PITCH, 0) => self.lengths = super::value::Lengths::Increments,
-            (SPINDLE_PITCH, _) => self.lengths = super::value::Lengths::HundredthMillimetres,
+            (SPINDLE_PITCH, 0) => self.lengths = Lengths::Increments,
+            (SPINDLE_PITCH, _) => self.lengths = Lengths::HundredthMillimetres,
             (_, _) => {}
         }
     }
@@ -116,3 +125,25 @@ impl Learned {
 
 const OPERATING_MODE: u16 = 930;
 const SPINDLE_PITCH: u16 = 1012;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ppo::{Ind, Pke};
+
+    #[test]
+    fn what_is_heard_after_it_was_told_counts_again() {
+        let mut context = Context::default();
+        context.know(Address::station(5).unwrap(), Mode::Velocity, Lengths::HundredthMillimetres);
+        let mut learned = context.station(5);
+        assert_eq!((learned.mode(), learned.lengths), (Mode::Velocity, Lengths::HundredthMillimetres));
+        assert_eq!(context.station(6).mode(), Mode::Positioning);
+        for (pnu, value) in [(OPERATING_MODE, 2), (SPINDLE_PITCH, 0)] {
+            // AK 1: a word.
+            learned.hear_reply(Pkw::new(Pke::from_raw(0x1000 | pnu), Ind::from_raw(0), value));
+        }
+        context.learn(5, learned);
+        let learned = context.station(5);
+        assert_eq!((learned.mode(), learned.lengths), (Mode::Positioning, Lengths::Increments));
+    }
+}

@@ -123,6 +123,11 @@ impl Asking {
         answered.await.map_err(|_| Problem::ended())
     }
 
+    /// Has the thread of the bus come by, without anything to do.
+    pub(super) fn wake(&self) {
+        self.wake.request();
+    }
+
     /// Whether the thread of the bus is gone.
     pub(super) fn has_ended(&self) -> bool {
         self.queue.is_closed()

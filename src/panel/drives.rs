@@ -147,14 +147,20 @@ impl Snapshot {
         asking
             .ask(move |bench| {
                 let device = bench.drive(address).ok_or_else(|| bench.no_drive(address))?;
-                Ok(Self {
-                    device: Box::new(device.clone()),
-                    presence: bench.bus.presence(address),
-                    counters: bench.bus.station_counters(address).copied(),
-                    now: bench.now,
-                })
+                Ok(Self::of(bench, device))
             })
             .await?
+    }
+
+    /// Of a drive of the bus.
+    pub(super) fn of(bench: &Bench<'_>, device: &Device) -> Self {
+        let address = device.address();
+        Self {
+            device: Box::new(device.clone()),
+            presence: bench.bus.presence(address),
+            counters: bench.bus.station_counters(address).copied(),
+            now: bench.now,
+        }
     }
 
     /// Without parameters.

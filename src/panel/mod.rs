@@ -70,7 +70,7 @@ use thiserror::Error;
 use tokio::runtime;
 use tokio::sync::oneshot;
 
-use crate::host::link::tap::Batch;
+use crate::host::link::tap::{Batch, Watchers};
 use crate::host::reach::{ListenError, listen};
 use crate::host::{BusEvent, Reach, Stop};
 use crate::time::Instant;
@@ -83,6 +83,7 @@ pub struct Panel {
     address: SocketAddr,
     requests: bench::Requests,
     feed: stream::Feed,
+    told: stream::Told,
     /// Dropped first: the end of the server.
     end: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
@@ -149,7 +150,8 @@ impl Panel {
             }
         };
         let thread = thread::Builder::new().name("panel".into()).spawn(serve).map_err(failed)?;
-        Ok(Self { address, requests, feed, end: Some(end), thread: Some(thread) })
+        let told = stream::Told::default();
+        Ok(Self { address, requests, feed, told, end: Some(end), thread: Some(thread) })
     }
 
     /// Where browsers and programs connect.
@@ -161,11 +163,17 @@ impl Panel {
     /// call of it does.
     pub fn serve(&mut self, bench: &mut Bench<'_>) {
         self.requests.serve(bench);
+        self.feed.settings(bench, &mut self.told);
     }
 
     /// Tells those who read the stream. Never waits.
     pub fn tell(&self, now: Instant, event: &BusEvent) {
         self.feed.tell(now, event);
+    }
+
+    /// Who watches telegrams now, for [`Tap::only_for`](crate::host::link::tap::Tap::only_for).
+    pub fn watchers(&self) -> Watchers {
+        self.feed.watchers().clone()
     }
 
     /// What shows telegrams to those who read the stream, for a [`Tap`](crate::host::link::tap::Tap). Never waits, and

@@ -70,7 +70,7 @@ pub(super) async fn serve(
     end: oneshot::Receiver<()>,
 ) -> io::Result<()> {
     let listener = tokio::net::TcpListener::from_std(listener)?;
-    tokio::spawn(app.hub.clone().run());
+    tokio::spawn(app.hub.clone().run(app.asking.clone()));
     let service = router(app)
         .layer(DefaultBodyLimit::max(BODY_OCTETS))
         .layer(middleware::from_fn(move |request: Request, next: Next| guarded(reach, request, next)));

@@ -22,6 +22,8 @@ pub(super) fn tapped(
     if capture.is_none() && stream.is_none() {
         return Ok(link);
     }
+    // A capture wants everything.
+    let watchers = panel.filter(|_| capture.is_none()).map(Panel::watchers);
     let observer = move |batch: &Batch| {
         if let Some(Err(error)) = capture.as_mut().map(|capture| capture.write(batch)) {
             warn!("the capture ends here, the drives go on: {error}");
@@ -31,7 +33,11 @@ pub(super) fn tapped(
             stream(batch);
         }
     };
-    Ok(Box::new(Tap::new(link, clock, observer)))
+    let tap = Tap::new(link, clock, observer);
+    Ok(match watchers {
+        Some(watchers) => Box::new(tap.only_for(watchers)),
+        None => Box::new(tap),
+    })
 }
 
 /// The capture, if one is wanted.

@@ -40,8 +40,10 @@
 //! # Ok::<(), std::io::Error>(())
 //! ```
 
+use core::sync::atomic::{AtomicUsize, Ordering};
 use core::time::Duration;
 use std::io;
+use std::sync::Arc;
 use std::vec::Vec;
 
 use super::pieces::{Piece, Pieces, broken_off};
@@ -65,17 +67,35 @@ pub struct Tap<L, C: Clock, F: FnMut(&Batch)> {
     heard: Pieces,
     sent: Pieces,
     batch: Batch,
+    /// `None`: the observer always watches.
+    watchers: Option<Watchers>,
 }
 
 impl<L: Link, C: Clock, F: FnMut(&Batch)> Tap<L, C, F> {
     /// Shows what passes on `link` to `observer`. `clock` is that of the drives.
     pub fn new(link: L, clock: C, observer: F) -> Self {
         let (heard, sent) = (Pieces::default(), Pieces::ended());
-        Self { link, clock, observer, heard, sent, batch: Batch::default() }
+        Self { link, clock, observer, heard, sent, batch: Batch::default(), watchers: None }
+    }
+
+    /// Shows only what passes while there are `watchers`. Meanwhile a tap costs nothing.
+    pub fn only_for(mut self, watchers: Watchers) -> Self {
+        self.watchers = Some(watchers);
+        self
     }
 }
 
 impl<L, C: Clock, F: FnMut(&Batch)> Tap<L, C, F> {
+    /// Whether to show. What nobody watches is forgotten, also what was not shown yet.
+    fn is_watched(&mut self) -> bool {
+        let watched = self.watchers.as_ref().is_none_or(Watchers::any);
+        if !watched {
+            self.heard.clear();
+            self.batch.clear();
+        }
+        watched
+    }
+
     /// Cuts what was heard, as far as that is possible now.
     fn cut_heard(&mut self, now: Instant) {
         self.batch.take(&mut self.heard, now, Direction::Heard);
@@ -92,6 +112,9 @@ impl<L, C: Clock, F: FnMut(&Batch)> Tap<L, C, F> {
 impl<L: Link, C: Clock, F: FnMut(&Batch)> Link for Tap<L, C, F> {
     fn receive(&mut self, buf: &mut [u8]) -> io::Result<Received> {
         let received = self.link.receive(buf)?;
+        if !self.is_watched() {
+            return Ok(received);
+        }
         let now = self.clock.now();
         // The silence before these octets may have ended a telegram.
         self.cut_heard(now);
@@ -114,14 +137,19 @@ impl<L: Link, C: Clock, F: FnMut(&Batch)> Link for Tap<L, C, F> {
     }
 
     fn send(&mut self, telegram: &[u8]) -> io::Result<()> {
-        let now = self.clock.now();
-        self.sent.push(now, telegram);
-        self.batch.take(&mut self.sent, now, Direction::Sent);
-        self.show();
+        if self.is_watched() {
+            let now = self.clock.now();
+            self.sent.push(now, telegram);
+            self.batch.take(&mut self.sent, now, Direction::Sent);
+            self.show();
+        }
         self.link.send(telegram)
     }
 
     fn wait(&mut self, timeout: Option<Duration>, stop: &Stop) -> io::Result<()> {
+        if !self.is_watched() {
+            return self.link.wait(timeout, stop);
+        }
         let now = self.clock.now();
         self.cut_heard(now);
         self.show();
@@ -136,9 +164,39 @@ impl<L: Link, C: Clock, F: FnMut(&Batch)> Link for Tap<L, C, F> {
 
 impl<L, C: Clock, F: FnMut(&Batch)> Drop for Tap<L, C, F> {
     fn drop(&mut self) {
-        self.heard.end();
-        self.cut_heard(self.clock.now());
-        self.show();
+        if self.is_watched() {
+            self.heard.end();
+            self.cut_heard(self.clock.now());
+            self.show();
+        }
+    }
+}
+
+/// How many want to see what passes now. Clones count together.
+#[derive(Clone, Debug, Default)]
+pub struct Watchers(Arc<AtomicUsize>);
+
+/// Somebody who wants to see what passes, as long as this lives.
+#[derive(Debug)]
+pub struct Watch(Watchers);
+
+impl Watchers {
+    /// One more.
+    pub fn watch(&self) -> Watch {
+        self.0.fetch_add(1, Ordering::Relaxed);
+        Watch(self.clone())
+    }
+
+    /// Whether there is one.
+    pub fn any(&self) -> bool {
+        self.0.load(Ordering::Relaxed) > 0
+    }
+}
+
+impl Drop for Watch {
+    fn drop(&mut self) {
+        let Watchers(count) = &self.0;
+        count.fetch_sub(1, Ordering::Relaxed);
     }
 }
 
@@ -229,6 +287,7 @@ mod tests {
     use std::rc::Rc;
 
     use crate::host::ManualClock;
+    use crate::host::link::memory::Wire;
 
     const ASK: [u8; 6] = [0x10, 0x05, 0x02, 0x49, 0x50, 0x16];
     const ANSWER: [u8; 6] = [0x10, 0x02, 0x05, 0x00, 0x07, 0x16];
@@ -330,6 +389,38 @@ mod tests {
             *timeouts.borrow(),
             [Some(Duration::from_millis(50)), Some(Duration::from_millis(1)), None]
         );
+    }
+
+    #[test]
+    fn what_passes_is_shown_only_while_somebody_watches() {
+        let (wire, watchers) = (Wire::new(), Watchers::default());
+        let (mut master, shown) = (wire.end(), Rc::new(RefCell::new(Vec::new())));
+        let observed = Rc::clone(&shown);
+        let observer = move |batch: &Batch| {
+            observed.borrow_mut().extend(batch.iter().map(|seen| (seen.direction, seen.octets.to_vec())));
+        };
+        let mut tap = Tap::new(wire.end(), ManualClock::new(), observer).only_for(watchers.clone());
+        let mut pass = |request: &[u8]| {
+            master.send(request).unwrap();
+            assert_eq!(tap.receive(&mut [0; 16]).unwrap(), Received::Octets(request.len()));
+            tap.send(&ANSWER).unwrap();
+            assert_eq!(master.receive(&mut [0; 16]).unwrap(), Received::Octets(ANSWER.len()));
+        };
+        let both = [(Heard, ASK.to_vec()), (Sent, ANSWER.to_vec())];
+
+        pass(&ASK);
+        assert_eq!(*shown.borrow(), [], "nobody watches");
+        let (first, second) = (watchers.watch(), watchers.watch());
+        pass(&ASK);
+        assert_eq!(*shown.borrow(), both);
+        drop(first);
+        pass(&ASK[..3]);
+        assert_eq!(shown.borrow_mut().split_off(2), [(Sent, ANSWER.to_vec())], "half a telegram waits");
+        drop(second);
+        pass(&ASK);
+        let _third = watchers.watch();
+        pass(&ASK);
+        assert_eq!(shown.borrow_mut().split_off(2), both, "of before nothing is left");
     }
 
     #[test]

@@ -1,0 +1,208 @@
+//! The events of the stream, and how they are written.
+
+use std::format;
+use std::prelude::v1::*;
+
+use axum::body::Bytes;
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use super::super::state::{ReasonText, reasons_of, seconds};
+use crate::device::Event;
+use crate::explain::{self, Mark};
+use crate::fdl::Address;
+use crate::host::BusEvent;
+use crate::host::link::tap::Direction;
+use crate::time::Instant;
+
+/// What happened, in words.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub(in crate::panel) struct NewsEvent {
+    time_seconds: f64,
+    /// The station it is about; `null`: the line.
+    address: Option<u8>,
+    kind: NewsKind,
+    /// One line.
+    text: String,
+    /// Of a refused command every unmet condition, else empty.
+    reasons: Vec<ReasonText>,
+}
+
+/// What happened, for filters.
+#[derive(Clone, Copy, Debug, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+enum NewsKind {
+    /// The drive did not do what the control word asked for.
+    CommandRefused,
+    /// A PKW job was answered with an error number.
+    JobRefused,
+    /// The drive went to fault.
+    Fault,
+    /// The DP slave: parameters, configuration, Data_Exchange, watchdog.
+    Dp,
+    /// Switched on or off, factory reset.
+    Power,
+    /// Stations, rate, octets that are no telegram, replies too late.
+    Line,
+    /// The drive of a stream with an address is gone: the end of that stream.
+    Removed,
+}
+
+/// A telegram in words.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub(in crate::panel) struct TelegramEvent {
+    time_seconds: f64,
+    direction: DirectionName,
+    /// Octets apart.
+    octets_hex: String,
+    /// One line.
+    text: String,
+    from_address: Option<u8>,
+    to_address: Option<u8>,
+    mark: MarkName,
+}
+
+/// Whether a telegram is in order.
+#[derive(Clone, Copy, Debug, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+enum MarkName {
+    /// In order.
+    Plain,
+    /// In order, and tells of trouble: a refused job, a fault, a diagnosis that is not good.
+    Trouble,
+    /// A mistake of whoever sent it: the drive refuses or ignores it.
+    Mistake,
+    /// No telegram.
+    Invalid,
+}
+
+/// Which way a telegram went.
+#[derive(Clone, Copy, Debug, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+enum DirectionName {
+    /// Of a master or another station.
+    Heard,
+    /// Of a station of this bus.
+    Sent,
+}
+
+impl From<Mark> for MarkName {
+    fn from(mark: Mark) -> Self {
+        match mark {
+            Mark::Plain => Self::Plain,
+            Mark::Trouble => Self::Trouble,
+            Mark::Mistake => Self::Mistake,
+            Mark::Invalid => Self::Invalid,
+        }
+    }
+}
+
+/// What a subscriber did not get because it read too slowly, since it was told last.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
+pub(in crate::panel) struct Lost {
+    pub(super) states: u64,
+    pub(super) news: u64,
+    pub(super) telegrams: u64,
+}
+
+/// A message to all subscribers that want it.
+#[derive(Clone, Debug)]
+pub(super) struct Item {
+    pub(super) message: Bytes,
+    /// Whom it is about; both `None`: the line.
+    pub(super) about: [Option<Address>; 2],
+}
+
+impl Item {
+    pub(super) fn concerns(&self, address: Option<Address>) -> bool {
+        let of_line = self.about == [None, None];
+        let all = self.about.into_iter().flatten().any(Address::is_broadcast);
+        address.is_none_or(|address| of_line || all || self.about.contains(&Some(address)))
+    }
+}
+
+impl NewsEvent {
+    /// The last of the stream of one drive.
+    pub(super) fn removed(at: Instant, address: Address) -> Bytes {
+        message_of(
+            "news",
+            &Self {
+                time_seconds: seconds(at),
+                address: Some(address.number()),
+                kind: NewsKind::Removed,
+                text: format!("station {address}: there is no drive any more; its stream ends here"),
+                reasons: Vec::new(),
+            },
+        )
+    }
+
+    pub(super) fn item(at: Instant, event: &BusEvent) -> Item {
+        let (address, kind) = match event {
+            BusEvent::Station { address, event } => (Some(*address), NewsKind::of(event)),
+            BusEvent::Joined { address } | BusEvent::AddressLive { address, .. } => {
+                (Some(*address), NewsKind::Line)
+            }
+            BusEvent::TelegramRefused(_)
+            | BusEvent::MovedToTakenAddress { .. }
+            | BusEvent::Rate(_)
+            | BusEvent::Lost { .. } => (None, NewsKind::Line),
+        };
+        let mut reasons = Vec::new();
+        if let BusEvent::Station { event: Event::CommandRefused(refusal), .. } = event {
+            reasons = reasons_of(refusal);
+        }
+        let news = Self {
+            time_seconds: seconds(at),
+            address: address.map(Address::number),
+            kind,
+            text: event.to_string(),
+            reasons,
+        };
+        Item { message: message_of("news", &news), about: [address, None] }
+    }
+}
+
+impl NewsKind {
+    const fn of(event: &Event) -> Self {
+        match event {
+            Event::CommandRefused(_) => Self::CommandRefused,
+            Event::JobRefused(_) => Self::JobRefused,
+            Event::Fault(_) => Self::Fault,
+            Event::Dp(_) => Self::Dp,
+            Event::SwitchedOff | Event::SwitchedOn(_) | Event::FactoryReset(_) => Self::Power,
+            Event::TelegramRefused(_) | Event::ReplyTooLate(_) | Event::Lost { .. } => Self::Line,
+        }
+    }
+}
+
+impl TelegramEvent {
+    pub(super) fn item(
+        at: Instant,
+        direction: Direction,
+        octets: &[u8],
+        context: &mut explain::Context,
+    ) -> Item {
+        let explanation = context.telegram(octets);
+        let telegram = Self {
+            time_seconds: seconds(at),
+            direction: match direction {
+                Direction::Heard => DirectionName::Heard,
+                Direction::Sent => DirectionName::Sent,
+            },
+            octets_hex: explain::hex(octets),
+            text: explanation.line(),
+            from_address: explanation.from,
+            to_address: explanation.to,
+            mark: explanation.mark().into(),
+        };
+        let about = [explanation.from, explanation.to].map(|number| number.map(Address::from_octet));
+        Item { message: message_of("telegram", &telegram), about }
+    }
+}
+
+/// One event of the stream.
+pub(super) fn message_of(event: &str, data: &impl Serialize) -> Bytes {
+    // Nothing here has a key that is no string, so this always works.
+    let data = serde_json::to_string(data).unwrap_or_default();
+    Bytes::from(format!("event: {event}\ndata: {data}\n\n"))
+}

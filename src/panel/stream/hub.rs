@@ -1,0 +1,167 @@
+//! The middle of the stream: takes what the bus tells and passes it on.
+
+use core::sync::atomic::{AtomicUsize, Ordering};
+use core::time::Duration;
+use std::collections::BTreeMap;
+use std::prelude::v1::*;
+use std::sync::mpsc::Receiver;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use tokio::sync::broadcast;
+use tokio::time::{Instant as Moment, sleep};
+
+use super::super::bench::Asking;
+use super::super::state::LastRefusal;
+use super::event::{Item, Lost, NewsEvent, TelegramEvent, message_of};
+use super::feed::{Entry, RING, Settings, Shared};
+use crate::device::Event;
+use crate::explain;
+use crate::fdl::Address;
+use crate::host::BusEvent;
+use crate::host::link::tap::Watch;
+use crate::time::Instant;
+
+/// Items a subscriber may be behind at most.
+const BEHIND: usize = 1024;
+
+/// Subscribers at most.
+pub(super) const MOST_SUBSCRIBERS: usize = 16;
+
+/// How often the ring is looked at while somebody subscribes, and while nobody does.
+const LOOK: Duration = Duration::from_millis(25);
+const LOOK_IDLE: Duration = Duration::from_millis(250);
+
+/// How often the settings of all drives are asked for while somebody watches telegrams: a drive may change them by
+/// itself, and what a subscriber hears may be wrong.
+const SETTLE: Duration = Duration::from_secs(1);
+
+/// Takes what the bus tells and passes it on to subscribers.
+#[derive(Clone)]
+pub(in crate::panel) struct Hub(Arc<Inner>);
+
+struct Inner {
+    ring: Mutex<Ring>,
+    shared: Arc<Shared>,
+    news: broadcast::Sender<Item>,
+    telegrams: broadcast::Sender<Item>,
+    subscribers: AtomicUsize,
+}
+
+/// The ring, and what was learned from what was in it.
+struct Ring {
+    entries: Receiver<Entry>,
+    last_refusals: BTreeMap<u8, LastRefusal>,
+    context: explain::Context,
+}
+
+impl Hub {
+    /// With the end of the ring.
+    pub(super) fn new(entries: Receiver<Entry>, shared: Arc<Shared>) -> Self {
+        let ring = Ring { entries, last_refusals: BTreeMap::new(), context: explain::Context::default() };
+        Self(Arc::new(Inner {
+            ring: Mutex::new(ring),
+            shared,
+            news: broadcast::channel(BEHIND).0,
+            telegrams: broadcast::channel(BEHIND).0,
+            subscribers: AtomicUsize::new(0),
+        }))
+    }
+
+    /// Passes on what the bus tells, for ever. Settings of drives that the line does not tell are asked for.
+    pub(in crate::panel) async fn run(self, asking: Asking) {
+        let mut settled = Moment::now();
+        loop {
+            let idle = self.0.subscribers.load(Ordering::SeqCst) == 0;
+            sleep(if idle { LOOK_IDLE } else { LOOK }).await;
+            if self.0.shared.watchers.any() && settled.elapsed() >= SETTLE {
+                settled = Moment::now();
+                self.0.shared.settings_wanted.fetch_add(1, Ordering::Relaxed);
+                asking.wake();
+            }
+            drop(self.drained());
+        }
+    }
+
+    /// Somebody watches telegrams as long as what this returns lives. The next request to the bus brings the settings
+    /// of all drives, before the telegrams behind it.
+    pub(super) fn watch(&self) -> Watch {
+        self.0.shared.settings_wanted.fetch_add(1, Ordering::Relaxed);
+        self.0.shared.watchers.watch()
+    }
+
+    pub(super) fn news(&self) -> broadcast::Receiver<Item> {
+        self.0.news.subscribe()
+    }
+
+    pub(super) fn telegrams(&self) -> broadcast::Receiver<Item> {
+        self.0.telegrams.subscribe()
+    }
+
+    /// The newest request that a drive refused.
+    pub(in crate::panel) fn last_refusal(&self, address: Address) -> Option<LastRefusal> {
+        self.drained().last_refusals.get(&address.number()).cloned()
+    }
+
+    fn drained(&self) -> MutexGuard<'_, Ring> {
+        let Inner { ring, shared, news, telegrams, .. } = &*self.0;
+        let mut ring = ring.lock().unwrap_or_else(PoisonError::into_inner);
+        // No more than there can be: the bus may go on telling.
+        for _ in 0..RING {
+            let Ok(entry) = ring.entries.try_recv() else { break };
+            // Whether somebody hears it is not our concern.
+            let _ = match entry {
+                Entry::News(at, event) => {
+                    ring.remember(at, &event);
+                    news.send(NewsEvent::item(at, &event))
+                }
+                Entry::Telegram { at, direction, len, octets } => {
+                    let octets = octets.get(..len).unwrap_or_default();
+                    telegrams.send(TelegramEvent::item(at, direction, octets, &mut ring.context))
+                }
+                Entry::Settings(address, Settings { mode, lengths }) => {
+                    ring.context.know(address, mode, lengths);
+                    continue;
+                }
+            };
+        }
+        let lost = Lost {
+            states: 0,
+            news: shared.news_lost.swap(0, Ordering::Relaxed),
+            telegrams: shared.telegrams_lost.swap(0, Ordering::Relaxed),
+        };
+        let message = |lost: &Lost| Item { message: message_of("lost", lost), about: [None, None] };
+        if lost.news > 0 {
+            let _ = news.send(message(&Lost { telegrams: 0, ..lost }));
+        }
+        if lost.telegrams > 0 {
+            let _ = telegrams.send(message(&Lost { news: 0, ..lost }));
+        }
+        ring
+    }
+}
+
+impl Ring {
+    fn remember(&mut self, at: Instant, event: &BusEvent) {
+        if let BusEvent::Station { address, event: Event::CommandRefused(refusal) } = event {
+            self.last_refusals.insert(address.number(), LastRefusal::of(refusal, at));
+        }
+    }
+}
+
+/// One of the places for subscribers.
+pub(super) struct Place(Hub);
+
+impl Place {
+    pub(super) fn take(hub: &Hub) -> Option<Self> {
+        let taken = hub.0.subscribers.fetch_update(Ordering::SeqCst, Ordering::SeqCst, |count| {
+            (count < MOST_SUBSCRIBERS).then_some(count + 1)
+        });
+        taken.ok().map(|_| Self(hub.clone()))
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        self.0.0.subscribers.fetch_sub(1, Ordering::SeqCst);
+    }
+}
