@@ -337,7 +337,7 @@ impl DriveSummary {
             zsw: config.words.zsw(status).raw(),
             position_user_units: status.position,
             velocity_rpm: status.velocity,
-            current_milliamperes: status.measured.current,
+            current_milliamperes: device.drive().measured().current,
             operation_enabled: status.operation_enabled,
             travelling: status.travelling,
             warning: status.warning,
@@ -373,7 +373,7 @@ impl DriveState {
             ppo: Ppo::of(device),
             words: Words::of(device),
             motion: Motion::of(device),
-            measured: Measured::of(&status.measured),
+            measured: Measured::of(&device.drive().measured()),
             warnings: Warnings {
                 battery_low: status.battery_low,
                 current_out_of_range: status.current_out_of_range,
