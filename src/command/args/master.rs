@@ -132,6 +132,49 @@ Examples:
     /// Status word ZSW, system status word SSW and general status register, bit by bit in words
     #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 status")]
     Status,
+    #[command(flatten)]
+    Motion(Motion),
+    /// Takes the drive over, stops it if it turns, and waits until it stands
+    ///
+    /// Works on a drive without a master, for example one that runs out. A drive that belongs to another master must be
+    /// stopped there.
+    #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 stop")]
+    Stop,
+    /// Acknowledges a fault, if its cause is gone, and leaves turn-on disabled
+    #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 ack")]
+    Ack,
+    /// The fault buffer with what the codes mean, newest first, and the number of faults
+    #[command(after_help = "\
+Examples:
+  profidrive master --link /tmp/bus --address 5 faults
+  profidrive master --link /tmp/bus --address 5 faults --clear")]
+    Faults {
+        /// Clear buffer and counter
+        #[arg(long)]
+        clear: bool,
+    },
+    /// Makes the position the calibration value (PNU 1018), which can be given
+    #[command(after_help = "\
+Examples:
+  profidrive master --link /tmp/bus --address 5 calibrate
+  profidrive master --link /tmp/bus --address 5 calibrate 0")]
+    Calibrate {
+        /// Write this calibration value first
+        #[arg(allow_negative_numbers = true)]
+        value: Option<i32>,
+    },
+    /// Shows status and position until Ctrl-C: live on a terminal, else a line for each change
+    #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 monitor --json > log")]
+    Monitor {
+        /// End after this time
+        #[arg(long = "for", value_name = "TIME", value_parser = time)]
+        limit: Option<Duration>,
+    },
+}
+
+/// What lets the shaft turn, or holds it, and needs leave.
+#[derive(Clone, Copy, Debug, Subcommand)]
+pub(crate) enum Motion {
     /// Enables operation and holds it: the motor is in control, nothing moves. Ctrl-C ends it
     #[command(after_help = "\
 Examples:
@@ -186,42 +229,6 @@ Examples:
         #[arg(long = "for", value_name = "TIME", value_parser = time)]
         limit: Option<Duration>,
     },
-    /// Takes the drive over, stops it if it turns, and waits until it stands
-    ///
-    /// Works on a drive without a master, for example one that runs out. A drive that belongs to another master must be
-    /// stopped there.
-    #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 stop")]
-    Stop,
-    /// Acknowledges a fault, if its cause is gone, and leaves turn-on disabled
-    #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 ack")]
-    Ack,
-    /// The fault buffer with what the codes mean, newest first, and the number of faults
-    #[command(after_help = "\
-Examples:
-  profidrive master --link /tmp/bus --address 5 faults
-  profidrive master --link /tmp/bus --address 5 faults --clear")]
-    Faults {
-        /// Clear buffer and counter
-        #[arg(long)]
-        clear: bool,
-    },
-    /// Makes the position the calibration value (PNU 1018), which can be given
-    #[command(after_help = "\
-Examples:
-  profidrive master --link /tmp/bus --address 5 calibrate
-  profidrive master --link /tmp/bus --address 5 calibrate 0")]
-    Calibrate {
-        /// Write this calibration value first
-        #[arg(allow_negative_numbers = true)]
-        value: Option<i32>,
-    },
-    /// Shows status and position until Ctrl-C: live on a terminal, else a line for each change
-    #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 monitor --json > log")]
-    Monitor {
-        /// End after this time
-        #[arg(long = "for", value_name = "TIME", value_parser = time)]
-        limit: Option<Duration>,
-    },
 }
 
 /// Leave to move something.
@@ -249,6 +256,7 @@ impl Master {
             (_, Some(address)) if address == self.master_address => {
                 Err(format!("address {address} is that of this master; choose another --master-address"))
             }
+            (Action::Diag, Some(_)) => Ok(()),
             (_, Some(address)) if address.number() == 126 => Err(
                 "address 126 is for stations that have none yet: they exchange no data; set the DIP switches"
                     .into(),

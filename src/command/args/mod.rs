@@ -24,7 +24,7 @@ pub(crate) use encode::{
     Control, Encode, Fcb, Octet, Parameter, Pkw, Service, Telegram, What, WidthSpec, Word,
 };
 pub(crate) use link::{BaudSpec, LinkSpec};
-pub(crate) use master::{Action, AddressRange, Direction, Go, Master, MasterLink};
+pub(crate) use master::{Action, AddressRange, Direction, Go, Master, MasterLink, Motion};
 pub(crate) use parameter::{ParameterSpec, find as find_parameter};
 pub(crate) use quirk::QuirkSpec;
 

@@ -71,12 +71,9 @@ fn act<L: Link, C: Clock>(
         Action::Monitor { limit } => with(session, address, |drive| status::monitor(drive, *limit, json)),
         Action::Faults { clear } => with(session, address, |drive| faults::faults(drive, *clear, json)),
         Action::Calibrate { value } => with(session, address, |drive| faults::calibrate(drive, *value, json)),
-        Action::Enable { .. }
-        | Action::Move { .. }
-        | Action::Jog { .. }
-        | Action::Velocity { .. }
-        | Action::Stop
-        | Action::Ack => with(session, address, |drive| motion::motion(drive, &args.action, leave, json)),
+        Action::Stop => with(session, address, |drive| motion::stop(drive, json)),
+        Action::Ack => with(session, address, |drive| motion::acknowledge(drive, json)),
+        Action::Motion(motion) => with(session, address, |drive| motion::motion(drive, *motion, leave, json)),
     }
 }
 

@@ -20,7 +20,7 @@ use super::say;
 use super::status::{SSW, actual, mode};
 use super::value::lengths;
 use crate::command::Failure;
-use crate::command::args::{Action, Direction, Go, Master};
+use crate::command::args::{Action, Direction, Go, Master, Motion};
 
 /// Bits of ZSW.
 const OPERATION_ENABLED: u8 = 2;
@@ -37,11 +37,14 @@ pub(super) struct Leave(());
 
 /// Asks for leave, before anything is sent.
 pub(super) fn leave(args: &Master) -> Result<Leave, Failure> {
-    let (go, what) = match &args.action {
-        Action::Enable { go, .. } => (go, "take its motor into control".into()),
-        Action::Move { go, position, .. } => (go, format!("travel to {position}")),
-        Action::Jog { go, direction, .. } => (go, format!("turn in {} direction", way(*direction))),
-        Action::Velocity { go, rpm, .. } => {
+    let Action::Motion(motion) = &args.action else {
+        return Ok(Leave(()));
+    };
+    let (go, what) = match motion {
+        Motion::Enable { go, .. } => (go, "take its motor into control".into()),
+        Motion::Move { go, position, .. } => (go, format!("travel to {position}")),
+        Motion::Jog { go, direction, .. } => (go, format!("turn in {} direction", way(*direction))),
+        Motion::Velocity { go, rpm, .. } => {
             let fastest = i32::from(Gear::Ratio24.max_rpm());
             if rpm.abs() > fastest {
                 return Err(Failure::Usage(format!(
@@ -50,19 +53,6 @@ pub(super) fn leave(args: &Master) -> Result<Leave, Failure> {
             }
             (go, format!("turn with {rpm} rpm"))
         }
-        Action::Scan { .. }
-        | Action::Diag
-        | Action::Read { .. }
-        | Action::Write { .. }
-        | Action::Params
-        | Action::Save { .. }
-        | Action::Restore { .. }
-        | Action::Status
-        | Action::Stop
-        | Action::Ack
-        | Action::Faults { .. }
-        | Action::Calibrate { .. }
-        | Action::Monitor { .. } => return Ok(Leave(())),
     };
     let Go { yes } = go;
     if *yes {
@@ -98,6 +88,10 @@ struct Reading {
 }
 
 impl Reading {
+    fn of<L: Link, C: Clock>(drive: &mut Drive<L, C>, json: bool) -> Result<Self, Trouble> {
+        Ok(Self { mode: mode(drive)?, lengths: lengths(drive)?, json })
+    }
+
     /// What goes on until somebody ends it, for somebody who reads along.
     fn held(&self, what: &str) -> Result<(), Trouble> {
         let line = if what == "turned" { "turning" } else { "enabled" };
@@ -117,36 +111,12 @@ impl Reading {
 /// Does it, and leaves the drive standing.
 pub(super) fn motion<L: Link, C: Clock>(
     drive: &mut Drive<L, C>,
-    action: &Action,
+    motion: Motion,
     _: Leave,
     json: bool,
 ) -> Result<(), Failure> {
-    let reading = Reading { mode: mode(drive)?, lengths: lengths(drive)?, json };
-    match action {
-        Action::Stop => return stop(drive, &reading),
-        Action::Ack => {
-            return match drive.reach(Goal::Acknowledge)? {
-                Reached::Done(hiw) => reading.say("no fault is latched, ready to be enabled", hiw),
-                Reached::Interrupted => Err(Failure::Other("interrupted".into())),
-            };
-        }
-        Action::Scan { .. }
-        | Action::Diag
-        | Action::Read { .. }
-        | Action::Write { .. }
-        | Action::Params
-        | Action::Save { .. }
-        | Action::Restore { .. }
-        | Action::Status
-        | Action::Enable { .. }
-        | Action::Move { .. }
-        | Action::Jog { .. }
-        | Action::Velocity { .. }
-        | Action::Faults { .. }
-        | Action::Calibrate { .. }
-        | Action::Monitor { .. } => {}
-    }
-    let outcome = turn(drive, action, &reading);
+    let reading = Reading::of(drive, json)?;
+    let outcome = turn(drive, motion, &reading);
     let ended = wind_down(drive);
     match (outcome, ended) {
         (Ok(End::Done(what)), Ok(hiw)) => reading.say(what, hiw),
@@ -184,35 +154,22 @@ enum End {
 /// Enables operation and does what is asked, until it is done or shall end.
 fn turn<L: Link, C: Clock>(
     drive: &mut Drive<L, C>,
-    action: &Action,
+    motion: Motion,
     reading: &Reading,
 ) -> Result<End, Trouble> {
     let Reached::Done(_) = drive.reach(Goal::Enable)? else {
         return Ok(End::Interrupted);
     };
-    let (goal, limit, held) = match action {
-        Action::Enable { limit, .. } => (None, *limit, "held enabled"),
-        Action::Jog { direction, limit, .. } => (Some(Goal::Jog(way(*direction))), *limit, "turned"),
-        Action::Velocity { rpm, limit, .. } => (Some(Goal::Velocity(*rpm)), *limit, "turned"),
-        Action::Move { position, .. } => {
-            return Ok(match drive.reach(Goal::MoveTo(*position))? {
+    let (goal, limit, held) = match motion {
+        Motion::Enable { limit, .. } => (None, limit, "held enabled"),
+        Motion::Jog { direction, limit, .. } => (Some(Goal::Jog(way(direction))), limit, "turned"),
+        Motion::Velocity { rpm, limit, .. } => (Some(Goal::Velocity(rpm)), limit, "turned"),
+        Motion::Move { position, .. } => {
+            return Ok(match drive.reach(Goal::MoveTo(position))? {
                 Reached::Done(_) => End::Done("reached"),
                 Reached::Interrupted => End::Interrupted,
             });
         }
-        Action::Scan { .. }
-        | Action::Diag
-        | Action::Read { .. }
-        | Action::Write { .. }
-        | Action::Params
-        | Action::Save { .. }
-        | Action::Restore { .. }
-        | Action::Status
-        | Action::Stop
-        | Action::Ack
-        | Action::Faults { .. }
-        | Action::Calibrate { .. }
-        | Action::Monitor { .. } => return Ok(End::Interrupted),
     };
     let begun = drive.session.now();
     if let Some(goal) = goal
@@ -247,7 +204,8 @@ fn wind_down<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<i32, Trouble>
 }
 
 /// Brakes a drive that runs out, if it can be enabled, and waits until it stands in any case.
-fn stop<L: Link, C: Clock>(drive: &mut Drive<L, C>, reading: &Reading) -> Result<(), Failure> {
+pub(super) fn stop<L: Link, C: Clock>(drive: &mut Drive<L, C>, json: bool) -> Result<(), Failure> {
+    let reading = Reading::of(drive, json)?;
     let enabled = drive.reach(Goal::Enable);
     match enabled {
         Ok(Reached::Done(_) | Reached::Interrupted) => {
@@ -270,4 +228,13 @@ fn stop<L: Link, C: Clock>(drive: &mut Drive<L, C>, reading: &Reading) -> Result
     }
     let Seen { hiw, .. } = drive.exchange()?;
     reading.say("the drive stands", hiw)
+}
+
+/// Acknowledges a fault and ends turn-on disabled.
+pub(super) fn acknowledge<L: Link, C: Clock>(drive: &mut Drive<L, C>, json: bool) -> Result<(), Failure> {
+    let reading = Reading::of(drive, json)?;
+    match drive.reach(Goal::Acknowledge)? {
+        Reached::Done(hiw) => reading.say("no fault is latched, ready to be enabled", hiw),
+        Reached::Interrupted => Err(Failure::Other("interrupted".into())),
+    }
 }
