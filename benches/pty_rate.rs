@@ -27,6 +27,9 @@ const BAUD: BaudRate = BaudRate::K12000;
 const SECONDS: f64 = 2.0;
 const ROUNDS: usize = 7;
 
+/// Exchanges per second of a master with the slave at a terminal.
+type Rate<'a> = &'a dyn Fn(&str) -> f64;
+
 fn main() {
     if std::env::args().any(|argument| argument == "--echo") {
         return echo();
@@ -38,7 +41,7 @@ fn main() {
     if python.is_none() {
         println!("without pyprofibus: run bash benches/pty_rate.sh");
     }
-    let masters: [(&str, &dyn Fn(&str) -> f64); 2] = [
+    let masters: [(&str, Rate<'_>); 2] = [
         ("profirust", &profirust_rate),
         ("pyprofibus", &|terminal| python.as_ref().map_or(0.0, |python| pyprofibus_rate(python, terminal))),
     ];

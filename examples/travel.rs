@@ -116,6 +116,7 @@ struct Sample {
     stw: u16,
     zsw: u16,
     status: Status,
+    current_milliamperes: i16,
 }
 
 fn play(scenario: &Scenario) -> Vec<Sample> {
@@ -137,7 +138,8 @@ fn play(scenario: &Scenario) -> Vec<Sample> {
         let command = words::command(Stw::from_raw(said.0), said.1);
         drive.step(Duration::from_millis(1), Some(&command), &scenario.settings);
         let status = drive.status();
-        samples.push(Sample { stw: said.0, zsw: words::zsw(&status).raw(), status });
+        let current_milliamperes = drive.measured().current;
+        samples.push(Sample { stw: said.0, zsw: words::zsw(&status).raw(), status, current_milliamperes });
     }
     samples
 }
@@ -186,14 +188,14 @@ impl Sheet {
         sheet.text(LEFT, 22.0, "title", "start", scenario.title);
         sheet.top += 3.0 * LABEL;
         let acts_from = sheet.top;
-        let series = |value: fn(&Status) -> f64| samples.iter().map(|sample| value(&sample.status)).collect();
-        sheet.panel("position", "increments", "blue", series(|status| f64::from(status.position)));
-        sheet.panel("speed", "rpm", "green", series(|status| f64::from(status.velocity)));
+        let series = |value: fn(&Sample) -> f64| samples.iter().map(value).collect();
+        sheet.panel("position", "increments", "blue", series(|sample| f64::from(sample.status.position)));
+        sheet.panel("speed", "rpm", "green", series(|sample| f64::from(sample.status.velocity)));
         sheet.panel(
             "motor current",
             "A",
             "red",
-            series(|status| f64::from(status.measured.current) / 1000.0),
+            series(|sample| f64::from(sample.current_milliamperes) / 1000.0),
         );
         sheet.bits("STW", &STW_BITS, "out", samples, |sample| sample.stw);
         sheet.bits("ZSW", &ZSW_BITS, "in", samples, |sample| sample.zsw);

@@ -510,6 +510,7 @@ impl Parts {
     }
 
     /// Lets the drive follow what was written to a parameter.
+    #[inline]
     fn act(&mut self, effect: Effect) {
         match effect {
             Effect::None => {}
@@ -544,7 +545,7 @@ impl Parts {
     /// What the drive reports through parameters that are only read.
     fn live(&self) -> Live {
         let faults = self.drive.faults();
-        let measured = self.status.measured;
+        let measured = self.drive.measured();
         Live {
             address: self.address.number(),
             fault_buffer: self.drive.fault_codes(),

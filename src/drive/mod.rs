@@ -405,7 +405,7 @@ impl Drive {
     }
 
     /// Goes to a state and does what belongs to the transition.
-    #[inline]
+    #[inline(always)]
     fn enact(&mut self, next: State, action: Action, command: &Command, settings: &Settings) {
         if next != State::Fault {
             self.entered = FaultSet::EMPTY;
@@ -417,6 +417,7 @@ impl Drive {
         }
     }
 
+    #[inline(never)]
     fn act(&mut self, action: Action, command: &Command, settings: &Settings) {
         match action {
             Action::None => {}

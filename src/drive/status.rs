@@ -82,8 +82,6 @@ pub struct Status {
     pub position: i32,
     /// Actual velocity of the output shaft in rpm, positive in counting direction (HIW in velocity mode).
     pub velocity: i32,
-    /// What the drive measures.
-    pub measured: Measured,
     /// The green LED.
     pub led: StatusLed,
 }
@@ -175,7 +173,6 @@ impl Drive {
             torque_tripped: self.torque_tripped || state == State::Paused { torque_tripped: true },
             position,
             velocity: round(rpm),
-            measured: self.measure(),
             led: match self.latched {
                 Some(fault) => StatusLed::Blinking(fault),
                 None if state != State::Off && supply_ok && output_stage => StatusLed::On,
@@ -184,7 +181,8 @@ impl Drive {
         }
     }
 
-    fn measure(&self) -> Measured {
+    /// What the drive measures now.
+    pub fn measured(&self) -> Measured {
         let inputs = &self.inputs;
         let signed = |value: f64| i16::try_from(round(value)).unwrap_or(i16::MAX);
         Measured {

@@ -10,7 +10,7 @@ pub(super) fn fcs_of(octets: &[u8]) -> u8 {
     if let Some((first, rest)) = octets.split_first_chunk::<BLOCK>() {
         let (blocks, odd) = rest.as_chunks::<BLOCK>();
         let lanes = blocks.iter().fold(*first, add);
-        add(lanes, &last_of(octets, odd.len())).iter().fold(0, |sum, lane| sum.wrapping_add(*lane))
+        sum(&add(lanes, &last_of(octets, odd.len())))
     } else if let (Some(first), Some(last)) = (octets.first_chunk(), octets.last_chunk()) {
         let odd = octets.len() - 8;
         sum_of_lanes(
@@ -21,12 +21,52 @@ pub(super) fn fcs_of(octets: &[u8]) -> u8 {
         let odd = u64::from(u32::from_le_bytes(*last)) >> (32 - 8 * odd);
         sum_of_lanes(lanes_of((u64::from(u32::from_le_bytes(*first)) | odd << 32).to_le_bytes()))
     } else {
-        octets.iter().fold(0, |sum, octet| sum.wrapping_add(*octet))
+        sum(octets)
     }
 }
 
+/// Copies octets to where they just fit, and returns their sum as [`fcs_of`]. In blocks too, which for telegrams is
+/// quicker than to call for a copy of any length: the last one is copied even where it overlaps the one before.
+#[inline(always)]
+pub(super) fn copy_summed(to: &mut [u8], from: &[u8]) -> u8 {
+    let (blocks, odd) = from.as_chunks::<BLOCK>();
+    if let (Some(last), [_, ..]) = (from.last_chunk::<BLOCK>(), blocks) {
+        let mut lanes = [0; BLOCK];
+        for (to, from) in to.as_chunks_mut::<BLOCK>().0.iter_mut().zip(blocks) {
+            *to = *from;
+            lanes = add(lanes, from);
+        }
+        if let Some(to) = to.last_chunk_mut() {
+            *to = *last;
+        }
+        return sum(&add(lanes, &last_of(from, odd.len())));
+    }
+    if !copy_ends::<8>(to, from) && !copy_ends::<4>(to, from) {
+        to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
+    }
+    fcs_of(from)
+}
+
+/// Copies the first `N` and the last `N` octets of at most twice as many, if there are so many.
+#[inline(always)]
+fn copy_ends<const N: usize>(to: &mut [u8], from: &[u8]) -> bool {
+    let (Some(first), Some(last)) = (from.first_chunk::<N>(), from.last_chunk::<N>()) else { return false };
+    if let Some(to) = to.first_chunk_mut() {
+        *to = *first;
+    }
+    if let Some(to) = to.last_chunk_mut() {
+        *to = *last;
+    }
+    true
+}
+
 /// Octets summed at once: what compilers make one vector instruction of.
-pub(super) const BLOCK: usize = 16;
+const BLOCK: usize = 16;
+
+#[inline(always)]
+fn sum(octets: &[u8]) -> u8 {
+    octets.iter().fold(0, |sum, octet| sum.wrapping_add(*octet))
+}
 
 /// Adds each octet to the one in its place.
 #[inline(always)]
@@ -80,6 +120,9 @@ mod tests {
                 let counted = &octets[from..to];
                 let expected = counted.iter().fold(0, |sum: u8, octet| sum.wrapping_add(*octet));
                 assert_eq!(fcs_of(counted), expected, "octets {from}..{to}");
+                let mut copy = std::vec![0; counted.len()];
+                assert_eq!(copy_summed(&mut copy, counted), expected, "octets {from}..{to}");
+                assert_eq!(copy, counted);
             }
         }
     }

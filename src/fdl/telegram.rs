@@ -9,7 +9,7 @@
 use thiserror::Error;
 
 use super::address::{Address, Sap};
-use super::fcs::{BLOCK, fcs_of};
+use super::fcs::{copy_summed, fcs_of};
 use super::function_code::FunctionCode;
 
 /// The longest telegram: SD2 with LE = 249.
@@ -100,7 +100,7 @@ impl Telegram<'_> {
     ///
     /// # Errors
     /// As [`DataTelegram::encode`]. `buf` is then unchanged.
-    #[inline]
+    #[inline(always)]
     pub fn encode<'b>(&self, buf: &'b mut [u8]) -> Result<&'b [u8], EncodeError> {
         match self {
             Self::Data(data) => data.encode(buf),
@@ -187,31 +187,30 @@ impl DataTelegram<'_> {
     /// # Errors
     /// [`EncodeError`] if the data do not fit the format or the telegram does not fit `buf`, which is then
     /// unchanged. Panics: never.
-    #[inline]
+    #[inline(always)]
     pub fn encode<'b>(&self, buf: &'b mut [u8]) -> Result<&'b [u8], EncodeError> {
         let pdu_len = self.pdu_len();
-        let out = match (self.format, u8::try_from(pdu_len + HEADER_LEN)) {
+        match (self.format, u8::try_from(pdu_len + HEADER_LEN)) {
             (Format::Sd1, _) if pdu_len == 0 => {
                 let out = room(buf, SD1_LEN)?;
                 let (da, sa, fc) = (self.da.number(), self.sa.number(), self.fc.octet());
                 out.copy_from_slice(&[SD1, da, sa, fc, da.wrapping_add(sa).wrapping_add(fc), ED]);
-                out
+                Ok(out)
             }
             (Format::Sd2, Ok(le @ MIN_LE..=MAX_LE)) => {
                 let out = room(buf, usize::from(le) + SD2_OVERHEAD)?;
                 self.encode_counted(start(out, [SD2, le, le, SD2]));
-                out
+                Ok(out)
             }
             (Format::Sd3, _) if pdu_len == SD3_PDU_LEN => {
                 let out = room(buf, SD3_LEN)?;
                 self.encode_counted(start(out, [SD3]));
-                out
+                Ok(out)
             }
             (format @ (Format::Sd1 | Format::Sd2 | Format::Sd3), _) => {
-                return Err(EncodeError::PduLength { format, expected: format.pdu_lens(), got: pdu_len });
+                Err(EncodeError::PduLength { format, expected: format.pdu_lens(), got: pdu_len })
             }
-        };
-        Ok(out)
+        }
     }
 
     /// Writes everything from DA to ED to `out`, which is just as long. The checksum is taken of what is written,
@@ -233,8 +232,7 @@ impl DataTelegram<'_> {
             rest = behind;
         }
         if let Some((data, end)) = rest.split_last_chunk_mut::<2>() {
-            copy(data, self.data);
-            *end = [fcs.wrapping_add(fcs_of(self.data)), ED];
+            *end = [fcs.wrapping_add(copy_summed(data, self.data)), ED];
         }
     }
 
@@ -444,34 +442,6 @@ fn refused(input: &[u8]) -> Decoded<'_> {
 fn room(buf: &mut [u8], needed: usize) -> Result<&mut [u8], EncodeError> {
     let got = buf.len();
     buf.get_mut(..needed).ok_or(EncodeError::BufferTooSmall { needed, got })
-}
-
-/// Copies a block at a time, which for telegrams is quicker than to call for a copy of any length. The last block is
-/// copied even where it overlaps the one before.
-#[inline(always)]
-fn copy(to: &mut [u8], from: &[u8]) {
-    if let Some(last) = from.last_chunk::<BLOCK>() {
-        let blocks = to.as_chunks_mut::<BLOCK>().0.iter_mut().zip(from.as_chunks::<BLOCK>().0);
-        blocks.for_each(|(to, from)| *to = *from);
-        if let Some(to) = to.last_chunk_mut() {
-            *to = *last;
-        }
-    } else if !copy_ends::<8>(to, from) && !copy_ends::<4>(to, from) {
-        to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
-    }
-}
-
-/// Copies the first `N` and the last `N` octets of at most twice as many, if there are so many.
-#[inline(always)]
-fn copy_ends<const N: usize>(to: &mut [u8], from: &[u8]) -> bool {
-    let (Some(first), Some(last)) = (from.first_chunk::<N>(), from.last_chunk::<N>()) else { return false };
-    if let Some(to) = to.first_chunk_mut() {
-        *to = *first;
-    }
-    if let Some(to) = to.last_chunk_mut() {
-        *to = *last;
-    }
-    true
 }
 
 /// Writes what comes before DA and returns the rest.

@@ -7,7 +7,7 @@ use super::*;
 const ENABLED: State = State::OperationEnabled(Motor::InControl);
 
 fn measured(rig: &Rig) -> Measured {
-    rig.status().measured
+    rig.drive.measured()
 }
 
 fn fast(rpm: u16) -> Rig {
