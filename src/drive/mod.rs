@@ -268,6 +268,11 @@ impl Drive {
         self.compose()
     }
 
+    /// What the drive measures now.
+    pub fn measured(&self) -> Measured {
+        self.measure()
+    }
+
     /// Whether another step with the same command, inputs and settings would change nothing.
     pub fn is_at_rest(&self) -> bool {
         self.settled

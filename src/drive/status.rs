@@ -181,8 +181,7 @@ impl Drive {
         }
     }
 
-    /// What the drive measures now.
-    pub fn measured(&self) -> Measured {
+    pub(super) fn measure(&self) -> Measured {
         let inputs = &self.inputs;
         let signed = |value: f64| i16::try_from(round(value)).unwrap_or(i16::MAX);
         Measured {
