@@ -7,7 +7,7 @@ use core::time::Duration;
 use std::vec::Vec;
 
 use crate::fdl::telegram::{Decoded, decode};
-use crate::fdl::{FrameError, Resync};
+use crate::fdl::{FrameError, MAX_TELEGRAM_LEN, Resync};
 use crate::time::Instant;
 
 /// How long the rest of a telegram may take, as on every link whose timing is not true.
@@ -99,29 +99,37 @@ pub(super) fn broken_off(octets: &[u8]) -> FrameError {
 
 /// The longest front of `noise` with which a framer is done as soon as it has it. Behind the rest it would wait for
 /// more, and take the telegram of another sender for it.
+///
+/// One pass: a flood of start delimiters costs no more than other noise.
 pub(super) fn settled(noise: &[u8]) -> &[u8] {
-    let mut front = noise;
-    loop {
-        // An octet may be refused only for the sake of the one behind it: a shorter front is judged anew.
-        let cut = front.get(..cut_len(front)).unwrap_or_default();
-        if cut.len() == front.len() {
-            return front;
+    let (mut at, mut judged, mut done) = (0, 0, 0);
+    while let Some(front) = noise.get(at..).filter(|front| !front.is_empty()) {
+        let (step, needed) = match decode(front) {
+            Decoded::Invalid { skip, .. } => (skip, octets_judged(front)),
+            Decoded::Telegram { len, .. } => (len, len),
+            Decoded::Incomplete => break,
+        };
+        judged = judged.max(at + needed);
+        at += step;
+        // An octet may have been refused only for the sake of one further behind.
+        if judged <= at {
+            done = at;
         }
-        front = cut;
     }
+    noise.get(..done).unwrap_or(noise)
 }
 
-/// How many octets come before the first place where a telegram could begin that is not whole.
-fn cut_len(octets: &[u8]) -> usize {
-    let mut cut = 0;
-    while let Some(front) = octets.get(cut..).filter(|front| !front.is_empty()) {
-        match decode(front) {
-            Decoded::Invalid { skip, .. } => cut += skip,
-            Decoded::Telegram { len, .. } => cut += len,
-            Decoded::Incomplete => break,
+/// How many octets of `front` it takes to see that no telegram begins with them.
+fn octets_judged(front: &[u8]) -> usize {
+    let (mut too_few, mut enough) = (0, front.len().min(MAX_TELEGRAM_LEN));
+    while enough - too_few > 1 {
+        let middle = too_few.midpoint(enough);
+        match front.get(..middle).map(decode) {
+            Some(Decoded::Incomplete) | None => too_few = middle,
+            Some(Decoded::Invalid { .. } | Decoded::Telegram { .. }) => enough = middle,
         }
     }
-    cut
+    enough
 }
 
 #[cfg(test)]
@@ -184,7 +192,44 @@ mod tests {
         assert_eq!(settled(&[1, 0xDC, 0xDC, 2]), [1]);
     }
 
+    /// It took a minute of a processor for each of these once: every shorter front was judged anew.
+    #[test]
+    fn a_flood_of_start_delimiters_is_judged_in_one_pass() {
+        let flood = vec![0x10; 1 << 20];
+        assert_eq!(settled(&flood), [0; 0]);
+        assert_eq!(settled(&[&[1, 2][..], &flood].concat()), [1, 2]);
+    }
+
+    /// What `settled` means, said slowly: the longest front that leaves nothing unfinished.
+    fn longest_front(noise: &[u8]) -> &[u8] {
+        let leaves_nothing = |front: &&[u8]| {
+            let mut framer = crate::fdl::Framer::new(Resync::SCAN);
+            framer.receive(Instant::ZERO, front, |_, _| {});
+            framer.poll_timeout().is_none()
+        };
+        let fronts = (0..=noise.len()).rev().map(|len| &noise[..len]);
+        fronts.into_iter().find(leaves_nothing).unwrap_or_default()
+    }
+
+    fn octet_of_noise() -> impl Strategy<Value = u8> {
+        prop_oneof![
+            Just(0x10),
+            Just(0x68),
+            Just(0xA2),
+            Just(0xDC),
+            Just(0xE5),
+            Just(4),
+            Just(0x16),
+            any::<u8>()
+        ]
+    }
+
     proptest! {
+        #[test]
+        fn the_longest_front_is_found(noise in prop::collection::vec(octet_of_noise(), 0..60)) {
+            prop_assert_eq!(settled(&noise), longest_front(&noise));
+        }
+
         /// No octet is lost or changed, and what no telegram can follow from leaves a framer empty.
         #[test]
         fn nothing_is_lost(chunks in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..40), 0..8)) {
