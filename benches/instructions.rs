@@ -7,29 +7,18 @@
     reason = "a bench may panic, and has std"
 )]
 
+mod travelling;
+
 use core::time::Duration;
 use std::hint::black_box;
 
-use profidrive::device::{Config, Device, MAX_TELEGRAM_LEN, Timing};
+use profidrive::device::{Device, MAX_TELEGRAM_LEN};
+use profidrive::fdl::Telegram;
 use profidrive::fdl::telegram::{Decoded, decode};
-use profidrive::fdl::{Address, DataTelegram, FunctionCode, Sap, Telegram};
-use profidrive::time::{BaudRate, Instant};
+use profidrive::time::Instant;
+use travelling::{Travelling, exchange};
 
 const CALLS: usize = 1_000;
-
-fn telegram(fc: u8, sap: Option<u8>, data: &[u8]) -> Vec<u8> {
-    let (dsap, ssap) = (sap.and_then(Sap::new), sap.and(Sap::new(62)));
-    let telegram = DataTelegram {
-        format: DataTelegram::customary_format(dsap, ssap, data),
-        da: Address::from_octet(5),
-        sa: Address::from_octet(2),
-        dsap,
-        ssap,
-        fc: FunctionCode::from_octet(fc),
-        data,
-    };
-    telegram.encode(&mut [0; MAX_TELEGRAM_LEN]).unwrap().to_vec()
-}
 
 #[inline(never)]
 fn decode_profidrive(octets: &[u8]) {
@@ -66,9 +55,6 @@ fn application_cycle(device: &mut Device, now: Instant) {
 }
 
 fn main() {
-    let exchange = |fc: u8, stw: u16| {
-        telegram(fc, None, &[&[0; 8], &stw.to_be_bytes()[..], &900_000_i32.to_be_bytes()].concat())
-    };
     let octets = exchange(0x7D, 0x7B);
     let Decoded::Telegram { telegram: ours, .. } = decode(&octets) else { panic!() };
     let (theirs, _) = profirust::fdl::Telegram::deserialize(&octets).unwrap().unwrap();
@@ -80,27 +66,7 @@ fn main() {
         encode_profirust(&theirs, &mut buf);
     }
 
-    let config =
-        Config { baud: BaudRate::K12000, timing: Timing::True, ..Config::new(Address::station(5).unwrap()) };
-    let mut device = Device::new(config, Instant::ZERO);
-    let mut now = Instant::ZERO;
-    let start = [
-        telegram(0x6D, Some(61), &[0x80, 1, 1, 11, 0x0A, 0xC5, 0]),
-        telegram(0x5D, Some(62), &[0xF3, 0xF2]),
-        exchange(0x7D, 0x0B),
-        exchange(0x5D, 0x0B),
-        exchange(0x7D, 0x3B),
-        exchange(0x5D, 0x7B),
-    ];
-    for octets in &start {
-        now = now.saturating_add(Duration::from_millis(2));
-        device.handle_bytes(now, octets);
-        assert!(device.poll_transmit(now.saturating_add(Duration::from_nanos(917)), &mut buf).is_some());
-        while device.poll_event().is_some() {}
-    }
-    now = now.saturating_add(Duration::from_secs(1));
-    device.handle_timeout(now);
-    assert!(device.status().travelling);
+    let Travelling { mut device, mut now, mut buf } = Travelling::new();
     let requests = [exchange(0x7D, 0x7B), exchange(0x5D, 0x7B)];
     for number in 0..CALLS {
         turnaround(&mut device, now, &requests[number & 1], &mut buf);

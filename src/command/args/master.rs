@@ -1,5 +1,6 @@
 //! `profidrive master`: which drive, and what is asked of it.
 
+use core::ops::RangeInclusive;
 use core::str::FromStr;
 use core::time::Duration;
 use std::path::PathBuf;
@@ -378,18 +379,16 @@ fn time(text: &str) -> Result<Duration, String> {
 
 fn watchdog(text: &str) -> Result<Duration, String> {
     let range = Duration::from_millis(10)..=Duration::from_secs(650);
-    time(text)
-        .ok()
-        .filter(|time| range.contains(time))
-        .ok_or_else(|| "expected a time from 10ms to 650s, such as 500ms".into())
+    time_within(text, range, "expected a time from 10ms to 650s, such as 500ms")
 }
 
 fn slot_time(text: &str) -> Result<Duration, String> {
     let range = Duration::from_millis(1)..=Duration::from_secs(10);
-    time(text)
-        .ok()
-        .filter(|time| range.contains(time))
-        .ok_or_else(|| "expected a time from 1ms to 10s, such as 100ms".into())
+    time_within(text, range, "expected a time from 1ms to 10s, such as 100ms")
+}
+
+fn time_within(text: &str, range: RangeInclusive<Duration>, expected: &str) -> Result<Duration, String> {
+    time(text).ok().filter(|time| range.contains(time)).ok_or_else(|| expected.into())
 }
 
 /// Decimal, or hexadecimal behind 0x.
