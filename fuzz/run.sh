@@ -3,7 +3,7 @@
 #
 # Needs neither cargo-fuzz nor a nightly compiler: the coverage that libFuzzer steers by comes from LLVM, and the
 # targets hold no unsafe code for a sanitizer to watch. Inputs found are thrown away unless CORPUS names a folder to
-# keep them in; an input that fails is left in fuzz/artifacts.
+# keep them in; an input that fails is left in fuzz/artifacts. SEED makes a run of the same build the same again.
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -27,7 +27,7 @@ mkdir -p artifacts
 for target in "${targets[@]}"; do
     mkdir -p "$found/$target"
     log="$found/$target.log"
-    if ! "$build/$host/release/$target" -max_total_time="$seconds" -max_len=512 -print_final_stats=1 \
+    if ! "$build/$host/release/$target" -max_total_time="$seconds" -seed="${SEED:-0}" -max_len=512 -print_final_stats=1 \
         -artifact_prefix="artifacts/$target-" "$found/$target" "corpus/$target" >"$log" 2>&1; then
         tail -n 40 "$log" >&2
         printf 'fuzz/run.sh: %s failed; the input is in fuzz/artifacts, docs/fuzzing.md says what to do with it\n' "$target" >&2
