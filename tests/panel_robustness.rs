@@ -277,8 +277,10 @@ fn a_thousand_idle_connections_cost_little_and_let_others_in_again() {
     let busy = Busy::start(emulator.terminal().into(), |_| 0);
     let files = open_files(&emulator);
     let idle: Vec<TcpStream> = (0..1000).map(|_| emulator.connect()).collect();
-    // Those beyond the bound are told, and closed.
-    let refused = Answer::read(idle[999].try_clone().unwrap());
+    // Those beyond the bound are told, and closed. On a busy machine a late one may have got the place of an early one
+    // that had to go meanwhile.
+    let mut answers = idle.iter().rev().map(|idle| Answer::read(idle.try_clone().unwrap()));
+    let refused = answers.find(|answer| answer.status != 0).expect("nobody is told");
     assert_eq!((refused.status, refused.detail().contains("too many connections")), (503, true));
     assert!(open_files(&emulator) <= files + 64 + 8, "{} files", open_files(&emulator));
     assert!(memory_of(&emulator) < 64 << 20, "{} octets", memory_of(&emulator));
