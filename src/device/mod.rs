@@ -489,8 +489,11 @@ impl Parts {
             self.engine.reset();
             return Pkw::ZERO;
         };
-        // Most cycles read nothing.
-        let live = if self.engine.may_read(job) { self.live() } else { Live::default() };
+        // Most cycles only hold the reply.
+        if !self.engine.may_read(job) {
+            return self.pkw_reply;
+        }
+        let live = self.live();
         let context = self.write_context();
         // Only a job that runs now can write; a held one must not cost a copy of everything in each cycle.
         let may_write = self.storage.is_some() && self.engine.has_work(job);

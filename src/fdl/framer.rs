@@ -119,12 +119,16 @@ impl Framer {
     }
 
     /// Ends what the silence before the newest `arrived` octets ends.
+    #[inline]
     fn hear_silence(
         &mut self,
         now: Instant,
         arrived: usize,
         sink: &mut impl FnMut(Instant, Result<Telegram<'_>, FrameError>),
     ) {
+        if self.len == 0 && !self.deaf {
+            return;
+        }
         match self.resync {
             Resync::Idle(baud) => {
                 let arrived = u32::try_from(arrived).unwrap_or(u32::MAX);

@@ -221,7 +221,7 @@ impl Line {
             let end = self.speaking.map(|speaking| speaking.end);
             let deadline = self.buses.iter().filter_map(Bus::poll_timeout).min();
             // The end of what is said comes before what a station does at the same time: it has heard it.
-            let next = [end, deadline].into_iter().flatten().min().map(|next| next.max(self.now));
+            let next = Instant::first_of(end, deadline).map(|next| next.max(self.now));
             match next.filter(|next| *next <= until) {
                 None => {
                     self.now = self.now.max(until);

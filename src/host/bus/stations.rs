@@ -28,7 +28,7 @@ pub(super) struct Stations {
     moved: Option<(Address, Address)>,
     /// How many stations are joining.
     joining: usize,
-    /// How many stations have a DP watchdog running.
+    /// How many stations have a DP watchdog running, while the rate is searched for; nobody else asks.
     supervised: usize,
     pub(super) search: Option<BaudSearch>,
     /// The master changed and has not said anything yet: what a station still sends answers the one before.
@@ -95,9 +95,8 @@ impl Stations {
 
     /// When something is to be done without octets.
     pub(super) fn poll_timeout(&self) -> Option<Instant> {
-        let first = self.deadlines.first().map(|(deadline, _)| deadline);
         let search = self.search.and_then(|search| search.poll_timeout());
-        Instant::first_of(Instant::first_of(first, search), self.joining_ends())
+        Instant::first_of(Instant::first_of(self.deadlines.first(), search), self.joining_ends())
     }
 
     pub(super) fn insert(
@@ -269,16 +268,12 @@ impl Stations {
         }
     }
 
+    /// At most one station has a reply to send: a newer request has ended the time of every other.
     pub(super) fn transmit(&mut self, now: Instant, buf: &mut [u8; MAX_TELEGRAM_LEN]) -> Option<usize> {
-        let mut after = None;
-        loop {
-            // A station that is due and has nothing to send waits for `handle_timeout`: go on behind it.
-            let next = match after {
-                None => self.deadlines.first(),
-                Some(last) => self.deadlines.behind(last),
-            };
-            let due @ (_, address) = next.filter(|(deadline, _)| *deadline <= now)?;
-            after = Some(due);
+        let mut from = 0;
+        // A station that is due and has nothing to send waits for `handle_timeout`: go on behind it.
+        while let Some(address) = self.deadlines.due_from(from, now) {
+            from = address.number() + 1;
             let Self { slots, news, .. } = self;
             let slot = slots.get_mut(index(address)).and_then(Option::as_mut)?;
             let Slot { station, counters, asked, .. } = slot;
@@ -295,6 +290,7 @@ impl Stations {
                 return len;
             }
         }
+        None
     }
 
     /// Puts the deadline of a station in its place after it was called, and tells the search for the rate whether a
@@ -307,12 +303,12 @@ impl Stations {
     }
 
     pub(super) fn settle(&mut self, address: Address) {
-        let Self { slots, deadlines, supervised, .. } = self;
+        let Self { slots, deadlines, supervised, search, .. } = self;
         let Some(slot) = slots.get_mut(index(address)).and_then(Option::as_mut) else {
             return;
         };
         deadlines.set(address, slot.station.poll_timeout());
-        let watched = slot.station.watchdog_on();
+        let watched = search.is_some() && slot.station.watchdog_on();
         *supervised = *supervised + usize::from(watched) - usize::from(slot.supervised);
         slot.supervised = watched;
         if slot.station.address() != address {
