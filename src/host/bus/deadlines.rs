@@ -1,5 +1,7 @@
 //! When each station of a bus wants to be called again.
 
+use core::cell::Cell;
+
 use crate::fdl::Address;
 use crate::time::Instant;
 
@@ -8,8 +10,8 @@ use crate::time::Instant;
 pub(super) struct Deadlines {
     /// By address, in ns; [`NEVER`] for who waits for nothing.
     nanos: [[u64; BLOCK]; BLOCKS],
-    /// The earliest of each block.
-    earliest: [u64; BLOCKS],
+    /// The earliest of each block, or [`UNKNOWN`]: many change before the first one is asked for.
+    earliest: [Cell<u64>; BLOCKS],
     /// How many blocks have ever been used.
     used: usize,
 }
@@ -18,10 +20,12 @@ const BLOCK: usize = 16;
 /// 127 addresses, and a place that stays empty.
 const BLOCKS: usize = 8;
 const NEVER: u64 = u64::MAX;
+/// No later than any time there is.
+const UNKNOWN: u64 = 0;
 
 impl Deadlines {
     pub(super) const fn new() -> Self {
-        Self { nanos: [[NEVER; BLOCK]; BLOCKS], earliest: [NEVER; BLOCKS], used: 0 }
+        Self { nanos: [[NEVER; BLOCK]; BLOCKS], earliest: [const { Cell::new(NEVER) }; BLOCKS], used: 0 }
     }
 
     /// The station at `address` waits for `deadline`, or for nothing.
@@ -33,28 +37,34 @@ impl Deadlines {
         let nanos = deadline.map_or(NEVER, Instant::as_nanos);
         let before = core::mem::replace(place, nanos);
         self.used = self.used.max(at / BLOCK + 1);
-        if nanos <= *earliest {
-            *earliest = nanos;
-        } else if before == *earliest {
-            *earliest = first_of(block);
+        if nanos <= earliest.get() {
+            earliest.set(nanos);
+        } else if before == earliest.get() {
+            earliest.set(UNKNOWN);
         }
     }
 
     /// The earliest deadline.
     pub(super) fn first(&self) -> Option<Instant> {
-        let first = first_of(self.used());
+        let mut first = NEVER;
+        for (earliest, block) in self.earliest.iter().zip(&self.nanos).take(self.used) {
+            if earliest.get() == UNKNOWN {
+                earliest.set(block.iter().fold(NEVER, |first, nanos| first.min(*nanos)));
+            }
+            first = first.min(earliest.get());
+        }
         (first != NEVER).then(|| Instant::from_nanos(first))
     }
 
     /// The first station from `from` on, by address, whose deadline is reached at `now`.
     pub(super) fn due_from(&self, from: u8, now: Instant) -> Option<Address> {
         let now = now.as_nanos();
-        let due = |nanos: &u64| *nanos <= now && *nanos != NEVER;
+        let due = |nanos: u64| nanos <= now && nanos != NEVER;
         let mut from = usize::from(from);
-        while let Some(earliest) = self.used().get(from / BLOCK) {
+        while let Some(earliest) = self.earliest.get(..self.used)?.get(from / BLOCK) {
             let places = self.nanos.get(from / BLOCK)?.get(from % BLOCK..)?;
-            if due(earliest)
-                && let Some(behind) = places.iter().position(due)
+            if due(earliest.get())
+                && let Some(behind) = places.iter().position(|nanos| due(*nanos))
             {
                 return u8::try_from(from + behind).ok().map(Address::from_octet);
             }
@@ -62,14 +72,6 @@ impl Deadlines {
         }
         None
     }
-
-    fn used(&self) -> &[u64] {
-        self.earliest.get(..self.used).unwrap_or_default()
-    }
-}
-
-fn first_of(nanos: &[u64]) -> u64 {
-    nanos.iter().fold(NEVER, |first, nanos| first.min(*nanos))
 }
 
 #[cfg(test)]

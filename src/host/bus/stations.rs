@@ -270,6 +270,8 @@ impl Stations {
 
     /// At most one station has a reply to send: a newer request has ended the time of every other.
     pub(super) fn transmit(&mut self, now: Instant, buf: &mut [u8; MAX_TELEGRAM_LEN]) -> Option<usize> {
+        // Nearly always nobody is due.
+        self.deadlines.first().filter(|first| *first <= now)?;
         let mut from = 0;
         // A station that is due and has nothing to send waits for `handle_timeout`: go on behind it.
         while let Some(address) = self.deadlines.due_from(from, now) {
