@@ -15,32 +15,16 @@ readonly BAUD_RATES=(9600 19200 500000 1500000)
 # master before.
 readonly RUN_RATES=(9600 19200 500000 12000000)
 readonly RUNS=5
-readonly READY_LIMIT=10   # seconds until the emulator is ready
 readonly STOP_LIMIT=5     # seconds until it has ended after SIGTERM
 readonly KILL_DISTANCE=4000 # increments of the travel that loses its master: 5 s at 30 rpm
 readonly KILL_PAUSE=6     # seconds, longer than that travel takes
 
-usage() {
-    echo "usage: $0 PATH-OF-PROFIDRIVE" >&2
-    exit 2
-}
-
-cannot() {
-    echo "$0: $*" >&2
-    exit 2
-}
-
-fail() {
-    echo "FAIL $*" >&2
-    [[ -s ${work:-}/emulator.log ]] && sed 's/^/  emulator: /' "$work/emulator.log" | tail -n 40 >&2
-    exit 1
-}
-
-[[ $# -eq 1 ]] || usage
-[[ -x $1 && -f $1 ]] || cannot "$1 is no executable file; build it with: cargo build --features cli"
-emulator=$(realpath "$1")
 here=$(realpath "$(dirname "${BASH_SOURCE[0]}")")
 root=$(realpath "$here/../..")
+. "$here/../emulator.sh"
+
+[[ $# -eq 1 ]] || cannot "usage: $0 PATH-OF-PROFIDRIVE"
+emulator=$(program "$1")
 gsd=$root/gsd/SIKO0AC5.GSD
 venv=${INTEROP_VENV:-${CARGO_TARGET_DIR:-$root/target}/interop-venv}
 python=${PYTHON:-python3}
@@ -48,20 +32,6 @@ python=${PYTHON:-python3}
 command -v "$python" >/dev/null || cannot "$python not found; install Python 3 or set PYTHON"
 "$python" -c 'import ensurepip, venv' 2>/dev/null ||
     cannot "$python has no venv (on Debian: apt install python3-venv); or set PYTHON to one that has"
-
-work=$(mktemp -d)
-emulator_pid=
-master_pid=
-cleanup() {
-    for pid in $master_pid $emulator_pid; do
-        kill -KILL "$pid" 2>/dev/null || true
-        wait "$pid" 2>/dev/null || true
-    done
-    rm -rf "$work"
-}
-trap cleanup EXIT
-trap 'exit 130' INT
-trap 'exit 143' TERM
 
 # The environment is complete once the copy of the requirements is in it.
 if ! cmp -s "$here/requirements.txt" "$venv/requirements.txt"; then
@@ -74,15 +44,7 @@ fi
 "$venv/bin/python" "$here/check_gsd.py" --gsd "$gsd"
 
 port=$work/ag03
-"$emulator" emulate --link "pty:$port" --baud auto >"$work/ready" 2>"$work/emulator.log" &
-emulator_pid=$!
-for ((tenths = 0; ; tenths++)); do
-    grep -q '^ready ' "$work/ready" && break
-    kill -0 "$emulator_pid" 2>/dev/null || fail "emulator: ended before it was ready"
-    ((tenths < READY_LIMIT * 10)) || fail "emulator: no ready line within $READY_LIMIT s"
-    sleep 0.1
-done
-echo "emulator: $(grep '^ready ' "$work/ready")"
+start_emulator "$emulator" --link "pty:$port" --baud auto
 [[ -e $port ]] || fail "emulator: ready, but there is no $port"
 
 positioning() {

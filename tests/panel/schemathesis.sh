@@ -8,31 +8,22 @@
 # a drive takes depends on its state); that what was deleted is gone (deleting plant inputs makes them nominal); the
 # live stream, which does not end.
 set -euo pipefail
-program=$(realpath "${1:?the path of profidrive is missing}")
-here=$(dirname "$(realpath "$0")")
-work=$(mktemp -d)
-emulator=
-clean() {
-    [ -z "$emulator" ] || kill "$emulator" 2>/dev/null || true
-    rm -rf "$work"
-}
-trap clean EXIT
+here=$(realpath "$(dirname "${BASH_SOURCE[0]}")")
+. "$here/../emulator.sh"
+
+[[ $# -eq 1 ]] || cannot "usage: $0 PATH-OF-PROFIDRIVE"
+emulator=$(program "$1")
 
 python3 -m venv "$work/venv"
 "$work/venv/bin/pip" install --quiet --disable-pip-version-check -r "$here/requirements.txt"
 
-cd "$work"
-"$program" emulate --drives 5-6 --drive 7,model=ag03,gear=24 --panel 127.0.0.1:0 >ready 2>log &
-emulator=$!
-for _ in $(seq 100); do
-    grep -q panel= ready && break
-    sleep 0.1
-done
-url=$(sed -n 's/.* panel=//p' ready)
+start_emulator "$emulator" --drives 5-6 --drive 7,model=ag03,gear=24 --panel 127.0.0.1:0
+url=$(sed -n 's/.* panel=//p' "$work/ready")
 
+cd "$work"
 "$work/venv/bin/schemathesis" run "$url/api/v1/openapi.json" \
     --max-time "${SCHEMATHESIS_SECONDS:-45}" --max-examples 40 --continue-on-failure --no-color --warnings off \
     --request-timeout 10 --generation-database none --exclude-path /api/v1/events \
     --exclude-checks positive_data_acceptance,use_after_free
 
-kill -0 "$emulator" || { printf 'the emulator has ended:\n' >&2; cat log >&2; exit 1; }
+kill -0 "$emulator_pid" || fail "the emulator has ended"

@@ -13,49 +13,19 @@
 # line beginning with FAIL if one did not, 2 if the script was called wrongly or cannot run here.
 set -euo pipefail
 
-readonly READY_LIMIT=10      # seconds until the emulator is ready
 readonly KILL_AFTER=2000     # telegrams in the log of the master when the emulator is killed
 readonly GARBAGE=(4000 2611) # packets and seed
 
-usage() {
-    echo "usage: $0 PATH-OF-PROFIDRIVE [--update]" >&2
-    exit 2
-}
-
-cannot() {
-    echo "$0: $*" >&2
-    exit 2
-}
-
-fail() {
-    echo "FAIL $*" >&2
-    [[ -s ${work:-}/emulator.log ]] && sed 's/^/  emulator: /' "$work/emulator.log" | tail -n 40 >&2
-    exit 1
-}
-
-[[ $# -eq 1 || $# -eq 2 && $2 == --update ]] || usage
-[[ -x $1 && -f $1 ]] || cannot "$1 is no executable file; build it with: cargo build --features cli"
-emulator=$(realpath "$1")
-update=${2:-}
 here=$(realpath "$(dirname "${BASH_SOURCE[0]}")")
+. "$here/../emulator.sh"
+
+[[ $# -eq 1 || $# -eq 2 && $2 == --update ]] || cannot "usage: $0 PATH-OF-PROFIDRIVE [--update]"
+emulator=$(program "$1")
+update=${2:-}
 dissector=$(realpath "$here/../../docs/wireshark/profibus.lua")
 for program in tshark capinfos python3; do
     command -v "$program" >/dev/null || cannot "$program not found (on Debian: apt install tshark python3)"
 done
-
-work=$(mktemp -d)
-emulator_pid=
-master_pid=
-cleanup() {
-    for pid in $master_pid $emulator_pid; do
-        kill -KILL "$pid" 2>/dev/null || true
-        wait "$pid" 2>/dev/null || true
-    done
-    rm -rf "$work"
-}
-trap cleanup EXIT
-trap 'exit 130' INT
-trap 'exit 143' TERM
 
 # No settings or plugins of whoever runs this, no lookups of names.
 export HOME=$work XDG_CONFIG_HOME=$work LC_ALL=C.UTF-8 TZ=UTC
@@ -68,15 +38,7 @@ dissected() {
 
 echo "== SIGKILL in the middle of the traffic"
 capture=$work/bus.pcapng
-: >"$work/ready"
-"$emulator" emulate --link "pty:$work/bus" --capture "$capture" >"$work/ready" 2>"$work/emulator.log" &
-emulator_pid=$!
-for ((tenths = 0; ; tenths++)); do
-    grep -q '^ready ' "$work/ready" && break
-    kill -0 "$emulator_pid" 2>/dev/null || fail "emulator: ended before it was ready"
-    ((tenths < READY_LIMIT * 10)) || fail "emulator: no ready line within $READY_LIMIT s"
-    sleep 0.1
-done
+start_emulator "$emulator" --link "pty:$work/bus" --capture "$capture"
 python3 "$here/master.py" forever "$work/bus" "$work/master" 2>"$work/master.log" &
 master_pid=$!
 for ((tenths = 0; ; tenths++)); do
