@@ -1,3 +1,4 @@
+use std::collections::VecDeque;
 use std::string::{String, ToString};
 use std::vec::Vec;
 
@@ -21,6 +22,9 @@ const LIVE: Live = Live {
     control_voltage: 238,
     battery_voltage: 361,
 };
+
+/// From PNU 918 to 999.
+const PROBES: usize = 82;
 
 fn pnu(number: u16) -> Pnu {
     Pnu::new(number).unwrap()
@@ -181,7 +185,38 @@ fn the_first_job_waits_for_the_probe_and_the_next_ones_for_what_they_need() {
     assert_eq!(line.sent, [zero, "13ED 0000 0000 0000"], "the same one: job 0 first");
     line.client.handle_data_exchange_lost();
     line.run(Job::read(pnu(918))).unwrap();
-    assert_eq!(line.sent, [zero, "13C1 0000 0000 0000", "1396 0000 0000 0000"], "the other probe");
+    assert_eq!(line.sent, [zero, "1397 0000 0000 0000", "1396 0000 0000 0000"], "the other probe");
+}
+
+#[test]
+fn a_reply_that_is_later_than_a_job_may_take_is_not_taken_for_the_reply_to_the_next() {
+    const LATE: usize = 45;
+    let profile = Profile { exchanges: 40, images: Images::Consistent, ..Profile::AG03 };
+    let mut line = Line::new(Model::Ag03_1, profile, 0);
+    let mut under_way: VecDeque<Pkw> = [Pkw::ZERO; LATE].into();
+    // Each exchange has its own position, so that a value tells when it was read.
+    let mut now = 0;
+    for _ in 0..2 * PROBES {
+        line.client.submit(Instant::ZERO, Job::read(pnu(1036)).expecting(Width::Double)).unwrap();
+        let submitted = now;
+        let outcome = loop {
+            now += 1;
+            let live = Live { position: now, ..LIVE };
+            let reply =
+                line.engine.cycle(line.client.output(), &mut line.store, &live, &WriteContext::default());
+            under_way.push_back(reply.reply);
+            line.client.handle_input(Instant::ZERO, under_way.pop_front().unwrap());
+            if let Some(outcome) = line.client.poll_outcome() {
+                break outcome;
+            }
+        };
+        if let Ok(Reply::Value(value)) = outcome.result {
+            assert!(
+                value.bits() > submitted.unsigned_abs(),
+                "submitted at {submitted}, but the value is {value:?}"
+            );
+        }
+    }
 }
 
 #[test]
