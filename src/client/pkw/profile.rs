@@ -122,6 +122,10 @@ impl Profile {
     /// Siemens SIMODRIVE 611 universal: the sub-index is in the low octet of IND.
     pub const SIMODRIVE_611U: Self = Self { subindex: SubindexPlace::LowOctet, ..Self::PROFIDRIVE };
 
-    /// Siemens SINAMICS G120: array jobs for everything.
+    /// Siemens SINAMICS G120: array jobs for everything. The parameters from 2000 on, which the low octet of IND selects
+    /// as pages, are out of reach.
     pub const SINAMICS_G120: Self = Self { array_jobs: ArrayJobs::Always, ..Self::PROFIDRIVE };
+
+    /// Drives that know no array codes and find elements by the sub-index alone.
+    pub const WITHOUT_ARRAY_JOBS: Self = Self { array_jobs: ArrayJobs::Never, ..Self::PROFIDRIVE };
 }

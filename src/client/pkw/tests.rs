@@ -86,8 +86,6 @@ impl Line {
 
 #[test]
 fn every_kind_of_job_in_the_words_of_each_profile() {
-    use ArrayJobs::Never;
-    let never = Profile { array_jobs: Never, ..Profile::PROFIDRIVE };
     let word = Value::Word(5);
     let double = Value::of(Width::Double, -1600);
     let third = Subindex(3);
@@ -102,8 +100,8 @@ fn every_kind_of_job_in_the_words_of_each_profile() {
         (Job::element_count(pnu(945)), Profile::AG03, "93B1 0000 0000 0000"),
         (Job::write(pnu(970), word).to_memory(Memory::Permanent), Profile::AG03, "23CA 0000 0000 0005"),
         (Job::read_element(pnu(945), third), Profile::SIMODRIVE_611U, "63B1 0003 0000 0000"),
-        (Job::read_element(pnu(945), third), never, "13B1 0300 0000 0000"),
-        (Job::write_element(pnu(945), third, word), never, "23B1 0300 0000 0005"),
+        (Job::read_element(pnu(945), third), Profile::WITHOUT_ARRAY_JOBS, "13B1 0300 0000 0000"),
+        (Job::write_element(pnu(945), third, word), Profile::WITHOUT_ARRAY_JOBS, "23B1 0300 0000 0005"),
         (Job::read(pnu(1018)), Profile::SINAMICS_G120, "63FA 0000 0000 0000"),
         (Job::write(pnu(1019), double), Profile::SINAMICS_G120, "83FB 0000 FFFF F9C0"),
         (Job::write(pnu(970), word), Profile::MASTERDRIVES, "23CA 0000 0000 0005"),
@@ -138,7 +136,7 @@ fn every_kind_of_job_in_the_words_of_each_profile() {
     for (job, profile) in [
         (Job::write(pnu(970), word).to_memory(Memory::Volatile), Profile::AG03),
         (Job::write(pnu(970), word).to_memory(Memory::Permanent), Profile::PROFIDRIVE),
-        (Job::element_count(pnu(945)), never),
+        (Job::element_count(pnu(945)), Profile::WITHOUT_ARRAY_JOBS),
     ] {
         let refused = PkwClient::new(profile).submit(Instant::ZERO, job);
         assert_eq!(refused, Err(NotSubmitted::NoSuchJob { job }));
