@@ -273,7 +273,7 @@ fn without_data_exchange_the_diagnosis_says_why_and_after_a_loss_nothing_starts_
     rig.client.handle_timeout(due);
     assert_eq!(
         rig.client.poll_outcome().unwrap().result.unwrap_err().to_string(),
-        "enable is not possible: there is no Data_Exchange with the drive; it refused Set_Prm, see the ident number \
+        "enable was not done within 5s: there is no Data_Exchange with the drive; it refused Set_Prm, see the ident number \
          (diagnosis, Prm_Fault); it is not ready for Data_Exchange (diagnosis)"
     );
 
