@@ -221,7 +221,7 @@ fn switches_are_read_when_the_drive_is_switched_on_and_move_it_to_its_new_addres
     assert_eq!((&reset["factory_reset"], &reset["terminator"]), (&json!("all"), &json!("inactive")));
     power(9, false);
     power(9, true);
-    let state = emulator.get("/api/v1/drives/1");
+    let state = emulator.get("/api/v1/drives/9");
     assert_eq!(
         (&state["power"], &state["bus_led"]["pattern"]),
         (&json!("factory_reset"), &json!("alternating"))

@@ -11,13 +11,14 @@ use utoipa::ToSchema;
 use super::bench::Asking;
 use super::problem::{Body, Problem, Problems, Station};
 use super::state::{FaultName, PowerState};
-use crate::device::{Device, Power};
+use crate::device::Device;
 use crate::drive::{Fault, Inputs};
 use crate::param::Model;
 
 /// The plant inputs of a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
 pub(super) struct PlantInputs {
+    /// As set. Nothing of it reaches a drive that is switched off.
     control_supply_volts: f64,
     /// AG03/1 only.
     output_supply_volts: f64,
@@ -104,11 +105,11 @@ pub(super) struct Provocation {
     fault: FaultName,
 }
 
-/// Whether the control is supplied.
+/// The switch of the control supply.
 #[derive(Clone, Copy, Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PowerChange {
-    /// `true`: 24 V; `false`: 0 V.
+    /// `true`: the drive gets `control_supply_volts`; `false`: nothing.
     on: bool,
 }
 
@@ -203,7 +204,8 @@ pub(super) async fn press(
 
 /// Switches the control supply on or off
 ///
-/// On: the DIP switches are read and the EEPROM is loaded. A drive that is switched on at another address is found there.
+/// `control_supply_volts` stays as it is set, but is 24 where it is too low to switch on. On: the DIP switches are read and the EEPROM is loaded. A
+/// drive that is switched on at another address is found there; where another station has that one, 409.
 #[utoipa::path(put, path = "/api/v1/drives/{address}/power", tag = "drive", params(("address" = u8, Path, maximum = 126)),
     request_body = PowerChange, responses((status = 200, body = PowerAnswer), Problems))]
 pub(super) async fn power(
@@ -213,16 +215,8 @@ pub(super) async fn power(
 ) -> Result<Json<PowerAnswer>, Problem> {
     asking
         .ask(move |bench| {
-            if on && let Some(wanted) = bench.drive(address).map(|device| device.config().switches.address()) {
-                let off = bench.drive(address).is_some_and(|device| device.power() == Power::Off);
-                if off && wanted != address && bench.bus.presence(wanted).is_some() {
-                    return Err(Problem::conflict(format!(
-                        "the DIP switches say address {wanted}, which another station has; set them to a free one"
-                    )));
-                }
-            }
             let now = bench.now;
-            bench.with_drive(address, |device| {
+            bench.with_supply(address, |device| {
                 if on {
                     device.power_on(now);
                 } else {
@@ -242,11 +236,11 @@ async fn set(
     asking
         .ask(move |bench| {
             let now = bench.now;
-            bench.with_drive(address, |device| {
-                let inputs = change(device)?;
+            let inputs = change(bench.drive(address).ok_or_else(|| bench.no_drive(address))?)?;
+            bench.with_supply(address, |device| {
                 device.set_inputs(now, inputs);
-                Ok(Json(device.inputs().into()))
-            })?
+                Json(device.inputs().into())
+            })
         })
         .await?
 }

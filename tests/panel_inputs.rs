@@ -1,0 +1,95 @@
+//! HTTP control of a running emulator: what acts on a drive from outside, and what it refuses.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::cast_possible_truncation,
+    clippy::std_instead_of_core,
+    clippy::wildcard_enum_match_arm,
+    reason = "a test may panic, and has std"
+)]
+#![cfg(target_os = "linux")]
+
+mod panel;
+
+use panel::{Answer, Emulator};
+use serde_json::{Value, json};
+
+const INPUTS: &str = "/api/v1/drives/5/inputs";
+const POWER: &str = "/api/v1/drives/5/power";
+
+/// SW1 to SW10 from a number, SW1 = bit 0.
+fn switches(emulator: &Emulator, bits: u16) {
+    let positions: Vec<_> = (0..10).map(|bit| bits >> bit & 1 != 0).collect();
+    emulator.set("PUT", "/api/v1/drives/5/switches", &json!({ "positions": positions }));
+}
+
+fn power(emulator: &Emulator, on: bool) -> Answer {
+    emulator.send("PUT", POWER, &json!({ "on": on }))
+}
+
+#[test]
+fn nothing_switches_a_drive_on_at_the_address_of_another() {
+    let emulator = Emulator::with(&["--drive", "5", "--drive", "1,model=ag03"]);
+    switches(&emulator, 1);
+    // The switch of the supply is closed, so the supply decides.
+    emulator.set("PATCH", INPUTS, &json!({ "control_supply_volts": 0 }));
+    let before = emulator.get("/api/v1/drives/5");
+    assert_eq!(before["power"], json!("off"));
+    for (method, path, body) in [
+        ("PATCH", INPUTS, json!({ "control_supply_volts": 24, "blocked": true })),
+        ("DELETE", INPUTS, Value::Null),
+        ("POST", "/api/v1/drives/5/provoke", json!({ "fault": "A" })),
+        ("PUT", POWER, json!({ "on": true })),
+    ] {
+        let refused = emulator.send(method, path, &body);
+        assert_eq!(refused.status, 409, "{method} {path}: {}", refused.body);
+        let sentence = "the DIP switches say address 1, which another station has; set them to a free one";
+        assert_eq!(refused.detail(), sentence);
+        assert_eq!(emulator.get(INPUTS), before["inputs"], "{method} {path}");
+    }
+    switches(&emulator, 7);
+    assert_eq!(emulator.send("DELETE", INPUTS, &Value::Null).status, 200);
+    assert_eq!(emulator.get("/api/v1/drives/7")["power"], json!("on"));
+    assert_eq!(emulator.get("/api/v1/drives/1")["power"], json!("on"), "it never noticed");
+}
+
+#[test]
+fn the_switch_of_the_supply_and_its_voltage_are_two_things() {
+    let emulator = Emulator::with(&["--drive", "5", "--drive", "1,model=ag03"]);
+    let volts = || emulator.get(INPUTS)["control_supply_volts"].clone();
+    emulator.set("PATCH", INPUTS, &json!({ "control_supply_volts": 20 }));
+    assert_eq!(power(&emulator, true).json(), json!({ "power": "on" }));
+    assert_eq!(volts(), json!(20.0), "it was on");
+    power(&emulator, false);
+    let off = emulator.get("/api/v1/drives/5");
+    assert_eq!(
+        (&off["inputs"]["control_supply_volts"], &off["measured"]["control_supply_volts"]),
+        (&json!(20.0), &json!(0.0))
+    );
+    // A voltage behind an open switch moves no drive to a foreign address.
+    switches(&emulator, 1);
+    emulator.set("PATCH", INPUTS, &json!({ "control_supply_volts": 21 }));
+    emulator.set("DELETE", INPUTS, &Value::Null);
+    emulator.set("PATCH", INPUTS, &json!({ "control_supply_volts": 19 }));
+    assert_eq!(emulator.get("/api/v1/drives/5")["power"], json!("off"));
+    switches(&emulator, 5);
+    assert_eq!(power(&emulator, true).json(), json!({ "power": "on" }));
+    assert_eq!(volts(), json!(19.0));
+    assert_eq!(emulator.get("/api/v1/drives/5")["measured"]["control_supply_volts"], json!(19.0));
+}
+
+#[test]
+fn a_factory_reset_needs_no_address_and_takes_none() {
+    let emulator = Emulator::with(&["--drive", "5", "--drive", "1,model=ag03"]);
+    // SW8, and the pattern that would be the address of the neighbour.
+    switches(&emulator, 0x81);
+    power(&emulator, false);
+    assert_eq!(power(&emulator, true).json(), json!({ "power": "factory_reset" }));
+    let state = emulator.get("/api/v1/drives/5");
+    assert_eq!((&state["address"], &state["bus_led"]["pattern"]), (&json!(5), &json!("alternating")));
+    assert_eq!(emulator.get("/api/v1/drives/1")["power"], json!("on"));
+    power(&emulator, false);
+    switches(&emulator, 5);
+    assert_eq!(power(&emulator, true).json(), json!({ "power": "on" }));
+    assert_eq!(emulator.get("/api/v1/drives")["drives"].as_array().unwrap().len(), 2);
+}
