@@ -119,8 +119,20 @@ fn every_fault_can_be_provoked_by_its_letter() {
         let nominal = emulator.set("DELETE", "/api/v1/drives/5/inputs", &Value::Null);
         assert_eq!(nominal["battery_volts"], json!(3.0));
     }
-    for fault in ["A", "B", "C"] {
+    for (fault, provoked) in [("A", "A"), ("B", "AB"), ("C", "AB")] {
         emulator.set("POST", "/api/v1/drives/5/provoke", &json!({ "fault": fault }));
+        let faults = &emulator.get("/api/v1/drives/5")["faults"];
+        let codes =
+            faults["provoked"].as_array().unwrap().iter().map(|fault| fault["code"].as_str().unwrap());
+        assert_eq!(codes.collect::<String>(), provoked, "17 V give no current for C");
+        assert_eq!(faults["causes"], json!([]), "nothing turns");
+    }
+    for (drive, newton_metres) in [("5", 5.0), ("5,gear=24", 2.5), ("5,model=ag03,gear=24", 2.5)] {
+        let emulator = Emulator::with(&["--drive", drive]);
+        let inputs = emulator.set("POST", "/api/v1/drives/5/provoke", &json!({ "fault": "C" }));
+        assert_eq!(inputs["friction_torque_newton_metres"], json!(newton_metres), "{drive}");
+        let provoked = emulator.get("/api/v1/drives/5")["faults"]["provoked"].clone();
+        assert_eq!(provoked, json!([{ "code": "C", "text": "C (motor current too high)", "blinks": 3 }]));
     }
     let refused = emulator.send("POST", "/api/v1/drives/5/provoke", &json!({ "fault": "H" }));
     assert_eq!(refused.status, 422);

@@ -171,7 +171,7 @@ pub(super) async fn provoke(
         if !fault.exists_on(device.config().model) {
             return Err(Problem::conflict(format!("an AG03 has no fault {fault}; an AG03/1 has")));
         }
-        Ok(device.inputs().provoking(fault))
+        Ok(device.drive().provoking(device.inputs(), fault))
     })
     .await
 }

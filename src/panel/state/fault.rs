@@ -40,6 +40,8 @@ pub(super) struct Faults {
     latched: Option<FaultText>,
     /// The causes that are present now: they must go before a fault can be acknowledged.
     causes: Vec<FaultText>,
+    /// What the inputs make as they are set, at once or as soon as the shaft shall turn: acknowledged, it comes back.
+    provoked: Vec<FaultText>,
     /// PNU 945: the last ten, in the order the drive lists them.
     buffer: Vec<FaultText>,
     /// PNU 952.
@@ -92,11 +94,13 @@ impl Warnings {
 }
 
 impl Faults {
-    pub(super) fn of(drive: &drive::Drive) -> Self {
+    pub(super) fn of(device: &Device) -> Self {
+        let drive = device.drive();
         let of_code = |code: u8| Fault::ALL.into_iter().find(|fault| fault.code() == code);
         Self {
             latched: drive.status().fault.map(FaultText::from),
             causes: drive.causes().iter().map(FaultText::from).collect(),
+            provoked: drive.provoked_by(device.inputs()).iter().map(FaultText::from).collect(),
             buffer: drive.fault_codes().into_iter().filter_map(of_code).map(FaultText::from).collect(),
             count: drive.faults().count(),
         }
