@@ -66,6 +66,8 @@ fn the_switch_of_the_supply_and_its_voltage_are_two_things() {
         (&off["inputs"]["control_supply_volts"], &off["measured"]["control_supply_volts"]),
         (&json!(20.0), &json!(0.0))
     );
+    let only = json!([{ "reason": "SwitchedOff", "text": "the drive is switched off" }]);
+    assert_eq!(off["start"]["reasons"], only);
     // A voltage behind an open switch moves no drive to a foreign address.
     switches(&emulator, 1);
     emulator.set("PATCH", INPUTS, &json!({ "control_supply_volts": 21 }));
@@ -88,6 +90,8 @@ fn a_factory_reset_needs_no_address_and_takes_none() {
     let state = emulator.get("/api/v1/drives/5");
     assert_eq!((&state["address"], &state["bus_led"]["pattern"]), (&json!(5), &json!("alternating")));
     assert_eq!(emulator.get("/api/v1/drives/1")["power"], json!("on"));
+    let reasons = state["start"]["reasons"].as_array().unwrap();
+    assert_eq!((reasons.len(), &reasons[0]["reason"]), (1, &json!("FactoryReset")));
     power(&emulator, false);
     switches(&emulator, 5);
     assert_eq!(power(&emulator, true).json(), json!({ "power": "on" }));

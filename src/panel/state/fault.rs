@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::seconds;
-use crate::device::Device;
+use crate::device::{Device, Power};
 use crate::dp;
 use crate::drive::{self, Fault};
 use crate::time::Instant;
@@ -109,10 +109,18 @@ impl Faults {
 
 impl Start {
     pub(super) fn of(device: &Device) -> Self {
+        let own = |reason: &str, text: &str| ReasonText { reason: reason.into(), text: text.into() };
         let mut reasons: Vec<_> = device.start_refusal().as_ref().map(reasons_of).unwrap_or_default();
-        if device.dp_state() != dp::State::DataExch {
-            let text = "no master exchanges data with the drive".into();
-            reasons.insert(0, ReasonText { reason: "NoDataExchange".into(), text });
+        match device.power() {
+            Power::Off => {}
+            Power::FactoryReset(_) => {
+                let text = "the drive is in a factory reset: switch it off, put SW8 to OFF and switch it on";
+                reasons = Vec::from([own("FactoryReset", text)]);
+            }
+            Power::On if device.dp_state() != dp::State::DataExch => {
+                reasons.insert(0, own("NoDataExchange", "no master exchanges data with the drive"));
+            }
+            Power::On => {}
         }
         Self { possible: reasons.is_empty(), reasons }
     }
