@@ -87,7 +87,7 @@ fn the_state_of_a_drive_shows_what_the_master_has_made_of_it() {
     assert_eq!(state["ppo"]["inputs"]["pkw"]["ak"], json!(2));
     let text = |direction: &str| state["ppo"][direction]["pkw"]["text"].as_str().unwrap().to_owned();
     assert_eq!(text("outputs"), "PKW job: read PNU 1018 Calibration value");
-    assert!(text("inputs").contains("PNU 1018"), "{}", text("inputs"));
+    assert_eq!(text("inputs"), "PKW reply: PNU 1018 Calibration value = 0 inc");
 }
 
 #[test]
@@ -171,7 +171,12 @@ fn every_plant_input_is_set_by_itself_and_the_others_stay() {
         ag03.set("PATCH", "/api/v1/drives/5/inputs", &json!({ "enable": false }))["enable"],
         json!(false)
     );
-    ag03.wait_for("without enable input", |state| state["words"]["ssw"]["bits"][10]["set"] == json!(true));
+    let ag03_words = &ag03
+        .wait_for("without enable input", |state| state["words"]["ssw"]["bits"][10]["set"] == json!(true))["words"];
+    assert_eq!(ag03_words["ssw"]["bits"][10]["name"], json!("enable input"));
+    assert_eq!(ag03_words["general_status"]["bits"][4]["meaning"], json!("enable input not active"));
+    let words = &emulator.get("/api/v1/drives/5")["words"];
+    assert_eq!(words["ssw"]["bits"][10]["meaning"], json!("output stage not supplied"));
     for (emulator, input) in [(&ag03, "output_supply_volts"), (&ag03, "fault"), (&emulator, "enable")] {
         let answer = match input {
             "enable" => emulator.send("PATCH", "/api/v1/drives/5/inputs", &json!({ "enable": true })),
