@@ -97,3 +97,44 @@ fn a_factory_reset_needs_no_address_and_takes_none() {
     assert_eq!(power(&emulator, true).json(), json!({ "power": "on" }));
     assert_eq!(emulator.get("/api/v1/drives")["drives"].as_array().unwrap().len(), 2);
 }
+
+#[test]
+fn null_gives_two_inputs_back_to_the_plant_and_is_refused_for_all_others() {
+    let emulator = Emulator::start();
+    let description = emulator.get("/api/v1/openapi.json");
+    let described = &description["components"]["schemas"]["InputsChange"];
+    assert_eq!(described.get("required"), None, "what is left out stays");
+    let before = emulator.get(INPUTS);
+    for (input, property) in described["properties"].as_object().unwrap() {
+        let answer =
+            emulator.send("PATCH", INPUTS, &json!({ "friction_torque_newton_metres": 1, input: null }));
+        let nullable = property["type"].as_array().is_some_and(|types| types.contains(&json!("null")));
+        assert_eq!(nullable, ["stage_temperature_celsius", "dc_link_volts"].contains(&&**input), "{input}");
+        if nullable {
+            assert_eq!(answer.status, 200, "{input}: {}", answer.body);
+            emulator.set("DELETE", INPUTS, &Value::Null);
+            continue;
+        }
+        assert_eq!(answer.status, 422, "{input}: {}", answer.body);
+        let sentence = "null is no value of this input; leave it out to keep it as it is.";
+        assert!(answer.detail().contains(sentence), "{}", answer.detail());
+        assert!(answer.detail().contains(&format!("{input}: ")), "{}", answer.detail());
+        assert_eq!(emulator.get(INPUTS), before, "{input}");
+    }
+}
+
+#[test]
+fn an_input_that_the_model_does_not_have_is_refused() {
+    for (model, input, value) in [
+        ("ag03", "output_supply_volts", json!(24)),
+        ("ag03", "encoder_fault", json!(true)),
+        ("ag03", "encoder_fault", json!(false)),
+        ("ag03-1", "enable", json!(true)),
+    ] {
+        let emulator = Emulator::with(&["--drive", &format!("5,model={model}")]);
+        let refused = emulator.send("PATCH", INPUTS, &json!({ "blocked": true, input: value }));
+        assert_eq!(refused.status, 409, "{model} {input}: {}", refused.body);
+        assert!(refused.detail().starts_with("an AG03"), "{}", refused.detail());
+        assert_eq!(emulator.get(INPUTS)["blocked"], json!(false));
+    }
+}
