@@ -170,17 +170,22 @@ impl<L: Link, C: Clock> Drive<L, C> {
         }
     }
 
-    /// Asks which drive it is: only the AG03/1 has d-Pos, and the hardware version tells the gear.
-    pub(super) fn identify(&mut self) -> Result<Identity, Trouble> {
-        let model = match self.read(D_POS, None, Width::Word) {
-            Ok(_) => Model::Ag03_1,
+    /// Asks which model it is: only the AG03/1 has d-Pos.
+    pub(super) fn model(&mut self) -> Result<Model, Trouble> {
+        match self.read(D_POS, None, Width::Word) {
+            Ok(_) => Ok(Model::Ag03_1),
             Err(Trouble::Job(PkwError::Refused(code)))
                 if code.number() == ErrorNumber::IllegalParameterNumber.number() =>
             {
-                Model::Ag03
+                Ok(Model::Ag03)
             }
-            Err(error) => return Err(error),
-        };
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Asks which drive it is: the hardware version tells the gear.
+    pub(super) fn identify(&mut self) -> Result<Identity, Trouble> {
+        let model = self.model()?;
         let hardware = self.read(HARDWARE, None, Width::Word)?.bits();
         let gear = Gear::ALL.into_iter().find(|gear| u32::from(gear.hardware_version()) == hardware);
         Ok(Identity { model, gear: gear.ok_or(Trouble::Hardware(hardware))? })
