@@ -2,6 +2,7 @@
 
 mod input;
 mod output;
+mod utf16;
 
 use std::io::{self, IsTerminal};
 

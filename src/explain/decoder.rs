@@ -2,7 +2,7 @@
 
 use std::vec::Vec;
 
-use super::{Context, Explanation, Field, Kind, Mark, Sender};
+use super::{Context, Explanation, Field, Kind, Mark, Sender, ppo};
 use crate::fdl::MAX_TELEGRAM_LEN;
 use crate::fdl::telegram::{Decoded, Telegram, decode};
 
@@ -37,7 +37,8 @@ pub struct Decoder {
 /// What octets are taken as.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Taking {
-    /// Telegrams; a line that is none and has 14, 8, 6 or 2 octets as PPO, PKW, PZD or one word.
+    /// Telegrams; a line that is none, not even one with a wrong delimiter, and has 14, 8, 6 or 2 octets as PPO, PKW,
+    /// PZD or one word.
     #[default]
     Auto,
     /// Telegrams only.
@@ -188,18 +189,52 @@ fn behind_telegrams(octets: &[u8]) -> Decoded<'_> {
     }
 }
 
-/// Whether octets that are no telegram were meant to be one: they begin and end like one, or hold one.
+/// Whether octets that are no telegram were meant to be one: they begin and end like one, hold one, or are one but for a
+/// delimiter.
 fn resembles_telegram(octets: &[u8]) -> bool {
     let framed = match *octets {
-        [0x10 | 0x68 | 0xA2, .., 0x16] | [0x68, _, _, 0x68, ..] => true,
+        [SD1 | SD2 | SD3, .., ED] | [SD2, _, _, SD2, ..] => true,
         [..] => false,
     };
     let holds_one = |at: usize| {
         let decoded = decode(octets.get(at..).unwrap_or_default());
         matches!(decoded, Decoded::Telegram { telegram: Telegram::Data(_), .. })
     };
-    framed || (1..octets.len().min(MAX_TELEGRAM_LEN)).any(holds_one)
+    framed || (1..octets.len().min(MAX_TELEGRAM_LEN)).any(holds_one) || has_one_wrong_delimiter(octets)
 }
+
+/// Whether the octets are one telegram with a right frame check sequence but for its end delimiter or for its start.
+/// Words of these drives seldom look like that: a control word has no bit 12, which 10xx has, and four octets and their
+/// sum before a 16 are a telegram unless the words make sense.
+fn has_one_wrong_delimiter(octets: &[u8]) -> bool {
+    let is_telegram = |at: usize, delimiter: u8| {
+        let mut copy = Vec::from(octets);
+        if let Some(octet) = copy.get_mut(at) {
+            *octet = delimiter;
+        }
+        match decode(&copy) {
+            // Zeros are a telegram of station 0 to itself.
+            Decoded::Telegram { telegram: Telegram::Data(data), len } => {
+                len == octets.len() && data.da != data.sa
+            }
+            Decoded::Telegram { telegram: Telegram::Token { .. } | Telegram::ShortAcknowledge, .. }
+            | Decoded::Incomplete
+            | Decoded::Invalid { .. } => false,
+        }
+    };
+    match *octets {
+        [SD1 | SD2 | SD3, .., _] if is_telegram(octets.len() - 1, ED) => true,
+        // A length said twice and a delimiter within are no chance.
+        [_, _, _, SD2, .., ED] if is_telegram(0, SD2) => true,
+        [.., ED] => !ppo::makes_sense(octets) && (is_telegram(0, SD1) || is_telegram(0, SD3)),
+        [..] => false,
+    }
+}
+
+const SD1: u8 = 0x10;
+const SD2: u8 = 0x68;
+const SD3: u8 = 0xA2;
+const ED: u8 = 0x16;
 
 fn no_words(octets: &[u8]) -> Explanation {
     let reason = std::format!("{} octets are no PPO (14), PKW (8), PZD (6) or word (2)", octets.len());
@@ -304,6 +339,35 @@ mod tests {
         assert_eq!(reply[0].1, "PKW reply: PNU 1000 Controller parameter P = 0");
         let said = explained(&["00 01 02"], Taking::Words(None));
         assert_eq!(said[0].1, "invalid at octet 0: 3 octets are no PPO (14), PKW (8), PZD (6) or word (2)");
+    }
+
+    #[test]
+    fn a_telegram_with_one_wrong_delimiter_is_no_word() {
+        for (damaged, reason) in [
+            ("10 05 02 49 50 17", "2 -> 5  invalid at octet 5: end delimiter"),
+            ("11 05 02 49 50 16", "invalid at octet 0: octet 0x11 starts no telegram"),
+            ("00 05 02 49 50 16", "invalid at octet 0: octet 0x00 starts no telegram"),
+            ("68 08 08 68 05 02 6D 13 FA 00 00 00 81 00", "2 -> 5  invalid at octet 13: end delimiter"),
+            (
+                "69 08 08 68 05 02 6D 13 FA 00 00 00 81 16",
+                "invalid at octet 0: octet 0x69 starts no telegram",
+            ),
+            ("A2 05 02 6D 13 FA 00 00 00 00 00 00 81 15", "2 -> 5  invalid at octet 13: end delimiter"),
+            (
+                "A3 05 02 6D 13 FA 00 00 7C 00 00 00 FD 16",
+                "invalid at octet 0: octet 0xA3 starts no telegram",
+            ),
+        ] {
+            let said = explained(&[damaged], Taking::Auto);
+            assert!(said[0].1.starts_with(reason), "{damaged}: {}", said[0].1);
+            let words = explained(&[damaged], Taking::Words(None));
+            assert!(!words[0].1.contains("invalid"), "{damaged}: {}", words[0].1);
+        }
+        // Words nevertheless: zeros, a wrong sum, and a setpoint that has the sum of the octets before it.
+        for words in ["10 00 00 00 00 00", "10 05 02 49 51 17", "00 0B 00 00 0B 16", "0A 37 00 00 37 16"] {
+            let said = explained(&[words], Taking::Auto);
+            assert!(said[0].1.starts_with("PZD: "), "{words}: {}", said[0].1);
+        }
     }
 
     #[test]

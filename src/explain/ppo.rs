@@ -185,6 +185,21 @@ fn judge_zsw(field: Field, raw: u16) -> Field {
     }
 }
 
+/// Whether 6 or 14 octets can be words: the control word without a bit that these drives do not support, or a status
+/// word.
+pub(super) fn makes_sense(octets: &[u8]) -> bool {
+    let word = match *octets {
+        [high, low, _, _, _, _] | [_, _, _, _, _, _, _, _, high, low, _, _, _, _] => {
+            u16::from_be_bytes([high, low])
+        }
+        _ => return false,
+    };
+    word & ALWAYS_1 == ALWAYS_1 || word & UNSUPPORTED == 0
+}
+
+/// Bits of STW that these drives do not look at: OFF3 and 10 to 14.
+const UNSUPPORTED: u16 = 0x7C04;
+
 /// Who says such words. A status word has bits that are always 1 and that no control word has all set; of a parameter
 /// channel alone the job before, the direction of its numbers and its value tell.
 fn guess(octets: &[u8], learned: &Learned) -> Sender {

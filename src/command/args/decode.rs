@@ -8,10 +8,10 @@ use profidrive::explain::{Sender, Taking};
 
 /// Explains telegrams and words field by field: hexadecimal text, files, streams, captures
 ///
-/// Takes octets in hexadecimal in any usual form: 68 05, 6805, 0x68, \x68, arrays of C, Rust and Python, dumps with
-/// offsets (xxd, hexdump -C, od -tx1, tcpdump -X, Wireshark), comments behind # or //. Or raw octets, or a pcapng capture
-/// with link type 257. One telegram a line or a stream; a line of 14, 8, 6 or 2 octets that is no telegram is taken as PPO,
-/// PKW, PZD or one word, and the output says as which.
+/// Takes octets in hexadecimal in any usual form: 68 05, 6805, 0x68, \x68, 16#68, W#16#6805, arrays of C, Rust and Python,
+/// dumps with offsets (xxd, hexdump -C, od -tx1, tcpdump -X, Wireshark), log lines with a time stamp, comments behind # or
+/// //. Or raw octets, or a pcapng capture with link type 257. One telegram a line or a stream; a line of 14, 8, 6 or 2
+/// octets that is no telegram is taken as PPO, PKW, PZD or one word, and the output says as which.
 ///
 /// What is broken is shown with the octet and the reason, what is a mistake with what is wrong about it, and what a stream
 /// teaches is used: which request a reply answers, operating mode and unit as PNU 930 and 1012 tell.

@@ -9,6 +9,7 @@ use profidrive::explain::{Decoder, HexText};
 use profidrive::host::capture::Reader;
 
 use super::output::{Output, Place, Stopped};
+use super::utf16::Utf16;
 use crate::command::Failure;
 
 /// What the arguments ask to read.
@@ -122,9 +123,11 @@ fn any<W: Write>(
     }
     let head = Vec::from(head.get(..len).unwrap_or_default());
     let is_capture = head.first_chunk().is_some_and(|magic| CAPTURES.contains(magic));
-    let raw = is_raw(&head);
+    let (raw, order) = (is_raw(&head), Utf16::order(&head));
     let source = Cursor::new(head).chain(source);
-    if is_capture {
+    if let Some(order) = order {
+        lines(BufReader::new(Utf16::new(source, order)), decoder, output)
+    } else if is_capture {
         packets(source, decoder, output)
     } else if raw {
         raw_octets(source, decoder, output)
@@ -193,6 +196,8 @@ fn lines<W: Write>(
     let mut text = HexText::default();
     let mut line = Vec::new();
     let mut number = 1;
+    // Octets before this line, and the line of the last of them.
+    let (mut from, mut before) = (0, 1);
     loop {
         // The next line may take a while.
         if source.buffer().is_empty() {
@@ -206,13 +211,20 @@ fn lines<W: Write>(
         let ended = line.ends_with(b"\n");
         let rest = if ended || line.len() < MOST_TEXT { Vec::new() } else { line.split_off(cut(&line)) };
         match text.octets(&String::from_utf8_lossy(&line)) {
-            Ok(octets) => output.explain(Place::Line(number), |sink| decoder.line(&octets, sink))?,
+            Ok(octets) if octets.is_empty() => {}
+            Ok(octets) => {
+                let place = Place::Line { number, from, before };
+                output.explain(place, |sink| decoder.line(&octets, sink))?;
+                from += u64::try_from(octets.len()).unwrap_or(0);
+                before = number;
+            }
             Err(error) => output.unreadable(number, &error)?,
         }
         number += u64::from(ended);
         line = rest;
     }
-    output.explain(Place::Line(number.saturating_sub(1).max(1)), |sink| decoder.finish(sink))?;
+    let place = Place::Line { number: before, from, before };
+    output.explain(place, |sink| decoder.finish(sink))?;
     output.flush()
 }
 

@@ -16,8 +16,9 @@ pub(super) enum Place {
     Nowhere,
     /// In a stream of raw octets.
     Stream,
-    /// In a line of a text, from 1 on. A telegram over several is found in its last.
-    Line(u64),
+    /// In a line of a text, from 1 on. A telegram over several is found in its last; one that broke off before the
+    /// octet `from`, where this line begins, in the line `before`.
+    Line { number: u64, from: u64, before: u64 },
     /// In a packet of a capture, from 1 on, at a time since 1970.
     Packet { number: u64, time: Duration },
 }
@@ -148,11 +149,12 @@ impl<W: Write> Output<W> {
             Mark::Mistake => self.mistakes += 1,
             Mark::Invalid => self.invalid += 1,
         }
+        let line = line_of(place, at, explanation);
         let label = match place {
-            Place::Line(line) if self.places => format!("{line}: "),
+            Place::Line { .. } if self.places => line.map(|line| format!("{line}: ")).unwrap_or_default(),
             Place::Packet { number, .. } => format!("{number}: "),
             Place::Stream => format!("{at}: "),
-            Place::Line(_) | Place::Nowhere => String::new(),
+            Place::Line { .. } | Place::Nowhere => String::new(),
         };
         match self.form {
             Form::Tree => writeln!(self.out, "{label}{explanation}"),
@@ -169,12 +171,22 @@ impl<W: Write> Output<W> {
     }
 }
 
+/// The line of what ends before this place's octets or in them, if it is in a line.
+fn line_of(place: Place, at: u64, explanation: &Explanation) -> Option<u64> {
+    let end = at + u64::try_from(explanation.octets.len()).unwrap_or(0);
+    match place {
+        Place::Line { from, before, .. } if end <= from => Some(before),
+        Place::Line { number, .. } => Some(number),
+        Place::Nowhere | Place::Stream | Place::Packet { .. } => None,
+    }
+}
+
 fn item(place: Place, at: u64, mark: Mark, explanation: &Explanation) -> Item<'_> {
     let hints = explanation.hints();
-    let item = Item { line: None, packet: None, time: None, at, mark, hints, explanation };
+    let line = line_of(place, at, explanation);
+    let item = Item { line, packet: None, time: None, at, mark, hints, explanation };
     match place {
-        Place::Nowhere | Place::Stream => item,
-        Place::Line(line) => Item { line: Some(line), ..item },
+        Place::Nowhere | Place::Stream | Place::Line { .. } => item,
         Place::Packet { number, time } => {
             let time = format!("{}.{:09}", time.as_secs(), time.subsec_nanos());
             Item { packet: Some(number), time: Some(time), ..item }

@@ -1,0 +1,130 @@
+//! Time stamps that programs write before what they log.
+
+/// The line behind a time stamp at its front; the whole line if there is none.
+///
+/// A stamp is a time `12:00:01`, perhaps with a fraction, a date before it or brackets around it, that ends with a space or
+/// its bracket and is followed by something else than more octets between colons. Octets between colons that happen to be
+/// a time, and nothing else in the line, are octets.
+pub(super) fn behind(line: &str) -> &str {
+    let open = line.strip_prefix(['[', '(']);
+    let stamped = without_date(open.unwrap_or(line));
+    let Some((rest, fraction)) = without_time(stamped) else { return line };
+    let rest = without_zone(rest);
+    if open.is_some() {
+        return rest.strip_prefix([']', ')']).map_or(line, |rest| rest.trim_start_matches(':').trim_start());
+    }
+    if rest.is_empty() && fraction {
+        return rest;
+    }
+    let Some(rest) = rest.strip_prefix([' ', '\t', ':']).map(str::trim_start) else { return line };
+    let next = rest.split(char::is_whitespace).next().unwrap_or_default();
+    let goes_on = next.split_once(':').is_some_and(|(_, octets)| !octets.is_empty());
+    if goes_on || rest.is_empty() { line } else { rest }
+}
+
+/// Without `2026-11-21`, `21.11.2026` or `Nov 21` and the space or `T` behind it.
+fn without_date(text: &str) -> &str {
+    let Some((first, rest)) = text.split_once([' ', 'T']) else { return text };
+    let parts = |mark| {
+        let mut parts = first.split(mark);
+        let all = [parts.next(), parts.next(), parts.next()];
+        let is_part =
+            |part: Option<&str>| part.is_some_and(|part| is_decimal(part) && (1..=4).contains(&part.len()));
+        parts.next().is_none() && all.into_iter().all(is_part)
+    };
+    if ['-', '.', '/'].into_iter().any(parts) {
+        return rest.trim_start();
+    }
+    if MONTHS.contains(&first)
+        && let Some((day, rest)) = rest.trim_start().split_once(' ')
+        && is_decimal(day)
+    {
+        return rest.trim_start();
+    }
+    text
+}
+
+const MONTHS: [&str; 12] =
+    ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
+
+/// What is behind `12:00:01` or `12:00:01.123`, and whether there was a fraction.
+fn without_time(text: &str) -> Option<(&str, bool)> {
+    let (hours, rest) = text.split_once(':')?;
+    let (minutes, rest) = rest.split_once(':')?;
+    let (seconds, rest) = rest.split_at_checked(2)?;
+    let below = |text: &str, limit: u8| {
+        is_decimal(text) && text.len() <= 2 && text.parse().is_ok_and(|number: u8| number < limit)
+    };
+    // A minute may have a leap second.
+    let is_time = below(hours, 24) && below(minutes, 60) && minutes.len() == 2 && below(seconds, 61);
+    if !is_time {
+        return None;
+    }
+    let Some(fraction) = rest.strip_prefix(['.', ',']) else { return Some((rest, false)) };
+    let end = fraction.find(|char: char| !char.is_ascii_digit()).unwrap_or(fraction.len());
+    let (digits, behind) = fraction.split_at_checked(end)?;
+    if digits.is_empty() { Some((rest, false)) } else { Some((behind, true)) }
+}
+
+/// Without `Z` or `+01:00`.
+fn without_zone(text: &str) -> &str {
+    if let Some(rest) = text.strip_prefix('Z') {
+        return rest;
+    }
+    let Some(zone) = text.strip_prefix(['+', '-']) else { return text };
+    let end = zone.find(|char: char| !char.is_ascii_digit() && char != ':').unwrap_or(zone.len());
+    zone.get(end..).filter(|_| matches!(end, 2 | 4 | 5)).unwrap_or(text)
+}
+
+fn is_decimal(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|digit| digit.is_ascii_digit())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_logs_write_before_a_line_is_no_octets() {
+        for stamp in [
+            "12:00:01",
+            "9:05:00",
+            "12:00:01.123",
+            "12:00:01,123456",
+            "[12:00:01.123]",
+            "(12:00:01)",
+            "[12:00:01]:",
+            "12:00:01:",
+            "2026-11-21 12:00:01",
+            "2026-11-21T12:00:01.123Z",
+            "2026-11-21T12:00:01+01:00",
+            "[2026-11-21 12:00:01.5]",
+            "21.11.2026 12:00:01",
+            "2026/11/21 12:00:01",
+            "Nov 21 12:00:01",
+            "Nov  1 12:00:01",
+        ] {
+            for rest in ["10 05 02", "TX: 10 05 02", "TX 100502"] {
+                assert_eq!(behind(&std::format!("{stamp} {rest}")), rest, "{stamp}");
+            }
+        }
+        assert_eq!(behind("[12:00:01]10 05"), "10 05");
+        assert_eq!(behind("12:00:01.123"), "");
+    }
+
+    #[test]
+    fn octets_between_colons_stay() {
+        for line in [
+            "10:05:02:49:50:16",
+            "10:05:02",
+            "10:05:02 49:50:16",
+            "[10:05:02:49:50:16]",
+            "68:05:05:68 85",
+            "E5",
+            "10-05-02 49 50 16",
+            "",
+        ] {
+            assert_eq!(behind(line), line);
+        }
+    }
+}
