@@ -5,12 +5,14 @@
 //! | `link` | the line, opened from the master's end |
 //! | `drive` | [`Drive`]: parameters by job, words by exchange |
 //! | `value` | values of parameters, read, with their unit and as JSON |
+//! | `file` | where a parameter set is written |
 //! | the others | one group of subcommands each |
 
 mod access;
 mod diag;
 mod drive;
 mod faults;
+mod file;
 mod link;
 mod motion;
 mod restore;
