@@ -28,7 +28,7 @@ use profidrive::client::PkwError;
 use profidrive::fdl::Address;
 use profidrive::host::{Clock, Link, Stop, SystemClock};
 use profidrive::master::{Session, SessionError};
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
 
 use super::Failure;
 use super::args::{Action, Master};
@@ -93,10 +93,10 @@ fn with<L: Link, C: Clock>(
     outcome
 }
 
-/// SIGINT and SIGTERM end what is under way.
+/// Signals end what is under way; also those of a terminal that is closed.
 fn signals() -> io::Result<Stop> {
     let stop = Stop::new()?;
-    for signal in [SIGINT, SIGTERM] {
+    for signal in [SIGINT, SIGTERM, SIGHUP, SIGQUIT] {
         signal_hook::low_level::pipe::register(signal, stop.waker()?)?;
     }
     Ok(stop)
