@@ -38,10 +38,29 @@ pub(super) enum Trouble {
     /// What the drive says, which is not what was asked of it.
     #[error("the drive has stopped doing it: {0}")]
     Ended(String),
+    /// It was not seen to stand.
+    #[error("{0}")]
+    StillTurns(String),
     #[error("the drive answered {job} with something else: {reply:?}")]
     OtherReply { job: Job, reply: Reply },
     #[error("the drive says hardware version {0}, expected 2 (gear 24:1) or 3 (gear 48:1)")]
     Hardware(u32),
+}
+
+impl Trouble {
+    /// Whether the drive can no longer be told anything.
+    pub(super) fn is_loss(&self) -> bool {
+        match self {
+            Self::Session(error) | Self::Unanswered(error) => error.is_loss(),
+            Self::Goal(error) => matches!(error, GoalError::Interrupted),
+            Self::Job(_)
+            | Self::NotSubmitted(_)
+            | Self::Ended(_)
+            | Self::StillTurns(_)
+            | Self::OtherReply { .. }
+            | Self::Hardware(_) => false,
+        }
+    }
 }
 
 /// A drive that belongs to this master.
