@@ -54,14 +54,22 @@ use crate::time::Instant;
 /// A status word says nothing about how old it is. So the client reads a parameter with each new control word: job and
 /// control word travel in one image, and once the reply is there, the status words that follow are younger than the
 /// control word. One travel job is one edge of STW.6, and it counts as started when ZSW.12 or the pattern of the active
-/// job acknowledges it.
+/// job acknowledges it. A drive that has seen the edge and does not acknowledge it gets one more, the other way, unless
+/// the target is beyond a limit: perhaps only rising edges start a job (`ag03.md` C-32).
 ///
 /// # When it ends
 ///
+/// A goal that promises standstill is done when the shaft stands: ZSW.13, SSW.4 and for 200 ms the same HIW.
+///
 /// Everything but motion has [`Limits::reaction`], the motion of [`Goal::MoveTo`], [`Goal::Resume`], [`Goal::Inch`] and
-/// [`Goal::Velocity`] has [`Limits::motion`]. A goal that is not reached then, or that the drive refuses by what it
-/// shows, ends with [`Obstacles`]: the client reads SSW and what else may be in the way, for at most
-/// [`Limits::explanation`].
+/// [`Goal::Velocity`] has [`Limits::motion`], and so has running down to a stop. A goal that is not reached then, or that
+/// the drive refuses by what it shows, ends with [`Obstacles`]: the client reads SSW and what else may be in the way,
+/// for at most [`Limits::explanation`]. So does a goal for which no image comes during [`Limits::reaction`].
+///
+/// No motion begins again by itself: a velocity or inching 2 that ends by a fault, a missing supply or enable input,
+/// or a limit takes the control word back to 000B, also when its goal was reached long ago or replaced. There is no
+/// outcome then; [`zsw`](Self::zsw) shows it. A velocity that was not reached ends when another goal than a velocity
+/// takes its place.
 ///
 /// A goal that fails leaves nothing that could start later: the control word goes back to 000B (enabled, any motion is
 /// stopped), after a failed [`Goal::Enable`] or [`Goal::Acknowledge`] to 0000. A failed [`Goal::Stop`],

@@ -27,10 +27,12 @@ impl Rig {
         Self::with(Self::config(model))
     }
 
-    /// With one of the quirks.
-    pub(crate) fn quirky(model: Model, name: &str, value: &str) -> Self {
+    /// With quirks: names and values.
+    pub(crate) fn quirky(model: Model, quirks: &[(&str, &str)]) -> Self {
         let mut config = Self::config(model);
-        config.set_quirk(name, value).unwrap();
+        for (name, value) in quirks {
+            config.set_quirk(name, value).unwrap();
+        }
         Self::with(config)
     }
 

@@ -89,19 +89,14 @@ impl DriveClient {
         match doubt {
             Doubt::Status => next(Doubt::Limit1),
             Doubt::Limit1 => next(Doubt::Limit2),
+            // Perhaps only one of the two edges starts a job (C-32). If both do, this one would be refused too.
+            Doubt::Limit2 if !again => self.start_job(zsw, true),
             Doubt::Limit2 => next(Doubt::Window),
             Doubt::Window => {
                 let away = pursuit.goal.target().map(|target| target.abs_diff(self.hiw));
                 let arrived = away.zip(pursuit.answer).is_some_and(|(away, window)| away <= window);
-                if arrived && stands_at_target(zsw) {
-                    // Where ZSW.12 mirrors STW.6 (C-07) it may show nothing of so short a travel.
-                    Next::Step(Step::Travel)
-                } else if again {
-                    Next::Stay
-                } else {
-                    // Perhaps only one of the two edges starts a job (C-32). If both do, this one would be refused too.
-                    self.start_job(zsw, true)
-                }
+                // Where ZSW.12 mirrors STW.6 (C-07) it may show nothing of so short a travel.
+                if arrived && stands_at_target(zsw) { Next::Step(Step::Travel) } else { Next::Stay }
             }
         }
     }
