@@ -21,6 +21,7 @@ use common::{CFG, IDENT, telegram};
 use profidrive::device::{Config, Device};
 use profidrive::fdl::telegram::{Decoded, decode};
 use profidrive::fdl::{Address, FrameCount, FunctionCode, Service, Telegram};
+use profidrive::host::link::tap::{Batch, Tap};
 use profidrive::host::link::tcp::{MAX_BACKLOG, MAX_BURST, MAX_CLIENTS, Reach, Tcp};
 use profidrive::host::{Bus, Clock, Error, Link, Received, Stop, SystemClock, run};
 use profidrive::time::BaudRate;
@@ -110,6 +111,21 @@ fn hear(tcp: &mut Tcp, count: usize) -> Vec<u8> {
     heard
 }
 
+/// What breaks off next.
+fn breaks_off(tcp: &mut Tcp) -> Vec<u8> {
+    let (start, stop) = (Instant::now(), Stop::new().unwrap());
+    let mut buf = [0; 2048];
+    loop {
+        assert!(start.elapsed() < Duration::from_secs(5), "nothing broke off");
+        tcp.wait(Some(Duration::from_millis(10)), &stop).unwrap();
+        match tcp.receive(&mut buf).unwrap() {
+            Received::BrokenOff(count) => return buf[..count].to_vec(),
+            Received::Nothing => {}
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
 fn hears_nothing_for(tcp: &mut Tcp, time: Duration) {
     let start = Instant::now();
     assert_eq!(settle(tcp, |_| start.elapsed() >= time), [0; 0]);
@@ -188,12 +204,51 @@ fn half_a_telegram_costs_the_others_nothing_and_is_given_up_after_50_ms() {
         b.reads(&[0xE5]);
         true
     });
-    // Nobody hears it in the end: they would wait for its rest.
-    hears_nothing_for(&mut tcp, Duration::from_millis(70));
+    // No other client hears it in the end, which would wait for its rest; the drives hear that it broke off.
+    assert_eq!(breaks_off(&mut tcp), [0x68, 0x20, 0x20, 0x68, 1, 2, 3]);
     b.reads_nothing_now();
     slow.write(&ASK_5);
     assert_eq!(hear(&mut tcp, 6), ASK_5);
     b.reads(&ASK_5);
+}
+
+#[test]
+fn what_broke_off_is_shown_and_counted_and_never_meets_the_octets_of_another() {
+    let (tcp, stop) = (bind(), Stop::new().unwrap());
+    let (address, ending) = (tcp.address(), stop.clone());
+    let running = thread::spawn(move || {
+        let mut shown = Vec::new();
+        let clock = SystemClock::new();
+        let mut bus = Bus::new();
+        bus.add(Device::new(Config::new(Address::station(5).unwrap()), clock.now())).unwrap();
+        let mut tap = Tap::new(tcp, clock.clone(), |batch: &Batch| {
+            shown.extend(batch.iter().map(|seen| (seen.octets.to_vec(), seen.telegram.is_ok())));
+        });
+        run(&mut tap, &mut bus, &clock, &ending, &mut |_| {}).unwrap();
+        drop(tap);
+        (shown, bus.counters().rejected.broken_off)
+    });
+    let _ending = Ending(stop.clone());
+    let (mut a, mut b) = (Client::connect(address), Client::connect(address));
+    let (halves, reply) =
+        ([&ASK_5[..5], &[0x68, 0x11, 0x11, 0x68, 5, 2]], [0x10, 0x02, 0x05, 0x00, 0x07, 0x16]);
+    for (number, half) in halves.into_iter().enumerate() {
+        a.write(half);
+        // The second one ends with its client instead of after 50 ms.
+        if number == 1 {
+            drop(a.0.shutdown(Shutdown::Both));
+        }
+        thread::sleep(Duration::from_millis(100));
+        b.write(&ASK_5);
+        b.reads(&reply);
+    }
+    stop.request();
+    let (shown, broken_off) = running.join().unwrap();
+    let telegram = |octets: &[u8]| (octets.to_vec(), true);
+    let half = |octets: &[u8]| (octets.to_vec(), false);
+    let (ask, reply) = (telegram(&ASK_5), telegram(&reply));
+    assert_eq!(shown, [half(halves[0]), ask.clone(), reply.clone(), half(halves[1]), ask, reply]);
+    assert_eq!(broken_off, 2);
 }
 
 #[test]

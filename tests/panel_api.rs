@@ -70,6 +70,10 @@ fn the_state_of_a_drive_shows_what_the_master_has_made_of_it() {
     // A start beyond the limit: refused, and the panel says why.
     exchange_until(&mut master, 0x007B, 9_000_000, |inputs| inputs.zsw().bit(15));
     let state = emulator.wait_for("refused", |state| state["last_refusal"].is_object());
+    let setpoint = |state: &Value| {
+        ["setpoint", "setpoint_user_units", "setpoint_rpm"].map(|name| state["motion"][name].as_i64())
+    };
+    assert_eq!(setpoint(&state), [None, Some(9_000_000), None], "with its unit");
     assert_eq!(state["last_refusal"]["reasons"][0]["reason"], json!("SetpointAboveUpperLimit"));
     assert!(state["last_refusal"]["text"].as_str().unwrap().starts_with("travel to 9000000 refused: "));
     assert_eq!(
@@ -88,6 +92,11 @@ fn the_state_of_a_drive_shows_what_the_master_has_made_of_it() {
     let text = |direction: &str| state["ppo"][direction]["pkw"]["text"].as_str().unwrap().to_owned();
     assert_eq!(text("outputs"), "PKW job: read PNU 1018 Calibration value");
     assert_eq!(text("inputs"), "PKW reply: PNU 1018 Calibration value = 0 inc");
+
+    exchange_until(&mut master, 0x0000, 30, |inputs| !inputs.zsw().bit(2));
+    emulator.set("PUT", "/api/v1/drives/5/parameters/930", &json!({ "value": 1 }));
+    let state = emulator.wait_for("in velocity mode", |state| state["mode"] == json!("velocity"));
+    assert_eq!(setpoint(&state), [None, None, Some(30)], "with its unit");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! HTTP control of a running emulator: what acts on a drive from outside, and what it refuses.
+//! HTTP control of a running emulator: what acts on a drive from outside, and what is refused.
 #![allow(
     clippy::unwrap_used,
     clippy::indexing_slicing,
@@ -137,4 +137,30 @@ fn an_input_that_the_model_does_not_have_is_refused() {
         assert!(refused.detail().starts_with("an AG03"), "{}", refused.detail());
         assert_eq!(emulator.get(INPUTS)["blocked"], json!(false));
     }
+}
+
+#[test]
+fn a_parameter_that_an_operation_does_not_know_is_refused_and_nothing_is_changed() {
+    let emulator = Emulator::start();
+    let before = emulator.get("/api/v1/bus");
+    let description = emulator.get("/api/v1/openapi.json");
+    let mut operations = 0;
+    for (path, methods) in description["paths"].as_object().unwrap() {
+        for (method, operation) in methods.as_object().unwrap() {
+            operations += 1;
+            let path = path.replace("{address}", "5").replace("{pnu}", "1004").replace("{number}", "1");
+            let answer = emulator.send(&method.to_ascii_uppercase(), &format!("{path}?x=1"), &json!({}));
+            assert_eq!(answer.status, 400, "{method} {path}: {}", answer.body);
+            assert!(answer.detail().contains('x'), "{method} {path}: {}", answer.detail());
+            assert!(operation["responses"]["400"].is_object(), "{method} {path}");
+        }
+    }
+    assert!(operations >= 22, "{operations}");
+    assert_eq!(emulator.get("/api/v1/bus")["stations"], before["stations"]);
+    let refused = emulator.request("GET", "/api/v1/bus?x=1", "", "");
+    let sentence = "/api/v1/bus knows no parameter behind its '?', got 'x=1'; the API is described at \
+                    /api/v1/openapi.json";
+    assert_eq!(refused.detail(), sentence);
+    assert_eq!(emulator.request("GET", "/api/v1/bus?", "", "").status, 200);
+    assert_eq!(emulator.request("GET", "/api/v1/drives/5/parameters/945?subindex=1", "", "").status, 200);
 }

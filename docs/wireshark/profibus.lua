@@ -308,12 +308,21 @@ local function parameter(pnu)
     return PNU[pnu] and string.format("%d %s", pnu, PNU[pnu]) or tostring(pnu)
 end
 
+-- The high octet of IND, where that is 0 the low one.
+local function sub_index(range)
+    local high = range(2, 1):uint()
+    return high > 0 and high or range(3, 1):uint()
+end
+
+-- Answers above the last of ANSWER up to this one are spontaneous messages of the profile.
+local LAST_SPONTANEOUS = 12
+
 -- PKE, IND and PWE in 8 octets. Returns the words for the info column, "" if there is nothing to say.
 local function pkw(range, tree, is_job)
     local pke, pwe = range(0, 2):uint(), range(4, 4)
     local ak, pnu = math.floor(pke / 0x1000), pke % 0x800
     local names = is_job and JOB or ANSWER
-    local branch = tree:add(ppo, range, string.format("PKW: %s %s", names[ak] or ak, ak > 0 and parameter(pnu) or ""))
+    local branch = tree:add(ppo, range, string.format("PKW: %s %s", names[ak] or "undefined " .. ak, ak > 0 and parameter(pnu) or ""))
     branch:add(is_job and field.job or field.answer, range(0, 2))
     branch:add(field["ppo.pkw.spm"], range(0, 2))
     branch:add(field["ppo.pkw.pnu"], range(0, 2))
@@ -332,6 +341,15 @@ local function pkw(range, tree, is_job)
     end
     if not is_job and ak == 8 then
         return "no control rights"
+    end
+    if not is_job and not ANSWER[ak] then
+        return string.format("%s answer %d to %s", ak <= LAST_SPONTANEOUS and "spontaneous" or "reserved", ak, parameter(pnu))
+    end
+    if not is_job and ak == 3 then
+        return string.format("description of %s, element %d: %08X", parameter(pnu), sub_index(range), pwe:uint())
+    end
+    if not is_job and ak == 6 then
+        return string.format("%s has %d elements", parameter(pnu), range(6, 2):uint())
     end
     -- Double words have a sign; words lie in the second half.
     local double = is_job and (ak == 3 or ak == 8) or not is_job and (ak == 2 or ak == 5)

@@ -166,6 +166,16 @@ impl Bus {
         framer.receive_damaged(now, |at, result| stations.hear(at, &result));
     }
 
+    /// No octet continues those that were heard: half a telegram is given up now, and counts as what it is.
+    pub fn handle_broken_off(&mut self, now: Instant) {
+        let Self { framer, stations } = self;
+        // What is left of it may begin another one.
+        for _ in 0..MAX_TELEGRAM_LEN {
+            let Some(end) = framer.poll_timeout() else { return };
+            framer.handle_timeout(end, |_, result| stations.hear(now, &result));
+        }
+    }
+
     /// The master has gone: half a telegram is forgotten, and until octets arrive again nothing is sent. It would
     /// reach somebody who did not ask.
     pub fn handle_reset(&mut self) {

@@ -122,6 +122,9 @@ impl<L: Link + ?Sized> Link for Box<L> {
 pub enum Received {
     /// So many octets, at least one, were written to the front of the buffer.
     Octets(usize),
+    /// So many octets, at least one, were written to the front of the buffer, and broke off: octets after them come from
+    /// another and continue nothing.
+    BrokenOff(usize),
     /// The master at the other end has gone. Octets after this one come from another: forget half telegrams and
     /// replies not yet sent.
     Reset,

@@ -30,13 +30,18 @@ pub fn run(
     // News from before the loop: the first rate to try.
     drain(link, bus, clock, on_event)?;
     loop {
-        let (heard, reset) = listen(link, bus, &mut batch)?;
+        let (heard, then) = listen(link, bus, &mut batch)?;
         if let Some(octets) = batch.get(..heard).filter(|octets| !octets.is_empty()) {
             bus.handle_bytes(clock.now(), octets);
             drain(link, bus, clock, on_event)?;
         }
-        if reset {
-            bus.handle_reset();
+        match then {
+            Then::Silence => {}
+            Then::BrokenOff => {
+                bus.handle_broken_off(clock.now());
+                drain(link, bus, clock, on_event)?;
+            }
+            Then::Reset => bus.handle_reset(),
         }
         let now = clock.now();
         if bus.poll_timeout().is_some_and(|deadline| deadline <= now) {
@@ -46,27 +51,37 @@ pub fn run(
         if stop.is_requested() {
             return Ok(());
         }
-        // More may lie behind a reset or a full batch, and a new deadline may already be past: look again at once.
+        // More may lie behind a break or a full batch, and a new deadline may already be past: look again at once.
         let now = clock.now();
         let timeout = bus.poll_timeout().map(|deadline| deadline.saturating_since(now));
-        if !reset && heard < batch.len() && timeout.is_none_or(|timeout| !timeout.is_zero()) {
+        if then == Then::Silence && heard < batch.len() && timeout.is_none_or(|timeout| !timeout.is_zero()) {
             link.wait(timeout, stop).map_err(link_failed)?;
         }
     }
 }
 
-/// Collects what has arrived at the front of `batch`, up to a reset: how many octets, and whether a reset follows.
-fn listen(link: &mut dyn Link, bus: &mut Bus, batch: &mut [u8]) -> Result<(usize, bool), Error> {
+/// What follows some octets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Then {
+    Silence,
+    /// They broke off.
+    BrokenOff,
+    Reset,
+}
+
+/// Collects what has arrived at the front of `batch`, up to a break: how many octets, and what follows.
+fn listen(link: &mut dyn Link, bus: &mut Bus, batch: &mut [u8]) -> Result<(usize, Then), Error> {
     let mut heard = 0;
     while let Some(free) = batch.get_mut(heard..).filter(|free| !free.is_empty()) {
         match link.receive(free).map_err(link_failed)? {
             Received::Octets(count) => heard += count,
-            Received::Reset => return Ok((heard, true)),
+            Received::BrokenOff(count) => return Ok((heard + count, Then::BrokenOff)),
+            Received::Reset => return Ok((heard, Then::Reset)),
             Received::Rate(rate) => bus.set_baud(rate),
             Received::Nothing => break,
         }
     }
-    Ok((heard, false))
+    Ok((heard, Then::Silence))
 }
 
 /// Sends what is to be sent now and passes on the news.
@@ -138,9 +153,9 @@ mod tests {
         let mut link = WithNews { end: wire.end(), news: Some(Received::Reset) };
         let mut batch = [0; 8];
         wire.end().send(&[1, 2, 3]).unwrap();
-        assert_eq!(listen(&mut link, &mut Bus::new(), &mut batch).unwrap(), (0, true));
+        assert_eq!(listen(&mut link, &mut Bus::new(), &mut batch).unwrap(), (0, Then::Reset));
         link.news = Some(Received::Rate(BaudRate::K1500));
-        assert_eq!(listen(&mut link, &mut Bus::new(), &mut batch).unwrap(), (3, false));
+        assert_eq!(listen(&mut link, &mut Bus::new(), &mut batch).unwrap(), (3, Then::Silence));
         assert_eq!(batch[..3], [1, 2, 3]);
     }
 
@@ -150,8 +165,8 @@ mod tests {
         let mut end = wire.end();
         wire.end().send(&[0x55; BATCH + 1]).unwrap();
         let mut batch = [0; BATCH];
-        assert_eq!(listen(&mut end, &mut Bus::new(), &mut batch).unwrap(), (BATCH, false));
-        assert_eq!(listen(&mut end, &mut Bus::new(), &mut batch).unwrap(), (1, false));
+        assert_eq!(listen(&mut end, &mut Bus::new(), &mut batch).unwrap(), (BATCH, Then::Silence));
+        assert_eq!(listen(&mut end, &mut Bus::new(), &mut batch).unwrap(), (1, Then::Silence));
     }
 
     /// A link of which only some rates can be set, silent for ever.

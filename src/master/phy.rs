@@ -68,6 +68,8 @@ impl<L: Link> LinkPhy<L> {
         while !self.failed && self.received.len() + octets.len() <= RECEIVE_LEN {
             match self.link.receive(&mut octets) {
                 Ok(Received::Octets(count)) => self.received.extend(octets.iter().take(count)),
+                // No telegram is in them.
+                Ok(Received::BrokenOff(_)) => {}
                 // The other end was replaced: what it began to say is never finished.
                 Ok(Received::Reset) => self.received.clear(),
                 // A master decides the rate.

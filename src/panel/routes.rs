@@ -1,7 +1,9 @@
 //! Every path, and the OpenAPI description of all of them.
 
-use axum::extract::FromRef;
+use axum::extract::{FromRef, Request};
 use axum::http::{StatusCode, Uri};
+use axum::middleware::{self, Next};
+use axum::response::Response;
 use axum::routing::{delete, get, post, put};
 use axum::{Json, Router};
 use std::format;
@@ -9,7 +11,7 @@ use std::prelude::v1::*;
 use utoipa::OpenApi;
 
 use super::bench::Asking;
-use super::problem::Problem;
+use super::problem::{Problem, Problems};
 use super::stream::{Hub, Lost, NewsEvent, TelegramEvent};
 use super::{bus, drives, inputs, page, parameters, stream, switches};
 
@@ -34,8 +36,6 @@ impl FromRef<App> for Hub {
 
 pub(super) fn router(app: App) -> Router {
     Router::new()
-        .route("/", get(page::index))
-        .route("/page/{name}", get(page::file))
         .route("/api/v1/openapi.json", get(description))
         .route("/api/v1/drives", get(drives::list).post(drives::add))
         .route("/api/v1/drives/{address}", get(drives::state).delete(drives::remove))
@@ -48,14 +48,18 @@ pub(super) fn router(app: App) -> Router {
         .route("/api/v1/drives/{address}/power", put(inputs::power))
         .route("/api/v1/drives/{address}/switches", get(switches::read).put(switches::set))
         .route("/api/v1/drives/{address}/parameters", get(parameters::list))
-        .route("/api/v1/drives/{address}/parameters/{pnu}", get(parameters::read).put(parameters::write))
         .route("/api/v1/bus", get(bus::state))
         .route(
             "/api/v1/bus/faults",
             get(bus::faults).post(bus::add_fault).put(bus::replace_faults).delete(bus::clear_faults),
         )
         .route("/api/v1/bus/faults/{number}", delete(bus::remove_fault))
+        .route_layer(middleware::from_fn(without_parameters))
+        // These refuse parameters that they do not know themselves.
+        .route("/api/v1/drives/{address}/parameters/{pnu}", get(parameters::read).put(parameters::write))
         .route("/api/v1/events", get(stream::events))
+        .route("/", get(page::index))
+        .route("/page/{name}", get(page::file))
         .fallback(nothing_there)
         .method_not_allowed_fallback(not_so)
         .with_state(app)
@@ -100,9 +104,23 @@ struct Description;
 
 /// The description of the API
 #[utoipa::path(get, path = "/api/v1/openapi.json", tag = "description",
-    responses((status = 200, description = "OpenAPI 3.1", body = serde_json::Value)))]
+    responses((status = 200, description = "OpenAPI 3.1", body = serde_json::Value), Problems))]
 async fn description() -> Json<utoipa::openapi::OpenApi> {
     Json(Description::openapi())
+}
+
+/// Refuses what stands behind the question mark, for operations that know no parameter.
+async fn without_parameters(request: Request, next: Next) -> Result<Response, Problem> {
+    match request.uri().query() {
+        None | Some("") => Ok(next.run(request).await),
+        Some(query) => Err(Problem::new(
+            StatusCode::BAD_REQUEST,
+            format!(
+                "{} knows no parameter behind its '?', got '{query}'; the API is described at /api/v1/openapi.json",
+                request.uri().path()
+            ),
+        )),
+    }
 }
 
 async fn nothing_there(uri: Uri) -> Problem {

@@ -50,15 +50,20 @@ def block(kind, body):
     return struct.pack("<II", kind, len(body) + 12) + body + struct.pack("<I", len(body) + 12)
 
 
-def main():
-    path, packets, seed = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
-    chance = random.Random(seed)
+def write(path, packets):
+    """A capture of link type 257, a nanosecond between two packets."""
     with open(path, "wb") as file:
         file.write(block(0x0A0D0D0A, struct.pack("<IHHq", 0x1A2B3C4D, 1, 0, -1)))
         file.write(block(1, struct.pack("<HHI", 257, 0, 0)))
-        for number in range(packets):
-            data = packet(chance)
+        for number, data in enumerate(packets):
             file.write(block(6, struct.pack("<IIIII", 0, 0, number, len(data), len(data)) + data))
 
 
-main()
+def main():
+    path, packets, seed = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
+    chance = random.Random(seed)
+    write(path, (packet(chance) for _ in range(packets)))
+
+
+if __name__ == "__main__":
+    main()

@@ -205,4 +205,5 @@ def main():
             print(f"the terminal is gone: {error}", file=sys.stderr)
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -7,7 +7,8 @@
 #    the link type is 257, and it holds every telegram that the master has sent and seen answered, in its order.
 # 2. A recorded session, through docs/wireshark/profibus.lua: the fields are those of session.fields. --update writes
 #    that file instead; look at the difference.
-# 3. Octets that make no sense through the same: no error of Lua.
+# 3. Answers that a drive never gives through the same: they do not read like values.
+# 4. Octets that make no sense through the same: no error of Lua.
 #
 # Needs capinfos and tshark (on Debian: apt install tshark) and python3. Exit status 0 if every step passed, 1 with a
 # line beginning with FAIL if one did not, 2 if the script was called wrongly or cannot run here.
@@ -100,6 +101,26 @@ sed -n '/^## Filters/,$ s/^    //p' "$here/../../docs/wireshark/README.md" | whi
     ((found > 0)) || fail "the filter of the README finds nothing: $filter"
     echo "$found packets: $filter"
 done
+
+echo "== answers that are no values through profibus.lua"
+python3 -B - "$here" "$work/answers.pcapng" <<'PYTHON'
+import sys
+sys.path.insert(0, sys.argv[1])
+from garbage import write
+from master import telegram
+words = ((0x33FA, 0x0200, 0, 9), (0xA3FA, 0, 0, 9), (0xF3FA, 0, 0, 9), (0x23FA, 0, 0, 9), (0, 0, 0, 0))
+pkws = [b"".join(word.to_bytes(2, "big") for word in answer) for answer in words]
+write(sys.argv[2], [telegram(2, 5, 0x08, pkw + bytes((0x2B, 0x23, 0, 0, 0, 0))) for pkw in pkws])
+PYTHON
+dissected -2 -r "$work/answers.pcapng" -T fields -e _ws.col.Info >"$work/answers"
+diff -u - "$work/answers" >"$work/difference" <<'ANSWERS' || fail "answers read otherwise: $(<"$work/difference")"
+Data_Exchange description of 1018 Calibration value, element 2: 00000009, ZSW 2B23, HIW 0
+Data_Exchange spontaneous answer 10 to 1018 Calibration value, ZSW 2B23, HIW 0
+Data_Exchange reserved answer 15 to 1018 Calibration value, ZSW 2B23, HIW 0
+Data_Exchange 1018 Calibration value = 9, ZSW 2B23, HIW 0
+Data_Exchange ZSW 2B23, HIW 0
+ANSWERS
+cat "$work/answers"
 
 echo "== garbage through profibus.lua"
 python3 "$here/garbage.py" "$work/garbage.pcapng" "${GARBAGE[@]}"

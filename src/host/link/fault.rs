@@ -224,7 +224,8 @@ impl<L: Link, C: Clock> Link for Faulty<L, C> {
                     self.late.clear();
                     return Ok(received);
                 }
-                Received::Rate(_) => return Ok(received),
+                // There is no telegram in them to spoil.
+                Received::BrokenOff(_) | Received::Rate(_) => return Ok(received),
                 Received::Nothing => {}
             }
             self.sort(now);

@@ -101,6 +101,13 @@ impl<L, C: Clock, F: FnMut(&Batch)> Tap<L, C, F> {
         self.batch.take(&mut self.heard, now, Direction::Heard);
     }
 
+    /// What comes next continues nothing.
+    fn end_heard(&mut self, now: Instant) {
+        self.heard.end();
+        self.cut_heard(now);
+        self.heard = Pieces::default();
+    }
+
     fn show(&mut self) {
         if !self.batch.is_empty() {
             (self.observer)(&self.batch);
@@ -126,11 +133,11 @@ impl<L: Link, C: Clock, F: FnMut(&Batch)> Link for Tap<L, C, F> {
                     self.show();
                 }
             }
-            Received::Reset => {
-                self.heard.end();
-                self.cut_heard(now);
-                self.heard = Pieces::default();
+            Received::BrokenOff(count) => {
+                self.heard.push(now, buf.get(..count).unwrap_or_default());
+                self.end_heard(now);
             }
+            Received::Reset => self.end_heard(now),
             Received::Rate(_) | Received::Nothing => {}
         }
         Ok(received)

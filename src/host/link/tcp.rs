@@ -6,7 +6,8 @@
 //! - **Telegrams are not mixed.** TCP cuts a stream anywhere, so the octets of each client are collected until a
 //!   telegram is whole, and only then is it heard, at the same place in the order by everybody. Half a telegram is
 //!   nobody's cost but its sender's: after 50 ms without a further octet it is noise. Noise is heard as it is, except
-//!   what could begin a telegram at its end: a listener would take the next telegram, of somebody else, for its rest.
+//!   what could begin a telegram at its end: another client would take the next telegram, of somebody else, for its
+//!   rest. That is heard by the drives alone, as [`Received::BrokenOff`].
 //! - **A request is followed by its reply.** While a request waits for its reply, for one slot time at most (300 T_bit
 //!   and 1 ms), requests of other clients wait. Then the next client in turn is heard, with everything it has sent.
 //! - **Nobody is served at the others' cost.** A client that does not read is dropped when 512 KiB wait for it; one that
@@ -81,6 +82,8 @@ pub struct Tcp {
     busy: Option<Busy>,
     /// What the drives hear next.
     heard: VecDeque<u8>,
+    /// What broke off behind that: octets that must not meet those of another client.
+    broken_off: VecDeque<u8>,
     /// The last client has left, and the drives have not been told.
     deserted: bool,
     /// No connection is accepted until then.
@@ -118,6 +121,7 @@ impl Tcp {
             turn: 0,
             busy: None,
             heard: VecDeque::new(),
+            broken_off: VecDeque::new(),
             deserted: false,
             pause: None,
             full: false,
@@ -236,10 +240,17 @@ impl Tcp {
                 client.blocked = Some(piece);
                 break;
             }
-            octets.extend_from_slice(match &piece {
-                Piece::Telegram(telegram) => telegram,
-                Piece::Noise(noise, _) => settled(noise),
-            });
+            match &piece {
+                Piece::Telegram(telegram) => octets.extend_from_slice(telegram),
+                Piece::Noise(noise, _) => {
+                    let (whole, rest) = noise.split_at(settled(noise).len());
+                    octets.extend_from_slice(whole);
+                    self.broken_off.extend(rest);
+                    if !rest.is_empty() {
+                        break;
+                    }
+                }
+            }
             match meaning {
                 Meaning::Request => self.busy = Some(Busy { until: None, over: false }),
                 Meaning::Reply => self.busy = None,
@@ -252,24 +263,30 @@ impl Tcp {
                 client.tell(&octets);
             }
         }
-        !octets.is_empty()
+        self.has_octets()
     }
 
-    /// Octets for the drives, 0 if there are none.
-    fn take(&mut self, buf: &mut [u8]) -> usize {
-        let count = buf.len().min(self.heard.len());
-        for (to, octet) in buf.iter_mut().zip(self.heard.drain(..count)) {
+    fn has_octets(&self) -> bool {
+        !self.heard.is_empty() || !self.broken_off.is_empty()
+    }
+
+    /// Octets for the drives, if there are some.
+    fn take(&mut self, buf: &mut [u8]) -> Option<Received> {
+        let whole = !self.heard.is_empty();
+        let from = if whole { &mut self.heard } else { &mut self.broken_off };
+        let count = buf.len().min(from.len());
+        for (to, octet) in buf.iter_mut().zip(from.drain(..count)) {
             *to = octet;
         }
-        count
+        let received = if whole { Received::Octets(count) } else { Received::BrokenOff(count) };
+        (count > 0).then_some(received)
     }
 }
 
 impl Link for Tcp {
     fn receive(&mut self, buf: &mut [u8]) -> io::Result<Received> {
-        let count = self.take(buf);
-        if count > 0 {
-            return Ok(Received::Octets(count));
+        if let Some(received) = self.take(buf) {
+            return Ok(received);
         }
         let now = self.clock.now();
         self.accept(now);
@@ -278,11 +295,10 @@ impl Link for Tcp {
             client.write();
         }
         let free = self.is_free(now);
-        while self.heard.is_empty() && self.hear_next(now, free && self.busy.is_none()) {}
+        while !self.has_octets() && self.hear_next(now, free && self.busy.is_none()) {}
         self.dismiss();
-        let count = self.take(buf);
-        if count > 0 {
-            return Ok(Received::Octets(count));
+        if let Some(received) = self.take(buf) {
+            return Ok(received);
         }
         Ok(if core::mem::take(&mut self.deserted) { Received::Reset } else { Received::Nothing })
     }
@@ -302,7 +318,7 @@ impl Link for Tcp {
             busy.until.get_or_insert(now.saturating_add(self.slot_time));
         }
         let looks = self.busy.filter(|_| waits).and_then(|busy| busy.until);
-        if self.deserted || !self.heard.is_empty() || waits && self.busy.is_none_or(|busy| busy.over) {
+        if self.deserted || self.has_octets() || waits && self.busy.is_none_or(|busy| busy.over) {
             return Ok(());
         }
         let unblocked = self.clients.iter().filter(|client| client.blocked.is_none());

@@ -8,7 +8,7 @@ use utoipa::ToSchema;
 
 use super::super::words;
 use crate::device::Device;
-use crate::drive::{self, Motor};
+use crate::drive::{self, Mode, Motor};
 use crate::explain::value::Lengths;
 use crate::param::Parameter;
 
@@ -24,8 +24,10 @@ pub(super) struct Motion {
     /// The angle of the output shaft since its encoder is 0; counter-clockwise counts positive with sense of rotation i.
     shaft_revolutions: f64,
     velocity_rpm: i32,
-    /// HSW of the master: user units, or rpm in velocity mode.
-    setpoint: i32,
+    /// HSW of the master in positioning mode.
+    setpoint_user_units: Option<i32>,
+    /// HSW of the master in velocity mode.
+    setpoint_rpm: Option<i32>,
     upper_limit_user_units: i32,
     lower_limit_user_units: i32,
     motor: MotorName,
@@ -63,6 +65,11 @@ impl Motion {
         let status = device.status();
         let store = device.parameters();
         let limits = [store.value(Parameter::Limit1), store.value(Parameter::Limit2)];
+        let setpoint = words::outputs(device).hsw();
+        let (setpoint_user_units, setpoint_rpm) = match status.mode {
+            Mode::Positioning => (Some(setpoint), None),
+            Mode::Velocity => (None, Some(setpoint)),
+        };
         let [low, high] = if limits.is_sorted() { limits } else { [limits[1], limits[0]] };
         Self {
             position_user_units: status.position,
@@ -72,7 +79,8 @@ impl Motion {
             },
             shaft_revolutions: device.drive().shaft() / INCREMENTS_PER_REVOLUTION,
             velocity_rpm: status.velocity,
-            setpoint: words::outputs(device).hsw(),
+            setpoint_user_units,
+            setpoint_rpm,
             upper_limit_user_units: high,
             lower_limit_user_units: low,
             motor: status.motor.into(),
