@@ -199,13 +199,25 @@ fn play_everything(link: &str) {
 }
 
 fn look(emulator: &Emulator) {
-    let scan = emulator.works("5", &["scan", "4-7"]);
-    assert_eq!(scan.matches("SIKO AG03 or AG03/1 (ident number 0AC5), no master").count(), 2, "{scan}");
-    assert_eq!(emulator.json("5", &["scan", "6"])["stations"][0]["address"], 6);
+    let scan = |arguments: &[&str]| {
+        let (code, stdout, stderr) = Running::start(emulator.patiently("5", arguments)).end();
+        assert_eq!((code, stderr.as_str()), (Some(0), ""), "{stdout}");
+        stdout
+    };
+    let text = scan(&["scan", "4-7"]);
+    assert_eq!(text.matches("SIKO AG03 or AG03/1 (ident number 0AC5), no master").count(), 2, "{text}");
+    let stations: Value = serde_json::from_str(&scan(&["scan", "6", "--json"])).unwrap();
+    assert_eq!(stations["stations"][0]["address"], 6);
     let diag = emulator.works("5", &["diag"]);
     assert!(diag.contains("no master, ident 0AC5") && diag.contains("Prm_Req"), "{diag}");
     assert_eq!(emulator.json("5", &["diag"])["parameters_required"], true);
-    assert!(emulator.works("5", &["read", "1004"]).contains("v-Pos                       30 rpm"));
+    for v_pos in ["1004", "0x3EC", "3ECh"] {
+        assert!(
+            emulator.works("5", &["read", v_pos]).contains("v-Pos                       30 rpm"),
+            "{v_pos}"
+        );
+    }
+    assert_eq!(emulator.json("5", &["write", "limit2", "-0x10"])["value"], -16);
     assert_eq!(emulator.json("6", &["read", "software version"])["text"], "3.00");
     assert!(emulator.works("5", &["read", "945.0"]).contains("no fault"));
     let written = emulator.works("5", &["write", "v-pos", "60"]);
@@ -293,6 +305,8 @@ fn what_cannot_be_is_refused_with_2_before_anything_is_sent() {
         (&["write", "1004", "201"], "v-Pos (PNU 1004) takes 1 to 200, got 201"),
         (&["write", "952", "0"], "Number of faults (PNU 952) can only be read"),
         (&["write", "1004", "fast"], "expected a number such as 60"),
+        (&["write", "1004", "-x"], "expected a number such as 60"),
+        (&["calibrate", "9999999"], "Calibration value (PNU 1018) takes -999999 to 999999, got 9999999"),
         (&["move", "5"], "needs --yes"),
         (&["velocity", "30"], "needs --yes"),
         (&["velocity", "201", "--yes"], "a drive turns with at most 200 rpm, got 201"),
@@ -452,7 +466,7 @@ fn another_device_at_the_address_is_named_by_its_ident_number() {
             let emulator = Emulator::nowhere(&link);
             let says = "station 5 is another device: its ident number is 1234, expected 0AC5";
             emulator.fails("5", &["status"], 1, says);
-            let scan = emulator.works("5", &["scan", "5-6"]);
+            let (_, scan, _) = Running::start(emulator.patiently("5", &["scan", "5-6"])).end();
             assert!(scan.contains("another slave (ident number 1234), no master"), "{scan}");
             // A master that has gone without a word still owns drive 6.
             let mut owner = Running::start(emulator.command("6", &["monitor", "--master-address", "3"]));
@@ -503,6 +517,41 @@ fn every_signal_that_ends_the_command_stops_the_drive_before() {
         let status = emulator.json("5", &["status"]);
         assert_eq!(status["ssw"]["bits"]["travels"], false, "{arguments:?}");
     }
+}
+
+#[test]
+fn an_interrupted_scan_has_said_who_is_there() {
+    let emulator = Emulator::start("pty", &[]);
+    let mut scan = Running::start(emulator.patiently("5", &["scan"]));
+    scan.until("  5  SIKO AG03 or AG03/1");
+    scan.signal("INT");
+    let (code, stdout, stderr) = scan.end();
+    assert_eq!(code, Some(1), "{stdout}{stderr}");
+    assert!(stderr.contains("profidrive: interrupted; asked up to address "), "{stderr}");
+}
+
+#[test]
+fn a_terminal_in_use_is_refused_until_its_master_is_gone() {
+    let emulator = Emulator::start("pty", &[]);
+    let mut first = Running::start(emulator.command("5", &["monitor"]));
+    first.until("position");
+    emulator.fails("6", &["status", "--master-address", "1"], 1, "it is in use by another program");
+    first.signal("KILL");
+    first.end();
+    emulator.works("6", &["status"]);
+}
+
+#[test]
+fn two_masters_share_a_line_over_tcp() {
+    let emulator = Emulator::start("tcp:127.0.0.1:0", &[]);
+    let mut first = Running::start(emulator.command("5", &["monitor"]));
+    first.until("position");
+    let mut second = emulator.command("6", &["status"]);
+    second.args(["--master-address", "1"]);
+    let (code, stdout, stderr) = Running::start(second).end();
+    assert_eq!((code, stderr.as_str()), (Some(0), ""), "{stdout}");
+    first.signal("INT");
+    assert_eq!(first.end().0, Some(0), "the first has kept its drive");
 }
 
 #[test]

@@ -19,8 +19,8 @@ pub enum SessionError {
     Link(#[source] io::Error),
     /// The master never got the token.
     #[error(
-        "the other masters on the line do not let master {master} in; choose a --master-address below their highest \
-         station address (HSA)"
+        "the other masters on the line did not pass the token to master {master} in time; end them, or choose a free \
+         --master-address below their highest station address (HSA)"
     )]
     NoToken {
         /// The address of this master.
@@ -96,7 +96,10 @@ pub enum SessionError {
         address: Address,
     },
     /// Data_Exchange does not begin.
-    #[error("drive {address} answers, but does not begin to exchange data within {waited:?}; see 'diag'")]
+    #[error(
+        "drive {address} answers, but does not begin to exchange data within {:.1} s; see 'diag'",
+        waited.as_secs_f64()
+    )]
     NotReady {
         /// The drive.
         address: Address,

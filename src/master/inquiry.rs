@@ -55,6 +55,18 @@ pub(super) struct Inquiry {
     answers: VecDeque<(u8, Answer)>,
 }
 
+impl Question {
+    /// How often it is asked if nobody answers.
+    fn tries(self, retry_limit: u8) -> u8 {
+        let most = retry_limit.saturating_add(1);
+        match self {
+            // Most addresses of a line are free, and each costs all its tries.
+            Self::Status => most.min(2),
+            Self::Diagnosis | Self::Release => most,
+        }
+    }
+}
+
 impl Inquiry {
     pub(super) fn ask(&mut self, address: u8, question: Question) {
         self.questions.push_back((address, question));
@@ -125,7 +137,8 @@ impl FdlApplication for Inquiry {
     }
 
     fn handle_timeout(&mut self, _: Instant, fdl: &FdlActiveStation, address: u8) {
-        if self.asked > fdl.parameters().max_retry_limit {
+        let question = self.questions.front().map(|(_, question)| *question);
+        if question.is_some_and(|question| self.asked >= question.tries(fdl.parameters().max_retry_limit)) {
             self.answered(address, Answer::Silence);
         }
     }

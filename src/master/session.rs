@@ -58,7 +58,7 @@ impl Settings {
             baud,
             slot_time: Duration::from_millis(50),
             retry_limit: 15,
-            token_rotation: Duration::from_secs(2),
+            token_rotation: Duration::from_millis(500),
             cycle: Duration::from_millis(1),
             watchdog: Duration::from_secs(1),
         }
@@ -398,6 +398,7 @@ impl<L: Link, C: Clock> Session<L, C> {
     /// Asks what is queued.
     fn inquire(&mut self, mut told: impl FnMut(Address, Answer)) -> Result<(), SessionError> {
         self.next_exchange = self.now();
+        let mut in_ring = self.fdl.is_in_ring();
         let outcome = loop {
             if let Err(error) = self.poll() {
                 break Err(error);
@@ -413,7 +414,12 @@ impl<L: Link, C: Clock> Session<L, C> {
             if self.inquiry.is_done() {
                 return Ok(());
             }
-            if self.now().saturating_since(self.next_exchange) > self.patience() {
+            let was_in_ring = core::mem::replace(&mut in_ring, self.fdl.is_in_ring());
+            if in_ring && !was_in_ring {
+                self.next_exchange = self.now();
+            }
+            let patience = if in_ring { self.patience() } else { self.patience_to_enter() };
+            if self.now().saturating_since(self.next_exchange) > patience {
                 break Err(SessionError::NoToken { master: self.settings.master });
             }
             if let Err(error) = self.rest(LOOK, true) {
@@ -466,6 +472,15 @@ impl<L: Link, C: Clock> Session<L, C> {
         let claim = Duration::from_micros(parameters.token_lost_timeout().total_micros());
         let rotation = Duration::from_micros(parameters.token_rotation_time().total_micros());
         claim.saturating_add(rotation).saturating_add(self.request_time()).saturating_add(MARGIN)
+    }
+
+    /// How long it may take until the other masters let this one in. A master like this one asks one address with
+    /// each of its tokens whether a master waits there, and lets in who was asked twice.
+    fn patience_to_enter(&self) -> Duration {
+        let slot = Duration::from_micros(self.fdl.parameters().slot_time().total_micros());
+        let cycles = u32::try_from(CYCLES_PER_TOKEN).unwrap_or(u32::MAX);
+        let token = slot.saturating_add(self.settings.cycle.saturating_mul(cycles));
+        self.patience().saturating_add(token.saturating_mul(2 * 126))
     }
 }
 

@@ -31,7 +31,8 @@ pub(crate) struct Master {
     #[arg(long, global = true, value_name = "RATE", value_parser = rate, display_order = 92)]
     pub(crate) baud: Option<BaudRate>,
 
-    /// The address of this master, 0 to 125
+    /// The address of this master, 0 to 125: none that another master on the line has. Other masters may take half a
+    /// minute to let it in
     #[arg(long, global = true, value_name = "N", default_value = "0", value_parser = master, display_order = 93)]
     pub(crate) master_address: Address,
 
@@ -68,7 +69,8 @@ A drive that turns is dangerous. Ctrl-C stops it, but is no emergency stop: have
 pub(crate) enum Action {
     /// Who is on the line: slaves with their ident numbers and owners, other masters
     ///
-    /// Asks every address. It changes nothing.
+    /// Asks every address, twice if nobody answers. It changes nothing. Stations are printed as they are found; Ctrl-C ends
+    /// it early. For a slow network or a busy machine give it a longer --slot-time.
     #[command(after_help = "Example:\n  profidrive master --link /tmp/bus scan 1-20")]
     Scan {
         /// The addresses, FIRST-LAST
@@ -87,7 +89,7 @@ Examples:
   profidrive master --link /tmp/bus --address 5 read v-Pos
   profidrive master --link /tmp/bus --address 5 read 945.0")]
     Read {
-        /// Number or name of the parameter, of an array with the element behind a point: 1004, v-Pos, 945.0
+        /// Number or name of the parameter, of an array with the element behind a point: 1004, 0x3EC, v-Pos, 945.0
         #[arg(value_name = "PNU[.SUB]")]
         parameter: ParameterSpec,
     },
@@ -103,7 +105,7 @@ Examples:
         #[arg(value_name = "PNU[.SUB]")]
         parameter: ParameterSpec,
         /// The number to write, decimal or 0x...
-        #[arg(allow_negative_numbers = true, value_parser = number)]
+        #[arg(allow_hyphen_values = true, value_parser = number)]
         value: i64,
     },
     /// Reads all parameters of the drive
@@ -117,7 +119,8 @@ Examples:
     },
     /// Writes the parameters in a file to the drive: shows what differs, writes that, reads all of it back
     ///
-    /// A file that does not fit the drive is refused before anything is written. Whatever interrupts it, it says what
+    /// A file that does not fit the drive is refused before anything is written, and one of a drive of another model or gear
+    /// without --yes. Settings that are not in the file are named and left as they are. Whatever interrupts it, it says what
     /// was written and what was not.
     #[command(after_help = "\
 Examples:
@@ -129,6 +132,9 @@ Examples:
         /// Show what differs and write nothing
         #[arg(long)]
         dry_run: bool,
+        /// Also if the file is of a drive of another model or gear
+        #[arg(long, short)]
+        yes: bool,
     },
     /// Status word ZSW, system status word SSW and general status register, bit by bit in words
     #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 status")]
@@ -160,9 +166,9 @@ Examples:
   profidrive master --link /tmp/bus --address 5 calibrate
   profidrive master --link /tmp/bus --address 5 calibrate 0")]
     Calibrate {
-        /// Write this calibration value first
-        #[arg(allow_negative_numbers = true)]
-        value: Option<i32>,
+        /// Write this calibration value first, decimal or 0x...
+        #[arg(allow_hyphen_values = true, value_parser = number)]
+        value: Option<i64>,
     },
     /// Shows status and position until Ctrl-C: live on a terminal, else a line for each change
     #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 monitor --json > log")]
@@ -391,13 +397,18 @@ fn time_within(text: &str, range: RangeInclusive<Duration>, expected: &str) -> R
     time(text).ok().filter(|time| range.contains(time)).ok_or_else(|| expected.into())
 }
 
-/// Decimal, or hexadecimal behind 0x.
+/// Decimal, or hexadecimal behind 0x and perhaps a sign.
 fn number(text: &str) -> Result<i64, String> {
-    let number = match text.strip_prefix("0x") {
-        Some(digits) => i64::from_str_radix(digits, 16).ok().filter(|_| !digits.starts_with(['+', '-'])),
+    let (sign, size) = text.strip_prefix('-').map_or((1, text), |size| (-1, size));
+    let number = match size.strip_prefix("0x") {
+        Some(digits) => hexadecimal(digits).map(|size| sign * i64::from(size)),
         None => text.parse().ok(),
     };
     number.ok_or_else(|| "expected a number such as 60, -250000 or 0x1F4".into())
+}
+
+fn hexadecimal(digits: &str) -> Option<u32> {
+    u32::from_str_radix(digits, 16).ok().filter(|_| !digits.starts_with('+'))
 }
 
 #[cfg(test)]
@@ -429,6 +440,9 @@ mod tests {
         }
         assert!(watchdog("9ms").is_err() && watchdog("651s").is_err() && watchdog("10ms").is_ok());
         assert_eq!((number("-5"), number("0x1F4")), (Ok(-5), Ok(500)));
-        assert!(number("0x-5").is_err() && number("five").is_err());
+        assert_eq!((number("-0x10"), number("0xFFFFFFFF")), (Ok(-16), Ok(0xFFFF_FFFF)));
+        for wrong in ["0x-5", "0x+5", "five", "--5", "-", "0x", "0x100000000", "-x"] {
+            assert!(number(wrong).is_err(), "{wrong}");
+        }
     }
 }

@@ -58,6 +58,7 @@ pub(crate) enum Command {
     /// Needs no hardware and no arguments, and takes less than two seconds. Every telegram of the start-up is shown
     /// with its meaning, then the words of the parameter channel, control word and status word, and why the drive
     /// refuses what it refuses. Times are those on the bus.
+    #[command(after_help = "Examples:\n  profidrive demo\n  profidrive demo | less")]
     Demo,
     Emulate(Emulate),
     Master(Master),

@@ -50,9 +50,10 @@ impl FromStr for ParameterSpec {
     }
 }
 
-/// The parameter with this number or name. Of a name only letters and digits count.
+/// The parameter with this number (decimal, or hexadecimal as `0x3EC` or `3ECh`) or name. Of a name only letters and digits
+/// count.
 pub(crate) fn find(text: &str) -> Result<&'static Entry, String> {
-    if let Ok(number) = text.parse::<u16>() {
+    if let Some(number) = text.parse().ok().or_else(|| hexadecimal(text)) {
         let known = Pnu::new(number).ok().and_then(|pnu| TABLE.iter().find(|entry| entry.pnu == pnu));
         return known.ok_or_else(|| {
             let near = nearest(|entry| entry.pnu.number().abs_diff(number).into());
@@ -70,6 +71,11 @@ pub(crate) fn find(text: &str) -> Result<&'static Entry, String> {
         });
         format!("there is no parameter '{text}'; close to it are {near}")
     })
+}
+
+fn hexadecimal(text: &str) -> Option<u16> {
+    let digits = text.strip_prefix("0x").or_else(|| text.strip_suffix(['h', 'H']))?;
+    u16::from_str_radix(digits, 16).ok().filter(|_| !digits.starts_with('+'))
 }
 
 /// The entries with the smallest distances.
@@ -119,6 +125,9 @@ mod tests {
             ("VPOS", (1004, None)),
             ("limit 1", (1016, None)),
             ("limit_2", (1017, None)),
+            ("0x3EC", (1004, None)),
+            ("3ech", (1004, None)),
+            ("3B1h.2", (945, Some(2))),
             ("945.9", (945, Some(9))),
             ("fault-buffer.0", (945, Some(0))),
         ] {
@@ -135,6 +144,7 @@ mod tests {
         for (text, says) in [
             ("999", "there is no parameter 999; near it are 1000 Controller parameter P"),
             ("2048", "there is no parameter 2048; near it are 1042 Battery voltage"),
+            ("0x3E7", "there is no parameter 999; near it are 1000"),
             ("v-Poss", "close to it are 1004 v-Pos"),
             ("limit", "close to it are 1016 Limit 1, 1017 Limit 2"),
             ("tempreature", "1027 Device temperature"),

@@ -13,10 +13,11 @@ use super::{say, watch};
 use crate::command::Failure;
 use crate::command::args::ParameterSpec;
 
-/// Whether a write can be right for any drive.
-pub(super) fn check(parameter: &ParameterSpec, value: i64) -> Result<(), Failure> {
+/// Whether a write can be right for any drive. `command` is whose help says more.
+pub(super) fn check(parameter: &ParameterSpec, value: i64, command: &str) -> Result<(), Failure> {
     let entry = parameter.entry;
-    let usage = |line: String| Err(Failure::Usage(format!("{line}; see 'profidrive master write --help'")));
+    let usage =
+        |line: String| Err(Failure::Usage(format!("{line}; see 'profidrive master {command} --help'")));
     match entry.access() {
         Access::ReadOnly => return usage(format!("{} (PNU {}) can only be read", entry.name, entry.pnu)),
         Access::ReadWrite | Access::WriteOnly => {}

@@ -61,15 +61,15 @@ pub(super) fn faults<L: Link, C: Clock>(
 /// Sets the position to the calibration value.
 pub(super) fn calibrate<L: Link, C: Clock>(
     drive: &mut Drive<L, C>,
-    value: Option<i32>,
+    value: Option<i64>,
     json: bool,
 ) -> Result<(), Failure> {
     let calibration = Parameter::CalibrationValue.entry();
     let before = drive.read(POSITION, None, Width::Double)?.bits().cast_signed();
     if let Some(value) = value {
         drive
-            .write(calibration.pnu, Value::of(calibration.width, value))
-            .map_err(|trouble| refusal(drive, trouble, calibration, Some(value.into())))?;
+            .write(calibration.pnu, Value::of(calibration.width, i32::try_from(value).unwrap_or(i32::MAX)))
+            .map_err(|trouble| refusal(drive, trouble, calibration, Some(value)))?;
     }
     let wanted = drive.read(calibration.pnu, None, calibration.width)?.bits().cast_signed();
     command(drive, CALIBRATE)?;

@@ -28,17 +28,22 @@ use profidrive::client::PkwError;
 use profidrive::fdl::Address;
 use profidrive::host::{Clock, Link, Stop, SystemClock};
 use profidrive::master::{Session, SessionError};
+use profidrive::param::Parameter;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
 
 use super::Failure;
-use super::args::{Action, Master};
+use super::args::{Action, Master, ParameterSpec};
 use drive::{Drive, Trouble};
 
 /// Does what is asked, once.
 pub(crate) fn master(args: &Master) -> Result<(), Failure> {
     // What can be known without a drive is known before anything is sent.
     if let Action::Write { parameter, value } = &args.action {
-        access::check(parameter, *value)?;
+        access::check(parameter, *value, "write")?;
+    }
+    if let Action::Calibrate { value: Some(value) } = args.action {
+        let entry = Parameter::CalibrationValue.entry();
+        access::check(&ParameterSpec { entry, element: None }, value, "calibrate")?;
     }
     let leave = motion::leave(args)?;
     // Before the drive is taken, so that no signal ends the process with the drive moving.
@@ -64,10 +69,11 @@ fn act<L: Link, C: Clock>(
         }
         Action::Params => with(session, address, |drive| access::params(drive, json)),
         Action::Save { file } => with(session, address, |drive| set::save(drive, file, json)),
-        Action::Restore { file, dry_run } => {
+        Action::Restore { file, dry_run, yes } => {
             // A file that is no parameter set is known before the drive is taken.
             let wanted = set::ParameterSet::load(file)?;
-            with(session, address, |drive| restore::restore(drive, &wanted, *dry_run, json))
+            let how = restore::How { dry_run: *dry_run, yes: *yes };
+            with(session, address, |drive| restore::restore(drive, &wanted, how, json))
         }
         Action::Status => with(session, address, |drive| status::status(drive, json)),
         Action::Monitor { limit } => with(session, address, |drive| status::monitor(drive, *limit, json)),

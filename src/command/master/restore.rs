@@ -5,13 +5,13 @@ use core::time::Duration;
 
 use profidrive::explain::value::{Lengths, in_words};
 use profidrive::host::{Clock, Link};
-use profidrive::param::{Entry, Parameter, Pnu, Value, Width, entry};
+use profidrive::param::{Entry, Model, Parameter, Pnu, Value, Width, entry, parameters};
 use serde_json::json;
 
 use super::access::{about, shown};
 use super::drive::{Drive, Identity, Trouble};
-use super::set::ParameterSet;
-use super::value::{Item, lengths_of};
+use super::set::{Origin, ParameterSet};
+use super::value::{Item, is_setting, lengths_of};
 use super::{say, watch};
 use crate::command::Failure;
 
@@ -21,34 +21,82 @@ const TRAVELS: u32 = 1 << 4;
 /// How long a drive that was let go may turn.
 const RUN_OUT: Duration = Duration::from_secs(10);
 
+/// How far `restore` shall go.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct How {
+    /// Show what differs and write nothing.
+    pub(super) dry_run: bool,
+    /// Also a set of a drive of another kind.
+    pub(super) yes: bool,
+}
+
 /// Shows what differs, writes that, reads all of it back.
 pub(super) fn restore<L: Link, C: Clock>(
     drive: &mut Drive<L, C>,
     wanted: &ParameterSet,
-    dry_run: bool,
+    How { dry_run, yes }: How,
     json: bool,
 ) -> Result<(), Failure> {
-    let identity = drive.identify()?;
+    let identity = drive.identify().map_err(nothing_written)?;
     fits(identity, wanted)?;
     let found = read_all(drive, wanted)?;
     let plan = Plan::of(wanted, &found);
+    let other = stranger(identity, &wanted.origin);
     if !json {
         plan.show()?;
+        let kept = uncovered(identity, wanted);
+        if !kept.is_empty() {
+            let kept: Vec<_> = kept.iter().map(|entry| format!("{} {}", entry.pnu, entry.name)).collect();
+            say(format_args!("not in the file, and left as they are: {}", kept.join(", ")))?;
+        }
+        if let Some(other) = &other {
+            say(other)?;
+        }
     }
     if dry_run || plan.changes.is_empty() {
-        return if json { say(Report::nothing(&plan).json(identity)) } else { Ok(()) };
+        return if json { say(Report::nothing(&plan).json(identity, wanted)) } else { Ok(()) };
+    }
+    if let Some(other) = other.filter(|_| !yes) {
+        return Err(Failure::Other(format!(
+            "{other}; nothing was written; add --yes to write it all the same"
+        )));
     }
     wait_for_standstill(drive)?;
     let report = carry_out(drive, plan.changes, wanted);
-    if json {
-        say(report.json(identity))?;
-    } else {
-        report.show()?;
-    }
+    let told = if json { say(report.json(identity, wanted)) } else { report.show() };
     match &report.trouble {
-        None => Ok(()),
+        // What became of the drive is more than that nobody reads it.
+        None => told,
         Some(trouble) => Err(Failure::Other(format!("{trouble}: {}", report.sum()))),
     }
+}
+
+fn nothing_written(trouble: Trouble) -> Failure {
+    Failure::Other(format!("{trouble}; nothing was written"))
+}
+
+/// What differs between the drive the set is of and this one.
+fn stranger(Identity { model, gear }: Identity, origin: &Origin) -> Option<String> {
+    let same_model = origin.model.as_ref().is_none_or(|name| *name == model.to_string());
+    let same_gear = origin.gear.is_none_or(|ratio| ratio == gear.ratio());
+    if same_model && same_gear {
+        return None;
+    }
+    let known = Model::ALL.into_iter().find(|model| origin.model == Some(model.to_string()));
+    let name = match (known, &origin.model) {
+        (Some(model), _) => format!("an {}", shown(model)),
+        (None, Some(name)) => format!("a drive '{name}'"),
+        (None, None) => "a drive".into(),
+    };
+    let ratio = origin.gear.map(|ratio| format!(" with gear {ratio}:1")).unwrap_or_default();
+    let (here, gear) = (shown(model), gear.ratio());
+    Some(format!("the file is of {name}{ratio}, this drive is an {here} with gear {gear}:1"))
+}
+
+/// The settings of this drive that the set says nothing of.
+fn uncovered(identity: Identity, wanted: &ParameterSet) -> Vec<&'static Entry> {
+    let is_there = |entry: &Entry| wanted.values.iter().any(|(other, _)| other.pnu == entry.pnu);
+    parameters(identity.model).filter(|entry| is_setting(entry) && !is_there(entry)).collect()
 }
 
 /// Whether this drive can have all of it: nothing is written else.
@@ -75,7 +123,7 @@ fn read_all<L: Link, C: Clock>(drive: &mut Drive<L, C>, wanted: &ParameterSet) -
             return Err(Failure::Other("interrupted; nothing was written".into()));
         }
         let item = Item::read(drive, entry, None);
-        found.push(item.map_err(|error| Failure::Other(format!("{error}; nothing was written")))?);
+        found.push(item.map_err(nothing_written)?);
         progress.inc(1);
     }
     progress.finish_and_clear();
@@ -85,8 +133,7 @@ fn read_all<L: Link, C: Clock>(drive: &mut Drive<L, C>, wanted: &ParameterSet) -
 /// Some parameters take no value while the shaft turns.
 fn wait_for_standstill<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<(), Failure> {
     let begun = drive.session.now();
-    let lost = |error: Trouble| Failure::Other(format!("{error}; nothing was written"));
-    while drive.read(SSW, None, Width::Word).map_err(lost)?.bits() & TRAVELS != 0 {
+    while drive.read(SSW, None, Width::Word).map_err(nothing_written)?.bits() & TRAVELS != 0 {
         if drive.is_stopped() {
             return Err(Failure::Other("interrupted; nothing was written".into()));
         }
@@ -286,7 +333,7 @@ impl Report {
         Ok(())
     }
 
-    fn json(&self, identity: Identity) -> serde_json::Value {
+    fn json(&self, identity: Identity, wanted: &ParameterSet) -> serde_json::Value {
         let changes: Vec<_> = self
             .fates
             .iter()
@@ -302,6 +349,8 @@ impl Report {
             .collect();
         json!({
             "drive": about(identity),
+            "file_drive": { "model": wanted.origin.model, "gear": wanted.origin.gear },
+            "not_in_file": uncovered(identity, wanted).iter().map(|entry| entry.pnu.number()).collect::<Vec<_>>(),
             "total": self.total,
             "differing": changes,
             "verified": self.verified,
@@ -312,11 +361,10 @@ impl Report {
 
 #[cfg(test)]
 mod tests {
-    use profidrive::param::{Gear, Model};
+    use profidrive::param::Gear;
 
     use super::*;
     use crate::command::master::rig::{Cut, Rig};
-    use crate::command::master::set::ParameterSet;
 
     /// Some parameters of every kind: words, double words, with and without conditions.
     const CHANGED: [(Parameter, i32); 6] = [
@@ -332,7 +380,7 @@ mod tests {
         let mut values: Vec<_> =
             values.iter().map(|(parameter, value)| (parameter.entry(), *value)).collect();
         values.sort_by_key(|(entry, _)| entry.pnu);
-        ParameterSet { values }
+        ParameterSet { origin: Origin::default(), values }
     }
 
     /// What `restore` does, without its page.
@@ -446,5 +494,42 @@ mod tests {
             };
             assert!(line.contains(says), "{line}");
         }
+    }
+
+    #[test]
+    fn a_set_of_another_kind_of_drive_is_written_only_when_asked_twice() {
+        let origin = |model: &str, gear| Origin { model: Some(model.into()), gear };
+        let (yes, no) = (How { dry_run: false, yes: true }, How { dry_run: false, yes: false });
+        let wrong =
+            "the file is of an AG03 with gear 24:1, this drive is an AG03/1 with gear 48:1; nothing was";
+        for (origin, how, says) in [
+            (origin("ag03", Some(24)), no, Some(wrong)),
+            (origin("ag03-1", Some(24)), no, Some("the file is of an AG03/1 with gear 24:1, this drive")),
+            (origin("ag04", None), no, Some("the file is of a drive 'ag04', this drive is an AG03/1")),
+            (origin("ag03", Some(24)), How { dry_run: true, yes: false }, None),
+            (origin("ag03", Some(24)), yes, None),
+            (origin("ag03-1", Some(48)), no, None),
+            (Origin { model: None, gear: Some(48) }, no, None),
+            (Origin::default(), no, None),
+        ] {
+            let rig = Rig::new(Model::Ag03_1);
+            let wanted = ParameterSet { origin, ..set(&CHANGED) };
+            let outcome = restore(&mut rig.drive(), &wanted, how, true);
+            match (outcome, says) {
+                (Err(Failure::Other(line)), Some(says)) => assert!(line.contains(says), "{line}"),
+                (Ok(()), None) => {}
+                (outcome, _) => panic!("{outcome:?}, expected {says:?}"),
+            }
+            let written = rig.value(Parameter::VPos) == 77;
+            assert_eq!(written, says.is_none() && !how.dry_run, "{:?}", wanted.origin);
+        }
+    }
+
+    #[test]
+    fn the_settings_that_a_set_says_nothing_of_are_named() {
+        let identity = Identity { model: Model::Ag03_1, gear: Gear::Ratio48 };
+        let kept = uncovered(identity, &set(&CHANGED));
+        assert_eq!(kept.len(), 25 - CHANGED.len());
+        assert!(kept.iter().all(|entry| is_setting(entry)));
     }
 }

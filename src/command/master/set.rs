@@ -13,7 +13,8 @@
 //! }
 //! ```
 //!
-//! Only `format`, and of each parameter `pnu` and `value`, are needed to restore it.
+//! Only `format`, and of each parameter `pnu` and `value`, are needed to restore it. If `drive` is there, a drive of another
+//! kind takes the set only when asked twice.
 
 use std::fs;
 use std::io::{self, Read};
@@ -90,8 +91,17 @@ fn written(items: &[Item], drive: &serde_json::Value) -> String {
 /// What a drive shall have.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ParameterSet {
+    /// Which drive it was read from, as far as the file says.
+    pub(super) origin: Origin,
     /// In the order of the numbers.
     pub(super) values: Vec<(&'static Entry, i32)>,
+}
+
+/// The drive that a file names. People write files too: what is not there fits every drive.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+pub(super) struct Origin {
+    pub(super) model: Option<String>,
+    pub(super) gear: Option<u16>,
 }
 
 /// A file as it is written.
@@ -99,8 +109,7 @@ pub(super) struct ParameterSet {
 #[serde(deny_unknown_fields)]
 struct File {
     format: String,
-    #[expect(dead_code, reason = "for the reader of the file; the drive tells what it is")]
-    drive: Option<serde_json::Value>,
+    drive: Option<Origin>,
     parameters: Vec<Row>,
 }
 
@@ -130,6 +139,8 @@ impl ParameterSet {
     }
 
     fn parse(text: &str) -> Result<Self, String> {
+        // Editors of other systems put a mark before UTF-8.
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let file: File = serde_json::from_str(text).map_err(|error| format!("no parameter set: {error}"))?;
         if file.format != FORMAT {
             return Err(format!("the format is '{}', expected '{FORMAT}'", file.format));
@@ -146,7 +157,7 @@ impl ParameterSet {
             return Err("there is no parameter in it".into());
         }
         values.sort_by_key(|(entry, _)| entry.pnu);
-        Ok(Self { values })
+        Ok(Self { origin: file.drive.unwrap_or_default(), values })
     }
 }
 
@@ -163,7 +174,7 @@ impl Row {
         if !is_setting(entry) {
             return Err(format!("{} (PNU {}) is no setting of the drive", entry.name, entry.pnu));
         }
-        match check(&ParameterSpec { entry, element: None }, self.value) {
+        match check(&ParameterSpec { entry, element: None }, self.value, "restore") {
             Ok(()) => Ok((entry, i32::try_from(self.value).unwrap_or(i32::MAX))),
             Err(Failure::Usage(line) | Failure::Other(line)) => {
                 Err(line.split(';').next().unwrap_or_default().into())
@@ -186,8 +197,11 @@ mod tests {
             .filter(|item| ![930, 1013, 1014, 1021, 1022].contains(&item.entry.pnu.number()))
             .collect();
         let text = written(&items, &json!({ "model": "ag03-1", "gear": 48 }));
-        let expected: Vec<_> = items.iter().map(|item| (item.entry, 50)).collect();
-        assert_eq!(ParameterSet::parse(&text), Ok(ParameterSet { values: expected }));
+        let values: Vec<_> = items.iter().map(|item| (item.entry, 50)).collect();
+        let origin = Origin { model: Some("ag03-1".into()), gear: Some(48) };
+        let expected = Ok(ParameterSet { origin, values });
+        assert_eq!(ParameterSet::parse(&text), expected);
+        assert_eq!(ParameterSet::parse(&format!("\u{feff}{text}")), expected, "with a byte order mark");
         assert!(text.contains("\n    {\"name\":\"v-Pos\",\"pnu\":1004,\"text\":\"50 rpm\""), "{text}");
     }
 

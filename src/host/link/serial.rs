@@ -194,7 +194,13 @@ impl Port {
             .stop_bits(StopBits::One)
             .flow_control(FlowControl::None)
             .open_native()
-            .map_err(refused)?;
+            .map_err(|error| match error.kind() {
+                // Root is not kept out by TIOCEXCL, but by the lock of `serialport`.
+                serialport::ErrorKind::NoDevice => not_open(Errno::BUSY.into()),
+                serialport::ErrorKind::InvalidInput
+                | serialport::ErrorKind::Unknown
+                | serialport::ErrorKind::Io(_) => refused(error),
+            })?;
         // What arrived under other settings is noise.
         port.clear(ClearBuffer::All).map_err(refused)?;
         drop_bad_characters(&file).map_err(|error| refused(io::Error::from(error).into()))?;
@@ -264,7 +270,7 @@ fn advice(error: &io::Error) -> &'static str {
     match Errno::from_io_error(error) {
         Some(Errno::NOENT) => "check the name and that the adapter is plugged in",
         Some(Errno::ACCESS | Errno::PERM) => "add your user to the group that owns it, often dialout",
-        Some(Errno::BUSY) => "another program has it open; close that one",
+        Some(Errno::BUSY) => "it is in use by another program; end that one first",
         Some(Errno::NOTTY | Errno::ISDIR) => "name a serial device such as /dev/ttyUSB0",
         _ => "check the adapter",
     }

@@ -17,6 +17,7 @@ use rustix::io::Errno;
 use rustix::termios::{OptionalActions, QueueSelector};
 
 use super::poll_readable;
+use crate::host::lock::locked;
 use crate::host::{Error, Link, Received, Stop};
 use crate::time::BaudRate;
 
@@ -30,8 +31,11 @@ pub struct Terminal {
 impl Terminal {
     /// Opens the terminal at `path` for this process alone, raw and at `rate`. What was waiting there is dropped.
     ///
+    /// Another `Terminal` is kept out by a lock (`flock`) that ends with this one or its process, other programs by
+    /// `TIOCEXCL`, which root may ignore.
+    ///
     /// # Errors
-    /// [`Error::TerminalOpen`].
+    /// [`Error::TerminalOpen`], also if another program has it open.
     pub fn open(path: &Path, rate: BaudRate) -> Result<Self, Error> {
         let failed = |source: io::Error| Error::TerminalOpen {
             path: path.to_path_buf(),
@@ -45,7 +49,7 @@ impl Terminal {
             .custom_flags(flags.bits().cast_signed())
             .open(path)
             .map_err(failed)?;
-        prepare(&file, rate).map_err(|error| failed(error.into()))?;
+        prepare(&file, rate).map_err(failed)?;
         Ok(Self { file, lost: 0 })
     }
 
@@ -55,13 +59,17 @@ impl Terminal {
     }
 }
 
-fn prepare(file: &File, rate: BaudRate) -> rustix::io::Result<()> {
+fn prepare(file: &File, rate: BaudRate) -> io::Result<()> {
+    // TIOCEXCL does not stop root. This lock ends with the process, however that ends.
+    if !locked(file)? {
+        return Err(Errno::BUSY.into());
+    }
     let mut settings = rustix::termios::tcgetattr(file)?;
     rustix::termios::ioctl_tiocexcl(file)?;
     settings.make_raw();
     settings.set_speed(rate.bits_per_second())?;
     rustix::termios::tcsetattr(file, OptionalActions::Now, &settings)?;
-    rustix::termios::tcflush(file, QueueSelector::IFlush)
+    Ok(rustix::termios::tcflush(file, QueueSelector::IFlush)?)
 }
 
 /// What a person can do about a terminal that does not open.
@@ -69,11 +77,18 @@ fn advice(error: &io::Error) -> &'static str {
     match Errno::from_io_error(error) {
         Some(Errno::NOENT) => "check the name, and that the emulator runs",
         Some(Errno::ACCESS | Errno::PERM) => "it belongs to another user",
-        Some(Errno::BUSY) => "another master has it open; close that one",
+        Some(Errno::BUSY) => "it is in use by another program; end that one first",
         Some(Errno::NOTTY | Errno::ISDIR | Errno::NXIO) => {
             "name the terminal that 'profidrive emulate' prints as link="
         }
         _ => "check that the emulator runs",
+    }
+}
+
+impl Drop for Terminal {
+    /// Whoever holds the other side lifts this as well, but later than the next one may open the terminal.
+    fn drop(&mut self) {
+        let _ = rustix::termios::ioctl_tiocnxcl(&self.file);
     }
 }
 
@@ -142,6 +157,16 @@ mod tests {
         let mut master = Terminal::open(drives.path(), BaudRate::K500).unwrap();
         drop(drives);
         assert_eq!(master.receive(&mut [0; 8]).unwrap_err().kind(), io::ErrorKind::NotConnected);
+    }
+
+    #[test]
+    fn a_terminal_is_for_one_program_at_a_time() {
+        let drives = Pty::open(None).unwrap();
+        let first = Terminal::open(drives.path(), BaudRate::K500).unwrap();
+        let error = Terminal::open(drives.path(), BaudRate::K500).unwrap_err().to_string();
+        assert!(error.contains("in use by another program"), "{error}");
+        drop(first);
+        Terminal::open(drives.path(), BaudRate::K500).unwrap();
     }
 
     #[test]
