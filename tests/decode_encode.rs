@@ -583,16 +583,33 @@ fn the_exit_code_says_what_is_wrong() {
 
 #[test]
 fn every_help_has_an_example_that_works() {
-    let helps: [&[&str]; 6] = [
-        &["decode"],
-        &["encode"],
-        &["encode", "pkw"],
-        &["encode", "stw"],
-        &["encode", "zsw"],
-        &["encode", "telegram"],
-    ];
+    let mut helps: Vec<Vec<&str>> =
+        ["decode", "encode", "encode pkw", "encode stw", "encode zsw", "encode telegram"]
+            .map(|command| command.split(' ').collect())
+            .into();
+    // `args::tests` walks the tree for those that have none.
+    for leaf in ["none", "read", "write", "count", "raw", "reply", "reply-count", "refuse"] {
+        helps.push(vec!["encode", "pkw", leaf]);
+    }
+    for leaf in [
+        "fdl-status",
+        "diag",
+        "set-prm",
+        "chk-cfg",
+        "get-cfg",
+        "data-exchange",
+        "global-control",
+        "rd-inp",
+        "rd-outp",
+        "set-slave-add",
+        "token",
+        "short-acknowledge",
+        "raw",
+    ] {
+        helps.push(vec!["encode", "telegram", leaf]);
+    }
     for command in helps {
-        let output = run(&[command, &["--help"]].concat());
+        let output = run(&[command.as_slice(), &["--help"]].concat());
         assert_eq!(output.status.code(), Some(0));
         let examples: Vec<&str> =
             stdout(&output).lines().filter_map(|line| line.strip_prefix("  profidrive ")).collect();
