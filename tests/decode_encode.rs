@@ -221,21 +221,24 @@ fn the_worked_telegrams_of_the_bus_are_built_and_explained() {
             "68 0B 0B 68 82 85 08 3E 3C 02 05 00 FF 12 34 D5 16",
         ),
         (
-            "set-prm --ident 1234 --watchdog 1000 --fcb 0",
+            "set-prm --ident 1234 --watchdog 1000 --fcb 0 --force",
             "68 0C 0C 68 85 82 5D 3D 3E 88 0A 0A 0B 12 34 00 CC 16",
         ),
         ("short-acknowledge", "E5"),
-        ("chk-cfg 23 13 --fcb 1", "68 07 07 68 85 82 7D 3E 3E 23 13 36 16"),
+        ("chk-cfg 23 13 --fcb 1 --force", "68 07 07 68 85 82 7D 3E 3E 23 13 36 16"),
         ("diag --fcb 0", "68 05 05 68 85 82 5D 3C 3E DE 16"),
         ("global-control --address 127", "68 07 07 68 FF 82 46 3A 3E 00 00 3F 16"),
-        ("data-exchange 04 7E 00 00 --fcb 1", "68 07 07 68 05 02 7D 04 7E 00 00 06 16"),
+        ("data-exchange 04 7E 00 00 --fcb 1 --force", "68 07 07 68 05 02 7D 04 7E 00 00 06 16"),
         ("raw --fc 0A --address 2 --master 5 02 37 00 00", "68 07 07 68 02 05 0A 02 37 00 00 4A 16"),
         ("raw --fc 03 --address 2 --master 5", "10 02 05 03 0A 16"),
         (
             "set-prm --unlock --watchdog 0 --min-tsdr 0 --ident 1234 --fcb 1",
             "68 0C 0C 68 85 82 7D 3D 3E 40 00 00 00 12 34 00 85 16",
         ),
-        ("set-slave-add 7 --address 126 --ident 1234", "68 09 09 68 FE 82 6D 37 3E 07 12 34 00 AF 16"),
+        (
+            "set-slave-add 7 --address 126 --ident 1234 --force",
+            "68 09 09 68 FE 82 6D 37 3E 07 12 34 00 AF 16",
+        ),
         ("token --address 3", "DC 03 02"),
     ] {
         let arguments: Vec<&str> =
@@ -270,7 +273,7 @@ fn the_mistakes_of_public_texts_are_explained_as_wrong_and_not_built_without_for
     }
     // PPO 3 and 4, which an article swaps.
     for (identifiers, ppo) in [("F1", "PPO 3, 2 words PZD"), ("F5", "PPO 4, 6 words PZD")] {
-        let output = run(&["encode", "telegram", "chk-cfg", identifiers]);
+        let output = run(&["encode", "telegram", "chk-cfg", identifiers, "--force"]);
         assert!(stdout(&output).contains(ppo), "{}", stdout(&output));
     }
     for (what, says) in [
@@ -279,8 +282,26 @@ fn the_mistakes_of_public_texts_are_explained_as_wrong_and_not_built_without_for
         ("pkw read v-Poss", "there is no parameter 'v-Poss'; close to it are 1004 v-Pos"),
         ("pkw write 918 5", "the parameter is read-only; --force"),
         ("pkw write limit1 99999999999", "99999999999 does not fit Limit 1, which is a double word"),
-        ("pkw read 945", "use job 6, read array element: PKE 63B1; --force"),
+        ("pkw read 945", "Fault buffer is an array of 10: name the element, for example 945.0; --force"),
+        ("pkw write 945 1", "name the element, for example 945.0; --force"),
+        ("pkw write v-Pos -5", "v-Pos takes 1 to 200, got -5; --force"),
+        ("pkw reply v-Pos -5", "v-Pos takes 1 to 200, got -5; --force"),
+        ("pkw reply 1033 -5", "Serial number is never negative, got -5; --force"),
         ("stw 030B", "inching 1 and inching 2 exclude each other; --force"),
+        ("stw 047F", "bit 2 (OFF3) is not implemented and must be 0 by the manual"),
+        ("stw enable 10=1", "bits 10 to 14 are not supported"),
+        ("telegram data-exchange --stw 047F", "bit 2 (OFF3) is not implemented"),
+        ("telegram data-exchange 01 02", "an AG03 refuses it: 2 octets, expected 14; --force"),
+        ("telegram chk-cfg F3 F1", "an AG03 refuses it: Chk_Cfg octet 2: 0xF1, expected 0xF2"),
+        ("telegram set-prm --ident 1234", "an AG03 refuses it: Set_Prm octets 5-6: ident number 0x1234"),
+        ("telegram set-prm --watchdog 5", "a watchdog of 5 ms is too short; the shortest is 10 ms"),
+        ("telegram set-slave-add 9", "an AG03 refuses it with RS: its address is set with switches"),
+        ("telegram set-slave-add 9 --ident 1234", "an AG03 refuses it with RS"),
+        ("telegram fdl-status --address 127", "this request wants a reply, which no station gives"),
+        ("telegram diag --address 127", "this request wants a reply, which no station gives"),
+        ("telegram data-exchange --address 127", "this request wants a reply, which no station gives"),
+        ("telegram diag --address 2 --master 2", "station 2 sends it to itself: no other takes it"),
+        ("telegram diag --master 127", "127 means all stations; no station has this address"),
         ("stw enabel", "'enabel' is no state, bit or word of four digits"),
         ("telegram diag --fcs 00", "frame check sequence is 0x00, expected 0xEE"),
         ("telegram raw --sd3 01", "Sd3 carries 8..8 data octets, got 1"),
@@ -295,6 +316,30 @@ fn the_mistakes_of_public_texts_are_explained_as_wrong_and_not_built_without_for
     }
     let forced = run(&["encode", "telegram", "diag", "--fcs", "00", "--force", "--octets"]);
     assert_eq!(stdout(&forced), "68 05 05 68 85 82 6D 3C 3E 00 16\n");
+}
+
+#[test]
+fn what_only_an_ag03_refuses_is_a_hint_until_the_station_is_known_as_one() {
+    let cfg = "68 07 07 68 85 82 6D 3E 3E F3 F1 D4 16";
+    let prm = "68 0C 0C 68 85 82 5D 3D 3E 88 0A 0A 0B 12 34 00 CC 16";
+    let diag = "68 0B 0B 68 82 85 08 3E 3C 02 05 00 FF 0A C5 5E 16";
+    for (input, mark) in [
+        (cfg.to_string(), "plain"),
+        (prm.to_string(), "plain"),
+        (format!("{diag}\n{cfg}"), "mistake"),
+        (format!("{diag}\n{prm}"), "mistake"),
+    ] {
+        let output = run_with(&["decode", "--json"], input.as_bytes());
+        let last = json_lines(&output).pop().unwrap();
+        assert_eq!(last["mark"], mark, "{input}");
+        assert!(last["hints"][0].as_str().unwrap().starts_with("an AG03 "), "{input}: {}", last["hints"]);
+    }
+    // Whose diagnosis says that it is another device is not measured by ours.
+    let other = "68 0B 0B 68 82 85 08 3E 3C 02 05 00 FF 12 34 D5 16";
+    let output = run_with(&["decode", "--json"], format!("{other}\n{prm}\n{cfg}").as_bytes());
+    for line in json_lines(&output) {
+        assert_eq!(line["hints"].as_array().unwrap().len(), 0, "{}", line["summary"]);
+    }
 }
 
 #[test]
@@ -538,16 +583,33 @@ fn the_exit_code_says_what_is_wrong() {
 
 #[test]
 fn every_help_has_an_example_that_works() {
-    let helps: [&[&str]; 6] = [
-        &["decode"],
-        &["encode"],
-        &["encode", "pkw"],
-        &["encode", "stw"],
-        &["encode", "zsw"],
-        &["encode", "telegram"],
-    ];
+    let mut helps: Vec<Vec<&str>> =
+        ["decode", "encode", "encode pkw", "encode stw", "encode zsw", "encode telegram"]
+            .map(|command| command.split(' ').collect())
+            .into();
+    // `args::tests` walks the tree for those that have none.
+    for leaf in ["none", "read", "write", "count", "raw", "reply", "reply-count", "refuse"] {
+        helps.push(vec!["encode", "pkw", leaf]);
+    }
+    for leaf in [
+        "fdl-status",
+        "diag",
+        "set-prm",
+        "chk-cfg",
+        "get-cfg",
+        "data-exchange",
+        "global-control",
+        "rd-inp",
+        "rd-outp",
+        "set-slave-add",
+        "token",
+        "short-acknowledge",
+        "raw",
+    ] {
+        helps.push(vec!["encode", "telegram", leaf]);
+    }
     for command in helps {
-        let output = run(&[command, &["--help"]].concat());
+        let output = run(&[command.as_slice(), &["--help"]].concat());
         assert_eq!(output.status.code(), Some(0));
         let examples: Vec<&str> =
             stdout(&output).lines().filter_map(|line| line.strip_prefix("  profidrive ")).collect();

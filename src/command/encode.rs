@@ -10,7 +10,10 @@ mod words;
 use std::io::{self, Write};
 
 use profidrive::drive::Mode;
+use profidrive::explain::value::Lengths;
+use profidrive::explain::words::Word;
 use profidrive::explain::{Context, Explanation, HexText, Kind, Mark, Sender, hex};
+use profidrive::fdl::Address;
 use profidrive::ppo::Pkw;
 use serde::Serialize;
 
@@ -64,15 +67,28 @@ fn build(args: &Encode) -> Result<Explanation, Failure> {
         What::Zsw(word) => bare(&words::build(words::ZSW, word, mode)?, Some(Sender::Slave), mode)?,
         What::Telegram(telegram) => {
             let octets = telegram::build(telegram, mode)?;
-            Context::with_mode(mode).telegram(&octets)
+            let mut context = Context::with_mode(mode);
+            // Whoever asks for a telegram asks for one that such a drive takes.
+            context.know(Address::from_octet(telegram.address), mode, Lengths::Unknown);
+            context.telegram(&octets)
         }
     };
-    if !args.force && explanation.mark() >= Mark::Mistake {
-        let hints = explanation.hints();
-        let why = hints.first().map_or(explanation.summary.as_str(), |hint| hint);
-        return Err(Failure::Usage(format!("{why}; --force builds it anyway")));
+    match reason_against(&explanation) {
+        Some(why) if !args.force => Err(Failure::Usage(format!("{why}; --force builds it anyway"))),
+        Some(_) | None => Ok(explanation),
     }
-    Ok(explanation)
+}
+
+/// What is mistaken about it, or which bits of a control word the drive does not look at.
+fn reason_against(explanation: &Explanation) -> Option<String> {
+    let mut reason = None;
+    explanation.walk(&mut |_, field| {
+        let against = field.mark >= Mark::Mistake || field.name == Word::Stw.name();
+        if reason.is_none() && against {
+            reason = field.hints.first().cloned();
+        }
+    });
+    reason.or_else(|| (explanation.mark() >= Mark::Mistake).then(|| explanation.summary.clone()))
 }
 
 fn bare(octets: &[u8], sender: Option<Sender>, mode: Mode) -> Result<Explanation, Failure> {

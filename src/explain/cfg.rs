@@ -8,8 +8,17 @@ use super::field::Field;
 use crate::device::{CONFIGURATIONS, IDENT_NUMBER};
 use crate::dp::{CfgFault, IoLengths};
 
+/// Who says the identifiers.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Said {
+    /// A master in Chk_Cfg.
+    Asked,
+    /// The slave itself.
+    Answered,
+}
+
 /// Sums in a few words, and a field for each identifier.
-pub(super) fn explain(data: &[u8], at: usize, ident: Option<u16>) -> (String, Vec<Field>) {
+pub(super) fn explain(data: &[u8], at: usize, said: Said, ident: Option<u16>) -> (String, Vec<Field>) {
     let mut fields = Vec::new();
     let mut offset = 0;
     while let Some(rest) = data.get(offset..).filter(|rest| !rest.is_empty()) {
@@ -28,12 +37,17 @@ pub(super) fn explain(data: &[u8], at: usize, ident: Option<u16>) -> (String, Ve
         }
         Err(error) => error.to_string(),
     };
-    // Another device has its own configurations; one that was never named is most likely ours if its PPO is.
-    if ident == Some(IDENT_NUMBER)
-        && let Err(fault) = CfgFault::compare(data, CONFIGURATIONS)
+    // Another device has its own configurations.
+    if let Err(fault) = CfgFault::compare(data, CONFIGURATIONS)
         && let Some(field) = fields.iter_mut().rev().find(|field| field.at <= at + fault.index)
     {
-        *field = field.clone().mistaken(format!("an AG03 refuses it: {fault}"));
+        match (ident, said) {
+            (Some(IDENT_NUMBER), _) => {
+                *field = field.clone().mistaken(format!("an AG03 refuses it: {fault}"));
+            }
+            (None, Said::Asked) => *field = field.clone().hinted(format!("an AG03 would refuse it: {fault}")),
+            (Some(_), _) | (None, Said::Answered) => {}
+        }
     }
     (summary, fields)
 }
@@ -105,6 +119,7 @@ fn special(head: u8, octets: &[u8]) -> (usize, String) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::explain::Mark;
 
     #[test]
     fn identifiers_are_read_one_by_one() {
@@ -122,12 +137,12 @@ mod tests {
             (&[0xC2, 0x41, 0x83, 1, 2, 0x20], "5 octets of outputs and 4 of inputs", &[5, 1]),
             (&[0xC2, 0x41], "the last configuration identifier is cut off", &[2]),
         ] {
-            let (said, fields) = explain(data, 9, None);
+            let (said, fields) = explain(data, 9, Said::Asked, None);
             assert_eq!(said, summary);
             assert_eq!(fields.iter().map(|field| field.len).collect::<Vec<_>>(), lens);
             assert_eq!(fields[0].at, 9);
         }
-        let (_, fields) = explain(&[0xC2, 0x41, 0x83, 1, 2, 0x00], 0, None);
+        let (_, fields) = explain(&[0xC2, 0x41, 0x83, 1, 2, 0x00], 0, Said::Asked, None);
         assert_eq!(
             fields[0].meaning,
             "2 words output, consistent unit by unit; 4 octets input, consistent as a whole; 2 octets of the manufacturer"
@@ -137,12 +152,20 @@ mod tests {
 
     #[test]
     fn a_drive_of_ours_says_which_identifier_it_refuses() {
-        let (_, fields) = explain(&[0xF3, 0xF1], 0, Some(IDENT_NUMBER));
+        let (_, fields) = explain(&[0xF3, 0xF1], 0, Said::Asked, Some(IDENT_NUMBER));
         assert_eq!(fields[0].hints.len(), 0);
         assert!(fields[1].hints[0].contains("0xF1, expected 0xF2"), "{:?}", fields[1].hints);
-        let (_, fields) = explain(&[0xF3], 0, Some(IDENT_NUMBER));
+        let (_, fields) = explain(&[0xF3], 0, Said::Asked, Some(IDENT_NUMBER));
         assert!(fields[0].hints[0].contains("the end, expected 0xF2"), "{:?}", fields[0].hints);
-        let (_, fields) = explain(&[0xF3, 0xF1], 0, Some(0x80E0));
-        assert!(fields.iter().all(|field| field.hints.is_empty()), "another device");
+        assert_eq!(fields[0].mark, Mark::Mistake);
+        for (said, ident) in
+            [(Said::Asked, Some(0x80E0)), (Said::Answered, Some(0x80E0)), (Said::Answered, None)]
+        {
+            let (_, fields) = explain(&[0xF3, 0xF1], 0, said, ident);
+            assert!(fields.iter().all(|field| field.hints.is_empty()), "another device");
+        }
+        let (_, fields) = explain(&[0xF3, 0xF1], 0, Said::Asked, None);
+        assert!(fields[1].hints[0].starts_with("an AG03 would refuse it"), "{:?}", fields[1].hints);
+        assert_eq!(fields[1].mark, Mark::Plain, "it may be another device");
     }
 }

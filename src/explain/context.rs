@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::value::Lengths;
 use super::{Explanation, Sender, frame, pkw, ppo};
+use crate::device::IDENT_NUMBER;
 use crate::dp::Service;
 use crate::drive::Mode;
 use crate::fdl::{Address, FrameCount};
@@ -41,10 +42,15 @@ pub(super) struct Learned {
     heard: Option<Mode>,
     pub(super) model: Option<Model>,
     pub(super) lengths: Lengths,
-    pub(super) ident: Option<u16>,
+    /// Ident_Number of the last Set_Prm.
+    pub(super) asked_ident: Option<u16>,
+    /// Ident_Number that the station itself said, or who knows it.
+    pub(super) own_ident: Option<u16>,
     pub(super) stw: u16,
     pub(super) zsw: u16,
     pub(super) job: Option<Pkw>,
+    /// How many replies came since the job changed, none of them to it.
+    pub(super) unanswered: u32,
     /// Whose parameter channel was looked at last.
     pub(super) last: Option<Sender>,
     /// Who asked last, and the frame count.
@@ -70,12 +76,15 @@ impl Context {
     }
 
     /// Takes from who knows the station (the drive itself) what on the line only PNU 930 and 1012 tell: operating mode
-    /// and what positions are counted in; and its model. What is heard later counts again.
+    /// and what positions are counted in; and its model. What is heard later counts again. What an AG03 refuses is
+    /// then a [`Mistake`](super::Mark::Mistake) of who sends it there; of other stations it is at most a hint, until
+    /// they say their Ident_Number in a diagnosis.
     pub fn know(&mut self, station: Address, model: Model, mode: Mode, lengths: Lengths) {
         let learned = self.stations.entry(station.number()).or_default();
         learned.model = Some(model);
         learned.heard = Some(mode);
         learned.lengths = lengths;
+        learned.own_ident = Some(IDENT_NUMBER);
     }
 
     /// Explains words without a telegram: a PPO (14 octets), PKW (8), PZD (6) or one word (2), from the master or
@@ -103,9 +112,25 @@ impl Learned {
         self.given.or(self.heard).unwrap_or(Mode::Positioning)
     }
 
+    /// Ident_Number as far as known: the station's own, or what a master takes it for.
+    pub(super) fn ident(&self) -> Option<u16> {
+        self.own_ident.or(self.asked_ident)
+    }
+
+    /// Learns what is asked for now.
+    pub(super) fn hear_job(&mut self, job: Pkw) {
+        if self.job != Some(job) {
+            self.unanswered = 0;
+        }
+        self.job = Some(job);
+    }
+
     /// Learns from a reply of the drive to the last job.
     pub(super) fn hear_reply(&mut self, reply: Pkw) {
         self.hear_model(reply);
+        if self.answers(reply) == Some(false) && reply.pke.reply() != ReplyId::NoReply {
+            self.unanswered = self.unanswered.saturating_add(1);
+        }
         let value = match reply.pke.reply() {
             ReplyId::Word => reply.word(),
             ReplyId::NoReply

@@ -16,7 +16,7 @@ pub(super) fn explain(data: &[u8], at: usize, learned: &mut Learned) -> (String,
         return (text, fields);
     };
     let ident = u16::from_be_bytes([ident_high, ident_low]);
-    learned.ident = Some(ident);
+    learned.own_ident = Some(ident);
     let owner = if master == NO_MASTER { "no master".into() } else { format!("master {master}") };
     let mut fields = Vec::from([
         status("Station_status_1", at, first, &STATUS_1),

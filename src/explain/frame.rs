@@ -99,9 +99,13 @@ fn data_telegram(telegram: &DataTelegram<'_>, octets: &[u8], context: &mut Conte
     let (from, to) = (Some(sa), Some(da));
     let mut fields = head(telegram.format, octets);
     let at = fields.len();
-    fields.push(address_field("DA", at, telegram.da, telegram.dsap.is_some()));
-    fields.push(address_field("SA", at + 1, telegram.sa, telegram.ssap.is_some()));
     let function = telegram.fc.function();
+    fields.push(judge_da(address_field("DA", at, telegram.da, telegram.dsap.is_some()), telegram, function));
+    let sender = address_field("SA", at + 1, telegram.sa, telegram.ssap.is_some());
+    fields.push(match telegram.sa.is_broadcast() {
+        true => sender.mistaken("127 means all stations; no station has this address"),
+        false => sender,
+    });
     let repeats = repetition(telegram, function, context);
     fields.push(fc_field(at + 2, telegram.fc.octet(), function, repeats));
     let mut data_at = at + 3;
@@ -164,6 +168,21 @@ fn address_field(name: &str, at: usize, address: Address, extended: bool) -> Fie
     };
     let sap = if extended { ", a SAP follows (bit 7)" } else { "" };
     Field::octet(name, at, octet, format!("{who}{sap}"))
+}
+
+/// Whether somebody can take the telegram.
+fn judge_da(field: Field, telegram: &DataTelegram<'_>, function: Function) -> Field {
+    let wants_reply = match function {
+        Function::Request(service, _) => service.wants_reply(),
+        Function::Response(..) | Function::Reserved => false,
+    };
+    if wants_reply && telegram.da.is_broadcast() {
+        field.mistaken("this request wants a reply, which no station gives to one for all (127)")
+    } else if telegram.da == telegram.sa {
+        field.mistaken(format!("station {} sends it to itself: no other takes it", telegram.sa))
+    } else {
+        field
+    }
 }
 
 fn fc_field(at: usize, octet: u8, function: Function, repeats: bool) -> Field {

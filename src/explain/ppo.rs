@@ -67,7 +67,7 @@ fn channel(pkw: Pkw, sender: Sender, at: usize, learned: &mut Learned) -> pkw::S
     learned.last = Some(sender);
     match sender {
         Sender::Master => {
-            learned.job = Some(pkw);
+            learned.hear_job(pkw);
             pkw::job(pkw, at, learned)
         }
         Sender::Slave => {

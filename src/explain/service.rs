@@ -7,6 +7,7 @@ use std::vec::Vec;
 use super::context::Learned;
 use super::field::Field;
 use super::{Sender, cfg, diag, ppo, set_prm};
+use crate::device::IDENT_NUMBER;
 use crate::dp::Service;
 use crate::dp::global_control::{GlobalControl, Latch};
 use crate::dp::set_slave_add::{AddressFault, SetSlaveAdd};
@@ -57,10 +58,10 @@ pub(super) fn request(service: Option<Service>, data: &[u8], at: usize, learned:
         Some(Service::RdOutp) => no_data("RD_Outp: which outputs?", data, at),
         Some(Service::SetPrm) => set_prm::explain(data, at, learned),
         Some(Service::ChkCfg) => {
-            let (summary, fields) = cfg::explain(data, at, learned.ident);
+            let (summary, fields) = cfg::explain(data, at, cfg::Said::Asked, learned.ident());
             (format!("Chk_Cfg: {summary}, agreed?"), fields)
         }
-        Some(Service::SetSlaveAdd) => set_slave_add(data, at),
+        Some(Service::SetSlaveAdd) => set_slave_add(data, at, learned),
         Some(Service::GlobalControl) => global_control(data, at),
         Some(Service::DataExchange) => exchange(data, Sender::Master, at, learned),
         None => ("a service that no slave has".into(), raw_data(data, at)),
@@ -72,7 +73,7 @@ pub(super) fn response(service: Option<Service>, data: &[u8], at: usize, learned
     let (summary, fields) = match service {
         Some(Service::SlaveDiag) => diag::explain(data, at, learned),
         Some(Service::GetCfg) => {
-            let (summary, fields) = cfg::explain(data, at, learned.ident);
+            let (summary, fields) = cfg::explain(data, at, cfg::Said::Answered, learned.ident());
             (format!("configuration: {summary}"), fields)
         }
         Some(Service::DataExchange | Service::RdInp) => exchange(data, Sender::Slave, at, learned),
@@ -112,7 +113,11 @@ fn exchange(data: &[u8], sender: Sender, at: usize, learned: &mut Learned) -> (S
         Err(_) if data.is_empty() => (format!("{head}: no {what}"), Vec::new()),
         Err(_) => {
             let text = format!("{} octets of {what}, not the 14 of these drives", data.len());
-            (format!("{head}: {text}"), Vec::from([Field::octets(what, at, data, text)]))
+            let mut field = Field::octets(what, at, data, text.clone());
+            if sender == Sender::Master && learned.ident() == Some(IDENT_NUMBER) {
+                field = field.mistaken(format!("an AG03 refuses it: {} octets, expected 14", data.len()));
+            }
+            (format!("{head}: {text}"), Vec::from([field]))
         }
     }
 }
@@ -160,7 +165,7 @@ pub(super) fn groups_of(mask: u8) -> String {
 }
 
 /// `dp::set_slave_add` draws the octets.
-fn set_slave_add(data: &[u8], at: usize) -> (String, Vec<Field>) {
+fn set_slave_add(data: &[u8], at: usize, learned: &Learned) -> (String, Vec<Field>) {
     let &[address, high, low, no_change, ref rest @ ..] = data else {
         let fault = AddressFault::Length { got: data.len() };
         let fields = raw_data(data, at).into_iter().map(|field| field.mistaken(fault)).collect();
@@ -170,6 +175,10 @@ fn set_slave_add(data: &[u8], at: usize) -> (String, Vec<Field>) {
     let mut new = Field::octet("New_Slave_Add", at, address, format!("station {address}"));
     if let Err(fault) = SetSlaveAdd::parse(data, ident) {
         new = new.mistaken(fault);
+    }
+    if [learned.own_ident, Some(ident)].contains(&Some(IDENT_NUMBER)) {
+        let text = "an AG03 refuses it with RS: its address is set with switches, not over the bus";
+        new = new.mistaken(text);
     }
     let change =
         if no_change == 0 { "may be changed again" } else { "for good, until the hardware is reset" };

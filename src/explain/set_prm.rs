@@ -8,7 +8,7 @@ use super::context::Learned;
 use super::field::Field;
 use super::service::{groups_of, raw_data};
 use crate::device::{DESCRIPTION, IDENT_NUMBER};
-use crate::dp::{Policy, SetPrm};
+use crate::dp::{Policy, PrmFault, SetPrm};
 
 pub(super) fn explain(data: &[u8], at: usize, learned: &mut Learned) -> (String, Vec<Field>) {
     let (prm, octets) = match (SetPrm::parse(data), data) {
@@ -21,7 +21,7 @@ pub(super) fn explain(data: &[u8], at: usize, learned: &mut Learned) -> (String,
     };
     let ([status, wd_1, wd_2, min_tsdr, ident_high, ident_low, groups], user) = octets;
     let ident = u16::from_be_bytes([ident_high, ident_low]);
-    learned.ident = Some(ident);
+    learned.asked_ident = Some(ident);
     let watchdog =
         prm.watchdog().map_or("watchdog off".into(), |time| format!("watchdog {} ms", time.as_millis()));
     let lock = match (prm.lock_req(), prm.unlock_req()) {
@@ -59,12 +59,22 @@ pub(super) fn explain(data: &[u8], at: usize, learned: &mut Learned) -> (String,
         fields.push(Field::octets("User_Prm_Data", at + 7, user, "of the device, in its GSD"));
     }
     // Of other devices nothing is known. A release is not checked.
-    let ours = ident == IDENT_NUMBER && prm.lock_req() && !prm.unlock_req();
-    if ours
-        && let Err(fault) = prm.check(&DESCRIPTION, &Policy::PROPOSED)
-        && let Some(first) = fields.first_mut()
-    {
-        *first = first.clone().mistaken(format!("an AG03 refuses it: {fault}"));
+    let is_checked = prm.lock_req() && !prm.unlock_req();
+    let ours = learned.own_ident == Some(IDENT_NUMBER) || ident == IDENT_NUMBER;
+    if is_checked && let Err(fault) = prm.check(&DESCRIPTION, &Policy::PROPOSED) {
+        let of_ident = matches!(fault, PrmFault::Ident { .. });
+        let name = if of_ident { "Ident_Number" } else { "Station_Status" };
+        let field = fields.iter_mut().find(|field| field.name == name);
+        match (field, learned.own_ident) {
+            (Some(field), _) if ours => {
+                *field = field.clone().mistaken(format!("an AG03 refuses it: {fault}"));
+            }
+            // An AG03 might be there.
+            (Some(field), None) if of_ident => {
+                *field = field.clone().hinted(format!("an AG03 has {IDENT_NUMBER:04X} and refuses this"));
+            }
+            (_, _) => {}
+        }
     }
     let reply = prm.min_tsdr().map_or(String::new(), |bits| format!(", reply after {bits} bit times"));
     (format!("Set_Prm: {lock}, {watchdog}{reply}"), fields)

@@ -6,15 +6,15 @@ use super::decode::ModeSpec;
 
 /// Builds words and telegrams from words a person knows, and shows how they come about
 ///
-/// What a drive would refuse or ignore is not built: the reason is given instead. With --force it is, for tests that need
-/// mistakes.
+/// What an AG03 would refuse or ignore is not built: the reason is given instead. With --force it is, for other devices and
+/// for tests that need mistakes.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES, subcommand_required = true)]
 pub(crate) struct Encode {
     #[command(subcommand)]
     pub(crate) what: What,
 
-    /// Build it although it is a mistake
+    /// Build it although it is a mistake, or not for an AG03
     #[arg(long, global = true, display_order = 90)]
     pub(crate) force: bool,
 
@@ -51,13 +51,20 @@ pub(crate) enum What {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Pkw {
     /// No job, no reply: four zero words
+    #[command(after_help = "Example:\n  profidrive encode pkw none")]
     None,
     /// Job 1, of an array element 6: read a value
+    #[command(
+        after_help = "Examples:\n  profidrive encode pkw read 1018\n  profidrive encode pkw read 945.3"
+    )]
     Read {
         #[command(flatten)]
         parameter: Parameter,
     },
     /// Job 2 or 3 as the parameter is wide, of an array element 7 or 8: write a value
+    #[command(
+        after_help = "Examples:\n  profidrive encode pkw write limit1 250000\n  profidrive encode pkw write limit2 -1000000"
+    )]
     Write {
         #[command(flatten)]
         parameter: Parameter,
@@ -68,11 +75,13 @@ pub(crate) enum Pkw {
         width: Width,
     },
     /// Job 9: read how many elements an array has
+    #[command(after_help = "Example:\n  profidrive encode pkw count 945")]
     Count {
         #[command(flatten)]
         parameter: Parameter,
     },
     /// Any job or reply identification with any words
+    #[command(after_help = "Example:\n  profidrive encode pkw raw 3 limit1 0x3D090")]
     Raw {
         /// AK, 0 to 15
         #[arg(value_parser = clap::value_parser!(u8).range(0..=15))]
@@ -87,6 +96,7 @@ pub(crate) enum Pkw {
         spm: bool,
     },
     /// A drive's reply 1 or 2 as the parameter is wide, of an array element 4 or 5
+    #[command(after_help = "Example:\n  profidrive encode pkw reply limit1 250000")]
     Reply {
         #[command(flatten)]
         parameter: Parameter,
@@ -97,6 +107,7 @@ pub(crate) enum Pkw {
         width: Width,
     },
     /// A drive's reply 6: how many elements an array has
+    #[command(after_help = "Example:\n  profidrive encode pkw reply-count 945 10")]
     ReplyCount {
         #[command(flatten)]
         parameter: Parameter,
@@ -104,6 +115,7 @@ pub(crate) enum Pkw {
         count: u16,
     },
     /// A drive's reply 7: the job is not executed
+    #[command(after_help = "Example:\n  profidrive encode pkw refuse a-Pos 2")]
     Refuse {
         #[command(flatten)]
         parameter: Parameter,
@@ -211,15 +223,20 @@ pub(crate) enum Fcb {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Service {
     /// FDL status: who is there?
+    #[command(after_help = "Example:\n  profidrive encode telegram fdl-status --address 5")]
     FdlStatus,
     /// Slave_Diag: how are you?
+    #[command(after_help = "Example:\n  profidrive encode telegram diag --address 5")]
     Diag,
     /// Set_Prm: be mine
+    #[command(
+        after_help = "Examples:\n  profidrive encode telegram set-prm --watchdog 1000 --groups 1,4 --fcb 0\n  profidrive encode telegram set-prm --ident 1234 --force"
+    )]
     SetPrm {
         /// Ident_Number
         #[arg(long, value_name = "HEX", default_value = "0AC5", value_parser = word)]
         ident: u16,
-        /// Watchdog in ms, 10 to 650250, or 0 for off
+        /// Watchdog in ms, 10 to 650250, or 0 for off; the next longer time that the two factors make
         #[arg(long, value_name = "MS", default_value = "200")]
         watchdog: u32,
         /// min T_SDR in bit times
@@ -245,14 +262,21 @@ pub(crate) enum Service {
         user: Vec<String>,
     },
     /// Chk_Cfg: is this what you exchange?
+    #[command(
+        after_help = "Examples:\n  profidrive encode telegram chk-cfg\n  profidrive encode telegram chk-cfg F3 F1 --force"
+    )]
     ChkCfg {
         /// Configuration identifiers; F3 F2 if none are given
         #[arg(value_name = "HEX")]
         identifiers: Vec<String>,
     },
     /// Get_Cfg: what do you exchange?
+    #[command(after_help = "Example:\n  profidrive encode telegram get-cfg --address 5")]
     GetCfg,
     /// Data_Exchange: outputs for inputs
+    #[command(
+        after_help = "Examples:\n  profidrive encode telegram data-exchange --pkw '13FA 0000 0000 0000' --stw enable --setpoint 5000\n  profidrive encode telegram data-exchange --stw enable,start=1 --setpoint -5000 --octets"
+    )]
     DataExchange {
         /// All octets; instead of the words
         #[arg(value_name = "HEX", conflicts_with_all = ["pkw", "stw", "setpoint"])]
@@ -268,6 +292,9 @@ pub(crate) enum Service {
         setpoint: i32,
     },
     /// Global_Control: a command to many slaves, without reply
+    #[command(
+        after_help = "Examples:\n  profidrive encode telegram global-control clear --address 127\n  profidrive encode telegram global-control sync --groups 1,4 --address 127"
+    )]
     GlobalControl {
         /// What to do; nothing: the master is in Operate
         commands: Vec<Control>,
@@ -276,10 +303,15 @@ pub(crate) enum Service {
         groups: Vec<u8>,
     },
     /// RD_Inp: which inputs?
+    #[command(after_help = "Example:\n  profidrive encode telegram rd-inp --address 5")]
     RdInp,
     /// RD_Outp: which outputs?
+    #[command(after_help = "Example:\n  profidrive encode telegram rd-outp --address 5")]
     RdOutp,
     /// Set_Slave_Add: take another address
+    #[command(
+        after_help = "Example:\n  profidrive encode telegram set-slave-add 7 --address 126 --ident 1234 --force"
+    )]
     SetSlaveAdd {
         /// The new address
         new: u8,
@@ -291,10 +323,15 @@ pub(crate) enum Service {
         no_change: bool,
     },
     /// The token, from --master to --address
+    #[command(after_help = "Example:\n  profidrive encode telegram token --address 3 --master 2")]
     Token,
     /// SC, one octet
+    #[command(after_help = "Example:\n  profidrive encode telegram short-acknowledge --octets")]
     ShortAcknowledge,
     /// Any function code, SAPs and data; without --fc a slave's answer (DL)
+    #[command(
+        after_help = "Examples:\n  profidrive encode telegram raw --fc 03 --address 2 --master 5\n  profidrive encode telegram raw --fc 6D --dsap 60 --ssap 62"
+    )]
     Raw {
         /// FC
         #[arg(long, value_name = "HEX", value_parser = octet, default_value = "08")]

@@ -160,6 +160,36 @@ mod tests {
     }
 
     #[test]
+    fn every_command_has_help_with_an_example_of_itself() {
+        fn walk(command: &mut clap::Command, path: &str, leaves: &mut Vec<String>) {
+            if !command.has_subcommands() {
+                leaves.push(path.to_owned());
+                let help = command.render_long_help().to_string();
+                let (_, examples) = help.split_once("\nExample").unwrap_or_default();
+                let name = path.rsplit(' ').next().unwrap();
+                let is_of_itself = |line: &str| {
+                    line.trim_start().starts_with("profidrive ") && line.split(' ').any(|word| word == name)
+                };
+                assert!(examples.lines().any(is_of_itself), "{path}: {help}");
+            }
+            for part in command.get_subcommands_mut() {
+                let path = format!("{path} {}", part.get_name());
+                // Needs no arguments.
+                if path != "profidrive demo" {
+                    walk(part, &path, leaves);
+                }
+            }
+        }
+        let mut leaves = Vec::new();
+        let mut command = Args::command();
+        command.build();
+        walk(&mut command, "profidrive", &mut leaves);
+        for known in ["profidrive emulate", "profidrive master scan", "profidrive encode telegram set-prm"] {
+            assert!(leaves.iter().any(|leaf| leaf == known), "{leaves:?}");
+        }
+    }
+
+    #[test]
     fn drives_and_ranges_add_up_and_must_not_overlap() {
         let numbers = |arguments: &[&str]| {
             let arguments = ["profidrive", "emulate"].iter().chain(arguments).map(OsString::from);

@@ -46,7 +46,7 @@ impl Input {
         };
         match arguments {
             [path] if PathBuf::from(path).exists() => Ok(Self::File(path.into())),
-            [path] if path.to_string_lossy().contains(['/', '.']) => {
+            [path] if resembles_path(&path.to_string_lossy()) => {
                 Err(Failure::Other(format!("there is no file {}", PathBuf::from(path).display())))
             }
             [argument] => {
@@ -83,6 +83,11 @@ impl Input {
             Self::Stdin => any(io::stdin().lock(), decoder, output),
         }
     }
+}
+
+/// Whether who wrote this meant a file: a dot among words is none of a file's name.
+fn resembles_path(argument: &str) -> bool {
+    argument.contains('/') || (argument.contains('.') && !argument.contains(char::is_whitespace))
 }
 
 /// The octets of arguments: one with spaces is a line, those without make one together.
@@ -266,6 +271,7 @@ mod tests {
             (&["missing.txt"], false, "there is no file missing.txt"),
             (&["/missing"], false, "there is no file /missing"),
             (&[""], true, "it holds no octets"),
+            (&["10.05 02"], true, "'10.05' is no hexadecimal octet"),
         ] {
             let (line, is_usage) = match input(arguments).unwrap_err() {
                 Failure::Usage(line) => (line, true),

@@ -1,7 +1,7 @@
 //! Jobs and replies of the parameter channel.
 
 use profidrive::explain::Sender;
-use profidrive::param::{Entry, Pnu, Width};
+use profidrive::param::{Entry, Gear, Model, Pnu, Range, Width};
 use profidrive::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
 
 use crate::command::Failure;
@@ -18,12 +18,12 @@ pub(super) fn build(what: &args::Pkw, force: bool) -> Result<(Pkw, Option<Sender
     match what {
         args::Pkw::None => Ok((Pkw::ZERO, Some(Sender::Master))),
         args::Pkw::Read { parameter } => {
-            let target = Target::of(parameter, force)?;
+            let target = Target::of(parameter, force)?.with_element()?;
             let id = if target.array { JobId::ReadElement } else { JobId::Read };
             job(id, &target, 0)
         }
         args::Pkw::Write { parameter, value, width } => {
-            let target = Target::of(parameter, force)?;
+            let target = Target::of(parameter, force)?.with_element()?;
             let width = target.width(width.given, *value);
             let id = match (width, target.array) {
                 (Width::Word, false) => JobId::WriteWord,
@@ -71,6 +71,8 @@ struct Target {
     /// An element of an array is meant.
     array: bool,
     entry: Option<&'static Entry>,
+    /// Build it although it is a mistake.
+    force: bool,
 }
 
 impl Target {
@@ -96,7 +98,18 @@ impl Target {
             Octet::High => Ind::in_high_octet(subindex),
             Octet::Low => Ind::from_raw(subindex.into()),
         };
-        Ok(Self { pnu, ind, array: element.is_some(), entry })
+        Ok(Self { pnu, ind, array: element.is_some(), entry, force })
+    }
+
+    /// The same, unless it is an array of which an element must be named.
+    fn with_element(self) -> Result<Self, Failure> {
+        match self.entry.and_then(|entry| Some((entry, entry.elements?))) {
+            Some((entry, count)) if !self.array && !self.force => Err(Failure::Usage(format!(
+                "{} is an array of {count}: name the element, for example {}.0; --force builds it anyway",
+                entry.name, self.pnu
+            ))),
+            Some(_) | None => Ok(self),
+        }
     }
 
     /// As given, as the parameter is wide, or as wide as the value of an unknown one needs.
@@ -113,6 +126,18 @@ impl Target {
     /// The value in two's complement; a word in word 4.
     fn pwe(&self, value: i64, width: Width) -> Result<u32, Failure> {
         let name = self.entry.map_or(format!("PNU {}", self.pnu), |entry| entry.name.to_string());
+        // In two's complement it would be a large number.
+        if let Some(entry) = self.entry
+            && value < 0
+            && !entry.signed
+            && !self.force
+        {
+            let takes = match entry.range(Model::Ag03_1, Gear::Ratio24) {
+                Some(Range { low, high }) => format!("takes {low} to {high}"),
+                None => "is never negative".into(),
+            };
+            return Err(Failure::Usage(format!("{name} {takes}, got {value}; --force builds it anyway")));
+        }
         let fits = match width {
             Width::Word => {
                 let signed = i16::try_from(value).map(|value| u32::from(value.cast_unsigned()));

@@ -114,6 +114,11 @@ fn set_prm(service: &Service) -> Result<Vec<u8>, Failure> {
     };
     let factors = match watchdog {
         0 => (0, 0),
+        1..10 => {
+            return Err(Failure::Usage(format!(
+                "a watchdog of {watchdog} ms is too short; the shortest is 10 ms, and 0 turns it off"
+            )));
+        }
         millis => factors(millis.div_ceil(10)).ok_or_else(|| {
             Failure::Usage(format!("a watchdog of {millis} ms is too long; the longest is 650250 ms"))
         })?,

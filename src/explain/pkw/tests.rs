@@ -217,9 +217,24 @@ fn jobs_in_order_have_no_mark() {
 fn a_reply_for_another_parameter_than_the_job_is_noticed() {
     let mut context = Context::default();
     context.bare(&words("13FA 0000 0000 0000"), Some(Sender::Master));
-    let stale = context.bare(&words("23F8 0000 0003 D090"), Some(Sender::Slave)).unwrap();
-    assert_eq!(stale.mark(), Mark::Trouble);
-    assert_eq!(stale.hints(), ["not the reply to the last job, which was for PNU 1018 Calibration value"]);
+    let stale = |context: &mut Context| {
+        let said = context.bare(&words("23F8 0000 0003 D090"), Some(Sender::Slave)).unwrap();
+        (said.mark(), said.hints().concat())
+    };
+    let still =
+        "still the previous reply; the one to the last job, for PNU 1018 Calibration value, comes later";
+    for _ in 0..100 {
+        assert_eq!(stale(&mut context), (Mark::Plain, still.into()));
+        // The master repeats its job.
+        context.bare(&words("13FA 0000 0000 0000"), Some(Sender::Master));
+    }
+    let lasts = "101 replies since the last job, which was for PNU 1018 Calibration value, and none to it";
+    assert_eq!(stale(&mut context), (Mark::Trouble, lasts.into()));
+    // Another job begins anew, and the reply to it is none of this.
+    context.bare(&words("13F9 0000 0000 0000"), Some(Sender::Master));
+    assert_eq!(stale(&mut context).0, Mark::Plain);
+    let answer = context.bare(&words("23F9 0000 0003 D090"), Some(Sender::Slave)).unwrap();
+    assert_eq!(answer.hints(), [""; 0]);
 }
 
 #[test]

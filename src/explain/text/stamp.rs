@@ -2,10 +2,15 @@
 
 /// The line behind a time stamp at its front; the whole line if there is none.
 ///
-/// A stamp is a time `12:00:01`, perhaps with a fraction, a date before it or brackets around it, that ends with a space or
-/// its bracket and is followed by something else than more octets between colons. Octets between colons that happen to be
-/// a time, and nothing else in the line, are octets.
+/// A stamp is a time `12:00:01`, perhaps with a fraction, a date before it or brackets around it, that ends with a space,
+/// a colon or its bracket; or seconds `1763752806.123`. Octets between colons in groups of three, the first of which
+/// happens to be a time, are octets, and so is a time alone.
 pub(super) fn behind(line: &str) -> &str {
+    if let Some((seconds, rest)) = line.split_once([' ', '\t'])
+        && is_seconds(seconds)
+    {
+        return rest.trim_start();
+    }
     let open = line.strip_prefix(['[', '(']);
     let stamped = without_date(open.unwrap_or(line));
     let Some((rest, fraction)) = without_time(stamped) else { return line };
@@ -16,10 +21,24 @@ pub(super) fn behind(line: &str) -> &str {
     if rest.is_empty() && fraction {
         return rest;
     }
-    let Some(rest) = rest.strip_prefix([' ', '\t', ':']).map(str::trim_start) else { return line };
-    let next = rest.split(char::is_whitespace).next().unwrap_or_default();
-    let goes_on = next.split_once(':').is_some_and(|(_, octets)| !octets.is_empty());
-    if goes_on || rest.is_empty() { line } else { rest }
+    if let Some(rest) = rest.strip_prefix(": ") {
+        return rest.trim_start();
+    }
+    let Some(rest) = rest.strip_prefix([' ', '\t']).map(str::trim_start) else { return line };
+    if rest.is_empty() || begins_with_group(rest) { line } else { rest }
+}
+
+/// Whether two or three octets between colons are at the front.
+fn begins_with_group(text: &str) -> bool {
+    let next = text.split(char::is_whitespace).next().unwrap_or_default();
+    let is_octet = |part: &str| part.len() == 2 && part.bytes().all(|digit| digit.is_ascii_hexdigit());
+    matches!(next.split(':').count(), 2 | 3) && next.split(':').all(is_octet)
+}
+
+/// `0.001234`, but not `10.05`, which may be two octets.
+fn is_seconds(text: &str) -> bool {
+    text.split_once('.')
+        .is_some_and(|(whole, fraction)| is_decimal(whole) && is_decimal(fraction) && fraction.len() > 2)
 }
 
 /// Without `2026-11-21`, `21.11.2026` or `Nov 21` and the space or `T` behind it.
@@ -103,8 +122,10 @@ mod tests {
             "2026/11/21 12:00:01",
             "Nov 21 12:00:01",
             "Nov  1 12:00:01",
+            "1763752806.123",
+            "0.001234",
         ] {
-            for rest in ["10 05 02", "TX: 10 05 02", "TX 100502"] {
+            for rest in ["10 05 02", "TX: 10 05 02", "TX:10", "TX 100502", "10:05:02:49:50:16"] {
                 assert_eq!(behind(&std::format!("{stamp} {rest}")), rest, "{stamp}");
             }
         }
@@ -122,6 +143,7 @@ mod tests {
             "68:05:05:68 85",
             "E5",
             "10-05-02 49 50 16",
+            "10.05 02.49",
             "",
         ] {
             assert_eq!(behind(line), line);
