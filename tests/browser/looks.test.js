@@ -12,6 +12,8 @@ const PICTURES = process.env.PROFIDRIVE_SCREENSHOTS;
 
 async function photograph(page, name, options = {}) {
   if (!PICTURES) return;
+  // A busy machine is no part of the picture.
+  await page.locator("#connection[data-kind=live]").waitFor();
   await page.evaluate(() => scrollTo(0, 0));
   await page.screenshot({ path: path.join(PICTURES, `${name}.png`), ...options });
 }
@@ -68,16 +70,17 @@ function sticksOut(page) {
   );
 }
 
-/** Rows of values that leave room at their end. */
+/** Rows of values that leave room at their end, and names that leave their place. */
 function ragged(page) {
   return page.evaluate(() => {
+    const wide = [...document.querySelectorAll("#values :is(dt, dd)")].filter((part) => part.scrollWidth > part.clientWidth);
     const rows = new Map();
     for (const value of document.querySelectorAll("#values > div")) {
       const { top, right } = value.getBoundingClientRect();
       rows.set(Math.round(top), Math.max(rows.get(Math.round(top)) ?? 0, right));
     }
     const end = document.querySelector("#values").getBoundingClientRect().right;
-    return [...rows.values()].filter((right) => right < end - 4);
+    return [...[...rows.values()].filter((right) => right < end - 4), ...wide.map(({ textContent }) => textContent)];
   });
 }
 
@@ -154,7 +157,7 @@ test("at every width the values fill their rows, and nothing sticks out of its c
   for (const drive of ["5", "5,model=ag03"]) {
     await onStage({ drives: ["--drive", drive], master: false }, async ({ page }) => {
       await text(page, "#drive-dp", "gear 48:1");
-      for (const width of [1480, 1280, 1000, 700, 360]) {
+      for (const width of [1480, 1280, 1261, 1260, 1000, 700, 360]) {
         await page.setViewportSize({ width, height: 900 });
         await assertFits(page);
         assert.deepEqual(await ragged(page), [], `${drive} at ${width}`);
@@ -229,7 +232,7 @@ test("nothing moves by itself for those who do not want it", async () => {
 
 test("125 drives are seen at a glance, filtered and chosen", async () => {
   const addresses = Array.from({ length: 125 }, (_, index) => index + 1);
-  await onStage({ drives: ["--drives", "1-125"], addresses: addresses.slice(0, 100), page: { view: "#drives", viewport: { width: 1360, height: 960 } } }, async ({ page, master }) => {
+  await onStage({ drives: ["--drives", "1-125"], addresses: addresses.slice(0, 100), page: { view: "#drives", viewport: { width: 1360, height: 1030 } } }, async ({ page, master }) => {
     const tiles = page.locator(".tile");
     await until("tiles", () => tiles.count(), (count) => count === 125);
     for (const address of addresses.slice(0, 100)) await master.exchanging(address);
@@ -253,11 +256,11 @@ test("125 drives are seen at a glance, filtered and chosen", async () => {
     // What a tile says fits into it: no word is cut off.
     const cut = () => tiles.evaluateAll((tiles) => tiles.flatMap((tile) => [...tile.children]).filter((part) => part.scrollWidth > part.clientWidth + 1).map((part) => part.textContent));
     for (const width of [1360, 1280, 1000, 700, 360]) {
-      await page.setViewportSize({ width, height: 960 });
+      await page.setViewportSize({ width, height: 1030 });
       assert.deepEqual(await cut(), [], `at ${width}`);
       await assertFits(page);
     }
-    await page.setViewportSize({ width: 1360, height: 960 });
+    await page.setViewportSize({ width: 1360, height: 1030 });
     assert.deepEqual(await faint(page), []);
 
     await page.getByRole("searchbox", { name: "Filter" }).fill("fault");

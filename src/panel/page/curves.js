@@ -16,7 +16,7 @@ const LANES = [
   { name: "Current", unit: "mA", lines: [{ key: "current_ma", class: "current" }], least: 200 },
 ];
 const LEFT = 64;
-const RIGHT = 10;
+const RIGHT = 20;
 const TOP = 22;
 const BOTTOM = 24;
 const GAP = 38;
@@ -250,9 +250,14 @@ export class Curves {
     }
     const { unit } = sample;
     const of = (setpoint) => (setpoint === null ? "" : ` (setpoint ${setpoint})`);
-    const when = time === null ? "" : `${sample.time_s.toFixed(2)} s   `;
-    const position = `${inUnit(sample.position, unit)} ${unit.name}${of(sample.setpoint === null ? null : inUnit(sample.setpoint, unit))}`;
-    say(this.readout, `${when}${position}   ${sample.speed_rpm} rpm${of(sample.speed_setpoint_rpm)}   ${sample.current_ma} mA`);
+    const parts = [
+      ...(time === null ? [] : [`${sample.time_s.toFixed(2)} s`]),
+      `${inUnit(sample.position, unit)} ${unit.name}${of(sample.setpoint === null ? null : inUnit(sample.setpoint, unit))}`,
+      `${sample.speed_rpm} rpm${of(sample.speed_setpoint_rpm)}`,
+      `${sample.current_ma} mA`,
+    ];
+    // Lines break between the values only.
+    say(this.readout, parts.map((part) => part.replaceAll(" ", "\u00a0")).join("   "));
   }
 
   #paintAll(context, width, height) {
@@ -287,7 +292,7 @@ export class Curves {
       if (time < 0) continue;
       const at = Math.round(x(time)) + 0.5;
       line(context, at, TOP, at, height - BOTTOM);
-      context.fillText(`${Number(time.toFixed(2))} s`, Math.min(at, x(right) - 12), height - 7);
+      context.fillText(`${Number(time.toFixed(2))} s`, at, height - 7);
     }
   }
 

@@ -214,14 +214,14 @@ export class DriveView {
     // A setpoint of no job is a number on the bus and no target.
     const target = state.mode === "positioning" && motion.job_active;
     const released = state.state === "travelling with velocity";
-    // One of the two is there, the name with units is the newer one.
-    const setpoint = motion.setpoint;
+    // A server from before the setpoint had its unit in its name calls both the same.
+    const { setpoint, setpoint_user_units = setpoint, setpoint_rpm = setpoint } = motion;
     this.curves.add(
       {
         time_s: state.time_seconds,
         position: motion.position_user_units,
-        setpoint: target ? setpoint : null,
-        speed_setpoint_rpm: released ? setpoint : null,
+        setpoint: target ? setpoint_user_units : null,
+        speed_setpoint_rpm: released ? setpoint_rpm : null,
         speed_rpm: motion.velocity_rpm,
         current_ma: measured.current_milliamperes,
         unit: unitOf(motion),
