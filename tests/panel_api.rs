@@ -61,6 +61,8 @@ fn the_state_of_a_drive_shows_what_the_master_has_made_of_it() {
     );
     assert_eq!(state["words"]["zsw"]["bits"][2]["set"], json!(true));
     assert_eq!(state["words"]["zsw"]["bits"].as_array().unwrap().len(), 16);
+    assert_eq!(state["ssw"], state["words"]["ssw"]["value"]);
+    assert_eq!(state["user_unit"], json!("increments"));
     assert_eq!(state["start"], json!({ "possible": true, "reasons": [] }));
     assert_eq!(state["parameters"].as_array().unwrap().len(), 41);
     assert_eq!(state["measured"]["control_supply_volts"], json!(24.0));

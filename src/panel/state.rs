@@ -53,8 +53,13 @@ pub(super) struct DriveSummary {
     stw: u16,
     #[schema(minimum = 0, maximum = 65535)]
     zsw: u16,
-    /// Actual position in user units: increments, or 0.01 mm with a spindle pitch.
+    /// The system status word, PNU 1020; says which warning there is.
+    #[schema(minimum = 0, maximum = 65535)]
+    ssw: u16,
+    /// Actual position in user units.
     position_user_units: i32,
+    /// `increments`, or `hundredth_millimetres` with a spindle pitch (PNU 1012).
+    user_unit: &'static str,
     velocity_rpm: i32,
     current_milliamperes: i16,
     operation_enabled: bool,
@@ -109,7 +114,9 @@ impl DriveSummary {
             state: words::state(status.state),
             stw: words::outputs(device).stw().raw(),
             zsw: config.words.zsw(status).raw(),
+            ssw: crate::device::words::system_status(status),
             position_user_units: status.position,
+            user_unit: motion::user_unit(device),
             velocity_rpm: status.velocity,
             current_milliamperes: device.drive().measured().current,
             operation_enabled: status.operation_enabled,

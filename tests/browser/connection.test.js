@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { CONNECTED, LIMIT_MS, onStage, text } from "./stage.js";
+import { CONNECTED, LIMIT_MS, onStage, text, until } from "./stage.js";
 
 test("a server that goes is missed, and found again when it is back", async () => {
   await onStage({ master: false, refusals: true }, async (stage) => {
@@ -23,9 +23,48 @@ test("a drive that is taken away is said to be gone, and is there again when it 
     const act = (method, path, body) => page.evaluate(([method, path, body]) => fetch(path, { method, headers: { "content-type": "application/json" }, body }).then(({ status }) => status), [method, path, body]);
     assert.equal(await act("DELETE", "/api/v1/drives/5"), 204);
     await text(page, "#why-title", "there is no drive at address 5");
+    for (const part of ["#values", "#device", "#curves", "#inputs", "#stw"]) assert.ok(!(await page.locator(part).isVisible()), `nothing in ${part} is of a drive that is gone`);
     assert.equal(await act("POST", "/api/v1/drives", JSON.stringify({ address: 5 })), 201);
     await page.locator(CONNECTED).waitFor();
     await text(page, "#drive-state", "ready-to-run");
+  });
+});
+
+test("at an address without a drive nothing of another drive is shown", async () => {
+  await onStage({ drives: ["--drives", "5-6"], master: false, refusals: true, page: { view: "#drive/6" } }, async ({ page }) => {
+    await text(page, "#drive-dp", "AG03/1");
+    for (const [address, said] of [[77, "there is no drive at address 77"], [999, "'999' is no address"]]) {
+      await page.evaluate((address) => (location.hash = `#drive/${address}`), address);
+      await text(page, "#drive-title", `Drive ${address}`);
+      await text(page, "#why-title", said);
+      await text(page, "#drive-state", "not there");
+      await text(page, "#drive-dp", /^$/);
+      assert.ok(!(await page.locator("#values").isVisible()));
+      assert.ok(!(await page.locator(".device").isVisible()));
+    }
+    await page.locator("#choose").selectOption("6");
+    await text(page, "#drive-state", "ready-to-run");
+    assert.ok(await page.locator("#values").isVisible());
+  });
+});
+
+test("a page that finds every place of the stream taken says so, and gets the next that is free", async () => {
+  await onStage({ master: false, refusals: true }, async ({ page, emulator }) => {
+    await page.goto("about:blank");
+    const events = new URL("api/v1/events", emulator.panel);
+    const readers = [];
+    await until("no place left", async () => {
+      const reader = new AbortController();
+      const { ok } = await fetch(events, { signal: reader.signal });
+      if (ok) readers.push(reader);
+      return !ok;
+    }, (full) => full);
+    await page.goto(new URL("#drive/5", emulator.panel).href);
+    await text(page, "#connection", "16 readers of the stream");
+    assert.ok(!(await page.locator("#why").isVisible()), "a box without a reason is not shown");
+    for (const reader of readers) reader.abort();
+    await page.locator(CONNECTED).waitFor();
+    await text(page, "#why-title", "It does not start");
   });
 });
 
@@ -35,6 +74,9 @@ test("what a slow reader has lost is counted in plain sight", async () => {
     await page.route("**/api/v1/events?*", (route) => route.fulfill({ contentType: "text/event-stream", body: told }), { times: 1 });
     await page.reload();
     await text(page, "#connection", "3 samples, 1 event, 250 telegrams lost");
+    // And not for ever: later it would be taken for a trouble that goes on.
+    await page.locator("#connection[data-kind=live]").waitFor();
+    await text(page, "#connection", /^live$/);
   });
 });
 

@@ -12,6 +12,8 @@ const PICTURES = process.env.PROFIDRIVE_SCREENSHOTS;
 
 async function photograph(page, name, options = {}) {
   if (!PICTURES) return;
+  // A busy machine is no part of the picture.
+  await page.locator("#connection[data-kind=live]").waitFor();
   await page.evaluate(() => scrollTo(0, 0));
   await page.screenshot({ path: path.join(PICTURES, `${name}.png`), ...options });
 }
@@ -54,8 +56,32 @@ function faint(page) {
 }
 
 async function assertFits(page) {
-  const { wide, room } = await page.evaluate(() => ({ wide: document.documentElement.scrollWidth, room: innerWidth }));
+  const { wide, room } = await page.evaluate(() => ({ wide: document.documentElement.scrollWidth, room: document.documentElement.clientWidth }));
   assert.ok(wide <= room, `the page is ${wide} wide and has room for ${room}`);
+}
+
+/** What sticks out of its card. */
+function sticksOut(page) {
+  return page.evaluate(() =>
+    [...document.querySelectorAll(".card :is(button, select, input, output, p, dd)")]
+      .filter((element) => element.checkVisibility() && !element.closest(".scroll, .log"))
+      .filter((element) => element.getBoundingClientRect().right > element.closest(".card").getBoundingClientRect().right)
+      .map((element) => element.textContent.slice(0, 40) || element.id),
+  );
+}
+
+/** Rows of values that leave room at their end, and names that leave their place. */
+function ragged(page) {
+  return page.evaluate(() => {
+    const wide = [...document.querySelectorAll("#values :is(dt, dd)")].filter((part) => part.scrollWidth > part.clientWidth);
+    const rows = new Map();
+    for (const value of document.querySelectorAll("#values > div")) {
+      const { top, right } = value.getBoundingClientRect();
+      rows.set(Math.round(top), Math.max(rows.get(Math.round(top)) ?? 0, right));
+    }
+    const end = document.querySelector("#values").getBoundingClientRect().right;
+    return [...[...rows.values()].filter((right) => right < end - 4), ...wide.map(({ textContent }) => textContent)];
+  });
 }
 
 /** A drive that has travelled, refused, and travels again: something to see in every part of the page. */
@@ -119,7 +145,26 @@ test("on a phone nothing is beside the screen, and what is touched is large enou
       await page.locator(view === "Bus" ? "#counters tbody tr" : ".tile").first().waitFor();
       await assertFits(page);
     }
+    await page.getByLabel("When and where").fill("rate=0.001,station=5");
+    await page.locator("#line-faults").getByRole("button", { name: "Add" }).tap();
+    await page.getByRole("button", { name: /Take no-reply.* off/ }).waitFor();
+    await assertFits(page);
+    assert.deepEqual(await sticksOut(page), []);
   });
+});
+
+test("at every width the values fill their rows, and nothing sticks out of its card", async () => {
+  for (const drive of ["5", "5,model=ag03"]) {
+    await onStage({ drives: ["--drive", drive], master: false }, async ({ page }) => {
+      await text(page, "#drive-dp", "gear 48:1");
+      for (const width of [1480, 1280, 1261, 1260, 1000, 700, 360]) {
+        await page.setViewportSize({ width, height: 900 });
+        await assertFits(page);
+        assert.deepEqual(await ragged(page), [], `${drive} at ${width}`);
+        assert.deepEqual(await sticksOut(page), [], `${drive} at ${width}`);
+      }
+    });
+  }
 });
 
 test("everything can be reached and worked with the keyboard, and the focus is always seen", async () => {
@@ -170,7 +215,7 @@ test("nothing moves by itself for those who do not want it", async () => {
     const moving = () => page.evaluate(() => [...document.querySelectorAll("*")].filter((element) => getComputedStyle(element).transitionDuration !== "0s" || getComputedStyle(element).animationName !== "none").length);
     assert.equal(await moving(), 0);
     await page.getByRole("button", { name: "Provoke fault D:" }).click();
-    await text(page, ".device", "blinks 4 times: fault D");
+    await text(page, ".device", "4 blinks: fault D");
     const dark = await page.locator("[data-lamp=status]").evaluate(async (lamp) => {
       const seen = [];
       new MutationObserver(() => seen.push(lamp.dataset.lit)).observe(lamp, { attributes: true });
@@ -187,7 +232,7 @@ test("nothing moves by itself for those who do not want it", async () => {
 
 test("125 drives are seen at a glance, filtered and chosen", async () => {
   const addresses = Array.from({ length: 125 }, (_, index) => index + 1);
-  await onStage({ drives: ["--drives", "1-125"], addresses: addresses.slice(0, 100), page: { view: "#drives", viewport: { width: 1360, height: 960 } } }, async ({ page, master }) => {
+  await onStage({ drives: ["--drives", "1-125"], addresses: addresses.slice(0, 100), page: { view: "#drives", viewport: { width: 1360, height: 1030 } } }, async ({ page, master }) => {
     const tiles = page.locator(".tile");
     await until("tiles", () => tiles.count(), (count) => count === 125);
     for (const address of addresses.slice(0, 100)) await master.exchanging(address);
@@ -205,13 +250,17 @@ test("125 drives are seen at a glance, filtered and chosen", async () => {
     await photograph(page, "panel-125");
 
     const kinds = await tiles.evaluateAll((tiles) => tiles.map((tile) => `${tile.dataset.kind} ${tile.querySelector(".word").textContent}`));
-    for (const expected of ["fault fault D", "moving travels", "ready enabled", "idle ready-to-run", "off off", "idle no exchange", "warning warning"]) {
+    for (const expected of ["fault fault D", "moving travels", "ready enabled", "idle ready-to-run", "off off", "idle no exchange", "warning battery low"]) {
       assert.ok(kinds.includes(expected), `${expected} is among ${[...new Set(kinds)]}`);
     }
     // What a tile says fits into it: no word is cut off.
-    const cut = await tiles.evaluateAll((tiles) => tiles.flatMap((tile) => [...tile.children]).filter((part) => part.scrollWidth > part.clientWidth + 1).map((part) => part.textContent));
-    assert.deepEqual(cut, []);
-    await assertFits(page);
+    const cut = () => tiles.evaluateAll((tiles) => tiles.flatMap((tile) => [...tile.children]).filter((part) => part.scrollWidth > part.clientWidth + 1).map((part) => part.textContent));
+    for (const width of [1360, 1280, 1000, 700, 360]) {
+      await page.setViewportSize({ width, height: 1030 });
+      assert.deepEqual(await cut(), [], `at ${width}`);
+      await assertFits(page);
+    }
+    await page.setViewportSize({ width: 1360, height: 1030 });
     assert.deepEqual(await faint(page), []);
 
     await page.getByRole("searchbox", { name: "Filter" }).fill("fault");

@@ -27,6 +27,18 @@ function drawn(page, color) {
   }, color);
 }
 
+/** Where the cursor of the curves is drawn, in pixels of the page from the left: the column with most ink. */
+function cursor(page) {
+  return page.locator("canvas.curves").evaluate((canvas) => {
+    const { width, height } = canvas;
+    const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
+    const dark = new Array(width).fill(0);
+    for (let place = 0; place < data.length; place += 4) if (data[place + 3] > 250 && data[place] < 40 && data[place + 1] < 40 && data[place + 2] < 50) dark[(place / 4) % width] += 1;
+    const most = Math.max(...dark);
+    return most > height / 5 ? (dark.indexOf(most) * canvas.clientWidth) / width : -1;
+  });
+}
+
 test("a travel is seen in the numbers, in the words and drawn", async () => {
   await onStage({}, async ({ page, master }) => {
     await master.exchanging(5);
@@ -38,7 +50,7 @@ test("a travel is seen in the numbers, in the words and drawn", async () => {
     await text(page, "#drive-state", "travel job active");
     await text(page, "#why-title", "Under way");
     // Bit 4 of the system status word, and the number of rpm, of one and the same state.
-    const travelling = () => page.evaluate(() => [document.querySelectorAll("#ssw tr")[4].dataset.set, document.querySelector('[data-value="Speed"] dd span').textContent]);
+    const travelling = () => page.evaluate(() => [document.querySelectorAll("#ssw li")[4].dataset.set, document.querySelector('[data-value="Speed"] dd span').textContent]);
     await until("speed", travelling, ([bit, speed]) => bit === "true" && Number(speed) === 30);
     await until("position", () => value(page, "Position"), (position) => position === 3200);
     await text(page, "#why-title", READY);
@@ -55,7 +67,7 @@ test("a travel is seen in the numbers, in the words and drawn", async () => {
     for (let step = 0; step < 90; step += 1) {
       await page.keyboard.press("ArrowLeft");
       const readout = await page.locator(".readout").evaluate((readout) => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => resolve(readout.textContent)))));
-      const [, position, rpm] = /s\s+(-?\d+) inc.*?(-?\d+) rpm/.exec(readout) ?? [];
+      const [, position, rpm] = /s\s+(-?\d+)\sinc.*?(-?\d+)\srpm/.exec(readout) ?? [];
       seen.add(`${Number(position) > 100 && Number(position) < 3100} ${Number(rpm) > 20}`);
     }
     assert.ok(seen.has("true true"), `on its way at speed, got ${[...seen]}`);
@@ -126,6 +138,116 @@ test("a wrong value is refused with the sentence of the server, and nothing chan
   });
 });
 
+test("nothing typed is not written as 0, Enter in the value writes, and a chosen parameter begins anew", async () => {
+  await onStage({ master: false, refusals: true }, async ({ page }) => {
+    const [pnu, subindex, field] = [page.locator("#pkw-pnu"), page.locator("#pkw-subindex"), page.locator("#pkw-value")];
+    await pnu.fill("1004");
+    for (const wrong of ["", "1.5"]) {
+      await field.fill(wrong);
+      await page.getByRole("button", { name: "Write" }).click();
+      await text(page, "#pkw .refused", "Nothing is written: the value must be a whole number");
+      await page.getByRole("button", { name: "Read" }).click();
+      await text(page, "#pkw .done", /PNU 1004.*: 30 rpm/);
+    }
+    await field.fill("41");
+    await field.press("Enter");
+    await text(page, "#pkw .done", /PNU 1004.*: 41 rpm/);
+    await pnu.fill("2048");
+    await pnu.press("Enter");
+    await text(page, "#pkw .refused", "The PNU must be a whole number from 0 to 2047");
+
+    await page.getByRole("button", { name: "Choose PNU 945," }).click();
+    await text(page, "#pkw .done", "PNU 945, element 0");
+    assert.deepEqual([await subindex.inputValue(), await field.inputValue()], ["0", ""]);
+    await page.getByRole("button", { name: "Choose PNU 1000," }).click();
+    await text(page, "#pkw .done", "PNU 1000,");
+    assert.equal(await subindex.inputValue(), "");
+  });
+});
+
+test("a value that cannot act on the drive is refused with a sentence, and the one in effect comes back", async () => {
+  await onStage({ master: false }, async ({ page }) => {
+    await setInput(page, "control_supply_volts", 70);
+    await text(page, "#inputs .refused", "Control supply must be 0 to 60 V, not 70. Nothing is changed.");
+    const number = page.locator('[data-field="control_supply_volts"] input[type=number]');
+    assert.equal(await number.getAttribute("aria-invalid"), "true");
+    await number.blur();
+    await until("24 V again", () => number.inputValue(), (shown) => shown === "24");
+    await setInput(page, "control_supply_volts", 23);
+    await until("23 V", () => value(page, "Control supply"), (volts) => volts === 23);
+    await text(page, "#inputs .refused", /^$/);
+  });
+});
+
+test("with a spindle pitch positions are millimetres, and curves of increments do not become some", async () => {
+  await onStage({}, async ({ page, master }) => {
+    await master.exchanging(5);
+    await master.enable(5);
+    await master.travel(5, 400);
+    await until("position", () => value(page, "Position"), (position) => position === 400);
+    const before = await until("curve", () => drawn(page, "--accent"), ({ height }) => height > 60);
+    await page.locator("#pkw-pnu").fill("1012");
+    await page.locator("#pkw-value").fill("500");
+    await page.locator("#pkw-value").press("Enter");
+    await text(page, '[data-value="Position"]', /\d\.\d\d ?mm$/);
+    await text(page, ".readout", /\d\.\d\d\smm\s+0\srpm/);
+    const after = await drawn(page, "--accent");
+    assert.ok(after.height < 10, `the curve begins anew, got ${after.height} pixels and had ${before.height}`);
+    await page.getByRole("link", { name: "Drives", exact: true }).click();
+    await text(page, ".tile .position", /\d\.\d\d mm$/);
+  });
+});
+
+test("while curves follow, the cursor stays under the pointer and tells what passes; it stays in the picture when they are zoomed", async () => {
+  await onStage({}, async ({ page, master }) => {
+    await master.exchanging(5);
+    await master.enable(5);
+    await master.travel(5, 20_000);
+    const canvas = page.locator("canvas.curves");
+    const seconds = async () => Number(/^(\d+\.\d+)\ss/.exec(await page.locator(".readout").textContent())?.[1]);
+    // Once there are more seconds than the axis shows.
+    await page.keyboard.press("Home");
+    await page.getByRole("button", { name: "Show less time" }).click();
+    await page.waitForTimeout(6000);
+    await canvas.scrollIntoViewIfNeeded();
+    const box = await canvas.boundingBox();
+    await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+    const first = await until("a readout", seconds, (time) => time > 0);
+    assert.ok(Math.abs((await cursor(page)) - box.width / 2) < 2, `the cursor is at ${await cursor(page)} of ${box.width}`);
+    await until("time passes", seconds, (time) => time > first + 2);
+    assert.ok(Math.abs((await cursor(page)) - box.width / 2) < 2, `the cursor is at ${await cursor(page)} of ${box.width}`);
+
+    await page.mouse.move(0, 0);
+    await canvas.focus();
+    for (let step = 0; step < 60; step += 1) await page.keyboard.press("ArrowLeft");
+    await page.waitForTimeout(100);
+    const pointed = await seconds();
+    for (const [key, span] of [["-", "10 s"], ["-", "30 s"], ["+", "10 s"], ["+", "5 s"]]) {
+      await page.keyboard.press(key);
+      await text(page, ".scale", span);
+      await page.waitForTimeout(100);
+      assert.ok(Math.abs((await seconds()) - pointed) < 0.2, `at ${span} the cursor is at ${await seconds()}, not ${pointed}`);
+      const at = await cursor(page);
+      assert.ok(at >= 64 && at <= box.width - 19, `the cursor is in the picture, got ${at}`);
+    }
+  });
+});
+
+test("in velocity mode the setpoint is drawn beside the speed", async () => {
+  await onStage({}, async ({ page, master }) => {
+    await master.exchanging(5);
+    await page.locator("#pkw-pnu").fill("930");
+    await page.locator("#pkw-value").fill("1");
+    await page.locator("#pkw-value").press("Enter");
+    await text(page, "#stw", "velocity mode");
+    await master.command(5, 0x000b, 0);
+    await master.until(5, "operation enabled", (station) => station.bit(2));
+    await master.command(5, 0x004b, 60);
+    await text(page, "#why-title", "Under way: the setpoint is released");
+    await text(page, ".readout", /rpm\s\(setpoint\s60\)/);
+  });
+});
+
 test("master and drive are heard on the parameter channel", async () => {
   await onStage({}, async ({ page, master }) => {
     await master.exchanging(5);
@@ -151,6 +273,21 @@ test("telegrams are told in words and can be filtered", async () => {
   });
 });
 
+test("the log of a drive holds no telegrams of another one", async () => {
+  await onStage({ drives: ["--drives", "5-6"] }, async ({ page, master }) => {
+    await text(page, "#log-lines", "nothing yet");
+    await master.exchanging(5);
+    await page.locator("#log-lines select").selectOption("telegram");
+    await page.locator("#log-lines .log li[data-kind=telegram]").first().waitFor();
+    await page.locator("#choose").selectOption("6");
+    await text(page, "#drive-title", "Drive 6");
+    await text(page, "#log-lines", "nothing matches");
+    assert.equal(await page.locator("#log-lines .log li").count(), 0);
+    await page.locator("#choose").selectOption("5");
+    await page.locator("#log-lines .log li[data-kind=telegram]").first().waitFor();
+  });
+});
+
 test("the keys turn the shaft as long as they are held, with the mouse and with the keyboard", async () => {
   await onStage({ master: false }, async ({ page }) => {
     await page.locator("[data-lamp=bus][data-lit=false]").waitFor();
@@ -159,6 +296,8 @@ test("the keys turn the shaft as long as they are held, with the mouse and with 
     await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
     await page.mouse.down();
     await text(page, "#drive-state", "inching by key");
+    await text(page, "#why-title", "Under way: a key turns the shaft");
+    assert.equal(await page.locator("#why-reasons li").count(), 0);
     const position = await until("position", () => value(page, "Position"), (position) => position < -100);
     await page.mouse.up();
     await until("speed", () => value(page, "Speed"), (speed) => speed === 0);

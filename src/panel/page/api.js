@@ -93,12 +93,26 @@ export class Stream {
     this.#end();
     const query = this.#query;
     this.#timer = setTimeout(() => this.#connect(), RETRY_MS);
-    // An EventSource does not say why it ended; a request does.
     const address = new URLSearchParams(query).get("address");
+    // An EventSource does not say why it ended; requests do.
     const reason = await request("GET", address === null ? "/bus" : `/drives/${address}/inputs`).then(
-      () => new Refused("the stream ended"),
+      () => whyRefused(query),
       (error) => error,
     );
     if (query === this.#query && this.#source === null) this.#on.closed(reason);
+  }
+}
+
+/** Why the stream is not to be had; one that is to be had after all is given up at once. */
+async function whyRefused(query) {
+  const asking = new AbortController();
+  try {
+    const response = await fetch(`${ROOT}/events?${query}`, { signal: asking.signal });
+    if (response.ok) return new Refused("the stream ended");
+    return new Refused((await response.json()).detail, response.status);
+  } catch {
+    return new Refused("the emulator does not answer");
+  } finally {
+    asking.abort();
   }
 }

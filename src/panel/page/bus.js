@@ -1,5 +1,5 @@
 // The bus: what was counted, faults on its line, drives that come and go.
-import { html, say, Rows } from "./dom.js";
+import { html, many, say, Rows } from "./dom.js";
 import { request } from "./api.js";
 
 /** How a fault on the line is written, and what the master gets (docs/faults.md). */
@@ -90,20 +90,20 @@ export class BusView {
     const act = (...of) => this.#act(message, ...of);
     const kind = html("select", { "aria-label": "Fault" }, ...FAULTS.map(([value, text]) => html("option", { value }, `${value}: ${text}`)));
     const more = html("input", { type: "text", "aria-label": "When and where", placeholder: "rate=0.1,station=5", autocomplete: "off", spellcheck: "false" });
-    const form = html("form", { class: "form" }, kind, more, html("button", { type: "submit" }, "Add"));
+    const form = html("form", { class: "form" }, kind, html("span", { class: "group" }, more, html("button", { type: "submit" }, "Add")));
     form.addEventListener("submit", (event) => {
       event.preventDefault();
       act("POST", "/bus/faults", { fault: [kind.value, more.value.trim()].filter(Boolean).join(",") });
     });
-    const body = html("tbody");
+    const list = html("ul", { class: "line" });
     this.none = html("p", { class: "muted" }, "None.");
     this.clear = html("p", {}, html("button", { type: "button", onclick: () => act("DELETE", "/bus/faults") }, "Take all off"));
-    root.replaceChildren(this.none, html("table", { class: "table" }, body), this.clear, form, message);
-    this.#faults = new Rows(body, ({ number, fault }) => {
-      const strikes = html("td", { class: "right" });
+    root.replaceChildren(this.none, list, this.clear, form, message);
+    this.#faults = new Rows(list, ({ number, fault }) => {
+      const strikes = html("span", { class: "muted" });
       const remove = html("button", { type: "button", "aria-label": `Take ${fault} off`, onclick: () => act("DELETE", `/bus/faults/${number}`) }, "Take off");
-      const element = html("tr", {}, html("td", { class: "mono" }, fault), strikes, html("td", { class: "right" }, remove));
-      return { element, show: (fault) => say(strikes, `struck ${fault.strikes} times`) };
+      const element = html("li", {}, html("span", { class: "mono" }, fault), html("span", { class: "group" }, strikes, remove));
+      return { element, show: (fault) => say(strikes, `struck ${many(fault.strikes, "time")}`) };
     });
   }
 
@@ -120,8 +120,7 @@ export class BusView {
       html("label", { class: "field" }, "Address ", address),
       html("label", { class: "field" }, "Model ", model),
       html("label", { class: "field" }, "Gear ", gear),
-      html("button", { type: "submit" }, "Add"),
-      remove,
+      html("span", { class: "group" }, html("button", { type: "submit" }, "Add"), remove),
     );
     form.addEventListener("submit", (event) => {
       event.preventDefault();

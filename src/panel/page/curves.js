@@ -1,25 +1,34 @@
 // Position, speed and current against the time of the bus, with a cursor and zoom.
 import { html, say } from "./dom.js";
+import { inUnit } from "./states.js";
 
 const SPANS_S = [5, 10, 30, 60, 120, 300];
 const KEPT = 20_000;
 const RARE_S = 0.12;
+/** A state comes once a second at least: a shaft that stands at both ends of a gap no longer than this has not moved. */
+const SILENCE_S = 1.3;
+/** The time axis is not shorter than this, however few samples there are. */
+const LEAST_S = 1;
+/** What is drawn. A position has the unit of the samples; the others go from 0 as long as nothing is below. */
 const LANES = [
-  { name: "Position", unit: "", lines: [{ key: "setpoint", class: "setpoint" }, { key: "position", class: "position" }], least: 10 },
-  { name: "Speed", unit: "rpm", lines: [{ key: "speed_rpm", class: "speed" }], least: 10 },
+  { name: "Position", unit: null, lines: [{ key: "setpoint", class: "setpoint" }, { key: "position", class: "position" }], least: 10 },
+  { name: "Speed", unit: "rpm", lines: [{ key: "speed_setpoint_rpm", class: "setpoint" }, { key: "speed_rpm", class: "speed" }], least: 10 },
   { name: "Current", unit: "mA", lines: [{ key: "current_ma", class: "current" }], least: 200 },
 ];
-const LEFT = 58;
-const RIGHT = 10;
-const TOP = 20;
-const BOTTOM = 22;
-const GAP = 26;
+const LEFT = 64;
+const RIGHT = 20;
+const TOP = 22;
+const BOTTOM = 24;
+const GAP = 38;
+/** Between two lines of time in pixels: room for a label. */
+const TICK = 68;
 
 export class Curves {
   #samples = [];
   #span = 10;
   /** The time at the right edge in s; `null` while the curves follow the newest sample. */
   #end = null;
+  /** Where the cursor is between the left edge (0) and the right one (1), or `null` without one. */
   #cursor = null;
   #drag = null;
   #dirty = true;
@@ -42,10 +51,14 @@ export class Curves {
         { class: "toolbar" },
         this.readout,
         html("span", { class: "spacer" }),
-        html("button", { type: "button", "aria-label": "Show more time", onclick: () => this.#zoom(1) }, "−"),
-        this.scale,
-        html("button", { type: "button", "aria-label": "Show less time", onclick: () => this.#zoom(-1) }, "+"),
-        this.follow,
+        html(
+          "span",
+          { class: "group" },
+          html("button", { type: "button", "aria-label": "Show more time", onclick: () => this.#zoom(1) }, "−"),
+          this.scale,
+          html("button", { type: "button", "aria-label": "Show less time", onclick: () => this.#zoom(-1) }, "+"),
+          this.follow,
+        ),
       ),
       this.canvas,
       html("p", { class: "hint", id: "curves-keys" }, "Point at the curves or use ← → for a cursor, drag or Page Up and Page Down for the time before, + − to zoom, Home to follow."),
@@ -67,13 +80,17 @@ export class Curves {
   }
 
   /**
-   * A sample `{ time_s, position, setpoint, speed_rpm, current_ma, unit }`; `setpoint` may be null. `gap` says that
-   * samples before it are lost: the curves are broken there.
+   * A sample `{ time_s, position, setpoint, speed_setpoint_rpm, speed_rpm, current_ma, unit }`; setpoints may be null.
+   * `lost` says that samples before it are: the curves are broken there, unless the shaft stood all the while.
    */
-  add(sample, gap = false) {
+  add(sample, lost = false) {
+    // A position in another unit is another position, and time that goes back is another clock.
+    const before = this.#samples.at(-1);
+    if (before && (before.unit !== sample.unit || before.time_s > sample.time_s)) this.clear();
     const last = this.#samples.at(-1);
-    if (last && sample.time_s < last.time_s) this.#samples = [];
     if (last && sample.time_s === last.time_s) return;
+    const stood = last && [last, sample].every(({ speed_rpm }) => speed_rpm === 0) && last.position === sample.position;
+    const gap = lost && !(stood && sample.time_s - last.time_s < SILENCE_S);
     // Nothing is told of a shaft that stands until something changes: it stood until now.
     if (last && !gap && last.speed_rpm === 0 && sample.time_s - last.time_s > RARE_S) {
       this.#samples.push({ ...last, time_s: sample.time_s - RARE_S / 2, gap: false });
@@ -116,18 +133,44 @@ export class Curves {
     this.#dirty = true;
   }
 
+  /** The time shown, `{ left, right }` in s: the span, or all there is as long as that is less. */
+  #shown() {
+    const right = this.#right();
+    const all = Math.max(right - (this.#samples[0]?.time_s ?? right), LEAST_S);
+    return { left: right - Math.min(this.#span, all), right };
+  }
+
+  /** The time under the cursor, `null` without one. */
+  #time() {
+    const { left, right } = this.#shown();
+    return this.#cursor === null ? null : left + (right - left) * this.#cursor;
+  }
+
+  /** Puts the cursor on a time, as far as that is shown. */
+  #put(time) {
+    const { left, right } = this.#shown();
+    this.#cursor = Math.min(Math.max((time - left) / (right - left), 0), 1);
+    this.#dirty = true;
+  }
+
+  /** Around the cursor if curves that stand have one: what it points at stays where it is. */
   #zoom(step) {
+    const time = this.#time();
     const place = SPANS_S.indexOf(this.#span) + step;
     this.#span = SPANS_S[Math.min(Math.max(place, 0), SPANS_S.length - 1)];
     this.#dirty = true;
+    if (time === null || this.#end === null) return;
+    const { left, right } = this.#shown();
+    this.#go(Math.min(time + (right - left) * (1 - this.#cursor), this.#newest()));
+    this.#put(time);
   }
 
   #listen() {
     const canvas = this.canvas;
-    const timeAt = (event) => {
+    const shareAt = (event) => {
       const box = canvas.getBoundingClientRect();
       const share = (event.clientX - box.left - LEFT) / (box.width - LEFT - RIGHT);
-      return this.#right() - this.#span * (1 - Math.min(Math.max(share, 0), 1));
+      return Math.min(Math.max(share, 0), 1);
     };
     canvas.addEventListener("pointerdown", (event) => {
       canvas.setPointerCapture(event.pointerId);
@@ -137,9 +180,10 @@ export class Curves {
       if (this.#drag && Math.abs(event.clientX - this.#drag.x) > 3) this.#drag.moved = true;
       if (this.#drag?.moved) {
         const width = canvas.clientWidth - LEFT - RIGHT;
-        this.#go(this.#drag.end - (event.clientX - this.#drag.x) / width * this.#span);
+        const { left, right } = this.#shown();
+        this.#go(this.#drag.end - (event.clientX - this.#drag.x) / width * (right - left));
       }
-      this.#cursor = timeAt(event);
+      this.#cursor = shareAt(event);
       this.#dirty = true;
     });
     canvas.addEventListener("pointerup", () => (this.#drag = null));
@@ -158,12 +202,12 @@ export class Curves {
   }
 
   #key(event) {
-    const step = this.#span / 100;
+    const { left, right } = this.#shown();
     const keys = {
-      ArrowLeft: () => this.#point(-step),
-      ArrowRight: () => this.#point(step),
-      PageUp: () => this.#go(this.#right() - this.#span / 2),
-      PageDown: () => this.#go(this.#right() + this.#span / 2),
+      ArrowLeft: () => this.#point(-0.01),
+      ArrowRight: () => this.#point(0.01),
+      PageUp: () => this.#go(right - (right - left) / 2),
+      PageDown: () => this.#go(right + (right - left) / 2),
       Home: () => {
         this.#cursor = null;
         this.#go(null);
@@ -179,11 +223,10 @@ export class Curves {
     this.#dirty = true;
   }
 
-  /** Moves the cursor by `step` seconds. What it points at stays where it is: the curves stand. */
-  #point(step) {
-    const right = this.#right();
-    if (this.#end === null) this.#go(right);
-    this.#cursor = Math.min(Math.max((this.#cursor ?? right) + step, right - this.#span), right);
+  /** Moves the cursor by a `share` of the width. What it points at stays where it is: the curves stand. */
+  #point(share) {
+    if (this.#end === null) this.#go(this.#newest());
+    this.#cursor = Math.min(Math.max((this.#cursor ?? 1) + share, 0), 1);
   }
 
   /** The newest sample at `time`, or before. */
@@ -199,20 +242,27 @@ export class Curves {
 
   #tell() {
     say(this.scale, `${this.#span} s`);
-    const sample = this.#samples[this.#at(this.#cursor ?? this.#right())];
+    const time = this.#time();
+    const sample = this.#samples[this.#at(time ?? this.#right())];
     if (!sample) {
       say(this.readout, "no samples yet");
       return;
     }
-    const when = this.#cursor === null ? "" : `${sample.time_s.toFixed(2)} s   `;
-    const setpoint = sample.setpoint === null ? "" : ` (setpoint ${sample.setpoint})`;
-    say(this.readout, `${when}${sample.position} ${sample.unit}${setpoint}   ${sample.speed_rpm} rpm   ${sample.current_ma} mA`);
+    const { unit } = sample;
+    const of = (setpoint) => (setpoint === null ? "" : ` (setpoint ${setpoint})`);
+    const parts = [
+      ...(time === null ? [] : [`${sample.time_s.toFixed(2)} s`]),
+      `${inUnit(sample.position, unit)} ${unit.name}${of(sample.setpoint === null ? null : inUnit(sample.setpoint, unit))}`,
+      `${sample.speed_rpm} rpm${of(sample.speed_setpoint_rpm)}`,
+      `${sample.current_ma} mA`,
+    ];
+    // Lines break between the values only.
+    say(this.readout, parts.map((part) => part.replaceAll(" ", "\u00a0")).join("   "));
   }
 
   #paintAll(context, width, height) {
-    const right = this.#right();
-    const left = right - this.#span;
-    const x = (time) => LEFT + (time - left) / this.#span * (width - LEFT - RIGHT);
+    const { left, right } = this.#shown();
+    const x = (time) => LEFT + (time - left) / (right - left) * (width - LEFT - RIGHT);
     const first = Math.max(this.#at(left), 0);
     const shown = this.#samples.slice(first, this.#at(right) + 2);
     const share = (height - TOP - BOTTOM - GAP * (LANES.length - 1)) / (LANES.length + 1);
@@ -225,7 +275,7 @@ export class Curves {
       top += tall + GAP;
     });
     if (this.#cursor !== null) {
-      const at = Math.round(x(this.#cursor)) + 0.5;
+      const at = Math.round(LEFT + this.#cursor * (width - LEFT - RIGHT)) + 0.5;
       context.strokeStyle = this.#colors.ink;
       context.setLineDash([2, 3]);
       line(context, at, TOP - 4, at, height - BOTTOM);
@@ -234,7 +284,7 @@ export class Curves {
   }
 
   #paintTime(context, x, left, right, height) {
-    const step = nice((right - left) / 5);
+    const step = nice((right - left) * TICK / (x(right) - x(left)));
     context.fillStyle = this.#colors.muted;
     context.strokeStyle = this.#colors.line;
     context.textAlign = "center";
@@ -242,18 +292,18 @@ export class Curves {
       if (time < 0) continue;
       const at = Math.round(x(time)) + 0.5;
       line(context, at, TOP, at, height - BOTTOM);
-      context.fillText(`${Number(time.toFixed(2))} s`, Math.min(at, x(right) - 12), height - 6);
+      context.fillText(`${Number(time.toFixed(2))} s`, at, height - 7);
     }
   }
 
   #paintLane(context, lane, samples, x, { top, bottom, width }) {
     const values = samples.flatMap((sample) => lane.lines.map(({ key }) => sample[key])).filter((value) => value !== null);
-    const { low, high } = range(values, lane.least);
+    const { low, high } = range(values, lane.least, lane.unit !== null);
     const y = (value) => bottom - (value - low) / (high - low) * (bottom - top);
     context.textAlign = "left";
     context.fillStyle = this.#colors.ink;
-    const unit = lane.unit || samples.at(-1)?.unit || "";
-    context.fillText(unit ? `${lane.name}, ${unit}` : lane.name, LEFT, top - 6);
+    const counted = lane.unit === null ? samples.at(-1)?.unit : { name: lane.unit, each: 1, digits: 0 };
+    context.fillText(counted ? `${lane.name}, ${counted.name}` : lane.name, LEFT, top - 9);
     context.textAlign = "right";
     context.strokeStyle = this.#colors.line;
     context.fillStyle = this.#colors.muted;
@@ -261,7 +311,8 @@ export class Curves {
     for (let value = Math.ceil(low / step) * step; value <= high; value += step) {
       const at = Math.round(y(value)) + 0.5;
       line(context, LEFT, at, width - RIGHT, at);
-      context.fillText(String(Math.round(value)), LEFT - 6, at + 4);
+      const digits = step >= (counted?.each ?? 1) ? 0 : counted.digits;
+      context.fillText((Math.round(value) / (counted?.each ?? 1)).toFixed(digits), LEFT - 7, at + 4);
     }
     context.save();
     context.beginPath();
@@ -305,16 +356,19 @@ function line(context, x1, y1, x2, y2) {
   context.stroke();
 }
 
-/** What an axis shows: all values with some air, and not less than `least`. */
-function range(values, least) {
+/** What an axis shows: all values with some air, and not less than `least`; `fromZero` puts 0 at an edge if it can be. */
+function range(values, least, fromZero) {
   let low = 0;
   let high = 0;
   if (values.length > 0) {
     low = values.reduce((a, b) => Math.min(a, b));
     high = values.reduce((a, b) => Math.max(a, b));
   }
-  const air = Math.max((high - low) * 0.08, (least - (high - low)) / 2, 0);
-  return { low: low - air, high: high + air };
+  const air = (high - low) * 0.08;
+  if (fromZero && low >= 0) return { low: 0, high: Math.max(high + air, least) };
+  if (fromZero && high <= 0) return { low: Math.min(low - air, -least), high: 0 };
+  const more = Math.max(air, (least - (high - low)) / 2);
+  return { low: low - more, high: high + more };
 }
 
 /** The next step of 1, 2 or 5 times a power of ten. */

@@ -31,6 +31,11 @@ function build(element, attributes, children) {
   return element;
 }
 
+/** A number of things in words: `1 line`, `2 lines`. */
+export function many(count, thing) {
+  return `${count} ${thing}${count === 1 ? "" : "s"}`;
+}
+
 /** Sets the text of an element if it is another, so that nothing is announced or painted in vain. */
 export function say(element, text) {
   if (element.textContent !== text) element.textContent = text;

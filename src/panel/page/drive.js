@@ -10,7 +10,7 @@ import { Values } from "./values.js";
 import { Why } from "./why.js";
 import { WordTable } from "./words.js";
 import { busText, isLit, statusText } from "./leds.js";
-import { modelName, stateOf, unitOf } from "./states.js";
+import { inUnit, modelName, stateOf, unitOf } from "./states.js";
 import { request } from "./api.js";
 
 const STILL = matchMedia("(prefers-reduced-motion: reduce)");
@@ -18,6 +18,13 @@ const KEYS = { clockwise: "key_1", counter_clockwise: "key_2" };
 const MOTOR = { released: "released", in_control: "in control", shorted: "shorted" };
 const EEPROM = { in_memory: "in memory", writing: "is being written", stored: "in its file", failed: "NOT written, see the log" };
 const TERMINATOR = { inactive: "off", active: "on", half: "half on: set SW9 and SW10 alike" };
+/** What a drive does that needs no start: nothing stands against it then. */
+const UNDER_WAY = {
+  "travelling with velocity": "the setpoint is released",
+  inching: "inching",
+  "inching by key": "a key turns the shaft",
+  "inching by key ends": "a key has turned the shaft",
+};
 /** The name of a bit without one. */
 const NOT_USED = "not used";
 /** Levels that need somebody, by word and key of the bit. */
@@ -46,7 +53,7 @@ export class DriveView {
     });
     this.words = Object.fromEntries(["stw", "zsw", "ssw"].map((word) => [word, new WordTable(by(word))]));
     this.pkw = new Pkw(by("pkw"), { read: (...of) => this.#readParameter(...of), write: (...of) => this.#writeParameter(...of) });
-    this.parameters = new Parameters(by("parameters"), (pnu) => this.pkw.choose(pnu));
+    this.parameters = new Parameters(by("parameters"), (parameter) => this.pkw.choose(parameter));
     this.powerText = html("p", {});
     this.powerButton = html("button", { type: "button", onclick: () => this.#act("PUT", "/power", { on: this.#state?.power === "off" }) }, "Power off");
     this.message = html("p", { class: "refused", role: "alert" });
@@ -61,9 +68,11 @@ export class DriveView {
     this.#state = null;
     this.curves.clear();
     this.pkw.clear();
+    this.inputs.clear();
     this.parameters.show([]);
     say(this.message, "");
     say(this.#by("drive-title"), `Drive ${address}`);
+    mark(this.#by("drive"), "data-known", "asked");
   }
 
   /** A complete state of the chosen drive; `gap`: states before it were lost. */
@@ -71,6 +80,7 @@ export class DriveView {
     if (state.address !== this.#address) return;
     this.#state = state;
     this.#seen = performance.now();
+    mark(this.#by("drive"), "data-known", "there");
     this.#showHead(state);
     this.#showWhy(state);
     this.#showDevice(state);
@@ -79,9 +89,11 @@ export class DriveView {
     this.inputs.show(modelName(state), state.inputs);
     this.faults.show({
       model: modelName(state),
+      gear: state.gear_ratio,
       inputs: state.inputs,
       latched: state.faults.latched,
       causes: state.faults.causes.map(({ code }) => code),
+      provoked: state.faults.provoked?.map(({ code }) => code),
       turnOnDisabled: state.state === "turn-on disabled",
       buffer: state.faults.buffer,
       count: state.faults.count,
@@ -91,10 +103,14 @@ export class DriveView {
     if (state.parameters) this.showParameters(state.parameters);
   }
 
-  /** There is no drive at this address. */
+  /** There is no drive at this address, and nothing to show of one: the sentence takes the place of everything. */
   gone(sentence) {
     this.#state = null;
+    this.drawing.releaseKeys();
+    this.curves.clear();
+    mark(this.#by("drive"), "data-known", "gone");
     mark(this.#by("drive-state"), "data-kind", "off");
+    say(this.#by("drive-dp"), "");
     this.#by("drive-state").replaceChildren(html("span", { class: "shape", "aria-hidden": "true" }), "not there");
     this.why.show({ title: sentence, kind: "fault", reasons: [], refused: "" });
   }
@@ -113,7 +129,7 @@ export class DriveView {
       this.drawing.light({
         status: steady || isLit(state.status_led, ms),
         bus: isLit(state.bus_led, ms),
-        statusText: statusText(state.status_led, state.fault),
+        statusText: statusText(state),
         busText: busText(state.bus_led),
       });
     }
@@ -139,13 +155,13 @@ export class DriveView {
     const busy = state.motion.job_active && reasons.length === 1;
     const start = state.mode === "velocity" ? "STW.6 = 1 releases the setpoint" : "an edge of STW.6 starts a travel job";
     let title = possible ? `Ready: ${start}` : "It does not start, because";
-    if (state.state === "travelling with velocity") title = "Under way: the setpoint is released";
-    if (busy) title = `Under way: ${reasons[0].text}`;
-    const kind = state.fault !== null ? "fault" : possible || busy ? "ready" : "waiting";
+    const doing = busy ? reasons[0].text : UNDER_WAY[state.state];
+    if (doing !== undefined) title = `Under way: ${doing}`;
+    const kind = state.fault !== null ? "fault" : possible || doing !== undefined ? "ready" : "waiting";
     const { last_refusal: refusal } = state;
     const ago = refusal === null ? 0 : Math.max(0, Math.round(state.time_seconds - refusal.time_seconds));
     const when = ago < 60 ? `${ago} s ago` : `${Math.round(ago / 60)} min ago`;
-    this.why.show({ title, kind, reasons: busy ? [] : reasons.map(({ text }) => text), refused: refusal === null ? "" : `Last refusal, ${when}: ${refusal.text}` });
+    this.why.show({ title, kind, reasons: doing !== undefined ? [] : reasons.map(({ text }) => text), refused: refusal === null ? "" : `Last refusal, ${when}: ${refusal.text}` });
   }
 
   #showDevice(state) {
@@ -164,9 +180,10 @@ export class DriveView {
   }
 
   #showValues({ motion, measured, model }) {
+    const unit = unitOf(motion);
     const volts = (value) => ({ value: value.toFixed(1), unit: "V" });
     this.values.show([
-      { name: "Position", value: String(motion.position_user_units), unit: unitOf(motion), main: true },
+      { name: "Position", value: inUnit(motion.position_user_units, unit), unit: unit.name, main: true },
       { name: "Speed", value: String(motion.velocity_rpm), unit: "rpm", main: true },
       { name: "Current", value: String(measured.current_milliamperes), unit: "mA", main: true },
       { name: "Output stage", value: measured.stage_temperature_celsius.toFixed(1), unit: "°C" },
@@ -185,6 +202,7 @@ export class DriveView {
         name: bit.name,
         meaning: bit.meaning === bit.name || bit.name === NOT_USED ? "" : bit.meaning,
         set: bit.set,
+        used: bit.used,
         alarm: ALARMS[name].some(([number, level]) => number === bit.bit && level === bit.set && bit.used),
       }));
       table.show({ raw: words[name].value, mode: `${mode} mode`, bits });
@@ -193,13 +211,17 @@ export class DriveView {
 
   #addSample(state, gap) {
     const { motion, measured } = state;
-    const positioning = state.mode === "positioning";
+    // A setpoint of no job is a number on the bus and no target.
+    const target = state.mode === "positioning" && motion.job_active;
+    const released = state.state === "travelling with velocity";
+    // A server from before the setpoint had its unit in its name calls both the same.
+    const { setpoint, setpoint_user_units = setpoint, setpoint_rpm = setpoint } = motion;
     this.curves.add(
       {
         time_s: state.time_seconds,
         position: motion.position_user_units,
-        // A setpoint of no job is a number on the bus and no target.
-        setpoint: positioning && motion.job_active ? motion.setpoint : null,
+        setpoint: target ? setpoint_user_units : null,
+        speed_setpoint_rpm: released ? setpoint_rpm : null,
         speed_rpm: motion.velocity_rpm,
         current_ma: measured.current_milliamperes,
         unit: unitOf(motion),
@@ -253,5 +275,5 @@ function parameterRow({ pnu, name, text, elements, access, low, high }) {
   const range = access === "read_only" ? "read only" : low === null ? "" : `${low} to ${high}`;
   // Of the fault buffer, what is empty says nothing.
   const shown = elements ? text.replace(/(, no fault)+$/, "") : text;
-  return { pnu, name, value: access === "write_only" ? "" : shown, range };
+  return { pnu, name, value: access === "write_only" ? "" : shown, range, array: Boolean(elements) };
 }

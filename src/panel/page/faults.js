@@ -1,10 +1,9 @@
 // The faults of a drive: the one it is in and what to do, the buffer, and how to provoke each.
-import { html, say, mark, Rows } from "./dom.js";
+import { html, many, say, mark, Rows } from "./dom.js";
 
-/**
- * The faults: what makes each (docs/drive.md), whether `inputs` do, and the inputs that take the cause back. A 24:1 gear
- * needs half the friction for C.
- */
+/** Friction that takes more than 2.4 A, Nm per unit of the gear: 4.7 Nm at 48:1, half of it at 24:1. */
+const FRICTION_OF_C = 4.7 / 48;
+/** The faults: what makes each (docs/drive.md), whether `inputs` do, and the inputs that take the cause back. */
 const FAULTS = {
   A: {
     title: "supply below 18 V and more than 200 mA, once the shaft shall turn",
@@ -14,7 +13,7 @@ const FAULTS = {
   B: { title: "shaft blocked, once it shall turn", made: (inputs) => inputs.blocked, healthy: { blocked: false } },
   C: {
     title: "more than 2.4 A for more than 4 s, once the shaft shall turn",
-    made: (inputs) => inputs.friction_torque_newton_metres >= 4.7,
+    made: (inputs, model, gear) => inputs.friction_torque_newton_metres >= FRICTION_OF_C * gear,
     healthy: { friction_torque_newton_metres: 0 },
   },
   D: { title: "output stage above 90 °C", made: (inputs) => inputs.stage_temperature_celsius > 90, healthy: { stage_temperature_celsius: null } },
@@ -58,20 +57,24 @@ export class Faults {
   }
 
   /**
-   * The `model` and its `inputs`, the fault `latched` or null, the codes whose `causes` are there, whether turn-on is
-   * disabled, the `buffer` of PNU 945, and the `count` of PNU 952.
+   * The `model`, its `gear` and its `inputs`, the fault `latched` or null, the codes whose `causes` are there, those that
+   * the inputs make as soon as the shaft shall turn (`provoked`, undefined of a server that does not say), whether turn-on
+   * is disabled, the `buffer` of PNU 945, and the `count` of PNU 952.
    */
-  show({ model, inputs, latched, causes, turnOnDisabled, buffer, count }) {
+  show({ model, gear, inputs, latched, causes, provoked, turnOnDisabled, buffer, count }) {
     this.#model = model;
+    // Blocked shaft and friction are causes only while the motor turns, and in the way as long as they are there.
+    const made = (code) => provoked?.includes(code) ?? FAULTS[code].made(inputs, model, gear);
+    const present = causes.length > 0 || (latched !== null && made(latched.code));
     for (const [code, button] of this.#buttons) {
-      const { only, made } = FAULTS[code];
+      const { only } = FAULTS[code];
       button.hidden = only !== undefined && only !== model;
-      mark(button, "aria-pressed", made(inputs, model));
+      mark(button, "aria-pressed", FAULTS[code].made(inputs, model, gear));
     }
-    say(this.steps, advice(latched, causes, turnOnDisabled));
+    say(this.steps, advice(latched, present, turnOnDisabled));
     const places = Array.from({ length: BUFFER_LENGTH }, (_, index) => ({ index, code: buffer[index]?.code ?? "–", title: buffer[index]?.text ?? "empty" }));
     this.#buffer.show(places, ({ index }) => index);
-    say(this.count, `${count} faults counted (PNU 952); the last ten above (PNU 945).`);
+    say(this.count, `${many(count, "fault")} counted (PNU 952); the last ten above (PNU 945).`);
   }
 
   #toggle(code) {
@@ -86,9 +89,9 @@ export class Faults {
   }
 }
 
-function advice(latched, causes, turnOnDisabled) {
+function advice(latched, present, turnOnDisabled) {
   if (latched !== null) {
-    const first = causes.length > 0 ? "Take its cause back, then let the master acknowledge" : "Its cause is gone: let the master acknowledge";
+    const first = present ? "Take its cause back, then let the master acknowledge" : "Its cause is gone: let the master acknowledge";
     return `Fault ${latched.text}. ${first} with STW.7 from 0 to 1.`;
   }
   if (turnOnDisabled) return "Acknowledged. Turning on is disabled until the master gives OFF1 (STW.0 = 0) once.";

@@ -40,6 +40,11 @@ export class Inputs {
     form.addEventListener("submit", (event) => event.preventDefault());
   }
 
+  /** Another drive: what was refused by the last one is not said of it. */
+  clear() {
+    say(this.#message, "");
+  }
+
   /** `values` are the inputs in effect. */
   show(model, values) {
     if (this.#model !== model) this.#build(model);
@@ -56,9 +61,14 @@ export class Inputs {
   #build(model) {
     this.#model = model;
     const change = (field, value) => this.change({ [field]: value });
+    // Beside what was typed, where somebody looks.
+    const refuse = (sentence, element) => {
+      element.after(this.#message);
+      say(this.#message, sentence);
+    };
     this.#controls = CONTROLS.filter(({ models }) => !models || models.includes(model)).map((control) => {
       if (control.unit === undefined) return new Toggle(control, change);
-      return control.given === undefined ? new Slider(control, change) : new Override(control, change);
+      return control.given === undefined ? new Slider(control, change, refuse) : new Override(control, change, refuse);
     });
     const nominal = () => this.change(Object.fromEntries(this.#controls.map(({ field, normal }) => [field, normal])));
     this.form.replaceChildren(
@@ -109,14 +119,19 @@ class Control {
 }
 
 class Slider extends Control {
-  constructor(control, change) {
+  constructor(control, change, refuse) {
     super(control);
     const { field, label, unit, min, max, step } = control;
     const id = `input-${field}`;
     const changed = (source) => {
-      const value = Number(source.value);
-      if (source.value === "" || !source.checkValidity() || Number.isNaN(value)) return;
-      change(field, value);
+      if (source.value !== "" && source.checkValidity()) {
+        mark(this.number, "aria-invalid", false);
+        change(field, source.valueAsNumber);
+        return;
+      }
+      mark(this.number, "aria-invalid", true);
+      const typed = source.value === "" ? "" : `, not ${source.value}`;
+      refuse(`${label} must be ${min} to ${max} ${unit}${typed}. Nothing is changed.`, this.element);
     };
     this.range = html("input", { type: "range", min, max, step, "aria-label": `${label}, ${unit}`, oninput: () => changed(this.range) });
     this.number = html("input", { type: "number", id, min, max, step: "any", onchange: () => changed(this.number) });
@@ -131,7 +146,9 @@ class Slider extends Control {
 
   display(value) {
     this.range.value = value;
-    if (document.activeElement !== this.number) this.number.value = Number(value.toFixed(3));
+    if (document.activeElement === this.number) return;
+    this.number.value = Number(value.toFixed(3));
+    mark(this.number, "aria-invalid", false);
   }
 }
 
@@ -151,10 +168,10 @@ class Toggle extends Control {
 
 /** A quantity that follows from the others unless it is given. */
 class Override extends Control {
-  constructor(control, change) {
+  constructor(control, change, refuse) {
     super(control);
     const { field, label, given } = control;
-    this.slider = new Slider(control, change);
+    this.slider = new Slider(control, change, refuse);
     this.button = html("button", { type: "button", class: "toggle", role: "switch", "aria-checked": false, "aria-label": `Give ${label}`, onclick: () => change(field, this.button.getAttribute("aria-checked") === "true" ? null : given) });
     this.free = html("span", { class: "muted" }, "as it comes");
     this.element = this.slider.element;

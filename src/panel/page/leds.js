@@ -12,17 +12,18 @@ export function isLit(led, ms) {
   return within < led.blinks * blink && within % blink < led.on_milliseconds;
 }
 
-/** What the status LED tells. */
-export function statusText(led, fault) {
+/** What the status LED of a drive tells (ag03.md 3.5): short, it has to fit on the housing. */
+export function statusText({ status_led: led, fault, model, power, inputs }) {
+  const enabling = model === "ag03";
   switch (led.pattern) {
     case "blinking":
-      return `blinks ${led.blinks === 1 ? "once" : `${led.blinks} times`}: fault ${fault}`;
+      return `${led.blinks} ${led.blinks === 1 ? "blink" : "blinks"}: fault ${fault}`;
     case "alternating":
       return "alternates: reset";
     case "on":
-      return "lit: supplied";
+      return enabling ? "lit: enabled" : "lit: supplied";
     default:
-      return "dark: no supply";
+      return enabling && power === "on" && !inputs.enable ? "dark: no enable" : "dark: no supply";
   }
 }
 

@@ -1,5 +1,5 @@
 // Telegrams, events and refusals in words, newest at the bottom, with a filter.
-import { html, say } from "./dom.js";
+import { html, many, say } from "./dom.js";
 
 const KEPT = 1000;
 /** What can be shown, in the order of the choice. */
@@ -9,6 +9,8 @@ const KINDS = [
   ["telegram", "telegrams"],
   ["refusal", "refusals"],
 ];
+/** The address of a telegram to all stations. */
+const BROADCAST = 127;
 
 export class Log {
   #lines = [];
@@ -27,6 +29,7 @@ export class Log {
     const filter = html("input", { type: "search", placeholder: "Set_Prm, -Data_Exchange ...", autocomplete: "off", spellcheck: "false", oninput: () => this.#filter(filter.value) });
     this.pause = html("button", { type: "button", "aria-pressed": false, onclick: () => this.#pause() }, "Pause");
     this.count = html("span", { class: "muted" });
+    this.nothing = html("p", { class: "muted nothing" }, "nothing yet");
     root.replaceChildren(
       html(
         "div",
@@ -39,7 +42,9 @@ export class Log {
         this.count,
       ),
       this.list,
+      this.nothing,
     );
+    this.#empty();
   }
 
   get wantsTelegrams() {
@@ -53,7 +58,10 @@ export class Log {
     this.#again();
   }
 
-  /** A line `{ time_s, kind, text, station, bad }`; kinds are telegram, refusal, fault, dp, power, line, lost. */
+  /**
+   * A line `{ time_s, kind, text, stations, bad }`; kinds are telegram, refusal, fault, dp, power, line, lost; `stations`
+   * are those it is of, none if it concerns all.
+   */
   add(line) {
     this.#lines.push(line);
     if (this.#lines.length > 2 * KEPT) this.#lines.splice(0, KEPT);
@@ -67,13 +75,15 @@ export class Log {
       say(this.count, this.#pending.length === 0 ? "" : `${this.#pending.length} more`);
       return;
     }
-    if (this.#pending.length === 0 || this.list.offsetParent === null) return;
+    if (this.#pending.length === 0 || this.pause.offsetParent === null) return;
+    this.list.hidden = false;
     const atEnd = this.list.scrollHeight - this.list.scrollTop - this.list.clientHeight < 30;
     this.list.append(...this.#pending.map(row));
     this.#pending = [];
     while (this.list.childElementCount > KEPT) this.list.firstElementChild.remove();
     if (atEnd) this.list.scrollTop = this.list.scrollHeight;
-    say(this.count, `${this.list.childElementCount} lines`);
+    say(this.count, many(this.list.childElementCount, "line"));
+    this.#empty();
   }
 
   #choose(choice) {
@@ -102,26 +112,40 @@ export class Log {
   #again() {
     this.list.replaceChildren();
     this.#pending = this.#lines.filter((line) => this.#matches(line)).slice(-KEPT);
-    say(this.count, "0 lines");
+    say(this.count, many(0, "line"));
+    this.#empty();
     this.paint();
   }
 
+  /** An empty list says that it is one. */
+  #empty() {
+    this.list.hidden = this.list.childElementCount === 0;
+    this.nothing.hidden = !this.list.hidden;
+    say(this.nothing, this.#lines.length === 0 ? "nothing yet" : "nothing matches");
+  }
+
   #matches(line) {
-    if (this.#station !== null && line.station !== null && line.station !== this.#station) return false;
+    const concerned = line.stations.length === 0 || line.stations.some((station) => station === this.#station || station === BROADCAST);
+    if (this.#station !== null && !concerned) return false;
     if (this.#choice === "no telegrams" && line.kind === "telegram") return false;
     if (["telegram", "refusal"].includes(this.#choice) && line.kind !== this.#choice) return false;
-    const text = `${line.kind} ${line.station ?? ""} ${line.text}`.toLowerCase();
+    const text = `${who(line)} ${line.text}`.toLowerCase();
     return this.#words.every((word) => (word.length > 1 && word.startsWith("-") ? !text.includes(word.slice(1)) : text.includes(word)));
   }
 }
 
-function row({ time_s, kind, text, station, bad }) {
-  const who = station === null ? kind : `${kind} ${station}`;
+/** The kind of a line and the station; a telegram itself says whose it is. */
+function who({ kind, stations }) {
+  return kind === "telegram" ? kind : [kind, ...stations].join(" ");
+}
+
+function row(line) {
+  const { time_s, kind, text, bad } = line;
   return html(
     "li",
     { "data-kind": kind, "data-bad": Boolean(bad) },
     html("span", { class: "time" }, time_s === null ? "" : `${time_s.toFixed(3)} s`),
-    html("span", { class: "kind" }, who),
+    html("span", { class: "kind" }, who(line)),
     html("span", { class: "text" }, text),
   );
 }

@@ -1,5 +1,8 @@
 // Every drive as a tile: address, state as a word and a shape, position.
-import { html, say, mark, Rows } from "./dom.js";
+import { html, many, say, mark, Rows } from "./dom.js";
+
+/** So many drives have room for large tiles. */
+const FEW = 12;
 
 export class Overview {
   #rows;
@@ -7,6 +10,7 @@ export class Overview {
 
   constructor({ tiles, filter, count, none }) {
     Object.assign(this, { filter, count, none });
+    this.tiles = tiles;
     this.#rows = new Rows(tiles, () => new Tile());
     filter.addEventListener("input", () => this.#update());
   }
@@ -14,6 +18,7 @@ export class Overview {
   /** `drives` are `{ address, name, kind, word, position }`. */
   show(drives) {
     this.#drives = drives;
+    this.tiles.classList.toggle("few", drives.length <= FEW);
     this.#update();
   }
 
@@ -22,7 +27,7 @@ export class Overview {
     const shown = this.#drives.filter((drive) => matches(drive, wanted));
     this.#rows.show(shown, ({ address }) => address);
     const faults = this.#drives.filter(({ kind }) => kind === "fault").length;
-    const all = `${this.#drives.length} ${this.#drives.length === 1 ? "drive" : "drives"}`;
+    const all = many(this.#drives.length, "drive");
     const some = wanted.length === 0 ? all : `${shown.length} of ${all}`;
     say(this.count, faults === 0 ? some : `${some}, ${faults} in fault`);
     this.none.hidden = shown.length > 0 || wanted.length === 0;
@@ -39,11 +44,12 @@ function matches(drive, wanted) {
 
 class Tile {
   #address = html("span", { class: "address" });
+  #name = html("span", { class: "name" });
   #word = html("span", { class: "word" });
   #position = html("span", { class: "position" });
 
   constructor() {
-    this.link = html("a", { class: "tile" }, this.#address, html("span", { class: "shape", "aria-hidden": "true" }), this.#word, this.#position);
+    this.link = html("a", { class: "tile" }, this.#address, html("span", { class: "shape", "aria-hidden": "true" }), this.#name, this.#word, this.#position);
     this.element = html("li", {}, this.link);
   }
 
@@ -52,6 +58,7 @@ class Tile {
     mark(this.link, "data-kind", kind);
     mark(this.link, "title", `${name}: ${word}`);
     say(this.#address, String(address));
+    say(this.#name, name);
     say(this.#word, word);
     say(this.#position, position);
   }

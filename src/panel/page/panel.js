@@ -1,26 +1,28 @@
 // The panel: which view is shown, and what comes from the stream to it.
-import { html, say, mark } from "./dom.js";
+import { html, many, say, mark } from "./dom.js";
 import { Stream, request } from "./api.js";
 import { BusView } from "./bus.js";
 import { DriveView } from "./drive.js";
 import { Log } from "./log.js";
 import { Overview } from "./overview.js";
-import { modelName, stateOf } from "./states.js";
+import { modelName, positionOf, stateOf } from "./states.js";
 
 const VIEWS = ["drives", "drive", "bus"];
 /** How often states come: of one drive, smooth enough for curves; of all, often enough to see what goes on. */
 const INTERVAL_MS = { drives: 250, drive: 50, bus: 1000 };
 /** How often is asked for what is not in the stream: parameters, counters, which drives there are. */
 const ASK_MS = 2000;
-/** Of a drive that is not there. */
-const NOT_FOUND = 404;
+/** Of a drive that is not there, and of an address that no drive can have. */
+const NO_DRIVE = [400, 404];
+/** For so long a loss is told: who sees it later, thinks that it goes on. */
+const LOSS_TOLD_MS = 10_000;
 const KINDS = { command_refused: "refusal", job_refused: "refusal", fault: "fault", dp: "dp", power: "power", line: "line" };
 
 class Panel {
   #by = (id) => document.getElementById(id);
   #view = null;
   #address = null;
-  #lost = { states: 0, news: 0, telegrams: 0 };
+  #losses = [];
   #gap = false;
 
   constructor() {
@@ -44,6 +46,7 @@ class Panel {
     const paint = () => {
       this.drive.paint();
       this.log.paint();
+      this.#forgetLosses();
       requestAnimationFrame(paint);
     };
     requestAnimationFrame(paint);
@@ -95,32 +98,41 @@ class Panel {
 
   #news({ time_seconds: time_s, address, kind, text }) {
     // Of a station the text begins with which.
-    this.log.add({ time_s, kind: KINDS[kind] ?? kind, text, station: address });
+    this.log.add({ time_s, kind: KINDS[kind] ?? kind, text, stations: listed(address) });
   }
 
-  #telegram({ time_seconds: time_s, text, octets_hex: octets, mark: kind }) {
+  #telegram({ time_seconds: time_s, text, octets_hex: octets, mark: kind, from_address: from, to_address: to }) {
     const said = kind === "invalid" ? `${text}  [${octets}]` : text;
-    this.log.add({ time_s, kind: "telegram", text: said, station: null, bad: kind === "invalid" || kind === "mistake" });
+    this.log.add({ time_s, kind: "telegram", text: said, stations: listed(from, to), bad: kind === "invalid" || kind === "mistake" });
   }
 
   #loses(lost) {
-    for (const [what, count] of Object.entries(lost)) this.#lost[what] = (this.#lost[what] ?? 0) + count;
+    this.#losses.push({ ...lost, at: performance.now() });
     this.#gap ||= lost.states > 0;
     const told = counts(lost);
-    if (lost.news + lost.telegrams > 0) this.log.add({ time_s: null, kind: "lost", text: `${told} lost: this page reads too slowly`, station: null });
+    if (lost.news + lost.telegrams > 0) this.log.add({ time_s: null, kind: "lost", text: `${told} lost: this page reads too slowly`, stations: [] });
     this.#connected();
   }
 
+  /** What was lost some time ago is not told any more. */
+  #forgetLosses() {
+    if (this.#losses.length === 0 || performance.now() - this.#losses[0].at < LOSS_TOLD_MS) return;
+    this.#losses.shift();
+    if (this.#by("connection").dataset.kind !== "lost") this.#connected();
+  }
+
   #connected() {
-    const lost = counts(this.#lost);
+    const sum = (what) => this.#losses.reduce((sum, loss) => sum + (loss[what] ?? 0), 0);
+    const lost = counts({ states: sum("states"), news: sum("news"), telegrams: sum("telegrams") });
     mark(this.#by("connection"), "data-kind", lost === "" ? "live" : "lossy");
     say(this.#by("connection"), lost === "" ? "live" : `live, ${lost} lost`);
   }
 
   #disconnected({ message, status }) {
     mark(this.#by("connection"), "data-kind", "lost");
-    say(this.#by("connection"), `not connected: ${message}. Trying again ...`);
-    if (status === NOT_FOUND) this.drive.gone(message);
+    const missing = this.#view === "drive" && NO_DRIVE.includes(status);
+    say(this.#by("connection"), `not connected: ${missing ? "no such drive" : message}. Trying again ...`);
+    if (missing) this.drive.gone(message);
     this.#gap = true;
   }
 
@@ -130,14 +142,14 @@ class Panel {
     try {
       if (this.#view === "bus") await this.bus.refresh();
       if (this.#view === "drive") {
+        await this.#drives();
         const address = this.#address;
         const { parameters } = await request("GET", `/drives/${address}/parameters`);
         if (address === this.#address) this.drive.showParameters(parameters);
-        await this.#drives();
       }
     } catch (error) {
       // The stream of a drive that was taken away does not end. All else that is wrong, the stream says.
-      if (this.#view === "drive" && error.status === NOT_FOUND) this.#subscribe();
+      if (this.#view === "drive" && NO_DRIVE.includes(error.status)) this.#subscribe();
     }
   }
 
@@ -155,7 +167,7 @@ class Panel {
     const sorted = [...drives].sort((a, b) => a.address - b.address);
     if (this.#view === "drives") {
       this.overview.show(
-        sorted.map((drive) => ({ address: drive.address, name: `${modelName(drive)} ${drive.gear_ratio}:1`, position: String(drive.position_user_units), ...stateOf(drive) })),
+        sorted.map((drive) => ({ address: drive.address, name: `${modelName(drive)} ${drive.gear_ratio}:1`, position: positionOf(drive), ...stateOf(drive) })),
       );
     }
     this.#by("choose-field").hidden = sorted.length < 2;
@@ -168,12 +180,17 @@ class Panel {
   }
 }
 
+/** The addresses that are known. */
+function listed(...addresses) {
+  return addresses.filter((address) => address !== null && address !== undefined);
+}
+
 /** What was lost, in words; "" if nothing was. */
 function counts(lost) {
-  const words = { states: ["sample", "samples"], news: ["event", "events"], telegrams: ["telegram", "telegrams"] };
+  const words = { states: "sample", news: "event", telegrams: "telegram" };
   return Object.entries(lost)
     .filter(([, count]) => count > 0)
-    .map(([what, count]) => `${count} ${words[what]?.[count === 1 ? 0 : 1] ?? what}`)
+    .map(([what, count]) => many(count, words[what] ?? what))
     .join(", ");
 }
 

@@ -5,7 +5,7 @@ export class Parameters {
   #rows;
   #items = [];
 
-  /** `choose(pnu)` is called when somebody wants to read or write a parameter. */
+  /** `choose(item)` is called when somebody wants to read or write a parameter. */
   constructor(root, choose) {
     this.filter = html("input", { type: "search", placeholder: "1016, limit ...", autocomplete: "off", spellcheck: "false", oninput: () => this.#update() });
     const body = html("tbody");
@@ -25,7 +25,7 @@ export class Parameters {
     this.#rows = new Rows(body, () => new Row(choose));
   }
 
-  /** `items` are `{ pnu, name, value, range, changed }` with texts for value and range. */
+  /** `items` are `{ pnu, name, value, range, array }` with texts for value and range. */
   show(items) {
     this.#items = items;
     this.#update();
@@ -43,13 +43,15 @@ class Row {
   #name = html("td");
   #value = html("td", { class: "right" });
   #range = html("td", { class: "muted" });
+  #item = null;
 
   constructor(choose) {
-    this.#pnu.addEventListener("click", () => choose(Number(this.#pnu.textContent)));
+    this.#pnu.addEventListener("click", () => choose(this.#item));
     this.element = html("tr", {}, html("td", {}, this.#pnu), this.#name, this.#value, this.#range);
   }
 
-  show({ pnu, name, value, range }) {
+  show(item) {
+    const { pnu, name, value, range } = (this.#item = item);
     say(this.#pnu, String(pnu));
     mark(this.#pnu, "aria-label", `Choose PNU ${pnu}, ${name}`);
     say(this.#name, name);

@@ -16,22 +16,22 @@ export class Pkw {
     this.#read = read;
     this.#write = write;
     const list = html("ol", { class: "log mono", tabindex: 0, "aria-label": "Jobs and replies on the bus, newest first" });
-    this.pnu = html("input", { type: "number", id: "pkw-pnu", min: 0, max: 2047, value: 1000, required: true });
-    this.subindex = html("input", { type: "number", id: "pkw-subindex", min: 0, max: 255 });
+    this.pnu = html("input", { type: "number", class: "short", id: "pkw-pnu", min: 0, max: 2047, value: 1000, required: true });
+    this.subindex = html("input", { type: "number", class: "short", id: "pkw-subindex", min: 0, max: 255 });
     this.value = html("input", { type: "number", id: "pkw-value", step: 1 });
     this.answer = html("p", { role: "status" });
     const form = html(
       "form",
-      { class: "form" },
-      html("label", { class: "field" }, "PNU ", this.pnu),
-      html("label", { class: "field" }, "Index ", this.subindex),
-      html("button", { type: "submit" }, "Read"),
-      html("label", { class: "field" }, "Value ", this.value),
-      html("button", { type: "button", onclick: () => this.#ask(this.#write, Number(this.value.value)) }, "Write"),
+      // The sentences of the drive and of this page say what is wrong, and stay until the next answer.
+      { class: "form", novalidate: true },
+      html("span", { class: "group" }, html("label", { class: "field" }, "PNU ", this.pnu), html("label", { class: "field" }, "Index ", this.subindex), html("button", { type: "submit" }, "Read")),
+      html("span", { class: "group" }, html("label", { class: "field" }, "Value ", this.value), html("button", { type: "button", onclick: () => this.#writeValue() }, "Write")),
     );
     form.addEventListener("submit", (event) => {
       event.preventDefault();
-      this.#ask(this.#read);
+      // Who presses Enter in the value wants it written, not read over.
+      if (document.activeElement === this.value) this.#writeValue();
+      else this.#ask(this.#read);
     });
     root.replaceChildren(
       form,
@@ -54,10 +54,11 @@ export class Pkw {
     });
   }
 
-  /** The form is for this parameter. */
-  choose(pnu) {
+  /** The form is for this parameter, of an array for its first element. The value of another one does not stay. */
+  choose({ pnu, array }) {
     this.pnu.value = pnu;
-    this.subindex.value = "";
+    this.subindex.value = array ? "0" : "";
+    this.value.value = "";
     this.#ask(this.#read);
     this.value.focus();
   }
@@ -78,9 +79,24 @@ export class Pkw {
     this.#say("", "");
   }
 
+  /** Nothing typed is not 0: what is no whole number is not sent. */
+  #writeValue() {
+    if (this.value.value === "" || !this.value.checkValidity()) {
+      this.#say("Nothing is written: the value must be a whole number.", "refused");
+      this.value.focus();
+      return;
+    }
+    this.#ask(this.#write, this.value.valueAsNumber);
+  }
+
   async #ask(act, value) {
     const { pnu, subindex } = this;
-    if (!pnu.reportValidity() || !subindex.reportValidity()) return;
+    for (const [field, sentence] of [[pnu, "The PNU must be a whole number from 0 to 2047."], [subindex, "The index must be a whole number from 0 to 255, or empty."]]) {
+      if (field.checkValidity()) continue;
+      this.#say(sentence, "refused");
+      field.focus();
+      return;
+    }
     try {
       this.#say(await act(pnu.valueAsNumber, subindex.value === "" ? null : subindex.valueAsNumber, value), "done");
     } catch (error) {

@@ -73,10 +73,7 @@ impl Motion {
         let [low, high] = if limits.is_sorted() { limits } else { [limits[1], limits[0]] };
         Self {
             position_user_units: status.position,
-            user_unit: match lengths(device) {
-                Lengths::Unknown | Lengths::Increments => "increments",
-                Lengths::HundredthMillimetres => "hundredth_millimetres",
-            },
+            user_unit: user_unit(device),
             shaft_revolutions: device.drive().shaft() / INCREMENTS_PER_REVOLUTION,
             velocity_rpm: status.velocity,
             setpoint_user_units,
@@ -98,6 +95,14 @@ pub(in crate::panel) fn lengths(device: &Device) -> Lengths {
     match device.parameters().value(Parameter::SpindlePitch) {
         0 => Lengths::Increments,
         _pitch => Lengths::HundredthMillimetres,
+    }
+}
+
+/// What the drive counts positions in, for programs.
+pub(super) fn user_unit(device: &Device) -> &'static str {
+    match lengths(device) {
+        Lengths::Unknown | Lengths::Increments => "increments",
+        Lengths::HundredthMillimetres => "hundredth_millimetres",
     }
 }
 
