@@ -103,7 +103,7 @@ impl DriveClient {
         }
         // A wide window holds standstill and the other direction too.
         let moves = match rpm {
-            0 => stands && self.hiw.abs() < 2,
+            0 => stands && self.hiw.unsigned_abs() < 2,
             _ => self.hiw.signum() == rpm.signum() && self.hiw.unsigned_abs() >= rpm.unsigned_abs().min(2),
         };
         let at_speed = rpm.abs_diff(self.hiw) <= window && zsw.bit(bit::NO_LAG_OR_AT_SPEED);
