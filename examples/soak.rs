@@ -357,7 +357,7 @@ impl Link for Overheard {
                         self.looked_ahead.extend(buf.iter().take(count));
                         true
                     }
-                    Received::Reset | Received::Rate(_) | Received::Nothing => false,
+                    Received::BrokenOff(_) | Received::Reset | Received::Rate(_) | Received::Nothing => false,
                 };
                 let slept = self.longest_pause > self.baud.bit_times(u32::from(SLOT_BITS) / 2);
                 let mut seen = self.seen.borrow_mut();

@@ -82,7 +82,7 @@ fn next(pty: &mut Pty, stop: &Stop) -> Vec<u8> {
         pty.wait(Some(Duration::from_millis(10)), stop).unwrap();
         match pty.receive(&mut buf).unwrap() {
             Received::Octets(count) => Some(buf[..count].to_vec()),
-            Received::Reset | Received::Rate(_) | Received::Nothing => None,
+            Received::BrokenOff(_) | Received::Reset | Received::Rate(_) | Received::Nothing => None,
         }
     })
 }

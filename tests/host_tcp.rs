@@ -221,7 +221,7 @@ fn what_broke_off_is_shown_and_counted_and_never_meets_the_octets_of_another() {
         let clock = SystemClock::new();
         let mut bus = Bus::new();
         bus.add(Device::new(Config::new(Address::station(5).unwrap()), clock.now())).unwrap();
-        let mut tap = Tap::new(tcp, clock.clone(), |batch: &Batch| {
+        let mut tap = Tap::new(tcp, clock, |batch: &Batch| {
             shown.extend(batch.iter().map(|seen| (seen.octets.to_vec(), seen.telegram.is_ok())));
         });
         run(&mut tap, &mut bus, &clock, &ending, &mut |_| {}).unwrap();

@@ -131,7 +131,7 @@ mod tests {
         let mut buf = [0xA5; QUEUE_LEN + 1];
         match end.receive(&mut buf).unwrap() {
             Received::Octets(count) => buf[..count].to_vec(),
-            Received::Reset | Received::Rate(_) | Received::Nothing => Vec::new(),
+            Received::BrokenOff(_) | Received::Reset | Received::Rate(_) | Received::Nothing => Vec::new(),
         }
     }
 
