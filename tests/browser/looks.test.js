@@ -127,7 +127,7 @@ test("on a phone nothing is beside the screen, and what is touched is large enou
   await onStage({ page: { viewport: PHONE, hasTouch: true, isMobile: true, deviceScaleFactor: 2 } }, async ({ page, master }) => {
     await busyDrive(page, master);
     await assertFits(page);
-    await page.setViewportSize({ ...PHONE, height: 1280 });
+    await page.setViewportSize({ ...PHONE, height: 1600 });
     await photograph(page, "panel-phone");
     await page.setViewportSize(PHONE);
     const small = await page.evaluate(() =>
