@@ -26,6 +26,11 @@ enum Operation {
     Exchange(Exchange),
     /// Until the present job ends, or some time without one.
     Sound,
+    /// So many exchanges whose input images all come late by so many, perhaps more than a job may take.
+    Late {
+        images: u8,
+        exchanges: u8,
+    },
     Lose {
         executes: bool,
     },
@@ -126,6 +131,11 @@ impl Play {
                         self.exchange(&sound);
                     }
                 }
+                Operation::Late { images, exchanges } => {
+                    for _ in 0..*exchanges {
+                        self.exchange(&Exchange { held_back: *images, ..sound });
+                    }
+                }
                 Operation::Lose { executes } => {
                     self.slave.lose_data_exchange(*executes);
                     self.client.handle_data_exchange_lost();
@@ -180,7 +190,7 @@ fn exchange(torn: bool) -> impl Strategy<Value = Exchange> {
     (
         proptest::option::weighted(0.8, 0..3_u8),
         prop_oneof![4 => 0..2_u8, 1 => 2..60_u8],
-        prop_oneof![4 => 0..2_u8, 1 => 2..12_u8],
+        prop_oneof![8 => 0..2_u8, 2 => 2..12_u8, 1 => 12..120_u8],
         torn,
         proptest::option::weighted(0.1, prop_oneof![Just(Spoilt::Ak), Just(Spoilt::Pnu), Just(Spoilt::Ind)]),
         proptest::option::weighted(0.15, (0..5_u8, 0..4_u16)),
@@ -199,6 +209,7 @@ fn operations(torn: bool) -> impl Strategy<Value = Vec<Operation>> {
     let operation = prop_oneof![
         60 => exchange(torn).prop_map(Operation::Exchange),
         2 => Just(Operation::Sound),
+        1 => (1..120_u8, any::<u8>()).prop_map(|(images, exchanges)| Operation::Late { images, exchanges }),
         1 => any::<bool>().prop_map(|executes| Operation::Lose { executes }),
     ];
     proptest::collection::vec(operation, 1..400)

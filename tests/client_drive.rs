@@ -10,97 +10,12 @@
 )]
 
 mod common;
+mod drive_rig;
 
-use std::time::Duration;
-
-use common::Line;
-use profidrive::client::{DriveClient, Goal, GoalError, Job, Limits, Obstacle, PkwError, Profile, Reply};
-use profidrive::device::{Config, Timing};
+use drive_rig::{MODELS, Rig};
+use profidrive::client::{Goal, GoalError, Job, Limits, Obstacle, Reply};
 use profidrive::drive::{Direction, Fault, Inputs};
-use profidrive::fdl::Address;
 use profidrive::param::{Model, Pnu, Value, Width};
-use profidrive::ppo;
-
-/// A drive in Data_Exchange and the client of its master.
-struct Rig {
-    line: Line,
-    client: DriveClient,
-    /// Each control word, as often as it changed.
-    words: Vec<String>,
-}
-
-impl Rig {
-    fn new(model: Model) -> Self {
-        Self::with(Config { model, timing: Timing::True, ..Config::new(Address::station(5).unwrap()) })
-    }
-
-    fn with(config: Config) -> Self {
-        let mut line = Line::with(config);
-        line.start_up();
-        let limits = Limits { motion: Duration::from_secs(30), ..Limits::default() };
-        Self { line, client: DriveClient::new(Profile::AG03, limits), words: Vec::new() }
-    }
-
-    fn exchange(&mut self) {
-        let outputs = self.client.outputs();
-        let stw = ppo::Outputs::new(&outputs).stw().to_string();
-        if self.words.last() != Some(&stw) {
-            self.words.push(stw);
-        }
-        let inputs = self.line.exchange(&outputs);
-        self.line.wait(Duration::from_millis(1));
-        self.client.handle_inputs(self.line.now, ppo::Inputs::new(&inputs));
-    }
-
-    fn exchanges(&mut self, count: usize) {
-        for _ in 0..count {
-            self.exchange();
-        }
-    }
-
-    fn pursue(&mut self, goal: Goal) -> Result<i32, GoalError> {
-        self.words.clear();
-        self.client.pursue(self.line.now, goal);
-        loop {
-            self.exchange();
-            if let Some(outcome) = self.client.poll_outcome() {
-                assert_eq!(outcome.goal, goal);
-                return outcome.result;
-            }
-        }
-    }
-
-    fn job(&mut self, job: Job) -> Result<Reply, PkwError> {
-        self.client.submit(self.line.now, job).unwrap();
-        loop {
-            self.exchange();
-            if let Some(outcome) = self.client.poll_job() {
-                return outcome.result;
-            }
-        }
-    }
-
-    fn write(&mut self, pnu: u16, value: Value) {
-        self.job(Job::write(Pnu::new(pnu).unwrap(), value)).unwrap();
-    }
-
-    fn set_inputs(&mut self, inputs: Inputs) {
-        self.line.device.set_inputs(self.line.now, inputs);
-    }
-
-    /// The text of a refusal, and that these obstacles and no other are in it.
-    fn refused(&mut self, goal: Goal, expected: &[Obstacle]) -> String {
-        match self.pursue(goal) {
-            Err(GoalError::Refused(obstacles)) => {
-                assert_eq!(obstacles.iter().collect::<Vec<_>>(), expected, "{obstacles}");
-                obstacles.to_string()
-            }
-            other => panic!("{goal}: {other:?}"),
-        }
-    }
-}
-
-const MODELS: [Model; 2] = [Model::Ag03, Model::Ag03_1];
 
 #[test]
 fn a_day_of_a_positioning_drive_with_the_words_of_the_flow_chart() {
@@ -273,7 +188,7 @@ fn without_data_exchange_the_diagnosis_says_why_and_after_a_loss_nothing_starts_
     rig.client.handle_timeout(due);
     assert_eq!(
         rig.client.poll_outcome().unwrap().result.unwrap_err().to_string(),
-        "enable is not possible: there is no Data_Exchange with the drive; it refused Set_Prm, see the ident number \
+        "enable was not done within 5s: there is no Data_Exchange with the drive; it refused Set_Prm, see the ident number \
          (diagnosis, Prm_Fault); it is not ready for Data_Exchange (diagnosis)"
     );
 

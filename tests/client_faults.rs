@@ -1,5 +1,4 @@
-//! The clients against the emulated drives under stress: `PkwClient` behind a link that spoils telegrams, `DriveClient`
-//! over images that are late by any time while the world around the drive changes.
+//! `PkwClient` against the emulated drives behind a link that spoils telegrams.
 #![allow(
     clippy::unwrap_used,
     clippy::indexing_slicing,
@@ -12,15 +11,11 @@
 
 mod common;
 
-use std::collections::VecDeque;
 use std::time::Duration;
 
-use common::{CFG, IDENT, Line, MASTER, SLAVE, telegram};
-use profidrive::client::{
-    DriveClient, Goal, GoalError, GoalOutcome, Images, Job, Limits, PkwClient, PkwError, Profile, Reply,
-};
-use profidrive::device::{Config, Device, MAX_TELEGRAM_LEN, Timing};
-use profidrive::drive::{Direction, Fault, Inputs};
+use common::{CFG, IDENT, MASTER, SLAVE, telegram};
+use profidrive::client::{Images, Job, PkwClient, PkwError, Profile, Reply};
+use profidrive::device::{Config, Device, MAX_TELEGRAM_LEN};
 use profidrive::fdl::telegram::{Decoded, decode};
 use profidrive::fdl::{Address, FrameCount, FunctionCode, Service, Telegram};
 use profidrive::host::link::fault::Faulty;
@@ -28,7 +23,6 @@ use profidrive::host::link::memory::{End, Wire};
 use profidrive::host::{Clock, Link, ManualClock, Received};
 use profidrive::param::{Model, Parameter, Pnu, Subindex, Value, Width};
 use profidrive::ppo::{self, Outputs, Stw};
-use profidrive::time::Instant;
 use proptest::prelude::*;
 
 fn cases(default: u32) -> ProptestConfig {
@@ -211,178 +205,6 @@ proptest! {
         let pkw_spoilt = faults.iter().any(|fault| fault.contains("wrong") || fault.contains("delay"));
         if !pkw_spoilt && !accesses.iter().any(|access| matches!(access, Access::Write(..) | Access::FaultBuffer(_))) {
             prop_assert_eq!(answered, accesses.len(), "lost telegrams and torn answers only cost time");
-        }
-    }
-}
-
-const LIMITS: Limits = Limits {
-    reaction: Duration::from_millis(1500),
-    motion: Duration::from_secs(4),
-    explanation: Duration::from_millis(300),
-};
-
-/// What a drive with such a client can be put through.
-#[derive(Clone, Copy, Debug)]
-enum Event {
-    Pursue(Goal),
-    /// So many exchanges, whatever the goal.
-    Exchanges(u16),
-    /// Images are late by so many exchanges on either way from now on.
-    Late(u8, u8),
-    /// The world around the drive.
-    Fault(Fault),
-    OutputStage(bool),
-    /// Data_Exchange is lost and comes back.
-    Lose,
-}
-
-struct Rig {
-    line: Line,
-    client: DriveClient,
-    late: (usize, usize),
-    outputs: VecDeque<[u8; 14]>,
-    inputs: VecDeque<[u8; 14]>,
-    travels: usize,
-    acknowledge: bool,
-}
-
-impl Rig {
-    fn new(model: Model) -> Self {
-        let mut line = Line::with(Config { timing: Timing::True, ..config(model) });
-        line.start_up();
-        let acknowledge = line.device.status().job_acknowledge;
-        let client = DriveClient::new(Profile::AG03, LIMITS);
-        let (outputs, inputs) = (VecDeque::new(), VecDeque::new());
-        Self { line, client, late: (0, 0), outputs, inputs, travels: 0, acknowledge }
-    }
-
-    fn exchange(&mut self) {
-        self.outputs.push_back(self.client.outputs());
-        while self.outputs.len() > self.late.0 + 1 {
-            self.outputs.pop_front();
-        }
-        let outputs = *self.outputs.front().unwrap();
-        self.inputs.push_back(self.line.exchange(&outputs));
-        self.line.wait(Duration::from_millis(1));
-        if self.line.device.status().job_acknowledge != self.acknowledge {
-            self.acknowledge = !self.acknowledge;
-            self.travels += 1;
-        }
-        while self.inputs.len() > self.late.1 {
-            let inputs = self.inputs.pop_front().unwrap();
-            self.client.handle_inputs(self.line.now, ppo::Inputs::new(&inputs));
-        }
-        self.client.handle_timeout(self.line.now);
-    }
-
-    /// At rest for a while: nothing that was asked for earlier begins now.
-    fn expect_peace(&mut self) {
-        let travels = self.travels;
-        // Coasting and braking end.
-        self.exchanges(1500);
-        let position = self.line.device.status().position;
-        self.exchanges(300);
-        assert_eq!((self.travels, self.line.device.status().position), (travels, position));
-    }
-
-    fn exchanges(&mut self, count: usize) {
-        for _ in 0..count {
-            self.exchange();
-        }
-    }
-}
-
-fn event() -> impl Strategy<Value = Event> {
-    let goal = prop_oneof![
-        3 => Just(Goal::Enable),
-        2 => Just(Goal::Acknowledge),
-        6 => (-4..=4_i32).prop_map(|steps| Goal::MoveTo(200 * steps)),
-        1 => Just(Goal::MoveTo(2_000_000)),
-        1 => Just(Goal::Pause),
-        1 => Just(Goal::Resume),
-        1 => Just(Goal::Stop),
-        1 => Just(Goal::Inch),
-        1 => Just(Goal::Jog(Direction::Negative)),
-        1 => Just(Goal::Disable),
-    ];
-    prop_oneof![
-        8 => goal.prop_map(Event::Pursue),
-        2 => (1..600_u16).prop_map(Event::Exchanges),
-        1 => (0..6_u8, 0..6_u8).prop_map(|(out, back)| Event::Late(out, back)),
-        1 => prop_oneof![Just(Fault::D), Just(Fault::G)].prop_map(Event::Fault),
-        1 => any::<bool>().prop_map(Event::OutputStage),
-        1 => Just(Event::Lose),
-    ]
-}
-
-proptest! {
-    #![proptest_config(cases(24))]
-
-    #[test]
-    fn one_start_is_one_travel_every_goal_ends_in_time_and_nothing_starts_later(
-        model in model(), events in proptest::collection::vec(event(), 1..14),
-    ) {
-        let mut rig = Rig::new(model);
-        let mut moves = 0;
-        // Most of what shall be seen needs an enabled drive.
-        for event in [Event::Pursue(Goal::Enable)].into_iter().chain(events) {
-            match event {
-                Event::Pursue(goal) => {
-                    rig.client.pursue(rig.line.now, goal);
-                    moves += usize::from(matches!(goal, Goal::MoveTo(_)));
-                    let longest = LIMITS.reaction + LIMITS.motion + LIMITS.explanation;
-                    let deadline: Instant = rig.line.now.saturating_add(longest + Duration::from_millis(10));
-                    let outcome = loop {
-                        rig.exchange();
-                        if let Some(outcome) = rig.client.poll_outcome() {
-                            break outcome;
-                        }
-                        prop_assert!(rig.line.now < deadline, "{} hangs", goal);
-                    };
-                    prop_assert_eq!(outcome.goal, goal);
-                    let status = rig.line.device.status();
-                    match outcome {
-                        GoalOutcome { goal: Goal::MoveTo(target), result: Ok(position) } => {
-                            prop_assert!(position.abs_diff(target) <= 10 && status.position.abs_diff(target) <= 10);
-                            prop_assert!(!status.job_active);
-                        }
-                        GoalOutcome { goal: Goal::Enable, result: Ok(_) } => prop_assert!(status.operation_enabled),
-                        GoalOutcome { goal: Goal::Stop | Goal::Pause, result: Ok(_) } => {
-                            prop_assert!(status.standstill);
-                        }
-                        GoalOutcome { goal: Goal::Disable, result: Ok(_) } => {
-                            prop_assert!(!status.operation_enabled && status.standstill);
-                        }
-                        GoalOutcome { goal: Goal::Acknowledge, result: Ok(_) } => {
-                            prop_assert!(status.fault.is_none() && !status.turn_on_disabled);
-                        }
-                        GoalOutcome { result: Ok(_), .. } => {}
-                        GoalOutcome { result: Err(GoalError::Refused(_)), .. } => rig.expect_peace(),
-                        GoalOutcome { result: Err(error), .. } => prop_assert!(false, "{}", error),
-                    }
-                    prop_assert!(rig.travels <= moves, "{} travels after {} starts", rig.travels, moves);
-                }
-                Event::Exchanges(count) => rig.exchanges(count.into()),
-                Event::Late(out, back) => rig.late = (out.into(), back.into()),
-                Event::Fault(fault) => {
-                    rig.line.device.set_inputs(rig.line.now, Inputs::default().provoking(fault));
-                    rig.exchanges(50);
-                    rig.line.device.set_inputs(rig.line.now, Inputs::default());
-                    rig.exchanges(50);
-                }
-                Event::OutputStage(live) => {
-                    rig.line.device.set_inputs(rig.line.now, Inputs::default().with_output_stage(live));
-                    rig.exchanges(50);
-                }
-                Event::Lose => {
-                    rig.client.handle_data_exchange_lost();
-                    prop_assert_eq!(rig.client.poll_outcome(), None);
-                    rig.outputs.clear();
-                    rig.inputs.clear();
-                    rig.line.start_up();
-                    rig.expect_peace();
-                }
-            }
         }
     }
 }

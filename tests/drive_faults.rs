@@ -23,6 +23,10 @@ const TURN_ON_DISABLED: u16 = 0x0040;
 const WARNING: u16 = 0x0080;
 const NO_LAG_ERROR: u16 = 0x0100;
 
+fn config(model: Model) -> Config {
+    Config { model, timing: Timing::True, ..Config::new(Address::station(5).unwrap()) }
+}
+
 struct Drive {
     line: Line,
     stw: u16,
@@ -32,7 +36,10 @@ struct Drive {
 impl Drive {
     /// In Data_Exchange with operation enabled.
     fn enabled(model: Model) -> Self {
-        let config = Config { model, timing: Timing::True, ..Config::new(Address::station(5).unwrap()) };
+        Self::with(config(model))
+    }
+
+    fn with(config: Config) -> Self {
         let mut line = Line::with(config);
         line.start_up();
         let mut drive = Self { line, stw: 0x003B, setpoint: 0 };
@@ -221,18 +228,43 @@ fn a_cause_that_stays_cannot_be_acknowledged() {
 }
 
 #[test]
-fn provoking_makes_each_fault_on_a_travelling_drive() {
-    for fault in Fault::ALL {
-        let mut drive = Drive::travelling(Model::Ag03_1);
+fn provoking_makes_each_fault_on_a_travelling_drive_of_either_gear() {
+    let gears = Gear::ALL.into_iter().flat_map(|gear| Model::ALL.map(|model| (model, gear)));
+    for ((model, gear), fault) in gears.flat_map(|drive| Fault::ALL.map(|fault| (drive, fault))) {
+        if !fault.exists_on(model) {
+            continue;
+        }
+        let mut drive = Drive::with(Config { gear, ..config(model) });
+        drive.setpoint = 500_000;
+        drive.say(0x007B);
+        drive.run(2000);
         // Acceleration takes the current that A asks for.
         drive.say(0x006B);
         drive.run(500);
-        drive.set(Inputs::default().provoking(fault));
+        let inputs = drive.line.device.drive().provoking(&Inputs::default(), fault);
+        drive.set(inputs);
         drive.say(0x003B);
         drive.say(0x007B);
         drive.run(6000);
-        assert_eq!(drive.read(6, 945), u32::from(fault.code()), "{fault}");
+        assert_eq!(drive.read(6, 945), u32::from(fault.code()), "{model} {gear} {fault}");
+        // Some causes went with the motion, and would come back with it.
+        let provoked = drive.line.device.drive().provoked_by(&inputs);
+        assert_eq!(provoked.iter().collect::<Vec<_>>(), [fault], "{model} {gear} {fault}");
+        assert!(drive.line.device.drive().provoked_by(&Inputs::default()).is_empty());
     }
+}
+
+#[test]
+fn too_much_friction_or_too_little_supply_blocks_the_shaft_instead() {
+    let drive = Drive::with(config(Model::Ag03_1));
+    let provoked = |inputs| drive.line.device.drive().provoked_by(&inputs).iter().collect::<Vec<_>>();
+    let nominal = Inputs::default();
+    assert_eq!(provoked(Inputs { friction_torque: 5.0, ..nominal }), [Fault::C]);
+    assert_eq!(provoked(Inputs { load_torque: -5.0, ..nominal }), [Fault::C]);
+    assert_eq!(provoked(Inputs { friction_torque: 6.0, ..nominal }), [Fault::B]);
+    assert_eq!(provoked(Inputs { friction_torque: 5.0, output_supply: 19.0, ..nominal }), [Fault::B]);
+    assert_eq!(provoked(Inputs { output_supply: 0.0, control_supply: 0.0, ..nominal }), []);
+    assert_eq!(provoked(Inputs { output_supply: 40.0, ambient: 95.0, ..nominal }), [Fault::D, Fault::G]);
 }
 
 #[test]

@@ -16,6 +16,7 @@ use profidrive::client::{DriveClient, Goal, GoalError, Job, Obstacle, PkwError, 
 use profidrive::device::{Config, Device};
 use profidrive::drive::Direction;
 use profidrive::fdl::{Address, StationType};
+use profidrive::host::link::fault::Faulty;
 use profidrive::host::link::pty::Pty;
 use profidrive::host::link::tcp::{Connection, Reach, Tcp};
 use profidrive::host::link::terminal::Terminal;
@@ -278,5 +279,29 @@ fn a_session_finds_who_is_there_and_a_released_drive_is_anybodys() {
         let mut second = Session::new(link, SystemClock::new(), Stop::new().unwrap(), settings).unwrap();
         second.start(station(5)).unwrap();
         second.release().unwrap();
+    });
+}
+
+#[test]
+fn a_start_that_failed_can_be_tried_again_and_a_session_is_for_one_drive() {
+    let pty = Pty::open(None).unwrap();
+    let terminal = pty.path().to_owned();
+    let refuses_once = "refuse-cfg,count=1".parse().unwrap();
+    let mut faulty = Faulty::new(pty, SystemClock::new(), &[refuses_once]);
+    beside(&mut faulty, Model::Ag03_1, || {
+        let mut session = session(Terminal::open(&terminal, BAUD).unwrap());
+        let outputs = [0; PPO_LEN];
+        let exchanged = Session::exchange(&mut session, &outputs);
+        assert!(matches!(exchanged, Err(SessionError::NotStarted)), "{exchanged:?}");
+        let refused = session.start(station(5));
+        assert!(matches!(refused, Err(SessionError::CfgRefused { .. })), "{refused:?}");
+        let exchanged = Session::exchange(&mut session, &outputs);
+        assert!(matches!(exchanged, Err(SessionError::NotStarted)), "{exchanged:?}");
+        let other = session.start(station(7));
+        assert!(matches!(other, Err(SessionError::OneDrive { .. })), "{other:?}");
+        session.start(station(5)).unwrap();
+        Session::exchange(&mut session, &outputs).unwrap();
+        session.start(station(5)).unwrap();
+        session.release().unwrap();
     });
 }

@@ -477,7 +477,7 @@ fn another_device_at_the_address_is_named_by_its_ident_number() {
 }
 
 #[test]
-fn ctrl_c_and_sigterm_stop_the_drive_before_the_command_ends() {
+fn every_signal_that_ends_the_command_stops_the_drive_before() {
     let emulator = Emulator::start("pty", &[]);
     emulator.works("5", &["write", "1003", "100"]);
     for (signal, arguments, code) in [
@@ -485,6 +485,8 @@ fn ctrl_c_and_sigterm_stop_the_drive_before_the_command_ends() {
         ("TERM", &["move", "-900000", "--yes"], 1),
         ("INT", &["jog", "+", "--yes"], 0),
         ("TERM", &["enable", "--yes"], 0),
+        ("HUP", &["move", "900000", "--yes"], 1),
+        ("QUIT", &["move", "-900000", "--yes"], 1),
     ] {
         let mut moving = Running::start(emulator.command("5", &[arguments, &["-v"]].concat()));
         let mut stderr = moving.taken();
@@ -545,7 +547,13 @@ fn a_lost_line_is_said_and_so_is_what_the_drive_does_then() {
 }
 
 #[test]
-fn a_restore_interrupted_by_ctrl_c_says_what_was_written_and_what_was_not() {
+fn an_interrupted_restore_says_what_was_written_and_what_was_not() {
+    for signal in ["INT", "HUP"] {
+        interrupted_restore(signal);
+    }
+}
+
+fn interrupted_restore(signal: &str) {
     let dir = tempfile::tempdir().unwrap();
     let file = dir.path().join("set.json");
     let rows: Vec<String> = (1000..=1005).map(|pnu| format!(r#"{{"pnu":{pnu},"value":77}}"#)).collect();
@@ -555,7 +563,7 @@ fn a_restore_interrupted_by_ctrl_c_says_what_was_written_and_what_was_not() {
     let emulator = Emulator::start("pty", &["--fault", "pkw-delay=100"]);
     let mut restore = Running::start(emulator.patiently("5", &["restore", file.to_str().unwrap()]));
     restore.until("6 of 6 parameters differ");
-    restore.signal("INT");
+    restore.signal(signal);
     let (code, stdout, stderr) = restore.end();
     assert_eq!(code, Some(1), "{stderr}");
     assert!(stderr.contains("profidrive: interrupted: ") && stderr.contains("of 6 differing"), "{stderr}");

@@ -87,7 +87,7 @@ fn the_state_of_a_drive_shows_what_the_master_has_made_of_it() {
     assert_eq!(state["ppo"]["inputs"]["pkw"]["ak"], json!(2));
     let text = |direction: &str| state["ppo"][direction]["pkw"]["text"].as_str().unwrap().to_owned();
     assert_eq!(text("outputs"), "PKW job: read PNU 1018 Calibration value");
-    assert!(text("inputs").contains("PNU 1018"), "{}", text("inputs"));
+    assert_eq!(text("inputs"), "PKW reply: PNU 1018 Calibration value = 0 inc");
 }
 
 #[test]
@@ -119,8 +119,20 @@ fn every_fault_can_be_provoked_by_its_letter() {
         let nominal = emulator.set("DELETE", "/api/v1/drives/5/inputs", &Value::Null);
         assert_eq!(nominal["battery_volts"], json!(3.0));
     }
-    for fault in ["A", "B", "C"] {
+    for (fault, provoked) in [("A", "A"), ("B", "AB"), ("C", "AB")] {
         emulator.set("POST", "/api/v1/drives/5/provoke", &json!({ "fault": fault }));
+        let faults = &emulator.get("/api/v1/drives/5")["faults"];
+        let codes =
+            faults["provoked"].as_array().unwrap().iter().map(|fault| fault["code"].as_str().unwrap());
+        assert_eq!(codes.collect::<String>(), provoked, "17 V give no current for C");
+        assert_eq!(faults["causes"], json!([]), "nothing turns");
+    }
+    for (drive, newton_metres) in [("5", 5.0), ("5,gear=24", 2.5), ("5,model=ag03,gear=24", 2.5)] {
+        let emulator = Emulator::with(&["--drive", drive]);
+        let inputs = emulator.set("POST", "/api/v1/drives/5/provoke", &json!({ "fault": "C" }));
+        assert_eq!(inputs["friction_torque_newton_metres"], json!(newton_metres), "{drive}");
+        let provoked = emulator.get("/api/v1/drives/5")["faults"]["provoked"].clone();
+        assert_eq!(provoked, json!([{ "code": "C", "text": "C (motor current too high)", "blinks": 3 }]));
     }
     let refused = emulator.send("POST", "/api/v1/drives/5/provoke", &json!({ "fault": "H" }));
     assert_eq!(refused.status, 422);
@@ -159,7 +171,12 @@ fn every_plant_input_is_set_by_itself_and_the_others_stay() {
         ag03.set("PATCH", "/api/v1/drives/5/inputs", &json!({ "enable": false }))["enable"],
         json!(false)
     );
-    ag03.wait_for("without enable input", |state| state["words"]["ssw"]["bits"][10]["set"] == json!(true));
+    let ag03_words = &ag03
+        .wait_for("without enable input", |state| state["words"]["ssw"]["bits"][10]["set"] == json!(true))["words"];
+    assert_eq!(ag03_words["ssw"]["bits"][10]["name"], json!("enable input"));
+    assert_eq!(ag03_words["general_status"]["bits"][4]["meaning"], json!("enable input not active"));
+    let words = &emulator.get("/api/v1/drives/5")["words"];
+    assert_eq!(words["ssw"]["bits"][10]["meaning"], json!("output stage not supplied"));
     for (emulator, input) in [(&ag03, "output_supply_volts"), (&ag03, "fault"), (&emulator, "enable")] {
         let answer = match input {
             "enable" => emulator.send("PATCH", "/api/v1/drives/5/inputs", &json!({ "enable": true })),
@@ -221,7 +238,7 @@ fn switches_are_read_when_the_drive_is_switched_on_and_move_it_to_its_new_addres
     assert_eq!((&reset["factory_reset"], &reset["terminator"]), (&json!("all"), &json!("inactive")));
     power(9, false);
     power(9, true);
-    let state = emulator.get("/api/v1/drives/1");
+    let state = emulator.get("/api/v1/drives/9");
     assert_eq!(
         (&state["power"], &state["bus_led"]["pattern"]),
         (&json!("factory_reset"), &json!("alternating"))

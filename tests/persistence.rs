@@ -192,6 +192,48 @@ fn a_drive_without_supply_is_silent_and_wakes_up_as_row_1_says() {
 }
 
 #[test]
+fn the_supply_that_is_set_outlasts_the_switch_and_decides_only_while_that_is_closed() {
+    let mut line = line(Eeprom::Internal);
+    let set = |line: &mut Line, control_supply| {
+        line.device.set_inputs(line.now, Inputs { control_supply, ..*line.device.inputs() });
+    };
+    let is = |line: &Line| (line.device.power(), line.device.inputs().control_supply);
+    set(&mut line, 20.0);
+    line.device.power_on(line.now);
+    assert_eq!(is(&line), (Power::On, 20.0), "it was on");
+    line.device.power_off(line.now);
+    assert_eq!(is(&line), (Power::Off, 20.0));
+    assert_eq!(line.device.drive().measured().control_supply, 0, "nothing of it reaches the drive");
+    set(&mut line, 21.0);
+    assert_eq!(is(&line), (Power::Off, 21.0), "the switch is open");
+    line.device.power_on(line.now);
+    assert_eq!(is(&line), (Power::On, 21.0));
+
+    // With the switch closed the supply decides.
+    set(&mut line, 0.0);
+    assert_eq!(is(&line), (Power::Off, 0.0));
+    set(&mut line, 22.0);
+    assert_eq!(is(&line), (Power::On, 22.0));
+    set(&mut line, 0.0);
+    line.device.power_on(line.now);
+    assert_eq!(is(&line), (Power::On, 24.0), "switched on without any supply it gets the usual one");
+}
+
+#[test]
+fn a_factory_reset_does_not_change_the_address_that_its_switches_no_longer_say() {
+    let mut line = line(Eeprom::Internal);
+    let at = line.device.address();
+    line.device.power_off(line.now);
+    line.device.set_switches(DipSwitches::from_bits(0x81));
+    line.device.power_on(line.now);
+    assert_eq!((line.device.power(), line.device.address()), (Power::FactoryReset(DefaultSet::All), at));
+    line.device.power_off(line.now);
+    line.device.set_switches(Address::station(9).unwrap().into());
+    line.device.power_on(line.now);
+    assert_eq!(line.device.address().number(), 9);
+}
+
+#[test]
 fn off_and_on_in_the_same_instant_restarts_the_drive_and_forgets_a_reply_not_sent() {
     let mut line = line(Eeprom::Internal);
     exchange(&mut line, Pkw::ZERO, ENABLE, 0);

@@ -4,16 +4,20 @@
 //! | --- | --- |
 //! | `goal` | [`Goal`], [`GoalOutcome`], [`Limits`] |
 //! | `pursuit` | the steps to each goal, and what ends each step |
+//! | `job` | the travel job, from the edge of STW.6 to its end |
+//! | `standstill` | whether the shaft stands; motions that end by themselves |
 //! | `obstacle` | [`Obstacles`]: what is in the way, in words |
 //! | `question` | the parameters the client reads |
 //! | `posture` | the control words |
 //! | `zsw` | the bits and patterns of the status word |
 
 mod goal;
+mod job;
 mod obstacle;
 mod posture;
 mod pursuit;
 mod question;
+mod standstill;
 mod zsw;
 
 pub use goal::{Goal, GoalError, GoalOutcome, Limits};
@@ -22,9 +26,11 @@ pub use zsw::ZswPattern;
 
 use core::time::Duration;
 
+use job::TravelJob;
 use posture::Posture;
-use pursuit::{Next, Pursuit};
+use pursuit::{Next, Pursuit, Step};
 use question::Question;
+use standstill::Rest;
 
 use super::pkw::{Job, NotSubmitted, Outcome, PkwClient, PkwError, Profile};
 use crate::ppo::{Inputs, Outputs, PPO_LEN, Zsw};
@@ -71,10 +77,11 @@ pub struct DriveClient {
     /// STW.6 as it rests in positioning mode.
     start: bool,
     setpoint: i32,
-    /// A travel job was taken over and neither ended nor was discarded.
-    job: bool,
+    job: TravelJob,
     zsw: Option<Zsw>,
     hiw: i32,
+    /// `None` without an image.
+    rest: Option<Rest>,
     diagnosis: Option<[u8; 2]>,
     activity: Activity,
     /// For which step the question under way was asked; `None` if the parameter channel is not ours.
@@ -118,9 +125,10 @@ impl DriveClient {
             posture: Posture::Off,
             start: false,
             setpoint: 0,
-            job: false,
+            job: TravelJob::None,
             zsw: None,
             hiw: 0,
+            rest: None,
             diagnosis: None,
             activity: Activity::None,
             asking: None,
@@ -140,15 +148,23 @@ impl DriveClient {
 
     /// Takes a job for the parameter channel. Its outcome comes from [`poll_job`](Self::poll_job).
     ///
+    /// A write of the operating mode (PNU 930) takes the control word back to 000B, so that STW.6 does not rest at 1:
+    /// it ends inching 2 and a velocity.
+    ///
     /// # Errors
     /// [`NotSubmitted`] as from [`PkwClient::submit`]; also busy while the client itself needs the channel for a goal.
+    /// A write of PNU 930 is busy during every goal, and while a travel job is under way or interrupted.
     pub fn submit(&mut self, now: Instant, job: Job) -> Result<(), NotSubmitted> {
-        if self.asking.is_some() || self.question().is_some() || self.job_outcome.is_some() {
+        let sets_mode = job.is_write() && job.pnu() == Question::OperatingMode.job().pnu();
+        let in_use = self.asking.is_some() || self.question().is_some() || self.job_outcome.is_some();
+        if in_use || sets_mode && (self.goal().is_some() || self.job.is_possible()) {
             return Err(NotSubmitted::Busy);
         }
         self.pkw.submit(now, job)?;
-        if job.is_write() && job.pnu() == Question::OperatingMode.job().pnu() && !self.job {
-            // STW.6 is an edge in one mode and a level in the other: a resting 1 would turn the shaft.
+        if sets_mode {
+            // STW.6 is an edge in one mode and a level in the other: a resting 1 would turn the shaft. With bits 4
+            // and 5 = 0 its falling edge starts nothing.
+            self.halt();
             self.start = false;
         }
         Ok(())
@@ -156,8 +172,14 @@ impl DriveClient {
 
     /// A new input image: one call for each exchange whose inputs the caller gets to see.
     pub fn handle_inputs(&mut self, now: Instant, inputs: Inputs<'_>) {
-        self.zsw = Some(inputs.zsw());
-        self.hiw = inputs.hiw();
+        let (zsw, hiw) = (inputs.zsw(), inputs.hiw());
+        (self.zsw, self.hiw) = (Some(zsw), hiw);
+        self.rest = Some(Rest::seen(self.rest, now, hiw));
+        self.job = self.job.seen(self.posture, zsw);
+        self.note_lost_motion(zsw);
+        if let Activity::Pursuing(pursuit) = &mut self.activity {
+            pursuit.silence = now.saturating_add(self.limits.reaction);
+        }
         self.pkw.handle_input(now, inputs.pkw());
         self.go_on(now);
     }
@@ -181,8 +203,9 @@ impl DriveClient {
         self.pkw.handle_data_exchange_lost();
         self.posture = Posture::Off;
         self.start = false;
-        self.job = false;
+        self.job = TravelJob::None;
         self.zsw = None;
+        self.rest = None;
         match self.activity {
             Activity::Pursuing(Pursuit { goal, .. })
             | Activity::Explaining(Explaining { obstacles: Obstacles { goal, .. }, .. }) => {
@@ -203,7 +226,7 @@ impl DriveClient {
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
         let goal = match &self.activity {
-            Activity::Pursuing(pursuit) => Some(pursuit.deadline),
+            Activity::Pursuing(pursuit) => Some(pursuit.deadline.min(pursuit.silence)),
             Activity::Explaining(explaining) => Some(explaining.deadline),
             Activity::None | Activity::Over(_) => None,
         };
@@ -252,11 +275,14 @@ impl DriveClient {
         match goal {
             Goal::Stop => self.halt(),
             // The drive takes no job while it has one.
-            Goal::MoveTo(_) | Goal::Inch | Goal::Jog(_) if self.job => self.halt(),
+            Goal::MoveTo(_) | Goal::Inch | Goal::Jog(_) if self.job.is_possible() => self.halt(),
             Goal::Disable if self.posture != Posture::Off => self.adopt(Posture::Disabled),
-            Goal::Pause if self.job => self.posture = Posture::Paused,
-            Goal::Resume if self.job => self.posture = Posture::Travel,
-            // Inching ends; a travel job or a velocity goes on until the new goal changes it.
+            Goal::Pause if self.job.is_possible() => self.posture = Posture::Paused,
+            Goal::Resume if self.job.is_possible() => self.posture = Posture::Travel,
+            // Another velocity takes over without a stop.
+            Goal::Velocity(_) if self.posture == Posture::Turn => {}
+            // Inching ends, and so does a velocity that was not reached; a travel job or a velocity goes on until the
+            // new goal changes it.
             Goal::Enable
             | Goal::Acknowledge
             | Goal::MoveTo(_)
@@ -265,7 +291,7 @@ impl DriveClient {
             | Goal::Inch
             | Goal::Jog(_)
             | Goal::Velocity(_)
-                if matches!(self.posture, Posture::Inch | Posture::Jog(_)) =>
+                if matches!(self.posture, Posture::Inch | Posture::Jog(_)) || self.is_turning_up() =>
             {
                 self.posture = Posture::Enabled;
             }
@@ -281,9 +307,18 @@ impl DriveClient {
         }
     }
 
+    /// Whether a velocity is released and not reached yet.
+    fn is_turning_up(&self) -> bool {
+        let begins = match self.activity {
+            Activity::Pursuing(Pursuit { step, .. }) => step.begins_turning(),
+            Activity::None | Activity::Explaining(_) | Activity::Over(_) => false,
+        };
+        begins && self.posture == Posture::Turn
+    }
+
     /// Back to "enabled and nothing else", if operation is enabled at all.
     fn halt(&mut self) {
-        self.job = false;
+        self.job = TravelJob::None;
         if self.posture.enables() {
             self.posture = Posture::Enabled;
         }
@@ -293,7 +328,7 @@ impl DriveClient {
     fn adopt(&mut self, posture: Posture) {
         self.posture = posture;
         self.start &= posture.enables();
-        self.job = false;
+        self.job = TravelJob::None;
     }
 
     fn enter(&mut self, pursuit: Pursuit) {
@@ -315,7 +350,6 @@ impl DriveClient {
         if let Some(question) = self.question()
             && self.zsw.is_some()
             && self.asking.is_none()
-            && self.job_outcome.is_none()
             && self.pkw.submit(now, question.job()).is_ok()
         {
             self.asking = Some(self.steps);
@@ -358,23 +392,33 @@ impl DriveClient {
             }
             self.activity = Activity::Pursuing(pursuit);
         }
-        match self.advance(&pursuit) {
-            Next::Stay if now >= pursuit.deadline => {
-                let waited = if pursuit.step.is_motion() { self.limits.motion } else { self.limits.reaction };
-                self.fail(now, &pursuit, Some(waited));
+        match self.advance(now, &pursuit) {
+            Next::Stay | Next::Step(_) if now >= pursuit.silence => {
+                let unheard = Findings { diagnosis: self.diagnosis, ..pursuit.findings };
+                self.give_up(now, pursuit.goal, Some(self.limits.reaction), unheard);
             }
-            Next::Stay => self.activity = Activity::Pursuing(pursuit),
+            Next::Stay => self.stay(now, pursuit),
             Next::Step(step) => {
+                let (before, after) = (pursuit.step.is_motion(), step.is_motion());
+                if before != after {
+                    pursuit.deadline = now.saturating_add(self.limits.of(after));
+                }
                 pursuit.step = step;
                 pursuit.question = step.question();
                 pursuit.answer = None;
-                if step.is_motion() {
-                    pursuit.deadline = now.saturating_add(self.limits.motion);
-                }
-                self.enter(pursuit);
+                self.steps = self.steps.wrapping_add(1);
+                self.stay(now, pursuit);
             }
             Next::Done => self.finish(pursuit.goal, Ok(self.hiw)),
             Next::Refused => self.fail(now, &pursuit, None),
+        }
+    }
+
+    fn stay(&mut self, now: Instant, pursuit: Pursuit) {
+        if now >= pursuit.deadline {
+            self.fail(now, &pursuit, Some(self.limits.of(pursuit.step.is_motion())));
+        } else {
+            self.activity = Activity::Pursuing(pursuit);
         }
     }
 
@@ -393,10 +437,15 @@ impl DriveClient {
         self.activity = Activity::Explaining(explaining);
     }
 
-    /// Gives the goal up, makes the drive safe, and begins to find out why.
     fn fail(&mut self, now: Instant, pursuit: &Pursuit, waited: Option<Duration>) {
-        let Pursuit { goal, findings, .. } = *pursuit;
-        let findings = Findings { zsw: self.zsw, diagnosis: self.diagnosis, job: self.job, ..findings };
+        // What did not go on in all the time was no job of the drive.
+        let job = self.job == TravelJob::Active && pursuit.step != Step::Resume;
+        let findings = Findings { zsw: self.zsw, diagnosis: self.diagnosis, job, ..pursuit.findings };
+        self.give_up(now, pursuit.goal, waited, findings);
+    }
+
+    /// Makes the drive safe, and begins to find out why the goal was not reached.
+    fn give_up(&mut self, now: Instant, goal: Goal, waited: Option<Duration>, findings: Findings) {
         self.make_safe(goal);
         let obstacles = Obstacles { goal, waited, findings };
         let question = obstacles.question_after(None);
@@ -418,7 +467,7 @@ impl DriveClient {
             Goal::Enable | Goal::Acknowledge => self.adopt(Posture::Off),
             Goal::MoveTo(_) | Goal::Resume | Goal::Inch | Goal::Jog(_) | Goal::Velocity(_) => self.halt(),
             // Whoever wants to pause what cannot be paused wants it to stop.
-            Goal::Pause if !self.job => self.halt(),
+            Goal::Pause if self.job != TravelJob::Active => self.halt(),
             Goal::Pause | Goal::Stop | Goal::Disable => {}
         }
     }

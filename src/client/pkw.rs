@@ -4,17 +4,20 @@
 //! | --- | --- |
 //! | `job` | [`Job`], its words, and which replies are replies to it |
 //! | `profile` | [`Profile`]: what drives do differently |
+//! | `unanswered` | which probe nobody can mistake for an older one |
 //! | `error` | [`PkwError`] |
 
 mod error;
 mod job;
 mod profile;
+mod unanswered;
 
 pub use error::{ErrorCode, Limit, PkwError, Stage};
 pub use job::{Job, NotSubmitted, Reply};
 pub use profile::{ArrayJobs, Images, Memory, Profile, SubindexPlace, WriteReply};
 
-use crate::param::Value;
+use self::unanswered::Unanswered;
+use crate::param::{Pnu, Value};
 use crate::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
 use crate::time::Instant;
 
@@ -63,8 +66,8 @@ use crate::time::Instant;
 ///   seen. That also makes an identical job a new one for the drive. Between jobs it sends job 0 anyway.
 /// - *What was asked before is not known*: at the beginning, after a job without reply, after a loss of Data_Exchange.
 ///   Job 0 is sent until reply 0 is seen; but that may be an old one, from before a job the drive has not answered
-///   yet. So then a probe is sent, a read of another parameter ([`Profile::probes`]). Once the probe is answered,
-///   with a value or an error, every job before it is over.
+///   yet. So then a probe is sent, a read of a parameter that nobody waits for an answer about ([`Profile::probes`]).
+///   Once the probe is answered, with a value or an error, every job before it is over.
 ///
 /// A job is never changed before its reply was seen, except when it has timed out or was interrupted; then job 0
 /// is sent, and the job is never sent a second time.
@@ -74,7 +77,8 @@ use crate::time::Instant;
 /// A success is reported only for a reply the drive gave to this very job, and a write goes to the drive once, if
 ///
 /// 1. the drive works at one job at a time, in the order it sees them, and its replies arrive in that order (an image
-///    may be skipped, repeated or late by any time, but not overtake another);
+///    may be skipped, repeated or late, but not overtake another; late by so much that as many jobs as there are
+///    [`Profile::probes`] have ended without a reply is too late);
 /// 2. a reply tells the parameter, the element and the kind of reply it is for. A drive that answers job 1018 with the
 ///    value of 1017 cannot be found out; a reply that does not fit the job is not taken;
 /// 3. the four words of an output image reach the drive together (consistency, F3), and those of an input image as
@@ -93,6 +97,8 @@ use crate::time::Instant;
 pub struct PkwClient {
     profile: Profile,
     channel: Channel,
+    /// The parameters asked about since it was last known that every job is over.
+    unanswered: Unanswered,
     work: Work,
 }
 
@@ -131,6 +137,8 @@ struct Underway {
     job: Job,
     request: Pkw,
     stage: Stage,
+    /// The parameter of the probe, if one is needed.
+    probe: Pnu,
     deadline: Instant,
     exchanges: u32,
     last: Option<Pkw>,
@@ -148,7 +156,7 @@ struct Seen {
 impl PkwClient {
     /// A client for a drive of this kind that knows nothing of what was asked before.
     pub const fn new(profile: Profile) -> Self {
-        Self { profile, channel: Channel::Unknown, work: Work::None }
+        Self { profile, channel: Channel::Unknown, unanswered: Unanswered::NONE, work: Work::None }
     }
 
     /// How the drive is asked.
@@ -171,6 +179,7 @@ impl PkwClient {
             job,
             request,
             stage: Stage::NoReply,
+            probe: self.unanswered.next_probe(&self.profile, job.pnu()),
             deadline: now.saturating_add(self.profile.time),
             exchanges: 0,
             last: None,
@@ -188,7 +197,9 @@ impl PkwClient {
             Work::None | Work::Over(_) => Pkw::ZERO,
             Work::Under(underway) => match underway.stage {
                 Stage::NoReply => Pkw::ZERO,
-                Stage::Probe => Pkw::new(Pke::of_job(JobId::Read, self.probe(underway)), Ind::default(), 0),
+                Stage::Probe => {
+                    Pkw::new(Pke::of_job(JobId::Read, underway.probe.number()), Ind::default(), 0)
+                }
                 Stage::Reply => underway.request,
             },
         }
@@ -210,14 +221,16 @@ impl PkwClient {
                 underway.stage = self.next_stage(&underway);
             }
             Stage::Probe => {
-                if is_reply(reply) && reply.pke.pnu() == self.probe(&underway) {
+                if is_reply(reply) && reply.pke.pnu() == underway.probe.number() {
                     self.channel = Channel::Standing(reply.pke.pnu());
+                    self.unanswered = Unanswered::NONE;
                     underway.stage = self.next_stage(&underway);
                 }
             }
             Stage::Reply => {
                 if let Some(result) = self.answer(&mut underway, reply) {
                     self.channel = Channel::Standing(underway.job.pnu().number());
+                    self.unanswered = Unanswered::NONE;
                     self.work = Work::Over(Outcome { job: underway.job, result });
                     return;
                 }
@@ -240,15 +253,18 @@ impl PkwClient {
     /// yet.
     pub fn handle_data_exchange_lost(&mut self) {
         self.channel = Channel::Unknown;
-        if let Work::Under(underway) = &mut self.work {
-            match underway.stage {
-                Stage::NoReply | Stage::Probe => underway.stage = Stage::NoReply,
-                Stage::Reply => {
-                    let result = Err(PkwError::Interrupted);
-                    self.work = Work::Over(Outcome { job: underway.job, result });
-                }
+        let Work::Under(mut underway) = self.work else {
+            return;
+        };
+        self.abandon(&underway);
+        self.work = match underway.stage {
+            Stage::NoReply | Stage::Probe => {
+                underway.stage = Stage::NoReply;
+                underway.probe = self.unanswered.next_probe(&self.profile, underway.job.pnu());
+                Work::Under(underway)
             }
-        }
+            Stage::Reply => Work::Over(Outcome { job: underway.job, result: Err(PkwError::Interrupted) }),
+        };
     }
 
     /// When to call [`handle_timeout`](Self::handle_timeout) if no image comes before; `None` without a job. Changes
@@ -291,10 +307,15 @@ impl PkwClient {
         }
     }
 
-    /// The parameter of the probe for this job: another one than its own.
-    fn probe(&self, underway: &Underway) -> u16 {
-        let [first, second] = self.profile.probes;
-        if first == underway.job.pnu() { second.number() } else { first.number() }
+    /// Whatever is being asked is not waited for any more; its reply may still come.
+    fn abandon(&mut self, underway: &Underway) {
+        let asked = match underway.stage {
+            Stage::NoReply => return,
+            Stage::Probe => underway.probe,
+            Stage::Reply => underway.job.pnu(),
+        };
+        self.unanswered.add(&self.profile, asked);
+        self.channel = Channel::Unknown;
     }
 
     /// While job 0 is sent: looks whether it was answered.
@@ -344,7 +365,7 @@ impl PkwClient {
 
     /// Ends the job that has used up one of its limits.
     fn expire(&mut self, now: Instant) {
-        let Work::Under(underway) = &self.work else {
+        let Work::Under(underway) = self.work else {
             return;
         };
         let limit = if now >= underway.deadline {
@@ -354,12 +375,8 @@ impl PkwClient {
         } else {
             return;
         };
-        let Underway { job, stage, last, .. } = *underway;
-        match stage {
-            // Not sent: what was known before is still true.
-            Stage::NoReply => {}
-            Stage::Probe | Stage::Reply => self.channel = Channel::Unknown,
-        }
+        self.abandon(&underway);
+        let Underway { job, stage, last, .. } = underway;
         self.work = Work::Over(Outcome { job, result: Err(PkwError::TimedOut { stage, limit, last }) });
     }
 }

@@ -53,7 +53,15 @@ impl fmt::Display for Event {
                     Terminator::Active => "on",
                     Terminator::Half => "half on: set SW9 and SW10 alike",
                 };
-                write!(f, "switched on at address {}, bus terminator {terminator}", switches.address())
+                if switches.reset() {
+                    // They may say no address.
+                    write!(
+                        f,
+                        "switched on with SW8 ON (SW1 to SW10: {switches}), bus terminator {terminator}"
+                    )
+                } else {
+                    write!(f, "switched on at address {}, bus terminator {terminator}", switches.address())
+                }
             }
             Self::FactoryReset(set) => {
                 let which = match set {

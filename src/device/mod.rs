@@ -101,11 +101,13 @@ pub struct Device {
 #[derive(Clone, Debug)]
 struct Parts {
     config: Config,
-    /// SW1 to SW7 as they were when it was switched on.
+    /// SW1 to SW7 as they were when it was switched on, but for a factory reset.
     address: Address,
     power: Power,
     /// The world around the drive as last set.
     inputs: Inputs,
+    /// The control supply of the inputs reaches the drive.
+    switch_closed: bool,
     station: dp::Station,
     engine: Engine,
     store: Store,
@@ -151,7 +153,7 @@ impl Device {
         &self.part.config
     }
 
-    /// Its station address, as the DIP switches were when it was switched on.
+    /// Its station address, as the DIP switches were when it was switched on. A factory reset does not change it.
     pub const fn address(&self) -> Address {
         self.part.address
     }
@@ -161,7 +163,7 @@ impl Device {
         self.part.power
     }
 
-    /// The world around the drive as last set.
+    /// The world around the drive as last set, switched on or not.
     pub const fn inputs(&self) -> &Inputs {
         &self.part.inputs
     }
@@ -252,16 +254,6 @@ impl Device {
         self.framer = self.part.config.framer();
     }
 
-    /// Changes what acts on the drive from outside: supplies, keys, causes of faults. Counts as a `handle_*` call.
-    ///
-    /// Without control supply the drive is switched off, as by [`Device::power_off`].
-    pub fn set_inputs(&mut self, now: Instant, inputs: Inputs) {
-        self.part.advance(now);
-        if self.part.set_inputs(now, inputs) {
-            self.framer = self.part.config.framer();
-        }
-    }
-
     /// Takes octets, the last of which ended at `now`. They may be cut anywhere. Never panics, never blocks.
     pub fn handle_bytes(&mut self, now: Instant, octets: &[u8]) {
         let Self { framer, part } = self;
@@ -348,6 +340,7 @@ impl Parts {
             address: config.switches.address(),
             power: Power::On,
             inputs: drive.inputs(),
+            switch_closed: true,
             station: config.station(),
             engine: Engine::new(config.pkw),
             store,

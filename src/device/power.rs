@@ -20,17 +20,36 @@ pub enum Power {
 }
 
 impl Device {
-    /// Takes the control supply away: what travels runs out unbraked, the bus hears nothing more, and all is lost
-    /// but EEPROM and shaft position. Counts as a `handle_*` call; does nothing to a drive that is off.
+    /// Opens the switch of the control supply: what travels runs out unbraked, the bus hears nothing more, and all is
+    /// lost but EEPROM and shaft position. The supply that is set ([`Inputs::control_supply`]) stays as it is. Counts
+    /// as a `handle_*` call; does nothing to a drive that is switched off.
     pub fn power_off(&mut self, now: Instant) {
-        self.set_inputs(now, self.inputs().with_control_supply(false));
+        self.supply(now, *self.inputs(), false);
     }
 
-    /// Gives the control supply back (row 1): the EEPROM is loaded and the DIP switches are read, PNU 1035 is 100 and
-    /// the setpoint 0, the motor is released and the slave waits for parameters. Counts as a `handle_*` call; does
-    /// nothing to a drive that is on.
+    /// Closes the switch of the control supply (row 1): the EEPROM is loaded and the DIP switches are read, PNU 1035 is
+    /// 100 and the setpoint 0, the motor is released and the slave waits for parameters. The drive gets the supply that
+    /// is set, or 24 V where that is none. Counts as a `handle_*` call; does nothing to a drive that is on.
     pub fn power_on(&mut self, now: Instant) {
-        self.set_inputs(now, self.inputs().with_control_supply(true));
+        self.supply(now, *self.inputs(), true);
+        if self.power() == Power::Off {
+            self.supply(now, self.inputs().with_control_supply(true), true);
+        }
+    }
+
+    /// Changes what acts on the drive from outside: supplies, keys, causes of faults. Counts as a `handle_*` call.
+    ///
+    /// A control supply of 0 switches the drive off, as [`Device::power_off`] does, and one that comes back switches it
+    /// on; while [`Device::power_off`] holds, the supply is only set.
+    pub fn set_inputs(&mut self, now: Instant, inputs: Inputs) {
+        self.supply(now, inputs, self.part.switch_closed);
+    }
+
+    fn supply(&mut self, now: Instant, inputs: Inputs, switch_closed: bool) {
+        self.part.advance(now);
+        if self.part.supply(now, inputs, switch_closed) {
+            self.framer = self.part.config.framer();
+        }
     }
 
     /// Sets the DIP switches. They are read when the drive is switched on next (manual chapter 7.8).
@@ -41,9 +60,9 @@ impl Device {
 
 impl Parts {
     /// Takes over the world around the drive. Says whether the drive was switched on or off by that.
-    pub(super) fn set_inputs(&mut self, now: Instant, inputs: Inputs) -> bool {
-        self.inputs = inputs;
-        self.drive.set_inputs(inputs);
+    fn supply(&mut self, now: Instant, inputs: Inputs, switch_closed: bool) -> bool {
+        (self.inputs, self.switch_closed) = (inputs, switch_closed);
+        self.drive.set_inputs(if switch_closed { inputs } else { inputs.with_control_supply(false) });
         let switched = match (self.power, self.drive.is_supplied()) {
             (Power::Off, true) => {
                 self.switch_on();
@@ -73,9 +92,12 @@ impl Parts {
     /// Reads the DIP switches, as the drive does when it is switched on, and does what they ask for.
     pub(super) fn read_switches(&mut self) {
         let switches = self.config.switches;
-        self.address = switches.address();
         self.power = match self.config.reset_patterns.requested(switches) {
-            None => Power::On,
+            None => {
+                self.address = switches.address();
+                Power::On
+            }
+            // SW1 to SW7 say which parameters, not which address (`ag03.md` 11).
             Some(set) => {
                 self.store.load_defaults(set);
                 self.settings = Settings::read(&self.store);

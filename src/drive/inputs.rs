@@ -76,8 +76,8 @@ impl Default for Inputs {
 impl Inputs {
     /// The inputs with what makes `fault`. D, E, F, G and J follow at once, A, B and C once the shaft shall turn.
     ///
-    /// The change for C holds for a 48:1 gear with the default constants of the plant; a 24:1 gear needs half the
-    /// torque and then goes to fault B.
+    /// The change for C holds for a 48:1 gear with the default constants of the plant; it makes B with 24:1.
+    /// [`Drive::provoking`](super::Drive::provoking) knows the drive.
     #[must_use]
     pub const fn provoking(mut self, fault: Fault) -> Self {
         match fault {

@@ -14,6 +14,8 @@
 //! so that every warning and fault can be reached by what causes it, not measured on a drive. It assumes that the
 //! gear holds a load at standstill and in braking: a load never turns or accelerates the shaft by itself.
 
+mod provocation;
+
 use core::time::Duration;
 
 use crate::param::{Gear, Model};

@@ -56,6 +56,8 @@ pub enum Request {
 /// What stands against a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Reason {
+    /// The control has no supply. Always the only reason: the drive is not there to mind any other.
+    SwitchedOff,
     /// A fault is latched.
     FaultLatched,
     /// The cause of the fault is still present.
@@ -110,7 +112,8 @@ pub enum Reason {
 
 impl Reason {
     /// Every reason, in the order in which [`Refusal`] prints them.
-    pub const ALL: [Self; 25] = [
+    pub const ALL: [Self; 26] = [
+        Self::SwitchedOff,
         Self::NoSupply,
         Self::FaultLatched,
         Self::FaultCause,
@@ -158,9 +161,9 @@ impl Refusal {
         }
     }
 
-    /// Adds `reason` if it `applies`.
+    /// Adds `reason` if it `applies` and the drive is switched on.
     pub(super) const fn note(&mut self, reason: Reason, applies: bool) {
-        if applies {
+        if applies && !self.contains(Reason::SwitchedOff) {
             self.reasons |= reason.bit();
         }
     }
@@ -197,6 +200,7 @@ impl Refusal {
                 None => f.write_str("the cause of the fault is still present"),
             },
             Reason::TurnOnDisabled => f.write_str("turning on is disabled after a fault: give OFF1 once"),
+            Reason::SwitchedOff => f.write_str("the drive is switched off"),
             Reason::NoSupply => f.write_str("a supply voltage is missing"),
             Reason::NoOutputStage => f.write_str(match self.model {
                 Model::Ag03 => "the enable input is not active",

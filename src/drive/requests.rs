@@ -202,7 +202,7 @@ impl Drive {
     /// Rows 4, 5, 14. A drive that still brakes is enabled as soon as it stands.
     fn asks_enable(&mut self, command: &Command) {
         let mut refusal = self.refusal_of(Request::Enable);
-        refusal.note(Reason::NoSupply, matches!(self.state, State::Off | State::NotReady));
+        refusal.note(Reason::NoSupply, self.state == State::NotReady);
         refusal.note(Reason::FaultLatched, self.state == State::Fault);
         refusal.note(Reason::TurnOnDisabled, self.state == State::TurnOnDisabled);
         refusal.note(Reason::Off1, !command.on);
@@ -245,7 +245,7 @@ impl Drive {
         refusal.note(Reason::Off2, !command.no_off2);
         refusal.note(Reason::NotEnabled, !command.enable_operation);
         match self.state {
-            State::Off | State::NotReady => refusal.note(Reason::NoSupply, true),
+            State::NotReady => refusal.note(Reason::NoSupply, true),
             State::ReadyToRun(_) => refusal.note(Reason::NotEnabled, true),
             State::Disabling | State::KeyInching(_) | State::KeyInchingEnding => {
                 refusal.note(Reason::NotEnabled, true);
@@ -256,7 +256,7 @@ impl Drive {
             State::Inching(Inching::One | Inching::Two(_)) => refusal.note(Reason::InchingActive, true),
             State::Fault => refusal.note(Reason::FaultLatched, true),
             State::TurnOnDisabled => refusal.note(Reason::TurnOnDisabled, true),
-            State::OperationEnabled(_) | State::Paused { .. } | State::VelocityTravelling => {}
+            State::Off | State::OperationEnabled(_) | State::Paused { .. } | State::VelocityTravelling => {}
         }
     }
 
@@ -267,6 +267,7 @@ impl Drive {
 
     fn refusal_of(&self, request: Request) -> Refusal {
         let mut refusal = Refusal::new(request, self.model);
+        refusal.note(Reason::SwitchedOff, self.state == State::Off);
         refusal.position = self.position();
         refusal.upper_limit = self.frame.limits.upper();
         refusal.lower_limit = self.frame.limits.lower();

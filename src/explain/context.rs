@@ -3,16 +3,18 @@
 use std::collections::BTreeMap;
 
 use super::value::Lengths;
-use super::{Explanation, Sender, frame, ppo};
+use super::{Explanation, Sender, frame, pkw, ppo};
 use crate::device::IDENT_NUMBER;
 use crate::dp::Service;
 use crate::drive::Mode;
 use crate::fdl::{Address, FrameCount};
-use crate::param::Pnu;
+use crate::param::{Model, Models, Pnu};
+use crate::pkw::ErrorNumber;
 use crate::ppo::{JobId, Pkw, ReplyId};
 
 /// Explains telegrams and words one after the other, and remembers what helps with the next: which request a response
-/// answers, the job a reply belongs to, operating mode and unit of each station as far as PNU 930 and 1012 told.
+/// answers, the job a reply belongs to, operating mode and unit of each station as far as PNU 930 and 1012 told, its model
+/// as far as a parameter told that only the AG03/1 has.
 ///
 /// Takes memory for at most 127 stations, however long the stream.
 #[derive(Clone, Debug, Default)]
@@ -38,6 +40,7 @@ pub(super) struct Asked {
 pub(super) struct Learned {
     given: Option<Mode>,
     heard: Option<Mode>,
+    pub(super) model: Option<Model>,
     pub(super) lengths: Lengths,
     /// Ident_Number of the last Set_Prm.
     pub(super) asked_ident: Option<u16>,
@@ -60,6 +63,12 @@ impl Context {
         Self { mode: Some(mode), ..Self::default() }
     }
 
+    /// A context for the words of one drive that is known: those without a telegram around them.
+    pub fn of_drive(model: Model, mode: Mode, lengths: Lengths) -> Self {
+        let bare = Learned { heard: Some(mode), lengths, model: Some(model), ..Learned::default() };
+        Self { bare, ..Self::default() }
+    }
+
     /// Explains one telegram. What is no telegram, or more than one, is [`Mark::Invalid`](super::Mark::Invalid) with
     /// the reason and the octet.
     pub fn telegram(&mut self, octets: &[u8]) -> Explanation {
@@ -67,11 +76,12 @@ impl Context {
     }
 
     /// Takes from who knows the station (the drive itself) what on the line only PNU 930 and 1012 tell: operating mode
-    /// and what positions are counted in. What is heard later counts again. What an AG03 refuses is then a
-    /// [`Mistake`](super::Mark::Mistake) of who sends it there; of other stations it is at most a hint, until they say
+    /// and what positions are counted in; and its model. What is heard later counts again. What an AG03 refuses is then
+    /// a [`Mistake`](super::Mark::Mistake) of who sends it there; of other stations it is at most a hint, until they say
     /// their Ident_Number in a diagnosis.
-    pub fn know(&mut self, station: Address, mode: Mode, lengths: Lengths) {
+    pub fn know(&mut self, station: Address, model: Model, mode: Mode, lengths: Lengths) {
         let learned = self.stations.entry(station.number()).or_default();
+        learned.model = Some(model);
         learned.heard = Some(mode);
         learned.lengths = lengths;
         learned.own_ident = Some(IDENT_NUMBER);
@@ -120,6 +130,7 @@ impl Learned {
         if self.answers(reply) == Some(false) && reply.pke.reply() != ReplyId::NoReply {
             self.unanswered = self.unanswered.saturating_add(1);
         }
+        self.hear_model(reply);
         let value = match reply.pke.reply() {
             ReplyId::Word => reply.word(),
             ReplyId::NoReply
@@ -141,6 +152,28 @@ impl Learned {
         }
     }
 
+    /// Learns from a value, or the lack, of a parameter that only the AG03/1 has.
+    fn hear_model(&mut self, reply: Pkw) {
+        if !pkw::known(reply.pke.pnu()).is_some_and(|entry| matches!(entry.models, Models::OnlyAg03_1)) {
+            return;
+        }
+        match reply.pke.reply() {
+            ReplyId::Word => self.model = Some(Model::Ag03_1),
+            ReplyId::NotExecutable if reply.word() == ErrorNumber::IllegalParameterNumber.number() => {
+                self.model = Some(Model::Ag03);
+            }
+            ReplyId::NoReply
+            | ReplyId::DoubleWord
+            | ReplyId::Description
+            | ReplyId::ElementWord
+            | ReplyId::ElementDoubleWord
+            | ReplyId::ElementCount
+            | ReplyId::NotExecutable
+            | ReplyId::NoControlRights
+            | ReplyId::Reserved(_) => {}
+        }
+    }
+
     /// Whether `reply` can be the answer to the last job.
     pub(super) fn answers(&self, reply: Pkw) -> Option<bool> {
         let job = self.job.filter(|job| job.pke.job() != JobId::NoJob)?;
@@ -159,7 +192,8 @@ mod tests {
     #[test]
     fn what_is_heard_after_it_was_told_counts_again() {
         let mut context = Context::default();
-        context.know(Address::station(5).unwrap(), Mode::Velocity, Lengths::HundredthMillimetres);
+        let at = Address::station(5).unwrap();
+        context.know(at, Model::Ag03, Mode::Velocity, Lengths::HundredthMillimetres);
         let mut learned = context.station(5);
         assert_eq!((learned.mode(), learned.lengths), (Mode::Velocity, Lengths::HundredthMillimetres));
         assert_eq!(context.station(6).mode(), Mode::Positioning);
@@ -167,6 +201,12 @@ mod tests {
             // AK 1: a word.
             learned.hear_reply(Pkw::new(Pke::from_raw(0x1000 | pnu), Ind::from_raw(0), value));
         }
+        assert_eq!(learned.model, Some(Model::Ag03));
+        // The battery voltage, which only an AG03/1 tells; error 0, no such number, is an AG03's.
+        learned.hear_reply(Pkw::new(Pke::from_raw(0x1000 | 1042), Ind::from_raw(0), 300));
+        assert_eq!(learned.model, Some(Model::Ag03_1));
+        learned.hear_reply(Pkw::new(Pke::from_raw(0x7000 | 1042), Ind::from_raw(0), 0));
+        assert_eq!(learned.model, Some(Model::Ag03));
         context.learn(5, learned);
         let learned = context.station(5);
         assert_eq!((learned.mode(), learned.lengths), (Mode::Positioning, Lengths::Increments));

@@ -142,7 +142,7 @@ struct Pwe {
     width: Option<Width>,
     text: String,
     mark: Mark,
-    bits: Option<(Word, Mode)>,
+    bits: Option<(Word, Mode, Option<Model>)>,
 }
 
 impl Pwe {
@@ -167,8 +167,8 @@ impl Pwe {
             Some(Width::Word) => {
                 let high = Field::word("PWE high", at, pkw.pwe_high, "not used");
                 let mut low = Field::word("PWE low", at + 2, pkw.pwe_low, self.text.clone());
-                if let Some((word, mode)) = self.bits {
-                    low.fields = words::field(word, mode, at + 2, pkw.pwe_low).fields;
+                if let Some((word, mode, model)) = self.bits {
+                    low.fields = words::field(word, mode, model, at + 2, pkw.pwe_low).fields;
                 }
                 Field::octets("PWE", at, &[a, b, c, d], "").with(Vec::from([high, low.marked(self.mark)]))
             }
@@ -205,8 +205,8 @@ fn valued(pkw: Pkw, width: Width, learned: &Learned) -> Pwe {
         },
     };
     let bits = match (pkw.pke.pnu(), width) {
-        (SYSTEM_STATUS, Width::Word) => Some((Word::Ssw, learned.mode())),
-        (GENERAL_STATUS, Width::Word) => Some((Word::GeneralStatus, learned.mode())),
+        (SYSTEM_STATUS, Width::Word) => Some((Word::Ssw, learned.mode(), learned.model)),
+        (GENERAL_STATUS, Width::Word) => Some((Word::GeneralStatus, learned.mode(), learned.model)),
         (_, _) => None,
     };
     Pwe { width: Some(width), text, mark: Mark::Plain, bits }

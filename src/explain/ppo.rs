@@ -104,7 +104,7 @@ fn word_5(raw: u16, sender: Sender, at: usize, learned: &mut Learned) -> (Field,
         Sender::Slave => said.clone(),
     };
     *before = raw;
-    let mut field = words::field(word, mode, at, raw);
+    let mut field = words::field(word, mode, learned.model, at, raw);
     field.meaning = format!("{meaning} ({} mode)", mode_name(mode));
     let field = match sender {
         Sender::Master => judge_stw(field, mode, raw),

@@ -7,9 +7,10 @@
 //! ```
 //! use profidrive::drive::Mode;
 //! use profidrive::explain::words::{Word, bits, changes, said};
+//! use profidrive::param::Model;
 //!
 //! // Bit by bit, for a table of a program's own.
-//! let start = bits(Word::Stw, Mode::Positioning)[6];
+//! let start = bits(Word::Stw, Mode::Positioning, Some(Model::Ag03))[6];
 //! assert_eq!((start.key, start.name), ("start", "activate travel job"));
 //!
 //! // In one line: what a control word changes, what a status word says.
@@ -23,6 +24,7 @@ use std::vec::Vec;
 
 use super::field::{Bits, Field};
 use crate::drive::Mode;
+use crate::param::Model;
 
 /// One of the words of bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -97,17 +99,17 @@ pub enum Role {
     Unused,
 }
 
-/// The bits of a word in an operating mode, bit 0 first.
-pub fn bits(word: Word, mode: Mode) -> [&'static Bit; 16] {
-    word.rows().each_ref().map(|row| row.of(mode))
+/// The bits of a word in an operating mode, bit 0 first. What releases the output stage (SSW.10, GSR.4) is the enable
+/// input on an AG03 and a supply on an AG03/1; without a `model` the words are for either.
+pub fn bits(word: Word, mode: Mode, model: Option<Model>) -> [&'static Bit; 16] {
+    word.rows().each_ref().map(|row| row.of(mode, model))
 }
 
 /// What a word changes after `before`, `no change` if nothing. Bits without a meaning are not mentioned.
 pub fn changes(word: Word, mode: Mode, before: u16, now: u16) -> String {
     let changed = before ^ now;
-    let bits = bits(word, mode);
     let words: Vec<&str> = (0..16)
-        .zip(bits)
+        .zip(bits(word, mode, None))
         .filter(|(n, bit)| changed >> n & 1 != 0 && matches!(bit.role, Role::Level | Role::Edge))
         .map(|(n, bit)| bit.meaning(now >> n & 1 != 0))
         .collect();
@@ -117,7 +119,7 @@ pub fn changes(word: Word, mode: Mode, before: u16, now: u16) -> String {
 /// The bits that are 1, `nothing` if there are none with a meaning.
 pub fn on(word: Word, mode: Mode, raw: u16) -> String {
     let words: Vec<&str> = (0..16)
-        .zip(bits(word, mode))
+        .zip(bits(word, mode, None))
         .filter(|(n, bit)| raw >> n & 1 != 0 && bit.role == Role::Level)
         .map(|(_, bit)| bit.one)
         .collect();
@@ -129,7 +131,7 @@ pub fn on(word: Word, mode: Mode, raw: u16) -> String {
 pub fn said(mode: Mode, before: u16, now: u16) -> String {
     let set = |bit: u8| now >> bit & 1 != 0;
     let implied = |bit: u8| IMPLIED.iter().any(|row| set(row.0) && row.1 == bit);
-    let bits = bits(Word::Zsw, mode);
+    let bits = bits(Word::Zsw, mode, None);
     let of = |n: u8| bits.get(usize::from(n)).filter(|bit| bit.role == Role::Level);
     let mut words: Vec<&str> = TELLING
         .iter()
@@ -143,9 +145,9 @@ pub fn said(mode: Mode, before: u16, now: u16) -> String {
 }
 
 /// A word at octet `at`, with a field for each bit. Bits beside each other that are not used share one.
-pub fn field(word: Word, mode: Mode, at: usize, raw: u16) -> Field {
+pub fn field(word: Word, mode: Mode, model: Option<Model>, at: usize, raw: u16) -> Field {
     let mut fields: Vec<Field> = Vec::new();
-    for (n, bit) in (0..16_u8).zip(bits(word, mode)).rev() {
+    for (n, bit) in (0..16_u8).zip(bits(word, mode, model)).rev() {
         let set = raw >> n & 1 != 0;
         let unused = |field: &Field| bit.key.is_empty() && field.name == UNUSED;
         if let Some(field) = fields.last_mut().filter(|field| unused(field))
@@ -184,18 +186,28 @@ const UNUSED: &str = "not used";
 struct Row {
     positioning: Bit,
     velocity: Bit,
+    /// The bit of an AG03 and of an AG03/1 where they differ, in both operating modes.
+    models: Option<[Bit; 2]>,
 }
 
 impl Row {
-    const fn of(&self, mode: Mode) -> &Bit {
-        match mode {
-            Mode::Positioning => &self.positioning,
-            Mode::Velocity => &self.velocity,
+    fn of(&self, mode: Mode, model: Option<Model>) -> &Bit {
+        match (&self.models, model) {
+            (Some([ag03, _]), Some(Model::Ag03)) => ag03,
+            (Some([_, ag03_1]), Some(Model::Ag03_1)) => ag03_1,
+            (None, _) | (Some(_), None) => match mode {
+                Mode::Positioning => &self.positioning,
+                Mode::Velocity => &self.velocity,
+            },
         }
     }
 
     const fn velocity(self, velocity: Bit) -> Self {
         Self { velocity, ..self }
+    }
+
+    const fn models(self, ag03: Bit, ag03_1: Bit) -> Self {
+        Self { models: Some([ag03, ag03_1]), ..self }
     }
 }
 
@@ -217,7 +229,7 @@ const fn both(
     note: &'static str,
 ) -> Row {
     let bit = bit(key, name, one, zero, note);
-    Row { positioning: bit, velocity: bit }
+    Row { positioning: bit, velocity: bit, models: None }
 }
 
 const fn edge(bit: Bit) -> Bit {
@@ -231,12 +243,12 @@ const fn fixed(key: &'static str, name: &'static str, value: bool) -> Bit {
 
 const fn always(key: &'static str, name: &'static str, value: bool) -> Row {
     let bit = fixed(key, name, value);
-    Row { positioning: bit, velocity: bit }
+    Row { positioning: bit, velocity: bit, models: None }
 }
 
 const NOT_USED: Bit =
     Bit { key: "", name: UNUSED, one: "no meaning", zero: "no meaning", note: "", role: Role::Unused };
-const NONE: Row = Row { positioning: NOT_USED, velocity: NOT_USED };
+const NONE: Row = Row { positioning: NOT_USED, velocity: NOT_USED, models: None };
 
 #[rustfmt::skip] // one row per bit
 const STW: [Row; 16] = [
@@ -249,6 +261,7 @@ const STW: [Row; 16] = [
     Row {
         positioning: edge(bit("start", "activate travel job", "start bit 1", "start bit 0", "each change starts a job to the setpoint")),
         velocity: bit("start", "enable target value", "setpoint released", "setpoint not released", "1 turns with the setpoint, 0 runs down as programmed"),
+        models: None,
     },
     both("acknowledge", "acknowledge", "acknowledge", "acknowledge over", "0 to 1 acknowledges a fault; turn-on disabled follows"),
     both("inch1", "inching 1", "inching 1", "inching 1 off", "travels once by delta inch").velocity(NOT_USED),
@@ -277,6 +290,7 @@ const ZSW: [Row; 16] = [
     Row {
         positioning: edge(bit("job-toggle", "acknowledgement of target value", "job bit 1", "job bit 0", "each change tells that a job was taken over")),
         velocity: fixed("device-specific-12", "device-specific", true),
+        models: None,
     },
     both("standstill", "drive stands still", "stands still", "travels", ""),
     both("limit-exceeded", "limiting value exceeded", "beyond a limit", "within the limits", "")
@@ -295,7 +309,10 @@ const SSW: [Row; 16] = [
     both("motor-released", "driver state", "motor released", "motor in control", ""),
     both("fault", "fault", "FAULT", "no fault", ""),
     both("loop-travel", "loop travel", "travels against the approach direction", "travels in the approach direction", "").velocity(NOT_USED),
-    both("no-output-stage", "supply of the output stage", "output stage not supplied", "output stage supplied", "AG03: enable input"),
+    both("no-output-stage", "enable input or supply of the output stage", "output stage not enabled or not supplied", "output stage enabled and supplied", "AG03: enable input, AG03/1: supply").models(
+        bit("no-output-stage", "enable input", "enable input not active", "enable input active", ""),
+        bit("no-output-stage", "supply of the output stage", "output stage not supplied", "output stage supplied", ""),
+    ),
     both("not-ready-to-travel", "ready to travel", "not ready to travel", "ready to travel", "1 means not"),
     both("battery-low", "battery voltage", "battery low", "battery in order", "replace it within half a year"),
     both("current-out-of-range", "motor current", "motor current out of range", "motor current in range", "fault C after 4 s"),
@@ -306,7 +323,10 @@ const SSW: [Row; 16] = [
 #[rustfmt::skip] // one row per bit
 const GENERAL_STATUS: [Row; 16] = [
     NONE, NONE, NONE, NONE,
-    both("output-stage", "supply of the output stage", "output stage supplied", "output stage not supplied", "AG03: enable input"),
+    both("output-stage", "enable input or supply of the output stage", "output stage enabled and supplied", "output stage not enabled or not supplied", "AG03: enable input, AG03/1: supply").models(
+        bit("output-stage", "enable input", "enable input active", "enable input not active", ""),
+        bit("output-stage", "supply of the output stage", "output stage supplied", "output stage not supplied", ""),
+    ),
     NONE, NONE,
     both("torque-deactivation", "torque deactivation", "torque deactivation has tripped", "torque deactivation has not tripped", "ends when the job is resumed"),
     NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE,
@@ -356,8 +376,12 @@ mod tests {
 
     #[test]
     fn every_used_bit_has_a_key_of_its_own_and_words_for_both_values() {
-        for (word, mode) in WORDS.into_iter().flat_map(|word| MODES.map(|mode| (word, mode))) {
-            let used = bits(word, mode).into_iter().filter(|bit| bit.role != Role::Unused);
+        let models = [None, Some(Model::Ag03), Some(Model::Ag03_1)];
+        let modes = MODES.into_iter().flat_map(|mode| models.map(|model| (mode, model)));
+        for (word, (mode, model)) in
+            WORDS.into_iter().flat_map(|word| modes.clone().map(move |of| (word, of)))
+        {
+            let used = bits(word, mode, model).into_iter().filter(|bit| bit.role != Role::Unused);
             let mut keys = BTreeSet::new();
             for bit in used {
                 assert!(keys.insert(bit.key), "{word:?} {mode:?}: {} twice", bit.key);
@@ -367,9 +391,26 @@ mod tests {
     }
 
     #[test]
+    fn what_releases_the_output_stage_has_the_name_it_has_on_the_model() {
+        for (model, missing, there) in [
+            (Some(Model::Ag03), "enable input not active", "enable input active"),
+            (Some(Model::Ag03_1), "output stage not supplied", "output stage supplied"),
+            (None, "output stage not enabled or not supplied", "output stage enabled and supplied"),
+        ] {
+            for mode in MODES {
+                let (ssw, gsr) =
+                    (bits(Word::Ssw, mode, model)[10], bits(Word::GeneralStatus, mode, model)[4]);
+                assert_eq!((ssw.meaning(true), ssw.meaning(false)), (missing, there));
+                assert_eq!((gsr.meaning(false), gsr.meaning(true)), (missing, there));
+                assert_eq!((ssw.key, gsr.key), ("no-output-stage", "output-stage"), "one key for programs");
+            }
+        }
+    }
+
+    #[test]
     fn the_control_bits_with_words_are_those_the_drive_evaluates() {
         let none = command(Stw::from_raw(0), 0);
-        for (n, bit) in (0..16).zip(bits(Word::Stw, Mode::Positioning)) {
+        for (n, bit) in (0..16).zip(bits(Word::Stw, Mode::Positioning, None)) {
             let evaluated = command(Stw::from_raw(1 << n), 0) != none;
             assert_eq!(matches!(bit.role, Role::Level | Role::Edge), evaluated, "STW.{n}");
         }
@@ -377,7 +418,7 @@ mod tests {
 
     #[test]
     fn a_field_lists_every_bit_and_joins_those_without_a_meaning() {
-        let stw = field(Word::Stw, Mode::Positioning, 8, 0x820B);
+        let stw = field(Word::Stw, Mode::Positioning, None, 8, 0x820B);
         assert_eq!((stw.at, stw.len, stw.raw.as_str()), (8, 2, "820B"));
         let bits: Vec<(u8, u8)> =
             stw.fields.iter().map(|field| field.bits.unwrap()).map(|bits| (bits.high, bits.low)).collect();

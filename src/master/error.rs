@@ -103,6 +103,17 @@ pub enum SessionError {
         /// How long was waited.
         waited: Duration,
     },
+    /// Nothing can be exchanged with a drive that was not taken over.
+    #[error("no drive was taken over: Session::start comes first")]
+    NotStarted,
+    /// A session is for one drive.
+    #[error("this session is for drive {other}, not for drive {address}: begin another one")]
+    OneDrive {
+        /// The drive asked for.
+        address: Address,
+        /// The one the session was begun with.
+        other: Address,
+    },
     /// The drive no longer answers.
     #[error("lost the connection: drive {address} no longer answers")]
     Silent {
@@ -143,7 +154,9 @@ impl SessionError {
             | Self::Locked { .. }
             | Self::PrmRefused { .. }
             | Self::CfgRefused { .. }
-            | Self::NotReady { .. } => false,
+            | Self::NotReady { .. }
+            | Self::NotStarted
+            | Self::OneDrive { .. } => false,
         }
     }
 }

@@ -99,6 +99,15 @@ impl Settings {
     }
 }
 
+/// The drive that was to be taken over.
+#[derive(Clone, Copy, Debug)]
+struct Drive {
+    handle: PeripheralHandle,
+    address: Address,
+    /// Whether it was.
+    started: bool,
+}
+
 /// A master and, once [`Session::start`] has succeeded, the drive it exchanges data with.
 ///
 /// Every call blocks until it is done or has failed, in bounded time. Between calls nothing is sent: who waits longer
@@ -131,7 +140,7 @@ pub struct Session<L, C> {
     stop: Stop,
     /// Never requested: an exchange that has begun is finished.
     undisturbed: Stop,
-    drive: Option<(PeripheralHandle, Address)>,
+    drive: Option<Drive>,
     /// The DP master lets its turns pass: it would take a released drive back.
     dp_pauses: bool,
     next_exchange: Instant,
@@ -230,14 +239,19 @@ impl<L: Link, C: Clock> Session<L, C> {
     }
 
     /// Takes a drive over: reads its diagnosis, then Set_Prm with watchdog, Chk_Cfg, and the first exchanges with
-    /// outputs of zero. A session is for one drive: a second call is an error of the caller and changes nothing.
+    /// outputs of zero. A drive that was taken over is left as it is; after an error it may be tried again.
     ///
     /// # Errors
-    /// As [`Session::diagnosis`]; [`SessionError::Ident`] and [`SessionError::Locked`] before anything is sent that
-    /// changes the slave; [`SessionError::PrmRefused`], [`SessionError::CfgRefused`], [`SessionError::NotReady`].
+    /// [`SessionError::OneDrive`] if the session was begun with another drive. As [`Session::diagnosis`];
+    /// [`SessionError::Ident`] and [`SessionError::Locked`] before anything is sent that changes the slave;
+    /// [`SessionError::PrmRefused`], [`SessionError::CfgRefused`], [`SessionError::NotReady`].
     pub fn start(&mut self, address: Address) -> Result<(), SessionError> {
-        if self.drive.is_some() {
-            return Ok(());
+        match self.drive {
+            Some(Drive { address: other, .. }) if other != address => {
+                return Err(SessionError::OneDrive { address, other });
+            }
+            Some(Drive { started: true, .. }) => return Ok(()),
+            Some(Drive { started: false, .. }) | None => {}
         }
         let (diagnosis, _) = self.diagnosis(address)?;
         let (got, expected) = (diagnosis.ident, IDENT_NUMBER);
@@ -247,8 +261,12 @@ impl<L: Link, C: Clock> Session<L, C> {
         if let Some(owner) = diagnosis.master.filter(|owner| *owner != self.settings.master) {
             return Err(SessionError::Locked { address, owner });
         }
-        let handle = self.dp.borrow_mut().add(peripheral(address.number(), self.settings.baud));
-        self.drive = Some((handle, address));
+        // What was begun and failed goes on: profirust forgets no peripheral.
+        let handle = match self.drive {
+            Some(Drive { handle, .. }) => handle,
+            None => self.dp.borrow_mut().add(peripheral(address.number(), self.settings.baud)),
+        };
+        self.drive = Some(Drive { handle, address, started: false });
         self.dp.borrow_mut().enter_operate();
         let begun = self.now();
         let mut online = 0_u32;
@@ -278,6 +296,7 @@ impl<L: Link, C: Clock> Session<L, C> {
             self.rest(LOOK, true)?;
         }
         self.next_exchange = self.now();
+        self.drive = Some(Drive { handle, address, started: true });
         Ok(())
     }
 
@@ -287,10 +306,10 @@ impl<L: Link, C: Clock> Session<L, C> {
     /// end looks at [`Session::stop`] between exchanges.
     ///
     /// # Errors
-    /// Each [loss](SessionError::is_loss); [`SessionError::NotReady`] before [`Session::start`].
+    /// Each [loss](SessionError::is_loss); [`SessionError::NotStarted`] before [`Session::start`].
     pub fn exchange(&mut self, outputs: &[u8; PPO_LEN]) -> Result<[u8; PPO_LEN], SessionError> {
-        let Some((handle, address)) = self.drive else {
-            return Err(SessionError::NotReady { address: self.settings.master, waited: Duration::ZERO });
+        let Some(Drive { handle, address, started: true }) = self.drive else {
+            return Err(SessionError::NotStarted);
         };
         self.dp.borrow_mut().get_mut(handle).pi_q_mut().copy_from_slice(outputs);
         loop {
@@ -329,10 +348,12 @@ impl<L: Link, C: Clock> Session<L, C> {
     /// # Errors
     /// As [`Session::exchange`] and [`Session::find`]; the watchdog releases the drive then.
     pub fn release(mut self) -> Result<(), SessionError> {
-        let Some((_, address)) = self.drive else {
+        let Some(Drive { address, started, .. }) = self.drive else {
             return Ok(());
         };
-        self.exchange(&[0; PPO_LEN])?;
+        if started {
+            self.exchange(&[0; PPO_LEN])?;
+        }
         self.dp_pauses = true;
         self.inquiry.ask(address.number(), Question::Release);
         self.inquire(|_, _| {})

@@ -1,12 +1,13 @@
 //! The way from the threads of HTTP to the thread of the bus, and what they find there.
 
 use std::boxed::Box;
+use std::format;
 use std::sync::Arc;
 
 use tokio::sync::{mpsc, oneshot};
 
 use super::problem::Problem;
-use crate::device::{Config, Device};
+use crate::device::{Config, Device, Power};
 use crate::fdl::Address;
 use crate::host::link::fault::Faults;
 use crate::host::{Bus, StateDir, Stop, StoredDevice};
@@ -55,6 +56,28 @@ impl Bench<'_> {
         }
         let stored = self.bus.with(address, |stored: &mut StoredDevice| act(stored.device_mut()));
         stored.ok_or_else(|| self.no_drive(address))
+    }
+
+    /// Does something to the drive at `address` that may switch it on, where its DIP switches are read.
+    ///
+    /// # Errors
+    /// 404 if there is none; 409 if it would be switched on at the address of another station. Nothing is changed then.
+    pub(super) fn with_supply<R>(
+        &mut self,
+        address: Address,
+        act: impl Fn(&mut Device) -> R,
+    ) -> Result<R, Problem> {
+        if let Some(device) = self.drive(address).filter(|device| device.power() == Power::Off) {
+            let mut trial = device.clone();
+            act(&mut trial);
+            let wanted = trial.address();
+            if wanted != address && self.bus.presence(wanted).is_some() {
+                return Err(Problem::conflict(format!(
+                    "the DIP switches say address {wanted}, which another station has; set them to a free one"
+                )));
+            }
+        }
+        self.with_drive(address, act)
     }
 
     /// The refusal that says which drives there are.

@@ -5,19 +5,21 @@ use std::prelude::v1::*;
 
 use axum::Json;
 use axum::extract::State;
+use serde::de::Error;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::bench::Asking;
 use super::problem::{Body, Problem, Problems, Station};
 use super::state::{FaultName, PowerState};
-use crate::device::{Device, Power};
+use crate::device::Device;
 use crate::drive::{Fault, Inputs};
 use crate::param::Model;
 
 /// The plant inputs of a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
 pub(super) struct PlantInputs {
+    /// As set. Nothing of it reaches a drive that is switched off.
     control_supply_volts: f64,
     /// AG03/1 only.
     output_supply_volts: f64,
@@ -34,29 +36,41 @@ pub(super) struct PlantInputs {
     stage_temperature_celsius: Option<f64>,
     /// Instead of the voltage that follows from supply and braking; `null`: that one.
     dc_link_volts: Option<f64>,
+    /// AG03/1 only.
     encoder_fault: bool,
     internal_fault: bool,
 }
 
-/// Which plant inputs to change; what is left out stays. A wrong value changes none of them.
+/// Which plant inputs to change; what is left out stays. A wrong value changes none of them, nor does `null` where it is
+/// not mentioned.
 #[derive(Clone, Copy, Debug, Default, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct InputsChange {
-    #[schema(minimum = 0, maximum = 60)]
+    #[serde(default, deserialize_with = "not_null")]
+    #[schema(value_type = f64, required = false, minimum = 0, maximum = 60)]
     control_supply_volts: Option<f64>,
     /// AG03/1 only.
-    #[schema(minimum = 0, maximum = 60)]
+    #[serde(default, deserialize_with = "not_null")]
+    #[schema(value_type = f64, required = false, minimum = 0, maximum = 60)]
     output_supply_volts: Option<f64>,
     /// The enable input, AG03 only.
+    #[serde(default, deserialize_with = "not_null")]
+    #[schema(value_type = bool, required = false)]
     enable: Option<bool>,
-    #[schema(minimum = 0, maximum = 10)]
+    #[serde(default, deserialize_with = "not_null")]
+    #[schema(value_type = f64, required = false, minimum = 0, maximum = 10)]
     battery_volts: Option<f64>,
-    #[schema(minimum = -1000, maximum = 1000)]
+    #[serde(default, deserialize_with = "not_null")]
+    #[schema(value_type = f64, required = false, minimum = -1000, maximum = 1000)]
     load_torque_newton_metres: Option<f64>,
-    #[schema(minimum = 0, maximum = 1000)]
+    #[serde(default, deserialize_with = "not_null")]
+    #[schema(value_type = f64, required = false, minimum = 0, maximum = 1000)]
     friction_torque_newton_metres: Option<f64>,
+    #[serde(default, deserialize_with = "not_null")]
+    #[schema(value_type = bool, required = false)]
     blocked: Option<bool>,
-    #[schema(minimum = -50, maximum = 200)]
+    #[serde(default, deserialize_with = "not_null")]
+    #[schema(value_type = f64, required = false, minimum = -50, maximum = 200)]
     ambient_temperature_celsius: Option<f64>,
     /// `null` gives it back to the plant.
     #[serde(default, deserialize_with = "given")]
@@ -66,7 +80,12 @@ pub(super) struct InputsChange {
     #[serde(default, deserialize_with = "given")]
     #[schema(value_type = Option<f64>, minimum = 0, maximum = 100)]
     dc_link_volts: Option<Option<f64>>,
+    /// AG03/1 only.
+    #[serde(default, deserialize_with = "not_null")]
+    #[schema(value_type = bool, required = false)]
     encoder_fault: Option<bool>,
+    #[serde(default, deserialize_with = "not_null")]
+    #[schema(value_type = bool, required = false)]
     internal_fault: Option<bool>,
 }
 
@@ -104,11 +123,11 @@ pub(super) struct Provocation {
     fault: FaultName,
 }
 
-/// Whether the control is supplied.
+/// The switch of the control supply.
 #[derive(Clone, Copy, Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PowerChange {
-    /// `true`: 24 V; `false`: 0 V.
+    /// `true`: the drive gets `control_supply_volts`; `false`: nothing.
     on: bool,
 }
 
@@ -170,7 +189,7 @@ pub(super) async fn provoke(
         if !fault.exists_on(device.config().model) {
             return Err(Problem::conflict(format!("an AG03 has no fault {fault}; an AG03/1 has")));
         }
-        Ok(device.inputs().provoking(fault))
+        Ok(device.drive().provoking(device.inputs(), fault))
     })
     .await
 }
@@ -203,7 +222,8 @@ pub(super) async fn press(
 
 /// Switches the control supply on or off
 ///
-/// On: the DIP switches are read and the EEPROM is loaded. A drive that is switched on at another address is found there.
+/// `control_supply_volts` stays as it is set, but is 24 where it is too low to switch on. On: the DIP switches are read and the EEPROM is loaded. A
+/// drive that is switched on at another address is found there; where another station has that one, 409.
 #[utoipa::path(put, path = "/api/v1/drives/{address}/power", tag = "drive", params(("address" = u8, Path, maximum = 126)),
     request_body = PowerChange, responses((status = 200, body = PowerAnswer), Problems))]
 pub(super) async fn power(
@@ -213,16 +233,8 @@ pub(super) async fn power(
 ) -> Result<Json<PowerAnswer>, Problem> {
     asking
         .ask(move |bench| {
-            if on && let Some(wanted) = bench.drive(address).map(|device| device.config().switches.address()) {
-                let off = bench.drive(address).is_some_and(|device| device.power() == Power::Off);
-                if off && wanted != address && bench.bus.presence(wanted).is_some() {
-                    return Err(Problem::conflict(format!(
-                        "the DIP switches say address {wanted}, which another station has; set them to a free one"
-                    )));
-                }
-            }
             let now = bench.now;
-            bench.with_drive(address, |device| {
+            bench.with_supply(address, |device| {
                 if on {
                     device.power_on(now);
                 } else {
@@ -242,11 +254,11 @@ async fn set(
     asking
         .ask(move |bench| {
             let now = bench.now;
-            bench.with_drive(address, |device| {
-                let inputs = change(device)?;
+            let inputs = change(bench.drive(address).ok_or_else(|| bench.no_drive(address))?)?;
+            bench.with_supply(address, |device| {
                 device.set_inputs(now, inputs);
-                Ok(Json(device.inputs().into()))
-            })?
+                Json(device.inputs().into())
+            })
         })
         .await?
 }
@@ -254,10 +266,15 @@ async fn set(
 impl InputsChange {
     /// The inputs with the change.
     fn applied(self, inputs: Inputs, model: Model) -> Result<Inputs, Problem> {
-        let Self { enable, output_supply_volts, .. } = self;
+        let Self { enable, output_supply_volts, encoder_fault, .. } = self;
         match model {
             Model::Ag03 if output_supply_volts.is_some() => {
                 return Err(Problem::conflict("an AG03 has one supply only; set control_supply_volts"));
+            }
+            Model::Ag03 if encoder_fault.is_some() => {
+                return Err(Problem::conflict(
+                    "an AG03 has no SIN/COS monitoring of its encoder; an AG03/1 has",
+                ));
             }
             Model::Ag03_1 if enable.is_some() => {
                 return Err(Problem::conflict("an AG03/1 has no enable input; set output_supply_volts to 0"));
@@ -305,7 +322,7 @@ impl InputsChange {
                 Some(None) => None,
                 Some(value) => Some(volts("dc_link_volts", value, 0.0, 100.0)?),
             },
-            encoder_fault: self.encoder_fault.unwrap_or(inputs.encoder_fault),
+            encoder_fault: encoder_fault.unwrap_or(inputs.encoder_fault),
             internal_fault: self.internal_fault.unwrap_or(inputs.internal_fault),
             ..inputs
         })
@@ -319,6 +336,19 @@ fn within(name: &str, value: Option<f64>, now: f64, low: f64, high: f64) -> Resu
         Some(value) if (low..=high).contains(&value) => Ok(value),
         Some(value) => Err(Problem::value(format!("{name} must be within {low} to {high}, got {value}"))),
     }
+}
+
+/// What cannot be `null`: somebody who writes it means something, and nothing would happen.
+fn not_null<'de, T: Deserialize<'de>, D: serde::Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<T>, D::Error> {
+    let value = Option::deserialize(deserializer)?;
+    value.map(Some).ok_or_else(|| {
+        D::Error::custom(
+            "null is no value of this input; leave it out to keep it as it is. Only stage_temperature_celsius and \
+             dc_link_volts can be null, which gives them back to the plant",
+        )
+    })
 }
 
 /// Tells `null` from a field that is not there.

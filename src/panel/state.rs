@@ -147,7 +147,7 @@ impl DriveState {
             motion: Motion::of(device),
             measured: Measured::of(&device.drive().measured()),
             warnings: Warnings::of(status),
-            faults: Faults::of(device.drive()),
+            faults: Faults::of(device),
             start: Start::of(device),
             last_refusal: None,
             switches: Switches::of(device),

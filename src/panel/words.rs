@@ -6,6 +6,7 @@ use std::prelude::v1::*;
 use serde::Serialize;
 use utoipa::ToSchema;
 
+use super::state::lengths;
 use crate::device::{Device, words as bits};
 use crate::drive::{Mode, State};
 use crate::explain::{self, words::Role};
@@ -102,7 +103,8 @@ struct PkwWords {
 impl Words {
     pub(super) fn of(device: &Device) -> Self {
         let status = device.status();
-        let word = |word, value| Word::of(word, status.mode, value);
+        let model = device.config().model;
+        let word = |word, value| Word::of(word, status.mode, model, value);
         Self {
             stw: word(explain::words::Word::Stw, outputs(device).stw().raw()),
             zsw: word(explain::words::Word::Zsw, device.config().words.zsw(status).raw()),
@@ -113,7 +115,7 @@ impl Words {
 }
 
 impl Word {
-    fn of(word: explain::words::Word, mode: Mode, value: u16) -> Self {
+    fn of(word: explain::words::Word, mode: Mode, model: param::Model, value: u16) -> Self {
         let bit = |(bit, row): (u8, &explain::words::Bit)| {
             let set = value >> bit & 1 != 0;
             let used = match row.role {
@@ -122,7 +124,7 @@ impl Word {
             };
             Bit { bit, set, key: row.key, name: row.name, meaning: row.meaning(set), note: row.note, used }
         };
-        Self { value, bits: (0..).zip(explain::words::bits(word, mode)).map(bit).collect() }
+        Self { value, bits: (0..).zip(explain::words::bits(word, mode, Some(model))).map(bit).collect() }
     }
 }
 
@@ -134,7 +136,7 @@ impl Ppo {
         let inputs = Inputs::new(&octets);
         let (job, reply) = (outputs.pkw(), inputs.pkw());
         // One context: a reply is understood by its job.
-        let mut context = explain::Context::with_mode(device.status().mode);
+        let mut context = explain::Context::of_drive(model, device.status().mode, lengths(device));
         let mut text = |pkw: Pkw, sender| {
             let explanation = context.bare(&pkw.to_octets(), Some(sender));
             explanation.map(|explanation| explanation.summary).unwrap_or_default()

@@ -172,7 +172,11 @@ impl Adversary {
                 let wrong = [0, 2, 1, 4, 5, 4][usize::from(reply.pke.ak())];
                 Pkw { pke: Pke::from_raw(pke & 0x0FFF | wrong << 12), ..reply }
             }
-            Some(Spoilt::Pnu) if reply.pke.ak() != 0 => Pkw { pke: Pke::from_raw(pke ^ 1), ..reply },
+            // Not one that a probe may be about: an answer to nobody's question cannot be found out.
+            Some(Spoilt::Pnu) if reply.pke.ak() != 0 => {
+                let other = if (900..1000).contains(&reply.pke.pnu()) { 0x400 } else { 1 };
+                Pkw { pke: Pke::from_raw(pke ^ other), ..reply }
+            }
             Some(Spoilt::Ind) => Pkw { ind: Ind::from_raw(reply.ind.raw() ^ 0x0100), ..reply },
             Some(Spoilt::Ak | Spoilt::Pnu) | None => reply,
         };

@@ -20,21 +20,23 @@ pub enum Goal {
     /// A travel job to a position (positioning mode; increments, or 0.01 mm with a spindle pitch). Done when the drive
     /// stands in the window of the target.
     MoveTo(i32),
-    /// The travel job interrupted: the drive brakes with its programmed deceleration and keeps the job.
+    /// The travel job interrupted: the drive brakes with its programmed deceleration and keeps the job. Done when the
+    /// shaft stands.
     Pause,
     /// The interrupted travel job continued. Done as [`Goal::MoveTo`] is.
     Resume,
-    /// Standing still with operation enabled: a travel job is discarded with maximum deceleration, inching ends, a
-    /// velocity runs down.
+    /// Standing still: a travel job is discarded with maximum deceleration, inching ends, a velocity runs down, and
+    /// operation stays enabled if it was. A released shaft runs out. Done when the shaft stands, also with a fault.
     Stop,
     /// Inching 1: once by delta inch, PNU 1019, whose sign is the direction (positioning mode). Done when it stands.
     Inch,
-    /// Inching 2: turns with v-Inch until another goal comes (positioning mode). Done when it turns.
+    /// Inching 2: turns with v-Inch until another goal comes (positioning mode). Done when the shaft turns.
     Jog(Direction),
     /// Turns with a velocity in rpm until it shall stop, be disabled, or turn otherwise (velocity mode). Done when it is
-    /// at speed.
+    /// at speed: within PNU 1009 of it, and in its direction; with 0 when the shaft stands.
     Velocity(i32),
-    /// Operation no longer enabled: brakes with maximum deceleration and stands, held. Done in ready-to-run.
+    /// Operation no longer enabled: brakes with maximum deceleration and stands, held. Done when the shaft stands in
+    /// ready-to-run, or as little enabled with a fault, turn-on disabled or no supply.
     Disable,
 }
 
@@ -134,20 +136,28 @@ pub enum GoalError {
 /// How long goals may take. [`DriveClient`](super::DriveClient) says what happens then.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// To everything but the motion itself: preparing it, its start, enabling, stopping.
+    /// To everything but the motion itself: preparing it, its start, enabling. Also how long images may stay away
+    /// while a goal is pursued.
     pub reaction: Duration,
-    /// From the start of a motion to its end, or to its speed.
+    /// From the start of a motion to its end, or to its speed; to run down for a stop. A last resort: a travel through
+    /// the default limits takes 42 min with the default v-Pos.
     pub motion: Duration,
     /// To find out why a goal was not reached.
     pub explanation: Duration,
 }
 
+impl Limits {
+    pub(super) const fn of(&self, motion: bool) -> Duration {
+        if motion { self.motion } else { self.reaction }
+    }
+}
+
 impl Default for Limits {
-    /// 5 s, 5 min and 2 s.
+    /// 5 s, 1 h and 2 s.
     fn default() -> Self {
         Self {
             reaction: Duration::from_secs(5),
-            motion: Duration::from_secs(300),
+            motion: Duration::from_secs(3600),
             explanation: Duration::from_secs(2),
         }
     }

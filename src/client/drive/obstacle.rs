@@ -204,7 +204,12 @@ impl Obstacles {
             Obstacle::PositioningMode => {
                 findings.mode == Some(Mode::Positioning) && goal.mode() == Some(Mode::Velocity)
             }
-            Obstacle::NoSupply => zsw(bit::READY) == Some(false),
+            // In fault and turn-on disabled it may say nothing about the supply (C-09).
+            Obstacle::NoSupply => {
+                zsw(bit::READY) == Some(false)
+                    && zsw(bit::FAULT) == Some(false)
+                    && zsw(bit::TURN_ON_DISABLED) == Some(false)
+            }
             Obstacle::Fault => zsw(bit::FAULT) == Some(true) && *goal != Goal::Acknowledge,
             Obstacle::FaultCause => zsw(bit::FAULT) == Some(true) && *goal == Goal::Acknowledge,
             Obstacle::TurnOnDisabled => zsw(bit::TURN_ON_DISABLED) == Some(true),
@@ -235,7 +240,10 @@ impl Obstacles {
             Obstacle::LagError => {
                 findings.mode == Some(Mode::Positioning) && zsw(bit::NO_LAG_OR_AT_SPEED) == Some(false)
             }
-            Obstacle::NoJob => matches!(goal, Goal::Pause | Goal::Resume) && !findings.job,
+            Obstacle::NoJob => {
+                let tripped = self.contains(Obstacle::TorqueTripped);
+                matches!(goal, Goal::Pause | Goal::Resume) && !findings.job && !tripped
+            }
         }
     }
 
@@ -256,7 +264,8 @@ impl Obstacles {
         if let Some(fault) = fault
             && matches!(obstacle, Obstacle::Fault | Obstacle::FaultCause)
         {
-            write!(f, ": {fault}")?;
+            // C-18: perhaps not the newest one.
+            write!(f, ": {fault}, says element 0 of PNU 945")?;
         }
         if let [Some(a), Some(b)] = limits
             && obstacle == Obstacle::TargetBeyondLimits
@@ -273,18 +282,18 @@ impl Obstacles {
 }
 
 impl fmt::Display for Obstacles {
-    /// One line: the goal, then every obstacle.
+    /// One line: the goal, the time it was given if that ran out, then every obstacle.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} is not possible", self.goal)?;
+        match self.waited {
+            None => write!(f, "{} is not possible", self.goal)?,
+            Some(waited) => write!(f, "{} was not done within {waited:?}", self.goal)?,
+        }
         for (index, obstacle) in self.iter().enumerate() {
             f.write_str(if index == 0 { ": " } else { "; " })?;
             self.write(f, obstacle)?;
         }
         if self.iter().next().is_none() {
             f.write_str(": the drive shows no reason")?;
-            if let Some(waited) = self.waited {
-                write!(f, ", but did not do it within {waited:?}")?;
-            }
         }
         Ok(())
     }

@@ -4,14 +4,15 @@
 //! | --- | --- |
 //! | enable | look, (raise OFF1, lower OFF1,) enable |
 //! | acknowledge | look, drop, acknowledge, raise OFF1, lower OFF1 |
-//! | move to | look, prepare, start, travel |
-//! | pause, stop, disable | look, halt |
-//! | resume | look, resume, travel |
-//! | inch | look, check, start inching, inch |
+//! | move to | look, (lower,) prepare, start, travel (, settle) |
+//! | pause, stop, disable | look, halt (, run out) |
+//! | resume | look, resume, travel (, settle) |
+//! | inch | look, check, start inching (, inching way), inch (, settle) |
 //! | jog | look, check, jog |
-//! | velocity | look, range, window, turn |
+//! | velocity | look, range, window, release, turn (, stalled) |
 
 use super::goal::Goal;
+use super::job::{Doubt, TravelJob};
 use super::obstacle::{Findings, Obstacle, Obstacles};
 use super::posture::Posture;
 use super::question::Question;
@@ -31,6 +32,8 @@ pub(super) struct Pursuit {
     pub(super) answer: Option<u32>,
     pub(super) findings: Findings,
     pub(super) deadline: Instant,
+    /// No image by then: there is no Data_Exchange.
+    pub(super) silence: Instant,
 }
 
 /// Where a goal stands.
@@ -50,28 +53,40 @@ pub(super) enum Step {
     Enable,
     /// Until the drive stands.
     Halt,
+    /// As long as the shaft turns on the way there.
+    RunOut,
+    /// 000B after 004B, so that STW.6 falls where it starts nothing in either mode.
+    Lower,
     /// 003B with the target, until the drive is ready to travel.
     Prepare,
-    /// The edge of STW.6, until it is acknowledged. ZSW.12 was so before.
-    Start { acknowledge: bool },
+    /// The edge of STW.6, until it is acknowledged; `again`: the second one.
+    Start { doubt: Doubt, again: bool },
     /// STW.5 until the job goes on.
     Resume,
     /// Until the travel job ends.
     Travel,
+    /// At the target, until the shaft stands.
+    Settle,
     /// Whether inching is possible.
     Check,
     /// STW.8 until the drive moves.
     StartInching { from: i32 },
+    /// The way of inching 1, which did not move the drive yet.
+    InchingWay { from: i32 },
     /// Until inching 1 ends.
     Inch,
     /// STW.9 until the drive turns.
-    Jog,
+    Jog { from: i32 },
     /// The gear, for the largest velocity.
     Range,
     /// The velocity window.
     Window,
+    /// Whether the drive can turn.
+    Release { window: u32 },
     /// STW.6 until the velocity is reached.
     Turn { window: u32 },
+    /// STW.6, and the shaft stands: it begins to turn, or passes through standstill, or cannot turn.
+    Stalled { window: u32 },
 }
 
 /// What an image or an answer makes of a step.
@@ -86,7 +101,16 @@ pub(super) enum Next {
 impl Pursuit {
     pub(super) fn new(goal: Goal, deadline: Instant) -> Self {
         let step = Step::Look;
-        Self { goal, step, question: step.question(), answer: None, findings: Findings::default(), deadline }
+        let question = step.question();
+        Self {
+            goal,
+            step,
+            question,
+            answer: None,
+            findings: Findings::default(),
+            deadline,
+            silence: deadline,
+        }
     }
 }
 
@@ -96,27 +120,34 @@ impl Step {
             Self::Look => Some(Question::OperatingMode),
             Self::Drop
             | Self::RaiseOff1
+            | Self::Halt
+            | Self::RunOut
+            | Self::Lower
             | Self::Prepare
+            | Self::Resume
+            | Self::Settle
             | Self::Check
             | Self::StartInching { .. }
-            | Self::Jog => Some(Question::SystemStatus),
+            | Self::Jog { .. }
+            | Self::Release { .. }
+            | Self::Stalled { .. } => Some(Question::SystemStatus),
+            Self::Start { doubt, .. } => Some(doubt.question()),
+            Self::InchingWay { .. } => Some(Question::DeltaInch),
             Self::Range => Some(Question::HardwareVersion),
             Self::Window => Some(Question::Window),
             Self::Acknowledge
             | Self::LowerOff1
             | Self::Enable
-            | Self::Halt
-            | Self::Start { .. }
-            | Self::Resume
             | Self::Travel
             | Self::Inch
             | Self::Turn { .. } => None,
         }
     }
 
+    /// Whether it has the time of a motion.
     pub(super) const fn is_motion(self) -> bool {
         match self {
-            Self::Travel | Self::Inch | Self::Turn { .. } => true,
+            Self::RunOut | Self::Travel | Self::Inch | Self::Turn { .. } | Self::Stalled { .. } => true,
             Self::Look
             | Self::Drop
             | Self::Acknowledge
@@ -124,29 +155,69 @@ impl Step {
             | Self::LowerOff1
             | Self::Enable
             | Self::Halt
+            | Self::Lower
             | Self::Prepare
             | Self::Start { .. }
             | Self::Resume
+            | Self::Settle
             | Self::Check
             | Self::StartInching { .. }
-            | Self::Jog
+            | Self::InchingWay { .. }
+            | Self::Jog { .. }
             | Self::Range
-            | Self::Window => false,
+            | Self::Window
+            | Self::Release { .. } => false,
+        }
+    }
+
+    /// Whether a level of STW has been set to turn the shaft, which need not turn yet.
+    pub(super) const fn begins_turning(self) -> bool {
+        match self {
+            Self::Jog { .. } | Self::Turn { .. } | Self::Stalled { .. } => true,
+            Self::Look
+            | Self::Drop
+            | Self::Acknowledge
+            | Self::RaiseOff1
+            | Self::LowerOff1
+            | Self::Enable
+            | Self::Halt
+            | Self::RunOut
+            | Self::Lower
+            | Self::Prepare
+            | Self::Start { .. }
+            | Self::Resume
+            | Self::Travel
+            | Self::Settle
+            | Self::Check
+            | Self::StartInching { .. }
+            | Self::InchingWay { .. }
+            | Self::Inch
+            | Self::Range
+            | Self::Window
+            | Self::Release { .. } => false,
         }
     }
 }
 
 impl DriveClient {
     /// What the newest status word makes of the step. Sets the control word of the step that follows.
-    pub(super) fn advance(&mut self, pursuit: &Pursuit) -> Next {
+    pub(super) fn advance(&mut self, now: Instant, pursuit: &Pursuit) -> Next {
         let Some(zsw) = self.zsw else {
             return Next::Stay;
         };
         let goal = pursuit.goal;
-        // Whatever is asked, a drive with a fault only takes the acknowledge. ZSW.3 cannot be an old one: the
+        // Whatever else is asked, a drive with a fault only takes the acknowledge. ZSW.3 cannot be an old one: the
         // acknowledge before it ended with ZSW.3 = 0.
-        if zsw.bit(bit::FAULT) && goal != Goal::Acknowledge {
+        if zsw.bit(bit::FAULT) && !matches!(goal, Goal::Acknowledge | Goal::Stop | Goal::Disable) {
             return Next::Refused;
+        }
+        // Operation was enabled when the goal began.
+        let begun = pursuit.step != Step::Look;
+        if begun && goal.moves() && !(zsw.bit(bit::OPERATION_ENABLED) && zsw.bit(bit::READY)) {
+            return Next::Refused;
+        }
+        if matches!(pursuit.step, Step::Start { .. }) && self.job == TravelJob::Active {
+            return Next::Step(Step::Travel);
         }
         if pursuit.question.is_some() {
             return Next::Stay;
@@ -177,61 +248,58 @@ impl DriveClient {
                 Next::Done
             }
             Step::Enable => {
-                done_if(mode.is_some_and(|mode| ZswPattern::operation_enabled(mode).matches(zsw)))
+                done_if(mode.is_some_and(|mode| ZswPattern::operation_enabled(mode).is_met(mode, zsw)))
             }
-            Step::Halt => self.halted(goal, mode, zsw),
-            Step::Prepare if ZswPattern::ready_to_travel(Mode::Positioning).matches(zsw) => {
-                self.start = !self.start;
-                Next::Step(Step::Start { acknowledge: zsw.bit(bit::JOB_ACKNOWLEDGE) })
-            }
-            Step::Prepare => Next::Stay,
-            Step::Start { acknowledge }
-                if zsw.bit(bit::JOB_ACKNOWLEDGE) != acknowledge || ZswPattern::TRAVEL_JOB.matches(zsw) =>
-            {
-                self.job = true;
-                Next::Step(Step::Travel)
-            }
-            Step::Start { .. } => Next::Stay,
+            Step::Halt | Step::RunOut => self.halted(now, pursuit, zsw),
+            Step::Lower => self.prepare(goal),
+            Step::Prepare => self.prepared(pursuit, zsw),
+            Step::Start { doubt, again } => self.doubt_start(pursuit, doubt, again, zsw),
             // It may be at its target already.
             Step::Resume if !zsw.bit(bit::STANDSTILL) || zsw.bit(bit::TARGET_REACHED) => {
                 Next::Step(Step::Travel)
             }
             Step::Resume => Next::Stay,
             Step::Travel | Step::Inch if !zsw.bit(bit::STANDSTILL) => Next::Stay,
-            Step::Travel if zsw.bit(bit::TARGET_REACHED) && zsw.bit(bit::OPERATION_ENABLED) => {
-                self.job = false;
-                Next::Done
-            }
-            Step::Travel => Next::Refused,
-            Step::Check if Obstacles::of(goal, pursuit.findings).contains(Obstacle::NoOutputStage) => {
-                Next::Refused
-            }
+            Step::Travel | Step::Inch => self.arrived(zsw),
+            Step::Settle if self.lacks_output_stage(pursuit) => Next::Refused,
+            Step::Settle if pursuit.findings.travels() => Next::Step(Step::Settle),
+            Step::Settle => self.leave(),
+            Step::Check if self.lacks_output_stage(pursuit) => Next::Refused,
             // What moves now is not the inching that is to begin.
-            Step::Check if !zsw.bit(bit::STANDSTILL) => Next::Stay,
-            Step::Check => self.begin_inching(goal),
-            Step::StartInching { .. } if !zsw.bit(bit::STANDSTILL) => Next::Step(Step::Inch),
-            // So short that no image shows it moving.
-            Step::StartInching { from } if self.hiw != from => Next::Step(Step::Inch),
-            Step::StartInching { .. } => Next::Stay,
-            Step::Inch if zsw.bit(bit::TARGET_REACHED) => {
-                self.posture = Posture::Enabled;
-                Next::Done
+            Step::Check if !zsw.bit(bit::STANDSTILL) || pursuit.findings.travels() => {
+                Next::Step(Step::Check)
             }
-            Step::Inch => Next::Refused,
-            Step::Jog => done_if(ZswPattern::INCHING.matches(zsw)),
+            Step::Check => self.begin_inching(goal),
+            Step::StartInching { from } | Step::InchingWay { from }
+                // The second: so short that no image shows it moving.
+                if !zsw.bit(bit::STANDSTILL) || self.hiw != from =>
+            {
+                Next::Step(Step::Inch)
+            }
+            Step::StartInching { from } => Next::Step(Step::InchingWay { from }),
+            Step::InchingWay { .. } if pursuit.answer == Some(0) => self.leave(),
+            Step::InchingWay { .. } => Next::Stay,
+            Step::Jog { from } => {
+                let turns = pursuit.findings.travels() || self.hiw != from;
+                if turns && ZswPattern::INCHING.matches(zsw) {
+                    Next::Done
+                } else {
+                    Next::Step(Step::Jog { from })
+                }
+            }
             Step::Range if Obstacles::of(goal, pursuit.findings).contains(Obstacle::BeyondGear) => {
                 Next::Refused
             }
             Step::Range => Next::Step(Step::Window),
-            Step::Window => {
+            Step::Window => Next::Step(Step::Release { window: pursuit.answer.unwrap_or(0) }),
+            Step::Release { .. } | Step::Stalled { .. } if self.lacks_output_stage(pursuit) => Next::Refused,
+            Step::Release { window } => {
                 self.posture = Posture::Turn;
                 self.setpoint = goal.rpm().unwrap_or(0);
-                Next::Step(Step::Turn { window: pursuit.answer.unwrap_or(0) })
+                Next::Step(Step::Turn { window })
             }
-            Step::Turn { window } => {
-                let near = goal.rpm().is_some_and(|rpm| rpm.abs_diff(self.hiw) <= window);
-                done_if(near && zsw.bit(bit::NO_LAG_OR_AT_SPEED) && !zsw.bit(bit::READY_TO_TRAVEL))
-            }
+            Step::Turn { window } => self.turned(goal.rpm().unwrap_or(0), window, zsw),
+            Step::Stalled { window } => Next::Step(Step::Turn { window }),
         }
     }
 
@@ -267,13 +335,13 @@ impl DriveClient {
                 Next::Step(Step::RaiseOff1)
             }
             Goal::Acknowledge => Next::Done,
-            Goal::MoveTo(target) => {
-                self.posture = Posture::Travel;
-                self.setpoint = target;
-                Next::Step(Step::Prepare)
+            Goal::MoveTo(_) if self.posture == Posture::Turn => {
+                self.halt();
+                Next::Step(Step::Lower)
             }
-            Goal::Pause if self.job => Next::Step(Step::Halt),
-            Goal::Resume if self.job => Next::Step(Step::Resume),
+            Goal::MoveTo(_) => self.prepare(goal),
+            Goal::Pause if self.job.is_possible() => Next::Step(Step::Halt),
+            Goal::Resume if self.job.is_possible() => Next::Step(Step::Resume),
             Goal::Pause | Goal::Resume => Next::Refused,
             Goal::Stop | Goal::Disable => Next::Step(Step::Halt),
             Goal::Inch | Goal::Jog(_) => Next::Step(Step::Check),
@@ -283,7 +351,7 @@ impl DriveClient {
 
     fn begin_inching(&mut self, goal: Goal) -> Next {
         let (posture, step) = match goal {
-            Goal::Jog(direction) => (Posture::Jog(direction), Step::Jog),
+            Goal::Jog(direction) => (Posture::Jog(direction), Step::Jog { from: self.hiw }),
             Goal::Inch
             | Goal::Enable
             | Goal::Acknowledge
@@ -298,26 +366,14 @@ impl DriveClient {
         Next::Step(step)
     }
 
-    /// Whether the drive stands as the goal wants it.
-    fn halted(&self, goal: Goal, mode: Option<Mode>, zsw: Zsw) -> Next {
-        let is = |pattern: fn(Mode) -> ZswPattern| mode.is_some_and(|mode| pattern(mode).matches(zsw));
-        done_if(match goal {
-            // Without supply, or with turning on disabled, the drive is not ready-to-run and yet disabled.
-            Goal::Disable => {
-                let off = zsw.bit(bit::TURN_ON_DISABLED) || !zsw.bit(bit::READY);
-                is(ZswPattern::ready_to_run) || off && !zsw.bit(bit::OPERATION_ENABLED)
-            }
-            Goal::Stop if self.posture.enables() => is(ZswPattern::operation_enabled),
-            Goal::Stop
-            | Goal::Pause
-            | Goal::Enable
-            | Goal::Acknowledge
-            | Goal::MoveTo(_)
-            | Goal::Resume
-            | Goal::Inch
-            | Goal::Jog(_)
-            | Goal::Velocity(_) => zsw.bit(bit::STANDSTILL),
-        })
+    fn prepare(&mut self, goal: Goal) -> Next {
+        self.posture = Posture::Travel;
+        self.setpoint = goal.target().unwrap_or(self.setpoint);
+        Next::Step(Step::Prepare)
+    }
+
+    fn lacks_output_stage(&self, pursuit: &Pursuit) -> bool {
+        Obstacles::of(pursuit.goal, pursuit.findings).contains(Obstacle::NoOutputStage)
     }
 }
 
@@ -344,11 +400,13 @@ impl Obstacles {
             Question::SystemStatus | Question::GeneralStatus => true,
             Question::NewestFault => zsw.bit(bit::FAULT),
             Question::Limit1 | Question::Limit2 | Question::PosType => self.goal.target().is_some(),
-            Question::OperatingMode | Question::HardwareVersion | Question::Window => false,
+            Question::OperatingMode | Question::HardwareVersion | Question::Window | Question::DeltaInch => {
+                false
+            }
         })
     }
 }
 
-const fn done_if(done: bool) -> Next {
+pub(super) const fn done_if(done: bool) -> Next {
     if done { Next::Done } else { Next::Stay }
 }

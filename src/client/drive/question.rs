@@ -12,6 +12,7 @@ pub(super) enum Question {
     OperatingMode,
     HardwareVersion,
     Window,
+    DeltaInch,
     SystemStatus,
     GeneralStatus,
     NewestFault,
@@ -26,6 +27,7 @@ impl Question {
             Self::OperatingMode => word(930),
             Self::HardwareVersion => word(961),
             Self::Window => word(1009),
+            Self::DeltaInch => double(1019),
             Self::SystemStatus => word(1020),
             Self::GeneralStatus => word(1031),
             Self::NewestFault => {
@@ -70,7 +72,7 @@ impl Findings {
                     _unknown => None,
                 };
             }
-            Question::Window => {}
+            Question::Window | Question::DeltaInch => {}
             Question::SystemStatus => self.ssw = Some(word),
             Question::GeneralStatus => self.general_status = Some(word),
             Question::NewestFault => self.fault_code = Some(low),

@@ -71,6 +71,15 @@ impl ZswPattern {
     pub const fn matches(self, zsw: Zsw) -> bool {
         zsw.raw() & self.mask == self.value
     }
+
+    /// As [`matches`](Self::matches), with any ZSW.14 in velocity mode: one table has 1 there, the charts have 0 (C-03).
+    pub(super) const fn is_met(self, mode: Mode, zsw: Zsw) -> bool {
+        let mask = match mode {
+            Mode::Positioning => self.mask,
+            Mode::Velocity => self.mask & !(1 << bit::LIMIT_EXCEEDED),
+        };
+        Self { mask, ..self }.matches(zsw)
+    }
 }
 
 impl fmt::Display for ZswPattern {

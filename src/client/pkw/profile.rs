@@ -22,9 +22,10 @@ pub struct Profile {
     /// Parameters that are commands: the reply to their write is awaited with value 0, as a word or a double word
     /// (PNU 970 of the AG03 and AG03/1, `ag03.md` 3.3 and C-15).
     pub commands: &'static [Pnu],
-    /// Two different parameters that may be read at any time. One of them is read to find out whether everything
-    /// that was asked earlier is over, see [`PkwClient`](super::PkwClient). They need not exist in the drive: "no
-    /// such parameter" is a reply too.
+    /// The first and the last of two or more parameters, of which 128 at most are used, that may be read at any time.
+    /// One of them is read to find out whether everything that was asked earlier is over, see
+    /// [`PkwClient`](super::PkwClient): the first one, or if its answer did not come the next. They need not exist in
+    /// the drive: "no such parameter" is a reply too.
     pub probes: [Pnu; 2],
     /// Whether the four words of an input image belong together.
     pub images: Images,
@@ -96,8 +97,8 @@ impl Profile {
         jobs_11_to_14: false,
         write_reply: WriteReply::AsRead,
         commands: &[],
-        // Node address and manufacturer's hardware configuration (`profidrive-v2.md` 7).
-        probes: [Pnu::from_low_bits(918), Pnu::from_low_bits(961)],
+        // From the node address on, those the profile keeps for itself (`profidrive-v2.md` 7).
+        probes: [Pnu::from_low_bits(918), Pnu::from_low_bits(999)],
         images: Images::MayBeTorn,
         time: Duration::from_secs(5),
         exchanges: 1000,
@@ -121,6 +122,10 @@ impl Profile {
     /// Siemens SIMODRIVE 611 universal: the sub-index is in the low octet of IND.
     pub const SIMODRIVE_611U: Self = Self { subindex: SubindexPlace::LowOctet, ..Self::PROFIDRIVE };
 
-    /// Siemens SINAMICS G120: array jobs for everything.
+    /// Siemens SINAMICS G120: array jobs for everything. The parameters from 2000 on, which the low octet of IND selects
+    /// as pages, are out of reach.
     pub const SINAMICS_G120: Self = Self { array_jobs: ArrayJobs::Always, ..Self::PROFIDRIVE };
+
+    /// Drives that know no array codes and find elements by the sub-index alone.
+    pub const WITHOUT_ARRAY_JOBS: Self = Self { array_jobs: ArrayJobs::Never, ..Self::PROFIDRIVE };
 }

@@ -1,3 +1,4 @@
+use std::collections::VecDeque;
 use std::string::{String, ToString};
 use std::vec::Vec;
 
@@ -21,6 +22,9 @@ const LIVE: Live = Live {
     control_voltage: 238,
     battery_voltage: 361,
 };
+
+/// From PNU 918 to 999.
+const PROBES: usize = 82;
 
 fn pnu(number: u16) -> Pnu {
     Pnu::new(number).unwrap()
@@ -82,8 +86,6 @@ impl Line {
 
 #[test]
 fn every_kind_of_job_in_the_words_of_each_profile() {
-    use ArrayJobs::Never;
-    let never = Profile { array_jobs: Never, ..Profile::PROFIDRIVE };
     let word = Value::Word(5);
     let double = Value::of(Width::Double, -1600);
     let third = Subindex(3);
@@ -98,8 +100,8 @@ fn every_kind_of_job_in_the_words_of_each_profile() {
         (Job::element_count(pnu(945)), Profile::AG03, "93B1 0000 0000 0000"),
         (Job::write(pnu(970), word).to_memory(Memory::Permanent), Profile::AG03, "23CA 0000 0000 0005"),
         (Job::read_element(pnu(945), third), Profile::SIMODRIVE_611U, "63B1 0003 0000 0000"),
-        (Job::read_element(pnu(945), third), never, "13B1 0300 0000 0000"),
-        (Job::write_element(pnu(945), third, word), never, "23B1 0300 0000 0005"),
+        (Job::read_element(pnu(945), third), Profile::WITHOUT_ARRAY_JOBS, "13B1 0300 0000 0000"),
+        (Job::write_element(pnu(945), third, word), Profile::WITHOUT_ARRAY_JOBS, "23B1 0300 0000 0005"),
         (Job::read(pnu(1018)), Profile::SINAMICS_G120, "63FA 0000 0000 0000"),
         (Job::write(pnu(1019), double), Profile::SINAMICS_G120, "83FB 0000 FFFF F9C0"),
         (Job::write(pnu(970), word), Profile::MASTERDRIVES, "23CA 0000 0000 0005"),
@@ -134,7 +136,7 @@ fn every_kind_of_job_in_the_words_of_each_profile() {
     for (job, profile) in [
         (Job::write(pnu(970), word).to_memory(Memory::Volatile), Profile::AG03),
         (Job::write(pnu(970), word).to_memory(Memory::Permanent), Profile::PROFIDRIVE),
-        (Job::element_count(pnu(945)), never),
+        (Job::element_count(pnu(945)), Profile::WITHOUT_ARRAY_JOBS),
     ] {
         let refused = PkwClient::new(profile).submit(Instant::ZERO, job);
         assert_eq!(refused, Err(NotSubmitted::NoSuchJob { job }));
@@ -181,7 +183,38 @@ fn the_first_job_waits_for_the_probe_and_the_next_ones_for_what_they_need() {
     assert_eq!(line.sent, [zero, "13ED 0000 0000 0000"], "the same one: job 0 first");
     line.client.handle_data_exchange_lost();
     line.run(Job::read(pnu(918))).unwrap();
-    assert_eq!(line.sent, [zero, "13C1 0000 0000 0000", "1396 0000 0000 0000"], "the other probe");
+    assert_eq!(line.sent, [zero, "1397 0000 0000 0000", "1396 0000 0000 0000"], "the other probe");
+}
+
+#[test]
+fn a_reply_that_is_later_than_a_job_may_take_is_not_taken_for_the_reply_to_the_next() {
+    const LATE: usize = 45;
+    let profile = Profile { exchanges: 40, images: Images::Consistent, ..Profile::AG03 };
+    let mut line = Line::new(Model::Ag03_1, profile, 0);
+    let mut under_way: VecDeque<Pkw> = [Pkw::ZERO; LATE].into();
+    // Each exchange has its own position, so that a value tells when it was read.
+    let mut now = 0;
+    for _ in 0..2 * PROBES {
+        line.client.submit(Instant::ZERO, Job::read(pnu(1036)).expecting(Width::Double)).unwrap();
+        let submitted = now;
+        let outcome = loop {
+            now += 1;
+            let live = Live { position: now, ..LIVE };
+            let reply =
+                line.engine.cycle(line.client.output(), &mut line.store, &live, &WriteContext::default());
+            under_way.push_back(reply.reply);
+            line.client.handle_input(Instant::ZERO, under_way.pop_front().unwrap());
+            if let Some(outcome) = line.client.poll_outcome() {
+                break outcome;
+            }
+        };
+        if let Ok(Reply::Value(value)) = outcome.result {
+            assert!(
+                value.bits() > submitted.unsigned_abs(),
+                "submitted at {submitted}, but the value is {value:?}"
+            );
+        }
+    }
 }
 
 #[test]

@@ -112,7 +112,7 @@ Examples:
     /// Saves all writable parameters of the drive in a file, with their names and units
     #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 save axis.json")]
     Save {
-        /// The file, or - for stdout; a file that is there is replaced
+        /// The file, or - for stdout; a file that is there is replaced, a read-only one refused
         file: PathBuf,
     },
     /// Writes the parameters in a file to the drive: shows what differs, writes that, reads all of it back

@@ -101,7 +101,7 @@ fn bit_of(word: Word, name: &str, mode: Mode) -> Result<u8, String> {
     if let Ok(number @ 0..=15) = name.parse() {
         return Ok(number);
     }
-    let used = || (0..).zip(bits(word, mode)).filter(|(_, bit)| bit.role != Role::Unused);
+    let used = || (0..).zip(bits(word, mode, None)).filter(|(_, bit)| bit.role != Role::Unused);
     used().find(|(_, bit)| bit.key == name).map(|(n, _)| n).ok_or_else(|| {
         let keys: Vec<&str> = used().map(|(_, bit)| bit.key).collect();
         format!("'{name}' is no bit of {}; bits are 0 to 15 or {}", word.name(), keys.join(", "))

@@ -38,10 +38,29 @@ pub(super) enum Trouble {
     /// What the drive says, which is not what was asked of it.
     #[error("the drive has stopped doing it: {0}")]
     Ended(String),
+    /// It was not seen to stand.
+    #[error("{0}")]
+    StillTurns(String),
     #[error("the drive answered {job} with something else: {reply:?}")]
     OtherReply { job: Job, reply: Reply },
     #[error("the drive says hardware version {0}, expected 2 (gear 24:1) or 3 (gear 48:1)")]
     Hardware(u32),
+}
+
+impl Trouble {
+    /// Whether the drive can no longer be told anything.
+    pub(super) fn is_loss(&self) -> bool {
+        match self {
+            Self::Session(error) | Self::Unanswered(error) => error.is_loss(),
+            Self::Goal(error) => matches!(error, GoalError::Interrupted),
+            Self::Job(_)
+            | Self::NotSubmitted(_)
+            | Self::Ended(_)
+            | Self::StillTurns(_)
+            | Self::OtherReply { .. }
+            | Self::Hardware(_) => false,
+        }
+    }
 }
 
 /// A drive that belongs to this master.
@@ -170,17 +189,22 @@ impl<L: Link, C: Clock> Drive<L, C> {
         }
     }
 
-    /// Asks which drive it is: only the AG03/1 has d-Pos, and the hardware version tells the gear.
-    pub(super) fn identify(&mut self) -> Result<Identity, Trouble> {
-        let model = match self.read(D_POS, None, Width::Word) {
-            Ok(_) => Model::Ag03_1,
+    /// Asks which model it is: only the AG03/1 has d-Pos.
+    pub(super) fn model(&mut self) -> Result<Model, Trouble> {
+        match self.read(D_POS, None, Width::Word) {
+            Ok(_) => Ok(Model::Ag03_1),
             Err(Trouble::Job(PkwError::Refused(code)))
                 if code.number() == ErrorNumber::IllegalParameterNumber.number() =>
             {
-                Model::Ag03
+                Ok(Model::Ag03)
             }
-            Err(error) => return Err(error),
-        };
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Asks which drive it is: the hardware version tells the gear.
+    pub(super) fn identify(&mut self) -> Result<Identity, Trouble> {
+        let model = self.model()?;
         let hardware = self.read(HARDWARE, None, Width::Word)?.bits();
         let gear = Gear::ALL.into_iter().find(|gear| u32::from(gear.hardware_version()) == hardware);
         Ok(Identity { model, gear: gear.ok_or(Trouble::Hardware(hardware))? })

@@ -5,12 +5,14 @@
 //! | `link` | the line, opened from the master's end |
 //! | `drive` | [`Drive`]: parameters by job, words by exchange |
 //! | `value` | values of parameters, read, with their unit and as JSON |
+//! | `file` | where a parameter set is written |
 //! | the others | one group of subcommands each |
 
 mod access;
 mod diag;
 mod drive;
 mod faults;
+mod file;
 mod link;
 mod motion;
 mod restore;
@@ -26,7 +28,7 @@ use profidrive::client::PkwError;
 use profidrive::fdl::Address;
 use profidrive::host::{Clock, Link, Stop, SystemClock};
 use profidrive::master::{Session, SessionError};
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
 
 use super::Failure;
 use super::args::{Action, Master};
@@ -91,10 +93,10 @@ fn with<L: Link, C: Clock>(
     outcome
 }
 
-/// SIGINT and SIGTERM end what is under way.
+/// Signals end what is under way; also those of a terminal that is closed.
 fn signals() -> io::Result<Stop> {
     let stop = Stop::new()?;
-    for signal in [SIGINT, SIGTERM] {
+    for signal in [SIGINT, SIGTERM, SIGHUP, SIGQUIT] {
         signal_hook::low_level::pipe::register(signal, stop.waker()?)?;
     }
     Ok(stop)

@@ -7,7 +7,7 @@
 use core::time::Duration;
 use std::io::{self, BufRead, IsTerminal, Write};
 
-use profidrive::client::Goal;
+use profidrive::client::{Goal, GoalError};
 use profidrive::drive::{Direction as Way, Mode};
 use profidrive::explain::value::Lengths;
 use profidrive::explain::words::said;
@@ -117,32 +117,36 @@ pub(super) fn motion<L: Link, C: Clock>(
 ) -> Result<(), Failure> {
     let reading = Reading::of(drive, json)?;
     let outcome = turn(drive, motion, &reading);
-    let ended = wind_down(drive);
-    match (outcome, ended) {
-        (Ok(End::Done(what)), Ok(hiw)) => reading.say(what, hiw),
-        (Ok(End::Interrupted), Ok(hiw)) => {
-            Err(Failure::Other(format!("interrupted; the drive stands, {}", at(&reading, hiw))))
-        }
-        (Err(trouble), Ok(hiw)) => {
-            Err(Failure::Other(format!("{trouble}; the drive stands, {}", at(&reading, hiw))))
-        }
-        (Ok(_), Err(end)) => Err(not_stopped(drive, &end.to_string())),
-        // A lost line is lost for both.
-        (Err(trouble), Err(_)) => Err(not_stopped(drive, &trouble.to_string())),
-    }
+    let Rest { hiw, refused } = match wind_down(drive) {
+        Ok(rest) => rest,
+        Err(end) => return Err(not_stopped(drive, outcome.err().as_ref(), &end)),
+    };
+    let why = match (outcome, refused) {
+        (Ok(End::Done(what)), None) => return reading.say(what, hiw),
+        (Ok(End::Done(_)), Some(refused)) => refused.to_string(),
+        (Ok(End::Interrupted), _) => "interrupted".into(),
+        (Err(trouble), _) => trouble.to_string(),
+    };
+    Err(Failure::Other(format!("{why}; the drive stands, {}", at(&reading, hiw))))
 }
 
 fn at(reading: &Reading, hiw: i32) -> String {
     actual(reading.mode, reading.lengths, hiw)
 }
 
-/// What happens to a drive that could not be stopped.
-fn not_stopped<L: Link, C: Clock>(drive: &Drive<L, C>, why: &str) -> Failure {
-    let watchdog = drive.session.settings().watchdog;
-    Failure::Other(format!(
-        "{why}; the drive was not seen to stand: without this master its watchdog lets the motor go within \
-         {watchdog:?}, and it runs out"
-    ))
+/// What happens to a drive that was not seen to stand.
+fn not_stopped<L: Link, C: Clock>(drive: &Drive<L, C>, outcome: Option<&Trouble>, end: &Trouble) -> Failure {
+    if end.is_loss() {
+        let watchdog = drive.session.settings().watchdog;
+        // A lost line is lost for both; what came first says more.
+        let why = outcome.unwrap_or(end);
+        return Failure::Other(format!(
+            "{why}; the drive was not seen to stand: without this master its watchdog lets the motor go within \
+             {watchdog:?}, and it runs out"
+        ));
+    }
+    let first = outcome.map(|trouble| format!("{trouble}; ")).unwrap_or_default();
+    Failure::Other(format!("{first}{end}; it is let go now, and runs out if it turns"))
 }
 
 /// How a motion that went well came to its end.
@@ -194,13 +198,41 @@ fn turn<L: Link, C: Clock>(
     }
 }
 
+/// A drive that stands.
+struct Rest {
+    hiw: i32,
+    /// What it says against disabling operation: it stands all the same, with a fault latched, say.
+    refused: Option<GoalError>,
+}
+
 /// Brakes with maximum deceleration and waits until the drive stands. A second Ctrl-C ends the wait.
-fn wind_down<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<i32, Trouble> {
+fn wind_down<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<Rest, Trouble> {
     drive.session.stop().clear();
-    match drive.reach(Goal::Disable)? {
-        Reached::Done(hiw) => Ok(hiw),
-        Reached::Interrupted => Err(Trouble::Ended("interrupted again while the drive brakes".into())),
+    match drive.reach(Goal::Disable) {
+        Ok(Reached::Done(hiw)) => Ok(Rest { hiw, refused: None }),
+        Ok(Reached::Interrupted) => {
+            Err(Trouble::StillTurns("interrupted again while the drive brakes".into()))
+        }
+        // It goes on being asked for meanwhile.
+        Err(Trouble::Goal(refused)) => Ok(Rest { hiw: run_out(drive)?, refused: Some(refused) }),
+        Err(trouble) => Err(trouble),
     }
+}
+
+/// Waits until the drive stands, whatever its state: with this actual value.
+fn run_out<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<i32, Trouble> {
+    let begun = drive.session.now();
+    while drive.read(SSW, None, Width::Word)?.bits() & TRAVELS != 0 {
+        if drive.is_stopped() {
+            return Err(Trouble::StillTurns("interrupted; the drive still runs out".into()));
+        }
+        if drive.session.now().saturating_since(begun) > RUN_OUT {
+            return Err(Trouble::StillTurns(format!(
+                "the drive still turns after {RUN_OUT:?}; switch its supply off"
+            )));
+        }
+    }
+    Ok(drive.exchange()?.hiw)
 }
 
 /// Brakes a drive that runs out, if it can be enabled, and waits until it stands in any case.
@@ -215,18 +247,7 @@ pub(super) fn stop<L: Link, C: Clock>(drive: &mut Drive<L, C>, json: bool) -> Re
         Err(Trouble::Goal(_)) => {}
         Err(trouble) => return Err(trouble.into()),
     }
-    let begun = drive.session.now();
-    while drive.read(SSW, None, Width::Word)?.bits() & TRAVELS != 0 {
-        if drive.is_stopped() {
-            return Err(Failure::Other("interrupted; the drive still runs out".into()));
-        }
-        if drive.session.now().saturating_since(begun) > RUN_OUT {
-            return Err(Failure::Other(format!(
-                "the drive still turns after {RUN_OUT:?}; switch its supply off"
-            )));
-        }
-    }
-    let Seen { hiw, .. } = drive.exchange()?;
+    let hiw = run_out(drive)?;
     reading.say("the drive stands", hiw)
 }
 
@@ -236,5 +257,65 @@ pub(super) fn acknowledge<L: Link, C: Clock>(drive: &mut Drive<L, C>, json: bool
     match drive.reach(Goal::Acknowledge)? {
         Reached::Done(hiw) => reading.say("no fault is latched, ready to be enabled", hiw),
         Reached::Interrupted => Err(Failure::Other("interrupted".into())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use profidrive::drive::{Fault, Inputs};
+    use profidrive::param::Model;
+
+    use super::*;
+    use crate::command::master::rig::{Cut, Rig, RigLink};
+
+    const GO: Go = Go { yes: true };
+
+    fn ends(drive: &mut Drive<RigLink, profidrive::host::ManualClock>, asked: Motion) -> String {
+        match motion(drive, asked, Leave(()), false) {
+            Err(Failure::Other(line) | Failure::Usage(line)) => line,
+            Ok(()) => panic!("no failure"),
+        }
+    }
+
+    #[test]
+    fn a_drive_with_a_latched_fault_is_seen_to_stand() {
+        let rig = Rig::new(Model::Ag03_1);
+        let mut drive = rig.drive();
+        rig.set_inputs(Inputs::default().provoking(Fault::B));
+        let blocked = ends(&mut drive, Motion::Move { position: 1000, go: GO });
+        assert!(blocked.contains("; the drive stands, position 0 inc"), "{blocked}");
+        rig.set_inputs(Inputs::default());
+        for asked in [
+            Motion::Enable { go: GO, limit: Some(Duration::from_secs(1)) },
+            Motion::Move { position: 0, go: GO },
+        ] {
+            let line = ends(&mut drive, asked);
+            assert!(line.contains("fault") && line.contains("; the drive stands, position 0 inc"), "{line}");
+        }
+        stop(&mut drive, false).unwrap();
+    }
+
+    #[test]
+    fn a_drive_that_runs_out_with_a_fault_is_waited_for() {
+        let mut turning = 0;
+        for telegrams in (0..400).step_by(40) {
+            let rig = Rig::new(Model::Ag03_1);
+            let mut drive = rig.drive();
+            rig.cut(telegrams, Cut::Heat);
+            let line = ends(&mut drive, Motion::Move { position: 100_000, go: GO });
+            assert!(line.contains("; the drive stands, position "), "{telegrams}: {line}");
+            assert!(!rig.turns() && !rig.is_whole(), "{telegrams}: {line}");
+            turning += usize::from(!line.contains("position 0 inc"));
+        }
+        assert!(turning > 3, "{turning}");
+    }
+
+    #[test]
+    fn a_lost_line_is_said_with_what_the_drive_does_then() {
+        let rig = Rig::new(Model::Ag03_1);
+        let mut drive = rig.drive();
+        rig.cut(200, Cut::Answers);
+        let line = ends(&mut drive, Motion::Move { position: 100_000, go: GO });
+        assert!(line.contains("its watchdog lets the motor go within 1s, and it runs out"), "{line}");
     }
 }

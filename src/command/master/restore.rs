@@ -85,7 +85,8 @@ fn read_all<L: Link, C: Clock>(drive: &mut Drive<L, C>, wanted: &ParameterSet) -
 /// Some parameters take no value while the shaft turns.
 fn wait_for_standstill<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<(), Failure> {
     let begun = drive.session.now();
-    while drive.read(SSW, None, Width::Word)?.bits() & TRAVELS != 0 {
+    let lost = |error: Trouble| Failure::Other(format!("{error}; nothing was written"));
+    while drive.read(SSW, None, Width::Word).map_err(lost)?.bits() & TRAVELS != 0 {
         if drive.is_stopped() {
             return Err(Failure::Other("interrupted; nothing was written".into()));
         }
@@ -224,6 +225,7 @@ fn fate_of(error: &Trouble) -> Fate {
         | Trouble::NotSubmitted(_)
         | Trouble::Goal(_)
         | Trouble::Ended(_)
+        | Trouble::StillTurns(_)
         | Trouble::Hardware(_) => Fate::NotWritten,
     }
 }

@@ -7,6 +7,7 @@ use std::io;
 use std::rc::Rc;
 
 use profidrive::device::{Config, Device, Timing};
+use profidrive::drive::{Fault, Inputs};
 use profidrive::fdl::{Address, MAX_TELEGRAM_LEN};
 use profidrive::host::{Bus, Clock, Link, ManualClock, Received, Stop};
 use profidrive::master::{Session, Settings};
@@ -26,6 +27,8 @@ pub(super) enum Cut {
     Link,
     /// The drive gets the telegram; its answer and everything later is lost.
     Answers,
+    /// The output stage of the drive gets too hot: fault D.
+    Heat,
 }
 
 /// The test's view of the drive.
@@ -70,6 +73,18 @@ impl Rig {
         device.parameters().value(parameter)
     }
 
+    /// What acts on the drive from now on.
+    pub(super) fn set_inputs(&self, inputs: Inputs) {
+        self.line.borrow_mut().set_inputs(inputs);
+    }
+
+    /// Whether its shaft turns.
+    pub(super) fn turns(&self) -> bool {
+        let line = self.line.borrow();
+        let device: &Device = line.bus.station(Address::from_octet(DRIVE)).unwrap();
+        device.drive().status().travelling
+    }
+
     /// After `telegrams` more telegrams of the master this happens.
     pub(super) fn cut(&self, telegrams: usize, cut: Cut) {
         self.line.borrow_mut().cut = Some((telegrams, cut));
@@ -88,6 +103,12 @@ pub(super) struct RigLink {
 }
 
 impl Line {
+    fn set_inputs(&mut self, inputs: Inputs) {
+        let now = self.clock.now();
+        let set = |device: &mut Device| device.set_inputs(now, inputs);
+        self.bus.with(Address::from_octet(DRIVE), set).unwrap();
+    }
+
     fn drain(&mut self) {
         let mut buf = [0; MAX_TELEGRAM_LEN];
         while let Some(octets) = self.bus.poll_transmit(self.clock.now(), &mut buf) {
@@ -118,6 +139,7 @@ impl Link for RigLink {
                     Cut::Stop => self.stop.request(),
                     Cut::Link => return Err(io::ErrorKind::NotConnected.into()),
                     Cut::Answers => line.deaf = true,
+                    Cut::Heat => line.set_inputs(Inputs::default().provoking(Fault::D)),
                 }
             }
             Some((telegrams, cut)) => line.cut = Some((telegrams - 1, cut)),

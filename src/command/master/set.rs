@@ -16,8 +16,8 @@
 //! Only `format`, and of each parameter `pnu` and `value`, are needed to restore it.
 
 use std::fs;
-use std::io::{self, Read, Write};
-use std::path::{Path, PathBuf};
+use std::io::{self, Read};
+use std::path::Path;
 
 use profidrive::explain::value::Lengths;
 use profidrive::host::{Clock, Link};
@@ -27,6 +27,7 @@ use serde_json::json;
 
 use super::access::{about, check};
 use super::drive::Drive;
+use super::file::put;
 use super::value::{Item, is_setting, lengths_of};
 use super::{say, watch};
 use crate::command::Failure;
@@ -84,21 +85,6 @@ fn written(items: &[Item], drive: &serde_json::Value) -> String {
         "{{\n  \"format\": {format},\n  \"drive\": {drive},\n  \"parameters\": [\n{}\n  ]\n}}\n",
         rows.join(",\n")
     )
-}
-
-/// Writes a file whole or not at all.
-fn put(file: &Path, text: &str) -> io::Result<()> {
-    let mut name = file.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.part", std::process::id()));
-    let part: PathBuf = file.with_file_name(name);
-    let outcome = fs::File::create_new(&part)
-        .and_then(|mut part| part.write_all(text.as_bytes()).and_then(|()| part.sync_all()))
-        .and_then(|()| fs::rename(&part, file));
-    if outcome.is_err() {
-        // Perhaps it was never there.
-        let _ = fs::remove_file(&part);
-    }
-    outcome
 }
 
 /// What a drive shall have.
@@ -225,16 +211,5 @@ mod tests {
             let error = ParameterSet::parse(&text).unwrap_err();
             assert!(error.contains(says), "{text}: {error}");
         }
-    }
-
-    #[test]
-    fn a_file_is_replaced_whole_and_a_folder_is_left_alone() {
-        let dir = tempfile::tempdir().unwrap();
-        let file = dir.path().join("axis.json");
-        put(&file, "one").unwrap();
-        put(&file, "two").unwrap();
-        assert_eq!(fs::read_to_string(&file).unwrap(), "two");
-        assert!(put(dir.path(), "three").is_err());
-        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1, "nothing is left behind");
     }
 }

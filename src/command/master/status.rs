@@ -7,7 +7,7 @@ use profidrive::drive::Mode;
 use profidrive::explain::value::Lengths;
 use profidrive::explain::words::{Role, Word, bits, said};
 use profidrive::host::{Clock, Link};
-use profidrive::param::{Parameter, Pnu, Width};
+use profidrive::param::{Model, Parameter, Pnu, Width};
 use serde_json::json;
 
 use super::drive::{Drive, Seen, Trouble};
@@ -27,6 +27,7 @@ const LIVE: Duration = Duration::from_millis(100);
 
 /// The words of bits, and what counts in them.
 struct Words {
+    model: Model,
     mode: Mode,
     lengths: Lengths,
     /// What this master sends.
@@ -40,10 +41,11 @@ impl Words {
     fn read<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<Self, Trouble> {
         let mode = mode(drive)?;
         let lengths = lengths(drive)?;
+        let model = drive.model()?;
         let word = |bits: u32| u16::try_from(bits).unwrap_or_default();
         let ssw = word(drive.read(SSW, None, Width::Word)?.bits());
         let general = word(drive.read(GENERAL_STATUS, None, Width::Word)?.bits());
-        Ok(Self { mode, lengths, stw: drive.stw().raw(), seen: drive.exchange()?, ssw, general })
+        Ok(Self { model, mode, lengths, stw: drive.stw().raw(), seen: drive.exchange()?, ssw, general })
     }
 
     /// Every word with its heading and its 16 bits.
@@ -59,7 +61,9 @@ impl Words {
     fn json(&self) -> serde_json::Value {
         let mut words = serde_json::Map::new();
         for (word, _, raw) in self.all() {
-            let used = (0..).zip(bits(word, self.mode)).filter(|(_, bit)| bit.role != Role::Unused);
+            let used = (0..)
+                .zip(bits(word, self.mode, Some(self.model)))
+                .filter(|(_, bit)| bit.role != Role::Unused);
             let bits = used.map(|(n, bit)| (bit.key.to_owned(), is_set(raw, n).into()));
             let bits: serde_json::Map<_, _> = bits.collect();
             words.insert(word.name().to_lowercase(), json!({ "word": raw, "bits": bits }));
@@ -89,7 +93,9 @@ pub(super) fn status<L: Link, C: Clock>(drive: &mut Drive<L, C>, json: bool) -> 
     say(format_args!("{}: {}; {actual}", mode_name(words.mode), said(words.mode, zsw, zsw)))?;
     for (word, heading, raw) in words.all() {
         say(format_args!("\n{} {raw:04X}  {heading}", word.name()))?;
-        for (n, bit) in (0..).zip(bits(word, words.mode)).filter(|(_, bit)| bit.role != Role::Unused) {
+        for (n, bit) in
+            (0..).zip(bits(word, words.mode, Some(words.model))).filter(|(_, bit)| bit.role != Role::Unused)
+        {
             let set = is_set(raw, n);
             let note = if bit.note.is_empty() { String::new() } else { format!("  ({})", bit.note) };
             say(format_args!("  {n:>2}  {}  {}{note}", u8::from(set), bit.meaning(set)))?;

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::seconds;
-use crate::device::Device;
+use crate::device::{Device, Power};
 use crate::dp;
 use crate::drive::{self, Fault};
 use crate::time::Instant;
@@ -40,6 +40,8 @@ pub(super) struct Faults {
     latched: Option<FaultText>,
     /// The causes that are present now: they must go before a fault can be acknowledged.
     causes: Vec<FaultText>,
+    /// What the inputs make as they are set, at once or as soon as the shaft shall turn: acknowledged, it comes back.
+    provoked: Vec<FaultText>,
     /// PNU 945: the last ten, in the order the drive lists them.
     buffer: Vec<FaultText>,
     /// PNU 952.
@@ -92,11 +94,13 @@ impl Warnings {
 }
 
 impl Faults {
-    pub(super) fn of(drive: &drive::Drive) -> Self {
+    pub(super) fn of(device: &Device) -> Self {
+        let drive = device.drive();
         let of_code = |code: u8| Fault::ALL.into_iter().find(|fault| fault.code() == code);
         Self {
             latched: drive.status().fault.map(FaultText::from),
             causes: drive.causes().iter().map(FaultText::from).collect(),
+            provoked: drive.provoked_by(device.inputs()).iter().map(FaultText::from).collect(),
             buffer: drive.fault_codes().into_iter().filter_map(of_code).map(FaultText::from).collect(),
             count: drive.faults().count(),
         }
@@ -105,10 +109,18 @@ impl Faults {
 
 impl Start {
     pub(super) fn of(device: &Device) -> Self {
+        let own = |reason: &str, text: &str| ReasonText { reason: reason.into(), text: text.into() };
         let mut reasons: Vec<_> = device.start_refusal().as_ref().map(reasons_of).unwrap_or_default();
-        if device.dp_state() != dp::State::DataExch {
-            let text = "no master exchanges data with the drive".into();
-            reasons.insert(0, ReasonText { reason: "NoDataExchange".into(), text });
+        match device.power() {
+            Power::Off => {}
+            Power::FactoryReset(_) => {
+                let text = "the drive is in a factory reset: switch it off, put SW8 to OFF and switch it on";
+                reasons = Vec::from([own("FactoryReset", text)]);
+            }
+            Power::On if device.dp_state() != dp::State::DataExch => {
+                reasons.insert(0, own("NoDataExchange", "no master exchanges data with the drive"));
+            }
+            Power::On => {}
         }
         Self { possible: reasons.is_empty(), reasons }
     }

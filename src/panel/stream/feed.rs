@@ -13,6 +13,7 @@ use crate::explain::value::Lengths;
 use crate::fdl::{Address, MAX_TELEGRAM_LEN};
 use crate::host::BusEvent;
 use crate::host::link::tap::{Batch, Direction, Watchers};
+use crate::param::Model;
 use crate::time::Instant;
 
 /// Entries that wait in the ring at most; more are counted and lost.
@@ -35,6 +36,7 @@ pub(super) enum Entry {
 /// What the words of a drive depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Settings {
+    pub(super) model: Model,
     pub(super) mode: Mode,
     pub(super) lengths: Lengths,
 }
@@ -42,7 +44,11 @@ pub(super) struct Settings {
 impl Settings {
     /// By the parameters, as whoever reads them on the line knows it: the drive follows within a cycle.
     fn of(device: &Device) -> Self {
-        Self { mode: drive::Settings::read(device.parameters()).mode, lengths: lengths(device) }
+        Self {
+            model: device.config().model,
+            mode: drive::Settings::read(device.parameters()).mode,
+            lengths: lengths(device),
+        }
     }
 }
 

@@ -118,8 +118,8 @@ impl Hub {
                     let octets = octets.get(..len).unwrap_or_default();
                     telegrams.send(TelegramEvent::item(at, direction, octets, &mut ring.context))
                 }
-                Entry::Settings(address, Settings { mode, lengths }) => {
-                    ring.context.know(address, mode, lengths);
+                Entry::Settings(address, Settings { model, mode, lengths }) => {
+                    ring.context.know(address, model, mode, lengths);
                     continue;
                 }
             };
