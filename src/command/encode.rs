@@ -14,6 +14,7 @@ use profidrive::explain::value::Lengths;
 use profidrive::explain::words::Word;
 use profidrive::explain::{Context, Explanation, HexText, Kind, Mark, Sender, hex};
 use profidrive::fdl::Address;
+use profidrive::param::Model;
 use profidrive::ppo::Pkw;
 use serde::Serialize;
 
@@ -69,7 +70,7 @@ fn build(args: &Encode) -> Result<Explanation, Failure> {
             let octets = telegram::build(telegram, mode)?;
             let mut context = Context::with_mode(mode);
             // Whoever asks for a telegram asks for one that such a drive takes.
-            context.know(Address::from_octet(telegram.address), mode, Lengths::Unknown);
+            context.know(Address::from_octet(telegram.address), Model::Ag03_1, mode, Lengths::Unknown);
             context.telegram(&octets)
         }
     };

@@ -76,9 +76,9 @@ impl Context {
     }
 
     /// Takes from who knows the station (the drive itself) what on the line only PNU 930 and 1012 tell: operating mode
-    /// and what positions are counted in; and its model. What is heard later counts again. What an AG03 refuses is
-    /// then a [`Mistake`](super::Mark::Mistake) of who sends it there; of other stations it is at most a hint, until
-    /// they say their Ident_Number in a diagnosis.
+    /// and what positions are counted in; and its model. What is heard later counts again. What an AG03 refuses is then
+    /// a [`Mistake`](super::Mark::Mistake) of who sends it there; of other stations it is at most a hint, until they say
+    /// their Ident_Number in a diagnosis.
     pub fn know(&mut self, station: Address, model: Model, mode: Mode, lengths: Lengths) {
         let learned = self.stations.entry(station.number()).or_default();
         learned.model = Some(model);
@@ -127,10 +127,10 @@ impl Learned {
 
     /// Learns from a reply of the drive to the last job.
     pub(super) fn hear_reply(&mut self, reply: Pkw) {
-        self.hear_model(reply);
         if self.answers(reply) == Some(false) && reply.pke.reply() != ReplyId::NoReply {
             self.unanswered = self.unanswered.saturating_add(1);
         }
+        self.hear_model(reply);
         let value = match reply.pke.reply() {
             ReplyId::Word => reply.word(),
             ReplyId::NoReply
