@@ -184,8 +184,9 @@ fn turn<L: Link, C: Clock>(
     if !reading.json {
         reading.held(held)?;
     }
-    // Only inching can come to rest by itself, at a limit.
-    let must_turn = matches!(goal, Some(Goal::Jog(_)));
+    // Inching comes to rest at a limit; an AG03 without its enable input stands with operation enabled.
+    let must_turn = matches!(goal, Some(Goal::Jog(_)))
+        || matches!(goal, Some(Goal::Velocity(rpm)) if rpm.unsigned_abs() > 1);
     loop {
         let ended = limit.is_some_and(|limit| drive.session.now().saturating_since(begun) >= limit);
         if drive.is_stopped() || ended {
@@ -263,7 +264,7 @@ pub(super) fn acknowledge<L: Link, C: Clock>(drive: &mut Drive<L, C>, json: bool
 #[cfg(test)]
 mod tests {
     use profidrive::drive::{Fault, Inputs};
-    use profidrive::param::Model;
+    use profidrive::param::{Model, Parameter, Value};
 
     use super::*;
     use crate::command::master::rig::{Cut, Rig, RigLink};
@@ -308,6 +309,19 @@ mod tests {
             turning += usize::from(!line.contains("position 0 inc"));
         }
         assert!(turning > 3, "{turning}");
+    }
+
+    #[test]
+    fn a_velocity_that_ends_because_the_enable_input_is_gone_is_said() {
+        for model in Model::ALL {
+            let rig = Rig::new(model);
+            let mut drive = rig.drive();
+            drive.write(Parameter::OperatingMode.entry().pnu, Value::Word(1)).unwrap();
+            rig.cut(2000, Cut::Enable);
+            let limit = Some(Duration::from_secs(60));
+            let line = ends(&mut drive, Motion::Velocity { rpm: 60, go: GO, limit });
+            assert!(line.contains("; the drive stands"), "{model:?}: {line}");
+        }
     }
 
     #[test]

@@ -27,6 +27,8 @@ pub(super) enum Cut {
     Link,
     /// The drive gets the telegram; its answer and everything later is lost.
     Answers,
+    /// The AG03 loses its enable input, the AG03/1 the supply of its output stage.
+    Enable,
     /// The output stage of the drive gets too hot: fault D.
     Heat,
 }
@@ -139,6 +141,7 @@ impl Link for RigLink {
                     Cut::Stop => self.stop.request(),
                     Cut::Link => return Err(io::ErrorKind::NotConnected.into()),
                     Cut::Answers => line.deaf = true,
+                    Cut::Enable => line.set_inputs(Inputs::default().with_output_stage(false)),
                     Cut::Heat => line.set_inputs(Inputs::default().provoking(Fault::D)),
                 }
             }
