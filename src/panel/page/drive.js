@@ -214,14 +214,12 @@ export class DriveView {
     // A setpoint of no job is a number on the bus and no target.
     const target = state.mode === "positioning" && motion.job_active;
     const released = state.state === "travelling with velocity";
-    // A server from before the setpoint had its unit in its name calls both the same.
-    const { setpoint, setpoint_user_units = setpoint, setpoint_rpm = setpoint } = motion;
     this.curves.add(
       {
         time_s: state.time_seconds,
         position: motion.position_user_units,
-        setpoint: target ? setpoint_user_units : null,
-        speed_setpoint_rpm: released ? setpoint_rpm : null,
+        setpoint: target ? motion.setpoint_user_units : null,
+        speed_setpoint_rpm: released ? motion.setpoint_rpm : null,
         speed_rpm: motion.velocity_rpm,
         current_ma: measured.current_milliamperes,
         unit: unitOf(motion),
