@@ -223,7 +223,9 @@ impl PkwClient {
             Stage::Probe => {
                 if is_reply(reply) && reply.pke.pnu() == underway.probe.number() {
                     self.channel = Channel::Standing(reply.pke.pnu());
+                    // Another master may have left a read of the same parameter: the next probe is about another one.
                     self.unanswered = Unanswered::NONE;
+                    self.unanswered.add(&self.profile, underway.probe);
                     underway.stage = self.next_stage(&underway);
                 }
             }

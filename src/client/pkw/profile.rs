@@ -24,7 +24,7 @@ pub struct Profile {
     pub commands: &'static [Pnu],
     /// The first and the last of two or more parameters, of which 128 at most are used, that may be read at any time.
     /// One of them is read to find out whether everything that was asked earlier is over, see
-    /// [`PkwClient`](super::PkwClient): the first one, or if its answer did not come the next. They need not exist in
+    /// [`PkwClient`](super::PkwClient): the first one about which no answer may be outstanding. They need not exist in
     /// the drive: "no such parameter" is a reply too.
     pub probes: [Pnu; 2],
     /// Whether the four words of an input image belong together.
