@@ -336,3 +336,17 @@ fn an_outcome_that_nobody_takes_stops_no_goal() {
     assert_eq!(rig.pursue(Goal::MoveTo(100)), Ok(100));
     assert_eq!(rig.client.poll_job().unwrap().result, Ok(Reply::Value(Value::Word(30))));
 }
+
+#[test]
+fn a_pause_right_behind_a_start_is_done_when_the_shaft_stands() {
+    for exchanges in 0..30 {
+        let mut rig = Rig::new(Model::Ag03_1);
+        rig.pursue(Goal::Enable).unwrap();
+        rig.exchanges(300);
+        rig.client.pursue(rig.line.now, Goal::MoveTo(-200));
+        rig.exchanges(exchanges);
+        let paused = rig.pursue(Goal::Pause).is_ok();
+        let status = rig.line.device.status();
+        assert!(!status.moving && status.job_active == paused, "{exchanges}");
+    }
+}

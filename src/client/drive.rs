@@ -280,6 +280,10 @@ impl DriveClient {
 
     /// What cannot wait for anything.
     fn adopt_at_once(&mut self, goal: Goal) {
+        if self.job.is_possible() || matches!(self.posture, Posture::Inch | Posture::Jog(_) | Posture::Turn) {
+            // A shaft that has just begun to turn has hardly left its place.
+            self.rest = None;
+        }
         match goal {
             Goal::Stop => self.halt(),
             // The drive takes no job while it has one.
