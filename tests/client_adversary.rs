@@ -10,8 +10,10 @@
 )]
 
 mod adversary;
+mod long;
 
 use adversary::{Adversary, Exchange, Spoilt};
+use long::cases;
 use profidrive::client::{Images, Job, Outcome, PkwClient, PkwError, Profile, Reply};
 use profidrive::param::{Pnu, Subindex, Value, Width};
 use profidrive::ppo::Pkw;
@@ -226,13 +228,8 @@ fn left() -> impl Strategy<Value = Pkw> {
     })
 }
 
-fn cases(default: u32) -> ProptestConfig {
-    let long = std::env::var_os("PROFIDRIVE_LONG").is_some();
-    ProptestConfig { cases: if long { 200 * default } else { default }, ..ProptestConfig::default() }
-}
-
 proptest! {
-    #![proptest_config(cases(1000))]
+    #![proptest_config(cases(1000, 200))]
 
     #[test]
     fn nothing_wrong_is_believed_and_nothing_done_twice_with_torn_images(

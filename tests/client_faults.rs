@@ -10,10 +10,12 @@
 #![cfg(feature = "std")]
 
 mod common;
+mod long;
 
 use std::time::Duration;
 
 use common::{CFG, IDENT, MASTER, SLAVE, telegram};
+use long::cases;
 use profidrive::client::{Images, Job, PkwClient, PkwError, Profile, Reply};
 use profidrive::device::{Config, Device, MAX_TELEGRAM_LEN};
 use profidrive::fdl::telegram::{Decoded, decode};
@@ -24,11 +26,6 @@ use profidrive::host::{Clock, Link, ManualClock, Received};
 use profidrive::param::{Model, Parameter, Pnu, Subindex, Value, Width};
 use profidrive::ppo::{self, Outputs, Stw};
 use proptest::prelude::*;
-
-fn cases(default: u32) -> ProptestConfig {
-    let long = std::env::var_os("PROFIDRIVE_LONG").is_some();
-    ProptestConfig { cases: if long { 50 * default } else { default }, ..ProptestConfig::default() }
-}
 
 fn model() -> impl Strategy<Value = Model> {
     prop_oneof![Just(Model::Ag03), Just(Model::Ag03_1)]
@@ -160,7 +157,7 @@ fn access() -> impl Strategy<Value = Access> {
 }
 
 proptest! {
-    #![proptest_config(cases(40))]
+    #![proptest_config(cases(40, 50))]
 
     #[test]
     fn a_spoilt_line_brings_errors_but_no_wrong_values(

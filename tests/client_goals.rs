@@ -10,11 +10,13 @@
 #![cfg(feature = "std")]
 
 mod common;
+mod long;
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
 use common::{Line, SLAVE};
+use long::cases;
 use profidrive::client::{DriveClient, Goal, GoalError, GoalOutcome, Job, Limits, Profile};
 use profidrive::device::{Config, QUIRKS, Timing};
 use profidrive::drive::{Direction, Fault, Inputs};
@@ -22,11 +24,6 @@ use profidrive::fdl::Address;
 use profidrive::param::{Model, Pnu, Value};
 use profidrive::ppo;
 use proptest::prelude::*;
-
-fn cases(default: u32) -> ProptestConfig {
-    let long = std::env::var_os("PROFIDRIVE_LONG").is_some();
-    ProptestConfig { cases: if long { 50 * default } else { default }, ..ProptestConfig::default() }
-}
 
 const LIMITS: Limits = Limits {
     reaction: Duration::from_millis(1500),
@@ -256,7 +253,7 @@ fn play(config: Config, mode: u16, events: Vec<Event>) {
 }
 
 proptest! {
-    #![proptest_config(cases(40))]
+    #![proptest_config(cases(40, 50))]
 
     #[test]
     fn one_start_is_one_travel_what_is_done_is_true_and_nothing_starts_later(

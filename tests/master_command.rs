@@ -9,11 +9,13 @@
 )]
 #![cfg(target_os = "linux")]
 
+#[path = "master_command/rig.rs"]
+mod rig;
+
 use core::time::Duration;
 use std::fs::{self, OpenOptions};
-use std::io::{BufRead, BufReader, Read, Seek};
+use std::io::Read;
 use std::path::Path;
-use std::process::{Child, ChildStderr, ChildStdout, Command, Stdio};
 use std::thread;
 use std::time::Instant;
 
@@ -23,170 +25,8 @@ use profidrive::fdl::Address;
 use profidrive::host::link::pty::Pty;
 use profidrive::host::{Bus, Clock, Link, Received, Stop, SystemClock, run};
 use profidrive::time::BaudRate;
+use rig::{Emulator, PATIENCE, Running, fails, profidrive};
 use serde_json::Value;
-
-/// For what must come; only a test that fails waits so long.
-const PATIENCE: Duration = Duration::from_secs(60);
-
-fn profidrive(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_profidrive"));
-    command.args(arguments).env_remove("RUST_LOG").stdin(Stdio::null());
-    command.stdout(Stdio::piped()).stderr(Stdio::piped());
-    command
-}
-
-/// A process that is ended with the test, by its own id.
-struct Running {
-    process: Child,
-    stdout: BufReader<ChildStdout>,
-}
-
-impl Running {
-    fn start(mut command: Command) -> Self {
-        let mut process = command.spawn().unwrap();
-        let stdout = BufReader::new(process.stdout.take().unwrap());
-        Self { process, stdout }
-    }
-
-    /// Reads stdout up to a line with `part`.
-    fn until(&mut self, part: &str) -> String {
-        let mut line = String::new();
-        while !line.contains(part) {
-            line.clear();
-            if self.stdout.read_line(&mut line).unwrap() == 0 {
-                let (code, _, stderr) = self.end();
-                panic!("ended with {code:?} without '{part}': {stderr}");
-            }
-        }
-        line
-    }
-
-    /// Waits until the drive belongs to this master, whose log (`-v`) says so; gives the rest of the log.
-    fn taken(&mut self) -> BufReader<ChildStderr> {
-        let mut log = BufReader::new(self.process.stderr.take().unwrap());
-        let mut line = String::new();
-        while !line.contains("becomes ready for data exchange") {
-            line.clear();
-            assert!(log.read_line(&mut line).unwrap() > 0, "ended before");
-        }
-        log
-    }
-
-    fn signal(&self, signal: &str) {
-        let command = format!("kill -{signal} {}", self.process.id());
-        assert!(Command::new("sh").args(["-c", &command]).status().unwrap().success());
-    }
-
-    /// Waits for the end: exit code, the rest of stdout, stderr.
-    fn end(&mut self) -> (Option<i32>, String, String) {
-        let start = Instant::now();
-        let status = loop {
-            match self.process.try_wait().unwrap() {
-                Some(status) => break status,
-                None if start.elapsed() > PATIENCE => panic!("still running"),
-                None => thread::sleep(Duration::from_millis(5)),
-            }
-        };
-        let (mut stdout, mut stderr) = (String::new(), String::new());
-        self.stdout.read_to_string(&mut stdout).unwrap();
-        if let Some(mut pipe) = self.process.stderr.take() {
-            pipe.read_to_string(&mut stderr).unwrap();
-        }
-        (status.code(), stdout, stderr)
-    }
-}
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
-}
-
-/// A running emulator and how a master reaches it.
-struct Emulator {
-    running: Running,
-    link: String,
-    /// What it has seen, for a test that fails.
-    log: Option<fs::File>,
-}
-
-impl Drop for Emulator {
-    fn drop(&mut self) {
-        if let Some(log) = self.log.as_mut().filter(|_| thread::panicking()) {
-            self.running.signal("USR1");
-            thread::sleep(Duration::from_millis(200));
-            let mut text = String::new();
-            log.rewind().and_then(|()| log.read_to_string(&mut text)).unwrap();
-            eprintln!("the emulator at {}:\n{text}", self.link);
-        }
-    }
-}
-
-impl Emulator {
-    /// Drive 5 is an AG03/1, drive 6 an AG03 with gear 24:1.
-    fn start(link: &str, arguments: &[&str]) -> Self {
-        let mut command = profidrive(&["emulate", "--link", link]);
-        command.args(["--drive", "5", "--drive", "6,model=ag03,gear=24"]).args(arguments);
-        let log = tempfile::tempfile().unwrap();
-        command.stderr(log.try_clone().unwrap());
-        let mut running = Running::start(command);
-        let ready = running.until("ready link=");
-        let link = ready.split(' ').nth(1).unwrap().strip_prefix("link=").unwrap().to_owned();
-        Self { running, link, log: Some(log) }
-    }
-
-    /// A link without an emulator of this test.
-    fn nowhere(link: &str) -> Self {
-        Self { running: Running::start(profidrive(&["--version"])), link: link.into(), log: None }
-    }
-
-    /// A command of a master to drive `address`. No busy machine makes its drive let go, and none keeps an emulator from
-    /// answering for a second and a half.
-    fn command(&self, address: &str, arguments: &[&str]) -> Command {
-        let mut command = profidrive(&["master", "--link", &self.link, "--address", address]);
-        command.args(["--watchdog", "30s", "--slot-time", "100ms"]).args(arguments);
-        command
-    }
-
-    /// The same for a command that takes long: an emulator may be held up for four seconds, as it is now and then while
-    /// many terminals are opened and closed.
-    fn patiently(&self, address: &str, arguments: &[&str]) -> Command {
-        let mut command = profidrive(&["master", "--link", &self.link, "--address", address]);
-        command.args(["--watchdog", "60s", "--baud", "93750", "--slot-time", "300ms"]).args(arguments);
-        command
-    }
-
-    /// What comes of it: exit code, stdout, stderr.
-    fn master(&self, address: &str, arguments: &[&str]) -> (Option<i32>, String, String) {
-        Running::start(self.command(address, arguments)).end()
-    }
-
-    /// What it prints when it works.
-    fn works(&self, address: &str, arguments: &[&str]) -> String {
-        let (code, stdout, stderr) = self.master(address, arguments);
-        assert_eq!((code, stderr.as_str()), (Some(0), ""), "{arguments:?}: {stdout}");
-        stdout
-    }
-
-    fn json(&self, address: &str, arguments: &[&str]) -> Value {
-        let arguments = [arguments, &["--json"]].concat();
-        serde_json::from_str(&self.works(address, &arguments)).unwrap()
-    }
-
-    /// One line that says what went wrong.
-    fn fails(&self, address: &str, arguments: &[&str], expected: i32, says: &str) {
-        fails(self.command(address, arguments), expected, says);
-    }
-}
-
-fn fails(command: Command, expected: i32, says: &str) {
-    let what = format!("{command:?}");
-    let (code, stdout, stderr) = Running::start(command).end();
-    assert_eq!(code, Some(expected), "{what}: {stdout}{stderr}");
-    assert_eq!(stderr.lines().count(), 1, "{what}: {stderr}");
-    assert!(stderr.starts_with("profidrive: ") && stderr.contains(says), "{what}: {stderr}");
-}
 
 /// Each part has an emulator of its own, and all of them run at the same time: most of it is waiting for the token.
 fn play_everything(link: &str) {

@@ -13,9 +13,12 @@
     reason = "a test may panic, and has std"
 )]
 
+mod long;
+
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
+use long::long;
 use profidrive::fdl::telegram::{Decoded, Format, decode};
 use profidrive::fdl::{
     Address, DataTelegram, FrameError, Function, FunctionCode, MAX_TELEGRAM_LEN, Sap, Telegram,
@@ -140,8 +143,8 @@ fn assert_function(ours: FunctionCode, theirs: theirs::FunctionCode) {
 }
 
 fn cases(usual: u32) -> Config {
-    let long = if std::env::var_os("PROFIDRIVE_LONG").is_some() { 100 } else { 1 };
-    let config = Config::with_cases(usual * long);
+    let times = if long() { 100 } else { 1 };
+    let config = Config::with_cases(usual * times);
     match std::env::var("PROPTEST_CASES") {
         Ok(_) => Config { failure_persistence: None, ..Config::default() },
         Err(_) => Config { failure_persistence: None, ..config },

@@ -131,19 +131,10 @@ impl Learned {
             self.unanswered = self.unanswered.saturating_add(1);
         }
         self.hear_model(reply);
-        let value = match reply.pke.reply() {
-            ReplyId::Word => reply.word(),
-            ReplyId::NoReply
-            | ReplyId::DoubleWord
-            | ReplyId::Description
-            | ReplyId::ElementWord
-            | ReplyId::ElementDoubleWord
-            | ReplyId::ElementCount
-            | ReplyId::NotExecutable
-            | ReplyId::NoControlRights
-            | ReplyId::Reserved(_) => return,
-        };
-        match (reply.pke.pnu(), value) {
+        if reply.pke.reply() != ReplyId::Word {
+            return;
+        }
+        match (reply.pke.pnu(), reply.word()) {
             (OPERATING_MODE, 1) => self.heard = Some(Mode::Velocity),
             (OPERATING_MODE, 2) => self.heard = Some(Mode::Positioning),
             (SPINDLE_PITCH, 0) => self.lengths = Lengths::Increments,
@@ -157,20 +148,11 @@ impl Learned {
         if !pkw::known(reply.pke.pnu()).is_some_and(|entry| matches!(entry.models, Models::OnlyAg03_1)) {
             return;
         }
-        match reply.pke.reply() {
-            ReplyId::Word => self.model = Some(Model::Ag03_1),
-            ReplyId::NotExecutable if reply.word() == ErrorNumber::IllegalParameterNumber.number() => {
-                self.model = Some(Model::Ag03);
-            }
-            ReplyId::NoReply
-            | ReplyId::DoubleWord
-            | ReplyId::Description
-            | ReplyId::ElementWord
-            | ReplyId::ElementDoubleWord
-            | ReplyId::ElementCount
-            | ReplyId::NotExecutable
-            | ReplyId::NoControlRights
-            | ReplyId::Reserved(_) => {}
+        let unknown = ErrorNumber::IllegalParameterNumber.number();
+        if reply.pke.reply() == ReplyId::Word {
+            self.model = Some(Model::Ag03_1);
+        } else if reply.pke.reply() == ReplyId::NotExecutable && reply.word() == unknown {
+            self.model = Some(Model::Ag03);
         }
     }
 

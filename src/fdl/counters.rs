@@ -365,7 +365,7 @@ mod tests {
         let filled: [u64; 17] = core::array::from_fn(|at| match at {
             0 | 16 => 2,
             1 | 15 => 1,
-            _ => 0,
+            2..=14 | 17.. => 0,
         });
         assert_eq!(station.latency.buckets, filled);
         assert_eq!(station.latency.to_string(), "after <=1µs: 2, <=2µs: 1, <=100ms: 1, longer: 2");

@@ -11,6 +11,11 @@ use profidrive::host::line::{Answer, Line, Master};
 use profidrive::host::{Bus, Participant};
 use profidrive::time::{BaudRate, Instant};
 
+#[path = "../long/mod.rs"]
+mod versions;
+
+pub(crate) use versions::long;
+
 pub(crate) const BAUD: BaudRate = BaudRate::K12000;
 
 /// 122 words of outputs and of inputs: 244 octets each, in two identifiers with two length octets.
@@ -20,10 +25,6 @@ pub(crate) const LARGE_LEN: usize = 244;
 pub(crate) const SMALL: &[u8] = &[0x37];
 pub(crate) const SMALL_LEN: usize = 8;
 pub(crate) const IDENT: u16 = 0x1234;
-
-pub(crate) fn long() -> bool {
-    std::env::var_os("PROFIDRIVE_LONG").is_some()
-}
 
 pub(crate) fn address(number: u8) -> Address {
     Address::station(number).unwrap()

@@ -93,7 +93,7 @@ export class DriveView {
       inputs: state.inputs,
       latched: state.faults.latched,
       causes: state.faults.causes.map(({ code }) => code),
-      provoked: state.faults.provoked?.map(({ code }) => code),
+      provoked: state.faults.provoked.map(({ code }) => code),
       turnOnDisabled: state.state === "turn-on disabled",
       buffer: state.faults.buffer,
       count: state.faults.count,

@@ -58,14 +58,13 @@ export class Faults {
 
   /**
    * The `model`, its `gear` and its `inputs`, the fault `latched` or null, the codes whose `causes` are there, those that
-   * the inputs make as soon as the shaft shall turn (`provoked`, undefined of a server that does not say), whether turn-on
-   * is disabled, the `buffer` of PNU 945, and the `count` of PNU 952.
+   * the inputs make as soon as the shaft shall turn (`provoked`), whether turn-on is disabled, the `buffer` of PNU 945, and
+   * the `count` of PNU 952.
    */
   show({ model, gear, inputs, latched, causes, provoked, turnOnDisabled, buffer, count }) {
     this.#model = model;
     // Blocked shaft and friction are causes only while the motor turns, and in the way as long as they are there.
-    const made = (code) => provoked?.includes(code) ?? FAULTS[code].made(inputs, model, gear);
-    const present = causes.length > 0 || (latched !== null && made(latched.code));
+    const present = causes.length > 0 || (latched !== null && provoked.includes(latched.code));
     for (const [code, button] of this.#buttons) {
       const { only } = FAULTS[code];
       button.hidden = only !== undefined && only !== model;

@@ -80,7 +80,7 @@ fn expected(model: Model, row: Option<Row>, job: u16, subindex: u16, pwe: u32) -
         return match job {
             0 => (0, 0),
             1..=9 => refused(0),
-            _ => refused(18),
+            10.. => refused(18),
         };
     };
     let pattern = (value & 0xFFFF_FFFF) as u32;
@@ -124,7 +124,7 @@ fn are_answered_as_the_manuals_say() {
                 Some((_, Array, ..)) => {
                     (0..=11).flat_map(|n: u8| [u16::from(n) << 8, u16::from(n)]).collect()
                 }
-                _ => std::vec![0],
+                Some(_) | None => std::vec![0],
             };
             for (job, &value, &ind) in (0..16)
                 .flat_map(|job| values.iter().map(move |value| (job, value)))
@@ -136,7 +136,7 @@ fn are_answered_as_the_manuals_say() {
                 let (id, pwe) = expected(model, row, job, subindex, pwe);
                 let reply = match id {
                     0 => Pkw::ZERO,
-                    _ => Pkw::new(Pke::from_raw(id << 12 | pnu), Ind::from_raw(ind), pwe),
+                    1.. => Pkw::new(Pke::from_raw(id << 12 | pnu), Ind::from_raw(ind), pwe),
                 };
                 let outcome = Bench::new(model, gear).cycle(request);
                 assert_eq!(outcome.reply, reply, "{model}, gear {gear}, request {request}");
