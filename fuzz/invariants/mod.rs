@@ -1,4 +1,4 @@
-//! What must hold for any input, one file a target. The fuzzer calls `check`, and so does `tests/fuzz_corpus.rs`,
+//! What must hold for any input, one file a target. The fuzzer calls `check`, and so does `tests/slave/fuzz_corpus.rs`,
 //! which replays the corpora on a stable compiler.
 #![allow(dead_code, reason = "each target uses its own file")]
 

@@ -1,7 +1,7 @@
 //! Slaves that answer with what they were sent, on a line in simulated time that checks the rules of the bus.
 //!
 //! The long versions of the tests that use it:
-//! `PROFIDRIVE_LONG=1 cargo test --release --all-features --test many_stations --test line_errors -- --nocapture`.
+//! `PROFIDRIVE_LONG=1 cargo test --release --all-features --test line -- many_stations line_errors --nocapture`.
 #![allow(dead_code, reason = "each test file uses its part")]
 
 use profidrive::device::{Event, MAX_TELEGRAM_LEN, Timing};
@@ -11,10 +11,7 @@ use profidrive::host::line::{Answer, Line, Master};
 use profidrive::host::{Bus, Participant};
 use profidrive::time::{BaudRate, Instant};
 
-#[path = "../long/mod.rs"]
-mod versions;
-
-pub(crate) use versions::long;
+pub(crate) use crate::long::long;
 
 pub(crate) const BAUD: BaudRate = BaudRate::K12000;
 

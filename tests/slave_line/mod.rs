@@ -10,8 +10,7 @@ use profidrive::fdl::telegram::{Decoded, decode};
 use profidrive::fdl::{Address, FrameCount, FunctionCode, Service, Telegram};
 use profidrive::time::{BaudRate, Instant};
 
-#[path = "../telegrams/mod.rs"]
-mod telegrams;
+use crate::telegrams;
 
 #[allow(unused_imports, reason = "each test file uses its part")]
 pub(crate) use telegrams::{hex, telegram};

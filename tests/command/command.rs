@@ -1,0 +1,499 @@
+//! The command, run as a process: its one line on stdout, its exit codes, its one line per failure.
+
+use core::time::Duration;
+use std::fs::{self, File, OpenOptions};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::Path;
+use std::process::{Child, ChildStdout, Command, Output, Stdio};
+use std::thread;
+use std::time::Instant;
+
+use profidrive::host::Link;
+use profidrive::host::link::pty::Pty;
+
+fn profidrive(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_profidrive"));
+    command.args(arguments).env_remove("RUST_LOG").stdin(Stdio::null());
+    command
+}
+
+fn output(arguments: &[&str]) -> Output {
+    profidrive(arguments).output().unwrap()
+}
+
+/// A running emulator, ended with the test.
+struct Emulator {
+    process: Child,
+    stdout: BufReader<ChildStdout>,
+    ready: String,
+}
+
+impl Emulator {
+    /// Started, and past its ready line.
+    fn start(arguments: &[&str]) -> Self {
+        let mut command = profidrive(&["emulate"]);
+        let mut process =
+            command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut stdout = BufReader::new(process.stdout.take().unwrap());
+        let mut ready = String::new();
+        stdout.read_line(&mut ready).unwrap();
+        Self { process, stdout, ready }
+    }
+
+    fn signal(&self, signal: &str) {
+        let command = format!("kill -{signal} {}", self.process.id());
+        assert!(Command::new("sh").args(["-c", &command]).status().unwrap().success());
+    }
+
+    /// Waits for the end, at most 5 s: exit code, the rest of stdout, stderr.
+    fn end(mut self) -> (Option<i32>, String, String) {
+        let start = Instant::now();
+        let status = loop {
+            match self.process.try_wait().unwrap() {
+                Some(status) => break status,
+                None if start.elapsed() > Duration::from_secs(5) => panic!("still running"),
+                None => thread::sleep(Duration::from_millis(5)),
+            }
+        };
+        let (mut stdout, mut stderr) = (String::new(), String::new());
+        self.stdout.read_to_string(&mut stdout).unwrap();
+        self.process.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
+        (status.code(), stdout, stderr)
+    }
+
+    /// Memory it holds now, KiB.
+    fn resident(&self) -> u64 {
+        let status = fs::read_to_string(format!("/proc/{}/status", self.process.id())).unwrap();
+        let line = status.lines().find(|line| line.starts_with("VmRSS")).unwrap();
+        line.split_whitespace().nth(1).unwrap().parse().unwrap()
+    }
+
+    /// Processor time used so far, user and system.
+    fn cpu_time(&self) -> Duration {
+        let stat = fs::read_to_string(format!("/proc/{}/stat", self.process.id())).unwrap();
+        let (_, fields) = stat.rsplit_once(')').unwrap();
+        let ticks: u64 = fields.split_whitespace().skip(11).take(2).map(|t| t.parse::<u64>().unwrap()).sum();
+        Duration::from_millis(ticks * 10)
+    }
+}
+
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+fn open(terminal: &str) -> File {
+    OpenOptions::new().read(true).write(true).open(terminal).unwrap()
+}
+
+#[test]
+fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
+    for (arguments, says) in [
+        (&[][..], "a command is missing; see 'profidrive --help'"),
+        (&["fly"], "'fly'"),
+        (&["--foo"], "'--foo'"),
+        (&["emulate", "--foo"], "'--foo' found; see 'profidrive emulate --help'"),
+        (&["emulate", "stray"], "'stray'"),
+        (&["emulate", "--drive"], "--drive"),
+        (&["emulate", "--drive", ""], "--drive"),
+        (&["emulate", "--drive", "127"], "address 127 is outside 0 to 126"),
+        (&["emulate", "--drive", "-1"], "'-1'"),
+        (
+            &["emulate", "--drive", "five"],
+            "'five' is no address; expected ADDRESS[,model=ag03|ag03-1][,gear=24|48]",
+        ),
+        (&["emulate", "--drive", "5;gear=24"], "'5;gear=24' is no address"),
+        (&["emulate", "--drive", "5,gear=25"], "gear '25' is unknown; expected 24 or 48"),
+        (&["emulate", "--drive", "5,model=x"], "model 'x' is unknown; expected ag03 or ag03-1"),
+        (&["emulate", "--drive", "5,speed=1"], "'speed' is unknown; expected ADDRESS"),
+        (&["emulate", "--drive", "5,a\nb"], "is not understood"),
+        (&["emulate", "--drive", "5", "--drive", "5,gear=24"], "two drives have address 5"),
+        (&["emulate", "--drives", "1-9", "--drive", "5"], "two drives have address 5"),
+        (&["emulate", "--drives", "9-1"], "the range 9-1 is empty; expected FIRST-LAST"),
+        (&["emulate", "--drives", "5"], "'5' is no range of addresses; expected FIRST-LAST"),
+        (&["emulate", "--baud", "115200"], "expected auto or one of 9600, 19200, 45450"),
+        (&["emulate", "--link", "usb"], "expected pty, pty:PATH, serial:DEVICE or tcp:HOST:PORT"),
+        (&["emulate", "--panel", "8080"], "for example 127.0.0.1:8080; expected ADDR:PORT"),
+        (
+            &["emulate", "--panel", "0.0.0.0:0"],
+            "others than this machine can connect and steer the drives; add --panel-allow-remote",
+        ),
+        (&["emulate", "--panel-allow-remote"], "--panel"),
+        (&["emulate", "--link", "pty:"], "the path is missing"),
+        (&["emulate", "--link", "serial"], "the device is missing"),
+        (&["emulate", "--link", "tcp"], "host and port are missing"),
+        (&["emulate", "--link", "tcp:5000"], "host and port must be given, for example tcp:127.0.0.1:5050"),
+        (&["emulate", "--link", "tcp:localhost:66000"], "port 66000 is outside 0 to 65535"),
+        (
+            &["emulate", "--link", "tcp:0.0.0.0:0"],
+            "others than this machine can connect and command the drives; add --allow-remote",
+        ),
+        (&["emulate", "--link", "tcp:[::]:0"], "add --allow-remote if that is wanted"),
+        (&["emulate", "--link", "tcp:localhost:0", "--baud", "auto"], "--baud auto needs a pty"),
+        (&["emulate", "--allow-remote"], "--allow-remote needs a tcp link"),
+        (&["emulate", "--fault", "never"], "'never' is no fault; expected no-reply, late=TIME"),
+        (&["emulate", "--fault", "late"], "does not fit late; expected a time such as 20ms"),
+        (&["emulate", "--fault", "no-reply,rate=2"], "'2' does not fit rate; expected a probability"),
+        (&["emulate", "--link", "serial:/dev/null"], "--baud 19200"),
+        (&["emulate", "--link", "pty", "--link", "pty"], "multiple times"),
+        (&["emulate", "-q", "-v"], "cannot be used with"),
+    ] {
+        let output = output(arguments);
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
+        assert_eq!(stderr.lines().count(), 1, "{arguments:?}: {stderr}");
+        assert!(stderr.starts_with("profidrive: ") && stderr.contains(says), "{arguments:?}: {stderr}");
+        assert!(stderr.contains("--help'"), "{arguments:?}: {stderr}");
+        assert_eq!(output.stdout, b"", "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_link_that_does_not_open_ends_with_1_and_one_line_that_says_what_to_do() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("file");
+    fs::write(&file, "precious").unwrap();
+    let at = |kind: &str, name: &str| format!("{kind}:{}", dir.path().join(name).display());
+    for (link, says) in [
+        (at("pty", "file"), "is a file, which is not replaced; remove it or choose another path"),
+        (at("pty", ""), "is a directory"),
+        (at("pty", "missing/bus"), "No such file or directory"),
+        (at("serial", "missing"), "plugged in"),
+        (at("serial", "file"), "name a serial device"),
+    ] {
+        let output = output(&["emulate", "-q", "--baud", "19200", "--link", &link]);
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{link}: {stderr}");
+        assert_eq!(stderr.lines().count(), 1, "{link}: {stderr}");
+        assert!(stderr.starts_with("profidrive: ") && stderr.contains(says), "{link}: {stderr}");
+        assert_eq!(output.stdout, b"", "{link}");
+    }
+    assert_eq!(fs::read_to_string(file).unwrap(), "precious");
+    assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1, "nothing is left behind");
+}
+
+#[test]
+fn help_and_version_are_answered_with_0() {
+    for (arguments, says) in [
+        (&["--help"][..], "profidrive emulate --link pty:/tmp/bus"),
+        (&["emulate", "--help"], "--drive 5 --drive 6,model=ag03,gear=24"),
+        (&["-h"], "emulate"),
+        (&["--version"], env!("CARGO_PKG_VERSION")),
+    ] {
+        let output = output(arguments);
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}");
+        assert!(String::from_utf8(output.stdout).unwrap().contains(says), "{arguments:?}");
+        assert_eq!(output.stderr, b"", "{arguments:?}");
+    }
+}
+
+#[test]
+fn the_ready_line_names_the_link_and_the_drives_and_both_signals_end_with_0() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("bus");
+    let link = format!("pty:{}", path.display());
+    for signal in ["TERM", "INT"] {
+        let emulator = Emulator::start(&["--drive", "9", "--drive", "6,model=ag03,gear=24", "--link", &link]);
+        assert_eq!(emulator.ready, format!("ready link={} drives=9,6\n", path.display()));
+        assert!(fs::read_link(&path).unwrap().starts_with("/dev/pts"));
+        drop(open(path.to_str().unwrap()));
+        emulator.signal(signal);
+        let (code, stdout, stderr) = emulator.end();
+        assert_eq!(code, Some(0), "{signal}: {stderr}");
+        assert_eq!(stdout, "", "one line and no more");
+        assert!(stderr.contains("SIKO AG03, gear 24:1, at address 6"), "{stderr}");
+        assert!(!stderr.contains('\x1b'), "no colours outside a terminal: {stderr}");
+        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 0, "nothing is left behind");
+    }
+}
+
+#[test]
+fn without_arguments_one_drive_is_on_a_terminal_of_its_own() {
+    let emulator = Emulator::start(&[]);
+    let rest = emulator.ready.strip_prefix("ready link=/dev/pts/").unwrap();
+    let (number, drives) = rest.split_once(' ').unwrap();
+    assert!(number.parse::<u32>().is_ok() && drives == "drives=5\n", "{}", emulator.ready);
+    assert!(Path::new(&format!("/dev/pts/{number}")).exists());
+}
+
+#[test]
+fn a_killed_emulator_leaves_a_link_that_the_next_one_replaces() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("bus");
+    let link = format!("pty:{}", path.display());
+    drop(Emulator::start(&["--link", &link]));
+    assert!(path.is_symlink() && !path.exists());
+    let next = Emulator::start(&["--link", &link]);
+    assert!(path.exists());
+    next.signal("TERM");
+    assert_eq!(next.end().0, Some(0));
+    assert!(!path.is_symlink());
+}
+
+#[test]
+fn unusual_addresses_are_warned_about() {
+    let emulator = Emulator::start(&["-q", "--drive", "0", "--drive", "126"]);
+    emulator.signal("TERM");
+    let (code, _, stderr) = emulator.end();
+    assert_eq!(code, Some(0));
+    assert_eq!(stderr.lines().count(), 2, "{stderr}");
+    assert!(stderr.contains("address 0 ") && stderr.contains("address 126 "), "{stderr}");
+}
+
+#[test]
+fn a_full_bus_is_one_argument_and_counts_what_it_hears() {
+    let emulator = Emulator::start(&["--drives", "1-125"]);
+    let rest = emulator.ready.trim_end().split_once("drives=").unwrap().1;
+    assert_eq!(rest.split(',').count(), 125);
+    let terminal = emulator.ready.split(' ').nth(1).unwrap().strip_prefix("link=").unwrap();
+    let mut master = open(terminal);
+    master.write_all(&[0x10, 125, 0, 0x49, 0xC6, 0x16]).unwrap();
+    let mut reply = [0; 6];
+    master.read_exact(&mut reply).unwrap();
+    assert_eq!(reply, [0x10, 0, 125, 0, 125, 0x16]);
+    emulator.signal("USR1");
+    // It goes on after the signal.
+    thread::sleep(Duration::from_millis(50));
+    master.write_all(&[0x10, 124, 0, 0x49, 0xC5, 0x16]).unwrap();
+    master.read_exact(&mut reply).unwrap();
+    assert_eq!(reply, [0x10, 0, 124, 0, 124, 0x16]);
+    emulator.signal("TERM");
+    let (code, _, stderr) = emulator.end();
+    assert_eq!(code, Some(0), "{stderr}");
+    let line: Vec<_> = stderr.lines().filter(|line| line.contains("line: heard ")).collect();
+    assert!(line[0].contains("heard 1 telegrams (FDL status 1); sent 1;"), "on SIGUSR1: {line:?}");
+    assert!(line[1].contains("heard 2 telegrams") && line.len() == 2, "at the end: {line:?}");
+    assert!(stderr.contains("station 125: 1 telegrams") && !stderr.contains("station 123: "), "{stderr}");
+}
+
+/// An emulator on a "serial" line that is a terminal, whose other end the test has.
+struct OnSerial {
+    process: Child,
+    stdout: BufReader<ChildStdout>,
+    stderr: BufReader<std::process::ChildStderr>,
+    line: Pty,
+}
+
+impl OnSerial {
+    /// Started, and past the line of its log that contains `until`.
+    fn start(arguments: &[&str], until: &str) -> Self {
+        let line = Pty::open(None).unwrap();
+        let link = format!("serial:{}", line.path().display());
+        let mut command = profidrive(&["emulate", "--link", &link]);
+        command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut process = command.spawn().unwrap();
+        let stdout = BufReader::new(process.stdout.take().unwrap());
+        let stderr = BufReader::new(process.stderr.take().unwrap());
+        let mut emulator = Self { process, stdout, stderr, line };
+        emulator.logs(until);
+        emulator
+    }
+
+    fn logs(&mut self, part: &str) {
+        let mut line = String::new();
+        while !line.contains(part) {
+            line.clear();
+            assert!(self.stderr.read_line(&mut line).unwrap() > 0, "ended without '{part}'");
+        }
+    }
+
+    fn ready(&mut self) -> String {
+        let mut line = String::new();
+        self.stdout.read_line(&mut line).unwrap();
+        line.rsplit(' ').next().unwrap().trim_end().to_owned()
+    }
+}
+
+impl Drop for OnSerial {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// FDL status of master 2 to a station, and its answer.
+fn status(station: u8) -> [u8; 6] {
+    [0x10, station, 2, 0x49, 0x4B + station, 0x16]
+}
+fn answer(station: u8) -> [u8; 6] {
+    [0x10, 2, station, 0, 2 + station, 0x16]
+}
+
+#[test]
+fn n_04_on_a_serial_line_a_drive_listens_first_and_stays_silent_if_its_address_is_live() {
+    let arguments = ["--baud", "19200", "--drive", "5", "--drive", "6"];
+    let mut emulator = OnSerial::start(&arguments, "listening whether the addresses are free");
+    emulator.line.send(&[status(5), answer(5), status(6), status(6), status(6)].concat()).unwrap();
+    assert_eq!(emulator.ready(), "drives=6");
+    emulator
+        .logs("WARN station 5 stays silent: another station has this address, which answers; choose another");
+    emulator.logs("station 6: nobody else has this address; active");
+
+    let mut emulator = OnSerial::start(&arguments, "listening whether");
+    emulator.line.send(&[answer(6), answer(5)].concat()).unwrap();
+    emulator.logs("profidrive: every address is taken by another station; choose others, or --force-address");
+    assert_eq!(emulator.process.wait().unwrap().code(), Some(1));
+
+    let forced = [&arguments[..], &["--force-address"]].concat();
+    let mut emulator = OnSerial::start(&forced, "at address 6");
+    assert_eq!(emulator.ready(), "drives=5,6");
+}
+
+#[test]
+fn on_a_serial_line_the_rate_is_searched_for_and_a_master_need_not_wait() {
+    let mut emulator = OnSerial::start(&["--baud", "auto"], "searching for the rate of the line");
+    assert_eq!(emulator.ready(), "drives=5");
+    // A terminal hears everything at any rate. What is heard while the rate is being set is thrown away: say it again.
+    for _ in 0..3 {
+        emulator.line.send(&status(9)).unwrap();
+        thread::sleep(Duration::from_millis(30));
+    }
+    emulator.logs("the rate of the line is ");
+}
+
+#[test]
+fn a_closed_stdout_is_no_reason_to_end() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("bus");
+    let link = format!("pty:{}", path.display());
+    let mut command = profidrive(&["emulate", "--link", &link]);
+    // A pipe whose reader is gone before the ready line.
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let mut process = command.stdout(writer).stderr(Stdio::piped()).spawn().unwrap();
+    let mut stderr = BufReader::new(process.stderr.take().unwrap());
+    let mut line = String::new();
+    while !line.contains("cannot say on stdout") {
+        line.clear();
+        assert!(stderr.read_line(&mut line).unwrap() > 0, "ended without the warning");
+    }
+    assert!(path.exists());
+    let kill = format!("kill -TERM {}", process.id());
+    assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
+    assert_eq!(process.wait().unwrap().code(), Some(0));
+    assert!(!path.is_symlink());
+}
+
+#[test]
+fn an_idle_emulator_uses_next_to_no_processor_time() {
+    let emulator = Emulator::start(&[]);
+    let terminal = emulator.ready.split(' ').nth(1).unwrap().strip_prefix("link=").unwrap();
+    let used_in_400_ms = |state: &str| {
+        let before = emulator.cpu_time();
+        thread::sleep(Duration::from_millis(400));
+        let used = emulator.cpu_time() - before;
+        assert!(used <= Duration::from_millis(100), "{state}: {used:?} of 400 ms");
+    };
+    used_in_400_ms("no master yet");
+    let master = open(terminal);
+    used_in_400_ms("a silent master");
+    drop(master);
+    used_in_400_ms("a master has come and gone");
+}
+
+#[test]
+fn a_bus_full_of_drives_is_small_and_sleeps_while_no_master_talks() {
+    let drives: Vec<String> = (1..=125).map(|number| number.to_string()).collect();
+    let arguments: Vec<&str> = drives.iter().flat_map(|drive| ["--drive", drive]).collect();
+    let emulator = Emulator::start(&arguments);
+    assert!(emulator.ready.trim().ends_with(",124,125"), "{}", emulator.ready);
+    thread::sleep(Duration::from_millis(300));
+    let before = emulator.cpu_time();
+    thread::sleep(Duration::from_secs(2));
+    let used = emulator.cpu_time() - before;
+    // 1 % of a core; the system counts in ticks of 10 ms.
+    assert!(used <= Duration::from_millis(20), "{used:?} in 2 s");
+    assert!(emulator.resident() < 16 * 1024, "{} KiB", emulator.resident());
+    println!(
+        "125 drives: {} KiB resident, {used:?} of processor time in 2 s without a master",
+        emulator.resident()
+    );
+}
+
+/// Random octets that are no telegram by the laws of chance: the sequence is fixed, and holds none.
+struct Noise(u64);
+
+impl Noise {
+    fn fill(&mut self, octets: &mut [u8]) {
+        for octet in octets {
+            self.0 ^= self.0 << 13;
+            self.0 ^= self.0 >> 7;
+            self.0 ^= self.0 << 17;
+            *octet = (self.0 >> 32) as u8;
+        }
+    }
+}
+
+/// For a minute of it: `PROFIDRIVE_NOISE_SECONDS=60 cargo test --all-features --test command noise`.
+#[test]
+fn noise_is_not_answered_does_not_grow_the_process_and_ends_with_it() {
+    let seconds = std::env::var("PROFIDRIVE_NOISE_SECONDS").map_or(2, |seconds| seconds.parse().unwrap());
+    let folder = tempfile::tempdir().unwrap();
+    let link = folder.path().join("bus").display().to_string();
+    let emulator = Emulator::start(&["--link", &format!("pty:{link}"), "-q"]);
+    let mut master = open(&link);
+    let replies = thread::spawn({
+        let mut master = open(&link);
+        move || {
+            // The only reply there will be is that to the valid request at the end.
+            let mut reply = [0; 6];
+            master.read_exact(&mut reply).unwrap();
+            reply
+        }
+    });
+    let mut noise = Noise(0x9E37_79B9_7F4A_7C15);
+    let mut octets = [0; 512];
+    let mut push = |duration: Duration| {
+        let start = Instant::now();
+        let mut pushed = 0;
+        while start.elapsed() < duration {
+            noise.fill(&mut octets);
+            master.write_all(&octets).unwrap();
+            pushed += octets.len();
+        }
+        pushed
+    };
+    push(Duration::from_millis(500));
+    let before = emulator.resident();
+    let pushed = push(Duration::from_secs(seconds));
+    assert!(pushed > 100_000, "only {pushed} octets of noise went out");
+    let after = emulator.resident();
+    assert!(after <= before + 256, "grew from {before} to {after} KiB");
+    assert!(!replies.is_finished(), "noise was answered");
+    // A request after noise is answered once the rubbish before it has been given up.
+    let start = Instant::now();
+    while !replies.is_finished() {
+        assert!(start.elapsed() < Duration::from_secs(10), "the request after the noise was not answered");
+        master.write_all(&[0x10, 5, 2, 0x49, 0x50, 0x16]).unwrap();
+        thread::sleep(Duration::from_millis(200));
+    }
+    assert_eq!(replies.join().unwrap(), [0x10, 2, 5, 0, 7, 0x16]);
+}
+
+#[test]
+fn drives_on_a_tcp_port_are_spoilt_as_asked_and_end_with_a_signal() {
+    let emulator =
+        Emulator::start(&["--link", "tcp:127.0.0.1:0", "--fault", "wrong-fcs,at=2", "--drive", "5"]);
+    let (ready, drives) = emulator.ready.trim().split_once(" drives=").unwrap();
+    assert_eq!(drives, "5");
+    let address = ready.strip_prefix("ready link=tcp:").unwrap();
+    assert!(!address.ends_with(":0"), "{address}");
+    let mut master = std::net::TcpStream::connect(address).unwrap();
+    master.set_read_timeout(Some(Duration::from_secs(5))).unwrap();
+    for fcs in [0x07, 0x08, 0x07] {
+        master.write_all(&[0x10, 0x05, 0x02, 0x49, 0x50, 0x16]).unwrap();
+        let mut reply = [0; 6];
+        master.read_exact(&mut reply).unwrap();
+        assert_eq!(reply, [0x10, 0x02, 0x05, 0x00, fcs, 0x16]);
+    }
+    let before = emulator.cpu_time();
+    thread::sleep(Duration::from_millis(100));
+    assert!(emulator.cpu_time() - before <= Duration::from_millis(10), "an idle port uses no time");
+    emulator.signal("TERM");
+    let (code, stdout, stderr) = emulator.end();
+    assert_eq!((code, &stdout[..]), (Some(0), ""));
+    assert!(stderr.contains("fault on purpose: wrong-fcs,count=1,at=2"), "{stderr}");
+    assert!(stderr.contains("connected, 1 of 32"), "{stderr}");
+}

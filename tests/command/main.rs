@@ -1,0 +1,37 @@
+//! The command `profidrive`, as its users run it.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::cast_possible_truncation,
+    clippy::std_instead_of_core,
+    clippy::wildcard_enum_match_arm,
+    reason = "a test may panic, and has std"
+)]
+
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../panel/mod.rs"]
+mod panel;
+#[path = "../common/pty.rs"]
+mod pty;
+#[path = "../telegrams/mod.rs"]
+mod telegrams;
+
+#[cfg(target_os = "linux")]
+mod capture;
+#[cfg(target_os = "linux")]
+mod command;
+mod decode_encode;
+mod demo;
+#[cfg(target_os = "linux")]
+mod kill;
+#[cfg(target_os = "linux")]
+mod master_command;
+#[cfg(target_os = "linux")]
+mod panel_api;
+#[cfg(target_os = "linux")]
+mod panel_inputs;
+#[cfg(target_os = "linux")]
+mod panel_robustness;
+#[cfg(target_os = "linux")]
+mod state_dir;

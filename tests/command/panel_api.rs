@@ -1,0 +1,531 @@
+//! HTTP control of a running emulator: every endpoint, by what it does to the drive on the bus.
+
+use crate::panel;
+use crate::pty;
+
+use panel::Emulator;
+use profidrive::ppo::{Ind, Inputs, JobId, Outputs, Pke, Pkw, Stw};
+use pty::Master;
+use serde_json::{Value, json};
+
+/// Exchanges until the inputs are as wanted.
+fn exchange_until(master: &mut Master, stw: u16, hsw: i32, wanted: impl Fn(Inputs<'_>) -> bool) {
+    let start = std::time::Instant::now();
+    let outputs = Outputs::octets(Pkw::ZERO, Stw::from_raw(stw), hsw);
+    loop {
+        let inputs = master.exchange(&outputs).unwrap();
+        if wanted(Inputs::new(&inputs)) {
+            return;
+        }
+        assert!(start.elapsed() < panel::PATIENCE, "{inputs:02X?}");
+    }
+}
+
+fn enable(master: &mut Master) {
+    exchange_until(master, 0x0000, 0, |inputs| inputs.zsw().bit(1));
+    exchange_until(master, 0x003B, 0, |inputs| inputs.zsw().bit(2));
+}
+
+#[test]
+fn the_state_of_a_drive_shows_what_the_master_has_made_of_it() {
+    let emulator = Emulator::start();
+    let state = emulator.get("/api/v1/drives/5");
+    assert_eq!((&state["dp_state"], &state["owner_address"]), (&json!("WAIT-PRM"), &json!(null)));
+    assert_eq!(state["bus_led"]["lit"], json!(false));
+    assert_eq!(state["start"]["reasons"][0]["reason"], json!("NoDataExchange"));
+
+    let mut master = Master::open(emulator.terminal());
+    enable(&mut master);
+    let state = emulator.get("/api/v1/drives/5");
+    assert_eq!((&state["dp_state"], &state["owner_address"]), (&json!("DATA-EXCH"), &json!(2)));
+    assert_eq!(state["bus_led"]["lit"], json!(true));
+    assert_eq!(state["status_led"]["pattern"], json!("on"));
+    assert_eq!(state["state"], json!("operation enabled"));
+    assert_eq!(state["ppo"]["outputs"]["words_hex"], json!("0000 0000 0000 0000 003B 0000 0000"));
+    assert_eq!(state["ppo"]["outputs"]["stw"], json!(0x003B));
+    let bit = &state["words"]["stw"]["bits"][3];
+    assert_eq!(
+        (&bit["set"], &bit["name"], &bit["used"]),
+        (&json!(true), &json!("enable operation"), &json!(true))
+    );
+    assert_eq!(state["words"]["zsw"]["bits"][2]["set"], json!(true));
+    assert_eq!(state["words"]["zsw"]["bits"].as_array().unwrap().len(), 16);
+    assert_eq!(state["ssw"], state["words"]["ssw"]["value"]);
+    assert_eq!(state["user_unit"], json!("increments"));
+    assert_eq!(state["start"], json!({ "possible": true, "reasons": [] }));
+    assert_eq!(state["parameters"].as_array().unwrap().len(), 41);
+    assert_eq!(state["measured"]["control_supply_volts"], json!(24.0));
+    assert_eq!(state["faults"]["count"], json!(0));
+    assert_eq!(state["eeprom"], json!("in_memory"));
+
+    // A start beyond the limit: refused, and the panel says why.
+    exchange_until(&mut master, 0x007B, 9_000_000, |inputs| inputs.zsw().bit(15));
+    let state = emulator.wait_for("refused", |state| state["last_refusal"].is_object());
+    let setpoint = |state: &Value| {
+        ["setpoint", "setpoint_user_units", "setpoint_rpm"].map(|name| state["motion"][name].as_i64())
+    };
+    assert_eq!(setpoint(&state), [None, Some(9_000_000), None], "with its unit");
+    assert_eq!(state["last_refusal"]["reasons"][0]["reason"], json!("SetpointAboveUpperLimit"));
+    assert!(state["last_refusal"]["text"].as_str().unwrap().starts_with("travel to 9000000 refused: "));
+    assert_eq!(
+        state["start"]["reasons"][0]["reason"],
+        json!("SetpointAboveUpperLimit"),
+        "{}",
+        state["start"]
+    );
+
+    // The dialogue of the parameter channel.
+    let job = Pkw::new(Pke::of_job(JobId::Read, 1018), Ind::from_raw(0), 0);
+    master.job(job).unwrap();
+    let state = emulator.get("/api/v1/drives/5");
+    assert_eq!(state["ppo"]["outputs"]["pkw"]["parameter"], json!("Calibration value"));
+    assert_eq!(state["ppo"]["inputs"]["pkw"]["ak"], json!(2));
+    let text = |direction: &str| state["ppo"][direction]["pkw"]["text"].as_str().unwrap().to_owned();
+    assert_eq!(text("outputs"), "PKW job: read PNU 1018 Calibration value");
+    assert_eq!(text("inputs"), "PKW reply: PNU 1018 Calibration value = 0 inc");
+
+    exchange_until(&mut master, 0x0000, 30, |inputs| !inputs.zsw().bit(2));
+    emulator.set("PUT", "/api/v1/drives/5/parameters/930", &json!({ "value": 1 }));
+    let state = emulator.wait_for("in velocity mode", |state| state["mode"] == json!("velocity"));
+    assert_eq!(setpoint(&state), [None, None, Some(30)], "with its unit");
+}
+
+#[test]
+fn a_block_in_mid_travel_makes_fault_b_and_the_master_acknowledges_it() {
+    let emulator = Emulator::start();
+    let mut master = Master::open(emulator.terminal());
+    enable(&mut master);
+    exchange_until(&mut master, 0x007B, 100_000, |inputs| inputs.hiw() > 100);
+    emulator.set("PATCH", "/api/v1/drives/5/inputs", &json!({ "blocked": true }));
+    exchange_until(&mut master, 0x007B, 100_000, |inputs| inputs.zsw().bit(3));
+    let state = emulator.get("/api/v1/drives/5");
+    assert_eq!(state["faults"]["latched"]["code"], json!("B"));
+    assert_eq!(state["status_led"]["blinks"], json!(2));
+    assert_eq!(state["status_led"]["pattern"], json!("blinking"));
+    assert_eq!(state["faults"]["buffer"][0]["text"], json!("B (shaft blocked)"));
+
+    emulator.set("DELETE", "/api/v1/drives/5/inputs", &Value::Null);
+    exchange_until(&mut master, 0x00FB, 0, |inputs| inputs.zsw().bit(6));
+    let state = emulator.get("/api/v1/drives/5");
+    assert_eq!((&state["fault"], &state["state"]), (&json!(null), &json!("turn-on disabled")));
+}
+
+#[test]
+fn every_fault_can_be_provoked_by_its_letter() {
+    let emulator = Emulator::start();
+    for fault in ["D", "E", "F", "G", "J"] {
+        emulator.set("POST", "/api/v1/drives/5/provoke", &json!({ "fault": fault }));
+        emulator.wait_for(fault, |state| state["fault"] == json!(fault));
+        let nominal = emulator.set("DELETE", "/api/v1/drives/5/inputs", &Value::Null);
+        assert_eq!(nominal["battery_volts"], json!(3.0));
+    }
+    for (fault, provoked) in [("A", "A"), ("B", "AB"), ("C", "AB")] {
+        emulator.set("POST", "/api/v1/drives/5/provoke", &json!({ "fault": fault }));
+        let faults = &emulator.get("/api/v1/drives/5")["faults"];
+        let codes =
+            faults["provoked"].as_array().unwrap().iter().map(|fault| fault["code"].as_str().unwrap());
+        assert_eq!(codes.collect::<String>(), provoked, "17 V give no current for C");
+        assert_eq!(faults["causes"], json!([]), "nothing turns");
+    }
+    for (drive, newton_metres) in [("5", 5.0), ("5,gear=24", 2.5), ("5,model=ag03,gear=24", 2.5)] {
+        let emulator = Emulator::with(&["--drive", drive]);
+        let inputs = emulator.set("POST", "/api/v1/drives/5/provoke", &json!({ "fault": "C" }));
+        assert_eq!(inputs["friction_torque_newton_metres"], json!(newton_metres), "{drive}");
+        let provoked = emulator.get("/api/v1/drives/5")["faults"]["provoked"].clone();
+        assert_eq!(provoked, json!([{ "code": "C", "text": "C (motor current too high)", "blinks": 3 }]));
+    }
+    let refused = emulator.send("POST", "/api/v1/drives/5/provoke", &json!({ "fault": "H" }));
+    assert_eq!(refused.status, 422);
+    assert!(refused.detail().contains("unknown variant `H`"), "{}", refused.body);
+}
+
+#[test]
+fn every_plant_input_is_set_by_itself_and_the_others_stay() {
+    let emulator = Emulator::start();
+    let mut expected = emulator.get("/api/v1/drives/5/inputs");
+    for (name, value) in [
+        ("control_supply_volts", json!(19.5)),
+        ("output_supply_volts", json!(0.0)),
+        ("battery_volts", json!(2.5)),
+        ("load_torque_newton_metres", json!(-3.5)),
+        ("friction_torque_newton_metres", json!(1.25)),
+        ("blocked", json!(true)),
+        ("ambient_temperature_celsius", json!(40.0)),
+        ("stage_temperature_celsius", json!(80.5)),
+        ("dc_link_volts", json!(30.0)),
+        ("encoder_fault", json!(true)),
+        ("internal_fault", json!(true)),
+        ("stage_temperature_celsius", json!(null)),
+        ("dc_link_volts", json!(null)),
+    ] {
+        expected[name] = value.clone();
+        assert_eq!(
+            emulator.set("PATCH", "/api/v1/drives/5/inputs", &json!({ name: value })),
+            expected,
+            "{name}"
+        );
+        assert_eq!(emulator.get("/api/v1/drives/5")["inputs"], expected);
+    }
+    let ag03 = Emulator::with(&["--drive", "5,model=ag03"]);
+    assert_eq!(
+        ag03.set("PATCH", "/api/v1/drives/5/inputs", &json!({ "enable": false }))["enable"],
+        json!(false)
+    );
+    let ag03_words = &ag03
+        .wait_for("without enable input", |state| state["words"]["ssw"]["bits"][10]["set"] == json!(true))["words"];
+    assert_eq!(ag03_words["ssw"]["bits"][10]["name"], json!("enable input"));
+    assert_eq!(ag03_words["general_status"]["bits"][4]["meaning"], json!("enable input not active"));
+    let words = &emulator.get("/api/v1/drives/5")["words"];
+    assert_eq!(words["ssw"]["bits"][10]["meaning"], json!("output stage not supplied"));
+    for (emulator, input) in [(&ag03, "output_supply_volts"), (&ag03, "fault"), (&emulator, "enable")] {
+        let answer = match input {
+            "enable" => emulator.send("PATCH", "/api/v1/drives/5/inputs", &json!({ "enable": true })),
+            "fault" => emulator.send("POST", "/api/v1/drives/5/provoke", &json!({ "fault": "J" })),
+            _ => emulator.send("PATCH", "/api/v1/drives/5/inputs", &json!({ input: 24 })),
+        };
+        assert_eq!(answer.status, 409, "{input}");
+        assert!(answer.detail().starts_with("an AG03"), "{}", answer.detail());
+    }
+}
+
+#[test]
+fn a_held_key_turns_the_shaft_until_it_is_released_and_not_in_data_exchange() {
+    let emulator = Emulator::start();
+    let keys = "/api/v1/drives/5/keys";
+    let held = emulator.set("POST", keys, &json!({ "key": "key_2", "pressed": true }));
+    assert_eq!(held, json!({ "key_1_pressed": false, "key_2_pressed": true }));
+    emulator.wait_for("turning", |state| state["position_user_units"].as_i64() > Some(20));
+    emulator.set("POST", keys, &json!({ "key": "key_2", "pressed": false }));
+    let stopped = emulator.wait_for("stopped", |state| state["motion"]["moving"] == json!(false));
+    emulator.set("POST", keys, &json!({ "key": "key_1", "pressed": true }));
+    emulator.wait_for("turning back", |state| {
+        state["position_user_units"].as_i64() < stopped["position_user_units"].as_i64()
+    });
+    emulator.set("POST", keys, &json!({ "key": "key_1", "pressed": false }));
+}
+
+#[test]
+fn switches_are_read_when_the_drive_is_switched_on_and_move_it_to_its_new_address() {
+    let emulator = Emulator::with(&["--drives", "5-6"]);
+    let positions =
+        |address: u8| (0..10).map(|bit| address >> bit.min(7) & 1 != 0 && bit < 8).collect::<Vec<_>>();
+    let put = |address| {
+        let change = json!({ "positions": positions(address) });
+        emulator.set("PUT", "/api/v1/drives/5/switches", &change)
+    };
+    let power =
+        |address, on| emulator.send("PUT", &format!("/api/v1/drives/{address}/power"), &json!({ "on": on }));
+
+    assert_eq!(put(9)["address"], json!(9));
+    assert_eq!(emulator.get("/api/v1/drives/5")["address"], json!(5), "not while it is on");
+    assert_eq!(power(5, false).json(), json!({ "power": "off" }));
+    let off = emulator.get("/api/v1/drives/5");
+    assert_eq!((&off["power"], &off["status_led"]["pattern"]), (&json!("off"), &json!("off")));
+    let refused = emulator.send("PUT", "/api/v1/drives/5/parameters/1004", &json!({ "value": 50 }));
+    assert_eq!((refused.status, refused.detail().contains("switch it on")), (409, true));
+
+    put(6);
+    let refused = power(5, true);
+    assert_eq!(refused.status, 409);
+    assert!(refused.detail().contains("address 6, which another station has"), "{}", refused.body);
+    put(9);
+    assert_eq!(power(5, true).json(), json!({ "power": "on" }));
+    assert_eq!(emulator.get("/api/v1/drives/9")["switches"]["positions"], json!(positions(9)));
+    assert_eq!(emulator.request("GET", "/api/v1/drives/5", "", "").status, 404);
+
+    // SW8 with the pattern of all parameters.
+    let reset = emulator.set("PUT", "/api/v1/drives/9/switches", &json!({ "positions": positions(0x81) }));
+    assert_eq!((&reset["factory_reset"], &reset["terminator"]), (&json!("all"), &json!("inactive")));
+    power(9, false);
+    power(9, true);
+    let state = emulator.get("/api/v1/drives/9");
+    assert_eq!(
+        (&state["power"], &state["bus_led"]["pattern"]),
+        (&json!("factory_reset"), &json!("alternating"))
+    );
+}
+
+#[test]
+fn drives_come_and_go_while_a_master_runs_another() {
+    let emulator = Emulator::start();
+    let mut master = Master::open(emulator.terminal());
+    enable(&mut master);
+    let added =
+        emulator.send("POST", "/api/v1/drives", &json!({ "address": 7, "model": "ag03", "gear_ratio": 24 }));
+    assert_eq!(added.status, 201);
+    assert!(added.head.contains("location: /api/v1/drives/7"), "{}", added.head);
+    assert_eq!((&added.json()["model"], &added.json()["gear_ratio"]), (&json!("ag03"), &json!(24)));
+    enable(&mut master);
+    let bus = emulator.get("/api/v1/bus");
+    assert_eq!(bus["stations"].as_array().unwrap().len(), 2);
+    assert!(bus["stations"][0]["counters"]["replies"].as_u64() > Some(4));
+    assert_eq!(bus["rate_bits_per_second"], json!(500_000));
+    let taken = emulator.send("POST", "/api/v1/drives", &json!({ "address": 7 }));
+    assert_eq!((taken.status, taken.detail().contains("address 7 is taken")), (409, true));
+
+    assert_eq!(emulator.request("DELETE", "/api/v1/drives/7", "", "").status, 204);
+    assert_eq!(emulator.request("DELETE", "/api/v1/drives/7", "", "").status, 404);
+    enable(&mut master);
+    emulator.set("DELETE", "/api/v1/drives/5", &Value::Null);
+    assert_eq!(emulator.get("/api/v1/drives")["drives"], json!([]));
+    let none = emulator.request("GET", "/api/v1/drives/5", "", "");
+    assert_eq!(none.detail(), "there is no drive at address 5, nor at any other; add one first");
+}
+
+#[test]
+fn faults_come_on_the_line_and_go_while_the_bus_runs() {
+    let emulator = Emulator::start();
+    let mut master = Master::open(emulator.terminal());
+    let faults = "/api/v1/bus/faults";
+    let first = emulator.send("POST", faults, &json!({ "fault": "noise=2,count=3" }));
+    assert_eq!(first.status, 201);
+    assert_eq!(first.json(), json!({ "number": 1, "fault": "noise=2,count=3", "strikes": 0 }));
+    // What a master makes of it is its concern: here it is only counted.
+    let list =
+        emulator.set("PUT", faults, &json!({ "faults": ["late=1ms,station=5", "diag-storm,station=7"] }));
+    let numbers: Vec<_> =
+        list["faults"].as_array().unwrap().iter().map(|fault| fault["number"].as_u64().unwrap()).collect();
+    assert_eq!(numbers, [2, 3]);
+    enable(&mut master);
+    let struck = emulator.get(faults);
+    assert!(struck["faults"][0]["strikes"].as_u64() > Some(2), "{struck}");
+    assert_eq!(struck["faults"][1]["strikes"], json!(0));
+    assert_eq!(emulator.request("DELETE", &format!("{faults}/2"), "", "").status, 204);
+    assert_eq!(emulator.request("DELETE", &format!("{faults}/2"), "", "").status, 404);
+    assert_eq!(emulator.get("/api/v1/bus")["faults"].as_array().unwrap().len(), 1);
+    emulator.set("DELETE", faults, &Value::Null);
+    assert_eq!(emulator.get(faults), json!({ "faults": [] }));
+    enable(&mut master);
+
+    for (fault, sentence) in [("flood", "fault 'flood': "), ("late", "a time such as 20ms"), ("", "fault ''")]
+    {
+        let refused = emulator.send("POST", faults, &json!({ "fault": fault }));
+        assert_eq!(refused.status, 422, "{fault}");
+        assert!(refused.detail().contains(sentence), "{}", refused.detail());
+    }
+    let too_many = emulator.send("PUT", faults, &json!({ "faults": vec!["no-reply"; 33] }));
+    assert_eq!(too_many.status, 422);
+    let one_wrong = emulator.send("PUT", faults, &json!({ "faults": ["no-reply", "x"] }));
+    assert_eq!(
+        (one_wrong.status, emulator.get(faults)),
+        (422, json!({ "faults": [] })),
+        "nothing is changed"
+    );
+}
+
+#[test]
+fn parameters_are_read_and_written_past_the_bus_by_its_rules() {
+    let emulator = Emulator::start();
+    let path = |pnu: &str| format!("/api/v1/drives/5/parameters/{pnu}").trim_end_matches('/').to_owned();
+    let value = emulator.set("PUT", &path("1004"), &json!({ "value": 42 }));
+    assert_eq!(
+        value,
+        json!({
+            "pnu": 1004,
+            "subindex": null,
+            "name": "v-Pos",
+            "value": 42,
+            "text": "42 rpm",
+            "unit": "rpm",
+            "source": "bench"
+        })
+    );
+    assert_eq!(emulator.get(&path(""))["parameters"].as_array().unwrap().len(), 41);
+    assert_eq!(emulator.set("PUT", &path("1017"), &json!({ "value": -5000.0 }))["value"], json!(-5000));
+    assert_eq!(emulator.get("/api/v1/drives/5")["motion"]["lower_limit_user_units"], json!(-5000));
+    assert_eq!(emulator.get(&path("945?subindex=3"))["value"], json!(0));
+
+    // The master reads what was written.
+    let mut master = Master::open(emulator.terminal());
+    let job = Pkw::new(Pke::of_job(JobId::Read, 1004), Ind::from_raw(0), 0);
+    assert_eq!(master.job(job).unwrap().word(), 42);
+
+    for (method, pnu, value, status, sentence) in [
+        ("PUT", "1004", json!(101), 422, "the value must be within 1 to 100, got 101"),
+        ("PUT", "1004", json!(-1), 422, "PNU 1004 is a word, 0 to 65535; got -1"),
+        ("PUT", "1017", json!(10_000_000_000_i64), 422, "the value must be within 32 bits"),
+        ("PUT", "1027", json!(1), 409, "PNU 1027: the parameter is read-only"),
+        ("PUT", "1500", json!(1), 404, "PNU 1500: there is no parameter 1500"),
+        ("PUT", "3000", json!(1), 400, "'3000' is no PNU; expected 0 to 2047"),
+        ("PUT", "x", json!(1), 400, "'x' is no PNU"),
+        ("PUT", "945", json!(1), 422, "needs an array access"),
+        ("GET", "945", Value::Null, 422, "needs an array access"),
+        ("GET", "945?subindex=10", Value::Null, 422, "10 elements counted from 0, got sub-index 10"),
+        ("GET", "945?subindex=x", Value::Null, 400, "subindex"),
+        ("GET", "945?index=1", Value::Null, 400, "unknown field `index`"),
+        ("GET", "1004?subindex=0", Value::Null, 422, "no array"),
+    ] {
+        let answer = match method {
+            "GET" => emulator.request("GET", &path(pnu), "", ""),
+            _ => emulator.send("PUT", &path(pnu), &json!({ "value": value })),
+        };
+        assert_eq!(answer.status, status, "{pnu}: {}", answer.body);
+        assert!(answer.detail().contains(sentence), "{pnu}: {}", answer.detail());
+    }
+    assert_eq!(master.job(job).unwrap().word(), 42, "nothing was changed");
+
+    exchange_until(&mut master, 0x0000, 0, |inputs| inputs.zsw().bit(1));
+    exchange_until(&mut master, 0x003B, 0, |inputs| inputs.zsw().bit(2));
+    exchange_until(&mut master, 0x007B, 50_000, |inputs| inputs.hiw() > 10);
+    let refused = emulator.send("PUT", &path("930"), &json!({ "value": 1 }));
+    assert_eq!(refused.status, 409);
+    assert!(refused.detail().starts_with("PNU 930: not possible now: "), "{}", refused.detail());
+}
+
+#[test]
+fn the_stream_tells_states_refusals_with_reasons_and_telegrams_in_words() {
+    let emulator = Emulator::with(&["--drives", "5-6"]);
+    let mut all = emulator.stream("");
+    let overview = all.find("state", |_| true);
+    assert_eq!(overview["drives"].as_array().unwrap().len(), 2);
+    let mut telegrams = emulator.stream("?kinds=telegram&address=5");
+    let mut states = emulator.stream("?address=5&kinds=state&interval_milliseconds=20");
+    assert_eq!(states.find("state", |_| true)["dp_state"], json!("WAIT-PRM"));
+
+    let mut master = Master::open(emulator.terminal());
+    let asked = telegrams.find("telegram", |telegram| telegram["direction"] == json!("heard"));
+    assert!(asked["octets_hex"].as_str().is_some_and(|octets| octets.starts_with("68")), "{asked}");
+    assert!(asked["text"].as_str().is_some_and(|text| text.starts_with("2 -> 5  Set_Prm: ")), "{asked}");
+    assert_eq!(
+        (&asked["from_address"], &asked["to_address"], &asked["mark"]),
+        (&json!(2), &json!(5), &json!("plain"))
+    );
+    telegrams.find("telegram", |telegram| telegram["direction"] == json!("sent"));
+
+    enable(&mut master);
+    exchange_until(&mut master, 0x007B, 9_000_000, |inputs| inputs.zsw().bit(15));
+    let refusal = all.find("news", |news| news["kind"] == json!("command_refused"));
+    assert_eq!(
+        (&refusal["address"], &refusal["reasons"][0]["reason"]),
+        (&json!(5), &json!("SetpointAboveUpperLimit"))
+    );
+    exchange_until(&mut master, 0x003B, 5000, |inputs| !inputs.zsw().bit(13));
+    let moving = states.find("state", |state| state["motion"]["moving"] == json!(true));
+    assert!(moving["parameters"].is_null(), "not in the stream");
+    let later = states.find("state", |state| state["position_user_units"].as_i64() > Some(100));
+    assert!(later["time_seconds"].as_f64() > moving["time_seconds"].as_f64());
+
+    // A state that does not change is sent all the same, so that the reader knows that the stream lives.
+    let mut still = emulator.stream("?address=6&kinds=state");
+    let first = still.find("state", |_| true);
+    let second = still.find("state", |_| true);
+    let passed = second["time_seconds"].as_f64().unwrap() - first["time_seconds"].as_f64().unwrap();
+    assert!(passed >= 0.9, "{passed} s after nothing has happened");
+
+    for (query, sentence) in [
+        ("?kinds=states", "'states' is no kind of event; expected state, news, telegram"),
+        ("?interval_milliseconds=1", "must be within 20 to 60000, got 1"),
+        ("?address=127", "station address 127 is outside 0..126"),
+        ("?address=9", "there is no drive at address 9"),
+        ("?adress=5", "unknown field `adress`"),
+    ] {
+        let answer = emulator.request("GET", &format!("/api/v1/events{query}"), "", "");
+        assert!((400..500).contains(&answer.status), "{query}: {}", answer.status);
+        assert!(answer.detail().contains(sentence), "{query}: {}", answer.detail());
+    }
+}
+
+#[test]
+fn telegrams_are_explained_in_the_mode_and_unit_of_the_drive_though_the_line_never_told() {
+    let emulator = Emulator::start();
+    let write = |pnu: u16, value: u16| {
+        emulator.set("PUT", &format!("/api/v1/drives/5/parameters/{pnu}"), &json!({ "value": value }));
+    };
+    let mut master = Master::open(emulator.terminal());
+    // What a subscriber is told of an exchange: the words of the request and of the reply.
+    let mut words_of_exchange = |telegrams: &mut panel::Stream, pnu: u16| {
+        let job = Pkw::new(Pke::of_job(JobId::Read, pnu), Ind::from_raw(0), 0);
+        let outputs = Outputs::octets(job, Stw::from_raw(0x0040), 30);
+        let replied = |inputs: [u8; 14]| u16::from_be_bytes([inputs[0], inputs[1]]) & 0x07FF == pnu;
+        while !replied(master.exchange(&outputs).unwrap()) {}
+        ["heard", "sent"].map(|direction| {
+            let about = |telegram: &Value| {
+                telegram["direction"] == json!(direction)
+                    && telegram["text"].as_str().unwrap().contains(&format!("PNU {pnu}"))
+            };
+            telegrams.find("telegram", about)["text"].as_str().unwrap().to_owned()
+        })
+    };
+
+    // Before anybody subscribes.
+    write(930, 1);
+    let mut telegrams = emulator.stream("?kinds=telegram&address=5");
+    let [request, reply] = words_of_exchange(&mut telegrams, 1016);
+    assert!(request.contains("STW 0040 (setpoint released)"), "{request}");
+    assert!(reply.contains(" inc") && !reply.contains("or 0.01 mm"), "{reply}");
+
+    // While somebody subscribes: from the very next telegram.
+    write(930, 2);
+    write(1012, 400);
+    let [request, reply] = words_of_exchange(&mut telegrams, 1017);
+    assert!(!request.contains("setpoint released"), "{request}");
+    assert!(reply.contains(" mm") && !reply.contains(" inc"), "{reply}");
+}
+
+#[test]
+fn the_stream_of_a_drive_ends_when_it_is_removed_and_says_so() {
+    let emulator = Emulator::with(&["--drives", "5-6"]);
+    let mut all = emulator.stream("");
+    let mut told = ["state", "news", "state,news,telegram", "telegram"]
+        .map(|kinds| (kinds, emulator.stream(&format!("?address=5&kinds={kinds}"))));
+    emulator.set("DELETE", "/api/v1/drives/5", &Value::Null);
+    for (kinds, stream) in &mut told {
+        let mut last = None;
+        while let Some((event, data)) = stream.next() {
+            last = Some((event, data["kind"].clone(), data["address"].clone(), data["text"].clone()));
+        }
+        if kinds.contains("news") {
+            let text = "station 5: there is no drive any more; its stream ends here";
+            assert_eq!(last, Some(("news".into(), json!("removed"), json!(5), json!(text))), "{kinds}");
+        }
+    }
+    all.find("state", |state| state["drives"].as_array().unwrap().len() == 1);
+    assert_eq!(emulator.request("GET", "/api/v1/events?address=5", "", "").status, 404);
+}
+
+#[test]
+fn the_page_is_served_with_a_policy_that_lets_nothing_foreign_in() {
+    let emulator = Emulator::start();
+    for path in ["/", "/page/index.html", "/page/panel.js", "/page/panel.css"] {
+        let answer = emulator.request("GET", path, "", "");
+        assert_eq!(answer.status, 200, "{path}");
+        assert!(
+            answer.head.contains("content-security-policy: default-src 'none'; script-src 'self'"),
+            "{path}"
+        );
+        assert!(answer.head.contains("x-content-type-options: nosniff"), "{path}");
+        assert!(!answer.body.is_empty(), "{path}");
+    }
+    for path in ["/page/passwd", "/page/..%2F..%2FCargo.toml", "/page/", "/index.html"] {
+        assert_eq!(emulator.request("GET", path, "", "").status, 404, "{path}");
+    }
+}
+
+#[test]
+fn every_described_operation_is_there_and_refers_to_what_is_described() {
+    let emulator = Emulator::start();
+    let description = emulator.get("/api/v1/openapi.json");
+    assert!(description["openapi"].as_str().unwrap().starts_with("3.1"));
+    let text = description.to_string();
+    for reference in text.split("\"#/components/schemas/").skip(1) {
+        let name = reference.split('"').next().unwrap();
+        assert!(description["components"]["schemas"][name].is_object(), "{name} is not described");
+    }
+    let mut operations = 0;
+    for (path, methods) in description["paths"].as_object().unwrap() {
+        let path = path.replace("{address}", "88").replace("{pnu}", "1004").replace("{number}", "88");
+        for method in methods.as_object().unwrap().keys().filter(|method| *method != "parameters") {
+            operations += 1;
+            if path.ends_with("/events") {
+                drop(emulator.stream(""));
+                continue;
+            }
+            let answer = emulator.send(&method.to_ascii_uppercase(), &path, &json!({}));
+            let unknown = answer.status == 405 || answer.body.contains("there is nothing at");
+            assert!(!unknown && answer.status < 500, "{method} {path}: {}", answer.body);
+            let described = &methods[method]["responses"][answer.status.to_string()];
+            assert!(described.is_object(), "{method} {path}: {} is not described", answer.status);
+        }
+    }
+    assert!(operations >= 22, "{operations}");
+}

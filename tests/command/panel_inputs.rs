@@ -1,0 +1,157 @@
+//! HTTP control of a running emulator: what acts on a drive from outside, and what is refused.
+
+use crate::panel;
+
+use panel::{Answer, Emulator};
+use serde_json::{Value, json};
+
+const INPUTS: &str = "/api/v1/drives/5/inputs";
+const POWER: &str = "/api/v1/drives/5/power";
+
+/// SW1 to SW10 from a number, SW1 = bit 0.
+fn switches(emulator: &Emulator, bits: u16) {
+    let positions: Vec<_> = (0..10).map(|bit| bits >> bit & 1 != 0).collect();
+    emulator.set("PUT", "/api/v1/drives/5/switches", &json!({ "positions": positions }));
+}
+
+fn power(emulator: &Emulator, on: bool) -> Answer {
+    emulator.send("PUT", POWER, &json!({ "on": on }))
+}
+
+#[test]
+fn nothing_switches_a_drive_on_at_the_address_of_another() {
+    let emulator = Emulator::with(&["--drive", "5", "--drive", "1,model=ag03"]);
+    switches(&emulator, 1);
+    // The switch of the supply is closed, so the supply decides.
+    emulator.set("PATCH", INPUTS, &json!({ "control_supply_volts": 0 }));
+    let before = emulator.get("/api/v1/drives/5");
+    assert_eq!(before["power"], json!("off"));
+    for (method, path, body) in [
+        ("PATCH", INPUTS, json!({ "control_supply_volts": 24, "blocked": true })),
+        ("DELETE", INPUTS, Value::Null),
+        ("POST", "/api/v1/drives/5/provoke", json!({ "fault": "A" })),
+        ("PUT", POWER, json!({ "on": true })),
+    ] {
+        let refused = emulator.send(method, path, &body);
+        assert_eq!(refused.status, 409, "{method} {path}: {}", refused.body);
+        let sentence = "the DIP switches say address 1, which another station has; set them to a free one";
+        assert_eq!(refused.detail(), sentence);
+        assert_eq!(emulator.get(INPUTS), before["inputs"], "{method} {path}");
+    }
+    switches(&emulator, 7);
+    assert_eq!(emulator.send("DELETE", INPUTS, &Value::Null).status, 200);
+    assert_eq!(emulator.get("/api/v1/drives/7")["power"], json!("on"));
+    assert_eq!(emulator.get("/api/v1/drives/1")["power"], json!("on"), "it never noticed");
+}
+
+#[test]
+fn the_switch_of_the_supply_and_its_voltage_are_two_things() {
+    let emulator = Emulator::with(&["--drive", "5", "--drive", "1,model=ag03"]);
+    let volts = || emulator.get(INPUTS)["control_supply_volts"].clone();
+    emulator.set("PATCH", INPUTS, &json!({ "control_supply_volts": 20 }));
+    assert_eq!(power(&emulator, true).json(), json!({ "power": "on" }));
+    assert_eq!(volts(), json!(20.0), "it was on");
+    power(&emulator, false);
+    let off = emulator.get("/api/v1/drives/5");
+    assert_eq!(
+        (&off["inputs"]["control_supply_volts"], &off["measured"]["control_supply_volts"]),
+        (&json!(20.0), &json!(0.0))
+    );
+    let only = json!([{ "reason": "SwitchedOff", "text": "the drive is switched off" }]);
+    assert_eq!(off["start"]["reasons"], only);
+    // A voltage behind an open switch moves no drive to a foreign address.
+    switches(&emulator, 1);
+    emulator.set("PATCH", INPUTS, &json!({ "control_supply_volts": 21 }));
+    emulator.set("DELETE", INPUTS, &Value::Null);
+    emulator.set("PATCH", INPUTS, &json!({ "control_supply_volts": 19 }));
+    assert_eq!(emulator.get("/api/v1/drives/5")["power"], json!("off"));
+    switches(&emulator, 5);
+    assert_eq!(power(&emulator, true).json(), json!({ "power": "on" }));
+    assert_eq!(volts(), json!(19.0));
+    assert_eq!(emulator.get("/api/v1/drives/5")["measured"]["control_supply_volts"], json!(19.0));
+}
+
+#[test]
+fn a_factory_reset_needs_no_address_and_takes_none() {
+    let emulator = Emulator::with(&["--drive", "5", "--drive", "1,model=ag03"]);
+    // SW8, and the pattern that would be the address of the neighbour.
+    switches(&emulator, 0x81);
+    power(&emulator, false);
+    assert_eq!(power(&emulator, true).json(), json!({ "power": "factory_reset" }));
+    let state = emulator.get("/api/v1/drives/5");
+    assert_eq!((&state["address"], &state["bus_led"]["pattern"]), (&json!(5), &json!("alternating")));
+    assert_eq!(emulator.get("/api/v1/drives/1")["power"], json!("on"));
+    let reasons = state["start"]["reasons"].as_array().unwrap();
+    assert_eq!((reasons.len(), &reasons[0]["reason"]), (1, &json!("FactoryReset")));
+    power(&emulator, false);
+    switches(&emulator, 5);
+    assert_eq!(power(&emulator, true).json(), json!({ "power": "on" }));
+    assert_eq!(emulator.get("/api/v1/drives")["drives"].as_array().unwrap().len(), 2);
+}
+
+#[test]
+fn null_gives_two_inputs_back_to_the_plant_and_is_refused_for_all_others() {
+    let emulator = Emulator::start();
+    let description = emulator.get("/api/v1/openapi.json");
+    let described = &description["components"]["schemas"]["InputsChange"];
+    assert_eq!(described.get("required"), None, "what is left out stays");
+    let before = emulator.get(INPUTS);
+    for (input, property) in described["properties"].as_object().unwrap() {
+        let answer =
+            emulator.send("PATCH", INPUTS, &json!({ "friction_torque_newton_metres": 1, input: null }));
+        let nullable = property["type"].as_array().is_some_and(|types| types.contains(&json!("null")));
+        assert_eq!(nullable, ["stage_temperature_celsius", "dc_link_volts"].contains(&&**input), "{input}");
+        if nullable {
+            assert_eq!(answer.status, 200, "{input}: {}", answer.body);
+            emulator.set("DELETE", INPUTS, &Value::Null);
+            continue;
+        }
+        assert_eq!(answer.status, 422, "{input}: {}", answer.body);
+        let sentence = "null is no value of this input; leave it out to keep it as it is.";
+        assert!(answer.detail().contains(sentence), "{}", answer.detail());
+        assert!(answer.detail().contains(&format!("{input}: ")), "{}", answer.detail());
+        assert_eq!(emulator.get(INPUTS), before, "{input}");
+    }
+}
+
+#[test]
+fn an_input_that_the_model_does_not_have_is_refused() {
+    for (model, input, value) in [
+        ("ag03", "output_supply_volts", json!(24)),
+        ("ag03", "encoder_fault", json!(true)),
+        ("ag03", "encoder_fault", json!(false)),
+        ("ag03-1", "enable", json!(true)),
+    ] {
+        let emulator = Emulator::with(&["--drive", &format!("5,model={model}")]);
+        let refused = emulator.send("PATCH", INPUTS, &json!({ "blocked": true, input: value }));
+        assert_eq!(refused.status, 409, "{model} {input}: {}", refused.body);
+        assert!(refused.detail().starts_with("an AG03"), "{}", refused.detail());
+        assert_eq!(emulator.get(INPUTS)["blocked"], json!(false));
+    }
+}
+
+#[test]
+fn a_parameter_that_an_operation_does_not_know_is_refused_and_nothing_is_changed() {
+    let emulator = Emulator::start();
+    let before = emulator.get("/api/v1/bus");
+    let description = emulator.get("/api/v1/openapi.json");
+    let mut operations = 0;
+    for (path, methods) in description["paths"].as_object().unwrap() {
+        for (method, operation) in methods.as_object().unwrap() {
+            operations += 1;
+            let path = path.replace("{address}", "5").replace("{pnu}", "1004").replace("{number}", "1");
+            let answer = emulator.send(&method.to_ascii_uppercase(), &format!("{path}?x=1"), &json!({}));
+            assert_eq!(answer.status, 400, "{method} {path}: {}", answer.body);
+            assert!(answer.detail().contains('x'), "{method} {path}: {}", answer.detail());
+            assert!(operation["responses"]["400"].is_object(), "{method} {path}");
+        }
+    }
+    assert!(operations >= 22, "{operations}");
+    assert_eq!(emulator.get("/api/v1/bus")["stations"], before["stations"]);
+    let refused = emulator.request("GET", "/api/v1/bus?x=1", "", "");
+    let sentence = "/api/v1/bus knows no parameter behind its '?', got 'x=1'; the API is described at \
+                    /api/v1/openapi.json";
+    assert_eq!(refused.detail(), sentence);
+    assert_eq!(emulator.request("GET", "/api/v1/bus?", "", "").status, 200);
+    assert_eq!(emulator.request("GET", "/api/v1/drives/5/parameters/945?subindex=1", "", "").status, 200);
+}

@@ -1,0 +1,36 @@
+//! Lines, links and the run loop of the host; masters of others over them.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::cast_possible_truncation,
+    clippy::std_instead_of_core,
+    clippy::wildcard_enum_match_arm,
+    reason = "a test may panic, and has std"
+)]
+
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../long/mod.rs"]
+mod long;
+#[path = "../mirror/mod.rs"]
+mod mirror;
+#[path = "../telegrams/mod.rs"]
+mod telegrams;
+
+#[cfg(target_os = "linux")]
+mod host_pty;
+#[cfg(feature = "std")]
+mod host_run;
+#[cfg(all(target_os = "linux", feature = "std"))]
+mod host_tcp;
+mod interop_profirust;
+#[cfg(feature = "std")]
+mod line;
+#[cfg(feature = "std")]
+mod line_errors;
+#[cfg(feature = "std")]
+mod line_faults;
+#[cfg(feature = "std")]
+mod many_stations;
+#[cfg(target_os = "linux")]
+mod master_clients;

@@ -1,0 +1,50 @@
+//! Slaves and drives in virtual time, as the bus sees them: the master says, the slave answers, at this time.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::cast_possible_truncation,
+    clippy::std_instead_of_core,
+    clippy::wildcard_enum_match_arm,
+    reason = "a test may panic, and has std"
+)]
+
+#[path = "../adversary/mod.rs"]
+mod adversary;
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../drive_rig/mod.rs"]
+mod drive_rig;
+#[path = "../long/mod.rs"]
+mod long;
+#[path = "../slave_line/mod.rs"]
+mod slave_line;
+#[path = "../telegrams/mod.rs"]
+mod telegrams;
+
+mod client_adversary;
+mod client_drive;
+#[cfg(feature = "std")]
+mod client_faults;
+#[cfg(feature = "std")]
+mod client_goals;
+mod client_motion;
+mod client_quirks;
+mod conformance;
+mod data_exchange;
+mod diagnosis;
+mod dp_states;
+mod drive_faults;
+mod drive_states;
+mod fuzz_corpus;
+mod generic_slave;
+mod gsd;
+mod layers;
+mod oracle;
+mod persistence;
+mod pkw_jobs;
+mod policy;
+mod quirks;
+mod robustness;
+mod set_address;
+mod startup;
+mod travel_pictures;
