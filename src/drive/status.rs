@@ -129,9 +129,7 @@ impl Drive {
             && !above_upper_limit
             && !below_lower_limit;
         let ready_to_travel = match mode {
-            Mode::Positioning => {
-                state.operation_enabled() && start_conditions_met && self.stands()
-            }
+            Mode::Positioning => state.operation_enabled() && start_conditions_met && self.stands(),
             Mode::Velocity => {
                 let stands = matches!(state, State::OperationEnabled(_)) && self.stands();
                 let idle = stands || state.operation_enabled() && self.quirks.ready_while_running_down;

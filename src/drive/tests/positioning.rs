@@ -360,7 +360,10 @@ fn row_33_a_change_of_direction_outward_beyond_a_limit_ends_inching() {
     rig.settings.limits = Limits::new(500, -500);
     let mut rig = rig.calibrated(900);
     rig.run(1).stw(0x820b).run(300).stw(0x020b);
-    assert_eq!((rig.state(), rig.reasons()), (State::Inching(Inching::Ending), [Reason::AboveUpperLimit].to_vec()));
+    assert_eq!(
+        (rig.state(), rig.reasons()),
+        (State::Inching(Inching::Ending), [Reason::AboveUpperLimit].to_vec())
+    );
     rig.until(ENABLED);
     assert!(!rig.run(100).status().moving && (501..900).contains(&rig.position()));
 }

@@ -63,7 +63,9 @@ fn printed(status: &Status) -> (u16, u16) {
             ("0x0x 1x1x x01x 0011", "00t1 111x x01x 0011")
         }
         State::OperationEnabled(_) => ("xx1x 1x11 x011 0111", "x0t1 111x x011 0111"),
-        State::TravelActive | State::Pausing { .. } | State::Stopping => ("000x 1x1x x011 0111", "impossible"),
+        State::TravelActive | State::Pausing { .. } | State::Stopping => {
+            ("000x 1x1x x011 0111", "impossible")
+        }
         State::Paused { .. } => ("101x 1x11 x011 0111", "impossible"),
         State::Inching(_) => ("0x0x 1x1x x011 0111", "impossible"),
         State::VelocityTravelling => ("impossible", "00t1 111x x011 0111"),
