@@ -108,6 +108,8 @@ pub mod dp;
 
 pub mod can;
 
+pub mod canopen;
+
 pub mod ppo;
 
 pub mod param;

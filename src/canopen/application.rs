@@ -34,8 +34,13 @@ pub trait Application {
     /// # Errors
     /// The abort code to answer with; nothing has changed then. From a PDO it becomes
     /// [`Notice::RpdoRefused`], as nobody can be answered.
-    fn write(&mut self, now: Instant, at: Address, value: Value<'_>, source: Source)
-    -> Result<Written, Abort>;
+    fn write(
+        &mut self,
+        now: Instant,
+        at: Address,
+        value: Value<'_>,
+        source: Source,
+    ) -> Result<Written, Abort>;
 
     /// Something happened on the bus.
     fn notice(&mut self, now: Instant, notice: Notice);

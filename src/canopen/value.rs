@@ -74,12 +74,9 @@ impl DataType {
             Self::U8 => Some((0, u8::MAX as i64)),
             Self::U16 => Some((0, u16::MAX as i64)),
             Self::U32 => Some((0, u32::MAX as i64)),
-            Self::Real32
-            | Self::VisibleString
-            | Self::OctetString
-            | Self::Domain
-            | Self::I64
-            | Self::U64 => None,
+            Self::Real32 | Self::VisibleString | Self::OctetString | Self::Domain | Self::I64 | Self::U64 => {
+                None
+            }
         }
     }
 
