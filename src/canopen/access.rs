@@ -84,6 +84,7 @@ impl Node {
             return Err(Abort::READ_ONLY);
         }
         self.judge(entry, octets)?;
+        let before = self.generation();
         let written = match entry.home {
             Home::Alias(to) => {
                 let target = self.entry(to)?;
@@ -98,7 +99,7 @@ impl Node {
             }
         };
         self.tell(Event::Written { at });
-        Ok(written)
+        Ok(self.hold(before, written))
     }
 
     /// Writes an entry that passed the checks of its table.
@@ -113,7 +114,11 @@ impl Node {
     ) -> Result<Written, Abort> {
         let value = entry.data.decode(octets).ok_or(Abort::INTERNAL)?;
         match entry.home {
-            Home::Application => app.write(now, at, value, source),
+            Home::Application => {
+                let written = app.write(now, at, value, source)?;
+                self.note_written(entry.stored);
+                Ok(written)
+            }
             Home::Node => {
                 let parameter = Parameter::of(at).ok_or(Abort::INTERNAL)?;
                 let number = value.number().and_then(|number| u32::try_from(number).ok());

@@ -144,6 +144,8 @@ pub enum Notice {
     HeartbeatBack(NodeId),
     /// 1003h:0 was written with 0.
     HistoryCleared,
+    /// The host could not keep the newest image: what was stored since the last one is not kept.
+    NotStored,
 }
 
 /// Who wanted a change of the NMT state.
@@ -170,6 +172,8 @@ pub enum Request {
     Nmt(NmtState),
     /// Send an event-driven TPDO, under its inhibit time.
     Tpdo(PdoNumber),
+    /// What the device keeps changed without a write of a client: an image is offered to the host.
+    Store,
     /// Answer the SDO held by [`Written::Held`].
     AnswerSdo(Result<(), Abort>),
     /// Begin anew, as after the NMT command.

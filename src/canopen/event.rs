@@ -78,7 +78,7 @@ pub enum Event {
     HeartbeatBack(NodeId),
     /// Frames were not taken in time by the host and are lost.
     FramesLost {
-        /// How many since the last such event.
+        /// How many since the node was made.
         count: u32,
     },
 }

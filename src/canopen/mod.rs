@@ -20,9 +20,13 @@
 //! | [`nmt`] | states and commands |
 //! | [`sdo`] | service data |
 //! | [`pdo`] | process data |
+//! | `sync` | what a SYNC does |
+//! | `guarding`, `heartbeat` | error control |
+//! | [`storage`] | 1010h, 1011h, images for the host |
 //! | [`emcy`] | emergencies, error register, history |
 //! | [`cob_id`] | identifiers and the objects that hold them |
-//! | [`parameter`] | communication objects that the node keeps |
+//! | [`parameter`], [`settings`] | communication objects that the node keeps: their values; what a write does |
+//! | `access` | the checks of a read and a write |
 //! | [`abort`] | abort codes |
 
 pub mod abort;
@@ -33,13 +37,17 @@ pub mod cob_id;
 pub mod dictionary;
 pub mod emcy;
 pub mod event;
+mod guarding;
+mod heartbeat;
 pub mod nmt;
 pub mod node;
 pub mod parameter;
 pub mod pdo;
 pub mod policy;
 pub mod sdo;
-mod settings;
+pub mod settings;
+pub mod storage;
+mod sync;
 pub mod value;
 
 pub use abort::Abort;

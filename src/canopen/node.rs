@@ -5,12 +5,20 @@ use heapless::Deque;
 use super::address::NodeId;
 use super::application::{Application, NmtCause, Notice, Request};
 use super::cob_id;
-use super::dictionary::Object;
+use super::cob_id::CobId;
+use super::dictionary::{self, Home, Object};
+use super::emcy::Errors;
 use super::event::Event;
+use super::guarding::Guarding;
+use super::heartbeat::Consumer;
 use super::nmt::{Command, NmtState, Reset};
-use super::parameter::Communication;
+use super::parameter::{Communication, MAX_CONSUMERS};
+use super::pdo::MAX_PDOS;
+use super::pdo::receive::Rpdo;
+use super::pdo::transmit::Tpdo;
 use super::policy::Policy;
 use super::sdo::server::Server;
+use super::storage::{Memory, Storage};
 use crate::can::{Frame, Id};
 use crate::time::Instant;
 
@@ -36,6 +44,19 @@ pub struct Node {
     pub(super) state: Option<NmtState>,
     pub(super) values: Communication,
     pub(super) sdo: Server,
+    pub(super) storage: Storage,
+    pub(super) errors: Errors,
+    /// Entries of 1003h, 0 if the node does not keep it.
+    pub(super) history_len: usize,
+    /// Whether 1003h survives power-off.
+    pub(super) history_stored: bool,
+    pub(super) has_error_behaviour: bool,
+    pub(super) guarding: Guarding,
+    pub(super) heartbeat_due: Option<Instant>,
+    pub(super) consumers: [Consumer; MAX_CONSUMERS],
+    pub(super) sync_window_ends: Option<Instant>,
+    pub(super) rpdos: [Rpdo; MAX_PDOS],
+    pub(super) tpdos: [Tpdo; MAX_PDOS],
     frames: Deque<Frame, MAX_FRAMES>,
     frames_lost: u32,
     events: Deque<Event, MAX_EVENTS>,
@@ -51,10 +72,28 @@ impl Node {
             state: None,
             values: Communication::OFF,
             sdo: Server::IDLE,
+            storage: Storage::new(Memory::Internal),
+            errors: Errors::NONE,
+            history_len: 0,
+            history_stored: false,
+            has_error_behaviour: false,
+            guarding: Guarding::FRESH,
+            heartbeat_due: None,
+            consumers: [Consumer::Waiting; MAX_CONSUMERS],
+            sync_window_ends: None,
+            rpdos: [const { Rpdo::OFF }; MAX_PDOS],
+            tpdos: [const { Tpdo::OFF }; MAX_PDOS],
             frames: Deque::new(),
             frames_lost: 0,
             events: Deque::new(),
         }
+    }
+
+    /// With what is stored kept there.
+    #[must_use]
+    pub fn with_memory(mut self, memory: Memory) -> Self {
+        self.storage.memory = memory;
+        self
     }
 
     /// The NMT state, `None` while the node is switched off.
@@ -77,36 +116,91 @@ impl Node {
     pub fn power_off(&mut self) {
         self.state = None;
         self.sdo.end();
+        self.storage.forget_answer();
         self.frames.clear();
     }
 
     /// A frame was received.
     pub fn handle_frame(&mut self, now: Instant, frame: &Frame, app: &mut dyn Application) {
         let Some(state) = self.state else { return };
-        let Id::Base(id) = frame.id() else { return };
-        if id.number() == cob_id::NMT && !frame.is_remote() {
-            self.nmt_command(now, frame, app);
-        } else if frame.id() == cob_id::of_node(cob_id::SDO_CLIENT, self.node_id)
-            && !frame.is_remote()
-            && state.serves_sdo()
-        {
-            self.sdo_request(now, frame, app);
-        } else {
-            return;
+        // What was due before the frame came happens before it.
+        if self.poll_timeout().is_some_and(|due| due <= now) {
+            self.handle_timeout(now, app);
         }
-        self.settle(now, app);
+        if self.dispatch(now, state, frame, app) {
+            self.settle(now, app);
+        }
+    }
+
+    /// Whether the frame was for this node.
+    fn dispatch(&mut self, now: Instant, state: NmtState, frame: &Frame, app: &mut dyn Application) -> bool {
+        if let (Id::Base(id), data) = (frame.id(), !frame.is_remote()) {
+            let own = u16::from(self.node_id.number());
+            match (id.number(), data) {
+                (cob_id::NMT, true) => {
+                    self.nmt_command(now, frame, app);
+                    return true;
+                }
+                (cob_id::NMT, false) => return false,
+                (id, data) if id == cob_id::SDO_CLIENT + own => {
+                    if data && state.serves_sdo() {
+                        self.sdo_request(now, frame, app);
+                    }
+                    return data;
+                }
+                (id @ 0x701..=0x77F, data) => {
+                    match (id == cob_id::ERROR_CONTROL + own, data) {
+                        (true, false) => self.guarding_request(now, app),
+                        (false, true) => {
+                            let [node, _] = (id & 0x7F).to_le_bytes();
+                            self.heartbeat_heard(now, node, frame, app);
+                        }
+                        (true, true) | (false, false) => return false,
+                    }
+                    return true;
+                }
+                (_, true | false) => {}
+            }
+        }
+        state == NmtState::Operational && self.dispatch_process_data(now, frame, app)
+    }
+
+    fn dispatch_process_data(&mut self, now: Instant, frame: &Frame, app: &mut dyn Application) -> bool {
+        let id = frame.id();
+        if frame.is_remote() {
+            if let Some(pdo) = self.tpdo_of(id) {
+                self.tpdo_requested(pdo, app);
+            } else if let Some(pdo) = self.rpdo_of(id) {
+                self.rpdo_requested(pdo, app);
+            } else {
+                return false;
+            }
+        } else if CobId(self.values.sync_id).id() == Some(id) {
+            self.sync(now, app);
+        } else if let Some(pdo) = self.rpdo_of(id) {
+            self.rpdo_received(now, pdo, frame, app);
+        } else {
+            return false;
+        }
+        true
     }
 
     /// The deadline of [`poll_timeout`](Self::poll_timeout) has come, or any other instant.
     pub fn handle_timeout(&mut self, now: Instant, app: &mut dyn Application) {
         if self.state.is_some() {
+            self.guarding_timeout(now, app);
+            self.consumer_timeout(now, app);
+            self.emcy_timeout(now);
+            self.heartbeat_timeout(now);
             self.settle(now, app);
         }
     }
 
     /// The device went on: its values may have changed, it may have requests.
     pub fn handle_change(&mut self, now: Instant, app: &mut dyn Application) {
-        self.handle_timeout(now, app);
+        if self.state.is_some() {
+            self.settle(now, app);
+        }
     }
 
     /// The next frame to send.
@@ -121,7 +215,18 @@ impl Node {
 
     /// When [`handle_timeout`](Self::handle_timeout) is to be called, `None` if nothing is due.
     pub fn poll_timeout(&self) -> Option<Instant> {
-        None
+        let state = self.state?;
+        let mut due = Instant::first_of(self.heartbeat_due, self.guarding.due());
+        due = Instant::first_of(due, self.errors.due());
+        for consumer in &self.consumers {
+            due = Instant::first_of(due, consumer.due());
+        }
+        if state == NmtState::Operational {
+            for tpdo in self.tpdos.iter().filter(|tpdo| tpdo.id.is_some()) {
+                due = Instant::first_of(due, tpdo.due());
+            }
+        }
+        due
     }
 
     fn nmt_command(&mut self, now: Instant, frame: &Frame, app: &mut dyn Application) {
@@ -140,40 +245,81 @@ impl Node {
         self.state = Some(to);
         if !to.serves_sdo() {
             self.sdo.end();
+            self.storage.forget_answer();
+            self.errors.quiet();
         }
+        self.rpdos.iter_mut().for_each(Rpdo::forget);
+        self.sync_window_ends = None;
         self.tell(Event::State { from, to });
         app.notice(now, Notice::Nmt { from: Some(from), to, cause });
+        if to == NmtState::Operational {
+            self.start_tpdos(now, app);
+        }
     }
 
     fn reset(&mut self, now: Instant, reset: Reset, app: &mut dyn Application) {
         self.sdo.end();
+        self.storage.forget_answer();
         self.frames.clear();
         app.notice(now, Notice::Reset(reset));
         self.objects = app.objects();
         self.node_id = app.node_id();
-        self.values = Communication::defaults(self.objects, self.node_id);
+        self.values = self.values_after_reset();
+        self.measure();
+        self.errors.restart();
+        match reset {
+            Reset::PowerOn | Reset::Node if !self.history_stored => self.errors.clear_history(),
+            Reset::PowerOn | Reset::Node | Reset::Communication => {}
+        }
+        self.guarding = Guarding::FRESH;
         self.state = Some(NmtState::PreOperational);
         self.send(Frame::with(cob_id::of_node(cob_id::ERROR_CONTROL, self.node_id), [0]));
+        self.follow_all(now, app);
         self.tell(Event::BootUp { reset, node: self.node_id });
-        app.notice(now, Notice::Nmt { from: None, to: NmtState::PreOperational, cause: NmtCause::Start });
+        let to = NmtState::PreOperational;
+        app.notice(now, Notice::Nmt { from: None, to, cause: NmtCause::Start });
     }
 
-    /// Does what the device wants after something happened.
+    /// What the dictionary has of the objects that the node keeps.
+    fn measure(&mut self) {
+        let own = |index: u16, sub: u8| {
+            dictionary::entry(self.objects, super::Address::new(index, sub))
+                .ok()
+                .filter(|entry| entry.home == Home::Node)
+        };
+        let history = (1..=u8::MAX).take_while(|sub| own(0x1003, *sub).is_some());
+        self.history_len = history.count();
+        self.history_stored = own(0x1003, 1).is_some_and(|entry| entry.stored);
+        self.has_error_behaviour = own(0x1029, 1).is_some();
+    }
+
+    /// Does what the device wants after something happened, and sends what changed.
     fn settle(&mut self, now: Instant, app: &mut dyn Application) {
         for _ in 0..MAX_REQUESTS {
             match app.poll_request() {
+                Some(Request::Emergency(emergency)) => self.emergency(now, emergency),
+                Some(Request::ErrorRegister(register)) => self.errors.set_device(register),
                 Some(Request::Nmt(to)) => self.enter(now, to, NmtCause::Application, app),
+                Some(Request::Tpdo(pdo)) => {
+                    if self.state == Some(NmtState::Operational) {
+                        self.tpdo_event(now, pdo, app);
+                    }
+                }
+                Some(Request::Store) => self.storage.changed(),
+                Some(Request::AnswerSdo(outcome)) => self.device_answers(outcome),
                 Some(Request::Reset(reset)) => self.reset(now, reset, app),
-                Some(Request::AnswerSdo(outcome)) => self.answer_held(outcome),
-                Some(Request::Emergency(_) | Request::ErrorRegister(_) | Request::Tpdo(_)) => {}
                 None => break,
             }
+        }
+        if self.state == Some(NmtState::Operational) {
+            self.send_event_driven_tpdos(now, app);
         }
     }
 
     pub(super) fn send(&mut self, frame: Frame) {
         if self.frames.push_back(frame).is_err() {
             self.frames_lost = self.frames_lost.saturating_add(1);
+            self.tell(Event::FramesLost { count: self.frames_lost });
         }
     }
 

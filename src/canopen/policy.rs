@@ -28,8 +28,10 @@ pub struct Policy {
     pub store_reads: u32,
     /// Sub-indices of 1010h and 1011h that concern the communication objects.
     pub communication_groups: &'static [u8],
-    /// When the communication objects marked as stored are stored.
+    /// When what is marked as stored is stored.
     pub storing: Storing,
+    /// What 1011h does to the communication objects that are kept.
+    pub load: LoadRule,
     /// Whether identifiers of 29 bits are supported.
     pub extended_ids: bool,
     /// The answer to another identifier for a PDO or EMCY that is on, `None` if that is accepted.
@@ -59,7 +61,7 @@ pub struct Policy {
     pub life_guarding_error: ErrorControlRule,
     /// The same of the heartbeat consumer.
     pub heartbeat_error: ErrorControlRule,
-    /// The reaction to a communication error of nodes without 1029h, and of its value 0.
+    /// The reaction to a communication error of nodes without 1029h: PRE-OPERATIONAL acts in OPERATIONAL only.
     pub error_behaviour: Option<NmtState>,
 }
 
@@ -77,6 +79,7 @@ impl Policy {
         store_reads: 1,
         communication_groups: &[1, 2],
         storing: Storing::OnCommand,
+        load: LoadRule::Erase,
         extended_ids: true,
         change_while_valid: Some(Abort::DEVICE_STATE),
         drop_sync_producer_bit: false,
@@ -128,13 +131,22 @@ pub enum StateCheck {
     Last,
 }
 
-/// When communication objects are stored.
+/// When values are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Storing {
     /// With `save` to 1010h.
     OnCommand,
     /// With every write.
     OnWrite,
+}
+
+/// What 1011h does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LoadRule {
+    /// What is kept is forgotten: the defaults come with every reset, until something is stored.
+    Erase,
+    /// The next reset takes the defaults; what is kept comes back with the one after it, unless stored anew.
+    OnceAfterReset,
 }
 
 /// When a TPDO of type 0 is sent.

@@ -46,6 +46,8 @@ impl Node {
     /// A frame on 600h + node while SDOs are served.
     pub(in crate::canopen) fn sdo_request(&mut self, now: Instant, frame: &Frame, app: &mut dyn Application) {
         let Ok(octets) = <[u8; FRAME_LEN]>::try_from(frame.octets()) else { return };
+        // Whatever the client wants, it does not wait for an older answer.
+        self.storage.forget_answer();
         let response = match Request::decode(octets) {
             Request::Expedited { at, octets, len } => self.expedited(now, at, &octets, len, app),
             Request::Upload { at } => Some(self.upload(at, app)),
@@ -78,11 +80,6 @@ impl Node {
             Err(code) => self.refuse(at, code),
         };
         self.respond(response);
-    }
-
-    /// Whether a client waits for an answer that is held.
-    pub(in crate::canopen) const fn holds_answer(&self) -> bool {
-        matches!(self.sdo.transfer, Transfer::Held { .. })
     }
 
     fn expedited(
