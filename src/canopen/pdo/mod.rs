@@ -33,6 +33,15 @@ pub const MAX_MAPPED: usize = 8;
 pub struct PdoNumber(u8);
 
 impl PdoNumber {
+    /// PDO 1.
+    pub const P1: Self = Self(1);
+    /// PDO 2.
+    pub const P2: Self = Self(2);
+    /// PDO 3.
+    pub const P3: Self = Self(3);
+    /// PDO 4.
+    pub const P4: Self = Self(4);
+
     /// Every number, the lowest first.
     pub const ALL: [Self; MAX_PDOS] =
         [Self(1), Self(2), Self(3), Self(4), Self(5), Self(6), Self(7), Self(8)];
