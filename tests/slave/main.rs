@@ -10,6 +10,8 @@
 
 #[path = "../adversary/mod.rs"]
 mod adversary;
+#[path = "../canopen_device/mod.rs"]
+mod canopen_device;
 #[path = "../common/mod.rs"]
 mod common;
 #[path = "../drive_rig/mod.rs"]
@@ -21,6 +23,7 @@ mod slave_line;
 #[path = "../telegrams/mod.rs"]
 mod telegrams;
 
+mod canopen_sdo;
 mod client_adversary;
 mod client_drive;
 #[cfg(feature = "std")]
