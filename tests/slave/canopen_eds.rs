@@ -8,7 +8,7 @@ use std::fs;
 use std::path::Path;
 
 use profidrive::canopen::check::{self, Problem};
-use profidrive::canopen::dictionary::{Entry, Object};
+use profidrive::canopen::dictionary::{self, Entry, Object};
 use profidrive::canopen::eds::{self, Sheet};
 use profidrive::canopen::value::DataType::{U8, U16, U32};
 use profidrive::canopen::{Abort, Address, Index, Policy};
@@ -237,6 +237,7 @@ fn the_sheet_is_written_for_python_canopen() {
         for entry in object.entries {
             let value = entry.default_value(profidrive::canopen::NodeId::new(5).unwrap());
             let default = match value {
+                _ if entry.default == dictionary::Default::None => String::new(),
                 profidrive::canopen::Value::Octets(octets) => String::from_utf8(octets.to_vec()).unwrap(),
                 value => value.to_string(),
             };
