@@ -13,6 +13,8 @@
 //! | [`address`] | node numbers, index and sub-index |
 //! | [`value`] | types and values with their octets |
 //! | [`dictionary`] | the object dictionary as `const` tables |
+//! | [`check`] | whether the tables agree with themselves |
+//! | [`eds`] | the data sheet of CiA 306 from the tables |
 //! | [`application`] | the trait a device implements |
 //! | [`policy`] | where devices and readings of the standard differ |
 //! | [`node`] | the node |
@@ -33,8 +35,10 @@ pub mod abort;
 mod access;
 pub mod address;
 pub mod application;
+pub mod check;
 pub mod cob_id;
 pub mod dictionary;
+pub mod eds;
 pub mod emcy;
 pub mod event;
 mod guarding;

@@ -47,6 +47,11 @@ impl MappingWord {
         u32::from_le_bytes([self.bits, self.at.sub.0, low, high])
     }
 
+    /// Whether it stands for octets of an RPDO that nobody takes.
+    pub const fn is_dummy(self) -> bool {
+        self.dummy_bits().is_some()
+    }
+
     /// Bits of a dummy, `None` if it is an entry.
     const fn dummy_bits(self) -> Option<u8> {
         match self.at.pair() {
