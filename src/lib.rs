@@ -21,10 +21,13 @@
 //! | [`fdl`] | octets to telegrams, the passive station | that service access points exist |
 //! | [`dp`] | the DP-V0 slave and its services | what the service access points mean |
 //! | [`can`] | frames of CAN, bit times, the text of an adapter | that frames have a priority |
+//! | [`canopen`] | a node by CiA 301 for any device | what the communication objects mean |
+//! | [`cia402`] | states and words of drives on CANopen | which command leads where |
 //! | [`ppo`] | the seven words of one Data_Exchange | where each word lies |
 //! | [`param`] | every parameter of both drives | types, ranges, defaults, permissions |
 //! | [`pkw`] | jobs and replies of the parameter channel | job, reply and error numbers |
 //! | [`drive`] | state machine and motion, without a bus | revolutions, seconds, named flags |
+//! | [`asda_a2`] | the servo ASDA-A2, without a bus | parameters, modes of motion, alarms |
 //! | [`device`] | all of it as one object | every bit of STW, ZSW and SSW |
 //! | [`client`] | the master's side: parameters and control words of a drive, without I/O | PKW, STW and ZSW patterns |
 //! | [`explain`] | telegrams and words in words (feature `std`) | what all of the above mean to a person |
@@ -109,6 +112,10 @@ pub mod dp;
 pub mod can;
 
 pub mod canopen;
+
+pub mod cia402;
+
+pub mod asda_a2;
 
 pub mod ppo;
 

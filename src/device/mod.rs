@@ -19,7 +19,9 @@
 //! | `dip` | [`DipSwitches`]: address, factory reset, bus terminator |
 //! | `power` | [`Power`]: switching off and on, row 1 of `ag03.md` 8 |
 //! | `storage` | [`Eeprom`]: images the host keeps, and the acknowledge that waits for them |
+//! | [`asda_a2_canopen`] | the servo ASDA-A2 on CANopen |
 
+pub mod asda_a2_canopen;
 mod config;
 pub mod dip;
 mod event;
