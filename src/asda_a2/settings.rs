@@ -57,12 +57,12 @@ settings! {
     ControlMode = 0x0C, 0, 0x110F, Address, "P1-01: digits B A are the mode, 0Bh CANopen half, 0Ch full.";
     NodeNumber = 0x7F, 1, 0x7F, Address, "P3-00.";
     Rates = 0x0203, 0, 0x0405, Address, "P3-01: digit Z is the rate of CAN.";
-    StopMode = 0x10, 0, I16.1, Reloaded, "P1-32: digit Y = 0 dynamic brake, 1 none (605Bh = -1, 0).";
+    StopMode = 0x10, I16.0, I16.1, Reloaded, "P1-32: digit Y = 0 dynamic brake, 1 none (605Bh = -1, 0).";
     MaxMotorSpeed = Motor::MAX_RPM, 0, U32, Stored, "6080h, P1-55 in rpm.";
-    SpecialWrite = 0, 0, I16.1, Volatile, "P2-08.";
-    SyncAdjustment = 0x5055, 0, I16.1, Stored, "P3-09: digits E range, T target, D dead zone, M correction.";
-    CanEnable = 0, 0, I16.1, Stored, "P3-10: digit Y = 1 servo off on errors of the bus.";
-    PdoToEeprom = 0, 0, I16.1, Stored, "P3-11: models M and F only.";
+    SpecialWrite = 0, I16.0, I16.1, Volatile, "P2-08.";
+    SyncAdjustment = 0x5055, I16.0, I16.1, Stored, "P3-09: digits E range, T target, D dead zone, M correction.";
+    CanEnable = 0, I16.0, I16.1, Stored, "P3-10: digit Y = 1 servo off on errors of the bus.";
+    PdoToEeprom = 0, I16.0, I16.1, Stored, "P3-11: models M and F only.";
     QuickStopOptions = 0, 0, 0x0111, Stored, "P3-12: digits Z, Y, X.";
     FaultReaction = 2, 0, 2, Stored, "605Eh.";
     Mode = 0, 0, 7, Stored, "6060h.";

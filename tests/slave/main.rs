@@ -10,6 +10,8 @@
 
 #[path = "../adversary/mod.rs"]
 mod adversary;
+#[path = "../asda/mod.rs"]
+mod asda;
 #[path = "../canopen_device/mod.rs"]
 mod canopen_device;
 #[path = "../common/mod.rs"]
@@ -23,6 +25,10 @@ mod slave_line;
 #[path = "../telegrams/mod.rs"]
 mod telegrams;
 
+mod asda_errors;
+mod asda_modes;
+mod asda_objects;
+mod asda_states;
 mod canopen_sdo;
 mod client_adversary;
 mod client_drive;

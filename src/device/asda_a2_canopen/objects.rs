@@ -201,7 +201,9 @@ const fn objects(level: Level) -> [Object; COUNT] {
         var!(0x2131, "P1-49 speed reached time in ms", I16),
         var!(0x2137, "P1-55 maximum speed in rpm", I16),
         var!(0x2208, "P2-08 special write", I16),
-        var!(0x2223, "P2-35 excessive deviation in PUU", I32),
+        Object::var(0x2223, entries![
+            setting(0x2223, 0, "P2-35 excessive deviation in PUU", I32).range(1, i32::MAX as i64),
+        ]),
         var!(0x2300, "P3-00 node number", I16),
         var!(0x2301, "P3-01 rates", I16),
         var!(0x2309, "P3-09 SYNC adjustment", I16),
