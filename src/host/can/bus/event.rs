@@ -27,6 +27,8 @@ pub enum Event<E> {
         at: Instant,
         /// Who sent it; `None`: a fault did, that held it back or doubled it.
         from: Option<Seat>,
+        /// Whether it is the frame of a port: of a master, where masters have the ports.
+        by_port: bool,
         /// The frame.
         frame: Frame,
     },

@@ -89,6 +89,13 @@ impl<E: 'static> Occupant<E> {
         }
     }
 
+    pub(super) const fn is_port(&self) -> bool {
+        match self.station {
+            Station::Participant(_) => false,
+            Station::Port { .. } => true,
+        }
+    }
+
     fn is_on_bus(&self) -> bool {
         self.confinement.state() != ErrorState::BusOff
     }

@@ -111,7 +111,8 @@ impl<E: 'static> Bus<E> {
                     Sender::Seat(seat) => Some(seat),
                     Sender::Fault { .. } => None,
                 };
-                self.events.push(Event::Passed { at: now, from, frame });
+                let by_port = self.occupant(of).is_some_and(super::Occupant::is_port);
+                self.events.push(Event::Passed { at: now, from, by_port, frame });
             }
         }
     }
