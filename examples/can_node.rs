@@ -8,9 +8,9 @@
 //! The station sends a heartbeat (705h) twenty times a second and answers each frame on 605h with the same octets on
 //! 585h. A whole CANopen node is put on the bus in the same way.
 
+use core::error::Error;
 use core::time::Duration;
 use std::env;
-use core::error::Error;
 use std::io::Write;
 
 use profidrive::can::{BaseId, BitRate, ErrorState, Frame};
