@@ -165,7 +165,7 @@ mod tests {
         fn a_frame_is_never_shorter_than_its_bits_nor_longer_than_the_longest(
             id in 0_u32..=0x1FFF_FFFF, extended: bool, remote: bool, dlc in 0_u8..=8, octets: [u8; 8]
         ) {
-            let id = if extended { Id::extended(id) } else { Id::base(id as u16 & 0x7FF) }.unwrap();
+            let id = if extended { Id::extended(id) } else { Id::base(u16::try_from(id & 0x7FF).unwrap()) }.unwrap();
             let frame = if remote {
                 Frame::remote(id, dlc)
             } else {

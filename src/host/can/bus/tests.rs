@@ -228,9 +228,9 @@ fn a_sender_of_damaged_frames_becomes_passive_then_bus_off_and_comes_back() {
     assert_eq!(heard(&mut bus, master), [], "the frame was lost with bus off");
     // 16 errors, then 16 more, then 128 times 11 bits.
     let times: Vec<_> = core::iter::from_fn(|| bus.poll_event())
-        .filter_map(|event| match event {
-            Event::State { at, seat, .. } if seat == echo => Some(at),
-            _ => None,
+        .filter_map(|event| {
+            let Event::State { at, seat, .. } = event else { return None };
+            (seat == echo).then_some(at)
         })
         .collect();
     assert_eq!(times[2].saturating_since(times[1]), Duration::from_micros(128 * 11));
