@@ -49,10 +49,10 @@ impl CanParticipant for Node {
 
     fn receive(&mut self, _: Instant, frame: &Frame) {
         match (frame.id(), frame.content()) {
-            (id, Content::Data(&[0x81, node])) if id == base(0) => {
-                if node == 0 || u16::from(node) == self.number {
-                    self.boot();
-                }
+            (id, Content::Data(&[0x81, node]))
+                if id == base(0) && (node == 0 || u16::from(node) == self.number) =>
+            {
+                self.boot();
             }
             (id, Content::Data(octets)) if id == base(0x600 + self.number) => {
                 self.queue.extend(Frame::data(base(0x580 + self.number), octets));
@@ -86,11 +86,14 @@ impl CanParticipant for Node {
 const SELDOM: Duration = Duration::from_secs(3600);
 const OFTEN: Duration = Duration::from_millis(2);
 
+/// A line that ran, and its news.
+type Outcome = (Line<()>, Vec<News<()>>);
+
 /// A line that runs on a thread of its own.
 struct Running {
     name: String,
     stop: Stop,
-    thread: Option<JoinHandle<(Line<()>, Vec<News<()>>)>>,
+    thread: Option<JoinHandle<Outcome>>,
 }
 
 impl Running {
@@ -122,7 +125,7 @@ impl Running {
         Self::start(&"slcan-tcp:127.0.0.1:0".parse().unwrap(), nodes, heartbeat)
     }
 
-    fn end(mut self) -> (Line<()>, Vec<News<()>>) {
+    fn end(mut self) -> Outcome {
         self.stop.request();
         self.thread.take().unwrap().join().unwrap()
     }
