@@ -2,7 +2,7 @@
 
 use core::time::Duration;
 
-use super::{DESCRIPTION, DipSwitches, Eeprom, dip, words};
+use super::{APPLICATION, DESCRIPTION, DipSwitches, Eeprom, dip, words};
 use crate::dp;
 use crate::drive;
 use crate::fdl::{Framer, Resync};
@@ -74,7 +74,8 @@ impl Config {
             Timing::True => Some(self.baud.max_tsdr_bits()),
             Timing::Untrue => None,
         };
-        dp::Station::new(self.switches.address(), self.baud, max_tsdr, DESCRIPTION).with_policy(self.dp)
+        let address = self.switches.address();
+        dp::Station::new(address, self.baud, max_tsdr, DESCRIPTION, APPLICATION).with_policy(self.dp)
     }
 
     pub(super) fn framer(&self) -> Framer {

@@ -54,26 +54,20 @@ pub const IDENT_NUMBER: u16 = 0x0AC5;
 /// the real drive uses is not public (`ag03.md` 16).
 pub const CONFIGURATIONS: &[&[u8]] = &[PpoType::Ag03.configuration(), &[0xF6]];
 
-/// The rates the manual lists: all of PROFIBUS-DP without 45.45 kbit/s.
-pub const BAUD_RATES: [BaudRate; 9] = [
-    BaudRate::K9_6,
-    BaudRate::K19_2,
-    BaudRate::K93_75,
-    BaudRate::K187_5,
-    BaudRate::K500,
-    BaudRate::K1500,
-    BaudRate::K3000,
-    BaudRate::K6000,
-    BaudRate::K12000,
-];
-
-/// What both drives are to a DP master.
+/// What both drives are to a DP master. Both manuals list all rates of PROFIBUS-DP without 45.45 kbit/s.
 pub const DESCRIPTION: dp::Description = dp::Description {
     ident: IDENT_NUMBER,
-    configurations: CONFIGURATIONS,
+    rates: dp::Rates::CUSTOMARY.without(BaudRate::K45_45),
     sync_mode: true,
     freeze_mode: true,
     ..dp::Description::PLAIN
+};
+
+/// What both drives judge in Set_Prm and Chk_Cfg: they have no user parameters.
+pub const APPLICATION: dp::Fixed<'static> = dp::Fixed {
+    configurations: CONFIGURATIONS,
+    cfg_advice: "choose the module of the drive's GSD (SIKO0AC5.GSD) in the master's project",
+    ..dp::Fixed::PLAIN
 };
 
 /// A late device makes up for at most this much time; a process that slept longer has slept, not travelled.

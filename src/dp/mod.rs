@@ -20,8 +20,10 @@
 //! the inputs that were ready before its outputs were seen.
 //!
 //! Any device is served: a [`Description`] says what it is, a [`Policy`] how it behaves where the sources are
-//! silent, and its application talks to a [`Station`]: inputs, outputs, diagnosis. The drives are one user.
+//! silent, an [`Application`] judges user parameters and configurations, and talks to a [`Station`]: inputs, outputs,
+//! diagnosis. The drives are one user.
 
+pub mod application;
 mod buffer;
 pub mod chk_cfg;
 pub mod description;
@@ -30,6 +32,7 @@ pub mod ext_diag;
 pub mod global_control;
 pub mod policy;
 mod process_data;
+mod rates;
 pub mod set_prm;
 pub mod set_slave_add;
 pub mod slave;
@@ -38,12 +41,14 @@ pub mod state;
 pub mod station;
 mod watchdog;
 
+pub use application::{Application, Fixed, Reason, Refusal};
 pub use chk_cfg::{CfgFault, CfgSyntax, IoLengths};
 pub use description::Description;
 pub use event::Event;
 pub use ext_diag::ExtDiag;
 pub use global_control::GlobalControl;
 pub use policy::Policy;
+pub use rates::Rates;
 pub use set_prm::{PrmFault, SetPrm};
 pub use set_slave_add::{AddressFault, SetSlaveAdd, StoredAddress};
 pub use slave::{CfgTicket, Slave};

@@ -126,7 +126,7 @@ impl Participant for StoredDevice {
     }
 }
 
-impl Participant for dp::Station {
+impl<A: dp::Application + Send + 'static> Participant for dp::Station<A> {
     fn address(&self) -> Address {
         Self::address(self)
     }

@@ -8,10 +8,10 @@ use profidrive::dp::policy::{
     ApplicationReady, EmptyRead, NoEffect, NotSupported, SetPrmInDataExch, ShortMinTsdr, WatchdogFactorZero,
     WrongOutputLength,
 };
-use profidrive::dp::{Description, Event, Policy, State};
+use profidrive::dp::{Description, Event, Fixed, Policy, State};
 use profidrive::fdl::station::NotOffered;
 use profidrive::fdl::{self, FrameCount, FunctionCode, Service};
-use slave_line::{Answer, BAUD, CFG, IO, MASTER, OTHER, PRM, RR, RS, SLAVE, SlaveLine, telegram};
+use slave_line::{accepting, Answer, BAUD, CFG, IO, MASTER, OTHER, PRM, RR, RS, SLAVE, SlaveLine, telegram};
 
 const DEFAULT: Policy = Policy::PROPOSED;
 
@@ -246,10 +246,10 @@ fn a_02_late_set_slave_add() {
 
 #[test]
 fn x_06_empty_read() {
-    const NOTHING: Description = Description { configurations: &[&[0x23, 0x13], &[0x00]], ..IO };
+    const NOTHING: Fixed<'static> = accepting(&[&[0x23, 0x13], &[0x00]]);
     let no_data = Policy { empty_read: EmptyRead::NoReplyData, ..DEFAULT };
     for (policy, reply) in [(DEFAULT, Answer::Sc), (no_data, Answer::Sd1(0x09))] {
-        let mut line = SlaveLine::with(NOTHING, policy);
+        let mut line = SlaveLine::judged_by(NOTHING, IO, policy);
         line.request(MASTER, Some(61), &PRM);
         line.request(MASTER, Some(62), &[0x00]);
         for sap in [56, 57] {

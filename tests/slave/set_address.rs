@@ -4,7 +4,7 @@ use crate::slave_line;
 
 use profidrive::dp::{AddressFault, Description, Event, Policy, State, Station, StoredAddress};
 use profidrive::fdl::Address;
-use slave_line::{Answer, BAUD, IO, MASTER, OTHER, PRM, RS, SLAVE, SlaveLine, answer};
+use slave_line::{ACCEPTS, Answer, BAUD, IO, MASTER, OTHER, PRM, RS, SLAVE, SlaveLine, answer};
 
 fn address(number: u8) -> Address {
     Address::station(number).unwrap()
@@ -16,7 +16,7 @@ fn delivered() -> SlaveLine {
 }
 
 fn restored(stored: StoredAddress, rem_slave_data: &[u8]) -> SlaveLine {
-    SlaveLine::of(Station::restored(stored, rem_slave_data, BAUD, Some(BAUD.max_tsdr_bits()), IO))
+    SlaveLine::of(Station::restored(stored, rem_slave_data, BAUD, Some(BAUD.max_tsdr_bits()), IO, ACCEPTS))
 }
 
 /// Set_Slave_Add to `new` with the right ident number.
