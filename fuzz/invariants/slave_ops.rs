@@ -6,7 +6,7 @@
 use std::time::Duration;
 
 use arbitrary::{Arbitrary, Unstructured};
-use profidrive::device::{Config, Device, Eeprom, MAX_TELEGRAM_LEN, NotStored, Power, Timing, words};
+use profidrive::device::{Config, DESCRIPTION, Device, Eeprom, MAX_TELEGRAM_LEN, NotStored, Power, Timing, words};
 use profidrive::dp::State;
 use profidrive::drive::{Fault, Inputs};
 use profidrive::fdl::telegram::{Decoded, Format, decode};
@@ -74,7 +74,8 @@ enum Service {
 
 pub(crate) fn check(data: &[u8]) {
     let Ok(session) = Session::arbitrary_take_rest(Unstructured::new(data)) else { return };
-    let rate = BaudRate::ALL[usize::from(session.rate) % BaudRate::ALL.len()];
+    let rates = DESCRIPTION.rates;
+    let rate = rates.iter().nth(usize::from(session.rate) % rates.iter().count()).expect("below the count");
     let kind = session.kind;
     let config = Config {
         baud: rate,

@@ -2,7 +2,7 @@
 
 use core::time::Duration;
 
-use super::Rates;
+use crate::fdl::Rates;
 
 /// What kind of slave it is: the facts its GSD states (`dp-v0.md` 14).
 ///

@@ -5,11 +5,11 @@ use crate::common;
 use std::time::Duration;
 
 use common::{Line, MASTER, Reply, hex};
-use profidrive::device::{Config, Device, MAX_TELEGRAM_LEN, Timing};
+use profidrive::device::{Config, DESCRIPTION, Device, MAX_TELEGRAM_LEN, Timing};
 use profidrive::dp::State;
 use profidrive::drive::Inputs;
 use profidrive::fdl::Address;
-use profidrive::time::{BaudRate, Instant};
+use profidrive::time::Instant;
 use proptest::prelude::*;
 
 /// Requests of all kinds to station 5, each of which is answered or has an effect.
@@ -65,7 +65,7 @@ fn f_03_a_damaged_telegram_of_the_owner_does_not_feed_the_watchdog() {
 #[test]
 fn f_07_f_09_noise_before_a_request_with_idle_time_between() {
     for noise in ["10", "68", "A2", "DC", "E5", "10 05 02 49 51 16", "68 F9 F9 68 00 00", "16 16 FF 00"] {
-        for baud in BaudRate::ALL {
+        for baud in DESCRIPTION.rates.iter() {
             let mut line = Line::at(baud);
             assert_eq!(line.send(&hex(noise)), None, "{noise}");
             let reply = line.send(&hex("10 05 02 49 50 16"));

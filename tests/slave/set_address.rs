@@ -169,9 +169,10 @@ fn n_03_units_as_delivered_get_their_addresses_one_at_a_time() {
 #[test]
 fn a_new_address_is_a_fresh_start() {
     let mut line = delivered();
-    assert_eq!(line.request_to(126, MASTER, Some(61), &[]), Answer::Sc);
+    assert_eq!(line.request_to(126, MASTER, Some(55), &new_address(8, 0)), Answer::Sc);
+    assert_eq!(line.request_to(8, MASTER, Some(61), &[]), Answer::Sc);
     assert!(line.station.slave().diagnosis().prm_fault);
-    assert_eq!(line.request_to(126, OTHER, Some(55), &new_address(7, 0)), Answer::Sc);
+    assert_eq!(line.request_to(8, OTHER, Some(55), &new_address(7, 0)), Answer::Sc);
     assert_eq!(diagnosis(&mut line, 7), Answer::Low(POWER_ON.to_vec()));
     assert_eq!(*line.station.slave().policy(), Policy::PROPOSED);
 }

@@ -3,9 +3,8 @@
 use crate::common;
 
 use common::{CFG, IDENT, Line, MASTER, RR, RS, Reply, SLAVE, hex};
-use profidrive::device::Event;
+use profidrive::device::{DESCRIPTION, Event};
 use profidrive::dp::{self, State};
-use profidrive::time::BaudRate;
 
 const OTHER: u8 = 3;
 
@@ -19,7 +18,7 @@ fn good() -> [u8; 7] {
 
 #[test]
 fn t_01_the_start_up_octet_for_octet_at_every_rate() {
-    for baud in BaudRate::ALL {
+    for baud in DESCRIPTION.rates.iter() {
         let mut line = Line::at(baud);
         for (request, reply) in [
             ("10 05 02 49 50 16", "10 02 05 00 07 16"),

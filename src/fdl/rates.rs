@@ -54,12 +54,12 @@ impl Rates {
         BaudRate::ALL.into_iter().filter(move |rate| self.contains(*rate))
     }
 
-    /// The rates that both know; max T_SDR is the longer one.
+    /// The rates that one of them knows, with the longer max T_SDR where both do.
     #[must_use]
-    pub fn common(self, other: Self) -> Self {
-        self.iter().fold(Self::NONE, |common, rate| match (self.max_tsdr(rate), other.max_tsdr(rate)) {
-            (Some(one), Some(two)) => common.with(rate, one.max(two)),
-            (Some(_) | None, None) | (None, Some(_)) => common,
+    pub fn union(self, other: Self) -> Self {
+        other.iter().fold(self, |union, rate| match union.max_tsdr(rate).max(other.max_tsdr(rate)) {
+            Some(max_tsdr) => union.with(rate, max_tsdr),
+            None => union,
         })
     }
 
@@ -98,7 +98,8 @@ mod tests {
             assert_eq!(without.iter().count(), BaudRate::ALL.len() - 1);
             assert_eq!(without.with(rate, rate.max_tsdr_bits()), Rates::CUSTOMARY);
             assert_eq!(Rates::NONE.with(rate, 15).max_tsdr(rate), Some(15));
-            assert_eq!(Rates::CUSTOMARY.common(Rates::NONE.with(rate, 9999)), Rates::NONE.with(rate, 9999));
+            assert_eq!(without.union(Rates::NONE.with(rate, 9999)).max_tsdr(rate), Some(9999));
+            assert_eq!(without.union(without), without);
         }
         assert_eq!(Rates::NONE.iter().next(), None);
         assert!(Rates::CUSTOMARY.iter().eq(BaudRate::ALL));
