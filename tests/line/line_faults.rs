@@ -5,7 +5,7 @@ use crate::common;
 use core::time::Duration;
 
 use common::{CFG, IDENT, MASTER, SLAVE, hex, telegram};
-use profidrive::device::{Config, Device};
+use profidrive::device::{ApplicationCycle, Config, Device};
 use profidrive::fdl::telegram::{Decoded, decode};
 use profidrive::fdl::{Address, FrameCount, FunctionCode, Service, Telegram};
 use profidrive::host::link::fault::{Fault, Faulty, Kind, PkwFault};
@@ -34,7 +34,7 @@ impl Line {
         let clock = ManualClock::new();
         let mut bus = Bus::new();
         let config =
-            Config { application_cycle: Duration::ZERO, ..Config::new(Address::station(SLAVE).unwrap()) };
+            Config { application_cycle: ApplicationCycle::EACH_EXCHANGE, ..Config::new(Address::station(SLAVE).unwrap()) };
         bus.add(Device::new(config, clock.now())).unwrap();
         let (master, link) = (wire.end(), Faulty::new(wire.end(), clock.clone(), faults));
         Self { master, link, bus, clock, count: FrameCount::First }

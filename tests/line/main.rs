@@ -34,3 +34,5 @@ mod line_faults;
 mod many_stations;
 #[cfg(target_os = "linux")]
 mod master_clients;
+#[cfg(all(target_os = "linux", feature = "serial"))]
+mod slot_time;
