@@ -13,7 +13,8 @@ use profidrive::time::{BaudRate, Instant};
 /// One octet out, one octet in, and a user parameter: 0 = inputs as wired, 1 = inverted.
 const IO_STATION: Description =
     Description { ident: 0x1234, user_prm_len: 1, max_diag_len: 32, ..Description::PLAIN };
-const ACCEPTED: Fixed<'static> = Fixed { configurations: &[&[0x20, 0x10]], user_prm: &[0..=1], ..Fixed::PLAIN };
+const ACCEPTED: Fixed<'static> =
+    Fixed { configurations: &[&[0x20, 0x10]], user_prm: &[0..=1], ..Fixed::PLAIN };
 
 /// The application: inputs from outputs, and a short circuit while output 7 is on.
 fn application(station: &mut Station) {

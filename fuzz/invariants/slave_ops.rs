@@ -6,7 +6,9 @@
 use std::time::Duration;
 
 use arbitrary::{Arbitrary, Unstructured};
-use profidrive::device::{ApplicationCycle, Config, DESCRIPTION, Device, Eeprom, MAX_TELEGRAM_LEN, NotStored, Power, Timing, words};
+use profidrive::device::{
+    ApplicationCycle, Config, DESCRIPTION, Device, Eeprom, MAX_TELEGRAM_LEN, NotStored, Power, Timing, words,
+};
 use profidrive::dp::State;
 use profidrive::drive::{Fault, Inputs};
 use profidrive::fdl::telegram::{Decoded, Format, decode};

@@ -79,8 +79,7 @@ mod tests {
         for time in [ApplicationCycle::SHORTEST, Duration::MAX] {
             let application_cycle = ApplicationCycle::every(time).unwrap();
             let address = Address::station(5).unwrap();
-            let mut device =
-                Device::new(Config { application_cycle, ..Config::new(address) }, Instant::ZERO);
+            let mut device = Device::new(Config { application_cycle, ..Config::new(address) }, Instant::ZERO);
             // Inputs that are set wake the drive part.
             let inputs = *device.inputs();
             device.set_inputs(Instant::from_millis(1), inputs);

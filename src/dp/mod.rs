@@ -40,6 +40,7 @@ pub mod state;
 pub mod station;
 mod watchdog;
 
+pub use crate::fdl::Rates;
 pub use application::{Application, Fixed, Reason, Refusal};
 pub use chk_cfg::{CfgFault, CfgSyntax, IoLengths};
 pub use description::Description;
@@ -47,7 +48,6 @@ pub use event::Event;
 pub use ext_diag::ExtDiag;
 pub use global_control::GlobalControl;
 pub use policy::Policy;
-pub use crate::fdl::Rates;
 pub use set_prm::{PrmFault, SetPrm};
 pub use set_slave_add::{AddressFault, SetSlaveAdd, StoredAddress};
 pub use slave::{CfgTicket, Slave};

@@ -25,8 +25,8 @@ use nom::error::Error;
 use nom::number::complete::{be_u8, be_u16};
 use thiserror::Error;
 
-use super::{Application, Description, Refusal};
 use super::policy::{NotSupported, Policy, ShortMinTsdr, WatchdogFactorZero};
+use super::{Application, Description, Refusal};
 
 /// Octets before the user parameters.
 pub const FIXED_LEN: usize = 7;

@@ -352,8 +352,8 @@ impl<A: Application> Slave<A> {
     pub fn handle_sdn(&mut self, now: Instant, request: &Request<'_>) -> Option<Event> {
         let is_control = self.service(request) == Some(Service::GlobalControl);
         let caller = self.caller(request.sa);
-        let runs = is_control
-            && Service::GlobalControl.access(self.state, caller, &self.policy) == Access::Run;
+        let runs =
+            is_control && Service::GlobalControl.access(self.state, caller, &self.policy) == Access::Run;
         let command = GlobalControl::parse(request.data, self.policy.check_reserved_control_bits);
         if match self.policy.feeds_watchdog {
             // Broadcasts do not unless the policy says so: a master that has dropped the slave still sends them.

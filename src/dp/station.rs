@@ -39,6 +39,8 @@ use crate::time::{BaudRate, Instant};
 pub struct Station<A = Fixed<'static>> {
     fdl: fdl::Station,
     slave: Slave<A>,
+    /// The description has the rate of the line.
+    knows_rate: bool,
     /// The last request fed the watchdog: so may its retry.
     fed: bool,
 }
@@ -79,7 +81,8 @@ impl<A: Application> Station<A> {
     }
 
     const fn of(address: Address, baud: BaudRate, max_tsdr: Option<u16>, slave: Slave<A>) -> Self {
-        Self { fdl: fdl::Station::new(address, baud, max_tsdr), slave, fed: false }
+        let knows_rate = slave.description().rates.contains(baud);
+        Self { fdl: fdl::Station::new(address, baud, max_tsdr), slave, knows_rate, fed: false }
     }
 
     /// The same station with another policy.
@@ -148,13 +151,14 @@ impl<A: Application> Station<A> {
     /// description has for that rate.
     pub fn set_baud(&mut self, baud: BaudRate) {
         let max_tsdr = self.slave.description().rates.max_tsdr(baud);
+        self.knows_rate = max_tsdr.is_some();
         self.fdl.set_baud(baud, max_tsdr.unwrap_or(baud.max_tsdr_bits()));
     }
 
     /// Takes a telegram whose last octet ended at `now`. At a rate that its description does not have a station hears
     /// nothing.
     pub fn receive(&mut self, now: Instant, telegram: &Telegram<'_>) -> Outcome {
-        if !self.slave.description().rates.contains(self.fdl.baud()) {
+        if !self.knows_rate {
             return Outcome::default();
         }
         match self.fdl.receive(now, telegram) {

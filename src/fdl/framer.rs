@@ -72,7 +72,14 @@ impl Refused {
 impl Framer {
     /// A framer that has heard nothing yet.
     pub const fn new(resync: Resync) -> Self {
-        Self { resync, octets: [0; MAX_TELEGRAM_LEN], len: 0, last_octet: Instant::ZERO, deaf: false, refused: Refused::Nothing }
+        Self {
+            resync,
+            octets: [0; MAX_TELEGRAM_LEN],
+            len: 0,
+            last_octet: Instant::ZERO,
+            deaf: false,
+            refused: Refused::Nothing,
+        }
     }
 
     /// Takes `octets`, the last of which ended at `now`, and hands over each telegram and each refusal in order,
@@ -246,20 +253,18 @@ fn cut<'a>(
                 sink(at, Ok(telegram));
                 len
             }
-            Decoded::Invalid { error, skip } => {
-                match resync {
-                    Resync::Scan(_) => {
-                        if refused.note(octets, skip) {
-                            sink(at, Err(error));
-                        }
-                        skip
-                    }
-                    Resync::Idle(_) => {
+            Decoded::Invalid { error, skip } => match resync {
+                Resync::Scan(_) => {
+                    if refused.note(octets, skip) {
                         sink(at, Err(error));
-                        return Cut { rest: &[], deaf: true };
                     }
+                    skip
                 }
-            }
+                Resync::Idle(_) => {
+                    sink(at, Err(error));
+                    return Cut { rest: &[], deaf: true };
+                }
+            },
         };
         octets = octets.get(used..).unwrap_or_default();
     }

@@ -63,12 +63,11 @@ impl Line {
     /// A line on which the drive part runs once after each Data_Exchange.
     pub(crate) fn counting_exchanges() -> Self {
         let address = Address::station(SLAVE).unwrap();
-        let config =
-            Config {
-                timing: Timing::True,
-                application_cycle: ApplicationCycle::EACH_EXCHANGE,
-                ..Config::new(address)
-            };
+        let config = Config {
+            timing: Timing::True,
+            application_cycle: ApplicationCycle::EACH_EXCHANGE,
+            ..Config::new(address)
+        };
         Self::with(config)
     }
 

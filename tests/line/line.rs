@@ -2,7 +2,9 @@
 
 use core::time::Duration;
 
-use profidrive::device::{CONFIGURATIONS, Config, DESCRIPTION, Device, Event, IDENT_NUMBER, MAX_TELEGRAM_LEN, Timing};
+use profidrive::device::{
+    CONFIGURATIONS, Config, DESCRIPTION, Device, Event, IDENT_NUMBER, MAX_TELEGRAM_LEN, Timing,
+};
 use profidrive::dp::State;
 use profidrive::fdl::{Address, RateChange, Sap, Telegram};
 use profidrive::host::line::{Answer, Breach, Line, Master};
@@ -281,7 +283,8 @@ fn a_silent_line_is_searched_from_the_top_over_and_over_and_nothing_is_sent() {
         other => panic!("{other}"),
     });
     let tried: Vec<_> = tried.collect();
-    let expected: Vec<_> = DESCRIPTION.rates.iter().rev().collect::<Vec<_>>().into_iter().cycle().take(tried.len()).collect();
+    let expected: Vec<_> =
+        DESCRIPTION.rates.iter().rev().collect::<Vec<_>>().into_iter().cycle().take(tried.len()).collect();
     assert!(tried.len() > 30);
     assert_eq!(tried, expected);
 }

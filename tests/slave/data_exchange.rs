@@ -285,7 +285,7 @@ fn w_03_only_telegrams_of_the_owner_to_this_slave_feed_the_watchdog() {
     type Feed = fn(&mut Line);
     let fed: [(&str, Feed, bool); 6] = [
         ("Slave_Diag of the owner", |line| assert_eq!(line.diagnosis(MASTER)[3], MASTER), true),
-        ("Data_Exchange of the owner", |line| drop(line.exchange(&ENABLE)), true),
+        ("Data_Exchange of the owner", |line| assert_eq!(line.exchange(&ENABLE).len(), 14), true),
         ("FDL status of the owner", |line| drop(line.send(&common::hex("10 05 02 49 50 16"))), false),
         ("Slave_Diag of another master", |line| assert_eq!(line.diagnosis(OTHER)[4], 0x0A), false),
         ("the owner to another slave", |line| drop(line.send(&common::hex("10 06 02 49 51 16"))), false),

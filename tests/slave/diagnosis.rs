@@ -6,7 +6,7 @@ use crate::slave_line;
 
 use profidrive::dp::ext_diag::{Block, Channel, ChannelError, Direction, ExtDiag, Width};
 use profidrive::dp::{Description, Policy};
-use slave_line::{accepting, Answer, IO, MASTER, OTHER, PRM, SlaveLine};
+use slave_line::{Answer, IO, MASTER, OTHER, PRM, SlaveLine, accepting};
 
 fn short_circuit() -> ExtDiag {
     let mut diagnosis = ExtDiag::fault();

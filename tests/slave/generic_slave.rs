@@ -5,18 +5,20 @@ use crate::slave_line;
 
 use std::time::Duration;
 
+use profidrive::dp::application::Expected;
 use profidrive::dp::ext_diag::Block;
 use profidrive::dp::policy::{ApplicationReady, SetPrmInDataExch};
-use profidrive::dp::application::Expected;
 use profidrive::dp::{
-    Application, CfgFault, CfgTicket, Description, Event, ExtDiag, Fixed, Policy, PrmFault, Reason, Refusal, State,
-    Station,
+    Application, CfgFault, CfgTicket, Description, Event, ExtDiag, Fixed, Policy, PrmFault, Reason, Refusal,
+    State, Station,
 };
 use profidrive::fdl::telegram::Format;
 use profidrive::fdl::{Address, DataTelegram, FrameCount, FunctionCode, Sap, Service};
 use profidrive::time::Instant;
 use proptest::prelude::*;
-use slave_line::{ACCEPTS, Answer, BAUD, CFG, IO, accepting, MASTER, OTHER, PRM, RS, SLAVE, SlaveLine, hex, telegram};
+use slave_line::{
+    ACCEPTS, Answer, BAUD, CFG, IO, MASTER, OTHER, PRM, RS, SLAVE, SlaveLine, accepting, hex, telegram,
+};
 
 const JUDGED: Policy = Policy { application_ready: ApplicationReady::WhenJudged, ..Policy::PROPOSED };
 
@@ -103,7 +105,12 @@ fn f_11_an_sd3_request_is_answered_and_carried_out_like_its_sd2_form() {
             replies.push(reply);
         }
         // Eight octets of Set_Prm with its SAPs: one too few, refused alike.
-        replies.push(line.send(&framed(format, fc(FrameCount::First), Some(61), &[0x80, 1, 1, 11, 0x12, 0x34])));
+        replies.push(line.send(&framed(
+            format,
+            fc(FrameCount::First),
+            Some(61),
+            &[0x80, 1, 1, 11, 0x12, 0x34],
+        )));
         replies.push(Some(line.diagnosis(OTHER)));
         // Eight octets to services that take none.
         for sap in [56, 57, 59, 60] {
@@ -118,38 +125,47 @@ fn f_11_an_sd3_request_is_answered_and_carried_out_like_its_sd2_form() {
 
 #[test]
 fn f_12_x_01_requests_of_low_and_high_priority_are_alike_in_every_service() {
-    let [low, high] = [(Service::SrdLow, Service::SdnLow), (Service::SrdHigh, Service::SdnHigh)].map(|services| {
-        let (srd, sdn) = services;
-        let mut line = SlaveLine::new(IO);
-        let mut seen = Vec::new();
-        let requests: [(u8, Option<u8>, &[u8]); 13] = [
-            (SLAVE, Some(55), &[6, 0x12, 0x34, 0]),
-            (6, Some(60), &[]),
-            (6, Some(59), &[]),
-            (6, Some(61), &[0xB8, 10, 10, 11, 0x12, 0x34, 1]),
-            (6, Some(62), &CFG),
-            (6, None, &[1, 2, 3, 4]),
-            (6, Some(56), &[]),
-            (6, Some(57), &[]),
-            // Global_Control: Sync and Freeze, then outputs that wait, then Clear_Data.
-            (127, Some(58), &[0x28, 1]),
-            (6, None, &[5, 6, 7, 8]),
-            (6, Some(60), &[]),
-            (6, Some(58), &[0x02, 0]),
-            (6, Some(40), &[]),
-        ];
-        for (da, dsap, data) in requests {
-            line.station.set_inputs(&[0xA0 + seen.len() as u8; 4]);
-            let (service, count) =
-                if dsap == Some(58) { (sdn, FrameCount::Unused) } else { (srd, FrameCount::First) };
-            let reply = line.send(&telegram(da, MASTER, FunctionCode::request(service, count), dsap, data));
-            assert_eq!(reply.is_none(), dsap == Some(58), "{dsap:?}");
-            let slave = line.station.slave();
-            let (outputs, passed) = (slave.outputs().to_vec(), slave.outputs_passed());
-            seen.push((reply, slave.state(), outputs, passed, slave.diagnosis().octets(), line.station.address()));
-        }
-        seen
-    });
+    let [low, high] =
+        [(Service::SrdLow, Service::SdnLow), (Service::SrdHigh, Service::SdnHigh)].map(|services| {
+            let (srd, sdn) = services;
+            let mut line = SlaveLine::new(IO);
+            let mut seen = Vec::new();
+            let requests: [(u8, Option<u8>, &[u8]); 13] = [
+                (SLAVE, Some(55), &[6, 0x12, 0x34, 0]),
+                (6, Some(60), &[]),
+                (6, Some(59), &[]),
+                (6, Some(61), &[0xB8, 10, 10, 11, 0x12, 0x34, 1]),
+                (6, Some(62), &CFG),
+                (6, None, &[1, 2, 3, 4]),
+                (6, Some(56), &[]),
+                (6, Some(57), &[]),
+                // Global_Control: Sync and Freeze, then outputs that wait, then Clear_Data.
+                (127, Some(58), &[0x28, 1]),
+                (6, None, &[5, 6, 7, 8]),
+                (6, Some(60), &[]),
+                (6, Some(58), &[0x02, 0]),
+                (6, Some(40), &[]),
+            ];
+            for (da, dsap, data) in requests {
+                line.station.set_inputs(&[0xA0 + seen.len() as u8; 4]);
+                let (service, count) =
+                    if dsap == Some(58) { (sdn, FrameCount::Unused) } else { (srd, FrameCount::First) };
+                let reply =
+                    line.send(&telegram(da, MASTER, FunctionCode::request(service, count), dsap, data));
+                assert_eq!(reply.is_none(), dsap == Some(58), "{dsap:?}");
+                let slave = line.station.slave();
+                let (outputs, passed) = (slave.outputs().to_vec(), slave.outputs_passed());
+                seen.push((
+                    reply,
+                    slave.state(),
+                    outputs,
+                    passed,
+                    slave.diagnosis().octets(),
+                    line.station.address(),
+                ));
+            }
+            seen
+        });
     assert_eq!(low, high);
     // applied once each, whatever the priority.
     assert_eq!((&low[5].2[..], low[5].3), (&[1, 2, 3, 4][..], low[4].3 + 1));
@@ -484,8 +500,7 @@ fn i_03_the_requests_seen_at_an_et200s_get_its_replies() {
     };
     let modules = accepting(&[&[0x00, 0x10, 0x10]]);
     let address = Address::station(8).unwrap();
-    let mut line =
-        SlaveLine::of(Station::new(address, BAUD, Some(BAUD.max_tsdr_bits()), et200s, modules));
+    let mut line = SlaveLine::of(Station::new(address, BAUD, Some(BAUD.max_tsdr_bits()), et200s, modules));
     let srd = |fc: u8, sap: Option<u8>, data: &[u8]| telegram(8, 1, FunctionCode::from_octet(fc), sap, data);
     let low = |line: &mut SlaveLine, octets: &[u8]| slave_line::answer(line.send(octets));
     line.sdn(1, 127, 58, &[0, 0]);

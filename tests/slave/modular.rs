@@ -77,7 +77,8 @@ impl Application for Modular {
         let mut index = 0;
         for (slot, module) in self.slots().enumerate() {
             if configuration.get(index..).is_none_or(|rest| !rest.starts_with(&module.identifiers)) {
-                let (got, reason) = (configuration.get(index).copied(), Reason::Numbered(MODULE + slot as u16));
+                let (got, reason) =
+                    (configuration.get(index).copied(), Reason::Numbered(MODULE + slot as u16));
                 return Err(Refusal { index, expected: Expected::AsReasoned, got, reason });
             }
             index += module.identifiers.len();

@@ -5,8 +5,8 @@ use crate::slave_line;
 use std::time::Duration;
 
 use profidrive::dp::policy::{
-    ApplicationReady, DefaultAddress, EmptyRead, FeedsWatchdog, NoEffect, NotSupported, SetPrmInDataExch, ShortMinTsdr, WatchdogFactorZero,
-    WrongOutputLength,
+    ApplicationReady, DefaultAddress, EmptyRead, FeedsWatchdog, NoEffect, NotSupported, SetPrmInDataExch,
+    ShortMinTsdr, WatchdogFactorZero, WrongOutputLength,
 };
 use profidrive::dp::{Description, Event, Fixed, Policy, State, Station};
 use profidrive::fdl::station::NotOffered;
@@ -280,9 +280,8 @@ fn a_01_default_address() {
         assert_eq!(line.request_to(126, MASTER, None, &[9; 4]), inputs, "Data_Exchange");
         assert_eq!(line.request_to(126, MASTER, Some(56), &[]), inputs, "RD_Inp");
         assert_eq!(state(&line) == State::WaitPrm, closed);
-        let mut line = SlaveLine::of(
-            Station::restored(stored, &[], BAUD, max_tsdr, IO, ACCEPTS).with_policy(policy),
-        );
+        let mut line =
+            SlaveLine::of(Station::restored(stored, &[], BAUD, max_tsdr, IO, ACCEPTS).with_policy(policy));
         assert_eq!(line.request_to(126, MASTER, Some(55), &[7, 0x12, 0x34, 0]), Answer::Sc, "Set_Slave_Add");
         assert_eq!(line.request_to(7, MASTER, Some(61), &PRM), Answer::Sc);
         assert_eq!(line.request_to(7, MASTER, Some(62), &CFG), Answer::Sc);

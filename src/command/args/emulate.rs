@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use profidrive::device::DESCRIPTION;
 use profidrive::host::link::fault::Fault;
 
 use super::drive::RangeSpec;
@@ -105,13 +104,6 @@ impl Emulate {
         }
         if self.slot_time.is_some() && !matches!(self.link, LinkSpec::Serial(_)) {
             return Err("--slot-time needs a serial link; on the others every reply is sent".into());
-        }
-        if let Some(BaudSpec::Fixed(rate)) = self.baud
-            && !DESCRIPTION.rates.contains(rate)
-        {
-            let rates: Vec<_> =
-                DESCRIPTION.rates.iter().map(|rate| rate.bits_per_second().to_string()).collect();
-            return Err(format!("the drives do not know {rate}; choose one of {}", rates.join(", ")));
         }
         match (&self.link, self.baud) {
             (LinkSpec::Tcp(_), Some(BaudSpec::Auto)) => {

@@ -82,7 +82,11 @@ fn a_service_by_the_wrong_kind_of_request_has_no_effect() {
     slave.handle_srd(Instant::ZERO, &request(None, &[1, 2, 3, 4]));
     let handled = slave.handle_srd(Instant::ZERO, &request(Some(58), &[0x02, 0x00]));
     assert_eq!(handled.reply, Reply::NotActivated, "Global_Control as SRD");
-    assert_eq!(slave.handle_sdn(Instant::ZERO, &request(Some(61), &[0x40, 0, 0, 0, 0, 0, 0])), None, "Set_Prm as SDN");
+    assert_eq!(
+        slave.handle_sdn(Instant::ZERO, &request(Some(61), &[0x40, 0, 0, 0, 0, 0, 0])),
+        None,
+        "Set_Prm as SDN"
+    );
     assert_eq!((slave.state(), slave.outputs()), (State::DataExch, &[1, 2, 3, 4][..]));
 }
 
@@ -97,10 +101,10 @@ fn g_07_a_configuration_that_no_slave_can_exchange_is_a_fault_although_the_appli
         let handled = slave.handle_srd(Instant::ZERO, &request(Some(62), configuration));
         let fault = CfgFault::Impossible(expected);
         let master = Address::from_octet(MASTER);
-        assert_eq!((handled.reply, handled.event), (
-            Reply::ShortAcknowledge,
-            Some(Event::CfgRejected { master, fault })
-        ));
+        assert_eq!(
+            (handled.reply, handled.event),
+            (Reply::ShortAcknowledge, Some(Event::CfgRejected { master, fault }))
+        );
         assert!(slave.diagnosis().cfg_fault && slave.state() == State::WaitPrm);
     }
 }

@@ -110,7 +110,10 @@ fn scanning_does_not_answer_a_telegram_hidden_in_a_damaged_sd3() {
     damaged.extend([0x00, 0x00, 0x3B, 0x16]);
     damaged.extend(STATUS_6);
     let heard = hear(&mut framer, Instant::ZERO, &damaged);
-    assert!(matches!(heard[..], [Heard::Refused(FrameError::Checksum { .. }), Heard::Telegram(_)]), "{heard:?}");
+    assert!(
+        matches!(heard[..], [Heard::Refused(FrameError::Checksum { .. }), Heard::Telegram(_)]),
+        "{heard:?}"
+    );
     assert_eq!(heard[1], telegram(&STATUS_6));
 }
 

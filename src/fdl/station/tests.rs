@@ -85,7 +85,11 @@ fn f_16_no_response_is_answered_or_served_whatever_its_status_and_form_and_whoev
             {
                 let octets = telegram(da, 6, fc, saps, data);
                 let mut station = station();
-                assert_eq!(exchange(&mut station, Instant::ZERO, &octets, &mut served), None, "{octets:02X?}");
+                assert_eq!(
+                    exchange(&mut station, Instant::ZERO, &octets, &mut served),
+                    None,
+                    "{octets:02X?}"
+                );
             }
             // SD3.
             let octets = DataTelegram {

@@ -83,13 +83,11 @@ impl Active {
                     return [encoded(&unlock), octets].concat();
                 }
             }
-            Kind::NotReady(time) => {
-                match self.keep_from_getting_ready(service, &request, now, time) {
-                    Pass::Whole => {}
-                    Pass::Instead(nothing) => return nothing,
-                    Pass::Behind(chk_cfg) => return [chk_cfg, octets].concat(),
-                }
-            }
+            Kind::NotReady(time) => match self.keep_from_getting_ready(service, &request, now, time) {
+                Pass::Whole => {}
+                Pass::Instead(nothing) => return nothing,
+                Pass::Behind(chk_cfg) => return [chk_cfg, octets].concat(),
+            },
             Kind::NoReply
             | Kind::Late(_)
             | Kind::Duplicate
