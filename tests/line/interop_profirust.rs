@@ -237,7 +237,7 @@ fn replies_keep_t_sdr_and_requests_keep_t_syn() {
         let mut plant = Plant::new(baud, &[5, 6]);
         let mut previous: Option<(Sender, Instant)> = None;
         let mut replies = 0;
-        let outcome = plant.bus.run_until(Duration::from_secs(5), |bus, _| {
+        let outcome = plant.bus.run_until(Duration::from_secs(20), |bus, _| {
             while let Some(heard) = bus.poll_telegram() {
                 let octets = u32::try_from(heard.octets.len()).unwrap();
                 if let Some((sender, end)) = previous {

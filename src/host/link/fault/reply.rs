@@ -155,8 +155,6 @@ fn inputs(octets: &[u8]) -> Option<DataTelegram<'_>> {
     response_of(octets, Service::DataExchange).filter(|telegram| !telegram.data.is_empty())
 }
 
-/// A reply to Slave_Diag.
-
 /// A reply with data whose SAPs are those of `service`, the other way round than in its request.
 fn response_of(octets: &[u8], service: Service) -> Option<DataTelegram<'_>> {
     let telegram = data_telegram(octets)?;
