@@ -227,7 +227,8 @@ fn s_10_a_mode_not_asked_for_in_set_prm_stays_closed() {
 fn s_11_sync_and_freeze_end_with_the_owner() {
     let mut watched = SYNC_FREEZE;
     watched[..3].copy_from_slice(&[SYNC_FREEZE[0] | 0x08, 1, 10]);
-    let leave: [(&str, fn(&mut Line)); 5] = [
+    type Leave = fn(&mut Line);
+    let leave: [(&str, Leave); 5] = [
         ("released", |line| drop(line.request(MASTER, Some(61), &[0x40, 1, 1, 11, IDENT[0], IDENT[1], 0]))),
         ("watchdog expired", |line| line.wait(Duration::from_millis(101))),
         ("wrong length", |line| assert_eq!(line.request(MASTER, None, &[0; 3]), RS)),
