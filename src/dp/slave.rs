@@ -355,12 +355,15 @@ impl<A: Application> Slave<A> {
         let runs =
             is_control && Service::GlobalControl.access(self.state, caller, &self.policy) == Access::Run;
         let command = GlobalControl::parse(request.data, self.policy.check_reserved_control_bits);
-        if match self.policy.feeds_watchdog {
+        let feeds = match (self.policy.feeds_watchdog, request.da.is_broadcast()) {
             // Broadcasts do not unless the policy says so: a master that has dropped the slave still sends them.
-            _ if request.da.is_broadcast() => is_control && self.policy.broadcast_feeds_watchdog,
-            FeedsWatchdog::AnyTelegram => true,
-            FeedsWatchdog::DpService => runs && command.is_some(),
-        } {
+            (FeedsWatchdog::AnyTelegram | FeedsWatchdog::DpService, true) => {
+                is_control && self.policy.broadcast_feeds_watchdog
+            }
+            (FeedsWatchdog::AnyTelegram, false) => true,
+            (FeedsWatchdog::DpService, false) => runs && command.is_some(),
+        };
+        if feeds {
             self.heard(now, request.sa);
         }
         let command = command.filter(|_| runs)?;

@@ -325,6 +325,8 @@ struct Station {
 /// A Chk_Cfg that is kept from its station.
 #[derive(Clone, Debug)]
 struct HeldCfg {
+    /// Whose it is.
+    master: Address,
     /// The station may hear it then.
     until: Instant,
     octets: Vec<u8>,

@@ -115,7 +115,9 @@ impl Active {
     ) -> Pass {
         let held = self.stations.get_mut(&request.da.number()).and_then(|station| station.not_ready.take());
         let waits = held.as_ref().is_some_and(|held| now < held.until);
-        if service == Some(Service::ChkCfg) && (waits || self.strikes()) {
+        // What another master asks meanwhile the slave refuses by itself.
+        let foreign = held.as_ref().is_some_and(|held| held.master != request.sa);
+        if service == Some(Service::ChkCfg) && !foreign && (waits || self.strikes()) {
             let until = match held {
                 Some(held) if waits => held.until,
                 Some(_) | None => now.saturating_add(time),
@@ -128,13 +130,13 @@ impl Active {
                 data: &NOTHING,
                 ..*request
             };
-            let held = Some(HeldCfg { until, octets: chk_cfg });
+            let held = Some(HeldCfg { master: request.sa, until, octets: chk_cfg });
             self.stations.entry(request.da.number()).or_default().not_ready = held;
             return Pass::Instead(encoded(&nothing));
         }
         match held {
             // Void: the slave is parameterised anew.
-            Some(_) if service == Some(Service::SetPrm) => Pass::Whole,
+            Some(_) if service == Some(Service::SetPrm) && !foreign => Pass::Whole,
             Some(held) if waits => {
                 self.stations.entry(request.da.number()).or_default().not_ready = Some(held);
                 Pass::Whole
