@@ -61,7 +61,7 @@ mod run;
 mod stop;
 mod stored_device;
 
-pub use bus::{Bus, BusEvent, Evidence, LISTEN_TIME, Presence};
+pub use bus::{Bus, BusEvent, Evidence, LISTEN_TIME, Presence, SlotTime};
 pub use clock::{ManualClock, SystemClock};
 pub use eeprom_file::{StateDir, StateDirError};
 pub use participant::Participant;

@@ -36,3 +36,5 @@ mod many_stations;
 mod master_clients;
 #[cfg(target_os = "linux")]
 mod slcan;
+#[cfg(all(target_os = "linux", feature = "serial"))]
+mod slot_time;

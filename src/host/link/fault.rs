@@ -247,7 +247,7 @@ impl<L: Link, C: Clock> Link for Faulty<L, C> {
             None => self.asked,
         };
         for active in &mut self.faults.active {
-            active.spoil_reply(&mut reply, station, now);
+            active.spoil_reply(&mut reply, station);
         }
         for octets in reply.telegrams() {
             if reply.delay.is_zero() {
@@ -307,10 +307,10 @@ struct Active {
 }
 
 /// What a fault remembers of a station.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct Station {
-    /// The station is not ready until then.
-    not_ready: Option<Instant>,
+    /// The Chk_Cfg that the station has not heard yet: it is not ready.
+    not_ready: Option<HeldCfg>,
     /// The PKW words the station has sent last.
     sent: Pkw,
     /// Those the master has got last.
@@ -319,6 +319,16 @@ struct Station {
     spoilt: bool,
     /// In how many exchanges that answer was sent.
     exchanges: u32,
+}
+
+/// A Chk_Cfg that is kept from its station.
+#[derive(Clone, Debug)]
+struct HeldCfg {
+    /// Whose it is.
+    master: Address,
+    /// The station may hear it then.
+    until: Instant,
+    octets: Vec<u8>,
 }
 
 impl Active {
