@@ -28,6 +28,7 @@
 //! | [`client`] | the master's side: parameters and control words of a drive, without I/O | PKW, STW and ZSW patterns |
 //! | [`explain`] | telegrams and words in words (feature `std`) | what all of the above mean to a person |
 //! | [`host`] | links, clock, run loop (feature `std`) | the operating system |
+//! | [`bench`] | a simulated line to test masters on (feature `std`) | the rules of the bus |
 //! | `panel` | HTTP control, live stream and a page (feature `panel`) | what a bench around a bus needs |
 //!
 //! Everything above [`explain`] is `no_std`, allocates nothing, and never panics whatever octets it is given.
@@ -126,6 +127,9 @@ pub mod explain;
 
 #[cfg(feature = "std")]
 pub mod host;
+
+#[cfg(feature = "std")]
+pub mod bench;
 
 #[cfg(feature = "master")]
 pub mod master;

@@ -1,7 +1,9 @@
 //! Many stations on one line.
 
 use core::any::Any;
+use core::fmt;
 use std::boxed::Box;
+use std::vec::Vec;
 
 use super::{Error, Participant};
 use crate::device::{MAX_TELEGRAM_LEN, Timing};
@@ -29,6 +31,13 @@ use stations::Stations;
 pub struct Bus {
     framer: Framer,
     stations: Stations,
+}
+
+impl fmt::Debug for Bus {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let stations: Vec<u8> = self.addresses().map(Address::number).collect();
+        f.debug_struct("Bus").field("baud", &self.baud()).field("stations", &stations).finish_non_exhaustive()
+    }
 }
 
 /// Whether a station takes part.

@@ -7,8 +7,8 @@
 //! - [`LinkPhy`] is profirust's physical layer on a [`Link`](crate::host::Link): a serial port, the terminal of
 //!   another process, a line in memory.
 //! - [`peripheral()`] is an AG03 or AG03/1 as profirust must be told of it, as in `gsd/SIKO0AC5.GSD`.
-//! - [`EmulatedBus`] is a whole bus in one process: profirust, emulated drives, faults on purpose, and a clock that
-//!   jumps from one thing that happens to the next.
+//! - [`Profirust`] is the master of a simulated [`Line`](crate::bench::Line): a whole bus in one process, with emulated
+//!   drives, faults on purpose, and a clock that jumps from one thing that happens to the next.
 //! - [`Session`] is one drive on a line that somebody else serves, in real time, for programs that do one thing after the
 //!   other.
 //!
@@ -29,15 +29,15 @@
 //!   diagnosis for the parameter fault.
 //! - It knows the operating state Operate only.
 
-mod emulated_bus;
 mod error;
 mod inquiry;
 mod peripheral;
 mod phy;
 mod session;
+mod simulated;
 
-pub use emulated_bus::{EmulatedBus, Heard, Sender, TimedOut};
 pub use error::SessionError;
 pub use peripheral::{options, peripheral};
 pub use phy::{LinkPhy, baudrate, instant};
 pub use session::{Session, Settings};
+pub use simulated::Profirust;

@@ -5,7 +5,7 @@ use core::time::Duration;
 use profidrive::device::{CONFIGURATIONS, Config, Device, Event, IDENT_NUMBER, MAX_TELEGRAM_LEN, Timing};
 use profidrive::dp::State;
 use profidrive::fdl::{Address, RateChange, Sap, Telegram};
-use profidrive::host::line::{Answer, Breach, Line, Master};
+use profidrive::bench::{Answer, Breach, Line, ScriptedMaster as Master};
 use profidrive::host::{Bus, BusEvent, Evidence, LISTEN_TIME, Participant, Presence};
 use profidrive::time::{BaudRate, Instant};
 

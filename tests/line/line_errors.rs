@@ -9,7 +9,7 @@ use profidrive::device::{Config, Device, Timing};
 use profidrive::dp::State;
 use profidrive::fdl::ReplyStatus;
 use profidrive::host::BusEvent;
-use profidrive::host::line::{Answer, Line, Master};
+use profidrive::bench::{Answer, Line, ScriptedMaster as Master};
 use profidrive::time::Instant;
 
 /// Numbers that look random and are the same in every run.

@@ -10,7 +10,7 @@ use mirror::{
 use profidrive::device::{Config, Device, Event, MAX_TELEGRAM_LEN, Timing};
 use profidrive::dp::{self, Description, State};
 use profidrive::fdl::{Address, ReplyStatus, Sap, Telegram};
-use profidrive::host::line::{Answer, Line, Master};
+use profidrive::bench::{Answer, Line, ScriptedMaster as Master};
 use profidrive::host::{Bus, BusEvent, Participant};
 use profidrive::time::{BaudRate, Instant};
 

@@ -7,7 +7,7 @@
 use profidrive::device::{Event, MAX_TELEGRAM_LEN, Timing};
 use profidrive::dp::{self, Description, State};
 use profidrive::fdl::{Address, ReplyStatus, Sap, Telegram};
-use profidrive::host::line::{Answer, Line, Master};
+use profidrive::bench::{Answer, Line, ScriptedMaster as Master};
 use profidrive::host::{Bus, Participant};
 use profidrive::time::{BaudRate, Instant};
 

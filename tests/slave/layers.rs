@@ -17,8 +17,9 @@ const TABLE: &[(&str, &[&str])] = &[
     ("explain", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device"]),
     // One framer for a bus, generic slaves, and links that keep telegrams apart or spoil them on purpose.
     ("host", &["device", "time", "fdl", "dp", "ppo"]),
+    ("bench", &["host", "device", "explain", "dp", "fdl", "time"]),
     ("panel", &["host", "device", "explain", "drive", "dp", "param", "ppo", "fdl", "time"]),
-    ("master", &["host", "client", "device", "dp", "ppo", "fdl", "time"]),
+    ("master", &["bench", "host", "client", "device", "dp", "ppo", "fdl", "time"]),
 ];
 
 #[test]

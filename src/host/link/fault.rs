@@ -298,6 +298,11 @@ impl Outgoing {
         Self { octets: telegram.to_vec(), noise: Vec::new(), copies: 1, delay: Duration::ZERO }
     }
 
+    /// Whether anything is not as the station sent it.
+    pub(crate) fn is_changed(&self, telegram: &[u8]) -> bool {
+        *self != Self::new(telegram)
+    }
+
     /// How much later than the station meant.
     pub const fn delay(&self) -> Duration {
         self.delay
