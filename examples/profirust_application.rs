@@ -116,7 +116,8 @@ mod tests {
     #[test]
     fn lost_and_damaged_replies_do_not_stop_it() {
         let (mut bus, mut shuttle) = plant().unwrap();
-        bus.inject(&["no-reply,rate=0.05".parse().unwrap(), "bit-errors,rate=0.05,seed=2".parse().unwrap()]).unwrap();
+        bus.inject(&["no-reply,rate=0.05".parse().unwrap(), "bit-errors,rate=0.05,seed=2".parse().unwrap()])
+            .unwrap();
         assert!(run(&mut bus, &mut shuttle, |shuttle| shuttle.trips == 4));
     }
 

@@ -80,6 +80,9 @@
 //!
 //! [`host`] has this loop for links of an operating system, and the command `profidrive emulate` runs it.
 //!
+//! [`bench`] tests a master of your own in virtual time: a line that checks the rules of the bus, stations, faults at the
+//! telegram you name, a history in words.
+//!
 //! [`client`] is the other end, for those who write masters. The guide `first_drive` (features `master` and `serial`,
 //! `docs/first-drive.md`) goes from an empty directory to a moving drive.
 //!
@@ -94,6 +97,7 @@
 //! * `panel`: HTTP control, a live stream and a page for browsers.
 //! * `cli`: the command.
 #![no_std]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
 // Named only where it is wanted, so that nobody relies on its prelude by accident.
 #[cfg(any(feature = "std", test))]

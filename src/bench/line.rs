@@ -305,7 +305,8 @@ impl<M: Master> Line<M> {
 
     /// Brings the octets that have ended by now to the master under test.
     fn arrive(&mut self) {
-        let Some(mut speaking) = self.speaking.filter(|speaking| M::LISTENS && speaking.sender != Sender::Master)
+        let Some(mut speaking) =
+            self.speaking.filter(|speaking| M::LISTENS && speaking.sender != Sender::Master)
         else {
             return;
         };

@@ -13,8 +13,10 @@
 //! | `run` | letting time pass: [`Line::run_until`], [`Line::send`] |
 //! | `rules` | the rules of the bus; [`Breach`]: which of them was broken |
 //! | `master` | [`Master`]: what a master under test offers |
+//! | `port` | [`Port`]: the line as link and clock, for masters that wait by themselves |
 //! | `scripted` | [`ScriptedMaster`]: telegram by telegram, by the test itself |
 //! | `history` | [`Passed`]: each telegram with its time and sender |
+//! | `capture` | [`Line::save`](crate::bench::Line): the history as a pcapng file (feature `capture`) |
 //! | `story` | telegrams in words, and assertions that print them |
 //!
 //! Octets last as long as they do on a wire, at any of the ten rates. Time jumps from one thing that happens to the
@@ -51,9 +53,12 @@
 //! ```
 
 mod breach;
+#[cfg(feature = "capture")]
+mod capture;
 mod history;
 mod line;
 mod master;
+mod port;
 mod rules;
 mod run;
 mod scripted;
@@ -64,6 +69,7 @@ pub use breach::Breach;
 pub use history::{Damage, Passed, Request, Sender};
 pub use line::{Disturbance, Line};
 pub use master::{Master, NoMaster};
+pub use port::{Attached, Port};
 pub use run::TimedOut;
 pub use scripted::{Answer, ScriptedMaster};
 pub use story::Story;

@@ -91,7 +91,13 @@ impl ScriptedMaster {
     ///
     /// # Errors
     /// The first [`Breach`]. Data longer than a telegram carries are not sent.
-    pub fn sdn<M: Master>(&mut self, line: &mut Line<M>, da: Address, dsap: Sap, data: &[u8]) -> Result<(), Breach> {
+    pub fn sdn<M: Master>(
+        &mut self,
+        line: &mut Line<M>,
+        da: Address,
+        dsap: Sap,
+        data: &[u8],
+    ) -> Result<(), Breach> {
         let mut buf = [0; MAX_TELEGRAM_LEN];
         let fc = FunctionCode::request(Service::SdnHigh, FrameCount::Unused);
         match encode(self.address, da, fc, Some(dsap), data, &mut buf) {

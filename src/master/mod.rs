@@ -9,8 +9,8 @@
 //! - [`peripheral()`] is an AG03 or AG03/1 as profirust must be told of it, as in `gsd/SIKO0AC5.GSD`.
 //! - [`Profirust`] is the master of a simulated [`Line`](crate::bench::Line): a whole bus in one process, with emulated
 //!   drives, faults on purpose, and a clock that jumps from one thing that happens to the next.
-//! - [`Session`] is one drive on a line that somebody else serves, in real time, for programs that do one thing after the
-//!   other.
+//! - [`Session`] is one drive or several on a line that somebody else serves, for programs that do one thing after the
+//!   other; [`Plant`] gives each of them a queue of goals.
 //!
 //! What profirust 0.6.0 wants, and where it differs from other masters:
 //!
@@ -33,11 +33,13 @@ mod error;
 mod inquiry;
 mod peripheral;
 mod phy;
+mod plant;
 mod session;
 mod simulated;
 
 pub use error::SessionError;
 pub use peripheral::{options, peripheral};
 pub use phy::{LinkPhy, baudrate, instant};
+pub use plant::Plant;
 pub use session::{Session, Settings};
 pub use simulated::Profirust;

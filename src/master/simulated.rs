@@ -126,7 +126,9 @@ impl Master for Profirust<'_> {
     fn poll_transmit(&mut self, _: Instant, buf: &mut [u8; MAX_TELEGRAM_LEN]) -> Option<usize> {
         match self.wire.receive(buf) {
             Ok(Received::Octets(count)) => Some(count),
-            Ok(Received::BrokenOff(_) | Received::Reset | Received::Rate(_) | Received::Nothing) | Err(_) => None,
+            Ok(Received::BrokenOff(_) | Received::Reset | Received::Rate(_) | Received::Nothing) | Err(_) => {
+                None
+            }
         }
     }
 
@@ -141,7 +143,8 @@ impl Master for Profirust<'_> {
         let pauses = [self.baud.bit_times(SYN_BITS), slot, duration(parameters.token_lost_timeout())];
         // profirust acts when a pause is over, not when it ends.
         let ends = pauses.into_iter().flat_map(|pause| {
-            [1, 2].map(|after| self.activity.saturating_add(pause).saturating_add(Duration::from_micros(after)))
+            [1, 2]
+                .map(|after| self.activity.saturating_add(pause).saturating_add(Duration::from_micros(after)))
         });
         // Nothing is due any more, so nothing is missed by a look per slot time.
         ends.chain([self.polled.saturating_add(slot)]).filter(|end| *end > self.polled).min()

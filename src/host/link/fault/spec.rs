@@ -148,6 +148,7 @@ impl fmt::Display for Stations<'_> {
 
 /// What can go wrong. [`Fault`] has the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 #[expect(missing_docs, reason = "the table of `Fault` describes them")]
 pub enum Kind {
     NoReply,
@@ -173,6 +174,7 @@ pub enum Kind {
 
 /// What can go wrong with an answer of the parameter channel. [`Fault`] has the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 #[expect(missing_docs, reason = "the table of `Fault` describes them")]
 pub enum PkwFault {
     /// By how many exchanges.
@@ -284,7 +286,9 @@ impl FromStr for Fault {
                 }
                 "retry" => {
                     let number = digits(value).and_then(|value| value.parse().ok());
-                    retry.replace(number.ok_or_else(|| wrong("a number, 0 for the request itself"))?).is_some()
+                    retry
+                        .replace(number.ok_or_else(|| wrong("a number, 0 for the request itself"))?)
+                        .is_some()
                 }
                 _ => return Err(SpecError::UnknownKey { got: key.into() }),
             };
@@ -376,6 +380,7 @@ impl fmt::Display for Kind {
 
 /// Why a text is no fault.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum SpecError {
     /// There is no such fault.
     #[error("'{got}' is no fault; expected {KINDS}")]
@@ -497,7 +502,8 @@ mod tests {
     #[test]
     fn every_fault_of_the_list_is_understood_and_reads_back() {
         for form in KINDS.replace(" or ", ", ").split(", ") {
-            let spec = form.trim()
+            let spec = form
+                .trim()
                 .replace("[=N]", "")
                 .replace("[=ADDRESS]", "")
                 .replace("TIME", "20ms")
