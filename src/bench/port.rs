@@ -1,7 +1,7 @@
 //! The line as a [`Link`] and a [`Clock`], for masters that wait by themselves.
 
+use core::cell::RefCell;
 use core::time::Duration;
-use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::io;
 use std::rc::Rc;

@@ -19,7 +19,7 @@ const TABLE: &[(&str, &[&str])] = &[
     ("host", &["device", "time", "fdl", "dp", "ppo"]),
     ("bench", &["host", "device", "explain", "dp", "fdl", "time"]),
     ("panel", &["host", "device", "explain", "drive", "dp", "param", "ppo", "fdl", "time"]),
-    ("master", &["bench", "host", "client", "device", "dp", "ppo", "fdl", "time"]),
+    ("master", &["bench", "host", "client", "device", "dp", "pkw", "ppo", "param", "fdl", "time"]),
 ];
 
 #[test]

@@ -10,11 +10,9 @@ use profidrive::device::{Config, Device, Timing};
 use profidrive::drive::{Fault, Inputs};
 use profidrive::fdl::{Address, MAX_TELEGRAM_LEN};
 use profidrive::host::{Bus, Clock, Link, ManualClock, Received, Stop};
-use profidrive::master::{Session, Settings};
+use profidrive::master::{Drive, Session, Settings};
 use profidrive::param::{Model, Parameter};
 use profidrive::time::BaudRate;
-
-use super::drive::Drive;
 
 const DRIVE: u8 = 5;
 
