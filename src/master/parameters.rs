@@ -22,7 +22,6 @@ pub struct Change {
 
 /// What became of a change.
 #[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum WriteOutcome {
     /// The drive has confirmed it.
     Written,

@@ -1,6 +1,5 @@
 //! The bench finds five mistakes of a naive master.
 mod naive;
-
 use core::time::Duration;
 use naive::{Mistake, Naive};
 use profidrive::bench::{Line, Passed, Request};
@@ -11,7 +10,6 @@ use profidrive::time::BaudRate;
 use std::panic::catch_unwind;
 
 const SECOND: Duration = Duration::from_secs(1);
-
 fn exchange_with_5(line: &mut Line<Naive>) -> Vec<u8> {
     let mut sent = Vec::new();
     while line.poll_telegram().is_some() {}
