@@ -229,9 +229,7 @@ impl Report {
         for (Change { entry, .. }, fate) in &self.restored.outcomes {
             let reason = match fate {
                 WriteOutcome::Refused(reason) => format!("  {reason}"),
-                WriteOutcome::Written | WriteOutcome::Unconfirmed | WriteOutcome::NotWritten | _ => {
-                    String::new()
-                }
+                WriteOutcome::Written | WriteOutcome::Unconfirmed | WriteOutcome::NotWritten => String::new(),
             };
             say(format_args!("{fate:<14} {:<6} {}{reason}", entry.pnu, entry.name))?;
         }
