@@ -268,11 +268,11 @@ mod tests {
     use profidrive::param::{Model, Parameter, Value};
 
     use super::*;
-    use crate::command::master::rig::{Cut, Rig, RigLink};
+    use crate::command::master::rig::{Cut, Rig};
 
     const GO: Go = Go { yes: true };
 
-    fn ends(drive: &mut Drive<RigLink, profidrive::host::ManualClock>, asked: Motion) -> String {
+    fn ends(drive: &mut Drive<Rig, profidrive::bench::Port>, asked: Motion) -> String {
         match motion(drive, asked, Leave(()), false) {
             Err(Failure::Other(line) | Failure::Usage(line)) => line,
             Ok(()) => panic!("no failure"),
