@@ -91,7 +91,7 @@
 //! * `std` (default): [`host`] and [`explain`].
 //! * `alloc`: telegrams built into `bytes::BufMut`.
 //! * `serial`: an RS-485 serial port as link.
-//! * `master`: profirust as DP master over our links, a session with one drive, a whole bus in virtual time.
+//! * `master`: profirust as DP master over our links and on a bench, sessions with one drive or several.
 //! * `serde`: explanations as data for `serde`.
 //! * `capture`: what passes on a line in pcapng files, written and read.
 //! * `panel`: HTTP control, a live stream and a page for browsers.
