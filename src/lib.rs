@@ -28,7 +28,7 @@
 //! | [`client`] | the master's side: parameters and control words of a drive, without I/O | PKW, STW and ZSW patterns |
 //! | [`explain`] | telegrams and words in words (feature `std`) | what all of the above mean to a person |
 //! | [`host`] | links, clock, run loop (feature `std`) | the operating system |
-//! | [`bench`] | a simulated line to test masters on (feature `std`) | the rules of the bus |
+//! | [`bench`](mod@bench) | a simulated line to test masters on (feature `std`) | the rules of the bus |
 //! | `panel` | HTTP control, live stream and a page (feature `panel`) | what a bench around a bus needs |
 //!
 //! Everything above [`explain`] is `no_std`, allocates nothing, and never panics whatever octets it is given.
@@ -80,8 +80,8 @@
 //!
 //! [`host`] has this loop for links of an operating system, and the command `profidrive emulate` runs it.
 //!
-//! [`bench`] tests a master of your own in virtual time: a line that checks the rules of the bus, stations, faults at the
-//! telegram you name, a history in words.
+//! [`bench`](mod@bench) tests a master of your own in virtual time: a line that checks the rules of the bus, stations,
+//! faults at the telegram you name, a history in words.
 //!
 //! [`client`] is the other end, for those who write masters. The guide `first_drive` (features `master` and `serial`,
 //! `docs/first-drive.md`) goes from an empty directory to a moving drive.
