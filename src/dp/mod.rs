@@ -82,6 +82,34 @@ pub enum Service {
 }
 
 impl Service {
+    /// Every service, by its SAP, Data_Exchange last.
+    pub const ALL: [Self; 9] = [
+        Self::SetSlaveAdd,
+        Self::RdInp,
+        Self::RdOutp,
+        Self::GlobalControl,
+        Self::GetCfg,
+        Self::SlaveDiag,
+        Self::SetPrm,
+        Self::ChkCfg,
+        Self::DataExchange,
+    ];
+
+    /// The standard's name: `Chk_Cfg`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::SetSlaveAdd => "Set_Slave_Add",
+            Self::RdInp => "RD_Inp",
+            Self::RdOutp => "RD_Outp",
+            Self::GlobalControl => "Global_Control",
+            Self::GetCfg => "Get_Cfg",
+            Self::SlaveDiag => "Slave_Diag",
+            Self::SetPrm => "Set_Prm",
+            Self::ChkCfg => "Chk_Cfg",
+            Self::DataExchange => "Data_Exchange",
+        }
+    }
+
     /// The service of a request, `None` where nothing listens.
     pub const fn of(dsap: Option<Sap>, ssap: Option<Sap>) -> Option<Self> {
         match (dsap, ssap) {

@@ -20,27 +20,12 @@ pub(super) struct Carried {
     pub(super) fields: Vec<Field>,
 }
 
-/// The standard's name.
-pub(super) const fn name(service: Service) -> &'static str {
-    match service {
-        Service::SetSlaveAdd => "Set_Slave_Add",
-        Service::RdInp => "RD_Inp",
-        Service::RdOutp => "RD_Outp",
-        Service::GlobalControl => "Global_Control",
-        Service::GetCfg => "Get_Cfg",
-        Service::SlaveDiag => "Slave_Diag",
-        Service::SetPrm => "Set_Prm",
-        Service::ChkCfg => "Chk_Cfg",
-        Service::DataExchange => "Data_Exchange",
-    }
-}
-
 /// Number and use of a service access point at a slave.
 pub(super) fn sap_name(sap: Sap) -> String {
     let of = match sap.number() {
         53 => "Set_Ext_Prm (DP-V1)",
         50 | 51 => "MS1 (DP-V1)",
-        _ => Service::of(Some(sap), None).map_or("none of DP-V0", name),
+        _ => Service::of(Some(sap), None).map_or("none of DP-V0", Service::name),
     };
     format!("SAP {sap}: {of}")
 }
@@ -84,7 +69,7 @@ pub(super) fn response(service: Option<Service>, data: &[u8], at: usize, learned
         }
         Some(
             service @ (Service::SetSlaveAdd | Service::GlobalControl | Service::SetPrm | Service::ChkCfg),
-        ) => (format!("answer to {}", name(service)), raw_data(data, at)),
+        ) => (format!("answer to {}", service.name()), raw_data(data, at)),
         None => ("an answer to no service".into(), raw_data(data, at)),
     };
     Carried { service, summary, fields }

@@ -1,8 +1,10 @@
 //! Many stations on one line.
 
 use core::any::Any;
+use core::fmt;
 use core::time::Duration;
 use std::boxed::Box;
+use std::vec::Vec;
 
 use super::{Error, Participant};
 use crate::device::{MAX_TELEGRAM_LEN, Timing};
@@ -30,6 +32,13 @@ use stations::Stations;
 pub struct Bus {
     framer: Framer,
     stations: Stations,
+}
+
+impl fmt::Debug for Bus {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let stations: Vec<u8> = self.addresses().map(Address::number).collect();
+        f.debug_struct("Bus").field("baud", &self.baud()).field("stations", &stations).finish_non_exhaustive()
+    }
 }
 
 /// Whether a station takes part.

@@ -79,7 +79,7 @@ pub(super) struct FaultList {
 #[derive(Clone, Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct NewFault {
-    /// `FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS]`, as for `emulate --fault`.
+    /// `FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS][,service=NAME][,state=NAME][,retry=N]`, as for `emulate --fault`.
     #[schema(example = "late=20ms,station=5")]
     fault: String,
 }
@@ -115,6 +115,7 @@ pub(super) async fn add_fault(
     let fault = parse(&fault)?;
     let number = asking
         .ask(move |bench| {
+            known(bench, &fault)?;
             let faults = line(bench)?;
             if faults.iter().count() >= MOST_FAULTS {
                 return Err(Problem::conflict(format!(
@@ -143,6 +144,7 @@ pub(super) async fn replace_faults(
     let new = faults.iter().map(|fault| parse(fault)).collect::<Result<Vec<_>, _>>()?;
     asking
         .ask(move |bench| {
+            new.iter().try_for_each(|fault| known(bench, fault))?;
             let faults = line(bench)?;
             faults.clear();
             for fault in new {
@@ -191,6 +193,11 @@ pub(super) async fn remove_fault(
 /// The faults of the line, if it can have some.
 fn line<'a>(bench: &'a mut Bench<'_>) -> Result<&'a mut Faults, Problem> {
     bench.faults.as_deref_mut().ok_or_else(|| Problem::conflict("this line cannot have faults"))
+}
+
+/// Whether the station that a fault is for is on the line.
+fn known(bench: &Bench<'_>, fault: &Fault) -> Result<(), Problem> {
+    fault.check(bench.bus.addresses()).map_err(|error| Problem::value(error.to_string()))
 }
 
 fn parse(fault: &str) -> Result<Fault, Problem> {

@@ -153,6 +153,24 @@ impl Value {
             Self::Double(double) => double,
         }
     }
+
+    /// The number in two's complement of its width: what [`Value::of`] made it of.
+    pub const fn signed(self) -> i32 {
+        match self {
+            Self::Word(word) => word.cast_signed() as i32,
+            Self::Double(double) => double.cast_signed(),
+        }
+    }
+}
+
+impl core::fmt::Display for Value {
+    /// A word without sign, a double word with sign, as nearly all parameters of PROFIDRIVE are meant.
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Word(word) => core::fmt::Display::fmt(word, f),
+            Self::Double(double) => core::fmt::Display::fmt(&double.cast_signed(), f),
+        }
+    }
 }
 
 /// What a drive is doing, as far as write permissions depend on it (`ag03.md` 3.4).

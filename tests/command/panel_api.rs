@@ -282,7 +282,7 @@ fn faults_come_on_the_line_and_go_while_the_bus_runs() {
     assert_eq!(first.json(), json!({ "number": 1, "fault": "noise=2,count=3", "strikes": 0 }));
     // What a master makes of it is its concern: here it is only counted.
     let list =
-        emulator.set("PUT", faults, &json!({ "faults": ["late=1ms,station=5", "diag-storm,station=7"] }));
+        emulator.set("PUT", faults, &json!({ "faults": ["late=1ms,station=5", "diag-storm,at=4000000000"] }));
     let numbers: Vec<_> =
         list["faults"].as_array().unwrap().iter().map(|fault| fault["number"].as_u64().unwrap()).collect();
     assert_eq!(numbers, [2, 3]);
@@ -297,8 +297,12 @@ fn faults_come_on_the_line_and_go_while_the_bus_runs() {
     assert_eq!(emulator.get(faults), json!({ "faults": [] }));
     enable(&mut master);
 
-    for (fault, sentence) in [("flood", "fault 'flood': "), ("late", "a time such as 20ms"), ("", "fault ''")]
-    {
+    for (fault, sentence) in [
+        ("flood", "fault 'flood': "),
+        ("late", "a time such as 20ms"),
+        ("", "fault ''"),
+        ("no-reply,station=7", "is for station 7, which is not on the line; expected station 5"),
+    ] {
         let refused = emulator.send("POST", faults, &json!({ "fault": fault }));
         assert_eq!(refused.status, 422, "{fault}");
         assert!(refused.detail().contains(sentence), "{}", refused.detail());

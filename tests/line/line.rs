@@ -2,12 +2,12 @@
 
 use core::time::Duration;
 
+use profidrive::bench::{Answer, Breach, Line, ScriptedMaster as Master};
 use profidrive::device::{
     CONFIGURATIONS, Config, DESCRIPTION, Device, Event, IDENT_NUMBER, MAX_TELEGRAM_LEN, Timing,
 };
 use profidrive::dp::State;
 use profidrive::fdl::{Address, RateChange, Sap, Telegram};
-use profidrive::host::line::{Answer, Breach, Line, Master};
 use profidrive::host::{Bus, BusEvent, Evidence, LISTEN_TIME, Participant, Presence};
 use profidrive::time::{BaudRate, Instant};
 
@@ -150,6 +150,9 @@ fn a_request_needs_silence_before_it_and_rubbish_does_not() {
     let end = line.send_at(line.now(), &[0xFF]).unwrap();
     let hasty = end.saturating_add(BaudRate::K500.bit_times(32));
     assert!(matches!(line.send_at(hasty, &STATUS), Err(Breach::NoSyn { .. })));
+    // Nobody has heard it behind what was no telegram; its slot time must pass all the same.
+    assert!(matches!(line.send(&STATUS), Err(Breach::NoSlotTime { .. })));
+    assert_eq!(line.listen(line.now().saturating_add(line.slot_time())), Ok(Some(&STATUS_REPLY[..])));
     assert_eq!(line.request(&STATUS), Ok(Some(&STATUS_REPLY[..])));
 }
 

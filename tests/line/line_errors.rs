@@ -5,11 +5,11 @@ use core::sync::atomic::{AtomicU64, Ordering};
 use std::sync::Arc;
 
 use mirror::{IDENT, SMALL, SMALL_LEN, address, inputs, line, long, mirror, outputs, start_up};
+use profidrive::bench::{Answer, Line, ScriptedMaster as Master};
 use profidrive::device::{Config, Device, Timing};
 use profidrive::dp::State;
 use profidrive::fdl::ReplyStatus;
 use profidrive::host::BusEvent;
-use profidrive::host::line::{Answer, Line, Master};
 use profidrive::time::Instant;
 
 /// Numbers that look random and are the same in every run.

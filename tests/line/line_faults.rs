@@ -153,7 +153,7 @@ fn without_a_fault_and_with_faults_that_never_strike_the_octets_are_untouched() 
         Kind::BitErrors(3),
         Kind::WrongFcs,
         Kind::WrongLength,
-        Kind::WrongSource,
+        Kind::WrongSource(None),
         Kind::Noise(4),
         Kind::DropRequest,
         Kind::DiagStorm,

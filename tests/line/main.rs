@@ -34,6 +34,8 @@ mod line_faults;
 mod many_stations;
 #[cfg(target_os = "linux")]
 mod master_clients;
+mod own_master;
+mod plant;
 #[cfg(target_os = "linux")]
 mod slcan;
 #[cfg(all(target_os = "linux", feature = "serial"))]

@@ -7,10 +7,10 @@ use core::time::Duration;
 use mirror::{
     BAUD, IDENT, LARGE, Mirror, SMALL, SMALL_LEN, address, inputs, line, long, mirror, outputs, start_up,
 };
+use profidrive::bench::{Answer, Line, ScriptedMaster as Master};
 use profidrive::device::{Config, Device, Event, MAX_TELEGRAM_LEN, Timing};
 use profidrive::dp::{self, Description, State};
 use profidrive::fdl::{Address, ReplyStatus, Sap, Telegram};
-use profidrive::host::line::{Answer, Line, Master};
 use profidrive::host::{Bus, BusEvent, Participant};
 use profidrive::time::{BaudRate, Instant};
 
@@ -187,6 +187,7 @@ fn n_05_stations_come_and_go_while_the_others_exchange() {
                 let removed = line.bus_mut(0).unwrap().remove(address(10)).unwrap();
                 assert_eq!(removed.address(), address(10));
                 assert!(line.bus_mut(0).unwrap().remove(address(10)).is_none());
+                line.wait(line.slot_time()).unwrap();
                 assert!(!master.fdl_status(&mut line, address(10)).unwrap());
             }
             2 => {

@@ -4,10 +4,10 @@
 //! `PROFIDRIVE_LONG=1 cargo test --release --all-features --test line -- many_stations line_errors --nocapture`.
 #![allow(dead_code, reason = "each test file uses its part")]
 
+use profidrive::bench::{Answer, Line, ScriptedMaster as Master};
 use profidrive::device::{Event, MAX_TELEGRAM_LEN, Timing};
 use profidrive::dp::{self, Description, State};
 use profidrive::fdl::{Address, ReplyStatus, Sap, Telegram};
-use profidrive::host::line::{Answer, Line, Master};
 use profidrive::host::{Bus, Participant};
 use profidrive::time::{BaudRate, Instant};
 

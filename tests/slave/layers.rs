@@ -18,8 +18,9 @@ const TABLE: &[(&str, &[&str])] = &[
     ("explain", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device"]),
     // One framer for a bus, generic slaves, links that keep telegrams apart or spoil them on purpose, and buses of CAN.
     ("host", &["device", "time", "fdl", "dp", "ppo", "can"]),
+    ("bench", &["host", "device", "explain", "dp", "fdl", "time"]),
     ("panel", &["host", "device", "explain", "drive", "dp", "param", "ppo", "fdl", "time"]),
-    ("master", &["host", "client", "device", "dp", "ppo", "fdl", "time"]),
+    ("master", &["bench", "host", "client", "device", "dp", "pkw", "ppo", "param", "fdl", "time"]),
 ];
 
 #[test]

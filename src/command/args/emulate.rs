@@ -53,7 +53,8 @@ pub(crate) struct Emulate {
     #[arg(long)]
     pub(crate) allow_remote: bool,
 
-    /// A fault on purpose, to test the master: FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS];
+    /// A fault on purpose, to test the master: FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS]
+    /// [,service=NAME][,state=NAME][,retry=N];
     /// repeat it for more
     #[arg(long = "fault", value_name = "SPEC")]
     pub(crate) faults: Vec<Fault>,
@@ -98,6 +99,9 @@ impl Emulate {
         let mut addresses = BTreeSet::new();
         if let Some(twice) = self.drives().find(|drive| !addresses.insert(drive.address)) {
             return Err(format!("two drives have address {}; give each drive its own", twice.address));
+        }
+        for fault in &self.faults {
+            fault.check(self.drives().map(|drive| drive.address)).map_err(|error| error.to_string())?;
         }
         if self.allow_remote && !matches!(self.link, LinkSpec::Tcp(_)) {
             return Err("--allow-remote needs a tcp link".into());

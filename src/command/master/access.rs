@@ -3,11 +3,12 @@
 use profidrive::client::PkwError;
 use profidrive::explain::value::Lengths;
 use profidrive::host::{Clock, Link};
+use profidrive::master::{Drive, Identity};
 use profidrive::param::{Access, Entry, Gear, Model, Parameter, Range, Subindex, Value, entry, parameters};
 use profidrive::pkw::ErrorNumber;
 use serde_json::json;
 
-use super::drive::{Drive, Identity, Trouble};
+use super::trouble::Trouble;
 use super::value::{Item, is_length, lengths, lengths_of};
 use super::{say, watch};
 use crate::command::Failure;
@@ -127,11 +128,12 @@ pub(super) fn about(Identity { model, gear }: Identity) -> serde_json::Value {
 /// What a refused access means for somebody who looks at this drive.
 pub(super) fn refusal<L: Link, C: Clock>(
     drive: &mut Drive<L, C>,
-    trouble: Trouble,
+    trouble: impl Into<Trouble>,
     parameter: &Entry,
     value: Option<i64>,
 ) -> Failure {
-    let Trouble::Job(PkwError::Refused(code)) = trouble else {
+    let trouble = trouble.into();
+    let Some(PkwError::Refused(code)) = trouble.job() else {
         return trouble.into();
     };
     let name = format!("{} (PNU {})", parameter.name, parameter.pnu);

@@ -10,7 +10,6 @@
 
 mod access;
 mod diag;
-mod drive;
 mod faults;
 mod file;
 mod link;
@@ -19,6 +18,7 @@ mod restore;
 mod scan;
 mod set;
 mod status;
+mod trouble;
 mod value;
 
 use std::io::{self, Write};
@@ -33,7 +33,8 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
 
 use super::Failure;
 use super::args::{Action, Master, ParameterSpec};
-use drive::{Drive, Trouble};
+use profidrive::master::{Drive, DriveError};
+use trouble::Trouble;
 
 /// Does what is asked, once.
 pub(crate) fn master(args: &Master) -> Result<(), Failure> {
@@ -138,6 +139,12 @@ impl From<SessionError> for Failure {
 
 impl From<PkwError> for Failure {
     fn from(error: PkwError) -> Self {
+        Self::Other(error.to_string())
+    }
+}
+
+impl From<DriveError> for Failure {
+    fn from(error: DriveError) -> Self {
         Self::Other(error.to_string())
     }
 }

@@ -12,12 +12,13 @@ use profidrive::drive::{Direction as Way, Mode};
 use profidrive::explain::value::Lengths;
 use profidrive::explain::words::said;
 use profidrive::host::{Clock, Link};
+use profidrive::master::{Drive, DriveError, Reached, Seen};
 use profidrive::param::{Gear, Width};
 use serde_json::json;
 
-use super::drive::{Drive, Reached, Seen, Trouble};
 use super::say;
 use super::status::{SSW, actual, mode};
+use super::trouble::Trouble;
 use super::value::lengths;
 use crate::command::Failure;
 use crate::command::args::{Action, Direction, Go, Master, Motion};
@@ -215,8 +216,8 @@ fn wind_down<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<Rest, Trouble
             Err(Trouble::StillTurns("interrupted again while the drive brakes".into()))
         }
         // It goes on being asked for meanwhile.
-        Err(Trouble::Goal(refused)) => Ok(Rest { hiw: run_out(drive)?, refused: Some(refused) }),
-        Err(trouble) => Err(trouble),
+        Err(DriveError::Goal(refused)) => Ok(Rest { hiw: run_out(drive)?, refused: Some(refused) }),
+        Err(error) => Err(error.into()),
     }
 }
 
@@ -245,7 +246,7 @@ pub(super) fn stop<L: Link, C: Clock>(drive: &mut Drive<L, C>, json: bool) -> Re
             wind_down(drive)?;
         }
         // A drive that cannot be enabled runs out.
-        Err(Trouble::Goal(_)) => {}
+        Err(DriveError::Goal(_)) => {}
         Err(trouble) => return Err(trouble.into()),
     }
     let hiw = run_out(drive)?;
@@ -267,11 +268,11 @@ mod tests {
     use profidrive::param::{Model, Parameter, Value};
 
     use super::*;
-    use crate::command::master::rig::{Cut, Rig, RigLink};
+    use crate::command::master::rig::{Cut, Rig};
 
     const GO: Go = Go { yes: true };
 
-    fn ends(drive: &mut Drive<RigLink, profidrive::host::ManualClock>, asked: Motion) -> String {
+    fn ends(drive: &mut Drive<Rig, profidrive::bench::Port>, asked: Motion) -> String {
         match motion(drive, asked, Leave(()), false) {
             Err(Failure::Other(line) | Failure::Usage(line)) => line,
             Ok(()) => panic!("no failure"),

@@ -22,12 +22,12 @@ use std::path::Path;
 
 use profidrive::explain::value::Lengths;
 use profidrive::host::{Clock, Link};
+use profidrive::master::Drive;
 use profidrive::param::{Entry, Parameter, Pnu, TABLE, parameters};
 use serde::Deserialize;
 use serde_json::json;
 
 use super::access::{about, check};
-use super::drive::Drive;
 use super::file::put;
 use super::value::{Item, is_setting, lengths_of};
 use super::{say, watch};
@@ -43,17 +43,14 @@ pub(super) fn save<L: Link, C: Clock>(
     json: bool,
 ) -> Result<(), Failure> {
     let identity = drive.identify()?;
-    let entries: Vec<_> = parameters(identity.model).filter(|entry| is_setting(entry)).collect();
-    let progress = watch("reading", entries.len());
-    let mut items = Vec::new();
-    for entry in entries {
-        if drive.is_stopped() {
-            return Err(Failure::Other("interrupted; nothing is saved".into()));
-        }
-        items.push(Item::read(drive, entry, None)?);
-        progress.inc(1);
-    }
+    let progress = watch("reading", parameters(identity.model).filter(|entry| is_setting(entry)).count());
+    let settings = drive.settings(identity.model, &mut || progress.inc(1));
     progress.finish_and_clear();
+    if drive.is_stopped() {
+        return Err(Failure::Other("interrupted; nothing is saved".into()));
+    }
+    let items: Vec<_> =
+        settings?.into_iter().map(|(entry, value)| Item { entry, element: None, value }).collect();
     let text = written(&items, &about(identity));
     if file == Path::new("-") {
         return say(text.trim_end());
@@ -63,7 +60,7 @@ pub(super) fn save<L: Link, C: Clock>(
     if json {
         return say(json!({ "saved": count, "file": file.display().to_string() }));
     }
-    say(format_args!("{count} parameters of drive {} saved in {}", drive.address, file.display()))
+    say(format_args!("{count} parameters of drive {} saved in {}", drive.address(), file.display()))
 }
 
 /// The text of a file.

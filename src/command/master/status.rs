@@ -7,11 +7,12 @@ use profidrive::drive::Mode;
 use profidrive::explain::value::Lengths;
 use profidrive::explain::words::{Role, Word, bits, said};
 use profidrive::host::{Clock, Link};
+use profidrive::master::{Drive, Seen};
 use profidrive::param::{Model, Parameter, Pnu, Width};
 use serde_json::json;
 
-use super::drive::{Drive, Seen, Trouble};
 use super::say;
+use super::trouble::Trouble;
 use super::value::lengths;
 use crate::command::Failure;
 

@@ -44,11 +44,13 @@ use crate::host::{Clock, Link, Received, Stop};
 use crate::ppo::Pkw;
 use crate::time::{BaudRate, Instant};
 
+mod observed;
 mod reply;
 mod request;
 mod spec;
 
-pub use spec::{FORM, Fault, Kind, PkwFault, SpecError};
+use observed::{Observed, Occasion};
+pub use spec::{FORM, Fault, Kind, NoStation, PkwFault, SpecError};
 
 /// Late telegrams kept at most; more are lost.
 const MAX_LATE: usize = 256;
@@ -60,8 +62,6 @@ pub struct Faulty<L, C> {
     clock: C,
     faults: Faults,
     pieces: Pieces,
-    /// To whom the last request was addressed: SC does not say from whom it is.
-    asked: Option<Address>,
     /// What the drives hear next.
     heard: VecDeque<u8>,
     late: Vec<Late>,
@@ -82,7 +82,6 @@ impl<L: Link, C: Clock> Faulty<L, C> {
             clock,
             faults: faults.iter().copied().collect(),
             pieces: Pieces::default(),
-            asked: None,
             heard: VecDeque::new(),
             late: Vec::new(),
         }
@@ -135,19 +134,10 @@ impl<L: Link, C: Clock> Faulty<L, C> {
     /// Hands whole telegrams to the drives, as far as the faults let them pass.
     fn sort(&mut self, now: Instant) {
         while let Some(piece) = self.pieces.pop(now) {
-            let mut octets = match piece {
-                Piece::Telegram(telegram) => telegram,
-                Piece::Noise(noise, _) => {
-                    self.heard.extend(noise);
-                    continue;
-                }
+            let octets = match piece {
+                Piece::Telegram(telegram) => self.faults.request(now, telegram),
+                Piece::Noise(noise, _) => noise,
             };
-            if let Some(request) = data_telegram(&octets).filter(is_request) {
-                self.asked = Some(request.da);
-                for active in &mut self.faults.active {
-                    octets = active.spoil_request(octets, now);
-                }
-            }
             self.heard.extend(octets);
         }
     }
@@ -162,10 +152,13 @@ impl<L: Link, C: Clock> Faulty<L, C> {
     }
 }
 
-/// The faults of a [`Faulty`] link, in the order in which they act.
+/// Faults without a link, in the order in which they act: telegrams and time in, what becomes of them out.
+///
+/// A [`Faulty`] link has them, and so has the simulated line of a bench.
 #[derive(Debug, Default)]
 pub struct Faults {
     active: Vec<Active>,
+    observed: Observed,
     /// The number of the newest.
     last: u32,
 }
@@ -192,6 +185,29 @@ impl Faults {
     /// Ends every fault.
     pub fn clear(&mut self) {
         self.active.clear();
+    }
+
+    /// Whether there is none.
+    pub const fn is_empty(&self) -> bool {
+        self.active.is_empty()
+    }
+
+    /// What the stations hear at `now` instead of a telegram of a master: nothing, another one, or several.
+    pub fn request(&mut self, now: Instant, telegram: Vec<u8>) -> Vec<u8> {
+        let Some(occasion) = self.observed.request(&telegram) else {
+            return telegram;
+        };
+        self.active.iter_mut().fold(telegram, |octets, active| active.spoil_request(octets, occasion, now))
+    }
+
+    /// What the line hears instead of what a station sends.
+    pub fn reply(&mut self, telegram: &[u8]) -> Outgoing {
+        let occasion = self.observed.reply(telegram);
+        let mut reply = Outgoing::new(telegram);
+        for active in &mut self.active {
+            active.spoil_reply(&mut reply, occasion);
+        }
+        reply
     }
 }
 
@@ -241,14 +257,7 @@ impl<L: Link, C: Clock> Link for Faulty<L, C> {
             return self.link.send(telegram);
         }
         let now = self.clock.now();
-        let mut reply = Outgoing::new(telegram);
-        let station = match data_telegram(telegram) {
-            Some(telegram) => Some(telegram.sa),
-            None => self.asked,
-        };
-        for active in &mut self.faults.active {
-            active.spoil_reply(&mut reply, station);
-        }
+        let reply = self.faults.reply(telegram);
         for octets in reply.telegrams() {
             if reply.delay.is_zero() {
                 self.link.send(octets)?;
@@ -274,11 +283,11 @@ impl<L: Link, C: Clock> Link for Faulty<L, C> {
     }
 }
 
-/// A reply on its way to the master.
-#[derive(Debug)]
-struct Outgoing {
+/// A reply on its way to the master, after the faults.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Outgoing {
     octets: Vec<u8>,
-    /// Rubbish in front of it.
+    /// Noise in front of it.
     noise: Vec<u8>,
     /// How often it is sent.
     copies: usize,
@@ -290,8 +299,18 @@ impl Outgoing {
         Self { octets: telegram.to_vec(), noise: Vec::new(), copies: 1, delay: Duration::ZERO }
     }
 
+    /// Whether anything is not as the station sent it.
+    pub(crate) fn is_changed(&self, telegram: &[u8]) -> bool {
+        *self != Self::new(telegram)
+    }
+
+    /// How much later than the station meant.
+    pub const fn delay(&self) -> Duration {
+        self.delay
+    }
+
     /// What is sent, in this order.
-    fn telegrams(&self) -> impl Iterator<Item = &[u8]> {
+    pub fn telegrams(&self) -> impl Iterator<Item = &[u8]> {
         let copies = core::iter::repeat_n(&self.octets[..], self.copies);
         core::iter::once(&self.noise[..]).chain(copies).filter(|octets| !octets.is_empty())
     }
@@ -336,9 +355,13 @@ impl Active {
         Self { number, fault, chance: Chance::new(fault.seed), stations: BTreeMap::new() }
     }
 
-    /// Whether it concerns this station.
-    fn concerns(&self, station: Option<Address>) -> bool {
-        self.fault.station.is_none() || self.fault.station == station
+    /// Whether it is for this station, service, state and repetition.
+    fn concerns(&self, occasion: Occasion) -> bool {
+        let Fault { station, service, state, retry, .. } = self.fault;
+        (station.is_none() || station == occasion.station)
+            && (service.is_none() || service == occasion.service)
+            && state.is_none_or(|state| state == occasion.state)
+            && retry.is_none_or(|retry| retry == occasion.retry)
     }
 
     /// Counts an occasion and says whether the fault strikes.

@@ -246,6 +246,13 @@ pub enum Direction {
 }
 
 impl Batch {
+    /// Adds one sending that ended at `at`: one telegram, or as many pieces as it has.
+    pub fn push(&mut self, at: Instant, direction: Direction, octets: &[u8]) {
+        let mut pieces = Pieces::ended();
+        pieces.push(at, octets);
+        self.take(&mut pieces, at, direction);
+    }
+
     /// What passed, oldest first.
     pub fn iter(&self) -> impl Iterator<Item = Seen<'_>> {
         let mut begin = 0;

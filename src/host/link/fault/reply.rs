@@ -1,5 +1,6 @@
 //! Faults on the way from the drives to the master.
 
+use super::observed::Occasion;
 use super::{Active, Kind, Outgoing, PkwFault, data_telegram, encoded};
 use crate::dp::Service;
 use crate::fdl::{Address, DataTelegram, Function, FunctionCode, ReplyStatus};
@@ -13,8 +14,8 @@ const SD2: u8 = 0x68;
 
 impl Active {
     /// Spoils what `station` says, if this is an occasion for this fault and it strikes.
-    pub(super) fn spoil_reply(&mut self, reply: &mut Outgoing, station: Option<Address>) {
-        if reply.octets.is_empty() || !self.concerns(station) {
+    pub(super) fn spoil_reply(&mut self, reply: &mut Outgoing, occasion: Occasion) {
+        if reply.octets.is_empty() || !self.concerns(occasion) {
             return;
         }
         match self.fault.kind {
@@ -60,12 +61,13 @@ impl Active {
                     *ler = *le;
                 }
             }
-            Kind::WrongSource => {
+            Kind::WrongSource(of) => {
                 if let Some(telegram) = data_telegram(&reply.octets)
                     && self.strikes()
                 {
                     let next = (telegram.sa.number() + 1) % Address::BROADCAST.number();
-                    reply.octets = encoded(&DataTelegram { sa: Address::from_octet(next), ..telegram });
+                    let sa = of.unwrap_or(Address::from_octet(next));
+                    reply.octets = encoded(&DataTelegram { sa, ..telegram });
                 }
             }
             Kind::Noise(octets) => {

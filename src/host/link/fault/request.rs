@@ -3,6 +3,7 @@
 use core::time::Duration;
 use std::vec::Vec;
 
+use super::observed::Occasion;
 use super::{Active, HeldCfg, Kind, data_telegram, encoded};
 use crate::dp::Service;
 use crate::fdl::{self, DataTelegram, FrameCount, FunctionCode, Sap};
@@ -30,20 +31,15 @@ enum Pass {
 
 impl Active {
     /// What the drives hear instead of the request in `octets`.
-    pub(super) fn spoil_request(&mut self, octets: Vec<u8>, now: Instant) -> Vec<u8> {
+    pub(super) fn spoil_request(&mut self, octets: Vec<u8>, occasion: Occasion, now: Instant) -> Vec<u8> {
         // A fault before this one may have dropped it, or put another telegram in front of it.
         let Some(request) = data_telegram(&octets) else {
             return octets;
         };
-        if !self.concerns(Some(request.da)) {
+        if !self.concerns(occasion) {
             return octets;
         }
-        let service = match request.fc.function() {
-            fdl::Function::Request(fdl::Service::SrdLow | fdl::Service::SrdHigh, _) => {
-                Service::of(request.dsap, request.ssap)
-            }
-            fdl::Function::Request(..) | fdl::Function::Response(..) | fdl::Function::Reserved => None,
-        };
+        let service = occasion.service;
         match self.fault.kind {
             Kind::DropRequest => {
                 if self.strikes() {
@@ -95,7 +91,7 @@ impl Active {
             | Kind::BitErrors(_)
             | Kind::WrongFcs
             | Kind::WrongLength
-            | Kind::WrongSource
+            | Kind::WrongSource(_)
             | Kind::Noise(_)
             | Kind::DiagStorm
             | Kind::Pkw(_) => {}

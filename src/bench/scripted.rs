@@ -1,12 +1,12 @@
-//! A scripted master on a simulated line.
+//! A master that the test scripts, telegram by telegram.
 
 use std::vec::Vec;
 
-use super::{Breach, Line};
-use crate::device::MAX_TELEGRAM_LEN;
+use super::{Breach, Line, Master};
 use crate::fdl::telegram::{Decoded, EncodeError, decode};
 use crate::fdl::{
-    Address, DataTelegram, FrameCount, Function, FunctionCode, ReplyStatus, Sap, Service, Telegram,
+    Address, DataTelegram, FrameCount, Function, FunctionCode, MAX_TELEGRAM_LEN, ReplyStatus, Sap, Service,
+    Telegram,
 };
 
 /// The SAP of a master for the services of DP.
@@ -14,7 +14,7 @@ const MASTER_SAP: u8 = 62;
 
 /// A master that sends what it is told, counts its requests to each station, and repeats what was not answered.
 #[derive(Clone, Debug)]
-pub struct Master {
+pub struct ScriptedMaster {
     address: Address,
     /// How often a request is repeated at most.
     pub retry_limit: u32,
@@ -37,7 +37,7 @@ pub enum Answer<'a> {
     Data(ReplyStatus, &'a [u8]),
 }
 
-impl Master {
+impl ScriptedMaster {
     /// A master that has not sent anything and repeats each request once.
     pub fn new(address: Address) -> Self {
         let mut counts = Vec::new();
@@ -55,9 +55,9 @@ impl Master {
     ///
     /// # Errors
     /// The first [`Breach`]. Data longer than a telegram carries are not sent: that is silence.
-    pub fn srd<'l>(
+    pub fn srd<'l, M: Master>(
         &mut self,
-        line: &'l mut Line,
+        line: &'l mut Line<M>,
         da: Address,
         dsap: Option<Sap>,
         data: &[u8],
@@ -91,7 +91,13 @@ impl Master {
     ///
     /// # Errors
     /// The first [`Breach`]. Data longer than a telegram carries are not sent.
-    pub fn sdn(&mut self, line: &mut Line, da: Address, dsap: Sap, data: &[u8]) -> Result<(), Breach> {
+    pub fn sdn<M: Master>(
+        &mut self,
+        line: &mut Line<M>,
+        da: Address,
+        dsap: Sap,
+        data: &[u8],
+    ) -> Result<(), Breach> {
         let mut buf = [0; MAX_TELEGRAM_LEN];
         let fc = FunctionCode::request(Service::SdnHigh, FrameCount::Unused);
         match encode(self.address, da, fc, Some(dsap), data, &mut buf) {
@@ -104,7 +110,7 @@ impl Master {
     ///
     /// # Errors
     /// The first [`Breach`].
-    pub fn fdl_status(&mut self, line: &mut Line, da: Address) -> Result<bool, Breach> {
+    pub fn fdl_status<M: Master>(&mut self, line: &mut Line<M>, da: Address) -> Result<bool, Breach> {
         let mut buf = [0; MAX_TELEGRAM_LEN];
         let fc = FunctionCode::request(Service::FdlStatus, FrameCount::Unused);
         let Ok(request) = encode(self.address, da, fc, None, &[], &mut buf) else {
@@ -117,7 +123,7 @@ impl Master {
     ///
     /// # Errors
     /// The first [`Breach`].
-    pub fn pass_token(&mut self, line: &mut Line, to: Address) -> Result<(), Breach> {
+    pub fn pass_token<M: Master>(&mut self, line: &mut Line<M>, to: Address) -> Result<(), Breach> {
         let mut buf = [0; MAX_TELEGRAM_LEN];
         let token = Telegram::Token { da: to, sa: self.address };
         line.send(token.encode(&mut buf).unwrap_or_default()).map(|_| ())

@@ -1,17 +1,18 @@
-//! The drive as the commands use it: parameters by job, words by exchange.
+//! One drive of a session with its client: parameters by job, goals, each call until it is done.
 
 use core::time::Duration;
 
-use profidrive::client::{
+use thiserror::Error;
+
+use super::{Session, SessionError};
+use crate::client::{
     DriveClient, Goal, GoalError, Images, Job, Limits, NotSubmitted, PkwError, Profile, Reply,
 };
-use profidrive::fdl::Address;
-use profidrive::host::{Clock, Link};
-use profidrive::master::{Session, SessionError};
-use profidrive::param::{Gear, Model, Pnu, Subindex, Value, Width};
-use profidrive::pkw::ErrorNumber;
-use profidrive::ppo::{Inputs, Outputs, Stw, Zsw};
-use thiserror::Error;
+use crate::fdl::Address;
+use crate::host::{Clock, Link};
+use crate::param::{Gear, Model, Pnu, Subindex, Value, Width};
+use crate::pkw::ErrorNumber;
+use crate::ppo::{Inputs, Outputs, Stw, Zsw};
 
 /// d-Pos, which only an AG03/1 has.
 const D_POS: Pnu = Pnu::from_low_bits(1039);
@@ -23,63 +24,70 @@ const REACTION: Duration = Duration::from_secs(3);
 
 /// Why a drive did not do what it was asked.
 #[derive(Debug, Error)]
-pub(super) enum Trouble {
+#[non_exhaustive]
+pub enum DriveError {
+    /// The bus, or the start-up of the drive.
     #[error(transparent)]
     Session(#[from] SessionError),
     /// Lost after a job was sent and before its reply.
     #[error(transparent)]
     Unanswered(SessionError),
+    /// The job failed.
     #[error(transparent)]
     Job(#[from] PkwError),
+    /// The profile has no such job.
     #[error(transparent)]
     NotSubmitted(#[from] NotSubmitted),
+    /// The goal was refused or not reached.
     #[error(transparent)]
     Goal(#[from] GoalError),
-    /// What the drive says, which is not what was asked of it.
-    #[error("the drive has stopped doing it: {0}")]
-    Ended(String),
-    /// It was not seen to stand.
-    #[error("{0}")]
-    StillTurns(String),
+    /// The drive sent a reply of another kind.
     #[error("the drive answered {job} with something else: {reply:?}")]
-    OtherReply { job: Job, reply: Reply },
+    OtherReply {
+        /// The job.
+        job: Job,
+        /// The reply.
+        reply: Reply,
+    },
+    /// PNU 961 has a value that no gear has.
     #[error("the drive says hardware version {0}, expected 2 (gear 24:1) or 3 (gear 48:1)")]
     Hardware(u32),
 }
 
-impl Trouble {
+impl DriveError {
     /// Whether the drive can no longer be told anything.
-    pub(super) fn is_loss(&self) -> bool {
+    pub fn is_loss(&self) -> bool {
         match self {
             Self::Session(error) | Self::Unanswered(error) => error.is_loss(),
             Self::Goal(error) => matches!(error, GoalError::Interrupted),
-            Self::Job(_)
-            | Self::NotSubmitted(_)
-            | Self::Ended(_)
-            | Self::StillTurns(_)
-            | Self::OtherReply { .. }
-            | Self::Hardware(_) => false,
+            Self::Job(_) | Self::NotSubmitted(_) | Self::OtherReply { .. } | Self::Hardware(_) => false,
         }
     }
 }
 
-/// A drive that belongs to this master.
-pub(super) struct Drive<L, C> {
-    pub(super) session: Session<L, C>,
+/// A drive that belongs to this master. Every call blocks until it is done or has failed.
+///
+/// Reads and writes parameters, pursues goals, saves and restores all settings ([`Drive::settings`], [`Drive::restore`]).
+#[derive(Debug)]
+pub struct Drive<L, C> {
+    /// The session, to look at its time and its settings, and to release the drive.
+    pub session: Session<L, C>,
     pub(super) address: Address,
     client: DriveClient,
 }
 
 /// What a drive says in one exchange beside the parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Seen {
-    pub(super) zsw: Zsw,
-    pub(super) hiw: i32,
+pub struct Seen {
+    /// The status word.
+    pub zsw: Zsw,
+    /// The actual value: a position or a velocity.
+    pub hiw: i32,
 }
 
 /// How a goal ended that nothing stood against.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Reached {
+pub enum Reached {
     /// With this actual value.
     Done(i32),
     /// Not yet: the drive still does what it was doing.
@@ -88,14 +96,19 @@ pub(super) enum Reached {
 
 /// Which drive it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Identity {
-    pub(super) model: Model,
-    pub(super) gear: Gear,
+pub struct Identity {
+    /// The model.
+    pub model: Model,
+    /// The gear.
+    pub gear: Gear,
 }
 
 impl<L: Link, C: Clock> Drive<L, C> {
     /// Takes the drive over.
-    pub(super) fn take(mut session: Session<L, C>, address: Address) -> Result<Self, SessionError> {
+    ///
+    /// # Errors
+    /// As [`Session::start`].
+    pub fn take(mut session: Session<L, C>, address: Address) -> Result<Self, SessionError> {
         session.start(address)?;
         // profirust copies the inputs of a telegram at once.
         let profile = Profile { images: Images::Consistent, ..Profile::AG03 };
@@ -103,19 +116,27 @@ impl<L: Link, C: Clock> Drive<L, C> {
         Ok(Self { session, address, client: DriveClient::new(profile, limits) })
     }
 
-    /// Whether Ctrl-C or a signal asks for the end.
-    pub(super) fn is_stopped(&self) -> bool {
+    /// Its address.
+    pub const fn address(&self) -> Address {
+        self.address
+    }
+
+    /// Whether the end is requested ([`Session::stop`]).
+    pub fn is_stopped(&self) -> bool {
         self.session.stop().is_requested()
     }
 
     /// The control word that is sent now.
-    pub(super) fn stw(&self) -> Stw {
+    pub fn stw(&self) -> Stw {
         Outputs::new(&self.client.outputs()).stw()
     }
 
     /// One exchange.
-    pub(super) fn exchange(&mut self) -> Result<Seen, SessionError> {
-        match self.session.exchange(&self.client.outputs()) {
+    ///
+    /// # Errors
+    /// As [`Session::exchange_with`].
+    pub fn exchange(&mut self) -> Result<Seen, SessionError> {
+        match self.session.exchange_with(self.address, &self.client.outputs()) {
             Ok(octets) => {
                 let inputs = Inputs::new(&octets);
                 self.client.handle_inputs(self.session.now(), inputs);
@@ -129,7 +150,10 @@ impl<L: Link, C: Clock> Drive<L, C> {
     }
 
     /// Does one job, to its end: a job that was sent cannot be taken back. The control word stays as it is meanwhile.
-    pub(super) fn job(&mut self, job: Job) -> Result<Reply, Trouble> {
+    ///
+    /// # Errors
+    /// [`DriveError`]; after [`DriveError::Unanswered`] it is not known whether the job was done.
+    pub fn job(&mut self, job: Job) -> Result<Reply, DriveError> {
         self.client.submit(self.session.now(), job)?;
         loop {
             let exchanged = self.exchange();
@@ -137,15 +161,18 @@ impl<L: Link, C: Clock> Drive<L, C> {
             match (exchanged, outcome) {
                 (Ok(_), None) => {}
                 (Ok(_), Some(outcome)) => return Ok(outcome.result?),
-                (Err(error), Some(_)) => return Err(Trouble::Unanswered(error)),
+                (Err(error), Some(_)) => return Err(DriveError::Unanswered(error)),
                 // The job was not sent, and never will be.
                 (Err(error), None) => return Err(error.into()),
             }
         }
     }
 
-    /// Pursues a goal until it is reached, or Ctrl-C or a signal asks for the end.
-    pub(super) fn reach(&mut self, goal: Goal) -> Result<Reached, Trouble> {
+    /// Pursues a goal until it is reached or the end is requested.
+    ///
+    /// # Errors
+    /// [`DriveError::Goal`], [`DriveError::Session`].
+    pub fn reach(&mut self, goal: Goal) -> Result<Reached, DriveError> {
         self.client.pursue(self.session.now(), goal);
         loop {
             if self.is_stopped() {
@@ -159,12 +186,10 @@ impl<L: Link, C: Clock> Drive<L, C> {
     }
 
     /// Reads a value of a known width.
-    pub(super) fn read(
-        &mut self,
-        pnu: Pnu,
-        element: Option<Subindex>,
-        width: Width,
-    ) -> Result<Value, Trouble> {
+    ///
+    /// # Errors
+    /// As [`Drive::job`].
+    pub fn read(&mut self, pnu: Pnu, element: Option<Subindex>, width: Width) -> Result<Value, DriveError> {
         let job = match element {
             Some(element) => Job::read_element(pnu, element),
             None => Job::read(pnu),
@@ -173,27 +198,33 @@ impl<L: Link, C: Clock> Drive<L, C> {
         match self.job(job)? {
             Reply::Value(value) => Ok(value),
             reply @ (Reply::ElementCount(_) | Reply::Description(_)) => {
-                Err(Trouble::OtherReply { job, reply })
+                Err(DriveError::OtherReply { job, reply })
             }
         }
     }
 
     /// Writes a value and says what the drive has then.
-    pub(super) fn write(&mut self, pnu: Pnu, value: Value) -> Result<Value, Trouble> {
+    ///
+    /// # Errors
+    /// As [`Drive::job`].
+    pub fn write(&mut self, pnu: Pnu, value: Value) -> Result<Value, DriveError> {
         let job = Job::write(pnu, value);
         match self.job(job)? {
             Reply::Value(value) => Ok(value),
             reply @ (Reply::ElementCount(_) | Reply::Description(_)) => {
-                Err(Trouble::OtherReply { job, reply })
+                Err(DriveError::OtherReply { job, reply })
             }
         }
     }
 
     /// Asks which model it is: only the AG03/1 has d-Pos.
-    pub(super) fn model(&mut self) -> Result<Model, Trouble> {
+    ///
+    /// # Errors
+    /// As [`Drive::job`].
+    pub fn model(&mut self) -> Result<Model, DriveError> {
         match self.read(D_POS, None, Width::Word) {
             Ok(_) => Ok(Model::Ag03_1),
-            Err(Trouble::Job(PkwError::Refused(code)))
+            Err(DriveError::Job(PkwError::Refused(code)))
                 if code.number() == ErrorNumber::IllegalParameterNumber.number() =>
             {
                 Ok(Model::Ag03)
@@ -203,10 +234,13 @@ impl<L: Link, C: Clock> Drive<L, C> {
     }
 
     /// Asks which drive it is: the hardware version tells the gear.
-    pub(super) fn identify(&mut self) -> Result<Identity, Trouble> {
+    ///
+    /// # Errors
+    /// As [`Drive::job`], and [`DriveError::Hardware`].
+    pub fn identify(&mut self) -> Result<Identity, DriveError> {
         let model = self.model()?;
         let hardware = self.read(HARDWARE, None, Width::Word)?.bits();
         let gear = Gear::ALL.into_iter().find(|gear| u32::from(gear.hardware_version()) == hardware);
-        Ok(Identity { model, gear: gear.ok_or(Trouble::Hardware(hardware))? })
+        Ok(Identity { model, gear: gear.ok_or(DriveError::Hardware(hardware))? })
     }
 }

@@ -4,17 +4,21 @@ use core::time::Duration;
 
 use thiserror::Error;
 
+use super::Sender;
 use crate::fdl::Address;
 use crate::time::{BaudRate, Instant};
 
 /// A rule of the bus that somebody on a [`Line`](super::Line) has broken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum Breach {
     /// Two send at the same time.
-    #[error("at {at}: somebody sends while another still does")]
+    #[error("at {at}: the {by} sends while another still does")]
     Collision {
         /// When the second began.
         at: Instant,
+        /// Who is the second.
+        by: Sender,
     },
     /// A request or token without enough silence before it.
     #[error("at {at}: a request after {idle:?} of silence, expected T_SYN, {expected:?}")]
@@ -24,6 +28,16 @@ pub enum Breach {
         /// The silence before it.
         idle: Duration,
         /// T_SYN.
+        expected: Duration,
+    },
+    /// A request or token although a reply can still come.
+    #[error("at {at}: a request {waited:?} after one without reply, expected the slot time, {expected:?}")]
+    NoSlotTime {
+        /// When it began.
+        at: Instant,
+        /// Time since the end of the request before.
+        waited: Duration,
+        /// The slot time.
         expected: Duration,
     },
     /// A reply although no request waits for one.
@@ -62,11 +76,13 @@ pub enum Breach {
         /// max T_SDR by the customary table.
         expected: Duration,
     },
-    /// A station sent octets that are not one telegram.
-    #[error("at {at}: a station sends what is no telegram")]
+    /// Octets that are not one telegram.
+    #[error("at {at}: the {by} sends what is not one telegram")]
     NoTelegram {
         /// When it began.
         at: Instant,
+        /// Who sent them.
+        by: Sender,
     },
     /// A station sent at another rate than that of the line: its search for the rate was not over.
     #[error("at {at}: a station sends at {got}, expected {expected}")]
@@ -78,4 +94,21 @@ pub enum Breach {
         /// The rate of the line.
         expected: BaudRate,
     },
+}
+
+impl Breach {
+    /// When it was.
+    pub const fn at(&self) -> Instant {
+        match self {
+            Self::Collision { at, .. }
+            | Self::NoSyn { at, .. }
+            | Self::NoSlotTime { at, .. }
+            | Self::Unasked { at }
+            | Self::WrongStation { at, .. }
+            | Self::TooEarly { at, .. }
+            | Self::TooLate { at, .. }
+            | Self::NoTelegram { at, .. }
+            | Self::WrongRate { at, .. } => *at,
+        }
+    }
 }
