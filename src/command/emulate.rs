@@ -12,7 +12,7 @@ use profidrive::host::link::serial::Serial;
 use profidrive::host::{Bus, BusEvent, Clock, Link, Reach, StateDir, Stop, StoredDevice, SystemClock, run};
 use profidrive::panel::{Bench, Panel, PanelError};
 use profidrive::time::{BaudRate, Instant};
-use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
 use tracing::{debug, info, warn};
 
 use super::Failure;
@@ -30,7 +30,7 @@ const FIRST_SERIAL_RATE: BaudRate = BaudRate::K19_2;
 /// A line full of rubbish is said once in this time; the rest is for `-v`.
 const NOISE_PAUSE: Duration = Duration::from_secs(1);
 
-/// Runs until SIGINT or SIGTERM.
+/// Runs until SIGINT, SIGTERM, or SIGHUP, which comes when the window of its terminal is closed.
 pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     // Before the link is made, so that no signal ends the process with the link left behind.
     let signals = Signals::register().map_err(|error| Failure::from_error(&error))?;
@@ -105,7 +105,7 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
 /// How signals reach the loop: each ends the run, and the flag says what for.
 struct Signals {
     stop: Stop,
-    /// SIGINT or SIGTERM came.
+    /// SIGINT, SIGTERM or SIGHUP came.
     end: Arc<AtomicBool>,
     /// SIGUSR1 came.
     report: Arc<AtomicBool>,
@@ -115,7 +115,9 @@ impl Signals {
     fn register() -> io::Result<Self> {
         let stop = Stop::new()?;
         let (end, report) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
-        for (signal, flag) in [(SIGINT, &end), (SIGTERM, &end), (SIGUSR1, &report)] {
+        let ends = [SIGINT, SIGTERM, SIGHUP].map(|signal| (signal, &end));
+        let asked = ends.into_iter().chain([(SIGUSR1, &report)]);
+        for (signal, flag) in asked.filter(|(signal, _)| *signal != SIGHUP || !hangup_is_ignored()) {
             // Before what ends the run, so that it is seen then.
             signal_hook::flag::register(signal, Arc::clone(flag))?;
             signal_hook::low_level::pipe::register(signal, stop.waker()?)?;
@@ -127,6 +129,15 @@ impl Signals {
         self.end.store(true, Ordering::SeqCst);
         self.stop.request();
     }
+}
+
+/// Whether whoever started this process had it ignore SIGHUP, as `nohup` does. Told only by Linux.
+fn hangup_is_ignored() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let ignored = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);
+    // The lowest bit is signal 1.
+    ignored >> (SIGHUP - 1) & 1 == 1
 }
 
 /// Says what happens: the ready line on stdout, the rest in the log.

@@ -13,7 +13,8 @@
 //! - [`Bus`] puts many stations on one line, with the calling contract of one [`crate::device::Device`].
 //! - [`line::Line`] is an RS-485 line in simulated time that checks the rules of the bus.
 //! - [`capture`] writes what passes to pcapng files and reads them (feature `capture`).
-//! - [`StateDir`] keeps the EEPROMs of drives in files; a [`StoredDevice`] is a drive with such a file.
+//! - [`StateDir`] keeps the images of units in files, each an [`ImageFile`]; a [`StoredDevice`] is a drive with such a
+//!   file.
 //! - [`run()`] connects the three until [`Stop`] is requested.
 //!
 //! A drive on an in-memory line, run by hand:
@@ -48,22 +49,22 @@ mod bus;
 #[cfg(feature = "capture")]
 pub mod capture;
 mod clock;
-mod eeprom_file;
 pub mod line;
 pub mod link;
 mod lock;
 mod participant;
 pub(crate) mod reach;
 mod run;
+mod state_dir;
 mod stop;
 mod stored_device;
 
 pub use bus::{Bus, BusEvent, Evidence, LISTEN_TIME, Presence};
 pub use clock::{ManualClock, SystemClock};
-pub use eeprom_file::{StateDir, StateDirError};
 pub use participant::Participant;
 pub use reach::Reach;
 pub use run::run;
+pub use state_dir::{ImageFile, Images, Newest, StateDir, StateDirError};
 pub use stop::Stop;
 pub use stored_device::StoredDevice;
 
@@ -171,6 +172,16 @@ pub enum Error {
         path: PathBuf,
         /// What the operating system says.
         source: io::Error,
+    },
+    /// The symbolic link leads to a terminal that an emulator had. It was killed, and whoever has the terminal now is a
+    /// stranger.
+    #[error(
+        "{} was left by an emulator that has ended; start it again with 'profidrive emulate --link pty:{}'",
+        path.display(), path.display()
+    )]
+    LinkLeftBehind {
+        /// The link.
+        path: PathBuf,
     },
     /// The serial device cannot be opened.
     #[error("cannot open serial device {device} ({advice})")]
