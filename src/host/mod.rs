@@ -64,7 +64,7 @@ pub use clock::{ManualClock, SystemClock};
 pub use participant::Participant;
 pub use reach::Reach;
 pub use run::run;
-pub use state_dir::{ImageFile, Images, Newest, StateDir, StateDirError};
+pub use state_dir::{Disk, ImageFile, Images, Newest, StateDir, StateDirError};
 pub use stop::Stop;
 pub use stored_device::StoredDevice;
 

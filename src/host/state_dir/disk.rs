@@ -12,10 +12,10 @@ use crate::host::lock::locked;
 /// Held locked while a process uses the directory.
 const LOCK: &str = ".lock";
 
-/// Files in one directory. Names have no folder in them.
+/// Files in one directory, for images ([`StateDir::on`](super::StateDir::on)). Names have no folder in them.
 ///
-/// A call that fails may have done half of it, but for [`Disk::rename`].
-pub(super) trait Disk: Debug + Send + Sync {
+/// A call that fails may have done half of it, but for [`Disk::rename`]. Errors are the operating system's.
+pub trait Disk: Debug + Send + Sync {
     /// The octets of a file, at most `most`; `None` if there is no file.
     fn read(&self, name: &str, most: usize) -> io::Result<Option<Vec<u8>>>;
     /// Makes a file of these octets, instead of any of this name. They may be lost until [`Disk::sync`].

@@ -21,6 +21,7 @@ use std::boxed::Box;
 use std::format;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::string::String;
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use std::vec::Vec;
@@ -33,7 +34,8 @@ mod slots;
 #[cfg(test)]
 mod tests;
 
-use disk::{Disk, Folder, LockError};
+pub use disk::Disk;
+use disk::{Folder, LockError};
 pub use image_file::{ImageFile, Images};
 use slots::Slots;
 
@@ -149,11 +151,21 @@ impl StateDir {
         Ok(state)
     }
 
-    /// On a disk that nobody writes to until [`StateDir::write_next`] is called.
-    fn on(path: &Path, disk: Box<dyn Disk>) -> Result<Self, StateDirError> {
+    /// Keeps images on a disk of the caller's, without a thread: they are written by [`StateDir::write_next`]. For tests
+    /// of what happens when disks fail. `path` is what errors say.
+    ///
+    /// # Errors
+    /// [`StateDirError::Directory`].
+    pub fn on(path: &Path, disk: Box<dyn Disk>) -> Result<Self, StateDirError> {
         let slots = Slots::new(path, disk);
         slots.tidy().map_err(|source| StateDirError::Directory { path: path.to_path_buf(), source })?;
         Ok(Self { path: path.to_path_buf(), slots: Arc::new(slots), writer: None })
+    }
+
+    /// Writes the next image that waits, as the thread of [`StateDir::open`] does by itself. One that failed is tried
+    /// again at once. `false`: none waits.
+    pub fn write_next(&self) -> bool {
+        self.slots.write_next()
     }
 
     /// Takes the file `NAME.eeprom` for one unit, until the [`ImageFile`] is dropped; with it comes the newest image it
@@ -170,12 +182,6 @@ impl StateDir {
         let name = format!("{name}{EXTENSION}");
         let newest = self.slots.own(&name, longest)?;
         Ok((ImageFile::new(Arc::clone(&self.slots), name), newest))
-    }
-
-    /// Writes the next image that waits, whenever it is due. `false`: none waits.
-    #[cfg(test)]
-    fn write_next(&self) -> bool {
-        self.slots.write_next()
     }
 }
 

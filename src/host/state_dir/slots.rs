@@ -226,7 +226,6 @@ impl Slots {
     }
 
     /// Writes the next image that waits, whenever it is due. `false`: none waits.
-    #[cfg(test)]
     pub(super) fn write_next(&self) -> bool {
         let next = self.lock().next(Instant::now() + RETRY);
         match next {
