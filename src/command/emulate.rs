@@ -27,7 +27,7 @@ const UNTIMED_RATE: BaudRate = BaudRate::K500;
 /// A serial line whose rate is to be found is opened at one that every port has.
 const FIRST_SERIAL_RATE: BaudRate = BaudRate::K19_2;
 
-/// A line full of rubbish is said once in this time; the rest is for `-v`.
+/// Invalid octets are logged at most once in this time; each is for `-v`.
 const NOISE_PAUSE: Duration = Duration::from_secs(1);
 
 /// Runs until SIGINT, SIGTERM, or SIGHUP, which comes when the window of its terminal is closed.
@@ -153,6 +153,8 @@ struct News {
     /// The search for the rate was said: one line for all rates tried.
     searching: bool,
     last_noise: Option<Instant>,
+    /// Noise since then that was not said.
+    unsaid: u64,
 }
 
 impl News {
@@ -163,18 +165,26 @@ impl News {
             info!("listening whether the addresses are free");
         }
         let panel = panel.map(|panel| format!(" panel=http://{}", panel.address())).unwrap_or_default();
-        Self { path, panel, drives, undecided, announced: false, searching: false, last_noise: None }
+        Self { path, panel, drives, undecided, announced: false, searching: false, last_noise: None, unsaid: 0 }
     }
 
     fn say(&mut self, now: Instant, event: BusEvent) {
         match event {
-            BusEvent::TelegramRefused(_) => {
+            // So many events at once are noise, whatever else there is among them.
+            BusEvent::TelegramRefused(_) | BusEvent::Lost { .. } => {
                 if self.last_noise.is_some_and(|last| now.saturating_since(last) < NOISE_PAUSE) {
+                    self.unsaid = self.unsaid.saturating_add(match event {
+                        BusEvent::Lost { events } => events,
+                        _ => 1,
+                    });
                     debug!("{event}");
                     return;
                 }
                 self.last_noise = Some(now);
-                info!("{event}");
+                match core::mem::take(&mut self.unsaid) {
+                    0 => info!("{event}"),
+                    more => info!("{event}; {more} more events since the last such line"),
+                }
             }
             BusEvent::Joined { .. } => {
                 info!("{event}");
@@ -194,7 +204,7 @@ impl News {
                 info!("{event}");
             }
             BusEvent::MovedToTakenAddress { .. } => warn!("{event}"),
-            BusEvent::Station { .. } | BusEvent::Lost { .. } | _ => info!("{event}"),
+            BusEvent::Station { .. } | _ => info!("{event}"),
         }
     }
 

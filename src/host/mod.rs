@@ -166,7 +166,7 @@ pub enum Error {
         found: PathOccupant,
     },
     /// The symbolic link to the terminal cannot be made.
-    #[error("cannot create the symbolic link {}", path.display())]
+    #[error("cannot create the symbolic link {} (choose a path in a directory that this user can write)", path.display())]
     Symlink {
         /// The name wanted.
         path: PathBuf,
@@ -222,7 +222,7 @@ pub enum Error {
         source: io::Error,
     },
     /// The TCP port cannot be opened.
-    #[error("cannot listen at tcp:{place}")]
+    #[error("cannot listen at tcp:{place} ({})", reach::advice(source))]
     Tcp {
         /// Host and port wanted.
         place: String,

@@ -21,7 +21,6 @@ use std::boxed::Box;
 use std::format;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::string::String;
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use std::vec::Vec;
