@@ -165,7 +165,16 @@ impl News {
             info!("listening whether the addresses are free");
         }
         let panel = panel.map(|panel| format!(" panel=http://{}", panel.address())).unwrap_or_default();
-        Self { path, panel, drives, undecided, announced: false, searching: false, last_noise: None, unsaid: 0 }
+        Self {
+            path,
+            panel,
+            drives,
+            undecided,
+            announced: false,
+            searching: false,
+            last_noise: None,
+            unsaid: 0,
+        }
     }
 
     fn say(&mut self, now: Instant, event: BusEvent) {
@@ -173,10 +182,8 @@ impl News {
             // So many events at once are noise, whatever else there is among them.
             BusEvent::TelegramRefused(_) | BusEvent::Lost { .. } => {
                 if self.last_noise.is_some_and(|last| now.saturating_since(last) < NOISE_PAUSE) {
-                    self.unsaid = self.unsaid.saturating_add(match event {
-                        BusEvent::Lost { events } => events,
-                        _ => 1,
-                    });
+                    let more = if let BusEvent::Lost { events } = event { events } else { 1 };
+                    self.unsaid = self.unsaid.saturating_add(more);
                     debug!("{event}");
                     return;
                 }

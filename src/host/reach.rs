@@ -26,7 +26,9 @@ pub(crate) enum ListenError {
 /// What a person can do about a port that cannot be listened at.
 pub(crate) fn advice(error: &io::Error) -> &'static str {
     match error.kind() {
-        io::ErrorKind::PermissionDenied => "ports below 1024 need special rights; choose a port from 1024 to 65535",
+        io::ErrorKind::PermissionDenied => {
+            "ports below 1024 need special rights; choose a port from 1024 to 65535"
+        }
         io::ErrorKind::AddrInUse => {
             "another program listens there; end it, or choose another port; port 0 takes a free one"
         }

@@ -427,6 +427,18 @@ impl Noise {
 }
 
 #[test]
+fn a_port_that_another_program_has_is_refused_with_what_to_do() {
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let place = taken.local_addr().unwrap().to_string();
+    for arguments in [["--link", &format!("tcp:{place}")], ["--panel", &place]] {
+        let output = profidrive(&["emulate"]).args(arguments).output().unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{stderr}");
+        assert!(stderr.contains(&place) && stderr.contains("another program listens there"), "{stderr}");
+    }
+}
+
+#[test]
 fn a_mebibyte_of_noise_is_a_line_of_the_log_a_second() {
     let emulator = Emulator::start(&[]);
     let terminal = emulator.ready.split([' ', '=']).nth(2).unwrap().to_owned();

@@ -3,11 +3,15 @@
 
 mod input;
 
+use std::fmt::Write as _;
 use std::fs;
 use std::io::Write;
 use std::process::{Command, Output, Stdio};
 
+use profidrive::fdl::{FrameCount, FunctionCode, Service};
 use serde_json::Value;
+
+use crate::telegrams::telegram;
 
 fn profidrive(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_profidrive"));
@@ -275,10 +279,12 @@ fn what_another_device_exchanges_is_not_judged_as_words_of_a_drive() {
     say(&[0xE5]);
     let mut octet = 7_u8;
     for round in 0..40 {
-        let mut data = || [0; 14].map(|_: u8| {
-            octet = octet.wrapping_mul(141).wrapping_add(47);
-            octet
-        });
+        let mut data = || {
+            [0; 14].map(|_: u8| {
+                octet = octet.wrapping_mul(141).wrapping_add(47);
+                octet
+            })
+        };
         say(&to(if round % 2 == 0 { FrameCount::Odd } else { FrameCount::Even }, None, &data()));
         say(&reply(&data()));
     }

@@ -265,8 +265,10 @@ impl Master {
             return Err(format!("address {address} is that of this master; choose another --master-address"));
         }
         if address.number() == 126 && !matches!(self.action, Action::Diag) {
-            return Err("address 126 is for stations that have none yet: they exchange no data; set the DIP switches"
-                .into());
+            return Err(
+                "address 126 is for stations that have none yet: they exchange no data; set the DIP switches"
+                    .into(),
+            );
         }
         Ok(())
     }

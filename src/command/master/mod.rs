@@ -79,10 +79,14 @@ fn act<L: Link, C: Clock>(
         Action::Status => with(session, address()?, |drive| status::status(drive, json)),
         Action::Monitor { limit } => with(session, address()?, |drive| status::monitor(drive, *limit, json)),
         Action::Faults { clear } => with(session, address()?, |drive| faults::faults(drive, *clear, json)),
-        Action::Calibrate { value } => with(session, address()?, |drive| faults::calibrate(drive, *value, json)),
+        Action::Calibrate { value } => {
+            with(session, address()?, |drive| faults::calibrate(drive, *value, json))
+        }
         Action::Stop => with(session, address()?, |drive| motion::stop(drive, json)),
         Action::Ack => with(session, address()?, |drive| motion::acknowledge(drive, json)),
-        Action::Motion(motion) => with(session, address()?, |drive| motion::motion(drive, *motion, leave, json)),
+        Action::Motion(motion) => {
+            with(session, address()?, |drive| motion::motion(drive, *motion, leave, json))
+        }
     }
 }
 
