@@ -29,6 +29,9 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 #[cfg(target_os = "linux")]
+#[path = "../tests/telegrams/mod.rs"]
+mod telegrams;
+#[cfg(target_os = "linux")]
 #[path = "../tests/panel/mod.rs"]
 mod panel;
 #[cfg(target_os = "linux")]
