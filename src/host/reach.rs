@@ -24,7 +24,10 @@ pub(crate) enum ListenError {
 }
 
 /// What a person can do about a port that cannot be listened at.
-#[expect(clippy::wildcard_enum_match_arm, reason = "operating systems have many more errors than there is advice")]
+#[expect(
+    clippy::wildcard_enum_match_arm,
+    reason = "operating systems have many more errors than there is advice"
+)]
 pub(crate) fn advice(error: &io::Error) -> &'static str {
     match error.kind() {
         io::ErrorKind::PermissionDenied => {

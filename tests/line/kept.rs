@@ -407,3 +407,17 @@ proptest! {
         world.restart();
     }
 }
+
+/// The drive that is added again has the value, the disk does not.
+#[test]
+fn a_value_found_again_is_acknowledged_only_when_it_is_safe() {
+    let mut world = World::new();
+    let kill = Op::Kill { calls: 0, power: None };
+    let again = [Op::Panel(1, 0), Op::Remove(1), Op::Add(1), Op::WriteSame(1, 0)];
+    for op in [Op::Add(1)].into_iter().chain(again).chain([kill, Op::Restart]) {
+        world.apply(op);
+    }
+    for op in again.into_iter().chain([Op::Writer(1), Op::WriteSame(1, 0), kill]) {
+        world.apply(op);
+    }
+}

@@ -105,7 +105,10 @@ pub enum StateDirError {
 }
 
 /// What a person can do about a disk that refuses.
-#[expect(clippy::wildcard_enum_match_arm, reason = "operating systems have many more errors than there is advice")]
+#[expect(
+    clippy::wildcard_enum_match_arm,
+    reason = "operating systems have many more errors than there is advice"
+)]
 fn advice(error: &io::Error) -> &'static str {
     match error.kind() {
         io::ErrorKind::PermissionDenied => {
