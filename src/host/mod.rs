@@ -12,6 +12,7 @@
 //! - [`Clock`] tells the time: [`SystemClock`] runs, [`ManualClock`] stands until a test moves it.
 //! - [`Bus`] puts many stations on one line, with the calling contract of one [`crate::device::Device`].
 //! - [`line::Line`] is an RS-485 line in simulated time that checks the rules of the bus.
+//! - [`can`] is the same for CAN: a bus in memory, adapters over pseudo-terminal and TCP, and its own run loop.
 //! - [`capture`] writes what passes to pcapng files and reads them (feature `capture`).
 //! - [`StateDir`] keeps the images of units in files, each an [`ImageFile`]; a [`StoredDevice`] is a drive with such a
 //!   file.
@@ -46,8 +47,10 @@ use crate::fdl::Address;
 use crate::time::{BaudRate, Instant};
 
 mod bus;
+pub mod can;
 #[cfg(feature = "capture")]
 pub mod capture;
+mod chance;
 mod clock;
 pub mod line;
 pub mod link;
@@ -59,7 +62,7 @@ mod state_dir;
 mod stop;
 mod stored_device;
 
-pub use bus::{Bus, BusEvent, Evidence, LISTEN_TIME, Presence};
+pub use bus::{Bus, BusEvent, Evidence, LISTEN_TIME, Presence, SlotTime};
 pub use clock::{ManualClock, SystemClock};
 pub use participant::Participant;
 pub use reach::Reach;

@@ -25,19 +25,27 @@ pub(super) struct Symlink {
     _owner: Owner,
 }
 
+/// What becomes of a symbolic link that is there already and leads to something else that exists. One that leads nowhere
+/// (left behind by a process that was killed) is always replaced; what is no link never is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum OldLink {
+    Keep,
+    Replace,
+}
+
 impl Symlink {
-    /// Makes `path` lead to `terminal`. It replaces only a link that leads nowhere or to this very terminal, and one
-    /// left behind by an emulator that was killed.
-    pub(super) fn create(path: &Path, terminal: &Path) -> Result<Self, Error> {
+    /// Makes `path` lead to `terminal`. A link left behind by an emulator that was killed is always replaced, that of a
+    /// running one never.
+    pub(super) fn create(path: &Path, terminal: &Path, old: OldLink) -> Result<Self, Error> {
         let failed = |source| Error::Symlink { path: path.to_path_buf(), source };
         let taken = || Error::PathTaken { path: path.to_path_buf(), found: PathOccupant::LinkInUse };
         let mut owner = Owner::become_of(path).map_err(failed)?.ok_or_else(taken)?;
-        let left_behind = owner.owned(path);
+        let old = if owner.owned(path) { OldLink::Replace } else { old };
         owner.write(path, terminal).map_err(failed)?;
         match symlink(terminal, path) {
             Ok(()) => {}
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
-                replace(path, terminal, left_behind)?
+                replace(path, terminal, old)?;
             }
             Err(source) => return Err(failed(source)),
         }
@@ -135,7 +143,7 @@ impl Drop for Symlink {
 }
 
 /// Replaces the link at `path` in one step, so that a master never finds the name missing.
-fn replace(path: &Path, terminal: &Path, left_behind: bool) -> Result<(), Error> {
+fn replace(path: &Path, terminal: &Path, old: OldLink) -> Result<(), Error> {
     let failed = |source| Error::Symlink { path: path.to_path_buf(), source };
     let taken = |found| Error::PathTaken { path: path.to_path_buf(), found };
 
@@ -149,7 +157,7 @@ fn replace(path: &Path, terminal: &Path, left_behind: bool) -> Result<(), Error>
     // Where it leads to cannot be told for sure (no permission, a loop): then it is not ours to replace.
     let dangling = path.try_exists().is_ok_and(|exists| !exists);
     let own = fs::read_link(path).is_ok_and(|target| target == terminal);
-    if !dangling && !own && !left_behind {
+    if old == OldLink::Keep && !dangling && !own {
         return Err(taken(PathOccupant::LinkInUse));
     }
 
