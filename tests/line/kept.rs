@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Duration;
 
-use profidrive::device::{Config, DipSwitches, MAX_TELEGRAM_LEN};
+use profidrive::device::{ApplicationCycle, Config, DipSwitches, MAX_TELEGRAM_LEN};
 use profidrive::fdl::{Address, FrameCount, FunctionCode, Service};
 use profidrive::host::{StateDir, StateDirError, StoredDevice};
 use profidrive::param::{Parameter, Pnu, Value};
@@ -207,7 +207,8 @@ impl World {
     }
 
     fn add(&mut self, key: u8) {
-        let config = Config { application_cycle: Duration::ZERO, ..Config::new(address(key)) };
+        let config =
+            Config { application_cycle: ApplicationCycle::EACH_EXCHANGE, ..Config::new(address(key)) };
         let drive = match self.state().load(config, self.now) {
             Ok(drive) => drive,
             Err(StateDirError::Owned { .. }) => return assert!(self.units.contains_key(&key)),
