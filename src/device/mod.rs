@@ -145,6 +145,18 @@ impl Device {
         Ok(Self { framer: config.framer(), part: Parts::new(config, Some(image), now) })
     }
 
+    /// As [`Device::restore`], from an image that the host does not keep yet: [`Device::poll_image`] offers it again.
+    ///
+    /// # Errors
+    /// As [`Device::restore`].
+    pub fn restore_unstored(config: Config, octets: &[u8], now: Instant) -> Result<Self, ImageError> {
+        let mut device = Self::restore(config, octets, now)?;
+        if let Some(storage) = &mut device.part.storage {
+            storage.offer();
+        }
+        Ok(device)
+    }
+
     /// What the device was made of, with the rate of the line and the DIP switches as they are now.
     pub const fn config(&self) -> &Config {
         &self.part.config

@@ -167,7 +167,8 @@ impl Storage {
         }
     }
 
-    fn offer(&mut self) {
+    /// The newest image is to be kept, be it the same as before.
+    pub(super) fn offer(&mut self) {
         self.generation = Generation(self.generation.0.saturating_add(1));
         self.progress = Progress::Offered;
     }

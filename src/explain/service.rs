@@ -12,6 +12,7 @@ use crate::dp::Service;
 use crate::dp::global_control::{GlobalControl, Latch};
 use crate::dp::set_slave_add::{AddressFault, SetSlaveAdd};
 use crate::fdl::Sap;
+use crate::ppo::PPO_LEN;
 
 /// The data of a telegram explained.
 pub(super) struct Carried {
@@ -84,13 +85,20 @@ fn no_data(summary: &str, data: &[u8], at: usize) -> (String, Vec<Field>) {
     (summary.into(), fields)
 }
 
-/// User data of Data_Exchange: a PPO of these drives, or what another slave exchanges.
+/// User data of Data_Exchange: a PPO of these drives, or what another slave exchanges. Who has said no Ident_Number is
+/// taken for one of these drives by its 14 octets.
 fn exchange(data: &[u8], sender: Sender, at: usize, learned: &mut Learned) -> (String, Vec<Field>) {
     let (head, what) = match sender {
         Sender::Master => ("Data_Exchange", "outputs"),
         Sender::Slave => ("inputs", "inputs"),
     };
-    match data.try_into() {
+    let ppo: Result<&[u8; PPO_LEN], _> = data.try_into();
+    match ppo {
+        // Another device means something else by them.
+        Ok(_) if learned.ident().is_some_and(|ident| ident != IDENT_NUMBER) => {
+            let text = format!("{} octets of {what} of another device", data.len());
+            (format!("{head}: {text}"), Vec::from([Field::octets(what, at, data, text)]))
+        }
         Ok(octets) => {
             let (fields, words) = ppo::ppo(octets, sender, at, learned);
             (format!("{head}: {words}"), fields)

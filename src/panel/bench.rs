@@ -1,7 +1,9 @@
 //! The way from the threads of HTTP to the thread of the bus, and what they find there.
 
+use core::error::Error;
 use std::boxed::Box;
 use std::format;
+use std::string::{String, ToString};
 use std::sync::Arc;
 
 use tokio::sync::{mpsc, oneshot};
@@ -10,7 +12,7 @@ use super::problem::Problem;
 use crate::device::{Config, Device, Power};
 use crate::fdl::Address;
 use crate::host::link::fault::Faults;
-use crate::host::{Bus, StateDir, Stop, StoredDevice};
+use crate::host::{Bus, StateDir, StateDirError, Stop, StoredDevice};
 use crate::time::Instant;
 
 /// Requests that wait for the thread of the bus at most; more are refused.
@@ -80,10 +82,39 @@ impl Bench<'_> {
         self.with_drive(address, act)
     }
 
+    /// The refusal of a drive whose image cannot be used, with the drive that has it now.
+    pub(super) fn not_loaded(&self, error: &StateDirError) -> Problem {
+        let StateDirError::Owned { path } = error else {
+            return Problem::conflict(in_one_line(error));
+        };
+        let has_it = |address: &Address| {
+            self.bus.station::<StoredDevice>(*address).and_then(StoredDevice::path).as_ref() == Some(path)
+        };
+        match self.bus.addresses().find(has_it) {
+            Some(address) => Problem::conflict(format!(
+                "the EEPROM image {} belongs to the drive at address {address}, which was added under this address and \
+                 moved by its DIP switches; move it back or remove it, or choose another address",
+                path.display()
+            )),
+            None => Problem::conflict(in_one_line(error)),
+        }
+    }
+
     /// The refusal that says which drives there are.
     pub(super) fn no_drive(&self, address: Address) -> Problem {
         Problem::no_drive(address, self.bus.addresses().filter(|address| self.drive(*address).is_some()))
     }
+}
+
+/// An error and its causes.
+fn in_one_line(error: &dyn Error) -> String {
+    let mut line = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        line = format!("{line}: {error}");
+        cause = error.source();
+    }
+    line
 }
 
 /// Something to do on the thread of the bus.

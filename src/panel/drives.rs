@@ -73,9 +73,7 @@ pub(super) async fn add(
             }
             let config = Config { switches: address.into(), model: new.model.into(), gear, ..bench.config };
             let device: StoredDevice = match bench.state {
-                Some(state) => state
-                    .load(config, bench.now)
-                    .map_err(|error| Problem::new(StatusCode::CONFLICT, error.to_string()))?,
+                Some(state) => state.load(config, bench.now).map_err(|error| bench.not_loaded(&error))?,
                 None => Device::new(config, bench.now).into(),
             };
             let added = if bench.listen { bench.bus.join(bench.now, device) } else { bench.bus.add(device) };

@@ -71,7 +71,7 @@ use tokio::runtime;
 use tokio::sync::oneshot;
 
 use crate::host::link::tap::{Batch, Watchers};
-use crate::host::reach::{ListenError, listen};
+use crate::host::reach::{ListenError, advice, listen};
 use crate::host::{BusEvent, Reach, Stop};
 use crate::time::Instant;
 
@@ -94,7 +94,7 @@ pub struct Panel {
 #[non_exhaustive]
 pub enum PanelError {
     /// The port cannot be opened.
-    #[error("cannot listen for the panel at {place}")]
+    #[error("cannot listen for the panel at {place} ({})", advice(source))]
     Listen {
         /// Host and port wanted.
         place: String,

@@ -434,6 +434,40 @@ impl Noise {
     }
 }
 
+#[test]
+fn a_port_that_another_program_has_is_refused_with_what_to_do() {
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let place = taken.local_addr().unwrap().to_string();
+    for arguments in [["--link", &format!("tcp:{place}")], ["--panel", &place]] {
+        let output = profidrive(&["emulate"]).args(arguments).output().unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{stderr}");
+        assert!(stderr.contains(&place) && stderr.contains("another program listens there"), "{stderr}");
+    }
+}
+
+#[test]
+fn a_mebibyte_of_noise_is_a_line_of_the_log_a_second() {
+    let emulator = Emulator::start(&[]);
+    let terminal = emulator.ready.split([' ', '=']).nth(2).unwrap().to_owned();
+    let mut master = open(&terminal);
+    let mut noise = Noise(0x9E37_79B9_7F4A_7C15);
+    let start = Instant::now();
+    let mut octets = [0; 512];
+    for _ in 0..2048 {
+        noise.fill(&mut octets);
+        master.write_all(&octets).unwrap();
+    }
+    emulator.signal("TERM");
+    let seconds = start.elapsed().as_secs();
+    let (code, _, stderr) = emulator.end();
+    assert_eq!(code, Some(0));
+    let lines = stderr.lines().filter(|line| line.contains("octet") || line.contains("lost"));
+    // The last lines are counters.
+    let said = lines.filter(|line| !line.contains("line:")).count() as u64;
+    assert!((1..=seconds + 2).contains(&said), "{said} lines in {seconds} s:\n{stderr}");
+}
+
 /// For a minute of it: `PROFIDRIVE_NOISE_SECONDS=60 cargo test --all-features --test command noise`.
 #[test]
 fn noise_is_not_answered_does_not_grow_the_process_and_ends_with_it() {

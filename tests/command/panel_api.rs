@@ -246,6 +246,33 @@ fn switches_are_read_when_the_drive_is_switched_on_and_move_it_to_its_new_addres
 }
 
 #[test]
+fn the_file_of_a_drive_that_was_moved_goes_to_no_other_and_the_refusal_names_the_drive() {
+    let folder = tempfile::tempdir().unwrap();
+    let emulator = Emulator::with(&["--state-dir", folder.path().to_str().unwrap()]);
+    let write = |address, value| {
+        let path = format!("/api/v1/drives/{address}/parameters/1004");
+        emulator.set("PUT", &path, &json!({ "value": value }));
+    };
+    let v_pos = |address| emulator.get(&format!("/api/v1/drives/{address}/parameters/1004"))["value"].clone();
+    write(5, 71);
+    emulator.set("PUT", "/api/v1/drives/5/power", &json!({ "on": false }));
+    let positions: Vec<_> = (0..10).map(|bit| bit == 1 || bit == 2).collect();
+    emulator.set("PUT", "/api/v1/drives/5/switches", &json!({ "positions": positions }));
+    emulator.set("PUT", "/api/v1/drives/5/power", &json!({ "on": true }));
+    write(6, 72);
+
+    let refused = emulator.send("POST", "/api/v1/drives", &json!({ "address": 5 }));
+    assert_eq!(refused.status, 409);
+    let detail = refused.detail();
+    assert!(detail.contains("ag03-1-005.eeprom belongs to the drive at address 6"), "{detail}");
+    assert!(detail.contains("move it back or remove it"), "{detail}");
+
+    emulator.set("DELETE", "/api/v1/drives/6", &Value::Null);
+    emulator.set("POST", "/api/v1/drives", &json!({ "address": 5 }));
+    assert_eq!(v_pos(5), json!(72));
+}
+
+#[test]
 fn drives_come_and_go_while_a_master_runs_another() {
     let emulator = Emulator::start();
     let mut master = Master::open(emulator.terminal());

@@ -181,6 +181,38 @@ fn a_drive_is_commissioned_at_every_rate() {
     }
 }
 
+/// The values of docs/links.md, with absent stations below the highest station address and a watchdog of 20 slot times.
+#[test]
+fn the_slot_times_of_the_guide_work_at_every_rate() {
+    let guide = include_str!("../../docs/links.md");
+    let (_, table) = guide.split_once("| rate | 20 ms: a serial adapter |").unwrap();
+    let rows = table.lines().skip(2).map_while(|line| line.trim().strip_prefix('|'));
+    let mut rates = 0;
+    for row in rows {
+        let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+        let (number, unit) = cells[0].split_at(cells[0].len() - 1);
+        let factor = if unit == "k" { 1000.0 } else { 1_000_000.0 };
+        let speed = (number.parse::<f64>().unwrap() * factor).round() as u32;
+        let baud = BaudRate::from_bits_per_second(speed).unwrap();
+        for cell in &cells[1..3] {
+            let slot_bits: u16 = cell.split(' ').next().unwrap().parse().unwrap();
+            let slot = baud.bit_times(slot_bits.into());
+            let mut plant = Plant::with(baud, &[5], |parameters| {
+                let watchdog = (20 * slot).max(Duration::from_millis(100));
+                parameters
+                    .slot_bits(slot_bits)
+                    .token_rotation_bits((4 * u32::from(slot_bits)).max(32_436))
+                    .watchdog_timeout(watchdog.into());
+            });
+            let started = plant.start();
+            plant.commission(0);
+            println!("{baud}, slot time {slot:?}: exchanges data after {started:?}");
+        }
+        rates += 1;
+    }
+    assert_eq!(rates, 9, "all but 45.45k, which these drives do not have");
+}
+
 #[test]
 fn several_drives_on_one_wire_are_commissioned_one_after_the_other_and_travel_together() {
     let mut plant = Plant::new(BaudRate::K1500, &[5, 3, 125]);

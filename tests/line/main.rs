@@ -10,6 +10,8 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+#[cfg(feature = "std")]
+mod faulty_disk;
 #[path = "../long/mod.rs"]
 mod long;
 #[path = "../mirror/mod.rs"]
@@ -24,6 +26,8 @@ mod host_run;
 #[cfg(all(target_os = "linux", feature = "std"))]
 mod host_tcp;
 mod interop_profirust;
+#[cfg(feature = "std")]
+mod kept;
 #[cfg(feature = "std")]
 mod line;
 #[cfg(feature = "std")]

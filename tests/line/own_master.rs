@@ -4,7 +4,7 @@ use core::time::Duration;
 use naive::{Mistake, Naive};
 use profidrive::bench::{Line, Passed, Request};
 use profidrive::device::Config;
-use profidrive::dp::{Description, Service, Station};
+use profidrive::dp::{Description, Fixed, Service, Station};
 use profidrive::fdl::Address;
 use profidrive::time::BaudRate;
 use std::panic::catch_unwind;
@@ -28,8 +28,9 @@ fn to_5(passed: &Passed) -> bool {
 fn conforms(mistake: Option<Mistake>) {
     let mut line = Line::with(BaudRate::K1500, Naive::new(mistake));
     line.add_drive(Config::new(Address::from_octet(5))).unwrap();
-    let io = Description { ident: 0x1234, configurations: &[&[0x23, 0x13]], ..Description::PLAIN };
-    line.add(Station::new(Address::from_octet(6), line.baud(), Some(60), io)).unwrap();
+    let io = Description { ident: 0x1234, ..Description::PLAIN };
+    let cfg = Fixed { configurations: &[&[0x23, 0x13]], ..Fixed::PLAIN };
+    line.add(Station::new(Address::from_octet(6), line.baud(), Some(60), io, cfg)).unwrap();
     line.inject(&["not-ready=20ms,station=5".parse().unwrap()]).unwrap();
     line.never(SECOND / 60, "Data_Exchange to a station that is not ready", to_5);
     line.must(SECOND, "both exchange data", |line| line.master.exchanges.iter().all(|count| *count > 9));

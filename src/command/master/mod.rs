@@ -60,29 +60,34 @@ fn act<L: Link, C: Clock>(
     mut session: Session<L, C>,
     leave: motion::Leave,
 ) -> Result<(), Failure> {
-    let (address, json) = (args.address.unwrap_or(args.master_address), args.json);
+    let json = args.json;
+    let address = || args.drive().map_err(Failure::Usage);
     match &args.action {
         Action::Scan { range } => scan::scan(&mut session, *range, json),
-        Action::Diag => diag::diag(&mut session, address, json),
-        Action::Read { parameter } => with(session, address, |drive| access::read(drive, parameter, json)),
+        Action::Diag => diag::diag(&mut session, address()?, json),
+        Action::Read { parameter } => with(session, address()?, |drive| access::read(drive, parameter, json)),
         Action::Write { parameter, value } => {
-            with(session, address, |drive| access::write(drive, parameter, *value, json))
+            with(session, address()?, |drive| access::write(drive, parameter, *value, json))
         }
-        Action::Params => with(session, address, |drive| access::params(drive, json)),
-        Action::Save { file } => with(session, address, |drive| set::save(drive, file, json)),
+        Action::Params => with(session, address()?, |drive| access::params(drive, json)),
+        Action::Save { file } => with(session, address()?, |drive| set::save(drive, file, json)),
         Action::Restore { file, dry_run, yes } => {
             // A file that is no parameter set is known before the drive is taken.
             let wanted = set::ParameterSet::load(file)?;
             let how = restore::How { dry_run: *dry_run, yes: *yes };
-            with(session, address, |drive| restore::restore(drive, &wanted, how, json))
+            with(session, address()?, |drive| restore::restore(drive, &wanted, how, json))
         }
-        Action::Status => with(session, address, |drive| status::status(drive, json)),
-        Action::Monitor { limit } => with(session, address, |drive| status::monitor(drive, *limit, json)),
-        Action::Faults { clear } => with(session, address, |drive| faults::faults(drive, *clear, json)),
-        Action::Calibrate { value } => with(session, address, |drive| faults::calibrate(drive, *value, json)),
-        Action::Stop => with(session, address, |drive| motion::stop(drive, json)),
-        Action::Ack => with(session, address, |drive| motion::acknowledge(drive, json)),
-        Action::Motion(motion) => with(session, address, |drive| motion::motion(drive, *motion, leave, json)),
+        Action::Status => with(session, address()?, |drive| status::status(drive, json)),
+        Action::Monitor { limit } => with(session, address()?, |drive| status::monitor(drive, *limit, json)),
+        Action::Faults { clear } => with(session, address()?, |drive| faults::faults(drive, *clear, json)),
+        Action::Calibrate { value } => {
+            with(session, address()?, |drive| faults::calibrate(drive, *value, json))
+        }
+        Action::Stop => with(session, address()?, |drive| motion::stop(drive, json)),
+        Action::Ack => with(session, address()?, |drive| motion::acknowledge(drive, json)),
+        Action::Motion(motion) => {
+            with(session, address()?, |drive| motion::motion(drive, *motion, leave, json))
+        }
     }
 }
 

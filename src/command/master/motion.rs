@@ -64,7 +64,7 @@ pub(super) fn leave(args: &Master) -> Result<Leave, Failure> {
             "a command that can turn a shaft needs --yes, or somebody at a terminal who confirms it".into(),
         ));
     }
-    let address = args.address.unwrap_or(args.master_address);
+    let address = args.drive().map_err(Failure::Usage)?;
     let asked = write!(io::stderr(), "Drive {address} will {what}. Is everybody out of reach? [y/N] ");
     let mut answer = String::new();
     let answered = asked.and_then(|()| io::stdin().lock().read_line(&mut answer));
