@@ -9,7 +9,7 @@
 //! | `obstacle` | [`Obstacles`]: what is in the way, in words |
 //! | `question` | the parameters the client reads |
 //! | `posture` | the control words |
-//! | `zsw` | the bits and patterns of the status word |
+//! | `zsw` | the patterns of the status word |
 
 mod goal;
 mod job;

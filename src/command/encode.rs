@@ -9,9 +9,9 @@ mod words;
 
 use std::io::{self, Write};
 
+use profidrive::device::bits::Word;
 use profidrive::drive::Mode;
 use profidrive::explain::value::Lengths;
-use profidrive::explain::words::Word;
 use profidrive::explain::{Context, Explanation, HexText, Kind, Mark, Sender, hex};
 use profidrive::fdl::Address;
 use profidrive::param::Model;

@@ -14,15 +14,19 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `config` | [`Config`]: what a device is made of |
-//! | `words` | every bit of STW, ZSW, SSW and the general status register |
+//! | `bits` | every bit of STW, ZSW, SSW and the general status register: number, name, meaning |
+//! | `words` | those words from and to what the drive knows |
+//! | `flow_charts` | the control words that the manual prints |
 //! | `event` | [`Event`]: news for the host |
 //! | `dip` | [`DipSwitches`]: address, factory reset, bus terminator |
 //! | `power` | [`Power`]: switching off and on, row 1 of `ag03.md` 8 |
 //! | `storage` | [`Eeprom`]: images the host keeps, and the acknowledge that waits for them |
 
+pub mod bits;
 mod config;
 pub mod dip;
 mod event;
+pub mod flow_charts;
 mod power;
 mod quirks;
 mod storage;

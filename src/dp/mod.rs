@@ -25,6 +25,7 @@
 mod buffer;
 pub mod chk_cfg;
 pub mod description;
+mod diag_bit;
 pub mod event;
 pub mod ext_diag;
 pub mod global_control;
@@ -40,6 +41,7 @@ mod watchdog;
 
 pub use chk_cfg::{CfgFault, CfgSyntax, IoLengths};
 pub use description::Description;
+pub use diag_bit::{DiagBit, Tells};
 pub use event::Event;
 pub use ext_diag::ExtDiag;
 pub use global_control::GlobalControl;

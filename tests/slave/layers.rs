@@ -13,7 +13,8 @@ const TABLE: &[(&str, &[&str])] = &[
     ("pkw", &["ppo", "param"]),
     ("drive", &["param", "time"]),
     ("device", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive"]),
-    ("client", &["time", "ppo", "param", "pkw", "drive", "device"]),
+    // The bits of the diagnosis.
+    ("client", &["time", "dp", "ppo", "param", "pkw", "drive", "device"]),
     ("explain", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device"]),
     // One framer for a bus, generic slaves, and links that keep telegrams apart or spoil them on purpose.
     ("host", &["device", "time", "fdl", "dp", "ppo"]),

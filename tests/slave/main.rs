@@ -35,6 +35,7 @@ mod diagnosis;
 mod dp_states;
 mod drive_faults;
 mod drive_states;
+mod facts;
 mod fuzz_corpus;
 mod generic_slave;
 mod gsd;

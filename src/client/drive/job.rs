@@ -5,7 +5,8 @@ use super::obstacle::{Obstacle, Obstacles};
 use super::posture::Posture;
 use super::pursuit::{Next, Pursuit, Step};
 use super::question::Question;
-use super::zsw::{ZswPattern, bit};
+use super::zsw::ZswPattern;
+use crate::device::bits::ZswBit;
 use crate::drive::Mode;
 use crate::ppo::Zsw;
 
@@ -55,7 +56,7 @@ impl TravelJob {
         match self {
             Self::None => Self::None,
             Self::Asked { acknowledge }
-                if zsw.bit(bit::JOB_ACKNOWLEDGE) != acknowledge || ZswPattern::TRAVEL_JOB.matches(zsw) =>
+                if ZswBit::JobToggle.is_set(zsw) != acknowledge || ZswPattern::TRAVEL_JOB.matches(zsw) =>
             {
                 Self::Active
             }
@@ -67,15 +68,15 @@ impl TravelJob {
     }
 }
 
-pub(super) const fn stands_at_target(zsw: Zsw) -> bool {
-    zsw.bit(bit::STANDSTILL) && zsw.bit(bit::TARGET_REACHED)
+pub(super) fn stands_at_target(zsw: Zsw) -> bool {
+    ZswBit::Standstill.is_set(zsw) && ZswBit::TargetReached.is_set(zsw)
 }
 
 impl DriveClient {
     /// Changes STW.6: row 20.
     pub(super) fn start_job(&mut self, zsw: Zsw, again: bool) -> Next {
         self.start = !self.start;
-        self.job = TravelJob::Asked { acknowledge: zsw.bit(bit::JOB_ACKNOWLEDGE) };
+        self.job = TravelJob::Asked { acknowledge: ZswBit::JobToggle.is_set(zsw) };
         Next::Step(Step::Start { doubt: Doubt::Status, again })
     }
 
@@ -103,7 +104,9 @@ impl DriveClient {
 
     /// What no travel can begin with, by the answer to [`Question::SystemStatus`].
     pub(super) fn prepared(&mut self, pursuit: &Pursuit, zsw: Zsw) -> Next {
-        if zsw.bit(bit::LIMIT_EXCEEDED) || Obstacles::of(pursuit.goal, pursuit.findings).rule_out_travel() {
+        if ZswBit::LimitExceeded.is_set(zsw)
+            || Obstacles::of(pursuit.goal, pursuit.findings).rule_out_travel()
+        {
             return Next::Refused;
         }
         if ZswPattern::ready_to_travel(Mode::Positioning).matches(zsw) {

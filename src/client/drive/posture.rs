@@ -1,5 +1,6 @@
 //! The control words the manual prints (`ag03.md` 4), by what they ask for.
 
+use crate::device::flow_charts;
 use crate::drive::Direction;
 use crate::ppo::Stw;
 
@@ -32,39 +33,42 @@ impl Posture {
     /// The control word. `start` is STW.6 as it rests in positioning mode, where only its edges count; it is 0 in words
     /// that do not enable operation.
     pub(super) const fn stw(self, start: bool) -> Stw {
-        let (word, enabled) = match self {
-            Self::Off => (0x0000, false),
-            Self::Off1 => (0x0002, false),
-            Self::Disabled => (0x0003, false),
-            Self::Acknowledging => (0x0083, false),
-            Self::Enabled => (0x000B, true),
-            Self::Travel => (0x003B, true),
-            Self::Paused => (0x001B, true),
-            Self::Inch => (0x010B, true),
-            Self::Jog(Direction::Positive) => (0x020B, true),
-            Self::Jog(Direction::Negative) => (0x820B, true),
-            Self::Turn => (0x004B, true),
+        let word = match self {
+            Self::Off => 0,
+            Self::Off1 => flow_charts::OFF1,
+            Self::Disabled => flow_charts::DISABLED,
+            Self::Acknowledging => flow_charts::ACKNOWLEDGING,
+            Self::Enabled => flow_charts::ENABLED,
+            Self::Travel => flow_charts::TRAVEL,
+            Self::Paused => flow_charts::PAUSED,
+            Self::Inch => flow_charts::INCHING_1,
+            Self::Jog(Direction::Positive) => flow_charts::INCHING_2_POSITIVE,
+            Self::Jog(Direction::Negative) => flow_charts::INCHING_2_NEGATIVE,
+            Self::Turn => flow_charts::VELOCITY,
         };
-        let stw = Stw::from_raw(word);
-        if start && enabled { stw.with_bit(6, true) } else { stw }
+        Stw::from_raw(if start && self.enables() { word | flow_charts::START } else { word })
     }
 
     /// Whether it enables operation.
     pub(super) const fn enables(self) -> bool {
-        self.stw(false).bit(3)
+        match self {
+            Self::Off | Self::Off1 | Self::Disabled | Self::Acknowledging => false,
+            Self::Enabled | Self::Travel | Self::Paused | Self::Inch | Self::Jog(_) | Self::Turn => true,
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::device::bits::StwBit;
 
     #[test]
     fn only_words_that_enable_carry_the_start_bit() {
         assert_eq!(Posture::Travel.stw(true).raw(), 0x007B);
         assert_eq!(Posture::Enabled.stw(true).raw(), 0x004B);
         for posture in [Posture::Off, Posture::Off1, Posture::Disabled, Posture::Acknowledging] {
-            assert!(!posture.enables());
+            assert!(!posture.enables() && !StwBit::EnableOperation.is_set(posture.stw(false)));
             assert_eq!(posture.stw(true), posture.stw(false));
         }
     }

@@ -16,8 +16,9 @@ use super::job::{Doubt, TravelJob};
 use super::obstacle::{Findings, Obstacle, Obstacles};
 use super::posture::Posture;
 use super::question::Question;
-use super::zsw::{ZswPattern, bit};
+use super::zsw::ZswPattern;
 use super::{DriveClient, Instant};
+use crate::device::bits::ZswBit;
 use crate::drive::Mode;
 use crate::ppo::Zsw;
 
@@ -208,12 +209,15 @@ impl DriveClient {
         let goal = pursuit.goal;
         // Whatever else is asked, a drive with a fault only takes the acknowledge. ZSW.3 cannot be an old one: the
         // acknowledge before it ended with ZSW.3 = 0.
-        if zsw.bit(bit::FAULT) && !matches!(goal, Goal::Acknowledge | Goal::Stop | Goal::Disable) {
+        if ZswBit::Fault.is_set(zsw) && !matches!(goal, Goal::Acknowledge | Goal::Stop | Goal::Disable) {
             return Next::Refused;
         }
         // Operation was enabled when the goal began.
         let begun = pursuit.step != Step::Look;
-        if begun && goal.moves() && !(zsw.bit(bit::OPERATION_ENABLED) && zsw.bit(bit::READY)) {
+        if begun
+            && goal.moves()
+            && !(ZswBit::OperationEnabled.is_set(zsw) && ZswBit::ReadyToTurnOn.is_set(zsw))
+        {
             return Next::Refused;
         }
         if matches!(pursuit.step, Step::Start { .. }) && self.job == TravelJob::Active {
@@ -229,7 +233,7 @@ impl DriveClient {
                 self.posture = Posture::Acknowledging;
                 Next::Step(Step::Acknowledge)
             }
-            Step::Acknowledge if zsw.bit(bit::FAULT) => Next::Stay,
+            Step::Acknowledge if ZswBit::Fault.is_set(zsw) => Next::Stay,
             Step::Acknowledge => {
                 self.posture = Posture::Disabled;
                 Next::Step(Step::RaiseOff1)
@@ -238,7 +242,7 @@ impl DriveClient {
                 self.posture = Posture::Off1;
                 Next::Step(Step::LowerOff1)
             }
-            Step::LowerOff1 if zsw.bit(bit::TURN_ON_DISABLED) => Next::Stay,
+            Step::LowerOff1 if ZswBit::TurnOnDisabled.is_set(zsw) => Next::Stay,
             Step::LowerOff1 if goal == Goal::Enable => {
                 self.posture = Posture::Enabled;
                 Next::Step(Step::Enable)
@@ -255,24 +259,24 @@ impl DriveClient {
             Step::Prepare => self.prepared(pursuit, zsw),
             Step::Start { doubt, again } => self.doubt_start(pursuit, doubt, again, zsw),
             // It may be at its target already.
-            Step::Resume if !zsw.bit(bit::STANDSTILL) || zsw.bit(bit::TARGET_REACHED) => {
+            Step::Resume if !ZswBit::Standstill.is_set(zsw) || ZswBit::TargetReached.is_set(zsw) => {
                 Next::Step(Step::Travel)
             }
             Step::Resume => Next::Stay,
-            Step::Travel | Step::Inch if !zsw.bit(bit::STANDSTILL) => Next::Stay,
+            Step::Travel | Step::Inch if !ZswBit::Standstill.is_set(zsw) => Next::Stay,
             Step::Travel | Step::Inch => self.arrived(zsw),
             Step::Settle if self.lacks_output_stage(pursuit) => Next::Refused,
             Step::Settle if pursuit.findings.travels() => Next::Step(Step::Settle),
             Step::Settle => self.leave(),
             Step::Check if self.lacks_output_stage(pursuit) => Next::Refused,
             // What moves now is not the inching that is to begin.
-            Step::Check if !zsw.bit(bit::STANDSTILL) || pursuit.findings.travels() => {
+            Step::Check if !ZswBit::Standstill.is_set(zsw) || pursuit.findings.travels() => {
                 Next::Step(Step::Check)
             }
             Step::Check => self.begin_inching(goal),
             Step::StartInching { from } | Step::InchingWay { from }
                 // The second: so short that no image shows it moving.
-                if !zsw.bit(bit::STANDSTILL) || self.hiw != from =>
+                if !ZswBit::Standstill.is_set(zsw) || self.hiw != from =>
             {
                 Next::Step(Step::Inch)
             }
@@ -312,25 +316,25 @@ impl DriveClient {
         if goal.mode().is_some() && goal.mode() != mode {
             return Next::Refused;
         }
-        if goal.moves() && !(self.posture.enables() && zsw.bit(bit::OPERATION_ENABLED)) {
+        if goal.moves() && !(self.posture.enables() && ZswBit::OperationEnabled.is_set(zsw)) {
             return Next::Refused;
         }
         match goal {
-            Goal::Enable if zsw.bit(bit::TURN_ON_DISABLED) => {
+            Goal::Enable if ZswBit::TurnOnDisabled.is_set(zsw) => {
                 self.adopt(Posture::Disabled);
                 Next::Step(Step::RaiseOff1)
             }
             // What it does at the moment goes on.
-            Goal::Enable if self.posture.enables() && zsw.bit(bit::OPERATION_ENABLED) => Next::Done,
+            Goal::Enable if self.posture.enables() && ZswBit::OperationEnabled.is_set(zsw) => Next::Done,
             Goal::Enable => {
                 self.adopt(Posture::Enabled);
                 Next::Step(Step::Enable)
             }
-            Goal::Acknowledge if zsw.bit(bit::FAULT) => {
+            Goal::Acknowledge if ZswBit::Fault.is_set(zsw) => {
                 self.adopt(Posture::Disabled);
                 Next::Step(Step::Drop)
             }
-            Goal::Acknowledge if zsw.bit(bit::TURN_ON_DISABLED) => {
+            Goal::Acknowledge if ZswBit::TurnOnDisabled.is_set(zsw) => {
                 self.adopt(Posture::Disabled);
                 Next::Step(Step::RaiseOff1)
             }
@@ -398,7 +402,7 @@ impl Obstacles {
         let rest = ALL.into_iter().skip(asked.map_or(0, |index| index + 1));
         rest.into_iter().find(|question| match question {
             Question::SystemStatus | Question::GeneralStatus => true,
-            Question::NewestFault => zsw.bit(bit::FAULT),
+            Question::NewestFault => ZswBit::Fault.is_set(zsw),
             Question::Limit1 | Question::Limit2 | Question::PosType => self.goal.target().is_some(),
             Question::OperatingMode | Question::HardwareVersion | Question::Window | Question::DeltaInch => {
                 false

@@ -3,7 +3,7 @@
 use super::obstacle::Findings;
 use crate::client::{Job, Reply};
 use crate::drive::Mode;
-use crate::param::{Pnu, Subindex, Width};
+use crate::param::{Gear, Pnu, Subindex, Width};
 
 /// A parameter the client reads. The reply also shows that the drive has seen the control word it was sent with:
 /// both travel in one image.
@@ -66,11 +66,7 @@ impl Findings {
                 };
             }
             Question::HardwareVersion => {
-                self.fastest = match word {
-                    2 => Some(200),
-                    3 => Some(100),
-                    _unknown => None,
-                };
+                self.gear = Gear::of_hardware_version(word);
             }
             Question::Window | Question::DeltaInch => {}
             Question::SystemStatus => self.ssw = Some(word),

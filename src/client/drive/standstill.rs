@@ -10,8 +10,9 @@ use super::job::{TravelJob, stands_at_target};
 use super::obstacle::Findings;
 use super::posture::Posture;
 use super::pursuit::{Next, Pursuit, Step, done_if};
-use super::zsw::{ZswPattern, bit};
+use super::zsw::ZswPattern;
 use super::{Activity, DriveClient, Instant};
+use crate::device::bits::{SswBit, ZswBit};
 use crate::drive::Mode;
 use crate::ppo::Zsw;
 
@@ -40,7 +41,7 @@ impl Rest {
 impl Findings {
     /// SSW.4, as last read.
     pub(super) fn travels(&self) -> bool {
-        self.ssw.is_some_and(|ssw| ssw >> 4 & 1 == 1)
+        self.ssw.is_some_and(|ssw| SswBit::Travels.is_set(ssw))
     }
 }
 
@@ -79,11 +80,11 @@ impl DriveClient {
 
     /// A travel job or inching 1 shows its end (rows 23, 29).
     pub(super) fn arrived(&mut self, zsw: Zsw) -> Next {
-        if !(zsw.bit(bit::TARGET_REACHED) && zsw.bit(bit::OPERATION_ENABLED)) {
+        if !(ZswBit::TargetReached.is_set(zsw) && ZswBit::OperationEnabled.is_set(zsw)) {
             return Next::Refused;
         }
         // An AG03 that lost its enable input runs out with ZSW.13 = 1, but is not ready to travel (row 3b).
-        if zsw.bit(bit::READY_TO_TRAVEL) { self.leave() } else { Next::Step(Step::Settle) }
+        if ZswBit::ReadyToTravel.is_set(zsw) { self.leave() } else { Next::Step(Step::Settle) }
     }
 
     /// The end of a motion that reached its target.
@@ -97,7 +98,7 @@ impl DriveClient {
 
     /// Whether the shaft turns with the velocity, or stands if it is 0 (rows 40 to 42).
     pub(super) fn turned(&self, rpm: i32, window: u32, zsw: Zsw) -> Next {
-        let stands = zsw.bit(bit::STANDSTILL);
+        let stands = ZswBit::Standstill.is_set(zsw);
         if stands && rpm != 0 {
             return Next::Step(Step::Stalled { window });
         }
@@ -106,15 +107,15 @@ impl DriveClient {
             0 => stands && self.hiw.unsigned_abs() < 2,
             _ => self.hiw.signum() == rpm.signum() && self.hiw.unsigned_abs() >= rpm.unsigned_abs().min(2),
         };
-        let at_speed = rpm.abs_diff(self.hiw) <= window && zsw.bit(bit::NO_LAG_OR_AT_SPEED);
-        done_if(moves && at_speed && !zsw.bit(bit::READY_TO_TRAVEL))
+        let at_speed = rpm.abs_diff(self.hiw) <= window && ZswBit::NoLagError.is_set(zsw);
+        done_if(moves && at_speed && !ZswBit::ReadyToTravel.is_set(zsw))
     }
 
     /// Takes the control word back to 000B when a motion ends by what happens to the drive: what a level of STW asks
     /// for would begin again by itself when the supply or the enable input comes back.
     pub(super) fn note_lost_motion(&mut self, zsw: Zsw) {
-        let enabled = zsw.bit(bit::OPERATION_ENABLED) && !zsw.bit(bit::FAULT);
-        let ended = zsw.bit(bit::STANDSTILL) && !self.begins_motion();
+        let enabled = ZswBit::OperationEnabled.is_set(zsw) && !ZswBit::Fault.is_set(zsw);
+        let ended = ZswBit::Standstill.is_set(zsw) && !self.begins_motion();
         let lost = match self.posture {
             Posture::Off | Posture::Off1 | Posture::Disabled | Posture::Acknowledging | Posture::Enabled => {
                 !enabled && self.job != TravelJob::None
@@ -141,11 +142,12 @@ impl DriveClient {
 /// Whether the status word is one that the goal ends with.
 fn is_halted(goal: Goal, mode: Option<Mode>, zsw: Zsw) -> bool {
     let is = |pattern: fn(Mode) -> ZswPattern| mode.is_some_and(|mode| pattern(mode).is_met(mode, zsw));
-    let off = zsw.bit(bit::TURN_ON_DISABLED) || zsw.bit(bit::FAULT) || !zsw.bit(bit::READY);
+    let off =
+        ZswBit::TurnOnDisabled.is_set(zsw) || ZswBit::Fault.is_set(zsw) || !ZswBit::ReadyToTurnOn.is_set(zsw);
     match goal {
         // Without supply, with a fault or with turning on disabled, the drive is not ready-to-run and yet disabled.
-        Goal::Disable => is(ZswPattern::ready_to_run) || off && !zsw.bit(bit::OPERATION_ENABLED),
-        Goal::Stop if zsw.bit(bit::OPERATION_ENABLED) => is(ZswPattern::operation_enabled),
+        Goal::Disable => is(ZswPattern::ready_to_run) || off && !ZswBit::OperationEnabled.is_set(zsw),
+        Goal::Stop if ZswBit::OperationEnabled.is_set(zsw) => is(ZswPattern::operation_enabled),
         Goal::Stop
         | Goal::Pause
         | Goal::Enable
@@ -154,6 +156,6 @@ fn is_halted(goal: Goal, mode: Option<Mode>, zsw: Zsw) -> bool {
         | Goal::Resume
         | Goal::Inch
         | Goal::Jog(_)
-        | Goal::Velocity(_) => zsw.bit(bit::STANDSTILL),
+        | Goal::Velocity(_) => ZswBit::Standstill.is_set(zsw),
     }
 }

@@ -5,9 +5,11 @@ use core::time::Duration;
 use std::collections::VecDeque;
 use std::io::{self, Write};
 
+use profidrive::client::ZswPattern;
+use profidrive::device::bits::Word;
 use profidrive::device::{Config, Device, Event};
 use profidrive::drive::{Inputs as Plant, Mode};
-use profidrive::explain::words::{self, Word};
+use profidrive::explain::words;
 use profidrive::explain::{Context, Explanation, Kind, Sender as Side};
 use profidrive::fdl::Address;
 use profidrive::master::{EmulatedBus, Sender, baudrate, peripheral};
@@ -200,7 +202,7 @@ impl<'w> Stage<'w> {
         meaning: &str,
         stw: Stw,
         setpoint: i32,
-        expected: (u16, u16),
+        expected: ZswPattern,
     ) -> Result<(), Trouble> {
         let changes = words::changes(Word::Stw, MODE, self.stw.raw(), stw.raw());
         self.stw = stw;
@@ -212,10 +214,8 @@ impl<'w> Stage<'w> {
     }
 
     /// Waits until the status word shows what is expected, and says so.
-    pub(super) fn observe(&mut self, (mask, value): (u16, u16)) -> Result<(), Trouble> {
-        self.exchange(&format!("status {value:04X} of {mask:04X}"), |inputs| {
-            inputs.zsw().raw() & mask == value
-        })?;
+    pub(super) fn observe(&mut self, pattern: ZswPattern) -> Result<(), Trouble> {
+        self.exchange(&format!("status {pattern}"), |inputs| pattern.matches(inputs.zsw()))?;
         let inputs = self.inputs()?;
         let (zsw, position) = (inputs.zsw(), inputs.hiw());
         let said = words::said(MODE, self.zsw.raw(), zsw.raw());

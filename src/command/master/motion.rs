@@ -8,25 +8,20 @@ use core::time::Duration;
 use std::io::{self, BufRead, IsTerminal, Write};
 
 use profidrive::client::{Goal, GoalError};
+use profidrive::device::bits::ZswBit;
 use profidrive::drive::{Direction as Way, Mode};
 use profidrive::explain::value::Lengths;
 use profidrive::explain::words::said;
 use profidrive::host::{Clock, Link};
-use profidrive::param::{Gear, Width};
+use profidrive::param::Gear;
 use serde_json::json;
 
 use super::drive::{Drive, Reached, Seen, Trouble};
 use super::say;
-use super::status::{SSW, actual, mode};
+use super::status::{actual, mode, travels};
 use super::value::lengths;
 use crate::command::Failure;
 use crate::command::args::{Action, Direction, Go, Master, Motion};
-
-/// Bits of ZSW.
-const OPERATION_ENABLED: u8 = 2;
-const STANDSTILL: u8 = 13;
-/// Bit of SSW.
-const TRAVELS: u32 = 1 << 4;
 
 /// How long a drive that runs out is waited for.
 const RUN_OUT: Duration = Duration::from_secs(30);
@@ -45,7 +40,7 @@ pub(super) fn leave(args: &Master) -> Result<Leave, Failure> {
         Motion::Move { go, position, .. } => (go, format!("travel to {position}")),
         Motion::Jog { go, direction, .. } => (go, format!("turn in {} direction", way(*direction))),
         Motion::Velocity { go, rpm, .. } => {
-            let fastest = i32::from(Gear::Ratio24.max_rpm());
+            let fastest = i32::from(Gear::FASTEST.max_rpm());
             if rpm.abs() > fastest {
                 return Err(Failure::Usage(format!(
                     "a drive turns with at most {fastest} rpm, got {rpm}; see 'profidrive master velocity --help'"
@@ -193,7 +188,7 @@ fn turn<L: Link, C: Clock>(
             return Ok(End::Done(held));
         }
         let Seen { zsw, .. } = drive.exchange()?;
-        if !zsw.bit(OPERATION_ENABLED) || must_turn && zsw.bit(STANDSTILL) {
+        if !ZswBit::OperationEnabled.is_set(zsw) || must_turn && ZswBit::Standstill.is_set(zsw) {
             return Err(Trouble::Ended(said(reading.mode, zsw.raw(), zsw.raw())));
         }
     }
@@ -223,7 +218,7 @@ fn wind_down<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<Rest, Trouble
 /// Waits until the drive stands, whatever its state: with this actual value.
 fn run_out<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<i32, Trouble> {
     let begun = drive.session.now();
-    while drive.read(SSW, None, Width::Word)?.bits() & TRAVELS != 0 {
+    while travels(drive)? {
         if drive.is_stopped() {
             return Err(Trouble::StillTurns("interrupted; the drive still runs out".into()));
         }

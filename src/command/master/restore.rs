@@ -5,19 +5,17 @@ use core::time::Duration;
 
 use profidrive::explain::value::{Lengths, in_words};
 use profidrive::host::{Clock, Link};
-use profidrive::param::{Entry, Model, Parameter, Pnu, Value, Width, entry, parameters};
+use profidrive::param::{Entry, Model, Parameter, Value, entry, parameters};
 use serde_json::json;
 
-use super::access::{about, shown};
+use super::access::about;
 use super::drive::{Drive, Identity, Trouble};
 use super::set::{Origin, ParameterSet};
-use super::value::{Item, is_setting, lengths_of};
+use super::status::travels;
+use super::value::{Item, is_setting};
 use super::{say, watch};
 use crate::command::Failure;
 
-/// System status word; bit 4: the drive travels.
-const SSW: Pnu = Pnu::from_low_bits(1020);
-const TRAVELS: u32 = 1 << 4;
 /// How long a drive that was let go may turn.
 const RUN_OUT: Duration = Duration::from_secs(10);
 
@@ -84,12 +82,12 @@ fn stranger(Identity { model, gear }: Identity, origin: &Origin) -> Option<Strin
     }
     let known = Model::ALL.into_iter().find(|model| origin.model == Some(model.to_string()));
     let name = match (known, &origin.model) {
-        (Some(model), _) => format!("an {}", shown(model)),
+        (Some(model), _) => format!("an {}", model.product_name()),
         (None, Some(name)) => format!("a drive '{name}'"),
         (None, None) => "a drive".into(),
     };
     let ratio = origin.gear.map(|ratio| format!(" with gear {ratio}:1")).unwrap_or_default();
-    let (here, gear) = (shown(model), gear.ratio());
+    let (here, gear) = (model.product_name(), gear.ratio());
     Some(format!("the file is of {name}{ratio}, this drive is an {here} with gear {gear}:1"))
 }
 
@@ -102,7 +100,7 @@ fn uncovered(identity: Identity, wanted: &ParameterSet) -> Vec<&'static Entry> {
 /// Whether this drive can have all of it: nothing is written else.
 fn fits(identity: Identity, wanted: &ParameterSet) -> Result<(), Failure> {
     let Identity { model, gear } = identity;
-    let drive = format!("this {} with gear {}:1; nothing was written", shown(model), gear.ratio());
+    let drive = format!("this {} with gear {}:1; nothing was written", model.product_name(), gear.ratio());
     for (parameter, value) in &wanted.values {
         let name = format!("{} (PNU {})", parameter.name, parameter.pnu);
         if entry(model, parameter.pnu).is_none() {
@@ -133,7 +131,7 @@ fn read_all<L: Link, C: Clock>(drive: &mut Drive<L, C>, wanted: &ParameterSet) -
 /// Some parameters take no value while the shaft turns.
 fn wait_for_standstill<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<(), Failure> {
     let begun = drive.session.now();
-    while drive.read(SSW, None, Width::Word).map_err(nothing_written)?.bits() & TRAVELS != 0 {
+    while travels(drive).map_err(nothing_written)? {
         if drive.is_stopped() {
             return Err(Failure::Other("interrupted; nothing was written".into()));
         }
@@ -177,7 +175,9 @@ impl Plan {
         let before = found.iter().find(|item| item.entry.pnu == pitch.pnu).map(|item| item.value);
         let after = wanted.values.iter().find(|(entry, _)| entry.pnu == pitch.pnu);
         let after = after.map(|(_, value)| Value::of(pitch.width, *value));
-        let lengths = |pitch: Option<Value>| pitch.map_or(Lengths::Unknown, lengths_of);
+        let lengths = |pitch: Option<Value>| {
+            pitch.map_or(Lengths::Unknown, |pitch| Lengths::of_spindle_pitch(pitch.bits()))
+        };
         Self { changes, total: wanted.values.len(), lengths: (lengths(before), lengths(after.or(before))) }
     }
 
@@ -467,7 +467,7 @@ mod tests {
                 .filter(|parameter| entry(model, parameter.entry().pnu).is_some())
                 .map(|parameter| (parameter, rig.value(parameter)))
                 .collect();
-            drive.write(Pnu::from_low_bits(970), Value::Word(1)).unwrap();
+            drive.write(profidrive::param::Pnu::from_low_bits(970), Value::Word(1)).unwrap();
             assert_eq!(rig.value(Parameter::VPos), 30);
             drop(drive);
             let report = restored(&rig, &set(&settings), None);
