@@ -1,4 +1,4 @@
-//! The import table (`docs/design.md`): a layer uses the layers below it and no other.
+//! The import table: a layer uses the layers below it and no other.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -45,6 +45,7 @@ mod persistence;
 mod pkw_jobs;
 mod policy;
 mod quirks;
+mod references;
 mod robustness;
 mod set_address;
 mod startup;
