@@ -173,6 +173,18 @@ pub struct Obstacles {
 }
 
 impl Obstacles {
+    /// What is known while the goal is under way.
+    pub(super) const fn of(goal: Goal, findings: Findings) -> Self {
+        Self { goal, waited: None, findings }
+    }
+
+    /// By SSW: no edge would start a job.
+    pub(super) fn rule_out_travel(&self) -> bool {
+        [Obstacle::NoOutputStage, Obstacle::AboveUpperLimit, Obstacle::BelowLowerLimit]
+            .into_iter()
+            .any(|obstacle| self.contains(obstacle))
+    }
+
     /// Every obstacle, in the order of [`Obstacle::ALL`]. None: the drive shows no reason.
     pub fn iter(&self) -> impl Iterator<Item = Obstacle> {
         Obstacle::ALL.into_iter().filter(|obstacle| self.contains(*obstacle))

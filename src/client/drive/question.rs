@@ -1,7 +1,8 @@
 //! What the client reads from the drive for its goals.
 
-use super::obstacle::Findings;
+use super::obstacle::{Findings, Obstacles};
 use crate::client::{Job, Reply};
+use crate::device::bits::ZswBit;
 use crate::drive::Mode;
 use crate::param::{Gear, Pnu, Subindex, Width};
 
@@ -77,5 +78,31 @@ impl Findings {
             Question::PosType => self.pos_type = Some(word),
         }
         Some(value.bits())
+    }
+}
+
+impl Obstacles {
+    /// What to ask next to find out why the goal was not reached.
+    pub(super) fn question_after(&self, question: Option<Question>) -> Option<Question> {
+        const ALL: [Question; 6] = [
+            Question::SystemStatus,
+            Question::GeneralStatus,
+            Question::NewestFault,
+            Question::Limit1,
+            Question::Limit2,
+            Question::PosType,
+        ];
+        // Without Data_Exchange nobody would answer.
+        let zsw = self.findings.zsw?;
+        let asked = question.and_then(|question| ALL.iter().position(|other| *other == question));
+        let rest = ALL.into_iter().skip(asked.map_or(0, |index| index + 1));
+        rest.into_iter().find(|question| match question {
+            Question::SystemStatus | Question::GeneralStatus => true,
+            Question::NewestFault => ZswBit::Fault.is_set(zsw),
+            Question::Limit1 | Question::Limit2 | Question::PosType => self.goal.target().is_some(),
+            Question::OperatingMode | Question::HardwareVersion | Question::Window | Question::DeltaInch => {
+                false
+            }
+        })
     }
 }

@@ -1,42 +1,21 @@
-//! Whether the drive stands: what ends the goals that promise it, and what notices that a motion ended by itself.
+//! Whether the drive stands or turns as the goal promises.
 //!
 //! ZSW.13 is not enough: it is 1 as soon as a job is interrupted and while a released shaft runs out (`ag03.md` C-05,
 //! C-11). The shaft itself shows in SSW.4, from 2 rpm on, and in the actual value.
 
-use core::time::Duration;
-
+use super::commanded::Commanded;
+use super::control_word::ControlWord;
 use super::goal::Goal;
 use super::job::{TravelJob, stands_at_target};
 use super::obstacle::Findings;
-use super::posture::Posture;
-use super::pursuit::{Next, Pursuit, Step, done_if};
+use super::progress::GoalProgress;
+use super::seen::Seen;
+use super::step::{Next, Step, done_if};
 use super::zsw::ZswPattern;
-use super::{Activity, DriveClient, Instant};
 use crate::device::bits::{SswBit, ZswBit};
 use crate::drive::Mode;
 use crate::ppo::Zsw;
-
-/// So long the actual value must rest: a shaft that slows down below 2 rpm with the smallest deceleration stands then.
-const REST: Duration = Duration::from_millis(200);
-/// So much of the actual value is position control, not motion.
-const JITTER: u32 = 2;
-
-/// Since when the actual value rests.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Rest {
-    hiw: i32,
-    since: Instant,
-}
-
-impl Rest {
-    pub(super) fn seen(rest: Option<Self>, now: Instant, hiw: i32) -> Self {
-        rest.filter(|rest| rest.hiw.abs_diff(hiw) <= JITTER).unwrap_or(Self { hiw, since: now })
-    }
-
-    fn is_long_enough(self, now: Instant) -> bool {
-        now.saturating_since(self.since) >= REST
-    }
-}
+use crate::time::Instant;
 
 impl Findings {
     /// SSW.4, as last read.
@@ -45,22 +24,21 @@ impl Findings {
     }
 }
 
-impl DriveClient {
+impl GoalProgress {
     /// Stop, pause and disable, each time SSW was read.
-    pub(super) fn halted(&mut self, now: Instant, pursuit: &Pursuit, zsw: Zsw) -> Next {
-        let Pursuit { goal, ref findings, .. } = *pursuit;
+    pub(super) fn halted(&self, now: Instant, commanded: &mut Commanded, seen: &Seen, zsw: Zsw) -> Next {
+        let Self { goal, ref findings, .. } = *self;
         if findings.travels() {
             return Next::Step(Step::RunOut);
         }
-        let rests = self.rest.is_some_and(|rest| rest.is_long_enough(now));
-        if !(rests && is_halted(goal, findings.mode, zsw)) {
+        if !(seen.rests(now) && is_halted(goal, findings.mode, zsw)) {
             return Next::Step(Step::Halt);
         }
-        match (goal, self.job) {
+        match (goal, commanded.job) {
             // It stands at its target: it ended before the pause was seen.
             (Goal::Pause, TravelJob::Active) if !stands_at_target(zsw) => Next::Done,
             (Goal::Pause, TravelJob::None | TravelJob::Asked { .. } | TravelJob::Active) => {
-                self.job = TravelJob::None;
+                commanded.job = TravelJob::None;
                 Next::Refused
             }
             (
@@ -77,66 +55,39 @@ impl DriveClient {
             ) => Next::Done,
         }
     }
+}
 
-    /// A travel job or inching 1 shows its end (rows 23, 29).
-    pub(super) fn arrived(&mut self, zsw: Zsw) -> Next {
-        if !(ZswBit::TargetReached.is_set(zsw) && ZswBit::OperationEnabled.is_set(zsw)) {
-            return Next::Refused;
-        }
-        // An AG03 that lost its enable input runs out with ZSW.13 = 1, but is not ready to travel (row 3b).
-        if ZswBit::ReadyToTravel.is_set(zsw) { self.leave() } else { Next::Step(Step::Settle) }
+/// A travel job or inching 1 shows its end (rows 23, 29).
+pub(super) fn arrived(commanded: &mut Commanded, zsw: Zsw) -> Next {
+    if !(ZswBit::TargetReached.is_set(zsw) && ZswBit::OperationEnabled.is_set(zsw)) {
+        return Next::Refused;
     }
+    // An AG03 that lost its enable input runs out with ZSW.13 = 1, but is not ready to travel (row 3b).
+    if ZswBit::ReadyToTravel.is_set(zsw) { leave(commanded) } else { Next::Step(Step::Settle) }
+}
 
-    /// The end of a motion that reached its target.
-    pub(super) fn leave(&mut self) -> Next {
-        self.job = TravelJob::None;
-        if self.posture == Posture::Inch {
-            self.posture = Posture::Enabled;
-        }
-        Next::Done
+/// The end of a motion that reached its target.
+pub(super) fn leave(commanded: &mut Commanded) -> Next {
+    commanded.job = TravelJob::None;
+    if commanded.word == ControlWord::Inch {
+        commanded.word = ControlWord::Enabled;
     }
+    Next::Done
+}
 
-    /// Whether the shaft turns with the velocity, or stands if it is 0 (rows 40 to 42).
-    pub(super) fn turned(&self, rpm: i32, window: u32, zsw: Zsw) -> Next {
-        let stands = ZswBit::Standstill.is_set(zsw);
-        if stands && rpm != 0 {
-            return Next::Step(Step::Stalled { window });
-        }
-        // A wide window holds standstill and the other direction too.
-        let moves = match rpm {
-            0 => stands && self.hiw.unsigned_abs() < 2,
-            _ => self.hiw.signum() == rpm.signum() && self.hiw.unsigned_abs() >= rpm.unsigned_abs().min(2),
-        };
-        let at_speed = rpm.abs_diff(self.hiw) <= window && ZswBit::NoLagError.is_set(zsw);
-        done_if(moves && at_speed && !ZswBit::ReadyToTravel.is_set(zsw))
+/// Whether the shaft turns with the velocity, or stands if it is 0 (rows 40 to 42).
+pub(super) fn turned(seen: &Seen, rpm: i32, window: u32, zsw: Zsw) -> Next {
+    let stands = ZswBit::Standstill.is_set(zsw);
+    if stands && rpm != 0 {
+        return Next::Step(Step::Stalled { window });
     }
-
-    /// Takes the control word back to 000B when a motion ends by what happens to the drive: what a level of STW asks
-    /// for would begin again by itself when the supply or the enable input comes back.
-    pub(super) fn note_lost_motion(&mut self, zsw: Zsw) {
-        let enabled = ZswBit::OperationEnabled.is_set(zsw) && !ZswBit::Fault.is_set(zsw);
-        let ended = ZswBit::Standstill.is_set(zsw) && !self.begins_motion();
-        let lost = match self.posture {
-            Posture::Off | Posture::Off1 | Posture::Disabled | Posture::Acknowledging | Posture::Enabled => {
-                !enabled && self.job != TravelJob::None
-            }
-            // Only an edge begins these, and STW.5 continues only a job that the drive still has.
-            Posture::Travel | Posture::Paused | Posture::Inch => !enabled,
-            Posture::Jog(_) => !enabled || ended,
-            Posture::Turn => !enabled || ended && self.setpoint != 0,
-        };
-        if lost {
-            self.halt();
-        }
-    }
-
-    /// Whether a motion is about to begin, or passes through standstill.
-    fn begins_motion(&self) -> bool {
-        match self.activity {
-            Activity::Pursuing(Pursuit { step, .. }) => step.begins_turning(),
-            Activity::None | Activity::Explaining(_) | Activity::Over(_) => false,
-        }
-    }
+    // A wide window holds standstill and the other direction too.
+    let moves = match rpm {
+        0 => stands && seen.hiw.unsigned_abs() < 2,
+        _ => seen.hiw.signum() == rpm.signum() && seen.hiw.unsigned_abs() >= rpm.unsigned_abs().min(2),
+    };
+    let at_speed = rpm.abs_diff(seen.hiw) <= window && ZswBit::NoLagError.is_set(zsw);
+    done_if(moves && at_speed && !ZswBit::ReadyToTravel.is_set(zsw))
 }
 
 /// Whether the status word is one that the goal ends with.

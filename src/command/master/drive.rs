@@ -3,7 +3,7 @@
 use core::time::Duration;
 
 use profidrive::client::{
-    DriveClient, Goal, GoalError, Images, Job, Limits, NotSubmitted, PkwError, Profile, Reply,
+    Ag03Channel, DriveClient, Goal, GoalError, Images, Job, Limits, NotSubmitted, PkwError, Reply,
 };
 use profidrive::fdl::Address;
 use profidrive::host::{Clock, Link};
@@ -98,9 +98,9 @@ impl<L: Link, C: Clock> Drive<L, C> {
     pub(super) fn take(mut session: Session<L, C>, address: Address) -> Result<Self, SessionError> {
         session.start(address)?;
         // profirust copies the inputs of a telegram at once.
-        let profile = Profile { images: Images::Consistent, ..Profile::AG03 };
+        let channel = Ag03Channel { images: Images::Consistent, ..Ag03Channel::DEFAULT };
         let limits = Limits { reaction: REACTION, ..Limits::default() };
-        Ok(Self { session, address, client: DriveClient::new(profile, limits) })
+        Ok(Self { session, address, client: DriveClient::new(channel, limits) })
     }
 
     /// Whether Ctrl-C or a signal asks for the end.

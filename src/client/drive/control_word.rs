@@ -6,14 +6,14 @@ use crate::ppo::Stw;
 
 /// What STW asks for, without the start bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Posture {
+pub(super) enum ControlWord {
     /// Nothing: OFF1, OFF2 and disable. Motor released.
     Off,
     /// OFF1 alone, which leaves turn-on disabled.
     Off1,
     /// On and not enabled: an enabled drive brakes and is held.
     Disabled,
-    /// As [`Posture::Disabled`], with the acknowledge bit.
+    /// As [`ControlWord::Disabled`], with the acknowledge bit.
     Acknowledging,
     /// Operation enabled. A travel job is discarded with maximum deceleration.
     Enabled,
@@ -29,7 +29,7 @@ pub(super) enum Posture {
     Turn,
 }
 
-impl Posture {
+impl ControlWord {
     /// The control word. `start` is STW.6 as it rests in positioning mode, where only its edges count; it is 0 in words
     /// that do not enable operation.
     pub(super) const fn stw(self, start: bool) -> Stw {
@@ -65,11 +65,13 @@ mod tests {
 
     #[test]
     fn only_words_that_enable_carry_the_start_bit() {
-        assert_eq!(Posture::Travel.stw(true).raw(), 0x007B);
-        assert_eq!(Posture::Enabled.stw(true).raw(), 0x004B);
-        for posture in [Posture::Off, Posture::Off1, Posture::Disabled, Posture::Acknowledging] {
-            assert!(!posture.enables() && !StwBit::EnableOperation.is_set(posture.stw(false)));
-            assert_eq!(posture.stw(true), posture.stw(false));
+        assert_eq!(ControlWord::Travel.stw(true).raw(), 0x007B);
+        assert_eq!(ControlWord::Enabled.stw(true).raw(), 0x004B);
+        for control_word in
+            [ControlWord::Off, ControlWord::Off1, ControlWord::Disabled, ControlWord::Acknowledging]
+        {
+            assert!(!control_word.enables() && !StwBit::EnableOperation.is_set(control_word.stw(false)));
+            assert_eq!(control_word.stw(true), control_word.stw(false));
         }
     }
 }
