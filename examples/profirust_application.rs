@@ -114,7 +114,7 @@ mod tests {
     #[test]
     fn lost_and_damaged_replies_do_not_stop_it() {
         let (mut bus, mut shuttle) = plant().unwrap();
-        bus.spoil(&["no-reply,rate=0.05".parse().unwrap(), "bit-errors,rate=0.05,seed=2".parse().unwrap()]);
+        bus.inject(&["no-reply,rate=0.05".parse().unwrap(), "bit-errors,rate=0.05,seed=2".parse().unwrap()]);
         assert!(run(&mut bus, &mut shuttle, |shuttle| shuttle.trips == 4));
     }
 
@@ -122,12 +122,12 @@ mod tests {
     fn it_goes_on_after_the_cable_was_pulled_out() {
         let (mut bus, mut shuttle) = plant().unwrap();
         assert!(run(&mut bus, &mut shuttle, |shuttle| shuttle.trips == 1));
-        bus.spoil(&["drop-request".parse().unwrap()]);
+        bus.inject(&["drop-request".parse().unwrap()]);
         assert!(run(&mut bus, &mut shuttle, |shuttle| !shuttle.troubles.is_empty()
             || shuttle.client.zsw().is_none()));
         bus.run_for(Duration::from_millis(200));
         assert!(!bus.device(5).unwrap().status().operation_enabled, "its watchdog has switched it off");
-        bus.spoil(&[]);
+        bus.inject(&[]);
         assert!(run(&mut bus, &mut shuttle, |shuttle| shuttle.trips == 3));
     }
 

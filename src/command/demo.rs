@@ -1,4 +1,4 @@
-//! `profidrive demo`: profirust's DP master and an emulated drive on a bus in memory, told as a story.
+//! `profidrive demo`: profirust's DP master and an emulated drive on a bus in memory, explained step by step.
 //!
 //! The steps stand here in the order in which they are played. `stage` has the bus and the words on the page,
 //! `chart` draws a travel. What octets and bits mean is known to `profidrive::explain`.
@@ -166,7 +166,7 @@ mod tests {
         assert!(!story.contains('\u{1b}'), "plain text");
         let mut rest = &story[..];
         for part in [
-            "Slave_Diag: how are you?",
+            "Slave_Diag request",
             "68 0C 0C 68 85 82 5C 3D 3E B8 01 14 0B 0A C5 00",
             "Chk_Cfg: 14 octets of outputs and 14 of inputs",
             "diagnosis: ready for data",

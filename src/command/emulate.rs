@@ -10,7 +10,7 @@ use profidrive::fdl::{Address, RateChange};
 use profidrive::host::link::fault::Faulty;
 use profidrive::host::link::serial::Serial;
 use profidrive::host::{Bus, BusEvent, Clock, Link, Reach, StateDir, Stop, StoredDevice, SystemClock, run};
-use profidrive::panel::{Bench, Panel, PanelError};
+use profidrive::panel::{BusAccess, Panel, PanelError};
 use profidrive::time::{BaudRate, Instant};
 use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
 use tracing::{debug, info, warn};
@@ -27,7 +27,7 @@ const UNTIMED_RATE: BaudRate = BaudRate::K500;
 /// A serial line whose rate is to be found is opened at one that every port has.
 const FIRST_SERIAL_RATE: BaudRate = BaudRate::K19_2;
 
-/// A line full of rubbish is said once in this time; the rest is for `-v`.
+/// Log invalid octets at most once a second; the rest is for `-v`.
 const NOISE_PAUSE: Duration = Duration::from_secs(1);
 
 /// Runs until SIGINT or SIGTERM.
@@ -85,7 +85,7 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
         }
         if let Some(panel) = &mut panel {
             let (now, faults) = (clock.now(), Some(link.faults_mut()));
-            panel.serve(&mut Bench { now, bus: &mut bus, faults, config, state: state.as_ref(), listen });
+            panel.serve(&mut BusAccess { now, bus: &mut bus, faults, config, state: state.as_ref(), listen });
         }
     };
     drop(panel);
@@ -231,7 +231,7 @@ fn start_panel(args: &Emulate, wake: &Stop) -> Result<Option<Panel>, Failure> {
     })?;
     info!("the panel is at http://{}", panel.address());
     if !panel.address().ip().is_loopback() {
-        warn!("other machines can connect to the panel at {} and steer the drives", panel.address());
+        warn!("other machines can connect to the panel at {} and control the drives", panel.address());
     }
     Ok(Some(panel))
 }

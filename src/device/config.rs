@@ -10,7 +10,7 @@ use crate::param::{self, Gear, Model};
 use crate::pkw;
 use crate::time::BaudRate;
 
-/// How often the drive part runs unless told otherwise. The manuals state no time.
+/// How often the drive part runs unless set otherwise. The manuals state no time.
 pub const DEFAULT_APPLICATION_CYCLE: Duration = Duration::from_millis(1);
 
 /// What a device is made of.
@@ -93,10 +93,10 @@ impl Config {
 /// What can be known of the time of octets on a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Timing {
-    /// Octets come when they come on the line: a simulated line or a UART. After rubbish the line must fall
+    /// Octets come when they come on the line: a simulated line or a UART. After noise the line must fall
     /// silent ([`Resync::Idle`]), and a reply is dropped once max T_SDR is over.
     True,
-    /// Octets come when a scheduler delivers them: pseudo-terminal, TCP, USB adapter. Rubbish is skipped
+    /// Octets come when a scheduler delivers them: pseudo-terminal, TCP, USB adapter. Noise is skipped
     /// ([`Resync::SCAN`]), and a reply is sent however late, because the master's patience is set for such links.
     Untrue,
 }

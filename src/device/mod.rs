@@ -401,7 +401,7 @@ impl Parts {
         if let Some(event) = self.station.handle_timeout(due) {
             self.events.push(Event::Dp(event));
         }
-        self.outputs_passed(due);
+        self.wake_for_outputs(due);
     }
 
     /// A telegram or a refusal from the line.
@@ -414,15 +414,15 @@ impl Parts {
         if let Some(event) = outcome.event {
             self.events.push(Event::Dp(event));
         }
-        self.outputs_passed(now);
+        self.wake_for_outputs(now);
         if outcome.exchanged && self.config.application_cycle.is_zero() {
             self.run_cycle(self.config.step());
         }
     }
 
     /// Wakes the drive part if outputs were passed that it has not seen.
-    fn outputs_passed(&mut self, now: Instant) {
-        let passed = self.station.slave().outputs_passed();
+    fn wake_for_outputs(&mut self, now: Instant) {
+        let passed = self.station.slave().output_updates();
         if self.outputs_seen == passed {
             return;
         }

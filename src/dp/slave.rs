@@ -193,8 +193,8 @@ impl Slave {
 
     /// Counts every passing of outputs to the application, cleared ones included. Changes with every Data_Exchange
     /// unless Sync holds the outputs.
-    pub const fn outputs_passed(&self) -> u32 {
-        self.process_data.passed()
+    pub const fn output_updates(&self) -> u32 {
+        self.process_data.output_updates()
     }
 
     /// Whether the owner wants the safe state (`Description::fail_safe`). The outputs are cleared then.

@@ -1,4 +1,4 @@
-//! A stream of octets, cut anywhere, into telegrams; and the rule for finding back after rubbish.
+//! A stream of octets, cut anywhere, into telegrams; and the rule for finding back after noise.
 
 use core::time::Duration;
 
@@ -41,13 +41,19 @@ pub struct Framer {
     len: usize,
     last_octet: Instant,
     /// [`Resync::Idle`] after an invalid telegram: the line must fall silent first.
-    deaf: bool,
+    wait_for_idle: bool,
 }
 
 impl Framer {
     /// A framer that has heard nothing yet.
     pub const fn new(resync: Resync) -> Self {
-        Self { resync, octets: [0; MAX_TELEGRAM_LEN], len: 0, last_octet: Instant::ZERO, deaf: false }
+        Self {
+            resync,
+            octets: [0; MAX_TELEGRAM_LEN],
+            len: 0,
+            last_octet: Instant::ZERO,
+            wait_for_idle: false,
+        }
     }
 
     /// Takes `octets`, the last of which ended at `now`, and hands over each telegram and each refusal in order,
@@ -63,19 +69,19 @@ impl Framer {
             return;
         }
         self.last_octet = now;
-        if self.deaf {
+        if self.wait_for_idle {
             return;
         }
         let mut octets = octets;
         while self.len > 0 && !octets.is_empty() {
             octets = self.append(octets);
             self.cut_buffer(now, &mut sink);
-            if self.deaf {
+            if self.wait_for_idle {
                 return;
             }
         }
-        let Cut { rest, deaf } = cut(self.resync, now, octets, &mut sink);
-        self.deaf = deaf;
+        let Cut { rest, wait_for_idle } = cut(self.resync, now, octets, &mut sink);
+        self.wait_for_idle = wait_for_idle;
         self.append(rest);
     }
 
@@ -90,9 +96,9 @@ impl Framer {
     ) {
         self.hear_silence(now, 1, &mut sink);
         self.last_octet = now;
-        if !self.deaf {
+        if !self.wait_for_idle {
             self.len = 0;
-            self.deaf = matches!(self.resync, Resync::Idle(_));
+            self.wait_for_idle = matches!(self.resync, Resync::Idle(_));
             sink(now, Err(FrameError::Parity));
         }
     }
@@ -115,7 +121,7 @@ impl Framer {
     /// Forgets an unfinished telegram: the other end of the line has changed.
     pub fn clear(&mut self) {
         self.len = 0;
-        self.deaf = false;
+        self.wait_for_idle = false;
     }
 
     /// Ends what the silence before the newest `arrived` octets ends.
@@ -126,7 +132,7 @@ impl Framer {
         arrived: usize,
         sink: &mut impl FnMut(Instant, Result<Telegram<'_>, FrameError>),
     ) {
-        if self.len == 0 && !self.deaf {
+        if self.len == 0 && !self.wait_for_idle {
             return;
         }
         match self.resync {
@@ -136,7 +142,7 @@ impl Framer {
                     .saturating_since(self.last_octet)
                     .saturating_sub(baud.bit_times(arrived.saturating_mul(BITS_PER_OCTET)));
                 if silence >= self.resync.silence() {
-                    self.deaf = false;
+                    self.wait_for_idle = false;
                     if self.len > 0 {
                         let error = self.broken_off();
                         self.len = 0;
@@ -158,9 +164,9 @@ impl Framer {
     /// Hands over everything that is whole at the front of the buffer.
     fn cut_buffer(&mut self, at: Instant, sink: &mut impl FnMut(Instant, Result<Telegram<'_>, FrameError>)) {
         let held = self.octets.get(..self.len).unwrap_or_default();
-        let Cut { rest, deaf } = cut(self.resync, at, held, sink);
+        let Cut { rest, wait_for_idle } = cut(self.resync, at, held, sink);
         let used = self.len - rest.len();
-        self.deaf = deaf;
+        self.wait_for_idle = wait_for_idle;
         self.drop_front(used);
     }
 
@@ -191,7 +197,7 @@ struct Cut<'a> {
     /// The beginning of an unfinished telegram.
     rest: &'a [u8],
     /// An invalid telegram was met and silence must follow.
-    deaf: bool,
+    wait_for_idle: bool,
 }
 
 /// Hands over everything that is whole at the front of `octets`.
@@ -213,14 +219,14 @@ fn cut<'a>(
                 match resync {
                     Resync::Scan(_) => skip,
                     Resync::Idle(_) => {
-                        return Cut { rest: &[], deaf: true };
+                        return Cut { rest: &[], wait_for_idle: true };
                     }
                 }
             }
         };
         octets = octets.get(used..).unwrap_or_default();
     }
-    Cut { rest: octets, deaf: false }
+    Cut { rest: octets, wait_for_idle: false }
 }
 
 #[cfg(test)]

@@ -279,7 +279,7 @@ impl Line {
         Ok(())
     }
 
-    /// What a master sends: T_SYN before requests and tokens. Rubbish may come at any time.
+    /// What a master sends: T_SYN before requests and tokens. Noise may come at any time.
     fn check_request(&self, octets: &[u8]) -> Result<(), Breach> {
         let is_request = match decode(octets) {
             Decoded::Telegram { telegram: Telegram::Data(data), .. } => {

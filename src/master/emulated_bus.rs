@@ -41,7 +41,7 @@ const HEARD_LEN: usize = 64;
 /// let mut bus = EmulatedBus::new(fdl, dp)?;
 /// bus.connect(Config::new(Address::station(5)?))?;
 /// // The third telegram of the drive gets lost, and the master has to cope.
-/// bus.spoil(&["no-reply,at=3".parse()?]);
+/// bus.inject(&["no-reply,at=3".parse()?]);
 /// let took = bus.run_until(Duration::from_secs(1), |bus, _| bus.dp.get_mut(drive).is_running())?;
 /// assert!(took < Duration::from_millis(50));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -186,9 +186,9 @@ impl<'a> EmulatedBus<'a> {
         &mut self.bus
     }
 
-    /// These faults on purpose strike from now on, instead of those before; none: the line is sound. They count
+    /// These faults are injected from now on, instead of those before; none: the line is sound. They count
     /// telegrams from here.
-    pub fn spoil(&mut self, faults: &[Fault]) {
+    pub fn inject(&mut self, faults: &[Fault]) {
         self.faults = Faulty::new(Passage::default(), self.clock.clone(), faults);
     }
 

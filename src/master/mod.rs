@@ -6,7 +6,7 @@
 //!
 //! - [`LinkPhy`] is profirust's physical layer on a [`Link`](crate::host::Link): a serial port, the terminal of
 //!   another process, a line in memory.
-//! - [`peripheral()`] is an AG03 or AG03/1 as profirust must be told of it, as in `gsd/SIKO0AC5.GSD`.
+//! - [`peripheral()`] is an AG03 or AG03/1 as profirust must know it, as in `gsd/SIKO0AC5.GSD`.
 //! - [`EmulatedBus`] is a whole bus in one process: profirust, emulated drives, faults on purpose, and a clock that
 //!   jumps from one thing that happens to the next.
 //! - [`Session`] is one drive on a line that somebody else serves, in real time, for programs that do one thing after the

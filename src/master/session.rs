@@ -45,7 +45,7 @@ pub struct Settings {
     pub token_rotation: Duration,
     /// From one exchange to the next.
     pub cycle: Duration,
-    /// After this time without a request the drive lets go of its motor, 10 ms to 650 s (Set_Prm).
+    /// DP watchdog time (Set_Prm), 10 ms to 650 s; the drive releases the motor when it expires.
     pub watchdog: Duration,
 }
 
@@ -111,7 +111,7 @@ struct Drive {
 /// A master and, once [`Session::start`] has succeeded, the drive it exchanges data with.
 ///
 /// Every call blocks until it is done or has failed, in bounded time. Between calls nothing is sent: who waits longer
-/// than [`Settings::watchdog`] between two exchanges loses the drive, which lets go of its motor then.
+/// than [`Settings::watchdog`] between two exchanges loses the drive, which releases its motor then.
 ///
 /// ```no_run
 /// use profidrive::fdl::Address;

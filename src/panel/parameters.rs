@@ -9,7 +9,7 @@ use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::bench::Asking;
+use super::bus_access::Asking;
 use super::drives::Snapshot;
 use super::problem::{Body, PathOf, Problem, Problems, QueryOf, Station, whole};
 use super::state::lengths;

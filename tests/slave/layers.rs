@@ -16,7 +16,7 @@ const TABLE: &[(&str, &[&str])] = &[
     // The bits of the diagnosis.
     ("client", &["time", "dp", "ppo", "param", "pkw", "drive", "device"]),
     ("explain", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device"]),
-    // One framer for a bus, generic slaves, and links that keep telegrams apart or spoil them on purpose.
+    // One framer for a bus, generic slaves, and links that keep telegrams apart or corrupt them on purpose.
     ("host", &["device", "time", "fdl", "dp", "ppo"]),
     ("panel", &["host", "device", "explain", "drive", "dp", "param", "ppo", "fdl", "time"]),
     ("master", &["host", "client", "device", "dp", "ppo", "fdl", "time"]),

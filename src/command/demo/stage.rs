@@ -1,4 +1,4 @@
-//! The bus of the demo, and the page it is told on.
+//! The bus of the demo, and the page it is written to.
 
 use core::fmt::{Arguments, Display};
 use core::time::Duration;

@@ -48,7 +48,7 @@ pub(super) enum Trouble {
 }
 
 impl Trouble {
-    /// Whether the drive can no longer be told anything.
+    /// Whether the drive can no longer be reached.
     pub(super) fn is_loss(&self) -> bool {
         match self {
             Self::Session(error) | Self::Unanswered(error) => error.is_loss(),

@@ -1,8 +1,8 @@
 //! `enable`, `move`, `jog`, `velocity`, `stop`, `ack`: what a drive does, and how it ends.
 //!
 //! Whatever ends a command that lets the shaft turn (its goal, its time, Ctrl-C, a signal, a refusal), operation is
-//! disabled before: the drive brakes with maximum deceleration, and only then is let go. If the line is lost, the drive's
-//! own watchdog lets the motor go.
+//! disabled before: the drive brakes with maximum deceleration, and only then is released. If the line is lost, the drive's
+//! own watchdog releases the motor.
 
 use core::time::Duration;
 use std::io::{self, BufRead, IsTerminal, Write};
@@ -26,14 +26,14 @@ use crate::command::args::{Action, Direction, Go, Master, Motion};
 /// How long a drive that runs out is waited for.
 const RUN_OUT: Duration = Duration::from_secs(30);
 
-/// Leave to let a shaft turn; also of commands that need none.
+/// Somebody has confirmed that a shaft may turn; also for commands that turn none.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Leave(());
+pub(super) struct Confirmed(());
 
-/// Asks for leave, before anything is sent.
-pub(super) fn leave(args: &Master) -> Result<Leave, Failure> {
+/// Asks for confirmation, before anything is sent.
+pub(super) fn confirm(args: &Master) -> Result<Confirmed, Failure> {
     let Action::Motion(motion) = &args.action else {
-        return Ok(Leave(()));
+        return Ok(Confirmed(()));
     };
     let (go, what) = match motion {
         Motion::Enable { go, .. } => (go, "take its motor into control".into()),
@@ -51,7 +51,7 @@ pub(super) fn leave(args: &Master) -> Result<Leave, Failure> {
     };
     let Go { yes } = go;
     if *yes {
-        return Ok(Leave(()));
+        return Ok(Confirmed(()));
     }
     if !io::stdin().is_terminal() || !io::stderr().is_terminal() {
         return Err(Failure::Usage(
@@ -63,7 +63,7 @@ pub(super) fn leave(args: &Master) -> Result<Leave, Failure> {
     let mut answer = String::new();
     let answered = asked.and_then(|()| io::stdin().lock().read_line(&mut answer));
     match (answered, answer.trim()) {
-        (Ok(_), "y" | "Y" | "yes" | "Yes") => Ok(Leave(())),
+        (Ok(_), "y" | "Y" | "yes" | "Yes") => Ok(Confirmed(())),
         (Ok(_) | Err(_), _) => Err(Failure::Other("not confirmed; nothing was done".into())),
     }
 }
@@ -107,7 +107,7 @@ impl Reading {
 pub(super) fn motion<L: Link, C: Clock>(
     drive: &mut Drive<L, C>,
     motion: Motion,
-    _: Leave,
+    _: Confirmed,
     json: bool,
 ) -> Result<(), Failure> {
     let reading = Reading::of(drive, json)?;
@@ -136,12 +136,12 @@ fn not_stopped<L: Link, C: Clock>(drive: &Drive<L, C>, outcome: Option<&Trouble>
         // A lost line is lost for both; what came first says more.
         let why = outcome.unwrap_or(end);
         return Failure::Other(format!(
-            "{why}; the drive was not seen to stand: without this master its watchdog lets the motor go within \
+            "{why}; the drive was not seen to stand: without this master its watchdog releases the motor within \
              {watchdog:?}, and it runs out"
         ));
     }
     let first = outcome.map(|trouble| format!("{trouble}; ")).unwrap_or_default();
-    Failure::Other(format!("{first}{end}; it is let go now, and runs out if it turns"))
+    Failure::Other(format!("{first}{end}; it is released now, and runs out if it turns"))
 }
 
 /// How a motion that went well came to its end.
@@ -267,7 +267,7 @@ mod tests {
     const GO: Go = Go { yes: true };
 
     fn ends(drive: &mut Drive<RigLink, profidrive::host::ManualClock>, asked: Motion) -> String {
-        match motion(drive, asked, Leave(()), false) {
+        match motion(drive, asked, Confirmed(()), false) {
             Err(Failure::Other(line) | Failure::Usage(line)) => line,
             Ok(()) => panic!("no failure"),
         }
@@ -325,6 +325,6 @@ mod tests {
         let mut drive = rig.drive();
         rig.cut(200, Cut::Answers);
         let line = ends(&mut drive, Motion::Move { position: 100_000, go: GO });
-        assert!(line.contains("its watchdog lets the motor go within 1s, and it runs out"), "{line}");
+        assert!(line.contains("its watchdog releases the motor within 1s, and it runs out"), "{line}");
     }
 }

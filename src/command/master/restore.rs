@@ -16,7 +16,7 @@ use super::value::{Item, is_setting};
 use super::{say, watch};
 use crate::command::Failure;
 
-/// How long a drive that was let go may turn.
+/// How long a drive that was released may turn.
 const RUN_OUT: Duration = Duration::from_secs(10);
 
 /// How far `restore` shall go.
@@ -39,7 +39,7 @@ pub(super) fn restore<L: Link, C: Clock>(
     fits(identity, wanted)?;
     let found = read_all(drive, wanted)?;
     let plan = Plan::of(wanted, &found);
-    let other = stranger(identity, &wanted.origin);
+    let other = other_drive(identity, &wanted.origin);
     if !json {
         plan.show()?;
         let kept = uncovered(identity, wanted);
@@ -74,7 +74,7 @@ fn nothing_written(trouble: Trouble) -> Failure {
 }
 
 /// What differs between the drive the set is of and this one.
-fn stranger(Identity { model, gear }: Identity, origin: &Origin) -> Option<String> {
+fn other_drive(Identity { model, gear }: Identity, origin: &Origin) -> Option<String> {
     let same_model = origin.model.as_ref().is_none_or(|name| *name == model.to_string());
     let same_gear = origin.gear.is_none_or(|ratio| ratio == gear.ratio());
     if same_model && same_gear {
@@ -196,7 +196,7 @@ impl Plan {
 
 /// What became of a change.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Fate {
+pub(super) enum WriteOutcome {
     Written,
     /// It was sent, and whether the drive has taken it is not known.
     Unconfirmed,
@@ -204,7 +204,7 @@ pub(super) enum Fate {
     NotWritten,
 }
 
-impl fmt::Display for Fate {
+impl fmt::Display for WriteOutcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Written => f.pad("written"),
@@ -218,7 +218,7 @@ impl fmt::Display for Fate {
 /// What became of all of it.
 #[derive(Debug)]
 pub(super) struct Report {
-    pub(super) fates: Vec<(Change, Fate)>,
+    pub(super) outcomes: Vec<(Change, WriteOutcome)>,
     total: usize,
     /// Everything in the file was read back and is in the drive.
     pub(super) verified: bool,
@@ -232,29 +232,29 @@ pub(super) fn carry_out<L: Link, C: Clock>(
     wanted: &ParameterSet,
 ) -> Report {
     let progress = watch("writing", changes.len());
-    let mut fates: Vec<(Change, Fate)> = Vec::new();
+    let mut outcomes: Vec<(Change, WriteOutcome)> = Vec::new();
     let mut trouble = None;
     for change in changes {
         if trouble.is_none() && drive.is_stopped() {
             trouble = Some("interrupted".into());
         }
         if trouble.is_some() {
-            fates.push((change, Fate::NotWritten));
+            outcomes.push((change, WriteOutcome::NotWritten));
             continue;
         }
-        let fate = match drive.write(change.entry.pnu, change.after) {
-            Ok(_) => Fate::Written,
+        let outcome = match drive.write(change.entry.pnu, change.after) {
+            Ok(_) => WriteOutcome::Written,
             Err(error) => {
-                let fate = fate_of(&error);
+                let outcome = outcome_of(&error);
                 trouble = Some(error.to_string());
-                fate
+                outcome
             }
         };
-        fates.push((change, fate));
+        outcomes.push((change, outcome));
         progress.inc(1);
     }
     progress.finish_and_clear();
-    let mut report = Report { fates, total: wanted.values.len(), verified: false, trouble };
+    let mut report = Report { outcomes, total: wanted.values.len(), verified: false, trouble };
     if report.trouble.is_none() {
         match verify(drive, wanted) {
             Ok(()) => report.verified = true,
@@ -264,16 +264,16 @@ pub(super) fn carry_out<L: Link, C: Clock>(
     report
 }
 
-fn fate_of(error: &Trouble) -> Fate {
+fn outcome_of(error: &Trouble) -> WriteOutcome {
     match error {
-        Trouble::Job(error) if error.is_certain() => Fate::Refused(error.to_string()),
-        Trouble::Job(_) | Trouble::Unanswered(_) | Trouble::OtherReply { .. } => Fate::Unconfirmed,
+        Trouble::Job(error) if error.is_certain() => WriteOutcome::Refused(error.to_string()),
+        Trouble::Job(_) | Trouble::Unanswered(_) | Trouble::OtherReply { .. } => WriteOutcome::Unconfirmed,
         Trouble::Session(_)
         | Trouble::NotSubmitted(_)
         | Trouble::Goal(_)
         | Trouble::Ended(_)
         | Trouble::StillTurns(_)
-        | Trouble::Hardware(_) => Fate::NotWritten,
+        | Trouble::Hardware(_) => WriteOutcome::NotWritten,
     }
 }
 
@@ -297,19 +297,19 @@ fn verify<L: Link, C: Clock>(drive: &mut Drive<L, C>, wanted: &ParameterSet) -> 
 impl Report {
     /// For a drive that has everything, or shall only be looked at.
     fn nothing(plan: &Plan) -> Self {
-        let fates = plan.changes.iter().map(|change| (*change, Fate::NotWritten)).collect();
-        Self { fates, total: plan.total, verified: plan.changes.is_empty(), trouble: None }
+        let outcomes = plan.changes.iter().map(|change| (*change, WriteOutcome::NotWritten)).collect();
+        Self { outcomes, total: plan.total, verified: plan.changes.is_empty(), trouble: None }
     }
 
-    fn count(&self, of: impl Fn(&Fate) -> bool) -> usize {
-        self.fates.iter().filter(|(_, fate)| of(fate)).count()
+    fn count(&self, of: impl Fn(&WriteOutcome) -> bool) -> usize {
+        self.outcomes.iter().filter(|(_, outcome)| of(outcome)).count()
     }
 
     /// `2 of 5 differing parameters were written, 1 is not confirmed, 2 were not written; ...`
     pub(super) fn sum(&self) -> String {
-        let all = self.fates.len();
-        let written = self.count(|fate| *fate == Fate::Written);
-        let unconfirmed = self.count(|fate| *fate == Fate::Unconfirmed);
+        let all = self.outcomes.len();
+        let written = self.count(|outcome| *outcome == WriteOutcome::Written);
+        let unconfirmed = self.count(|outcome| *outcome == WriteOutcome::Unconfirmed);
         let mut line = format!("{written} of {all} differing parameters were written");
         if unconfirmed > 0 {
             line += &format!(", {unconfirmed} perhaps");
@@ -320,30 +320,30 @@ impl Report {
 
     fn show(&self) -> Result<(), Failure> {
         if self.trouble.is_none() {
-            let count = self.fates.len();
+            let count = self.outcomes.len();
             return say(format_args!("{count} written, all {} read back as in the file", self.total));
         }
-        for (Change { entry, .. }, fate) in &self.fates {
-            let reason = match fate {
-                Fate::Refused(reason) => format!("  {reason}"),
-                Fate::Written | Fate::Unconfirmed | Fate::NotWritten => String::new(),
+        for (Change { entry, .. }, outcome) in &self.outcomes {
+            let reason = match outcome {
+                WriteOutcome::Refused(reason) => format!("  {reason}"),
+                WriteOutcome::Written | WriteOutcome::Unconfirmed | WriteOutcome::NotWritten => String::new(),
             };
-            say(format_args!("{fate:<14} {:<6} {}{reason}", entry.pnu, entry.name))?;
+            say(format_args!("{outcome:<14} {:<6} {}{reason}", entry.pnu, entry.name))?;
         }
         Ok(())
     }
 
     fn json(&self, identity: Identity, wanted: &ParameterSet) -> serde_json::Value {
         let changes: Vec<_> = self
-            .fates
+            .outcomes
             .iter()
-            .map(|(Change { entry, before, after }, fate)| {
+            .map(|(Change { entry, before, after }, outcome)| {
                 json!({
                     "pnu": entry.pnu.number(),
                     "name": entry.name,
                     "before": entry.number(*before),
                     "after": entry.number(*after),
-                    "fate": fate.to_string(),
+                    "outcome": outcome.to_string(),
                 })
             })
             .collect();
@@ -396,20 +396,23 @@ mod tests {
 
     /// The report says of each parameter what is the case.
     fn assert_true(rig: &Rig, report: &Report, context: &str) {
-        assert_eq!(report.fates.len(), CHANGED.len(), "{context}");
-        for (change, fate) in &report.fates {
+        assert_eq!(report.outcomes.len(), CHANGED.len(), "{context}");
+        for (change, outcome) in &report.outcomes {
             let (parameter, _) =
                 CHANGED.into_iter().find(|(parameter, _)| parameter.entry().pnu == change.entry.pnu).unwrap();
             let has = i64::from(rig.value(parameter));
             let (before, after) = (change.entry.number(change.before), change.entry.number(change.after));
-            match fate {
-                Fate::Written => assert_eq!(has, after, "{context}: {parameter}"),
-                Fate::NotWritten | Fate::Refused(_) => assert_eq!(has, before, "{context}: {parameter}"),
-                Fate::Unconfirmed => assert!(has == before || has == after, "{context}: {parameter}"),
+            match outcome {
+                WriteOutcome::Written => assert_eq!(has, after, "{context}: {parameter}"),
+                WriteOutcome::NotWritten | WriteOutcome::Refused(_) => {
+                    assert_eq!(has, before, "{context}: {parameter}")
+                }
+                WriteOutcome::Unconfirmed => assert!(has == before || has == after, "{context}: {parameter}"),
             }
         }
         // Nothing is written behind the first that was not.
-        let written: Vec<bool> = report.fates.iter().map(|(_, fate)| *fate == Fate::Written).collect();
+        let written: Vec<bool> =
+            report.outcomes.iter().map(|(_, outcome)| *outcome == WriteOutcome::Written).collect();
         assert!(written.is_sorted_by(|a, b| a >= b), "{context}: {written:?}");
         let all = written.iter().all(|written| *written);
         assert!(!report.verified || all && report.trouble.is_none(), "{context}");
@@ -424,8 +427,8 @@ mod tests {
                 let rig = Rig::new(Model::Ag03_1);
                 let report = restored(&rig, &set(&CHANGED), Some((telegrams, cut)));
                 assert_true(&rig, &report, &format!("{cut:?} at {telegrams}"));
-                unconfirmed += report.count(|fate| *fate == Fate::Unconfirmed);
-                counts.push(report.count(|fate| *fate == Fate::Written));
+                unconfirmed += report.count(|outcome| *outcome == WriteOutcome::Unconfirmed);
+                counts.push(report.count(|outcome| *outcome == WriteOutcome::Written));
                 if rig.is_whole() {
                     assert!(report.verified, "{:?}", report.trouble);
                     break;
@@ -448,7 +451,7 @@ mod tests {
             let rig = Rig::new(Model::Ag03_1);
             let report = restored(&rig, &set(&values), None);
             assert_true(&rig, &report, &format!("refused {refused}"));
-            assert_eq!(report.count(|fate| matches!(fate, Fate::Refused(_))), 1);
+            assert_eq!(report.count(|outcome| matches!(outcome, WriteOutcome::Refused(_))), 1);
             assert!(report.sum().starts_with(&format!("{refused} of 6 differing")), "{}", report.sum());
             assert!(report.trouble.unwrap().contains("error 2"));
         }
@@ -472,7 +475,7 @@ mod tests {
             drop(drive);
             let report = restored(&rig, &set(&settings), None);
             assert!(report.verified, "{:?}", report.trouble);
-            assert_eq!(report.fates.len(), CHANGED.len(), "only what differs is written");
+            assert_eq!(report.outcomes.len(), CHANGED.len(), "only what differs is written");
             for (parameter, value) in settings {
                 assert_eq!(rig.value(parameter), value, "{parameter}");
             }

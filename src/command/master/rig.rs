@@ -46,7 +46,7 @@ struct Line {
     to_master: VecDeque<u8>,
     /// What happens after so many more telegrams.
     cut: Option<(usize, Cut)>,
-    deaf: bool,
+    silent: bool,
 }
 
 impl Rig {
@@ -55,7 +55,7 @@ impl Rig {
         let (mut bus, clock) = (Bus::on(BaudRate::K500, Timing::Untrue), ManualClock::new());
         let config = Config { model, ..Config::new(Address::from_octet(DRIVE)) };
         bus.add(Device::new(config, clock.now())).unwrap();
-        let line = Line { bus, clock, to_master: VecDeque::new(), cut: None, deaf: false };
+        let line = Line { bus, clock, to_master: VecDeque::new(), cut: None, silent: false };
         Self { line: Rc::new(RefCell::new(line)), stop: Stop::new().unwrap() }
     }
 
@@ -114,7 +114,7 @@ impl Line {
     fn drain(&mut self) {
         let mut buf = [0; MAX_TELEGRAM_LEN];
         while let Some(octets) = self.bus.poll_transmit(self.clock.now(), &mut buf) {
-            if !self.deaf {
+            if !self.silent {
                 self.to_master.extend(octets);
             }
         }
@@ -140,7 +140,7 @@ impl Link for RigLink {
                 match cut {
                     Cut::Stop => self.stop.request(),
                     Cut::Link => return Err(io::ErrorKind::NotConnected.into()),
-                    Cut::Answers => line.deaf = true,
+                    Cut::Answers => line.silent = true,
                     Cut::Enable => line.set_inputs(Inputs::default().with_output_stage(false)),
                     Cut::Heat => line.set_inputs(Inputs::default().provoking(Fault::D)),
                 }

@@ -1,14 +1,14 @@
-//! Faults on purpose, to test masters: a wrapper around any link that spoils telegrams.
+//! Faults on purpose, to test masters: a wrapper around any link that corrupts telegrams.
 //!
 //! ```text
 //! master ──octets──▶ link ──▶ Faulty: requests dropped or changed ──▶ drives
-//!        ◀──────────      ◀── Faulty: replies lost, late, spoilt  ◀──
+//!        ◀──────────      ◀── Faulty: replies lost, late, corrupted  ◀──
 //! ```
 //!
 //! The drives are as they always are and know nothing of it. A refused Set_Prm is a Set_Prm that the wrapper changed on
-//! its way, so that the slave refuses it by its own rules; a diagnosis storm is a reply in which DH is set. What strikes
+//! its way, so that the slave refuses it by its own rules; a diagnosis storm is a reply in which DH is set. What is injected
 //! and when is a [`Fault`]; several act one after the other, in the order given. Everything is deterministic: the same
-//! telegrams at the same times are spoilt in the same way.
+//! telegrams at the same times are corrupted in the same way.
 //!
 //! Without faults every octet passes untouched. With faults the octets of the master are collected until a telegram is
 //! whole, or for 50 ms, and then pass as they are unless a fault says otherwise.
@@ -52,7 +52,7 @@ pub use spec::{FORM, Fault, Kind, PkwFault, SpecError};
 /// Late telegrams kept at most; more are lost.
 const MAX_LATE: usize = 256;
 
-/// A link that spoils telegrams.
+/// A link that corrupts telegrams.
 #[derive(Debug)]
 pub struct Faulty<L, C> {
     link: L,
@@ -87,9 +87,9 @@ impl<L: Link, C: Clock> Faulty<L, C> {
         }
     }
 
-    /// How often each fault has struck, in the order given.
-    pub fn strikes(&self) -> impl Iterator<Item = (Fault, u32)> + '_ {
-        self.faults.iter().map(|(_, fault, strikes)| (fault, strikes))
+    /// How often each fault was injected, in the order given.
+    pub fn injected(&self) -> impl Iterator<Item = (Fault, u32)> + '_ {
+        self.faults.iter().map(|(_, fault, injected)| (fault, injected))
     }
 
     /// The faults, to change them while the drives run.
@@ -144,7 +144,7 @@ impl<L: Link, C: Clock> Faulty<L, C> {
             if let Some(request) = data_telegram(&octets).filter(is_request) {
                 self.asked = Some(request.da);
                 for active in &mut self.faults.active {
-                    octets = active.spoil_request(octets, now);
+                    octets = active.corrupt_request(octets, now);
                 }
             }
             self.heard.extend(octets);
@@ -170,9 +170,9 @@ pub struct Faults {
 }
 
 impl Faults {
-    /// Each fault with its number and how often it has struck.
+    /// Each fault with its number and how often it was injected.
     pub fn iter(&self) -> impl Iterator<Item = (u32, Fault, u32)> + '_ {
-        self.active.iter().map(|active| (active.number, active.fault, active.strikes))
+        self.active.iter().map(|active| (active.number, active.fault, active.injected))
     }
 
     /// Adds a fault behind the others. Returns its number, by which it is removed.
@@ -224,7 +224,7 @@ impl<L: Link, C: Clock> Link for Faulty<L, C> {
                     self.late.clear();
                     return Ok(received);
                 }
-                // There is no telegram in them to spoil.
+                // There is no telegram in them to corrupt.
                 Received::BrokenOff(_) | Received::Rate(_) => return Ok(received),
                 Received::Nothing => {}
             }
@@ -246,7 +246,7 @@ impl<L: Link, C: Clock> Link for Faulty<L, C> {
             None => self.asked,
         };
         for active in &mut self.faults.active {
-            active.spoil_reply(&mut reply, station, now);
+            active.corrupt_reply(&mut reply, station, now);
         }
         for octets in reply.telegrams() {
             if reply.delay.is_zero() {
@@ -277,7 +277,7 @@ impl<L: Link, C: Clock> Link for Faulty<L, C> {
 #[derive(Debug)]
 struct Outgoing {
     octets: Vec<u8>,
-    /// Rubbish in front of it.
+    /// Noise in front of it.
     noise: Vec<u8>,
     /// How often it is sent.
     copies: usize,
@@ -303,7 +303,7 @@ struct Active {
     fault: Fault,
     random: Random,
     occasions: u32,
-    strikes: u32,
+    injected: u32,
     stations: BTreeMap<u8, Station>,
 }
 
@@ -316,8 +316,8 @@ struct Station {
     sent: Pkw,
     /// Those the master has got last.
     shown: Pkw,
-    /// That answer is spoilt.
-    spoilt: bool,
+    /// That answer is corrupted.
+    corrupted: bool,
     /// In how many exchanges that answer was sent.
     exchanges: u32,
 }
@@ -329,7 +329,7 @@ impl Active {
             fault,
             random: Random(fault.seed),
             occasions: 0,
-            strikes: 0,
+            injected: 0,
             stations: BTreeMap::new(),
         }
     }
@@ -339,18 +339,18 @@ impl Active {
         self.fault.station.is_none() || self.fault.station == station
     }
 
-    /// Counts an occasion and says whether the fault strikes.
-    fn strikes(&mut self) -> bool {
+    /// Counts an occasion and says whether the fault is injected now.
+    fn is_due(&mut self) -> bool {
         let Fault { at, count, rate, .. } = self.fault;
         self.occasions = self.occasions.saturating_add(1);
-        if self.occasions < at || count.is_some_and(|count| self.strikes >= count) {
+        if self.occasions < at || count.is_some_and(|count| self.injected >= count) {
             return false;
         }
         if rate < 1.0 && self.random.fraction() >= rate {
             return false;
         }
-        self.strikes = self.strikes.saturating_add(1);
-        tracing::debug!("fault {} strikes, {} of {} occasions", self.fault, self.strikes, self.occasions);
+        self.injected = self.injected.saturating_add(1);
+        tracing::debug!("fault {} injected, {} of {} occasions", self.fault, self.injected, self.occasions);
         true
     }
 }

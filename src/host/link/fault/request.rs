@@ -16,7 +16,7 @@ const IDENT: core::ops::Range<usize> = 4..6;
 
 impl Active {
     /// What the drives hear instead of the request in `octets`.
-    pub(super) fn spoil_request(&mut self, octets: Vec<u8>, now: Instant) -> Vec<u8> {
+    pub(super) fn corrupt_request(&mut self, octets: Vec<u8>, now: Instant) -> Vec<u8> {
         // A fault before this one may have dropped it, or put another telegram in front of it.
         let Some(request) = data_telegram(&octets) else {
             return octets;
@@ -32,12 +32,12 @@ impl Active {
         };
         match self.fault.kind {
             Kind::DropRequest => {
-                if self.strikes() {
+                if self.is_due() {
                     return Vec::new();
                 }
             }
             Kind::RefusePrm => {
-                if service == Some(Service::SetPrm) && self.strikes() {
+                if service == Some(Service::SetPrm) && self.is_due() {
                     let mut data = request.data.to_vec();
                     for octet in data.get_mut(IDENT).unwrap_or_default() {
                         *octet = !*octet;
@@ -46,7 +46,7 @@ impl Active {
                 }
             }
             Kind::RefuseCfg => {
-                if service == Some(Service::ChkCfg) && self.strikes() {
+                if service == Some(Service::ChkCfg) && self.is_due() {
                     let mut data = request.data.to_vec();
                     if let Some(octet) = data.first_mut() {
                         *octet ^= 0x01;
@@ -55,7 +55,7 @@ impl Active {
                 }
             }
             Kind::LosePrm => {
-                if service == Some(Service::DataExchange) && self.strikes() {
+                if service == Some(Service::DataExchange) && self.is_due() {
                     let (dsap, ssap) = (Sap::new(61), Sap::new(62));
                     let unlock = DataTelegram {
                         format: DataTelegram::customary_format(dsap, ssap, &UNLOCK),
@@ -71,7 +71,7 @@ impl Active {
             }
             Kind::NotReady(time) => {
                 let station = request.da.number();
-                if service == Some(Service::ChkCfg) && self.strikes() {
+                if service == Some(Service::ChkCfg) && self.is_due() {
                     let until = Some(now.saturating_add(time));
                     self.stations.entry(station).or_default().not_ready = until;
                 }
