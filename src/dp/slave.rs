@@ -363,7 +363,7 @@ impl Slave {
         if self.owner == Some(sa) { Caller::Owner } else { Caller::Other }
     }
 
-    /// `dp-v0.md` 6.2 rule 2: only the owner's reading counts, and none while Stat_Diag is set.
+    /// Only the owner's reading counts, and none while Stat_Diag is set (`docs/reference/dp-v0.md` 6.2 rule 2).
     fn slave_diag(&mut self, sa: Address) -> Handled<'_> {
         if self.caller(sa) == Caller::Owner && !self.ext_diag.stat_diag() {
             self.announced = false;

@@ -8,7 +8,7 @@ use crate::fdl::{Address, Request};
 use crate::time::Instant;
 
 impl Slave {
-    /// `dp-v0.md` 5.2; the numbers are its steps.
+    /// Judges a Set_Prm in the order of the standard; the numbers are the steps of `docs/reference/dp-v0.md` 5.2.
     pub(super) fn set_prm(&mut self, now: Instant, request: &Request<'_>) -> Handled<'static> {
         let master = request.sa;
         // 2: locked by another master.
@@ -93,7 +93,8 @@ impl Slave {
         }
     }
 
-    /// `dp-v0.md` 7 row 9. What was to be judged before is void.
+    /// Lets the application judge a configuration; what was to be judged before is void (`docs/reference/dp-v0.md` 7
+    /// row 9).
     fn ask_application(&mut self, master: Address, configuration: &'static [u8]) -> Event {
         let ticket = CfgTicket(self.last_ticket.0.wrapping_add(1));
         self.last_ticket = ticket;
@@ -147,7 +148,7 @@ impl Slave {
         };
         self.no_add_chg = stored.no_add_chg;
         self.rem_slave_data.keep([rem_slave_data, &[]]);
-        // `dp-v0.md` 7 row 2: a fresh start at the new address.
+        // A fresh start at the new address (`docs/reference/dp-v0.md` 7 row 2).
         self.prm_fault = false;
         self.cfg_fault = false;
         self.not_supported = false;
