@@ -157,7 +157,8 @@ impl DriveClient {
     /// it ends inching 2 and a velocity.
     ///
     /// # Errors
-    /// [`NotSubmitted`] as from [`PkwClient::submit`](crate::client::PkwClient::submit); also busy while the client itself needs the channel for a goal.
+    /// [`NotSubmitted`] as from [`PkwClient::submit`](crate::client::PkwClient::submit); also busy while the client
+    /// itself needs the channel for a goal.
     /// A write of PNU 930 is busy during every goal, and while a travel job is under way or interrupted.
     pub fn submit(&mut self, now: Instant, job: Job) -> Result<(), NotSubmitted> {
         let sets_mode = job.is_write() && job.pnu() == Question::OperatingMode.job().pnu();
@@ -201,7 +202,8 @@ impl DriveClient {
     }
 
     /// The drive may have seen other outputs than [`outputs`](Self::outputs) gave, or none, as
-    /// [`PkwClient::handle_data_exchange_lost`](crate::client::PkwClient::handle_data_exchange_lost) says. Must be called before the next exchange, or the drive may take
+    /// [`PkwClient::handle_data_exchange_lost`](crate::client::PkwClient::handle_data_exchange_lost) says. Must be
+    /// called before the next exchange, or the drive may take
     /// the outputs for new commands.
     pub fn handle_data_exchange_lost(&mut self) {
         self.channel.handle_data_exchange_lost();
