@@ -41,6 +41,7 @@ mod fuzz_corpus;
 mod generic_slave;
 mod gsd;
 mod layers;
+mod modular;
 mod oracle;
 mod persistence;
 mod pkw_jobs;
