@@ -112,7 +112,7 @@ struct Bus {
     patient: bool,
     /// Something else than whole telegrams was said. Where idle time cannot be seen, a scan may find a telegram in it
     /// much later, and the reply to that belongs to no saying.
-    rubbish: bool,
+    noise: bool,
     /// What was said of late, for a device that cannot see where one saying ends.
     line: Vec<u8>,
     /// What was said last, and the reply if it was one telegram and got one.
@@ -129,7 +129,7 @@ impl Bus {
             timing: config.timing,
             frame_count: false,
             patient: false,
-            rubbish: false,
+            noise: false,
             line: Vec::new(),
             last: Vec::new(),
             last_reply: None,
@@ -231,7 +231,7 @@ impl Bus {
         self.line.drain(..begin);
         self.line.extend_from_slice(octets);
         self.patient |= holds(octets, SET_PRM);
-        self.rubbish |= !behind_telegrams(octets).is_empty();
+        self.noise |= !behind_telegrams(octets).is_empty();
         let beyond = if self.patient { u32::from(u8::MAX) } else { 0 };
         let latest = end.saturating_add(self.rate.bit_times(beyond.max(self.rate.max_tsdr_bits().into())));
         let mut heard = None;
@@ -239,7 +239,7 @@ impl Bus {
             let mut buf = [0; MAX_TELEGRAM_LEN];
             if let Some(reply) = self.device.poll_transmit(self.now, &mut buf) {
                 assert_eq!(heard, None, "a second reply");
-                let scanned = self.rubbish && self.timing == Timing::Untrue;
+                let scanned = self.noise && self.timing == Timing::Untrue;
                 let earliest = end.saturating_add(self.rate.bit_times(11));
                 assert!(scanned || self.now >= earliest, "before min T_SDR");
                 assert!(self.now <= latest, "after max T_SDR");

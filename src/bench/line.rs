@@ -63,7 +63,7 @@ pub(super) struct Speaking {
     pub(super) end: Instant,
     pub(super) damage: Damage,
     /// A fault on purpose changed what is sent, or when.
-    pub(super) struck: bool,
+    pub(super) injected: bool,
     breach: Option<Breach>,
     /// How many octets have reached the master.
     arrived: usize,
@@ -246,9 +246,9 @@ impl<M: Master> Line<M> {
     }
 
     /// Somebody begins to send now. Who still does so is no longer understood, nor is the new one.
-    pub(super) fn begin(&mut self, sender: Sender, bus: Option<usize>, octets: &[u8], struck: bool) {
+    pub(super) fn begin(&mut self, sender: Sender, bus: Option<usize>, octets: &[u8], injected: bool) {
         let begin = self.now;
-        let breach = self.breach_of(sender, bus, octets, struck);
+        let breach = self.breach_of(sender, bus, octets, injected);
         if let Some(breach) = breach {
             if self.breaches.len() == BREACHES {
                 self.breaches.pop_front();
@@ -258,7 +258,7 @@ impl<M: Master> Line<M> {
         }
         let end = begin.saturating_add(octet_times(self.baud, octets.len()));
         let mut speaking =
-            Speaking { sender, bus, begin, end, damage: Damage::None, struck, breach, arrived: 0 };
+            Speaking { sender, bus, begin, end, damage: Damage::None, injected, breach, arrived: 0 };
         if let Some(before) = self.speaking.take() {
             speaking.damage = Damage::Collision;
             speaking.end = end.max(before.end);
@@ -365,11 +365,11 @@ impl<M: Master> Line<M> {
                 continue;
             }
             let reply = self.faults.reply(octets);
-            let struck = reply.is_changed(octets);
+            let injected = reply.is_changed(octets);
             if reply.delay().is_zero() {
                 let said: Vec<u8> = reply.telegrams().flatten().copied().collect();
                 if !said.is_empty() {
-                    self.begin(Sender::Station, Some(number), &said, struck);
+                    self.begin(Sender::Station, Some(number), &said, injected);
                 }
             } else {
                 let due = self.now.saturating_add(reply.delay());

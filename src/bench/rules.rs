@@ -15,7 +15,7 @@ impl<M: Master> Line<M> {
         sender: Sender,
         bus: Option<usize>,
         octets: &[u8],
-        struck: bool,
+        injected: bool,
     ) -> Option<Breach> {
         let asked = match sender {
             Sender::Master | Sender::Test => self.asked,
@@ -25,12 +25,12 @@ impl<M: Master> Line<M> {
         if let Some(other) = self.speaking {
             // Who cannot have heard the other yet is not to blame if a fault made it late.
             let heard = other.begin.saturating_add(self.baud.octet_times(1)) <= self.now;
-            let excused = struck || (other.struck && !heard);
+            let excused = injected || (other.injected && !heard);
             return (!excused).then_some(Breach::Collision { at: self.now, by: sender });
         }
         match sender {
             Sender::Master | Sender::Test => self.breach_of_master(sender, asked, octets),
-            Sender::Station if struck => None,
+            Sender::Station if injected => None,
             Sender::Station => self.breach_of_station(bus, asked, octets),
         }
     }

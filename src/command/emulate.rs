@@ -12,7 +12,7 @@ use profidrive::host::link::serial::Serial;
 use profidrive::host::{
     Bus, BusEvent, Clock, Link, Reach, SlotTime, StateDir, Stop, StoredDevice, SystemClock, run,
 };
-use profidrive::panel::{Bench, Panel, PanelError};
+use profidrive::panel::{BusAccess, Panel, PanelError};
 use profidrive::time::{BaudRate, Instant};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
 use tracing::{debug, info, warn};
@@ -91,7 +91,7 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
         }
         if let Some(panel) = &mut panel {
             let (now, faults) = (clock.now(), Some(link.faults_mut()));
-            panel.serve(&mut Bench { now, bus: &mut bus, faults, config, state: state.as_ref(), listen });
+            panel.serve(&mut BusAccess { now, bus: &mut bus, faults, config, state: state.as_ref(), listen });
         }
     };
     drop(panel);
@@ -265,7 +265,7 @@ fn start_panel(args: &Emulate, wake: &Stop) -> Result<Option<Panel>, Failure> {
     })?;
     info!("the panel is at http://{}", panel.address());
     if !panel.address().ip().is_loopback() {
-        warn!("other machines can connect to the panel at {} and steer the drives", panel.address());
+        warn!("other machines can connect to the panel at {} and control the drives", panel.address());
     }
     Ok(Some(panel))
 }

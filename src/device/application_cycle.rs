@@ -4,7 +4,7 @@ use core::time::Duration;
 
 use thiserror::Error;
 
-/// How often the drive part runs unless told otherwise. The manuals state no time.
+/// How often the drive part runs unless set otherwise. The manuals state no time.
 pub const DEFAULT_APPLICATION_CYCLE: Duration = Duration::from_millis(1);
 
 /// How often the drive part runs.

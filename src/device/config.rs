@@ -81,10 +81,10 @@ impl Config {
 /// What can be known of the time of octets on a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Timing {
-    /// Octets come when they come on the line: a simulated line or a UART. After rubbish the line must fall
+    /// Octets come when they come on the line: a simulated line or a UART. After noise the line must fall
     /// silent ([`Resync::Idle`]), and a reply is dropped once max T_SDR is over.
     True,
-    /// Octets come when a scheduler delivers them: pseudo-terminal, TCP, USB adapter. Rubbish is skipped
+    /// Octets come when a scheduler delivers them: pseudo-terminal, TCP, USB adapter. Noise is skipped
     /// ([`Resync::SCAN`]), and a reply is sent however late, because the master's patience is set for such links.
     Untrue,
 }

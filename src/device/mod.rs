@@ -15,16 +15,20 @@
 //! | --- | --- |
 //! | `application_cycle` | [`ApplicationCycle`]: how often the drive part runs |
 //! | `config` | [`Config`]: what a device is made of |
-//! | `words` | every bit of STW, ZSW, SSW and the general status register |
+//! | `bits` | every bit of STW, ZSW, SSW and the general status register: number, name, meaning |
+//! | `words` | those words from and to what the drive knows |
+//! | `flow_charts` | the control words that the manual prints |
 //! | `event` | [`Event`]: news for the host |
 //! | `dip` | [`DipSwitches`]: address, factory reset, bus terminator |
 //! | `power` | [`Power`]: switching off and on, row 1 of `ag03.md` 8 |
 //! | `storage` | [`Eeprom`]: images the host keeps, and the acknowledge that waits for them |
 
 mod application_cycle;
+pub mod bits;
 mod config;
 pub mod dip;
 mod event;
+pub mod flow_charts;
 mod power;
 mod quirks;
 mod storage;
@@ -407,7 +411,7 @@ impl Parts {
         if let Some(event) = self.station.handle_timeout(due) {
             self.events.push(Event::Dp(event));
         }
-        self.outputs_passed(due);
+        self.wake_for_outputs(due);
     }
 
     /// A telegram or a refusal from the line.
@@ -420,15 +424,15 @@ impl Parts {
         if let Some(event) = outcome.event {
             self.events.push(Event::Dp(event));
         }
-        self.outputs_passed(now);
+        self.wake_for_outputs(now);
         if outcome.exchanged && self.config.application_cycle.period().is_none() {
             self.run_cycle(self.config.application_cycle.step());
         }
     }
 
     /// Wakes the drive part if outputs were passed that it has not seen.
-    fn outputs_passed(&mut self, now: Instant) {
-        let passed = self.station.slave().outputs_passed();
+    fn wake_for_outputs(&mut self, now: Instant) {
+        let passed = self.station.slave().output_updates();
         if self.outputs_seen == passed {
             return;
         }

@@ -135,7 +135,7 @@ impl Parts {
     /// A new station on the bus that has heard nothing yet. A cycle without length lets the drive notice at once.
     fn restart(&mut self) {
         self.station = self.config.station();
-        self.outputs_seen = self.station.slave().outputs_passed();
+        self.outputs_seen = self.station.slave().output_updates();
         self.interrupted = false;
         self.run_cycle(Duration::ZERO);
     }

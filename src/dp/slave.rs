@@ -213,8 +213,8 @@ impl<A: Application> Slave<A> {
 
     /// Counts every passing of outputs to the application, cleared ones included. Changes with every Data_Exchange
     /// unless Sync holds the outputs.
-    pub const fn outputs_passed(&self) -> u32 {
-        self.process_data.passed()
+    pub const fn output_updates(&self) -> u32 {
+        self.process_data.output_updates()
     }
 
     /// Whether the owner wants the safe state (`Description::fail_safe`). The outputs are cleared then.
@@ -418,7 +418,7 @@ impl<A: Application> Slave<A> {
         if self.owner == Some(sa) { Caller::Owner } else { Caller::Other }
     }
 
-    /// `dp-v0.md` 6.2 rule 2: only the owner's reading counts, and none while Stat_Diag is set.
+    /// Only the owner's reading counts, and none while Stat_Diag is set (`docs/reference/dp-v0.md` 6.2 rule 2).
     fn slave_diag(&mut self, sa: Address) -> Handled<'_> {
         if self.caller(sa) == Caller::Owner && !self.ext_diag.stat_diag() {
             self.announced = false;

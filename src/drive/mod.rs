@@ -53,6 +53,7 @@ pub use leds::StatusLed;
 pub use memory::Memory;
 pub use quirks::Quirks;
 pub use refusal::{Reason, Refusal, Request};
+pub use scale::INCREMENTS_PER_REVOLUTION;
 pub use settings::{Limits, Mode, PosType, SenseOfRotation, Settings, StopMode};
 pub use states::{Direction, DirectionChange, Inching, Key, Motor, State};
 pub use status::{Measured, Status};

@@ -179,7 +179,7 @@ impl Drive {
         if self.accepts(refusal) { change } else { DirectionChange::Ends }
     }
 
-    /// Row 40: the setpoint is a level, a refusal is told once per rising edge.
+    /// Row 40: the setpoint is a level, a refusal is reported once per rising edge.
     fn asks_velocity(&mut self, command: &Command) {
         let refusal = self.velocity_refusal(command);
         self.accepts(refusal);

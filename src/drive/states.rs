@@ -162,7 +162,7 @@ pub(super) struct Conditions {
     pub(super) torque_discards_job: bool,
 }
 
-/// What is asked of the drive, levels and edges told apart, refused requests left out.
+/// What is asked of the drive, levels and edges separately, refused requests left out.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Asked {
     pub(super) off2: bool,

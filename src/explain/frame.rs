@@ -419,7 +419,7 @@ fn invalid(octets: &[u8], error: FrameError, context: &Context) -> Explanation {
     }
     let reason = if behind.is_empty() { missing(octets, error) } else { error.to_string() };
     Explanation {
-        kind: Kind::Rubbish,
+        kind: Kind::Noise,
         sender: None,
         from: None,
         to: None,

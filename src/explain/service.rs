@@ -38,7 +38,7 @@ pub(super) fn raw_data(data: &[u8], at: usize) -> Vec<Field> {
 
 pub(super) fn request(service: Option<Service>, data: &[u8], at: usize, learned: &mut Learned) -> Carried {
     let (summary, fields) = match service {
-        Some(Service::SlaveDiag) => no_data("Slave_Diag: how are you?", data, at),
+        Some(Service::SlaveDiag) => no_data("Slave_Diag request", data, at),
         Some(Service::GetCfg) => no_data("Get_Cfg: what do you exchange?", data, at),
         Some(Service::RdInp) => no_data("RD_Inp: which inputs?", data, at),
         Some(Service::RdOutp) => no_data("RD_Outp: which outputs?", data, at),

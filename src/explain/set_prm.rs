@@ -25,8 +25,8 @@ pub(super) fn explain(data: &[u8], at: usize, learned: &mut Learned) -> (String,
     let watchdog =
         prm.watchdog().map_or("watchdog off".into(), |time| format!("watchdog {} ms", time.as_millis()));
     let lock = match (prm.lock_req(), prm.unlock_req()) {
-        (_, true) => "be free for other masters",
-        (true, false) => "be mine",
+        (_, true) => "unlock the slave for other masters",
+        (true, false) => "lock the slave",
         (false, false) => "min T_SDR only",
     };
     let bit = |n, name: &str, one: &str, zero: &str| Field::bit(name, at, n, status, one, zero);

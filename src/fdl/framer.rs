@@ -1,4 +1,4 @@
-//! A stream of octets, cut anywhere, into telegrams; and the rule for finding back after rubbish.
+//! A stream of octets, cut anywhere, into telegrams; and the rule for finding back after noise.
 
 use core::time::Duration;
 
@@ -41,7 +41,7 @@ pub struct Framer {
     len: usize,
     last_octet: Instant,
     /// [`Resync::Idle`] after an invalid telegram: the line must fall silent first.
-    deaf: bool,
+    wait_for_idle: bool,
     refused: Refused,
 }
 
@@ -77,7 +77,7 @@ impl Framer {
             octets: [0; MAX_TELEGRAM_LEN],
             len: 0,
             last_octet: Instant::ZERO,
-            deaf: false,
+            wait_for_idle: false,
             refused: Refused::Nothing,
         }
     }
@@ -96,19 +96,19 @@ impl Framer {
             return;
         }
         self.last_octet = now;
-        if self.deaf {
+        if self.wait_for_idle {
             return;
         }
         let mut octets = octets;
         while self.len > 0 && !octets.is_empty() {
             octets = self.append(octets);
             self.cut_buffer(now, &mut sink);
-            if self.deaf {
+            if self.wait_for_idle {
                 return;
             }
         }
-        let Cut { rest, deaf } = cut(self.resync, now, octets, &mut self.refused, &mut sink);
-        self.deaf = deaf;
+        let Cut { rest, wait_for_idle } = cut(self.resync, now, octets, &mut self.refused, &mut sink);
+        self.wait_for_idle = wait_for_idle;
         self.append(rest);
     }
 
@@ -123,11 +123,11 @@ impl Framer {
     ) {
         self.hear_silence(now, 1, &mut sink);
         self.last_octet = now;
-        if !self.deaf {
+        if !self.wait_for_idle {
             self.len = 0;
             match self.resync {
                 Resync::Scan(_) => self.refused = Refused::Telegram(0),
-                Resync::Idle(_) => self.deaf = true,
+                Resync::Idle(_) => self.wait_for_idle = true,
             }
             sink(now, Err(FrameError::Parity));
         }
@@ -151,7 +151,7 @@ impl Framer {
     /// Forgets an unfinished telegram: the other end of the line has changed.
     pub fn clear(&mut self) {
         self.len = 0;
-        self.deaf = false;
+        self.wait_for_idle = false;
         self.refused = Refused::Nothing;
     }
 
@@ -163,7 +163,7 @@ impl Framer {
         arrived: usize,
         sink: &mut impl FnMut(Instant, Result<Telegram<'_>, FrameError>),
     ) {
-        if self.len == 0 && !self.deaf && self.refused == Refused::Nothing {
+        if self.len == 0 && !self.wait_for_idle && self.refused == Refused::Nothing {
             return;
         }
         match self.resync {
@@ -173,7 +173,7 @@ impl Framer {
                     .saturating_since(self.last_octet)
                     .saturating_sub(baud.bit_times(arrived.saturating_mul(BITS_PER_OCTET)));
                 if silence >= self.resync.silence() {
-                    self.deaf = false;
+                    self.wait_for_idle = false;
                     if self.len > 0 {
                         let error = broken_off(self.octets.get(..self.len).unwrap_or_default());
                         self.len = 0;
@@ -201,9 +201,9 @@ impl Framer {
     /// Hands over everything that is whole at the front of the buffer.
     fn cut_buffer(&mut self, at: Instant, sink: &mut impl FnMut(Instant, Result<Telegram<'_>, FrameError>)) {
         let held = self.octets.get(..self.len).unwrap_or_default();
-        let Cut { rest, deaf } = cut(self.resync, at, held, &mut self.refused, sink);
+        let Cut { rest, wait_for_idle } = cut(self.resync, at, held, &mut self.refused, sink);
         let used = self.len - rest.len();
-        self.deaf = deaf;
+        self.wait_for_idle = wait_for_idle;
         self.drop_front(used);
     }
 
@@ -234,7 +234,7 @@ struct Cut<'a> {
     /// The beginning of an unfinished telegram.
     rest: &'a [u8],
     /// An invalid telegram was met and silence must follow.
-    deaf: bool,
+    wait_for_idle: bool,
 }
 
 /// Hands over everything that is whole at the front of `octets`.
@@ -262,13 +262,13 @@ fn cut<'a>(
                 }
                 Resync::Idle(_) => {
                     sink(at, Err(error));
-                    return Cut { rest: &[], deaf: true };
+                    return Cut { rest: &[], wait_for_idle: true };
                 }
             },
         };
         octets = octets.get(used..).unwrap_or_default();
     }
-    Cut { rest: octets, deaf: false }
+    Cut { rest: octets, wait_for_idle: false }
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@
 //!
 //! - [`Link`] moves octets. [`link::memory`] stays inside the process, [`link::pty`] is a pseudo-terminal that a
 //!   master opens like a serial port, [`link::serial`] is an RS-485 port,
-//!   [`link::tcp`] a port to which several programs connect. [`link::fault`] spoils telegrams on any of them, and
+//!   [`link::tcp`] a port to which several programs connect. [`link::fault`] corrupts telegrams on any of them, and
 //!   [`link::tap`] shows what passes. A master opens [`link::terminal`], [`link::tcp::Connection`], or a serial port.
 //! - [`Clock`] tells the time: [`SystemClock`] runs, [`ManualClock`] stands until a test moves it.
 //! - [`Bus`] puts many stations on one line, with the calling contract of one [`crate::device::Device`].

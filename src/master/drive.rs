@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use super::{Session, SessionError};
 use crate::client::{
-    DriveClient, Goal, GoalError, Images, Job, Limits, NotSubmitted, PkwError, Profile, Reply,
+    Ag03Channel, DriveClient, Goal, GoalError, Images, Job, Limits, NotSubmitted, PkwError, Reply,
 };
 use crate::fdl::Address;
 use crate::host::{Clock, Link};
@@ -55,7 +55,7 @@ pub enum DriveError {
 }
 
 impl DriveError {
-    /// Whether the drive can no longer be told anything.
+    /// Whether the drive can no longer be reached.
     pub fn is_loss(&self) -> bool {
         match self {
             Self::Session(error) | Self::Unanswered(error) => error.is_loss(),
@@ -111,9 +111,9 @@ impl<L: Link, C: Clock> Drive<L, C> {
     pub fn take(mut session: Session<L, C>, address: Address) -> Result<Self, SessionError> {
         session.start(address)?;
         // profirust copies the inputs of a telegram at once.
-        let profile = Profile { images: Images::Consistent, ..Profile::AG03 };
+        let channel = Ag03Channel { images: Images::Consistent, ..Ag03Channel::DEFAULT };
         let limits = Limits { reaction: REACTION, ..Limits::default() };
-        Ok(Self { session, address, client: DriveClient::new(profile, limits) })
+        Ok(Self { session, address, client: DriveClient::new(channel, limits) })
     }
 
     /// Its address.

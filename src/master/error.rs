@@ -132,7 +132,7 @@ pub enum SessionError {
 }
 
 impl SessionError {
-    /// Whether the drive can no longer be told anything. Its own watchdog stops it then.
+    /// Whether the drive can no longer be reached. Its own watchdog stops it then.
     pub const fn is_loss(&self) -> bool {
         match self {
             Self::Link(_)

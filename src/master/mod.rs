@@ -6,7 +6,7 @@
 //!
 //! - [`LinkPhy`] is profirust's physical layer on a [`Link`](crate::host::Link): a serial port, the terminal of
 //!   another process, a line in memory.
-//! - [`peripheral()`] is an AG03 or AG03/1 as profirust must be told of it, as in `gsd/SIKO0AC5.GSD`.
+//! - [`peripheral()`] is an AG03 or AG03/1 as profirust must know it, as in `gsd/SIKO0AC5.GSD`.
 //! - [`Profirust`] is the master of a simulated [`Line`](crate::bench::Line): a whole bus in one process, with emulated
 //!   drives, faults on purpose, and a clock that jumps from one thing that happens to the next.
 //! - [`Session`] is one drive or several on a line that somebody else serves, for programs that do one thing after the

@@ -46,7 +46,7 @@ pub struct Settings {
     pub token_rotation: Duration,
     /// From one exchange to the next.
     pub cycle: Duration,
-    /// After this time without a request the drive lets go of its motor, 10 ms to 650 s (Set_Prm).
+    /// DP watchdog time (Set_Prm), 10 ms to 650 s; the drive releases the motor when it expires.
     pub watchdog: Duration,
 }
 

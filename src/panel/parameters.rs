@@ -9,14 +9,13 @@ use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::bench::Asking;
+use super::bus_access::Asking;
 use super::drives::Snapshot;
 use super::problem::{Body, PathOf, Problem, Problems, QueryOf, Station, whole};
+use super::state::lengths;
 use crate::device::{Device, Power};
-use crate::explain::value::{Lengths, in_words};
-use crate::param::{
-    self, Access, Entry, Kind, ParamError, Parameter, Pnu, Subindex, Unit, Value, WritableWhen,
-};
+use crate::explain::value::in_words;
+use crate::param::{self, Access, Entry, Kind, ParamError, Pnu, Subindex, Unit, Value, WritableWhen};
 
 /// A parameter, its value and what the table says about it.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
@@ -274,14 +273,6 @@ impl ParameterState {
             persistent: entry.persistent,
             writable_when: setting.map(|setting| setting.writable.into()),
         }
-    }
-}
-
-/// What the drive counts positions in.
-const fn lengths(device: &Device) -> Lengths {
-    match device.parameters().value(Parameter::SpindlePitch) {
-        0 => Lengths::Increments,
-        _pitch => Lengths::HundredthMillimetres,
     }
 }
 

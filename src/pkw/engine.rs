@@ -6,8 +6,8 @@ use super::code::{ErrorNumber, JobError};
 use crate::param::{Access, Effect, Kind, Live, Model, Pnu, Store, Subindex, Value, Width, WriteContext};
 use crate::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
 
-/// How the parameter channel behaves where the manuals leave it open. The default is the proposal of
-/// `ag03.md`.
+/// How the parameter channel behaves where the manuals leave it open. The reasons for each default are in
+/// `docs/reference/ag03.md` 15.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Config {
     /// Application cycles from the one that takes a job to the one that replies; 0 = the same cycle

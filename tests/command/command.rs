@@ -121,7 +121,7 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
         (&["emulate", "--panel", "8080"], "for example 127.0.0.1:8080; expected ADDR:PORT"),
         (
             &["emulate", "--panel", "0.0.0.0:0"],
-            "others than this machine can connect and steer the drives; add --panel-allow-remote",
+            "others than this machine can connect and control the drives; add --panel-allow-remote",
         ),
         (&["emulate", "--panel-allow-remote"], "--panel"),
         (&["emulate", "--link", "pty:"], "the path is missing"),
@@ -504,7 +504,7 @@ fn noise_is_not_answered_does_not_grow_the_process_and_ends_with_it() {
     let after = emulator.resident();
     assert!(after <= before + 256, "grew from {before} to {after} KiB");
     assert!(!replies.is_finished(), "noise was answered");
-    // A request after noise is answered once the rubbish before it has been given up.
+    // A request after noise is answered once the noise before it has been given up.
     let start = Instant::now();
     while !replies.is_finished() {
         assert!(start.elapsed() < Duration::from_secs(10), "the request after the noise was not answered");
@@ -515,7 +515,7 @@ fn noise_is_not_answered_does_not_grow_the_process_and_ends_with_it() {
 }
 
 #[test]
-fn drives_on_a_tcp_port_are_spoilt_as_asked_and_end_with_a_signal() {
+fn drives_on_a_tcp_port_are_corrupted_as_asked_and_end_with_a_signal() {
     let emulator =
         Emulator::start(&["--link", "tcp:127.0.0.1:0", "--fault", "wrong-fcs,at=2", "--drive", "5"]);
     let (ready, drives) = emulator.ready.trim().split_once(" drives=").unwrap();

@@ -404,7 +404,7 @@ fn json_has_the_members_that_are_documented() {
     );
     assert_eq!(
         (&lines[2]["mark"], &lines[2]["kind"], &lines[2]["line"]),
-        (&"invalid".into(), &"rubbish".into(), &3.into())
+        (&"invalid".into(), &"noise".into(), &3.into())
     );
     assert!(lines[3]["error"].as_str().unwrap().contains("'foo' is no hexadecimal octet"));
     fn check(value: &Value, documented: &str) {
@@ -427,7 +427,7 @@ fn json_has_the_members_that_are_documented() {
 }
 
 #[test]
-fn an_endless_line_of_rubbish_takes_no_more_memory_than_a_short_one() {
+fn an_endless_line_of_noise_takes_no_more_memory_than_a_short_one() {
     // Two million octets without a line break, in a process that may hold 400 MB of addresses.
     let input = "FF".repeat(2_000_000);
     let arguments =

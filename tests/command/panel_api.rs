@@ -306,7 +306,7 @@ fn faults_come_on_the_line_and_go_while_the_bus_runs() {
     let faults = "/api/v1/bus/faults";
     let first = emulator.send("POST", faults, &json!({ "fault": "noise=2,count=3" }));
     assert_eq!(first.status, 201);
-    assert_eq!(first.json(), json!({ "number": 1, "fault": "noise=2,count=3", "strikes": 0 }));
+    assert_eq!(first.json(), json!({ "number": 1, "fault": "noise=2,count=3", "injected": 0 }));
     // What a master makes of it is its concern: here it is only counted.
     let list =
         emulator.set("PUT", faults, &json!({ "faults": ["late=1ms,station=5", "diag-storm,at=4000000000"] }));
@@ -314,9 +314,9 @@ fn faults_come_on_the_line_and_go_while_the_bus_runs() {
         list["faults"].as_array().unwrap().iter().map(|fault| fault["number"].as_u64().unwrap()).collect();
     assert_eq!(numbers, [2, 3]);
     enable(&mut master);
-    let struck = emulator.get(faults);
-    assert!(struck["faults"][0]["strikes"].as_u64() > Some(2), "{struck}");
-    assert_eq!(struck["faults"][1]["strikes"], json!(0));
+    let injected = emulator.get(faults);
+    assert!(injected["faults"][0]["injected"].as_u64() > Some(2), "{injected}");
+    assert_eq!(injected["faults"][1]["injected"], json!(0));
     assert_eq!(emulator.request("DELETE", &format!("{faults}/2"), "", "").status, 204);
     assert_eq!(emulator.request("DELETE", &format!("{faults}/2"), "", "").status, 404);
     assert_eq!(emulator.get("/api/v1/bus")["faults"].as_array().unwrap().len(), 1);

@@ -144,7 +144,7 @@ fn two_senders_at_the_same_time_are_a_collision() {
 }
 
 #[test]
-fn a_request_needs_silence_before_it_and_rubbish_does_not() {
+fn a_request_needs_silence_before_it_and_noise_does_not() {
     let mut line = line(BaudRate::K500, &[5]);
     line.send(&[0xFF]).unwrap();
     let end = line.send_at(line.now(), &[0xFF]).unwrap();
@@ -328,7 +328,7 @@ fn n_04_a_station_does_not_become_active_on_an_address_that_is_live() {
     let bus = line.bus_mut(newcomer).unwrap();
     assert_eq!(bus.presence(address(5)), Some(Presence::Refused));
     assert!(master.fdl_status(&mut line, address(5)).unwrap(), "without collision");
-    // All the same, if told so: both answer.
+    // All the same, if set so: both answer.
     assert!(line.bus_mut(newcomer).unwrap().activate(address(5)));
     assert!(matches!(master.fdl_status(&mut line, address(5)), Err(Breach::Collision { .. })));
 }

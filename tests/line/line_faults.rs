@@ -93,8 +93,8 @@ impl Line {
         data(&self.srd(None, outputs))[..8].to_vec()
     }
 
-    fn strikes(&self) -> Vec<u32> {
-        self.link.strikes().map(|(_, strikes)| strikes).collect()
+    fn injected(&self) -> Vec<u32> {
+        self.link.injected().map(|(_, injected)| injected).collect()
     }
 }
 
@@ -168,7 +168,7 @@ fn without_a_fault_and_with_faults_that_never_strike_the_octets_are_untouched() 
     ] {
         let mut line = Line::new(&[never(kind)]);
         assert_eq!(session(&mut line), sound, "{kind}");
-        assert_eq!(line.strikes(), [0]);
+        assert_eq!(line.injected(), [0]);
         let other_station = Fault { station: Address::station(6).ok(), ..Fault::always(kind) };
         assert_eq!(session(&mut Line::new(&[other_station])), sound, "{kind} of another station");
     }
@@ -206,7 +206,7 @@ proptest! {
 fn no_reply_is_silence() {
     let mut line = Line::with("no-reply,at=2");
     assert_eq!([line.ask(&ask()), line.ask(&ask()), line.ask(&ask())], [OK.to_vec(), vec![], OK.to_vec()]);
-    assert_eq!(line.strikes(), [1]);
+    assert_eq!(line.injected(), [1]);
 }
 
 #[test]
@@ -304,7 +304,7 @@ fn a_wrong_fcs_is_the_only_wrong_octet_and_sc_has_none() {
             if got == expected + 1),
         "{heard:02X?}"
     );
-    assert_eq!(line.strikes(), [2]);
+    assert_eq!(line.injected(), [2]);
 }
 
 #[test]
@@ -482,7 +482,7 @@ fn a_wrong_ak_and_a_wrong_pnu_stand_as_long_as_the_answer() {
         while line.pkw(&NO_OUTPUTS) != [0; 8] {}
         let right = answers(&mut line, 3);
         assert!(right[2].starts_with("23FA"), "the next answer is right: {right:?}");
-        assert_eq!(line.strikes(), [1]);
+        assert_eq!(line.injected(), [1]);
     }
 }
 
@@ -534,7 +534,7 @@ fn faults_act_one_after_the_other_each_with_its_own_count() {
     assert_eq!(line.ask(&ask()).len(), 7);
     assert_eq!(line.ask(&ask()).len(), 12);
     assert_eq!(line.ask(&ask()), OK);
-    assert_eq!(line.strikes(), [1, 1]);
+    assert_eq!(line.injected(), [1, 1]);
 }
 
 #[test]

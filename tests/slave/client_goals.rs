@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use common::{Line, SLAVE};
 use long::cases;
-use profidrive::client::{DriveClient, Goal, GoalError, GoalOutcome, Job, Limits, Profile};
+use profidrive::client::{Ag03Channel, DriveClient, Goal, GoalError, GoalOutcome, Job, Limits};
 use profidrive::device::{Config, QUIRKS, Timing};
 use profidrive::drive::{Direction, Fault, Inputs};
 use profidrive::fdl::Address;
@@ -60,7 +60,7 @@ impl Rig {
         let mut line = Line::with(config);
         line.start_up();
         let acknowledge = line.device.status().job_acknowledge;
-        let client = DriveClient::new(Profile::AG03, LIMITS);
+        let client = DriveClient::new(Ag03Channel::DEFAULT, LIMITS);
         let (outputs, inputs) = (VecDeque::new(), VecDeque::new());
         Self { line, client, late: (0, 0), outputs, inputs, travels: 0, acknowledge }
     }

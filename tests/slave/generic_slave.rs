@@ -154,7 +154,7 @@ fn f_12_x_01_requests_of_low_and_high_priority_are_alike_in_every_service() {
                     line.send(&telegram(da, MASTER, FunctionCode::request(service, count), dsap, data));
                 assert_eq!(reply.is_none(), dsap == Some(58), "{dsap:?}");
                 let slave = line.station.slave();
-                let (outputs, passed) = (slave.outputs().to_vec(), slave.outputs_passed());
+                let (outputs, passed) = (slave.outputs().to_vec(), slave.output_updates());
                 seen.push((
                     reply,
                     slave.state(),

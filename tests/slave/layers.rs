@@ -1,4 +1,4 @@
-//! The import table (`docs/design.md`): a layer uses the layers below it and no other.
+//! The import table: a layer uses the layers below it and no other.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,9 +14,10 @@ const TABLE: &[(&str, &[&str])] = &[
     ("pkw", &["ppo", "param"]),
     ("drive", &["param", "time"]),
     ("device", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive"]),
-    ("client", &["time", "ppo", "param", "pkw", "drive", "device"]),
+    // The bits of the diagnosis.
+    ("client", &["time", "dp", "ppo", "param", "pkw", "drive", "device"]),
     ("explain", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device"]),
-    // One framer for a bus, generic slaves, links that keep telegrams apart or spoil them on purpose, and buses of CAN.
+    // One framer for a bus, generic slaves, links that keep telegrams apart or corrupt them on purpose, and buses of CAN.
     ("host", &["device", "time", "fdl", "dp", "ppo", "can"]),
     ("bench", &["host", "device", "explain", "dp", "fdl", "time"]),
     ("panel", &["host", "device", "explain", "drive", "dp", "param", "ppo", "fdl", "time"]),

@@ -407,11 +407,11 @@ fn c_10_status_drops_reply() {
         let mut line = exchanging(policy);
         let octets = line.srd(SLAVE, MASTER, None, &[8; 4]);
         let first = line.send(&octets);
-        let passed = line.station.slave().outputs_passed();
+        let passed = line.station.slave().output_updates();
         line.station.set_inputs(&[5; 4]);
         assert_eq!(line.send(&plain(Service::FdlStatus)), Some(slave_line::hex("10 02 05 00 07 16")));
         let second = line.send(&octets);
-        assert_eq!(line.station.slave().outputs_passed() != passed, applied_again);
+        assert_eq!(line.station.slave().output_updates() != passed, applied_again);
         assert_eq!(second != first, applied_again, "the stored reply, octet for octet");
     }
 }

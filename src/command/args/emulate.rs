@@ -26,7 +26,7 @@ pub(crate) struct Emulate {
     )]
     single: Vec<DriveSpec>,
 
-    /// Many alike: FIRST-LAST[,model=ag03|ag03-1][,gear=24|48], as in 1-125,gear=24; may be repeated and mixed with --drive
+    /// A range of identical drives: FIRST-LAST[,model=ag03|ag03-1][,gear=24|48], as in 1-125,gear=24; may be repeated and mixed with --drive
     #[arg(long = "drives", id = "ranges", value_name = "SPECS")]
     ranges: Vec<RangeSpec>,
 
@@ -64,7 +64,7 @@ pub(crate) struct Emulate {
     #[arg(long, value_name = "ADDR:PORT", value_parser = panel_place)]
     pub(crate) panel: Option<String>,
 
-    /// Lets other machines reach the panel. There is no password: whoever connects steers the drives
+    /// Lets other machines reach the panel. There is no password: whoever connects controls the drives
     #[arg(long, requires = "panel")]
     pub(crate) panel_allow_remote: bool,
 
@@ -134,7 +134,7 @@ Faults, and what they count:
   requests        drop-request, refuse-prm, refuse-cfg, not-ready=TIME (Chk_Cfg), lose-prm (Data_Exchange)
   Data_Exchange   diag-storm
   PKW answers     pkw-delay=EXCHANGES, pkw-wrong-ak, pkw-wrong-pnu, pkw-torn
-A fault strikes from number `at` on (1; a lone `at` means that one only), with probability `rate` (1), at most `count`
+A fault is injected from number `at` on (1; a lone `at` means that one only), with probability `rate` (1), at most `count`
 times (no limit), the same for the same `seed` (1). TIME is for example 20ms. docs/faults.md explains each.
 
 Examples:

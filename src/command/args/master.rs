@@ -36,7 +36,7 @@ pub(crate) struct Master {
     #[arg(long, global = true, value_name = "N", default_value = "0", value_parser = master, display_order = 93)]
     pub(crate) master_address: Address,
 
-    /// Without a request for so long the drive lets go of its motor (10ms to 650s)
+    /// DP watchdog time; the drive releases the motor when it expires (10ms to 650s)
     #[arg(long, global = true, value_name = "TIME", default_value = "1s", value_parser = watchdog, display_order = 94)]
     pub(crate) watchdog: Duration,
 

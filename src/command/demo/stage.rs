@@ -1,4 +1,4 @@
-//! The bus of the demo, and the page it is told on.
+//! The bus of the demo, and the page it is written to.
 
 use core::fmt::{Arguments, Display};
 use core::time::Duration;
@@ -6,9 +6,11 @@ use std::collections::VecDeque;
 use std::io::{self, Write};
 
 use profidrive::bench::{Line, Sender};
+use profidrive::client::ZswPattern;
+use profidrive::device::bits::Word;
 use profidrive::device::{Config, Device, Event};
 use profidrive::drive::{Inputs as Plant, Mode};
-use profidrive::explain::words::{self, Word};
+use profidrive::explain::words;
 use profidrive::explain::{Context, Explanation, Kind, Sender as Side};
 use profidrive::fdl::Address;
 use profidrive::master::{Profirust, baudrate, peripheral};
@@ -201,7 +203,7 @@ impl<'w> Stage<'w> {
         meaning: &str,
         stw: Stw,
         setpoint: i32,
-        expected: (u16, u16),
+        expected: ZswPattern,
     ) -> Result<(), Trouble> {
         let changes = words::changes(Word::Stw, MODE, self.stw.raw(), stw.raw());
         self.stw = stw;
@@ -213,10 +215,8 @@ impl<'w> Stage<'w> {
     }
 
     /// Waits until the status word shows what is expected, and says so.
-    pub(super) fn observe(&mut self, (mask, value): (u16, u16)) -> Result<(), Trouble> {
-        self.exchange(&format!("status {value:04X} of {mask:04X}"), |inputs| {
-            inputs.zsw().raw() & mask == value
-        })?;
+    pub(super) fn observe(&mut self, pattern: ZswPattern) -> Result<(), Trouble> {
+        self.exchange(&format!("status {pattern}"), |inputs| pattern.matches(inputs.zsw()))?;
         let inputs = self.inputs()?;
         let (zsw, position) = (inputs.zsw(), inputs.hiw());
         let said = words::said(MODE, self.zsw.raw(), zsw.raw());

@@ -46,7 +46,7 @@ pub(crate) fn master(args: &Master) -> Result<(), Failure> {
         let entry = Parameter::CalibrationValue.entry();
         access::check(&ParameterSpec { entry, element: None }, value, "calibrate")?;
     }
-    let leave = motion::leave(args)?;
+    let leave = motion::confirm(args)?;
     // Before the drive is taken, so that no signal ends the process with the drive moving.
     let stop = signals().map_err(|error| Failure::from_error(&error))?;
     let (link, settings) = link::open(args)?;
@@ -58,7 +58,7 @@ pub(crate) fn master(args: &Master) -> Result<(), Failure> {
 fn act<L: Link, C: Clock>(
     args: &Master,
     mut session: Session<L, C>,
-    leave: motion::Leave,
+    leave: motion::Confirmed,
 ) -> Result<(), Failure> {
     let json = args.json;
     let address = || args.drive().map_err(Failure::Usage);

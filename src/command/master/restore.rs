@@ -5,19 +5,17 @@ use core::time::Duration;
 use profidrive::explain::value::{Lengths, in_words};
 use profidrive::host::{Clock, Link};
 use profidrive::master::{Change, Drive, DriveError, Identity, Restored, WriteOutcome, changes};
-use profidrive::param::{Entry, Model, Parameter, Pnu, Value, Width, entry, parameters};
+use profidrive::param::{Entry, Model, Parameter, Value, entry, parameters};
 use serde_json::json;
 
-use super::access::{about, shown};
+use super::access::about;
 use super::set::{Origin, ParameterSet};
-use super::value::{is_setting, lengths_of};
+use super::status::travels;
+use super::value::is_setting;
 use super::{say, watch};
 use crate::command::Failure;
 
-/// System status word; bit 4: the drive travels.
-const SSW: Pnu = Pnu::from_low_bits(1020);
-const TRAVELS: u32 = 1 << 4;
-/// How long a drive that was let go may turn.
+/// How long a drive that was released may turn.
 const RUN_OUT: Duration = Duration::from_secs(10);
 
 /// How far `restore` shall go.
@@ -40,7 +38,7 @@ pub(super) fn restore<L: Link, C: Clock>(
     fits(identity, wanted)?;
     let found = read_all(drive, wanted)?;
     let plan = Plan::of(wanted, &found);
-    let other = stranger(identity, &wanted.origin);
+    let other = other_drive(identity, &wanted.origin);
     if !json {
         plan.show()?;
         let kept = uncovered(identity, wanted);
@@ -75,7 +73,7 @@ fn nothing_written(trouble: DriveError) -> Failure {
 }
 
 /// What differs between the drive the set is of and this one.
-fn stranger(Identity { model, gear }: Identity, origin: &Origin) -> Option<String> {
+fn other_drive(Identity { model, gear }: Identity, origin: &Origin) -> Option<String> {
     let same_model = origin.model.as_ref().is_none_or(|name| *name == model.to_string());
     let same_gear = origin.gear.is_none_or(|ratio| ratio == gear.ratio());
     if same_model && same_gear {
@@ -83,12 +81,12 @@ fn stranger(Identity { model, gear }: Identity, origin: &Origin) -> Option<Strin
     }
     let known = Model::ALL.into_iter().find(|model| origin.model == Some(model.to_string()));
     let name = match (known, &origin.model) {
-        (Some(model), _) => format!("an {}", shown(model)),
+        (Some(model), _) => format!("an {}", model.product_name()),
         (None, Some(name)) => format!("a drive '{name}'"),
         (None, None) => "a drive".into(),
     };
     let ratio = origin.gear.map(|ratio| format!(" with gear {ratio}:1")).unwrap_or_default();
-    let (here, gear) = (shown(model), gear.ratio());
+    let (here, gear) = (model.product_name(), gear.ratio());
     Some(format!("the file is of {name}{ratio}, this drive is an {here} with gear {gear}:1"))
 }
 
@@ -101,7 +99,7 @@ fn uncovered(identity: Identity, wanted: &ParameterSet) -> Vec<&'static Entry> {
 /// Whether this drive can have all of it: nothing is written else.
 fn fits(identity: Identity, wanted: &ParameterSet) -> Result<(), Failure> {
     let Identity { model, gear } = identity;
-    let drive = format!("this {} with gear {}:1; nothing was written", shown(model), gear.ratio());
+    let drive = format!("this {} with gear {}:1; nothing was written", model.product_name(), gear.ratio());
     for (parameter, value) in &wanted.values {
         let name = format!("{} (PNU {})", parameter.name, parameter.pnu);
         if entry(model, parameter.pnu).is_none() {
@@ -130,7 +128,7 @@ fn read_all<L: Link, C: Clock>(
 /// Some parameters take no value while the shaft turns.
 fn wait_for_standstill<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<(), Failure> {
     let begun = drive.session.now();
-    while drive.read(SSW, None, Width::Word).map_err(nothing_written)?.bits() & TRAVELS != 0 {
+    while travels(drive).map_err(nothing_written)? {
         if drive.is_stopped() {
             return Err(Failure::Other("interrupted; nothing was written".into()));
         }
@@ -157,7 +155,9 @@ impl Plan {
         let before = read.find(|((entry, _), _)| entry.pnu == pitch.pnu).map(|(_, value)| *value);
         let after = wanted.values.iter().find(|(entry, _)| entry.pnu == pitch.pnu);
         let after = after.map(|(_, value)| Value::of(pitch.width, *value));
-        let lengths = |pitch: Option<Value>| pitch.map_or(Lengths::Unknown, lengths_of);
+        let lengths = |pitch: Option<Value>| {
+            pitch.map_or(Lengths::Unknown, |pitch| Lengths::of_spindle_pitch(pitch.bits()))
+        };
         Self { changes, total: wanted.values.len(), lengths: (lengths(before), lengths(after.or(before))) }
     }
 
@@ -205,14 +205,14 @@ impl Report {
     }
 
     fn count(&self, of: impl Fn(&WriteOutcome) -> bool) -> usize {
-        self.restored.outcomes.iter().filter(|(_, fate)| of(fate)).count()
+        self.restored.outcomes.iter().filter(|(_, outcome)| of(outcome)).count()
     }
 
     /// `2 of 5 differing parameters were written, 1 is not confirmed, 2 were not written; ...`
     pub(super) fn sum(&self) -> String {
         let all = self.restored.outcomes.len();
-        let written = self.count(|fate| *fate == WriteOutcome::Written);
-        let unconfirmed = self.count(|fate| *fate == WriteOutcome::Unconfirmed);
+        let written = self.count(|outcome| *outcome == WriteOutcome::Written);
+        let unconfirmed = self.count(|outcome| *outcome == WriteOutcome::Unconfirmed);
         let mut line = format!("{written} of {all} differing parameters were written");
         if unconfirmed > 0 {
             line += &format!(", {unconfirmed} perhaps");
@@ -226,12 +226,12 @@ impl Report {
             let count = self.restored.outcomes.len();
             return say(format_args!("{count} written, all {} read back as in the file", self.total));
         }
-        for (Change { entry, .. }, fate) in &self.restored.outcomes {
-            let reason = match fate {
+        for (Change { entry, .. }, outcome) in &self.restored.outcomes {
+            let reason = match outcome {
                 WriteOutcome::Refused(reason) => format!("  {reason}"),
                 WriteOutcome::Written | WriteOutcome::Unconfirmed | WriteOutcome::NotWritten => String::new(),
             };
-            say(format_args!("{fate:<14} {:<6} {}{reason}", entry.pnu, entry.name))?;
+            say(format_args!("{outcome:<14} {:<6} {}{reason}", entry.pnu, entry.name))?;
         }
         Ok(())
     }
@@ -241,13 +241,13 @@ impl Report {
             .restored
             .outcomes
             .iter()
-            .map(|&(Change { entry, before, after }, ref fate)| {
+            .map(|&(Change { entry, before, after }, ref outcome)| {
                 json!({
                     "pnu": entry.pnu.number(),
                     "name": entry.name,
                     "before": entry.number(before),
                     "after": entry.number(after),
-                    "fate": fate.to_string(),
+                    "outcome": outcome.to_string(),
                 })
             })
             .collect();
@@ -301,12 +301,12 @@ mod tests {
     /// The report says of each parameter what is the case.
     fn assert_true(rig: &Rig, report: &Report, context: &str) {
         assert_eq!(report.restored.outcomes.len(), CHANGED.len(), "{context}");
-        for (change, fate) in &report.restored.outcomes {
+        for (change, outcome) in &report.restored.outcomes {
             let (parameter, _) =
                 CHANGED.into_iter().find(|(parameter, _)| parameter.entry().pnu == change.entry.pnu).unwrap();
             let has = i64::from(rig.value(parameter));
             let (before, after) = (change.entry.number(change.before), change.entry.number(change.after));
-            match fate {
+            match outcome {
                 WriteOutcome::Written => assert_eq!(has, after, "{context}: {parameter}"),
                 WriteOutcome::NotWritten | WriteOutcome::Refused(_) => {
                     assert_eq!(has, before, "{context}: {parameter}")
@@ -316,7 +316,7 @@ mod tests {
         }
         // Nothing is written behind the first that was not.
         let written: Vec<bool> =
-            report.restored.outcomes.iter().map(|(_, fate)| *fate == WriteOutcome::Written).collect();
+            report.restored.outcomes.iter().map(|(_, outcome)| *outcome == WriteOutcome::Written).collect();
         assert!(written.is_sorted_by(|a, b| a >= b), "{context}: {written:?}");
         let all = written.iter().all(|written| *written);
         assert!(!report.restored.verified || all && report.restored.trouble.is_none(), "{context}");
@@ -336,8 +336,8 @@ mod tests {
                 let rig = Rig::new(Model::Ag03_1);
                 let report = restored(&rig, &set(&CHANGED), Some((telegrams, cut)));
                 assert_true(&rig, &report, &format!("{cut:?} at {telegrams}"));
-                unconfirmed += report.count(|fate| *fate == WriteOutcome::Unconfirmed);
-                counts.push(report.count(|fate| *fate == WriteOutcome::Written));
+                unconfirmed += report.count(|outcome| *outcome == WriteOutcome::Unconfirmed);
+                counts.push(report.count(|outcome| *outcome == WriteOutcome::Written));
                 if rig.is_whole() {
                     assert!(report.restored.verified, "{:?}", report.restored.trouble);
                     break;
@@ -360,7 +360,7 @@ mod tests {
             let rig = Rig::new(Model::Ag03_1);
             let report = restored(&rig, &set(&values), None);
             assert_true(&rig, &report, &format!("refused {refused}"));
-            assert_eq!(report.count(|fate| matches!(fate, WriteOutcome::Refused(_))), 1);
+            assert_eq!(report.count(|outcome| matches!(outcome, WriteOutcome::Refused(_))), 1);
             assert!(report.sum().starts_with(&format!("{refused} of 6 differing")), "{}", report.sum());
             assert!(report.restored.trouble.unwrap().contains("error 2"));
         }
@@ -379,7 +379,7 @@ mod tests {
                 .filter(|parameter| entry(model, parameter.entry().pnu).is_some())
                 .map(|parameter| (parameter, rig.value(parameter)))
                 .collect();
-            drive.write(Pnu::from_low_bits(970), Value::Word(1)).unwrap();
+            drive.write(profidrive::param::Pnu::from_low_bits(970), Value::Word(1)).unwrap();
             assert_eq!(rig.value(Parameter::VPos), 30);
             drop(drive);
             let report = restored(&rig, &set(&settings), None);

@@ -20,16 +20,15 @@ use std::fs;
 use std::io::{self, Read};
 use std::path::Path;
 
-use profidrive::explain::value::Lengths;
 use profidrive::host::{Clock, Link};
 use profidrive::master::Drive;
-use profidrive::param::{Entry, Parameter, Pnu, TABLE, parameters};
+use profidrive::param::{Entry, Pnu, TABLE, parameters};
 use serde::Deserialize;
 use serde_json::json;
 
 use super::access::{about, check};
 use super::file::put;
-use super::value::{Item, is_setting, lengths_of};
+use super::value::{Item, is_setting, lengths_in};
 use super::{say, watch};
 use crate::command::Failure;
 use crate::command::args::ParameterSpec;
@@ -65,8 +64,7 @@ pub(super) fn save<L: Link, C: Clock>(
 
 /// The text of a file.
 fn written(items: &[Item], drive: &serde_json::Value) -> String {
-    let pitch = items.iter().find(|item| item.entry.pnu == Parameter::SpindlePitch.entry().pnu);
-    let lengths = pitch.map_or(Lengths::Unknown, |item| lengths_of(item.value));
+    let lengths = lengths_in(items);
     let rows: Vec<String> = items
         .iter()
         .map(|item| {

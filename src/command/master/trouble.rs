@@ -17,7 +17,7 @@ pub(super) enum Trouble {
 }
 
 impl Trouble {
-    /// Whether the drive can no longer be told anything.
+    /// Whether the drive can no longer be reached.
     pub(super) fn is_loss(&self) -> bool {
         match self {
             Self::Drive(error) => error.is_loss(),

@@ -87,12 +87,13 @@ pub(super) fn is_length(entry: &Entry) -> bool {
 /// What the drive counts positions in.
 pub(super) fn lengths<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<Lengths, DriveError> {
     let pitch = Parameter::SpindlePitch.entry();
-    Ok(lengths_of(drive.read(pitch.pnu, None, pitch.width)?))
+    Ok(Lengths::of_spindle_pitch(drive.read(pitch.pnu, None, pitch.width)?.bits()))
 }
 
-/// What this spindle pitch makes positions count in.
-pub(super) fn lengths_of(pitch: Value) -> Lengths {
-    if pitch.bits() == 0 { Lengths::Increments } else { Lengths::HundredthMillimetres }
+/// What a set of values says of it.
+pub(super) fn lengths_in(items: &[Item]) -> Lengths {
+    let pitch = items.iter().find(|item| item.entry.pnu == Parameter::SpindlePitch.entry().pnu);
+    pitch.map_or(Lengths::Unknown, |item| Lengths::of_spindle_pitch(item.value.bits()))
 }
 
 /// Whether a parameter is part of a parameter set: it can be read and written.

@@ -161,7 +161,7 @@ impl<A: Application> Slave<A> {
         };
         self.no_add_chg = stored.no_add_chg;
         self.rem_slave_data.keep([rem_slave_data, &[]]);
-        // `dp-v0.md` 7 row 2: a fresh start at the new address.
+        // A fresh start at the new address (`docs/reference/dp-v0.md` 7 row 2).
         self.prm_fault = false;
         self.cfg_fault = false;
         self.not_supported = false;

@@ -1,8 +1,8 @@
 //! What is mistaken about a job or a reply, as far as its words tell.
 //!
 //! Whether a drive takes a job is asked of the parameter channel of an emulated one, so that explanation and drive
-//! cannot differ. How to do it right, and the mistakes that public texts spread (`profidrive-v2.md` 1 to 4,
-//! `user-needs.md` row 3), stand here.
+//! cannot differ. How to do it right, and the mistakes that public texts spread, stand here
+//! (`docs/reference/profidrive-v2.md` 1 to 4).
 
 use std::format;
 use std::string::String;
@@ -137,7 +137,7 @@ fn instead(job: Pkw, cause: JobError) -> String {
             | JobId::Reserved(_) => String::new(),
         },
         JobError::Param(ParamError::IsArray { .. }) => with(JobId::ReadElement),
-        // Somebody who writes no value wants to read (user-needs.md row 3: job 7 as "read array").
+        // Somebody who writes no value wants to read: some texts call job 7 "read array".
         JobError::Param(ParamError::ReadOnly) if job.double_word() == 0 => match job.pke.job() {
             JobId::WriteElementWord | JobId::WriteElementDoubleWord => {
                 format!(". Job {} writes; to read an element{}", job.pke.ak(), with(JobId::ReadElement))

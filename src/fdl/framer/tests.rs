@@ -234,7 +234,7 @@ fn f_06_an_octet_with_wrong_parity_ends_its_telegram_under_both_rules() {
             let rest = hear(&mut framer, time(STATUS_5.len()), &STATUS_5[at + 1..]);
             assert!(!rest.iter().any(|heard| matches!(heard, Heard::Telegram(_))), "{rest:?}");
             if resync == Resync::Idle(baud) {
-                assert_eq!(rest, [], "deaf until the line was idle");
+                assert_eq!(rest, [], "wait_for_idle until the line was idle");
                 assert_eq!(hear(&mut framer, next, &STATUS_6), [telegram(&STATUS_6)]);
             }
         }

@@ -1,14 +1,14 @@
-//! Faults on purpose, to test masters: a wrapper around any link that spoils telegrams.
+//! Faults on purpose, to test masters: a wrapper around any link that corrupts telegrams.
 //!
 //! ```text
 //! master ──octets──▶ link ──▶ Faulty: requests dropped or changed ──▶ drives
-//!        ◀──────────      ◀── Faulty: replies lost, late, spoilt  ◀──
+//!        ◀──────────      ◀── Faulty: replies lost, late, corrupted  ◀──
 //! ```
 //!
 //! The drives are as they always are and know nothing of it. A refused Set_Prm is a Set_Prm that the wrapper changed on
-//! its way, so that the slave refuses it by its own rules; a diagnosis storm is a reply in which DH is set. What strikes
+//! its way, so that the slave refuses it by its own rules; a diagnosis storm is a reply in which DH is set. What is injected
 //! and when is a [`Fault`]; several act one after the other, in the order given. Everything is deterministic: the same
-//! telegrams at the same times are spoilt in the same way.
+//! telegrams at the same times are corrupted in the same way.
 //!
 //! Without faults every octet passes untouched. With faults the octets of the master are collected until a telegram is
 //! whole, or for 50 ms, and then pass as they are unless a fault says otherwise.
@@ -55,7 +55,7 @@ pub use spec::{FORM, Fault, Kind, NoStation, PkwFault, SpecError};
 /// Late telegrams kept at most; more are lost.
 const MAX_LATE: usize = 256;
 
-/// A link that spoils telegrams.
+/// A link that corrupts telegrams.
 #[derive(Debug)]
 pub struct Faulty<L, C> {
     link: L,
@@ -87,9 +87,9 @@ impl<L: Link, C: Clock> Faulty<L, C> {
         }
     }
 
-    /// How often each fault has struck, in the order given.
-    pub fn strikes(&self) -> impl Iterator<Item = (Fault, u32)> + '_ {
-        self.faults.iter().map(|(_, fault, strikes)| (fault, strikes))
+    /// How often each fault was injected, in the order given.
+    pub fn injected(&self) -> impl Iterator<Item = (Fault, u32)> + '_ {
+        self.faults.iter().map(|(_, fault, injected)| (fault, injected))
     }
 
     /// The faults, to change them while the drives run.
@@ -164,7 +164,7 @@ pub struct Faults {
 }
 
 impl Faults {
-    /// Each fault with its number and how often it has struck.
+    /// Each fault with its number and how often it was injected.
     pub fn iter(&self) -> impl Iterator<Item = (u32, Fault, u32)> + '_ {
         self.active.iter().map(|active| (active.number, active.fault, active.chance.struck()))
     }
@@ -197,7 +197,7 @@ impl Faults {
         let Some(occasion) = self.observed.request(&telegram) else {
             return telegram;
         };
-        self.active.iter_mut().fold(telegram, |octets, active| active.spoil_request(octets, occasion, now))
+        self.active.iter_mut().fold(telegram, |octets, active| active.corrupt_request(octets, occasion, now))
     }
 
     /// What the line hears instead of what a station sends.
@@ -205,7 +205,7 @@ impl Faults {
         let occasion = self.observed.reply(telegram);
         let mut reply = Outgoing::new(telegram);
         for active in &mut self.active {
-            active.spoil_reply(&mut reply, occasion);
+            active.corrupt_reply(&mut reply, occasion);
         }
         reply
     }
@@ -241,7 +241,7 @@ impl<L: Link, C: Clock> Link for Faulty<L, C> {
                     self.late.clear();
                     return Ok(received);
                 }
-                // There is no telegram in them to spoil.
+                // There is no telegram in them to corrupt.
                 Received::BrokenOff(_) | Received::Rate(_) => return Ok(received),
                 Received::Nothing => {}
             }
@@ -334,8 +334,8 @@ struct Station {
     sent: Pkw,
     /// Those the master has got last.
     shown: Pkw,
-    /// That answer is spoilt.
-    spoilt: bool,
+    /// That answer is corrupted.
+    corrupted: bool,
     /// In how many exchanges that answer was sent.
     exchanges: u32,
 }
@@ -364,14 +364,14 @@ impl Active {
             && retry.is_none_or(|retry| retry == occasion.retry)
     }
 
-    /// Counts an occasion and says whether the fault strikes.
-    fn strikes(&mut self) -> bool {
+    /// Counts an occasion and says whether the fault is injected now.
+    fn is_due(&mut self) -> bool {
         let Fault { at, count, rate, .. } = self.fault;
-        let strikes = self.chance.strikes(at, count, rate);
-        if strikes {
-            tracing::debug!("fault {} strikes for the {}th time", self.fault, self.chance.struck());
+        let injected = self.chance.injected(at, count, rate);
+        if injected {
+            tracing::debug!("fault {} injected for the {}th time", self.fault, self.chance.struck());
         }
-        strikes
+        injected
     }
 }
 

@@ -4,15 +4,15 @@
 //! slave or a monitor. What a shared line needs and TCP does not have is added here:
 //!
 //! - **Telegrams are not mixed.** TCP cuts a stream anywhere, so the octets of each client are collected until a
-//!   telegram is whole, and only then is it heard, at the same place in the order by everybody. Half a telegram is
-//!   nobody's cost but its sender's: after 50 ms without a further octet it is noise. Noise is heard as it is, except
+//!   telegram is whole, and only then is it heard, at the same place in the order by everybody. An
+//!   incomplete telegram is dropped after 50 ms without a further octet: it is noise then. Noise is heard as it is, except
 //!   what could begin a telegram at its end: another client would take the next telegram, of somebody else, for its
 //!   rest. That is heard by the drives alone, as [`Received::BrokenOff`].
 //! - **A request is followed by its reply.** While a request waits for its reply, for one slot time at most (300 T_bit
 //!   and 1 ms), other clients wait with all they send but that reply: with requests, tokens and noise. SC does not say
 //!   who sends it: it counts as the reply if its sender says nothing else, and no noise in the second before. Then the
 //!   next client in turn is heard, with everything it has sent, 4096 octets at most.
-//! - **Nobody is served at the others' cost.** A client that does not read is dropped when 512 KiB wait for it; one that
+//! - **A client has bounds.** One that does not read is dropped when 512 KiB wait for it; one that
 //!   sends more than a line of 12 Mbit/s carries is dropped once it is 256 KiB ahead; clients beyond the
 //!   32nd are turned away. Each is a warning in the log.
 //! - **When the last client has left**, [`Link::receive`] says [`Received::Reset`].
@@ -22,7 +22,7 @@
 //! Two masters that do not pass the token to each other get replies to their own requests this way, but each hears the
 //! replies to the other too, and SC does not say to whom it is addressed.
 //!
-//! Whoever can connect can command the drives. So the port is bound to this machine unless told otherwise, see
+//! Whoever can connect can command the drives. So the port is bound to this machine unless set otherwise, see
 //! [`Reach`].
 
 use core::net::SocketAddr;

@@ -40,7 +40,7 @@ pub(super) struct Faults {
     latched: Option<FaultText>,
     /// The causes that are present now: they must go before a fault can be acknowledged.
     causes: Vec<FaultText>,
-    /// What the inputs make as they are set, at once or as soon as the shaft shall turn: acknowledged, it comes back.
+    /// What the inputs make as they are set, at once or as soon as the shaft is commanded to turn: acknowledged, it comes back.
     provoked: Vec<FaultText>,
     /// PNU 945: the last ten, in the order the drive lists them.
     buffer: Vec<FaultText>,

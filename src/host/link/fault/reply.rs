@@ -13,40 +13,40 @@ const MAX_LE: u8 = 249;
 const SD2: u8 = 0x68;
 
 impl Active {
-    /// Spoils what `station` says, if this is an occasion for this fault and it strikes.
-    pub(super) fn spoil_reply(&mut self, reply: &mut Outgoing, occasion: Occasion) {
+    /// Corrupts what `station` says, if this is an occasion for this fault and it is due.
+    pub(super) fn corrupt_reply(&mut self, reply: &mut Outgoing, occasion: Occasion) {
         if reply.octets.is_empty() || !self.concerns(occasion) {
             return;
         }
         match self.fault.kind {
             Kind::NoReply => {
-                if self.strikes() {
+                if self.is_due() {
                     reply.octets.clear();
                 }
             }
             Kind::Late(delay) => {
-                if self.strikes() {
+                if self.is_due() {
                     reply.delay = reply.delay.saturating_add(delay);
                 }
             }
             Kind::Duplicate => {
-                if self.strikes() {
+                if self.is_due() {
                     reply.copies += 1;
                 }
             }
             Kind::Truncated => {
-                if self.strikes() {
+                if self.is_due() {
                     let left = self.chance.random.below(reply.octets.len());
                     reply.octets.truncate(left);
                 }
             }
             Kind::BitErrors(bits) => {
-                if self.strikes() {
+                if self.is_due() {
                     self.flip_bits(&mut reply.octets, bits);
                 }
             }
             Kind::WrongFcs => {
-                if data_telegram(&reply.octets).is_some() && self.strikes() {
+                if data_telegram(&reply.octets).is_some() && self.is_due() {
                     // FCS is the last octet but one.
                     if let Some(fcs) = reply.octets.iter_mut().nth_back(1) {
                         *fcs = fcs.wrapping_add(1);
@@ -55,7 +55,7 @@ impl Active {
             }
             Kind::WrongLength => {
                 if let [SD2, le, ler, ..] = &mut reply.octets[..]
-                    && self.strikes()
+                    && self.is_due()
                 {
                     *le = if *le < MAX_LE { *le + 1 } else { *le - 1 };
                     *ler = *le;
@@ -63,7 +63,7 @@ impl Active {
             }
             Kind::WrongSource(of) => {
                 if let Some(telegram) = data_telegram(&reply.octets)
-                    && self.strikes()
+                    && self.is_due()
                 {
                     let next = (telegram.sa.number() + 1) % Address::BROADCAST.number();
                     let sa = of.unwrap_or(Address::from_octet(next));
@@ -71,13 +71,13 @@ impl Active {
                 }
             }
             Kind::Noise(octets) => {
-                if self.strikes() {
+                if self.is_due() {
                     reply.noise.extend((0..octets).map(|_| self.chance.random.octet()));
                 }
             }
             Kind::DiagStorm => {
                 if let Some(telegram) = inputs(&reply.octets)
-                    && self.strikes()
+                    && self.is_due()
                 {
                     let fc = FunctionCode::response(ReplyStatus::DataHigh);
                     reply.octets = encoded(&DataTelegram { fc, ..telegram });
@@ -88,7 +88,7 @@ impl Active {
                     && telegram.data.len() == PPO_LEN
                     && let Some((pkw, pzd)) = telegram.data.split_first_chunk()
                 {
-                    let pkw = self.spoil_pkw(fault, telegram.sa.number(), Pkw::from_octets(*pkw));
+                    let pkw = self.corrupt_pkw(fault, telegram.sa.number(), Pkw::from_octets(*pkw));
                     let data = [&pkw.to_octets()[..], pzd].concat();
                     reply.octets = encoded(&DataTelegram { data: &data, ..telegram });
                 }
@@ -98,15 +98,15 @@ impl Active {
     }
 
     /// The PKW words the master gets instead of `pkw` of `station`.
-    fn spoil_pkw(&mut self, fault: PkwFault, station: u8, pkw: Pkw) -> Pkw {
+    fn corrupt_pkw(&mut self, fault: PkwFault, station: u8, pkw: Pkw) -> Pkw {
         let mut state = self.stations.get(&station).cloned().unwrap_or_default();
         let changed = (pkw.pke, pkw.ind) != (state.sent.pke, state.sent.ind);
         if changed {
-            state.spoilt = pkw.pke.ak() != 0 && self.strikes();
+            state.corrupted = pkw.pke.ak() != 0 && self.is_due();
             state.exchanges = 0;
         }
-        let spoilt = match fault {
-            _ if !state.spoilt => pkw,
+        let corrupted = match fault {
+            _ if !state.corrupted => pkw,
             PkwFault::Delay(exchanges) if state.exchanges < exchanges => state.shown,
             PkwFault::Delay(_) => pkw,
             PkwFault::WrongAk => with_pke(pkw, pkw.pke.raw() ^ wrong_ak(pkw.pke.ak())),
@@ -116,9 +116,9 @@ impl Active {
         };
         state.exchanges = state.exchanges.saturating_add(1);
         state.sent = pkw;
-        state.shown = spoilt;
+        state.shown = corrupted;
         self.stations.insert(station, state);
-        spoilt
+        corrupted
     }
 
     /// Turns so many different bits the other way round, or all if there are not so many.

@@ -31,7 +31,7 @@ enum Pass {
 
 impl Active {
     /// What the drives hear instead of the request in `octets`.
-    pub(super) fn spoil_request(&mut self, octets: Vec<u8>, occasion: Occasion, now: Instant) -> Vec<u8> {
+    pub(super) fn corrupt_request(&mut self, octets: Vec<u8>, occasion: Occasion, now: Instant) -> Vec<u8> {
         // A fault before this one may have dropped it, or put another telegram in front of it.
         let Some(request) = data_telegram(&octets) else {
             return octets;
@@ -42,12 +42,12 @@ impl Active {
         let service = occasion.service;
         match self.fault.kind {
             Kind::DropRequest => {
-                if self.strikes() {
+                if self.is_due() {
                     return Vec::new();
                 }
             }
             Kind::RefusePrm => {
-                if service == Some(Service::SetPrm) && self.strikes() {
+                if service == Some(Service::SetPrm) && self.is_due() {
                     let mut data = request.data.to_vec();
                     for octet in data.get_mut(IDENT).unwrap_or_default() {
                         *octet = !*octet;
@@ -56,7 +56,7 @@ impl Active {
                 }
             }
             Kind::RefuseCfg => {
-                if service == Some(Service::ChkCfg) && self.strikes() {
+                if service == Some(Service::ChkCfg) && self.is_due() {
                     let mut data = request.data.to_vec();
                     if let Some(octet) = data.first_mut() {
                         *octet ^= 0x01;
@@ -65,7 +65,7 @@ impl Active {
                 }
             }
             Kind::LosePrm => {
-                if service == Some(Service::DataExchange) && self.strikes() {
+                if service == Some(Service::DataExchange) && self.is_due() {
                     let (dsap, ssap) = (Sap::new(61), Sap::new(62));
                     let unlock = DataTelegram {
                         format: DataTelegram::customary_format(dsap, ssap, &UNLOCK),
@@ -113,7 +113,7 @@ impl Active {
         let waits = held.as_ref().is_some_and(|held| now < held.until);
         // What another master asks meanwhile the slave refuses by itself.
         let foreign = held.as_ref().is_some_and(|held| held.master != request.sa);
-        if service == Some(Service::ChkCfg) && !foreign && (waits || self.strikes()) {
+        if service == Some(Service::ChkCfg) && !foreign && (waits || self.is_due()) {
             let until = match held {
                 Some(held) if waits => held.until,
                 Some(_) | None => now.saturating_add(time),

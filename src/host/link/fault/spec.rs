@@ -15,7 +15,7 @@ use crate::fdl::Address;
 pub const FORM: &str = "FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS]\
     [,service=NAME][,state=NAME][,retry=N]";
 
-/// One fault and when it strikes.
+/// One fault and when it is injected.
 ///
 /// Written as `FAULT[=VALUE]` and conditions, [`FORM`]:
 ///
@@ -29,7 +29,7 @@ pub const FORM: &str = "FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,statio
 /// | `wrong-fcs` | replies with FCS | a wrong frame check sequence |
 /// | `wrong-length` | SD2 replies | LE and LEr one too high (249: one too low) |
 /// | `wrong-source[=ADDRESS]` | replies with SA | the reply of another station (the next one), with a right FCS |
-/// | `noise[=N]` | replies | N octets (4) of rubbish between request and reply |
+/// | `noise[=N]` | replies | N octets (4) of noise between request and reply |
 /// | `drop-request` | requests | nothing: no station hears the request |
 /// | `diag-storm` | Data_Exchange replies | a diagnosis announced (DH) each time |
 /// | `not-ready=TIME` | Chk_Cfg requests | Station_Not_Ready, and RS to Data_Exchange, for so long |
@@ -42,12 +42,12 @@ pub const FORM: &str = "FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,statio
 /// | `pkw-torn` | PKW answers | for one exchange, PKE and IND of the answer before with the PWE of this one |
 ///
 /// A *reply* is any telegram a drive sends. A *PKW answer* is a change of PKE or IND in the inputs to a reply
-/// identification other than 0; it is spoilt for as long as it stands, except `pkw-torn`. TIME is a whole number of
+/// identification other than 0; it is corrupted for as long as it stands, except `pkw-torn`. TIME is a whole number of
 /// `us`, `ms` or `s`, at most an hour.
 ///
-/// Of what a fault counts, it strikes from number `at` on (from 1, or 1 itself if `at` is given without `count` and
+/// Of what a fault counts, it is injected from number `at` on (from 1, or 1 itself if `at` is given without `count` and
 /// `rate`), with probability `rate` (1), at most `count` times (no limit), at `station` only (at all). The same `seed` (1)
-/// gives the same strikes.
+/// injects the same faults.
 ///
 /// `service` counts only requests of that service and the replies to them, `state` only what happens while the station
 /// is in that state as its replies show it, `retry=N` only the Nth repetition of a request and the replies to it, 0 the

@@ -22,7 +22,7 @@ const QUEUE: usize = 64;
 const AT_ONCE: usize = 4;
 
 /// What the panel may see and change, lent by the thread of the bus between two telegrams.
-pub struct Bench<'a> {
+pub struct BusAccess<'a> {
     /// The time now.
     pub now: Instant,
     /// The bus.
@@ -37,7 +37,7 @@ pub struct Bench<'a> {
     pub listen: bool,
 }
 
-impl Bench<'_> {
+impl BusAccess<'_> {
     /// The drive at `address`, stored or not. Stations that are no drives are not found.
     pub(super) fn drive(&self, address: Address) -> Option<&Device> {
         let stored = self.bus.station::<StoredDevice>(address).map(StoredDevice::device);
@@ -118,7 +118,7 @@ fn in_one_line(error: &dyn Error) -> String {
 }
 
 /// Something to do on the thread of the bus.
-type Request = Box<dyn FnOnce(&mut Bench<'_>) + Send>;
+type Request = Box<dyn FnOnce(&mut BusAccess<'_>) + Send>;
 
 /// The end of the queue at the thread of the bus.
 #[derive(Debug)]
@@ -129,7 +129,7 @@ pub(super) struct Requests {
 
 impl Requests {
     /// Carries out some of what waits. If more waits, the next run of the bus ends at once.
-    pub(super) fn serve(&mut self, bench: &mut Bench<'_>) {
+    pub(super) fn serve(&mut self, bench: &mut BusAccess<'_>) {
         for _ in 0..AT_ONCE {
             match self.waiting.try_recv() {
                 Ok(request) => request(bench),
@@ -162,7 +162,7 @@ impl Asking {
     /// 503 if the bus has ended, or has no time.
     pub(super) async fn ask<R: Send + 'static>(
         &self,
-        act: impl FnOnce(&mut Bench<'_>) -> R + Send + 'static,
+        act: impl FnOnce(&mut BusAccess<'_>) -> R + Send + 'static,
     ) -> Result<R, Problem> {
         let (answer, answered) = oneshot::channel();
         let request: Request = Box::new(move |bench| {
