@@ -7,8 +7,9 @@ use arbitrary::{Arbitrary, Unstructured};
 use profidrive::device::{Config, Device};
 use profidrive::drive::{Fault, Inputs};
 use profidrive::fdl::Address;
-use profidrive::param::{Gear, IMAGE_LEN, Image, Model, Parameter};
+use profidrive::param::{Gear, Model, Parameter};
 use profidrive::time::Instant;
+use profidrive::unit::{IMAGE_LEN, Image};
 
 use super::Octets;
 

@@ -2,16 +2,14 @@
 
 use core::time::Duration;
 
-use super::{DESCRIPTION, DipSwitches, Eeprom, dip, words};
+use super::{DESCRIPTION, parameters, words};
 use crate::dp;
 use crate::drive;
 use crate::fdl::{Framer, Resync};
 use crate::param::{self, Gear, Model};
 use crate::pkw;
 use crate::time::BaudRate;
-
-/// How often the drive part runs unless told otherwise. The manuals state no time.
-pub const DEFAULT_APPLICATION_CYCLE: Duration = Duration::from_millis(1);
+use crate::unit::{self, DEFAULT_APPLICATION_CYCLE, DipSwitches, Eeprom, dip};
 
 /// What a device is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +32,8 @@ pub struct Config {
     pub application_cycle: Duration,
     /// How the parameter channel behaves where the manuals leave it open.
     pub pkw: pkw::Config,
+    /// How the drive answers jobs where the manuals leave it open.
+    pub parameters: parameters::Quirks,
     /// How the slave behaves where the sources are silent. The drives judge no configuration: with
     /// `ApplicationReady::WhenJudged` they stay not ready.
     pub dp: dp::Policy,
@@ -59,6 +59,7 @@ impl Config {
             timing: Timing::Untrue,
             application_cycle: DEFAULT_APPLICATION_CYCLE,
             pkw: pkw::Config::default(),
+            parameters: parameters::Quirks::default(),
             dp: dp::Policy::PROPOSED,
             param: param::Quirks::default(),
             drive: drive::Config::default(),
@@ -81,12 +82,10 @@ impl Config {
         Framer::new(self.timing.resync(self.baud))
     }
 
-    /// How much time passes for the drive in one application cycle.
-    pub(super) const fn step(&self) -> Duration {
-        match self.application_cycle {
-            Duration::ZERO => DEFAULT_APPLICATION_CYCLE,
-            cycle => cycle,
-        }
+    /// The unit behind the bus.
+    pub(super) const fn unit(&self) -> unit::Config {
+        let Self { model, gear, switches, reset_patterns, eeprom, param, drive, .. } = *self;
+        unit::Config { model, gear, switches, reset_patterns, eeprom, param, drive }
     }
 }
 

@@ -5,8 +5,8 @@
 use thiserror::Error;
 
 use super::Config;
-use super::dip::ResetPatterns;
 use crate::pkw::SubindexOctet;
+use crate::unit::dip::ResetPatterns;
 
 /// A point on which the manuals contradict themselves or leave a choice.
 #[derive(Clone, Copy, Debug)]
@@ -152,7 +152,7 @@ pub const QUIRKS: [Quirk; 23] = [
         register: "C-15",
         about: "how an AG03/1 confirms a write of PNU 970",
         values: &["double-word", "word"],
-        choose: |config, value| config.pkw.confirm_load_as_word = value == 1,
+        choose: |config, value| config.parameters.confirm_load_as_word = value == 1,
     },
     Quirk {
         name: "plain-array-read",
@@ -166,7 +166,7 @@ pub const QUIRKS: [Quirk; 23] = [
         register: "C-17",
         about: "what reading PNU 970 is answered with: value 0, or error 18",
         values: &["0", "refuse"],
-        choose: |config, value| config.pkw.refuse_command_read = value == 1,
+        choose: |config, value| config.parameters.refuse_command_read = value == 1,
     },
     Quirk {
         name: "fault-order",

@@ -22,7 +22,7 @@ use thiserror::Error;
 
 use super::StoredDevice;
 use super::lock::locked;
-use crate::device::{Config, Device, Eeprom, Generation, IMAGE_LEN, ImageError, NotStored, StoreRequest};
+use crate::device::{Config, Device, Eeprom, Generation, ImageError, MAX_IMAGE_LEN, NotStored, StoreRequest};
 use crate::time::Instant;
 
 /// Held locked while a process uses the directory.
@@ -281,7 +281,7 @@ fn read(path: &Path) -> io::Result<Option<Vec<u8>>> {
         Ok(_) => {}
     }
     let mut octets = Vec::new();
-    File::open(path)?.take(IMAGE_LEN as u64 + 1).read_to_end(&mut octets)?;
+    File::open(path)?.take(MAX_IMAGE_LEN as u64 + 1).read_to_end(&mut octets)?;
     Ok(Some(octets))
 }
 
