@@ -38,7 +38,6 @@ impl Drive {
     pub fn recall(&mut self, memory: Memory) {
         let Memory { faults, zero, shaft } = memory;
         self.motion = Motion::at(shaft);
-        self.plant.rejoin();
         self.set_zero(zero);
         self.faults = faults;
     }

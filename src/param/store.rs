@@ -192,9 +192,9 @@ impl Store {
         match write {
             Write::Set(parameter, value) => {
                 self.check(parameter, value)?;
-                check_state(parameter.setting().writable, context)?;
+                check_state(self.writable(parameter), context)?;
                 if self.quirks.calibrate_by_value && parameter == Parameter::CalibrationValue {
-                    check_state(WritableWhen::NoJob, context)?;
+                    self.check_calibration(context)?;
                     self.put(parameter, value);
                     return Ok(Effect::Calibrate);
                 }
@@ -205,7 +205,7 @@ impl Store {
                 Ok(self.changed_by(|store| store.load_defaults(set)))
             }
             Write::ClearFaults => Ok(Effect::ClearFaults),
-            Write::Calibrate => check_state(WritableWhen::NoJob, context).map(|()| Effect::Calibrate),
+            Write::Calibrate => self.check_calibration(context).map(|()| Effect::Calibrate),
         }
     }
 
@@ -217,6 +217,21 @@ impl Store {
     /// The values that a write to a parameter of the table may have; `None` if it is read-only.
     pub fn range_of(&self, entry: &Entry) -> Option<Range> {
         entry.range(self.model, self.gear, self.quirks)
+    }
+
+    /// When a setting may be written under the quirks.
+    fn writable(&self, parameter: Parameter) -> WritableWhen {
+        if self.quirks.d_pos_without_job && parameter == Parameter::DPos {
+            WritableWhen::NoJob
+        } else {
+            parameter.setting().writable
+        }
+    }
+
+    /// "Only when no travel job is active" (manual chapter 3); a shaft that runs out: C-39.
+    fn check_calibration(&self, context: &WriteContext) -> Result<(), ParamError> {
+        check_state(WritableWhen::NoJob, context)?;
+        if self.quirks.calibrate_while_moving { Ok(()) } else { check_state(WritableWhen::Standstill, context) }
     }
 
     fn changed_by(&mut self, change: impl FnOnce(&mut Self)) -> Effect {
