@@ -2,8 +2,10 @@
 
 use core::fmt;
 
+use super::Refusal;
+use super::words::Words;
 use crate::dp;
-use crate::drive::{Fault, Refusal};
+use crate::drive::Fault;
 use crate::fdl::FrameError;
 use crate::fdl::station::TooLate;
 use crate::param::DefaultSet;
@@ -74,10 +76,11 @@ impl fmt::Display for Event {
     }
 }
 
-impl From<unit::Event> for Event {
-    fn from(event: unit::Event) -> Self {
+impl Event {
+    /// What happened in the unit under these words.
+    pub(super) const fn of_unit(event: unit::Event, words: &Words) -> Self {
         match event {
-            unit::Event::CommandRefused(refusal) => Self::CommandRefused(refusal),
+            unit::Event::CommandRefused(refusal) => Self::CommandRefused(Refusal::new(refusal, words)),
             unit::Event::Fault(fault) => Self::Fault(fault),
             unit::Event::SwitchedOff => Self::SwitchedOff,
             unit::Event::SwitchedOn(switches) => Self::SwitchedOn(switches),

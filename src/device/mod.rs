@@ -18,6 +18,7 @@
 //! | `event` | [`Event`]: news for the host |
 //! | `parameters` | the parameters of the unit as the parameter channel reaches them |
 //! | `quirks` | [`QUIRKS`]: every named alternative |
+//! | `refusal` | [`Refusal`]: why a control word is not followed |
 //! | `words` | every bit of STW, ZSW, SSW and the general status register |
 
 mod address;
@@ -25,16 +26,17 @@ mod config;
 mod event;
 pub mod parameters;
 mod quirks;
+mod refusal;
 pub mod words;
 
 use core::time::Duration;
 
 use crate::dp;
-use crate::drive::{Drive, Inputs, Refusal, Status, StatusLed, leds};
+use crate::drive::{Drive, FaultBuffer, Inputs, Status, StatusLed, leds};
 use crate::fdl::{Address, FrameError, Framer, Telegram};
 use crate::param::{ParamError, Pnu, Store, Subindex, Value};
 use crate::pkw::Engine;
-use crate::ppo::{self, Outputs, PPO_LEN, Pkw, PpoType};
+use crate::ppo::{self, Outputs, PPO_LEN, Pkw, PpoType, Zsw};
 use crate::time::{BaudRate, Instant};
 use crate::unit::{Cycles, Outcome, Queue, Switched, Unit};
 
@@ -46,8 +48,10 @@ pub use crate::unit::{
 pub use config::{Config, Timing};
 pub use event::Event;
 pub use quirks::{QUIRKS, Quirk, QuirkError};
+pub use refusal::{Reason, Refusal};
 
 use parameters::{Channel, Shown};
+use words::Words;
 
 /// The ident number of both drives: the GSD is named `SIKO0AC5.GSD`.
 pub const IDENT_NUMBER: u16 = 0x0AC5;
@@ -190,7 +194,22 @@ impl Device {
 
     /// What stands now against a start with the newest outputs (`ag03.md` 8 rows 20 to 22, 40); `None`: nothing.
     pub fn start_refusal(&self) -> Option<Refusal> {
-        self.part.unit.start_refusal()
+        self.part.unit.start_refusal().map(|refusal| Refusal::new(refusal, &self.part.shown.words))
+    }
+
+    /// The status word as it is offered to the master.
+    pub fn zsw(&self) -> Zsw {
+        self.part.shown.words.zsw(self.status())
+    }
+
+    /// The system status word SSW, PNU 1020.
+    pub fn system_status(&self) -> u16 {
+        self.part.shown.words.system_status(self.status())
+    }
+
+    /// The fault codes in the order PNU 945 lists them (C-18), 0 = unused.
+    pub fn fault_codes(&self) -> [u8; FaultBuffer::LEN] {
+        self.part.shown.fault_codes(self.unit())
     }
 
     /// The LEDs at `now`; those of a factory reset alternate.
@@ -392,7 +411,7 @@ impl Parts {
         let mut part = Self {
             config,
             unit,
-            shown: Shown { address: config.switches.address() },
+            shown: Shown { address: config.switches.address(), words: Words::new(config.words) },
             station: config.station(),
             engine: Engine::new(config.pkw),
             cycles: Cycles::new(config.application_cycle, now),
@@ -412,6 +431,7 @@ impl Parts {
         if self.unit.power() == Power::On {
             self.shown.address = self.config.switches.address();
         }
+        self.shown.words = Words::new(self.config.words);
         self.station = self.config.station();
         self.outputs_seen = self.station.slave().outputs_passed();
         (self.exchanging, self.interrupted) = (false, false);
@@ -485,8 +505,9 @@ impl Parts {
         let octets =
             self.station.slave().outputs().first_chunk::<PPO_LEN>().copied().filter(|_| self.exchanging);
         let outputs = octets.as_ref().map(Outputs::new);
-        let command = outputs.map(|outputs| self.config.words.command(outputs.stw(), outputs.hsw()));
-        self.unit.step(self.cycles.step(), command.as_ref());
+        let command = self.shown.words.command(outputs.map(|outputs| (outputs.stw(), outputs.hsw())));
+        self.unit.step(self.cycles.step(), &command);
+        self.shown.words.accept(self.unit.status());
         // Behind the step, so that a parameter that shows the drive agrees with ZSW and HIW.
         let reply = self.run_job(outputs.map(Outputs::pkw));
         self.publish(reply);
@@ -496,10 +517,10 @@ impl Parts {
     fn publish(&mut self, pkw_reply: Pkw) {
         self.pkw_reply = pkw_reply;
         let status = self.unit.status();
-        let inputs = ppo::Inputs::octets(pkw_reply, self.config.words.zsw(status), words::hiw(status));
+        let inputs = ppo::Inputs::octets(pkw_reply, self.shown.words.zsw(status), words::hiw(status));
         self.station.set_inputs(&inputs);
         while let Some(event) = self.unit.poll_event() {
-            self.events.push(event.into());
+            self.events.push(Event::of_unit(event, &self.shown.words));
         }
     }
 

@@ -1,6 +1,7 @@
 //! The parameters of an AG03 as its parameter channel reaches them: numbers and values of PKW, errors with their numbers.
 
-use super::words;
+use super::words::{self, Words};
+use crate::drive::FaultBuffer;
 use crate::fdl::Address;
 use crate::param::{
     self, Access, Model, NotNow, ParamError, Pnu, Reading, Store, Subindex, Write, WriteContext,
@@ -30,17 +31,18 @@ pub(super) struct Channel<'a> {
 pub(super) struct Shown {
     /// PNU 918.
     pub(super) address: Address,
+    pub(super) words: Words,
 }
 
 impl Shown {
     /// A parameter of the drive that is only read, as PROFIBUS shows it.
-    pub(super) fn show(self, unit: &Unit, reading: Reading, element: Subindex) -> i32 {
+    pub(super) fn show(&self, unit: &Unit, reading: Reading, element: Subindex) -> i32 {
         match reading {
             Reading::Address => self.address.number().into(),
             Reading::FaultBuffer => {
-                unit.drive().fault_codes().get(usize::from(element.0)).copied().unwrap_or_default().into()
+                self.fault_codes(unit).get(usize::from(element.0)).copied().unwrap_or_default().into()
             }
-            Reading::SystemStatus => words::system_status(unit.status()).into(),
+            Reading::SystemStatus => self.words.system_status(unit.status()).into(),
             Reading::GeneralStatus => words::general_status(unit.status()).into(),
             Reading::FaultCount
             | Reading::HardwareVersion
@@ -54,6 +56,14 @@ impl Shown {
             | Reading::ControlVoltage
             | Reading::BatteryVoltage => unit.measure(reading).unwrap_or_default(),
         }
+    }
+}
+
+impl Shown {
+    /// PNU 945: newest first unless the quirk says otherwise (C-18).
+    pub(super) fn fault_codes(&self, unit: &Unit) -> [u8; FaultBuffer::LEN] {
+        let faults = unit.drive().faults();
+        if self.words.oldest_fault_first() { faults.codes_oldest_first() } else { faults.codes() }
     }
 }
 

@@ -107,8 +107,8 @@ impl Words {
         let word = |word, value| Word::of(word, status.mode, model, value);
         Self {
             stw: word(explain::words::Word::Stw, outputs(device).stw().raw()),
-            zsw: word(explain::words::Word::Zsw, device.config().words.zsw(status).raw()),
-            ssw: word(explain::words::Word::Ssw, bits::system_status(status)),
+            zsw: word(explain::words::Word::Zsw, device.zsw().raw()),
+            ssw: word(explain::words::Word::Ssw, device.system_status()),
             general_status: word(explain::words::Word::GeneralStatus, bits::general_status(status)),
         }
     }
@@ -202,7 +202,9 @@ pub(super) const fn state(state: State) -> &'static str {
         State::Disabling => "operation disabled, the shaft still brakes",
         State::TravelActive => "travel job active",
         State::Pausing { torque_tripped: false } => "travel job paused, brakes",
-        State::Pausing { torque_tripped: true } => "travel job interrupted by the torque deactivation, brakes",
+        State::Pausing { torque_tripped: true } => {
+            "travel job interrupted by the torque deactivation, brakes"
+        }
         State::Paused { torque_tripped: false } => "travel job paused",
         State::Paused { torque_tripped: true } => "travel job interrupted by the torque deactivation",
         State::Stopping => "travel job stopped, the shaft still brakes",

@@ -231,7 +231,11 @@ impl Store {
     /// "Only when no travel job is active" (manual chapter 3); a shaft that runs out: C-39.
     fn check_calibration(&self, context: &WriteContext) -> Result<(), ParamError> {
         check_state(WritableWhen::NoJob, context)?;
-        if self.quirks.calibrate_while_moving { Ok(()) } else { check_state(WritableWhen::Standstill, context) }
+        if self.quirks.calibrate_while_moving {
+            Ok(())
+        } else {
+            check_state(WritableWhen::Standstill, context)
+        }
     }
 
     fn changed_by(&mut self, change: impl FnOnce(&mut Self)) -> Effect {

@@ -16,14 +16,14 @@
 //!
 //! ```
 //! use core::time::Duration;
-//! use profidrive::drive::Command;
-//! use profidrive::param::{Gear, Model, Parameter};
+//! use profidrive::drive::{Command, Operation};
+//! use profidrive::param::{Gear, Model, Parameter, Write};
 //! use profidrive::unit::{Config, Unit};
 //!
 //! let mut unit = Unit::new(Config::new(Model::Ag03_1, Gear::Ratio48));
-//! unit.write(profidrive::param::Write::Set(Parameter::VPos, 100))?;
-//! let enable = Command { on: true, no_off2: true, enable_operation: true, ..Command::default() };
-//! unit.step(Duration::from_millis(1), Some(&enable));
+//! let _written = unit.write(Write::Set(Parameter::VPos, 100))?;
+//! let run = Command { operation: Operation::Run, ..Command::default() };
+//! unit.step(Duration::from_millis(1), &run);
 //! assert!(unit.status().operation_enabled);
 //! # Ok::<(), profidrive::param::ParamError>(())
 //! ```
@@ -149,9 +149,9 @@ impl Unit {
         unit
     }
 
-    /// Lets `dt` pass under what the bus wants; `None`: no master wants anything. Inputs and parameters act at the
-    /// beginning.
-    pub fn step(&mut self, dt: Duration, command: Option<&Command>) {
+    /// Lets `dt` pass under what the bus wants; without a master that is for example [`Command::UNATTENDED`]. Inputs and
+    /// parameters act at the beginning.
+    pub fn step(&mut self, dt: Duration, command: &Command) {
         let fault = self.status.fault;
         self.drive.step(dt, command, &self.settings);
         self.status = self.drive.status();

@@ -3,7 +3,7 @@
 use core::time::Duration;
 
 use super::{DipSwitches, Event, Unit};
-use crate::drive::{Inputs, Settings};
+use crate::drive::{Command, Inputs, Settings};
 use crate::param::DefaultSet;
 
 /// What the supply of the control and the DIP switches make of the unit.
@@ -111,7 +111,7 @@ impl Unit {
 
     /// A step without length lets the drive notice at once.
     fn notice(&mut self, switched: Switched) -> Switched {
-        self.step(Duration::ZERO, None);
+        self.step(Duration::ZERO, &Command::UNATTENDED);
         switched
     }
 

@@ -174,7 +174,8 @@ fn in_velocity_mode_standstill_is_shown_only_when_the_shaft_stands() {
 #[test]
 fn a_freed_shaft_keeps_v_pos_and_a_pos() {
     for ramp in RAMPS {
-        for (v_pos, mut drive) in [10, 30, 100].into_iter().flat_map(|v_pos| drives().map(move |drive| (v_pos, drive)))
+        for (v_pos, mut drive) in
+            [10, 30, 100].into_iter().flat_map(|v_pos| drives().map(move |drive| (v_pos, drive)))
         {
             drive.write(1003, ramp);
             drive.write(1004, v_pos);
@@ -226,7 +227,11 @@ fn in_velocity_mode_a_freed_shaft_keeps_a_rot() {
             let mut last = slow;
             for _ in 0..200 {
                 drive.wait(8);
-                assert!(f64::from(drive.hiw - last) <= rpm_in_10_ms + 1.0, "{ramp} %: {last} to {}", drive.hiw);
+                assert!(
+                    f64::from(drive.hiw - last) <= rpm_in_10_ms + 1.0,
+                    "{ramp} %: {last} to {}",
+                    drive.hiw
+                );
                 assert!(drive.hiw <= drive.setpoint);
                 last = drive.hiw;
             }
@@ -238,7 +243,9 @@ fn in_velocity_mode_a_freed_shaft_keeps_a_rot() {
 #[test]
 fn the_torque_deactivation_acts_in_inching_too() {
     for ramp in RAMPS {
-        for (stw, mut drive) in [0x010B, 0x020B, 0x820B].into_iter().flat_map(|stw| drives().map(move |d| (stw, d))) {
+        for (stw, mut drive) in
+            [0x010B, 0x020B, 0x820B].into_iter().flat_map(|stw| drives().map(move |d| (stw, d)))
+        {
             drive.write(1032, 60);
             drive.write(1007, ramp);
             drive.say(0x000B);

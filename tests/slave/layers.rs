@@ -10,9 +10,11 @@ const TABLE: &[(&str, &[&str])] = &[
     ("dp", &["fdl", "time"]),
     ("ppo", &[]),
     ("param", &[]),
-    ("pkw", &["ppo", "param"]),
+    ("pkw", &["ppo"]),
     ("drive", &["param", "time"]),
-    ("device", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive"]),
+    // A powered device knows no bus.
+    ("unit", &["time", "param", "drive"]),
+    ("device", &["time", "fdl", "dp", "ppo", "pkw", "param", "drive", "unit"]),
     ("client", &["time", "ppo", "param", "pkw", "drive", "device"]),
     ("explain", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device"]),
     // One framer for a bus, generic slaves, and links that keep telegrams apart or spoil them on purpose.

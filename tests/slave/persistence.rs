@@ -7,7 +7,8 @@ use std::time::Duration;
 use common::{Line, MASTER, Reply};
 use profidrive::device::dip::Terminator;
 use profidrive::device::{
-    Config, Device, DipSwitches, Eeprom, Event, ImageError, ImageOctets, NotStored, Power, StoreRequest, Timing,
+    Config, Device, DipSwitches, Eeprom, Event, ImageError, ImageOctets, NotStored, Power, StoreRequest,
+    Timing,
 };
 use profidrive::dp;
 use profidrive::drive::{Fault, Inputs};
@@ -135,11 +136,7 @@ fn every_parameter_but_1035_survives_power_off_and_an_image() {
             if !entry.models.contain(model) {
                 continue;
             }
-            let id = if range.high > 0xFFFF {
-                JobId::WriteDoubleWord
-            } else {
-                JobId::WriteWord
-            };
+            let id = if range.high > 0xFFFF { JobId::WriteDoubleWord } else { JobId::WriteWord };
             let write = Pkw::new(Pke::of_job(id, entry.pnu.number()), Ind::default(), value.cast_unsigned());
             assert_eq!(job(&mut line, write).double_word(), value.cast_unsigned(), "{parameter}");
             written.push((parameter, if parameter == Parameter::OffsetInch2 { 100 } else { value }));
@@ -433,7 +430,10 @@ fn a_write_past_the_bus_stays_when_one_before_it_cannot_be_stored() {
     }
     stored(&mut line, Err(NotStored));
     let store = line.device.parameters();
-    assert_eq!([Parameter::VPos, Parameter::APos, Parameter::OffsetInch2].map(|of| store.value(of)), [30, 60, 70]);
+    assert_eq!(
+        [Parameter::VPos, Parameter::APos, Parameter::OffsetInch2].map(|of| store.value(of)),
+        [30, 60, 70]
+    );
 }
 
 #[test]
