@@ -458,10 +458,6 @@ impl Drive {
             }
             Action::StartInching1 => {
                 self.job = self.inching_job(settings);
-                if let Some(limit) = self.limit_to_stop_at(Direction::of(settings.delta_inch)) {
-                    let [way, room] = [self.job.target, limit].map(|end| (end - self.shaft_position()).abs());
-                    self.job.target = if room < way { limit } else { self.job.target };
-                }
                 self.setpoint = self.job.setpoint;
                 self.setpoint_programmed = true;
                 self.torque_tripped = false;
@@ -574,16 +570,6 @@ impl Drive {
                 }
             }
         }
-    }
-
-    /// Where inching stands at the latest, angle of the shaft in increments (C-42); `None`: it goes on.
-    fn limit_to_stop_at(&self, direction: Direction) -> Option<f64> {
-        let limits = self.frame.limits;
-        let limit = match direction {
-            Direction::Positive => limits.upper(),
-            Direction::Negative => limits.lower(),
-        };
-        (self.quirks.inching_stops_at_limit && limits.are_monitored()).then(|| self.increments_at(limit))
     }
 
     /// Lays a new ramp only if the target is new.

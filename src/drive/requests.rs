@@ -305,14 +305,26 @@ impl Drive {
     /// The way of inching 1. Also carries a-Inch for inching 2 and the keys.
     pub(super) fn inching_job(&self, settings: &Settings) -> Job {
         let delta = self.frame.scale.increments(f64::from(settings.delta_inch));
-        let target = self.shaft_position() + delta;
+        let end = self.shaft_position() + delta;
+        let limit = self.limit_to_stop_at(Direction::of(settings.delta_inch));
+        let target = limit.filter(|limit| (limit - self.shaft_position()).abs() < delta.abs()).unwrap_or(end);
         let ramp = acceleration(settings.a_inch);
         Job {
-            setpoint: self.units_at(target),
+            setpoint: self.units_at(end),
             target,
             via: None,
             dynamics: Dynamics { speed: self.speed(settings.v_inch), acceleration: ramp, deceleration: ramp },
         }
+    }
+
+    /// Where inching stands at the latest, angle of the shaft in increments (C-42); `None`: it goes on.
+    pub(super) fn limit_to_stop_at(&self, direction: Direction) -> Option<f64> {
+        let limits = self.frame.limits;
+        let limit = match direction {
+            Direction::Positive => limits.upper(),
+            Direction::Negative => limits.lower(),
+        };
+        (self.quirks.inching_stops_at_limit && limits.are_monitored()).then(|| self.increments_at(limit))
     }
 
     /// The speed of inching 2 and the keys in increments/s: v-Inch times offset, rounded half up (C-12), at least 1

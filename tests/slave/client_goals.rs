@@ -59,7 +59,7 @@ impl Rig {
     fn new(config: Config) -> Self {
         let mut line = Line::with(config);
         line.start_up();
-        let acknowledge = line.device.status().job_acknowledge;
+        let acknowledge = line.device.zsw().raw() & 0x1000 != 0;
         let client = DriveClient::new(Profile::AG03, LIMITS);
         let (outputs, inputs) = (VecDeque::new(), VecDeque::new());
         Self { line, client, late: (0, 0), outputs, inputs, travels: 0, acknowledge }
@@ -73,7 +73,7 @@ impl Rig {
         let outputs = *self.outputs.front().unwrap();
         self.inputs.push_back(self.line.exchange(&outputs));
         self.line.wait(Duration::from_millis(1));
-        if self.line.device.status().job_acknowledge != self.acknowledge {
+        if (self.line.device.zsw().raw() & 0x1000 != 0) != self.acknowledge {
             self.acknowledge = !self.acknowledge;
             self.travels += 1;
         }
