@@ -33,13 +33,14 @@ fn events(unit: &mut Unit) -> Vec<Event> {
 #[test]
 fn it_is_enabled_travels_fails_and_recovers() {
     let mut unit = unit(Eeprom::Internal);
+    run(&mut unit, Command::UNATTENDED, 3);
+    assert!(unit.is_at_rest());
     run(&mut unit, RUN, 1);
     assert_eq!(unit.status().state, State::OperationEnabled(Motor::InControl));
     run(&mut unit, Command { travel: true, setpoint: 1600, ..RUN }, 1);
     assert_eq!((unit.status().state, unit.status().jobs), (State::TravelActive, 1));
     run(&mut unit, RUN, 2300);
     assert_eq!((unit.status().position, unit.status().target_reached), (1600, true));
-    assert!(unit.is_at_rest());
 
     let _ = unit.set_inputs(unit.inputs().provoking(Fault::D));
     run(&mut unit, RUN, 1);

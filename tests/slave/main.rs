@@ -41,6 +41,8 @@ mod generic_slave;
 mod gsd;
 mod layers;
 mod oracle;
+#[cfg(feature = "std")]
+mod own_drive;
 mod persistence;
 mod pkw_jobs;
 mod policy;
