@@ -93,7 +93,7 @@ fn every_form_of_path_to_another_layer_is_seen() {
         ("use crate as all;", "crate root"),
         ("mod tests { use super::super::super::dp; }", "dp"),
         ("mod tests { mod deeper { use super::super::Unit; } } use super::super::ppo;", "unit ppo"),
-        ("fn f() { super::g(); self::h(); }", "unit unit"),
+        ("fn f() { super::g(); self::h(); }", "unit"),
         ("//! see [`dp`](crate::dp)\n/* crate::dp /* crate::fdl */ */", ""),
         ("let s = \"crate::dp\"; let r = r#\"crate::\"dp\"#; let c = '\"'; crate::time::x", "time"),
         ("pub(crate) fn f() {} pub(super) fn g<'a>(x: &'a str) {}", ""),
@@ -148,6 +148,7 @@ fn imports(text: &str, place: &[String]) -> Vec<String> {
             _other => {}
         }
     }
+    found.dedup();
     found
 }
 
@@ -282,7 +283,7 @@ fn files_of(module: &str) -> Vec<PathBuf> {
             let path = entry.unwrap().path();
             if path.is_dir() {
                 folders.push(path);
-            } else {
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
                 files.push(path);
             }
         }
