@@ -20,6 +20,7 @@
 //! | [`time`] | instants, bit times, rates | |
 //! | [`fdl`] | octets to telegrams, the passive station | that service access points exist |
 //! | [`dp`] | the DP-V0 slave and its services | what the service access points mean |
+//! | [`can`] | frames of CAN, bit times, the text of an adapter | that frames have a priority |
 //! | [`ppo`] | the seven words of one Data_Exchange | where each word lies |
 //! | [`param`] | every parameter of both drives | types, ranges, defaults, permissions |
 //! | [`pkw`] | jobs and replies of the parameter channel | job, reply and error numbers |
@@ -105,6 +106,8 @@ pub mod time;
 pub mod fdl;
 
 pub mod dp;
+
+pub mod can;
 
 pub mod ppo;
 

@@ -9,6 +9,7 @@ const TABLE: &[(&str, &[&str])] = &[
     ("time", &[]),
     ("fdl", &["time"]),
     ("dp", &["fdl", "time"]),
+    ("can", &["time"]),
     ("ppo", &[]),
     ("param", &[]),
     ("pkw", &["ppo"]),
@@ -18,8 +19,8 @@ const TABLE: &[(&str, &[&str])] = &[
     ("device", &["time", "fdl", "dp", "ppo", "pkw", "param", "drive", "unit"]),
     ("client", &["time", "ppo", "param", "pkw", "drive", "device"]),
     ("explain", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device"]),
-    // One framer for a bus, generic slaves, and links that keep telegrams apart or spoil them on purpose.
-    ("host", &["device", "time", "fdl", "dp", "ppo"]),
+    // One framer for a bus, generic slaves, links that keep telegrams apart or spoil them on purpose, and buses of CAN.
+    ("host", &["device", "time", "fdl", "dp", "ppo", "can"]),
     ("panel", &["host", "device", "explain", "drive", "dp", "param", "ppo", "fdl", "time"]),
     ("master", &["host", "client", "device", "dp", "ppo", "fdl", "time"]),
 ];
