@@ -62,7 +62,7 @@ impl Unit {
             Switched::No if self.power == Power::Off => {
                 self.supply(self.inputs.with_control_supply(true), true)
             }
-            switched => switched,
+            switched @ (Switched::No | Switched::Off | Switched::On) => switched,
         }
     }
 

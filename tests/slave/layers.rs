@@ -82,7 +82,7 @@ fn every_form_of_path_to_another_layer_is_seen() {
         ("use crate::{\n    fdl::{Address, Telegram},\n    dp::{self as d},\n};", "fdl dp"),
         ("use crate :: dp;", "dp"),
         ("use super::super::dp::Slave;", "dp"),
-        ("use super::super::super::dp;", "crate root"),
+        ("use super::super as root;", "crate root"),
         ("use super::{super::fdl, states};", "fdl unit"),
         ("use self::super::super::fdl::Address;", "fdl"),
         ("pub(in crate::panel) fn x() {}", "panel"),

@@ -46,7 +46,10 @@ fn live(reading: Reading, element: Subindex) -> i32 {
         Reading::OutputStageVoltage => 240,
         Reading::ControlVoltage => 238,
         Reading::BatteryVoltage => 361,
-        other => panic!("the store knows {other:?}"),
+        Reading::HardwareVersion
+        | Reading::SoftwareVersion
+        | Reading::SerialNumber
+        | Reading::ProductionDate => panic!("the store knows {reading:?}"),
     }
 }
 
