@@ -109,7 +109,7 @@ impl Participant for OwnDrive {
 }
 
 #[allow(dead_code, reason = "a test includes this file")]
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+fn main() -> Result<(), Box<dyn core::error::Error>> {
     let path = std::env::args().nth(1).ok_or("usage: own_drive PATH")?;
     let (mut bus, mut pty) = (Bus::new(), Pty::open(Some(path.as_ref()))?);
     bus.add(OwnDrive::new(Address::station(5)?))?;
