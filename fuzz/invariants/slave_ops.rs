@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use arbitrary::{Arbitrary, Unstructured};
 use profidrive::device::{
-    ApplicationCycle, Config, DESCRIPTION, Device, Eeprom, MAX_TELEGRAM_LEN, NotStored, Power, Timing, words,
+    ApplicationCycle, Config, DESCRIPTION, Device, Eeprom, MAX_TELEGRAM_LEN, NotStored, Power, Timing,
 };
 use profidrive::dp::State;
 use profidrive::drive::{Fault, Inputs};
@@ -305,11 +305,11 @@ impl Bus {
     fn check_state(&self) {
         assert!(self.device.poll_timeout().is_none_or(|due| due > self.now));
         let status = self.device.status();
-        let zsw = words::zsw(status).raw();
+        let zsw = self.device.zsw().raw();
         // ZSW.5, 9 and 11 are fixed; operation is never enabled in fault or turn-on disabled.
         assert_eq!(zsw & 0x0A20, 0x0A20);
         assert!(zsw & 0x0004 == 0 || zsw & 0x0048 == 0, "{zsw:04X}");
-        assert_eq!(words::system_status(status) & 0x0007, 0);
+        assert_eq!(self.device.system_status() & 0x0007, 0);
         assert!(!status.operation_enabled || status.supply_ok, "operation enabled without supply");
         assert!(!status.job_active || status.operation_enabled || status.fault.is_none());
         assert_eq!(status.fault.is_some(), zsw & 0x0008 != 0);

@@ -330,8 +330,6 @@ mod tests {
     use std::collections::BTreeSet;
 
     use super::*;
-    use crate::device::words::command;
-    use crate::ppo::Stw;
 
     const MODES: [Mode; 2] = [Mode::Positioning, Mode::Velocity];
 
@@ -365,15 +363,6 @@ mod tests {
                 assert_eq!((gsr.meaning(false), gsr.meaning(true)), (missing, there));
                 assert_eq!((ssw.key, gsr.key), ("no-output-stage", "output-stage"), "one key for programs");
             }
-        }
-    }
-
-    #[test]
-    fn the_control_bits_with_words_are_those_the_drive_evaluates() {
-        let none = command(Stw::from_raw(0), 0);
-        for (n, bit) in (0..16).zip(bits(Word::Stw, Mode::Positioning, None)) {
-            let evaluated = command(Stw::from_raw(1 << n), 0) != none;
-            assert_eq!(matches!(bit.role, Role::Level | Role::Edge), evaluated, "STW.{n}");
         }
     }
 

@@ -1,12 +1,13 @@
 //! What a device is made of.
 
-use super::{APPLICATION, ApplicationCycle, DESCRIPTION, DipSwitches, Eeprom, dip, words};
+use super::{APPLICATION, DESCRIPTION, parameters, words};
 use crate::dp;
 use crate::drive;
 use crate::fdl::{Framer, Resync};
 use crate::param::{self, Gear, Model};
 use crate::pkw;
 use crate::time::BaudRate;
+use crate::unit::{self, ApplicationCycle, DipSwitches, Eeprom, dip};
 
 /// What a device is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +30,8 @@ pub struct Config {
     pub application_cycle: ApplicationCycle,
     /// How the parameter channel behaves where the manuals leave it open.
     pub pkw: pkw::Config,
+    /// How the drive answers jobs where the manuals leave it open.
+    pub parameters: parameters::Quirks,
     /// How the slave behaves where the sources are silent. The drives judge no configuration: with
     /// `ApplicationReady::WhenJudged` they stay not ready.
     pub dp: dp::Policy,
@@ -54,6 +57,7 @@ impl Config {
             timing: Timing::Untrue,
             application_cycle: ApplicationCycle::DEFAULT,
             pkw: pkw::Config::default(),
+            parameters: parameters::Quirks::default(),
             dp: dp::Policy::PROPOSED,
             param: param::Quirks::default(),
             drive: drive::Config::default(),
@@ -76,6 +80,12 @@ impl Config {
     pub(super) fn framer(&self) -> Framer {
         Framer::new(self.timing.resync(self.baud))
     }
+
+    /// The unit behind the bus.
+    pub(super) const fn unit(&self) -> unit::Config {
+        let Self { model, gear, switches, reset_patterns, eeprom, param, drive, .. } = *self;
+        unit::Config { model, gear, switches, reset_patterns, eeprom, param, drive }
+    }
 }
 
 /// What can be known of the time of octets on a link.
@@ -95,6 +105,29 @@ impl Timing {
         match self {
             Self::True => Resync::Idle(baud),
             Self::Untrue => Resync::SCAN,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::device::Device;
+    use crate::fdl::Address;
+    use crate::time::Instant;
+    use core::time::Duration;
+
+    #[test]
+    fn a_late_device_comes_back_with_the_shortest_and_the_longest_cycle() {
+        for time in [ApplicationCycle::SHORTEST, Duration::MAX] {
+            let application_cycle = ApplicationCycle::every(time).unwrap();
+            let address = Address::station(5).unwrap();
+            let mut device = Device::new(Config { application_cycle, ..Config::new(address) }, Instant::ZERO);
+            // Inputs that are set wake the drive part.
+            let inputs = *device.inputs();
+            device.set_inputs(Instant::from_millis(1), inputs);
+            device.handle_timeout(Instant::from_nanos(u64::MAX / 2));
+            assert!(device.poll_timeout().is_none_or(|due| due > Instant::from_millis(1)));
         }
     }
 }

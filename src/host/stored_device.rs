@@ -73,7 +73,7 @@ impl Images for Device {
 
     fn poll_image(&mut self) -> Option<(Generation, Vec<u8>)> {
         let StoreRequest { generation, octets } = Self::poll_image(self)?;
-        Some((generation, octets.into()))
+        Some((generation, octets.to_vec()))
     }
 
     fn handle_stored(&mut self, now: Instant, generation: Generation, stored: bool) {

@@ -215,7 +215,7 @@ fn refusal(pnu: Pnu, error: ParamError) -> Problem {
 impl ParameterValue {
     fn read(device: &Device, pnu: Pnu, subindex: Option<u8>) -> Result<Self, Problem> {
         let entry = entry(device, pnu)?;
-        let value = device.parameters().read(pnu, subindex.map(Subindex), &device.live());
+        let value = device.read_parameter(pnu, subindex.map(Subindex));
         let value = value.map_err(|error| refusal(pnu, error))?;
         Ok(Self {
             pnu: pnu.number(),
@@ -236,11 +236,9 @@ pub(super) fn all(device: &Device) -> Vec<ParameterState> {
 
 impl ParameterState {
     fn of(device: &Device, entry: &Entry) -> Self {
-        let config = device.config();
-        let live = device.live();
         // What cannot be read, as a command, is 0.
         let read = |element| {
-            let value = device.parameters().read(entry.pnu, element, &live);
+            let value = device.read_parameter(entry.pnu, element);
             value.unwrap_or_else(|_| Value::of(entry.width, 0))
         };
         let values: Vec<_> = match entry.elements {
@@ -249,7 +247,7 @@ impl ParameterState {
         };
         let numbers: Vec<_> = values.iter().map(|value| entry.number(*value)).collect();
         let texts: Vec<_> = values.iter().map(|value| in_words(entry, *value, lengths(device))).collect();
-        let range = entry.range(config.model, config.gear);
+        let range = device.parameters().range_of(entry);
         let setting = match entry.kind {
             Kind::Setting(setting) => Some(setting),
             Kind::Reading(_) | Kind::LoadParameterSet => None,

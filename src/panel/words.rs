@@ -108,8 +108,8 @@ impl Words {
         let word = |word, value| Word::of(word, status.mode, model, value);
         Self {
             stw: word(bits::Word::Stw, outputs(device).stw().raw()),
-            zsw: word(bits::Word::Zsw, device.config().words.zsw(status).raw()),
-            ssw: word(bits::Word::Ssw, words::system_status(status)),
+            zsw: word(bits::Word::Zsw, device.zsw().raw()),
+            ssw: word(bits::Word::Ssw, device.system_status()),
             general_status: word(bits::Word::GeneralStatus, words::general_status(status)),
         }
     }

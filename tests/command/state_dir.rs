@@ -14,9 +14,10 @@ use common::{CFG, IDENT, MASTER, SLAVE, telegram};
 use profidrive::device::{Config, MAX_TELEGRAM_LEN};
 use profidrive::fdl::{Address, FrameCount, FunctionCode, Service};
 use profidrive::host::{StateDir, StateDirError, StoredDevice};
-use profidrive::param::{Gear, IMAGE_LEN, Image, Model, Parameter, Pnu, Value};
+use profidrive::param::{Gear, Model, Parameter, Pnu, Value};
 use profidrive::ppo::{Ind, JobId, Pke, Pkw};
 use profidrive::time::Instant;
+use profidrive::unit::{IMAGE_LEN, Image};
 use pty::Master;
 
 fn emulate(arguments: &[&str]) -> Command {

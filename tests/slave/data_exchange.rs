@@ -332,5 +332,5 @@ fn w_06_a_cable_put_back_in_time_goes_on() {
 
 /// The status word as the drive part has it now.
 fn words(line: &Line) -> u16 {
-    profidrive::device::words::zsw(line.device.status()).raw()
+    line.device.zsw().raw()
 }

@@ -43,6 +43,8 @@ mod gsd;
 mod layers;
 mod modular;
 mod oracle;
+#[cfg(feature = "std")]
+mod own_drive;
 mod persistence;
 mod pkw_jobs;
 mod policy;

@@ -4,7 +4,7 @@ use profidrive::client::PkwError;
 use profidrive::explain::value::Lengths;
 use profidrive::host::{Clock, Link};
 use profidrive::master::{Drive, Identity};
-use profidrive::param::{Access, Entry, Gear, Model, Range, Subindex, Value, entry, parameters};
+use profidrive::param::{Access, Entry, Gear, Model, Quirks, Range, Subindex, Value, entry, parameters};
 use profidrive::pkw::ErrorNumber;
 use serde_json::json;
 
@@ -24,7 +24,8 @@ pub(super) fn check(parameter: &ParameterSpec, value: i64, command: &str) -> Res
         Access::ReadWrite | Access::WriteOnly => {}
     }
     let drives = Model::ALL.into_iter().flat_map(|model| Gear::ALL.map(|gear| (model, gear)));
-    let ranges: Vec<Range> = drives.filter_map(|(model, gear)| entry.range(model, gear)).collect();
+    let ranges: Vec<Range> =
+        drives.filter_map(|(model, gear)| entry.range(model, gear, Quirks::default())).collect();
     let low = ranges.iter().map(|range| range.low).min().unwrap_or(i32::MIN);
     let high = ranges.iter().map(|range| range.high).max().unwrap_or(i32::MAX);
     if !(i64::from(low)..=i64::from(high)).contains(&value) {
@@ -143,7 +144,8 @@ pub(super) fn refusal<L: Link, C: Clock>(
             format!("{reason} {name}; this drive is an {}", model.product_name())
         }
         (Some(ErrorNumber::LimitExceeded), Ok(Identity { model, gear })) => {
-            let range = parameter.range(model, gear).map(|range| format!(", it takes {range}"));
+            let range =
+                parameter.range(model, gear, Quirks::default()).map(|range| format!(", it takes {range}"));
             let got = value.map(|value| format!(", got {value}")).unwrap_or_default();
             let drive = format!("{} with gear {}:1", model.product_name(), gear.ratio());
             format!("the drive refuses {name}: {code}{} on an {drive}{got}", range.unwrap_or_default())

@@ -5,7 +5,7 @@ use core::time::Duration;
 use profidrive::explain::value::{Lengths, in_words};
 use profidrive::host::{Clock, Link};
 use profidrive::master::{Change, Drive, DriveError, Identity, Restored, WriteOutcome, changes};
-use profidrive::param::{Entry, Model, Parameter, Value, entry, parameters};
+use profidrive::param::{Entry, Model, Parameter, Quirks, Value, entry, parameters};
 use serde_json::json;
 
 use super::access::about;
@@ -105,7 +105,9 @@ fn fits(identity: Identity, wanted: &ParameterSet) -> Result<(), Failure> {
         if entry(model, parameter.pnu).is_none() {
             return Err(Failure::Other(format!("{name} is unknown to {drive}")));
         }
-        if let Some(range) = parameter.range(model, gear).filter(|range| !range.contains(*value)) {
+        if let Some(range) =
+            parameter.range(model, gear, Quirks::default()).filter(|range| !range.contains(*value))
+        {
             return Err(Failure::Other(format!("{name} shall be {value}, but takes {range} on {drive}")));
         }
     }

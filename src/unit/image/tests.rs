@@ -12,7 +12,14 @@ fn sample() -> Image {
     store.set(Parameter::VPos, 77).unwrap();
     store.set(Parameter::Limit2, -250_000).unwrap();
     store.set(Parameter::OperatingMode, 1).unwrap();
-    Image { store, fault_buffer: *b"AJ\0\0\0\0\0\0\0\0", fault_count: 2, zero: -1600.5, shaft: 800.25 }
+    let faults = FaultBuffer::kept(*b"AJ\0\0\0\0\0\0\0\0", 2);
+    let memory = Memory { faults, zero: -1600.5, shaft: 800.25 };
+    Image { store, memory, bus: BusSettings::EMPTY }
+}
+
+/// The same with three octets of a bus.
+fn with_bus() -> Image {
+    Image { bus: BusSettings::new(&[1, 2, 3]).unwrap(), ..sample() }
 }
 
 fn decode(octets: &[u8]) -> Result<Image, ImageError> {
@@ -20,11 +27,16 @@ fn decode(octets: &[u8]) -> Result<Image, ImageError> {
 }
 
 /// The image with other octets from `at` on, and a checksum that holds.
-fn forged(at: usize, octets: &[u8]) -> [u8; IMAGE_LEN] {
-    let mut image = sample().encode();
+fn forged(at: usize, octets: &[u8]) -> ImageOctets {
+    spoiled(sample(), at, octets)
+}
+
+fn spoiled(image: Image, at: usize, octets: &[u8]) -> ImageOctets {
+    let mut image = image.encode();
     image[at..at + octets.len()].copy_from_slice(octets);
-    let crc = crc32(&image[..IMAGE_LEN - 4]);
-    image[IMAGE_LEN - 4..].copy_from_slice(&crc.to_be_bytes());
+    let end = image.len() - 4;
+    let crc = crc32(&image[..end]);
+    image[end..].copy_from_slice(&crc.to_be_bytes());
     image
 }
 
@@ -52,12 +64,55 @@ fn the_byte_map_octet_for_octet() {
 }
 
 #[test]
+fn the_settings_of_a_bus_lie_behind_the_encoder_in_version_2() {
+    let image = with_bus();
+    let octets = image.encode();
+    assert_eq!(octets.len(), IMAGE_LEN + 4);
+    assert_eq!((&octets[8..10], &octets[12..14]), (&[0, 2][..], &[0, 146][..]));
+    assert_eq!(octets[14..138], sample().encode()[14..138]);
+    assert_eq!(octets[138..142], [3, 1, 2, 3]);
+    assert_eq!(decode(&octets), Ok(image));
+    for len in 0..octets.len() {
+        assert!(matches!(decode(&octets[..len]), Err(ImageError::Length { got, .. }) if got == len), "{len}");
+    }
+    for bit in 0..8 * octets.len() {
+        let mut damaged = octets;
+        damaged[bit / 8] ^= 1 << (bit % 8);
+        assert!(decode(&damaged).is_err(), "bit {bit}");
+    }
+    for count in [0, 2, 4, 129, 255] {
+        assert!(
+            matches!(decode(&spoiled(with_bus(), 138, &[count])), Err(ImageError::Length { .. })),
+            "{count}"
+        );
+    }
+    let most = BusSettings::new(&[7; BusSettings::MAX_LEN]).unwrap();
+    let image = Image { bus: most, ..sample() };
+    assert_eq!(image.encode().len(), MAX_IMAGE_LEN);
+    assert_eq!(decode(&image.encode()), Ok(image));
+    assert_eq!(BusSettings::new(&[0; 129]), Err(BusSettingsError { got: 129 }));
+}
+
+/// Written by version 0.1.0 (`profidrive emulate --state-dir`).
+#[test]
+fn an_image_of_0_1_0_is_still_loaded_and_written_as_it_was() {
+    let golden = include_bytes!("0.1.0.eeprom");
+    let image = decode(golden).unwrap();
+    assert_eq!(image.store.value(Parameter::Limit1), 250_000);
+    assert_eq!(image.store.value(Parameter::VPos), 77);
+    assert_eq!(image.memory.faults.codes()[..2], *b"F\0");
+    assert_eq!(image.memory.faults.count(), 1);
+    assert_eq!((image.memory.zero, image.memory.shaft), (-523.0, 0.0));
+    assert_eq!(image.encode()[..], golden[..]);
+}
+
+#[test]
 fn every_truncation_and_every_octet_too_many_is_refused() {
     let image = sample().encode();
     for len in 0..IMAGE_LEN {
         assert_eq!(decode(&image[..len]), Err(ImageError::Length { expected: IMAGE_LEN, got: len }), "{len}");
     }
-    let mut longer = Vec::from(image);
+    let mut longer = Vec::from(&image[..]);
     longer.push(0);
     assert_eq!(decode(&longer), Err(ImageError::Length { expected: IMAGE_LEN, got: IMAGE_LEN + 1 }));
 }
@@ -78,22 +133,22 @@ fn what_is_wrong_is_said_with_expected_and_got() {
         (Vec::from(*b"#!/bin/sh\n"), ImageError::Foreign, "it is no EEPROM image"),
         (Vec::new(), ImageError::Length { expected: 142, got: 0 }, "it has 0 octets, expected 142"),
         (
-            forged(8, &[0, 2]).into(),
-            ImageError::Version { expected: 1, got: 2 },
-            "it has format version 2, expected 1",
+            forged(8, &[0, 3]).to_vec(),
+            ImageError::Version { expected: 2, got: 3 },
+            "it has format version 3, expected at most 2",
         ),
         (
-            forged(12, &[0, 141]).into(),
+            forged(12, &[0, 141]).to_vec(),
             ImageError::Length { expected: 142, got: 141 },
             "it has 141 octets, expected 142",
         ),
         (
-            forged(10, &[3]).into(),
+            forged(10, &[3]).to_vec(),
             ImageError::UnknownDrive { model: 3, gear: 48 },
             "it is of a drive unknown to this version (model 3, gear 48)",
         ),
         (
-            forged(10, &[1, 24]).into(),
+            forged(10, &[1, 24]).to_vec(),
             ImageError::OtherDrive {
                 expected: (Model::Ag03_1, Gear::Ratio48),
                 got: (Model::Ag03, Gear::Ratio24),
@@ -101,17 +156,17 @@ fn what_is_wrong_is_said_with_expected_and_got() {
             "it is of an ag03 with gear 24, expected an ag03-1 with gear 48",
         ),
         (
-            forged(14, &501_i32.to_be_bytes()).into(),
+            forged(14, &501_i32.to_be_bytes()).to_vec(),
             ImageError::OutOfRange { parameter: Parameter::ControllerP, low: 1, high: 500, got: 501 },
             "its value of Controller parameter P is 501, which must be within 1 to 500",
         ),
         (
-            forged(110, b"I").into(),
+            forged(110, b"I").to_vec(),
             ImageError::FaultCode { got: b'I' },
             "its fault buffer holds 0x49, which is no fault code",
         ),
         (
-            forged(122, &f64::INFINITY.to_be_bytes()).into(),
+            forged(122, &f64::INFINITY.to_be_bytes()).to_vec(),
             ImageError::Angle { got: f64::INFINITY },
             "its shaft angle or zero point is inf, which is no angle",
         ),
@@ -146,17 +201,20 @@ fn images() -> impl Strategy<Value = Image> {
     let choices = proptest::collection::vec(any::<i32>(), Parameter::COUNT);
     let codes = proptest::collection::vec(proptest::sample::select(b"\0ABCDEFGJ".to_vec()), 10);
     let angle = -LARGEST_ANGLE..=LARGEST_ANGLE;
-    (0..2usize, 0..2usize, choices, codes, any::<u16>(), angle.clone(), angle).prop_map(
-        |(model, gear, choices, codes, fault_count, zero, shaft)| {
+    let bus = proptest::collection::vec(any::<u8>(), 0..=BusSettings::MAX_LEN);
+    (0..2usize, 0..2usize, choices, codes, any::<u16>(), angle.clone(), angle, bus).prop_map(
+        |(model, gear, choices, codes, fault_count, zero, shaft, bus)| {
             let (model, gear) = (Model::ALL[model], Gear::ALL[gear]);
             let mut store = Store::new(model, gear);
             for (parameter, choice) in Parameter::all().zip(choices) {
-                let range = parameter.setting().limits.range(model, gear);
+                let range = store.range(parameter);
                 let value = range.low + choice.rem_euclid(range.high - range.low + 1);
                 // On an AG03 the store refuses d-Pos.
                 let _ = store.set(parameter, value);
             }
-            Image { store, fault_buffer: codes.try_into().unwrap(), fault_count, zero, shaft }
+            let faults = FaultBuffer::kept(codes.try_into().unwrap(), fault_count);
+            let bus = BusSettings::new(&bus).unwrap();
+            Image { store, memory: Memory { faults, zero, shaft }, bus }
         },
     )
 }

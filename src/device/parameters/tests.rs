@@ -5,36 +5,95 @@ use std::vec::Vec;
 use proptest::prelude::*;
 
 use super::*;
-use crate::param::{Gear, NotNow, ParamError, Parameter};
+use crate::param::{Effect, Gear, Parameter};
+use crate::pkw::{Config, Engine, ErrorNumber, Refusal, SubindexOctet};
+use crate::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
 
 const STILL: WriteContext = WriteContext { moving: false, job_active: false };
 const TRAVELLING: WriteContext = WriteContext { moving: true, job_active: true };
 
-const LIVE: Live = Live {
-    address: 5,
-    fault_buffer: *b"GFEABCD\0\0\0",
-    fault_count: 7,
-    system_status: 0x2948,
-    temperature: -25,
-    motor_current: 1234,
-    general_status: 0x0010,
-    position: -5000,
-    output_stage_voltage: 240,
-    control_voltage: 238,
-    battery_voltage: 361,
-};
+/// What the drive shows.
+fn live(reading: Reading, element: Subindex) -> i32 {
+    match reading {
+        Reading::Address => 5,
+        Reading::FaultBuffer => b"GFEABCD\0\0\0"[usize::from(element.0)].into(),
+        Reading::FaultCount => 7,
+        Reading::SystemStatus => 0x2948,
+        Reading::Temperature => -25,
+        Reading::MotorCurrent => 1234,
+        Reading::GeneralStatus => 0x0010,
+        Reading::Position => -5000,
+        Reading::OutputStageVoltage => 240,
+        Reading::ControlVoltage => 238,
+        Reading::BatteryVoltage => 361,
+        Reading::HardwareVersion
+        | Reading::SoftwareVersion
+        | Reading::SerialNumber
+        | Reading::ProductionDate => panic!("the store knows {reading:?}"),
+    }
+}
 
 /// A PKW of four words, as the manuals print it.
 fn words(pke: u16, ind: u16, pwe_high: u16, pwe_low: u16) -> Pkw {
     Pkw { pke: Pke::from_raw(pke), ind: Ind::from_raw(ind), pwe_high, pwe_low }
 }
 
+/// The parameters of a drive that does what the test says, and what the last job did.
+struct Table {
+    store: Store,
+    context: WriteContext,
+    quirks: Quirks,
+    position: i32,
+    newest_fault: u8,
+    /// Writes wait for the EEPROM.
+    waits: bool,
+    effect: Effect,
+    stores: bool,
+}
+
+impl Parameters for Table {
+    fn read(&self, pnu: u16, element: Option<u8>) -> Result<pkw::Value, JobError> {
+        let pnu = Pnu::from_low_bits(pnu);
+        let show = |reading, element| match (reading, element) {
+            (Reading::Position, _) => self.position,
+            (Reading::FaultBuffer, Subindex(0)) => self.newest_fault.into(),
+            (reading, element) => live(reading, element),
+        };
+        let value = self.store.read(pnu, element.map(Subindex), show)?;
+        self.quirks.check_read(&self.store, pnu)?;
+        Ok(value.into())
+    }
+
+    fn write(&mut self, pnu: u16, element: Option<u8>, value: pkw::Value) -> Result<pkw::Written, JobError> {
+        let write = self.store.meaning(Pnu::from_low_bits(pnu), element.map(Subindex), value.into())?;
+        self.effect = self.store.apply(write, &self.context)?;
+        self.stores = write.is_kept();
+        let shown = self.quirks.confirmation(self.store.model(), write, value);
+        Ok(pkw::Written { shown, waits: self.waits && self.stores })
+    }
+
+    fn elements(&self, pnu: u16) -> Result<Option<u8>, JobError> {
+        self.store.elements(pnu)
+    }
+}
+
+/// What a cycle made of the parameter channel and of the drive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Outcome {
+    reply: Pkw,
+    effect: Effect,
+    stores: bool,
+    refusal: Option<Refusal>,
+}
+
+const fn unchanged(reply: Pkw) -> Outcome {
+    Outcome { reply, effect: Effect::None, stores: false, refusal: None }
+}
+
 /// One drive with its parameter channel.
 struct Bench {
     engine: Engine,
-    store: Store,
-    live: Live,
-    context: WriteContext,
+    table: Table,
 }
 
 impl Bench {
@@ -43,8 +102,17 @@ impl Bench {
     }
 
     fn with(config: Config, model: Model, gear: Gear) -> Self {
-        let (engine, store) = (Engine::new(config), Store::new(model, gear));
-        Self { engine, store, live: LIVE, context: STILL }
+        let table = Table {
+            store: Store::new(model, gear),
+            context: STILL,
+            quirks: Quirks::default(),
+            position: -5000,
+            newest_fault: b'G',
+            waits: false,
+            effect: Effect::None,
+            stores: false,
+        };
+        Self { engine: Engine::new(config), table }
     }
 
     fn with_latency(latency: u16) -> Self {
@@ -52,7 +120,9 @@ impl Bench {
     }
 
     fn cycle(&mut self, request: Pkw) -> Outcome {
-        self.engine.cycle(request, &mut self.store, &self.live, &self.context)
+        (self.table.effect, self.table.stores) = (Effect::None, false);
+        let pkw::Outcome { reply, refusal } = self.engine.cycle(request, &mut self.table);
+        Outcome { reply, effect: self.table.effect, stores: self.table.stores, refusal }
     }
 
     fn reply(&mut self, request: Pkw) -> Pkw {
@@ -69,12 +139,12 @@ const P_IS_100: Pkw = Pkw::new(Pke::from_raw(0x13E8), Ind::from_raw(0), 100);
 fn the_telegrams_printed_in_the_manual() {
     // Chapters 7.6.1 and 7.6.2; `ag03.md` 2.5.
     let mut bench = Bench::new(Model::Ag03_1, Gear::Ratio48);
-    bench.store.set(Parameter::CalibrationValue, 10_000).unwrap();
+    bench.table.store.set(Parameter::CalibrationValue, 10_000).unwrap();
     let reply = bench.reply(Pkw::from_octets([0x13, 0xFA, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00]));
     assert_eq!(reply.to_octets(), [0x23, 0xFA, 0x00, 0x00, 0x00, 0x00, 0x27, 0x10]);
     let reply = bench.reply(Pkw::from_octets([0x33, 0xF8, 0x00, 0x00, 0x00, 0x03, 0xD0, 0x90]));
     assert_eq!(reply.to_octets(), [0x23, 0xF8, 0x00, 0x00, 0x00, 0x03, 0xD0, 0x90]);
-    assert_eq!(bench.store.value(Parameter::Limit1), 250_000);
+    assert_eq!(bench.table.store.value(Parameter::Limit1), 250_000);
     // The further values of `ag03.md` 2.5.
     for (pke, pwe_high, pwe_low) in [
         (0x13FC, 0x0000, 0x2948), // system status word
@@ -85,7 +155,7 @@ fn the_telegrams_printed_in_the_manual() {
         let request = words(0x1000 | pke & 0x07FF, 0, 0, 0);
         assert_eq!(bench.reply(request), words(pke, 0, pwe_high, pwe_low));
     }
-    bench.live.fault_buffer[0] = 0x41;
+    bench.table.newest_fault = 0x41;
     assert_eq!(bench.reply(words(0x63B1, 0, 0, 0)), words(0x43B1, 0, 0, 0x41));
 }
 
@@ -109,16 +179,16 @@ fn the_derived_vectors() {
         for (request, reply) in rows {
             assert_eq!(bench.reply(request).to_octets(), reply.to_octets(), "{model}: {request}");
         }
-        assert_eq!(bench.store.value(Parameter::Limit2), -9_999_999);
-        assert_eq!(bench.store.value(Parameter::DeltaInch), -1600);
-        assert_eq!(bench.store.value(Parameter::OperatingMode), 1);
+        assert_eq!(bench.table.store.value(Parameter::Limit2), -9_999_999);
+        assert_eq!(bench.table.store.value(Parameter::DeltaInch), -1600);
+        assert_eq!(bench.table.store.value(Parameter::OperatingMode), 1);
     }
     for (model, reply) in [(Model::Ag03, 0x13CA), (Model::Ag03_1, 0x23CA)] {
         let mut bench = Bench::new(model, Gear::Ratio48);
         let outcome = bench.cycle(words(0x23CA, 0, 0, 5));
         assert_eq!((outcome.reply, outcome.effect), (words(reply, 0, 0, 0), Effect::Calibrate));
         bench.reply(Pkw::ZERO);
-        bench.context = TRAVELLING;
+        bench.table.context = TRAVELLING;
         let outcome = bench.cycle(words(0x23CA, 0, 0, 5));
         assert_eq!((outcome.reply, outcome.effect), (words(0x73CA, 0, 0, 0x11), Effect::None));
     }
@@ -127,13 +197,10 @@ fn the_derived_vectors() {
 #[test]
 fn a_refusal_says_what_was_asked_and_what_is_wrong_once() {
     let mut bench = Bench::new(Model::Ag03, Gear::Ratio48);
-    bench.context = TRAVELLING;
+    bench.table.context = TRAVELLING;
     let job = words(0x23F0, 0, 0, 50);
-    let refusal = Refusal {
-        job,
-        number: ErrorNumber::OperatingState,
-        cause: JobError::Param(ParamError::NotNow(NotNow::Moving)),
-    };
+    let refusal =
+        Refusal { job, number: ErrorNumber::OperatingState, cause: JobError::NotNow("the shaft is moving") };
     assert_eq!(bench.cycle(job).refusal, Some(refusal));
     assert_eq!(bench.cycle(job), unchanged(words(0x73F0, 0, 0, 17)));
 
@@ -165,14 +232,14 @@ fn a_held_read_shows_the_newest_value() {
     assert_eq!(bench.reply(read_position), Pkw::ZERO);
     assert_eq!(bench.reply(read_position), Pkw::ZERO);
     for position in [10, -10] {
-        bench.live.position = position;
+        bench.table.position = position;
         assert_eq!(bench.reply(read_position).double_word().cast_signed(), position);
     }
     let read_fault = words(0x63B1, 0, 0, 0);
     for _ in 0..3 {
         bench.reply(read_fault);
     }
-    bench.live.fault_buffer[0] = b'J';
+    bench.table.newest_fault = b'J';
     assert_eq!(bench.reply(read_fault), words(0x43B1, 0, 0, 0x4A));
 }
 
@@ -259,8 +326,9 @@ fn the_sub_index_is_found_where_the_configuration_says() {
 
 #[test]
 fn the_open_points_can_be_decided_the_other_way() {
-    let config = Config { read_element_by_plain_job: true, refuse_command_read: true, ..Config::default() };
+    let config = Config { read_element_by_plain_job: true, ..Config::default() };
     let mut bench = Bench::with(config, Model::Ag03_1, Gear::Ratio48);
+    bench.table.quirks.refuse_command_read = true;
     assert_eq!(bench.reply(words(0x13B1, 0x0300, 0, 0)), words(0x43B1, 0x0300, 0, 0x41));
     assert_eq!(bench.reply(words(0x13E8, 0x0300, 0, 0)), words(0x13E8, 0x0300, 0, 100));
     let outcome = bench.cycle(words(0x13CA, 0, 0, 0));
@@ -304,11 +372,12 @@ proptest! {
         let mut bench = Bench::with_latency(0);
         let mut last = Pkw::ZERO;
         for (request, times, moving, job_active) in requests {
-            bench.context = WriteContext { moving, job_active };
+            bench.table.context = WriteContext { moving, job_active };
             for _ in 0..times {
-                let new = !same_job(request, last);
+                let without_spm = |pkw: Pkw| Pkw { pke: pkw.pke.without_spm(), ..pkw };
+                let new = without_spm(request) != without_spm(last);
                 prop_assert_eq!(bench.engine.has_work(request), new);
-                let before = bench.store.clone();
+                let before = bench.table.store.clone();
                 let outcome = bench.cycle(request);
                 prop_assert!(outcome.reply.pke.ak() <= 8 && !outcome.reply.pke.spm());
                 if request.pke.job() == JobId::NoJob {
@@ -320,7 +389,7 @@ proptest! {
                 prop_assert_eq!(outcome.refusal.map(|refusal| refusal.job), (new && refused).then_some(request));
                 if !new || refused {
                     prop_assert_eq!(outcome.effect, Effect::None);
-                    prop_assert!(bench.store == before);
+                    prop_assert!(bench.table.store == before);
                 }
                 last = request;
             }
@@ -360,8 +429,9 @@ fn a_held_write_is_answered_after_it_is_stored_and_executed_once() {
         assert_eq!(bench.engine.store_failed(), None);
         bench.reply(CLEAR_FAULTS);
 
-        assert!(bench.cycle(write).stores);
-        bench.engine.hold(FAULTS_CLEARED);
+        bench.table.waits = true;
+        let held = bench.cycle(write);
+        assert_eq!((held.reply, held.stores), (FAULTS_CLEARED, true));
         assert!(!bench.engine.has_work(READ_P));
         // Whatever the master says meanwhile.
         assert_eq!([write, READ_P, Pkw::ZERO].map(|job| bench.cycle(job)), [unchanged(FAULTS_CLEARED); 3]);

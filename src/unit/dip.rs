@@ -1,14 +1,14 @@
-//! The ten DIP switches under the cover (manual chapters 2.4, 7.8 and 7.10; `ag03.md` 11).
+//! The ten DIP switches under the cover as switches (manual chapters 2.4, 7.8 and 7.10; `ag03.md` 11). A bus makes its
+//! own number of them.
 
 use core::fmt;
 
-use crate::fdl::Address;
 use crate::param::DefaultSet;
 
 /// The positions of the ten DIP switches, read when the drive is switched on.
 ///
 /// ```text
-/// SW1 SW2 SW3 SW4 SW5 SW6 SW7   station address, 2^0 to 2^6; all ON (127) acts as 126
+/// SW1 SW2 SW3 SW4 SW5 SW6 SW7   a number, 2^0 to 2^6: the address on a bus
 /// SW8                           OFF in normal operation, ON for the factory reset
 /// SW9 SW10                      bus terminator: both ON = active, both OFF = not
 /// ```
@@ -50,14 +50,6 @@ impl DipSwitches {
         low
     }
 
-    /// The station address of SW1 to SW7: 127 acts as 126 (manual chapter 7.8).
-    pub const fn address(self) -> Address {
-        match self.number() {
-            127 => Address::from_octet(126),
-            number => Address::from_octet(number),
-        }
-    }
-
     /// Whether SW8 is ON.
     pub const fn reset(self) -> bool {
         self.0 & SW8 != 0
@@ -70,13 +62,6 @@ impl DipSwitches {
             (true, true) => Terminator::Active,
             (true, false) | (false, true) => Terminator::Half,
         }
-    }
-}
-
-impl From<Address> for DipSwitches {
-    /// SW1 to SW7 at this address, the others OFF.
-    fn from(address: Address) -> Self {
-        Self::from_bits(address.number().into())
     }
 }
 
@@ -147,38 +132,7 @@ impl Default for ResetPatterns {
 
 #[cfg(test)]
 mod tests {
-    use std::string::ToString;
-
     use super::*;
-
-    #[test]
-    fn the_address_table_of_manual_7_8() {
-        for (switches, address) in [
-            ("0000000 0 00", 0),
-            ("1000000 0 00", 1),
-            ("0100000 0 00", 2),
-            ("1100000 0 00", 3),
-            ("0011111 0 00", 124),
-            ("1011111 0 00", 125),
-            ("0111111 0 00", 126),
-            ("1111111 0 00", 126),
-        ] {
-            let bits = switches
-                .chars()
-                .filter(|c| *c != ' ')
-                .rev()
-                .fold(0, |bits, c| bits << 1 | u16::from(c == '1'));
-            let positions = DipSwitches::from_bits(bits);
-            assert_eq!(positions.to_string(), switches);
-            assert_eq!(positions.address().number(), address, "{switches}");
-            assert_eq!(positions.with_reset(true).with_terminator(true).address().number(), address);
-        }
-        for number in 0..=126 {
-            let address = Address::station(number).unwrap();
-            assert_eq!(DipSwitches::from(address).address(), address);
-        }
-        assert_eq!(DipSwitches::from_bits(u16::MAX).to_string(), "1111111 1 11");
-    }
 
     #[test]
     fn the_terminator_needs_both_switches() {
