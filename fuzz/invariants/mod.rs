@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "each target uses its own file")]
 
 #[path = "../../tests/canopen_device/mod.rs"]
-mod canopen_device;
+pub(crate) mod canopen_device;
 pub(crate) mod canopen_node;
 #[cfg(feature = "std")]
 pub(crate) mod decode_cli;

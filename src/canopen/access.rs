@@ -54,7 +54,7 @@ impl Node {
             }
             Home::Application => {
                 let value = app.read(at)?;
-                value.with_octets(|octets| match entry.data.len() {
+                value.with_octets(|octets| match entry.data.octets() {
                     Some(len) if len != octets.len() => Err(Abort::INTERNAL),
                     Some(_) | None => take(octets),
                 })

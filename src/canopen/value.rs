@@ -54,7 +54,7 @@ impl DataType {
     }
 
     /// Octets of a value, `None` where values differ in length.
-    pub const fn len(self) -> Option<usize> {
+    pub const fn octets(self) -> Option<usize> {
         match self {
             Self::Boolean | Self::I8 | Self::U8 => Some(1),
             Self::I16 | Self::U16 => Some(2),
