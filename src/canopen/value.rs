@@ -80,7 +80,7 @@ impl DataType {
         }
     }
 
-    /// The value that `octets` are, `None` if their number is wrong for the type.
+    /// The value that `octets` are, `None` if their number is wrong for the type. Of a BOOLEAN bit 0 counts.
     pub fn decode(self, octets: &[u8]) -> Option<Value<'_>> {
         Some(match self {
             Self::Boolean => Value::Boolean(u8::from_le_bytes(octets.try_into().ok()?) & 1 == 1),

@@ -23,6 +23,7 @@ mod telegrams;
 
 mod canopen_eds;
 mod canopen_errors;
+mod canopen_faults;
 mod canopen_nmt;
 mod canopen_pdo;
 mod canopen_robustness;
