@@ -124,22 +124,68 @@ fn decoded(row: &Row) -> Option<(Telegram<'_>, profirust::fdl::Telegram<'_>)> {
     Some((ours, theirs))
 }
 
+/// What a program does with what was decoded: the compiler may leave out what is not used, and has to copy what is moved.
+type Theirs<'a> = Option<Result<(profirust::fdl::Telegram<'a>, usize), ()>>;
+
+/// The uses, each of a decoder that the compiler may inline into it and of one that it may not.
+macro_rules! uses {
+    ($print:ident, $row:ident) => {{
+        let octets = $row.octets.as_slice();
+        uses!(@ $print, $row, octets, "inline", decode, profirust::fdl::Telegram::deserialize);
+        uses!(@ $print, $row, octets, "called", decode_called, deserialize_called);
+    }};
+    (@ $print:ident, $row:ident, $octets:ident, $how:literal, $ours:path, $theirs:path) => {{
+        let by_reference = paired(
+            || { black_box(&$ours(black_box($octets))); },
+            || { black_box(&$theirs(black_box($octets))); },
+        );
+        let moved = paired(
+            || { black_box($ours(black_box($octets))); },
+            || { black_box($theirs(black_box($octets))); },
+        );
+        let length = paired(
+            || { black_box(length_of_ours($ours(black_box($octets)))); },
+            || { black_box(length_of_theirs($theirs(black_box($octets)))); },
+        );
+        for (use_, times) in [("by reference", by_reference), ("moved", moved), ("only the length", length)] {
+            $print(format!("decode {} {use_}, {}", $row.name, $how), times);
+        }
+    }};
+}
+
+#[inline(never)]
+fn decode_called(octets: &[u8]) -> Decoded<'_> {
+    decode(octets)
+}
+
+#[inline(never)]
+fn deserialize_called(octets: &[u8]) -> Theirs<'_> {
+    profirust::fdl::Telegram::deserialize(octets)
+}
+
+#[inline(always)]
+fn length_of_ours(decoded: Decoded<'_>) -> usize {
+    match decoded {
+        Decoded::Telegram { len, .. } => len,
+        Decoded::Incomplete | Decoded::Invalid { .. } => 0,
+    }
+}
+
+#[inline(always)]
+fn length_of_theirs(decoded: Theirs<'_>) -> usize {
+    match decoded {
+        Some(Ok((_, len))) => len,
+        Some(Err(())) | None => 0,
+    }
+}
+
 fn ratios(_: &mut Criterion) {
-    println!("{:<26}{:>12}{:>12}{:>8}", "alternating samples", "profidrive", "profirust", "ratio");
+    println!("{:<50}{:>12}{:>12}{:>8}", "alternating samples", "profidrive", "profirust", "ratio");
     let print = |name: String, (ours, theirs, ratio): (f64, f64, f64)| {
-        println!("{name:<26}{ours:>9.2} ns{theirs:>9.2} ns{ratio:>8.2}");
+        println!("{name:<50}{ours:>9.2} ns{theirs:>9.2} ns{ratio:>8.2}");
     };
     for row in &rows() {
-        let octets = row.octets.as_slice();
-        let times = paired(
-            || {
-                black_box(&decode(black_box(octets)));
-            },
-            || {
-                black_box(&profirust::fdl::Telegram::deserialize(black_box(octets)));
-            },
-        );
-        print(format!("decode {}", row.name), times);
+        uses!(print, row);
     }
     for row in &rows() {
         let Some((ours, theirs)) = decoded(row) else { continue };

@@ -35,6 +35,9 @@ mod panel;
 #[path = "../tests/common/pty.rs"]
 mod pty;
 #[cfg(target_os = "linux")]
+#[path = "../tests/telegrams/mod.rs"]
+mod telegrams;
+#[cfg(target_os = "linux")]
 #[path = "panel_latency/watchers.rs"]
 mod watchers;
 

@@ -6,6 +6,7 @@ use thiserror::Error;
 
 use super::Config;
 use super::dip::ResetPatterns;
+use crate::drive::DirectionChange;
 use crate::pkw::SubindexOctet;
 
 /// A point on which the manuals contradict themselves or leave a choice.
@@ -63,7 +64,7 @@ impl Config {
 }
 
 /// Every quirk, in the order of the register.
-pub const QUIRKS: [Quirk; 23] = [
+pub const QUIRKS: [Quirk; 28] = [
     Quirk {
         name: "i-gain",
         register: "C-01",
@@ -223,6 +224,47 @@ pub const QUIRKS: [Quirk; 23] = [
         about: "when Data_Exchange may enable: with its first telegram, or after STW.0 = 0 was seen",
         values: &["at-once", "after-off1"],
         choose: |config, value| config.drive.quirks.off1_must_be_seen = value == 1,
+    },
+    Quirk {
+        name: "d-pos",
+        register: "C-38",
+        about: "when d-Pos (PNU 1039) can be written: during a travel job too, or only without one",
+        values: &["any-time", "no-job"],
+        choose: |config, value| config.param.d_pos_without_job = value == 1,
+    },
+    Quirk {
+        name: "calibrate-when",
+        register: "C-39",
+        about: "what calibration needs: no travel job and standstill, or no travel job only",
+        values: &["standstill", "no-job"],
+        choose: |config, value| config.param.calibrate_while_moving = value == 1,
+    },
+    Quirk {
+        name: "inch-direction",
+        register: "C-40",
+        about: "what a change of STW.15 does while inching 2 goes on: reverse, end it, or nothing",
+        values: &["reverse", "stop", "ignore"],
+        choose: |config, value| {
+            config.drive.quirks.inch_2_direction_change = match value {
+                0 => DirectionChange::Reverses,
+                1 => DirectionChange::Ends,
+                _ignore => DirectionChange::IsIgnored,
+            }
+        },
+    },
+    Quirk {
+        name: "inpos",
+        register: "C-41",
+        about: "when inpos modes 1 and 2 (PNU 1022) act: at the end of the travel, or on reaching the window",
+        values: &["end", "window"],
+        choose: |config, value| config.drive.quirks.inpos_acts_in_window = value == 1,
+    },
+    Quirk {
+        name: "inch-limit",
+        register: "C-42",
+        about: "where inching ends at a limit: it brakes from there, or stands there",
+        values: &["brake", "stand"],
+        choose: |config, value| config.drive.quirks.inching_stops_at_limit = value == 1,
     },
     Quirk {
         name: "reset-patterns",

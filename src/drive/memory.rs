@@ -48,7 +48,6 @@ impl Drive {
     /// Puts the shaft at an angle in increments, at rest: where it is found when the drive is made.
     pub fn set_shaft(&mut self, angle: f64) {
         self.motion = Motion::at(angle);
-        self.plant.rejoin();
         self.settled = false;
     }
 }

@@ -54,10 +54,10 @@ pub use memory::Memory;
 pub use quirks::Quirks;
 pub use refusal::{Reason, Refusal, Request};
 pub use settings::{Limits, Mode, PosType, SenseOfRotation, Settings, StopMode};
-pub use states::{Direction, Inching, Key, Motor, State};
+pub use states::{Direction, DirectionChange, Inching, Key, Motor, State};
 pub use status::{Measured, Status};
 
-use motion::{Motion, acceleration, rpm, velocity};
+use motion::{Dynamics, Motion, acceleration, rpm, velocity};
 use plant::{Commanded, Constants, Plant};
 use requests::Job;
 use scale::Scale;
@@ -124,7 +124,7 @@ pub struct Config {
 
 /// Calibration was asked for during a travel job (manual chapter 3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("calibration is only possible when no travel job or inching is active or paused")]
+#[error("calibration is only possible when no travel job, inching or velocity is active or paused")]
 pub struct CalibrationError;
 
 /// One drive.
@@ -162,7 +162,7 @@ pub struct Drive {
     start_armed: bool,
     /// OFF1 was given in this Data_Exchange.
     off1_seen: bool,
-    /// The torque deactivation stopped a job that was not kept.
+    /// The torque deactivation stopped a motion, and none has begun since.
     torque_tripped: bool,
     faults: FaultBuffer,
     /// The faults entered since the last acknowledgement.
@@ -297,9 +297,10 @@ impl Drive {
     /// Makes the present position `value` in user units (PNU 970 = 5).
     ///
     /// # Errors
-    /// [`CalibrationError`] while a travel job or inching is active or paused.
+    /// [`CalibrationError`] while [`Status::job_active`]. Whether a shaft that runs out may be calibrated is decided
+    /// where PNU 970 is written ([`crate::param::Quirks::calibrate_while_moving`]).
     pub fn calibrate(&mut self, value: i32) -> Result<(), CalibrationError> {
-        if self.state.job_active() {
+        if self.job_active() {
             return Err(CalibrationError);
         }
         self.zero = self.shaft_position() - self.frame.scale.increments(f64::from(value));
@@ -404,6 +405,8 @@ impl Drive {
                 || (limits.is_below(position) && velocity < 0.0),
             velocity_released: self.previous.start,
             inpos: settings.inpos,
+            inpos_in_window: self.quirks.inpos_acts_in_window && self.job.via.is_none(),
+            torque_tripped: self.torque_tripped,
         };
         let (next, action) = self.state.on_motion(reached);
         self.enact(next, action, &Command::IDLE, settings);
@@ -435,16 +438,16 @@ impl Drive {
                 self.start_armed = true;
                 self.off1_seen = false;
             }
-            Action::Release => self.brake(self.plant.coast_deceleration()),
+            Action::Release => self.motion.brake(self.plant.coast_deceleration()),
             Action::TakeControl | Action::BrakeMaximum => self.brake_maximum(),
             Action::TorqueBrake => {
                 self.torque_tripped = true;
                 self.brake_maximum();
             }
-            Action::BrakeProgrammed => self.brake(self.job.dynamics.deceleration),
+            Action::BrakeProgrammed => self.motion.brake(self.job.dynamics.deceleration),
             Action::BrakeStopMode => match settings.stop_mode_inch_2 {
                 StopMode::Maximum => self.brake_maximum(),
-                StopMode::Ramp => self.brake(self.job.dynamics.deceleration),
+                StopMode::Ramp => self.motion.brake(self.job.dynamics.deceleration),
             },
             Action::StartTravel => {
                 self.job = self.job_to(command.setpoint, settings);
@@ -463,15 +466,18 @@ impl Drive {
                 self.job = self.inching_job(settings);
                 self.setpoint = self.job.setpoint;
                 self.setpoint_programmed = true;
+                self.torque_tripped = false;
                 self.start_leg();
             }
             Action::StartInching2(direction) => {
                 self.job = self.inching_job(settings);
+                self.torque_tripped = false;
                 self.follow_inching_2(direction, settings);
             }
             Action::FollowInching2(direction) => self.follow_inching_2(direction, settings),
             Action::StartKey(key) => {
                 self.job = self.inching_job(settings);
+                self.torque_tripped = false;
                 self.follow_inching_2(self.key_direction(key), settings);
             }
             Action::FollowKey(key) => self.follow_inching_2(self.key_direction(key), settings),
@@ -484,25 +490,19 @@ impl Drive {
 
     fn advance(&mut self, dt: Duration) {
         let (position, velocity) = (self.motion.position(), self.motion.velocity());
-        let mut left = None;
-        if !self.plant.holds_profile() {
-            left = self.motion.advance(dt);
-        }
+        let left = self.motion.advance(dt);
         let commanded = Commanded {
             way: self.motion.position() - position,
             velocity_before: velocity,
             velocity: self.motion.velocity(),
-            target: self.motion.has_target(),
             motor: self.state.motor(),
         };
         if self.inputs.blocked && commanded.motor != Motor::InControl && !self.motion.at_rest() {
             // What stops a released shaft stops it for good.
-            self.motion.restart(position, 0.0);
-            self.motion.brake(self.plant.maximum_deceleration());
+            self.motion.begin_anew(position, 0.0);
         }
-        let shift = self.plant.advance(dt, commanded, &self.inputs);
-        if shift != 0.0 {
-            self.motion.shift(shift);
+        if let Some(shaft) = self.plant.advance(dt, commanded, &self.inputs) {
+            self.motion.begin_anew(position + shaft.way, shaft.velocity);
         }
         if self.stands() && self.state == State::TravelActive && self.job.via.take().is_some() {
             self.start_leg();
@@ -530,39 +530,25 @@ impl Drive {
 
     /// Angle of the output shaft in increments.
     fn shaft_position(&self) -> f64 {
-        self.motion.position() - self.plant.lag()
+        self.motion.position()
     }
 
     /// Speed of the output shaft in increments/s, signed.
     fn shaft_velocity(&self) -> f64 {
-        self.plant.velocity_off_profile().unwrap_or_else(|| self.motion.velocity())
+        self.motion.velocity()
     }
 
     /// The profile has ended and the shaft is there.
     fn stands(&self) -> bool {
-        self.motion.at_rest() && self.plant.velocity_off_profile().is_none()
-    }
-
-    /// A shaft that could not follow begins its next motion from where it is.
-    fn rejoin(&mut self) {
-        if let Some(velocity) = self.plant.velocity_off_profile() {
-            self.motion.restart(self.shaft_position(), velocity);
-            self.plant.rejoin();
-        }
-    }
-
-    fn brake(&mut self, deceleration: f64) {
-        self.rejoin();
-        self.motion.brake(deceleration);
+        self.motion.at_rest()
     }
 
     fn brake_maximum(&mut self) {
-        self.brake(self.plant.maximum_deceleration());
+        self.motion.brake(self.plant.maximum_deceleration());
     }
 
     /// Travels to the loop point, or if there is none or the shaft is there, to the target.
     fn start_leg(&mut self) {
-        self.rejoin();
         if let Some(via) = self.job.via {
             self.motion.travel_to(via, self.job.dynamics);
             if !self.motion.at_rest() {
@@ -579,13 +565,22 @@ impl Drive {
             Direction::Positive => speed,
             Direction::Negative => -speed,
         };
-        self.follow(target, self.job.dynamics.acceleration);
+        let acceleration = self.job.dynamics.acceleration;
+        match self.limit_to_stop_at(direction) {
+            None => self.follow(target, acceleration),
+            Some(limit) => {
+                let deceleration = self.plant.maximum_deceleration();
+                let dynamics = Dynamics { speed: speed.abs(), acceleration, deceleration };
+                if !self.motion.leads_to(limit, dynamics) {
+                    self.motion.travel_to(limit, dynamics);
+                }
+            }
+        }
     }
 
     /// Lays a new ramp only if the target is new.
     fn follow(&mut self, target: f64, acceleration: f64) {
         if target != self.motion.final_velocity() {
-            self.rejoin();
             self.motion.ramp_to(target, acceleration);
         }
     }

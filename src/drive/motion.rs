@@ -1,7 +1,7 @@
 //! Motion of the output shaft: phases of constant acceleration, evaluated from the exact elapsed time.
 //!
-//! A plan is laid once, when something changes (a job starts, pauses, resumes, stops; the motor is released), from
-//! the position and velocity of that moment. Steps only look up where the plan is by now, so the length of a step
+//! A plan is laid once, when something changes (a job starts, pauses, resumes, stops; the motor is released; a load
+//! kept the shaft from following), from the position and velocity of that moment. Steps only look up where the plan is by now, so the length of a step
 //! changes nothing but how often one looks, and errors do not add up. The last phase of each travel is computed
 //! backwards from its end: the shaft arrives exactly and cannot overshoot by rounding.
 
@@ -40,11 +40,23 @@ pub(super) fn rpm(velocity: f64) -> f64 {
     velocity * 60.0 / INCREMENTS_PER_REVOLUTION
 }
 
+/// What a plan is to end with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Aim {
+    /// At rest at this place.
+    Target { target: f64, dynamics: Dynamics },
+    /// At rest as soon as this deceleration allows.
+    Rest { deceleration: f64 },
+    /// With this velocity, held.
+    Velocity { velocity: f64, acceleration: f64 },
+}
+
 /// The shaft: where it is, how fast it turns, and the plan it follows.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Motion {
     position: f64,
     velocity: f64,
+    aim: Aim,
     plan: Plan,
     /// How far into the plan the shaft is: whole nanoseconds, and seconds left over from the plan before.
     elapsed: u64,
@@ -54,7 +66,8 @@ pub(super) struct Motion {
 impl Motion {
     /// A shaft at rest.
     pub(super) const fn at(position: f64) -> Self {
-        Self { position, velocity: 0.0, plan: Plan::from(position, 0.0), elapsed: 0, carried: 0.0 }
+        let aim = Aim::Rest { deceleration: FULL_ACCELERATION };
+        Self { position, velocity: 0.0, aim, plan: Plan::from(position, 0.0), elapsed: 0, carried: 0.0 }
     }
 
     /// Angle of the shaft in increments.
@@ -77,21 +90,30 @@ impl Motion {
         self.plan.velocity
     }
 
-    /// Whether the plan leads to a target, not only to a velocity.
-    pub(super) fn has_target(&self) -> bool {
-        self.plan.target
+    /// Whether the plan leads to `target` with these dynamics.
+    pub(super) fn leads_to(&self, target: f64, dynamics: Dynamics) -> bool {
+        self.aim == Aim::Target { target, dynamics }
     }
 
-    /// The shaft is at `position` and turns with `velocity`; a new plan is laid next.
-    pub(super) fn restart(&mut self, position: f64, velocity: f64) {
+    /// The shaft is at `position` and turns with `velocity`: from there a new plan leads to what the old one led to,
+    /// with the same speed and accelerations.
+    pub(super) fn begin_anew(&mut self, position: f64, velocity: f64) {
         self.position = position;
         self.velocity = velocity;
+        match self.aim {
+            Aim::Target { target, dynamics } => self.travel_to(target, dynamics),
+            Aim::Rest { deceleration } => self.brake(deceleration),
+            Aim::Velocity { velocity, acceleration } => self.ramp_to(velocity, acceleration),
+        }
     }
 
     /// Moves the plan and the place in it by `way` increments.
     pub(super) fn shift(&mut self, way: f64) {
         self.position += way;
         self.plan.position += way;
+        if let Aim::Target { target, .. } = &mut self.aim {
+            *target += way;
+        }
         for phase in &mut self.plan.phases {
             phase.position += way;
         }
@@ -127,8 +149,7 @@ impl Motion {
             plan.ramp(0.0, dynamics.deceleration);
         }
         plan.travel(target, dynamics);
-        plan.target = true;
-        self.begin(plan);
+        self.begin(Aim::Target { target, dynamics }, plan);
     }
 
     /// Brakes to standstill with `deceleration` in increments/s^2.
@@ -136,7 +157,7 @@ impl Motion {
         let mut plan = Plan::from(self.position, self.velocity);
         let distance = plan.stopping_distance(deceleration);
         plan.rest_at(self.position + sign(self.velocity) * distance);
-        self.begin(plan);
+        self.begin(Aim::Rest { deceleration }, plan);
     }
 
     /// Takes on `velocity` (increments/s) with `acceleration` (increments/s^2) and holds it.
@@ -146,10 +167,11 @@ impl Motion {
         if velocity != 0.0 {
             plan.hold();
         }
-        self.begin(plan);
+        self.begin(Aim::Velocity { velocity, acceleration }, plan);
     }
 
-    fn begin(&mut self, plan: Plan) {
+    fn begin(&mut self, aim: Aim, plan: Plan) {
+        self.aim = aim;
         self.plan = plan;
         self.elapsed = 0;
         self.carried = 0.0;
@@ -175,9 +197,7 @@ impl Motion {
     }
 
     fn stand(&mut self) {
-        let target = self.plan.target;
-        *self = Self::at(self.plan.position);
-        self.plan.target = target;
+        *self = Self { aim: self.aim, ..Self::at(self.plan.position) };
     }
 }
 
@@ -191,8 +211,6 @@ struct Plan {
     /// Position and velocity at the end of the last phase laid.
     position: f64,
     velocity: f64,
-    /// The end is a target; without one only the velocities count.
-    target: bool,
 }
 
 /// A stretch of constant acceleration.
@@ -210,7 +228,7 @@ struct Phase {
 impl Plan {
     const fn from(position: f64, velocity: f64) -> Self {
         let never = Phase { from: f64::INFINITY, anchor: 0.0, position, velocity, acceleration: 0.0 };
-        Self { phases: [never; 4], end: 0.0, position, velocity, target: false }
+        Self { phases: [never; 4], end: 0.0, position, velocity }
     }
 
     /// The way to standstill from the velocity at the end of the plan.

@@ -1,7 +1,9 @@
 //! The plant: motor, gear, load, output stage and intermediate circuit, advanced in the drive's fixed steps.
 //!
 //! The profile (`motion`) is what the drive commands. The shaft is exactly on it as long as the motor has the
-//! torque; otherwise it falls behind, with all the current the motor can take, and catches up when it can:
+//! torque; otherwise it is slower, with all the current the motor can take, and the profile begins anew where the
+//! shaft is. So the speed and the accelerations of the profile are never exceeded, whatever the load does (manual
+//! chapter 6, nos. 4 to 6, 8 and 9: v-Pos and v-Inch are maximum speeds):
 //!
 //! ```text
 //! torque   = friction + load + inertia * acceleration                  at the output shaft, Nm
@@ -22,7 +24,7 @@ use crate::param::{Gear, Model};
 
 use super::faults::{Fault, FaultSet};
 use super::inputs::Inputs;
-use super::motion::{rpm, sign, velocity as to_velocity};
+use super::motion::{rpm, sign};
 use super::scale::INCREMENTS_PER_REVOLUTION;
 use super::states::Motor;
 use super::status::STANDSTILL_RPM;
@@ -70,8 +72,6 @@ pub struct Constants {
     pub maximum_deceleration: f64,
     /// Deceleration of a released shaft that runs out, rev/s^2. Default 1.
     pub coast_deceleration: f64,
-    /// How far the profile runs ahead of a shaft that cannot follow before it waits, increments. Default 400.
-    pub lag_limit: f64,
     /// A shaft that cannot follow for longer than this has a lag error, s. Default 0.1.
     pub lag_time: f64,
     /// Fault B comes when speed below 2 rpm and lag error last longer than this, s. Default 0.5.
@@ -106,7 +106,6 @@ impl Constants {
         inertia: 1.0 / (4.0 * core::f64::consts::TAU) / (48.0 * 48.0),
         maximum_deceleration: 4.0,
         coast_deceleration: 1.0,
-        lag_limit: 400.0,
         lag_time: 0.1,
         blocked_time: 0.5,
         heating: 10.0,
@@ -132,7 +131,6 @@ impl Constants {
             inertia: positive(self.inertia),
             maximum_deceleration: positive(self.maximum_deceleration),
             coast_deceleration: positive(self.coast_deceleration),
-            lag_limit: positive(self.lag_limit),
             lag_time: positive(self.lag_time),
             blocked_time: positive(self.blocked_time),
             heating: positive(self.heating),
@@ -160,10 +158,17 @@ pub(super) struct Commanded {
     /// Velocity of the profile at the beginning and at the end, increments/s.
     pub(super) velocity_before: f64,
     pub(super) velocity: f64,
-    /// The profile leads to a target, which the shaft shall reach however late. Otherwise only its velocity counts.
-    pub(super) target: bool,
     /// What the output stage does.
     pub(super) motor: Motor,
+}
+
+/// What a shaft does that cannot follow the profile.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Hindered {
+    /// Its way, increments.
+    pub(super) way: f64,
+    /// Its velocity at the end, increments/s.
+    pub(super) velocity: f64,
 }
 
 /// The plant of one drive.
@@ -175,20 +180,14 @@ pub(super) struct Plant {
     torque_per_ampere: f64,
     back_emf: f64,
     inertia: f64,
-    /// The most the gear allows, increments/s: catching up is no reason to go faster.
-    top_speed: f64,
     lag_time: Duration,
     blocked_time: Duration,
-    /// The shaft is not on the profile: by how much, increments, and how fast it turns.
-    off_profile: bool,
-    lag: f64,
-    velocity: f64,
     /// Torque of the motor in the direction of the motion, Nm; below zero it brakes.
     torque: f64,
     current: f64,
     temperature: f64,
     dc_link: f64,
-    off_profile_for: Duration,
+    hindered_for: Duration,
     blocked_for: Duration,
     overcurrent_for: Duration,
 }
@@ -204,17 +203,13 @@ impl Plant {
             torque_per_ampere: constants.torque_per_ampere * ratio,
             back_emf: constants.back_emf * ratio * rpm(1.0),
             inertia: constants.inertia * ratio * ratio * core::f64::consts::TAU / INCREMENTS_PER_REVOLUTION,
-            top_speed: to_velocity(gear.max_rpm().into()),
             lag_time: seconds(constants.lag_time),
             blocked_time: seconds(constants.blocked_time),
-            off_profile: false,
-            lag: 0.0,
-            velocity: 0.0,
             torque: 0.0,
             current: 0.0,
             temperature: inputs.ambient,
             dc_link: inputs.motor_supply(model),
-            off_profile_for: Duration::ZERO,
+            hindered_for: Duration::ZERO,
             blocked_for: Duration::ZERO,
             overcurrent_for: Duration::ZERO,
         }
@@ -240,27 +235,6 @@ impl Plant {
         volts >= self.constants.supply_present
     }
 
-    /// By how much the shaft is behind the profile, increments, signed.
-    pub(super) fn lag(&self) -> f64 {
-        self.lag
-    }
-
-    /// The velocity of a shaft that is off the profile, increments/s.
-    pub(super) fn velocity_off_profile(&self) -> Option<f64> {
-        self.off_profile.then_some(self.velocity)
-    }
-
-    /// Whether the profile has to wait for the shaft.
-    pub(super) fn holds_profile(&self) -> bool {
-        self.lag.abs() >= self.constants.lag_limit
-    }
-
-    /// The profile begins anew where the shaft is.
-    pub(super) fn rejoin(&mut self) {
-        self.off_profile = false;
-        self.lag = 0.0;
-    }
-
     /// Motor current in A, without sign.
     pub(super) fn current(&self) -> f64 {
         self.current
@@ -283,7 +257,7 @@ impl Plant {
 
     /// The shaft cannot follow (SSW.15).
     pub(super) fn lag_error(&self) -> bool {
-        self.off_profile_for > self.lag_time
+        self.hindered_for > self.lag_time
     }
 
     /// The motor current is out of range (SSW.13).
@@ -318,84 +292,68 @@ impl Plant {
         present.map(|(fault, _)| fault).collect()
     }
 
-    /// Lets `dt` pass. Returns by how much a profile without target has to move to be where the shaft is.
-    pub(super) fn advance(&mut self, dt: Duration, commanded: Commanded, inputs: &Inputs) -> f64 {
+    /// Lets `dt` pass. Returns what a shaft did that cannot follow the profile.
+    pub(super) fn advance(
+        &mut self,
+        dt: Duration,
+        commanded: Commanded,
+        inputs: &Inputs,
+    ) -> Option<Hindered> {
         let time = dt.as_secs_f64();
         if time <= 0.0 {
-            return 0.0;
+            return None;
         }
-        let shift = match commanded.motor {
+        let hindered = match commanded.motor {
             Motor::InControl => self.follow(time, commanded, inputs),
             Motor::Released | Motor::Shorted => {
-                self.rejoin();
                 (self.torque, self.current) = (0.0, 0.0);
-                0.0
+                None
             }
         };
         self.warm(time, inputs);
         self.charge(time, commanded, inputs);
         let overcurrent = self.overcurrent();
-        let slow = self.lag_error() && rpm(self.velocity).abs() < STANDSTILL_RPM;
-        count(&mut self.off_profile_for, self.off_profile, dt);
-        count(&mut self.blocked_for, slow, dt);
+        let slow = hindered.is_some_and(|shaft| rpm(shaft.velocity).abs() < STANDSTILL_RPM);
+        let blocked = self.lag_error() && slow;
+        count(&mut self.hindered_for, hindered.is_some(), dt);
+        count(&mut self.blocked_for, blocked, dt);
         count(&mut self.overcurrent_for, overcurrent, dt);
-        shift
+        hindered
     }
 
-    /// The shaft under torque, on the profile or as near as it gets.
-    fn follow(&mut self, time: f64, commanded: Commanded, inputs: &Inputs) -> f64 {
-        let Commanded { way, velocity_before, velocity, target, .. } = commanded;
-        let want = way + self.lag;
-        if want == 0.0 && velocity == 0.0 {
+    /// The shaft under torque, on the profile or as fast as it gets.
+    fn follow(&mut self, time: f64, commanded: Commanded, inputs: &Inputs) -> Option<Hindered> {
+        let Commanded { way, velocity_before, velocity, .. } = commanded;
+        if way == 0.0 && velocity == 0.0 {
             self.hold(inputs);
-            return 0.0;
+            return None;
         }
-        let direction = sign(if want == 0.0 { velocity } else { want });
+        let direction = sign(if way == 0.0 { velocity } else { way });
         let hindrance = inputs.friction_torque + direction * inputs.load_torque;
         let acceleration = (velocity - velocity_before) / time * direction;
         let torque = hindrance + self.inertia * acceleration;
         let supply = inputs.motor_supply(self.model);
         let possible = self.possible_current(supply, velocity.abs());
-        let follows =
-            !inputs.blocked && self.constants.idle_current + torque / self.torque_per_ampere <= possible;
-        if follows && !self.off_profile {
-            self.velocity = velocity;
+        let needed = self.constants.idle_current + torque / self.torque_per_ampere;
+        if !inputs.blocked && needed <= possible {
             self.push(torque);
-            return 0.0;
+            return None;
         }
 
-        self.off_profile = true;
-        let before = (self.velocity * direction).max(0.0);
-        let catching = if target { libm::sqrt(2.0 * self.maximum_deceleration() * want.abs()) } else { 0.0 };
-        let wanted = (velocity * direction).max(0.0) + catching;
-        let wanted = wanted.min(self.top_speed.max(velocity.abs()));
+        let before = (velocity_before * direction).max(0.0);
         let reachable = self.reachable_speed(supply, hindrance);
         let rise = time / (self.mechanical_time() + time);
+        let wanted = (velocity * direction).max(0.0);
         let speed = if inputs.blocked { 0.0 } else { (before + (reachable - before) * rise).min(wanted) };
-        let way = 0.5 * (before.min(wanted) + speed) * time;
-        self.velocity = speed * direction;
+        let most = if inputs.blocked { 0.0 } else { way.abs() };
+        let way = (0.5 * (before + speed) * time).min(most);
         self.current = self.possible_current(supply, speed);
         self.torque = (self.current - self.constants.idle_current).max(0.0) * self.torque_per_ampere;
-        if target {
-            self.lag = if inputs.blocked { want } else { direction * (want.abs() - way).max(0.0) };
-            if self.lag == 0.0 && follows {
-                self.off_profile = false;
-                self.velocity = velocity;
-            }
-            return 0.0;
-        }
-        if follows && speed >= velocity.abs() {
-            self.off_profile = false;
-            self.velocity = velocity;
-        }
-        let way = if inputs.blocked { 0.0 } else { way };
-        direction * way - want
+        Some(Hindered { way: direction * way, velocity: direction * speed })
     }
 
     /// Position control at standstill: the motor holds the load, as far as it can.
     fn hold(&mut self, inputs: &Inputs) {
-        self.rejoin();
-        self.velocity = 0.0;
         let most = self.possible_current(inputs.motor_supply(self.model), 0.0);
         self.current = (inputs.load_torque.abs() / self.torque_per_ampere).min(most);
         self.torque = self.current * self.torque_per_ampere;

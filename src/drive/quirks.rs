@@ -1,5 +1,7 @@
 //! Where the manuals leave the drive open: what else it might do.
 
+use super::states::DirectionChange;
+
 /// Alternatives to the proposals of `ag03.md` 15; each is off by default. `docs/quirks.md` has the reasons.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Quirks {
@@ -27,6 +29,12 @@ pub struct Quirks {
     pub start_needs_rising_edge: bool,
     /// C-35: target reached (ZSW.10) follows the position window during a job too.
     pub target_reached_live: bool,
+    /// C-40: what STW.15 does while inching 2 goes on.
+    pub inch_2_direction_change: DirectionChange,
+    /// C-41: inpos modes 1 and 2 act as soon as the position is in the window, not when the shaft stands there.
+    pub inpos_acts_in_window: bool,
+    /// C-42: inching and the keys stand at a limit, instead of braking from there.
+    pub inching_stops_at_limit: bool,
     /// C-36: STW.0 = 0 must be seen once in Data_Exchange before operation can be enabled.
     pub off1_must_be_seen: bool,
 }

@@ -8,6 +8,7 @@ use core::fmt;
 use crate::param::Model;
 
 use super::faults::Fault;
+use super::settings::Limits;
 use super::states::Direction;
 
 /// A request that was refused, and the conditions it does not meet.
@@ -165,6 +166,14 @@ impl Refusal {
     pub(super) const fn note(&mut self, reason: Reason, applies: bool) {
         if applies && !self.contains(Reason::SwitchedOff) {
             self.reasons |= reason.bit();
+        }
+    }
+
+    /// Rows 34, 35: beyond a limit the way in `direction` leads on outward.
+    pub(super) const fn note_outward(&mut self, direction: Direction, limits: Limits) {
+        match direction {
+            Direction::Positive => self.note(Reason::AboveUpperLimit, limits.is_above(self.position)),
+            Direction::Negative => self.note(Reason::BelowLowerLimit, limits.is_below(self.position)),
         }
     }
 

@@ -6,7 +6,7 @@ use super::motion::{Dynamics, acceleration, velocity};
 use super::refusal::{Reason, Refusal, Request};
 use super::scale::round;
 use super::settings::{Mode, PosType, Settings};
-use super::states::{Asked, Direction, Inching, Key, State};
+use super::states::{Asked, Direction, DirectionChange, Inching, Key, State};
 use super::{Command, Drive};
 
 /// A travel job, or the latched accelerations of an inching.
@@ -54,8 +54,8 @@ impl Drive {
         let travel = edge && self.asks_travel(command, settings);
         let inch_1 = command.inch_1 && !before.inch_1;
         let inch_2 = command.inch_2 && !before.inch_2;
-        let inch_2_direction = direction(command.inch_2_negative);
-        let inch_1_direction = direction(settings.delta_inch < 0);
+        let inch_2_direction = Direction::negative_if(command.inch_2_negative);
+        let inch_1_direction = Direction::of(settings.delta_inch);
 
         if command.start && !before.start && self.frame.mode == Mode::Velocity {
             self.asks_velocity(command);
@@ -88,6 +88,7 @@ impl Drive {
                 && self.asks_inching(Request::Inching2(inch_2_direction), inch_2_direction, command, travel),
             inch_2_held: command.inch_2,
             inch_2_direction,
+            inch_2_change: self.inch_2_change(inch_2_direction, command),
             velocity: self.frame.mode == Mode::Velocity
                 && command.start
                 && self.start_armed
@@ -115,13 +116,16 @@ impl Drive {
         let limits = self.frame.limits;
         let mut refusal = self.refusal_of(Request::Travel { setpoint: command.setpoint });
         self.note_state(&mut refusal, command);
-        refusal.note(Reason::JobPaused, self.state == State::Paused { torque_tripped: false });
-        // A coasting shaft that was caught, or one that the torque deactivation stops: no travel begins in motion.
         refusal.note(
-            Reason::ShaftTurns,
-            !self.stands()
-                && matches!(self.state, State::OperationEnabled(_) | State::Paused { torque_tripped: true }),
+            Reason::JobPaused,
+            matches!(
+                self.state,
+                State::Pausing { torque_tripped: false } | State::Paused { torque_tripped: false }
+            ),
         );
+        // A coasting shaft that was caught, or one that the torque deactivation stops: no travel begins in motion.
+        let turns = matches!(self.state, State::OperationEnabled(_)) && !self.stands();
+        refusal.note(Reason::ShaftTurns, turns || self.state == State::Pausing { torque_tripped: true });
         refusal.note(Reason::NoOutputStage, !self.supplies.output_stage);
         refusal.note(Reason::Stop, !command.no_stop);
         refusal.note(Reason::IntermediateStop, !command.no_intermediate_stop);
@@ -151,21 +155,28 @@ impl Drive {
     ) -> bool {
         let mut refusal = self.refusal_of(request);
         self.note_state(&mut refusal, command);
-        refusal.note(Reason::JobPaused, matches!(self.state, State::Paused { .. }));
+        refusal.note(Reason::JobPaused, matches!(self.state, State::Pausing { .. } | State::Paused { .. }));
         refusal.note(Reason::ShaftTurns, !self.stands() && matches!(self.state, State::OperationEnabled(_)));
         refusal.note(Reason::JobActive, travel);
         refusal.note(Reason::VelocityMode, self.frame.mode == Mode::Velocity);
         refusal.note(Reason::NoOutputStage, !self.supplies.output_stage);
         refusal.note(Reason::BothInching, command.inch_1 && command.inch_2);
-        match direction {
-            Direction::Positive => {
-                refusal.note(Reason::AboveUpperLimit, self.frame.limits.is_above(refusal.position));
-            }
-            Direction::Negative => {
-                refusal.note(Reason::BelowLowerLimit, self.frame.limits.is_below(refusal.position));
-            }
-        }
+        refusal.note_outward(direction, self.frame.limits);
         self.accepts(refusal)
+    }
+
+    /// Row 33: what a change of the direction does to inching 2. Outward beyond a limit it ends.
+    fn inch_2_change(&mut self, direction: Direction, command: &Command) -> DirectionChange {
+        let change = self.quirks.inch_2_direction_change;
+        let State::Inching(Inching::Two(before)) = self.state else {
+            return change;
+        };
+        if change != DirectionChange::Reverses || direction == before || !command.inch_2 {
+            return change;
+        }
+        let mut refusal = self.refusal_of(Request::Inching2(direction));
+        refusal.note_outward(direction, self.frame.limits);
+        if self.accepts(refusal) { change } else { DirectionChange::Ends }
     }
 
     /// Row 40: the setpoint is a level, a refusal is told once per rising edge.
@@ -186,6 +197,7 @@ impl Drive {
             | State::OperationEnabled(_)
             | State::Disabling
             | State::TravelActive
+            | State::Pausing { .. }
             | State::Paused { .. }
             | State::Stopping
             | State::Inching(_)
@@ -256,7 +268,11 @@ impl Drive {
             State::Inching(Inching::One | Inching::Two(_)) => refusal.note(Reason::InchingActive, true),
             State::Fault => refusal.note(Reason::FaultLatched, true),
             State::TurnOnDisabled => refusal.note(Reason::TurnOnDisabled, true),
-            State::Off | State::OperationEnabled(_) | State::Paused { .. } | State::VelocityTravelling => {}
+            State::Off
+            | State::OperationEnabled(_)
+            | State::Pausing { .. }
+            | State::Paused { .. }
+            | State::VelocityTravelling => {}
         }
     }
 
@@ -303,14 +319,26 @@ impl Drive {
     /// The way of inching 1. Also carries a-Inch for inching 2 and the keys.
     pub(super) fn inching_job(&self, settings: &Settings) -> Job {
         let delta = self.frame.scale.increments(f64::from(settings.delta_inch));
-        let target = self.shaft_position() + delta;
+        let end = self.shaft_position() + delta;
+        let limit = self.limit_to_stop_at(Direction::of(settings.delta_inch));
+        let target = limit.filter(|limit| (limit - self.shaft_position()).abs() < delta.abs()).unwrap_or(end);
         let ramp = acceleration(settings.a_inch);
         Job {
-            setpoint: self.units_at(target),
+            setpoint: self.units_at(end),
             target,
             via: None,
             dynamics: Dynamics { speed: self.speed(settings.v_inch), acceleration: ramp, deceleration: ramp },
         }
+    }
+
+    /// Where inching stands at the latest, angle of the shaft in increments (C-42); `None`: it goes on.
+    pub(super) fn limit_to_stop_at(&self, direction: Direction) -> Option<f64> {
+        let limits = self.frame.limits;
+        let limit = match direction {
+            Direction::Positive => limits.upper(),
+            Direction::Negative => limits.lower(),
+        };
+        (self.quirks.inching_stops_at_limit && limits.are_monitored()).then(|| self.increments_at(limit))
     }
 
     /// The speed of inching 2 and the keys in increments/s: v-Inch times offset, rounded half up (C-12), at least 1
@@ -343,8 +371,8 @@ impl Drive {
     /// Where a key turns to in user units: counter-clockwise counts positive with sense of rotation i.
     pub(super) fn key_direction(&self, key: Key) -> Direction {
         match key {
-            Key::Clockwise => direction(self.frame.scale.sign() > 0.0),
-            Key::CounterClockwise => direction(self.frame.scale.sign() < 0.0),
+            Key::Clockwise => Direction::negative_if(self.frame.scale.sign() > 0.0),
+            Key::CounterClockwise => Direction::negative_if(self.frame.scale.sign() < 0.0),
         }
     }
 
@@ -359,8 +387,4 @@ impl Drive {
     pub(super) fn position(&self) -> i32 {
         self.units_at(self.shaft_position())
     }
-}
-
-fn direction(negative: bool) -> Direction {
-    if negative { Direction::Negative } else { Direction::Positive }
 }

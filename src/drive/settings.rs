@@ -170,14 +170,19 @@ impl Limits {
         self.upper
     }
 
+    /// Whether the limits are monitored: they are not equal.
+    pub const fn are_monitored(self) -> bool {
+        self.lower != self.upper
+    }
+
     /// Whether `position` is above the range.
     pub const fn is_above(self, position: i32) -> bool {
-        self.lower != self.upper && position > self.upper
+        self.are_monitored() && position > self.upper
     }
 
     /// Whether `position` is below the range.
     pub const fn is_below(self, position: i32) -> bool {
-        self.lower != self.upper && position < self.lower
+        self.are_monitored() && position < self.lower
     }
 }
 

@@ -2,9 +2,9 @@
 //!
 //! Three functions, asked once each per step in this order, which is also the order of priority:
 //!
-//! 1. [`State::on_plant`]: supplies, faults, torque (rows 1-3b, 9, 27);
+//! 1. [`State::on_plant`]: supplies, faults, torque (rows 1-3b, 9, 27, 27b: torque in inching and under a key);
 //! 2. [`State::on_command`]: what the master or the keys ask for, at most one transition per step (rows 4-53);
-//! 3. [`State::on_motion`]: what the shaft has reached (the second half of rows 8, 23, 26, 29-34, 42, 53).
+//! 3. [`State::on_motion`]: what the shaft has reached (the second half of rows 8, 23, 24, 26, 27, 29-34, 42, 53).
 //!
 //! They are pure: they say the next state and the [`Action`] that goes with it; [`super::Drive`] carries it out.
 //! Within a function the arms stand in the order of their priority. Rows 21, 22, 25b, 35 and 36 (refused requests)
@@ -28,7 +28,12 @@ pub enum State {
     Disabling,
     /// A travel job is being executed (positioning).
     TravelActive,
-    /// The travel job is interrupted but kept (positioning).
+    /// The travel job was interrupted but is kept, the shaft still brakes (positioning).
+    Pausing {
+        /// Interrupted by the torque deactivation instead of the master.
+        torque_tripped: bool,
+    },
+    /// The travel job is interrupted but kept, the shaft stands (positioning).
     Paused {
         /// Interrupted by the torque deactivation instead of the master.
         torque_tripped: bool,
@@ -89,6 +94,18 @@ pub enum Key {
     CounterClockwise,
 }
 
+/// What a change of the direction (STW.15) does to inching 2 under way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum DirectionChange {
+    /// The shaft brakes with a-Inch and turns in the new direction.
+    #[default]
+    Reverses,
+    /// Inching ends as if it were taken back; a new one needs another edge.
+    Ends,
+    /// Nothing: the direction counts when inching begins.
+    IsIgnored,
+}
+
 /// What goes with a transition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Action {
@@ -139,7 +156,7 @@ pub(super) struct Conditions {
     pub(super) output_stage_returned: bool,
     /// A cause of a fault is present.
     pub(super) fault_cause: bool,
-    /// The torque is above the deactivation threshold.
+    /// The torque is above the deactivation threshold, in positioning mode.
     pub(super) torque_exceeded: bool,
     /// C-13: the job is not kept then.
     pub(super) torque_discards_job: bool,
@@ -170,6 +187,8 @@ pub(super) struct Asked {
     pub(super) inch_2: bool,
     pub(super) inch_2_held: bool,
     pub(super) inch_2_direction: Direction,
+    /// What a change of the direction does while inching 2 goes on.
+    pub(super) inch_2_change: DirectionChange,
     /// The velocity setpoint is released and nothing is in the way.
     pub(super) velocity: bool,
     /// A fault acknowledgement whose conditions are all met.
@@ -192,6 +211,10 @@ pub(super) struct Reached {
     pub(super) velocity_released: bool,
     /// What inpos mode does with the motor.
     pub(super) inpos: Motor,
+    /// Inpos mode acts in the window already, and the window is that of this leg.
+    pub(super) inpos_in_window: bool,
+    /// The torque deactivation made it brake.
+    pub(super) torque_tripped: bool,
 }
 
 impl State {
@@ -200,6 +223,7 @@ impl State {
         match self {
             Self::OperationEnabled(_)
             | Self::TravelActive
+            | Self::Pausing { .. }
             | Self::Paused { .. }
             | Self::Stopping
             | Self::Inching(_)
@@ -221,6 +245,7 @@ impl State {
             Self::ReadyToRun(motor) | Self::OperationEnabled(motor) => motor,
             Self::Disabling
             | Self::TravelActive
+            | Self::Pausing { .. }
             | Self::Paused { .. }
             | Self::Stopping
             | Self::Inching(_)
@@ -242,6 +267,7 @@ impl State {
     pub const fn positioning_active(self) -> bool {
         match self {
             Self::TravelActive
+            | Self::Pausing { .. }
             | Self::Stopping
             | Self::Inching(_)
             | Self::KeyInching(_)
@@ -291,14 +317,20 @@ impl State {
             Self::TravelActive if plant.torque_exceeded && plant.torque_discards_job => {
                 (Self::Stopping, Action::TorqueBrake)
             }
-            Self::TravelActive if plant.torque_exceeded => {
-                (Self::Paused { torque_tripped: true }, Action::TorqueBrake)
+            Self::TravelActive | Self::Pausing { torque_tripped: false } if plant.torque_exceeded => {
+                (Self::Pausing { torque_tripped: true }, Action::TorqueBrake)
             }
+            // row 27b
+            Self::Inching(Inching::One | Inching::Two(_)) if plant.torque_exceeded => {
+                (Self::Inching(Inching::Ending), Action::TorqueBrake)
+            }
+            Self::KeyInching(_) if plant.torque_exceeded => (Self::KeyInchingEnding, Action::TorqueBrake),
 
             Self::ReadyToRun(_)
             | Self::OperationEnabled(_)
             | Self::Disabling
             | Self::TravelActive
+            | Self::Pausing { .. }
             | Self::Paused { .. }
             | Self::Stopping
             | Self::Inching(_)
@@ -337,8 +369,11 @@ impl State {
             Self::ReadyToRun(motor) => match asked.key {
                 // row 52
                 Some(key) => (Self::KeyInching(key), Action::StartKey(key)),
-                // row 5; OFF1 and OFF2 also release a motor that row 8 left in control
-                None if motor != Motor::Released && (asked.off2 || asked.off1) => {
+                // row 5; OFF1 and OFF2 also release a motor that row 8 left in control, or row 27b under a held key
+                None if motor != Motor::Released
+                    && (asked.off2 || asked.off1)
+                    && asked.key_held.is_none() =>
+                {
                     (Self::ReadyToRun(Motor::Released), Action::Release)
                 }
                 // row 5
@@ -365,19 +400,25 @@ impl State {
             _enabled if asked.disable => (Self::Disabling, Action::BrakeMaximum),
 
             // row 26
-            Self::TravelActive | Self::Paused { .. } if asked.stop => (Self::Stopping, Action::BrakeMaximum),
+            Self::TravelActive | Self::Pausing { .. } | Self::Paused { .. } if asked.stop => {
+                (Self::Stopping, Action::BrakeMaximum)
+            }
             // row 24
             Self::TravelActive if asked.intermediate_stop => {
-                (Self::Paused { torque_tripped: false }, Action::BrakeProgrammed)
+                (Self::Pausing { torque_tripped: false }, Action::BrakeProgrammed)
             }
             // row 22: an edge during the job is refused before it gets here
             Self::TravelActive => (Self::TravelActive, Action::None),
             // row 25
-            Self::Paused { .. } if asked.resume => (Self::TravelActive, Action::ResumeTravel),
+            Self::Pausing { .. } | Self::Paused { .. } if asked.resume => {
+                (Self::TravelActive, Action::ResumeTravel)
+            }
             // C-13: after a torque deactivation a new edge starts a new job
             Self::Paused { torque_tripped: true } if asked.travel => {
                 (Self::TravelActive, Action::StartTravel)
             }
+            // row 24, the shaft still brakes
+            Self::Pausing { torque_tripped } => (Self::Pausing { torque_tripped }, Action::None),
             // row 25b
             Self::Paused { torque_tripped } => (Self::Paused { torque_tripped }, Action::None),
             // row 26
@@ -403,11 +444,20 @@ impl State {
             }
             // row 29
             Self::Inching(Inching::One) => (self, Action::None),
-            // rows 32, 33
-            Self::Inching(Inching::Two(direction))
-                if !asked.inch_2_held || asked.inch_2_direction != direction =>
-            {
+            // row 32
+            Self::Inching(Inching::Two(_)) if !asked.inch_2_held => {
                 (Self::Inching(Inching::Ending), Action::BrakeStopMode)
+            }
+            // row 33
+            Self::Inching(Inching::Two(direction)) if asked.inch_2_direction != direction => {
+                let other = asked.inch_2_direction;
+                match asked.inch_2_change {
+                    DirectionChange::Reverses => {
+                        (Self::Inching(Inching::Two(other)), Action::FollowInching2(other))
+                    }
+                    DirectionChange::Ends => (Self::Inching(Inching::Ending), Action::BrakeStopMode),
+                    DirectionChange::IsIgnored => (self, Action::FollowInching2(direction)),
+                }
             }
             // row 31, PNU 1035 acts while inching
             Self::Inching(Inching::Two(direction)) => (self, Action::FollowInching2(direction)),
@@ -423,6 +473,16 @@ impl State {
         match self {
             // row 8
             Self::Disabling if reached.at_rest => (Self::ReadyToRun(Motor::InControl), Action::None),
+            // row 24, row 27
+            Self::Pausing { torque_tripped } if reached.at_rest => {
+                (Self::Paused { torque_tripped }, Action::None)
+            }
+            // row 23 with inpos mode in the window: a motor in control goes on to the setpoint
+            Self::TravelActive
+                if reached.in_window && reached.inpos_in_window && reached.inpos != Motor::InControl =>
+            {
+                (Self::OperationEnabled(reached.inpos), Action::Release)
+            }
             // row 23
             Self::TravelActive if reached.at_rest && reached.in_window => {
                 (Self::OperationEnabled(reached.inpos), Action::None)
@@ -440,6 +500,10 @@ impl State {
             Self::VelocityTravelling if reached.at_rest && !reached.velocity_released => {
                 (Self::OperationEnabled(Motor::InControl), Action::None)
             }
+            // row 27b
+            Self::KeyInchingEnding if reached.at_rest && reached.torque_tripped => {
+                (Self::ReadyToRun(Motor::InControl), Action::None)
+            }
             // row 53
             Self::KeyInchingEnding if reached.at_rest => (Self::ReadyToRun(Motor::Released), Action::None),
 
@@ -449,6 +513,7 @@ impl State {
             | Self::OperationEnabled(_)
             | Self::Disabling
             | Self::TravelActive
+            | Self::Pausing { .. }
             | Self::Paused { .. }
             | Self::Stopping
             | Self::Inching(_)
@@ -458,6 +523,17 @@ impl State {
             | Self::Fault
             | Self::TurnOnDisabled => (self, Action::None),
         }
+    }
+}
+
+impl Direction {
+    pub(super) const fn negative_if(negative: bool) -> Self {
+        if negative { Self::Negative } else { Self::Positive }
+    }
+
+    /// The direction of a way in user units; that of none is positive.
+    pub(super) const fn of(way: i32) -> Self {
+        Self::negative_if(way < 0)
     }
 }
 

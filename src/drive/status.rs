@@ -44,15 +44,17 @@ pub struct Status {
     pub target_reached: bool,
     /// Toggles with each accepted travel job (ZSW.12, C-07).
     pub job_acknowledge: bool,
-    /// Positioning: no job, inching or braking is in progress; at once 1 when a job is paused, as the flow chart has
-    /// it. Velocity: the shaft stands (ZSW.13, C-11). A released shaft that runs out shows in [`Self::travelling`].
+    /// Positioning: no job, inching or braking is in progress; when a job is interrupted, as soon as the shaft stands
+    /// (manual Table 12). A released shaft that runs out shows in [`Self::travelling`]. Velocity: the shaft stands
+    /// (manual Table 14). ZSW.13.
     pub standstill: bool,
     /// Position above the upper limit (SSW.5, part of ZSW.14). Velocity: never.
     pub above_upper_limit: bool,
     /// Position below the lower limit (SSW.6, part of ZSW.14). Velocity: never.
     pub below_lower_limit: bool,
     /// Ready-to-travel (ZSW.15): [`Self::start_conditions_met`] with operation enabled. Positioning: not while a
-    /// coasting shaft that was caught still brakes. Velocity: only while start is not given.
+    /// coasting shaft that was caught still brakes. Velocity: only while start is not given and the shaft stands
+    /// (C-11).
     pub ready_to_travel: bool,
     /// No fault, no active positioning, output stage supplied or enabled, within the limits (SSW.11 inverted, as
     /// manual Table 1 lists it: without operation enabled).
@@ -61,8 +63,8 @@ pub struct Status {
     pub travelling: bool,
     /// The shaft turns at all; not shown on the bus, decides about writing parameters.
     pub moving: bool,
-    /// A travel job is active, paused or being stopped, or inching is; not shown on the bus, decides about writing
-    /// parameters and calibrating.
+    /// A travel job is active, paused or being stopped, or inching is, or a velocity setpoint is released or still
+    /// runs down; not shown on the bus, decides about writing parameters and calibrating (manual chapter 3).
     pub job_active: bool,
     /// Released shows in SSW.7.
     pub motor: Motor,
@@ -127,12 +129,10 @@ impl Drive {
             && !above_upper_limit
             && !below_lower_limit;
         let ready_to_travel = match mode {
-            Mode::Positioning => {
-                state.operation_enabled() && start_conditions_met && (paused || self.stands())
-            }
+            Mode::Positioning => state.operation_enabled() && start_conditions_met && self.stands(),
             Mode::Velocity => {
-                let running_down = state == State::VelocityTravelling && self.quirks.ready_while_running_down;
-                let idle = matches!(state, State::OperationEnabled(_)) || running_down;
+                let stands = matches!(state, State::OperationEnabled(_)) && self.stands();
+                let idle = stands || state.operation_enabled() && self.quirks.ready_while_running_down;
                 idle && start_conditions_met && !self.previous.start
             }
         };
@@ -154,7 +154,7 @@ impl Drive {
             job_acknowledge: self.job_acknowledge,
             standstill: match mode {
                 Mode::Positioning => !self.motion_commanded(),
-                Mode::Velocity => self.stands() || !self.motion_commanded(),
+                Mode::Velocity => self.stands(),
             },
             above_upper_limit,
             below_lower_limit,
@@ -162,15 +162,17 @@ impl Drive {
             start_conditions_met,
             travelling: rpm >= STANDSTILL_RPM || rpm <= -STANDSTILL_RPM,
             moving: !self.stands(),
-            job_active: state.job_active(),
+            job_active: self.job_active(),
             motor: state.motor(),
-            approach_reversed: matches!(state, State::TravelActive | State::Paused { .. })
-                && self.job.via.is_some(),
+            approach_reversed: matches!(
+                state,
+                State::TravelActive | State::Pausing { .. } | State::Paused { .. }
+            ) && self.job.via.is_some(),
             output_stage_ok: output_stage,
             battery_low,
             current_out_of_range,
             positioning_active,
-            torque_tripped: self.torque_tripped || state == State::Paused { torque_tripped: true },
+            torque_tripped: self.torque_tripped,
             position,
             velocity: round(rpm),
             led: match self.latched {
@@ -207,6 +209,7 @@ impl Drive {
                     | State::OperationEnabled(_)
                     | State::Disabling
                     | State::TravelActive
+                    | State::Pausing { .. }
                     | State::Paused { .. }
                     | State::Stopping
                     | State::Inching(_)
@@ -220,10 +223,17 @@ impl Drive {
         }
     }
 
+    /// What calibration waits for, and d-Pos by one reading of the manuals: a released velocity setpoint is a travel
+    /// job too (manual Table 13, bit 0).
+    pub(super) fn job_active(&self) -> bool {
+        self.state.job_active() || self.state == State::VelocityTravelling
+    }
+
     /// A job, inching, velocity or braking is being executed.
     fn motion_commanded(&self) -> bool {
         match self.state {
             State::TravelActive
+            | State::Pausing { .. }
             | State::Stopping
             | State::Disabling
             | State::Inching(_)

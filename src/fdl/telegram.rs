@@ -66,8 +66,11 @@ pub enum Decoded<'a> {
 /// Looks at the front of `input`.
 ///
 /// A telegram is refused as early as its first wrong octet. Panics: never.
+///
+/// Not inlined: the result is then written where the caller wants it. Inlined, it is written field by field and copied
+/// in blocks right behind, which stalls a processor when the caller moves it.
 #[must_use]
-#[inline]
+#[inline(never)]
 pub fn decode(input: &[u8]) -> Decoded<'_> {
     match *input {
         [SC, ..] => Decoded::Telegram { telegram: Telegram::ShortAcknowledge, len: 1 },

@@ -201,6 +201,10 @@ pub(super) const fn state(state: State) -> &'static str {
         State::OperationEnabled(_) => "operation enabled",
         State::Disabling => "operation disabled, the shaft still brakes",
         State::TravelActive => "travel job active",
+        State::Pausing { torque_tripped: false } => "travel job paused, brakes",
+        State::Pausing { torque_tripped: true } => {
+            "travel job interrupted by the torque deactivation, brakes"
+        }
         State::Paused { torque_tripped: false } => "travel job paused",
         State::Paused { torque_tripped: true } => "travel job interrupted by the torque deactivation",
         State::Stopping => "travel job stopped, the shaft still brakes",

@@ -160,7 +160,7 @@ impl Value {
 pub struct WriteContext {
     /// The shaft or its profile is in motion (travel, inching, braking, coasting).
     pub moving: bool,
-    /// A travel job is active or paused.
+    /// A travel job is active or paused, inching is active, or a velocity setpoint is released.
     pub job_active: bool,
 }
 

@@ -9,4 +9,8 @@ pub struct Quirks {
     pub acceleration_from_1: bool,
     /// C-19: writing the calibration value (PNU 1018) calibrates, not only PNU 970 = 5.
     pub calibrate_by_value: bool,
+    /// C-38: d-Pos (PNU 1039) can only be written without travel job.
+    pub d_pos_without_job: bool,
+    /// C-39: a shaft that turns without travel job, so one that runs out, can be calibrated.
+    pub calibrate_while_moving: bool,
 }

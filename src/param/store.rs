@@ -1,6 +1,6 @@
 //! The values of one drive, and who may change them when.
 
-use super::entry::{DefaultSet, Entry, Kind, LOAD_COMMANDS, Range, Reading, WritableWhen};
+use super::entry::{DefaultSet, Entry, Kind, LOAD_COMMANDS, Range, Reading, Setting, WritableWhen};
 use super::table::{self, Parameter};
 use super::{
     Effect, FAULT_BUFFER_LEN, Gear, Live, Model, NotNow, ParamError, Pnu, Quirks, Subindex, Value, Width,
@@ -150,9 +150,9 @@ impl Store {
             Kind::Setting(setting) => {
                 let number = number(entry, value)?;
                 self.check_range(setting.parameter, number)?;
-                check_state(setting.writable, context)?;
+                check_state(self.writable(setting), context)?;
                 if self.quirks.calibrate_by_value && setting.parameter == Parameter::CalibrationValue {
-                    check_state(WritableWhen::NoJob, context)?;
+                    self.check_calibration(context)?;
                     self.put(setting.parameter, number);
                     return Ok(Effect::Calibrate);
                 }
@@ -169,11 +169,30 @@ impl Store {
             2 => DefaultSet::Standard,
             3 => DefaultSet::Controller,
             4 => return Ok(Effect::ClearFaults),
-            5 => return check_state(WritableWhen::NoJob, context).map(|()| Effect::Calibrate),
+            5 => return self.check_calibration(context).map(|()| Effect::Calibrate),
             got => return Err(out_of_range(LOAD_COMMANDS, got)),
         };
         check_state(WritableWhen::Standstill, context)?;
         Ok(self.changed_by(|store| store.load_defaults(set)))
+    }
+
+    /// When a setting may be written under the quirks.
+    fn writable(&self, setting: Setting) -> WritableWhen {
+        if self.quirks.d_pos_without_job && setting.parameter == Parameter::DPos {
+            WritableWhen::NoJob
+        } else {
+            setting.writable
+        }
+    }
+
+    /// "Only when no travel job is active" (manual chapter 3); a shaft that runs out: C-39.
+    fn check_calibration(&self, context: &WriteContext) -> Result<(), ParamError> {
+        check_state(WritableWhen::NoJob, context)?;
+        if self.quirks.calibrate_while_moving {
+            Ok(())
+        } else {
+            check_state(WritableWhen::Standstill, context)
+        }
     }
 
     fn changed_by(&mut self, change: impl FnOnce(&mut Self)) -> Effect {

@@ -131,7 +131,7 @@ const ROWS: [Entry; 41] = {
     use Parameter as P;
     use Reading as R;
     use Unit as U;
-    use WritableWhen::{NoJob, Standstill};
+    use WritableWhen::Standstill;
     [
         word(918, "Profibus address", U::None, shown(R::Address)),
         word(930, "Operating mode", U::Choice(MODES), standard(P::OperatingMode, 20, to(1, 2), 2)).writable(Standstill),
@@ -170,7 +170,7 @@ const ROWS: [Entry; 41] = {
         double(1034, "Date of production", U::Date, shown(R::ProductionDate)).signed(false),
         word(1035, "Offset inching 2", U::Percent, standard(P::OffsetInch2, 30, to(10, 100), 100)).persistent(false),
         double(1036, "Position value", U::Position, shown(R::Position)),
-        word(1039, "d-Pos", U::PercentOfAcceleration, controller(P::DPos, 31, to(1, 101), 101)).writable(NoJob).only_ag03_1(),
+        word(1039, "d-Pos", U::PercentOfAcceleration, controller(P::DPos, 31, to(1, 101), 101)).only_ag03_1(),
         word(1040, "Supply voltage output stage", U::TenthVolts, shown(R::OutputStageVoltage)).only_ag03_1(),
         word(1041, "Supply voltage control", U::TenthVolts, shown(R::ControlVoltage)).only_ag03_1(),
         word(1042, "Battery voltage", U::HundredthVolts, shown(R::BatteryVoltage)).only_ag03_1(),

@@ -86,8 +86,9 @@ fn pause_and_resume_keep_the_job() {
     drive.enable();
     drive.expect(0x007B, 8000, TRAVEL_JOB_ACTIVE, "started");
     drive.line.wait(Duration::from_secs(2));
-    drive.expect(0x005B, 8000, TRAVEL_JOB_INACTIVE, "STW.5 = 0");
+    drive.expect(0x005B, 8000, TRAVEL_JOB_ACTIVE, "STW.5 = 0, the shaft brakes");
     drive.line.wait(Duration::from_secs(1));
+    drive.expect(0x005B, 8000, TRAVEL_JOB_INACTIVE, "it stands");
     let (_, held) = drive.say(0x005B, 8000);
     drive.line.wait(Duration::from_secs(5));
     assert_eq!(drive.say(0x005B, 8000).1, held, "stands still");

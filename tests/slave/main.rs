@@ -41,6 +41,7 @@ mod conformance;
 mod data_exchange;
 mod diagnosis;
 mod dp_states;
+mod drive_behaviour;
 mod drive_faults;
 mod drive_states;
 mod fuzz_corpus;

@@ -1,7 +1,7 @@
 //! Whether the drive stands: what ends the goals that promise it, and what notices that a motion ended by itself.
 //!
-//! ZSW.13 is not enough: it is 1 as soon as a job is interrupted and while a released shaft runs out (`ag03.md` C-05,
-//! C-11). The shaft itself shows in SSW.4, from 2 rpm on, and in the actual value.
+//! ZSW.13 is not enough: in positioning mode it is 1 while a released shaft runs out, and a drive that follows the flow
+//! chart to the letter may show it as soon as a job is interrupted (`ag03.md` C-05). The shaft itself shows in SSW.4, from 2 rpm on, and in the actual value.
 
 use core::time::Duration;
 

@@ -5,6 +5,7 @@ mod fuzz;
 mod load;
 mod positioning;
 mod quirks;
+mod ramps;
 mod table;
 mod travels;
 mod velocity;

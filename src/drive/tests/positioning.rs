@@ -162,13 +162,16 @@ fn row_23_the_window_is_live_after_the_job() {
 fn row_24_intermediate_stop_brakes_and_keeps_the_job() {
     let mut rig = Rig::travelling(16_000);
     rig.stw(0x005b);
-    assert_eq!(rig.state(), State::Paused { torque_tripped: false });
-    assert_eq!(rig.zsw() & 0xeb7f, 0xab37, "C-05");
-    assert!(!rig.status().positioning_active && rig.status().job_active && rig.status().travelling);
+    assert_eq!(rig.state(), State::Pausing { torque_tripped: false });
+    assert_eq!(rig.zsw() & 0xea7f, 0x0a37, "Table 12, bit 13");
+    assert!(rig.status().positioning_active && rig.status().job_active && rig.status().travelling);
     rig.run(248);
     assert!(rig.status().moving);
     rig.run(1);
     assert!(!rig.status().moving, "30 rpm at 2 rev/s^2 take 250 ms");
+    assert_eq!(rig.state(), State::Paused { torque_tripped: false });
+    assert_eq!(rig.zsw() & 0xeb7f, 0xab37, "C-05");
+    assert!(!rig.status().positioning_active && rig.status().job_active);
     assert_eq!((rig.position(), rig.status().motor), (300 + 100, Motor::InControl));
 }
 
@@ -202,7 +205,7 @@ fn row_25_pause_and_resume_anywhere_end_on_the_target_without_overshoot() {
 fn row_25b_an_edge_during_the_intermediate_stop_is_ignored() {
     let mut rig = Rig::travelling(16_000);
     rig.stw(0x005b).travel(5);
-    assert_eq!(rig.state(), State::Paused { torque_tripped: false });
+    assert_eq!(rig.state(), State::Pausing { torque_tripped: false });
     assert_eq!(rig.reasons(), [Reason::IntermediateStop, Reason::JobPaused]);
     rig.stw(0x003b).until(ENABLED);
     assert_eq!(rig.position(), 16_000);
@@ -234,7 +237,7 @@ fn tripped() -> Rig {
     rig.inputs(|inputs| inputs.friction_torque = 3.19);
     assert_eq!(rig.state(), State::TravelActive);
     rig.inputs(|inputs| inputs.friction_torque = 3.21).inputs(|inputs| inputs.friction_torque = 0.0);
-    assert_eq!(rig.state(), State::Paused { torque_tripped: true });
+    assert_eq!(rig.state(), State::Pausing { torque_tripped: true });
     rig
 }
 
@@ -246,6 +249,7 @@ fn row_27_torque_deactivation_brakes_hard_without_a_fault_until_resumed() {
     rig.run(123);
     assert!(rig.status().moving);
     assert!(!rig.run(1).status().moving);
+    assert_eq!(rig.state(), State::Paused { torque_tripped: true });
     rig.stw(0x005b).stw(0x007b);
     assert_eq!((rig.state(), rig.status().torque_tripped), (State::TravelActive, false));
     rig.until(ENABLED);
@@ -341,14 +345,27 @@ fn row_32_inching_2_stops_by_stop_mode() {
 }
 
 #[test]
-fn row_33_a_change_of_direction_stops_and_needs_a_new_edge() {
+fn row_33_a_change_of_direction_turns_the_shaft_with_a_inch() {
     let mut rig = prepared();
     rig.stw(0x020b).run(1000).stw(0x820b);
-    assert_eq!(rig.state(), State::Inching(Inching::Ending));
+    assert_eq!(rig.state(), State::Inching(Inching::Two(Direction::Negative)));
+    assert_eq!(rig.run(249).status().velocity, 0, "30 rpm at 2 rev/s^2 take 250 ms");
+    assert_eq!(rig.run(250).status().velocity, -30);
+    assert_eq!(rig.stw(0x000b).until(ENABLED), 124);
+}
+
+#[test]
+fn row_33_a_change_of_direction_outward_beyond_a_limit_ends_inching() {
+    let mut rig = prepared();
+    rig.settings.limits = Limits::new(500, -500);
+    let mut rig = rig.calibrated(900);
+    rig.run(1).stw(0x820b).run(300).stw(0x020b);
+    assert_eq!(
+        (rig.state(), rig.reasons()),
+        (State::Inching(Inching::Ending), [Reason::AboveUpperLimit].to_vec())
+    );
     rig.until(ENABLED);
-    assert!(!rig.run(100).status().moving);
-    rig.stw(0x800b).stw(0x820b).run(300);
-    assert_eq!(rig.status().velocity, -30);
+    assert!(!rig.run(100).status().moving && (501..900).contains(&rig.position()));
 }
 
 #[test]

@@ -191,3 +191,58 @@ fn quirk_c36_the_first_telegram_may_enable_or_off1_must_be_seen() {
         assert_eq!(rig.run(1).state(), next, "each Data_Exchange anew");
     }
 }
+
+#[test]
+fn quirk_c40_a_change_of_direction_reverses_inching_2_ends_it_or_does_nothing() {
+    use DirectionChange::{Ends, IsIgnored, Reverses};
+    for (change, later) in [(Reverses, -30), (Ends, 0), (IsIgnored, 30)] {
+        let [_, quirks] = both(|quirks| quirks.inch_2_direction_change = change);
+        let mut rig = quirky(quirks);
+        rig.stw(0x000b).stw(0x020b).run(1000).stw(0x820b).run(1000);
+        assert_eq!(rig.status().velocity, later, "{change:?}");
+        rig.stw(0x000b).until(ENABLED);
+        assert_eq!(rig.stw(0x820b).run(1000).status().velocity, -30, "a new edge");
+    }
+}
+
+#[test]
+fn quirk_c41_inpos_mode_acts_at_the_end_of_the_travel_or_in_the_window() {
+    let [proposed, other] = both(|quirks| quirks.inpos_acts_in_window = true);
+    for (quirks, moving) in [(proposed, false), (other, true)] {
+        for inpos in [Motor::Shorted, Motor::Released] {
+            let settings = Settings { inpos, pos_type: PosType::LoopPlus, ..DEFAULTS };
+            let mut rig = quirky_with(quirks, settings);
+            rig.stw(0x003b).travel(-1600);
+            rig.until(State::OperationEnabled(inpos));
+            assert_eq!((rig.status().moving, rig.status().target_reached), (moving, true));
+            assert_eq!(rig.status().ready_to_travel, !moving);
+            assert!(!rig.status().approach_reversed, "not on the way to the loop point");
+            assert!(rig.run(1000).status().ready_to_travel);
+        }
+        let mut rig = quirky(quirks);
+        rig.stw(0x003b).travel(1600).until(ENABLED);
+        assert_eq!((rig.position(), rig.status().moving), (1600, false), "in control: to the setpoint");
+    }
+}
+
+#[test]
+fn quirk_c42_inching_brakes_from_the_limit_or_stands_at_it() {
+    let [proposed, other] = both(|quirks| quirks.inching_stops_at_limit = true);
+    for (quirks, beyond) in [(proposed, true), (other, false)] {
+        for (stw, sign) in [(0x010b, 1), (0x020b, 1), (0x820b, -1)] {
+            for sense in [SenseOfRotation::I, SenseOfRotation::E] {
+                let limits = Limits::new(500, -500);
+                let mut rig = quirky_with(quirks, Settings { limits, sense, ..DEFAULTS });
+                rig.stw(0x000b).stw(stw).until(ENABLED);
+                let past = rig.position() * sign - 500;
+                assert_eq!((past > 0, past <= 51), (beyond, true), "{stw:04x}: {past}");
+                assert!(beyond || past == 0);
+                assert_eq!(rig.status().ready_to_travel, !beyond);
+            }
+        }
+        let mut rig = quirky_with(quirks, Settings { limits: Limits::new(500, -500), ..DEFAULTS });
+        rig.connected = false;
+        rig.run(1).inputs(|inputs| inputs.key_counter_clockwise = true).run(3000);
+        assert_eq!(rig.position() > 500, beyond);
+    }
+}

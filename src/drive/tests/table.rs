@@ -135,6 +135,8 @@ fn name(state: State) -> String {
     match state {
         State::ReadyToRun(kind) => format!("ReadyToRun({})", motor(kind)),
         State::OperationEnabled(kind) => format!("OperationEnabled({})", motor(kind)),
+        State::Pausing { torque_tripped: true } => "Pausing(torque)".into(),
+        State::Pausing { torque_tripped: false } => "Pausing".into(),
         State::Paused { torque_tripped: true } => "Paused(torque)".into(),
         State::Paused { torque_tripped: false } => "Paused".into(),
         State::Off

@@ -157,7 +157,7 @@ fn every_other_documented_way_to_stop_is_one_of_the_ramps() {
                 rig.inputs(|inputs| inputs.friction_torque = 3.0).run(1);
             },
             125,
-            State::Paused { torque_tripped: true },
+            State::Pausing { torque_tripped: true },
         ),
         ("blocked shaft", |rig| _ = rig.inputs(|inputs| inputs.blocked = true), 0, State::TravelActive),
     ];

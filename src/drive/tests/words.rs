@@ -50,28 +50,32 @@ fn pattern(text: &str) -> (u16, u16) {
         .fold((0, 0), |(mask, value), c| (mask << 1 | u16::from(c != 'x'), value << 1 | u16::from(c == '1')))
 }
 
-/// The table at the end of section 8; `s` stands for supply ok.
+/// The table at the end of section 8; `s` stands for supply ok, `t` for a shaft that stands (Table 14, bit 13: the
+/// charts print what a standing drive shows).
 fn printed(status: &Status) -> (u16, u16) {
     let velocity = status.mode == Mode::Velocity;
     let s = if status.supply_ok { "11" } else { "00" };
     let (positioning_text, velocity_text) = match status.state {
         State::Off => ("xxxx xxxx xxxx xxxx", "xxxx xxxx xxxx xxxx"),
-        State::NotReady => ("0x1x 1x1x x01x 0000", "0011 111x x01x 0000"),
-        State::ReadyToRun(_) => ("0x1x 1x11 x01x 0011", "0011 111x x01x 0011"),
+        State::NotReady => ("0x1x 1x1x x01x 0000", "00t1 111x x01x 0000"),
+        State::ReadyToRun(_) => ("0x1x 1x11 x01x 0011", "00t1 111x x01x 0011"),
         State::Disabling | State::KeyInching(_) | State::KeyInchingEnding => {
-            ("0x0x 1x1x x01x 0011", "0001 111x x01x 0011")
+            ("0x0x 1x1x x01x 0011", "00t1 111x x01x 0011")
         }
-        State::OperationEnabled(_) => ("xx1x 1x11 x011 0111", "x011 111x x011 0111"),
-        State::TravelActive | State::Stopping => ("000x 1x1x x011 0111", "impossible"),
+        State::OperationEnabled(_) => ("xx1x 1x11 x011 0111", "x0t1 111x x011 0111"),
+        State::TravelActive | State::Pausing { .. } | State::Stopping => {
+            ("000x 1x1x x011 0111", "impossible")
+        }
         State::Paused { .. } => ("101x 1x11 x011 0111", "impossible"),
         State::Inching(_) => ("0x0x 1x1x x011 0111", "impossible"),
-        State::VelocityTravelling => ("impossible", "00x1 111x x011 0111"),
-        State::Fault => ("0x1x 1x1x x01x 10ss", "0011 111x x01x 10ss"),
-        State::TurnOnDisabled => ("0x1x 1x11 x11x 00ss", "0011 111x x11x 00ss"),
+        State::VelocityTravelling => ("impossible", "00t1 111x x011 0111"),
+        State::Fault => ("0x1x 1x1x x01x 10ss", "00t1 111x x01x 10ss"),
+        State::TurnOnDisabled => ("0x1x 1x11 x11x 00ss", "00t1 111x x11x 00ss"),
     };
     let text = if velocity { velocity_text } else { positioning_text };
     assert_ne!(text, "impossible", "{status:?}");
-    pattern(&text.replace("ss", s))
+    let t = if status.moving { "0" } else { "1" };
+    pattern(&text.replace("ss", s).replace('t', t))
 }
 
 /// The printed pattern holds for this status.
@@ -157,11 +161,11 @@ pub(super) fn in_every_state() -> Vec<Rig> {
                 keep(rig.clone().stw(0x006b));
                 let mut tripping = rig.clone();
                 tripping.settings.torque_deactivation = Some(100);
-                keep(
-                    tripping
-                        .inputs(|inputs| inputs.friction_torque = 4.1)
-                        .inputs(|inputs| inputs.friction_torque = 0.0),
-                );
+                tripping
+                    .inputs(|inputs| inputs.friction_torque = 4.1)
+                    .inputs(|inputs| inputs.friction_torque = 0.0);
+                keep(&tripping);
+                keep(tripping.run(500));
                 let mut inching = Rig::with(model, DEFAULTS);
                 inching.stw(0x000b);
                 keep(inching.clone().stw(0x010b).run(300));
@@ -193,6 +197,8 @@ fn every_state_is_among_those_tested_with_every_control_word() {
         State::OperationEnabled(Motor::Released),
         State::Disabling,
         State::TravelActive,
+        State::Pausing { torque_tripped: false },
+        State::Pausing { torque_tripped: true },
         State::Paused { torque_tripped: false },
         State::Paused { torque_tripped: true },
         State::Stopping,

@@ -152,7 +152,7 @@ export class DriveView {
 
   #showWhy(state) {
     const { possible, reasons } = state.start;
-    const busy = state.motion.job_active && reasons.length === 1;
+    const busy = state.mode === "positioning" && state.motion.job_active && reasons.length === 1;
     const start = state.mode === "velocity" ? "STW.6 = 1 releases the setpoint" : "an edge of STW.6 starts a travel job";
     let title = possible ? `Ready: ${start}` : "It does not start, because";
     const doing = busy ? reasons[0].text : UNDER_WAY[state.state];

@@ -7,6 +7,8 @@ const SHORT = {
   "operation enabled": "enabled",
   "operation disabled, the shaft still brakes": "disabling",
   "travel job active": "travels",
+  "travel job paused, brakes": "pausing",
+  "travel job interrupted by the torque deactivation, brakes": "torque limit",
   "travel job paused": "paused",
   "travel job interrupted by the torque deactivation": "torque limit",
   "travel job stopped, the shaft still brakes": "stopping",

@@ -87,13 +87,12 @@ fn the_operating_state_decides_as_in_the_reference() {
     let rows = [
         (1008, 31, [None, moving, None, moving]),
         (1035, 50, [None; 4]),
-        (970, 5, [None, None, job, job]),
+        (970, 5, [None, moving, job, job]),
         (970, 1, [None, moving, None, moving]),
         (970, 2, [None, moving, None, moving]),
         (970, 3, [None, moving, None, moving]),
         (970, 4, [None; 4]),
         (930, 1, [None, moving, None, moving]),
-        (1039, 50, [None, None, job, job]),
         (1010, 2, [None, moving, None, moving]),
         (1011, 2, [None, moving, None, moving]),
         (1012, 2, [None, moving, None, moving]),
@@ -120,6 +119,30 @@ fn the_operating_state_decides_as_in_the_reference() {
                 assert_eq!(result.err(), expected, "PNU {number} = {value}, {context:?}");
             }
         }
+    }
+}
+
+#[test]
+fn quirk_c38_d_pos_is_written_at_any_time_or_without_travel_job() {
+    for (d_pos_without_job, refusal) in [(false, None), (true, Some(ParamError::NotNow(NotNow::JobActive)))] {
+        for context in [PAUSED, TRAVELLING] {
+            let mut store = changed_store();
+            store.set_quirks(Quirks { d_pos_without_job, ..Quirks::default() });
+            assert_eq!(store.write(pnu(1039), None, Value::Word(50), &context).err(), refusal);
+        }
+    }
+}
+
+#[test]
+fn quirk_c39_calibration_needs_standstill_or_only_that_no_job_is_active() {
+    for (calibrate_while_moving, refusal) in [(false, Some(ParamError::NotNow(NotNow::Moving))), (true, None)]
+    {
+        let mut store = changed_store();
+        store.set_quirks(Quirks { calibrate_while_moving, ..Quirks::default() });
+        let running_out = WriteContext { moving: true, job_active: false };
+        assert_eq!(store.write(pnu(970), None, Value::Word(5), &running_out).err(), refusal);
+        let travelling = store.write(pnu(970), None, Value::Word(5), &TRAVELLING);
+        assert_eq!(travelling.err(), Some(ParamError::NotNow(NotNow::JobActive)));
     }
 }
 
