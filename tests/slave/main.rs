@@ -21,6 +21,7 @@ mod slave_line;
 #[path = "../telegrams/mod.rs"]
 mod telegrams;
 
+mod canopen_client;
 mod canopen_eds;
 mod canopen_errors;
 mod canopen_faults;
