@@ -148,6 +148,20 @@ impl BaudRate {
     }
 }
 
+impl BaudRate {
+    /// The customary slot time of masters, T_SL, in T_bit: how long they wait for a reply to begin (`dp-v0.md` 1.1).
+    pub const fn slot_bits(self) -> u16 {
+        match self {
+            Self::K9_6 | Self::K19_2 | Self::K45_45 | Self::K93_75 | Self::K187_5 => 100,
+            Self::K500 => 200,
+            Self::K1500 => 300,
+            Self::K3000 => 400,
+            Self::K6000 => 600,
+            Self::K12000 => 1000,
+        }
+    }
+}
+
 impl fmt::Display for BaudRate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} bit/s", self.bits_per_second())

@@ -12,6 +12,7 @@ pub(crate) mod framer;
 pub(crate) mod pkw_ops;
 pub(crate) mod sdo_server;
 pub(crate) mod slave_ops;
+pub(crate) mod slcan;
 pub(crate) mod telegram;
 
 use arbitrary::{Arbitrary, Unstructured};

@@ -6,7 +6,9 @@
 use std::time::Duration;
 
 use arbitrary::{Arbitrary, Unstructured};
-use profidrive::device::{Config, Device, Eeprom, MAX_TELEGRAM_LEN, NotStored, Power, Timing, words};
+use profidrive::device::{
+    ApplicationCycle, Config, DESCRIPTION, Device, Eeprom, MAX_TELEGRAM_LEN, NotStored, Power, Timing, words,
+};
 use profidrive::dp::State;
 use profidrive::drive::{Fault, Inputs};
 use profidrive::fdl::telegram::{Decoded, Format, decode};
@@ -74,12 +76,17 @@ enum Service {
 
 pub(crate) fn check(data: &[u8]) {
     let Ok(session) = Session::arbitrary_take_rest(Unstructured::new(data)) else { return };
-    let rate = BaudRate::ALL[usize::from(session.rate) % BaudRate::ALL.len()];
+    let rates = DESCRIPTION.rates;
+    let rate = rates.iter().nth(usize::from(session.rate) % rates.iter().count()).expect("below the count");
     let kind = session.kind;
     let config = Config {
         baud: rate,
         timing: if kind.untrue { Timing::Untrue } else { Timing::True },
-        application_cycle: if kind.every_exchange { Duration::ZERO } else { Duration::from_millis(1) },
+        application_cycle: if kind.every_exchange {
+            ApplicationCycle::EACH_EXCHANGE
+        } else {
+            ApplicationCycle::DEFAULT
+        },
         model: if kind.ag03 { Model::Ag03 } else { Model::Ag03_1 },
         gear: if kind.ratio_24 { Gear::Ratio24 } else { Gear::Ratio48 },
         eeprom: if kind.host_keeps_eeprom { Eeprom::Host } else { Eeprom::Internal },

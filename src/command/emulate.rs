@@ -9,7 +9,9 @@ use profidrive::device::{Config, Device, DipSwitches, Timing};
 use profidrive::fdl::{Address, RateChange};
 use profidrive::host::link::fault::Faulty;
 use profidrive::host::link::serial::Serial;
-use profidrive::host::{Bus, BusEvent, Clock, Link, Reach, StateDir, Stop, StoredDevice, SystemClock, run};
+use profidrive::host::{
+    Bus, BusEvent, Clock, Link, Reach, SlotTime, StateDir, Stop, StoredDevice, SystemClock, run,
+};
 use profidrive::panel::{Bench, Panel, PanelError};
 use profidrive::time::{BaudRate, Instant};
 use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
@@ -48,6 +50,10 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     let mut link = Faulty::new(link, clock, &args.faults);
 
     let mut bus = Bus::on(rate, Timing::Untrue);
+    if let LinkSpec::Serial(_) = args.link {
+        // A late reply is credited to another station of a real line.
+        bus.set_slot_time(Some(args.slot_time.map_or(SlotTime::Customary, SlotTime::Bits)));
+    }
     // Nobody but a master is on a terminal that was made just now.
     let serial = matches!(args.link, LinkSpec::Serial(_));
     let (listen, search) = (serial && !args.force_address, serial && args.baud == Some(BaudSpec::Auto));
@@ -343,7 +349,8 @@ fn connect(
     info!("{drive}");
     match address.number() {
         126 => warn!(
-            "address 126 is for stations that have none yet: a master can set another, but not exchange data"
+            "address 126 is for stations that have none yet: the drive answers FDL status, Slave_Diag and Get_Cfg \
+             there and exchanges no data; give it another address, for example --drive 5"
         ),
         0 => warn!("address 0 is customarily a master's, often of a programming device"),
         _ => {}

@@ -1,17 +1,12 @@
 //! What a device is made of.
 
-use core::time::Duration;
-
-use super::{DESCRIPTION, DipSwitches, Eeprom, dip, words};
+use super::{APPLICATION, ApplicationCycle, DESCRIPTION, DipSwitches, Eeprom, dip, words};
 use crate::dp;
 use crate::drive;
 use crate::fdl::{Framer, Resync};
 use crate::param::{self, Gear, Model};
 use crate::pkw;
 use crate::time::BaudRate;
-
-/// How often the drive part runs unless told otherwise. The manuals state no time.
-pub const DEFAULT_APPLICATION_CYCLE: Duration = Duration::from_millis(1);
 
 /// What a device is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,8 +25,8 @@ pub struct Config {
     pub baud: BaudRate,
     /// What can be known of the time of octets.
     pub timing: Timing,
-    /// How often the drive part runs. Zero: once after each Data_Exchange, for tests that count exchanges.
-    pub application_cycle: Duration,
+    /// How often the drive part runs.
+    pub application_cycle: ApplicationCycle,
     /// How the parameter channel behaves where the manuals leave it open.
     pub pkw: pkw::Config,
     /// How the slave behaves where the sources are silent. The drives judge no configuration: with
@@ -57,7 +52,7 @@ impl Config {
             gear: Gear::Ratio48,
             baud: BaudRate::K500,
             timing: Timing::Untrue,
-            application_cycle: DEFAULT_APPLICATION_CYCLE,
+            application_cycle: ApplicationCycle::DEFAULT,
             pkw: pkw::Config::default(),
             dp: dp::Policy::PROPOSED,
             param: param::Quirks::default(),
@@ -74,19 +69,12 @@ impl Config {
             Timing::True => Some(self.baud.max_tsdr_bits()),
             Timing::Untrue => None,
         };
-        dp::Station::new(self.switches.address(), self.baud, max_tsdr, DESCRIPTION).with_policy(self.dp)
+        let address = self.switches.address();
+        dp::Station::new(address, self.baud, max_tsdr, DESCRIPTION, APPLICATION).with_policy(self.dp)
     }
 
     pub(super) fn framer(&self) -> Framer {
         Framer::new(self.timing.resync(self.baud))
-    }
-
-    /// How much time passes for the drive in one application cycle.
-    pub(super) const fn step(&self) -> Duration {
-        match self.application_cycle {
-            Duration::ZERO => DEFAULT_APPLICATION_CYCLE,
-            cycle => cycle,
-        }
     }
 }
 

@@ -13,6 +13,7 @@
 //!
 //! | file | holds |
 //! | --- | --- |
+//! | `application_cycle` | [`ApplicationCycle`]: how often the drive part runs |
 //! | `config` | [`Config`]: what a device is made of |
 //! | `words` | every bit of STW, ZSW, SSW and the general status register |
 //! | `event` | [`Event`]: news for the host |
@@ -20,6 +21,7 @@
 //! | `power` | [`Power`]: switching off and on, row 1 of `ag03.md` 8 |
 //! | `storage` | [`Eeprom`]: images the host keeps, and the acknowledge that waits for them |
 
+mod application_cycle;
 mod config;
 pub mod dip;
 mod event;
@@ -40,7 +42,8 @@ use crate::time::{BaudRate, Instant, nanos};
 
 pub use crate::fdl::MAX_TELEGRAM_LEN;
 pub use crate::param::{IMAGE_LEN, ImageError};
-pub use config::{Config, DEFAULT_APPLICATION_CYCLE, Timing};
+pub use application_cycle::{ApplicationCycle, CycleTooShort, DEFAULT_APPLICATION_CYCLE};
+pub use config::{Config, Timing};
 pub use dip::DipSwitches;
 pub use event::Event;
 pub use power::Power;
@@ -54,26 +57,20 @@ pub const IDENT_NUMBER: u16 = 0x0AC5;
 /// the real drive uses is not public (`ag03.md` 16).
 pub const CONFIGURATIONS: &[&[u8]] = &[PpoType::Ag03.configuration(), &[0xF6]];
 
-/// The rates the manual lists: all of PROFIBUS-DP without 45.45 kbit/s.
-pub const BAUD_RATES: [BaudRate; 9] = [
-    BaudRate::K9_6,
-    BaudRate::K19_2,
-    BaudRate::K93_75,
-    BaudRate::K187_5,
-    BaudRate::K500,
-    BaudRate::K1500,
-    BaudRate::K3000,
-    BaudRate::K6000,
-    BaudRate::K12000,
-];
-
-/// What both drives are to a DP master.
+/// What both drives are to a DP master. Both manuals list all rates of PROFIBUS-DP without 45.45 kbit/s.
 pub const DESCRIPTION: dp::Description = dp::Description {
     ident: IDENT_NUMBER,
-    configurations: CONFIGURATIONS,
+    rates: dp::Rates::CUSTOMARY.without(BaudRate::K45_45),
     sync_mode: true,
     freeze_mode: true,
     ..dp::Description::PLAIN
+};
+
+/// What both drives judge in Set_Prm and Chk_Cfg: they have no user parameters.
+pub const APPLICATION: dp::Fixed<'static> = dp::Fixed {
+    configurations: CONFIGURATIONS,
+    cfg_advice: "choose the module of the drive's GSD (SIKO0AC5.GSD) in the master's project",
+    ..dp::Fixed::PLAIN
 };
 
 /// A late device makes up for at most this much time; a process that slept longer has slept, not travelled.
@@ -358,7 +355,7 @@ impl Parts {
             events: event::Queue::default(),
         };
         part.read_switches();
-        part.run_cycle(config.step());
+        part.run_cycle(config.application_cycle.step());
         part.wake(now);
         part
     }
@@ -373,9 +370,10 @@ impl Parts {
                 (Some(cycle), Some(watchdog)) if watchdog <= cycle => self.expire_watchdog(watchdog),
                 (Some(cycle), Some(_) | None) => {
                     self.next_cycle = None;
-                    self.run_cycle(self.config.step());
+                    self.run_cycle(self.config.application_cycle.step());
                     if !self.is_at_rest() {
-                        self.next_cycle = Some(cycle.saturating_add(self.config.application_cycle));
+                        let period = self.config.application_cycle.period();
+                        self.next_cycle = period.map(|period| cycle.saturating_add(period));
                     }
                 }
                 (None, Some(watchdog)) => self.expire_watchdog(watchdog),
@@ -411,8 +409,8 @@ impl Parts {
             self.events.push(Event::Dp(event));
         }
         self.outputs_passed(now);
-        if outcome.exchanged && self.config.application_cycle.is_zero() {
-            self.run_cycle(self.config.step());
+        if outcome.exchanged && self.config.application_cycle.period().is_none() {
+            self.run_cycle(self.config.application_cycle.step());
         }
     }
 
@@ -426,8 +424,8 @@ impl Parts {
         if self.exchanging && self.station.slave().state() != dp::State::DataExch {
             self.exchanging = false;
             self.interrupted = true;
-            if self.config.application_cycle.is_zero() {
-                self.run_cycle(self.config.step());
+            if self.config.application_cycle.period().is_none() {
+                self.run_cycle(self.config.application_cycle.step());
             }
         }
         self.wake(now);
@@ -435,8 +433,8 @@ impl Parts {
 
     /// Sets the next point of the application cycle grid after `now`, unless one is set already.
     fn wake(&mut self, now: Instant) {
-        let cycle = nanos(self.config.application_cycle);
-        if self.next_cycle.is_some() || cycle == 0 {
+        let Some(cycle) = self.config.application_cycle.period().map(nanos) else { return };
+        if self.next_cycle.is_some() {
             return;
         }
         let elapsed = nanos(now.saturating_since(self.power_on));

@@ -20,8 +20,10 @@
 //! the inputs that were ready before its outputs were seen.
 //!
 //! Any device is served: a [`Description`] says what it is, a [`Policy`] how it behaves where the sources are
-//! silent, and its application talks to a [`Station`]: inputs, outputs, diagnosis. The drives are one user.
+//! silent, an [`Application`] judges user parameters and configurations, and talks to a [`Station`]: inputs, outputs,
+//! diagnosis. The drives are one user.
 
+pub mod application;
 mod buffer;
 pub mod chk_cfg;
 pub mod description;
@@ -38,6 +40,8 @@ pub mod state;
 pub mod station;
 mod watchdog;
 
+pub use crate::fdl::Rates;
+pub use application::{Application, Fixed, Reason, Refusal};
 pub use chk_cfg::{CfgFault, CfgSyntax, IoLengths};
 pub use description::Description;
 pub use event::Event;

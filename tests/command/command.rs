@@ -113,7 +113,10 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
         (&["emulate", "--drives", "1-9", "--drive", "5"], "two drives have address 5"),
         (&["emulate", "--drives", "9-1"], "the range 9-1 is empty; expected FIRST-LAST"),
         (&["emulate", "--drives", "5"], "'5' is no range of addresses; expected FIRST-LAST"),
-        (&["emulate", "--baud", "115200"], "expected auto or one of 9600, 19200, 45450"),
+        (&["emulate", "--baud", "115200"], "expected auto or one of 9600, 19200, 93750"),
+        (&["emulate", "--baud", "45450"], "the drives know no 45450; expected auto or one of 9600"),
+        (&["emulate", "--slot-time", "500"], "--slot-time needs a serial link"),
+        (&["emulate", "--link", "serial:/dev/null", "--baud", "19200", "--slot-time", "36"], "36"),
         (&["emulate", "--link", "usb"], "expected pty, pty:PATH, serial:DEVICE or tcp:HOST:PORT"),
         (&["emulate", "--panel", "8080"], "for example 127.0.0.1:8080; expected ADDR:PORT"),
         (
@@ -281,7 +284,8 @@ impl OnSerial {
     fn start(arguments: &[&str], until: &str) -> Self {
         let line = Pty::open(None).unwrap();
         let link = format!("serial:{}", line.path().display());
-        let mut command = profidrive(&["emulate", "--link", &link]);
+        // A busy machine takes longer for a reply than the usual slot time.
+        let mut command = profidrive(&["emulate", "--link", &link, "--slot-time", "16383"]);
         command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut process = command.spawn().unwrap();
         let stdout = BufReader::new(process.stdout.take().unwrap());

@@ -11,7 +11,7 @@
 
 use core::time::Duration;
 
-use profidrive::device::{CONFIGURATIONS, Config, Event, IDENT_NUMBER};
+use profidrive::device::{CONFIGURATIONS, Config, DESCRIPTION, Event, IDENT_NUMBER};
 use profidrive::dp;
 use profidrive::fdl::Address;
 use profidrive::master::{EmulatedBus, Sender, baudrate, options, peripheral};
@@ -37,10 +37,6 @@ const NO_JOB: &str = "0000 0000 0000 0000";
 const READ_CALIBRATION_VALUE: &str = "13FA 0000 0000 0000";
 const WRITE_LIMIT_1: &str = "33F8 0000 0003 D090";
 const READ_LIMIT_1: &str = "13F8 0000 0000 0000";
-
-/// The rates that are played through.
-const RATES: [BaudRate; 5] =
-    [BaudRate::K19_2, BaudRate::K93_75, BaudRate::K500, BaudRate::K1500, BaudRate::K12000];
 
 fn pkw(words: &str) -> Pkw {
     let words: Vec<u16> = words.split(' ').map(|word| u16::from_str_radix(word, 16).unwrap()).collect();
@@ -176,7 +172,7 @@ impl Plant {
 
 #[test]
 fn a_drive_is_commissioned_at_every_rate() {
-    for baud in RATES {
+    for baud in DESCRIPTION.rates.iter() {
         let mut plant = Plant::new(baud, &[5]);
         plant.start();
         plant.commission(0);
@@ -237,11 +233,11 @@ fn the_start_up_on_the_wire_is_the_one_of_the_standard() {
 
 #[test]
 fn replies_keep_t_sdr_and_requests_keep_t_syn() {
-    for baud in RATES {
+    for baud in DESCRIPTION.rates.iter() {
         let mut plant = Plant::new(baud, &[5, 6]);
         let mut previous: Option<(Sender, Instant)> = None;
         let mut replies = 0;
-        let outcome = plant.bus.run_until(Duration::from_secs(5), |bus, _| {
+        let outcome = plant.bus.run_until(Duration::from_secs(20), |bus, _| {
             while let Some(heard) = bus.poll_telegram() {
                 let octets = u32::try_from(heard.octets.len()).unwrap();
                 if let Some((sender, end)) = previous {
@@ -353,7 +349,7 @@ fn the_master_knows_what_the_device_and_the_gsd_say() {
     let drive = peripheral(5, BaudRate::K500);
     assert_eq!((drive.pi_i().len(), drive.pi_q().len()), (PPO_LEN, PPO_LEN));
     let gsd = gsd_parser::parse_from_file("gsd/SIKO0AC5.GSD");
-    for baud in RATES {
+    for baud in DESCRIPTION.rates.iter() {
         let options = options(baud);
         assert_eq!(options.ident_number, gsd.ident_number);
         assert_eq!(options.ident_number, IDENT_NUMBER);

@@ -5,7 +5,8 @@ use crate::common;
 use core::time::Duration;
 
 use common::{CFG, IDENT, MASTER, SLAVE, hex, telegram};
-use profidrive::device::{Config, Device};
+use profidrive::device::{ApplicationCycle, Config, Device};
+use profidrive::dp::State;
 use profidrive::fdl::telegram::{Decoded, decode};
 use profidrive::fdl::{Address, FrameCount, FunctionCode, Service, Telegram};
 use profidrive::host::link::fault::{Fault, Faulty, Kind, PkwFault};
@@ -33,8 +34,10 @@ impl Line {
         let wire = Wire::new();
         let clock = ManualClock::new();
         let mut bus = Bus::new();
-        let config =
-            Config { application_cycle: Duration::ZERO, ..Config::new(Address::station(SLAVE).unwrap()) };
+        let config = Config {
+            application_cycle: ApplicationCycle::EACH_EXCHANGE,
+            ..Config::new(Address::station(SLAVE).unwrap())
+        };
         bus.add(Device::new(config, clock.now())).unwrap();
         let (master, link) = (wire.end(), Faulty::new(wire.end(), clock.clone(), faults));
         Self { master, link, bus, clock, count: FrameCount::First }
@@ -377,6 +380,39 @@ fn a_station_that_is_not_ready_says_so_for_a_time_after_chk_cfg() {
     assert_eq!(data(&line.exchange()).len(), 14);
     line.start_up();
     assert_eq!(line.diagnosis()[0], 0x00, "once only");
+}
+
+#[test]
+fn a_station_that_is_not_ready_is_one_that_can_exist() {
+    let mut line = Line::with("not-ready=20ms,count=1");
+    // Sync and Freeze asked for.
+    let mut prm = PRM;
+    prm[0] |= 0x30;
+    assert_eq!(line.srd(Some(61), &prm), [0xE5]);
+    assert_eq!(line.srd(Some(62), &CFG), [0xE5], "acknowledged like any Chk_Cfg");
+    let slave = |line: &Line| {
+        let device = line.bus.station::<Device>(Address::station(SLAVE).unwrap()).unwrap();
+        (device.dp_state(), device.slave().diagnosis().octets())
+    };
+    let before = slave(&line);
+    assert_eq!(before.0, State::WaitCfg);
+    for sap in [56, 57] {
+        assert_eq!(line.srd(Some(sap), &[]), RS, "RD_Inp and RD_Outp");
+    }
+    // Global_Control: Sync and Freeze to this slave.
+    let control = telegram(SLAVE, MASTER, FunctionCode::from_octet(0x46), Some(58), &[0x28, 0]);
+    line.master.send(&control).unwrap();
+    assert!(line.turn().is_empty());
+    assert_eq!(slave(&line), before, "no effect");
+    assert_eq!(line.diagnosis()[..2], [0x02, 0x04], "what the master sees is what the slave is");
+    // Another Chk_Cfg does not begin the time anew, a Set_Prm makes it void.
+    let begun = line.clock.now();
+    while line.clock.now().saturating_since(begun) < Duration::from_millis(20) {
+        assert_eq!(line.srd(Some(62), &CFG), [0xE5]);
+    }
+    assert_eq!(line.diagnosis()[..4], [0x00, 0x04, 0x00, MASTER]);
+    assert_eq!(slave(&line).0, State::DataExch);
+    assert_eq!(data(&line.exchange()).len(), 14);
 }
 
 #[test]

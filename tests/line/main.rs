@@ -34,3 +34,7 @@ mod line_faults;
 mod many_stations;
 #[cfg(target_os = "linux")]
 mod master_clients;
+#[cfg(target_os = "linux")]
+mod slcan;
+#[cfg(all(target_os = "linux", feature = "serial"))]
+mod slot_time;

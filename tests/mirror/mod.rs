@@ -36,15 +36,12 @@ pub(crate) struct Mirror {
 
 impl Mirror {
     pub(crate) fn new(number: u8, configurations: &'static [&'static [u8]]) -> Self {
-        let description = Description {
-            ident: IDENT,
-            configurations,
-            sync_mode: true,
-            freeze_mode: true,
-            ..Description::default()
-        };
+        let description =
+            Description { ident: IDENT, sync_mode: true, freeze_mode: true, ..Description::default() };
         let max_tsdr = Some(BAUD.max_tsdr_bits());
-        Self { station: dp::Station::new(address(number), BAUD, max_tsdr, description), exchanges: 0 }
+        let application = dp::Fixed { configurations, ..dp::Fixed::PLAIN };
+        let station = dp::Station::new(address(number), BAUD, max_tsdr, description, application);
+        Self { station, exchanges: 0 }
     }
 
     pub(crate) fn state(&self) -> State {

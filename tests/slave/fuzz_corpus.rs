@@ -20,6 +20,7 @@ fn every_input_of_every_corpus_keeps_the_invariants() {
         ("canopen_node", invariants::canopen_node::check),
         ("sdo_server", invariants::sdo_server::check),
         ("eeprom_image", invariants::eeprom_image::check),
+        ("slcan", invariants::slcan::check),
     ];
     for (target, check) in targets {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus").join(target);

@@ -49,6 +49,7 @@ mod fuzz_corpus;
 mod generic_slave;
 mod gsd;
 mod layers;
+mod modular;
 mod oracle;
 mod persistence;
 mod pkw_jobs;

@@ -44,6 +44,11 @@ pub(crate) struct Emulate {
     #[arg(long, value_name = "RATE|auto")]
     pub(crate) baud: Option<BaudSpec>,
 
+    /// The slot time of the master on a serial line in bit times: a reply that cannot begin within it is dropped and
+    /// counted. Without it the customary one of the rate, 100 at 9600 to 1000 at 12000000
+    #[arg(long, value_name = "BITS", value_parser = clap::value_parser!(u16).range(37..=16383))]
+    pub(crate) slot_time: Option<u16>,
+
     /// Lets other machines connect to a tcp link. There is no password: whoever connects commands the drives
     #[arg(long)]
     pub(crate) allow_remote: bool,
@@ -97,6 +102,9 @@ impl Emulate {
         if self.allow_remote && !matches!(self.link, LinkSpec::Tcp(_)) {
             return Err("--allow-remote needs a tcp link".into());
         }
+        if self.slot_time.is_some() && !matches!(self.link, LinkSpec::Serial(_)) {
+            return Err("--slot-time needs a serial link; on the others every reply is sent".into());
+        }
         match (&self.link, self.baud) {
             (LinkSpec::Tcp(_), Some(BaudSpec::Auto)) => {
                 Err("--baud auto needs a pty link; a tcp link has no rate of its own".into())
@@ -114,7 +122,7 @@ const EMULATE_EXAMPLES: &str = "\
 ADDRESS is 0 to 126; model defaults to ag03-1, gear to 48.
 On a serial line each drive listens up to two seconds before it takes part; one whose address is live stays silent.
 SIGUSR1 logs what was counted so far: telegrams, retries, refusals, times of replies.
-RATE is 9600, 19200, 45450, 93750, 187500, 500000, 1500000, 3000000, 6000000 or 12000000.
+RATE is 9600, 19200, 93750, 187500, 500000, 1500000, 3000000, 6000000 or 12000000.
 
 Faults, and what they count:
   replies         no-reply, late=TIME, duplicate, truncated, bit-errors[=N], wrong-fcs, wrong-length, wrong-source,

@@ -4,10 +4,6 @@ use super::{Active, Kind, Outgoing, PkwFault, data_telegram, encoded};
 use crate::dp::Service;
 use crate::fdl::{Address, DataTelegram, Function, FunctionCode, ReplyStatus};
 use crate::ppo::{PPO_LEN, Pke, Pkw};
-use crate::time::Instant;
-
-/// Octet 1 of Slave_Diag, b1.
-const STATION_NOT_READY: u8 = 0x02;
 
 /// The most that LE can be.
 const MAX_LE: u8 = 249;
@@ -17,7 +13,7 @@ const SD2: u8 = 0x68;
 
 impl Active {
     /// Spoils what `station` says, if this is an occasion for this fault and it strikes.
-    pub(super) fn spoil_reply(&mut self, reply: &mut Outgoing, station: Option<Address>, now: Instant) {
+    pub(super) fn spoil_reply(&mut self, reply: &mut Outgoing, station: Option<Address>) {
         if reply.octets.is_empty() || !self.concerns(station) {
             return;
         }
@@ -39,7 +35,7 @@ impl Active {
             }
             Kind::Truncated => {
                 if self.strikes() {
-                    let left = self.random.below(reply.octets.len());
+                    let left = self.chance.random.below(reply.octets.len());
                     reply.octets.truncate(left);
                 }
             }
@@ -74,7 +70,7 @@ impl Active {
             }
             Kind::Noise(octets) => {
                 if self.strikes() {
-                    reply.noise.extend((0..octets).map(|_| self.random.octet()));
+                    reply.noise.extend((0..octets).map(|_| self.chance.random.octet()));
                 }
             }
             Kind::DiagStorm => {
@@ -83,17 +79,6 @@ impl Active {
                 {
                     let fc = FunctionCode::response(ReplyStatus::DataHigh);
                     reply.octets = encoded(&DataTelegram { fc, ..telegram });
-                }
-            }
-            Kind::NotReady(_) => {
-                if let Some(telegram) = diagnosis(&reply.octets)
-                    && self.is_not_ready(telegram.sa.number(), now)
-                {
-                    let mut data = telegram.data.to_vec();
-                    if let Some(status_1) = data.first_mut() {
-                        *status_1 |= STATION_NOT_READY;
-                    }
-                    reply.octets = encoded(&DataTelegram { data: &data, ..telegram });
                 }
             }
             Kind::Pkw(fault) => {
@@ -106,13 +91,13 @@ impl Active {
                     reply.octets = encoded(&DataTelegram { data: &data, ..telegram });
                 }
             }
-            Kind::DropRequest | Kind::RefusePrm | Kind::RefuseCfg | Kind::LosePrm => {}
+            Kind::DropRequest | Kind::RefusePrm | Kind::RefuseCfg | Kind::NotReady(_) | Kind::LosePrm => {}
         }
     }
 
     /// The PKW words the master gets instead of `pkw` of `station`.
     fn spoil_pkw(&mut self, fault: PkwFault, station: u8, pkw: Pkw) -> Pkw {
-        let mut state = self.stations.get(&station).copied().unwrap_or_default();
+        let mut state = self.stations.get(&station).cloned().unwrap_or_default();
         let changed = (pkw.pke, pkw.ind) != (state.sent.pke, state.sent.ind);
         if changed {
             state.spoilt = pkw.pke.ak() != 0 && self.strikes();
@@ -141,7 +126,7 @@ impl Active {
             if left.is_empty() {
                 return;
             }
-            let bit = left.swap_remove(self.random.below(left.len()));
+            let bit = left.swap_remove(self.chance.random.below(left.len()));
             if let Some(octet) = octets.get_mut(bit / 8) {
                 *octet ^= 1 << (bit % 8);
             }
@@ -168,11 +153,6 @@ const fn wrong_ak(ak: u8) -> u16 {
 /// A reply to Data_Exchange with inputs.
 fn inputs(octets: &[u8]) -> Option<DataTelegram<'_>> {
     response_of(octets, Service::DataExchange).filter(|telegram| !telegram.data.is_empty())
-}
-
-/// A reply to Slave_Diag.
-fn diagnosis(octets: &[u8]) -> Option<DataTelegram<'_>> {
-    response_of(octets, Service::SlaveDiag)
 }
 
 /// A reply with data whose SAPs are those of `service`, the other way round than in its request.
