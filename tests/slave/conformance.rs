@@ -72,7 +72,11 @@ fn rows_of(page: &str) -> Vec<Row> {
     let rows = text.lines().filter_map(|line| {
         let cells: Vec<_> = line.trim_matches('|').split(" | ").map(str::trim).collect();
         let (&id, &shown) = (cells.first()?, cells.last()?);
-        let is_id = matches!(id.as_bytes(), [b'A'..=b'Z', b'-', b'0'..=b'9', b'0'..=b'9']);
+        let is_id = matches!(
+            id.as_bytes(),
+            [b'A'..=b'Z', b'-', b'0'..=b'9', b'0'..=b'9']
+                | [b'A'..=b'Z', b'A'..=b'Z', b'-', b'0'..=b'9', b'0'..=b'9']
+        );
         is_id.then(|| Row { id: id.to_owned(), shown: shown.to_owned(), claims: named(shown) })
     });
     rows.collect()
@@ -117,8 +121,10 @@ fn ids(name: &str) -> impl Iterator<Item = String> {
     let pairs: Vec<String> = parts
         .chunks(2)
         .map_while(|pair| match pair {
-            [letter, number] if letter.len() == 1 && number.len() == 2 && number.parse::<u8>().is_ok() => {
-                Some(format!("{}-{number}", letter.to_uppercase()))
+            [letters, number]
+                if matches!(letters.len(), 1 | 2) && number.len() == 2 && number.parse::<u8>().is_ok() =>
+            {
+                Some(format!("{}-{number}", letters.to_uppercase()))
             }
             _ => None,
         })

@@ -9,6 +9,7 @@ const TABLE: &[(&str, &[&str])] = &[
     ("fdl", &["time"]),
     ("dp", &["fdl", "time"]),
     ("can", &["time"]),
+    ("canopen", &["can", "time"]),
     ("ppo", &[]),
     ("param", &[]),
     ("pkw", &["ppo"]),

@@ -21,6 +21,15 @@ mod slave_line;
 #[path = "../telegrams/mod.rs"]
 mod telegrams;
 
+mod canopen_client;
+mod canopen_eds;
+mod canopen_errors;
+mod canopen_faults;
+mod canopen_nmt;
+mod canopen_pdo;
+mod canopen_robustness;
+mod canopen_sdo;
+mod canopen_storage;
 mod client_adversary;
 mod client_drive;
 #[cfg(feature = "std")]
@@ -54,3 +63,6 @@ mod robustness;
 mod set_address;
 mod startup;
 mod travel_pictures;
+
+// The fuzz targets need it, too.
+use fuzz_corpus::invariants::canopen_device;

@@ -1,0 +1,196 @@
+//! How a node reads and writes an entry, whoever keeps it: the order of checks, and the code of each refusal.
+//!
+//! ```text
+//! object exists ─▶ sub-index exists ─▶ access ─▶ [state] ─▶ length ─▶ range ─▶ state ─▶ who keeps it
+//! 06020000h        06090011h           0601000xh            0607001xh 0609003xh 08000022h  his own checks
+//! ```
+
+use super::abort::Abort;
+use super::address::Address;
+use super::application::{Application, Source, Written};
+use super::dictionary::{self, Entry, Home, Place, Writable};
+use super::event::Event;
+use super::nmt::NmtState;
+use super::node::Node;
+use super::parameter::Parameter;
+use super::policy::{OutOfRange, Policy, StateCheck, WrongLength};
+use super::value::{DataType, Value};
+use crate::time::Instant;
+
+impl Node {
+    /// The entry at an address.
+    pub(super) fn entry(&self, at: Address) -> Result<&'static Entry, Abort> {
+        dictionary::entry(self.objects, at)
+    }
+
+    /// Reads an entry as a client does and calls `take` with its octets.
+    pub(super) fn read_with<R>(
+        &self,
+        at: Address,
+        app: &dyn Application,
+        take: impl FnOnce(&[u8]) -> Result<R, Abort>,
+    ) -> Result<R, Abort> {
+        let entry = self.entry(at)?;
+        if !entry.readable() {
+            return Err(Abort::WRITE_ONLY);
+        }
+        self.value_with(at, entry, app, take)
+    }
+
+    /// Reads an entry whatever a client may do.
+    pub(super) fn value_with<R>(
+        &self,
+        at: Address,
+        entry: &'static Entry,
+        app: &dyn Application,
+        take: impl FnOnce(&[u8]) -> Result<R, Abort>,
+    ) -> Result<R, Abort> {
+        match entry.home {
+            Home::Default => entry.default_value(self.node_id).with_octets(take),
+            Home::Node => {
+                let parameter = Parameter::of(at).ok_or(Abort::INTERNAL)?;
+                let number = self.parameter(parameter)?;
+                Value::whole(entry.data, number.into()).ok_or(Abort::INTERNAL)?.with_octets(take)
+            }
+            Home::Application => {
+                let value = app.read(at)?;
+                value.with_octets(|octets| match entry.data.octets() {
+                    Some(len) if len != octets.len() => Err(Abort::INTERNAL),
+                    Some(_) | None => take(octets),
+                })
+            }
+            Home::Alias(to) => {
+                let target = self.entry(to)?;
+                match target.home {
+                    // One step only: tables cannot make a circle.
+                    Home::Alias(_) => Err(Abort::INTERNAL),
+                    Home::Default | Home::Node | Home::Application => self.value_with(to, target, app, take),
+                }
+            }
+        }
+    }
+
+    /// Writes an entry as a client does. A refused write changes nothing.
+    pub(super) fn write(
+        &mut self,
+        now: Instant,
+        at: Address,
+        octets: &[u8],
+        source: Source,
+        app: &mut dyn Application,
+    ) -> Result<Written, Abort> {
+        let entry = self.entry(at)?;
+        if !entry.is_writable() {
+            return Err(Abort::READ_ONLY);
+        }
+        self.judge(entry, octets)?;
+        let before = self.generation();
+        let written = match entry.home {
+            Home::Alias(to) => {
+                let target = self.entry(to)?;
+                if !target.is_writable() {
+                    return Err(Abort::READ_ONLY);
+                }
+                self.judge(target, octets)?;
+                self.write_home(now, to, target, octets, source, app)?
+            }
+            Home::Default | Home::Node | Home::Application => {
+                self.write_home(now, at, entry, octets, source, app)?
+            }
+        };
+        self.tell(Event::Written { at });
+        Ok(self.hold(before, written))
+    }
+
+    /// Writes an entry that passed the checks of its table.
+    pub(super) fn write_home(
+        &mut self,
+        now: Instant,
+        at: Address,
+        entry: &'static Entry,
+        octets: &[u8],
+        source: Source,
+        app: &mut dyn Application,
+    ) -> Result<Written, Abort> {
+        let value = entry.data.decode(octets).ok_or(Abort::INTERNAL)?;
+        match entry.home {
+            Home::Application => {
+                let written = app.write(now, at, value, source)?;
+                self.note_written(entry.stored);
+                Ok(written)
+            }
+            Home::Node => {
+                let parameter = Parameter::of(at).ok_or(Abort::INTERNAL)?;
+                let number = value.number().and_then(|number| u32::try_from(number).ok());
+                self.write_parameter(now, parameter, entry, number.ok_or(Abort::INTERNAL)?, app)
+            }
+            // Tables with such an entry are faulty: there is nobody to take the value.
+            Home::Default | Home::Alias(_) => Err(Abort::INTERNAL),
+        }
+    }
+
+    fn judge(&self, entry: &'static Entry, octets: &[u8]) -> Result<(), Abort> {
+        if self.policy.state_check == StateCheck::BeforeLength {
+            self.judge_state(entry)?;
+        }
+        self.judge_length(entry, octets.len())?;
+        if entry.data == DataType::Boolean && octets.iter().any(|octet| *octet > 1) {
+            return Err(self.policy.refusal(Place::Above));
+        }
+        if let Some(value) = entry.data.decode(octets) {
+            self.policy.judge_range(entry, value)?;
+        }
+        self.judge_state(entry)
+    }
+
+    pub(super) fn judge_length(&self, entry: &'static Entry, len: usize) -> Result<(), Abort> {
+        let (fewest, most) = entry.lengths();
+        if len > most {
+            Err(self.policy.too_long())
+        } else if len < fewest {
+            Err(self.policy.too_short())
+        } else {
+            Ok(())
+        }
+    }
+
+    fn judge_state(&self, entry: &'static Entry) -> Result<(), Abort> {
+        match (entry.writable, self.state) {
+            (Writable::Always, _) | (Writable::PreOperational, Some(NmtState::PreOperational)) => Ok(()),
+            (Writable::PreOperational, _) => Err(self.policy.wrong_state),
+        }
+    }
+}
+
+impl Policy {
+    pub(super) const fn too_long(&self) -> Abort {
+        match self.wrong_length {
+            WrongLength::TooLongTooShort => Abort::TOO_LONG,
+            WrongLength::One(code) => code,
+        }
+    }
+
+    pub(super) const fn too_short(&self) -> Abort {
+        match self.wrong_length {
+            WrongLength::TooLongTooShort => Abort::TOO_SHORT,
+            WrongLength::One(code) => code,
+        }
+    }
+
+    pub(super) fn judge_range(&self, entry: &'static Entry, value: Value<'_>) -> Result<(), Abort> {
+        match entry.place(value) {
+            Place::Inside => Ok(()),
+            place @ (Place::Below | Place::Above | Place::Gap) => Err(self.refusal(place)),
+        }
+    }
+
+    /// The answer to a value at that place.
+    const fn refusal(&self, place: Place) -> Abort {
+        match (place, self.out_of_range) {
+            (_, OutOfRange::One(code)) => code,
+            (Place::Below, OutOfRange::TooHighTooLow) => Abort::TOO_LOW,
+            (Place::Above, OutOfRange::TooHighTooLow) => Abort::TOO_HIGH,
+            (Place::Gap | Place::Inside, OutOfRange::TooHighTooLow) => Abort::RANGE,
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! What a node asks of the device behind it: the one trait between bus and device.
+
+use core::time::Duration;
+
+use super::abort::Abort;
+use super::address::{Address, NodeId, Sub};
+use super::dictionary::Object;
+use super::emcy::Emergency;
+use super::nmt::{NmtState, Reset};
+use super::pdo::PdoNumber;
+use super::value::Value;
+use crate::time::Instant;
+
+/// A device on CANopen.
+///
+/// The node keeps the communication objects with [`Home::Node`](super::dictionary::Home::Node) and judges every access by
+/// the tables: existence, access, length, range and NMT state. What gets here is left to the device.
+pub trait Application {
+    /// The object dictionary, sorted. Asked at power-on and with every reset of the node.
+    fn objects(&self) -> &'static [Object];
+
+    /// The node number in force. Asked at power-on and with every reset, also of the communication.
+    fn node_id(&self) -> NodeId;
+
+    /// Reads an entry with [`Home::Application`](super::dictionary::Home::Application). The value has the type of the
+    /// entry; another one is answered with 06040047h.
+    ///
+    /// # Errors
+    /// The abort code to answer with.
+    fn read(&self, at: Address) -> Result<Value<'_>, Abort>;
+
+    /// Writes an entry with `Home::Application`.
+    ///
+    /// # Errors
+    /// The abort code to answer with; nothing has changed then. From a PDO it becomes
+    /// [`Notice::RpdoRefused`], as nobody can be answered.
+    fn write(
+        &mut self,
+        now: Instant,
+        at: Address,
+        value: Value<'_>,
+        source: Source,
+    ) -> Result<Written, Abort>;
+
+    /// Something happened on the bus.
+    fn notice(&mut self, now: Instant, notice: Notice);
+
+    /// What the device wants of its node, oldest first. Asked after everything the node does.
+    fn poll_request(&mut self) -> Option<Request>;
+
+    /// 1010h:`group` was written with the signature `save`. The communication objects are the node's business.
+    ///
+    /// # Errors
+    /// The abort code to answer with, as 06060000h.
+    fn store(&mut self, now: Instant, group: Sub) -> Result<Written, Abort> {
+        let _ = (now, group);
+        Ok(Written::Done)
+    }
+
+    /// 1011h:`group` was written with the signature `load`.
+    ///
+    /// # Errors
+    /// The abort code to answer with, as 08000022h.
+    fn load_defaults(&mut self, now: Instant, group: Sub) -> Result<Written, Abort> {
+        let _ = (now, group);
+        Ok(Written::Done)
+    }
+
+    /// The value of an entry as it would be after power-off and power-on: what goes into an image. Differs from
+    /// [`read`](Self::read) where values live in RAM until they are stored.
+    ///
+    /// # Errors
+    /// If the entry has none: it is left out of the image.
+    fn kept(&self, at: Address) -> Result<Value<'_>, Abort> {
+        self.read(at)
+    }
+}
+
+/// How a write came.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Source {
+    /// By SDO.
+    Sdo,
+    /// In a PDO; [`Notice::RpdoTaken`] follows when all of its entries are written.
+    Rpdo(PdoNumber),
+    /// From an image, before power-on ([`Node::recall`](super::Node::recall)).
+    Image,
+}
+
+/// What became of a write that was accepted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Written {
+    /// The value is in effect; the client is answered at once.
+    Done,
+    /// The value is in effect, but the client is answered only after [`Request::AnswerSdo`]: something has to be
+    /// stored first, or a person has to act.
+    Held,
+}
+
+/// What happened on the bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Notice {
+    /// A reset begins, before the node reads [`Application::node_id`]. [`Reset::Communication`] leaves the application
+    /// as it is; the others bring it to its state after power-on.
+    Reset(Reset),
+    /// The NMT state changed. After a reset `from` is `None`.
+    Nmt {
+        /// The state before.
+        from: Option<NmtState>,
+        /// The state now.
+        to: NmtState,
+        /// Who wanted it.
+        cause: NmtCause,
+    },
+    /// SYNC in OPERATIONAL, after the synchronous RPDOs were taken and before the TPDOs are sampled.
+    Sync,
+    /// Every entry of an RPDO was written.
+    RpdoTaken(PdoNumber),
+    /// An entry of an RPDO was refused; the other entries were written all the same.
+    RpdoRefused {
+        /// The PDO.
+        pdo: PdoNumber,
+        /// The entry.
+        at: Address,
+        /// Why.
+        abort: Abort,
+    },
+    /// An RPDO had the wrong length.
+    RpdoLength {
+        /// The PDO.
+        pdo: PdoNumber,
+        /// Octets its mapping needs.
+        expected: u8,
+        /// Octets received.
+        got: u8,
+    },
+    /// The master did not guard the node for the life time.
+    LifeGuardingExpired(Duration),
+    /// The master guards the node again.
+    LifeGuardingBack,
+    /// A node under heartbeat supervision was silent.
+    HeartbeatLost(NodeId),
+    /// It is heard again.
+    HeartbeatBack(NodeId),
+    /// 1003h:0 was written with 0.
+    HistoryCleared,
+    /// The host could not keep the newest image: what was stored since the last one is not kept.
+    NotStored,
+}
+
+/// Who wanted a change of the NMT state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum NmtCause {
+    /// Power-on or a reset.
+    Start,
+    /// A command of the NMT master.
+    Master,
+    /// The device, by [`Request::Nmt`].
+    Application,
+    /// 1029h after a communication error.
+    ErrorBehaviour,
+}
+
+/// What a device wants of its node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Request {
+    /// An event for the error register, the error history and the EMCY service.
+    Emergency(Emergency),
+    /// Sets the device's bits of the error register without telling anybody.
+    ErrorRegister(u8),
+    /// Change the NMT state.
+    Nmt(NmtState),
+    /// Send an event-driven TPDO, under its inhibit time.
+    Tpdo(PdoNumber),
+    /// What the device keeps changed without a write of a client: an image is offered to the host.
+    Store,
+    /// Answer the SDO held by [`Written::Held`].
+    AnswerSdo(Result<(), Abort>),
+    /// Begin anew, as after the NMT command.
+    Reset(Reset),
+}

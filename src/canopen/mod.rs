@@ -1,0 +1,69 @@
+//! CANopen: a node by CiA 301 without I/O, for any device.
+//!
+//! ```text
+//!  frame ──▶ Node ──▶ nmt │ sdo │ pdo │ sync │ guarding │ heartbeat
+//!                      │ address, octets
+//!                      ▼
+//!                    access: tables of the device judge ──▶ node keeps it: settings
+//!                                                      └──▶ Application: read, write
+//! ```
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | [`address`] | node numbers, index and sub-index |
+//! | [`value`] | types and values with their octets |
+//! | [`dictionary`] | the object dictionary as `const` tables |
+//! | [`check`] | whether the tables agree with themselves |
+//! | [`eds`] | the data sheet of CiA 306 from the tables |
+//! | [`application`] | the trait a device implements |
+//! | [`policy`] | where devices and readings of the standard differ |
+//! | [`node`] | the node |
+//! | [`faults`] | faults on purpose |
+//! | [`event`] | what it tells its user |
+//! | [`nmt`] | states and commands |
+//! | [`sdo`] | service data |
+//! | [`pdo`] | process data |
+//! | `sync` | what a SYNC does |
+//! | `guarding`, `heartbeat` | error control |
+//! | [`storage`] | 1010h, 1011h, images for the host |
+//! | [`emcy`] | emergencies, error register, history |
+//! | [`cob_id`] | identifiers and the objects that hold them |
+//! | [`parameter`], [`settings`] | communication objects that the node keeps: their values; what a write does |
+//! | `access` | the checks of a read and a write |
+//! | [`abort`] | abort codes |
+
+pub mod abort;
+mod access;
+pub mod address;
+pub mod application;
+pub mod check;
+pub mod cob_id;
+pub mod dictionary;
+pub mod eds;
+pub mod emcy;
+pub mod event;
+pub mod faults;
+mod guarding;
+mod heartbeat;
+pub mod nmt;
+pub mod node;
+pub mod parameter;
+pub mod pdo;
+pub mod policy;
+pub mod sdo;
+pub mod settings;
+pub mod storage;
+mod sync;
+pub mod value;
+
+pub use abort::Abort;
+pub use address::{Address, Index, NodeId, NodeIdError, Sub};
+pub use application::{Application, NmtCause, Notice, Request, Source, Written};
+pub use dictionary::{Entry, Home, Object};
+pub use emcy::Emergency;
+pub use event::Event;
+pub use nmt::{NmtState, Reset};
+pub use node::{Node, Service};
+pub use pdo::PdoNumber;
+pub use policy::Policy;
+pub use value::{DataType, Value};
