@@ -21,17 +21,19 @@
 //! | [`fdl`] | octets to telegrams, the passive station | that service access points exist |
 //! | [`dp`] | the DP-V0 slave and its services | what the service access points mean |
 //! | [`can`] | frames of CAN, bit times, the text of an adapter | that frames have a priority |
-//! | [`canopen`] | a node by CiA 301 for any device | what the communication objects mean |
+//! | [`canopen`] | a node of CiA 301 for any device: NMT, SDO, PDO, EMCY, error control, EDS | what identifiers mean, object dictionaries |
 //! | [`cia402`] | states and words of drives on CANopen | which command leads where |
 //! | [`ppo`] | the seven words of one Data_Exchange | where each word lies |
 //! | [`param`] | every parameter of both drives | types, ranges, defaults, permissions |
 //! | [`pkw`] | jobs and replies of the parameter channel | job, reply and error numbers |
 //! | [`drive`] | state machine and motion, without a bus | revolutions, seconds, named flags |
-//! | [`asda_a2`] | the servo ASDA-A2, without a bus | parameters, modes of motion, alarms |
-//! | [`device`] | all of it as one object | every bit of STW, ZSW and SSW |
+//! | [`unit`] | a powered drive: parameters, machine, EEPROM, supplies, without a bus | what survives power-off |
+//! | [`asda_a2`] | the servo ASDA-A2, without a bus: parameters, modes of motion, alarms | the machine of CiA 402 |
+//! | [`device`] | a unit on a bus as one object | every bit of STW, ZSW and SSW |
 //! | [`client`] | the master's side: parameters and control words of a drive, without I/O | PKW, STW and ZSW patterns |
 //! | [`explain`] | telegrams and words in words (feature `std`) | what all of the above mean to a person |
 //! | [`host`] | links, clock, run loop (feature `std`) | the operating system |
+//! | [`bench`](mod@bench) | a simulated line to test masters on (feature `std`) | the rules of the bus |
 //! | `panel` | HTTP control, live stream and a page (feature `panel`) | what a bench around a bus needs |
 //!
 //! Everything above [`explain`] is `no_std`, allocates nothing, and never panics whatever octets it is given.
@@ -83,6 +85,9 @@
 //!
 //! [`host`] has this loop for links of an operating system, and the command `profidrive emulate` runs it.
 //!
+//! [`bench`](mod@bench) tests a master of your own in virtual time: a line that checks the rules of the bus, stations,
+//! faults at the telegram you name, a history in words.
+//!
 //! [`client`] is the other end, for those who write masters. The guide `first_drive` (features `master` and `serial`,
 //! `docs/first-drive.md`) goes from an empty directory to a moving drive.
 //!
@@ -91,12 +96,13 @@
 //! * `std` (default): [`host`] and [`explain`].
 //! * `alloc`: telegrams built into `bytes::BufMut`.
 //! * `serial`: an RS-485 serial port as link.
-//! * `master`: profirust as DP master over our links, a session with one drive, a whole bus in virtual time.
+//! * `master`: profirust as DP master over our links and on a bench, sessions with one drive or several.
 //! * `serde`: explanations as data for `serde`.
 //! * `capture`: what passes on a line in pcapng files, written and read.
 //! * `panel`: HTTP control, a live stream and a page for browsers.
 //! * `cli`: the command.
 #![no_std]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
 // Named only where it is wanted, so that nobody relies on its prelude by accident.
 #[cfg(any(feature = "std", test))]
@@ -125,6 +131,8 @@ pub mod pkw;
 
 pub mod drive;
 
+pub mod unit;
+
 pub mod device;
 
 pub mod client;
@@ -138,6 +146,9 @@ pub mod explain;
 
 #[cfg(feature = "std")]
 pub mod host;
+
+#[cfg(feature = "std")]
+pub mod bench;
 
 #[cfg(feature = "master")]
 pub mod master;

@@ -151,7 +151,7 @@ fn limits_fit(entry: &Entry) -> bool {
     let inside = |number: i64| entry.data.range().is_none_or(|(low, high)| (low..=high).contains(&number));
     match entry.limits {
         Limits::Type => true,
-        Limits::MaxLen(_) => entry.data.len().is_none(),
+        Limits::MaxLen(_) => entry.data.octets().is_none(),
         Limits::Range(low, high) => low <= high && inside(low) && inside(high),
         Limits::Ranges(ranges) => {
             !ranges.is_empty()
@@ -162,7 +162,7 @@ fn limits_fit(entry: &Entry) -> bool {
 }
 
 fn default_fits(entry: &'static Entry) -> bool {
-    let is_text = entry.data.len().is_none();
+    let is_text = entry.data.octets().is_none();
     match entry.default {
         Default::None => true,
         Default::Text(text) => is_text && (entry.lengths().0..=entry.lengths().1).contains(&text.len()),
@@ -185,7 +185,7 @@ fn mapping_fits(objects: &'static [Object], at: Address, entry: &Entry) -> bool 
         return at.index.0 < 0x1800;
     }
     let Ok(mapped) = dictionary::entry(objects, word.at) else { return false };
-    let fits = mapped.data.len().is_some_and(|octets| usize::from(word.bits) <= octets * 8);
+    let fits = mapped.data.octets().is_some_and(|octets| usize::from(word.bits) <= octets * 8);
     let direction = if at.index.0 < 0x1800 { mapped.receivable() } else { mapped.sendable() };
-    fits && direction && word.bits % 8 == 0
+    fits && direction && word.bits.is_multiple_of(8)
 }

@@ -18,6 +18,7 @@
 //! | [`application`] | the trait a device implements |
 //! | [`policy`] | where devices and readings of the standard differ |
 //! | [`node`] | the node |
+//! | [`faults`] | faults on purpose |
 //! | [`event`] | what it tells its user |
 //! | [`nmt`] | states and commands |
 //! | [`sdo`] | service data |
@@ -41,6 +42,7 @@ pub mod dictionary;
 pub mod eds;
 pub mod emcy;
 pub mod event;
+pub mod faults;
 mod guarding;
 mod heartbeat;
 pub mod nmt;
@@ -61,7 +63,7 @@ pub use dictionary::{Entry, Home, Object};
 pub use emcy::Emergency;
 pub use event::Event;
 pub use nmt::{NmtState, Reset};
-pub use node::Node;
+pub use node::{Node, Service};
 pub use pdo::PdoNumber;
 pub use policy::Policy;
 pub use value::{DataType, Value};

@@ -12,8 +12,6 @@
 mod adversary;
 #[path = "../asda/mod.rs"]
 mod asda;
-#[path = "../canopen_device/mod.rs"]
-mod canopen_device;
 #[path = "../common/mod.rs"]
 mod common;
 #[path = "../drive_rig/mod.rs"]
@@ -29,7 +27,15 @@ mod asda_errors;
 mod asda_modes;
 mod asda_objects;
 mod asda_states;
+mod canopen_client;
+mod canopen_eds;
+mod canopen_errors;
+mod canopen_faults;
+mod canopen_nmt;
+mod canopen_pdo;
+mod canopen_robustness;
 mod canopen_sdo;
+mod canopen_storage;
 mod client_adversary;
 mod client_drive;
 #[cfg(feature = "std")]
@@ -45,16 +51,24 @@ mod dp_states;
 mod drive_behaviour;
 mod drive_faults;
 mod drive_states;
+mod facts;
 mod fuzz_corpus;
 mod generic_slave;
 mod gsd;
 mod layers;
+mod modular;
 mod oracle;
+#[cfg(feature = "std")]
+mod own_drive;
 mod persistence;
 mod pkw_jobs;
 mod policy;
 mod quirks;
+mod references;
 mod robustness;
 mod set_address;
 mod startup;
 mod travel_pictures;
+
+// The fuzz targets need it, too.
+use fuzz_corpus::invariants::canopen_device;
