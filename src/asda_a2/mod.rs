@@ -116,6 +116,8 @@ pub enum Event {
     Raised(Alarm),
     /// Alarms ended; these bits of the error register are left.
     Cleared(u8),
+    /// The drive started: nothing is wrong yet.
+    Restarted,
     /// The state machine moved.
     State(State),
 }
@@ -209,7 +211,7 @@ impl Servo {
         self.torque_demand = 0.0;
         self.bench = None;
         self.enter_mode();
-        self.tell(Event::Cleared(0));
+        self.tell(Event::Restarted);
         if was_on {
             self.raise(Alarm::NmtWhileOn);
         }

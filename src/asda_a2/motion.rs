@@ -201,6 +201,7 @@ impl Servo {
             let brake = self.settings.digit(Setting::StopMode, Digit::Y) == 0;
             return if brake { Drive::Brake } else { Drive::Free };
         }
+        let from = self.demand.position;
         if let Some(stopping) = self.stopping {
             self.brake(stopping.deceleration);
             if self.demand.velocity == 0.0 {
@@ -209,7 +210,7 @@ impl Servo {
             if !self.is_on() {
                 return Drive::Free;
             }
-            return self.hold();
+            return self.follow(from);
         }
         let halted = self.control.has(Controlword::HALT);
         match self.motion {
@@ -236,11 +237,11 @@ impl Servo {
             }
             Motion::Interpolation(interpolation) => self.step_interpolation(interpolation),
         }
-        self.hold()
+        self.follow(from)
     }
 
-    const fn hold(&self) -> Drive {
-        Drive::Position { position: self.demand.position, velocity: self.demand.velocity }
+    fn follow(&self, from: f64) -> Drive {
+        Drive::Position { from, way: self.demand.position - from }
     }
 
     fn brake(&mut self, deceleration: f64) {

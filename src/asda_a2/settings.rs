@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn p3_12_z_decides_whether_the_objects_of_canopen_are_reloaded() {
+    fn digit_z_of_p3_12_decides_whether_the_objects_of_canopen_are_reloaded() {
         for (word, expected) in [(0x000, 200), (0x100, 777)] {
             let mut kept = Settings::new();
             kept.set(Setting::QuickStopOptions, word);

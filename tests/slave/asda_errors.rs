@@ -49,7 +49,7 @@ fn dg_01_guarding_and_heartbeat_lead_to_al170_or_al180_and_1029h() {
 }
 
 #[test]
-fn p3_10_y_switches_the_servo_off_when_the_master_is_lost() {
+fn digit_y_of_p3_10_switches_the_servo_off_when_the_master_is_lost() {
     let mut rig = Rig::full();
     rig.set(0x230A, 0, 0x10);
     rig.start();

@@ -127,7 +127,7 @@ fn do_01_every_row_is_read_with_its_type_and_default() {
         let (index, sub) = row.at.pair();
         let [a, b] = index.to_le_bytes();
         let answer = rig.sdo([0x40, a, b, sub, 0, 0, 0, 0]);
-        let len = row.data.len().unwrap();
+        let len = row.data.octets().unwrap();
         assert_eq!(answer[0], 0x43 | ((4 - len) << 2) as u8, "{} {answer:02X?}", row.at);
         let number = row.data.decode(&answer[4..4 + len]).unwrap().number().unwrap();
         if let Some(expected) = after_start(row.at).or(row.default) {
@@ -141,7 +141,7 @@ fn do_02_read_only_range_and_length() {
     let mut rig = Rig::full();
     each_entry(|row| {
         let (index, sub) = row.at.pair();
-        let len = row.data.len().unwrap() as u8;
+        let len = row.data.octets().unwrap() as u8;
         let before = rig.read(index, sub);
         if !row.writable {
             assert_eq!(rig.write_len(index, sub, 0, len), Err(READ_ONLY), "{}", row.at);

@@ -78,7 +78,7 @@ fn quick_stop_ramps_with_6085h_and_holds_until_disable_voltage() {
 }
 
 #[test]
-fn p3_12_y_lets_a_fault_reset_end_the_quick_stop() {
+fn digit_y_of_p3_12_lets_a_fault_reset_end_the_quick_stop() {
     let mut rig = Rig::full();
     rig.set(0x230C, 0, 0x010);
     rig.enable(Mode::ProfilePosition);

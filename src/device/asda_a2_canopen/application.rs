@@ -90,6 +90,7 @@ impl Drive {
                     let emergency = emergency(alarm, self.servo.error_register());
                     self.want(Request::Emergency(emergency));
                 }
+                Event::Restarted => self.want(Request::ErrorRegister(0)),
                 Event::Cleared(register) if register == 0 => self.want(Request::Emergency(Emergency::gone(0))),
                 Event::Cleared(register) => self.want(Request::ErrorRegister(register)),
                 Event::State(_) => {}
