@@ -20,6 +20,7 @@ pub mod quirks;
 
 use core::time::Duration;
 
+pub use objects::SHEET;
 pub use quirks::Quirks;
 
 use crate::asda_a2::{Alarm, Config, Inputs, Level, Servo};

@@ -3,6 +3,7 @@
 use super::links::Link;
 use crate::asda_a2::settings::Keeping;
 use crate::asda_a2::{Level, Setting};
+use crate::canopen::eds::Sheet;
 use crate::canopen::value::DataType::{self, I8, I16, I32, U8, U16, U32};
 use crate::canopen::{Address, Entry, Object};
 
@@ -19,6 +20,30 @@ static FULL: [Object; COUNT] = objects(Level::Full);
 
 /// Transmission types; 241 to 253 are not offered (CN-203).
 const TYPES: &[(i64, i64)] = &[(0, 240), (254, 255)];
+
+/// What the electronic data sheet says besides the objects.
+pub const SHEET: Sheet<'static> = Sheet {
+    file_name: "asda-a2.eds",
+    file_version: 1,
+    file_revision: 0,
+    description: "Emulated servo drive Delta ASDA-A2",
+    time: "08:00AM",
+    date: "11-22-2026",
+    created_by: "profidrive",
+    vendor_name: "Delta Electronics (emulated)",
+    vendor_number: VENDOR as u32,
+    product_name: "ASDA-A2",
+    product_number: PRODUCT as u32,
+    revision_number: 0,
+    order_code: "ASD-A2",
+    kilobits: &[125, 250, 500, 1000],
+    granularity: 8,
+};
+
+/// 1018h:1.
+const VENDOR: i64 = 0x1DD;
+/// 1018h:2.
+const PRODUCT: i64 = 0x6000;
 
 const fn highest(sub: i64) -> Entry {
     Entry::ro(0, "Highest sub-index", U8).number(sub)
@@ -160,8 +185,8 @@ const fn objects(level: Level) -> [Object; COUNT] {
         Object::var(0x1017, entries![Entry::rw(0, "Producer heartbeat time", U16).number(0).node().stored()]),
         Object::record(0x1018, "Identity object", entries![
             highest(3),
-            Entry::ro(1, "Vendor ID", U32).number(0x1DD),
-            Entry::ro(2, "Product code", U32).number(0x6000),
+            Entry::ro(1, "Vendor ID", U32).number(VENDOR),
+            Entry::ro(2, "Product code", U32).number(PRODUCT),
             // The guide gives no revision.
             Entry::ro(3, "Revision number", U32).number(0),
         ]),
