@@ -199,7 +199,9 @@ impl Homing {
             }
             (Phase::Return { home }, _) => return self.step_back_home(home, demand, time),
             // Without a switch there is only the index.
-            (Phase::Seek { .. } | Phase::StepBack { .. } | Phase::Cross { .. }, None) => return Progress::Failed,
+            (Phase::Seek { .. } | Phase::StepBack { .. } | Phase::Cross { .. }, None) => {
+                return Progress::Failed;
+            }
         };
         demand.velocity = approach(demand.velocity, velocity, self.speeds.ramp * time);
         demand.position += demand.velocity * time;
@@ -279,7 +281,8 @@ mod tests {
     }
 
     /// Limits at -5.3 and 5.3, home switch from 1.4 to 2.6 revolutions.
-    const CAM: Axis = Axis { negative_limit: -5.3 * REV, positive_limit: 5.3 * REV, home: (1.4 * REV, 2.6 * REV) };
+    const CAM: Axis =
+        Axis { negative_limit: -5.3 * REV, positive_limit: 5.3 * REV, home: (1.4 * REV, 2.6 * REV) };
 
     /// Method, home from the left, from inside, from the right of the switch; in revolutions.
     const CAM_ROWS: [(i64, f64); 12] = [
@@ -305,7 +308,9 @@ mod tests {
                 assert!((found - expected).abs() < 0.001, "method {number} from {begin}: {found}");
             }
         }
-        for (number, edge) in [(23, 1.4), (24, 1.4), (25, 2.6), (26, 2.6), (27, 2.6), (28, 2.6), (29, 1.4), (30, 1.4)] {
+        for (number, edge) in
+            [(23, 1.4), (24, 1.4), (25, 2.6), (26, 2.6), (27, 2.6), (28, 2.6), (29, 1.4), (30, 1.4)]
+        {
             for begin in [-1.0, 2.1, 4.0] {
                 let found = home(number, begin, CAM).expect("home");
                 assert!((found - edge).abs() < 0.001, "method {number} from {begin}: {found}");

@@ -78,7 +78,8 @@ impl Servo {
     fn set_point(&self, relative: bool) -> SetPoint {
         let target = self.settings.of(Setting::TargetPosition) as f64 * self.gear();
         let target = if relative { target } else { target + self.origin };
-        let velocity = (self.settings.of(Setting::ProfileVelocity) as f64 * self.gear()).min(self.top_speed());
+        let velocity =
+            (self.settings.of(Setting::ProfileVelocity) as f64 * self.gear()).min(self.top_speed());
         let ramp = Ramp {
             velocity: velocity.max(1.0),
             acceleration: acceleration(self.settings.of(Setting::Acceleration)),
@@ -127,7 +128,9 @@ impl Servo {
 
     pub(super) fn switches_closed(&self) -> Closed {
         match (self.inputs.switches, self.bench) {
-            (Switches::Fixed(axis), _) | (Switches::WhileHoming, Some(axis)) => axis.closed(self.plant.position),
+            (Switches::Fixed(axis), _) | (Switches::WhileHoming, Some(axis)) => {
+                axis.closed(self.plant.position)
+            }
             (Switches::WhileHoming, None) => Closed::default(),
         }
     }
@@ -264,7 +267,13 @@ impl Servo {
             // Beyond the limit there is no way back to it: the shaft stays.
             let beyond = (self.demand.position - limit) * target > 0.0;
             let arrived = beyond || self.demand.step_to(limit, ramp, STEP_SECONDS);
-            self.at_soft_limit(if !arrived { 0 } else if target > 0.0 { 1 } else { -1 });
+            self.at_soft_limit(if !arrived {
+                0
+            } else if target > 0.0 {
+                1
+            } else {
+                -1
+            });
             if beyond {
                 self.brake(decel);
             }

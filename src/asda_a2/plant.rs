@@ -122,7 +122,9 @@ impl Plant {
                 ((torque * self.constants.rated_torque).clamp(-peak, peak), 0.0, Some(speed))
             }
             Drive::Free => (0.0, 0.0, None),
-            Drive::Brake => (0.0, self.constants.dynamic_brake * core::f64::consts::TAU / INCREMENTS_PER_REVOLUTION, None),
+            Drive::Brake => {
+                (0.0, self.constants.dynamic_brake * core::f64::consts::TAU / INCREMENTS_PER_REVOLUTION, None)
+            }
         };
         let free = before + (motor - inputs.load_torque) / inertia * time;
         // Friction stops a shaft, it never turns it.
@@ -138,7 +140,8 @@ impl Plant {
             Drive::Torque { .. } | Drive::Free | Drive::Brake => 0.5 * (before + self.velocity) * time,
         };
         // At the limit of the speed the motor gives only what holds it.
-        let holds = top.is_some_and(|speed| self.velocity.abs() >= speed && sign(self.velocity) == sign(motor));
+        let holds =
+            top.is_some_and(|speed| self.velocity.abs() >= speed && sign(self.velocity) == sign(motor));
         let torque = if holds { inputs.load_torque + friction * sign(self.velocity) } else { motor };
         self.torque = torque / self.constants.rated_torque;
         let over = self.torque * self.torque - 1.0;
@@ -183,7 +186,10 @@ mod tests {
     fn a_shaft_with_enough_torque_is_on_the_demand() {
         let mut plant = Plant::new(Constants::DEFAULT);
         let velocity = 1e6;
-        run(&mut plant, 0.5, &Inputs::NOMINAL, |time| Drive::Position { from: velocity * (time - 0.001), way: velocity * 0.001 });
+        run(&mut plant, 0.5, &Inputs::NOMINAL, |time| Drive::Position {
+            from: velocity * (time - 0.001),
+            way: velocity * 0.001,
+        });
         assert!((plant.position - 0.5e6).abs() < 1.0, "{}", plant.position);
         assert!(plant.torque.abs() < 0.01);
     }

@@ -30,7 +30,11 @@ impl Demand {
             return false;
         }
         let speed = self.velocity * direction;
-        let top = if speed > ramp.velocity { (speed - d).max(ramp.velocity) } else { (speed + a).min(ramp.velocity) };
+        let top = if speed > ramp.velocity {
+            (speed - d).max(ramp.velocity)
+        } else {
+            (speed + a).min(ramp.velocity)
+        };
         let speed = top.min(braking_speed(left.abs(), ramp.deceleration, time)).max(speed - d).max(0.0);
         let way = speed * time;
         // The last step is what is left of the way.

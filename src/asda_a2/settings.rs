@@ -173,7 +173,9 @@ impl Settings {
     pub(super) fn keep(&mut self, values: &Self) {
         for &setting in Setting::ALL {
             match setting.keeping() {
-                Keeping::Stored | Keeping::Reloaded | Keeping::Address => self.set(setting, values.of(setting)),
+                Keeping::Stored | Keeping::Reloaded | Keeping::Address => {
+                    self.set(setting, values.of(setting))
+                }
                 Keeping::Volatile => {}
             }
         }
@@ -183,7 +185,9 @@ impl Settings {
     pub(super) fn restore(&mut self) {
         for &setting in Setting::ALL {
             match setting.keeping() {
-                Keeping::Stored | Keeping::Reloaded | Keeping::Volatile => self.set(setting, setting.default()),
+                Keeping::Stored | Keeping::Reloaded | Keeping::Volatile => {
+                    self.set(setting, setting.default())
+                }
                 Keeping::Address => {}
             }
         }

@@ -2,11 +2,11 @@
 
 use core::fmt;
 
+use super::Servo;
 use super::interpolation::Interpolation;
 use super::motion::{HomingState, Motion, rpm};
 use super::plant::Motor;
 use super::settings::Setting;
-use super::Servo;
 use crate::cia402::{Controlword, Mode, State, Statusword};
 
 impl Servo {
@@ -16,7 +16,8 @@ impl Servo {
         word |= Statusword::VOLTAGE_ENABLED.when(self.inputs.main_circuit);
         word |= Statusword::WARNING.when(self.has_warning());
         word |= Statusword::TARGET_REACHED.when(self.target_reached());
-        word |= Statusword::FOLLOWING_ERROR.when(self.following_error && self.mode == Some(Mode::ProfilePosition));
+        word |= Statusword::FOLLOWING_ERROR
+            .when(self.following_error && self.mode == Some(Mode::ProfilePosition));
         if self.state != State::OperationEnabled {
             return word;
         }
@@ -31,7 +32,9 @@ impl Servo {
             Motion::Homing(HomingState::Failed) => Statusword::HOMING_ERROR,
             Motion::Homing(HomingState::Ready | HomingState::Running(_)) => Statusword::NONE,
             Motion::Interpolation(Interpolation::Waiting) => Statusword::NONE,
-            Motion::Interpolation(Interpolation::Running(_)) => Statusword::IP_ACTIVE | SYNC_OK.when(self.sync_in_time()),
+            Motion::Interpolation(Interpolation::Running(_)) => {
+                Statusword::IP_ACTIVE | SYNC_OK.when(self.sync_in_time())
+            }
         }
     }
 
@@ -40,7 +43,9 @@ impl Servo {
             Motion::Interpolation(interpolation) => {
                 interpolation.expected_at().is_some_and(|due| self.clock <= due)
             }
-            Motion::Hold | Motion::Position(_) | Motion::Velocity | Motion::Torque | Motion::Homing(_) => false,
+            Motion::Hold | Motion::Position(_) | Motion::Velocity | Motion::Torque | Motion::Homing(_) => {
+                false
+            }
         }
     }
 
@@ -73,7 +78,8 @@ impl Servo {
         match self.motion {
             Motion::Velocity => {
                 let target = self.settings.of(Setting::TargetVelocity);
-                (target - i64::from(self.velocity_actual())).abs() <= self.settings.of(Setting::VelocityWindow)
+                (target - i64::from(self.velocity_actual())).abs()
+                    <= self.settings.of(Setting::VelocityWindow)
             }
             Motion::Position(points) => {
                 let left = (points.target() - self.plant.position) / self.gear();

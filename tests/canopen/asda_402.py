@@ -120,7 +120,7 @@ def interpolated_position(node):
     wait(lambda: status(node) & 0x4F == 0x08, "fault after the last SYNC")
     expect(node.sdo[0x603F].raw == 0x6200, "SYNC time-out")
     node.reset_from_fault()
-    expect(node.state == "SWITCH ON DISABLED", "fault reset")
+    expect(node.state == "OPERATION ENABLED", "fault reset, servo on again")
 
 
 def drive(link, sheet, number):

@@ -40,7 +40,11 @@ fn dg_01_guarding_and_heartbeat_lead_to_al170_or_al180_and_1029h() {
                 assert!(rig.pass(millis(29)).is_empty());
                 let number = if on { "70" } else { "80" };
                 let seen = rig.pass(millis(2));
-                assert_eq!(seen, [(1000, format!("0FF#30 81 11 {number} 01 00 00 00"))], "1029h:1 = {behaviour}");
+                assert_eq!(
+                    seen,
+                    [(1000, format!("0FF#30 81 11 {number} 01 00 00 00"))],
+                    "1029h:1 = {behaviour}"
+                );
                 assert_eq!(rig.device.node().state(), Some(state));
                 assert_eq!(rig.servo().is_on(), on, "P3-10.Y = 0: the motor goes on (CN-224)");
             }

@@ -98,9 +98,9 @@ fn the_tables_have_no_problem() {
 #[test]
 fn do_01_the_table_is_the_dictionary_of_the_reference_row_by_row() {
     let objects = AsdaA2::objects(Level::Full);
-    let mut entries = objects
-        .iter()
-        .flat_map(|object| object.entries.iter().map(|entry| (Address { index: object.index, sub: entry.sub }, entry)));
+    let mut entries = objects.iter().flat_map(|object| {
+        object.entries.iter().map(|entry| (Address { index: object.index, sub: entry.sub }, entry))
+    });
     let mut count = 0;
     each_entry(|row| {
         count += 1;
@@ -111,7 +111,8 @@ fn do_01_the_table_is_the_dictionary_of_the_reference_row_by_row() {
         assert_eq!(entry.mapping != Mapping::No, row.mappable, "{at}");
         let keeps = entry.stored || matches!(at.pair(), (0x2208, 0));
         assert_eq!(keeps, row.kept, "{at}");
-        if let (Some(default), None, Home::Default | Home::Node) = (row.default, after_start(at), entry.home) {
+        if let (Some(default), None, Home::Default | Home::Node) = (row.default, after_start(at), entry.home)
+        {
             let node = NodeId::new(NODE).unwrap();
             assert_eq!(entry.default_value(node).number(), Some(default), "{at}");
         }
@@ -219,7 +220,11 @@ fn dm_01_mapping() {
     let mut rig = Rig::full();
     for request in MAP_RPDO {
         let answer = rig.sdo(request);
-        assert_eq!((answer[0], &answer[1..4], &answer[4..]), (0x60, &request[1..4], &[0; 4][..]), "{request:02X?}");
+        assert_eq!(
+            (answer[0], &answer[1..4], &answer[4..]),
+            (0x60, &request[1..4], &[0; 4][..]),
+            "{request:02X?}"
+        );
     }
     assert_eq!(rig.write(0x1600, 1, 0x607A_0020), Err(0x0800_0022), "count is not 0");
     rig.set(0x1400, 1, 0x8000_027F);

@@ -18,7 +18,10 @@ const TABLE: &[(&str, &[&str])] = &[
     ("drive", &["param", "time"]),
     // A powered device knows no bus.
     ("unit", &["time", "param", "drive"]),
-    ("device", &["time", "fdl", "dp", "ppo", "pkw", "param", "drive", "unit", "can", "canopen", "cia402", "asda_a2"]),
+    (
+        "device",
+        &["time", "fdl", "dp", "ppo", "pkw", "param", "drive", "unit", "can", "canopen", "cia402", "asda_a2"],
+    ),
     // The bits of the diagnosis.
     ("client", &["time", "dp", "ppo", "param", "pkw", "drive", "device"]),
     ("explain", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device"]),

@@ -6,8 +6,8 @@ use super::links::Link;
 use super::objects;
 use crate::asda_a2::{Alarm, Config, Event, Servo, Setting};
 use crate::canopen::{
-    Abort, Address, Application, Emergency, NmtCause, NmtState, NodeId, Notice, Object, Request, Reset, Source, Sub,
-    Value, Written, dictionary,
+    Abort, Address, Application, Emergency, NmtCause, NmtState, NodeId, Notice, Object, Request, Reset,
+    Source, Sub, Value, Written, dictionary,
 };
 use crate::cia402::{Controlword, Mode, Statusword};
 use crate::time::Instant;
@@ -91,7 +91,9 @@ impl Drive {
                     self.want(Request::Emergency(emergency));
                 }
                 Event::Restarted => self.want(Request::ErrorRegister(0)),
-                Event::Cleared(register) if register == 0 => self.want(Request::Emergency(Emergency::gone(0))),
+                Event::Cleared(0) => {
+                    self.want(Request::Emergency(Emergency::gone(0)))
+                }
                 Event::Cleared(register) => self.want(Request::ErrorRegister(register)),
                 Event::State(_) => {}
             }
@@ -133,7 +135,13 @@ impl Application for Drive {
         self.value(at, number)
     }
 
-    fn write(&mut self, now: Instant, at: Address, value: Value<'_>, source: Source) -> Result<Written, Abort> {
+    fn write(
+        &mut self,
+        now: Instant,
+        at: Address,
+        value: Value<'_>,
+        source: Source,
+    ) -> Result<Written, Abort> {
         let number = value.number().ok_or(Abort::INTERNAL)?;
         if at == CONTROLWORD {
             self.servo.advance(now);
@@ -178,7 +186,10 @@ impl Application for Drive {
             Notice::RpdoLength { .. } => self.servo.raise(Alarm::PdoLength),
             Notice::LifeGuardingExpired(_) | Notice::HeartbeatLost(_) => self.master_lost(),
             Notice::NotStored => self.servo.raise(Alarm::EepromWrite),
-            Notice::RpdoTaken(_) | Notice::LifeGuardingBack | Notice::HeartbeatBack(_) | Notice::HistoryCleared => {}
+            Notice::RpdoTaken(_)
+            | Notice::LifeGuardingBack
+            | Notice::HeartbeatBack(_)
+            | Notice::HistoryCleared => {}
         }
     }
 
@@ -230,4 +241,3 @@ fn of_refusal(abort: Abort) -> Alarm {
         _ => Alarm::PdoRange,
     }
 }
-

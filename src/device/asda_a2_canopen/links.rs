@@ -88,7 +88,10 @@ impl Link {
     /// The setting behind it.
     pub(super) const fn setting(self) -> Setting {
         match self {
-            Self::Whole(setting) | Self::Tenth(setting) | Self::LowWord(setting) | Self::HighWord(setting) => setting,
+            Self::Whole(setting)
+            | Self::Tenth(setting)
+            | Self::LowWord(setting)
+            | Self::HighWord(setting) => setting,
             Self::Shutdown => Setting::StopMode,
             Self::Rates => Setting::Rates,
         }

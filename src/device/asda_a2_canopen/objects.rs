@@ -31,9 +31,9 @@ pub const SHEET: Sheet<'static> = Sheet {
     date: "11-22-2026",
     created_by: "profidrive",
     vendor_name: "Delta Electronics (emulated)",
-    vendor_number: VENDOR as u32,
+    vendor_number: VENDOR,
     product_name: "ASDA-A2",
-    product_number: PRODUCT as u32,
+    product_number: PRODUCT,
     revision_number: 0,
     order_code: "ASD-A2",
     kilobits: &[125, 250, 500, 1000],
@@ -41,9 +41,9 @@ pub const SHEET: Sheet<'static> = Sheet {
 };
 
 /// 1018h:1.
-const VENDOR: i64 = 0x1DD;
+const VENDOR: u32 = 0x1DD;
 /// 1018h:2.
-const PRODUCT: i64 = 0x6000;
+const PRODUCT: u32 = 0x6000;
 
 const fn highest(sub: i64) -> Entry {
     Entry::ro(0, "Highest sub-index", U8).number(sub)
@@ -185,8 +185,8 @@ const fn objects(level: Level) -> [Object; COUNT] {
         Object::var(0x1017, entries![Entry::rw(0, "Producer heartbeat time", U16).number(0).node().stored()]),
         Object::record(0x1018, "Identity object", entries![
             highest(3),
-            Entry::ro(1, "Vendor ID", U32).number(VENDOR),
-            Entry::ro(2, "Product code", U32).number(PRODUCT),
+            Entry::ro(1, "Vendor ID", U32).number(VENDOR as i64),
+            Entry::ro(2, "Product code", U32).number(PRODUCT as i64),
             // The guide gives no revision.
             Entry::ro(3, "Revision number", U32).number(0),
         ]),

@@ -26,9 +26,9 @@
 //! | CN-235 | 1006h counts in half CANopen only, 1000 to 20000 us | fixed |
 //! | CN-237, CN-238 | parameters that the guide names, I16 unless their object has 32 bits | fixed |
 
+use crate::canopen::Abort;
 use crate::canopen::Policy;
 use crate::canopen::policy::{ErrorControlRule, OutOfRange, WrongLength};
-use crate::canopen::Abort;
 
 /// The choices.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
