@@ -29,14 +29,14 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 #[cfg(target_os = "linux")]
-#[path = "../tests/telegrams/mod.rs"]
-mod telegrams;
-#[cfg(target_os = "linux")]
 #[path = "../tests/panel/mod.rs"]
 mod panel;
 #[cfg(target_os = "linux")]
 #[path = "../tests/common/pty.rs"]
 mod pty;
+#[cfg(target_os = "linux")]
+#[path = "../tests/telegrams/mod.rs"]
+mod telegrams;
 #[cfg(target_os = "linux")]
 #[path = "panel_latency/watchers.rs"]
 mod watchers;

@@ -8,6 +8,7 @@ pub(crate) mod eeprom_image;
 pub(crate) mod framer;
 pub(crate) mod pkw_ops;
 pub(crate) mod slave_ops;
+pub(crate) mod slcan;
 pub(crate) mod telegram;
 
 use arbitrary::{Arbitrary, Unstructured};

@@ -2,14 +2,14 @@
 //!
 //! ```text
 //! Section Header          shb_hardware, shb_os, shb_userappl
-//! Interface Description   link type 257, if_name, if_description, if_speed, if_tsresol 9
+//! Interface Description   link type 257 or 227, if_name, if_description, if_speed, if_tsresol 9
 //! Enhanced Packet         one telegram or one run of octets that are none, from its first octet to its last
 //!   epb_flags             bits 1..0: 01 heard on the line, 10 sent by a station of ours
 //!   opt_comment           only for octets that are no telegram: "invalid: " and why
 //! ```
 //!
 //! 257 is LINKTYPE_PROFIBUS_DL in the registry of tcpdump.org: the octets of the data link layer from the start
-//! delimiter to the end delimiter. Times are those of a [`Tap`](super::link::tap::Tap), in nanoseconds since 1970 UTC.
+//! delimiter to the end delimiter. 227 is LINKTYPE_CAN_SOCKETCAN: frames of a CAN bus, see [`can`]. Times are those of a [`Tap`](super::link::tap::Tap), in nanoseconds since 1970 UTC.
 //!
 //! A [`Capture`] is whole at any moment at which a process can be killed: with each [`Batch`] of a tap whole blocks are
 //! appended, in one call of the operating system. [`read()`] reads such files back, and those of others.
@@ -60,9 +60,10 @@ use super::link::tap::{Batch, Direction, Seen};
 use super::lock::locked;
 use crate::time::{BaudRate, Instant};
 
+pub mod can;
 mod read;
 
-pub use read::{Packet, ReadError, Reader, read};
+pub use read::{Packet, ReadError, Reader, read, read_can};
 
 /// Bits 1..0 of epb_flags.
 const INBOUND: u32 = 0b01;
@@ -126,6 +127,19 @@ impl Capture {
     /// # Errors
     /// [`CaptureError`]; what was in the file may be lost only with [`CaptureError::File`].
     pub fn create(path: &Path, line: &Interface<'_>, clock: &dyn Clock) -> Result<Self, CaptureError> {
+        let speed = line.baud.map(BaudRate::bits_per_second);
+        Self::begin(path, DataLink::PROFIBUS_DL, line.name, line.description, speed, clock)
+    }
+
+    /// A capture of lines of this kind.
+    fn begin(
+        path: &Path,
+        kind: DataLink,
+        name: &str,
+        description: &str,
+        speed: Option<u32>,
+        clock: &dyn Clock,
+    ) -> Result<Self, CaptureError> {
         let failed = |source| CaptureError::File { path: path.to_path_buf(), source };
         // To open a pipe would wait for somebody who reads it.
         if fs::metadata(path).is_ok_and(|found| !found.is_file()) {
@@ -136,7 +150,7 @@ impl Capture {
             return Err(CaptureError::InUse { path: path.to_path_buf() });
         }
         file.set_len(0).map_err(failed)?;
-        let mut blocks = begun(line).map_err(io_error).map_err(failed)?;
+        let mut blocks = begun(kind, name, description, speed).map_err(io_error).map_err(failed)?;
         // A system whose clock is before 1970 gets times from 1970 on.
         let today = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
         let epoch = today.saturating_sub(clock.now().saturating_since(Instant::ZERO));
@@ -153,6 +167,10 @@ impl Capture {
         for seen in batch.iter() {
             self.blocks.write_pcapng_block(packet(&seen, self.epoch)).map_err(io_error)?;
         }
+        self.append()
+    }
+
+    fn append(&mut self) -> io::Result<()> {
         let (len, written) = append(&self.file, self.len, &mut self.blocks);
         self.len = len;
         written
@@ -160,7 +178,12 @@ impl Capture {
 }
 
 /// Section header and interface description.
-fn begun(line: &Interface<'_>) -> Result<PcapNgWriter<Vec<u8>>, PcapError> {
+fn begun(
+    kind: DataLink,
+    name: &str,
+    description: &str,
+    speed: Option<u32>,
+) -> Result<PcapNgWriter<Vec<u8>>, PcapError> {
     let application = concat!("profidrive ", env!("CARGO_PKG_VERSION"));
     let section = SectionHeaderBlock {
         endianness: Endianness::Little,
@@ -172,13 +195,12 @@ fn begun(line: &Interface<'_>) -> Result<PcapNgWriter<Vec<u8>>, PcapError> {
         ..SectionHeaderBlock::default()
     };
     let mut options = vec![
-        InterfaceDescriptionOption::IfName(Cow::Owned(short(line.name))),
-        InterfaceDescriptionOption::IfDescription(Cow::Owned(short(line.description))),
+        InterfaceDescriptionOption::IfName(Cow::Owned(short(name))),
+        InterfaceDescriptionOption::IfDescription(Cow::Owned(short(description))),
         InterfaceDescriptionOption::IfTsResol(NANOSECONDS),
     ];
-    options
-        .extend(line.baud.map(|baud| InterfaceDescriptionOption::IfSpeed(u64::from(baud.bits_per_second()))));
-    let interface = InterfaceDescriptionBlock { linktype: DataLink::PROFIBUS_DL, snaplen: 0, options };
+    options.extend(speed.map(|bits| InterfaceDescriptionOption::IfSpeed(u64::from(bits))));
+    let interface = InterfaceDescriptionBlock { linktype: kind, snaplen: 0, options };
     let mut blocks = PcapNgWriter::with_section_header(Vec::new(), section)?;
     blocks.write_pcapng_block(interface)?;
     Ok(blocks)
@@ -189,12 +211,16 @@ fn short(text: &str) -> String {
     text.chars().take(4096).collect()
 }
 
-fn packet<'a>(seen: &Seen<'a>, epoch: Duration) -> EnhancedPacketBlock<'a> {
-    let flags = match seen.direction {
+/// epb_flags of a packet.
+const fn flags(direction: Direction) -> u32 {
+    match direction {
         Direction::Heard => INBOUND,
         Direction::Sent => OUTBOUND,
-    };
-    let mut options = vec![EnhancedPacketOption::Flags(flags)];
+    }
+}
+
+fn packet<'a>(seen: &Seen<'a>, epoch: Duration) -> EnhancedPacketBlock<'a> {
+    let mut options = vec![EnhancedPacketOption::Flags(flags(seen.direction))];
     if let Err(reason) = seen.telegram {
         options.push(EnhancedPacketOption::Comment(Cow::Owned(format!("invalid: {reason}"))));
     }

@@ -12,6 +12,7 @@
 //! - [`Clock`] tells the time: [`SystemClock`] runs, [`ManualClock`] stands until a test moves it.
 //! - [`Bus`] puts many stations on one line, with the calling contract of one [`crate::device::Device`].
 //! - [`line::Line`] is an RS-485 line in simulated time that checks the rules of the bus.
+//! - [`can`] is the same for CAN: a bus in memory, adapters over pseudo-terminal and TCP, and its own run loop.
 //! - [`capture`] writes what passes to pcapng files and reads them (feature `capture`).
 //! - [`StateDir`] keeps the EEPROMs of drives in files; a [`StoredDevice`] is a drive with such a file.
 //! - [`run()`] connects the three until [`Stop`] is requested.
@@ -45,8 +46,10 @@ use crate::fdl::Address;
 use crate::time::{BaudRate, Instant};
 
 mod bus;
+pub mod can;
 #[cfg(feature = "capture")]
 pub mod capture;
+mod chance;
 mod clock;
 mod eeprom_file;
 pub mod line;

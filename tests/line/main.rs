@@ -34,3 +34,5 @@ mod line_faults;
 mod many_stations;
 #[cfg(target_os = "linux")]
 mod master_clients;
+#[cfg(target_os = "linux")]
+mod slcan;

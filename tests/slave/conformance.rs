@@ -1,8 +1,13 @@
-//! `docs/conformance.md` and the tests agree: what it names exists, and what a test claims is in it.
+//! The conformance pages and the tests agree: what they name exists, and what a test claims is in one of them. No two
+//! pages have rows with the same letter.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
+
+/// Each page with how many rows it has, and of which list.
+const PAGES: &[(&str, usize, &str)] =
+    &[("docs/conformance.md", 117, "dp-v0.md 13"), ("docs/canopen-conformance.md", 56, "canopen-link.md 14")];
 
 /// A test function and the file that holds it.
 type Claim = (String, String);
@@ -32,12 +37,14 @@ fn every_row_a_test_claims_names_that_test() {
 
 #[test]
 fn every_row_says_how_it_stands() {
-    let rows = rows();
-    assert_eq!(rows.len(), 117, "rows of dp-v0.md 13");
-    for row in rows {
-        let says_why = ["not yet", "cannot apply", "`tests/line/interop", "`tests/interop/"]
-            .iter()
-            .any(|word| row.shown.starts_with(word));
+    for (page, count, list) in PAGES {
+        assert_eq!(rows_of(page).len(), *count, "rows of {list}");
+    }
+    for row in rows() {
+        let says_why =
+            ["not yet", "cannot apply", "`tests/line/interop", "`tests/interop/", "`tests/canopen/"]
+                .iter()
+                .any(|word| row.shown.starts_with(word));
         assert!(!row.claims.is_empty() || says_why, "{}: {:?}", row.id, row.shown);
     }
 }
@@ -49,7 +56,19 @@ struct Row {
 }
 
 fn rows() -> Vec<Row> {
-    let text = fs::read_to_string(root().join("docs/conformance.md")).expect("docs/conformance.md is there");
+    PAGES.iter().flat_map(|(page, ..)| rows_of(page)).collect()
+}
+
+#[test]
+fn each_row_is_in_one_place() {
+    let mut seen = BTreeSet::new();
+    for row in rows() {
+        assert!(seen.insert(row.id.clone()), "{} stands twice", row.id);
+    }
+}
+
+fn rows_of(page: &str) -> Vec<Row> {
+    let text = fs::read_to_string(root().join(page)).expect("the page is there");
     let rows = text.lines().filter_map(|line| {
         let cells: Vec<_> = line.trim_matches('|').split(" | ").map(str::trim).collect();
         let (&id, &shown) = (cells.first()?, cells.last()?);

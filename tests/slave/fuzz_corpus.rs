@@ -18,6 +18,7 @@ fn every_input_of_every_corpus_keeps_the_invariants() {
         ("slave_ops", invariants::slave_ops::check),
         ("pkw_ops", invariants::pkw_ops::check),
         ("eeprom_image", invariants::eeprom_image::check),
+        ("slcan", invariants::slcan::check),
     ];
     for (target, check) in targets {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus").join(target);

@@ -37,10 +37,12 @@ pub enum ReadError {
     #[error("this capture has the older format pcap; convert it with: editcap -F pcapng OLD NEW")]
     Classic,
     /// Packets of another kind of line.
-    #[error("packet {packet} has link type {got}, expected 257 (PROFIBUS_DL)")]
+    #[error("packet {packet} has link type {got}, expected {}", kind(*expected))]
     LinkType {
         /// Its number, from 1 on.
         packet: u64,
+        /// The link type that is read.
+        expected: u32,
         /// The link type of its interface.
         got: u32,
     },
@@ -82,7 +84,7 @@ pub struct Packet {
     pub time: Duration,
     /// Which way it passed the one who captured, if that is said.
     pub direction: Option<Direction>,
-    /// Its octets from the start delimiter to the end delimiter.
+    /// Its octets: on PROFIBUS from the start delimiter to the end delimiter, on CAN as [`super::can`] says.
     pub octets: Vec<u8>,
     /// What was said of it; our captures say why octets are no telegram.
     pub comment: Option<String>,
@@ -90,6 +92,7 @@ pub struct Packet {
 
 /// The packets of a capture in their order. After an error there is nothing more.
 pub struct Reader<R: Read> {
+    kind: DataLink,
     blocks: PcapNgReader<Chain<Cursor<[u8; 4]>, R>>,
     packets: u64,
     failed: bool,
@@ -103,12 +106,29 @@ pub fn read(path: &Path) -> Result<Reader<File>, ReadError> {
     Reader::new(File::open(path)?)
 }
 
+/// Opens a capture of a CAN bus. [`Frame`](crate::can::Frame)s are in its packets: [`super::can::frame`].
+///
+/// # Errors
+/// As [`Reader::new`].
+pub fn read_can(path: &Path) -> Result<Reader<File>, ReadError> {
+    Reader::of_kind(File::open(path)?, DataLink::CAN_SOCKETCAN)
+}
+
+/// The number and the name of a link type.
+fn kind(number: u32) -> &'static str {
+    if number == u32::from(DataLink::CAN_SOCKETCAN) { "227 (CAN_SOCKETCAN)" } else { "257 (PROFIBUS_DL)" }
+}
+
 impl<R: Read> Reader<R> {
     /// Reads the beginning of a capture.
     ///
     /// # Errors
     /// [`ReadError`]; the most likely are [`ReadError::Foreign`] and [`ReadError::Classic`].
-    pub fn new(mut source: R) -> Result<Self, ReadError> {
+    pub fn new(source: R) -> Result<Self, ReadError> {
+        Self::of_kind(source, DataLink::PROFIBUS_DL)
+    }
+
+    fn of_kind(mut source: R, kind: DataLink) -> Result<Self, ReadError> {
         let mut magic = [0; 4];
         match source.read_exact(&mut magic) {
             Ok(()) if magic == SECTION_HEADER => {}
@@ -119,12 +139,12 @@ impl<R: Read> Reader<R> {
         }
         let source = Cursor::new(magic).chain(source);
         let blocks = PcapNgReader::new(source).map_err(|error| damaged(error, 0))?;
-        Ok(Self { blocks, packets: 0, failed: false })
+        Ok(Self { kind, blocks, packets: 0, failed: false })
     }
 
     fn next_packet(&mut self) -> Option<Result<Packet, ReadError>> {
         loop {
-            let Self { blocks, packets, .. } = self;
+            let Self { kind, blocks, packets, .. } = self;
             let packet = match blocks.next_block()? {
                 Ok(Block::EnhancedPacket(packet)) => packet,
                 Ok(Block::Packet(_) | Block::SimplePacket(_)) => {
@@ -147,8 +167,9 @@ impl<R: Read> Reader<R> {
                 return Some(Err(damaged(PcapError::InvalidInterfaceId(id), *packets)));
             };
             *packets += 1;
-            if interface.linktype != DataLink::PROFIBUS_DL {
-                return Some(Err(ReadError::LinkType { packet: *packets, got: interface.linktype.into() }));
+            if interface.linktype != *kind {
+                let (expected, got) = ((*kind).into(), interface.linktype.into());
+                return Some(Err(ReadError::LinkType { packet: *packets, expected, got }));
             }
             return Some(Ok(Packet { time: time(interface, ticks), ..packet }));
         }

@@ -39,6 +39,7 @@ use std::vec::Vec;
 use super::pieces::{Piece, Pieces};
 use crate::fdl::telegram::{Decoded, decode};
 use crate::fdl::{Address, DataTelegram, Function, MAX_TELEGRAM_LEN, Telegram};
+use crate::host::chance::Chance;
 use crate::host::{Clock, Link, Received, Stop};
 use crate::ppo::Pkw;
 use crate::time::{BaudRate, Instant};
@@ -172,7 +173,7 @@ pub struct Faults {
 impl Faults {
     /// Each fault with its number and how often it has struck.
     pub fn iter(&self) -> impl Iterator<Item = (u32, Fault, u32)> + '_ {
-        self.active.iter().map(|active| (active.number, active.fault, active.strikes))
+        self.active.iter().map(|active| (active.number, active.fault, active.chance.struck()))
     }
 
     /// Adds a fault behind the others. Returns its number, by which it is removed.
@@ -301,9 +302,7 @@ impl Outgoing {
 struct Active {
     number: u32,
     fault: Fault,
-    random: Random,
-    occasions: u32,
-    strikes: u32,
+    chance: Chance,
     stations: BTreeMap<u8, Station>,
 }
 
@@ -324,14 +323,7 @@ struct Station {
 
 impl Active {
     fn new(fault: Fault, number: u32) -> Self {
-        Self {
-            number,
-            fault,
-            random: Random(fault.seed),
-            occasions: 0,
-            strikes: 0,
-            stations: BTreeMap::new(),
-        }
+        Self { number, fault, chance: Chance::new(fault.seed), stations: BTreeMap::new() }
     }
 
     /// Whether it concerns this station.
@@ -342,45 +334,11 @@ impl Active {
     /// Counts an occasion and says whether the fault strikes.
     fn strikes(&mut self) -> bool {
         let Fault { at, count, rate, .. } = self.fault;
-        self.occasions = self.occasions.saturating_add(1);
-        if self.occasions < at || count.is_some_and(|count| self.strikes >= count) {
-            return false;
+        let strikes = self.chance.strikes(at, count, rate);
+        if strikes {
+            tracing::debug!("fault {} strikes for the {}th time", self.fault, self.chance.struck());
         }
-        if rate < 1.0 && self.random.fraction() >= rate {
-            return false;
-        }
-        self.strikes = self.strikes.saturating_add(1);
-        tracing::debug!("fault {} strikes, {} of {} occasions", self.fault, self.strikes, self.occasions);
-        true
-    }
-}
-
-/// A sequence of numbers that looks random and is always the same for one seed (SplitMix64).
-#[derive(Clone, Copy, Debug)]
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mixed = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let mixed = (mixed ^ mixed >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
-        mixed ^ mixed >> 31
-    }
-
-    /// 0 to below 1.
-    fn fraction(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    /// 0 to below `end`, 0 if that is 0.
-    fn below(&mut self, end: usize) -> usize {
-        let end = u64::try_from(end).unwrap_or(u64::MAX);
-        usize::try_from(self.next().checked_rem(end).unwrap_or(0)).unwrap_or(0)
-    }
-
-    fn octet(&mut self) -> u8 {
-        let [octet, ..] = self.next().to_be_bytes();
-        octet
+        strikes
     }
 }
 

@@ -17,7 +17,7 @@ pub mod terminal;
 
 /// Sleeps until one of the descriptors is readable or `timeout` has passed. A signal ends the sleep early.
 #[cfg(unix)]
-fn poll_readable(
+pub(in crate::host) fn poll_readable(
     fds: &mut [rustix::event::PollFd<'_>],
     timeout: Option<core::time::Duration>,
 ) -> std::io::Result<()> {

@@ -44,7 +44,7 @@ use rustix::pty::OpenptFlags;
 use rustix::termios::{LocalModes, OptionalActions, QueueSelector, Termios};
 
 use super::poll_readable;
-use super::symlink::Symlink;
+use super::symlink::{OldLink, Symlink};
 use crate::host::{Error, Link, Received, Stop};
 use crate::time::BaudRate;
 
@@ -103,8 +103,20 @@ impl Pty {
     /// # Errors
     /// [`Error::Pty`], [`Error::PathTaken`] or [`Error::Symlink`]; then nothing is left behind.
     pub fn open(path: Option<&Path>) -> Result<Self, Error> {
+        Self::open_at(path, OldLink::Keep)
+    }
+
+    /// As [`Pty::open`]; a symbolic link that is at `path` already is replaced wherever it leads to.
+    ///
+    /// # Errors
+    /// As [`Pty::open`].
+    pub fn open_replacing(path: Option<&Path>) -> Result<Self, Error> {
+        Self::open_at(path, OldLink::Replace)
+    }
+
+    fn open_at(path: Option<&Path>, old: OldLink) -> Result<Self, Error> {
         let mut pty = Self::open_terminal().map_err(|source| Error::Pty { source })?;
-        pty.symlink = path.map(|path| Symlink::create(path, &pty.terminal)).transpose()?;
+        pty.symlink = path.map(|path| Symlink::create(path, &pty.terminal, old)).transpose()?;
         Ok(pty)
     }
 
@@ -251,10 +263,8 @@ impl Pty {
 
     /// Puts the terminal in order after a master has gone, and perhaps the next has come.
     fn change_master(&mut self, left_octets: bool) -> io::Result<()> {
-        // Nothing was sent since it went, so whatever is queued for a master is not for the next one. First what the
-        // kernel has not handed over to the terminal yet, then what the terminal holds.
-        rustix::termios::tcflush(&self.line, QueueSelector::OFlush)?;
-        rustix::termios::tcflush(&self.held, QueueSelector::IFlush)?;
+        // Nothing was sent since it went, so whatever is queued for a master is not for the next one.
+        self.discard_output()?;
         rustix::termios::ioctl_tiocnxcl(&self.held)?;
         self.settling = SETTLING_LOOKS;
         self.loss_reported = false;
@@ -265,6 +275,47 @@ impl Pty {
             while self.read(&mut octets)? > 0 {}
         }
         Ok(())
+    }
+
+    /// Throws away what the master has not read.
+    pub(in crate::host) fn discard_output(&self) -> io::Result<()> {
+        // First what the kernel has not handed over to the terminal yet, then what the terminal holds.
+        rustix::termios::tcflush(&self.line, QueueSelector::OFlush)?;
+        Ok(rustix::termios::tcflush(&self.held, QueueSelector::IFlush)?)
+    }
+
+    /// Writes as many octets as there is room for, and says how many. `None`: nobody is there, or somebody who has not
+    /// asked for this.
+    pub(in crate::host) fn write(&mut self, octets: &[u8]) -> io::Result<Option<usize>> {
+        self.observe()?;
+        if self.openings == 0 || self.reset.is_some() {
+            return Ok(None);
+        }
+        match rustix::io::write(&self.line, octets) {
+            Ok(written) => Ok(Some(written)),
+            Err(Errno::AGAIN | Errno::INTR) => Ok(Some(0)),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// What to sleep on until the master comes or goes; with `reads` until it has sent something, with `full` until
+    /// there is room again.
+    pub(in crate::host) fn watch<'a>(&'a self, reads: bool, full: bool, fds: &mut Vec<PollFd<'a>>) {
+        let mut flags = PollFlags::empty();
+        flags.set(PollFlags::IN, reads);
+        flags.set(PollFlags::OUT, full);
+        fds.push(PollFd::new(&self.line, flags));
+        fds.push(PollFd::new(&self.watch, PollFlags::IN));
+    }
+
+    /// How long a sleep may last at most; `None`: for ever.
+    pub(in crate::host) fn patience(&mut self) -> Option<Duration> {
+        if self.reset.is_some() {
+            return Some(Duration::ZERO);
+        }
+        let looked_for = (self.settling > 0).then_some(SETTLING_INTERVAL);
+        self.settling = self.settling.saturating_sub(1);
+        looked_for
     }
 
     /// Octets from the master, 0 if there are none.
@@ -315,21 +366,10 @@ impl Link for Pty {
 
     /// See [`Link::send`]. What a master does not read is lost when the kernel's queue is full, see [`Pty::lost`].
     fn send(&mut self, telegram: &[u8]) -> io::Result<()> {
-        self.observe()?;
-        // Nobody is there, or somebody who has not asked for this.
-        let addressee = self.openings > 0 && self.reset.is_none();
-        let sent = if !addressee {
-            0
-        } else {
-            match rustix::io::write(&self.line, telegram) {
-                Ok(sent) => sent,
-                Err(Errno::AGAIN | Errno::INTR) => 0,
-                Err(error) => return Err(error.into()),
-            }
-        };
-        let lost = telegram.len().saturating_sub(sent);
+        let written = self.write(telegram)?;
+        let lost = telegram.len().saturating_sub(written.unwrap_or(0));
         self.lost = self.lost.saturating_add(lost as u64);
-        if lost > 0 && addressee && !self.loss_reported {
+        if lost > 0 && written.is_some() && !self.loss_reported {
             self.loss_reported = true;
             tracing::warn!("the master does not read {}: octets are lost", self.terminal.display());
         }
@@ -337,17 +377,9 @@ impl Link for Pty {
     }
 
     fn wait(&mut self, timeout: Option<Duration>, stop: &Stop) -> io::Result<()> {
-        if self.reset.is_some() {
-            return Ok(());
-        }
-        let looked_for = (self.settling > 0).then_some(SETTLING_INTERVAL);
-        let timeout = [timeout, looked_for].into_iter().flatten().min();
-        self.settling = self.settling.saturating_sub(1);
-        let mut fds = [
-            PollFd::new(&self.line, PollFlags::IN),
-            PollFd::new(&self.watch, PollFlags::IN),
-            PollFd::new(stop, PollFlags::IN),
-        ];
+        let timeout = [timeout, self.patience()].into_iter().flatten().min();
+        let mut fds = Vec::from([PollFd::new(stop, PollFlags::IN)]);
+        self.watch(true, false, &mut fds);
         poll_readable(&mut fds, timeout)
     }
 }

@@ -16,13 +16,20 @@ pub(super) struct Symlink {
     terminal: PathBuf,
 }
 
+/// What becomes of a symbolic link that is there already and leads to something else that exists. One that leads nowhere
+/// (left behind by a process that was killed) is always replaced; what is no link never is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum OldLink {
+    Keep,
+    Replace,
+}
+
 impl Symlink {
-    /// Makes `path` lead to `terminal`. It replaces only a link that leads nowhere (left behind by a process that
-    /// was killed) or to this very terminal.
-    pub(super) fn create(path: &Path, terminal: &Path) -> Result<Self, Error> {
+    /// Makes `path` lead to `terminal`.
+    pub(super) fn create(path: &Path, terminal: &Path, old: OldLink) -> Result<Self, Error> {
         match symlink(terminal, path) {
             Ok(()) => {}
-            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => replace(path, terminal)?,
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => replace(path, terminal, old)?,
             Err(source) => {
                 return Err(Error::Symlink { path: path.to_path_buf(), source });
             }
@@ -46,7 +53,7 @@ impl Drop for Symlink {
 }
 
 /// Replaces the link at `path` in one step, so that a master never finds the name missing.
-fn replace(path: &Path, terminal: &Path) -> Result<(), Error> {
+fn replace(path: &Path, terminal: &Path, old: OldLink) -> Result<(), Error> {
     let failed = |source| Error::Symlink { path: path.to_path_buf(), source };
     let taken = |found| Error::PathTaken { path: path.to_path_buf(), found };
 
@@ -60,7 +67,7 @@ fn replace(path: &Path, terminal: &Path) -> Result<(), Error> {
     // Where it leads to cannot be told for sure (no permission, a loop): then it is not ours to replace.
     let dangling = path.try_exists().is_ok_and(|exists| !exists);
     let own = fs::read_link(path).is_ok_and(|target| target == terminal);
-    if !dangling && !own {
+    if old == OldLink::Keep && !dangling && !own {
         return Err(taken(PathOccupant::LinkInUse));
     }
 

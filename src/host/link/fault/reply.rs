@@ -39,7 +39,7 @@ impl Active {
             }
             Kind::Truncated => {
                 if self.strikes() {
-                    let left = self.random.below(reply.octets.len());
+                    let left = self.chance.random.below(reply.octets.len());
                     reply.octets.truncate(left);
                 }
             }
@@ -74,7 +74,7 @@ impl Active {
             }
             Kind::Noise(octets) => {
                 if self.strikes() {
-                    reply.noise.extend((0..octets).map(|_| self.random.octet()));
+                    reply.noise.extend((0..octets).map(|_| self.chance.random.octet()));
                 }
             }
             Kind::DiagStorm => {
@@ -141,7 +141,7 @@ impl Active {
             if left.is_empty() {
                 return;
             }
-            let bit = left.swap_remove(self.random.below(left.len()));
+            let bit = left.swap_remove(self.chance.random.below(left.len()));
             if let Some(octet) = octets.get_mut(bit / 8) {
                 *octet ^= 1 << (bit % 8);
             }

@@ -1,0 +1,161 @@
+//! The adapters through which masters reach the bus: one at a pseudo-terminal, or one for each connection at a TCP port.
+
+use core::net::SocketAddr;
+use std::format;
+use std::io;
+use std::net::TcpListener;
+use std::path::PathBuf;
+use std::string::{String, ToString};
+use std::vec::Vec;
+
+use rustix::event::{PollFd, PollFlags};
+
+use super::line::News;
+use super::{Bus, Seat};
+use crate::host::reach::{ListenError, Reach, listen};
+use crate::host::{Error, Stop};
+use crate::time::Instant;
+
+mod adapter;
+mod stream;
+
+use adapter::Adapter;
+use stream::Stream;
+
+/// How many connections there can be at a time.
+const MAX_ADAPTERS: usize = 32;
+
+/// After the operating system could not accept a connection.
+const ACCEPT_PAUSE: core::time::Duration = core::time::Duration::from_secs(1);
+
+/// Every adapter of a bus.
+pub(super) struct Adapters {
+    port: Option<Port>,
+    /// What a master opens.
+    name: String,
+    adapters: Vec<Adapter>,
+}
+
+struct Port {
+    listener: TcpListener,
+    /// No connection is accepted until then.
+    pause: Option<Instant>,
+}
+
+impl Adapters {
+    /// One adapter at a pseudo-terminal.
+    #[cfg(target_os = "linux")]
+    pub(super) fn at_pty<E: 'static>(
+        path: Option<&PathBuf>,
+        bus: &mut Bus<E>,
+        now: Instant,
+    ) -> Result<Self, Error> {
+        let pty = crate::host::link::pty::Pty::open_replacing(path.map(|path| &**path))?;
+        let name = pty.path().display().to_string();
+        let adapter = Adapter::new(Stream::Pty(pty), name.clone(), bus, now);
+        Ok(Self { port: None, name, adapters: Vec::from([adapter]) })
+    }
+
+    /// An adapter for each connection at `place`.
+    pub(super) fn at_tcp(place: &str, reach: Reach) -> Result<Self, Error> {
+        let (listener, address) = listen(place, reach).map_err(|error| match error {
+            ListenError::Failed(source) => Error::Tcp { place: place.into(), source },
+            ListenError::TooFar(address) => Error::TcpReach { place: place.into(), address },
+        })?;
+        let port = Some(Port { listener, pause: None });
+        Ok(Self { port, name: format!("slcan-tcp:{address}"), adapters: Vec::new() })
+    }
+
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The seats of the adapters on the bus.
+    pub(super) fn seats(&self) -> impl Iterator<Item = Seat> + '_ {
+        self.adapters.iter().map(Adapter::seat)
+    }
+
+    /// Takes in new masters, and what masters have sent. True if there may be more at once.
+    pub(super) fn read<E: 'static>(
+        &mut self,
+        bus: &mut Bus<E>,
+        now: Instant,
+        on_news: &mut dyn FnMut(News<E>),
+    ) -> io::Result<bool> {
+        self.accept(bus, now);
+        let mut more = false;
+        for adapter in &mut self.adapters {
+            more |= adapter.read(bus, now, on_news)?;
+        }
+        Ok(more)
+    }
+
+    /// Hands out what the bus has for masters, and lets those go that have left.
+    pub(super) fn write<E: 'static>(&mut self, bus: &mut Bus<E>, now: Instant) -> io::Result<()> {
+        for adapter in &mut self.adapters {
+            adapter.write(bus)?;
+        }
+        self.adapters.retain(|adapter| {
+            let gone = adapter.is_gone(bus);
+            if gone {
+                bus.remove(now, adapter.seat());
+                tracing::info!(
+                    "slcan: {} has left, {} frames it did not read",
+                    adapter.name(),
+                    adapter.dropped()
+                );
+            }
+            !gone
+        });
+        Ok(())
+    }
+
+    /// Sleeps until a master sends something, comes, leaves or reads, or until a stop or `until`.
+    pub(super) fn wait<E: 'static>(&mut self, bus: &Bus<E>, now: Instant, stop: &Stop) -> io::Result<()> {
+        let pause = self.port.as_ref().and_then(|port| port.pause);
+        let until = Instant::first_of(bus.poll_timeout(), pause);
+        let patience = self.adapters.iter_mut().filter_map(Adapter::patience).min();
+        let timeout = until.map(|until| until.saturating_since(now)).into_iter().chain(patience).min();
+        let mut fds = Vec::from([PollFd::new(stop, PollFlags::IN)]);
+        if let Some(Port { listener, pause: None }) = &self.port {
+            fds.push(PollFd::new(listener, PollFlags::IN));
+        }
+        for adapter in &self.adapters {
+            adapter.watch(bus, &mut fds);
+        }
+        crate::host::link::poll_readable(&mut fds, timeout)
+    }
+
+    fn accept<E: 'static>(&mut self, bus: &mut Bus<E>, now: Instant) {
+        let Some(port) = &mut self.port else { return };
+        if port.pause.is_some_and(|pause| now < pause) {
+            return;
+        }
+        port.pause = None;
+        loop {
+            let (stream, peer): (_, SocketAddr) = match port.listener.accept() {
+                Ok(accepted) => accepted,
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => return,
+                // That one has gone again.
+                Err(error) if error.kind() == io::ErrorKind::ConnectionAborted => continue,
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                Err(error) => {
+                    tracing::warn!("slcan: cannot accept a connection: {error}");
+                    port.pause = Some(now.saturating_add(ACCEPT_PAUSE));
+                    return;
+                }
+            };
+            if self.adapters.len() >= MAX_ADAPTERS {
+                tracing::warn!("slcan: {peer} is turned away: there are {MAX_ADAPTERS} masters");
+                continue;
+            }
+            match Stream::tcp(stream) {
+                Ok(stream) => {
+                    tracing::info!("slcan: {peer} connected");
+                    self.adapters.push(Adapter::new(stream, peer.to_string(), bus, now));
+                }
+                Err(error) => tracing::warn!("slcan: {peer} is turned away: {error}"),
+            }
+        }
+    }
+}

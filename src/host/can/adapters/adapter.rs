@@ -1,0 +1,257 @@
+//! One adapter: a seat on the bus, the slcan machine, and a stream to its master.
+
+use core::time::Duration;
+use std::collections::VecDeque;
+use std::io;
+use std::string::String;
+use std::vec::Vec;
+
+use rustix::event::PollFd;
+
+use super::stream::{Arrival, Stream};
+use crate::can::ErrorState;
+use crate::can::slcan::{self, Channel, Effect, Flags};
+use crate::host::can::line::{AdapterNews, News};
+use crate::host::can::{Bus, Seat};
+use crate::time::Instant;
+
+/// Octets taken from a master at once.
+const INBOX: usize = 4096;
+
+/// Octets that wait for a master at most, beside what the kernel keeps: 0.2 s of a full bus at 1 Mbit/s.
+const MAX_OUTBOX: usize = 64 * 1024;
+
+pub(super) struct Adapter {
+    name: String,
+    /// `None`: the master is gone for good, and frames it was told are sent wait for the bus.
+    stream: Option<Stream>,
+    machine: slcan::Adapter,
+    seat: Seat,
+    /// Octets of the master that wait for room on the bus.
+    inbox: VecDeque<u8>,
+    /// Whole lines, the first one perhaps begun.
+    outbox: VecDeque<u8>,
+    /// The first line is.
+    begun: bool,
+    /// Lines of frames were written since the master's output was last thrown away.
+    told: bool,
+    /// Frames that the master had no room for.
+    dropped: u64,
+    loss_reported: bool,
+}
+
+impl Adapter {
+    pub(super) fn new<E: 'static>(stream: Stream, name: String, bus: &mut Bus<E>, now: Instant) -> Self {
+        let seat = bus.connect(now);
+        bus.listen(seat, false);
+        Self {
+            name,
+            stream: Some(stream),
+            machine: slcan::Adapter::new(),
+            seat,
+            inbox: VecDeque::new(),
+            outbox: VecDeque::new(),
+            begun: false,
+            told: false,
+            dropped: 0,
+            loss_reported: false,
+        }
+    }
+
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+
+    pub(super) const fn seat(&self) -> Seat {
+        self.seat
+    }
+
+    pub(super) const fn dropped(&self) -> u64 {
+        self.dropped
+    }
+
+    /// Whether the master is gone and nothing of it waits.
+    pub(super) fn is_gone<E: 'static>(&self, bus: &Bus<E>) -> bool {
+        self.stream.is_none() && self.inbox.is_empty() && bus.is_idle(self.seat)
+    }
+
+    /// Takes what the master has sent, as far as the bus has room. True if there may be more at once.
+    pub(super) fn read<E: 'static>(
+        &mut self,
+        bus: &mut Bus<E>,
+        now: Instant,
+        on_news: &mut dyn FnMut(News<E>),
+    ) -> io::Result<bool> {
+        let mut full = false;
+        if self.inbox.is_empty()
+            && let Some(stream) = &mut self.stream
+        {
+            let mut buf = [0; INBOX];
+            match stream.read(&mut buf)? {
+                Arrival::Octets(count) => {
+                    self.inbox.extend(buf.iter().take(count));
+                    full = true;
+                }
+                Arrival::Nothing => {}
+                Arrival::Another => {
+                    self.machine.break_line();
+                    self.outbox.clear();
+                    self.told = false;
+                    self.loss_reported = false;
+                    full = true;
+                }
+                Arrival::Gone => {
+                    self.stream = None;
+                    bus.listen(self.seat, false);
+                }
+            }
+        }
+        while self.may_go_on(bus)
+            && let Some(octet) = self.inbox.pop_front()
+        {
+            self.take(octet, bus, now, on_news)?;
+        }
+        Ok(full && self.inbox.is_empty())
+    }
+
+    /// Whether the next line can be answered: a frame waits until the bus has room, unless the adapter is bus off.
+    fn may_go_on<E: 'static>(&self, bus: &Bus<E>) -> bool {
+        let bus_off =
+            bus.confinement(self.seat).is_none_or(|counters| counters.state() == ErrorState::BusOff);
+        self.machine.channel() != Channel::Open || bus_off || bus.has_room(self.seat)
+    }
+
+    fn take<E: 'static>(
+        &mut self,
+        octet: u8,
+        bus: &mut Bus<E>,
+        now: Instant,
+        on_news: &mut dyn FnMut(News<E>),
+    ) -> io::Result<()> {
+        if octet == slcan::CR {
+            self.note(bus);
+        }
+        let Some(reaction) = self.machine.receive(octet, bus.has_room(self.seat)) else {
+            return Ok(());
+        };
+        let name = &self.name;
+        let mut tell = |news| on_news(News::Adapter { name: name.clone(), news });
+        match reaction.effect {
+            // There was room, and nothing has come in between.
+            Some(Effect::Transmit(frame)) => drop(bus.send(now, self.seat, frame)),
+            Some(Effect::Rate(timing)) => tell(AdapterNews::Rate(timing)),
+            Some(Effect::Channel(channel)) => {
+                bus.listen(self.seat, channel != Channel::Closed);
+                tell(AdapterNews::Channel(channel));
+            }
+            None => {}
+        }
+        if let Some(refusal) = reaction.refusal {
+            tell(AdapterNews::Refused(refusal));
+        }
+        if let Some(Effect::Channel(_)) = reaction.effect {
+            self.forget_frames()?;
+        }
+        self.push(reaction.answer.as_octets());
+        Ok(())
+    }
+
+    /// What the next `F` tells of the bus.
+    fn note<E: 'static>(&mut self, bus: &mut Bus<E>) {
+        let notes = bus.take_notes(self.seat);
+        let counters = bus.confinement(self.seat).unwrap_or_default();
+        for (is_so, flag) in [
+            (notes.arbitration_lost, Flags::ARBITRATION_LOST),
+            (notes.bus_error, Flags::BUS_ERROR),
+            (notes.overruns > 0, Flags::OVERRUN),
+            (counters.is_warning(), Flags::WARNING),
+            (counters.state() != ErrorState::Active, Flags::PASSIVE),
+        ] {
+            if is_so {
+                self.machine.raise(flag);
+            }
+        }
+    }
+
+    /// Throws away frames that the master has not read: they are stale. Answers it has not read go with them only if
+    /// there were frames, since the kernel cannot tell the two apart.
+    fn forget_frames(&mut self) -> io::Result<()> {
+        if !core::mem::take(&mut self.told) {
+            return Ok(());
+        }
+        let begun = core::mem::take(&mut self.begun);
+        let rest = self.outbox.iter().position(|octet| ends_line(*octet)).filter(|_| begun);
+        self.outbox.truncate(rest.map_or(0, |last| last + 1));
+        match &self.stream {
+            Some(stream) => stream.discard_output(),
+            None => Ok(()),
+        }
+    }
+
+    /// Puts a line behind the others. False if there is no room.
+    fn push(&mut self, line: &[u8]) -> bool {
+        let fits = self.outbox.len() + line.len() <= MAX_OUTBOX;
+        if fits {
+            self.outbox.extend(line);
+        }
+        fits
+    }
+
+    /// Hands out what the bus has for the master, as far as it reads.
+    pub(super) fn write<E: 'static>(&mut self, bus: &mut Bus<E>) -> io::Result<()> {
+        while let Some(heard) = bus.poll_heard(self.seat) {
+            let Some(line) = self.machine.frame(heard.at, &heard.frame) else { continue };
+            self.told = true;
+            if !self.push(line.as_octets()) {
+                self.lose();
+            }
+        }
+        let Some(stream) = &mut self.stream else {
+            self.outbox.clear();
+            return Ok(());
+        };
+        while !self.outbox.is_empty() {
+            let (front, _) = self.outbox.as_slices();
+            match stream.write(front)? {
+                Some(0) => break,
+                Some(count) => {
+                    let last = self.outbox.drain(..count).next_back();
+                    self.begun = last.is_some_and(|octet| !ends_line(octet));
+                }
+                None => {
+                    let lines = self.outbox.iter().filter(|octet| **octet == slcan::CR).count();
+                    self.dropped = self.dropped.saturating_add(lines as u64);
+                    self.outbox.clear();
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn lose(&mut self) {
+        self.dropped = self.dropped.saturating_add(1);
+        self.machine.raise(Flags::RECEIVE_FULL.with(Flags::OVERRUN));
+        if !self.loss_reported {
+            self.loss_reported = true;
+            tracing::warn!("slcan: the master at {} does not read: frames are lost", self.name);
+        }
+    }
+
+    /// What to sleep on.
+    pub(super) fn watch<'a, E: 'static>(&'a self, bus: &Bus<E>, fds: &mut Vec<PollFd<'a>>) {
+        if let Some(stream) = &self.stream {
+            let reads = self.inbox.is_empty() || self.may_go_on(bus);
+            stream.watch(reads, !self.outbox.is_empty(), fds);
+        }
+    }
+
+    /// How long a sleep may last at most; `None`: for ever.
+    pub(super) fn patience(&mut self) -> Option<Duration> {
+        self.stream.as_mut().and_then(Stream::patience)
+    }
+}
+
+/// Whether an answer or the line of a frame ends with this octet.
+const fn ends_line(octet: u8) -> bool {
+    octet == slcan::CR || octet == slcan::BEL
+}

@@ -1,0 +1,107 @@
+//! What an adapter and its master are connected by.
+
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::TcpStream;
+use std::vec::Vec;
+
+use rustix::event::{PollFd, PollFlags};
+
+#[cfg(target_os = "linux")]
+use crate::host::link::pty::Pty;
+use crate::host::{Link, Received};
+
+/// Octets the kernel keeps for a master at a TCP port: so many stale frames it reads at most that comes back to reading.
+const KERNEL_BUFFER: usize = 64 * 1024;
+
+pub(super) enum Stream {
+    #[cfg(target_os = "linux")]
+    Pty(Pty),
+    Tcp(TcpStream),
+}
+
+/// What came from a master.
+pub(super) enum Arrival {
+    Octets(usize),
+    Nothing,
+    /// Octets after this one are of another master.
+    Another,
+    /// The master is gone for good.
+    Gone,
+}
+
+impl Stream {
+    pub(super) fn tcp(stream: TcpStream) -> io::Result<Self> {
+        stream.set_nonblocking(true)?;
+        stream.set_nodelay(true)?;
+        rustix::net::sockopt::set_socket_send_buffer_size(&stream, KERNEL_BUFFER)?;
+        Ok(Self::Tcp(stream))
+    }
+
+    pub(super) fn read(&mut self, buf: &mut [u8]) -> io::Result<Arrival> {
+        match self {
+            #[cfg(target_os = "linux")]
+            Self::Pty(pty) => Ok(match pty.receive(buf)? {
+                Received::Octets(count) | Received::BrokenOff(count) => Arrival::Octets(count),
+                Received::Reset => Arrival::Another,
+                Received::Rate(_) | Received::Nothing => Arrival::Nothing,
+            }),
+            Self::Tcp(stream) => Ok(match stream.read(buf) {
+                Ok(0) => Arrival::Gone,
+                Ok(count) => Arrival::Octets(count),
+                Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => {
+                    Arrival::Nothing
+                }
+                Err(_) => Arrival::Gone,
+            }),
+        }
+    }
+
+    /// How many octets were taken; `None`: nobody is there.
+    pub(super) fn write(&mut self, octets: &[u8]) -> io::Result<Option<usize>> {
+        match self {
+            #[cfg(target_os = "linux")]
+            Self::Pty(pty) => pty.write(octets),
+            Self::Tcp(stream) => Ok(match stream.write(octets) {
+                Ok(count) => Some(count),
+                Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => {
+                    Some(0)
+                }
+                Err(_) => None,
+            }),
+        }
+    }
+
+    /// Throws away what the master has not read, as far as that is possible.
+    pub(super) fn discard_output(&self) -> io::Result<()> {
+        match self {
+            #[cfg(target_os = "linux")]
+            Self::Pty(pty) => pty.discard_output(),
+            Self::Tcp(_) => Ok(()),
+        }
+    }
+
+    /// What to sleep on; with `full` until there is room again, with `reads` until something comes.
+    pub(super) fn watch<'a>(&'a self, reads: bool, full: bool, fds: &mut Vec<PollFd<'a>>) {
+        match self {
+            #[cfg(target_os = "linux")]
+            Self::Pty(pty) => pty.watch(reads, full, fds),
+            Self::Tcp(stream) => {
+                let mut flags = PollFlags::empty();
+                flags.set(PollFlags::IN, reads);
+                flags.set(PollFlags::OUT, full);
+                if !flags.is_empty() {
+                    fds.push(PollFd::new(stream, flags));
+                }
+            }
+        }
+    }
+
+    /// How long a sleep may last at most; `None`: for ever.
+    pub(super) fn patience(&mut self) -> Option<core::time::Duration> {
+        match self {
+            #[cfg(target_os = "linux")]
+            Self::Pty(pty) => pty.patience(),
+            Self::Tcp(_) => None,
+        }
+    }
+}

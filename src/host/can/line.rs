@@ -1,0 +1,210 @@
+//! A bus in real time: stations, the adapters of masters, and the loop that runs both.
+
+use core::fmt;
+use core::str::FromStr;
+use std::boxed::Box;
+use std::path::PathBuf;
+use std::string::String;
+
+use thiserror::Error as ThisError;
+
+use super::adapters::Adapters;
+use super::bus::Event;
+use super::{Bus, CanParticipant, Seat};
+use crate::can::BitRate;
+use crate::can::slcan::{BusTiming, Channel, Refusal};
+use crate::host::{Clock, Error, Reach, Stop, SystemClock};
+
+/// Where masters find the bus: `slcan-pty[:PATH]` or `slcan-tcp:HOST:PORT`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum LinkSpec {
+    /// A pseudo-terminal; the path becomes a symbolic link to it, which replaces an old link and never a file.
+    Pty(Option<PathBuf>),
+    /// A TCP port, `HOST:PORT`; port 0 is a free one. Each connection is an adapter of its own.
+    Tcp(String),
+}
+
+impl FromStr for LinkSpec {
+    type Err = LinkSpecError;
+
+    fn from_str(text: &str) -> Result<Self, LinkSpecError> {
+        let (kind, place) = match text.split_once(':') {
+            Some((kind, place)) => (kind, Some(place)),
+            None => (text, None),
+        };
+        match (kind, place) {
+            ("slcan-pty", None) => Ok(Self::Pty(None)),
+            ("slcan-pty", Some(path)) if !path.is_empty() => Ok(Self::Pty(Some(path.into()))),
+            ("slcan-tcp", Some(place)) if place.contains(':') => Ok(Self::Tcp(place.into())),
+            _ => Err(LinkSpecError { got: text.into() }),
+        }
+    }
+}
+
+/// A text that is no link of a CAN bus.
+#[derive(Clone, Debug, PartialEq, Eq, ThisError)]
+#[error("'{got}' is no link of a CAN bus; expected slcan-pty:PATH or slcan-tcp:HOST:PORT")]
+pub struct LinkSpecError {
+    /// The text found.
+    pub got: String,
+}
+
+/// Something that happened on a [`Line`].
+#[derive(Clone, Debug, PartialEq)]
+pub enum News<E> {
+    /// On the bus.
+    Bus(Event<E>),
+    /// At the adapter of a master.
+    Adapter {
+        /// Which: the terminal, or the address of the master.
+        name: String,
+        /// What.
+        news: AdapterNews,
+    },
+}
+
+/// Something that happened at an adapter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AdapterNews {
+    /// The master set a rate. The bus keeps its own.
+    Rate(BusTiming),
+    /// The master opened or closed the adapter.
+    Channel(Channel),
+    /// A line of the master was refused with BEL.
+    Refused(Refusal),
+}
+
+impl fmt::Display for AdapterNews {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Rate(timing) => write!(f, "rate set to {timing}; the bus in memory keeps its own"),
+            Self::Channel(Channel::Closed) => f.write_str("closed"),
+            Self::Channel(Channel::Open) => f.write_str("open"),
+            Self::Channel(Channel::ListenOnly) => f.write_str("open to listen only"),
+            Self::Refused(refusal) => write!(f, "line refused: {refusal}"),
+        }
+    }
+}
+
+/// A bus in real time.
+///
+/// ```no_run
+/// use profidrive::can::BitRate;
+/// use profidrive::host::can::Line;
+/// use profidrive::host::{Reach, Stop};
+///
+/// let mut line: Line<()> = Line::open(&"slcan-pty:/tmp/can0".parse()?, BitRate::K1000, Reach::ThisMachine)?;
+/// // line.add(Box::new(node));
+/// println!("ready link={}", line.name());
+/// line.run(&Stop::new()?, &mut |news| println!("{news:?}"))?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Line<E> {
+    bus: Bus<E>,
+    adapters: Adapters,
+    clock: SystemClock,
+}
+
+/// Whether [`Line::turn`] may sleep.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stay {
+    /// Until something is to be done.
+    Sleep,
+    /// Not at all.
+    Awake,
+}
+
+impl<E: 'static> Line<E> {
+    /// Opens the link and a bus without stations.
+    ///
+    /// # Errors
+    /// [`Error::Pty`], [`Error::PathTaken`], [`Error::Symlink`] of a pseudo-terminal, [`Error::Tcp`], [`Error::TcpReach`] of
+    /// a TCP port.
+    pub fn open(spec: &LinkSpec, rate: BitRate, reach: Reach) -> Result<Self, Error> {
+        let clock = SystemClock::new();
+        let mut bus = Bus::new(rate);
+        let adapters = match spec {
+            #[cfg(target_os = "linux")]
+            LinkSpec::Pty(path) => Adapters::at_pty(path.as_ref(), &mut bus, clock.now())?,
+            #[cfg(not(target_os = "linux"))]
+            LinkSpec::Pty(_) => return Err(Error::Pty { source: std::io::ErrorKind::Unsupported.into() }),
+            LinkSpec::Tcp(place) => Adapters::at_tcp(place, reach)?,
+        };
+        Ok(Self { bus, adapters, clock })
+    }
+
+    /// What a master opens: the path of a terminal, or `slcan-tcp:HOST:PORT` with the port that was found.
+    pub fn name(&self) -> &str {
+        self.adapters.name()
+    }
+
+    /// Puts a station on the bus now.
+    pub fn add(&mut self, participant: Box<dyn CanParticipant<Event = E>>) -> Seat {
+        self.bus.add(self.clock.now(), participant)
+    }
+
+    /// Does something to the participant at a seat, if it is a `T`.
+    pub fn with<T: CanParticipant<Event = E>, R>(
+        &mut self,
+        seat: Seat,
+        act: impl FnOnce(&mut T, crate::time::Instant) -> R,
+    ) -> Option<R> {
+        self.bus.with(self.clock.now(), seat, act)
+    }
+
+    /// The bus, to provoke errors and to read counters.
+    pub const fn bus(&self) -> &Bus<E> {
+        &self.bus
+    }
+
+    /// The bus, to change it while the loop does not run. Its time is that of [`Line::clock`].
+    pub const fn bus_mut(&mut self) -> &mut Bus<E> {
+        &mut self.bus
+    }
+
+    /// The time of the bus.
+    pub const fn clock(&self) -> SystemClock {
+        self.clock
+    }
+
+    /// The seats of the masters' adapters.
+    pub fn masters(&self) -> impl Iterator<Item = Seat> + '_ {
+        self.adapters.seats()
+    }
+
+    /// Runs the bus until `stop` is requested. `on_news` gets what happens. It can be called again afterwards.
+    ///
+    /// The loop sleeps until a frame ends, a station has something to do or a master sends something, and uses no time
+    /// otherwise.
+    ///
+    /// # Errors
+    /// [`Error::Link`] when the terminal no longer works. A connection that breaks is no error.
+    pub fn run(&mut self, stop: &Stop, on_news: &mut dyn FnMut(News<E>)) -> Result<(), Error> {
+        while !stop.is_requested() {
+            self.turn(Stay::Sleep, stop, on_news)?;
+        }
+        Ok(())
+    }
+
+    /// One turn of the loop of [`Line::run`].
+    ///
+    /// # Errors
+    /// As [`Line::run`].
+    pub fn turn(&mut self, stay: Stay, stop: &Stop, on_news: &mut dyn FnMut(News<E>)) -> Result<(), Error> {
+        let failed = |source| Error::Link { source };
+        let now = self.clock.now();
+        self.bus.handle_timeout(now);
+        let more = self.adapters.read(&mut self.bus, now, on_news).map_err(failed)?;
+        self.bus.handle_timeout(self.clock.now());
+        // Before a master reads of it: what a master knows, the one who watches has seen.
+        while let Some(event) = self.bus.poll_event() {
+            on_news(News::Bus(event));
+        }
+        let now = self.clock.now();
+        self.adapters.write(&mut self.bus, now).map_err(failed)?;
+        if more || stay == Stay::Awake {
+            return Ok(());
+        }
+        self.adapters.wait(&self.bus, self.clock.now(), stop).map_err(failed)
+    }
+}

@@ -1,0 +1,47 @@
+//! CAN on this machine: a bus in memory, and adapters through which masters of others reach it.
+//!
+//! ```text
+//! master ──slcan──▶ adapter ──frames──▶ Bus ──frames──▶ any CanParticipant
+//!        ◀───────── (pty, TCP) ◀──────      ◀──────
+//! ```
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | [`bus`] | arbitration, bit times, errors, in virtual time |
+//! | [`participant`](CanParticipant) | what a station must be able to do |
+//! | [`fault`] | frames lost, late, doubled, damaged on purpose |
+//! | [`line`](Line) | the bus in real time with the adapters of its masters |
+//! | `adapters` | pseudo-terminal and TCP port |
+//!
+//! A node that answers, in virtual time:
+//!
+//! ```
+//! use profidrive::can::{BitRate, Frame, Id};
+//! use profidrive::host::can::Bus;
+//! use profidrive::time::Instant;
+//!
+//! let mut bus: Bus<()> = Bus::new(BitRate::K1000);
+//! let (one, other) = (bus.connect(Instant::ZERO), bus.connect(Instant::ZERO));
+//! let frame = Frame::with(Id::base(0x080)?, []);
+//! bus.send(Instant::ZERO, one, frame)?;
+//!
+//! let end = bus.poll_timeout().expect("the frame ends");
+//! assert_eq!(end, Instant::from_micros(48), "44 bits and 4 stuff bits");
+//! bus.handle_timeout(end);
+//! assert_eq!(bus.poll_heard(other).map(|heard| heard.frame), Some(frame));
+//! assert_eq!(bus.poll_heard(one), None, "nobody hears himself");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+#[cfg(unix)]
+mod adapters;
+pub mod bus;
+pub mod fault;
+#[cfg(unix)]
+mod line;
+mod participant;
+
+pub use bus::{Bus, Event, Seat};
+#[cfg(unix)]
+pub use line::{Line, LinkSpec, News, Stay};
+pub use participant::CanParticipant;

@@ -1,0 +1,64 @@
+//! When a fault on purpose strikes: counted, or by chance, and the same each time.
+
+/// The occasions of one fault.
+#[derive(Clone, Debug)]
+pub(super) struct Chance {
+    pub(super) random: Random,
+    occasions: u32,
+    strikes: u32,
+}
+
+impl Chance {
+    /// No occasion yet; chance begins with `seed`.
+    pub(super) const fn new(seed: u64) -> Self {
+        Self { random: Random(seed), occasions: 0, strikes: 0 }
+    }
+
+    /// Counts an occasion, and says whether the fault strikes that does so from number `at` on, at most `count` times,
+    /// with probability `rate`.
+    pub(super) fn strikes(&mut self, at: u32, count: Option<u32>, rate: f64) -> bool {
+        self.occasions = self.occasions.saturating_add(1);
+        if self.occasions < at || count.is_some_and(|count| self.strikes >= count) {
+            return false;
+        }
+        if rate < 1.0 && self.random.fraction() >= rate {
+            return false;
+        }
+        self.strikes = self.strikes.saturating_add(1);
+        true
+    }
+
+    /// How often it has struck.
+    pub(super) const fn struck(&self) -> u32 {
+        self.strikes
+    }
+}
+
+/// A sequence of numbers that looks random and is always the same for one seed (SplitMix64).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mixed = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let mixed = (mixed ^ mixed >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+        mixed ^ mixed >> 31
+    }
+
+    /// 0 to below 1.
+    pub(super) fn fraction(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// 0 to below `end`, 0 if that is 0.
+    pub(super) fn below(&mut self, end: usize) -> usize {
+        let end = u64::try_from(end).unwrap_or(u64::MAX);
+        usize::try_from(self.next().checked_rem(end).unwrap_or(0)).unwrap_or(0)
+    }
+
+    pub(super) fn octet(&mut self) -> u8 {
+        let [octet, ..] = self.next().to_be_bytes();
+        octet
+    }
+}

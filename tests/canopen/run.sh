@@ -1,0 +1,25 @@
+#!/usr/bin/env bash
+# Drive a CAN bus of ours with python-can over slcan: tests/canopen/run.sh
+#
+# Needs cargo, python3 with venv, and once a package index for pip. CANOPEN_VENV says where the virtual environment is
+# kept, default target/canopen-venv; PYTHON names another interpreter. Exit status 0 if every step passed, 1 with a line
+# beginning with FAIL if one did not, 2 if the script cannot run here.
+set -euo pipefail
+here=$(realpath "$(dirname "${BASH_SOURCE[0]}")")
+root=$(realpath "$here/../..")
+. "$here/../emulator.sh"
+
+target=${CARGO_TARGET_DIR:-$root/target}
+venv=${CANOPEN_VENV:-$target/canopen-venv}
+python=${PYTHON:-python3}
+"$python" -c 'import ensurepip, venv' 2>/dev/null || cannot "$python has no venv; install it or set PYTHON"
+
+# The environment is complete once the copy of the requirements is in it.
+if ! cmp -s "$here/requirements.txt" "$venv/requirements.txt"; then
+    "$python" -m venv --clear "$venv" || cannot "cannot make a virtual environment in $venv"
+    "$venv/bin/python" -m pip install --quiet --disable-pip-version-check -r "$here/requirements.txt" ||
+        cannot "pip cannot install $here/requirements.txt; is a package index within reach?"
+    cp "$here/requirements.txt" "$venv/requirements.txt"
+fi
+cargo build --quiet --manifest-path "$root/Cargo.toml" --example can_node
+"$venv/bin/python" "$here/slcan.py" "$target/debug/examples/can_node"
