@@ -21,6 +21,7 @@
 //! | [`fdl`] | octets to telegrams, the passive station | that service access points exist |
 //! | [`dp`] | the DP-V0 slave and its services | what the service access points mean |
 //! | [`can`] | frames of CAN, bit times, the text of an adapter | that frames have a priority |
+//! | [`canopen`] | a node of CiA 301 for any device: NMT, SDO, PDO, EMCY, error control, EDS | what identifiers mean, object dictionaries |
 //! | [`ppo`] | the seven words of one Data_Exchange | where each word lies |
 //! | [`param`] | every parameter of both drives | types, ranges, defaults, permissions |
 //! | [`pkw`] | jobs and replies of the parameter channel | job, reply and error numbers |

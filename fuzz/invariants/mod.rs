@@ -2,11 +2,15 @@
 //! which replays the corpora on a stable compiler.
 #![allow(dead_code, reason = "each target uses its own file")]
 
+#[path = "../../tests/canopen_device/mod.rs"]
+pub(crate) mod canopen_device;
+pub(crate) mod canopen_node;
 #[cfg(feature = "std")]
 pub(crate) mod decode_cli;
 pub(crate) mod eeprom_image;
 pub(crate) mod framer;
 pub(crate) mod pkw_ops;
+pub(crate) mod sdo_server;
 pub(crate) mod slave_ops;
 pub(crate) mod slcan;
 pub(crate) mod telegram;

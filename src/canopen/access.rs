@@ -14,7 +14,7 @@ use super::nmt::NmtState;
 use super::node::Node;
 use super::parameter::Parameter;
 use super::policy::{OutOfRange, Policy, StateCheck, WrongLength};
-use super::value::Value;
+use super::value::{DataType, Value};
 use crate::time::Instant;
 
 impl Node {
@@ -54,7 +54,7 @@ impl Node {
             }
             Home::Application => {
                 let value = app.read(at)?;
-                value.with_octets(|octets| match entry.data.len() {
+                value.with_octets(|octets| match entry.data.octets() {
                     Some(len) if len != octets.len() => Err(Abort::INTERNAL),
                     Some(_) | None => take(octets),
                 })
@@ -134,6 +134,9 @@ impl Node {
             self.judge_state(entry)?;
         }
         self.judge_length(entry, octets.len())?;
+        if entry.data == DataType::Boolean && octets.iter().any(|octet| *octet > 1) {
+            return Err(self.policy.refusal(Place::Above));
+        }
         if let Some(value) = entry.data.decode(octets) {
             self.policy.judge_range(entry, value)?;
         }
@@ -175,12 +178,19 @@ impl Policy {
     }
 
     pub(super) fn judge_range(&self, entry: &'static Entry, value: Value<'_>) -> Result<(), Abort> {
-        match (entry.place(value), self.out_of_range) {
-            (Place::Inside, _) => Ok(()),
-            (Place::Below | Place::Above | Place::Gap, OutOfRange::One(code)) => Err(code),
-            (Place::Below, OutOfRange::TooHighTooLow) => Err(Abort::TOO_LOW),
-            (Place::Above, OutOfRange::TooHighTooLow) => Err(Abort::TOO_HIGH),
-            (Place::Gap, OutOfRange::TooHighTooLow) => Err(Abort::RANGE),
+        match entry.place(value) {
+            Place::Inside => Ok(()),
+            place @ (Place::Below | Place::Above | Place::Gap) => Err(self.refusal(place)),
+        }
+    }
+
+    /// The answer to a value at that place.
+    const fn refusal(&self, place: Place) -> Abort {
+        match (place, self.out_of_range) {
+            (_, OutOfRange::One(code)) => code,
+            (Place::Below, OutOfRange::TooHighTooLow) => Abort::TOO_LOW,
+            (Place::Above, OutOfRange::TooHighTooLow) => Abort::TOO_HIGH,
+            (Place::Gap | Place::Inside, OutOfRange::TooHighTooLow) => Abort::RANGE,
         }
     }
 }

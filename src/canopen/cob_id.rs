@@ -12,6 +12,11 @@ use crate::can::{BaseId, ExtendedId, Id};
 
 /// NMT commands.
 pub const NMT: u16 = 0x000;
+/// The same as an identifier.
+pub const NMT_ID: Id = match Id::base(NMT) {
+    Ok(id) => id,
+    Err(_) => Id::Base(BaseId::MAX),
+};
 /// SYNC unless 1005h says otherwise.
 pub const SYNC: u16 = 0x080;
 /// EMCY, plus the node number, unless 1014h says otherwise.

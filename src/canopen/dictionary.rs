@@ -372,7 +372,7 @@ impl Entry {
 
     /// The fewest and the most octets a value written may have.
     pub const fn lengths(&self) -> (usize, usize) {
-        match (self.data.len(), self.limits) {
+        match (self.data.octets(), self.limits) {
             (Some(len), _) => (len, len),
             (None, Limits::MaxLen(most)) => (0, most),
             (None, Limits::Type | Limits::Range(..) | Limits::Ranges(_)) => match self.default {
@@ -393,7 +393,7 @@ impl Entry {
                     Place::Inside if !ranges.iter().any(|&(low, high)| (low..=high).contains(&number)) => {
                         Place::Gap
                     }
-                    place => place,
+                    place @ (Place::Inside | Place::Below | Place::Above | Place::Gap) => place,
                 },
                 (None, _) | (_, None) => Place::Gap,
             },

@@ -13,9 +13,12 @@
 //! | [`address`] | node numbers, index and sub-index |
 //! | [`value`] | types and values with their octets |
 //! | [`dictionary`] | the object dictionary as `const` tables |
+//! | [`check`] | whether the tables agree with themselves |
+//! | [`eds`] | the data sheet of CiA 306 from the tables |
 //! | [`application`] | the trait a device implements |
 //! | [`policy`] | where devices and readings of the standard differ |
 //! | [`node`] | the node |
+//! | [`faults`] | faults on purpose |
 //! | [`event`] | what it tells its user |
 //! | [`nmt`] | states and commands |
 //! | [`sdo`] | service data |
@@ -33,10 +36,13 @@ pub mod abort;
 mod access;
 pub mod address;
 pub mod application;
+pub mod check;
 pub mod cob_id;
 pub mod dictionary;
+pub mod eds;
 pub mod emcy;
 pub mod event;
+pub mod faults;
 mod guarding;
 mod heartbeat;
 pub mod nmt;
@@ -57,7 +63,7 @@ pub use dictionary::{Entry, Home, Object};
 pub use emcy::Emergency;
 pub use event::Event;
 pub use nmt::{NmtState, Reset};
-pub use node::Node;
+pub use node::{Node, Service};
 pub use pdo::PdoNumber;
 pub use policy::Policy;
 pub use value::{DataType, Value};

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use super::address::NodeId;
+use super::cob_id;
 use crate::can::Frame;
 
 /// The state of a node that is switched on and initialised.
@@ -97,6 +98,11 @@ impl Command {
             0x82 => Some(Self::Reset(Reset::Communication)),
             0x00 | 0x03..=0x7F | 0x83.. => None,
         }
+    }
+
+    /// The frame for one node, `None` for all.
+    pub fn frame(self, node: Option<NodeId>) -> Frame {
+        Frame::with(cob_id::NMT_ID, [self.octet(), node.map_or(0, NodeId::number)])
     }
 
     /// The first octet of the frame; power-on is no command of a bus and reads as 81h.

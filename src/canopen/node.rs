@@ -13,9 +13,9 @@ use super::guarding::Guarding;
 use super::heartbeat::Consumer;
 use super::nmt::{Command, NmtState, Reset};
 use super::parameter::{Communication, MAX_CONSUMERS};
-use super::pdo::MAX_PDOS;
 use super::pdo::receive::Rpdo;
 use super::pdo::transmit::Tpdo;
+use super::pdo::{MAX_PDOS, PdoNumber};
 use super::policy::Policy;
 use super::sdo::server::Server;
 use super::storage::{Memory, Storage};
@@ -30,6 +30,23 @@ const MAX_EVENTS: usize = 16;
 
 /// Requests of a device in answer to one thing that happened. What is more waits for the next.
 const MAX_REQUESTS: usize = 32;
+
+/// What a frame of a node is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Service {
+    /// The node began.
+    BootUp,
+    /// 1017h.
+    Heartbeat,
+    /// The answer to a guarding request.
+    Guarding,
+    /// The answer to an SDO request.
+    SdoAnswer,
+    /// An emergency.
+    Emcy,
+    /// Process data.
+    Tpdo(PdoNumber),
+}
 
 /// A CANopen node by CiA 301 without I/O.
 ///
@@ -104,6 +121,24 @@ impl Node {
     /// The node number in force since the last reset.
     pub const fn node_id(&self) -> NodeId {
         self.node_id
+    }
+
+    /// What a frame that this node sent is.
+    pub fn service_of(&self, frame: &Frame) -> Option<Service> {
+        let id = frame.id();
+        if id == cob_id::of_node(cob_id::SDO_SERVER, self.node_id) {
+            Some(Service::SdoAnswer)
+        } else if id == cob_id::of_node(cob_id::ERROR_CONTROL, self.node_id) {
+            Some(match (frame.octets(), self.heartbeat_due) {
+                ([0], _) => Service::BootUp,
+                (_, Some(_)) => Service::Heartbeat,
+                (_, None) => Service::Guarding,
+            })
+        } else if CobId(self.values.emcy_id).active() == Some(id) {
+            Some(Service::Emcy)
+        } else {
+            self.tpdo_of(id).map(Service::Tpdo)
+        }
     }
 
     /// Switches the node on: it boots.

@@ -54,7 +54,7 @@ impl DataType {
     }
 
     /// Octets of a value, `None` where values differ in length.
-    pub const fn len(self) -> Option<usize> {
+    pub const fn octets(self) -> Option<usize> {
         match self {
             Self::Boolean | Self::I8 | Self::U8 => Some(1),
             Self::I16 | Self::U16 => Some(2),
@@ -80,7 +80,7 @@ impl DataType {
         }
     }
 
-    /// The value that `octets` are, `None` if their number is wrong for the type.
+    /// The value that `octets` are, `None` if their number is wrong for the type. Of a BOOLEAN bit 0 counts.
     pub fn decode(self, octets: &[u8]) -> Option<Value<'_>> {
         Some(match self {
             Self::Boolean => Value::Boolean(u8::from_le_bytes(octets.try_into().ok()?) & 1 == 1),

@@ -279,10 +279,7 @@ fn y_09_rpdos_that_are_too_short_too_long_or_remote() {
 fn y_09_a_device_that_answers_remote_requests_of_rpdos() {
     let pdo = PdoNumber::new(1).unwrap();
     let policy = Policy {
-        rpdo_rtr: &[RtrAnswer {
-            pdo: PdoNumber::P1,
-            mapping: &[0x6200_0108, 0x1001_0008],
-        }],
+        rpdo_rtr: &[RtrAnswer { pdo: PdoNumber::P1, mapping: &[0x6200_0108, 0x1001_0008] }],
         ..Policy::CIA_301
     };
     let mut rig = Rig::new(policy);

@@ -191,6 +191,15 @@ fn o_06_values_beside_their_range_change_nothing() {
 }
 
 #[test]
+fn o_06_a_boolean_is_0_or_1() {
+    let mut rig = Rig::new(Policy::CIA_301);
+    for (value, expected) in [(1, Ok(())), (2, Err(Abort::RANGE.code())), (185, Err(Abort::RANGE.code()))] {
+        assert_eq!(rig.write(0x2005, 0, value, 1), expected);
+        assert_eq!(rig.read(0x2005, 0), Ok(1));
+    }
+}
+
+#[test]
 fn o_06_entries_for_pre_operational_only() {
     let state = Err(Abort::DEVICE_STATE.code());
     for (state_check, first) in

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 #[path = "../../fuzz/invariants/mod.rs"]
-mod invariants;
+pub(crate) mod invariants;
 
 type Check = fn(&[u8]);
 
@@ -17,6 +17,8 @@ fn every_input_of_every_corpus_keeps_the_invariants() {
         ("framer", invariants::framer::check),
         ("slave_ops", invariants::slave_ops::check),
         ("pkw_ops", invariants::pkw_ops::check),
+        ("canopen_node", invariants::canopen_node::check),
+        ("sdo_server", invariants::sdo_server::check),
         ("eeprom_image", invariants::eeprom_image::check),
         ("slcan", invariants::slcan::check),
     ];

@@ -10,8 +10,6 @@
 
 #[path = "../adversary/mod.rs"]
 mod adversary;
-#[path = "../canopen_device/mod.rs"]
-mod canopen_device;
 #[path = "../common/mod.rs"]
 mod common;
 #[path = "../drive_rig/mod.rs"]
@@ -23,7 +21,15 @@ mod slave_line;
 #[path = "../telegrams/mod.rs"]
 mod telegrams;
 
+mod canopen_client;
+mod canopen_eds;
+mod canopen_errors;
+mod canopen_faults;
+mod canopen_nmt;
+mod canopen_pdo;
+mod canopen_robustness;
 mod canopen_sdo;
+mod canopen_storage;
 mod client_adversary;
 mod client_drive;
 #[cfg(feature = "std")]
@@ -52,3 +58,6 @@ mod robustness;
 mod set_address;
 mod startup;
 mod travel_pictures;
+
+// The fuzz targets need it, too.
+use fuzz_corpus::invariants::canopen_device;

@@ -47,6 +47,11 @@ impl MappingWord {
         u32::from_le_bytes([self.bits, self.at.sub.0, low, high])
     }
 
+    /// Whether it stands for octets of an RPDO that nobody takes.
+    pub const fn is_dummy(self) -> bool {
+        self.dummy_bits().is_some()
+    }
+
     /// Bits of a dummy, `None` if it is an entry.
     const fn dummy_bits(self) -> Option<u8> {
         match self.at.pair() {
@@ -104,14 +109,14 @@ pub(in crate::canopen) fn judge_word(
     }
     let word = MappingWord::decode(word);
     if let (Some(bits), Direction::Receive) = (word.dummy_bits(), direction) {
-        return if bits == word.bits && bits % 8 == 0 { Ok(()) } else { Err(Abort::NOT_MAPPABLE) };
+        return if bits == word.bits && bits.is_multiple_of(8) { Ok(()) } else { Err(Abort::NOT_MAPPABLE) };
     }
     let entry = dictionary::entry(objects, word.at)?;
     let mappable = match direction {
         Direction::Receive => entry.receivable(),
         Direction::Transmit => entry.sendable(),
     };
-    let bits = entry.data.len().map(|octets| octets * 8);
+    let bits = entry.data.octets().map(|octets| octets * 8);
     if mappable && bits == Some(usize::from(word.bits)) { Ok(()) } else { Err(Abort::NOT_MAPPABLE) }
 }
 

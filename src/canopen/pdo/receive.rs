@@ -108,7 +108,7 @@ impl Node {
             for (place, octet) in value.iter_mut().zip(octets) {
                 *place = *octet;
             }
-            let value = value.get(..entry.data.len().unwrap_or_default()).unwrap_or_default();
+            let value = value.get(..entry.data.octets().unwrap_or_default()).unwrap_or_default();
             let judged = match entry.data.decode(value) {
                 Some(value) if self.policy.rpdo_limits => self.policy.judge_range(entry, value),
                 Some(_) | None => Ok(()),

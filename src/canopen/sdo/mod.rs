@@ -18,7 +18,9 @@
 //! | file | holds |
 //! | --- | --- |
 //! | [`server`] | the server of a node |
+//! | [`client`] | the other end, for those who write masters |
 
+pub mod client;
 pub mod server;
 
 use super::abort::Abort;
