@@ -26,6 +26,7 @@
 //! | [`param`] | every parameter of both drives | types, ranges, defaults, permissions |
 //! | [`pkw`] | jobs and replies of the parameter channel | job, reply and error numbers |
 //! | [`drive`] | state machine and motion, without a bus | revolutions, seconds, named flags |
+//! | [`ap10`] | the position indicator SIKO AP10, without a bus | turns, display, keys, LEDs |
 //! | [`device`] | all of it as one object | every bit of STW, ZSW and SSW |
 //! | [`client`] | the master's side: parameters and control words of a drive, without I/O | PKW, STW and ZSW patterns |
 //! | [`explain`] | telegrams and words in words (feature `std`) | what all of the above mean to a person |
@@ -118,6 +119,8 @@ pub mod param;
 pub mod pkw;
 
 pub mod drive;
+
+pub mod ap10;
 
 pub mod device;
 

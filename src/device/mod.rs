@@ -18,8 +18,10 @@
 //! | `event` | [`Event`]: news for the host |
 //! | `dip` | [`DipSwitches`]: address, factory reset, bus terminator |
 //! | `power` | [`Power`]: switching off and on, row 1 of `ag03.md` 8 |
+//! | [`ap10_canopen`] | the position indicator AP10 on CANopen, an object of its own |
 //! | `storage` | [`Eeprom`]: images the host keeps, and the acknowledge that waits for them |
 
+pub mod ap10_canopen;
 mod config;
 pub mod dip;
 mod event;

@@ -14,7 +14,8 @@ const TABLE: &[(&str, &[&str])] = &[
     ("param", &[]),
     ("pkw", &["ppo", "param"]),
     ("drive", &["param", "time"]),
-    ("device", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive"]),
+    ("ap10", &["time"]),
+    ("device", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "can", "canopen", "ap10"]),
     ("client", &["time", "ppo", "param", "pkw", "drive", "device"]),
     ("explain", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device"]),
     // One framer for a bus, generic slaves, links that keep telegrams apart or spoil them on purpose, and buses of CAN.
