@@ -14,9 +14,6 @@ use super::set_point::{SetPoint, Slot};
 use super::settings::{Mode, Setting};
 use super::words::ControlBit;
 
-/// What stands for a value outside the display range. The manual's glyphs are lost (CN-108).
-const OVERFLOW: &str = "FULL";
-
 /// What stands for a set point that is not valid.
 const NO_SET_POINT: &str = "---";
 
@@ -69,6 +66,23 @@ pub struct Display {
     pub leds: Leds,
     /// Turned by 180 degrees.
     pub rotated: bool,
+}
+
+impl Display {
+    /// Nothing: the device is without supply.
+    pub const DARK: Self = Self {
+        rows: [const { Row { text: String::new(), flashing: false, alternating: false } }; 2],
+        arrow: None,
+        battery: Light::Off,
+        incremental: false,
+        leds: Leds {
+            left_green: Light::Off,
+            left_red: Light::Off,
+            right_green: Light::Off,
+            right_red: Light::Off,
+        },
+        rotated: false,
+    };
 }
 
 impl fmt::Display for Display {
@@ -170,7 +184,10 @@ impl Indicator {
     fn alpha_row(&self, slot: Slot) -> Row {
         let set_point: &SetPoint = self.set_point(slot);
         let mut row = match (set_point.characters(), set_point.number(), slot) {
-            (Some(characters), _, _) => {
+            (Some(mut characters), _, _) => {
+                if self.quirks.ascii_reversed {
+                    characters.reverse();
+                }
                 let mut row = Row::default();
                 for octet in characters {
                     let character = if matches!(octet, 0x20..=0x7E) { char::from(octet) } else { ' ' };
@@ -201,7 +218,7 @@ impl Indicator {
         let extended = self.control.has(ControlBit::ExtendedRange);
         let range = if extended { -999_999..=999_999 } else { -19_999..=99_999 };
         if !range.contains(&value) {
-            return Row::of(OVERFLOW);
+            return Row::of(self.quirks.overflow);
         }
         let mut row = Row { alternating: value < -199_999, ..Row::default() };
         let sign = if value < 0 { "-" } else { "" };

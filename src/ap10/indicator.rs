@@ -45,11 +45,32 @@ pub enum Restore {
     Bus,
 }
 
+/// Where the manual is silent or was lost, and both ways are thinkable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Quirks {
+    /// CN-105: the first octet of six characters is the rightmost, not the leftmost.
+    pub ascii_reversed: bool,
+    /// CN-108: what is shown for a value outside the display range, at most eight characters.
+    pub overflow: &'static str,
+}
+
+impl Quirks {
+    /// The proposed readings.
+    pub const DEFAULT: Self = Self { ascii_reversed: false, overflow: "FULL" };
+}
+
+impl Default for Quirks {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
 /// The position indicator without a bus. Never panics.
 ///
 /// After every call that changes something drain [`poll_event`](Self::poll_event).
 #[derive(Clone, Debug)]
 pub struct Indicator {
+    pub(super) quirks: Quirks,
     pub(super) settings: Settings,
     pub(super) encoder: Encoder,
     pub(super) control: Control,
@@ -67,10 +88,11 @@ pub struct Indicator {
 
 impl Indicator {
     /// An indicator with these parameters and its shaft at 0.
-    pub fn new(settings: Settings) -> Self {
+    pub fn new(settings: Settings, quirks: Quirks) -> Self {
         let mut encoder = Encoder::default();
         encoder.restart(&settings);
         Self {
+            quirks,
             settings,
             encoder,
             control: Control(0),
@@ -121,10 +143,17 @@ impl Indicator {
         self.watch();
     }
 
+    /// The shaft is turned without supply: the battery counts, unless it is empty.
+    pub fn turn_without_supply(&mut self, shaft: Turns) {
+        match self.battery() {
+            Battery::Good | Battery::Critical => self.encoder.turn_to(shaft),
+            Battery::Empty => self.encoder.turn_uncounted(shaft),
+        }
+    }
+
     /// The position value 6004h.
     pub fn position(&self) -> i32 {
-        let divisor =
-            if self.settings.is_on(Setting::DivisorUse) { 1 } else { self.settings.divisor() };
+        let divisor = if self.settings.is_on(Setting::DivisorUse) { 1 } else { self.settings.divisor() };
         let position = self.encoder.position(&self.settings) / divisor;
         i32::try_from(position).unwrap_or(if position < 0 { i32::MIN } else { i32::MAX })
     }

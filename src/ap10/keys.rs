@@ -96,7 +96,8 @@ impl Indicator {
 
     /// When the star key opens the menu.
     pub(super) fn menu_due(&self) -> Option<Instant> {
-        if self.menu.is_some() || self.auto_id.is_some() || !self.settings.is_on(Setting::ConfigurationByKey) {
+        if self.menu.is_some() || self.auto_id.is_some() || !self.settings.is_on(Setting::ConfigurationByKey)
+        {
             return None;
         }
         let seconds = self.settings.value(Setting::KeyEnableTime).unsigned_abs();

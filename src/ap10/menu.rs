@@ -31,7 +31,10 @@ const DIAGNOSIS: i32 = 200_000;
 /// Where a person is in the menu.
 #[derive(Clone, Debug)]
 pub(super) enum Menu {
-    Id { entry: Digits<3>, rate: i32 },
+    Id {
+        entry: Digits<3>,
+        rate: i32,
+    },
     Rate(i32),
     Code(Digits<6>),
     /// The error at this place, 0 is the newest.
@@ -99,8 +102,9 @@ impl Menu {
             Self::Rate(rate) => write!(one, "KBAUD").and(write!(two, "{}", rate_text(*rate))),
             Self::Code(entry) => write!(one, "CODE").and(write!(two, "{:06}", entry.number())),
             Self::Diagnosis(place) => match log.get(*place) {
-                Some(error) => write!(one, "{} {}", place + 1, error.count)
-                    .and(write!(two, "{}", error.fault.shown())),
+                Some(error) => {
+                    write!(one, "{} {}", place + 1, error.count).and(write!(two, "{}", error.fault.shown()))
+                }
                 None => write!(one, "0 0").and(write!(two, "---")),
             },
         };

@@ -25,7 +25,10 @@ pub(super) enum Guide {
 enum Approach {
     Direct,
     /// First beyond that point: from below for loop+, from above for loop-.
-    Via { point: i64, rising: bool },
+    Via {
+        point: i64,
+        rising: bool,
+    },
 }
 
 /// The monitor of the set point in force.

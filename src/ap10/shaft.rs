@@ -76,6 +76,13 @@ impl Encoder {
         self.shaft = shaft;
     }
 
+    /// The shaft turned while nothing counted: the position stays.
+    #[expect(clippy::cast_possible_truncation, reason = "the counting range has 28 bits")]
+    pub(super) fn turn_uncounted(&mut self, shaft: Turns) {
+        self.zero = wrap(i64::from(self.zero) + shaft.steps() - self.shaft.steps()) as i32;
+        self.shaft = shaft;
+    }
+
     pub(super) const fn shaft(&self) -> Turns {
         self.shaft
     }
@@ -111,9 +118,7 @@ impl Encoder {
             Some(begin) => scaled(self.shaft.steps() - begin, settings),
             None => {
                 let measured = scaled(self.shaft.steps() - i64::from(self.zero), settings);
-                measured
-                    + i64::from(self.preset)
-                    + i64::from(settings.value(Setting::ApplicationOffset))
+                measured + i64::from(self.preset) + i64::from(settings.value(Setting::ApplicationOffset))
             }
         }
     }
