@@ -28,6 +28,7 @@
 //! | [`pkw`] | jobs and replies of the parameter channel | job, reply and error numbers |
 //! | [`drive`] | state machine and motion, without a bus | revolutions, seconds, named flags |
 //! | [`unit`] | a powered drive: parameters, machine, EEPROM, supplies, without a bus | what survives power-off |
+//! | [`ap10`] | the position indicator SIKO AP10, without a bus | turns, display, keys, LEDs |
 //! | [`asda_a2`] | the servo ASDA-A2, without a bus: parameters, modes of motion, alarms | the machine of CiA 402 |
 //! | [`device`] | a unit on a bus as one object | every bit of STW, ZSW and SSW |
 //! | [`client`] | the master's side: parameters and control words of a drive, without I/O | PKW, STW and ZSW patterns |
@@ -131,6 +132,7 @@ pub mod pkw;
 
 pub mod drive;
 
+pub mod ap10;
 pub mod unit;
 
 pub mod device;

@@ -21,10 +21,12 @@
 //! | `event` | [`Event`]: news for the host |
 //! | `parameters` | the parameters of the unit as the parameter channel reaches them |
 //! | `quirks` | [`QUIRKS`]: every named alternative |
+//! | [`ap10_canopen`] | the position indicator AP10 on CANopen, an object of its own |
 //! | [`asda_a2_canopen`] | the servo ASDA-A2 on CANopen |
 //! | `refusal` | [`Refusal`]: why a control word is not followed |
 //!
 mod address;
+pub mod ap10_canopen;
 pub mod asda_a2_canopen;
 pub mod bits;
 mod config;

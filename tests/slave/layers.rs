@@ -16,17 +16,18 @@ const TABLE: &[(&str, &[&str])] = &[
     ("param", &[]),
     ("pkw", &["ppo"]),
     ("drive", &["param", "time"]),
+    ("ap10", &["time"]),
     // A powered device knows no bus.
     ("unit", &["time", "param", "drive"]),
     (
         "device",
-        &["time", "fdl", "dp", "ppo", "pkw", "param", "drive", "unit", "can", "canopen", "cia402", "asda_a2"],
+        &["time", "fdl", "dp", "ppo", "pkw", "param", "drive", "unit", "can", "canopen", "ap10", "cia402", "asda_a2"],
     ),
     // The bits of the diagnosis.
     ("client", &["time", "dp", "ppo", "param", "pkw", "drive", "device"]),
     ("explain", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device"]),
     // One framer for a bus, generic slaves, links that keep telegrams apart or corrupt them on purpose, and buses of CAN.
-    ("host", &["device", "time", "fdl", "dp", "ppo", "can"]),
+    ("host", &["device", "time", "fdl", "dp", "ppo", "can", "canopen"]),
     ("bench", &["host", "device", "explain", "dp", "fdl", "time"]),
     ("panel", &["host", "device", "explain", "drive", "dp", "param", "ppo", "fdl", "time"]),
     ("master", &["bench", "host", "client", "device", "dp", "pkw", "ppo", "param", "fdl", "time"]),
@@ -34,7 +35,7 @@ const TABLE: &[(&str, &[&str])] = &[
 
 /// What no module but the buses and what stands on them may know, and who must not know it.
 const BUSES: &[&str] = &["fdl", "dp", "ppo", "pkw"];
-const DEVICES: &[&str] = &["param", "drive", "unit", "asda_a2"];
+const DEVICES: &[&str] = &["param", "drive", "unit", "ap10", "asda_a2"];
 
 #[test]
 fn every_layer_imports_only_what_the_table_allows() {
