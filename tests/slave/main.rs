@@ -10,6 +10,8 @@
 
 #[path = "../adversary/mod.rs"]
 mod adversary;
+#[path = "../ap10_device/mod.rs"]
+mod ap10_device;
 #[path = "../common/mod.rs"]
 mod common;
 #[path = "../drive_rig/mod.rs"]
@@ -21,6 +23,10 @@ mod slave_line;
 #[path = "../telegrams/mod.rs"]
 mod telegrams;
 
+mod ap10_display;
+mod ap10_kept;
+mod ap10_objects;
+mod ap10_process_data;
 mod canopen_client;
 mod canopen_eds;
 mod canopen_errors;
