@@ -14,6 +14,7 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `address` | the station address that the DIP switches show |
+//! | `canopen` | [`CanopenDevice`]: what a host asks of any device on CANopen |
 //! | `config` | [`Config`]: what a device is made of |
 //! | `bits` | every bit of STW, ZSW, SSW and the general status register: number, name, meaning |
 //! | `words` | those words from and to what the drive knows |
@@ -29,6 +30,7 @@ mod address;
 pub mod ap10_canopen;
 pub mod asda_a2_canopen;
 pub mod bits;
+mod canopen;
 mod config;
 mod event;
 pub mod flow_charts;
@@ -48,6 +50,7 @@ use crate::ppo::{self, Outputs, PPO_LEN, Pkw, PpoType, Zsw};
 use crate::time::{BaudRate, Instant};
 use crate::unit::{Cycles, Outcome, Queue, Switched, Unit};
 
+pub use canopen::CanopenDevice;
 pub use crate::fdl::MAX_TELEGRAM_LEN;
 pub use crate::unit::{
     ApplicationCycle, CycleTooShort, DEFAULT_APPLICATION_CYCLE, DipSwitches, Eeprom, EepromState, Generation,

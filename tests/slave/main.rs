@@ -12,6 +12,8 @@
 mod adversary;
 #[path = "../asda/mod.rs"]
 mod asda;
+#[path = "../ap10_device/mod.rs"]
+mod ap10_device;
 #[path = "../common/mod.rs"]
 mod common;
 #[path = "../drive_rig/mod.rs"]
@@ -27,6 +29,10 @@ mod asda_errors;
 mod asda_modes;
 mod asda_objects;
 mod asda_states;
+mod ap10_display;
+mod ap10_kept;
+mod ap10_objects;
+mod ap10_process_data;
 mod canopen_client;
 mod canopen_eds;
 mod canopen_errors;

@@ -22,10 +22,12 @@
 //!
 //! | file | holds |
 //! | --- | --- |
+//! | `hosted` | what a host asks of any device on CANopen |
 //! | `objects` | [`OBJECTS`]: the dictionary, and the parameter behind each entry |
 //! | `unit` | what objects read and do, EMCY, storage, external heartbeat, Auto-ID |
 //! | `quirks` | [`Quirks`]: doubts of the manual, the policy of the node |
 
+mod hosted;
 mod objects;
 mod quirks;
 mod unit;

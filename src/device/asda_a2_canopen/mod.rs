@@ -11,9 +11,11 @@
 //! | `objects` | the object dictionary of both levels |
 //! | `links` | which setting of the drive an object is |
 //! | `application` | reads, writes, what the bus does to the drive |
+//! | `hosted` | what a host asks of any device on CANopen |
 //! | [`quirks`] | each doubt of the guide with its default |
 
 mod application;
+mod hosted;
 mod links;
 mod objects;
 pub mod quirks;
