@@ -50,12 +50,12 @@ use crate::ppo::{self, Outputs, PPO_LEN, Pkw, PpoType, Zsw};
 use crate::time::{BaudRate, Instant};
 use crate::unit::{Cycles, Outcome, Queue, Switched, Unit};
 
-pub use canopen::CanopenDevice;
 pub use crate::fdl::MAX_TELEGRAM_LEN;
 pub use crate::unit::{
     ApplicationCycle, CycleTooShort, DEFAULT_APPLICATION_CYCLE, DipSwitches, Eeprom, EepromState, Generation,
     IMAGE_LEN, ImageError, ImageOctets, MAX_IMAGE_LEN, NotStored, Power, StoreRequest, dip,
 };
+pub use canopen::CanopenDevice;
 pub use config::{Config, Timing};
 pub use event::Event;
 pub use quirks::{QUIRKS, Quirk, QuirkError};

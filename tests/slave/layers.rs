@@ -21,7 +21,10 @@ const TABLE: &[(&str, &[&str])] = &[
     ("unit", &["time", "param", "drive"]),
     (
         "device",
-        &["time", "fdl", "dp", "ppo", "pkw", "param", "drive", "unit", "can", "canopen", "ap10", "cia402", "asda_a2"],
+        &[
+            "time", "fdl", "dp", "ppo", "pkw", "param", "drive", "unit", "can", "canopen", "ap10", "cia402",
+            "asda_a2",
+        ],
     ),
     // The bits of the diagnosis.
     ("client", &["time", "dp", "ppo", "param", "pkw", "drive", "device"]),

@@ -91,9 +91,7 @@ impl Drive {
                     self.want(Request::Emergency(emergency));
                 }
                 Event::Restarted => self.want(Request::ErrorRegister(0)),
-                Event::Cleared(0) => {
-                    self.want(Request::Emergency(Emergency::gone(0)))
-                }
+                Event::Cleared(0) => self.want(Request::Emergency(Emergency::gone(0))),
                 Event::Cleared(register) => self.want(Request::ErrorRegister(register)),
                 Event::State(_) => {}
             }

@@ -123,8 +123,7 @@ mod tests {
             assert_eq!(Product::named(product.name), Some(product));
             for number in [1, 5, 127] {
                 let node = NodeId::new(number).unwrap();
-                let mut device =
-                    product.make(node, Choices::default(), Memory::Internal, Instant::ZERO);
+                let mut device = product.make(node, Choices::default(), Memory::Internal, Instant::ZERO);
                 device.power_on(Instant::ZERO);
                 assert_eq!(device.node_id(), node, "{}", product.name);
                 let boot_up = device.poll_transmit().unwrap();
