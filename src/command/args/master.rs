@@ -9,8 +9,8 @@ use clap::Subcommand;
 use profidrive::fdl::Address;
 use profidrive::time::BaudRate;
 
-use super::link::{BaudSpec, tcp};
-use super::{LinkSpec, parameter::ParameterSpec};
+use super::link::{BaudSpec, expected_rates, tcp};
+use super::parameter::ParameterSpec;
 
 /// Commissions a drive, real or emulated: parameters, status, faults, motion
 ///
