@@ -292,8 +292,10 @@ fn a_capture_holds_every_frame_as_the_kernel_gives_it() {
     assert_eq!(code, Some(0), "{stderr}");
     let octets = fs::read(&file).unwrap();
     let holds = |part: &[u8]| octets.windows(part.len()).any(|window| window == part);
-    // Type 1, length 20, link type 227.
-    assert!(holds(&[1, 0, 0, 0, 20, 0, 0, 0, 227, 0]), "an interface of SocketCAN");
+    // Behind the section header the interface, whose link type is in octets 8 and 9.
+    let interface = u32::from_le_bytes(octets[4..8].try_into().unwrap()) as usize;
+    assert_eq!(octets[interface..interface + 4], [1, 0, 0, 0]);
+    assert_eq!(octets[interface + 8..interface + 10], [227, 0], "SocketCAN");
     assert!(holds(&[0, 0, 6, 5, 8, 0, 0, 0, 0x40, 0, 0x10, 0, 0, 0, 0, 0]), "the request");
     assert!(holds(&[0, 0, 5, 0x85, 8, 0, 0, 0, 0x43, 0, 0x10, 0]), "the answer");
 }
