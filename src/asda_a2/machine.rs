@@ -184,6 +184,13 @@ impl Servo {
         self.motion = self.motion_of(self.mode);
     }
 
+    /// The supply is switched off: the motor is free, without an alarm.
+    pub fn power_off(&mut self) {
+        self.state = State::SwitchOnDisabled;
+        self.switch_off();
+        self.awake = true;
+    }
+
     fn switch_off(&mut self) {
         self.clear_targets();
         self.stopping = None;
@@ -264,6 +271,7 @@ impl Servo {
             self.stopping = Some(Stopping { deceleration, then: Then::GoOn });
         }
         self.mode = mode;
+        self.has_point = false;
         self.torque_demand = 0.0;
         self.motion = self.motion_of(mode);
     }

@@ -148,7 +148,8 @@ impl Servo {
             self.raise(if on { Alarm::SyncPeriod } else { Alarm::SyncPeriodOff });
             return;
         };
-        if !on || self.stopping.is_some() {
+        // Without a position from the host there is nowhere to go.
+        if !on || self.stopping.is_some() || !self.has_point {
             return;
         }
         if self.config.early_sync_alarm && before.expected_at().is_some_and(|due| self.is_early(now, due)) {

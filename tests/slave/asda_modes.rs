@@ -1,10 +1,11 @@
 //! The modes of operation of the ASDA-A2 (`canopen-asda-a2.md` 9, 15).
 
 use profidrive::asda_a2::plant::INCREMENTS_PER_REVOLUTION;
-use profidrive::asda_a2::{Axis, Inputs, Level, Switches};
+use profidrive::asda_a2::{Axis, Config, Inputs, Level, Switches};
 use profidrive::cia402::{Mode, State};
+use profidrive::device::asda_a2_canopen::Quirks;
 
-use crate::asda::{Rig, millis};
+use crate::asda::{NODE, Rig, millis};
 
 const REACHED: u16 = 1 << 10;
 const BIT_12: u16 = 1 << 12;
@@ -344,6 +345,41 @@ fn di_02_without_sync_the_drive_extrapolates_and_stops_after_two_cycles() {
     let seen = rig.pass(millis(5));
     assert_eq!(seen.first(), Some(&(1000, "0FF#00 62 11 03 03 00 00 00".to_owned())));
     assert_eq!((rig.servo().panel().to_string(), rig.servo().state()), ("AL303".to_owned(), State::Fault));
+}
+
+#[test]
+fn without_a_position_of_the_host_a_sync_moves_nothing() {
+    let mut rig = Rig::full();
+    rig.set(0x6081, 0, 10 * REV);
+    rig.enable(Mode::ProfilePosition);
+    travel(&mut rig, 2 * REV, 0x10);
+    rig.pass(millis(1000));
+    rig.start();
+    rig.set(0x6060, 0, 7);
+    rig.pass(millis(5));
+    for _ in 0..10 {
+        rig.sync();
+        rig.pass(millis(1));
+    }
+    assert_eq!((rig.position(), rig.status() & BIT_12), (2 * REV as i32, 0));
+    assert!(rig.servo().alarms().is_empty());
+}
+
+#[test]
+fn a_sync_that_comes_too_early_is_al302_where_it_is_wanted() {
+    for wanted in [false, true] {
+        let config = Config { early_sync_alarm: wanted, ..Config::new(NODE) };
+        let mut rig = Rig::with(config, Quirks::default());
+        rig.set(0x60C2, 1, 4);
+        rig.start();
+        rig.enable(Mode::InterpolatedPosition);
+        rig.set(0x60C1, 1, 0);
+        for wait in [4, 4, 3, 4] {
+            rig.sync();
+            rig.pass(millis(wait));
+        }
+        assert_eq!(rig.servo().panel().to_string() == "AL302", wanted);
+    }
 }
 
 #[test]
