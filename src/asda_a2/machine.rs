@@ -235,7 +235,10 @@ impl Servo {
     pub(super) fn stopped(&mut self) {
         let Some(stopping) = self.stopping else { return };
         match stopping.then {
-            Then::GoOn => self.stopping = None,
+            Then::GoOn => {
+                self.stopping = None;
+                self.rest_here();
+            }
             Then::Hold => self.motion = super::Motion::Hold,
             Then::Leave(command) => {
                 self.stopping = None;

@@ -278,9 +278,9 @@ impl Servo {
         &self.inputs
     }
 
-    /// Changes what surrounds the drive.
+    /// Changes what surrounds the drive. A torque that is no number is no load.
     pub fn set_inputs(&mut self, inputs: Inputs) {
-        self.inputs = inputs;
+        self.inputs = inputs.finite();
         self.awake = true;
     }
 
