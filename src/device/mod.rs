@@ -21,9 +21,11 @@
 //! | `event` | [`Event`]: news for the host |
 //! | `parameters` | the parameters of the unit as the parameter channel reaches them |
 //! | `quirks` | [`QUIRKS`]: every named alternative |
+//! | [`asda_a2_canopen`] | the servo ASDA-A2 on CANopen |
 //! | `refusal` | [`Refusal`]: why a control word is not followed |
 //!
 mod address;
+pub mod asda_a2_canopen;
 pub mod bits;
 mod config;
 mod event;

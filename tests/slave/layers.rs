@@ -10,13 +10,18 @@ const TABLE: &[(&str, &[&str])] = &[
     ("dp", &["fdl", "time"]),
     ("can", &["time"]),
     ("canopen", &["can", "time"]),
+    ("cia402", &[]),
+    ("asda_a2", &["cia402", "time"]),
     ("ppo", &[]),
     ("param", &[]),
     ("pkw", &["ppo"]),
     ("drive", &["param", "time"]),
     // A powered device knows no bus.
     ("unit", &["time", "param", "drive"]),
-    ("device", &["time", "fdl", "dp", "ppo", "pkw", "param", "drive", "unit"]),
+    (
+        "device",
+        &["time", "fdl", "dp", "ppo", "pkw", "param", "drive", "unit", "can", "canopen", "cia402", "asda_a2"],
+    ),
     // The bits of the diagnosis.
     ("client", &["time", "dp", "ppo", "param", "pkw", "drive", "device"]),
     ("explain", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device"]),
@@ -29,7 +34,7 @@ const TABLE: &[(&str, &[&str])] = &[
 
 /// What no module but the buses and what stands on them may know, and who must not know it.
 const BUSES: &[&str] = &["fdl", "dp", "ppo", "pkw"];
-const DEVICES: &[&str] = &["param", "drive", "unit"];
+const DEVICES: &[&str] = &["param", "drive", "unit", "asda_a2"];
 
 #[test]
 fn every_layer_imports_only_what_the_table_allows() {

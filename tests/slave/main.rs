@@ -10,6 +10,8 @@
 
 #[path = "../adversary/mod.rs"]
 mod adversary;
+#[path = "../asda/mod.rs"]
+mod asda;
 #[path = "../common/mod.rs"]
 mod common;
 #[path = "../drive_rig/mod.rs"]
@@ -21,6 +23,10 @@ mod slave_line;
 #[path = "../telegrams/mod.rs"]
 mod telegrams;
 
+mod asda_errors;
+mod asda_modes;
+mod asda_objects;
+mod asda_states;
 mod canopen_client;
 mod canopen_eds;
 mod canopen_errors;
