@@ -447,6 +447,14 @@ impl Parts {
 
     /// Lets everything happen that is due until `now`: application cycles and the watchdog, in the order of time.
     fn advance(&mut self, now: Instant) {
+        let next = Instant::first_of(self.station.watchdog_timeout(), self.cycles.next());
+        if next.is_some_and(|due| due <= now) {
+            self.catch_up(now);
+        }
+    }
+
+    /// As [`Parts::advance`], when something is due.
+    fn catch_up(&mut self, now: Instant) {
         self.cycles.forfeit(now);
         loop {
             let watchdog = self.station.watchdog_timeout().filter(|due| *due <= now);

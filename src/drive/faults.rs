@@ -1,6 +1,7 @@
 //! Faults, their codes, and the fault buffer (manual chapter 5.2, `ag03.md` 10).
 
 use core::fmt;
+use core::ops::BitOr;
 
 use crate::param::Model;
 
@@ -64,6 +65,11 @@ impl Fault {
         }
     }
 
+    /// The set of this fault if it is `present`, and none otherwise.
+    pub(super) const fn when(self, present: bool) -> FaultSet {
+        FaultSet((present as u16) << self as u16)
+    }
+
     const fn bit(self) -> u16 {
         1 << self as u16
     }
@@ -124,6 +130,15 @@ impl FaultSet {
     #[must_use]
     pub(super) const fn minus(self, other: Self) -> Self {
         Self(self.0 & !other.0)
+    }
+}
+
+impl BitOr for FaultSet {
+    type Output = Self;
+
+    /// The faults of either set.
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0)
     }
 }
 

@@ -275,21 +275,18 @@ impl Plant {
         let supply = inputs.lowest_supply(self.model);
         // A supply that is missing is no fault (rows 1 and 3).
         let low_supply = supply < LOW_SUPPLY && self.supplies(supply);
-        let causes = [
-            (Fault::A, low_supply && self.current > LOW_SUPPLY_CURRENT),
-            (Fault::B, self.blocked_for > self.blocked_time),
-            (Fault::C, self.overcurrent_for > OVERCURRENT_TIME),
-            (Fault::D, self.temperature(inputs) > HOT_STAGE),
-            (Fault::E, inputs.encoder_fault),
-            (Fault::F, inputs.internal_fault),
-            (Fault::G, self.dc_link(inputs) > HIGH_DC_LINK),
-            (Fault::J, inputs.battery < EMPTY_BATTERY),
-        ];
-        if causes.iter().all(|(_, caused)| !caused) {
-            return FaultSet::EMPTY;
+        let causes = Fault::A.when(low_supply && self.current > LOW_SUPPLY_CURRENT)
+            | Fault::B.when(self.blocked_for > self.blocked_time)
+            | Fault::C.when(self.overcurrent_for > OVERCURRENT_TIME)
+            | Fault::D.when(self.temperature(inputs) > HOT_STAGE)
+            | Fault::E.when(inputs.encoder_fault)
+            | Fault::F.when(inputs.internal_fault)
+            | Fault::G.when(self.dc_link(inputs) > HIGH_DC_LINK)
+            | Fault::J.when(inputs.battery < EMPTY_BATTERY);
+        if causes.is_empty() {
+            return causes;
         }
-        let present = causes.into_iter().filter(|(fault, caused)| *caused && fault.exists_on(self.model));
-        present.map(|(fault, _)| fault).collect()
+        causes.iter().filter(|fault| fault.exists_on(self.model)).collect()
     }
 
     /// Lets `dt` pass. Returns what a shaft did that cannot follow the profile.
