@@ -320,12 +320,13 @@ impl<A: Application> Slave<A> {
         if fed {
             self.heard(now, request.sa);
         }
-        let handled = match (service, access) {
+        let mut handled = match (service, access) {
             (Some(service), Access::Run) => self.run(now, service, request),
             (_, Access::NotActivated | Access::Ignored) | (None, _) => Handled::reply(Reply::NotActivated),
             (Some(_), Access::Acknowledged) => Handled::reply(Reply::ShortAcknowledge),
         };
-        Handled { fed, ..handled }
+        handled.fed = fed;
+        handled
     }
 
     fn run(&mut self, now: Instant, service: Service, request: &Request<'_>) -> Handled<'_> {

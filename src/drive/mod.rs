@@ -325,7 +325,7 @@ impl Drive {
 
     /// The causes of faults that are present now.
     pub fn causes(&self) -> FaultSet {
-        self.plant.causes(&self.inputs)
+        self.plant.causes(&self.inputs, &self.supplies)
     }
 
     /// Clears fault buffer and fault counter (PNU 970 = 4). A latched fault stays latched.

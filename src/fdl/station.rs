@@ -352,8 +352,8 @@ impl Station {
     pub fn reply(&mut self, now: Instant, request: &Request<'_>, reply: Reply<'_>) {
         let (status, data) = match reply {
             Reply::ShortAcknowledge => {
-                self.schedule(now, &Telegram::ShortAcknowledge);
-                return;
+                let len = Telegram::ShortAcknowledge.encode(&mut self.reply).map_or(0, <[u8]>::len);
+                return self.schedule(now, len);
             }
             Reply::DataLow(data) if (1..=MAX_USER_DATA).contains(&data.len()) => (ReplyStatus::DataLow, data),
             Reply::DataHigh(data) if data.len() <= MAX_USER_DATA => (ReplyStatus::DataHigh, data),
@@ -377,7 +377,8 @@ impl Station {
                 data,
             }
         };
-        self.schedule(now, &Telegram::Data(telegram));
+        let len = telegram.encode(&mut self.reply).map_or(0, <[u8]>::len);
+        self.schedule(now, len);
     }
 
     /// The reply to send at `now`, if its time has come.
@@ -505,10 +506,10 @@ impl Station {
         }
     }
 
+    /// `reply` holds a telegram of so many octets; 0 cannot be: its data were measured before, and the buffer holds the
+    /// longest telegram.
     #[inline]
-    fn schedule(&mut self, now: Instant, telegram: &Telegram<'_>) {
-        // Cannot fail: the data were measured before, and the buffer holds the longest telegram.
-        let len = telegram.encode(&mut self.reply).map_or(0, <[u8]>::len);
+    fn schedule(&mut self, now: Instant, len: usize) {
         self.reply_len = u8::try_from(len).unwrap_or(0);
         self.pending = (len > 0).then_some((now, Waiting::Counted));
     }
