@@ -357,17 +357,23 @@ impl Drive {
     }
 
     fn on_plant(&mut self, settings: &Settings) {
-        let output_stage = self.supplies.output_stage;
+        let Supplies { control: control_supply, ok: supply_ok, output_stage, .. } = self.supplies;
+        let output_stage_returned = output_stage && !self.previous_output_stage;
         let causes = self.causes();
+        let torque_exceeded = settings
+            .torque_deactivation
+            .is_some_and(|percent| self.plant.torque_percent() > f64::from(percent));
+        let in_order = supply_ok && output_stage && causes.is_empty() && !torque_exceeded;
+        if in_order && !output_stage_returned && !matches!(self.state, State::Off | State::NotReady) {
+            return;
+        }
         let conditions = Conditions {
-            control_supply: self.supplies.control,
-            supply_ok: self.supplies.ok,
+            control_supply,
+            supply_ok,
             output_stage,
-            output_stage_returned: output_stage && !self.previous_output_stage,
+            output_stage_returned,
             fault_cause: !causes.is_empty(),
-            torque_exceeded: settings
-                .torque_deactivation
-                .is_some_and(|percent| self.plant.torque_percent() > f64::from(percent)),
+            torque_exceeded,
             torque_discards_job: self.quirks.torque_discards_job,
         };
         self.previous_output_stage = output_stage;
