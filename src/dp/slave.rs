@@ -307,6 +307,7 @@ impl<A: Application> Slave<A> {
     }
 
     /// Carries out a request for data with reply (SRD).
+    #[inline]
     pub fn handle_srd(&mut self, now: Instant, request: &Request<'_>) -> Handled<'_> {
         let service = self.service(request);
         let access = match service {
@@ -428,6 +429,7 @@ impl<A: Application> Slave<A> {
         Handled::reply(Reply::DataLow(self.reply.octets()))
     }
 
+    #[inline]
     fn data_exchange(&mut self, request: &Request<'_>) -> Handled<'_> {
         let master = request.sa;
         let (expected, got) = (self.process_data.lengths().outputs, request.data.len());

@@ -414,7 +414,7 @@ impl Station {
         end.saturating_add(self.window.earliest)
     }
 
-    #[inline]
+    #[inline(always)]
     fn receive_srd<'a>(
         &mut self,
         now: Instant,
