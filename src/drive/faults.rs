@@ -1,7 +1,6 @@
 //! Faults, their codes, and the fault buffer (manual chapter 5.2, `ag03.md` 10).
 
 use core::fmt;
-use core::ops::BitOr;
 
 use crate::param::Model;
 
@@ -126,19 +125,16 @@ impl FaultSet {
         Fault::ALL.into_iter().filter(move |&fault| self.contains(fault))
     }
 
+    /// The faults of either set.
+    #[must_use]
+    pub(super) const fn union(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
     /// Those that are not in `other`.
     #[must_use]
     pub(super) const fn minus(self, other: Self) -> Self {
         Self(self.0 & !other.0)
-    }
-}
-
-impl BitOr for FaultSet {
-    type Output = Self;
-
-    /// The faults of either set.
-    fn bitor(self, other: Self) -> Self {
-        Self(self.0 | other.0)
     }
 }
 
