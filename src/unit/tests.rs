@@ -47,7 +47,11 @@ fn it_is_enabled_travels_fails_and_recovers() {
     assert_eq!(events(&mut unit), [Event::Fault(Fault::D)]);
     let _ = unit.set_inputs(Inputs::default());
     run(&mut unit, Command { acknowledge: true, ..RUN }, 3);
-    assert_eq!(unit.status().state, State::OperationEnabled(Motor::InControl), "acknowledged, armed, enabled");
+    assert_eq!(
+        unit.status().state,
+        State::OperationEnabled(Motor::InControl),
+        "acknowledged, armed, enabled"
+    );
     assert_eq!(unit.drive().faults().codes()[0], b'D');
 }
 
