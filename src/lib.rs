@@ -27,7 +27,7 @@
 //! | [`param`] | every parameter of both drives | types, ranges, defaults, permissions |
 //! | [`pkw`] | jobs and replies of the parameter channel | job, reply and error numbers |
 //! | [`drive`] | state machine and motion, without a bus | revolutions, seconds, named flags |
-//! | [`unit`] | a powered drive: parameters, machine, EEPROM, supplies, without a bus | what survives power-off |
+//! | [`unit`](mod@unit) | a powered drive: parameters, machine, EEPROM, supplies, without a bus | what survives power-off |
 //! | [`ap10`] | the position indicator SIKO AP10, without a bus | turns, display, keys, LEDs |
 //! | [`asda_a2`] | the servo ASDA-A2, without a bus: parameters, modes of motion, alarms | the machine of CiA 402 |
 //! | [`device`] | a unit on a bus as one object | every bit of STW, ZSW and SSW |

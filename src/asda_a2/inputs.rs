@@ -31,6 +31,14 @@ impl Inputs {
     };
 }
 
+impl Inputs {
+    /// With no load in the place of torques that are no number.
+    pub(super) fn finite(self) -> Self {
+        let finite = |torque: f64| if torque.is_finite() { torque.clamp(-1e6, 1e6) } else { 0.0 };
+        Self { load_torque: finite(self.load_torque), friction_torque: finite(self.friction_torque), ..self }
+    }
+}
+
 impl Default for Inputs {
     fn default() -> Self {
         Self::NOMINAL
@@ -41,7 +49,8 @@ impl Default for Inputs {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Switches {
     /// A motor on a bench has no axis and can turn without end. For each homing there are switches near where it
-    /// begins ([`Axis::around`]), and none otherwise.
+    /// begins, and none otherwise: limit switches 1.05 revolutions away on both sides, a home switch from 0.1 to 0.2
+    /// revolutions ahead (with the methods 3 to 6 and 19 to 22 on one whole side of a position 0.1 revolutions away).
     WhileHoming,
     /// An axis with switches; outside homing its limits cause AL014 and AL015.
     Fixed(Axis),
@@ -70,9 +79,7 @@ pub struct Closed {
 }
 
 impl Axis {
-    /// An axis for a homing from `position`: limit switches 1.05 revolutions away on both sides. The home switch is
-    /// from 0.1 to 0.2 revolutions ahead; with methods that take it for a border of the axis, it is closed on the
-    /// side of that border from there on.
+    /// An axis for a homing from `position`, as [`Switches::WhileHoming`] says.
     pub(super) fn around(position: f64, home: HomeSwitch) -> Self {
         let at = |revolutions: f64| position + revolutions * INCREMENTS_PER_REVOLUTION;
         let home = match home {

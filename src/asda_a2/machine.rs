@@ -184,6 +184,13 @@ impl Servo {
         self.motion = self.motion_of(self.mode);
     }
 
+    /// The supply is switched off: the motor is free, without an alarm.
+    pub fn power_off(&mut self) {
+        self.state = State::SwitchOnDisabled;
+        self.switch_off();
+        self.awake = true;
+    }
+
     fn switch_off(&mut self) {
         self.clear_targets();
         self.stopping = None;
@@ -228,7 +235,10 @@ impl Servo {
     pub(super) fn stopped(&mut self) {
         let Some(stopping) = self.stopping else { return };
         match stopping.then {
-            Then::GoOn => self.stopping = None,
+            Then::GoOn => {
+                self.stopping = None;
+                self.rest_here();
+            }
             Then::Hold => self.motion = super::Motion::Hold,
             Then::Leave(command) => {
                 self.stopping = None;
@@ -264,6 +274,7 @@ impl Servo {
             self.stopping = Some(Stopping { deceleration, then: Then::GoOn });
         }
         self.mode = mode;
+        self.has_point = false;
         self.torque_demand = 0.0;
         self.motion = self.motion_of(mode);
     }

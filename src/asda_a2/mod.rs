@@ -92,6 +92,11 @@ pub enum Level {
 }
 
 impl Level {
+    /// The level of a P1-01, whose digits B and A count.
+    pub const fn of(control_mode: i64) -> Self {
+        if control_mode & 0xFF == Self::Half.control_mode() { Self::Half } else { Self::Full }
+    }
+
     /// P1-01 of this level.
     pub const fn control_mode(self) -> i64 {
         match self {
@@ -150,6 +155,8 @@ pub struct Servo {
     following_error: bool,
     /// For how long position or velocity have been in their window, ms.
     in_window: u32,
+    /// 60C1h was written since the mode was entered.
+    has_point: bool,
     clock: Instant,
     awake: bool,
     events: Deque<Event, MAX_EVENTS>,
@@ -182,23 +189,28 @@ impl Servo {
             causes: machine::Causes::default(),
             following_error: false,
             in_window: 0,
+            has_point: false,
             clock: now,
             awake: false,
             events: Deque::new(),
         };
-        servo.restart();
+        servo.power_on();
         servo
     }
 
-    /// Power-on, or a reset of the node: kept values come back, alarms end. The shaft and the encoder stay. A servo that
-    /// was on goes off with AL401.
+    /// A reset of the node: as power-on, but a servo that was on goes off with AL401.
     pub fn restart(&mut self) {
         let was_on = self.is_on();
+        self.power_on();
+        if was_on {
+            self.raise(Alarm::NmtWhileOn);
+        }
+    }
+
+    /// Power-on: kept values come back, nothing is wrong. The shaft and the encoder stay.
+    pub fn power_on(&mut self) {
         self.settings.start(&self.kept);
-        self.level = match self.settings.of(Setting::ControlMode) & 0xFF {
-            0x0B => Level::Half,
-            _ => Level::Full,
-        };
+        self.level = Level::of(self.settings.of(Setting::ControlMode));
         self.control = self.level.controlword();
         self.alarms.clear();
         self.causes = machine::Causes::default();
@@ -212,9 +224,6 @@ impl Servo {
         self.bench = None;
         self.enter_mode();
         self.tell(Event::Restarted);
-        if was_on {
-            self.raise(Alarm::NmtWhileOn);
-        }
         self.awake = true;
     }
 
@@ -256,6 +265,9 @@ impl Servo {
         if setting == Setting::Mode {
             self.enter_mode();
         }
+        if setting == Setting::InterpolationPosition {
+            self.has_point = true;
+        }
         if setting == Setting::SpecialWrite {
             self.special_write(before, value);
         }
@@ -266,9 +278,9 @@ impl Servo {
         &self.inputs
     }
 
-    /// Changes what surrounds the drive.
+    /// Changes what surrounds the drive. A torque that is no number is no load.
     pub fn set_inputs(&mut self, inputs: Inputs) {
-        self.inputs = inputs;
+        self.inputs = inputs.finite();
         self.awake = true;
     }
 

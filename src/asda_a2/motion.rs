@@ -51,6 +51,16 @@ impl Servo {
         }
     }
 
+    /// The shaft came to rest after a change of the mode: relative set-points count from here, unless one was taken
+    /// in the meantime.
+    pub(super) const fn rest_here(&mut self) {
+        if let Motion::Position(points) = self.motion
+            && points.is_done()
+        {
+            self.motion = Motion::Position(SetPoints::resting(self.demand.position));
+        }
+    }
+
     /// Bits 4 to 6 of a controlword in operation enabled.
     pub(super) fn control_mode_bits(&mut self, word: Controlword, before: Controlword) {
         let rises = word.rises(before, Controlword::NEW_SET_POINT);
@@ -148,7 +158,8 @@ impl Servo {
             self.raise(if on { Alarm::SyncPeriod } else { Alarm::SyncPeriodOff });
             return;
         };
-        if !on || self.stopping.is_some() {
+        // Without a position from the host there is nowhere to go.
+        if !on || self.stopping.is_some() || !self.has_point {
             return;
         }
         if self.config.early_sync_alarm && before.expected_at().is_some_and(|due| self.is_early(now, due)) {

@@ -237,3 +237,25 @@ fn whole(value: f64) -> i32 {
 fn narrow(value: f64) -> i16 {
     libm::round(value) as i16
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::string::ToString;
+
+    #[test]
+    fn the_panel_has_five_digits() {
+        for (number, text) in [
+            (0, "    0"),
+            (-1, "   -1"),
+            (-9999, "-9999"),
+            (-10_000, "10000"),
+            (99_999, "99999"),
+            (1_234_567, "34567"),
+            (-1_200_007, "00007"),
+            (i32::MIN, "83648"),
+        ] {
+            assert_eq!(Panel::Number(number).to_string(), text);
+        }
+    }
+}

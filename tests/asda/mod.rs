@@ -77,6 +77,11 @@ impl Rig {
         answer
     }
 
+    /// Whether a request gets no answer.
+    pub(crate) fn sdo_is_silent(&mut self) -> bool {
+        self.data(0x600 + u16::from(NODE), &[0x40, 0, 0x10, 0, 0, 0, 0, 0]).is_empty()
+    }
+
     /// Reads up to four octets.
     pub(crate) fn read(&mut self, index: u16, sub: u8) -> Result<u32, u32> {
         let [a, b] = index.to_le_bytes();

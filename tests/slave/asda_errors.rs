@@ -117,6 +117,18 @@ fn overruns_are_alarms_where_they_are_wanted() {
 }
 
 #[test]
+fn two_pdos_of_one_identifier_within_a_millisecond_are_al112() {
+    let quirks = Quirks { overrun_alarms: true, ..Quirks::default() };
+    let mut rig = Rig::with(Config::new(NODE), quirks);
+    rig.start();
+    rig.data(0x27F, &[]);
+    rig.data(0x37F, &[]);
+    assert!(rig.servo().alarms().is_empty());
+    rig.data(0x27F, &[]);
+    assert_eq!(rig.servo().alarms(), [Alarm::PdoOverrun]);
+}
+
+#[test]
 fn the_history_keeps_five_and_0_clears_it() {
     let mut rig = Rig::full();
     for &alarm in &Alarm::ALL[..7] {

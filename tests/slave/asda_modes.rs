@@ -1,10 +1,11 @@
 //! The modes of operation of the ASDA-A2 (`canopen-asda-a2.md` 9, 15).
 
 use profidrive::asda_a2::plant::INCREMENTS_PER_REVOLUTION;
-use profidrive::asda_a2::{Axis, Inputs, Level, Switches};
+use profidrive::asda_a2::{Axis, Config, Inputs, Level, Switches};
 use profidrive::cia402::{Mode, State};
+use profidrive::device::asda_a2_canopen::Quirks;
 
-use crate::asda::{Rig, millis};
+use crate::asda::{NODE, Rig, millis};
 
 const REACHED: u16 = 1 << 10;
 const BIT_12: u16 = 1 << 12;
@@ -119,6 +120,22 @@ fn position_window_and_its_time() {
     assert_eq!(rig.status() & REACHED, 0);
     rig.pass(millis(60));
     assert_eq!(rig.status() & REACHED, REACHED);
+}
+
+#[test]
+fn after_a_change_of_the_mode_relative_set_points_count_from_where_the_shaft_came_to_rest() {
+    let mut rig = Rig::full();
+    rig.set(0x6081, 0, 10 * REV);
+    rig.enable(Mode::ProfileVelocity);
+    rig.set(0x60FF, 0, 6000);
+    rig.pass(millis(500));
+    rig.set(0x6060, 0, 1);
+    rig.pass(millis(300));
+    assert_eq!(rig.status() & REACHED, REACHED);
+    let stands = rig.position();
+    travel(&mut rig, 1000, 0x50);
+    rig.pass(millis(300));
+    assert_eq!(rig.position(), stands + 1000);
 }
 
 #[test]
@@ -274,8 +291,8 @@ fn a_homing_without_its_switch_fails_at_the_limit() {
     rig.until(BIT_13, BIT_13, millis(20_000));
 }
 
-/// A rig in IP with a cycle of 2 ms and RPDO 1 as chapter 6 of the reference has it.
-fn in_ip(level: Level) -> Rig {
+/// A rig in IP with a cycle of so many ms and RPDO 1 as chapter 6 of the reference has it.
+fn in_ip(level: Level, cycle: i64) -> Rig {
     let mut rig = Rig::new(level);
     let mapped: &[i64] = match level {
         Level::Half => &[0x60C1_0110, 0x60C1_0210, 0x60C1_0310, 0x6040_0010],
@@ -289,27 +306,27 @@ fn in_ip(level: Level) -> Rig {
     rig.set(0x1400, 2, 1);
     rig.set(0x1400, 1, 0x27F);
     match level {
-        Level::Half => rig.set(0x1006, 0, 2000),
-        Level::Full => rig.set(0x60C2, 1, 2),
+        Level::Half => rig.set(0x1006, 0, 1000 * cycle),
+        Level::Full => rig.set(0x60C2, 1, cycle),
     }
     rig.start();
     rig.enable(Mode::InterpolatedPosition);
     rig
 }
 
-fn cycle(rig: &mut Rig, position: i32, difference: i16) {
+fn cycle(rig: &mut Rig, time: u64, position: i32, difference: i16) {
     let [a, b, c, d] = position.to_le_bytes();
     let [e, f] = difference.to_le_bytes();
     assert!(rig.data(0x27F, &[a, b, c, d, e, f, 0x0F, 0x00]).is_empty());
     assert!(rig.sync().is_empty());
-    rig.pass(millis(2));
+    rig.pass(millis(time));
 }
 
 #[test]
 fn di_01_interpolation_follows_its_host() {
     for level in [Level::Half, Level::Full] {
-        for sub_mode in [0, -1] {
-            let mut rig = in_ip(level);
+        for (sub_mode, time) in [(0, 1), (0, 2), (-1, 1), (-1, 2), (-1, 20)] {
+            let mut rig = in_ip(level, time);
             rig.set(0x60C0, 0, sub_mode);
             assert_eq!(rig.status() & (BIT_12 | BIT_14), 0);
             for step in 0..500 {
@@ -319,7 +336,7 @@ fn di_01_interpolation_follows_its_host() {
                 } else {
                     (500_000 + 10_000 * (step - 100), 10_000)
                 };
-                cycle(&mut rig, position, speed as i16);
+                cycle(&mut rig, time as u64, position, speed as i16);
                 assert_eq!(rig.status() & (BIT_12 | BIT_14), BIT_12 | BIT_14);
                 let away = (rig.signed(0x6062) - position).abs();
                 assert!(away <= 1, "{level:?} {sub_mode} step {step}: {away}");
@@ -332,9 +349,9 @@ fn di_01_interpolation_follows_its_host() {
 
 #[test]
 fn di_02_without_sync_the_drive_extrapolates_and_stops_after_two_cycles() {
-    let mut rig = in_ip(Level::Full);
+    let mut rig = in_ip(Level::Full, 2);
     for step in 0..50 {
-        cycle(&mut rig, 10_000 * step, 10_000);
+        cycle(&mut rig, 2, 10_000 * step, 10_000);
     }
     let before = rig.signed(0x6062);
     let seen = rig.pass(millis(1));
@@ -347,12 +364,47 @@ fn di_02_without_sync_the_drive_extrapolates_and_stops_after_two_cycles() {
 }
 
 #[test]
+fn without_a_position_of_the_host_a_sync_moves_nothing() {
+    let mut rig = Rig::full();
+    rig.set(0x6081, 0, 10 * REV);
+    rig.enable(Mode::ProfilePosition);
+    travel(&mut rig, 2 * REV, 0x10);
+    rig.pass(millis(1000));
+    rig.start();
+    rig.set(0x6060, 0, 7);
+    rig.pass(millis(5));
+    for _ in 0..10 {
+        rig.sync();
+        rig.pass(millis(1));
+    }
+    assert_eq!((rig.position(), rig.status() & BIT_12), (2 * REV as i32, 0));
+    assert!(rig.servo().alarms().is_empty());
+}
+
+#[test]
+fn a_sync_that_comes_too_early_is_al302_where_it_is_wanted() {
+    for wanted in [false, true] {
+        let config = Config { early_sync_alarm: wanted, ..Config::new(NODE) };
+        let mut rig = Rig::with(config, Quirks::default());
+        rig.set(0x60C2, 1, 4);
+        rig.start();
+        rig.enable(Mode::InterpolatedPosition);
+        rig.set(0x60C1, 1, 0);
+        for wait in [4, 4, 3, 4] {
+            rig.sync();
+            rig.pass(millis(wait));
+        }
+        assert_eq!(rig.servo().panel().to_string() == "AL302", wanted);
+    }
+}
+
+#[test]
 fn a_sync_period_that_is_not_valid_is_al305_and_a_jump_is_al304() {
-    let mut rig = in_ip(Level::Half);
+    let mut rig = in_ip(Level::Half, 2);
     rig.set(0x1006, 0, 1500);
     rig.sync();
     assert_eq!(rig.servo().panel().to_string(), "AL305");
-    let mut rig = in_ip(Level::Full);
+    let mut rig = in_ip(Level::Full, 2);
     rig.set(0x60C1, 1, 50 * REV);
     rig.sync();
     assert_eq!(rig.servo().panel().to_string(), "AL304");

@@ -1,10 +1,11 @@
 //! States, faults and persistence of the ASDA-A2 (`canopen-asda-a2.md` 8, 10, 15).
 
-use profidrive::asda_a2::{Alarm, Inputs, Level, Setting};
+use profidrive::asda_a2::{Alarm, Config, Inputs, Level};
 use profidrive::canopen::NmtState;
 use profidrive::cia402::{Mode, State};
+use profidrive::device::asda_a2_canopen::{AsdaA2, Quirks};
 
-use crate::asda::{Rig, millis};
+use crate::asda::{NODE, Rig, millis};
 
 #[test]
 fn ds_01_full_can_open_goes_state_by_state() {
@@ -216,10 +217,60 @@ fn dr_01_nmt_reset_and_stop_while_enabled_are_al401() {
 #[test]
 fn an_image_brings_settings_back() {
     let mut rig = Rig::full();
-    rig.device.with_node(|node, app| {
-        let _ = (node.state(), app.node_id());
-    });
-    rig.set(0x607C, 0, -5);
+    rig.set(0x230C, 0, 0x100);
+    // Wider than P1-34, and no multiple of P1-47.
+    let written = [(0x607C, -5), (0x6083, 100_000), (0x606D, 105), (0x605B, -1), (0x1017, 77)];
+    for (index, value) in written {
+        rig.set(index, 0, value);
+    }
+    rig.set(0x6067, 0, 9);
     rig.set(0x1010, 1, 0x6576_6173);
-    assert_eq!(rig.servo().kept().of(Setting::HomeOffset), -5);
+    rig.set(0x6067, 0, 10);
+    let mut room = [0; 4000];
+    let len = rig.device.with_node(|node, app| node.image(app, &mut room)).unwrap();
+
+    let mut device = AsdaA2::new(Config::new(NODE), Quirks::default(), rig.now);
+    let now = rig.now;
+    device.with_node(|node, app| node.recall(now, &room[..len], app)).unwrap();
+    device.power_on(now);
+    let mut rig = Rig { now, device };
+    rig.drain();
+    for (index, value) in written {
+        let read = rig.read(index, 0).unwrap();
+        let width = if index == 0x605B { 0xFFFF } else { u32::MAX };
+        assert_eq!(read, value as u32 & width, "{index:04X}h");
+    }
+    assert_eq!(rig.read(0x6067, 0), Ok(9), "what was not stored is lost");
+}
+
+#[test]
+fn power_off_ends_everything_without_an_alarm() {
+    let mut rig = Rig::full();
+    rig.enable(Mode::ProfileVelocity);
+    rig.set(0x60FF, 0, 10_000);
+    rig.pass(millis(300));
+    rig.device.power_off(rig.now);
+    assert!(rig.sdo_is_silent());
+    rig.pass(millis(5000));
+    rig.device.power_on(rig.now);
+    assert_eq!(rig.drain(), ["77F#00"]);
+    assert_eq!((rig.status(), rig.signed(0x606C)), (0x0050, 0));
+}
+
+#[test]
+fn shutdown_lets_the_shaft_run_out_or_brakes_it_by_605bh() {
+    let way = |code: i64| {
+        let mut rig = Rig::full();
+        rig.set(0x605B, 0, code);
+        rig.enable(Mode::ProfileVelocity);
+        rig.set(0x60FF, 0, 10_000);
+        rig.pass(millis(300));
+        let begin = rig.position();
+        rig.control(0x06);
+        rig.pass(millis(9000));
+        assert_eq!(rig.signed(0x606C), 0);
+        rig.position() - begin
+    };
+    let (free, braked) = (way(0), way(-1));
+    assert!(free > 3 * braked && braked > 0, "{free} {braked}");
 }

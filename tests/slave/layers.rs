@@ -147,7 +147,8 @@ fn imports(text: &str, place: &[String]) -> Vec<String> {
                 depth -= 1;
             }
             root @ ("crate" | "profidrive" | "super" | "self") => {
-                let starts = n < 1 || tokens[n - 1] != "::" || n < 2 || !is_name(&tokens[n - 2]);
+                let follows_a_name = n >= 2 && is_name(&tokens[n - 2]) && tokens[n - 2] != "use";
+                let starts = n < 1 || tokens[n - 1] != "::" || !follows_a_name;
                 let leads_on =
                     tokens.get(n + 1).is_some_and(|next| next == "::" || next == "as" && root == "crate");
                 // In the braces of a longer path it was seen with that one.

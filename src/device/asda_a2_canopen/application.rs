@@ -167,7 +167,8 @@ impl Application for Drive {
     fn notice(&mut self, now: Instant, notice: Notice) {
         self.servo.advance(now);
         match notice {
-            Notice::Reset(Reset::PowerOn | Reset::Node) => self.servo.restart(),
+            Notice::Reset(Reset::PowerOn) => self.servo.power_on(),
+            Notice::Reset(Reset::Node) => self.servo.restart(),
             Notice::Reset(Reset::Communication) => {
                 if self.servo.is_on() {
                     self.servo.raise(Alarm::NmtWhileOn);
@@ -206,6 +207,7 @@ impl Application for Drive {
         Ok(Written::Done)
     }
 
+    // Of two names of one value the objects of CiA 402 come last in an image, and hold it without loss.
     fn kept(&self, at: Address) -> Result<Value<'_>, Abort> {
         let link = self.link(at).ok_or(Abort::NO_DATA)?;
         self.value(at, link.read(self.servo.kept()))

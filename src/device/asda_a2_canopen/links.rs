@@ -99,12 +99,13 @@ impl Link {
 
     /// The value of the object where the setting is `value`.
     pub(super) const fn of_setting(self, value: i64) -> i64 {
+        let [first, second, third, fourth, ..] = value.to_le_bytes();
         match self {
             Self::Whole(_) | Self::Rates => value,
             Self::Tenth(_) => value / 10,
             Self::Shutdown => (value >> 4 & 0xF != 0) as i64 - 1,
-            Self::LowWord(_) => value & 0xFFFF,
-            Self::HighWord(_) => value >> 16 & 0xFFFF,
+            Self::LowWord(_) => u16::from_le_bytes([first, second]) as i64,
+            Self::HighWord(_) => u16::from_le_bytes([third, fourth]) as i64,
         }
     }
 

@@ -27,6 +27,7 @@ pub use quirks::Quirks;
 
 use crate::asda_a2::{Alarm, Config, Inputs, Level, Servo};
 use crate::can::{Frame, Id};
+use crate::canopen::storage::Memory;
 use crate::canopen::{Event, Node, NodeId, Object};
 use crate::cia402::Statusword;
 use crate::time::Instant;
@@ -60,6 +61,13 @@ impl AsdaA2 {
             quirks,
             seen: heapless::Vec::new(),
         }
+    }
+
+    /// With what is stored kept there.
+    #[must_use]
+    pub fn with_memory(mut self, memory: Memory) -> Self {
+        self.node = self.node.with_memory(memory);
+        self
     }
 
     /// The object dictionary of a level.
@@ -104,7 +112,7 @@ impl AsdaA2 {
     /// Switches the drive off. What is not stored is lost with the next power-on.
     pub fn power_off(&mut self, now: Instant) {
         self.drive.servo.advance(now);
-        self.drive.servo.control(crate::cia402::Controlword(0));
+        self.drive.servo.power_off();
         self.node.power_off();
     }
 
