@@ -1,19 +1,11 @@
-//! The servo as hosts run it, and whose memory its EEPROM is.
+//! The servo as hosts run it.
 
 use super::AsdaA2;
 use crate::can::{ErrorState, Frame};
-use crate::canopen::storage::{Generation, ImageError, Memory, NotStored, StoreRequest};
+use crate::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
 use crate::canopen::{Event, NodeId};
 use crate::device::CanopenDevice;
 use crate::time::Instant;
-
-impl AsdaA2 {
-    /// The same drive, before its first power-on, with its EEPROM kept by `memory`.
-    #[must_use]
-    pub fn with_memory(self, memory: Memory) -> Self {
-        Self { node: self.node.with_memory(memory), ..self }
-    }
-}
 
 impl CanopenDevice for AsdaA2 {
     fn node_id(&self) -> NodeId {
