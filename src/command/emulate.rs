@@ -217,6 +217,7 @@ impl News {
                 info!("{event}");
             }
             BusEvent::MovedToTakenAddress { .. } => warn!("{event}"),
+            BusEvent::Station { event: ref detail, .. } if detail.is_detail() => debug!("{event}"),
             BusEvent::Station { .. } | _ => info!("{event}"),
         }
     }
