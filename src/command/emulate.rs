@@ -225,6 +225,7 @@ impl News {
                 info!("{event}");
             }
             BusEvent::MovedToTakenAddress { .. } => warn!("{event}"),
+            BusEvent::Station { event: ref detail, .. } if detail.is_detail() => debug!("{event}"),
             BusEvent::Station { .. } | _ => info!("{event}"),
         }
     }

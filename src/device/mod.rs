@@ -52,8 +52,9 @@ use crate::unit::{Cycles, Outcome, Queue, Switched, Unit};
 
 pub use crate::fdl::MAX_TELEGRAM_LEN;
 pub use crate::unit::{
-    ApplicationCycle, CycleTooShort, DEFAULT_APPLICATION_CYCLE, DipSwitches, Eeprom, EepromState, Generation,
-    IMAGE_LEN, ImageError, ImageOctets, MAX_IMAGE_LEN, NotStored, Power, StoreRequest, dip,
+    ApplicationCycle, CycleTooShort, DEFAULT_APPLICATION_CYCLE, DipSwitches, Eeprom, EepromState,
+    Event as UnitEvent, Generation, IMAGE_LEN, ImageError, ImageOctets, MAX_IMAGE_LEN, NotStored, Power,
+    StoreRequest, dip,
 };
 pub use canopen::CanopenDevice;
 pub use config::{Config, Timing};
@@ -122,7 +123,7 @@ struct Parts {
     interrupted: bool,
     /// The reply of the parameter channel offered to the master.
     pkw_reply: Pkw,
-    events: Queue<Event, 16>,
+    events: Queue<Event, 24>,
 }
 
 impl Device {
@@ -268,6 +269,7 @@ impl Device {
         self.part.advance(now);
         let write = self.parameters().meaning(pnu, element, value)?;
         let _written = self.part.unit.write(write)?;
+        self.part.pass_events();
         self.part.cycles.wake(now);
         Ok(())
     }
@@ -298,13 +300,15 @@ impl Device {
                 self.part.restart();
             }
         }
+        self.part.pass_events();
         self.part.cycles.wake(now);
     }
 
     /// Sets the DIP switches. They are read when the drive is switched on next (manual chapter 7.8).
-    pub const fn set_switches(&mut self, switches: DipSwitches) {
+    pub fn set_switches(&mut self, switches: DipSwitches) {
         self.part.config.switches = switches;
         self.part.unit.set_switches(switches);
+        self.part.pass_events();
     }
 
     /// What the drive would keep if it were switched off now.
@@ -328,7 +332,9 @@ impl Device {
     /// answered with error 18 and has changed nothing.
     pub fn handle_stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>) {
         self.part.advance(now);
-        match self.part.unit.handle_stored(generation, outcome) {
+        let outcome = self.part.unit.handle_stored(generation, outcome);
+        self.part.pass_events();
+        match outcome {
             Outcome::None => {}
             Outcome::Safe => _ = self.part.engine.stored(),
             Outcome::Undone => {
@@ -539,8 +545,13 @@ impl Parts {
         let status = self.unit.status();
         let inputs = ppo::Inputs::octets(pkw_reply, self.shown.words.zsw(status), words::hiw(status));
         self.station.set_inputs(&inputs);
+        self.pass_events();
+    }
+
+    /// Passes on what has happened in the unit.
+    fn pass_events(&mut self) {
         while let Some(event) = self.unit.poll_event() {
-            self.events.push(Event::of_unit(event, &self.shown.words));
+            self.events.push(Event::of_unit(event, &self.shown.words, self.exchanging));
         }
     }
 

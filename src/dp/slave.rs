@@ -372,8 +372,12 @@ impl<A: Application> Slave<A> {
         if !command.addresses(self.group_ident) {
             return None;
         }
+        let modes = |data: &ProcessData| (data.sync_mode(), data.freeze_mode());
+        let before = modes(&self.process_data);
+        let clears = command.clear_data && self.process_data.outputs().iter().any(|octet| *octet != 0);
         self.process_data.control(command);
-        command.clear_data.then_some(Event::OutputsCleared { master: request.sa })
+        let changed = clears || before != modes(&self.process_data);
+        (command.asks_anything()).then_some(Event::Controlled { master: request.sa, command, changed })
     }
 
     /// Time has passed: a watchdog may expire. Harmless at any time.

@@ -26,7 +26,9 @@
 //! Faults, warnings and torque follow from the [plant] and its [`Inputs`]. Where the manuals are silent the
 //! choices of `ag03.md` (INF, C-nn) hold; the names are cited where they are made, and [`Quirks`] has the others.
 
+mod event;
 mod faults;
+mod input_change;
 mod inputs;
 pub mod leds;
 mod memory;
@@ -47,7 +49,9 @@ use thiserror::Error;
 
 use crate::param::{Gear, Model};
 
+pub use event::{DisableCause, Event, Inch, Travel, Warning};
 pub use faults::{Fault, FaultBuffer, FaultSet};
+pub use input_change::InputChange;
 pub use inputs::Inputs;
 pub use leds::StatusLed;
 pub use memory::Memory;

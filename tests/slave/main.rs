@@ -74,6 +74,7 @@ mod references;
 mod robustness;
 mod set_address;
 mod startup;
+mod story;
 mod travel_pictures;
 
 // The fuzz targets need it, too.
