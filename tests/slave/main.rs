@@ -27,6 +27,7 @@ mod ap10_display;
 mod ap10_kept;
 mod ap10_objects;
 mod ap10_process_data;
+mod ap10_robustness;
 mod canopen_client;
 mod canopen_eds;
 mod canopen_errors;
