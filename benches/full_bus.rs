@@ -13,10 +13,10 @@
 
 use std::time;
 
+use profidrive::bench::{Answer, Line, ScriptedMaster as Master};
 use profidrive::device::{Config, Device, Timing};
 use profidrive::fdl::{Address, Sap};
 use profidrive::host::Bus;
-use profidrive::host::line::{Answer, Line, Master};
 use profidrive::time::{BaudRate, Instant};
 
 const BAUD: BaudRate = BaudRate::K12000;

@@ -5,20 +5,16 @@
 use std::io::{self, Write};
 
 use profidrive::dp::ext_diag::{Block, Channel, ChannelError, Direction, ExtDiag, Width};
-use profidrive::dp::{Description, Station};
+use profidrive::dp::{Description, Fixed, Station};
 use profidrive::fdl::telegram::{Decoded, decode};
 use profidrive::fdl::{Address, DataTelegram, FrameCount, FunctionCode, Sap, Service};
 use profidrive::time::{BaudRate, Instant};
 
 /// One octet out, one octet in, and a user parameter: 0 = inputs as wired, 1 = inverted.
-const IO_STATION: Description = Description {
-    ident: 0x1234,
-    configurations: &[&[0x20, 0x10]],
-    user_prm_len: 1,
-    user_prm: &[0..=1],
-    max_diag_len: 32,
-    ..Description::PLAIN
-};
+const IO_STATION: Description =
+    Description { ident: 0x1234, user_prm_len: 1, max_diag_len: 32, ..Description::PLAIN };
+const ACCEPTED: Fixed<'static> =
+    Fixed { configurations: &[&[0x20, 0x10]], user_prm: &[0..=1], ..Fixed::PLAIN };
 
 /// The application: inputs from outputs, and a short circuit while output 7 is on.
 fn application(station: &mut Station) {
@@ -70,7 +66,7 @@ fn ask(
 
 /// A start-up, exchanges, and a diagnosis that comes and goes.
 pub(crate) fn run(out: &mut dyn Write) -> io::Result<()> {
-    let mut station = Station::new(Address::from_octet(5), BaudRate::K1500, None, IO_STATION);
+    let mut station = Station::new(Address::from_octet(5), BaudRate::K1500, None, IO_STATION, ACCEPTED);
     let mut now = Instant::ZERO;
     let script: [(&str, Option<u8>, &[u8]); 10] = [
         ("Slave_Diag", Some(60), &[]),

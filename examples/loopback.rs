@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let outputs = [0; 14];
     // The service access point, the data, and what they mean. Data_Exchange has no service access point.
     let script: [(Option<u8>, &[u8], &str); 5] = [
-        (Some(60), &[], "Slave_Diag: how are you?"),
+        (Some(60), &[], "Slave_Diag request"),
         (Some(61), &[0x80, 1, 1, 11, 0x0A, 0xC5, 0], "Set_Prm: lock, no watchdog, ident number 0AC5"),
         (Some(62), &[0xF3, 0xF2], "Chk_Cfg: four and three words"),
         (Some(60), &[], "Slave_Diag: ready?"),

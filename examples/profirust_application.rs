@@ -6,10 +6,11 @@
 
 use core::time::Duration;
 
+use profidrive::bench::Line;
 use profidrive::client::{DriveClient, Goal, GoalOutcome};
 use profidrive::device::Config;
 use profidrive::fdl::Address;
-use profidrive::master::{EmulatedBus, baudrate, peripheral};
+use profidrive::master::{Profirust, baudrate, peripheral};
 use profidrive::ppo::Inputs;
 use profidrive::time::{BaudRate, Instant};
 use profirust::dp::{DpEvents, DpMaster, PeripheralEvent, PeripheralHandle};
@@ -66,7 +67,7 @@ impl Shuttle {
 }
 
 /// A master with the application, and an emulated AG03/1 as station 5.
-fn plant() -> Result<(EmulatedBus<'static>, Shuttle), Box<dyn core::error::Error>> {
+fn plant() -> Result<(Line<Profirust<'static>>, Shuttle), Box<dyn core::error::Error>> {
     let mut dp = DpMaster::new(Vec::new());
     let drive = dp.add(peripheral(5, BaudRate::K1500));
     dp.enter_operate();
@@ -75,15 +76,16 @@ fn plant() -> Result<(EmulatedBus<'static>, Shuttle), Box<dyn core::error::Error
         .build_verified(&dp);
     let mut fdl = FdlActiveStation::new(parameters);
     fdl.set_online();
-    let mut bus = EmulatedBus::new(fdl, dp)?;
-    bus.connect(Config::new(Address::station(5)?))?;
+    let mut bus = Profirust::on_line(fdl, dp)?;
+    bus.add_drive(Config::new(Address::station(5)?))?;
     Ok((bus, Shuttle::new(drive, [800, -800])))
 }
 
 /// Runs both until `done`, at most for 60 s of virtual time.
-fn run(bus: &mut EmulatedBus<'_>, shuttle: &mut Shuttle, done: impl Fn(&Shuttle) -> bool) -> bool {
-    let outcome = bus.run_until(Duration::from_secs(60), |bus, events| {
-        shuttle.handle(bus.now(), &mut bus.dp, events);
+fn run(bus: &mut Line<Profirust<'_>>, shuttle: &mut Shuttle, done: impl Fn(&Shuttle) -> bool) -> bool {
+    let outcome = bus.run_until(Duration::from_secs(60), |bus| {
+        let events = bus.master.take_events();
+        shuttle.handle(bus.now(), &mut bus.master.dp, &events);
         done(shuttle)
     });
     outcome.is_ok()
@@ -114,7 +116,8 @@ mod tests {
     #[test]
     fn lost_and_damaged_replies_do_not_stop_it() {
         let (mut bus, mut shuttle) = plant().unwrap();
-        bus.spoil(&["no-reply,rate=0.05".parse().unwrap(), "bit-errors,rate=0.05,seed=2".parse().unwrap()]);
+        bus.inject(&["no-reply,rate=0.05".parse().unwrap(), "bit-errors,rate=0.05,seed=2".parse().unwrap()])
+            .unwrap();
         assert!(run(&mut bus, &mut shuttle, |shuttle| shuttle.trips == 4));
     }
 
@@ -122,12 +125,12 @@ mod tests {
     fn it_goes_on_after_the_cable_was_pulled_out() {
         let (mut bus, mut shuttle) = plant().unwrap();
         assert!(run(&mut bus, &mut shuttle, |shuttle| shuttle.trips == 1));
-        bus.spoil(&["drop-request".parse().unwrap()]);
+        bus.inject(&["drop-request".parse().unwrap()]).unwrap();
         assert!(run(&mut bus, &mut shuttle, |shuttle| !shuttle.troubles.is_empty()
             || shuttle.client.zsw().is_none()));
         bus.run_for(Duration::from_millis(200));
         assert!(!bus.device(5).unwrap().status().operation_enabled, "its watchdog has switched it off");
-        bus.spoil(&[]);
+        bus.inject(&[]).unwrap();
         assert!(run(&mut bus, &mut shuttle, |shuttle| shuttle.trips == 3));
     }
 
@@ -135,8 +138,8 @@ mod tests {
     fn it_acknowledges_the_fault_of_a_blocked_shaft_and_goes_on() {
         let (mut bus, mut shuttle) = plant().unwrap();
         assert!(run(&mut bus, &mut shuttle, |shuttle| shuttle.trips == 1));
-        let block = |bus: &mut EmulatedBus<'_>, blocked| {
-            bus.with(5, |drive: &mut Device, now| {
+        let block = |bus: &mut Line<Profirust<'_>>, blocked| {
+            bus.with_station(5, |drive: &mut Device, now| {
                 let inputs = profidrive::drive::Inputs { blocked, ..*drive.inputs() };
                 drive.set_inputs(now, inputs);
             })

@@ -10,7 +10,7 @@ use core::fmt::Write;
 use core::time::Duration;
 use std::process::ExitCode;
 
-use profidrive::device::words;
+use profidrive::device::words::Words;
 use profidrive::drive::{Drive, Inputs, PosType, Settings, Status};
 use profidrive::param::{Gear, Model, Store};
 use profidrive::ppo::Stw;
@@ -124,6 +124,7 @@ fn play(scenario: &Scenario) -> Vec<Sample> {
     if let Err(error) = drive.calibrate(scenario.start) {
         eprintln!("travel: {error}");
     }
+    let mut words = Words::default();
     let mut said = (0, 0);
     let mut samples = Vec::new();
     for now in 0..scenario.millis {
@@ -135,11 +136,12 @@ fn play(scenario: &Scenario) -> Vec<Sample> {
                 }
             }
         }
-        let command = words::command(Stw::from_raw(said.0), said.1);
-        drive.step(Duration::from_millis(1), Some(&command), &scenario.settings);
+        let command = words.command(Some((Stw::from_raw(said.0), said.1)));
+        drive.step(Duration::from_millis(1), &command, &scenario.settings);
         let status = drive.status();
+        words.accept(&status);
         let current_milliamperes = drive.measured().current;
-        samples.push(Sample { stw: said.0, zsw: words::zsw(&status).raw(), status, current_milliamperes });
+        samples.push(Sample { stw: said.0, zsw: words.zsw(&status).raw(), status, current_milliamperes });
     }
     samples
 }

@@ -26,11 +26,13 @@
 //! | [`param`] | every parameter of both drives | types, ranges, defaults, permissions |
 //! | [`pkw`] | jobs and replies of the parameter channel | job, reply and error numbers |
 //! | [`drive`] | state machine and motion, without a bus | revolutions, seconds, named flags |
+//! | [`unit`] | a powered drive: parameters, machine, EEPROM, supplies, without a bus | what survives power-off |
 //! | [`ap10`] | the position indicator SIKO AP10, without a bus | turns, display, keys, LEDs |
-//! | [`device`] | all of it as one object | every bit of STW, ZSW and SSW |
+//! | [`device`] | a unit on a bus as one object | every bit of STW, ZSW and SSW |
 //! | [`client`] | the master's side: parameters and control words of a drive, without I/O | PKW, STW and ZSW patterns |
 //! | [`explain`] | telegrams and words in words (feature `std`) | what all of the above mean to a person |
 //! | [`host`] | links, clock, run loop (feature `std`) | the operating system |
+//! | [`bench`](mod@bench) | a simulated line to test masters on (feature `std`) | the rules of the bus |
 //! | `panel` | HTTP control, live stream and a page (feature `panel`) | what a bench around a bus needs |
 //!
 //! Everything above [`explain`] is `no_std`, allocates nothing, and never panics whatever octets it is given.
@@ -82,6 +84,9 @@
 //!
 //! [`host`] has this loop for links of an operating system, and the command `profidrive emulate` runs it.
 //!
+//! [`bench`](mod@bench) tests a master of your own in virtual time: a line that checks the rules of the bus, stations,
+//! faults at the telegram you name, a history in words.
+//!
 //! [`client`] is the other end, for those who write masters. The guide `first_drive` (features `master` and `serial`,
 //! `docs/first-drive.md`) goes from an empty directory to a moving drive.
 //!
@@ -90,12 +95,13 @@
 //! * `std` (default): [`host`] and [`explain`].
 //! * `alloc`: telegrams built into `bytes::BufMut`.
 //! * `serial`: an RS-485 serial port as link.
-//! * `master`: profirust as DP master over our links, a session with one drive, a whole bus in virtual time.
+//! * `master`: profirust as DP master over our links and on a bench, sessions with one drive or several.
 //! * `serde`: explanations as data for `serde`.
 //! * `capture`: what passes on a line in pcapng files, written and read.
 //! * `panel`: HTTP control, a live stream and a page for browsers.
 //! * `cli`: the command.
 #![no_std]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
 // Named only where it is wanted, so that nobody relies on its prelude by accident.
 #[cfg(any(feature = "std", test))]
@@ -120,6 +126,8 @@ pub mod pkw;
 
 pub mod drive;
 
+pub mod unit;
+
 pub mod ap10;
 
 pub mod device;
@@ -135,6 +143,9 @@ pub mod explain;
 
 #[cfg(feature = "std")]
 pub mod host;
+
+#[cfg(feature = "std")]
+pub mod bench;
 
 #[cfg(feature = "master")]
 pub mod master;

@@ -1,6 +1,7 @@
 //! Time on the bus: instants, bit times and baud rates. This module owns no clock.
 
 use core::fmt;
+use core::ops::Add;
 use core::time::Duration;
 
 use thiserror::Error;
@@ -55,6 +56,15 @@ impl Instant {
     /// `duration` later, at most the end of time (584 years after the origin).
     pub const fn saturating_add(self, duration: Duration) -> Self {
         Self(self.0.saturating_add(nanos(duration)))
+    }
+}
+
+impl Add<Duration> for Instant {
+    type Output = Self;
+
+    /// [`Instant::saturating_add`].
+    fn add(self, duration: Duration) -> Self {
+        self.saturating_add(duration)
     }
 }
 
@@ -148,6 +158,20 @@ impl BaudRate {
     }
 }
 
+impl BaudRate {
+    /// The customary slot time of masters, T_SL, in T_bit: how long they wait for a reply to begin (`dp-v0.md` 1.1).
+    pub const fn slot_bits(self) -> u16 {
+        match self {
+            Self::K9_6 | Self::K19_2 | Self::K45_45 | Self::K93_75 | Self::K187_5 => 100,
+            Self::K500 => 200,
+            Self::K1500 => 300,
+            Self::K3000 => 400,
+            Self::K6000 => 600,
+            Self::K12000 => 1000,
+        }
+    }
+}
+
 impl fmt::Display for BaudRate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} bit/s", self.bits_per_second())
@@ -180,6 +204,7 @@ mod tests {
         let late = Instant::from_millis(5);
         assert_eq!(early.saturating_since(late), Duration::ZERO);
         assert_eq!(late.saturating_since(early), Duration::from_millis(4));
+        assert_eq!(early + Duration::from_millis(4), late);
         assert_eq!(
             Instant::from_nanos(u64::MAX).saturating_add(Duration::MAX),
             Instant::from_nanos(u64::MAX)

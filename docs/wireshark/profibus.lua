@@ -69,19 +69,106 @@ local PKW_ERROR = {
     [19] = "datum cannot be read cyclically",
 }
 
+-- The tables from here to the end mark are those of the crate (param::TABLE, device::bits, dp::DiagBit). The test
+-- facts::the_dissector_has_the_tables_of_the_crate compares them, and writes them with WRITE_DISSECTOR=1.
+-- Bits: { number, name, text, words for 1, words for 0 }.
 local PNU = {
-    [918] = "Profibus address", [930] = "Operating mode", [945] = "Fault buffer", [952] = "Number of faults",
-    [961] = "Hardware version", [965] = "Software version", [970] = "Load parameter data record",
-    [1000] = "Controller parameter P", [1001] = "Controller parameter I", [1002] = "Controller parameter D",
-    [1003] = "a-Pos", [1004] = "v-Pos", [1005] = "a-Rot", [1007] = "a-Inch", [1008] = "v-Inch", [1009] = "Pos window",
-    [1010] = "Gear numerator", [1011] = "Gear denominator", [1012] = "Spindle pitch", [1013] = "Sense of rotation",
-    [1014] = "Pos type", [1016] = "Limit 1", [1017] = "Limit 2", [1018] = "Calibration value", [1019] = "Delta inch",
-    [1020] = "System status word", [1021] = "Stop mode inch 2", [1022] = "Inpos mode", [1023] = "Loop length",
-    [1027] = "Device temperature", [1029] = "Motor current", [1031] = "General status register",
-    [1032] = "Torque deactivation", [1033] = "Serial number", [1034] = "Date of production",
-    [1035] = "Offset inching 2", [1036] = "Position value", [1039] = "d-Pos", [1040] = "Supply voltage output stage",
-    [1041] = "Supply voltage control", [1042] = "Battery voltage",
+    [918] = "Profibus address",
+    [930] = "Operating mode",
+    [945] = "Fault buffer",
+    [952] = "Number of faults",
+    [961] = "Hardware version",
+    [965] = "Software version",
+    [970] = "Load parameter data record",
+    [1000] = "Controller parameter P",
+    [1001] = "Controller parameter I",
+    [1002] = "Controller parameter D",
+    [1003] = "a-Pos",
+    [1004] = "v-Pos",
+    [1005] = "a-Rot",
+    [1007] = "a-Inch",
+    [1008] = "v-Inch",
+    [1009] = "Pos window",
+    [1010] = "Gear numerator",
+    [1011] = "Gear denominator",
+    [1012] = "Spindle pitch",
+    [1013] = "Sense of rotation",
+    [1014] = "Pos type",
+    [1016] = "Limit 1",
+    [1017] = "Limit 2",
+    [1018] = "Calibration value",
+    [1019] = "Delta inch",
+    [1020] = "System status word",
+    [1021] = "Stop mode inch 2",
+    [1022] = "Inpos mode",
+    [1023] = "Loop length",
+    [1027] = "Device temperature",
+    [1029] = "Motor current",
+    [1031] = "General status register",
+    [1032] = "Torque deactivation",
+    [1033] = "Serial number",
+    [1034] = "Date of production",
+    [1035] = "Offset inching 2",
+    [1036] = "Position value",
+    [1039] = "d-Pos",
+    [1040] = "Supply voltage output stage",
+    [1041] = "Supply voltage control",
+    [1042] = "Battery voltage",
 }
+local DIAG_BITS_1 = {
+    { 7, "master_lock", "Master_Lock" },
+    { 6, "prm_fault", "Prm_Fault" },
+    { 5, "invalid_slave_response", "Invalid_Slave_Response" },
+    { 4, "not_supported", "Not_Supported" },
+    { 3, "ext_diag", "Ext_Diag" },
+    { 2, "cfg_fault", "Cfg_Fault" },
+    { 1, "station_not_ready", "Station_Not_Ready" },
+    { 0, "station_non_existent", "Station_Non_Existent" },
+}
+local DIAG_BITS_2 = {
+    { 7, "deactivated", "Deactivated" },
+    { 5, "sync_mode", "Sync_Mode" },
+    { 4, "freeze_mode", "Freeze_Mode" },
+    { 3, "wd_on", "WD_On" },
+    { 2, "always_1", "always 1" },
+    { 1, "stat_diag", "Stat_Diag" },
+    { 0, "prm_req", "Prm_Req" },
+}
+local DIAG_BITS_3 = {
+    { 7, "ext_diag_overflow", "Ext_Diag_Overflow" },
+}
+local STW_BITS = {
+    { 0, "on", "ON / OFF1", "ON", "OFF1" },
+    { 1, "no_off2", "no OFF2", "no OFF2", "OFF2" },
+    { 2, "off3", "OFF3, must be 0" },
+    { 3, "enable_operation", "enable operation", "enable operation", "disable operation" },
+    { 4, "no_stop", "stop (positioning)", "no stop", "stop" },
+    { 5, "no_intermediate_stop", "intermediate stop (positioning)", "no intermediate stop", "intermediate stop" },
+    { 6, "start", "positioning: activate travel job; velocity: enable target value" },
+    { 7, "acknowledge", "acknowledge", "acknowledge", "acknowledge over" },
+    { 8, "inch1", "inching 1 (positioning)", "inching 1", "inching 1 off" },
+    { 9, "inch2", "inching 2 (positioning)", "inching 2", "inching 2 off" },
+    { 15, "inch2_negative", "direction of inching 2 (positioning)", "negative direction", "positive direction" },
+}
+local ZSW_BITS = {
+    { 0, "ready_to_turn_on", "ready to turn on", "ready to turn on", "not ready to turn on" },
+    { 1, "ready", "ready", "ready", "not ready" },
+    { 2, "operation_enabled", "operation enabled", "enabled", "operation disabled" },
+    { 3, "fault", "fault", "FAULT", "no fault" },
+    { 4, "no_off2", "no OFF2", "no OFF2", "OFF2 given" },
+    { 5, "no_off3", "no OFF3, always 1" },
+    { 6, "turn_on_disabled", "turn-on disabled", "turn-on disabled", "turn-on not disabled" },
+    { 7, "warning", "warning", "warning", "no warning" },
+    { 8, "no_lag_error", "positioning: no lag error; velocity: required and actual value within tolerance" },
+    { 9, "control_requested", "control requested, always 1" },
+    { 10, "target_reached", "positioning: target position reached; velocity: always 1" },
+    { 11, "reference_point_set", "reference point set, always 1" },
+    { 12, "job_toggle", "positioning: acknowledgement of target value; velocity: always 1" },
+    { 13, "standstill", "drive stands still", "stands still", "travels" },
+    { 14, "limit_exceeded", "positioning: limiting value exceeded; velocity: always 0" },
+    { 15, "ready_to_travel", "ready to travel", "ready to travel", "not ready to travel" },
+}
+-- end of the generated tables
 
 ----------------------------------------------------------------------------------------------------------- fields
 
@@ -153,17 +240,9 @@ u16("profibus.dp.prm.ident", "Ident_Number", base.HEX)
 u8("profibus.dp.prm.group", "Group_Ident", nil, nil, base.HEX)
 plain("bytes", "profibus.dp.prm.user", "User_Prm_Data")
 
-local diag_bits_1 = bits("profibus.dp.diag", 8, {
-    { 7, "master_lock", "Master_Lock" }, { 6, "prm_fault", "Prm_Fault" },
-    { 5, "invalid_slave_response", "Invalid_Slave_Response" }, { 4, "not_supported", "Not_Supported" },
-    { 3, "ext_diag", "Ext_Diag" }, { 2, "cfg_fault", "Cfg_Fault" },
-    { 1, "station_not_ready", "Station_Not_Ready" }, { 0, "station_non_existent", "Station_Non_Existent" },
-})
-local diag_bits_2 = bits("profibus.dp.diag", 8, {
-    { 7, "deactivated", "Deactivated" }, { 5, "sync_mode", "Sync_Mode" }, { 4, "freeze_mode", "Freeze_Mode" },
-    { 3, "wd_on", "WD_On" }, { 2, "always_1", "always 1" }, { 1, "stat_diag", "Stat_Diag" }, { 0, "prm_req", "Prm_Req" },
-})
-local diag_bits_3 = bits("profibus.dp.diag", 8, { { 7, "ext_diag_overflow", "Ext_Diag_Overflow" } })
+local diag_bits_1 = bits("profibus.dp.diag", 8, DIAG_BITS_1)
+local diag_bits_2 = bits("profibus.dp.diag", 8, DIAG_BITS_2)
+local diag_bits_3 = bits("profibus.dp.diag", 8, DIAG_BITS_3)
 u8("profibus.dp.diag.master_add", "Master_Add (255: none)")
 u16("profibus.dp.diag.ident", "Ident_Number", base.HEX)
 plain("bytes", "profibus.dp.diag.block", "Ext_Diag_Data block")
@@ -190,40 +269,11 @@ plain("int32", "ppo.pkw.value", "Value PWE, signed", base.DEC)
 u16("ppo.pkw.error", "Error number", base.DEC, PKW_ERROR)
 
 u16("ppo.stw", "Control word STW", base.HEX)
-local stw_bits = bits("ppo.stw", 16, {
-    { 0, "on", "ON", "ON", "OFF1" },
-    { 1, "no_off2", "no OFF2", "no OFF2", "OFF2" },
-    { 2, "no_off3", "OFF3, not evaluated" },
-    { 3, "enable_operation", "enable operation", "enable operation", "disable operation" },
-    { 4, "no_stop", "no stop", "no stop", "stop" },
-    { 5, "no_intermediate_stop", "no intermediate stop", "no intermediate stop", "intermediate stop" },
-    { 6, "start", "positioning: each edge starts a travel job; velocity: setpoint released" },
-    { 7, "acknowledge", "acknowledge fault" },
-    { 8, "inch_1", "inching 1" },
-    { 9, "inch_2", "inching 2" },
-    { 15, "inch_2_negative", "inching 2 in negative direction" },
-})
+local stw_bits = bits("ppo.stw", 16, STW_BITS)
 plain("int32", "ppo.hsw", "Setpoint HSW", base.DEC)
 
 u16("ppo.zsw", "Status word ZSW", base.HEX)
-local zsw_bits = bits("ppo.zsw", 16, {
-    { 0, "ready_to_turn_on", "ready to turn on" },
-    { 1, "ready", "ready" },
-    { 2, "operation_enabled", "operation enabled" },
-    { 3, "fault", "fault" },
-    { 4, "no_off2", "no OFF2", "no OFF2", "OFF2" },
-    { 5, "no_off3", "no OFF3, always 1" },
-    { 6, "turn_on_disabled", "turn-on disabled" },
-    { 7, "warning", "warning" },
-    { 8, "no_lag_error", "positioning: no lag error; velocity: velocity within the window" },
-    { 9, "control_requested", "always 1" },
-    { 10, "target_reached", "positioning: target position reached; velocity: always 1" },
-    { 11, "reference_point_set", "reference point set, always 1" },
-    { 12, "job_acknowledge", "positioning: toggles with each job taken over; velocity: always 1" },
-    { 13, "standstill", "stands still" },
-    { 14, "limit_exceeded", "positioning: beyond a limit" },
-    { 15, "ready_to_travel", "ready to travel" },
-})
+local zsw_bits = bits("ppo.zsw", 16, ZSW_BITS)
 plain("int32", "ppo.hiw", "Actual value HIW", base.DEC)
 
 

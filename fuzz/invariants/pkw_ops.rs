@@ -3,9 +3,9 @@
 
 use arbitrary::{Arbitrary, Unstructured};
 use profidrive::param::{
-    Effect, Gear, Kind, Live, Model, Parameter, Pnu, Store, Value, WriteContext, parameters,
+    Effect, Gear, Kind, Model, Parameter, Pnu, Store, Subindex, Value, WriteContext, parameters,
 };
-use profidrive::pkw::{Config, Engine};
+use profidrive::pkw::{self, Config, Engine, JobError, Parameters};
 use profidrive::ppo::{JobId, Pkw, ReplyId};
 
 #[derive(Arbitrary, Debug)]
@@ -26,11 +26,34 @@ enum Step {
     Reset,
 }
 
+/// The parameters of a drive that is doing something.
+struct Drive {
+    store: Store,
+    context: WriteContext,
+    effects: u32,
+}
+
+impl Parameters for Drive {
+    fn read(&self, pnu: u16, element: Option<u8>) -> Result<pkw::Value, JobError> {
+        Parameters::read(&self.store, pnu, element)
+    }
+
+    fn write(&mut self, pnu: u16, element: Option<u8>, value: pkw::Value) -> Result<pkw::Written, JobError> {
+        let write = self.store.meaning(Pnu::from_low_bits(pnu), element.map(Subindex), value.into())?;
+        self.effects += u32::from(self.store.apply(write, &self.context)? != Effect::None);
+        Ok(pkw::Written::at_once(value))
+    }
+
+    fn elements(&self, pnu: u16) -> Result<Option<u8>, JobError> {
+        self.store.elements(pnu)
+    }
+}
+
 pub(crate) fn check(data: &[u8]) {
     let Ok(session) = Session::arbitrary_take_rest(Unstructured::new(data)) else { return };
     let model = if session.ag03 { Model::Ag03 } else { Model::Ag03_1 };
     let gear = if session.ratio_24 { Gear::Ratio24 } else { Gear::Ratio48 };
-    let mut store = Store::new(model, gear);
+    let mut drive = Drive { store: Store::new(model, gear), context: WriteContext::default(), effects: 0 };
     let latency = u16::from(session.latency % 8);
     let mut engine = Engine::new(Config { latency, ..Config::default() });
     let numbers: Vec<u16> = parameters(model).map(|entry| entry.pnu.number()).collect();
@@ -51,23 +74,24 @@ pub(crate) fn check(data: &[u8]) {
                 (Pkw::from_octets(octets), cycles, WriteContext { moving, job_active })
             }
         };
-        hold(&mut engine, &mut store, job, cycles, &context);
+        drive.context = context;
+        hold(&mut engine, &mut drive, job, cycles);
         for parameter in Parameter::all() {
-            let range = parameter.entry().range(model, gear);
-            let value = store.value(parameter);
+            let range = drive.store.range(parameter);
+            let value = drive.store.value(parameter);
             let none = parameter == Parameter::DPos && model == Model::Ag03;
-            assert!(none || range.is_some_and(|range| range.contains(value)), "{parameter:?} = {value}");
+            assert!(none || range.contains(value), "{parameter:?} = {value}");
         }
     }
 }
 
 /// Holds a job for some cycles, as a master does.
-fn hold(engine: &mut Engine, store: &mut Store, job: Pkw, cycles: u8, context: &WriteContext) {
-    let mut effects = 0;
+fn hold(engine: &mut Engine, drive: &mut Drive, job: Pkw, cycles: u8) {
+    drive.effects = 0;
     let mut refusals = 0;
     for _ in 0..=cycles % 32 {
-        let before = store.clone();
-        let outcome = engine.cycle(job, store, &Live::default(), context);
+        let before = drive.store.clone();
+        let outcome = engine.cycle(job, drive);
         match outcome.reply.pke.reply() {
             ReplyId::NoReply => assert_eq!(outcome.reply, Pkw::ZERO),
             ReplyId::Reserved(_) => panic!("{}", outcome.reply),
@@ -79,21 +103,18 @@ fn hold(engine: &mut Engine, store: &mut Store, job: Pkw, cycles: u8, context: &
             assert_eq!(outcome.reply.pke.reply(), ReplyId::NotExecutable);
             assert_eq!(outcome.reply.pke.pnu(), refusal.job.pke.pnu());
             assert_eq!(outcome.reply.word(), refusal.number.number());
-            assert_eq!(values(&before), values(store), "a refused job changed something");
-        }
-        if outcome.effect != Effect::None {
-            effects += 1;
+            assert_eq!(values(&before), values(&drive.store), "a refused job changed something");
         }
         if !engine.has_work(job) {
-            check_written(job, outcome.reply, store);
+            check_written(job, outcome.reply, &drive.store);
         }
         let reads = matches!(job.pke.job(), JobId::Read | JobId::ReadElement);
         if reads && !engine.has_work(job) {
-            assert_eq!(values(&before), values(store), "a read changed something");
+            assert_eq!(values(&before), values(&drive.store), "a read changed something");
         }
     }
     // One job that was waiting and the one held.
-    assert!(effects <= 2, "{effects} effects of one job");
+    assert!(drive.effects <= 2, "{} effects of one job", drive.effects);
     assert!(refusals <= 2, "{refusals} refusals of one job");
 }
 
@@ -107,7 +128,7 @@ fn check_written(job: Pkw, reply: Pkw, store: &Store) {
     assert_eq!(reply.pke.pnu(), job.pke.pnu());
     let pnu = Pnu::from_low_bits(job.pke.pnu());
     match store.entry(pnu).map(|entry| entry.kind) {
-        Ok(Kind::Setting(_)) => assert_eq!(store.read(pnu, None, &Live::default()), Ok(written), "{job}"),
+        Ok(Kind::Setting(_)) => assert_eq!(store.read(pnu, None, |_, _| 0), Ok(written), "{job}"),
         Ok(Kind::LoadParameterSet) => assert!((1..=5).contains(&job.word())),
         other => panic!("{job} was acknowledged: {other:?}"),
     }

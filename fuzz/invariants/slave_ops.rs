@@ -6,7 +6,9 @@
 use std::time::Duration;
 
 use arbitrary::{Arbitrary, Unstructured};
-use profidrive::device::{Config, Device, Eeprom, MAX_TELEGRAM_LEN, NotStored, Power, Timing, words};
+use profidrive::device::{
+    ApplicationCycle, Config, DESCRIPTION, Device, Eeprom, MAX_TELEGRAM_LEN, NotStored, Power, Timing,
+};
 use profidrive::dp::State;
 use profidrive::drive::{Fault, Inputs};
 use profidrive::fdl::telegram::{Decoded, Format, decode};
@@ -74,12 +76,17 @@ enum Service {
 
 pub(crate) fn check(data: &[u8]) {
     let Ok(session) = Session::arbitrary_take_rest(Unstructured::new(data)) else { return };
-    let rate = BaudRate::ALL[usize::from(session.rate) % BaudRate::ALL.len()];
+    let rates = DESCRIPTION.rates;
+    let rate = rates.iter().nth(usize::from(session.rate) % rates.iter().count()).expect("below the count");
     let kind = session.kind;
     let config = Config {
         baud: rate,
         timing: if kind.untrue { Timing::Untrue } else { Timing::True },
-        application_cycle: if kind.every_exchange { Duration::ZERO } else { Duration::from_millis(1) },
+        application_cycle: if kind.every_exchange {
+            ApplicationCycle::EACH_EXCHANGE
+        } else {
+            ApplicationCycle::DEFAULT
+        },
         model: if kind.ag03 { Model::Ag03 } else { Model::Ag03_1 },
         gear: if kind.ratio_24 { Gear::Ratio24 } else { Gear::Ratio48 },
         eeprom: if kind.host_keeps_eeprom { Eeprom::Host } else { Eeprom::Internal },
@@ -105,7 +112,7 @@ struct Bus {
     patient: bool,
     /// Something else than whole telegrams was said. Where idle time cannot be seen, a scan may find a telegram in it
     /// much later, and the reply to that belongs to no saying.
-    rubbish: bool,
+    noise: bool,
     /// What was said of late, for a device that cannot see where one saying ends.
     line: Vec<u8>,
     /// What was said last, and the reply if it was one telegram and got one.
@@ -122,7 +129,7 @@ impl Bus {
             timing: config.timing,
             frame_count: false,
             patient: false,
-            rubbish: false,
+            noise: false,
             line: Vec::new(),
             last: Vec::new(),
             last_reply: None,
@@ -224,7 +231,7 @@ impl Bus {
         self.line.drain(..begin);
         self.line.extend_from_slice(octets);
         self.patient |= holds(octets, SET_PRM);
-        self.rubbish |= !behind_telegrams(octets).is_empty();
+        self.noise |= !behind_telegrams(octets).is_empty();
         let beyond = if self.patient { u32::from(u8::MAX) } else { 0 };
         let latest = end.saturating_add(self.rate.bit_times(beyond.max(self.rate.max_tsdr_bits().into())));
         let mut heard = None;
@@ -232,7 +239,7 @@ impl Bus {
             let mut buf = [0; MAX_TELEGRAM_LEN];
             if let Some(reply) = self.device.poll_transmit(self.now, &mut buf) {
                 assert_eq!(heard, None, "a second reply");
-                let scanned = self.rubbish && self.timing == Timing::Untrue;
+                let scanned = self.noise && self.timing == Timing::Untrue;
                 let earliest = end.saturating_add(self.rate.bit_times(11));
                 assert!(scanned || self.now >= earliest, "before min T_SDR");
                 assert!(self.now <= latest, "after max T_SDR");
@@ -298,11 +305,11 @@ impl Bus {
     fn check_state(&self) {
         assert!(self.device.poll_timeout().is_none_or(|due| due > self.now));
         let status = self.device.status();
-        let zsw = words::zsw(status).raw();
+        let zsw = self.device.zsw().raw();
         // ZSW.5, 9 and 11 are fixed; operation is never enabled in fault or turn-on disabled.
         assert_eq!(zsw & 0x0A20, 0x0A20);
         assert!(zsw & 0x0004 == 0 || zsw & 0x0048 == 0, "{zsw:04X}");
-        assert_eq!(words::system_status(status) & 0x0007, 0);
+        assert_eq!(self.device.system_status() & 0x0007, 0);
         assert!(!status.operation_enabled || status.supply_ok, "operation enabled without supply");
         assert!(!status.job_active || status.operation_enabled || status.fault.is_none());
         assert_eq!(status.fault.is_some(), zsw & 0x0008 != 0);

@@ -3,36 +3,50 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `goal` | [`Goal`], [`GoalOutcome`], [`Limits`] |
-//! | `pursuit` | the steps to each goal, and what ends each step |
+//! | `progress` | `GoalProgress`: a goal under way, and what ends each of its steps |
+//! | `step` | the steps |
+//! | `start` | the edge of STW.6, and whether the drive has taken it |
+//! | `standstill` | whether the shaft stands or turns as it should |
+//! | `commanded` | what the outputs command; motions that end by themselves |
+//! | `control_word` | the control words |
 //! | `job` | the travel job, from the edge of STW.6 to its end |
-//! | `standstill` | whether the shaft stands; motions that end by themselves |
+//! | `seen` | what the images show |
+//! | `channel` | the parameter channel, shared with the user's jobs |
 //! | `obstacle` | [`Obstacles`]: what is in the way, in words |
 //! | `question` | the parameters the client reads |
-//! | `posture` | the control words |
-//! | `zsw` | the bits and patterns of the status word |
+//! | `zsw` | the patterns of the status word |
 
+mod channel;
+mod commanded;
+mod control_word;
 mod goal;
 mod job;
 mod obstacle;
-mod posture;
-mod pursuit;
+mod progress;
 mod question;
+mod seen;
 mod standstill;
+mod start;
+mod step;
 mod zsw;
 
+pub use channel::Ag03Channel;
 pub use goal::{Goal, GoalError, GoalOutcome, Limits};
 pub use obstacle::{Findings, Obstacle, Obstacles};
 pub use zsw::ZswPattern;
 
 use core::time::Duration;
 
+use channel::Channel;
+use commanded::Commanded;
+use control_word::ControlWord;
 use job::TravelJob;
-use posture::Posture;
-use pursuit::{Next, Pursuit, Step};
+use progress::GoalProgress;
 use question::Question;
-use standstill::Rest;
+use seen::Seen;
+use step::{Next, Step};
 
-use super::pkw::{Job, NotSubmitted, Outcome, PkwClient, PkwError, Profile};
+use super::pkw::{Job, NotSubmitted, Outcome, PkwError};
 use crate::ppo::{Inputs, Outputs, PPO_LEN, Zsw};
 use crate::time::Instant;
 
@@ -79,30 +93,18 @@ use crate::time::Instant;
 /// the drive again.
 #[derive(Clone, Debug)]
 pub struct DriveClient {
-    pkw: PkwClient,
     limits: Limits,
-    posture: Posture,
-    /// STW.6 as it rests in positioning mode.
-    start: bool,
-    setpoint: i32,
-    job: TravelJob,
-    zsw: Option<Zsw>,
-    hiw: i32,
-    /// `None` without an image.
-    rest: Option<Rest>,
+    channel: Channel,
+    commanded: Commanded,
+    seen: Seen,
     diagnosis: Option<[u8; 2]>,
     activity: Activity,
-    /// For which step the question under way was asked; `None` if the parameter channel is not ours.
-    asking: Option<u32>,
-    /// Counts the steps.
-    steps: u32,
-    job_outcome: Option<Outcome>,
 }
 
 #[derive(Clone, Copy, Debug)]
 enum Activity {
     None,
-    Pursuing(Pursuit),
+    Pursuing(GoalProgress),
     Explaining(Explaining),
     Over(GoalOutcome),
 }
@@ -116,41 +118,36 @@ struct Explaining {
 }
 
 impl Default for DriveClient {
-    /// With [`Profile::AG03`] and the default [`Limits`].
+    /// With the default [`Ag03Channel`] and [`Limits`].
     fn default() -> Self {
-        Self::new(Profile::AG03, Limits::default())
+        Self::new(Ag03Channel::DEFAULT, Limits::default())
     }
 }
 
 impl DriveClient {
-    /// A client for a drive that is not in Data_Exchange yet.
+    /// A client for an AG03 or AG03/1 that is not in Data_Exchange yet.
     ///
     /// Its first control word is 0000: a drive that is in motion for another master program is released.
-    pub const fn new(profile: Profile, limits: Limits) -> Self {
+    pub const fn new(channel: Ag03Channel, limits: Limits) -> Self {
         Self {
-            pkw: PkwClient::new(profile),
             limits,
-            posture: Posture::Off,
-            start: false,
-            setpoint: 0,
-            job: TravelJob::None,
-            zsw: None,
-            hiw: 0,
-            rest: None,
+            channel: Channel::new(channel),
+            commanded: Commanded::NOTHING,
+            seen: Seen::NOTHING,
             diagnosis: None,
             activity: Activity::None,
-            asking: None,
-            steps: 0,
-            job_outcome: None,
         }
     }
 
     /// Begins to pursue a goal. Its time runs from `now` on.
     pub fn pursue(&mut self, now: Instant, goal: Goal) {
         let deadline = now.saturating_add(self.limits.reaction);
-        let pursuit = Pursuit::new(goal, deadline);
-        self.adopt_at_once(goal);
-        self.enter(pursuit);
+        if self.commanded.turns() {
+            self.seen.forget_rest();
+        }
+        self.commanded.begin(goal, self.begins_turning());
+        self.channel.next_step();
+        self.activity = Activity::Pursuing(GoalProgress::new(goal, deadline));
         self.ask(now);
     }
 
@@ -160,35 +157,35 @@ impl DriveClient {
     /// it ends inching 2 and a velocity.
     ///
     /// # Errors
-    /// [`NotSubmitted`] as from [`PkwClient::submit`]; also busy while the client itself needs the channel for a goal.
+    /// [`NotSubmitted`] as from [`PkwClient::submit`](crate::client::PkwClient::submit); also busy while the client
+    /// itself needs the channel for a goal.
     /// A write of PNU 930 is busy during every goal, and while a travel job is under way or interrupted.
     pub fn submit(&mut self, now: Instant, job: Job) -> Result<(), NotSubmitted> {
         let sets_mode = job.is_write() && job.pnu() == Question::OperatingMode.job().pnu();
-        let in_use = self.asking.is_some() || self.question().is_some() || self.job_outcome.is_some();
-        if in_use || sets_mode && (self.goal().is_some() || self.job.is_possible()) {
+        let in_use = self.channel.is_in_use() || self.question().is_some();
+        if in_use || sets_mode && (self.goal().is_some() || self.commanded.job.is_possible()) {
             return Err(NotSubmitted::Busy);
         }
-        self.pkw.submit(now, job)?;
+        self.channel.submit(now, job)?;
         if sets_mode {
             // STW.6 is an edge in one mode and a level in the other: a resting 1 would turn the shaft. With bits 4
             // and 5 = 0 its falling edge starts nothing.
-            self.halt();
-            self.start = false;
+            self.commanded.halt();
+            self.commanded.start = false;
         }
         Ok(())
     }
 
     /// A new input image: one call for each exchange whose inputs the caller gets to see.
     pub fn handle_inputs(&mut self, now: Instant, inputs: Inputs<'_>) {
-        let (zsw, hiw) = (inputs.zsw(), inputs.hiw());
-        (self.zsw, self.hiw) = (Some(zsw), hiw);
-        self.rest = Some(Rest::seen(self.rest, now, hiw));
-        self.job = self.job.seen(self.posture, zsw);
-        self.note_lost_motion(zsw);
-        if let Activity::Pursuing(pursuit) = &mut self.activity {
-            pursuit.silence = now.saturating_add(self.limits.reaction);
+        let zsw = inputs.zsw();
+        self.seen.note(now, inputs);
+        self.commanded.job = self.commanded.job.seen(self.commanded.word, zsw);
+        self.commanded.note_lost_motion(zsw, self.begins_turning());
+        if let Activity::Pursuing(progress) = &mut self.activity {
+            progress.silence = now.saturating_add(self.limits.reaction);
         }
-        self.pkw.handle_input(now, inputs.pkw());
+        self.channel.handle_input(now, inputs.pkw());
         self.go_on(now);
     }
 
@@ -200,45 +197,44 @@ impl DriveClient {
 
     /// Time has passed without an image. Spurious calls are harmless.
     pub fn handle_timeout(&mut self, now: Instant) {
-        self.pkw.handle_timeout(now);
+        self.channel.handle_timeout(now);
         self.go_on(now);
     }
 
     /// The drive may have seen other outputs than [`outputs`](Self::outputs) gave, or none, as
-    /// [`PkwClient::handle_data_exchange_lost`] says. Must be called before the next exchange, or the drive may take
+    /// [`PkwClient::handle_data_exchange_lost`](crate::client::PkwClient::handle_data_exchange_lost) says. Must be
+    /// called before the next exchange, or the drive may take
     /// the outputs for new commands.
     pub fn handle_data_exchange_lost(&mut self) {
-        self.pkw.handle_data_exchange_lost();
-        self.posture = Posture::Off;
-        self.start = false;
-        self.job = TravelJob::None;
-        self.zsw = None;
-        self.rest = None;
+        self.channel.handle_data_exchange_lost();
+        self.commanded.end_job_with(ControlWord::Off);
+        self.seen.lost();
         match self.activity {
-            Activity::Pursuing(Pursuit { goal, .. })
+            Activity::Pursuing(GoalProgress { goal, .. })
             | Activity::Explaining(Explaining { obstacles: Obstacles { goal, .. }, .. }) => {
                 self.finish(goal, Err(GoalError::Interrupted));
             }
             Activity::None | Activity::Over(_) => {}
         }
-        self.take_job_outcome();
+        // An interrupted question has no answer.
+        let _ = self.channel.take_answer();
     }
 
     /// The octets of the next output image. Change with every call that takes `&mut self`.
     #[must_use]
     pub fn outputs(&self) -> [u8; PPO_LEN] {
-        Outputs::octets(self.pkw.output(), self.posture.stw(self.start), self.setpoint)
+        Outputs::octets(self.channel.output(), self.commanded.stw(), self.commanded.setpoint)
     }
 
     /// When to call [`handle_timeout`](Self::handle_timeout) if no image comes before.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
         let goal = match &self.activity {
-            Activity::Pursuing(pursuit) => Some(pursuit.deadline.min(pursuit.silence)),
+            Activity::Pursuing(progress) => Some(progress.deadline.min(progress.silence)),
             Activity::Explaining(explaining) => Some(explaining.deadline),
             Activity::None | Activity::Over(_) => None,
         };
-        [goal, self.pkw.poll_timeout()].into_iter().flatten().min()
+        [goal, self.channel.poll_timeout()].into_iter().flatten().min()
     }
 
     /// How the goal ended; once for each goal whose place no other took.
@@ -256,13 +252,13 @@ impl DriveClient {
     /// How the job of [`submit`](Self::submit) ended; once for each job.
     #[must_use]
     pub fn poll_job(&mut self) -> Option<Outcome> {
-        self.job_outcome.take()
+        self.channel.poll_job()
     }
 
     /// The goal under way.
     pub const fn goal(&self) -> Option<Goal> {
         match &self.activity {
-            Activity::Pursuing(pursuit) => Some(pursuit.goal),
+            Activity::Pursuing(progress) => Some(progress.goal),
             Activity::Explaining(explaining) => Some(explaining.obstacles.goal),
             Activity::None | Activity::Over(_) => None,
         }
@@ -270,88 +266,26 @@ impl DriveClient {
 
     /// The last status word; `None` without Data_Exchange.
     pub const fn zsw(&self) -> Option<Zsw> {
-        self.zsw
+        self.seen.zsw
     }
 
     /// The last main actual value HIW: the position, in velocity mode the velocity in rpm.
     pub const fn hiw(&self) -> i32 {
-        self.hiw
+        self.seen.hiw
     }
 
-    /// What cannot wait for anything.
-    fn adopt_at_once(&mut self, goal: Goal) {
-        if self.job.is_possible() || matches!(self.posture, Posture::Inch | Posture::Jog(_) | Posture::Turn) {
-            // A shaft that has just begun to turn has hardly left its place.
-            self.rest = None;
-        }
-        match goal {
-            Goal::Stop => self.halt(),
-            // The drive takes no job while it has one.
-            Goal::MoveTo(_) | Goal::Inch | Goal::Jog(_) if self.job.is_possible() => self.halt(),
-            Goal::Disable if self.posture != Posture::Off => self.adopt(Posture::Disabled),
-            Goal::Pause if self.job.is_possible() => self.posture = Posture::Paused,
-            Goal::Resume if self.job.is_possible() => self.posture = Posture::Travel,
-            // Another velocity takes over without a stop.
-            Goal::Velocity(_) if self.posture == Posture::Turn => {}
-            // Inching ends, and so does a velocity that was not reached; a travel job or a velocity goes on until the
-            // new goal changes it.
-            Goal::Enable
-            | Goal::Acknowledge
-            | Goal::MoveTo(_)
-            | Goal::Pause
-            | Goal::Resume
-            | Goal::Inch
-            | Goal::Jog(_)
-            | Goal::Velocity(_)
-                if matches!(self.posture, Posture::Inch | Posture::Jog(_)) || self.is_turning_up() =>
-            {
-                self.posture = Posture::Enabled;
-            }
-            Goal::Enable
-            | Goal::Acknowledge
-            | Goal::MoveTo(_)
-            | Goal::Pause
-            | Goal::Resume
-            | Goal::Inch
-            | Goal::Jog(_)
-            | Goal::Velocity(_)
-            | Goal::Disable => {}
-        }
-    }
-
-    /// Whether a velocity is released and not reached yet.
-    fn is_turning_up(&self) -> bool {
-        let begins = match self.activity {
-            Activity::Pursuing(Pursuit { step, .. }) => step.begins_turning(),
+    /// Whether a level of STW has been set to turn the shaft, which need not turn yet.
+    const fn begins_turning(&self) -> bool {
+        match &self.activity {
+            Activity::Pursuing(progress) => progress.step.begins_turning(),
             Activity::None | Activity::Explaining(_) | Activity::Over(_) => false,
-        };
-        begins && self.posture == Posture::Turn
-    }
-
-    /// Back to "enabled and nothing else", if operation is enabled at all.
-    fn halt(&mut self) {
-        self.job = TravelJob::None;
-        if self.posture.enables() {
-            self.posture = Posture::Enabled;
         }
-    }
-
-    /// A control word that ends every job.
-    fn adopt(&mut self, posture: Posture) {
-        self.posture = posture;
-        self.start &= posture.enables();
-        self.job = TravelJob::None;
-    }
-
-    fn enter(&mut self, pursuit: Pursuit) {
-        self.steps = self.steps.wrapping_add(1);
-        self.activity = Activity::Pursuing(pursuit);
     }
 
     /// The question that waits for the parameter channel or for its answer.
     const fn question(&self) -> Option<Question> {
         match &self.activity {
-            Activity::Pursuing(pursuit) => pursuit.question,
+            Activity::Pursuing(progress) => progress.question,
             Activity::Explaining(explaining) => explaining.question,
             Activity::None | Activity::Over(_) => None,
         }
@@ -360,77 +294,63 @@ impl DriveClient {
     fn ask(&mut self, now: Instant) {
         // Without images nobody answers.
         if let Some(question) = self.question()
-            && self.zsw.is_some()
-            && self.asking.is_none()
-            && self.pkw.submit(now, question.job()).is_ok()
+            && self.seen.zsw.is_some()
         {
-            self.asking = Some(self.steps);
+            self.channel.ask(now, question);
         }
-    }
-
-    /// Keeps the outcome of the user's job; gives that of a question of the present step.
-    fn take_job_outcome(&mut self) -> Option<Outcome> {
-        let outcome = self.pkw.poll_outcome()?;
-        match self.asking.take() {
-            None => self.job_outcome = Some(outcome),
-            Some(step) if step == self.steps => return Some(outcome),
-            // The goal it was asked for has been replaced.
-            Some(_) => {}
-        }
-        None
     }
 
     fn go_on(&mut self, now: Instant) {
-        let answer = self.take_job_outcome();
+        let answer = self.channel.take_answer();
         match self.activity {
             Activity::None | Activity::Over(_) => {}
-            Activity::Pursuing(pursuit) => self.go_on_pursuing(now, pursuit, answer),
+            Activity::Pursuing(progress) => self.go_on_pursuing(now, progress, answer),
             Activity::Explaining(explaining) => self.go_on_explaining(now, explaining, answer),
         }
         self.ask(now);
     }
 
-    fn go_on_pursuing(&mut self, now: Instant, mut pursuit: Pursuit, answer: Option<Outcome>) {
-        if let (Some(question), Some(outcome)) = (pursuit.question, answer) {
+    fn go_on_pursuing(&mut self, now: Instant, mut progress: GoalProgress, answer: Option<Outcome>) {
+        if let (Some(question), Some(outcome)) = (progress.question, answer) {
             match outcome.result {
                 Ok(reply) => {
-                    pursuit.question = None;
-                    pursuit.answer = pursuit.findings.note(question, reply);
+                    progress.question = None;
+                    progress.answer = progress.findings.note(question, reply);
                 }
                 Err(PkwError::Interrupted) => {}
                 Err(error) => {
-                    return self.fail_without_explanation(pursuit.goal, GoalError::Parameter(error));
+                    return self.fail_without_explanation(progress.goal, GoalError::Parameter(error));
                 }
             }
-            self.activity = Activity::Pursuing(pursuit);
+            self.activity = Activity::Pursuing(progress);
         }
-        match self.advance(now, &pursuit) {
-            Next::Stay | Next::Step(_) if now >= pursuit.silence => {
-                let unheard = Findings { diagnosis: self.diagnosis, ..pursuit.findings };
-                self.give_up(now, pursuit.goal, Some(self.limits.reaction), unheard);
+        match progress.advance(now, &mut self.commanded, &self.seen) {
+            Next::Stay | Next::Step(_) if now >= progress.silence => {
+                let unheard = Findings { diagnosis: self.diagnosis, ..progress.findings };
+                self.give_up(now, progress.goal, Some(self.limits.reaction), unheard);
             }
-            Next::Stay => self.stay(now, pursuit),
+            Next::Stay => self.stay(now, progress),
             Next::Step(step) => {
-                let (before, after) = (pursuit.step.is_motion(), step.is_motion());
+                let (before, after) = (progress.step.is_motion(), step.is_motion());
                 if before != after {
-                    pursuit.deadline = now.saturating_add(self.limits.of(after));
+                    progress.deadline = now.saturating_add(self.limits.of(after));
                 }
-                pursuit.step = step;
-                pursuit.question = step.question();
-                pursuit.answer = None;
-                self.steps = self.steps.wrapping_add(1);
-                self.stay(now, pursuit);
+                progress.step = step;
+                progress.question = step.question();
+                progress.answer = None;
+                self.channel.next_step();
+                self.stay(now, progress);
             }
-            Next::Done => self.finish(pursuit.goal, Ok(self.hiw)),
-            Next::Refused => self.fail(now, &pursuit, None),
+            Next::Done => self.finish(progress.goal, Ok(self.seen.hiw)),
+            Next::Refused => self.fail(now, &progress, None),
         }
     }
 
-    fn stay(&mut self, now: Instant, pursuit: Pursuit) {
-        if now >= pursuit.deadline {
-            self.fail(now, &pursuit, Some(self.limits.of(pursuit.step.is_motion())));
+    fn stay(&mut self, now: Instant, progress: GoalProgress) {
+        if now >= progress.deadline {
+            self.fail(now, &progress, Some(self.limits.of(progress.step.is_motion())));
         } else {
-            self.activity = Activity::Pursuing(pursuit);
+            self.activity = Activity::Pursuing(progress);
         }
     }
 
@@ -440,7 +360,7 @@ impl DriveClient {
                 explaining.obstacles.findings.note(question, reply);
             }
             explaining.question = explaining.obstacles.question_after(Some(question));
-            self.steps = self.steps.wrapping_add(1);
+            self.channel.next_step();
         }
         let goal = explaining.obstacles.goal;
         if explaining.question.is_none() || now >= explaining.deadline {
@@ -449,11 +369,11 @@ impl DriveClient {
         self.activity = Activity::Explaining(explaining);
     }
 
-    fn fail(&mut self, now: Instant, pursuit: &Pursuit, waited: Option<Duration>) {
+    fn fail(&mut self, now: Instant, progress: &GoalProgress, waited: Option<Duration>) {
         // What did not go on in all the time was no job of the drive.
-        let job = self.job == TravelJob::Active && pursuit.step != Step::Resume;
-        let findings = Findings { zsw: self.zsw, diagnosis: self.diagnosis, job, ..pursuit.findings };
-        self.give_up(now, pursuit.goal, waited, findings);
+        let job = self.commanded.job == TravelJob::Active && progress.step != Step::Resume;
+        let findings = Findings { zsw: self.seen.zsw, diagnosis: self.diagnosis, job, ..progress.findings };
+        self.give_up(now, progress.goal, waited, findings);
     }
 
     /// Makes the drive safe, and begins to find out why the goal was not reached.
@@ -462,7 +382,7 @@ impl DriveClient {
         let obstacles = Obstacles { goal, waited, findings };
         let question = obstacles.question_after(None);
         let deadline = now.saturating_add(self.limits.explanation);
-        self.steps = self.steps.wrapping_add(1);
+        self.channel.next_step();
         self.activity = Activity::Explaining(Explaining { obstacles, question, deadline });
         if question.is_none() {
             self.finish(goal, Err(GoalError::Refused(obstacles)));
@@ -476,10 +396,12 @@ impl DriveClient {
 
     fn make_safe(&mut self, goal: Goal) {
         match goal {
-            Goal::Enable | Goal::Acknowledge => self.adopt(Posture::Off),
-            Goal::MoveTo(_) | Goal::Resume | Goal::Inch | Goal::Jog(_) | Goal::Velocity(_) => self.halt(),
+            Goal::Enable | Goal::Acknowledge => self.commanded.end_job_with(ControlWord::Off),
+            Goal::MoveTo(_) | Goal::Resume | Goal::Inch | Goal::Jog(_) | Goal::Velocity(_) => {
+                self.commanded.halt()
+            }
             // Whoever wants to pause what cannot be paused wants it to stop.
-            Goal::Pause if self.job != TravelJob::Active => self.halt(),
+            Goal::Pause if self.commanded.job != TravelJob::Active => self.commanded.halt(),
             Goal::Pause | Goal::Stop | Goal::Disable => {}
         }
     }

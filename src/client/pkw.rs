@@ -29,7 +29,7 @@ use crate::time::Instant;
 ///
 /// ```
 /// use profidrive::client::{Job, PkwClient, Profile, Reply};
-/// use profidrive::param::{Gear, Live, Model, Pnu, Store, Value, WriteContext};
+/// use profidrive::param::{Gear, Model, Pnu, Store, Value};
 /// use profidrive::pkw::{Config, Engine};
 /// use profidrive::ppo::Pkw;
 /// use profidrive::time::Instant;
@@ -38,7 +38,7 @@ use crate::time::Instant;
 /// let mut drive = Engine::new(Config::default());
 /// let mut store = Store::new(Model::Ag03_1, Gear::Ratio48);
 /// let mut exchange = |job: Pkw| {
-///     drive.cycle(job, &mut store, &Live::default(), &WriteContext::default()).reply
+///     drive.cycle(job, &mut store).reply
 /// };
 ///
 /// let mut client = PkwClient::new(Profile::AG03);

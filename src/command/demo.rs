@@ -1,4 +1,4 @@
-//! `profidrive demo`: profirust's DP master and an emulated drive on a bus in memory, told as a story.
+//! `profidrive demo`: profirust's DP master and an emulated drive on a bus in memory, explained step by step.
 //!
 //! The steps stand here in the order in which they are played. `stage` has the bus and the words on the page,
 //! `chart` draws a travel. What octets and bits mean is known to `profidrive::explain`.
@@ -9,33 +9,31 @@ mod stage;
 use core::time::Duration;
 use std::io::{self, BufWriter, Write};
 
-use profidrive::device::Event;
-use profidrive::drive::{Fault, Inputs};
+use profidrive::client::ZswPattern;
+use profidrive::device::bits::{StwBit, ZswBit};
+use profidrive::device::{Event, flow_charts};
+use profidrive::drive::{Fault, Inputs, Mode};
 use profidrive::ppo::{JobId, Stw};
 
 use super::Failure;
 use stage::{Stage, Trouble};
 
-/// Mask and value of the status word in some states (`ag03.md` 5).
-const READY_TO_RUN: (u16, u16) = (0xAB6F, 0x2B23);
-const READY_TO_TRAVEL: (u16, u16) = (0xEB7F, 0xAB37);
-const TRAVEL_JOB_ACTIVE: (u16, u16) = (0xEA7F, 0x0A37);
-/// Paused looks like ready to travel, but away from the target.
-const PAUSED: (u16, u16) = (0xEF7F, 0xAB37);
+/// What the status word looks like in some states.
+const READY_TO_RUN: ZswPattern = ZswPattern::ready_to_run(Mode::Positioning);
+const READY_TO_TRAVEL: ZswPattern = ZswPattern::ready_to_travel(Mode::Positioning);
+/// A paused job looks like ready to travel, but away from the target.
+const PAUSED: ZswPattern = READY_TO_TRAVEL.with(ZswBit::TargetReached, false);
 /// Ready to travel again, with the target position reached.
-const ARRIVED: (u16, u16) = (0xEF7F, 0xAF37);
-const FAULT: (u16, u16) = (0x0008, 0x0008);
-const TURN_ON_DISABLED: (u16, u16) = (0x0048, 0x0040);
+const ARRIVED: ZswPattern = READY_TO_TRAVEL.with(ZswBit::TargetReached, true);
+const FAULT: ZswPattern = ZswPattern::ANY.with(ZswBit::Fault, true);
+const TURN_ON_DISABLED: ZswPattern =
+    ZswPattern::ANY.with(ZswBit::Fault, false).with(ZswBit::TurnOnDisabled, true);
 
 /// Control words: all off, an enabled drive, one that may travel, and one with the other start bit.
-const OFF: Stw = Stw::from_raw(0x0000);
-const ENABLE: Stw = Stw::from_raw(0x000B);
-const MAY_TRAVEL: Stw = Stw::from_raw(0x003B);
-const STARTED: Stw = Stw::from_raw(0x007B);
-/// Bits of the control word.
-const ON: u8 = 0;
-const NO_INTERMEDIATE_STOP: u8 = 5;
-const ACKNOWLEDGE: u8 = 7;
+const OFF: Stw = Stw::from_raw(0);
+const ENABLE: Stw = Stw::from_raw(flow_charts::ENABLED);
+const MAY_TRAVEL: Stw = Stw::from_raw(flow_charts::TRAVEL);
+const STARTED: Stw = Stw::from_raw(flow_charts::TRAVEL | flow_charts::START);
 
 /// Two turns of the shaft from where the calibration puts it.
 const TARGET: i32 = 13_200;
@@ -113,13 +111,13 @@ fn travel(stage: &mut Stage<'_>) -> Result<(), Trouble> {
     stage.command("prepare", MAY_TRAVEL, TARGET, READY_TO_TRAVEL)?;
     stage.run_for(Duration::from_millis(400));
     stage.mark("start");
-    stage.command("start to 13200", STARTED, TARGET, TRAVEL_JOB_ACTIVE)?;
+    stage.command("start to 13200", STARTED, TARGET, ZswPattern::TRAVEL_JOB)?;
     stage.run_for(Duration::from_millis(1_800));
     stage.mark("pause");
-    stage.command("pause", STARTED.with_bit(NO_INTERMEDIATE_STOP, false), TARGET, PAUSED)?;
+    stage.command("pause", Stw::from_raw(flow_charts::PAUSED | flow_charts::START), TARGET, PAUSED)?;
     stage.run_for(Duration::from_millis(1_200));
     stage.mark("resume");
-    stage.command("resume", STARTED, TARGET, TRAVEL_JOB_ACTIVE)?;
+    stage.command("resume", STARTED, TARGET, ZswPattern::TRAVEL_JOB)?;
     stage.observe(ARRIVED)?;
     stage.mark("there");
     stage.run_for(Duration::from_millis(600));
@@ -134,7 +132,7 @@ fn refused_travel(stage: &mut Stage<'_>) -> Result<(), Trouble> {
 }
 
 fn fault_and_recovery(stage: &mut Stage<'_>) -> Result<(), Trouble> {
-    let acknowledge = MAY_TRAVEL.with_bit(ACKNOWLEDGE, true);
+    let acknowledge = MAY_TRAVEL.with_bit(StwBit::Acknowledge.number(), true);
     stage.title("A fault, and the way back")?;
     stage.text("Something breaks inside the drive, which needs no screwdriver here.")?;
     stage.surround(Inputs::default().provoking(Fault::F));
@@ -146,7 +144,7 @@ fn fault_and_recovery(stage: &mut Stage<'_>) -> Result<(), Trouble> {
     stage.surround(Inputs::default());
     stage.command("again", MAY_TRAVEL, TARGET, FAULT)?;
     stage.command("now", acknowledge, TARGET, TURN_ON_DISABLED)?;
-    stage.command("turn off once", MAY_TRAVEL.with_bit(ON, false), TARGET, READY_TO_RUN)?;
+    stage.command("turn off once", MAY_TRAVEL.with_bit(StwBit::On.number(), false), TARGET, READY_TO_RUN)?;
     stage.command("turn on", MAY_TRAVEL, TARGET, READY_TO_TRAVEL)?;
     stage.command("disable", OFF, 0, READY_TO_RUN)
 }
@@ -168,7 +166,7 @@ mod tests {
         assert!(!story.contains('\u{1b}'), "plain text");
         let mut rest = &story[..];
         for part in [
-            "Slave_Diag: how are you?",
+            "Slave_Diag request",
             "68 0C 0C 68 85 82 5C 3D 3E B8 01 14 0B 0A C5 00",
             "Chk_Cfg: 14 octets of outputs and 14 of inputs",
             "diagnosis: ready for data",

@@ -9,10 +9,12 @@ use profidrive::device::{Config, Device, DipSwitches, Timing};
 use profidrive::fdl::{Address, RateChange};
 use profidrive::host::link::fault::Faulty;
 use profidrive::host::link::serial::Serial;
-use profidrive::host::{Bus, BusEvent, Clock, Link, Reach, StateDir, Stop, StoredDevice, SystemClock, run};
-use profidrive::panel::{Bench, Panel, PanelError};
+use profidrive::host::{
+    Bus, BusEvent, Clock, Link, Reach, SlotTime, StateDir, Stop, StoredDevice, SystemClock, run,
+};
+use profidrive::panel::{BusAccess, Panel, PanelError};
 use profidrive::time::{BaudRate, Instant};
-use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
 use tracing::{debug, info, warn};
 
 use super::Failure;
@@ -27,10 +29,10 @@ const UNTIMED_RATE: BaudRate = BaudRate::K500;
 /// A serial line whose rate is to be found is opened at one that every port has.
 const FIRST_SERIAL_RATE: BaudRate = BaudRate::K19_2;
 
-/// A line full of rubbish is said once in this time; the rest is for `-v`.
+/// Invalid octets are logged at most once in this time; each is for `-v`.
 const NOISE_PAUSE: Duration = Duration::from_secs(1);
 
-/// Runs until SIGINT or SIGTERM.
+/// Runs until SIGINT, SIGTERM, or SIGHUP, which comes when the window of its terminal is closed.
 pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     // Before the link is made, so that no signal ends the process with the link left behind.
     let signals = Signals::register().map_err(|error| Failure::from_error(&error))?;
@@ -48,6 +50,10 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     let mut link = Faulty::new(link, clock, &args.faults);
 
     let mut bus = Bus::on(rate, Timing::Untrue);
+    if let LinkSpec::Serial(_) = args.link {
+        // A late reply is credited to another station of a real line.
+        bus.set_slot_time(Some(args.slot_time.map_or(SlotTime::Customary, SlotTime::Bits)));
+    }
     // Nobody but a master is on a terminal that was made just now.
     let serial = matches!(args.link, LinkSpec::Serial(_));
     let (listen, search) = (serial && !args.force_address, serial && args.baud == Some(BaudSpec::Auto));
@@ -85,7 +91,7 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
         }
         if let Some(panel) = &mut panel {
             let (now, faults) = (clock.now(), Some(link.faults_mut()));
-            panel.serve(&mut Bench { now, bus: &mut bus, faults, config, state: state.as_ref(), listen });
+            panel.serve(&mut BusAccess { now, bus: &mut bus, faults, config, state: state.as_ref(), listen });
         }
     };
     drop(panel);
@@ -105,7 +111,7 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
 /// How signals reach the loop: each ends the run, and the flag says what for.
 struct Signals {
     stop: Stop,
-    /// SIGINT or SIGTERM came.
+    /// SIGINT, SIGTERM or SIGHUP came.
     end: Arc<AtomicBool>,
     /// SIGUSR1 came.
     report: Arc<AtomicBool>,
@@ -115,7 +121,9 @@ impl Signals {
     fn register() -> io::Result<Self> {
         let stop = Stop::new()?;
         let (end, report) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
-        for (signal, flag) in [(SIGINT, &end), (SIGTERM, &end), (SIGUSR1, &report)] {
+        let ends = [SIGINT, SIGTERM, SIGHUP].map(|signal| (signal, &end));
+        let asked = ends.into_iter().chain([(SIGUSR1, &report)]);
+        for (signal, flag) in asked.filter(|(signal, _)| *signal != SIGHUP || !hangup_is_ignored()) {
             // Before what ends the run, so that it is seen then.
             signal_hook::flag::register(signal, Arc::clone(flag))?;
             signal_hook::low_level::pipe::register(signal, stop.waker()?)?;
@@ -127,6 +135,15 @@ impl Signals {
         self.end.store(true, Ordering::SeqCst);
         self.stop.request();
     }
+}
+
+/// Whether whoever started this process had it ignore SIGHUP, as `nohup` does. Told only by Linux.
+fn hangup_is_ignored() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let ignored = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);
+    // The lowest bit is signal 1.
+    ignored >> (SIGHUP - 1) & 1 == 1
 }
 
 /// Says what happens: the ready line on stdout, the rest in the log.
@@ -142,6 +159,8 @@ struct News {
     /// The search for the rate was said: one line for all rates tried.
     searching: bool,
     last_noise: Option<Instant>,
+    /// Noise since then that was not said.
+    unsaid: u64,
 }
 
 impl News {
@@ -152,18 +171,33 @@ impl News {
             info!("listening whether the addresses are free");
         }
         let panel = panel.map(|panel| format!(" panel=http://{}", panel.address())).unwrap_or_default();
-        Self { path, panel, drives, undecided, announced: false, searching: false, last_noise: None }
+        Self {
+            path,
+            panel,
+            drives,
+            undecided,
+            announced: false,
+            searching: false,
+            last_noise: None,
+            unsaid: 0,
+        }
     }
 
     fn say(&mut self, now: Instant, event: BusEvent) {
         match event {
-            BusEvent::TelegramRefused(_) => {
+            // So many events at once are noise, whatever else there is among them.
+            BusEvent::TelegramRefused(_) | BusEvent::Lost { .. } => {
                 if self.last_noise.is_some_and(|last| now.saturating_since(last) < NOISE_PAUSE) {
+                    let more = if let BusEvent::Lost { events } = event { events } else { 1 };
+                    self.unsaid = self.unsaid.saturating_add(more);
                     debug!("{event}");
                     return;
                 }
                 self.last_noise = Some(now);
-                info!("{event}");
+                match core::mem::take(&mut self.unsaid) {
+                    0 => info!("{event}"),
+                    more => info!("{event}; {more} more events since the last such line"),
+                }
             }
             BusEvent::Joined { .. } => {
                 info!("{event}");
@@ -183,7 +217,7 @@ impl News {
                 info!("{event}");
             }
             BusEvent::MovedToTakenAddress { .. } => warn!("{event}"),
-            BusEvent::Station { .. } | BusEvent::Lost { .. } | _ => info!("{event}"),
+            BusEvent::Station { .. } | _ => info!("{event}"),
         }
     }
 
@@ -231,7 +265,7 @@ fn start_panel(args: &Emulate, wake: &Stop) -> Result<Option<Panel>, Failure> {
     })?;
     info!("the panel is at http://{}", panel.address());
     if !panel.address().ip().is_loopback() {
-        warn!("other machines can connect to the panel at {} and steer the drives", panel.address());
+        warn!("other machines can connect to the panel at {} and control the drives", panel.address());
     }
     Ok(Some(panel))
 }
@@ -343,7 +377,8 @@ fn connect(
     info!("{drive}");
     match address.number() {
         126 => warn!(
-            "address 126 is for stations that have none yet: a master can set another, but not exchange data"
+            "address 126 is for stations that have none yet: the drive answers FDL status, Slave_Diag and Get_Cfg \
+             there and exchanges no data; give it another address, for example --drive 5"
         ),
         0 => warn!("address 0 is customarily a master's, often of a programming device"),
         _ => {}

@@ -9,9 +9,9 @@ mod words;
 
 use std::io::{self, Write};
 
+use profidrive::device::bits::Word;
 use profidrive::drive::Mode;
 use profidrive::explain::value::Lengths;
-use profidrive::explain::words::Word;
 use profidrive::explain::{Context, Explanation, HexText, Kind, Mark, Sender, hex};
 use profidrive::fdl::Address;
 use profidrive::param::Model;
@@ -108,7 +108,7 @@ fn derivation(explanation: &Explanation) -> String {
 fn words_of(explanation: &Explanation) -> impl Iterator<Item = String> {
     let octets: &[u8] = match explanation.kind {
         Kind::Ppo | Kind::Pkw | Kind::Pzd | Kind::Word => &explanation.octets,
-        Kind::Telegram | Kind::Token | Kind::Rubbish => &[],
+        Kind::Telegram | Kind::Token | Kind::Noise => &[],
     };
     octets.as_chunks().0.iter().map(|word| format!("{:04X}", u16::from_be_bytes(*word)))
 }

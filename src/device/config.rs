@@ -1,17 +1,13 @@
 //! What a device is made of.
 
-use core::time::Duration;
-
-use super::{DESCRIPTION, DipSwitches, Eeprom, dip, words};
+use super::{APPLICATION, DESCRIPTION, parameters, words};
 use crate::dp;
 use crate::drive;
 use crate::fdl::{Framer, Resync};
 use crate::param::{self, Gear, Model};
 use crate::pkw;
 use crate::time::BaudRate;
-
-/// How often the drive part runs unless told otherwise. The manuals state no time.
-pub const DEFAULT_APPLICATION_CYCLE: Duration = Duration::from_millis(1);
+use crate::unit::{self, ApplicationCycle, DipSwitches, Eeprom, dip};
 
 /// What a device is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,10 +26,12 @@ pub struct Config {
     pub baud: BaudRate,
     /// What can be known of the time of octets.
     pub timing: Timing,
-    /// How often the drive part runs. Zero: once after each Data_Exchange, for tests that count exchanges.
-    pub application_cycle: Duration,
+    /// How often the drive part runs.
+    pub application_cycle: ApplicationCycle,
     /// How the parameter channel behaves where the manuals leave it open.
     pub pkw: pkw::Config,
+    /// How the drive answers jobs where the manuals leave it open.
+    pub parameters: parameters::Quirks,
     /// How the slave behaves where the sources are silent. The drives judge no configuration: with
     /// `ApplicationReady::WhenJudged` they stay not ready.
     pub dp: dp::Policy,
@@ -57,8 +55,9 @@ impl Config {
             gear: Gear::Ratio48,
             baud: BaudRate::K500,
             timing: Timing::Untrue,
-            application_cycle: DEFAULT_APPLICATION_CYCLE,
+            application_cycle: ApplicationCycle::DEFAULT,
             pkw: pkw::Config::default(),
+            parameters: parameters::Quirks::default(),
             dp: dp::Policy::PROPOSED,
             param: param::Quirks::default(),
             drive: drive::Config::default(),
@@ -74,29 +73,28 @@ impl Config {
             Timing::True => Some(self.baud.max_tsdr_bits()),
             Timing::Untrue => None,
         };
-        dp::Station::new(self.switches.address(), self.baud, max_tsdr, DESCRIPTION).with_policy(self.dp)
+        let address = self.switches.address();
+        dp::Station::new(address, self.baud, max_tsdr, DESCRIPTION, APPLICATION).with_policy(self.dp)
     }
 
     pub(super) fn framer(&self) -> Framer {
         Framer::new(self.timing.resync(self.baud))
     }
 
-    /// How much time passes for the drive in one application cycle.
-    pub(super) const fn step(&self) -> Duration {
-        match self.application_cycle {
-            Duration::ZERO => DEFAULT_APPLICATION_CYCLE,
-            cycle => cycle,
-        }
+    /// The unit behind the bus.
+    pub(super) const fn unit(&self) -> unit::Config {
+        let Self { model, gear, switches, reset_patterns, eeprom, param, drive, .. } = *self;
+        unit::Config { model, gear, switches, reset_patterns, eeprom, param, drive }
     }
 }
 
 /// What can be known of the time of octets on a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Timing {
-    /// Octets come when they come on the line: a simulated line or a UART. After rubbish the line must fall
+    /// Octets come when they come on the line: a simulated line or a UART. After noise the line must fall
     /// silent ([`Resync::Idle`]), and a reply is dropped once max T_SDR is over.
     True,
-    /// Octets come when a scheduler delivers them: pseudo-terminal, TCP, USB adapter. Rubbish is skipped
+    /// Octets come when a scheduler delivers them: pseudo-terminal, TCP, USB adapter. Noise is skipped
     /// ([`Resync::SCAN`]), and a reply is sent however late, because the master's patience is set for such links.
     Untrue,
 }
@@ -107,6 +105,29 @@ impl Timing {
         match self {
             Self::True => Resync::Idle(baud),
             Self::Untrue => Resync::SCAN,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::device::Device;
+    use crate::fdl::Address;
+    use crate::time::Instant;
+    use core::time::Duration;
+
+    #[test]
+    fn a_late_device_comes_back_with_the_shortest_and_the_longest_cycle() {
+        for time in [ApplicationCycle::SHORTEST, Duration::MAX] {
+            let application_cycle = ApplicationCycle::every(time).unwrap();
+            let address = Address::station(5).unwrap();
+            let mut device = Device::new(Config { application_cycle, ..Config::new(address) }, Instant::ZERO);
+            // Inputs that are set wake the drive part.
+            let inputs = *device.inputs();
+            device.set_inputs(Instant::from_millis(1), inputs);
+            device.handle_timeout(Instant::from_nanos(u64::MAX / 2));
+            assert!(device.poll_timeout().is_none_or(|due| due > Instant::from_millis(1)));
         }
     }
 }

@@ -1,14 +1,17 @@
-//! News for the host, and the queue they wait in.
+//! News for the host.
 
 use core::fmt;
 
-use super::dip::{DipSwitches, Terminator};
+use super::Refusal;
+use super::words::Words;
 use crate::dp;
-use crate::drive::{Fault, Refusal};
+use crate::drive::Fault;
 use crate::fdl::FrameError;
 use crate::fdl::station::TooLate;
 use crate::param::DefaultSet;
 use crate::pkw;
+use crate::unit::dip::Terminator;
+use crate::unit::{self, DipSwitches};
 
 /// Something a user may want to read. `Display` is one line of plain English.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,18 +66,7 @@ impl fmt::Display for Event {
                     write!(f, "switched on at address {}, bus terminator {terminator}", switches.address())
                 }
             }
-            Self::FactoryReset(set) => {
-                let which = match set {
-                    DefaultSet::All => "all",
-                    DefaultSet::Standard => "the standard",
-                    DefaultSet::Controller => "the controller",
-                };
-                write!(
-                    f,
-                    "{which} parameters are back at their factory settings; switch off, set the address, put SW8 to \
-                     OFF and switch on"
-                )
-            }
+            Self::FactoryReset(set) => unit::Event::FactoryReset(*set).fmt(f),
             Self::TelegramRefused(error) => write!(f, "ignored octets: {error}"),
             Self::ReplyTooLate(TooLate { after, limit }) => {
                 write!(f, "dropped a reply {after:?} after its request, expected at most {limit:?}")
@@ -84,59 +76,16 @@ impl fmt::Display for Event {
     }
 }
 
-/// How many events wait at most.
-const CAPACITY: usize = 16;
-
-/// Events in the order they came. When it is full, newer ones are counted and dropped.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Queue {
-    events: [Option<Event>; CAPACITY],
-    first: usize,
-    len: usize,
-    lost: u32,
-}
-
-impl Queue {
-    pub(super) fn push(&mut self, event: Event) {
-        let place = (self.first + self.len) % CAPACITY;
-        match self.events.get_mut(place) {
-            Some(place) if self.len < CAPACITY => {
-                *place = Some(event);
-                self.len += 1;
-            }
-            Some(_) | None => self.lost = self.lost.saturating_add(1),
+impl Event {
+    /// What happened in the unit under these words.
+    pub(super) const fn of_unit(event: unit::Event, words: &Words) -> Self {
+        match event {
+            unit::Event::CommandRefused(refusal) => Self::CommandRefused(Refusal::new(refusal, words)),
+            unit::Event::Fault(fault) => Self::Fault(fault),
+            unit::Event::SwitchedOff => Self::SwitchedOff,
+            unit::Event::SwitchedOn(switches) => Self::SwitchedOn(switches),
+            unit::Event::FactoryReset(set) => Self::FactoryReset(set),
+            unit::Event::Lost { events } => Self::Lost { events },
         }
-    }
-
-    pub(super) fn pop(&mut self) -> Option<Event> {
-        if self.len == 0 {
-            let events = core::mem::take(&mut self.lost);
-            return (events > 0).then_some(Event::Lost { events });
-        }
-        let event = self.events.get_mut(self.first).and_then(Option::take);
-        self.first = (self.first + 1) % CAPACITY;
-        self.len -= 1;
-        event
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn events_come_out_in_order_and_a_full_queue_counts_what_it_loses() {
-        let mut queue = Queue::default();
-        let event = |got| Event::TelegramRefused(FrameError::StartDelimiter { got });
-        for number in 0..20 {
-            queue.push(event(number));
-        }
-        for number in 0..16 {
-            assert_eq!(queue.pop(), Some(event(number)));
-        }
-        assert_eq!(queue.pop(), Some(Event::Lost { events: 4 }));
-        assert_eq!(queue.pop(), None);
-        queue.push(event(99));
-        assert_eq!(queue.pop(), Some(event(99)));
     }
 }

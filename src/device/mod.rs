@@ -13,41 +13,51 @@
 //!
 //! | file | holds |
 //! | --- | --- |
-//! | `config` | [`Config`]: what a device is made of |
-//! | `words` | every bit of STW, ZSW, SSW and the general status register |
-//! | `event` | [`Event`]: news for the host |
-//! | `dip` | [`DipSwitches`]: address, factory reset, bus terminator |
-//! | `power` | [`Power`]: switching off and on, row 1 of `ag03.md` 8 |
 //! | [`ap10_canopen`] | the position indicator AP10 on CANopen, an object of its own |
-//! | `storage` | [`Eeprom`]: images the host keeps, and the acknowledge that waits for them |
-
+//! | `address` | the station address that the DIP switches show |
+//! | `config` | [`Config`]: what a device is made of |
+//! | `bits` | every bit of STW, ZSW, SSW and the general status register: number, name, meaning |
+//! | `words` | those words from and to what the drive knows |
+//! | `flow_charts` | the control words that the manual prints |
+//! | `event` | [`Event`]: news for the host |
+//! | `parameters` | the parameters of the unit as the parameter channel reaches them |
+//! | `quirks` | [`QUIRKS`]: every named alternative |
+//! | `refusal` | [`Refusal`]: why a control word is not followed |
+//!
+mod address;
 pub mod ap10_canopen;
+pub mod bits;
 mod config;
-pub mod dip;
 mod event;
-mod power;
+pub mod flow_charts;
+pub mod parameters;
 mod quirks;
-mod storage;
+mod refusal;
 pub mod words;
 
 use core::time::Duration;
 
 use crate::dp;
-use crate::drive::{Drive, Inputs, Refusal, Settings, Status, StatusLed, leds};
+use crate::drive::{Drive, FaultBuffer, Inputs, Status, StatusLed, leds};
 use crate::fdl::{Address, FrameError, Framer, Telegram};
-use crate::param::{Effect, Image, Live, ParamError, Parameter, Pnu, Store, Subindex, Value, WriteContext};
+use crate::param::{ParamError, Pnu, Store, Subindex, Value};
 use crate::pkw::Engine;
-use crate::ppo::{self, Outputs, PPO_LEN, Pkw, PpoType};
-use crate::time::{BaudRate, Instant, nanos};
+use crate::ppo::{self, Outputs, PPO_LEN, Pkw, PpoType, Zsw};
+use crate::time::{BaudRate, Instant};
+use crate::unit::{Cycles, Outcome, Queue, Switched, Unit};
 
 pub use crate::fdl::MAX_TELEGRAM_LEN;
-pub use crate::param::{IMAGE_LEN, ImageError};
-pub use config::{Config, DEFAULT_APPLICATION_CYCLE, Timing};
-pub use dip::DipSwitches;
+pub use crate::unit::{
+    ApplicationCycle, CycleTooShort, DEFAULT_APPLICATION_CYCLE, DipSwitches, Eeprom, EepromState, Generation,
+    IMAGE_LEN, ImageError, ImageOctets, MAX_IMAGE_LEN, NotStored, Power, StoreRequest, dip,
+};
+pub use config::{Config, Timing};
 pub use event::Event;
-pub use power::Power;
 pub use quirks::{QUIRKS, Quirk, QuirkError};
-pub use storage::{Eeprom, EepromState, Generation, NotStored, StoreRequest};
+pub use refusal::{Reason, Refusal};
+
+use parameters::{Channel, Shown};
+use words::Words;
 
 /// The ident number of both drives: the GSD is named `SIKO0AC5.GSD`.
 pub const IDENT_NUMBER: u16 = 0x0AC5;
@@ -56,30 +66,21 @@ pub const IDENT_NUMBER: u16 = 0x0AC5;
 /// the real drive uses is not public (`ag03.md` 16).
 pub const CONFIGURATIONS: &[&[u8]] = &[PpoType::Ag03.configuration(), &[0xF6]];
 
-/// The rates the manual lists: all of PROFIBUS-DP without 45.45 kbit/s.
-pub const BAUD_RATES: [BaudRate; 9] = [
-    BaudRate::K9_6,
-    BaudRate::K19_2,
-    BaudRate::K93_75,
-    BaudRate::K187_5,
-    BaudRate::K500,
-    BaudRate::K1500,
-    BaudRate::K3000,
-    BaudRate::K6000,
-    BaudRate::K12000,
-];
-
-/// What both drives are to a DP master.
+/// What both drives are to a DP master. Both manuals list all rates of PROFIBUS-DP without 45.45 kbit/s.
 pub const DESCRIPTION: dp::Description = dp::Description {
     ident: IDENT_NUMBER,
-    configurations: CONFIGURATIONS,
+    rates: dp::Rates::CUSTOMARY.without(BaudRate::K45_45),
     sync_mode: true,
     freeze_mode: true,
     ..dp::Description::PLAIN
 };
 
-/// A late device makes up for at most this much time; a process that slept longer has slept, not travelled.
-const MOST_TIME_MADE_UP: Duration = Duration::from_secs(60);
+/// What both drives judge in Set_Prm and Chk_Cfg: they have no user parameters.
+pub const APPLICATION: dp::Fixed<'static> = dp::Fixed {
+    configurations: CONFIGURATIONS,
+    cfg_advice: "choose the module of the drive's GSD (SIKO0AC5.GSD) in the master's project",
+    ..dp::Fixed::PLAIN
+};
 
 /// The LEDs of a drive (`ag03.md` 11).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,7 +93,7 @@ pub struct Leds {
     pub bus: bool,
 }
 
-/// One emulated drive.
+/// One emulated drive: a [`Unit`] on PROFIBUS.
 #[derive(Clone, Debug)]
 pub struct Device {
     framer: Framer,
@@ -103,42 +104,26 @@ pub struct Device {
 #[derive(Clone, Debug)]
 struct Parts {
     config: Config,
-    /// SW1 to SW7 as they were when it was switched on, but for a factory reset.
-    address: Address,
-    power: Power,
-    /// The world around the drive as last set.
-    inputs: Inputs,
-    /// The control supply of the inputs reaches the drive.
-    switch_closed: bool,
+    unit: Unit,
+    shown: Shown,
     station: dp::Station,
     engine: Engine,
-    store: Store,
-    settings: Settings,
-    drive: Drive,
-    /// When the drive part runs next; `None` while nothing can change.
-    next_cycle: Option<Instant>,
-    /// The application cycles lie on a grid that starts here.
-    power_on: Instant,
+    cycles: Cycles,
     /// The outputs the drive part was woken for, as counted by the slave.
     outputs_seen: u32,
     /// The last application cycle ran in Data_Exchange.
     exchanging: bool,
     /// Data_Exchange was left since the last application cycle.
     interrupted: bool,
-    /// The last application cycle wrote a parameter that the drive sees in the next one.
-    parameters_acted: bool,
-    /// The drive as the last application cycle left it.
-    status: Status,
     /// The reply of the parameter channel offered to the master.
     pkw_reply: Pkw,
-    storage: Option<storage::Storage>,
-    events: event::Queue,
+    events: Queue<Event, 16>,
 }
 
 impl Device {
     /// A drive with factory settings, switched on at `now` with its shaft at 0.
     pub fn new(config: Config, now: Instant) -> Self {
-        Self { framer: config.framer(), part: Parts::new(config, None, now) }
+        Self::with(config, Unit::new(config.unit()), now)
     }
 
     /// A drive as an image of its EEPROM says, switched on at `now`.
@@ -146,8 +131,19 @@ impl Device {
     /// # Errors
     /// [`ImageError`] if the octets are no whole image, or that of another model or gear.
     pub fn restore(config: Config, octets: &[u8], now: Instant) -> Result<Self, ImageError> {
-        let image = Image::decode(octets, config.model, config.gear)?;
-        Ok(Self { framer: config.framer(), part: Parts::new(config, Some(image), now) })
+        Unit::restore(config.unit(), octets).map(|unit| Self::with(config, unit, now))
+    }
+
+    fn with(config: Config, unit: Unit, now: Instant) -> Self {
+        Self { framer: config.framer(), part: Parts::new(config, unit, now) }
+    }
+
+    /// As [`Device::restore`], from an image that the host does not keep yet: [`Device::poll_image`] offers it again.
+    ///
+    /// # Errors
+    /// As [`Device::restore`].
+    pub fn restore_unstored(config: Config, octets: &[u8], now: Instant) -> Result<Self, ImageError> {
+        Unit::restore_unstored(config.unit(), octets).map(|unit| Self::with(config, unit, now))
     }
 
     /// What the device was made of, with the rate of the line and the DIP switches as they are now.
@@ -157,17 +153,22 @@ impl Device {
 
     /// Its station address, as the DIP switches were when it was switched on. A factory reset does not change it.
     pub const fn address(&self) -> Address {
-        self.part.address
+        self.part.shown.address
     }
 
     /// Whether it is switched on.
     pub const fn power(&self) -> Power {
-        self.part.power
+        self.part.unit.power()
     }
 
     /// The world around the drive as last set, switched on or not.
     pub const fn inputs(&self) -> &Inputs {
-        &self.part.inputs
+        self.part.unit.inputs()
+    }
+
+    /// The unit behind the bus.
+    pub const fn unit(&self) -> &Unit {
+        &self.part.unit
     }
 
     /// The state of the DP slave machine; WAIT-PRM while switched off.
@@ -182,32 +183,51 @@ impl Device {
 
     /// The drive as the last application cycle left it.
     pub const fn status(&self) -> &Status {
-        &self.part.status
+        self.part.unit.status()
     }
 
     /// The drive itself: its faults and their causes.
     pub const fn drive(&self) -> &Drive {
-        &self.part.drive
+        self.part.unit.drive()
     }
 
-    /// What the drive reports through parameters that are only read.
-    pub fn live(&self) -> Live {
-        self.part.live()
+    /// Reads a parameter past the bus, as a PKW job would.
+    ///
+    /// # Errors
+    /// As [`Store::read`].
+    pub fn read_parameter(&self, pnu: Pnu, element: Option<Subindex>) -> Result<Value, ParamError> {
+        let Parts { unit, shown, .. } = &self.part;
+        unit.read(pnu, element, |reading, element| shown.show(unit, reading, element))
     }
 
     /// What stands now against a start with the newest outputs (`ag03.md` 8 rows 20 to 22, 40); `None`: nothing.
     pub fn start_refusal(&self) -> Option<Refusal> {
-        self.part.drive.start_refusal(&self.part.settings)
+        self.part.unit.start_refusal().map(|refusal| Refusal::new(refusal, &self.part.shown.words))
+    }
+
+    /// The status word as it is offered to the master.
+    pub fn zsw(&self) -> Zsw {
+        self.part.shown.words.zsw(self.status())
+    }
+
+    /// The system status word SSW, PNU 1020.
+    pub fn system_status(&self) -> u16 {
+        self.part.shown.words.system_status(self.status())
+    }
+
+    /// The fault codes in the order PNU 945 lists them (C-18), 0 = unused.
+    pub fn fault_codes(&self) -> [u8; FaultBuffer::LEN] {
+        self.part.shown.fault_codes(self.unit())
     }
 
     /// The LEDs at `now`; those of a factory reset alternate.
     pub fn leds(&self, now: Instant) -> Leds {
         let time = self.blink_time(now);
-        match self.part.power {
+        match self.power() {
             Power::Off => Leds { status: false, pattern: StatusLed::Off, bus: false },
             Power::On => Leds {
-                status: self.part.status.led.is_lit(time),
-                pattern: self.part.status.led,
+                status: self.status().led.is_lit(time),
+                pattern: self.status().led,
                 bus: self.dp_state() == dp::State::DataExch,
             },
             // Alternately, manual chapter 2.4.
@@ -220,12 +240,12 @@ impl Device {
 
     /// The time that blinks count from, for [`StatusLed::is_lit`]: since the device was made.
     pub fn blink_time(&self, now: Instant) -> Duration {
-        now.saturating_since(self.part.power_on)
+        now.saturating_since(self.part.cycles.start())
     }
 
     /// The stored parameters.
     pub const fn parameters(&self) -> &Store {
-        &self.part.store
+        self.part.unit.parameters()
     }
 
     /// Writes a parameter past the bus, by the rules of the bus: the drive cannot tell it from a PKW job, but no reply
@@ -241,12 +261,78 @@ impl Device {
         value: Value,
     ) -> Result<(), ParamError> {
         self.part.advance(now);
-        let context = self.part.write_context();
-        let effect = self.part.store.write(pnu, element, value, &context)?;
-        self.part.act(effect);
-        self.part.note_changes();
-        self.part.wake(now);
+        let write = self.parameters().meaning(pnu, element, value)?;
+        let _written = self.part.unit.write(write)?;
+        self.part.cycles.wake(now);
         Ok(())
+    }
+
+    /// Opens the switch of the control supply: see [`Unit::power_off`]; the bus hears nothing more. Counts as a `handle_*`
+    /// call; does nothing to a drive that is switched off.
+    pub fn power_off(&mut self, now: Instant) {
+        self.supply(now, Unit::power_off);
+    }
+
+    /// Closes the switch of the control supply (row 1): see [`Unit::power_on`]; the slave waits for parameters at the
+    /// address of the DIP switches. Counts as a `handle_*` call; does nothing to a drive that is on.
+    pub fn power_on(&mut self, now: Instant) {
+        self.supply(now, Unit::power_on);
+    }
+
+    /// Changes what acts on the drive from outside: see [`Unit::set_inputs`]. Counts as a `handle_*` call.
+    pub fn set_inputs(&mut self, now: Instant, inputs: Inputs) {
+        self.supply(now, |unit| unit.set_inputs(inputs));
+    }
+
+    fn supply(&mut self, now: Instant, change: impl FnOnce(&mut Unit) -> Switched) {
+        self.part.advance(now);
+        match change(&mut self.part.unit) {
+            Switched::No => {}
+            Switched::Off | Switched::On => {
+                self.framer = self.part.config.framer();
+                self.part.restart();
+            }
+        }
+        self.part.cycles.wake(now);
+    }
+
+    /// Sets the DIP switches. They are read when the drive is switched on next (manual chapter 7.8).
+    pub const fn set_switches(&mut self, switches: DipSwitches) {
+        self.part.config.switches = switches;
+        self.part.unit.set_switches(switches);
+    }
+
+    /// What the drive would keep if it were switched off now.
+    pub fn image(&self) -> ImageOctets {
+        self.part.unit.image()
+    }
+
+    /// How safe what the drive keeps is.
+    pub fn eeprom_state(&self) -> EepromState {
+        self.part.unit.eeprom_state()
+    }
+
+    /// The image to keep: see [`Unit::poll_image`]. Changes with every `handle_*`; poll it when those of the contract are
+    /// drained.
+    #[must_use = "it is not offered again"]
+    pub fn poll_image(&mut self) -> Option<StoreRequest> {
+        self.part.unit.poll_image()
+    }
+
+    /// The host says what became of an image: see [`Unit::handle_stored`]. If it could not be kept, a waiting job is
+    /// answered with error 18 and has changed nothing.
+    pub fn handle_stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>) {
+        self.part.advance(now);
+        match self.part.unit.handle_stored(generation, outcome) {
+            Outcome::None => {}
+            Outcome::Safe => _ = self.part.engine.stored(),
+            Outcome::Undone => {
+                if let Some(refusal) = self.part.engine.store_failed() {
+                    self.part.events.push(Event::JobRefused(refusal));
+                }
+            }
+        }
+        self.part.cycles.wake(now);
     }
 
     /// The line has another rate from now on.
@@ -260,7 +346,7 @@ impl Device {
     pub fn handle_bytes(&mut self, now: Instant, octets: &[u8]) {
         let Self { framer, part } = self;
         part.advance(now);
-        if !part.is_on_the_bus() {
+        if !part.unit.is_working() {
             return;
         }
         // What a scan finds among octets whose rest did not come counts from now: for the drive part, time has passed.
@@ -270,7 +356,7 @@ impl Device {
     /// Takes one telegram whose last octet ended at `now`, for hosts that frame the octets of many devices once.
     pub fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>) {
         self.part.advance(now);
-        if self.part.is_on_the_bus() {
+        if self.part.unit.is_working() {
             self.part.hear(now, Ok(*telegram));
         }
     }
@@ -312,7 +398,7 @@ impl Device {
     /// Changes with every `handle_*`, and with every `poll_transmit` that returned octets.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
-        let drive = Instant::first_of(self.part.station.poll_timeout(), self.part.next_cycle);
+        let drive = Instant::first_of(self.part.station.poll_timeout(), self.part.cycles.next());
         Instant::first_of(drive, self.framer.poll_timeout())
     }
 
@@ -324,61 +410,54 @@ impl Device {
     /// The oldest event not taken yet. Changes with every `handle_*` and `poll_transmit`.
     #[must_use]
     pub fn poll_event(&mut self) -> Option<Event> {
-        self.part.events.pop()
+        self.part.events.pop().map(|event| event.unwrap_or_else(|events| Event::Lost { events }))
     }
 }
 
 impl Parts {
-    fn new(config: Config, kept: Option<Image>, now: Instant) -> Self {
-        let fresh = kept.is_none();
-        let mut image = kept.unwrap_or_else(|| Image::of_new(config.model, config.gear));
-        image.store.set_quirks(config.param);
-        let store = image.store.clone();
-        let settings = Settings::read(&store);
-        let mut drive = Drive::with(config.model, config.gear, &settings, config.drive);
-        storage::recall(&mut drive, &image);
+    fn new(config: Config, unit: Unit, now: Instant) -> Self {
         let mut part = Self {
             config,
-            address: config.switches.address(),
-            power: Power::On,
-            inputs: drive.inputs(),
-            switch_closed: true,
+            unit,
+            shown: Shown { address: config.switches.address(), words: Words::new(config.words) },
             station: config.station(),
             engine: Engine::new(config.pkw),
-            store,
-            settings,
-            status: drive.status(),
-            drive,
-            next_cycle: None,
-            power_on: now,
+            cycles: Cycles::new(config.application_cycle, now),
             outputs_seen: 0,
             exchanging: false,
             interrupted: false,
-            parameters_acted: false,
             pkw_reply: Pkw::ZERO,
-            storage: storage::Storage::new(config.eeprom, image, fresh),
-            events: event::Queue::default(),
+            events: Queue::default(),
         };
-        part.read_switches();
-        part.run_cycle(config.step());
-        part.wake(now);
+        part.run_cycle();
         part
+    }
+
+    /// The unit was switched on or off: a new station that has heard nothing yet.
+    fn restart(&mut self) {
+        // SW1 to SW7 of a factory reset say which parameters, not which address (`ag03.md` 11).
+        if self.unit.power() == Power::On {
+            self.shown.address = self.config.switches.address();
+        }
+        self.shown.words = Words::new(self.config.words);
+        self.station = self.config.station();
+        self.outputs_seen = self.station.slave().output_updates();
+        (self.exchanging, self.interrupted) = (false, false);
+        self.engine.reset();
+        self.publish(Pkw::ZERO);
     }
 
     /// Lets everything happen that is due until `now`: application cycles and the watchdog, in the order of time.
     fn advance(&mut self, now: Instant) {
-        self.forfeit_old_cycles(now);
+        self.cycles.forfeit(now);
         loop {
             let watchdog = self.station.watchdog_timeout().filter(|due| *due <= now);
-            let cycle = self.next_cycle.filter(|due| *due <= now);
+            let cycle = self.cycles.next().filter(|due| *due <= now);
             match (cycle, watchdog) {
                 (Some(cycle), Some(watchdog)) if watchdog <= cycle => self.expire_watchdog(watchdog),
                 (Some(cycle), Some(_) | None) => {
-                    self.next_cycle = None;
-                    self.run_cycle(self.config.step());
-                    if !self.is_at_rest() {
-                        self.next_cycle = Some(cycle.saturating_add(self.config.application_cycle));
-                    }
+                    self.run_cycle();
+                    self.cycles.ran(cycle, self.is_at_rest());
                 }
                 (None, Some(watchdog)) => self.expire_watchdog(watchdog),
                 (None, None) => return,
@@ -386,20 +465,11 @@ impl Parts {
         }
     }
 
-    /// Moves a cycle that is overdue beyond all measure up to the time that is made up for.
-    fn forfeit_old_cycles(&mut self, now: Instant) {
-        let overdue = self.next_cycle.map(|due| now.saturating_since(due));
-        if overdue.is_some_and(|overdue| overdue > MOST_TIME_MADE_UP) {
-            self.next_cycle = None;
-            self.wake(Instant::from_nanos(now.as_nanos().saturating_sub(nanos(MOST_TIME_MADE_UP))));
-        }
-    }
-
     fn expire_watchdog(&mut self, due: Instant) {
         if let Some(event) = self.station.handle_timeout(due) {
             self.events.push(Event::Dp(event));
         }
-        self.outputs_passed(due);
+        self.wake_for_outputs(due);
     }
 
     /// A telegram or a refusal from the line.
@@ -412,15 +482,15 @@ impl Parts {
         if let Some(event) = outcome.event {
             self.events.push(Event::Dp(event));
         }
-        self.outputs_passed(now);
-        if outcome.exchanged && self.config.application_cycle.is_zero() {
-            self.run_cycle(self.config.step());
+        self.wake_for_outputs(now);
+        if outcome.exchanged && self.cycles.is_manual() {
+            self.run_cycle();
         }
     }
 
     /// Wakes the drive part if outputs were passed that it has not seen.
-    fn outputs_passed(&mut self, now: Instant) {
-        let passed = self.station.slave().outputs_passed();
+    fn wake_for_outputs(&mut self, now: Instant) {
+        let passed = self.station.slave().output_updates();
         if self.outputs_seen == passed {
             return;
         }
@@ -428,134 +498,62 @@ impl Parts {
         if self.exchanging && self.station.slave().state() != dp::State::DataExch {
             self.exchanging = false;
             self.interrupted = true;
-            if self.config.application_cycle.is_zero() {
-                self.run_cycle(self.config.step());
+            if self.cycles.is_manual() {
+                self.run_cycle();
             }
         }
-        self.wake(now);
+        self.cycles.wake(now);
     }
 
-    /// Sets the next point of the application cycle grid after `now`, unless one is set already.
-    fn wake(&mut self, now: Instant) {
-        let cycle = nanos(self.config.application_cycle);
-        if self.next_cycle.is_some() || cycle == 0 {
-            return;
-        }
-        let elapsed = nanos(now.saturating_since(self.power_on));
-        let next = (elapsed / cycle + 1).saturating_mul(cycle);
-        self.next_cycle = Some(self.power_on.saturating_add(Duration::from_nanos(next)));
-    }
-
-    /// One application cycle: newest outputs in, one step of this length, new inputs out.
-    fn run_cycle(&mut self, step: Duration) {
+    /// One application cycle: newest outputs in, one step, new inputs out.
+    fn run_cycle(&mut self) {
         // A break in Data_Exchange is seen for one cycle even if it was shorter.
         self.exchanging = self.station.slave().state() == dp::State::DataExch && !self.interrupted;
         self.interrupted = false;
         let octets =
             self.station.slave().outputs().first_chunk::<PPO_LEN>().copied().filter(|_| self.exchanging);
         let outputs = octets.as_ref().map(Outputs::new);
-
-        let command = outputs.map(|outputs| self.config.words.command(outputs.stw(), outputs.hsw()));
-        let fault = self.status.fault;
-        self.drive.step(step, command.as_ref(), &self.settings);
-        self.status = self.drive.status();
+        let command = self.shown.words.command(outputs.map(|outputs| (outputs.stw(), outputs.hsw())));
+        self.unit.step(self.cycles.step(), &command);
+        self.shown.words.accept(self.unit.status());
         // Behind the step, so that a parameter that shows the drive agrees with ZSW and HIW.
-        self.pkw_reply = self.run_job(outputs.map(Outputs::pkw));
-        self.note_changes();
+        let reply = self.run_job(outputs.map(Outputs::pkw));
+        self.publish(reply);
+    }
 
-        if let Some(refusal) = self.drive.take_refusal() {
-            self.events.push(Event::CommandRefused(refusal));
-        }
-        if let Some(fault) = self.status.fault.filter(|_| fault.is_none()) {
-            self.events.push(Event::Fault(fault));
-        }
-        let inputs = ppo::Inputs::octets(
-            self.pkw_reply,
-            self.config.words.zsw(&self.status),
-            words::hiw(&self.status),
-        );
+    /// Offers new inputs to the master and what has happened in the unit to the host.
+    fn publish(&mut self, pkw_reply: Pkw) {
+        self.pkw_reply = pkw_reply;
+        let status = self.unit.status();
+        let inputs = ppo::Inputs::octets(pkw_reply, self.shown.words.zsw(status), words::hiw(status));
         self.station.set_inputs(&inputs);
+        while let Some(event) = self.unit.poll_event() {
+            self.events.push(Event::of_unit(event, &self.shown.words));
+        }
     }
 
     /// Runs the parameter channel; `None` outside Data_Exchange.
     fn run_job(&mut self, job: Option<Pkw>) -> Pkw {
-        self.parameters_acted = false;
         let Some(job) = job else {
             self.engine.reset();
             return Pkw::ZERO;
         };
-        // Most cycles only hold the reply.
-        if !self.engine.may_read(job) {
-            return self.pkw_reply;
-        }
-        let live = self.live();
-        let context = self.write_context();
-        // Only a job that runs now can write; a held one must not cost a copy of everything in each cycle.
-        let may_write = self.storage.is_some() && self.engine.has_work(job);
-        let before = may_write.then(|| self.image());
-        let outcome = self.engine.cycle(job, &mut self.store, &live, &context);
-        self.act(outcome.effect);
+        let Self { unit, config, shown, engine, events, .. } = self;
+        let outcome = engine.cycle(job, &mut Channel { unit, quirks: config.parameters, shown });
         if let Some(refusal) = outcome.refusal {
-            self.events.push(Event::JobRefused(refusal));
-        }
-        if let Some(before) = before.filter(|_| outcome.stores)
-            && self.must_be_stored(before)
-        {
-            self.engine.hold(self.pkw_reply);
-            return self.pkw_reply;
+            events.push(Event::JobRefused(refusal));
         }
         outcome.reply
     }
 
-    /// Lets the drive follow what was written to a parameter.
-    #[inline]
-    fn act(&mut self, effect: Effect) {
-        match effect {
-            Effect::None => {}
-            Effect::SettingsChanged => self.settings = Settings::read(&self.store),
-            Effect::ClearFaults => self.drive.clear_faults(),
-            // Not during a travel job: the store has refused it by the same status.
-            Effect::Calibrate => {
-                let _refused = self.drive.calibrate(self.store.value(Parameter::CalibrationValue));
-            }
-        }
-        self.parameters_acted = effect != Effect::None;
-        if self.parameters_acted {
-            self.status = self.drive.status();
-        }
-    }
-
     /// Whether another application cycle with the same outputs would change nothing.
     fn is_at_rest(&self) -> bool {
-        if !self.drive.is_at_rest() {
+        if !self.unit.is_at_rest() {
             return false;
         }
         let job = self.station.slave().outputs().first_chunk().map(|outputs| Outputs::new(outputs).pkw());
         let job_waits = self.exchanging && job.is_some_and(|job| self.engine.has_work(job));
         let exchanging = self.station.slave().state() == dp::State::DataExch;
-        !self.parameters_acted && !job_waits && self.exchanging == exchanging
-    }
-
-    const fn write_context(&self) -> WriteContext {
-        WriteContext { moving: self.status.moving, job_active: self.status.job_active }
-    }
-
-    /// What the drive reports through parameters that are only read.
-    fn live(&self) -> Live {
-        let faults = self.drive.faults();
-        let measured = self.drive.measured();
-        Live {
-            address: self.address.number(),
-            fault_buffer: self.drive.fault_codes(),
-            fault_count: faults.count(),
-            system_status: words::system_status(&self.status),
-            temperature: measured.temperature,
-            motor_current: measured.current,
-            general_status: words::general_status(&self.status),
-            position: self.status.position,
-            output_stage_voltage: measured.output_supply,
-            control_voltage: measured.control_supply,
-            battery_voltage: measured.battery,
-        }
+        !job_waits && self.exchanging == exchanging
     }
 }

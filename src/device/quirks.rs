@@ -5,9 +5,9 @@
 use thiserror::Error;
 
 use super::Config;
-use super::dip::ResetPatterns;
 use crate::drive::DirectionChange;
 use crate::pkw::SubindexOctet;
+use crate::unit::dip::ResetPatterns;
 
 /// A point on which the manuals contradict themselves or leave a choice.
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +48,7 @@ impl Config {
     ///
     /// let mut config = Config::new(Address::station(5)?);
     /// config.set_quirk("off1", "brake")?;
-    /// assert!(config.drive.quirks.off1_brakes);
+    /// assert!(config.words.off1_brakes);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
@@ -91,28 +91,28 @@ pub const QUIRKS: [Quirk; 28] = [
         register: "C-05",
         about: "what a paused travel job counts as (ZSW.15, SSW.14)",
         values: &["ready", "active"],
-        choose: |config, value| config.drive.quirks.paused_is_active = value == 1,
+        choose: |config, value| config.words.paused_is_active = value == 1,
     },
     Quirk {
         name: "off1-release",
         register: "C-06",
         about: "what of STW.0 leaves turn-on disabled: 0, or a change from 1 to 0",
         values: &["level", "edge"],
-        choose: |config, value| config.drive.quirks.off1_needs_edge = value == 1,
+        choose: |config, value| config.words.off1_needs_edge = value == 1,
     },
     Quirk {
         name: "zsw12",
         register: "C-07",
         about: "how ZSW.12 acknowledges a job: toggling, or with the level of STW.6",
         values: &["toggle", "mirror"],
-        choose: |config, value| config.drive.quirks.acknowledge_mirrors_start = value == 1,
+        choose: |config, value| config.words.acknowledge_mirrors_start = value == 1,
     },
     Quirk {
         name: "fault-zsw0",
         register: "C-09",
         about: "ZSW.0 and ZSW.1 in fault and turn-on disabled: as the supplies, or 0",
         values: &["supply", "0"],
-        choose: |config, value| config.drive.quirks.not_ready_in_fault = value == 1,
+        choose: |config, value| config.words.not_ready_in_fault = value == 1,
     },
     Quirk {
         name: "velocity-ready",
@@ -153,7 +153,7 @@ pub const QUIRKS: [Quirk; 28] = [
         register: "C-15",
         about: "how an AG03/1 confirms a write of PNU 970",
         values: &["double-word", "word"],
-        choose: |config, value| config.pkw.confirm_load_as_word = value == 1,
+        choose: |config, value| config.parameters.confirm_load_as_word = value == 1,
     },
     Quirk {
         name: "plain-array-read",
@@ -167,14 +167,14 @@ pub const QUIRKS: [Quirk; 28] = [
         register: "C-17",
         about: "what reading PNU 970 is answered with: value 0, or error 18",
         values: &["0", "refuse"],
-        choose: |config, value| config.pkw.refuse_command_read = value == 1,
+        choose: |config, value| config.parameters.refuse_command_read = value == 1,
     },
     Quirk {
         name: "fault-order",
         register: "C-18",
         about: "which fault PNU 945 lists first",
         values: &["newest", "oldest"],
-        choose: |config, value| config.drive.quirks.oldest_fault_first = value == 1,
+        choose: |config, value| config.words.oldest_fault_first = value == 1,
     },
     Quirk {
         name: "calibration",
@@ -195,35 +195,35 @@ pub const QUIRKS: [Quirk; 28] = [
         register: "C-23",
         about: "what OFF1 does to a turning shaft: release at once, or brake and release",
         values: &["release", "brake"],
-        choose: |config, value| config.drive.quirks.off1_brakes = value == 1,
+        choose: |config, value| config.words.off1_brakes = value == 1,
     },
     Quirk {
         name: "all-zero",
         register: "C-24",
         about: "what STW = 0 does to a turning shaft: release at once, or brake and release",
         values: &["release", "brake"],
-        choose: |config, value| config.drive.quirks.all_zero_brakes = value == 1,
+        choose: |config, value| config.words.all_zero_brakes = value == 1,
     },
     Quirk {
         name: "start-edge",
         register: "C-32",
         about: "which change of STW.6 starts a travel job",
         values: &["any", "rising"],
-        choose: |config, value| config.drive.quirks.start_needs_rising_edge = value == 1,
+        choose: |config, value| config.words.start_needs_rising_edge = value == 1,
     },
     Quirk {
         name: "zsw10",
         register: "C-35",
         about: "when ZSW.10 shows target reached",
         values: &["end-of-job", "live"],
-        choose: |config, value| config.drive.quirks.target_reached_live = value == 1,
+        choose: |config, value| config.words.target_reached_live = value == 1,
     },
     Quirk {
         name: "first-enable",
         register: "C-36",
         about: "when Data_Exchange may enable: with its first telegram, or after STW.0 = 0 was seen",
         values: &["at-once", "after-off1"],
-        choose: |config, value| config.drive.quirks.off1_must_be_seen = value == 1,
+        choose: |config, value| config.words.off1_must_be_seen = value == 1,
     },
     Quirk {
         name: "d-pos",

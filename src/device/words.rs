@@ -1,92 +1,179 @@
-//! Every bit position of STW, ZSW, SSW and the general status register, once.
+//! The words of bits on the bus, from and to what the drive knows: STW is taken apart, ZSW, SSW and the general status
+//! register are put together. Which bit is where, and what it means, is in [`bits`](super::bits).
 //!
-//! ```text
-//! STW   positioning                  velocity            ZSW   positioning                velocity
-//!  0    ON / OFF1                    same                 0    ready to turn on           same
-//!  1    no OFF2                      same                 1    ready, = bit 0             same
-//!  2    not evaluated (C-21)         same                 2    operation enabled          same
-//!  3    enable operation             same                 3    fault                      same
-//!  4    0 = stop                     -                    4    no OFF2 = STW.1            same
-//!  5    0 = intermediate stop        -                    5    1                          same
-//!  6    edge: start travel job       setpoint released    6    turn-on disabled           same
-//!  7    edge: acknowledge            same                 7    warning                    same
-//!  8    inching 1                    -                    8    no lag error               velocity in window
-//!  9    inching 2                    -                    9    1                          1
-//! 10    -                            -                   10    target position reached    1
-//! 11    -                            -                   11    1                          1
-//! 12    -                            -                   12    toggles per accepted job   1
-//! 13    -                            -                   13    stands still               stands still
-//! 14    -                            -                   14    beyond a limit             0 (C-03)
-//! 15    inching 2 negative           -                   15    ready to travel            ready to travel
-//! ```
-//!
-//! Sources: manual tables 11 to 14 and 1, `ag03.md` 4, 5 and 6.
+//! Sources: manual tables 11 to 14 and 1 (`docs/reference/ag03.md` 4, 5 and 6).
 
-use crate::drive::{Command, Mode, Motor, Status};
+use super::bits::{GeneralStatusBit, SswBit, StwBit, ZswBit};
+use crate::drive::{Command, Direction, Mode, Motor, Operation, State, Status};
 use crate::ppo::{Stw, Zsw};
 
 /// Where the manuals leave the bits open; each is off by default (`ag03.md` 15).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Quirks {
-    /// C-03: ZSW.14 is 1 in velocity mode, not 0.
+    /// ZSW.14 is 1 in velocity mode, not 0 (C-03).
     pub velocity_bit_14: bool,
-    /// C-21, C-37: STW.2 = 1 takes operation enabled away instead of being ignored.
+    /// A paused job counts as active positioning: not ready-to-travel (ZSW.15 = 0, SSW.14 = 1) (C-05).
+    pub paused_is_active: bool,
+    /// Turn-on disabled is left only by a change of STW.0 from 1 to 0, not by its being 0 (C-06).
+    pub off1_needs_edge: bool,
+    /// ZSW.12 takes the level of STW.6 when a job is accepted, instead of toggling (C-07).
+    pub acknowledge_mirrors_start: bool,
+    /// Ready to turn on (ZSW.0, ZSW.1) is 0 in fault and turn-on disabled (C-09).
+    pub not_ready_in_fault: bool,
+    /// PNU 945 lists the oldest fault first (C-18).
+    pub oldest_fault_first: bool,
+    /// STW.2 = 1 takes operation enabled away instead of being ignored (C-21, C-37).
     pub bit_2_must_be_0: bool,
+    /// OFF1 brakes with maximum deceleration and then releases the motor, instead of releasing at once (C-23).
+    pub off1_brakes: bool,
+    /// OFF1, OFF2 and disable together (STW = 0) brake with maximum deceleration and then release (C-24).
+    pub all_zero_brakes: bool,
+    /// Only a change of STW.6 from 0 to 1 starts a travel job (C-32).
+    pub start_needs_rising_edge: bool,
+    /// Target reached (ZSW.10) follows the position window during a job too (C-35).
+    pub target_reached_live: bool,
+    /// STW.0 = 0 must be seen once in Data_Exchange before operation can be enabled (C-36).
+    pub off1_must_be_seen: bool,
 }
 
-impl Quirks {
-    /// [`command`] with these quirks.
-    pub fn command(self, stw: Stw, hsw: i32) -> Command {
-        let command = command(stw, hsw);
-        let forbidden = self.bit_2_must_be_0 && stw.bit(2);
-        Command { enable_operation: command.enable_operation && !forbidden, ..command }
-    }
-
-    /// [`zsw`] with these quirks.
-    pub fn zsw(self, status: &Status) -> Zsw {
-        let bit_14 = self.velocity_bit_14 && status.mode == Mode::Velocity;
-        Zsw::from_raw(zsw(status).raw() | u16::from(bit_14) << 14)
-    }
+/// The control word of a drive and what it remembers of the one before; the status word that goes with it.
+///
+/// Once per application cycle: [`command`](Self::command), the drive's step, [`accept`](Self::accept).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Words {
+    quirks: Quirks,
+    /// The newest control word; 0 outside Data_Exchange.
+    stw: Stw,
+    /// OFF1 was given in this Data_Exchange.
+    off1_seen: bool,
+    /// As the drive counted them last.
+    jobs: u8,
+    /// ZSW.12.
+    acknowledge: bool,
 }
 
-/// What the control word and the setpoint ask of the drive.
-pub fn command(stw: Stw, hsw: i32) -> Command {
-    Command {
-        on: stw.bit(0),
-        no_off2: stw.bit(1),
-        enable_operation: stw.bit(3),
-        no_stop: stw.bit(4),
-        no_intermediate_stop: stw.bit(5),
-        start: stw.bit(6),
-        acknowledge: stw.bit(7),
-        inch_1: stw.bit(8),
-        inch_2: stw.bit(9),
-        inch_2_negative: stw.bit(15),
-        setpoint: hsw,
+impl Words {
+    /// Nothing was said yet.
+    pub fn new(quirks: Quirks) -> Self {
+        Self { quirks, ..Self::default() }
     }
-}
 
-/// The status word of a drive.
-pub fn zsw(status: &Status) -> Zsw {
-    let positioning = status.mode == Mode::Positioning;
-    word([
-        status.supply_ok,
-        status.supply_ok,
-        status.operation_enabled,
-        status.fault.is_some(),
-        status.no_off2,
-        true,
-        status.turn_on_disabled,
-        status.warning,
-        if positioning { !status.lag_error } else { status.in_window },
-        true,
-        if positioning { status.target_reached } else { true },
-        true,
-        if positioning { status.job_acknowledge } else { true },
-        status.standstill,
-        status.above_upper_limit || status.below_lower_limit,
-        status.ready_to_travel,
-    ])
+    /// The newest control word; 0 outside Data_Exchange.
+    pub const fn stw(&self) -> Stw {
+        self.stw
+    }
+
+    /// Whether enabling waits for STW.0 = 0 (C-36).
+    pub const fn awaits_off1(&self) -> bool {
+        self.quirks.off1_must_be_seen && !self.off1_seen
+    }
+
+    /// Whether PNU 945 lists the oldest fault first (C-18).
+    pub(super) const fn oldest_fault_first(&self) -> bool {
+        self.quirks.oldest_fault_first
+    }
+
+    /// What the newest control word and setpoint ask of the drive; `None`: outside Data_Exchange, which acts as all-zero
+    /// (row 50) and frees the keys (row 52).
+    pub fn command(&mut self, outputs: Option<(Stw, i32)>) -> Command {
+        let (stw, setpoint) = outputs.unwrap_or_default();
+        let before = core::mem::replace(&mut self.stw, stw);
+        self.off1_seen = outputs.is_some() && (self.off1_seen || !StwBit::On.is_set(stw));
+        let operation = self.operation();
+        let start = StwBit::Start.is_set(stw);
+        let edge = start != StwBit::Start.is_set(before) && (start || !self.quirks.start_needs_rising_edge);
+        Command {
+            operation,
+            enable: StwBit::EnableOperation.is_set(stw) && !StwBit::EnableOperation.is_set(before),
+            // A falling edge on the way to OFF is none.
+            travel: edge && (start || operation == Operation::Run),
+            turn: start,
+            setpoint,
+            stop: !StwBit::NoStop.is_set(stw),
+            pause: !StwBit::NoIntermediateStop.is_set(stw),
+            inch_1: StwBit::Inching1.is_set(stw),
+            inch_2: StwBit::Inching2.is_set(stw).then_some(if StwBit::Inching2Negative.is_set(stw) {
+                Direction::Negative
+            } else {
+                Direction::Positive
+            }),
+            acknowledge: StwBit::Acknowledge.is_set(stw),
+            rearm: !StwBit::On.is_set(stw) && (StwBit::On.is_set(before) || !self.quirks.off1_needs_edge),
+            keys: outputs.is_none(),
+        }
+    }
+
+    /// What bits 0 to 3 ask of the motor (rows 4 to 8).
+    fn operation(&self) -> Operation {
+        let Quirks { bit_2_must_be_0, off1_brakes, all_zero_brakes, .. } = self.quirks;
+        let (on, no_off2) = (StwBit::On.is_set(self.stw), StwBit::NoOff2.is_set(self.stw));
+        let enable =
+            StwBit::EnableOperation.is_set(self.stw) && !(bit_2_must_be_0 && StwBit::Off3.is_set(self.stw));
+        match (no_off2, on, enable) {
+            (false, false, false) if all_zero_brakes => Operation::BrakeAndRelease,
+            (false, _, _) => Operation::Release,
+            (true, false, _) if off1_brakes => Operation::BrakeAndRelease,
+            (true, false, _) => Operation::Release,
+            (true, true, true) if !self.awaits_off1() => Operation::Run,
+            (true, true, _) => Operation::BrakeAndHold,
+        }
+    }
+
+    /// Takes note of what the step has made of the command: ZSW.12 changes with each accepted job (C-07).
+    pub fn accept(&mut self, status: &Status) {
+        if status.jobs != self.jobs {
+            self.jobs = status.jobs;
+            let toggled = !self.acknowledge;
+            self.acknowledge =
+                if self.quirks.acknowledge_mirrors_start { StwBit::Start.is_set(self.stw) } else { toggled };
+        }
+    }
+
+    /// The status word.
+    pub fn zsw(&self, status: &Status) -> Zsw {
+        let status = &self.shown(status);
+        let positioning = status.mode == Mode::Positioning;
+        let beyond = status.above_upper_limit || status.below_lower_limit;
+        Zsw::from_raw(
+            ZswBit::ReadyToTurnOn.when(status.supply_ok)
+                | ZswBit::Ready.when(status.supply_ok)
+                | ZswBit::OperationEnabled.when(status.operation_enabled)
+                | ZswBit::Fault.when(status.fault.is_some())
+                | ZswBit::NoOff2.when(StwBit::NoOff2.is_set(self.stw))
+                | ZswBit::NoOff3.mask()
+                | ZswBit::TurnOnDisabled.when(status.turn_on_disabled)
+                | ZswBit::Warning.when(status.warning)
+                | ZswBit::NoLagError.when(if positioning { !status.lag_error } else { status.in_window })
+                | ZswBit::ControlRequested.mask()
+                | ZswBit::TargetReached.when(!positioning || status.target_reached)
+                | ZswBit::ReferencePointSet.mask()
+                | ZswBit::JobToggle.when(!positioning || self.acknowledge)
+                | ZswBit::Standstill.when(status.standstill)
+                | ZswBit::LimitExceeded.when(beyond || !positioning && self.quirks.velocity_bit_14)
+                | ZswBit::ReadyToTravel.when(status.ready_to_travel),
+        )
+    }
+
+    /// The system status word SSW, PNU 1020.
+    pub fn system_status(&self, status: &Status) -> u16 {
+        system_status(&self.shown(status))
+    }
+
+    /// The status as the quirks let the words show it.
+    fn shown(&self, status: &Status) -> Status {
+        let Quirks { paused_is_active, not_ready_in_fault, target_reached_live, .. } = self.quirks;
+        let paused = paused_is_active && matches!(status.state, State::Pausing { .. } | State::Paused { .. });
+        let in_fault = not_ready_in_fault && matches!(status.state, State::Fault | State::TurnOnDisabled);
+        let live = target_reached_live && status.in_window && status.setpoint_programmed;
+        Status {
+            supply_ok: status.supply_ok && !in_fault,
+            target_reached: status.target_reached || live,
+            positioning_active: status.positioning_active || paused,
+            start_conditions_met: status.start_conditions_met && !paused,
+            ready_to_travel: status.ready_to_travel && !paused,
+            ..*status
+        }
+    }
 }
 
 /// The actual value HIW: position in positioning mode, velocity in rpm in velocity mode.
@@ -97,53 +184,29 @@ pub fn hiw(status: &Status) -> i32 {
     }
 }
 
-/// The system status word SSW, PNU 1020.
-pub fn system_status(status: &Status) -> u16 {
-    word([
-        false,
-        false,
-        false,
-        status.in_window,
-        status.travelling,
-        status.above_upper_limit,
-        status.below_lower_limit,
-        status.motor == Motor::Released,
-        status.fault.is_some(),
-        status.approach_reversed,
-        !status.output_stage_ok,
-        !status.start_conditions_met,
-        status.battery_low,
-        status.current_out_of_range,
-        status.positioning_active,
-        status.lag_error,
-    ])
-    .raw()
+/// The bits of the system status word, the same on every bus.
+fn system_status(status: &Status) -> u16 {
+    SswBit::InPosition.when(status.in_window)
+        | SswBit::Travels.when(status.travelling)
+        | SswBit::AboveUpperLimit.when(status.above_upper_limit)
+        | SswBit::BelowLowerLimit.when(status.below_lower_limit)
+        | SswBit::MotorReleased.when(status.motor == Motor::Released)
+        | SswBit::Fault.when(status.fault.is_some())
+        | SswBit::LoopTravel.when(status.approach_reversed)
+        | SswBit::NoOutputStage.when(!status.output_stage_ok)
+        | SswBit::NotReadyToTravel.when(!status.start_conditions_met)
+        | SswBit::BatteryLow.when(status.battery_low)
+        | SswBit::CurrentOutOfRange.when(status.current_out_of_range)
+        | SswBit::PositioningActive.when(status.positioning_active)
+        | SswBit::LagError.when(status.lag_error)
 }
 
-/// The general status register, PNU 1031: bit 4 enable input (AG03) or output stage supply (AG03/1), bit 7
-/// torque deactivation has tripped.
+/// The general status register, PNU 1031: enable input (AG03) or output stage supply (AG03/1), and whether the torque
+/// deactivation has tripped.
 pub fn general_status(status: &Status) -> u16 {
-    u16::from(status.output_stage_ok) << 4 | u16::from(status.torque_tripped) << 7
-}
-
-/// The word with these bits, bit 0 first.
-fn word(bits: [bool; 16]) -> Zsw {
-    Zsw::from_raw(bits.iter().rev().fold(0, |word, bit| word << 1 | u16::from(*bit)))
+    GeneralStatusBit::OutputStage.when(status.output_stage_ok)
+        | GeneralStatusBit::TorqueDeactivation.when(status.torque_tripped)
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn bits_without_a_meaning_ask_for_nothing_and_every_other_bit_for_something() {
-        for stw in 0..=u16::MAX {
-            let meaning = stw & !0x7C04;
-            assert_eq!(command(Stw::from_raw(stw), 7), command(Stw::from_raw(meaning), 7));
-        }
-        let none = command(Stw::from_raw(0), 7);
-        for bit in [0, 1, 3, 4, 5, 6, 7, 8, 9, 15] {
-            assert_ne!(command(Stw::from_raw(1 << bit), 7), none, "STW.{bit}");
-        }
-    }
-}
+mod tests;

@@ -17,6 +17,8 @@ use nom::number::complete::be_u8;
 use nom::{IResult, Parser};
 use thiserror::Error;
 
+use super::Refusal;
+
 /// The most input or output octets of a slave.
 pub const MAX_IO_LEN: usize = 244;
 
@@ -65,49 +67,23 @@ pub enum CfgSyntax {
     },
 }
 
-/// What is wrong with a Chk_Cfg: the first octet that differs from the nearest accepted configuration.
+/// What is wrong with a Chk_Cfg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("Chk_Cfg octet {}: {}, expected {}: choose the module of our GSD in the master's project", index + 1, Octet(*got), Octet(*expected))]
-pub struct CfgFault {
-    /// Where, from 0.
-    pub index: usize,
-    /// The octet of the accepted configuration, `None` behind its end.
-    pub expected: Option<u8>,
-    /// The octet found, `None` behind the end of the request.
-    pub got: Option<u8>,
+pub enum CfgFault {
+    /// The application does not accept it.
+    #[error("{}", Refused(.0))]
+    Refused(Refusal),
+    /// The application accepts it, and no slave can exchange it.
+    #[error("Chk_Cfg: {0}")]
+    Impossible(CfgSyntax),
 }
 
-impl CfgFault {
-    /// The accepted configuration that a request names.
-    ///
-    /// # Errors
-    /// The difference to the configuration that agrees longest.
-    pub fn compare(identifiers: &[u8], accepted: &[&'static [u8]]) -> Result<&'static [u8], Self> {
-        let mut nearest = Self { index: 0, expected: None, got: identifiers.first().copied() };
-        for (number, candidate) in accepted.iter().enumerate() {
-            if *candidate == identifiers {
-                return Ok(candidate);
-            }
-            let index =
-                identifiers.iter().zip(*candidate).take_while(|(got, expected)| got == expected).count();
-            if number == 0 || index > nearest.index {
-                let at = |octets: &[u8]| octets.get(index).copied();
-                nearest = Self { index, expected: at(candidate), got: at(identifiers) };
-            }
-        }
-        Err(nearest)
-    }
-}
+/// A refusal, as a person reads it.
+struct Refused<'a>(&'a Refusal);
 
-/// An octet of a configuration or its end, as a person reads it.
-struct Octet(Option<u8>);
-
-impl core::fmt::Display for Octet {
+impl core::fmt::Display for Refused<'_> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self.0 {
-            Some(octet) => write!(f, "0x{octet:02X}"),
-            None => f.write_str("the end"),
-        }
+        self.0.write(f, "Chk_Cfg", 1)
     }
 }
 
@@ -158,8 +134,7 @@ mod tests {
     use std::vec;
 
     use super::*;
-
-    const AG03: [&[u8]; 2] = [&[0xF3, 0xF2], &[0xF6]];
+    use crate::dp::application::{Expected, Reason};
 
     #[test]
     fn g_06_every_form_of_identifier_has_its_lengths() {
@@ -198,24 +173,30 @@ mod tests {
     }
 
     #[test]
-    fn g_02_the_difference_to_the_nearest_configuration_is_named() {
-        for (identifiers, index, expected, got) in [
-            (&[0xF3, 0xF1][..], 1, Some(0xF2), Some(0xF1)),
-            (&[0xF3], 1, Some(0xF2), None),
-            (&[0xF3, 0xF2, 0x00], 2, None, Some(0x00)),
-            (&[0xF6, 0xF6], 1, None, Some(0xF6)),
-            (&[0x13], 0, Some(0xF3), Some(0x13)),
-            (&[], 0, Some(0xF3), None),
+    fn a_fault_says_octet_expected_got_and_the_words_of_the_application() {
+        let refusal = Refusal {
+            index: 1,
+            expected: Expected::Octet(0xF2),
+            got: None,
+            reason: Reason::Text("choose the module"),
+        };
+        for (refusal, text) in [
+            (refusal, "Chk_Cfg octet 2: the end, expected 0xF2: choose the module"),
+            (
+                Refusal { got: Some(0x13), expected: Expected::End, ..refusal },
+                "Chk_Cfg octet 2: 0x13, expected the end: choose the module",
+            ),
+            (
+                Refusal { expected: Expected::AsReasoned, reason: Reason::Numbered(7), ..refusal },
+                "Chk_Cfg octet 2: the end",
+            ),
         ] {
-            assert_eq!(CfgFault::compare(identifiers, &AG03), Err(CfgFault { index, expected, got }));
+            assert_eq!(CfgFault::Refused(refusal).to_string(), text);
         }
-        for identifiers in AG03 {
-            assert_eq!(CfgFault::compare(identifiers, &AG03), Ok(identifiers));
-        }
-        let fault = CfgFault { index: 1, expected: Some(0xF2), got: None };
+        let fault = CfgFault::Impossible(CfgSyntax::TooLong { got: 245 });
         assert_eq!(
             fault.to_string(),
-            "Chk_Cfg octet 2: the end, expected 0xF2: choose the module of our GSD in the master's project"
+            "Chk_Cfg: the configuration has 245 octets in one direction, expected at most 244"
         );
     }
 

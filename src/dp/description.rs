@@ -1,37 +1,33 @@
 //! What kind of slave it is: the facts its GSD states, as data.
 
-use core::ops::RangeInclusive;
 use core::time::Duration;
+
+use crate::fdl::Rates;
 
 /// What kind of slave it is: the facts its GSD states (`dp-v0.md` 14).
 ///
 /// ```
 /// use profidrive::dp::Description;
 ///
-/// // Four octets out, four in, and one user parameter of 0 to 3.
-/// const DEVICE: Description = Description {
-///     ident: 0x1234,
-///     configurations: &[&[0x23, 0x13]],
-///     user_prm_len: 1,
-///     user_prm: &[0..=3],
-///     ..Description::PLAIN
-/// };
+/// // One user parameter, and Sync.
+/// const DEVICE: Description =
+///     Description { ident: 0x1234, user_prm_len: 1, sync_mode: true, ..Description::PLAIN };
 /// ```
+///
+/// Which configurations and which values of the user parameters are right is judged by the
+/// [`Application`](super::Application).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Description {
     /// Ident_Number.
     pub ident: u16,
-    /// The configurations Chk_Cfg accepts; Get_Cfg reports the first until another one was accepted. One with
-    /// more than 244 octets in a direction ([`IoLengths::of`](super::IoLengths::of)) exchanges nothing.
-    pub configurations: &'static [&'static [u8]],
-    /// The fewest octets of user parameters in Set_Prm (GSD `User_Prm_Data_Len`).
+    /// The rates at which it can be spoken to, each with its max T_SDR. At another one it hears nothing.
+    pub rates: Rates,
+    /// The fewest octets of user parameters in Set_Prm, DPV1_Status not counted (GSD `User_Prm_Data_Len`, less 3 for
+    /// a slave with DPV1_Status).
     pub user_prm_len: u8,
     /// The most octets of user parameters, up to 237, where they may be more than the fewest (GSD
     /// `Max_User_Prm_Data_Len` less the fixed ones).
     pub max_user_prm_len: u8,
-    /// What each octet of the user parameters may be, the first one first. Octets behind the end of the list may
-    /// be anything.
-    pub user_prm: &'static [RangeInclusive<u8>],
     /// For a slave with DPV1_Status_1 to 3 ahead of its user parameters (GSD `DPV1_Slave`): the bits it supports.
     pub dpv1_status: Option<[u8; 3]>,
     /// The longest Slave_Diag in octets, 6..=244 (GSD `Max_Diag_Data_Len`). Blocks that do not fit are left out
@@ -50,13 +46,12 @@ pub struct Description {
 }
 
 impl Description {
-    /// A slave with ident number 0, neither inputs nor outputs nor parameters, and no optional service.
+    /// A slave with ident number 0, without user parameters and optional services, at every rate.
     pub const PLAIN: Self = Self {
         ident: 0,
-        configurations: &[],
+        rates: Rates::CUSTOMARY,
         user_prm_len: 0,
         max_user_prm_len: 0,
-        user_prm: &[],
         dpv1_status: None,
         max_diag_len: 6,
         sync_mode: false,

@@ -20,11 +20,14 @@
 //! the inputs that were ready before its outputs were seen.
 //!
 //! Any device is served: a [`Description`] says what it is, a [`Policy`] how it behaves where the sources are
-//! silent, and its application talks to a [`Station`]: inputs, outputs, diagnosis. The drives are one user.
+//! silent, an [`Application`] judges user parameters and configurations, and talks to a [`Station`]: inputs, outputs,
+//! diagnosis. The drives are one user.
 
+pub mod application;
 mod buffer;
 pub mod chk_cfg;
 pub mod description;
+mod diag_bit;
 pub mod event;
 pub mod ext_diag;
 pub mod global_control;
@@ -38,8 +41,11 @@ pub mod state;
 pub mod station;
 mod watchdog;
 
+pub use crate::fdl::Rates;
+pub use application::{Application, Fixed, Reason, Refusal};
 pub use chk_cfg::{CfgFault, CfgSyntax, IoLengths};
 pub use description::Description;
+pub use diag_bit::{DiagBit, Tells};
 pub use event::Event;
 pub use ext_diag::ExtDiag;
 pub use global_control::GlobalControl;
@@ -78,6 +84,34 @@ pub enum Service {
 }
 
 impl Service {
+    /// Every service, by its SAP, Data_Exchange last.
+    pub const ALL: [Self; 9] = [
+        Self::SetSlaveAdd,
+        Self::RdInp,
+        Self::RdOutp,
+        Self::GlobalControl,
+        Self::GetCfg,
+        Self::SlaveDiag,
+        Self::SetPrm,
+        Self::ChkCfg,
+        Self::DataExchange,
+    ];
+
+    /// The standard's name: `Chk_Cfg`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::SetSlaveAdd => "Set_Slave_Add",
+            Self::RdInp => "RD_Inp",
+            Self::RdOutp => "RD_Outp",
+            Self::GlobalControl => "Global_Control",
+            Self::GetCfg => "Get_Cfg",
+            Self::SlaveDiag => "Slave_Diag",
+            Self::SetPrm => "Set_Prm",
+            Self::ChkCfg => "Chk_Cfg",
+            Self::DataExchange => "Data_Exchange",
+        }
+    }
+
     /// The service of a request, `None` where nothing listens.
     pub const fn of(dsap: Option<Sap>, ssap: Option<Sap>) -> Option<Self> {
         match (dsap, ssap) {

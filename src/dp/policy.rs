@@ -24,9 +24,11 @@ pub struct Policy {
     pub watchdog_factor_zero: WatchdogFactorZero,
     /// 8: what a min T_SDR of 1 to 10 T_bit means.
     pub short_min_tsdr: ShortMinTsdr,
+    /// 9: which telegrams of the owner feed the watchdog.
+    pub feeds_watchdog: FeedsWatchdog,
     /// 9: whether a broadcast Global_Control of the owner feeds the watchdog.
     pub broadcast_feeds_watchdog: bool,
-    /// 9: whether a retry of the owner feeds the watchdog.
+    /// 9: whether a retry of the owner feeds the watchdog, if the request it repeats did.
     pub retry_feeds_watchdog: bool,
     /// 10: the reply to a Set_Slave_Add that is refused in WAIT-PRM.
     pub refused_set_slave_add: NoEffect,
@@ -34,6 +36,8 @@ pub struct Policy {
     pub late_set_slave_add: NoEffect,
     /// 12: the reply to RD_Inp and RD_Outp of a slave that has no such octets.
     pub empty_read: EmptyRead,
+    /// What a slave at address 126 offers (`dp-v0.md` 2.1 and 4.1).
+    pub default_address: DefaultAddress,
     /// Whether reserved bits in Set_Prm are a fault; if not, they are ignored (`dp-v0.md` 15).
     pub check_reserved_prm_bits: bool,
     /// Whether reserved bits make Global_Control ineffective; if not, they are ignored (`dp-v0.md` 15).
@@ -57,11 +61,13 @@ impl Policy {
         sync_freeze_not_supported: NotSupported::GoOn,
         watchdog_factor_zero: WatchdogFactorZero::Fault,
         short_min_tsdr: ShortMinTsdr::Lengthen,
+        feeds_watchdog: FeedsWatchdog::DpService,
         broadcast_feeds_watchdog: false,
         retry_feeds_watchdog: true,
         refused_set_slave_add: NoEffect::Acknowledged,
         late_set_slave_add: NoEffect::NotActivated,
         empty_read: EmptyRead::ShortAcknowledge,
+        default_address: DefaultAddress::Addressing,
         check_reserved_prm_bits: true,
         check_reserved_control_bits: true,
         check_ssap: false,
@@ -130,6 +136,29 @@ pub enum ShortMinTsdr {
     Lengthen,
     /// A parameter fault.
     Fault,
+}
+
+/// Which telegrams of the owner feed the watchdog. It minds that the master goes on controlling the slave.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FeedsWatchdog {
+    /// Services of DP that the slave carries out: Data_Exchange, Slave_Diag, Set_Prm, Chk_Cfg, reading, Global_Control
+    /// to its own address. The default: the master station sends FDL status, and what nobody at the slave listens to,
+    /// without its DP layer, so neither shows that the DP layer is alive. What the manuals of slave ASICs name as
+    /// monitored are the services (`dp-v0.md` 8).
+    DpService,
+    /// Every telegram to the slave's own address, FDL status, Ident and refused requests too.
+    AnyTelegram,
+}
+
+/// What a slave at address 126 offers, the address at which slaves are delivered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DefaultAddress {
+    /// FDL status, Slave_Diag, Get_Cfg and Set_Slave_Add; RS to the other services. The default: 126 is for slaves
+    /// that wait for an address and not for exchanging data (`dp-v0.md` 2.1), several of them may be on one line, and a
+    /// master that parameterises 126 is told at once.
+    Addressing,
+    /// What it offers at every other address.
+    Everything,
 }
 
 /// The reply to RD_Inp and RD_Outp without octets to read.

@@ -19,7 +19,7 @@ pub(super) struct ProcessData {
     /// What Freeze holds.
     frozen_inputs: Octets,
     /// Counts what is passed to the application.
-    passed: u32,
+    output_updates: u32,
 }
 
 impl ProcessData {
@@ -32,7 +32,7 @@ impl ProcessData {
             waiting_outputs: Octets::EMPTY,
             inputs: Octets::EMPTY,
             frozen_inputs: Octets::EMPTY,
-            passed: 0,
+            output_updates: 0,
         }
     }
 
@@ -66,8 +66,8 @@ impl ProcessData {
         self.outputs.first(self.lengths.outputs)
     }
 
-    pub(super) const fn passed(&self) -> u32 {
-        self.passed
+    pub(super) const fn output_updates(&self) -> u32 {
+        self.output_updates
     }
 
     /// The inputs as Data_Exchange carries them now.
@@ -138,7 +138,7 @@ impl ProcessData {
     }
 
     const fn pass(&mut self) {
-        self.passed = self.passed.wrapping_add(1);
+        self.output_updates = self.output_updates.wrapping_add(1);
     }
 }
 

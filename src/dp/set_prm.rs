@@ -25,8 +25,8 @@ use nom::error::Error;
 use nom::number::complete::{be_u8, be_u16};
 use thiserror::Error;
 
-use super::Description;
 use super::policy::{NotSupported, Policy, ShortMinTsdr, WatchdogFactorZero};
+use super::{Application, Description, Refusal};
 
 /// Octets before the user parameters.
 pub const FIXED_LEN: usize = 7;
@@ -124,11 +124,17 @@ impl<'a> SetPrm<'a> {
         self.group
     }
 
-    /// Checks a locking request against what the slave is (`dp-v0.md` 5.2 steps 5 to 9).
+    /// Checks a locking request against what the slave is and lets the application judge the user parameters
+    /// (`dp-v0.md` 5.2 steps 5 to 9).
     ///
     /// # Errors
     /// The first fault found.
-    pub fn check(self, description: &Description, policy: &Policy) -> Result<(), PrmFault> {
+    pub fn check(
+        self,
+        description: &Description,
+        application: &impl Application,
+        policy: &Policy,
+    ) -> Result<(), PrmFault> {
         // 5
         if self.ident != description.ident {
             return Err(PrmFault::Ident { expected: description.ident, got: self.ident });
@@ -160,7 +166,8 @@ impl<'a> SetPrm<'a> {
             (ShortMinTsdr::Fault, 0 | 11..) | (ShortMinTsdr::Lengthen, _) => {}
         }
         // 9
-        self.check_user_prm(description)
+        self.check_user_prm(description)?;
+        application.judge_prm(self.user_prm).map_err(PrmFault::UserPrm)
     }
 
     /// Whether Sync or Freeze is asked for and the slave lacks it.
@@ -177,7 +184,7 @@ impl<'a> SetPrm<'a> {
             let (expected, got) = ((FIXED_LEN + least, FIXED_LEN + most), FIXED_LEN + len);
             return Err(PrmFault::Length { expected, got });
         }
-        let (status, user_prm) = self.user_prm.split_at_checked(dpv1_len).unwrap_or_default();
+        let (status, _) = self.user_prm.split_at_checked(dpv1_len).unwrap_or_default();
         for (index, (got, supported)) in
             status.iter().zip(description.dpv1_status.iter().flatten()).enumerate()
         {
@@ -189,13 +196,6 @@ impl<'a> SetPrm<'a> {
         let fail_safe = status.first().map(|status| status & FAIL_SAFE != 0);
         if let Some(got) = fail_safe.filter(|fail_safe| *fail_safe != description.fail_safe) {
             return Err(PrmFault::FailSafe { expected: description.fail_safe, got });
-        }
-        for (index, (got, allowed)) in user_prm.iter().zip(description.user_prm).enumerate() {
-            if !allowed.contains(got) {
-                let expected = (*allowed.start(), *allowed.end());
-                let octet = FIXED_LEN + 1 + dpv1_len + index;
-                return Err(PrmFault::UserPrm { octet, expected, got: *got });
-            }
         }
         Ok(())
     }
@@ -282,20 +282,18 @@ pub enum PrmFault {
         /// The bit found.
         got: bool,
     },
-    /// A user parameter has a value the slave does not know.
-    #[error(
-        "Set_Prm octet {octet}: user parameter 0x{got:02X}, expected 0x{:02X}..0x{:02X}: correct the parameters of the slave in the master's project",
-        expected.0,
-        expected.1
-    )]
-    UserPrm {
-        /// Which octet of Set_Prm, from 1.
-        octet: usize,
-        /// The least and the greatest value allowed.
-        expected: (u8, u8),
-        /// The octet found.
-        got: u8,
-    },
+    /// The application refuses the user parameters.
+    #[error("{}", Refused(.0))]
+    UserPrm(Refusal),
+}
+
+/// A refusal, as a person reads it.
+struct Refused<'a>(&'a Refusal);
+
+impl core::fmt::Display for Refused<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        self.0.write(f, "Set_Prm", FIXED_LEN + 1)
+    }
 }
 
 /// "7" or "7..12".
@@ -310,16 +308,34 @@ impl core::fmt::Display for Span {
 
 #[cfg(test)]
 mod tests {
+    use core::ops::RangeInclusive;
     use std::string::ToString;
 
     use super::*;
+    use crate::dp::Fixed;
+    use crate::dp::application::{Expected, Reason};
 
     const GOOD: [u8; 7] = [0x88, 10, 10, 11, 0x12, 0x34, 0x22];
 
     const PLAIN: Description = Description { ident: 0x1234, ..Description::PLAIN };
 
     fn check(octets: &[u8], description: &Description) -> Result<(), PrmFault> {
-        SetPrm::parse(octets).unwrap().check(description, &Policy::PROPOSED)
+        judge(octets, description, &[])
+    }
+
+    fn judge(
+        octets: &[u8],
+        description: &Description,
+        user_prm: &[RangeInclusive<u8>],
+    ) -> Result<(), PrmFault> {
+        let application = Fixed { user_prm, prm_advice: "correct it", ..Fixed::PLAIN };
+        SetPrm::parse(octets).unwrap().check(description, &application, &Policy::PROPOSED)
+    }
+
+    fn refused(index: usize, expected: (u8, u8), got: u8) -> Result<(), PrmFault> {
+        let expected = Expected::Range(expected.0, expected.1);
+        let reason = Reason::Text("correct it");
+        Err(PrmFault::UserPrm(Refusal { index, expected, got: Some(got), reason }))
     }
 
     #[test]
@@ -367,23 +383,21 @@ mod tests {
 
     #[test]
     fn user_parameters_are_measured_and_each_octet_is_compared() {
-        let device = Description { user_prm_len: 2, max_user_prm_len: 4, user_prm: &[0..=3, 5..=5], ..PLAIN };
+        let device = Description { user_prm_len: 2, max_user_prm_len: 4, ..PLAIN };
         for (user_prm, expected) in [
             (&[0, 5][..], Ok(())),
             (&[3, 5, 255], Ok(())),
             (&[3, 5, 255, 0], Ok(())),
             (&[3], Err(PrmFault::Length { expected: (9, 11), got: 8 })),
             (&[3, 5, 0, 0, 0], Err(PrmFault::Length { expected: (9, 11), got: 12 })),
-            (&[4, 5], Err(PrmFault::UserPrm { octet: 8, expected: (0, 3), got: 4 })),
-            (&[0, 6], Err(PrmFault::UserPrm { octet: 9, expected: (5, 5), got: 6 })),
+            (&[4, 5], refused(0, (0, 3), 4)),
+            (&[0, 6], refused(1, (5, 5), 6)),
         ] {
-            assert_eq!(check(&[&GOOD, user_prm].concat(), &device), expected, "{user_prm:02X?}");
+            let octets = [&GOOD, user_prm].concat();
+            assert_eq!(judge(&octets, &device, &[0..=3, 5..=5]), expected, "{user_prm:02X?}");
         }
-        let fault = PrmFault::UserPrm { octet: 8, expected: (0, 3), got: 4 };
-        assert_eq!(
-            fault.to_string(),
-            "Set_Prm octet 8: user parameter 0x04, expected 0x00..0x03: correct the parameters of the slave in the master's project"
-        );
+        let fault = refused(0, (0, 3), 4).unwrap_err();
+        assert_eq!(fault.to_string(), "Set_Prm octet 8: 0x04, expected 0x00..0x03: correct it");
         let fault = PrmFault::Length { expected: (9, 11), got: 8 };
         assert!(fault.to_string().starts_with("Set_Prm has 8 octets, expected 9..11: "), "{fault}");
     }
@@ -402,6 +416,10 @@ mod tests {
         ] {
             assert_eq!(check(&[&GOOD, status].concat(), &device), expected, "{status:02X?}");
         }
+        let with_user_prm = Description { user_prm_len: 1, ..device };
+        let octets = [&GOOD[..], &[0x40, 0x00, 0x00, 4]].concat();
+        let ranges = [0..=255, 0..=255, 0..=255, 0..=3];
+        assert_eq!(judge(&octets, &with_user_prm, &ranges), refused(3, (0, 3), 4), "octet 11");
         let watchdog = |status: u8| {
             let octets = [&GOOD[..], &[status, 0, 0]].concat();
             SetPrm::parse(&octets).unwrap().dpv1_watchdog()

@@ -8,13 +8,13 @@ mod start_up;
 use core::time::Duration;
 
 use super::buffer::Buffer;
-use super::policy::{EmptyRead, NoEffect, WrongOutputLength};
+use super::policy::{DefaultAddress, EmptyRead, FeedsWatchdog, NoEffect, WrongOutputLength};
 use super::process_data::ProcessData;
 use super::slave_diag::LEN as STANDARD_DIAG_LEN;
 use super::watchdog::Watchdog;
 use super::{
-    Access, Caller, CfgFault, Description, Diagnosis, Event, ExtDiag, GlobalControl, IoLengths, Policy,
-    Service, State, Stimulus,
+    Access, Application, Caller, CfgFault, Description, Diagnosis, Event, ExtDiag, Fixed, GlobalControl,
+    IoLengths, Policy, Refusal, Service, State, Stimulus, StoredAddress,
 };
 use crate::fdl::{Address, Reply, Request, Sap};
 use crate::time::Instant;
@@ -22,10 +22,11 @@ use crate::time::Instant;
 /// The SSAP of masters.
 const MASTER_SAP: Option<Sap> = Sap::new(62);
 
-/// One DP-V0 slave.
+/// One DP-V0 slave and the application that judges for it.
 #[derive(Clone, Debug)]
-pub struct Slave {
+pub struct Slave<A = Fixed<'static>> {
     description: Description,
+    application: A,
     policy: Policy,
     state: State,
     /// Master_Add.
@@ -44,8 +45,8 @@ pub struct Slave {
     rem_slave_data: Buffer,
     /// The Set_Prm that was accepted last.
     accepted_prm: Buffer,
-    /// The accepted configuration.
-    configuration: &'static [u8],
+    /// The configuration that was accepted last.
+    accepted_cfg: Option<Buffer>,
     /// What the application has yet to judge.
     pending: Option<Pending>,
     last_ticket: CfgTicket,
@@ -60,10 +61,11 @@ pub struct Slave {
 }
 
 /// A configuration that the application judges.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Pending {
     ticket: CfgTicket,
-    configuration: &'static [u8],
+    configuration: Buffer,
+    lengths: IoLengths,
 }
 
 /// Which Chk_Cfg a judgement is about. A newer Set_Prm or Chk_Cfg makes it void.
@@ -79,14 +81,17 @@ pub struct Handled<'a> {
     pub event: Option<Event>,
     /// A Data_Exchange of the owner was carried out.
     pub exchanged: bool,
+    /// The request started the watchdog of the owner anew.
+    pub fed: bool,
 }
 
-impl Slave {
+impl<A: Application> Slave<A> {
     /// A slave that has just been switched on.
-    pub fn new(description: Description) -> Self {
-        let configuration = description.configurations.first().copied().unwrap_or_default();
+    pub fn new(description: Description, application: A) -> Self {
+        let lengths = IoLengths::of(application.configuration(None)).unwrap_or_default();
         Self {
             description,
+            application,
             policy: Policy::PROPOSED,
             state: State::WaitPrm,
             owner: None,
@@ -100,10 +105,10 @@ impl Slave {
             no_add_chg: false,
             rem_slave_data: Buffer::EMPTY,
             accepted_prm: Buffer::EMPTY,
-            configuration,
+            accepted_cfg: None,
             pending: None,
             last_ticket: CfgTicket(0),
-            process_data: ProcessData::new(IoLengths::of(configuration).unwrap_or_default()),
+            process_data: ProcessData::new(lengths),
             safe_state: false,
             ext_diag: ExtDiag::NONE,
             announced: false,
@@ -131,6 +136,16 @@ impl Slave {
         &self.description
     }
 
+    /// Who judges for it.
+    pub const fn application(&self) -> &A {
+        &self.application
+    }
+
+    /// Who judges for it, to be changed: a module was plugged, say. What was accepted stays so.
+    pub const fn application_mut(&mut self) -> &mut A {
+        &mut self.application
+    }
+
     /// How it behaves where the sources are silent.
     pub const fn policy(&self) -> &Policy {
         &self.policy
@@ -156,14 +171,19 @@ impl Slave {
         self.accepted_prm.octets().get(super::set_prm::FIXED_LEN..).unwrap_or_default()
     }
 
-    /// The accepted configuration, as Get_Cfg reports it.
-    pub const fn configuration(&self) -> &'static [u8] {
-        self.configuration
+    /// The configuration that was accepted last; `None` before the first.
+    pub fn accepted_configuration(&self) -> Option<&[u8]> {
+        self.accepted_cfg.as_ref().map(Buffer::octets)
+    }
+
+    /// The real configuration, as Get_Cfg reports it.
+    pub fn configuration(&self) -> &[u8] {
+        self.application.configuration(self.accepted_configuration())
     }
 
     /// The configuration that waits for the application's judgement, and what to judge it by.
-    pub fn pending_configuration(&self) -> Option<(CfgTicket, &'static [u8])> {
-        self.pending.map(|pending| (pending.ticket, pending.configuration))
+    pub fn pending_configuration(&self) -> Option<(CfgTicket, &[u8])> {
+        self.pending.as_ref().map(|pending| (pending.ticket, pending.configuration.octets()))
     }
 
     /// Whether a Set_Slave_Add has ruled out further ones.
@@ -193,8 +213,8 @@ impl Slave {
 
     /// Counts every passing of outputs to the application, cleared ones included. Changes with every Data_Exchange
     /// unless Sync holds the outputs.
-    pub const fn outputs_passed(&self) -> u32 {
-        self.process_data.passed()
+    pub const fn output_updates(&self) -> u32 {
+        self.process_data.output_updates()
     }
 
     /// Whether the owner wants the safe state (`Description::fail_safe`). The outputs are cleared then.
@@ -248,7 +268,8 @@ impl Slave {
         }
     }
 
-    /// A telegram from `sa` that feeds the watchdog was heard at `now`: it starts anew if `sa` is the owner.
+    /// A telegram from `sa` that feeds the watchdog was heard at `now`: it starts anew if `sa` is the owner. Requests
+    /// that are handled here call it themselves.
     pub fn heard(&mut self, now: Instant, sa: Address) {
         if let (true, Some(watchdog)) = (self.owner == Some(sa), &mut self.watchdog) {
             watchdog.heard = now;
@@ -275,26 +296,39 @@ impl Slave {
         &mut self,
         now: Instant,
         ticket: CfgTicket,
-        verdict: Result<(), CfgFault>,
+        verdict: Result<(), Refusal>,
     ) -> Option<Event> {
-        let pending = self.pending.filter(|pending| pending.ticket == ticket)?;
+        let pending = self.pending.take_if(|pending| pending.ticket == ticket)?;
         let master = self.owner?;
         match verdict {
-            Ok(()) => self.accept_cfg(now, master, pending.configuration),
-            Err(fault) => Some(self.refuse_cfg(master, fault)),
+            Ok(()) => self.accept_cfg(now, master, pending.configuration, pending.lengths),
+            Err(refusal) => Some(self.refuse_cfg(master, CfgFault::Refused(refusal))),
         }
     }
 
     /// Carries out a request for data with reply (SRD).
     pub fn handle_srd(&mut self, now: Instant, request: &Request<'_>) -> Handled<'_> {
-        let Some(service) = self.service(request) else {
-            return Handled::reply(Reply::NotActivated);
+        let service = self.service(request);
+        let access = match service {
+            Some(service) => service.access(self.state, self.caller(request.sa), &self.policy),
+            None => Access::NotActivated,
         };
-        match service.access(self.state, self.caller(request.sa), &self.policy) {
-            Access::Run => {}
-            Access::NotActivated | Access::Ignored => return Handled::reply(Reply::NotActivated),
-            Access::Acknowledged => return Handled::reply(Reply::ShortAcknowledge),
+        let fed = match self.policy.feeds_watchdog {
+            FeedsWatchdog::AnyTelegram => true,
+            FeedsWatchdog::DpService => access == Access::Run,
+        };
+        if fed {
+            self.heard(now, request.sa);
         }
+        let handled = match (service, access) {
+            (Some(service), Access::Run) => self.run(now, service, request),
+            (_, Access::NotActivated | Access::Ignored) | (None, _) => Handled::reply(Reply::NotActivated),
+            (Some(_), Access::Acknowledged) => Handled::reply(Reply::ShortAcknowledge),
+        };
+        Handled { fed, ..handled }
+    }
+
+    fn run(&mut self, now: Instant, service: Service, request: &Request<'_>) -> Handled<'_> {
         match service {
             Service::DataExchange => self.data_exchange(request),
             Service::SetPrm => self.set_prm(now, request),
@@ -306,7 +340,7 @@ impl Slave {
                 Handled::reply(Reply::NoResource)
             }
             Service::SlaveDiag => self.slave_diag(request.sa),
-            Service::GetCfg => Handled::reply(data_or_sc(self.configuration)),
+            Service::GetCfg => Handled::reply(data_or_sc(self.configuration())),
             Service::RdInp => Handled::reply(self.read(self.process_data.inputs())),
             Service::RdOutp => Handled::reply(self.read(self.process_data.outputs())),
             // Global_Control is an SDN service.
@@ -315,15 +349,24 @@ impl Slave {
     }
 
     /// Carries out a request without reply (SDN).
-    pub fn handle_sdn(&mut self, request: &Request<'_>) -> Option<Event> {
-        if self.service(request) != Some(Service::GlobalControl) {
-            return None;
-        }
+    pub fn handle_sdn(&mut self, now: Instant, request: &Request<'_>) -> Option<Event> {
+        let is_control = self.service(request) == Some(Service::GlobalControl);
         let caller = self.caller(request.sa);
-        if Service::GlobalControl.access(self.state, caller, &self.policy) != Access::Run {
-            return None;
+        let runs =
+            is_control && Service::GlobalControl.access(self.state, caller, &self.policy) == Access::Run;
+        let command = GlobalControl::parse(request.data, self.policy.check_reserved_control_bits);
+        let feeds = match (self.policy.feeds_watchdog, request.da.is_broadcast()) {
+            // Broadcasts do not unless the policy says so: a master that has dropped the slave still sends them.
+            (FeedsWatchdog::AnyTelegram | FeedsWatchdog::DpService, true) => {
+                is_control && self.policy.broadcast_feeds_watchdog
+            }
+            (FeedsWatchdog::AnyTelegram, false) => true,
+            (FeedsWatchdog::DpService, false) => runs && command.is_some(),
+        };
+        if feeds {
+            self.heard(now, request.sa);
         }
-        let command = GlobalControl::parse(request.data, self.policy.check_reserved_control_bits)?;
+        let command = command.filter(|_| runs)?;
         if !command.addresses(self.group_ident) {
             return None;
         }
@@ -351,9 +394,21 @@ impl Slave {
         Instant::first_of(expires(&self.watchdog), expires(&self.user_watchdog))
     }
 
-    /// The service of a request that this slave offers.
+    /// The service of a request that this slave offers, at the address that is asked.
     fn service(&self, request: &Request<'_>) -> Option<Service> {
         let service = Service::of(request.dsap, request.ssap)?;
+        match self.policy.default_address {
+            DefaultAddress::Addressing if request.da == StoredAddress::DELIVERED.address => match service {
+                Service::SlaveDiag | Service::GetCfg | Service::SetSlaveAdd => {}
+                Service::SetPrm
+                | Service::ChkCfg
+                | Service::DataExchange
+                | Service::RdInp
+                | Service::RdOutp
+                | Service::GlobalControl => return None,
+            },
+            DefaultAddress::Addressing | DefaultAddress::Everything => {}
+        }
         let closed = service == Service::SetSlaveAdd && !self.description.set_slave_add;
         let wrong_ssap = self.policy.check_ssap && request.dsap.is_some() && request.ssap != MASTER_SAP;
         (!closed && !wrong_ssap).then_some(service)
@@ -363,7 +418,7 @@ impl Slave {
         if self.owner == Some(sa) { Caller::Owner } else { Caller::Other }
     }
 
-    /// `dp-v0.md` 6.2 rule 2: only the owner's reading counts, and none while Stat_Diag is set.
+    /// Only the owner's reading counts, and none while Stat_Diag is set (`docs/reference/dp-v0.md` 6.2 rule 2).
     fn slave_diag(&mut self, sa: Address) -> Handled<'_> {
         if self.caller(sa) == Caller::Owner && !self.ext_diag.stat_diag() {
             self.announced = false;
@@ -429,11 +484,11 @@ impl Slave {
 
 impl<'a> Handled<'a> {
     const fn reply(reply: Reply<'a>) -> Self {
-        Self { reply, event: None, exchanged: false }
+        Self { reply, event: None, exchanged: false, fed: false }
     }
 
     const fn acknowledge(event: Option<Event>) -> Self {
-        Self { reply: Reply::ShortAcknowledge, event, exchanged: false }
+        Self { reply: Reply::ShortAcknowledge, event, exchanged: false, fed: false }
     }
 }
 

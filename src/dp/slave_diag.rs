@@ -1,17 +1,15 @@
 //! Slave_Diag (SAP 60): the six octets of the standard diagnosis, ahead of the extended one.
 //!
 //! ```text
-//! octet 1   b0 Station_Non_Existent*  b1 Station_Not_Ready  b2 Cfg_Fault  b3 Ext_Diag  b4 Not_Supported
-//!           b5 Invalid_Slave_Response*  b6 Prm_Fault  b7 Master_Lock*
-//! octet 2   b0 Prm_Req  b1 Stat_Diag  b2 always 1  b3 WD_On  b4 Freeze_Mode  b5 Sync_Mode  b6 0  b7 Deactivated*
-//! octet 3   b7 Ext_Diag_Overflow  b6..b0 0
-//! octet 4   Master_Add, 255 = none
-//! octet 5,6 Ident_Number, high octet first
-//! octet 7.. Ext_Diag_Data, 0..=238 octets, drawn in [`ext_diag`](super::ext_diag)
+//! octet 1..3  the bits of [`DiagBit`]; the others are 0
+//! octet 4     Master_Add, 255 = none
+//! octet 5,6   Ident_Number, high octet first
+//! octet 7..   Ext_Diag_Data, 0..=238 octets, drawn in [`ext_diag`](super::ext_diag)
 //! ```
 //!
-//! Bits marked * are set by masters only. Source: `dp-v0.md` 6.2.
+//! Source: EN 50170 part 8 at second hand (`docs/reference/dp-v0.md` 6.2).
 
+use super::diag_bit::DiagBit;
 use crate::fdl::Address;
 
 /// Octets of the standard diagnosis.
@@ -55,20 +53,19 @@ impl Diagnosis {
     /// The diagnosis in the octets of an answer, for masters; `None` with fewer than [`LEN`]. The bits that only masters
     /// set are not looked at.
     pub fn parse(octets: &[u8]) -> Option<Self> {
-        let [first, second, third, master, ident @ ..] = *octets.first_chunk::<LEN>()?;
-        let bit = |octet: u8, bit: u8| octet & 1 << bit != 0;
+        let [_, _, _, master, ident @ ..] = *octets.first_chunk::<LEN>()?;
         Some(Self {
-            station_not_ready: bit(first, 1),
-            cfg_fault: bit(first, 2),
-            ext_diag: bit(first, 3),
-            not_supported: bit(first, 4),
-            prm_fault: bit(first, 6),
-            prm_req: bit(second, 0),
-            stat_diag: bit(second, 1),
-            wd_on: bit(second, 3),
-            freeze_mode: bit(second, 4),
-            sync_mode: bit(second, 5),
-            ext_diag_overflow: bit(third, 7),
+            station_not_ready: DiagBit::StationNotReady.is_set(octets),
+            cfg_fault: DiagBit::CfgFault.is_set(octets),
+            ext_diag: DiagBit::ExtDiag.is_set(octets),
+            not_supported: DiagBit::NotSupported.is_set(octets),
+            prm_fault: DiagBit::PrmFault.is_set(octets),
+            prm_req: DiagBit::PrmReq.is_set(octets),
+            stat_diag: DiagBit::StatDiag.is_set(octets),
+            wd_on: DiagBit::WdOn.is_set(octets),
+            freeze_mode: DiagBit::FreezeMode.is_set(octets),
+            sync_mode: DiagBit::SyncMode.is_set(octets),
+            ext_diag_overflow: DiagBit::ExtDiagOverflow.is_set(octets),
             master: Address::station(master).ok(),
             ident: u16::from_be_bytes(ident),
         })
@@ -76,21 +73,21 @@ impl Diagnosis {
 
     /// The octets on the wire.
     pub fn octets(self) -> [u8; LEN] {
-        let bit = |set: bool, bit: u8| u8::from(set) << bit;
+        let bit = |set: bool, bit: DiagBit| u8::from(set) << bit.number();
         let [ident_high, ident_low] = self.ident.to_be_bytes();
         [
-            bit(self.station_not_ready, 1)
-                | bit(self.cfg_fault, 2)
-                | bit(self.ext_diag, 3)
-                | bit(self.not_supported, 4)
-                | bit(self.prm_fault, 6),
-            bit(self.prm_req, 0)
-                | bit(self.stat_diag, 1)
-                | bit(true, 2)
-                | bit(self.wd_on, 3)
-                | bit(self.freeze_mode, 4)
-                | bit(self.sync_mode, 5),
-            bit(self.ext_diag_overflow, 7),
+            bit(self.station_not_ready, DiagBit::StationNotReady)
+                | bit(self.cfg_fault, DiagBit::CfgFault)
+                | bit(self.ext_diag, DiagBit::ExtDiag)
+                | bit(self.not_supported, DiagBit::NotSupported)
+                | bit(self.prm_fault, DiagBit::PrmFault),
+            bit(self.prm_req, DiagBit::PrmReq)
+                | bit(self.stat_diag, DiagBit::StatDiag)
+                | bit(true, DiagBit::Always1)
+                | bit(self.wd_on, DiagBit::WdOn)
+                | bit(self.freeze_mode, DiagBit::FreezeMode)
+                | bit(self.sync_mode, DiagBit::SyncMode),
+            bit(self.ext_diag_overflow, DiagBit::ExtDiagOverflow),
             self.master.map_or(NO_MASTER, Address::number),
             ident_high,
             ident_low,

@@ -54,6 +54,15 @@ impl State {
     /// Every state, in the order of the start-up.
     pub const ALL: [Self; 3] = [Self::WaitPrm, Self::WaitCfg, Self::DataExch];
 
+    /// The standard's name: `WAIT-PRM`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::WaitPrm => "WAIT-PRM",
+            Self::WaitCfg => "WAIT-CFG",
+            Self::DataExch => "DATA-EXCH",
+        }
+    }
+
     /// The state after `stimulus`. The numbers are the rows of `dp-v0.md` 7.
     #[must_use]
     pub const fn on(self, stimulus: Stimulus) -> Self {

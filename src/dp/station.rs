@@ -4,12 +4,13 @@
 //! passes telegrams and time, offers inputs and takes outputs:
 //!
 //! ```
-//! use profidrive::dp::{Description, Station};
+//! use profidrive::dp::{Description, Fixed, Station};
 //! use profidrive::fdl::{Address, Framer, Resync};
 //! use profidrive::time::{BaudRate, Instant};
 //!
-//! let description = Description { ident: 0x1234, configurations: &[&[0x23, 0x13]], ..Description::default() };
-//! let mut station = Station::new(Address::station(5)?, BaudRate::K500, None, description);
+//! let description = Description { ident: 0x1234, ..Description::PLAIN };
+//! let application = Fixed { configurations: &[&[0x23, 0x13]], ..Fixed::PLAIN };
+//! let mut station = Station::new(Address::station(5)?, BaudRate::K500, None, description, application);
 //! let mut framer = Framer::new(Resync::SCAN);
 //! framer.receive(Instant::ZERO, &[0x10, 0x05, 0x02, 0x49, 0x50, 0x16], |at, result| {
 //!     if let Ok(telegram) = result {
@@ -22,16 +23,26 @@
 //! # Ok::<(), profidrive::fdl::AddressError>(())
 //! ```
 
-use super::{CfgFault, CfgTicket, Description, Event, ExtDiag, Policy, Service, Slave, StoredAddress};
+use core::fmt;
+
+use super::policy::FeedsWatchdog;
+use super::{
+    Application, CfgFault, CfgTicket, Description, Event, ExtDiag, Fixed, Policy, PrmFault, Reason, Refusal,
+    Slave, StoredAddress,
+};
 use crate::fdl::station::TooLate;
 use crate::fdl::{self, Address, Reception, Request, Telegram};
 use crate::time::{BaudRate, Instant};
 
-/// A DP-V0 slave at its address.
+/// A DP-V0 slave at its address, and the application that judges for it.
 #[derive(Clone, Debug)]
-pub struct Station {
+pub struct Station<A = Fixed<'static>> {
     fdl: fdl::Station,
-    slave: Slave,
+    slave: Slave<A>,
+    /// The description has the rate of the line.
+    knows_rate: bool,
+    /// The last request fed the watchdog: so may its retry.
+    fed: bool,
 }
 
 /// What a telegram led to.
@@ -43,10 +54,16 @@ pub struct Outcome {
     pub exchanged: bool,
 }
 
-impl Station {
+impl<A: Application> Station<A> {
     /// A slave that has just been switched on. `max_tsdr` as for [`fdl::Station::new`].
-    pub fn new(address: Address, baud: BaudRate, max_tsdr: Option<u16>, description: Description) -> Self {
-        Self { fdl: fdl::Station::new(address, baud, max_tsdr), slave: Slave::new(description) }
+    pub fn new(
+        address: Address,
+        baud: BaudRate,
+        max_tsdr: Option<u16>,
+        description: Description,
+        application: A,
+    ) -> Self {
+        Self::of(address, baud, max_tsdr, Slave::new(description, application))
     }
 
     /// A slave that has just been switched on and remembers an earlier Set_Slave_Add: its address and lock bit, and
@@ -57,15 +74,21 @@ impl Station {
         baud: BaudRate,
         max_tsdr: Option<u16>,
         description: Description,
+        application: A,
     ) -> Self {
-        let slave = Slave::new(description).with_stored(stored.no_add_chg, rem_slave_data);
-        Self { fdl: fdl::Station::new(stored.address, baud, max_tsdr), slave }
+        let slave = Slave::new(description, application).with_stored(stored.no_add_chg, rem_slave_data);
+        Self::of(stored.address, baud, max_tsdr, slave)
+    }
+
+    const fn of(address: Address, baud: BaudRate, max_tsdr: Option<u16>, slave: Slave<A>) -> Self {
+        let knows_rate = slave.description().rates.contains(baud);
+        Self { fdl: fdl::Station::new(address, baud, max_tsdr), slave, knows_rate, fed: false }
     }
 
     /// The same station with another policy.
     #[must_use]
     pub fn with_policy(self, policy: Policy) -> Self {
-        Self { fdl: self.fdl.with_policy(policy.fdl), slave: self.slave.with_policy(policy) }
+        Self { fdl: self.fdl.with_policy(policy.fdl), slave: self.slave.with_policy(policy), ..self }
     }
 
     /// Its address.
@@ -79,8 +102,18 @@ impl Station {
     }
 
     /// The slave: its state, owner, outputs and diagnosis.
-    pub const fn slave(&self) -> &Slave {
+    pub const fn slave(&self) -> &Slave<A> {
         &self.slave
+    }
+
+    /// Who judges for it, to be changed: a module was plugged, say. What was accepted stays so.
+    pub const fn application_mut(&mut self) -> &mut A {
+        self.slave.application_mut()
+    }
+
+    /// News of this station in one line, with the words of its application where it refused something.
+    pub const fn explain<'a>(&'a self, event: &'a Event) -> Explained<'a, A> {
+        Explained { event, application: self.slave.application() }
     }
 
     /// Offers the inputs for the next Data_Exchange; octets behind the 244th are dropped.
@@ -99,7 +132,7 @@ impl Station {
         &mut self,
         now: Instant,
         ticket: CfgTicket,
-        verdict: Result<(), CfgFault>,
+        verdict: Result<(), Refusal>,
     ) -> Option<Event> {
         self.slave.judge_cfg(now, ticket, verdict)
     }
@@ -114,30 +147,37 @@ impl Station {
         self.slave.abort()
     }
 
-    /// The line has another rate from now on.
+    /// The line has another rate from now on. Where replies are dropped at all, they are after the max T_SDR that the
+    /// description has for that rate.
     pub fn set_baud(&mut self, baud: BaudRate) {
-        self.fdl.set_baud(baud);
+        let max_tsdr = self.slave.description().rates.max_tsdr(baud);
+        self.knows_rate = max_tsdr.is_some();
+        self.fdl.set_baud(baud, max_tsdr.unwrap_or(baud.max_tsdr_bits()));
     }
 
-    /// Takes a telegram whose last octet ended at `now`.
+    /// Takes a telegram whose last octet ended at `now`. At a rate that its description does not have a station hears
+    /// nothing.
     pub fn receive(&mut self, now: Instant, telegram: &Telegram<'_>) -> Outcome {
+        if !self.knows_rate {
+            return Outcome::default();
+        }
         match self.fdl.receive(now, telegram) {
             Reception::Ignored => Outcome::default(),
             Reception::Answered { sa } => {
-                self.slave.heard(now, sa);
+                match self.slave.policy().feeds_watchdog {
+                    FeedsWatchdog::AnyTelegram => self.slave.heard(now, sa),
+                    FeedsWatchdog::DpService => {}
+                }
                 Outcome::default()
             }
             Reception::Repeated { sa } => {
-                if self.slave.policy().retry_feeds_watchdog {
+                if self.slave.policy().retry_feeds_watchdog && self.fed {
                     self.slave.heard(now, sa);
                 }
                 Outcome::default()
             }
             Reception::Data(request) => {
-                if !request.da.is_broadcast() || self.broadcast_counts(&request) {
-                    self.slave.heard(now, request.sa);
-                }
-                Outcome { event: self.slave.handle_sdn(&request), exchanged: false }
+                Outcome { event: self.slave.handle_sdn(now, &request), exchanged: false }
             }
             Reception::DataWithReply(request) => self.serve(now, &request),
         }
@@ -170,15 +210,9 @@ impl Station {
         self.slave.poll_timeout()
     }
 
-    /// Broadcasts feed no watchdog unless the policy says so: a master that has dropped the slave still sends them.
-    fn broadcast_counts(&self, request: &Request<'_>) -> bool {
-        self.slave.policy().broadcast_feeds_watchdog
-            && Service::of(request.dsap, request.ssap) == Some(Service::GlobalControl)
-    }
-
     fn serve(&mut self, now: Instant, request: &Request<'_>) -> Outcome {
-        self.slave.heard(now, request.sa);
         let handled = self.slave.handle_srd(now, request);
+        self.fed = handled.fed;
         self.fdl.reply(now, request, handled.reply);
         let (event, exchanged) = (handled.event, handled.exchanged);
         if let Some(bits) = self.slave.min_tsdr() {
@@ -189,5 +223,43 @@ impl Station {
             self.fdl.set_address(stored.address);
         }
         Outcome { event, exchanged }
+    }
+}
+
+/// News of a station with the words of its application ([`Station::explain`]).
+#[derive(Clone, Copy, Debug)]
+pub struct Explained<'a, A> {
+    event: &'a Event,
+    application: &'a A,
+}
+
+impl<A: Application> fmt::Display for Explained<'_, A> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.event.fmt(f)?;
+        match self.event {
+            Event::PrmRejected { fault: PrmFault::UserPrm(refusal), .. }
+            | Event::CfgRejected { fault: CfgFault::Refused(refusal), .. } => match refusal.reason {
+                Reason::Text(_) => Ok(()),
+                Reason::Numbered(number) => {
+                    f.write_str(": ")?;
+                    self.application.words(number, f)
+                }
+            },
+            Event::PrmRejected { .. }
+            | Event::CfgRejected { .. }
+            | Event::Parameterised { .. }
+            | Event::PrmForeign { .. }
+            | Event::Released { .. }
+            | Event::DataExchange { .. }
+            | Event::CfgToJudge { .. }
+            | Event::WrongOutputLength { .. }
+            | Event::WatchdogExpired { .. }
+            | Event::OutputsCleared { .. }
+            | Event::SafeState { .. }
+            | Event::ApplicationSilent { .. }
+            | Event::ApplicationAborted { .. }
+            | Event::AddressSet { .. }
+            | Event::AddressRefused { .. } => Ok(()),
+        }
     }
 }

@@ -43,6 +43,11 @@ impl Fault {
         }
     }
 
+    /// The fault of a code in the fault buffer.
+    pub fn of_code(code: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|fault| fault.code() == code)
+    }
+
     /// How often the status LED blinks for it.
     pub const fn blinks(self) -> u8 {
         self.code() - b'A' + 1
@@ -59,17 +64,8 @@ impl Fault {
         }
     }
 
-    const fn bit(self) -> u8 {
-        match self {
-            Self::A => 0x01,
-            Self::B => 0x02,
-            Self::C => 0x04,
-            Self::D => 0x08,
-            Self::E => 0x10,
-            Self::F => 0x20,
-            Self::G => 0x40,
-            Self::J => 0x80,
-        }
+    const fn bit(self) -> u16 {
+        1 << self as u16
     }
 }
 
@@ -91,7 +87,7 @@ impl fmt::Display for Fault {
 
 /// A set of faults, for example of the fault causes that are present.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct FaultSet(u8);
+pub struct FaultSet(u16);
 
 impl FaultSet {
     /// No fault.

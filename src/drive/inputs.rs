@@ -74,7 +74,7 @@ impl Default for Inputs {
 }
 
 impl Inputs {
-    /// The inputs with what makes `fault`. D, E, F, G and J follow at once, A, B and C once the shaft shall turn.
+    /// The inputs with what makes `fault`. D, E, F, G and J follow at once, A, B and C once the shaft is commanded to turn.
     ///
     /// The change for C holds for a 48:1 gear with the default constants of the plant; it makes B with 24:1.
     /// [`Drive::provoking`](super::Drive::provoking) knows the drive.

@@ -3,13 +3,15 @@
 use super::motion::Motion;
 use super::{Drive, FaultBuffer, Inputs};
 
-/// What the drive keeps in its EEPROM besides parameters.
-#[derive(Clone, Debug, PartialEq)]
+/// What the drive keeps besides parameters: in its EEPROM faults and zero, in its battery-buffered encoder the shaft.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Memory {
-    /// Fault buffer and fault counter, PNU 945 and 952.
+    /// Fault buffer and fault counter.
     pub faults: FaultBuffer,
     /// Shaft angle at the user position 0, in increments; calibration sets it.
     pub zero: f64,
+    /// Angle of the output shaft in increments.
+    pub shaft: f64,
 }
 
 impl Inputs {
@@ -27,27 +29,35 @@ impl Drive {
         self.supplies.control
     }
 
-    /// What the EEPROM holds besides parameters.
+    /// What it would keep if it were switched off now.
     pub fn memory(&self) -> Memory {
-        Memory { faults: self.faults.clone(), zero: self.zero }
+        Memory { faults: self.faults.clone(), zero: self.zero, shaft: self.shaft() }
     }
 
-    /// Takes over what the EEPROM holds. The shaft does not turn for it; the position it has may be another.
-    pub fn set_memory(&mut self, memory: Memory) {
-        let Memory { faults, zero } = memory;
+    /// Puts a drive that was just made where it was left: its shaft at rest, its faults in the buffer.
+    pub fn recall(&mut self, memory: Memory) {
+        let Memory { faults, zero, shaft } = memory;
+        self.motion = Motion::at(shaft);
+        self.set_zero(zero);
         self.faults = faults;
+    }
+
+    /// Sets the shaft angle at the user position 0, in increments. The shaft does not turn for it; the position may be
+    /// another.
+    pub fn set_zero(&mut self, zero: f64) {
         self.zero = zero;
         self.settled = false;
+    }
+
+    /// Undoes [`Drive::clear_faults`], unless a fault was entered since: that is not thrown away.
+    pub fn restore_faults(&mut self, before: FaultBuffer) {
+        if self.faults == FaultBuffer::default() {
+            self.faults = before;
+        }
     }
 
     /// The angle of the output shaft in increments, which the battery-buffered encoder always knows.
     pub fn shaft(&self) -> f64 {
         self.shaft_position()
-    }
-
-    /// Puts the shaft at an angle in increments, at rest: where it is found when the drive is made.
-    pub fn set_shaft(&mut self, angle: f64) {
-        self.motion = Motion::at(angle);
-        self.settled = false;
     }
 }

@@ -13,13 +13,13 @@
 //!
 //! ```
 //! use core::time::Duration;
-//! use profidrive::drive::{Command, Drive, Settings};
+//! use profidrive::drive::{Command, Drive, Operation, Settings};
 //! use profidrive::param::{Gear, Model, Store};
 //!
 //! let settings = Settings::read(&Store::new(Model::Ag03_1, Gear::Ratio48));
 //! let mut drive = Drive::new(Model::Ag03_1, Gear::Ratio48, &settings);
-//! let enable = Command { on: true, no_off2: true, enable_operation: true, ..Command::default() };
-//! drive.step(Duration::from_millis(1), Some(&enable), &settings);
+//! let run = Command { operation: Operation::Run, ..Command::default() };
+//! drive.step(Duration::from_millis(1), &run, &settings);
 //! assert!(drive.status().operation_enabled);
 //! ```
 //!
@@ -53,6 +53,7 @@ pub use leds::StatusLed;
 pub use memory::Memory;
 pub use quirks::Quirks;
 pub use refusal::{Reason, Refusal, Request};
+pub use scale::INCREMENTS_PER_REVOLUTION;
 pub use settings::{Limits, Mode, PosType, SenseOfRotation, Settings, StopMode};
 pub use states::{Direction, DirectionChange, Inching, Key, Motor, State};
 pub use status::{Measured, Status};
@@ -64,53 +65,68 @@ use scale::Scale;
 use states::{Action, Conditions, Reached};
 use supplies::Supplies;
 
-/// What a master asks for, without bit positions (manual chapters 7.5.1 and 7.5.4).
+/// What a bus wants of the drive in one step. All fields but `enable` and `travel` are levels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Command {
-    /// STW.0: 1 = ON, 0 = OFF1.
-    pub on: bool,
-    /// STW.1: 1 = no OFF2, 0 = OFF2.
-    pub no_off2: bool,
-    /// STW.3: 1 = enable operation.
-    pub enable_operation: bool,
-    /// STW.4 (positioning): 0 = stop, discard the job.
-    pub no_stop: bool,
-    /// STW.5 (positioning): 0 = intermediate stop.
-    pub no_intermediate_stop: bool,
-    /// STW.6: positioning: each change starts a travel job; velocity: 1 = setpoint released.
-    pub start: bool,
-    /// STW.7: rising edge acknowledges a fault.
-    pub acknowledge: bool,
-    /// STW.8 (positioning): rising edge starts inching 1, 0 ends it.
-    pub inch_1: bool,
-    /// STW.9 (positioning): rising edge starts inching 2, 0 ends it.
-    pub inch_2: bool,
-    /// STW.15: direction of inching 2 is negative.
-    pub inch_2_negative: bool,
-    /// HSW: target position in user units, or target velocity in rpm (limited to what the gear allows).
+    /// What the motor shall do.
+    pub operation: Operation,
+    /// Operation was asked for just now: if something stands against it, that is reported as a [`Refusal`].
+    pub enable: bool,
+    /// Positioning: a travel job to `setpoint` is asked for just now.
+    pub travel: bool,
+    /// Velocity: the setpoint is released.
+    pub turn: bool,
+    /// Target position in user units, or target velocity in rpm (limited to what the gear allows).
     pub setpoint: i32,
+    /// Positioning: brake with maximum deceleration and discard the job. No job starts.
+    pub stop: bool,
+    /// Positioning: brake with the deceleration of the job and keep it; taken back, the job goes on. No job starts.
+    pub pause: bool,
+    /// Becoming true starts inching 1, becoming false ends it.
+    pub inch_1: bool,
+    /// A direction starts inching 2, none ends it.
+    pub inch_2: Option<Direction>,
+    /// Becoming true acknowledges a fault.
+    pub acknowledge: bool,
+    /// After an acknowledged fault: operation may be enabled again.
+    pub rearm: bool,
+    /// The keys on the housing are free (manual setup mode).
+    pub keys: bool,
 }
 
 impl Command {
-    /// All-zero: what acts outside Data_Exchange (row 50).
-    const IDLE: Self = Self {
-        on: false,
-        no_off2: false,
-        enable_operation: false,
-        no_stop: false,
-        no_intermediate_stop: false,
-        start: false,
-        acknowledge: false,
-        inch_1: false,
-        inch_2: false,
-        inch_2_negative: false,
-        setpoint: 0,
-    };
+    /// No bus wants anything: the motor is released, the keys are free.
+    pub const UNATTENDED: Self = Self { rearm: true, keys: true, ..Self::RELEASE };
 
-    /// Whether the command enables operation (row 4).
-    const fn enables(&self) -> bool {
-        self.on && self.no_off2 && self.enable_operation
-    }
+    /// The motor is released, nothing else.
+    const RELEASE: Self = Self {
+        operation: Operation::Release,
+        enable: false,
+        travel: false,
+        turn: false,
+        setpoint: 0,
+        stop: false,
+        pause: false,
+        inch_1: false,
+        inch_2: None,
+        acknowledge: false,
+        rearm: false,
+        keys: false,
+    };
+}
+
+/// What the motor shall do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Operation {
+    /// No torque: a turning shaft runs out.
+    #[default]
+    Release,
+    /// If operation is enabled: brake with maximum deceleration. Release when the shaft stands.
+    BrakeAndRelease,
+    /// If operation is enabled: brake with maximum deceleration, then hold the shaft (quick stop, disable operation).
+    BrakeAndHold,
+    /// Operation enabled: jobs are executed.
+    Run,
 }
 
 /// How a drive behaves where the manuals leave it open.
@@ -141,8 +157,7 @@ pub struct Drive {
     previous_output_stage: bool,
     /// The key held at the previous step.
     previous_key: Option<Key>,
-    previous_connected: bool,
-    /// The command of the previous step, all-zero outside Data_Exchange.
+    /// The command of the previous step.
     previous: Command,
     state: State,
     frame: Frame,
@@ -157,11 +172,10 @@ pub struct Drive {
     /// Programmed setpoint: that of the last job or inching 1, user units.
     setpoint: i32,
     setpoint_programmed: bool,
-    job_acknowledge: bool,
+    /// Travel jobs accepted since power-on.
+    jobs: u8,
     /// Start may take effect: it was 0 since the operating mode changed.
     start_armed: bool,
-    /// OFF1 was given in this Data_Exchange.
-    off1_seen: bool,
     /// The torque deactivation stopped a motion, and none has begun since.
     torque_tripped: bool,
     faults: FaultBuffer,
@@ -206,7 +220,6 @@ impl Drive {
             inputs_changed: false,
             previous_output_stage: true,
             previous_key: None,
-            previous_connected: false,
             previous: Command::default(),
             state: State::powered(true),
             frame: Frame::of(settings),
@@ -217,9 +230,8 @@ impl Drive {
             job: Job::NONE,
             setpoint: 0,
             setpoint_programmed: false,
-            job_acknowledge: false,
+            jobs: 0,
             start_armed: true,
-            off1_seen: false,
             torque_tripped: false,
             faults: FaultBuffer::default(),
             entered: FaultSet::EMPTY,
@@ -229,28 +241,22 @@ impl Drive {
         }
     }
 
-    /// Lets `dt` pass under `command`; `None` = not in Data_Exchange, which acts as all-zero (row 50) and frees the
-    /// keys (row 52).
+    /// Lets `dt` pass under `command`.
     ///
     /// Inputs, command and settings act at the beginning of `dt`, then the shaft moves. Steps of 0.1 ms to 100 ms
     /// are meant; any length works, and a length of zero only evaluates.
-    pub fn step(&mut self, dt: Duration, command: Option<&Command>, settings: &Settings) {
-        let connected = command.is_some();
-        let command = command.unwrap_or(&Command::IDLE);
+    pub fn step(&mut self, dt: Duration, command: &Command, settings: &Settings) {
         let state = self.state;
         let stood = self.stands();
         let faults = self.entered;
         // Only a drive that stands may come to rest.
-        let same = stood
-            && !self.inputs_changed
-            && *command == self.previous
-            && connected == self.previous_connected
-            && self.window == settings.window;
+        let same =
+            stood && !self.inputs_changed && *command == self.previous && self.window == settings.window;
         self.inputs_changed = false;
 
         let same = !self.take_settings(settings) && same;
         self.on_plant(settings);
-        self.on_command(command, connected, settings);
+        self.on_command(command, settings);
         let plant = same.then(|| self.plant.clone());
         self.advance(dt);
         self.on_motion(settings);
@@ -313,14 +319,6 @@ impl Drive {
         &self.faults
     }
 
-    /// The fault codes in the order PNU 945 lists them: newest first unless [`Quirks::oldest_fault_first`] (C-18).
-    pub fn fault_codes(&self) -> [u8; FaultBuffer::LEN] {
-        match self.quirks.oldest_fault_first {
-            false => self.faults.codes(),
-            true => self.faults.codes_oldest_first(),
-        }
-    }
-
     /// The causes of faults that are present now.
     pub fn causes(&self) -> FaultSet {
         self.plant.causes(&self.inputs)
@@ -373,7 +371,7 @@ impl Drive {
         if next == State::Fault {
             self.enter_faults(causes);
         }
-        self.enact(next, action, &Command::IDLE, settings);
+        self.enact(next, action, &Command::RELEASE, settings);
     }
 
     /// Row 9: each cause once until it is acknowledged.
@@ -385,13 +383,12 @@ impl Drive {
         }
     }
 
-    fn on_command(&mut self, command: &Command, connected: bool, settings: &Settings) {
-        let asked = self.asked(command, connected, settings);
+    fn on_command(&mut self, command: &Command, settings: &Settings) {
+        let asked = self.asked(command, settings);
         let (next, action) = self.state.on_command(&asked);
         self.enact(next, action, command, settings);
-        self.start_armed |= !command.start;
+        self.start_armed |= !command.turn;
         self.previous = *command;
-        self.previous_connected = connected;
     }
 
     fn on_motion(&mut self, settings: &Settings) {
@@ -403,13 +400,13 @@ impl Drive {
             in_window: self.in_window(position, rpm(velocity)),
             crossed_limit: (limits.is_above(position) && velocity > 0.0)
                 || (limits.is_below(position) && velocity < 0.0),
-            velocity_released: self.previous.start,
+            velocity_released: self.previous.turn,
             inpos: settings.inpos,
             inpos_in_window: self.quirks.inpos_acts_in_window && self.job.via.is_none(),
             torque_tripped: self.torque_tripped,
         };
         let (next, action) = self.state.on_motion(reached);
-        self.enact(next, action, &Command::IDLE, settings);
+        self.enact(next, action, &Command::RELEASE, settings);
     }
 
     /// Goes to a state and does what belongs to the transition.
@@ -432,11 +429,10 @@ impl Drive {
             Action::PowerOn => {
                 self.setpoint = 0;
                 self.setpoint_programmed = false;
-                self.job_acknowledge = false;
+                self.jobs = 0;
                 self.torque_tripped = false;
                 self.previous = Command::default();
                 self.start_armed = true;
-                self.off1_seen = false;
             }
             Action::Release => self.motion.brake(self.plant.coast_deceleration()),
             Action::TakeControl | Action::BrakeMaximum => self.brake_maximum(),
@@ -454,8 +450,7 @@ impl Drive {
                 self.setpoint = self.job.setpoint;
                 self.setpoint_programmed = true;
                 self.torque_tripped = false;
-                self.job_acknowledge =
-                    if self.quirks.acknowledge_mirrors_start { command.start } else { !self.job_acknowledge };
+                self.jobs = self.jobs.wrapping_add(1);
                 self.start_leg();
             }
             Action::ResumeTravel => {

@@ -1,7 +1,7 @@
 //! Why the drive does not do what it is asked: every unmet condition, with numbers.
 //!
-//! The real drive refuses silently, the master only sees that ZSW.12 does not change. Here each refused edge leaves
-//! one [`Refusal`], and the same list of conditions decides whether the request is accepted at all.
+//! The real drive refuses silently. Here each refused request leaves one [`Refusal`], and the same list of conditions
+//! decides whether the request is accepted at all. A bus adds which of its bits are meant.
 
 use core::fmt;
 
@@ -63,16 +63,14 @@ pub enum Reason {
     FaultLatched,
     /// The cause of the fault is still present.
     FaultCause,
-    /// Turning on is disabled until OFF1.
+    /// Turning on is disabled after a fault until the bus arms it again.
     TurnOnDisabled,
     /// A supply is missing, the drive is not ready to run.
     NoSupply,
     /// AG03/1: no supply of the output stage. AG03: enable input not active.
     NoOutputStage,
-    /// OFF1 is given.
-    Off1,
-    /// OFF2 is given.
-    Off2,
+    /// The command does not want operation.
+    NotAsked,
     /// Operation is not enabled.
     NotEnabled,
     /// Stop is given.
@@ -107,21 +105,18 @@ pub enum Reason {
     LoopPointBelowLowerLimit,
     /// The setpoint or the loop point is outside the range of the absolute encoder.
     BeyondEncoder,
-    /// STW.0 = 0 was not seen since Data_Exchange began (C-36).
-    Off1NotSeen,
 }
 
 impl Reason {
     /// Every reason, in the order in which [`Refusal`] prints them.
-    pub const ALL: [Self; 26] = [
+    pub const ALL: [Self; 24] = [
         Self::SwitchedOff,
         Self::NoSupply,
         Self::FaultLatched,
         Self::FaultCause,
         Self::TurnOnDisabled,
         Self::NoOutputStage,
-        Self::Off2,
-        Self::Off1,
+        Self::NotAsked,
         Self::NotEnabled,
         Self::Stop,
         Self::IntermediateStop,
@@ -139,7 +134,6 @@ impl Reason {
         Self::LoopPointAboveUpperLimit,
         Self::LoopPointBelowLowerLimit,
         Self::BeyondEncoder,
-        Self::Off1NotSeen,
     ];
 
     const fn bit(self) -> u32 {
@@ -208,15 +202,14 @@ impl Refusal {
                 Some(fault) => write!(f, "the cause of fault {fault} is still present"),
                 None => f.write_str("the cause of the fault is still present"),
             },
-            Reason::TurnOnDisabled => f.write_str("turning on is disabled after a fault: give OFF1 once"),
+            Reason::TurnOnDisabled => f.write_str("turning on is disabled after a fault"),
             Reason::SwitchedOff => f.write_str("the drive is switched off"),
             Reason::NoSupply => f.write_str("a supply voltage is missing"),
             Reason::NoOutputStage => f.write_str(match self.model {
                 Model::Ag03 => "the enable input is not active",
                 Model::Ag03_1 => "the supply voltage of the output stage is missing",
             }),
-            Reason::Off1 => f.write_str("OFF1 is given"),
-            Reason::Off2 => f.write_str("OFF2 is given"),
+            Reason::NotAsked => f.write_str("operation is not asked for"),
             Reason::NotEnabled => f.write_str("operation is not enabled"),
             Reason::Stop => f.write_str("stop is given"),
             Reason::IntermediateStop => f.write_str("intermediate stop is given"),
@@ -246,7 +239,6 @@ impl Refusal {
                 write!(f, "loop point {loop_point} is below the lower limit ({lower_limit})")
             }
             Reason::BeyondEncoder => f.write_str("the way leads beyond the range of the absolute encoder"),
-            Reason::Off1NotSeen => f.write_str("OFF1 must be given once in Data_Exchange first"),
         }
     }
 }

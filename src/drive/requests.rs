@@ -1,13 +1,11 @@
 //! From the command to what is asked: edges against the previous command, and the conditions of each request.
 
-use crate::param::Gear;
-
 use super::motion::{Dynamics, acceleration, velocity};
 use super::refusal::{Reason, Refusal, Request};
 use super::scale::round;
 use super::settings::{Mode, PosType, Settings};
 use super::states::{Asked, Direction, DirectionChange, Inching, Key, State};
-use super::{Command, Drive};
+use super::{Command, Drive, Operation};
 
 /// A travel job, or the latched accelerations of an inching.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,9 +31,9 @@ impl Job {
 }
 
 impl Drive {
-    /// What stands now against a start (STW.6) with everything else as the last command has it; `None`: nothing.
+    /// What stands now against a start with everything else as the last command has it; `None`: nothing.
     ///
-    /// A job that is active stands against a travel job, too. Outside Data_Exchange the last command is all-zero.
+    /// A job that is active stands against a travel job, too.
     pub fn start_refusal(&self, settings: &Settings) -> Option<Refusal> {
         let mut refusal = match self.frame.mode {
             Mode::Positioning => self.travel_refusal(&self.previous, settings),
@@ -45,52 +43,49 @@ impl Drive {
         (!refusal.is_empty()).then_some(refusal)
     }
 
-    /// What `command` asks for, compared with the previous one. Leaves a [`Refusal`] for each edge that is refused;
+    /// What `command` asks for, compared with the previous one. Leaves a [`Refusal`] for each request that is refused;
     /// of several in one step the last.
-    pub(super) fn asked(&mut self, command: &Command, connected: bool, settings: &Settings) -> Asked {
+    pub(super) fn asked(&mut self, command: &Command, settings: &Settings) -> Asked {
         let before = self.previous;
-        let rising_only = self.quirks.start_needs_rising_edge;
-        let edge = command.start != before.start && (command.start || !rising_only);
-        let travel = edge && self.asks_travel(command, settings);
+        let travel = command.travel && self.asks_travel(command, settings);
         let inch_1 = command.inch_1 && !before.inch_1;
-        let inch_2 = command.inch_2 && !before.inch_2;
-        let inch_2_direction = Direction::negative_if(command.inch_2_negative);
+        let inch_2 = command.inch_2.is_some() && before.inch_2.is_none();
+        let inch_2_direction = command.inch_2.unwrap_or(Direction::Positive);
         let inch_1_direction = Direction::of(settings.delta_inch);
 
-        if command.start && !before.start && self.frame.mode == Mode::Velocity {
+        if command.turn && !before.turn && self.frame.mode == Mode::Velocity {
             self.asks_velocity(command);
         }
-        let (off1, off2, disable) = (!command.on, !command.no_off2, !command.enable_operation);
-        self.off1_seen = connected && (self.off1_seen || off1);
-        // C-23, C-24: they end like a disabled operation, whose motor row 5 then releases.
+        // C-23, C-24: what brakes first ends like a disabled operation, whose motor row 5 then releases.
         let brakes = self.state.operation_enabled() || self.state == State::Disabling;
-        let all_zero = off1 && off2 && disable && self.quirks.all_zero_brakes;
-        let key_held = if connected { None } else { self.inputs.key() };
-        if command.enable_operation && !before.enable_operation {
+        let key_held = if command.keys { self.inputs.key() } else { None };
+        if command.enable {
             self.asks_enable(command);
         }
         let key_pressed = key_held.filter(|_| self.previous_key.is_none());
         let asked = Asked {
-            off2: off2 && !(all_zero && brakes),
-            off1: off1 && !(brakes && (all_zero || self.quirks.off1_brakes)),
-            disable: disable || off1,
-            turn_on_again: off1 && (before.on || !self.quirks.off1_needs_edge),
-            enable: command.enables() && !self.awaits_off1(),
+            release: match command.operation {
+                Operation::Release => true,
+                Operation::BrakeAndRelease => !brakes,
+                Operation::BrakeAndHold | Operation::Run => false,
+            },
+            enable: command.operation == Operation::Run,
+            turn_on_again: command.rearm,
             output_stage: self.supplies.output_stage,
-            stop: !command.no_stop,
-            intermediate_stop: !command.no_intermediate_stop,
-            resume: command.no_intermediate_stop && !before.no_intermediate_stop,
+            stop: command.stop,
+            intermediate_stop: command.pause,
+            resume: before.pause && !command.pause,
             travel,
             inch_1: inch_1
                 && self.asks_inching(Request::Inching1(inch_1_direction), inch_1_direction, command, travel),
             inch_1_held: command.inch_1,
             inch_2: inch_2
                 && self.asks_inching(Request::Inching2(inch_2_direction), inch_2_direction, command, travel),
-            inch_2_held: command.inch_2,
+            inch_2_held: command.inch_2.is_some(),
             inch_2_direction,
             inch_2_change: self.inch_2_change(inch_2_direction, command),
             velocity: self.frame.mode == Mode::Velocity
-                && command.start
+                && command.turn
                 && self.start_armed
                 && self.supplies.output_stage,
             acknowledge: command.acknowledge && !before.acknowledge && self.asks_acknowledge(),
@@ -101,9 +96,9 @@ impl Drive {
         asked
     }
 
-    /// Rows 20, 21, 22, 25b: an edge of start in positioning mode. A falling edge on the way to OFF is none.
+    /// Rows 20, 21, 22, 25b.
     fn asks_travel(&mut self, command: &Command, settings: &Settings) -> bool {
-        if self.frame.mode == Mode::Velocity || !(command.start || command.enables()) {
+        if self.frame.mode == Mode::Velocity {
             return false;
         }
         let refusal = self.travel_refusal(command, settings);
@@ -127,8 +122,8 @@ impl Drive {
         let turns = matches!(self.state, State::OperationEnabled(_)) && !self.stands();
         refusal.note(Reason::ShaftTurns, turns || self.state == State::Pausing { torque_tripped: true });
         refusal.note(Reason::NoOutputStage, !self.supplies.output_stage);
-        refusal.note(Reason::Stop, !command.no_stop);
-        refusal.note(Reason::IntermediateStop, !command.no_intermediate_stop);
+        refusal.note(Reason::Stop, command.stop);
+        refusal.note(Reason::IntermediateStop, command.pause);
         refusal.note(Reason::StartHeld, !self.start_armed);
         refusal.note(Reason::AboveUpperLimit, limits.is_above(refusal.position));
         refusal.note(Reason::BelowLowerLimit, limits.is_below(refusal.position));
@@ -160,7 +155,7 @@ impl Drive {
         refusal.note(Reason::JobActive, travel);
         refusal.note(Reason::VelocityMode, self.frame.mode == Mode::Velocity);
         refusal.note(Reason::NoOutputStage, !self.supplies.output_stage);
-        refusal.note(Reason::BothInching, command.inch_1 && command.inch_2);
+        refusal.note(Reason::BothInching, command.inch_1 && command.inch_2.is_some());
         refusal.note_outward(direction, self.frame.limits);
         self.accepts(refusal)
     }
@@ -171,7 +166,7 @@ impl Drive {
         let State::Inching(Inching::Two(before)) = self.state else {
             return change;
         };
-        if change != DirectionChange::Reverses || direction == before || !command.inch_2 {
+        if change != DirectionChange::Reverses || direction == before || command.inch_2.is_none() {
             return change;
         }
         let mut refusal = self.refusal_of(Request::Inching2(direction));
@@ -179,7 +174,7 @@ impl Drive {
         if self.accepts(refusal) { change } else { DirectionChange::Ends }
     }
 
-    /// Row 40: the setpoint is a level, a refusal is told once per rising edge.
+    /// Row 40: the setpoint is a level, a refusal is reported once per rising edge.
     fn asks_velocity(&mut self, command: &Command) {
         let refusal = self.velocity_refusal(command);
         self.accepts(refusal);
@@ -190,7 +185,7 @@ impl Drive {
         let mut refusal = self.refusal_of(Request::Velocity { setpoint: command.setpoint });
         match self.state {
             // enabled by this very command, and turning with the next step
-            State::ReadyToRun(_) if command.enables() => {}
+            State::ReadyToRun(_) if command.operation == Operation::Run => {}
             State::Off
             | State::NotReady
             | State::ReadyToRun(_)
@@ -217,15 +212,8 @@ impl Drive {
         refusal.note(Reason::NoSupply, self.state == State::NotReady);
         refusal.note(Reason::FaultLatched, self.state == State::Fault);
         refusal.note(Reason::TurnOnDisabled, self.state == State::TurnOnDisabled);
-        refusal.note(Reason::Off1, !command.on);
-        refusal.note(Reason::Off2, !command.no_off2);
-        refusal.note(Reason::Off1NotSeen, self.awaits_off1());
+        refusal.note(Reason::NotAsked, command.operation != Operation::Run);
         self.accepts(refusal);
-    }
-
-    /// C-36: enabling waits for STW.0 = 0.
-    fn awaits_off1(&self) -> bool {
-        self.quirks.off1_must_be_seen && !self.off1_seen
     }
 
     /// Rows 10, 11.
@@ -241,7 +229,7 @@ impl Drive {
         self.accepts(refusal)
     }
 
-    /// Row 52: ready-to-run outside Data_Exchange, and not outward beyond a limit. Manual setup mode is inching, so
+    /// Row 52: ready-to-run while the keys are free, and not outward beyond a limit. Manual setup mode is inching, so
     /// it needs the positioning mode (manual 2.2.1.2).
     fn key_allowed(&self, key: Key) -> bool {
         let outward = match self.key_direction(key) {
@@ -253,9 +241,7 @@ impl Drive {
 
     /// What the state itself has against a request.
     fn note_state(&self, refusal: &mut Refusal, command: &Command) {
-        refusal.note(Reason::Off1, !command.on);
-        refusal.note(Reason::Off2, !command.no_off2);
-        refusal.note(Reason::NotEnabled, !command.enable_operation);
+        refusal.note(Reason::NotAsked, command.operation != Operation::Run);
         match self.state {
             State::NotReady => refusal.note(Reason::NoSupply, true),
             State::ReadyToRun(_) => refusal.note(Reason::NotEnabled, true),
@@ -357,15 +343,12 @@ impl Drive {
     /// The velocity setpoint in effect, rpm: 0 while it is not released, and limited to what the gear allows.
     pub(super) fn velocity_setpoint(&self, command: &Command) -> i32 {
         let maximum = self.maximum_rpm();
-        if command.start { command.setpoint.clamp(-maximum, maximum) } else { 0 }
+        if command.turn { command.setpoint.clamp(-maximum, maximum) } else { 0 }
     }
 
     /// Manual chapter 6, nos. 5, 9, 24.
     fn maximum_rpm(&self) -> i32 {
-        match self.gear {
-            Gear::Ratio24 => 200,
-            Gear::Ratio48 => 100,
-        }
+        self.gear.max_rpm().into()
     }
 
     /// Where a key turns to in user units: counter-clockwise counts positive with sense of rotation i.

@@ -10,8 +10,8 @@
 
 use super::settings::{SenseOfRotation, Settings};
 
-/// Increments per revolution of the output shaft.
-pub(super) const INCREMENTS_PER_REVOLUTION: f64 = 1600.0;
+/// Increments per revolution of the output shaft (manual chapter 2.6).
+pub const INCREMENTS_PER_REVOLUTION: f64 = 1600.0;
 
 /// The factor between increments and user units, with the sense of rotation as its sign.
 #[derive(Clone, Copy, Debug, PartialEq)]

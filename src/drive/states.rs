@@ -44,13 +44,13 @@ pub enum State {
     Inching(Inching),
     /// The setpoint is released, or the shaft still runs down from it (velocity).
     VelocityTravelling,
-    /// Manual setup mode: a key is held outside Data_Exchange (positioning).
+    /// Manual setup mode: a key is held while the keys are free (positioning).
     KeyInching(Key),
-    /// The key was released or Data_Exchange entered, the shaft still brakes.
+    /// The key was released or locked, the shaft still brakes.
     KeyInchingEnding,
     /// A fault is latched.
     Fault,
-    /// A fault was acknowledged; OFF1 is needed before operation can be enabled.
+    /// A fault was acknowledged; operation cannot be enabled before the bus has armed it again ([`super::Command::rearm`]).
     TurnOnDisabled,
 }
 
@@ -162,16 +162,15 @@ pub(super) struct Conditions {
     pub(super) torque_discards_job: bool,
 }
 
-/// What is asked of the drive, levels and edges told apart, refused requests left out.
+/// What is asked of the drive, levels and edges separately, refused requests left out.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Asked {
-    pub(super) off2: bool,
-    pub(super) off1: bool,
-    pub(super) disable: bool,
+    /// The motor shall be without torque.
+    pub(super) release: bool,
+    /// Operation shall be enabled; if not, and the motor is not released, the shaft is held.
+    pub(super) enable: bool,
     /// What releases from turn-on disabled.
     pub(super) turn_on_again: bool,
-    /// None of the three above.
-    pub(super) enable: bool,
     /// As in [`Conditions`].
     pub(super) output_stage: bool,
     pub(super) stop: bool,
@@ -195,7 +194,7 @@ pub(super) struct Asked {
     pub(super) acknowledge: bool,
     /// A key pressed just now whose conditions are all met.
     pub(super) key: Option<Key>,
-    /// The key held; none in Data_Exchange.
+    /// The key held; none while the keys are locked.
     pub(super) key_held: Option<Key>,
 }
 
@@ -370,10 +369,7 @@ impl State {
                 // row 52
                 Some(key) => (Self::KeyInching(key), Action::StartKey(key)),
                 // row 5; OFF1 and OFF2 also release a motor that row 8 left in control, or row 27b under a held key
-                None if motor != Motor::Released
-                    && (asked.off2 || asked.off1)
-                    && asked.key_held.is_none() =>
-                {
+                None if motor != Motor::Released && asked.release && asked.key_held.is_none() => {
                     (Self::ReadyToRun(Motor::Released), Action::Release)
                 }
                 // row 5
@@ -386,18 +382,16 @@ impl State {
             Self::KeyInching(key) => (Self::KeyInching(key), Action::FollowKey(key)),
             Self::KeyInchingEnding => (Self::KeyInchingEnding, Action::None),
 
-            // row 6; rows 50, 51: outside Data_Exchange and after Clear all bits are 0, and OFF2 wins (C-24)
-            _enabled_or_disabling if asked.off2 => (Self::ReadyToRun(Motor::Released), Action::Release),
-            // row 7
-            _enabled_or_disabling if asked.off1 => (Self::ReadyToRun(Motor::Released), Action::Release),
+            // rows 6, 7; rows 50, 51: so does the end of the bus (C-24)
+            _enabled_or_disabling if asked.release => (Self::ReadyToRun(Motor::Released), Action::Release),
             // row 8; enabling again waits until the shaft stands
             Self::Disabling => (Self::Disabling, Action::None),
             // row 8, a motor that is not in control stays so
-            Self::OperationEnabled(motor @ (Motor::Released | Motor::Shorted)) if asked.disable => {
+            Self::OperationEnabled(motor @ (Motor::Released | Motor::Shorted)) if !asked.enable => {
                 (Self::ReadyToRun(motor), Action::None)
             }
             // row 8
-            _enabled if asked.disable => (Self::Disabling, Action::BrakeMaximum),
+            _enabled if !asked.enable => (Self::Disabling, Action::BrakeMaximum),
 
             // row 26
             Self::TravelActive | Self::Pausing { .. } | Self::Paused { .. } if asked.stop => {

@@ -27,8 +27,6 @@ pub struct Status {
     pub operation_enabled: bool,
     /// The latched fault, of several the latest (ZSW.3, SSW.8, blink code).
     pub fault: Option<Fault>,
-    /// No OFF2 is given (ZSW.4).
-    pub no_off2: bool,
     /// Turn-on disabled (ZSW.6).
     pub turn_on_disabled: bool,
     /// One of [`Self::battery_low`], [`Self::current_out_of_range`], [`Self::lag_error`] (ZSW.7).
@@ -39,11 +37,13 @@ pub struct Status {
     /// Positioning: position within the window of the programmed setpoint. Velocity: velocity within the window of
     /// the target, which is 0 while no setpoint is released (SSW.3; velocity: ZSW.8).
     pub in_window: bool,
+    /// A job or inching 1 since power-on has set a setpoint.
+    pub setpoint_programmed: bool,
     /// In the window of a setpoint that a job or inching 1 since power-on has set, and none in progress (ZSW.10,
     /// C-35). Means nothing in velocity mode, where ZSW.10 is fixed.
     pub target_reached: bool,
-    /// Toggles with each accepted travel job (ZSW.12, C-07).
-    pub job_acknowledge: bool,
+    /// Travel jobs accepted since power-on, modulo 256: each bus has its own way to acknowledge them (ZSW.12, C-07).
+    pub jobs: u8,
     /// Positioning: no job, inching or braking is in progress; when a job is interrupted, as soon as the shaft stands
     /// (manual Table 12). A released shaft that runs out shows in [`Self::travelling`]. Velocity: the shaft stands
     /// (manual Table 14). ZSW.13.
@@ -116,9 +116,7 @@ impl Drive {
         let position = self.position();
         let rpm = rpm(self.shaft_velocity()) * self.frame.scale.sign();
         let positioning = mode == Mode::Positioning;
-        let paused = matches!(state, State::Paused { .. });
-        let positioning_active =
-            positioning && (state.positioning_active() || paused && self.quirks.paused_is_active);
+        let positioning_active = positioning && state.positioning_active();
         let in_window = self.in_window(position, rpm);
         let above_upper_limit = positioning && limits.is_above(position);
         let below_lower_limit = positioning && limits.is_below(position);
@@ -133,25 +131,25 @@ impl Drive {
             Mode::Velocity => {
                 let stands = matches!(state, State::OperationEnabled(_)) && self.stands();
                 let idle = stands || state.operation_enabled() && self.quirks.ready_while_running_down;
-                idle && start_conditions_met && !self.previous.start
+                idle && start_conditions_met && !self.previous.turn
             }
         };
         Status {
             state,
             mode,
-            supply_ok: supply_ok
-                && !(self.quirks.not_ready_in_fault && matches!(state, State::Fault | State::TurnOnDisabled)),
+            supply_ok,
             operation_enabled: state.operation_enabled(),
             fault: self.latched,
-            no_off2: self.previous.no_off2,
             turn_on_disabled: state == State::TurnOnDisabled,
             warning: battery_low || current_out_of_range || lag_error,
             lag_error,
             in_window,
+            setpoint_programmed: self.setpoint_programmed,
             target_reached: in_window
                 && self.setpoint_programmed
-                && (self.quirks.target_reached_live || !state.job_active() && !positioning_active),
-            job_acknowledge: self.job_acknowledge,
+                && !state.job_active()
+                && !positioning_active,
+            jobs: self.jobs,
             standstill: match mode {
                 Mode::Positioning => !self.motion_commanded(),
                 Mode::Velocity => self.stands(),

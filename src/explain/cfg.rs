@@ -5,8 +5,8 @@ use std::string::{String, ToString};
 use std::vec::Vec;
 
 use super::field::Field;
-use crate::device::{CONFIGURATIONS, IDENT_NUMBER};
-use crate::dp::{CfgFault, IoLengths};
+use crate::device::{APPLICATION, IDENT_NUMBER};
+use crate::dp::{Application, CfgFault, IoLengths};
 
 /// Who says the identifiers.
 #[derive(Clone, Copy, PartialEq)]
@@ -38,9 +38,10 @@ pub(super) fn explain(data: &[u8], at: usize, said: Said, ident: Option<u16>) ->
         Err(error) => error.to_string(),
     };
     // Another device has its own configurations.
-    if let Err(fault) = CfgFault::compare(data, CONFIGURATIONS)
-        && let Some(field) = fields.iter_mut().rev().find(|field| field.at <= at + fault.index)
+    if let Err(refusal) = APPLICATION.judge_cfg(data, &[])
+        && let Some(field) = fields.iter_mut().rev().find(|field| field.at <= at + refusal.index)
     {
+        let fault = CfgFault::Refused(refusal);
         match (ident, said) {
             (Some(IDENT_NUMBER), _) => {
                 *field = field.clone().mistaken(format!("an AG03 refuses it: {fault}"));

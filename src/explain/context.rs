@@ -137,8 +137,7 @@ impl Learned {
         match (reply.pke.pnu(), reply.word()) {
             (OPERATING_MODE, 1) => self.heard = Some(Mode::Velocity),
             (OPERATING_MODE, 2) => self.heard = Some(Mode::Positioning),
-            (SPINDLE_PITCH, 0) => self.lengths = Lengths::Increments,
-            (SPINDLE_PITCH, _) => self.lengths = Lengths::HundredthMillimetres,
+            (SPINDLE_PITCH, pitch) => self.lengths = Lengths::of_spindle_pitch(pitch.into()),
             (_, _) => {}
         }
     }

@@ -28,7 +28,7 @@ use crate::fdl::telegram::{Decoded, Telegram, decode};
 pub struct Decoder {
     context: Context,
     taking: Taking,
-    /// The unfinished telegram, or octets that may be rubbish up to the next one.
+    /// The unfinished telegram, or octets that may be noise up to the next one.
     pending: Vec<u8>,
     /// How many octets were explained.
     explained: u64,
@@ -53,7 +53,7 @@ impl Decoder {
         Self { context, taking, pending: Vec::new(), explained: 0 }
     }
 
-    /// Takes the octets of one line. `sink` gets each explanation with the number of octets before it. Rubbish ends with
+    /// Takes the octets of one line. `sink` gets each explanation with the number of octets before it. Noise ends with
     /// its line, an unfinished telegram may go on in the next.
     pub fn line(&mut self, octets: &[u8], sink: &mut dyn FnMut(u64, Explanation)) {
         if octets.is_empty() {
@@ -98,7 +98,7 @@ impl Decoder {
         self.tell(explanation, sink);
     }
 
-    /// Explains everything whole at the front. At an `end` rubbish goes to the end.
+    /// Explains everything whole at the front. At an `end` noise goes to the end.
     fn cut(&mut self, end: bool, sink: &mut dyn FnMut(u64, Explanation)) {
         let pending = core::mem::take(&mut self.pending);
         let mut rest = pending.as_slice();
@@ -106,7 +106,7 @@ impl Decoder {
             let len = match decode(rest) {
                 Decoded::Incomplete => break,
                 Decoded::Telegram { len, .. } => len,
-                Decoded::Invalid { skip, .. } => match rubbish(rest, skip, end) {
+                Decoded::Invalid { skip, .. } => match noise(rest, skip, end) {
                     Some(len) => len,
                     None => break,
                 },
@@ -134,9 +134,9 @@ impl Decoder {
     }
 }
 
-/// How many octets at the front are rubbish, of which `skip` certainly are: up to the next telegram, but not more than
+/// How many octets at the front are noise, of which `skip` certainly are: up to the next telegram, but not more than
 /// the longest telegram has. `None` if more octets must come to tell.
-fn rubbish(octets: &[u8], skip: usize, end: bool) -> Option<usize> {
+fn noise(octets: &[u8], skip: usize, end: bool) -> Option<usize> {
     let most = octets.len().min(MAX_TELEGRAM_LEN);
     let next = (skip..most).find(|at| octets.get(*at..).is_some_and(|rest| telegram_begins(rest, end)));
     match next {
@@ -240,7 +240,7 @@ fn no_words(octets: &[u8]) -> Explanation {
     let reason = std::format!("{} octets are no PPO (14), PKW (8), PZD (6) or word (2)", octets.len());
     let field = Field::octets("octets", 0, octets, reason.clone()).marked(Mark::Invalid);
     Explanation {
-        kind: Kind::Rubbish,
+        kind: Kind::Noise,
         sender: None,
         from: None,
         to: None,
@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn telegrams_words_and_rubbish_are_told_apart() {
+    fn telegrams_words_and_noise_are_told_apart() {
         let said = explained(
             &[
                 "10 05 02 49 50 16 10 02 05 00 07 16",
@@ -298,7 +298,7 @@ mod tests {
                 (20, "STW 000B (ON, no OFF2, enable operation)"),
                 (
                     22,
-                    "2 -> 5  invalid at octet 9: frame check sequence is 0xEF, expected 0xEE; Slave_Diag: how are you?"
+                    "2 -> 5  invalid at octet 9: frame check sequence is 0xEF, expected 0xEE; Slave_Diag request"
                 ),
                 (33, "short acknowledge: it has arrived"),
                 (34, "invalid at octet 0: octet 0xFF starts no telegram, expected 10, 68, A2, DC or E5"),
@@ -322,7 +322,7 @@ mod tests {
         assert_eq!(
             lines,
             [
-                "2 -> 5  Slave_Diag: how are you?",
+                "2 -> 5  Slave_Diag request",
                 "invalid at octet 5: telegram broken off after 5 octets, 6 more are missing",
                 "2 -> 5  FDL status: who is there?",
                 "invalid at octet 2: telegram broken off after 2 octets, 9 more are missing",
@@ -371,7 +371,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stream_of_rubbish_keeps_no_more_than_two_telegrams() {
+    fn a_stream_of_noise_keeps_no_more_than_two_telegrams() {
         let mut decoder = Decoder::new(Context::default(), Taking::Auto);
         let mut told = 0;
         for _ in 0..1000 {

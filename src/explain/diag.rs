@@ -8,6 +8,7 @@ use super::context::Learned;
 use super::field::{Bits, Field, Mark};
 use super::service::raw_data;
 use super::set_prm::ident_name;
+use crate::dp::{DiagBit, Tells};
 
 pub(super) fn explain(data: &[u8], at: usize, learned: &mut Learned) -> (String, Vec<Field>) {
     let &[first, second, third, master, ident_high, ident_low, ref extended @ ..] = data else {
@@ -19,93 +20,38 @@ pub(super) fn explain(data: &[u8], at: usize, learned: &mut Learned) -> (String,
     learned.own_ident = Some(ident);
     let owner = if master == NO_MASTER { "no master".into() } else { format!("master {master}") };
     let mut fields = Vec::from([
-        status("Station_status_1", at, first, &STATUS_1),
-        status("Station_status_2", at + 1, second, &STATUS_2),
-        status("Station_status_3", at + 2, third, &STATUS_3),
+        status(0, at, first),
+        status(1, at, second),
+        status(2, at, third),
         Field::octet("Master_Add", at + 3, master, format!("owned by {owner}")),
         Field::word("Ident_Number", at + 4, ident, ident_name(ident)),
     ]);
-    if let Some(field) = fields.get_mut(1).filter(|_| second & ALWAYS_1 == 0) {
+    if let Some(field) = fields.get_mut(1).filter(|_| !DiagBit::Always1.is_set(data)) {
         *field = field.clone().mistaken("bit 2 must always be 1");
     }
     blocks(extended, at + 6, &mut fields);
-    let ready = (first & NOT_READY == 0).then_some("ready for data");
-    let said = [(first, &STATUS_1), (second, &STATUS_2), (third, &STATUS_3)].into_iter();
-    let said = said.flat_map(|(octet, rows)| (0..8).zip(rows).filter(move |(n, _)| octet >> n & 1 != 0));
-    let said: Vec<&str> =
-        ready.into_iter().chain(said.map(|(_, row)| row.said).filter(|said| !said.is_empty())).collect();
+    let ready = (!DiagBit::StationNotReady.is_set(data)).then_some("ready for data");
+    let set = DiagBit::ALL.iter().filter(|bit| bit.is_set(data) && bit.tells() != Tells::Nothing);
+    let said: Vec<&str> = ready.into_iter().chain(set.map(|bit| bit.one())).collect();
     let more = if extended.is_empty() { String::new() } else { format!(", {} octets more", extended.len()) };
     (format!("diagnosis: {}, {owner}, ident {ident:04X}{more}", said.join(", ")), fields)
 }
 
 const NO_MASTER: u8 = 255;
-const NOT_READY: u8 = 0x02;
-const ALWAYS_1: u8 = 0x04;
-
-/// One bit of the diagnosis.
-struct Row {
-    name: &'static str,
-    /// What 1 means, in the summary; empty if it says nothing.
-    said: &'static str,
-    note: &'static str,
-    trouble: bool,
-}
-
-const fn good(name: &'static str, said: &'static str, note: &'static str) -> Row {
-    Row { name, said, note, trouble: false }
-}
-
-const fn bad(name: &'static str, said: &'static str, note: &'static str) -> Row {
-    Row { name, said, note, trouble: true }
-}
-
-const RESERVED: Row = good("reserved", "", "");
-
-const STATUS_1: [Row; 8] = [
-    bad("Station_Non_Existent", "does not exist", "set by the master"),
-    good("Station_Not_Ready", "not ready", "not ready for Data_Exchange"),
-    bad("Cfg_Fault", "configuration fault", "the last Chk_Cfg was refused"),
-    bad("Ext_Diag", "extended diagnosis", "the blocks behind show a fault"),
-    bad("Not_Supported", "asked for what it cannot do", "for example Sync or Freeze"),
-    bad("Invalid_Slave_Response", "answered wrongly", "set by the master"),
-    bad("Prm_Fault", "parameter fault", "the last Set_Prm was refused: ident number, length or values"),
-    bad("Master_Lock", "locked by another master", "set by the master"),
-];
-
-const STATUS_2: [Row; 8] = [
-    good("Prm_Req", "wants parameters", "must be parameterised"),
-    good("Stat_Diag", "cannot deliver valid data", "the master shall go on asking"),
-    good("always 1", "", ""),
-    good("WD_On", "watchdog on", ""),
-    good("Freeze_Mode", "inputs frozen", ""),
-    good("Sync_Mode", "outputs in Sync", ""),
-    RESERVED,
-    bad("Deactivated", "deactivated", "set by the master"),
-];
-
-const STATUS_3: [Row; 8] = [
-    RESERVED,
-    RESERVED,
-    RESERVED,
-    RESERVED,
-    RESERVED,
-    RESERVED,
-    RESERVED,
-    bad("Ext_Diag_Overflow", "more diagnosis than fits", ""),
-];
-
-fn status(name: &str, at: usize, octet: u8, rows: &[Row; 8]) -> Field {
-    let mut bits: Vec<Field> = (0..8)
-        .zip(rows)
-        .map(|(n, row)| {
-            let said = if row.said.is_empty() { "1" } else { row.said };
-            let said = if row.note.is_empty() { said.into() } else { format!("{said} ({})", row.note) };
-            Field::bit(row.name, at, n, octet, said, "")
-                .marked_if(Mark::Trouble, row.trouble && octet >> n & 1 != 0)
-        })
-        .collect();
-    bits.reverse();
-    Field::octet(name, at, octet, "").with(bits)
+/// One of the three octets of bits, `octet` from 0.
+fn status(octet: usize, at: usize, value: u8) -> Field {
+    let at = at + octet;
+    let bit = |n: u8| {
+        let Some(bit) = DiagBit::at(octet, n) else {
+            return Field::bit("reserved", at, n, value, "1", "");
+        };
+        let one =
+            if bit.note().is_empty() { bit.one().into() } else { format!("{} ({})", bit.one(), bit.note()) };
+        let trouble = bit.tells() == Tells::Trouble && value & bit.mask() != 0;
+        Field::bit(bit.name(), at, n, value, one, "").marked_if(Mark::Trouble, trouble)
+    };
+    let name = format!("Station_status_{}", octet + 1);
+    Field::octet(&name, at, value, "").with((0..8).rev().map(bit).collect())
 }
 
 /// The blocks of extended diagnosis.

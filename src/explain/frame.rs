@@ -68,7 +68,7 @@ fn short_acknowledge(context: &mut Context) -> Explanation {
     let service = asked.and_then(|asked| asked.service);
     let (meaning, summary) = match service {
         Some(service) => {
-            let name = service::name(service);
+            let name = service.name();
             (
                 format!("short acknowledge of {name}: it has arrived"),
                 format!("short acknowledge: {name} has arrived"),
@@ -87,7 +87,7 @@ fn short_acknowledge(context: &mut Context) -> Explanation {
         sender: Some(Sender::Slave),
         from: asked.map(|asked| asked.station),
         to: asked.map(|asked| asked.master),
-        service: service.map(service::name),
+        service: service.map(crate::dp::Service::name),
         summary,
         octets: Vec::from([SC]),
         fields: Vec::from([field]),
@@ -138,7 +138,7 @@ fn data_telegram(telegram: &DataTelegram<'_>, octets: &[u8], context: &mut Conte
         sender,
         from,
         to,
-        service: carried.service.map(service::name),
+        service: carried.service.map(crate::dp::Service::name),
         summary,
         octets: octets.into(),
         fields,
@@ -291,7 +291,7 @@ fn response(status: ReplyStatus, telegram: &DataTelegram<'_>, at: usize, context
         (_, by_sap) => by_sap,
     };
     if refuses(status) {
-        let what = asked.and_then(|asked| asked.service).or(service).map(service::name);
+        let what = asked.and_then(|asked| asked.service).or(service).map(crate::dp::Service::name);
         let what = what.filter(|_| asked.is_some() || by_sap != Some(dp::Service::DataExchange));
         let summary = match what {
             Some(name) => format!("{name} refused: {}", status_name(status)),
@@ -419,7 +419,7 @@ fn invalid(octets: &[u8], error: FrameError, context: &Context) -> Explanation {
     }
     let reason = if behind.is_empty() { missing(octets, error) } else { error.to_string() };
     Explanation {
-        kind: Kind::Rubbish,
+        kind: Kind::Noise,
         sender: None,
         from: None,
         to: None,

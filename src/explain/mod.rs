@@ -28,7 +28,7 @@
 //!
 //! let mut context = Context::default();
 //! let asked = context.telegram(&[0x68, 0x05, 0x05, 0x68, 0x85, 0x82, 0x6D, 0x3C, 0x3E, 0xEE, 0x16]);
-//! assert_eq!(asked.line(), "2 -> 5  Slave_Diag: how are you?");
+//! assert_eq!(asked.line(), "2 -> 5  Slave_Diag request");
 //!
 //! // A wrong checksum says so, and what the telegram would mean without it.
 //! let broken = context.telegram(&[0x10, 0x05, 0x02, 0x49, 0x51, 0x16]);
@@ -107,7 +107,7 @@ pub enum Kind {
     /// Two octets: control word or status word.
     Word,
     /// Octets that are none of these.
-    Rubbish,
+    Noise,
 }
 
 /// Which end of the line says something.

@@ -10,7 +10,8 @@ use std::vec::Vec;
 use super::context::Learned;
 use super::field::{Bits, Field, Mark};
 use super::value;
-use super::words::{self, Word};
+use super::words;
+use crate::device::bits::Word;
 use crate::drive::Mode;
 use crate::param::{Entry, Kind, Model, Models, Pnu, Value, Width, entry};
 use crate::pkw::ErrorNumber;
@@ -249,10 +250,15 @@ fn about(pnu: u16) -> String {
 fn ind_field(pkw: Pkw, at: usize, array: bool) -> Field {
     let (high, low) = (pkw.ind.high_octet(), pkw.ind.low_octet());
     let meaning = if array { "sub-index" } else { "not used" };
-    let high_meaning = if array { format!("sub-index {high}") } else { "not used".into() };
+    let (high_meaning, low_meaning) = match (array, high, low) {
+        (false, _, _) => ("not used".into(), "not used".into()),
+        // `subindex` takes it from there.
+        (true, 0, 1..) => ("0: the low octet counts".into(), format!("sub-index {low}")),
+        (true, _, _) => (format!("sub-index {high}"), "not used".into()),
+    };
     Field::word("IND", at, pkw.ind.raw(), meaning).with(Vec::from([
         Field::octet("high octet", at, high, high_meaning),
-        Field::octet("low octet", at + 1, low, "not used"),
+        Field::octet("low octet", at + 1, low, low_meaning),
     ]))
 }
 

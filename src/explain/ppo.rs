@@ -8,10 +8,12 @@ use std::vec::Vec;
 use super::context::Learned;
 use super::field::{Field, Mark};
 use super::pkw::{self, known};
-use super::words::{self, Word};
+use super::words;
 use super::{Explanation, Kind, Sender};
+use crate::device::bits::{StwBit, Word, ZswBit};
+use crate::device::flow_charts;
 use crate::drive::Mode;
-use crate::param::Width;
+use crate::param::{Gear, Width};
 use crate::ppo::{JobId, PPO_LEN, Pkw};
 
 /// The 14 octets of a PPO from octet `at` on: its fields, and all in a few words.
@@ -129,13 +131,16 @@ fn main_value(value: i32, sender: Sender, at: usize, learned: &Learned) -> (Fiel
         Sender::Slave => "actual value",
     };
     let mut field = Field::octets(name, at, &value.to_be_bytes(), format!("{what} {text}"));
-    if learned.mode() == Mode::Velocity && value.unsigned_abs() > MOST_RPM && sender == Sender::Master {
-        field = field.mistaken("no gear turns faster than 200 rpm (24:1) or 100 rpm (48:1)");
+    if learned.mode() == Mode::Velocity
+        && value.unsigned_abs() > Gear::FASTEST.max_rpm().into()
+        && sender == Sender::Master
+    {
+        let of = |gear: Gear| format!("{} rpm ({gear}:1)", gear.max_rpm());
+        let most: Vec<String> = Gear::ALL.into_iter().map(of).collect();
+        field = field.mistaken(format!("no gear turns faster than {}", most.join(" or ")));
     }
     (field, format!("{short} {value}"))
 }
-
-const MOST_RPM: u32 = 200;
 
 const fn mode_name(mode: Mode) -> &'static str {
     match mode {
@@ -144,41 +149,42 @@ const fn mode_name(mode: Mode) -> &'static str {
     }
 }
 
-/// Control words of the manual's flow charts, to recognise them with their octets swapped.
-const PRINTED_STW: [u16; 7] = [0x000B, 0x003B, 0x007B, 0x010B, 0x020B, 0x820B, 0x004B];
-
 fn judge_stw(mut field: Field, mode: Mode, raw: u16) -> Field {
-    let set = |bit: u16| raw >> bit & 1 != 0;
-    if PRINTED_STW.contains(&raw.swap_bytes()) && !PRINTED_STW.contains(&raw) {
+    if flow_charts::PRINTED.contains(&raw.swap_bytes()) && !flow_charts::PRINTED.contains(&raw) {
         let text = format!(
             "with its octets the other way round it is {:04X}: words go high octet first",
             raw.swap_bytes()
         );
         field = field.mistaken(text);
     }
-    if set(2) {
+    if StwBit::Off3.is_set(raw) {
         let text = "bit 2 (OFF3) is not implemented and must be 0 by the manual: 047E, 047F and 000F of Siemens' \
                     examples are 000A and 000B here";
         field = field.hinted(text);
     }
-    if raw & 0x7C00 != 0 {
-        let also = if set(10) { "; bit 10, control by PLC, is not needed" } else { "" };
+    if raw & Word::Stw.without_meaning(Mode::Positioning) & !StwBit::Off3.mask() != 0 {
+        let also = if raw & CONTROL_BY_PLC != 0 { "; bit 10, control by PLC, is not needed" } else { "" };
         field = field.hinted(format!("bits 10 to 14 are not supported{also}"));
     }
     match mode {
-        Mode::Positioning if set(8) && set(9) => field.mistaken("inching 1 and inching 2 exclude each other"),
-        Mode::Velocity if raw & 0x8300 != 0 => field.hinted("inching needs the positioning mode"),
+        Mode::Positioning if raw & INCHING == INCHING => {
+            field.mistaken("inching 1 and inching 2 exclude each other")
+        }
+        Mode::Velocity if raw & (INCHING | StwBit::Inching2Negative.mask()) != 0 => {
+            field.hinted("inching needs the positioning mode")
+        }
         Mode::Positioning | Mode::Velocity => field,
     }
 }
 
-/// Bits of ZSW that are 1 in every state and mode.
-const ALWAYS_1: u16 = 0x0A20;
+const INCHING: u16 = StwBit::Inching1.mask() | StwBit::Inching2.mask();
+/// Bit 10 of the standard's control word, which these drives do not have.
+const CONTROL_BY_PLC: u16 = 0x0400;
 
 fn judge_zsw(field: Field, raw: u16) -> Field {
-    let trouble = raw & 0x0048 != 0;
+    let trouble = ZswBit::Fault.is_set(raw) || ZswBit::TurnOnDisabled.is_set(raw);
     let field = field.marked_if(Mark::Trouble, trouble);
-    if raw & ALWAYS_1 == ALWAYS_1 || raw == 0 {
+    if is_status(raw) || raw == 0 {
         field
     } else {
         field.mistaken("bits 5, 9 and 11 are always 1 in the status word of these drives: is this one?")
@@ -194,16 +200,18 @@ pub(super) fn makes_sense(octets: &[u8]) -> bool {
         }
         _ => return false,
     };
-    word & ALWAYS_1 == ALWAYS_1 || word & UNSUPPORTED == 0
+    is_status(word) || word & Word::Stw.without_meaning(Mode::Positioning) == 0
 }
 
-/// Bits of STW that these drives do not look at: OFF3 and 10 to 14.
-const UNSUPPORTED: u16 = 0x7C04;
+/// Whether the bits are 1 that are 1 in every status word, and all together in no control word.
+fn is_status(word: u16) -> bool {
+    word & Word::Zsw.always_1() == Word::Zsw.always_1()
+}
 
 /// Who says such words. A status word has bits that are always 1 and that no control word has all set; of a parameter
 /// channel alone the job before, the direction of its numbers and its value tell.
 fn guess(octets: &[u8], learned: &Learned) -> Sender {
-    let by_status = |word: u16| if word & ALWAYS_1 == ALWAYS_1 { Sender::Slave } else { Sender::Master };
+    let by_status = |word: u16| if is_status(word) { Sender::Slave } else { Sender::Master };
     match *octets {
         [high, low] => by_status(u16::from_be_bytes([high, low])),
         [high, low, _, _, _, _] => by_status(u16::from_be_bytes([high, low])),

@@ -12,6 +12,7 @@ use crate::dp::Service;
 use crate::dp::global_control::{GlobalControl, Latch};
 use crate::dp::set_slave_add::{AddressFault, SetSlaveAdd};
 use crate::fdl::Sap;
+use crate::ppo::PPO_LEN;
 
 /// The data of a telegram explained.
 pub(super) struct Carried {
@@ -20,27 +21,12 @@ pub(super) struct Carried {
     pub(super) fields: Vec<Field>,
 }
 
-/// The standard's name.
-pub(super) const fn name(service: Service) -> &'static str {
-    match service {
-        Service::SetSlaveAdd => "Set_Slave_Add",
-        Service::RdInp => "RD_Inp",
-        Service::RdOutp => "RD_Outp",
-        Service::GlobalControl => "Global_Control",
-        Service::GetCfg => "Get_Cfg",
-        Service::SlaveDiag => "Slave_Diag",
-        Service::SetPrm => "Set_Prm",
-        Service::ChkCfg => "Chk_Cfg",
-        Service::DataExchange => "Data_Exchange",
-    }
-}
-
 /// Number and use of a service access point at a slave.
 pub(super) fn sap_name(sap: Sap) -> String {
     let of = match sap.number() {
         53 => "Set_Ext_Prm (DP-V1)",
         50 | 51 => "MS1 (DP-V1)",
-        _ => Service::of(Some(sap), None).map_or("none of DP-V0", name),
+        _ => Service::of(Some(sap), None).map_or("none of DP-V0", Service::name),
     };
     format!("SAP {sap}: {of}")
 }
@@ -52,7 +38,7 @@ pub(super) fn raw_data(data: &[u8], at: usize) -> Vec<Field> {
 
 pub(super) fn request(service: Option<Service>, data: &[u8], at: usize, learned: &mut Learned) -> Carried {
     let (summary, fields) = match service {
-        Some(Service::SlaveDiag) => no_data("Slave_Diag: how are you?", data, at),
+        Some(Service::SlaveDiag) => no_data("Slave_Diag request", data, at),
         Some(Service::GetCfg) => no_data("Get_Cfg: what do you exchange?", data, at),
         Some(Service::RdInp) => no_data("RD_Inp: which inputs?", data, at),
         Some(Service::RdOutp) => no_data("RD_Outp: which outputs?", data, at),
@@ -84,7 +70,7 @@ pub(super) fn response(service: Option<Service>, data: &[u8], at: usize, learned
         }
         Some(
             service @ (Service::SetSlaveAdd | Service::GlobalControl | Service::SetPrm | Service::ChkCfg),
-        ) => (format!("answer to {}", name(service)), raw_data(data, at)),
+        ) => (format!("answer to {}", service.name()), raw_data(data, at)),
         None => ("an answer to no service".into(), raw_data(data, at)),
     };
     Carried { service, summary, fields }
@@ -99,13 +85,20 @@ fn no_data(summary: &str, data: &[u8], at: usize) -> (String, Vec<Field>) {
     (summary.into(), fields)
 }
 
-/// User data of Data_Exchange: a PPO of these drives, or what another slave exchanges.
+/// User data of Data_Exchange: a PPO of these drives, or what another slave exchanges. Who has said no Ident_Number is
+/// taken for one of these drives by its 14 octets.
 fn exchange(data: &[u8], sender: Sender, at: usize, learned: &mut Learned) -> (String, Vec<Field>) {
     let (head, what) = match sender {
         Sender::Master => ("Data_Exchange", "outputs"),
         Sender::Slave => ("inputs", "inputs"),
     };
-    match data.try_into() {
+    let ppo: Result<&[u8; PPO_LEN], _> = data.try_into();
+    match ppo {
+        // Another device means something else by them.
+        Ok(_) if learned.ident().is_some_and(|ident| ident != IDENT_NUMBER) => {
+            let text = format!("{} octets of {what} of another device", data.len());
+            (format!("{head}: {text}"), Vec::from([Field::octets(what, at, data, text)]))
+        }
         Ok(octets) => {
             let (fields, words) = ppo::ppo(octets, sender, at, learned);
             (format!("{head}: {words}"), fields)

@@ -7,7 +7,7 @@ use std::vec::Vec;
 use super::context::Learned;
 use super::field::Field;
 use super::service::{groups_of, raw_data};
-use crate::device::{DESCRIPTION, IDENT_NUMBER};
+use crate::device::{APPLICATION, DESCRIPTION, IDENT_NUMBER};
 use crate::dp::{Policy, PrmFault, SetPrm};
 
 pub(super) fn explain(data: &[u8], at: usize, learned: &mut Learned) -> (String, Vec<Field>) {
@@ -25,8 +25,8 @@ pub(super) fn explain(data: &[u8], at: usize, learned: &mut Learned) -> (String,
     let watchdog =
         prm.watchdog().map_or("watchdog off".into(), |time| format!("watchdog {} ms", time.as_millis()));
     let lock = match (prm.lock_req(), prm.unlock_req()) {
-        (_, true) => "be free for other masters",
-        (true, false) => "be mine",
+        (_, true) => "unlock the slave for other masters",
+        (true, false) => "lock the slave",
         (false, false) => "min T_SDR only",
     };
     let bit = |n, name: &str, one: &str, zero: &str| Field::bit(name, at, n, status, one, zero);
@@ -61,7 +61,7 @@ pub(super) fn explain(data: &[u8], at: usize, learned: &mut Learned) -> (String,
     // Of other devices nothing is known. A release is not checked.
     let is_checked = prm.lock_req() && !prm.unlock_req();
     let ours = learned.own_ident == Some(IDENT_NUMBER) || ident == IDENT_NUMBER;
-    if is_checked && let Err(fault) = prm.check(&DESCRIPTION, &Policy::PROPOSED) {
+    if is_checked && let Err(fault) = prm.check(&DESCRIPTION, &APPLICATION, &Policy::PROPOSED) {
         let of_ident = matches!(fault, PrmFault::Ident { .. });
         let name = if of_ident { "Ident_Number" } else { "Station_Status" };
         let field = fields.iter_mut().find(|field| field.name == name);

@@ -28,6 +28,14 @@ pub enum Lengths {
 }
 
 impl Lengths {
+    /// What a drive with this spindle pitch (PNU 1012) counts positions in.
+    pub const fn of_spindle_pitch(pitch: u32) -> Self {
+        match pitch {
+            0 => Self::Increments,
+            _set => Self::HundredthMillimetres,
+        }
+    }
+
     /// A position as the drive counts it, with its unit.
     pub fn position(self, number: i64) -> String {
         match self {

@@ -15,6 +15,7 @@
 
 use core::time::Duration;
 
+use super::Rates;
 use crate::time::{BaudRate, Instant};
 
 /// How long CONTROL waits for a telegram to a station at this end before the search begins again, as the driver of a
@@ -24,6 +25,7 @@ pub const CONTROL_TIME: Duration = Duration::from_millis(2560);
 /// The search for the rate of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BaudSearch {
+    rates: Rates,
     rate: BaudRate,
     state: State,
     control_time: Duration,
@@ -50,10 +52,17 @@ pub enum RateChange {
 }
 
 impl BaudSearch {
-    /// A search that begins at `now` at the highest rate, 12 Mbit/s. `control_time` is usually [`CONTROL_TIME`].
-    pub const fn new(now: Instant, control_time: Duration) -> Self {
-        let rate = BaudRate::K12000;
-        Self { rate, state: State::Search { until: now.saturating_add(window(rate)) }, control_time }
+    /// A search among `rates` that begins at `now` at the highest one; among every rate if there is none.
+    /// `control_time` is usually [`CONTROL_TIME`].
+    pub fn new(now: Instant, control_time: Duration, rates: Rates) -> Self {
+        let rates = if rates == Rates::NONE { Rates::CUSTOMARY } else { rates };
+        let rate = highest(rates);
+        Self { rates, rate, state: State::Search { until: now.saturating_add(window(rate)) }, control_time }
+    }
+
+    /// Somebody takes part who knows these rates too.
+    pub fn add_rates(&mut self, rates: Rates) {
+        self.rates = self.rates.union(rates);
     }
 
     /// The rate to listen at.
@@ -98,15 +107,20 @@ impl BaudSearch {
     /// Time has passed. Harmless at any time.
     pub fn handle_timeout(&mut self, now: Instant) -> Option<RateChange> {
         match self.state {
-            State::Search { until } if until <= now => Some(self.listen_at(now, next_lower(self.rate))),
-            State::Control { until } if until <= now => Some(self.listen_at(now, BaudRate::K12000)),
+            State::Search { until } if until <= now => Some(self.listen_at(now, self.next_lower())),
+            State::Control { until } if until <= now => Some(self.listen_at(now, highest(self.rates))),
             State::Search { .. } | State::Control { .. } | State::DpControl => None,
         }
     }
 
     /// The line cannot be set to the rate to listen at: the next lower one is tried at once.
     pub fn skip(&mut self, now: Instant) -> RateChange {
-        self.listen_at(now, next_lower(self.rate))
+        self.listen_at(now, self.next_lower())
+    }
+
+    /// The next lower rate; below the lowest the highest again.
+    fn next_lower(&self) -> BaudRate {
+        self.rates.iter().rev().find(|lower| *lower < self.rate).unwrap_or_else(|| highest(self.rates))
     }
 
     fn listen_at(&mut self, now: Instant, rate: BaudRate) -> RateChange {
@@ -133,9 +147,8 @@ const fn window(rate: BaudRate) -> Duration {
     if three_telegrams.as_nanos() > LEAST.as_nanos() { three_telegrams } else { LEAST }
 }
 
-/// The next lower rate; below the lowest the highest again.
-fn next_lower(rate: BaudRate) -> BaudRate {
-    BaudRate::ALL.into_iter().rev().find(|lower| *lower < rate).unwrap_or(BaudRate::K12000)
+fn highest(rates: Rates) -> BaudRate {
+    rates.iter().next_back().unwrap_or(BaudRate::K12000)
 }
 
 #[cfg(test)]
@@ -157,12 +170,23 @@ mod tests {
 
     #[test]
     fn the_search_begins_at_the_highest_rate_steps_down_and_wraps() {
-        let mut search = BaudSearch::new(Instant::ZERO, CONTROL_TIME);
+        let mut search = BaudSearch::new(Instant::ZERO, CONTROL_TIME, Rates::CUSTOMARY);
         assert_eq!(search.rate(), BaudRate::K12000);
         let mut expected: std::vec::Vec<_> = BaudRate::ALL.into_iter().rev().skip(1).collect();
         expected.extend([BaudRate::K12000, BaudRate::K6000]);
         assert_eq!(searched(&mut search, 11), expected);
         assert!(search.is_searching());
+    }
+
+    #[test]
+    fn rates_that_nobody_knows_are_not_tried() {
+        let rates = Rates::NONE.with(BaudRate::K1500, 150).with(BaudRate::K19_2, 60);
+        let mut search = BaudSearch::new(Instant::ZERO, CONTROL_TIME, rates);
+        assert_eq!(search.rate(), BaudRate::K1500);
+        assert_eq!(searched(&mut search, 3), [BaudRate::K19_2, BaudRate::K1500, BaudRate::K19_2]);
+        search.add_rates(Rates::NONE.with(BaudRate::K500, 100));
+        assert_eq!(searched(&mut search, 2), [BaudRate::K1500, BaudRate::K500]);
+        assert_eq!(BaudSearch::new(Instant::ZERO, CONTROL_TIME, Rates::NONE).rate(), BaudRate::K12000);
     }
 
     #[test]
@@ -173,7 +197,7 @@ mod tests {
 
     #[test]
     fn a_rate_that_cannot_be_set_is_skipped_at_once() {
-        let mut search = BaudSearch::new(Instant::ZERO, CONTROL_TIME);
+        let mut search = BaudSearch::new(Instant::ZERO, CONTROL_TIME, Rates::CUSTOMARY);
         assert_eq!(search.skip(Instant::ZERO), RateChange::Try(BaudRate::K6000));
         assert_eq!(search.skip(Instant::ZERO), RateChange::Try(BaudRate::K3000));
         assert_eq!(search.poll_timeout(), Some(Instant::from_millis(100)));
@@ -181,7 +205,7 @@ mod tests {
 
     #[test]
     fn the_first_telegram_ends_the_search_whoever_it_is_for() {
-        let mut search = BaudSearch::new(Instant::ZERO, CONTROL_TIME);
+        let mut search = BaudSearch::new(Instant::ZERO, CONTROL_TIME, Rates::CUSTOMARY);
         searched(&mut search, 4);
         let now = Instant::from_millis(450);
         assert_eq!(search.heard(now, false), Some(RateChange::Found(BaudRate::K500)));
@@ -191,7 +215,7 @@ mod tests {
 
     #[test]
     fn control_lasts_as_long_as_somebody_speaks_to_us() {
-        let mut search = BaudSearch::new(Instant::ZERO, CONTROL_TIME);
+        let mut search = BaudSearch::new(Instant::ZERO, CONTROL_TIME, Rates::CUSTOMARY);
         search.heard(Instant::ZERO, true);
         search.heard(Instant::from_millis(2000), true);
         search.heard(Instant::from_millis(4000), false);
@@ -203,7 +227,7 @@ mod tests {
 
     #[test]
     fn a_dp_watchdog_replaces_control_until_it_expires() {
-        let mut search = BaudSearch::new(Instant::ZERO, CONTROL_TIME);
+        let mut search = BaudSearch::new(Instant::ZERO, CONTROL_TIME, Rates::CUSTOMARY);
         search.supervise(Instant::ZERO, true);
         assert!(search.is_searching(), "nobody parameterises a slave that does not answer");
         search.heard(Instant::ZERO, true);

@@ -14,7 +14,7 @@ use super::telegram::{FrameError, Telegram};
 pub struct LineCounters {
     /// Telegrams without an error, whoever they were for.
     pub heard: Kinds,
-    /// Refusals, by the reason given.
+    /// Damaged telegrams and rows of noise, by the reason given.
     pub rejected: Rejections,
     /// How often the next telegram had to be searched for: rows of refusals without a telegram between.
     pub resyncs: u64,
@@ -122,7 +122,8 @@ impl fmt::Display for Kinds {
     }
 }
 
-/// Octets that were no telegram, by reason: the variants of [`FrameError`].
+/// What was no telegram, by reason: the variants of [`FrameError`]. A damaged telegram counts once however many octets it
+/// has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the variants of FrameError say it")]
 pub struct Rejections {
@@ -207,11 +208,11 @@ pub struct StationCounters {
     pub retries: u64,
     /// Replies sent.
     pub replies: u64,
-    /// Replies dropped because max T_SDR was over.
+    /// Replies dropped because max T_SDR or the slot time of the master was over.
     pub too_late: u64,
     /// How often the watchdog of the layer above expired.
     pub watchdog_expiries: u64,
-    /// From the end of a request to the start of its reply, for replies sent.
+    /// From the last octet of a request, as it was heard, to the start of its reply, for replies sent.
     pub latency: Latency,
 }
 

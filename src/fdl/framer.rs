@@ -1,8 +1,8 @@
-//! A stream of octets, cut anywhere, into telegrams; and the rule for finding back after rubbish.
+//! A stream of octets, cut anywhere, into telegrams; and the rule for finding back after noise.
 
 use core::time::Duration;
 
-use super::telegram::{Decoded, FrameError, MAX_TELEGRAM_LEN, Telegram, decode};
+use super::telegram::{Decoded, FrameError, MAX_TELEGRAM_LEN, Telegram, decode, extent};
 use crate::time::{BITS_PER_OCTET, BaudRate, Instant, SYN_BITS};
 
 /// How to find the next telegram after octets that are none.
@@ -41,17 +41,50 @@ pub struct Framer {
     len: usize,
     last_octet: Instant,
     /// [`Resync::Idle`] after an invalid telegram: the line must fall silent first.
-    deaf: bool,
+    wait_for_idle: bool,
+    refused: Refused,
+}
+
+/// What the octets that come next still belong to: a damaged telegram is refused once, not octet by octet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Refused {
+    /// Nothing: the last octets were a telegram, or the line was silent.
+    Nothing,
+    /// A refused telegram of which so many octets are still to come; with none left, the noise behind it.
+    Telegram(usize),
+}
+
+impl Refused {
+    /// Notes a refusal at the front of `octets`, of which `skip` are done with. Whether it is news: another start
+    /// delimiter behind the end of what was refused before.
+    fn note(&mut self, octets: &[u8], skip: usize) -> bool {
+        let extent = extent(octets);
+        let (rest, is_news) = match *self {
+            Self::Nothing => (extent, true),
+            Self::Telegram(0) => (extent, extent > 1),
+            Self::Telegram(rest) => (rest, false),
+        };
+        *self = Self::Telegram(rest.saturating_sub(skip));
+        is_news
+    }
 }
 
 impl Framer {
     /// A framer that has heard nothing yet.
     pub const fn new(resync: Resync) -> Self {
-        Self { resync, octets: [0; MAX_TELEGRAM_LEN], len: 0, last_octet: Instant::ZERO, deaf: false }
+        Self {
+            resync,
+            octets: [0; MAX_TELEGRAM_LEN],
+            len: 0,
+            last_octet: Instant::ZERO,
+            wait_for_idle: false,
+            refused: Refused::Nothing,
+        }
     }
 
     /// Takes `octets`, the last of which ended at `now`, and hands over each telegram and each refusal in order,
-    /// with the time its last octet was heard. Telegrams that lie whole in `octets` are not copied.
+    /// with the time its last octet was heard. A damaged telegram is one refusal, and so are octets without a start
+    /// delimiter that follow each other. Telegrams that lie whole in `octets` are not copied.
     pub fn receive(
         &mut self,
         now: Instant,
@@ -63,19 +96,19 @@ impl Framer {
             return;
         }
         self.last_octet = now;
-        if self.deaf {
+        if self.wait_for_idle {
             return;
         }
         let mut octets = octets;
         while self.len > 0 && !octets.is_empty() {
             octets = self.append(octets);
             self.cut_buffer(now, &mut sink);
-            if self.deaf {
+            if self.wait_for_idle {
                 return;
             }
         }
-        let Cut { rest, deaf } = cut(self.resync, now, octets, &mut sink);
-        self.deaf = deaf;
+        let Cut { rest, wait_for_idle } = cut(self.resync, now, octets, &mut self.refused, &mut sink);
+        self.wait_for_idle = wait_for_idle;
         self.append(rest);
     }
 
@@ -90,9 +123,12 @@ impl Framer {
     ) {
         self.hear_silence(now, 1, &mut sink);
         self.last_octet = now;
-        if !self.deaf {
+        if !self.wait_for_idle {
             self.len = 0;
-            self.deaf = matches!(self.resync, Resync::Idle(_));
+            match self.resync {
+                Resync::Scan(_) => self.refused = Refused::Telegram(0),
+                Resync::Idle(_) => self.wait_for_idle = true,
+            }
             sink(now, Err(FrameError::Parity));
         }
     }
@@ -115,7 +151,8 @@ impl Framer {
     /// Forgets an unfinished telegram: the other end of the line has changed.
     pub fn clear(&mut self) {
         self.len = 0;
-        self.deaf = false;
+        self.wait_for_idle = false;
+        self.refused = Refused::Nothing;
     }
 
     /// Ends what the silence before the newest `arrived` octets ends.
@@ -126,7 +163,7 @@ impl Framer {
         arrived: usize,
         sink: &mut impl FnMut(Instant, Result<Telegram<'_>, FrameError>),
     ) {
-        if self.len == 0 && !self.deaf {
+        if self.len == 0 && !self.wait_for_idle && self.refused == Refused::Nothing {
             return;
         }
         match self.resync {
@@ -136,21 +173,27 @@ impl Framer {
                     .saturating_since(self.last_octet)
                     .saturating_sub(baud.bit_times(arrived.saturating_mul(BITS_PER_OCTET)));
                 if silence >= self.resync.silence() {
-                    self.deaf = false;
+                    self.wait_for_idle = false;
                     if self.len > 0 {
-                        let error = self.broken_off();
+                        let error = broken_off(self.octets.get(..self.len).unwrap_or_default());
                         self.len = 0;
                         sink(self.last_octet, Err(error));
                     }
                 }
             }
             Resync::Scan(limit) => {
-                while self.len > 0 && now.saturating_since(self.last_octet) >= limit {
-                    let error = self.broken_off();
-                    sink(self.last_octet, Err(error));
+                if now.saturating_since(self.last_octet) < limit {
+                    return;
+                }
+                while self.len > 0 {
+                    let held = self.octets.get(..self.len).unwrap_or_default();
+                    if self.refused.note(held, 1) {
+                        sink(self.last_octet, Err(broken_off(held)));
+                    }
                     self.drop_front(1);
                     self.cut_buffer(self.last_octet, sink);
                 }
+                self.refused = Refused::Nothing;
             }
         }
     }
@@ -158,9 +201,9 @@ impl Framer {
     /// Hands over everything that is whole at the front of the buffer.
     fn cut_buffer(&mut self, at: Instant, sink: &mut impl FnMut(Instant, Result<Telegram<'_>, FrameError>)) {
         let held = self.octets.get(..self.len).unwrap_or_default();
-        let Cut { rest, deaf } = cut(self.resync, at, held, sink);
+        let Cut { rest, wait_for_idle } = cut(self.resync, at, held, &mut self.refused, sink);
         let used = self.len - rest.len();
-        self.deaf = deaf;
+        self.wait_for_idle = wait_for_idle;
         self.drop_front(used);
     }
 
@@ -180,10 +223,10 @@ impl Framer {
         self.octets.copy_within(octets..self.len, 0);
         self.len -= octets;
     }
+}
 
-    fn broken_off(&self) -> FrameError {
-        FrameError::BrokenOff { octets: u8::try_from(self.len).unwrap_or(u8::MAX) }
-    }
+fn broken_off(octets: &[u8]) -> FrameError {
+    FrameError::BrokenOff { octets: u8::try_from(octets.len()).unwrap_or(u8::MAX) }
 }
 
 /// What is left after cutting.
@@ -191,7 +234,7 @@ struct Cut<'a> {
     /// The beginning of an unfinished telegram.
     rest: &'a [u8],
     /// An invalid telegram was met and silence must follow.
-    deaf: bool,
+    wait_for_idle: bool,
 }
 
 /// Hands over everything that is whole at the front of `octets`.
@@ -199,28 +242,33 @@ fn cut<'a>(
     resync: Resync,
     at: Instant,
     mut octets: &'a [u8],
+    refused: &mut Refused,
     sink: &mut impl FnMut(Instant, Result<Telegram<'_>, FrameError>),
 ) -> Cut<'a> {
     while !octets.is_empty() {
         let used = match decode(octets) {
             Decoded::Incomplete => break,
             Decoded::Telegram { telegram, len } => {
+                *refused = Refused::Nothing;
                 sink(at, Ok(telegram));
                 len
             }
-            Decoded::Invalid { error, skip } => {
-                sink(at, Err(error));
-                match resync {
-                    Resync::Scan(_) => skip,
-                    Resync::Idle(_) => {
-                        return Cut { rest: &[], deaf: true };
+            Decoded::Invalid { error, skip } => match resync {
+                Resync::Scan(_) => {
+                    if refused.note(octets, skip) {
+                        sink(at, Err(error));
                     }
+                    skip
                 }
-            }
+                Resync::Idle(_) => {
+                    sink(at, Err(error));
+                    return Cut { rest: &[], wait_for_idle: true };
+                }
+            },
         };
         octets = octets.get(used..).unwrap_or_default();
     }
-    Cut { rest: octets, deaf: false }
+    Cut { rest: octets, wait_for_idle: false }
 }
 
 #[cfg(test)]

@@ -25,6 +25,7 @@ pub mod counters;
 mod fcs;
 pub mod framer;
 pub mod function_code;
+mod rates;
 pub mod station;
 pub mod telegram;
 
@@ -33,5 +34,6 @@ pub use baud_search::{BaudSearch, RateChange};
 pub use counters::{LineCounters, StationCounters};
 pub use framer::{Framer, Resync};
 pub use function_code::{FrameCount, Function, FunctionCode, ReplyStatus, Service, StationType};
+pub use rates::Rates;
 pub use station::{Reception, Reply, Request, Station};
 pub use telegram::{DataTelegram, Decoded, EncodeError, FrameError, MAX_TELEGRAM_LEN, Telegram};

@@ -225,12 +225,15 @@ impl Station {
         self.baud
     }
 
-    /// The line has another rate from now on, and where replies are dropped at all they are after the customary max
-    /// T_SDR of that rate.
-    pub fn set_baud(&mut self, baud: BaudRate) {
-        if self.baud != baud {
-            self.baud = baud;
-            self.max_tsdr = self.max_tsdr.map(|_| baud.max_tsdr_bits());
+    /// The line has another rate from now on, and where replies are dropped at all they are after this max T_SDR.
+    pub const fn set_baud(&mut self, baud: BaudRate, max_tsdr: u16) {
+        // The rate as before: what the constructor was given holds.
+        if self.baud.bits_per_second() == baud.bits_per_second() {
+            return;
+        }
+        self.baud = baud;
+        if self.max_tsdr.is_some() {
+            self.max_tsdr = Some(max_tsdr);
         }
     }
 

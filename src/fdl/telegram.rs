@@ -33,6 +33,8 @@ const SD1_LEN: usize = 6;
 const SD3_LEN: usize = 14;
 const SD3_PDU_LEN: usize = 8;
 const SD4_LEN: usize = 3;
+/// Octets of an SD2 telegram up to the second start delimiter.
+const SD2_HEAD_LEN: usize = 4;
 /// Octets of an SD2 telegram around those that LE counts.
 const SD2_OVERHEAD: usize = 6;
 /// Bit 7 of DA and SA: an extension octet follows.
@@ -56,9 +58,9 @@ pub enum Decoded<'a> {
     Invalid {
         /// Why not.
         error: FrameError,
-        /// How many octets to drop before looking again, at least 1 and never more than there are. A telegram
-        /// whose start and end fit and whose checksum does not is dropped whole, so that nothing inside its
-        /// data can pose as a telegram.
+        /// How many octets to drop before looking again, at least 1 and never more than there are. An SD2 or
+        /// SD3 whose start and end fit and whose checksum or extension octets do not is dropped whole, so that
+        /// nothing inside its data can pose as a telegram.
         skip: usize,
     },
 }
@@ -342,8 +344,8 @@ pub enum EncodeError {
 fn with_function_code(input: &[u8]) -> Decoded<'_> {
     match *input {
         [SD2, ..] => sd2(input),
-        [SD1, ..] => fixed::<SD1_LEN>(input, Format::Sd1),
-        [SD3, ..] => fixed::<SD3_LEN>(input, Format::Sd3),
+        [SD1, ..] => fixed::<SD1_LEN>(input, Format::Sd1, 1),
+        [SD3, ..] => fixed::<SD3_LEN>(input, Format::Sd3, SD3_LEN),
         [..] => refused(input),
     }
 }
@@ -366,11 +368,11 @@ fn sd2(input: &[u8]) -> Decoded<'_> {
     enclosed(counted, fcs, Format::Sd2, len, len)
 }
 
-/// SD1 and SD3: the format says the length.
+/// SD1 and SD3: the format says the length. A damaged one is followed by the next look `skip` octets behind.
 #[inline(always)]
-fn fixed<const LEN: usize>(input: &[u8], format: Format) -> Decoded<'_> {
+fn fixed<const LEN: usize>(input: &[u8], format: Format, skip: usize) -> Decoded<'_> {
     match input.first_chunk::<LEN>().and_then(|telegram| telegram.split_last_chunk()) {
-        Some(([_, counted @ ..], &[fcs, ED])) => enclosed(counted, fcs, format, LEN, 1),
+        Some(([_, counted @ ..], &[fcs, ED])) => enclosed(counted, fcs, format, LEN, skip),
         Some(_) | None => refused(input),
     }
 }
@@ -439,6 +441,19 @@ fn refused(input: &[u8]) -> Decoded<'_> {
         [got, ..] => FrameError::StartDelimiter { got },
     };
     Decoded::Invalid { error, skip: 1 }
+}
+
+/// How many octets belong to what the front of `octets` begins, as far as its start says so; 1 where no start
+/// delimiter is.
+pub(super) fn extent(octets: &[u8]) -> usize {
+    match *octets {
+        [SD1, ..] => SD1_LEN,
+        [SD2, le @ MIN_LE..=MAX_LE, ler, SD2, ..] if ler == le => usize::from(le) + SD2_OVERHEAD,
+        [SD2, ..] => SD2_HEAD_LEN,
+        [SD3, ..] => SD3_LEN,
+        [SD4, ..] => SD4_LEN,
+        [..] => 1,
+    }
 }
 
 #[inline]

@@ -1,7 +1,10 @@
 //! Many stations on one line.
 
 use core::any::Any;
+use core::fmt;
+use core::time::Duration;
 use std::boxed::Box;
+use std::vec::Vec;
 
 use super::{Error, Participant};
 use crate::device::{MAX_TELEGRAM_LEN, Timing};
@@ -31,6 +34,13 @@ pub struct Bus {
     stations: Stations,
 }
 
+impl fmt::Debug for Bus {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let stations: Vec<u8> = self.addresses().map(Address::number).collect();
+        f.debug_struct("Bus").field("baud", &self.baud()).field("stations", &stations).finish_non_exhaustive()
+    }
+}
+
 /// Whether a station takes part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Presence {
@@ -40,6 +50,25 @@ pub enum Presence {
     Joining,
     /// Somebody else has its address. It answers nothing until [`Bus::activate`].
     Refused,
+}
+
+/// How long a master waits for a reply, T_SL.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SlotTime {
+    /// The customary time of the rate ([`BaudRate::slot_bits`]).
+    Customary,
+    /// So many T_bit, 37 to 16383.
+    Bits(u16),
+}
+
+impl SlotTime {
+    /// The time at this rate.
+    pub const fn at(self, baud: BaudRate) -> Duration {
+        match self {
+            Self::Customary => baud.bit_times(baud.slot_bits() as u32),
+            Self::Bits(bits) => baud.bit_times(bits as u32),
+        }
+    }
 }
 
 impl Default for Bus {
@@ -136,12 +165,12 @@ impl Bus {
         self.framer = Framer::new(self.stations.timing.resync(baud));
     }
 
-    /// Searches for the rate of the line from `now` on, and again whenever it is lost (see [`crate::fdl::baud_search`]).
+    /// Searches for the rate of the line from `now` on, among those that one of its stations knows, and again whenever it is lost (see [`crate::fdl::baud_search`]).
     ///
     /// The link must be set to the rate of each [`BusEvent::Rate`] with [`RateChange::Try`], of which the first comes
     /// at once; [`run`](super::run()) does that. While the rate is unknown no station hears or sends anything.
     pub fn search_baud(&mut self, now: Instant) {
-        let search = BaudSearch::new(now, CONTROL_TIME);
+        let search = BaudSearch::new(now, CONTROL_TIME, self.stations.rates());
         self.stations.search = Some(search);
         self.try_rate(RateChange::Try(search.rate()));
     }
@@ -153,17 +182,27 @@ impl Bus {
         }
     }
 
+    /// How long the master waits for a reply to begin, on a line where a later one does harm: it would be credited to
+    /// another station. Such a reply is dropped, counted in [`StationCounters::too_late`], and told as
+    /// [`Event::ReplyTooLate`](crate::device::Event::ReplyTooLate). `None`, as at first: every reply is sent.
+    ///
+    /// Counts from when the last octet of the request was handed over; time that octets spent in an adapter before
+    /// cannot be seen.
+    pub const fn set_slot_time(&mut self, slot_time: Option<SlotTime>) {
+        self.stations.slot_time = slot_time;
+    }
+
     /// Octets that ended to arrive at `now`, cut anywhere.
     pub fn handle_bytes(&mut self, now: Instant, octets: &[u8]) {
         let Self { framer, stations } = self;
         stations.silenced = false;
-        framer.receive(now, octets, |_, result| stations.hear(now, &result));
+        framer.receive(now, octets, |at, result| stations.hear(at, now, &result));
     }
 
     /// An octet with a wrong parity or stop bit that ended at `now`, on links that can tell.
     pub fn handle_damaged(&mut self, now: Instant) {
         let Self { framer, stations } = self;
-        framer.receive_damaged(now, |at, result| stations.hear(at, &result));
+        framer.receive_damaged(now, |at, result| stations.hear(at, now, &result));
     }
 
     /// No octet continues those that were heard: half a telegram is given up now, and counts as what it is.
@@ -172,7 +211,7 @@ impl Bus {
         // What is left of it may begin another one.
         for _ in 0..MAX_TELEGRAM_LEN {
             let Some(end) = framer.poll_timeout() else { return };
-            framer.handle_timeout(end, |_, result| stations.hear(now, &result));
+            framer.handle_timeout(end, |at, result| stations.hear(at, now, &result));
         }
     }
 
@@ -186,7 +225,7 @@ impl Bus {
     /// Time passed without octets. Only the stations whose deadline is reached are told.
     pub fn handle_timeout(&mut self, now: Instant) {
         let Self { framer, stations } = self;
-        framer.handle_timeout(now, |_, result| stations.hear(now, &result));
+        framer.handle_timeout(now, |at, result| stations.hear(at, now, &result));
         if let Some(change) = stations.search.as_mut().and_then(|search| search.handle_timeout(now)) {
             self.try_rate(change);
         }

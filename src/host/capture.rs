@@ -36,6 +36,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+use core::fmt;
 use core::time::Duration;
 use std::borrow::Cow;
 use std::fs::{self, File, OpenOptions};
@@ -118,6 +119,17 @@ pub struct Capture {
     blocks: PcapNgWriter<Vec<u8>>,
     /// The time since 1970 at [`Instant::ZERO`].
     epoch: Duration,
+}
+
+impl fmt::Debug for Capture {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { file, len, epoch, .. } = self;
+        f.debug_struct("Capture")
+            .field("file", file)
+            .field("len", len)
+            .field("epoch", epoch)
+            .finish_non_exhaustive()
+    }
 }
 
 impl Capture {

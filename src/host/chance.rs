@@ -1,36 +1,36 @@
-//! When a fault on purpose strikes: counted, or by chance, and the same each time.
+//! When a fault on purpose injected: counted, or by chance, and the same each time.
 
 /// The occasions of one fault.
 #[derive(Clone, Debug)]
 pub(super) struct Chance {
     pub(super) random: Random,
     occasions: u32,
-    strikes: u32,
+    injected: u32,
 }
 
 impl Chance {
     /// No occasion yet; chance begins with `seed`.
     pub(super) const fn new(seed: u64) -> Self {
-        Self { random: Random(seed), occasions: 0, strikes: 0 }
+        Self { random: Random(seed), occasions: 0, injected: 0 }
     }
 
-    /// Counts an occasion, and says whether the fault strikes that does so from number `at` on, at most `count` times,
+    /// Counts an occasion, and says whether the fault injected that does so from number `at` on, at most `count` times,
     /// with probability `rate`.
-    pub(super) fn strikes(&mut self, at: u32, count: Option<u32>, rate: f64) -> bool {
+    pub(super) fn injected(&mut self, at: u32, count: Option<u32>, rate: f64) -> bool {
         self.occasions = self.occasions.saturating_add(1);
-        if self.occasions < at || count.is_some_and(|count| self.strikes >= count) {
+        if self.occasions < at || count.is_some_and(|count| self.injected >= count) {
             return false;
         }
         if rate < 1.0 && self.random.fraction() >= rate {
             return false;
         }
-        self.strikes = self.strikes.saturating_add(1);
+        self.injected = self.injected.saturating_add(1);
         true
     }
 
-    /// How often it has struck.
+    /// How often it was injected.
     pub(super) const fn struck(&self) -> u32 {
-        self.strikes
+        self.injected
     }
 }
 

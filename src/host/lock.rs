@@ -16,6 +16,38 @@ pub(super) fn locked(file: &File) -> io::Result<bool> {
     }
 }
 
+/// Locks a file for this process, though others may look at it with [`is_locked`] meanwhile.
+#[cfg(target_os = "linux")]
+pub(super) fn locked_past_looks(file: &File) -> io::Result<bool> {
+    use rustix::fs::{FlockOperation, flock};
+
+    if locked(file)? {
+        return Ok(true);
+    }
+    // Who looks lets go at once: worth waiting for.
+    if is_locked(file)? {
+        return Ok(false);
+    }
+    flock(file, FlockOperation::LockExclusive)?;
+    Ok(true)
+}
+
+/// Whether a process has a file [`locked`].
+#[cfg(target_os = "linux")]
+pub(super) fn is_locked(file: &File) -> io::Result<bool> {
+    use rustix::fs::{FlockOperation, flock};
+    use rustix::io::Errno;
+
+    match flock(file, FlockOperation::NonBlockingLockShared) {
+        Ok(()) => {
+            flock(file, FlockOperation::Unlock)?;
+            Ok(false)
+        }
+        Err(Errno::WOULDBLOCK) => Ok(true),
+        Err(error) => Err(error.into()),
+    }
+}
+
 #[cfg(not(unix))]
 pub(super) fn locked(_: &File) -> io::Result<bool> {
     Ok(true)

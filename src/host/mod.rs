@@ -7,14 +7,14 @@
 //!
 //! - [`Link`] moves octets. [`link::memory`] stays inside the process, [`link::pty`] is a pseudo-terminal that a
 //!   master opens like a serial port, [`link::serial`] is an RS-485 port,
-//!   [`link::tcp`] a port to which several programs connect. [`link::fault`] spoils telegrams on any of them, and
+//!   [`link::tcp`] a port to which several programs connect. [`link::fault`] corrupts telegrams on any of them, and
 //!   [`link::tap`] shows what passes. A master opens [`link::terminal`], [`link::tcp::Connection`], or a serial port.
 //! - [`Clock`] tells the time: [`SystemClock`] runs, [`ManualClock`] stands until a test moves it.
 //! - [`Bus`] puts many stations on one line, with the calling contract of one [`crate::device::Device`].
-//! - [`line::Line`] is an RS-485 line in simulated time that checks the rules of the bus.
 //! - [`can`] is the same for CAN: a bus in memory, adapters over pseudo-terminal and TCP, and its own run loop.
 //! - [`capture`] writes what passes to pcapng files and reads them (feature `capture`).
-//! - [`StateDir`] keeps the EEPROMs of drives in files; a [`StoredDevice`] is a drive with such a file.
+//! - [`StateDir`] keeps the images of units in files, each an [`ImageFile`]; a [`StoredDevice`] is a drive with such a
+//!   file.
 //! - [`run()`] connects the three until [`Stop`] is requested.
 //!
 //! A drive on an in-memory line, run by hand:
@@ -51,22 +51,21 @@ pub mod can;
 pub mod capture;
 mod chance;
 mod clock;
-mod eeprom_file;
-pub mod line;
 pub mod link;
 mod lock;
 mod participant;
 pub(crate) mod reach;
 mod run;
+mod state_dir;
 mod stop;
 mod stored_device;
 
-pub use bus::{Bus, BusEvent, Evidence, LISTEN_TIME, Presence};
+pub use bus::{Bus, BusEvent, Evidence, LISTEN_TIME, Presence, SlotTime};
 pub use clock::{ManualClock, SystemClock};
-pub use eeprom_file::{StateDir, StateDirError};
 pub use participant::Participant;
 pub use reach::Reach;
 pub use run::run;
+pub use state_dir::{Disk, ImageFile, Images, Newest, StateDir, StateDirError};
 pub use stop::Stop;
 pub use stored_device::StoredDevice;
 
@@ -168,12 +167,22 @@ pub enum Error {
         found: PathOccupant,
     },
     /// The symbolic link to the terminal cannot be made.
-    #[error("cannot create the symbolic link {}", path.display())]
+    #[error("cannot create the symbolic link {} (choose a path in a directory that this user can write)", path.display())]
     Symlink {
         /// The name wanted.
         path: PathBuf,
         /// What the operating system says.
         source: io::Error,
+    },
+    /// The symbolic link leads to a terminal that an emulator had. It was killed, and whoever has the terminal now is a
+    /// stranger.
+    #[error(
+        "{} was left by an emulator that has ended; start it again with 'profidrive emulate --link pty:{}'",
+        path.display(), path.display()
+    )]
+    LinkLeftBehind {
+        /// The link.
+        path: PathBuf,
     },
     /// The serial device cannot be opened.
     #[error("cannot open serial device {device} ({advice})")]
@@ -214,7 +223,7 @@ pub enum Error {
         source: io::Error,
     },
     /// The TCP port cannot be opened.
-    #[error("cannot listen at tcp:{place}")]
+    #[error("cannot listen at tcp:{place} ({})", reach::advice(source))]
     Tcp {
         /// Host and port wanted.
         place: String,

@@ -3,9 +3,9 @@
 use core::any::Any;
 
 use super::StoredDevice;
-use crate::device::{Device, Event, MAX_TELEGRAM_LEN};
+use crate::device::{DESCRIPTION, Device, Event, MAX_TELEGRAM_LEN};
 use crate::dp;
-use crate::fdl::{Address, Telegram};
+use crate::fdl::{Address, Rates, Telegram};
 use crate::time::{BaudRate, Instant};
 
 /// A passive station on a [`Bus`](super::Bus): telegrams and time in, telegrams, news and a deadline out.
@@ -22,6 +22,11 @@ pub trait Participant: Any + Send {
 
     /// The line has another rate from now on.
     fn set_baud(&mut self, baud: BaudRate);
+
+    /// The rates it knows: among those of all stations a [`Bus`](super::Bus) searches for that of its line.
+    fn rates(&self) -> Rates {
+        Rates::CUSTOMARY
+    }
 
     /// Takes a telegram whose last octet ended at `now`, and says what came of it.
     fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(Event));
@@ -51,6 +56,10 @@ impl Participant for Device {
 
     fn set_baud(&mut self, baud: BaudRate) {
         Self::set_baud(self, baud);
+    }
+
+    fn rates(&self) -> Rates {
+        DESCRIPTION.rates
     }
 
     fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(Event)) {
@@ -98,6 +107,10 @@ impl Participant for StoredDevice {
         Self::set_baud(self, baud);
     }
 
+    fn rates(&self) -> Rates {
+        DESCRIPTION.rates
+    }
+
     fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(Event)) {
         self.handle_telegram(now, telegram);
         pass_on(self.device_mut(), news);
@@ -126,13 +139,17 @@ impl Participant for StoredDevice {
     }
 }
 
-impl Participant for dp::Station {
+impl<A: dp::Application + Send + 'static> Participant for dp::Station<A> {
     fn address(&self) -> Address {
         Self::address(self)
     }
 
     fn set_baud(&mut self, baud: BaudRate) {
         Self::set_baud(self, baud);
+    }
+
+    fn rates(&self) -> Rates {
+        self.slave().description().rates
     }
 
     fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(Event)) {

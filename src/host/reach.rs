@@ -23,6 +23,24 @@ pub(crate) enum ListenError {
     TooFar(SocketAddr),
 }
 
+/// What a person can do about a port that cannot be listened at.
+#[expect(
+    clippy::wildcard_enum_match_arm,
+    reason = "operating systems have many more errors than there is advice"
+)]
+pub(crate) fn advice(error: &io::Error) -> &'static str {
+    match error.kind() {
+        io::ErrorKind::PermissionDenied => {
+            "ports below 1024 need special rights; choose a port from 1024 to 65535"
+        }
+        io::ErrorKind::AddrInUse => {
+            "another program listens there; end it, or choose another port; port 0 takes a free one"
+        }
+        io::ErrorKind::AddrNotAvailable => "this machine does not have that address; choose 127.0.0.1",
+        _ => "check the name of the host, or choose 127.0.0.1",
+    }
+}
+
 /// Listens at `place`, `HOST:PORT`, without blocking; port 0 is a free one, and the address says which.
 pub(crate) fn listen(place: &str, reach: Reach) -> Result<(TcpListener, SocketAddr), ListenError> {
     let addresses: Vec<SocketAddr> = place.to_socket_addrs().map_err(ListenError::Failed)?.collect();

@@ -1,15 +1,17 @@
 //! A drive and the file its EEPROM is kept in.
 
 use core::time::Duration;
+use std::boxed::Box;
+use std::format;
+use std::path::PathBuf;
+use std::vec::Vec;
 
-use super::eeprom_file::EepromFile;
-use crate::device::{Device, Event, Generation, MAX_TELEGRAM_LEN};
+use super::state_dir::{ImageFile, Images, Newest, StateDir, StateDirError};
+use crate::device::{
+    Config, Device, Eeprom, Event, Generation, IMAGE_LEN, MAX_TELEGRAM_LEN, NotStored, StoreRequest,
+};
 use crate::fdl::Telegram;
 use crate::time::{BaudRate, Instant};
-
-/// How often it is looked whether an image is written, while one is. A write takes longer than that, and the master
-/// waits for it.
-const LOOK_AGAIN: Duration = Duration::from_millis(1);
 
 /// How long a shaft may run out when the drive is dropped.
 const LONGEST_RUN_OUT: Duration = Duration::from_secs(60);
@@ -21,26 +23,68 @@ const LONGEST_RUN_OUT: Duration = Duration::from_secs(60);
 #[derive(Debug)]
 pub struct StoredDevice {
     device: Device,
-    file: Option<EepromFile>,
-    /// The newest image handed over, until its outcome is known.
-    in_flight: Option<Generation>,
-    /// When to look for the outcome.
-    look_again: Option<Instant>,
+    file: Option<ImageFile<Generation>>,
     now: Instant,
 }
 
 impl From<Device> for StoredDevice {
     /// A drive whose EEPROM lives as long as it.
     fn from(device: Device) -> Self {
-        Self { device, file: None, in_flight: None, look_again: None, now: Instant::ZERO }
+        Self { device, file: None, now: Instant::ZERO }
+    }
+}
+
+impl StateDir {
+    /// The drive of this model and address, as its newest image says; without an image a new one, whose image is written
+    /// before this returns. Its file is named by the model and by the address that the DIP switches say now, and stays
+    /// its own wherever they take it, until the drive is dropped.
+    ///
+    /// # Errors
+    /// [`StateDirError::Owned`], [`StateDirError::File`], [`StateDirError::Refused`]; the file is as before.
+    pub fn load(&self, config: Config, now: Instant) -> Result<StoredDevice, StateDirError> {
+        let config = Config { eeprom: Eeprom::Host, ..config };
+        let name = format!("{}-{:03}", config.model, config.switches.address().number());
+        let (file, newest) = self.file::<Generation>(&name, IMAGE_LEN)?;
+        let device = match newest {
+            Some(Newest { octets, safe }) => {
+                tracing::info!("EEPROM from {}", file.path().display());
+                let restore = if safe { Device::restore } else { Device::restore_unstored };
+                restore(config, &octets, now)
+                    .map_err(|cause| StateDirError::Refused { path: file.path(), cause: Box::new(cause) })?
+            }
+            None => {
+                tracing::info!("a new EEPROM in {}", file.path().display());
+                let mut device = Device::new(config, now);
+                if let Some(StoreRequest { generation, octets }) = device.poll_image() {
+                    file.store_first(&octets)?;
+                    device.handle_stored(now, generation, Ok(()));
+                }
+                device
+            }
+        };
+        let mut stored = StoredDevice { device, file: Some(file), now };
+        stored.hand_over(now);
+        Ok(stored)
+    }
+}
+
+impl Images for Device {
+    type Generation = Generation;
+
+    fn poll_image(&mut self) -> Option<(Generation, Vec<u8>)> {
+        let StoreRequest { generation, octets } = Self::poll_image(self)?;
+        Some((generation, octets.to_vec()))
+    }
+
+    fn handle_stored(&mut self, now: Instant, generation: Generation, stored: bool) {
+        Self::handle_stored(self, now, generation, if stored { Ok(()) } else { Err(NotStored) });
     }
 }
 
 impl StoredDevice {
-    pub(super) fn new(device: Device, file: EepromFile, now: Instant) -> Self {
-        let mut stored = Self { device, file: Some(file), in_flight: None, look_again: None, now };
-        stored.hand_over(now);
-        stored
+    /// The file of its EEPROM.
+    pub fn path(&self) -> Option<PathBuf> {
+        Some(self.file.as_ref()?.path())
     }
 
     /// The drive itself.
@@ -97,7 +141,7 @@ impl StoredDevice {
     /// See [`Device::poll_timeout`]; earlier while an image is being written.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
-        [self.device.poll_timeout(), self.look_again].into_iter().flatten().min()
+        Instant::first_of(self.device.poll_timeout(), self.file.as_ref().and_then(ImageFile::poll_timeout))
     }
 
     /// See [`Device::poll_event`].
@@ -108,22 +152,15 @@ impl StoredDevice {
 
     fn take_outcome(&mut self, now: Instant) {
         self.now = now;
-        if let (Some(file), Some(newest)) = (&self.file, self.in_flight)
-            && let Some((generation, outcome)) = file.outcome()
-        {
-            self.in_flight = Some(newest).filter(|newest| *newest > generation);
-            self.device.handle_stored(now, generation, outcome);
+        if let Some(file) = &mut self.file {
+            file.report_to(now, &mut self.device);
         }
     }
 
     fn hand_over(&mut self, now: Instant) {
-        if let Some(file) = &self.file
-            && let Some(request) = self.device.poll_image()
-        {
-            self.in_flight = Some(request.generation);
-            file.store(request);
+        if let Some(file) = &mut self.file {
+            file.take_from(now, &mut self.device);
         }
-        self.look_again = self.in_flight.map(|_| now.saturating_add(LOOK_AGAIN));
     }
 }
 

@@ -109,14 +109,6 @@ pub enum SessionError {
     /// Nothing can be exchanged with a drive that was not taken over.
     #[error("no drive was taken over: Session::start comes first")]
     NotStarted,
-    /// A session is for one drive.
-    #[error("this session is for drive {other}, not for drive {address}: begin another one")]
-    OneDrive {
-        /// The drive asked for.
-        address: Address,
-        /// The one the session was begun with.
-        other: Address,
-    },
     /// The drive no longer answers.
     #[error("lost the connection: drive {address} no longer answers")]
     Silent {
@@ -140,7 +132,7 @@ pub enum SessionError {
 }
 
 impl SessionError {
-    /// Whether the drive can no longer be told anything. Its own watchdog stops it then.
+    /// Whether the drive can no longer be reached. Its own watchdog stops it then.
     pub const fn is_loss(&self) -> bool {
         match self {
             Self::Link(_)
@@ -158,8 +150,7 @@ impl SessionError {
             | Self::PrmRefused { .. }
             | Self::CfgRefused { .. }
             | Self::NotReady { .. }
-            | Self::NotStarted
-            | Self::OneDrive { .. } => false,
+            | Self::NotStarted => false,
         }
     }
 }

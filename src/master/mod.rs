@@ -6,11 +6,12 @@
 //!
 //! - [`LinkPhy`] is profirust's physical layer on a [`Link`](crate::host::Link): a serial port, the terminal of
 //!   another process, a line in memory.
-//! - [`peripheral()`] is an AG03 or AG03/1 as profirust must be told of it, as in `gsd/SIKO0AC5.GSD`.
-//! - [`EmulatedBus`] is a whole bus in one process: profirust, emulated drives, faults on purpose, and a clock that
-//!   jumps from one thing that happens to the next.
-//! - [`Session`] is one drive on a line that somebody else serves, in real time, for programs that do one thing after the
-//!   other.
+//! - [`peripheral()`] is an AG03 or AG03/1 as profirust must know it, as in `gsd/SIKO0AC5.GSD`.
+//! - [`Profirust`] is the master of a simulated [`Line`](crate::bench::Line): a whole bus in one process, with emulated
+//!   drives, faults on purpose, and a clock that jumps from one thing that happens to the next.
+//! - [`Session`] is one drive or several on a line that somebody else serves, for programs that do one thing after the
+//!   other; [`Plant`] gives each of them a queue of goals, [`Drive`] reads, saves and restores
+//!   the parameters of one.
 //!
 //! What profirust 0.6.0 wants, and where it differs from other masters:
 //!
@@ -29,15 +30,21 @@
 //!   diagnosis for the parameter fault.
 //! - It knows the operating state Operate only.
 
-mod emulated_bus;
+mod drive;
 mod error;
 mod inquiry;
+mod parameters;
 mod peripheral;
 mod phy;
+mod plant;
 mod session;
+mod simulated;
 
-pub use emulated_bus::{EmulatedBus, Heard, Sender, TimedOut};
+pub use drive::{Drive, DriveError, Identity, Reached, Seen};
 pub use error::SessionError;
+pub use parameters::{Change, Restored, Wanted, WriteOutcome, changes};
 pub use peripheral::{options, peripheral};
 pub use phy::{LinkPhy, baudrate, instant};
+pub use plant::Plant;
 pub use session::{Session, Settings};
+pub use simulated::Profirust;

@@ -11,7 +11,7 @@ use crate::device::MAX_TELEGRAM_LEN;
 use crate::host::{Link, Received};
 use crate::time::{BITS_PER_OCTET, BaudRate};
 
-/// Octets kept for profirust at most. It takes whole telegrams and throws rubbish away, so this is plenty; octets
+/// Octets kept for profirust at most. It takes whole telegrams and throws noise away, so this is plenty; octets
 /// beyond it stay in the link until there is room.
 const RECEIVE_LEN: usize = 4 * MAX_TELEGRAM_LEN;
 
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn half_a_reply_does_not_spoil_the_one_to_the_next_request() {
+    fn half_a_reply_does_not_corrupt_the_one_to_the_next_request() {
         let (mut phy, mut slave) = line();
         slave.send(&[0x68, 0x05]).unwrap();
         assert_eq!(phy.poll_pending_received_bytes(micros(0)), 2);

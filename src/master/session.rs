@@ -1,6 +1,7 @@
-//! One drive at a line that somebody else serves, in real time.
+//! Drives at a line that somebody else serves, for programs that do one thing after the other.
 
 use core::cell::RefCell;
+use core::fmt;
 use core::time::Duration;
 use std::io;
 use std::vec::Vec;
@@ -45,7 +46,7 @@ pub struct Settings {
     pub token_rotation: Duration,
     /// From one exchange to the next.
     pub cycle: Duration,
-    /// After this time without a request the drive lets go of its motor, 10 ms to 650 s (Set_Prm).
+    /// DP watchdog time (Set_Prm), 10 ms to 650 s; the drive releases the motor when it expires.
     pub watchdog: Duration,
 }
 
@@ -99,19 +100,22 @@ impl Settings {
     }
 }
 
-/// The drive that was to be taken over.
+/// A drive that was to be taken over.
 #[derive(Clone, Copy, Debug)]
 struct Drive {
     handle: PeripheralHandle,
     address: Address,
     /// Whether it was.
     started: bool,
+    /// When its next exchange may begin.
+    next_exchange: Instant,
 }
 
-/// A master and, once [`Session::start`] has succeeded, the drive it exchanges data with.
+/// A master and, once [`Session::start`] has succeeded, the drives it exchanges data with: one, or several in turn.
 ///
 /// Every call blocks until it is done or has failed, in bounded time. Between calls nothing is sent: who waits longer
-/// than [`Settings::watchdog`] between two exchanges loses the drive, which lets go of its motor then.
+/// than [`Settings::watchdog`] between two exchanges loses the drives, which release their motors then. While one drive is
+/// served the others are too, with the outputs they were given last.
 ///
 /// ```no_run
 /// use profidrive::fdl::Address;
@@ -140,10 +144,18 @@ pub struct Session<L, C> {
     stop: Stop,
     /// Never requested: an exchange that has begun is finished.
     undisturbed: Stop,
-    drive: Option<Drive>,
+    /// In the order in which they were started.
+    drives: Vec<Drive>,
     /// The DP master lets its turns pass: it would take a released drive back.
     dp_pauses: bool,
     next_exchange: Instant,
+}
+
+impl<L, C> fmt::Debug for Session<L, C> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { settings, drives, .. } = self;
+        f.debug_struct("Session").field("settings", settings).field("drives", drives).finish_non_exhaustive()
+    }
 }
 
 impl<L: Link, C: Clock> Session<L, C> {
@@ -164,7 +176,7 @@ impl<L: Link, C: Clock> Session<L, C> {
             clock,
             stop,
             undisturbed: Stop::new()?,
-            drive: None,
+            drives: Vec::new(),
             dp_pauses: false,
             next_exchange: Instant::ZERO,
         })
@@ -238,20 +250,16 @@ impl<L: Link, C: Clock> Session<L, C> {
         outcome
     }
 
-    /// Takes a drive over: reads its diagnosis, then Set_Prm with watchdog, Chk_Cfg, and the first exchanges with
+    /// Takes a drive over, one more if there are some: reads its diagnosis, then Set_Prm with watchdog, Chk_Cfg, and the first exchanges with
     /// outputs of zero. A drive that was taken over is left as it is; after an error it may be tried again.
     ///
     /// # Errors
-    /// [`SessionError::OneDrive`] if the session was begun with another drive. As [`Session::diagnosis`];
+    /// As [`Session::diagnosis`];
     /// [`SessionError::Ident`] and [`SessionError::Locked`] before anything is sent that changes the slave;
     /// [`SessionError::PrmRefused`], [`SessionError::CfgRefused`], [`SessionError::NotReady`].
     pub fn start(&mut self, address: Address) -> Result<(), SessionError> {
-        match self.drive {
-            Some(Drive { address: other, .. }) if other != address => {
-                return Err(SessionError::OneDrive { address, other });
-            }
-            Some(Drive { started: true, .. }) => return Ok(()),
-            Some(Drive { started: false, .. }) | None => {}
+        if self.drive(address).is_some_and(|drive| drive.started) {
+            return Ok(());
         }
         let (diagnosis, _) = self.diagnosis(address)?;
         let (got, expected) = (diagnosis.ident, IDENT_NUMBER);
@@ -262,16 +270,20 @@ impl<L: Link, C: Clock> Session<L, C> {
             return Err(SessionError::Locked { address, owner });
         }
         // What was begun and failed goes on: profirust forgets no peripheral.
-        let handle = match self.drive {
-            Some(Drive { handle, .. }) => handle,
-            None => self.dp.borrow_mut().add(peripheral(address.number(), self.settings.baud)),
+        let handle = match self.drive(address) {
+            Some(drive) => drive.handle,
+            None => {
+                let handle = self.dp.borrow_mut().add(peripheral(address.number(), self.settings.baud));
+                let next_exchange = self.now();
+                self.drives.push(Drive { handle, address, started: false, next_exchange });
+                handle
+            }
         };
-        self.drive = Some(Drive { handle, address, started: false });
         self.dp.borrow_mut().enter_operate();
         let begun = self.now();
         let mut online = 0_u32;
         while !self.dp.borrow_mut().get_mut(handle).is_running() {
-            let event = self.poll()?.peripheral.map(|(_, event)| event);
+            let event = self.poll()?.peripheral.filter(|(of, _)| *of == handle).map(|(_, event)| event);
             match event {
                 Some(PeripheralEvent::Online) => online += 1,
                 Some(PeripheralEvent::ConfigError) => return Err(SessionError::CfgRefused { address }),
@@ -295,32 +307,59 @@ impl<L: Link, C: Clock> Session<L, C> {
             }
             self.rest(LOOK, true)?;
         }
-        self.next_exchange = self.now();
-        self.drive = Some(Drive { handle, address, started: true });
+        let now = self.now();
+        if let Some(drive) = self.drive_mut(address) {
+            (drive.started, drive.next_exchange) = (true, now);
+        }
         Ok(())
     }
 
-    /// One exchange: these outputs, and the inputs that come back. They were ready before the drive saw the outputs.
+    fn drive(&self, address: Address) -> Option<Drive> {
+        self.drives.iter().copied().find(|drive| drive.address == address)
+    }
+
+    fn drive_mut(&mut self, address: Address) -> Option<&mut Drive> {
+        self.drives.iter_mut().find(|drive| drive.address == address)
+    }
+
+    /// [`Session::exchange_with`] the drive that was started first: the one of a session with one drive.
     ///
-    /// Begins [`Settings::cycle`] after the one before. A requested end does not keep it from being done: who wants to
+    /// # Errors
+    /// As [`Session::exchange_with`].
+    pub fn exchange(&mut self, outputs: &[u8; PPO_LEN]) -> Result<[u8; PPO_LEN], SessionError> {
+        let first = self.drives.first().ok_or(SessionError::NotStarted)?.address;
+        self.exchange_with(first, outputs)
+    }
+
+    /// One exchange with a drive: these outputs, and the inputs that come back. They were ready before the drive saw the
+    /// outputs.
+    ///
+    /// Begins [`Settings::cycle`] after the one before with the same drive. A requested end does not keep it from being done: who wants to
     /// end looks at [`Session::stop`] between exchanges.
     ///
     /// # Errors
     /// Each [loss](SessionError::is_loss); [`SessionError::NotStarted`] before [`Session::start`].
-    pub fn exchange(&mut self, outputs: &[u8; PPO_LEN]) -> Result<[u8; PPO_LEN], SessionError> {
-        let Some(Drive { handle, address, started: true }) = self.drive else {
+    pub fn exchange_with(
+        &mut self,
+        address: Address,
+        outputs: &[u8; PPO_LEN],
+    ) -> Result<[u8; PPO_LEN], SessionError> {
+        let Some(Drive { handle, started: true, next_exchange, .. }) = self.drive(address) else {
             return Err(SessionError::NotStarted);
         };
         self.dp.borrow_mut().get_mut(handle).pi_q_mut().copy_from_slice(outputs);
         loop {
-            let left = self.next_exchange.saturating_since(self.now());
+            let left = next_exchange.saturating_since(self.now());
             if left.is_zero() {
                 break;
             }
             self.rest(left, false)?;
         }
         let begun = self.now();
-        self.next_exchange = begun.saturating_add(self.settings.cycle);
+        let next = begun.saturating_add(self.settings.cycle);
+        if let Some(drive) = self.drive_mut(address) {
+            drive.next_exchange = next;
+        }
         loop {
             let events = self.poll()?;
             let mut dp = self.dp.borrow_mut();
@@ -329,7 +368,7 @@ impl<L: Link, C: Clock> Session<L, C> {
                 drop(dp);
                 return Err(self.explain_loss(handle, address)?);
             }
-            if events.peripheral.is_some_and(|(_, event)| event == PeripheralEvent::DataExchanged)
+            if events.peripheral == Some((handle, PeripheralEvent::DataExchanged))
                 && let Some(inputs) = drive.pi_i().first_chunk()
             {
                 return Ok(*inputs);
@@ -342,21 +381,26 @@ impl<L: Link, C: Clock> Session<L, C> {
         }
     }
 
-    /// Lets the drive go: one exchange with outputs of zero, which takes the motor out of control, then Set_Prm with
-    /// Unlock_Req. Without it the drive belongs to this master until its watchdog expires.
+    /// Releases the drives: one exchange with outputs of zero, which takes the motor out of control, then Set_Prm with
+    /// Unlock_Req. Without it a drive belongs to this master until its watchdog expires.
     ///
     /// # Errors
-    /// As [`Session::exchange`] and [`Session::find`]; the watchdog releases the drive then.
+    /// The first, as of [`Session::exchange`] and [`Session::find`]; the other drives are released all the same, and the
+    /// watchdog releases those that were not.
     pub fn release(mut self) -> Result<(), SessionError> {
-        let Some(Drive { address, started, .. }) = self.drive else {
+        let drives = self.drives.clone();
+        if drives.is_empty() {
             return Ok(());
-        };
-        if started {
-            self.exchange(&[0; PPO_LEN])?;
+        }
+        let mut outcome = Ok(());
+        for drive in drives.iter().filter(|drive| drive.started) {
+            outcome = outcome.and(self.exchange_with(drive.address, &[0; PPO_LEN]).map(|_| ()));
         }
         self.dp_pauses = true;
-        self.inquiry.ask(address.number(), Question::Release);
-        self.inquire(|_, _| {})
+        for drive in &drives {
+            self.inquiry.ask(drive.address.number(), Question::Release);
+        }
+        outcome.and(self.inquire(|_, _| {}))
     }
 
     /// Why the drive has left Data_Exchange. profirust tries to take it back meanwhile, with outputs of zero.

@@ -9,7 +9,7 @@ use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::bench::{Asking, Bench};
+use super::bus_access::{Asking, BusAccess};
 use super::problem::{Body, PathOf, Problem, Problems};
 use super::state::{Counters, PresenceState, seconds};
 use crate::fdl::Address;
@@ -65,8 +65,8 @@ pub(super) struct FaultState {
     number: u32,
     /// As on the command line, `emulate --fault`.
     fault: String,
-    /// How often it has struck.
-    strikes: u32,
+    /// How often it was injected.
+    injected: u32,
 }
 
 /// The faults on the line.
@@ -79,7 +79,7 @@ pub(super) struct FaultList {
 #[derive(Clone, Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct NewFault {
-    /// `FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS]`, as for `emulate --fault`.
+    /// `FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS][,service=NAME][,state=NAME][,retry=N]`, as for `emulate --fault`.
     #[schema(example = "late=20ms,station=5")]
     fault: String,
 }
@@ -115,6 +115,7 @@ pub(super) async fn add_fault(
     let fault = parse(&fault)?;
     let number = asking
         .ask(move |bench| {
+            known(bench, &fault)?;
             let faults = line(bench)?;
             if faults.iter().count() >= MOST_FAULTS {
                 return Err(Problem::conflict(format!(
@@ -124,7 +125,7 @@ pub(super) async fn add_fault(
             Ok(faults.add(fault))
         })
         .await??;
-    Ok((StatusCode::CREATED, Json(FaultState { number, fault: fault.to_string(), strikes: 0 })))
+    Ok((StatusCode::CREATED, Json(FaultState { number, fault: fault.to_string(), injected: 0 })))
 }
 
 /// Replaces all faults on the line
@@ -143,6 +144,7 @@ pub(super) async fn replace_faults(
     let new = faults.iter().map(|fault| parse(fault)).collect::<Result<Vec<_>, _>>()?;
     asking
         .ask(move |bench| {
+            new.iter().try_for_each(|fault| known(bench, fault))?;
             let faults = line(bench)?;
             faults.clear();
             for fault in new {
@@ -189,8 +191,13 @@ pub(super) async fn remove_fault(
 }
 
 /// The faults of the line, if it can have some.
-fn line<'a>(bench: &'a mut Bench<'_>) -> Result<&'a mut Faults, Problem> {
+fn line<'a>(bench: &'a mut BusAccess<'_>) -> Result<&'a mut Faults, Problem> {
     bench.faults.as_deref_mut().ok_or_else(|| Problem::conflict("this line cannot have faults"))
+}
+
+/// Whether the station that a fault is for is on the line.
+fn known(bench: &BusAccess<'_>, fault: &Fault) -> Result<(), Problem> {
+    fault.check(bench.bus.addresses()).map_err(|error| Problem::value(error.to_string()))
 }
 
 fn parse(fault: &str) -> Result<Fault, Problem> {
@@ -198,7 +205,7 @@ fn parse(fault: &str) -> Result<Fault, Problem> {
 }
 
 impl BusState {
-    fn of(bench: &Bench<'_>) -> Self {
+    fn of(bench: &BusAccess<'_>) -> Self {
         let counters = bench.bus.counters();
         let counts = |named: &[(&'static str, u64)]| {
             named.iter().map(|(what, count)| Count { what, count: *count }).collect()
@@ -217,7 +224,7 @@ impl BusState {
 }
 
 impl StationState {
-    fn of(bench: &Bench<'_>, address: Address) -> Self {
+    fn of(bench: &BusAccess<'_>, address: Address) -> Self {
         Self {
             address: address.number(),
             kind: if bench.drive(address).is_some() { StationKind::Drive } else { StationKind::Other },
@@ -229,10 +236,10 @@ impl StationState {
 
 impl FaultList {
     fn of(faults: &Faults) -> Self {
-        let state = |(number, fault, strikes): (u32, Fault, u32)| FaultState {
+        let state = |(number, fault, injected): (u32, Fault, u32)| FaultState {
             number,
             fault: fault.to_string(),
-            strikes,
+            injected,
         };
         Self { faults: faults.iter().map(state).collect() }
     }

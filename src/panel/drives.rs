@@ -10,7 +10,7 @@ use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::bench::{Asking, Bench};
+use super::bus_access::{Asking, BusAccess};
 use super::problem::{Body, Problem, Problems, Station, whole};
 use super::state::{DriveState, DriveSummary, ModelName, gear};
 use super::stream::Hub;
@@ -73,9 +73,7 @@ pub(super) async fn add(
             }
             let config = Config { switches: address.into(), model: new.model.into(), gear, ..bench.config };
             let device: StoredDevice = match bench.state {
-                Some(state) => state
-                    .load(config, bench.now)
-                    .map_err(|error| Problem::new(StatusCode::CONFLICT, error.to_string()))?,
+                Some(state) => state.load(config, bench.now).map_err(|error| bench.not_loaded(&error))?,
                 None => Device::new(config, bench.now).into(),
             };
             let added = if bench.listen { bench.bus.join(bench.now, device) } else { bench.bus.add(device) };
@@ -122,7 +120,7 @@ pub(super) async fn remove(
 }
 
 impl Drives {
-    pub(super) fn of(bench: &Bench<'_>) -> Self {
+    pub(super) fn of(bench: &BusAccess<'_>) -> Self {
         let summary = |address: Address| {
             let device = bench.drive(address)?;
             Some(DriveSummary::of(device, bench.bus.presence(address), bench.now))
@@ -153,7 +151,7 @@ impl Snapshot {
     }
 
     /// Of a drive of the bus.
-    pub(super) fn of(bench: &Bench<'_>, device: &Device) -> Self {
+    pub(super) fn of(bench: &BusAccess<'_>, device: &Device) -> Self {
         let address = device.address();
         Self {
             device: Box::new(device.clone()),

@@ -9,7 +9,7 @@ use serde::de::Error;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::bench::Asking;
+use super::bus_access::Asking;
 use super::problem::{Body, Problem, Problems, Station};
 use super::state::{FaultName, PowerState};
 use crate::device::Device;
@@ -176,7 +176,7 @@ pub(super) async fn nominal(
 
 /// Changes plant inputs such that a fault follows
 ///
-/// D, E, F, G and J follow at once, A, B and C once the shaft shall turn. `DELETE` of the inputs takes the cause away.
+/// D, E, F, G and J follow at once, A, B and C once the shaft is commanded to turn. `DELETE` of the inputs takes the cause away.
 #[utoipa::path(post, path = "/api/v1/drives/{address}/provoke", tag = "drive", params(("address" = u8, Path, maximum = 126)),
     request_body = Provocation, responses((status = 200, body = PlantInputs), Problems))]
 pub(super) async fn provoke(

@@ -1,12 +1,12 @@
-//! See a bus and steer what acts on its drives: HTTP control, a live stream, and a page for browsers.
+//! See a bus and control what acts on its drives: HTTP control, a live stream, and a page for browsers.
 //!
 //! ```text
-//! browser, script ──HTTP──▶ server ─▶ routes ─▶ handlers ──request──▶ queue ──▶ thread of the bus: Bench
+//! browser, script ──HTTP──▶ server ─▶ routes ─▶ handlers ──request──▶ queue ──▶ thread of the bus: BusAccess
 //!                 ◀────────                         ◀───────answer─────────────
 //!                 ◀──server-sent events── stream ◀──────ring──── news, telegrams
 //! ```
 //!
-//! HTTP has a thread of its own. The thread of the bus lends its things as a [`Bench`] between two telegrams, does what
+//! HTTP has a thread of its own. The thread of the bus lends its things as a [`BusAccess`] between two telegrams, does what
 //! is asked, and copies what somebody wants to see; words and JSON are made of the copy elsewhere. News and telegrams go
 //! into a ring that never waits. So no reply waits for HTTP.
 //!
@@ -14,7 +14,7 @@
 //! use profidrive::device::{Config, Device};
 //! use profidrive::fdl::Address;
 //! use profidrive::host::{Bus, Clock, Reach, Stop, SystemClock, link::pty::Pty, run};
-//! use profidrive::panel::{Bench, Panel};
+//! use profidrive::panel::{BusAccess, Panel};
 //!
 //! let (clock, stop) = (SystemClock::new(), Stop::new()?);
 //! let mut link = Pty::open(None)?;
@@ -30,7 +30,7 @@
 //!     // In this order: what is asked from now on ends the next run.
 //!     stop.clear();
 //!     let now = clock.now();
-//!     panel.serve(&mut Bench { now, bus: &mut bus, faults: None, config, state: None, listen: false });
+//!     panel.serve(&mut BusAccess { now, bus: &mut bus, faults: None, config, state: None, listen: false });
 //! }
 //! # #[allow(unreachable_code)]
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -40,15 +40,15 @@
 //! | --- | --- |
 //! | `server` | connections, their bounds, who is trusted |
 //! | `routes` | every path, the OpenAPI description |
-//! | `bench` | the queue to the thread of the bus |
+//! | `bus_access` | the queue to the thread of the bus |
 //! | `drives`, `inputs`, `switches`, `parameters`, `bus` | the handlers, by what they are about |
 //! | `state`, `words` | a drive as JSON |
 //! | `stream` | server-sent events |
 //! | `problem` | refusals |
 //! | `page` | the files of the page |
 
-mod bench;
 mod bus;
+mod bus_access;
 mod drives;
 mod inputs;
 mod page;
@@ -71,19 +71,19 @@ use tokio::runtime;
 use tokio::sync::oneshot;
 
 use crate::host::link::tap::{Batch, Watchers};
-use crate::host::reach::{ListenError, listen};
+use crate::host::reach::{ListenError, advice, listen};
 use crate::host::{BusEvent, Reach, Stop};
 use crate::time::Instant;
 
-pub use bench::Bench;
+pub use bus_access::BusAccess;
 
 /// A running panel. Dropped, it closes its port and every connection.
 #[derive(Debug)]
 pub struct Panel {
     address: SocketAddr,
-    requests: bench::Requests,
+    requests: bus_access::Requests,
     feed: stream::Feed,
-    told: stream::Told,
+    sent: stream::SentSettings,
     /// Dropped first: the end of the server.
     end: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
@@ -94,7 +94,7 @@ pub struct Panel {
 #[non_exhaustive]
 pub enum PanelError {
     /// The port cannot be opened.
-    #[error("cannot listen for the panel at {place}")]
+    #[error("cannot listen for the panel at {place} ({})", advice(source))]
     Listen {
         /// Host and port wanted.
         place: String,
@@ -102,7 +102,7 @@ pub enum PanelError {
         source: io::Error,
     },
     /// Others than this machine could connect, and were not invited.
-    #[error("{place} is {address}, where others than this machine can connect and steer the drives")]
+    #[error("{place} is {address}, where others than this machine can connect and control the drives")]
     TooFar {
         /// Host and port wanted.
         place: String,
@@ -139,7 +139,7 @@ impl Panel {
         })?;
         let failed = |source| PanelError::Thread { source };
         let runtime = runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
-        let (asking, requests) = bench::queue(wake);
+        let (asking, requests) = bus_access::queue(wake);
         let (feed, hub) = stream::stream();
         let (end, ended) = oneshot::channel();
         let app = routes::App { asking, hub };
@@ -150,8 +150,8 @@ impl Panel {
             }
         };
         let thread = thread::Builder::new().name("panel".into()).spawn(serve).map_err(failed)?;
-        let told = stream::Told::default();
-        Ok(Self { address, requests, feed, told, end: Some(end), thread: Some(thread) })
+        let sent = stream::SentSettings::default();
+        Ok(Self { address, requests, feed, sent, end: Some(end), thread: Some(thread) })
     }
 
     /// Where browsers and programs connect.
@@ -161,9 +161,9 @@ impl Panel {
 
     /// Carries out what was asked since the last run of the bus. Changes what is due next on the bus, as a `handle_*`
     /// call of it does.
-    pub fn serve(&mut self, bench: &mut Bench<'_>) {
+    pub fn serve(&mut self, bench: &mut BusAccess<'_>) {
         self.requests.serve(bench);
-        self.feed.settings(bench, &mut self.told);
+        self.feed.settings(bench, &mut self.sent);
     }
 
     /// Tells those who read the stream. Never waits.

@@ -9,14 +9,13 @@ use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::bench::Asking;
+use super::bus_access::Asking;
 use super::drives::Snapshot;
 use super::problem::{Body, PathOf, Problem, Problems, QueryOf, Station, whole};
+use super::state::lengths;
 use crate::device::{Device, Power};
-use crate::explain::value::{Lengths, in_words};
-use crate::param::{
-    self, Access, Entry, Kind, ParamError, Parameter, Pnu, Subindex, Unit, Value, WritableWhen,
-};
+use crate::explain::value::in_words;
+use crate::param::{self, Access, Entry, Kind, ParamError, Pnu, Subindex, Unit, Value, WritableWhen};
 
 /// A parameter, its value and what the table says about it.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
@@ -216,7 +215,7 @@ fn refusal(pnu: Pnu, error: ParamError) -> Problem {
 impl ParameterValue {
     fn read(device: &Device, pnu: Pnu, subindex: Option<u8>) -> Result<Self, Problem> {
         let entry = entry(device, pnu)?;
-        let value = device.parameters().read(pnu, subindex.map(Subindex), &device.live());
+        let value = device.read_parameter(pnu, subindex.map(Subindex));
         let value = value.map_err(|error| refusal(pnu, error))?;
         Ok(Self {
             pnu: pnu.number(),
@@ -237,11 +236,9 @@ pub(super) fn all(device: &Device) -> Vec<ParameterState> {
 
 impl ParameterState {
     fn of(device: &Device, entry: &Entry) -> Self {
-        let config = device.config();
-        let live = device.live();
         // What cannot be read, as a command, is 0.
         let read = |element| {
-            let value = device.parameters().read(entry.pnu, element, &live);
+            let value = device.read_parameter(entry.pnu, element);
             value.unwrap_or_else(|_| Value::of(entry.width, 0))
         };
         let values: Vec<_> = match entry.elements {
@@ -250,7 +247,7 @@ impl ParameterState {
         };
         let numbers: Vec<_> = values.iter().map(|value| entry.number(*value)).collect();
         let texts: Vec<_> = values.iter().map(|value| in_words(entry, *value, lengths(device))).collect();
-        let range = entry.range(config.model, config.gear);
+        let range = device.parameters().range_of(entry);
         let setting = match entry.kind {
             Kind::Setting(setting) => Some(setting),
             Kind::Reading(_) | Kind::LoadParameterSet => None,
@@ -274,14 +271,6 @@ impl ParameterState {
             persistent: entry.persistent,
             writable_when: setting.map(|setting| setting.writable.into()),
         }
-    }
-}
-
-/// What the drive counts positions in.
-const fn lengths(device: &Device) -> Lengths {
-    match device.parameters().value(Parameter::SpindlePitch) {
-        0 => Lengths::Increments,
-        _pitch => Lengths::HundredthMillimetres,
     }
 }
 

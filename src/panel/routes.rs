@@ -10,7 +10,7 @@ use std::format;
 use std::prelude::v1::*;
 use utoipa::OpenApi;
 
-use super::bench::Asking;
+use super::bus_access::Asking;
 use super::problem::{Problem, Problems};
 use super::stream::{Hub, Lost, NewsEvent, TelegramEvent};
 use super::{bus, drives, inputs, page, parameters, stream, switches};
@@ -70,7 +70,7 @@ pub(super) fn router(app: App) -> Router {
 #[openapi(
     info(
         title = "profidrive",
-        description = "See emulated PROFIBUS-DP drives and steer what acts on them. Values carry their unit in their \
+        description = "See emulated PROFIBUS-DP drives and control what acts on them. Values carry their unit in their \
             name. A request that is refused changes nothing.",
     ),
     paths(

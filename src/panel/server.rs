@@ -1,4 +1,4 @@
-//! The HTTP server: bounded in every direction, and deaf to other web sites.
+//! The HTTP server: bounded in every direction. It rejects cross-origin requests.
 //!
 //! | bound | value |
 //! | --- | --- |
@@ -124,7 +124,7 @@ async fn connection(stream: TcpStream, service: Router, _place: OwnedSemaphorePe
 
 /// Answers a request of whom we trust, in time.
 async fn guarded(reach: Reach, request: Request, next: Next) -> Response {
-    let mut response = match stranger(reach, &request).or_else(|| too_large(&request)) {
+    let mut response = match untrusted_origin(reach, &request).or_else(|| too_large(&request)) {
         Some(problem) => problem.into_response(),
         None => match timeout(REQUEST_TIME, next.run(request)).await {
             Ok(response) => response,
@@ -150,7 +150,7 @@ fn too_large(request: &Request) -> Option<Problem> {
 }
 
 /// Why the sender is not trusted.
-fn stranger(reach: Reach, request: &Request) -> Option<Problem> {
+fn untrusted_origin(reach: Reach, request: &Request) -> Option<Problem> {
     let headers = request.headers();
     let host = only(headers, &header::HOST);
     let authority = request.uri().authority().map(|authority| authority.as_str());

@@ -37,7 +37,7 @@ use futures_core::Stream;
 use serde::Deserialize;
 use tokio::sync::mpsc;
 
-use super::bench::Asking;
+use super::bus_access::Asking;
 use super::problem::{Problem, Problems, QueryOf};
 use crate::fdl::Address;
 use feed::Shared;
@@ -45,7 +45,7 @@ use hub::{MOST_SUBSCRIBERS, Place};
 use subscriber::Subscriber;
 
 pub(super) use event::{Lost, NewsEvent, TelegramEvent};
-pub(super) use feed::{Feed, Told};
+pub(super) use feed::{Feed, SentSettings};
 pub(super) use hub::Hub;
 
 /// Messages written ahead for a subscriber at most.

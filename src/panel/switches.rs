@@ -8,7 +8,7 @@ use axum::extract::State;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::bench::Asking;
+use super::bus_access::Asking;
 use super::problem::{Body, Problem, Problems, Station};
 use crate::device::dip::Terminator;
 use crate::device::{Device, DipSwitches};

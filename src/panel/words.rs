@@ -7,9 +7,10 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::state::lengths;
-use crate::device::{Device, words as bits};
+use crate::device::bits::{self, Role, bits};
+use crate::device::{Device, words};
 use crate::drive::{Mode, State};
-use crate::explain::{self, words::Role};
+use crate::explain;
 use crate::param::{self, Pnu};
 use crate::ppo::{Inputs, Outputs, PPO_LEN, Pkw};
 
@@ -106,17 +107,17 @@ impl Words {
         let model = device.config().model;
         let word = |word, value| Word::of(word, status.mode, model, value);
         Self {
-            stw: word(explain::words::Word::Stw, outputs(device).stw().raw()),
-            zsw: word(explain::words::Word::Zsw, device.config().words.zsw(status).raw()),
-            ssw: word(explain::words::Word::Ssw, bits::system_status(status)),
-            general_status: word(explain::words::Word::GeneralStatus, bits::general_status(status)),
+            stw: word(bits::Word::Stw, outputs(device).stw().raw()),
+            zsw: word(bits::Word::Zsw, device.zsw().raw()),
+            ssw: word(bits::Word::Ssw, device.system_status()),
+            general_status: word(bits::Word::GeneralStatus, words::general_status(status)),
         }
     }
 }
 
 impl Word {
-    fn of(word: explain::words::Word, mode: Mode, model: param::Model, value: u16) -> Self {
-        let bit = |(bit, row): (u8, &explain::words::Bit)| {
+    fn of(word: bits::Word, mode: Mode, model: param::Model, value: u16) -> Self {
+        let bit = |(bit, row): (u8, &bits::Bit)| {
             let set = value >> bit & 1 != 0;
             let used = match row.role {
                 Role::Level | Role::Edge => true,
@@ -124,7 +125,7 @@ impl Word {
             };
             Bit { bit, set, key: row.key, name: row.name, meaning: row.meaning(set), note: row.note, used }
         };
-        Self { value, bits: (0..).zip(explain::words::bits(word, mode, Some(model))).map(bit).collect() }
+        Self { value, bits: (0..).zip(bits(word, mode, Some(model))).map(bit).collect() }
     }
 }
 

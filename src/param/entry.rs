@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::{Gear, Model, Parameter, Pnu, Value, Width};
+use super::{Gear, Model, Parameter, Pnu, Quirks, Value, Width};
 
 /// What is known about one parameter number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,10 +37,10 @@ impl Entry {
         }
     }
 
-    /// The values a write may have; `None` if the parameter is read-only.
-    pub const fn range(&self, model: Model, gear: Gear) -> Option<Range> {
+    /// The values a write to such a drive may have; `None` if the parameter is read-only.
+    pub const fn range(&self, model: Model, gear: Gear, quirks: Quirks) -> Option<Range> {
         match self.kind {
-            Kind::Setting(setting) => Some(setting.limits.range(model, gear)),
+            Kind::Setting(setting) => Some(setting.limits.range(model, gear, quirks)),
             Kind::Reading(_) => None,
             Kind::LoadParameterSet => Some(LOAD_COMMANDS),
         }
@@ -259,18 +259,24 @@ pub enum Limits {
     Fixed(Range),
     /// A percentage of the largest acceleration: 1 to 100 on an AG03/1, 0 to 100 on an AG03 (`ag03.md` C-02).
     Acceleration,
+    /// The I gain: 0 to 500 (`ag03.md` C-01).
+    IGain,
     /// A speed: 1 rpm up to what the gear allows, see [`Gear::max_rpm`].
     Speed,
 }
 
 impl Limits {
-    /// The range of one drive.
-    pub const fn range(self, model: Model, gear: Gear) -> Range {
+    /// The range that holds for one drive.
+    pub const fn range(self, model: Model, gear: Gear, quirks: Quirks) -> Range {
         match self {
             Self::Fixed(range) => range,
             Self::Acceleration => match model {
-                Model::Ag03 => Range { low: 0, high: 100 },
-                Model::Ag03_1 => Range { low: 1, high: 100 },
+                Model::Ag03 if !quirks.acceleration_from_1 => Range { low: 0, high: 100 },
+                Model::Ag03 | Model::Ag03_1 => Range { low: 1, high: 100 },
+            },
+            Self::IGain => match model {
+                Model::Ag03_1 if quirks.i_gain_from_1 => Range { low: 1, high: 500 },
+                Model::Ag03 | Model::Ag03_1 => Range { low: 0, high: 500 },
             },
             Self::Speed => Range { low: 1, high: gear.max_rpm() as i32 },
         }

@@ -7,20 +7,19 @@
 //! | `table` | [`TABLE`]: every parameter of both models as data, [`Parameter`] |
 //! | `quirks` | [`Quirks`]: where the manuals contradict themselves |
 //! | `store` | [`Store`]: the values of one drive, and who may change them when |
-//! | `image` | [`Image`]: what survives power-off, as octets |
 //!
 //! A parameter is known by its number [`Pnu`] on the bus and, if it is a stored one, by its name
 //! [`Parameter`] in the program. A refused access says why as [`ParamError`]; what a bus makes of it is the
 //! bus's business.
 //!
 //! ```
-//! use profidrive::param::{Gear, Live, Model, ParamError, Parameter, Pnu, Store, Value, WriteContext};
+//! use profidrive::param::{Gear, Model, ParamError, Parameter, Pnu, Store, Value, WriteContext};
 //!
 //! let mut store = Store::new(Model::Ag03_1, Gear::Ratio48);
 //! let v_pos = Pnu::new(1004)?;
 //! store.write(v_pos, None, Value::Word(100), &WriteContext::default())?;
 //! assert_eq!(store.value(Parameter::VPos), 100);
-//! assert_eq!(store.read(v_pos, None, &Live::default()), Ok(Value::Word(100)));
+//! assert_eq!(store.read(v_pos, None, |_, _| 0), Ok(Value::Word(100)));
 //!
 //! // A 48:1 gear turns at most 100 rpm.
 //! let refused = store.write(v_pos, None, Value::Word(101), &WriteContext::default());
@@ -29,7 +28,6 @@
 //! ```
 
 mod entry;
-mod image;
 mod model;
 mod quirks;
 mod store;
@@ -38,7 +36,6 @@ mod table;
 pub use entry::{
     Access, DefaultSet, Entry, Group, Kind, Limits, Models, Range, Reading, Setting, Unit, WritableWhen,
 };
-pub use image::{IMAGE_LEN, Image, ImageError};
 pub use model::{Gear, GearError, Model, ModelError};
 pub use quirks::Quirks;
 pub use store::{Identity, Store};
@@ -153,6 +150,24 @@ impl Value {
             Self::Double(double) => double,
         }
     }
+
+    /// The number in two's complement of its width: what [`Value::of`] made it of.
+    pub const fn signed(self) -> i32 {
+        match self {
+            Self::Word(word) => word.cast_signed() as i32,
+            Self::Double(double) => double.cast_signed(),
+        }
+    }
+}
+
+impl core::fmt::Display for Value {
+    /// A word without sign, a double word with sign, as nearly all parameters of PROFIDRIVE are meant.
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Word(word) => core::fmt::Display::fmt(word, f),
+            Self::Double(double) => core::fmt::Display::fmt(&double.cast_signed(), f),
+        }
+    }
 }
 
 /// What a drive is doing, as far as write permissions depend on it (`ag03.md` 3.4).
@@ -181,31 +196,27 @@ pub enum Effect {
 /// Elements of the fault buffer, PNU 945.
 pub const FAULT_BUFFER_LEN: u8 = 10;
 
-/// Values that live in the drive and are only read over the bus.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Live {
-    /// PNU 918, station address.
-    pub address: u8,
-    /// PNU 945, fault codes in ASCII, newest first (`ag03.md` C-18), 0 = unused.
-    pub fault_buffer: [u8; FAULT_BUFFER_LEN as usize],
-    /// PNU 952, number of faults.
-    pub fault_count: u16,
-    /// PNU 1020, system status word SSW.
-    pub system_status: u16,
-    /// PNU 1027, output stage temperature in 0.1 degC.
-    pub temperature: i16,
-    /// PNU 1029, motor current in mA.
-    pub motor_current: i16,
-    /// PNU 1031, general status register.
-    pub general_status: u16,
-    /// PNU 1036, position in increments or 0.01 mm.
-    pub position: i32,
-    /// PNU 1040, supply voltage of the output stage in 0.1 V.
-    pub output_stage_voltage: u16,
-    /// PNU 1041, supply voltage of the control in 0.1 V.
-    pub control_voltage: u16,
-    /// PNU 1042, battery voltage in 0.01 V.
-    pub battery_voltage: u16,
+/// A write that means something to the drive, by whatever number and width it came.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Write {
+    /// A stored parameter gets this value, in the units of the table.
+    Set(Parameter, i32),
+    /// Defaults are loaded (PNU 970 = 1 to 3).
+    Load(DefaultSet),
+    /// Fault buffer and fault counter are cleared (PNU 970 = 4).
+    ClearFaults,
+    /// The position becomes the calibration value (PNU 970 = 5).
+    Calibrate,
+}
+
+impl Write {
+    /// Whether the EEPROM keeps what it changes. The commands all change something it keeps.
+    pub fn is_kept(self) -> bool {
+        match self {
+            Self::Set(parameter, _) => parameter.entry().persistent,
+            Self::Load(_) | Self::ClearFaults | Self::Calibrate => true,
+        }
+    }
 }
 
 /// Why an access to a parameter was refused.

@@ -17,6 +17,14 @@ pub enum Model {
 impl Model {
     /// Both models.
     pub const ALL: [Self; 2] = [Self::Ag03, Self::Ag03_1];
+
+    /// As the manuals write it: `AG03`, `AG03/1`.
+    pub const fn product_name(self) -> &'static str {
+        match self {
+            Self::Ag03 => "AG03",
+            Self::Ag03_1 => "AG03/1",
+        }
+    }
 }
 
 impl fmt::Display for Model {
@@ -61,6 +69,18 @@ pub enum Gear {
 impl Gear {
     /// Both gears.
     pub const ALL: [Self; 2] = [Self::Ratio24, Self::Ratio48];
+
+    /// The gear that turns fastest.
+    pub const FASTEST: Self = Self::Ratio24;
+
+    /// The gear of a drive with this hardware version (PNU 961).
+    pub const fn of_hardware_version(version: u16) -> Option<Self> {
+        match version {
+            2 => Some(Self::Ratio24),
+            3 => Some(Self::Ratio48),
+            _unknown => None,
+        }
+    }
 
     /// Turns of the motor per turn of the output shaft.
     pub const fn ratio(self) -> u16 {
@@ -143,5 +163,10 @@ mod tests {
     fn the_gear_decides_speed_and_hardware_version() {
         assert_eq!((Gear::Ratio24.max_rpm(), Gear::Ratio24.hardware_version()), (200, 2));
         assert_eq!((Gear::Ratio48.max_rpm(), Gear::Ratio48.hardware_version()), (100, 3));
+        assert!(Gear::ALL.iter().all(|gear| gear.max_rpm() <= Gear::FASTEST.max_rpm()));
+        for version in 0..=10 {
+            let gear = Gear::ALL.into_iter().find(|gear| gear.hardware_version() == version);
+            assert_eq!(Gear::of_hardware_version(version), gear);
+        }
     }
 }

@@ -1,16 +1,16 @@
 //! The values of one drive, and who may change them when.
 
-use super::entry::{DefaultSet, Entry, Kind, LOAD_COMMANDS, Range, Reading, Setting, WritableWhen};
+use super::entry::{DefaultSet, Entry, Kind, LOAD_COMMANDS, Range, Reading, WritableWhen};
 use super::table::{self, Parameter};
 use super::{
-    Effect, FAULT_BUFFER_LEN, Gear, Live, Model, NotNow, ParamError, Pnu, Quirks, Subindex, Value, Width,
-    WriteContext,
+    Effect, Gear, Model, NotNow, ParamError, Pnu, Quirks, Subindex, Value, Width, Write, WriteContext,
 };
 
 /// All stored parameters of one drive.
 ///
-/// [`read`](Self::read) and [`write`](Self::write) are what a bus does: by number, checked like the device
-/// checks. [`value`](Self::value) and [`set`](Self::set) are for programs: by name, in every operating state.
+/// [`read`](Self::read) and [`write`](Self::write) are what PROFIDRIVE does: by number, checked like the device checks.
+/// [`apply`](Self::apply) is what every bus does once it knows what a write means. [`value`](Self::value) and
+/// [`set`](Self::set) are for programs: by name, in every operating state.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Store {
     model: Model,
@@ -71,8 +71,7 @@ impl Store {
     /// [`ParamError::UnknownParameter`] if the model has no such parameter, [`ParamError::OutOfRange`]. The
     /// old value stays then.
     pub fn set(&mut self, parameter: Parameter, value: i32) -> Result<(), ParamError> {
-        self.entry(parameter.entry().pnu)?;
-        self.check_range(parameter, value)?;
+        self.check(parameter, value)?;
         self.put(parameter, value);
         Ok(())
     }
@@ -114,22 +113,38 @@ impl Store {
 
     /// Reads a parameter, or one element of an array.
     ///
-    /// The load command (PNU 970) reads as 0 (`ag03.md` C-17).
+    /// The load command (PNU 970) reads as 0 (`ag03.md` C-17). `show` is asked for what only the drive or the bus knows:
+    /// the bits of the value, of an array those of the element.
     ///
     /// # Errors
     /// [`ParamError::UnknownParameter`], [`ParamError::IsArray`] and [`ParamError::NotAnArray`] if an element
     /// is missing or too much, [`ParamError::SubindexOutOfRange`].
-    pub fn read(&self, pnu: Pnu, element: Option<Subindex>, live: &Live) -> Result<Value, ParamError> {
+    pub fn read(
+        &self,
+        pnu: Pnu,
+        element: Option<Subindex>,
+        show: impl FnOnce(Reading, Subindex) -> i32,
+    ) -> Result<Value, ParamError> {
         let entry = self.entry(pnu)?;
         check_array(entry, element)?;
-        match entry.kind {
-            Kind::Setting(setting) => Ok(Value::of(entry.width, self.value(setting.parameter))),
-            Kind::Reading(reading) => self.show(reading, element, live),
-            Kind::LoadParameterSet => Ok(Value::Word(0)),
+        let element = element.unwrap_or(Subindex(0));
+        if let Some(count) = entry.elements.filter(|&count| element.0 >= count) {
+            return Err(ParamError::SubindexOutOfRange { count, got: element });
         }
+        let number = match entry.kind {
+            Kind::Setting(setting) => self.value(setting.parameter),
+            Kind::Reading(Reading::HardwareVersion) => self.gear.hardware_version().into(),
+            Kind::Reading(Reading::SoftwareVersion) => self.identity.software_version.into(),
+            Kind::Reading(Reading::SerialNumber) => self.identity.serial_number.cast_signed(),
+            Kind::Reading(Reading::ProductionDate) => self.identity.production_date.cast_signed(),
+            Kind::Reading(reading) => show(reading, element),
+            Kind::LoadParameterSet => 0,
+        };
+        Ok(Value::of(entry.width, number))
     }
 
-    /// Writes a parameter as a bus does. A refused write changes nothing.
+    /// Writes a parameter by its number, as PROFIDRIVE does: [`Store::meaning`], then [`Store::apply`]. A refused write
+    /// changes nothing.
     ///
     /// # Errors
     /// In this order: [`ParamError::UnknownParameter`], [`ParamError::IsArray`] or
@@ -143,45 +158,73 @@ impl Store {
         value: Value,
         context: &WriteContext,
     ) -> Result<Effect, ParamError> {
+        self.meaning(pnu, element, value).and_then(|write| self.apply(write, context))
+    }
+
+    /// What a write by number means, as far as number, element and width tell.
+    ///
+    /// # Errors
+    /// As [`Store::write`] up to the width, and [`ParamError::OutOfRange`] for a command that PNU 970 does not have.
+    pub fn meaning(&self, pnu: Pnu, element: Option<Subindex>, value: Value) -> Result<Write, ParamError> {
         let entry = self.entry(pnu)?;
         check_array(entry, element)?;
         match entry.kind {
             Kind::Reading(_) => Err(ParamError::ReadOnly),
-            Kind::Setting(setting) => {
-                let number = number(entry, value)?;
-                self.check_range(setting.parameter, number)?;
-                check_state(self.writable(setting), context)?;
-                if self.quirks.calibrate_by_value && setting.parameter == Parameter::CalibrationValue {
-                    self.check_calibration(context)?;
-                    self.put(setting.parameter, number);
-                    return Ok(Effect::Calibrate);
-                }
-                Ok(self.changed_by(|store| store.put(setting.parameter, number)))
-            }
-            Kind::LoadParameterSet => self.load(number(entry, value)?, context),
+            Kind::Setting(setting) => Ok(Write::Set(setting.parameter, number(entry, value)?)),
+            // `ag03.md` 3.3
+            Kind::LoadParameterSet => match number(entry, value)? {
+                1 => Ok(Write::Load(DefaultSet::All)),
+                2 => Ok(Write::Load(DefaultSet::Standard)),
+                3 => Ok(Write::Load(DefaultSet::Controller)),
+                4 => Ok(Write::ClearFaults),
+                5 => Ok(Write::Calibrate),
+                got => Err(out_of_range(LOAD_COMMANDS, got)),
+            },
         }
     }
 
-    /// PNU 970 (`ag03.md` 3.3, permissions 3.4).
-    fn load(&mut self, command: i32, context: &WriteContext) -> Result<Effect, ParamError> {
-        let set = match command {
-            1 => DefaultSet::All,
-            2 => DefaultSet::Standard,
-            3 => DefaultSet::Controller,
-            4 => return Ok(Effect::ClearFaults),
-            5 => return self.check_calibration(context).map(|()| Effect::Calibrate),
-            got => return Err(out_of_range(LOAD_COMMANDS, got)),
-        };
-        check_state(WritableWhen::Standstill, context)?;
-        Ok(self.changed_by(|store| store.load_defaults(set)))
+    /// Executes a write if range and operating state (`ag03.md` 3.4) allow it; else nothing changes.
+    ///
+    /// # Errors
+    /// [`ParamError::UnknownParameter`] if the model has no such parameter, [`ParamError::OutOfRange`],
+    /// [`ParamError::NotNow`].
+    pub fn apply(&mut self, write: Write, context: &WriteContext) -> Result<Effect, ParamError> {
+        match write {
+            Write::Set(parameter, value) => {
+                self.check(parameter, value)?;
+                check_state(self.writable(parameter), context)?;
+                if self.quirks.calibrate_by_value && parameter == Parameter::CalibrationValue {
+                    self.check_calibration(context)?;
+                    self.put(parameter, value);
+                    return Ok(Effect::Calibrate);
+                }
+                Ok(self.changed_by(|store| store.put(parameter, value)))
+            }
+            Write::Load(set) => {
+                check_state(WritableWhen::Standstill, context)?;
+                Ok(self.changed_by(|store| store.load_defaults(set)))
+            }
+            Write::ClearFaults => Ok(Effect::ClearFaults),
+            Write::Calibrate => self.check_calibration(context).map(|()| Effect::Calibrate),
+        }
+    }
+
+    /// The values that a write to a stored parameter may have.
+    pub fn range(&self, parameter: Parameter) -> Range {
+        parameter.setting().limits.range(self.model, self.gear, self.quirks)
+    }
+
+    /// The values that a write to a parameter of the table may have; `None` if it is read-only.
+    pub fn range_of(&self, entry: &Entry) -> Option<Range> {
+        entry.range(self.model, self.gear, self.quirks)
     }
 
     /// When a setting may be written under the quirks.
-    fn writable(&self, setting: Setting) -> WritableWhen {
-        if self.quirks.d_pos_without_job && setting.parameter == Parameter::DPos {
+    fn writable(&self, parameter: Parameter) -> WritableWhen {
+        if self.quirks.d_pos_without_job && parameter == Parameter::DPos {
             WritableWhen::NoJob
         } else {
-            setting.writable
+            parameter.setting().writable
         }
     }
 
@@ -201,42 +244,15 @@ impl Store {
         if self.values == before { Effect::None } else { Effect::SettingsChanged }
     }
 
-    fn check_range(&self, parameter: Parameter, got: i32) -> Result<(), ParamError> {
-        let mut range = parameter.setting().limits.range(self.model, self.gear);
-        let from_1 = match (parameter, self.model) {
-            (Parameter::ControllerI, Model::Ag03_1) => self.quirks.i_gain_from_1,
-            (Parameter::APos | Parameter::ARot | Parameter::AInch, Model::Ag03) => {
-                self.quirks.acceleration_from_1
-            }
-            (_others, Model::Ag03 | Model::Ag03_1) => false,
-        };
-        range.low = if from_1 { 1 } else { range.low };
+    fn check(&self, parameter: Parameter, got: i32) -> Result<(), ParamError> {
+        self.entry(parameter.entry().pnu)?;
+        let range = self.range(parameter);
         if range.contains(got) { Ok(()) } else { Err(out_of_range(range, got)) }
     }
 
     #[expect(clippy::indexing_slicing, reason = "one slot per variant")]
-    const fn put(&mut self, parameter: Parameter, value: i32) {
+    pub(crate) const fn put(&mut self, parameter: Parameter, value: i32) {
         self.values[parameter as usize] = value;
-    }
-
-    fn show(&self, reading: Reading, element: Option<Subindex>, live: &Live) -> Result<Value, ParamError> {
-        Ok(match reading {
-            Reading::Address => Value::Word(u16::from(live.address)),
-            Reading::FaultBuffer => Value::Word(u16::from(fault(live, element)?)),
-            Reading::FaultCount => Value::Word(live.fault_count),
-            Reading::HardwareVersion => Value::Word(self.gear.hardware_version()),
-            Reading::SoftwareVersion => Value::Word(self.identity.software_version),
-            Reading::SystemStatus => Value::Word(live.system_status),
-            Reading::Temperature => Value::Word(live.temperature.cast_unsigned()),
-            Reading::MotorCurrent => Value::Word(live.motor_current.cast_unsigned()),
-            Reading::GeneralStatus => Value::Word(live.general_status),
-            Reading::SerialNumber => Value::Double(self.identity.serial_number),
-            Reading::ProductionDate => Value::Double(self.identity.production_date),
-            Reading::Position => Value::Double(live.position.cast_unsigned()),
-            Reading::OutputStageVoltage => Value::Word(live.output_stage_voltage),
-            Reading::ControlVoltage => Value::Word(live.control_voltage),
-            Reading::BatteryVoltage => Value::Word(live.battery_voltage),
-        })
     }
 }
 
@@ -292,12 +308,6 @@ fn number(entry: &Entry, value: Value) -> Result<i32, ParamError> {
             Err(ParamError::WrongWidth { expected: entry.width, got: value.width() })
         }
     }
-}
-
-fn fault(live: &Live, element: Option<Subindex>) -> Result<u8, ParamError> {
-    let count = FAULT_BUFFER_LEN;
-    let got = element.ok_or(ParamError::IsArray { count })?;
-    live.fault_buffer.get(usize::from(got.0)).copied().ok_or(ParamError::SubindexOutOfRange { count, got })
 }
 
 #[cfg(test)]

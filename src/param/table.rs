@@ -141,7 +141,7 @@ const ROWS: [Entry; 41] = {
         word(965, "Software version", U::Version, shown(R::SoftwareVersion)),
         word(970, "Load parameter data record", U::Choice(LOAD_COMMANDS), Kind::LoadParameterSet),
         word(1000, "Controller parameter P", U::None, controller(P::ControllerP, 1, to(1, 500), 100)),
-        word(1001, "Controller parameter I", U::None, controller(P::ControllerI, 2, to(0, 500), 5)),
+        word(1001, "Controller parameter I", U::None, controller(P::ControllerI, 2, Limits::IGain, 5)),
         word(1002, "Controller parameter D", U::None, controller(P::ControllerD, 3, to(0, 500), 0)),
         word(1003, "a-Pos", U::PercentOfAcceleration, controller(P::APos, 4, Limits::Acceleration, 50)),
         word(1004, "v-Pos", U::Rpm, controller(P::VPos, 5, Limits::Speed, 30)),
@@ -271,7 +271,7 @@ mod tests {
     use std::vec::Vec;
 
     use super::*;
-    use crate::param::{Access, Gear, Value};
+    use crate::param::{Access, Gear, Quirks, Value};
 
     #[test]
     fn the_models_have_the_numbers_of_the_reference() {
@@ -316,7 +316,10 @@ mod tests {
             let setting = parameter.setting();
             for (model, gear) in Model::ALL.into_iter().flat_map(|model| Gear::ALL.map(|gear| (model, gear)))
             {
-                assert!(setting.limits.range(model, gear).contains(setting.default), "{parameter}");
+                assert!(
+                    setting.limits.range(model, gear, Quirks::default()).contains(setting.default),
+                    "{parameter}"
+                );
             }
         }
     }
@@ -325,7 +328,7 @@ mod tests {
     fn writable_words_are_unsigned_and_writable_double_words_are_signed() {
         for row in TABLE.iter().filter(|row| row.access() != Access::ReadOnly) {
             assert_eq!(row.signed, row.width == Width::Double, "{}", row.name);
-            let range = row.range(Model::Ag03, Gear::Ratio24).unwrap();
+            let range = row.range(Model::Ag03, Gear::Ratio24, Quirks::default()).unwrap();
             assert!(row.signed || range.low >= 0 && range.high <= 0xFFFF, "{}", row.name);
         }
     }
@@ -371,7 +374,11 @@ mod tests {
         assert_eq!(Parameter::VInch.to_string(), "v-Inch");
         assert_eq!(Parameter::VInch.entry().unit.to_string(), "rpm");
         assert_eq!(
-            Parameter::Limit1.entry().range(Model::Ag03, Gear::Ratio24).unwrap().to_string(),
+            Parameter::Limit1
+                .entry()
+                .range(Model::Ag03, Gear::Ratio24, Quirks::default())
+                .unwrap()
+                .to_string(),
             "-9999999..9999999"
         );
     }

@@ -4,7 +4,7 @@ use core::fmt;
 
 use thiserror::Error;
 
-use crate::param::ParamError;
+use super::table::Width;
 use crate::ppo::ReservedId;
 
 /// Why the parameter channel does not execute a job.
@@ -19,22 +19,64 @@ pub enum JobError {
     /// Descriptions cannot be written.
     #[error("the description of a parameter cannot be changed")]
     DescriptionReadOnly,
-    /// The parameter is a command and has nothing to read (only with [`Config::refuse_command_read`]).
-    ///
-    /// [`Config::refuse_command_read`]: super::Config::refuse_command_read
+    /// The parameter is a command and has nothing to read.
     #[error("the parameter can only be written")]
     WriteOnly,
     /// The EEPROM does not take the value (decided here: error 18, no manual says what happens).
     #[error("the EEPROM did not store it, so nothing was changed")]
     NotStored,
-    /// The parameter itself refused the access.
-    #[error(transparent)]
-    Param(#[from] ParamError),
+    /// There is no such parameter.
+    #[error("there is no parameter {got}")]
+    UnknownParameter {
+        /// The number asked for.
+        got: u16,
+    },
+    /// The parameter can only be read.
+    #[error("the parameter is read-only")]
+    ReadOnly,
+    /// The value is outside the parameter's range.
+    #[error("the value must be within {low} to {high}, got {got}")]
+    OutOfRange {
+        /// Smallest value allowed.
+        low: i32,
+        /// Largest value allowed.
+        high: i32,
+        /// The value found.
+        got: i32,
+    },
+    /// The array has no such element.
+    #[error("the array has {count} elements counted from 0, got sub-index {got}")]
+    SubindexOutOfRange {
+        /// Elements of the array.
+        count: u8,
+        /// The sub-index found.
+        got: u8,
+    },
+    /// An element was asked of a parameter that is a single value.
+    #[error("the parameter is no array")]
+    NotAnArray,
+    /// A single value was asked of a parameter that is an array.
+    #[error("the parameter is an array of {count} elements and needs an array access")]
+    IsArray {
+        /// Elements of the array.
+        count: u8,
+    },
+    /// The value is of the other width.
+    #[error("the parameter is a {expected}, got a {got}")]
+    WrongWidth {
+        /// Width of the parameter.
+        expected: Width,
+        /// Width of the value found.
+        got: Width,
+    },
+    /// Everything about the write is right, only not in the present operating state, and why.
+    #[error("not possible now: {0}")]
+    NotNow(&'static str),
 }
 
 /// The number in word 4 of a reply "job not executable" (manual table 10).
 ///
-/// These drives send 0 to 5, 7, 9, 17 and 18; a master may meet the others in replies of other drives.
+/// [`JobError`] leads to 0 to 5, 7, 9, 17 and 18; a master may meet the others in replies of other drives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ErrorNumber {
     /// 0
@@ -155,15 +197,13 @@ impl From<JobError> for ErrorNumber {
             JobError::UnknownJob(_) | JobError::WriteOnly | JobError::NotStored => Self::Other,
             JobError::NoDescription => Self::NoDescription,
             JobError::DescriptionReadOnly => Self::DescriptionNotChangeable,
-            JobError::Param(ParamError::UnknownParameter { .. }) => Self::IllegalParameterNumber,
-            JobError::Param(ParamError::ReadOnly) => Self::NotChangeable,
-            JobError::Param(ParamError::OutOfRange { .. }) => Self::LimitExceeded,
-            JobError::Param(ParamError::SubindexOutOfRange { .. }) => Self::FaultySubindex,
-            JobError::Param(ParamError::NotAnArray) => Self::NoArray,
-            JobError::Param(ParamError::IsArray { .. } | ParamError::WrongWidth { .. }) => {
-                Self::WrongDataType
-            }
-            JobError::Param(ParamError::NotNow(_)) => Self::OperatingState,
+            JobError::UnknownParameter { .. } => Self::IllegalParameterNumber,
+            JobError::ReadOnly => Self::NotChangeable,
+            JobError::OutOfRange { .. } => Self::LimitExceeded,
+            JobError::SubindexOutOfRange { .. } => Self::FaultySubindex,
+            JobError::NotAnArray => Self::NoArray,
+            JobError::IsArray { .. } | JobError::WrongWidth { .. } => Self::WrongDataType,
+            JobError::NotNow(_) => Self::OperatingState,
         }
     }
 }

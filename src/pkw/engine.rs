@@ -3,11 +3,11 @@
 use core::fmt;
 
 use super::code::{ErrorNumber, JobError};
-use crate::param::{Access, Effect, Kind, Live, Model, Pnu, Store, Subindex, Value, Width, WriteContext};
+use super::table::{Parameters, Value, Width, Written};
 use crate::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
 
-/// How the parameter channel behaves where the manuals leave it open. The default is the proposal of
-/// `ag03.md`.
+/// How the parameter channel behaves where the manuals leave it open. The reasons for each default are in
+/// `docs/reference/ag03.md` 15.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Config {
     /// Application cycles from the one that takes a job to the one that replies; 0 = the same cycle
@@ -17,10 +17,6 @@ pub struct Config {
     pub subindex: SubindexOctet,
     /// Job 1 on an array reads the element in IND instead of being refused (C-16).
     pub read_element_by_plain_job: bool,
-    /// Reading a parameter that is a command, PNU 970, is refused instead of answered with 0 (C-17).
-    pub refuse_command_read: bool,
-    /// An AG03/1 confirms a write of PNU 970 as a word, as an AG03 does, instead of a double word (C-15).
-    pub confirm_load_as_word: bool,
 }
 
 /// Which octet of IND carries the sub-index (`ag03.md` C-14).
@@ -36,11 +32,11 @@ pub enum SubindexOctet {
 }
 
 impl SubindexOctet {
-    const fn subindex(self, ind: Ind) -> Subindex {
+    const fn subindex(self, ind: Ind) -> u8 {
         match self {
-            Self::HighElseLow if ind.high_octet() == 0 => Subindex(ind.low_octet()),
-            Self::HighElseLow | Self::High => Subindex(ind.high_octet()),
-            Self::Low => Subindex(ind.low_octet()),
+            Self::HighElseLow if ind.high_octet() == 0 => ind.low_octet(),
+            Self::HighElseLow | Self::High => ind.high_octet(),
+            Self::Low => ind.low_octet(),
         }
     }
 }
@@ -57,7 +53,7 @@ impl SubindexOctet {
 /// * Job 0 is a job like any other, answered with four zero words.
 /// * One job at a time: what the master sends while a job is waiting for its latency or for the EEPROM is not
 ///   looked at before the reply to that job has been the answer of one cycle.
-/// * A write whose value must be safe before it is acknowledged is [held](Self::hold): it has been executed, but
+/// * A write whose value must be safe before it is acknowledged ([`Written::waits`]) is held: it has been executed, but
 ///   the previous reply stands until [`stored`](Self::stored) or [`store_failed`](Self::store_failed).
 #[derive(Clone, Debug)]
 pub struct Engine {
@@ -90,10 +86,6 @@ impl State {
 pub struct Outcome {
     /// The PKW to publish in the inputs.
     pub reply: Pkw,
-    /// What the drive has to do now. Not [`Effect::None`] in at most one cycle per job.
-    pub effect: Effect,
-    /// This cycle executed a write to what the EEPROM keeps, once per job, even if it changed nothing.
-    pub stores: bool,
     /// The job this cycle refused, once per job.
     pub refusal: Option<Refusal>,
 }
@@ -133,15 +125,6 @@ impl Engine {
         self.state = State::START;
     }
 
-    /// Holds back the reply to the write that [`cycle`](Self::cycle) has just executed; `previous` stands meanwhile.
-    /// Nothing is held if the last cycle left no finished job.
-    pub fn hold(&mut self, previous: Pkw) {
-        match self.state {
-            State::Answered { job, reply } => self.state = State::Storing { job, reply, previous },
-            State::Waiting { .. } | State::Reading { .. } | State::Storing { .. } | State::Stored { .. } => {}
-        }
-    }
-
     /// What the held job wrote is safe: its reply is the answer of the next cycle. Says whether a job was held.
     pub fn stored(&mut self) -> bool {
         let held = self.held();
@@ -170,8 +153,8 @@ impl Engine {
         }
     }
 
-    /// Whether a cycle with this request would do more than read a held value anew. If not, and nothing a
-    /// held read shows has changed, the cycle may be left out.
+    /// Whether a cycle with this request would do more than read a held value anew. If not, and nothing that a held read
+    /// shows has changed, the cycle may be left out.
     #[must_use]
     pub fn has_work(&self, request: Pkw) -> bool {
         match self.state {
@@ -181,31 +164,20 @@ impl Engine {
         }
     }
 
-    /// Whether a cycle with this request may read a parameter. If not, it does not look at [`Live`].
-    #[must_use]
-    pub fn may_read(&self, request: Pkw) -> bool {
-        match self.state {
-            State::Reading { .. } => true,
-            State::Waiting { .. } | State::Answered { .. } | State::Storing { .. } | State::Stored { .. } => {
-                self.has_work(request)
-            }
-        }
-    }
-
     /// Runs one application cycle with the newest request of the master.
-    pub fn cycle(&mut self, request: Pkw, store: &mut Store, live: &Live, context: &WriteContext) -> Outcome {
+    pub fn cycle(&mut self, request: Pkw, table: &mut impl Parameters) -> Outcome {
         match self.state {
             State::Waiting { job, cycles, previous } if cycles > 1 => self.wait(job, cycles - 1, previous),
-            State::Waiting { job, .. } => self.run(job, store, live, context),
+            State::Waiting { job, previous, .. } => self.run(job, previous, table),
             State::Storing { previous, .. } => unchanged(previous),
             State::Stored { job, reply } => {
                 self.state = State::Answered { job, reply };
                 unchanged(reply)
             }
             State::Answered { job, reply } if same_job(request, job) => unchanged(reply),
-            State::Reading { job, .. } if same_job(request, job) => self.run(job, store, live, context),
+            State::Reading { job, reply } if same_job(request, job) => self.run(job, reply, table),
             State::Answered { reply, .. } | State::Reading { reply, .. } => match self.config.latency {
-                0 => self.run(request, store, live, context),
+                0 => self.run(request, reply, table),
                 cycles => self.wait(request, cycles, reply),
             },
         }
@@ -216,112 +188,69 @@ impl Engine {
         unchanged(previous)
     }
 
-    fn run(&mut self, job: Pkw, store: &mut Store, live: &Live, context: &WriteContext) -> Outcome {
-        match self.execute(job, store, live, context) {
-            Ok((reply, effect)) => {
-                let (state, stores) = match job.pke.job() {
-                    JobId::Read | JobId::ReadElement => (State::Reading { job, reply }, false),
-                    JobId::WriteWord
-                    | JobId::WriteDoubleWord
-                    | JobId::WriteDescription
-                    | JobId::WriteElementWord
-                    | JobId::WriteElementDoubleWord => (State::Answered { job, reply }, is_kept(job, store)),
-                    JobId::NoJob | JobId::ReadDescription | JobId::ReadElementCount | JobId::Reserved(_) => {
-                        (State::Answered { job, reply }, false)
-                    }
-                };
-                self.state = state;
-                Outcome { reply, effect, stores, refusal: None }
-            }
+    fn run(&mut self, job: Pkw, previous: Pkw, table: &mut impl Parameters) -> Outcome {
+        let (state, outcome) = match self.execute(job, table) {
+            Ok(Done::Answer(reply)) => (State::Answered { job, reply }, unchanged(reply)),
+            Ok(Done::Reading(reply)) => (State::Reading { job, reply }, unchanged(reply)),
+            Ok(Done::Storing(reply)) => (State::Storing { job, reply, previous }, unchanged(previous)),
             Err(cause) => {
                 let (reply, refusal) = refuse(job, cause);
-                self.state = State::Answered { job, reply };
-                Outcome { reply, effect: Effect::None, stores: false, refusal: Some(refusal) }
+                (State::Answered { job, reply }, Outcome { reply, refusal: Some(refusal) })
             }
-        }
+        };
+        self.state = state;
+        outcome
     }
 
-    /// The reply to a job and its effect (`ag03.md` 2.2, manual table 8).
-    fn execute(
-        &self,
-        job: Pkw,
-        store: &mut Store,
-        live: &Live,
-        context: &WriteContext,
-    ) -> Result<(Pkw, Effect), JobError> {
-        let pnu = Pnu::from_low_bits(job.pke.pnu());
+    /// Executes a job (`ag03.md` 2.2, manual table 8).
+    fn execute(&self, job: Pkw, table: &mut impl Parameters) -> Result<Done, JobError> {
+        let pnu = job.pke.pnu();
         let element = Some(self.config.subindex.subindex(job.ind));
         let word = Value::Word(job.word());
         let double = Value::Double(job.double_word());
         match job.pke.job() {
-            JobId::NoJob => Ok((Pkw::ZERO, Effect::None)),
+            JobId::NoJob => Ok(Done::Answer(Pkw::ZERO)),
             JobId::Read => {
-                let by_element = self.config.read_element_by_plain_job && store.element_count(pnu).is_ok();
-                self.read(job, pnu, element.filter(|_| by_element), store, live)
+                let by_element =
+                    self.config.read_element_by_plain_job && matches!(table.elements(pnu), Ok(Some(_)));
+                read(job, element.filter(|_| by_element), table)
             }
-            JobId::WriteWord => self.write(job, pnu, None, word, store, context),
-            JobId::WriteDoubleWord => self.write(job, pnu, None, double, store, context),
-            JobId::ReadDescription => {
-                store.entry(pnu)?;
-                Err(JobError::NoDescription)
-            }
-            JobId::WriteDescription => {
-                store.entry(pnu)?;
-                Err(JobError::DescriptionReadOnly)
-            }
-            JobId::ReadElement => self.read(job, pnu, element, store, live),
-            JobId::WriteElementWord => self.write(job, pnu, element, word, store, context),
-            JobId::WriteElementDoubleWord => self.write(job, pnu, element, double, store, context),
+            JobId::WriteWord => write(job, None, word, table),
+            JobId::WriteDoubleWord => write(job, None, double, table),
+            JobId::ReadDescription => table.elements(pnu).and(Err(JobError::NoDescription)),
+            JobId::WriteDescription => table.elements(pnu).and(Err(JobError::DescriptionReadOnly)),
+            JobId::ReadElement => read(job, element, table),
+            JobId::WriteElementWord => write(job, element, word, table),
+            JobId::WriteElementDoubleWord => write(job, element, double, table),
             JobId::ReadElementCount => {
-                let count = store.element_count(pnu)?;
-                Ok((answer(job, ReplyId::ElementCount, u32::from(count)), Effect::None))
+                let count = table.elements(pnu)?.ok_or(JobError::NotAnArray)?;
+                Ok(Done::Answer(answer(job, ReplyId::ElementCount, u32::from(count))))
             }
             JobId::Reserved(id) => Err(JobError::UnknownJob(id)),
         }
     }
-
-    fn read(
-        &self,
-        job: Pkw,
-        pnu: Pnu,
-        element: Option<Subindex>,
-        store: &Store,
-        live: &Live,
-    ) -> Result<(Pkw, Effect), JobError> {
-        let value = store.read(pnu, element, live)?;
-        if self.config.refuse_command_read && store.entry(pnu)?.access() == Access::WriteOnly {
-            return Err(JobError::WriteOnly);
-        }
-        Ok((answer(job, value_id(value, element), value.bits()), Effect::None))
-    }
-
-    fn write(
-        &self,
-        job: Pkw,
-        pnu: Pnu,
-        element: Option<Subindex>,
-        value: Value,
-        store: &mut Store,
-        context: &WriteContext,
-    ) -> Result<(Pkw, Effect), JobError> {
-        let kind = store.entry(pnu)?.kind;
-        let effect = store.write(pnu, element, value, context)?;
-        let reply = match (kind, store.model()) {
-            (Kind::Setting(_) | Kind::Reading(_), _) => answer(job, value_id(value, element), value.bits()),
-            // A command is 0 after it was executed; the AG03/1 confirms it as a double word (C-15).
-            (Kind::LoadParameterSet, Model::Ag03_1) if !self.config.confirm_load_as_word => {
-                answer(job, ReplyId::DoubleWord, 0)
-            }
-            (Kind::LoadParameterSet, Model::Ag03 | Model::Ag03_1) => answer(job, ReplyId::Word, 0),
-        };
-        Ok((reply, effect))
-    }
 }
 
-/// Whether the EEPROM keeps what the job writes. The commands of PNU 970 all change something it keeps.
-fn is_kept(job: Pkw, store: &Store) -> bool {
-    let entry = store.entry(Pnu::from_low_bits(job.pke.pnu()));
-    entry.is_ok_and(|entry| entry.persistent || entry.access() == Access::WriteOnly)
+/// What becomes of the reply to an executed job.
+enum Done {
+    /// It stands.
+    Answer(Pkw),
+    /// It stands, and is read anew while the job is held.
+    Reading(Pkw),
+    /// It waits for the EEPROM.
+    Storing(Pkw),
+}
+
+fn read(job: Pkw, element: Option<u8>, table: &impl Parameters) -> Result<Done, JobError> {
+    let value = table.read(job.pke.pnu(), element)?;
+    let reply = answer(job, value_id(value, element), value.bits());
+    Ok(Done::Reading(reply))
+}
+
+fn write(job: Pkw, element: Option<u8>, value: Value, table: &mut impl Parameters) -> Result<Done, JobError> {
+    let Written { shown, waits } = table.write(job.pke.pnu(), element, value)?;
+    let reply = answer(job, value_id(shown, element), shown.bits());
+    Ok(if waits { Done::Storing(reply) } else { Done::Answer(reply) })
 }
 
 /// The reply to a job that is not executed, and why.
@@ -336,7 +265,7 @@ const fn answer(job: Pkw, id: ReplyId, pwe: u32) -> Pkw {
     Pkw::new(Pke::of_reply(id, job.pke.pnu()), job.ind, pwe)
 }
 
-const fn value_id(value: Value, element: Option<Subindex>) -> ReplyId {
+const fn value_id(value: Value, element: Option<u8>) -> ReplyId {
     match (value.width(), element) {
         (Width::Word, None) => ReplyId::Word,
         (Width::Double, None) => ReplyId::DoubleWord,
@@ -346,13 +275,10 @@ const fn value_id(value: Value, element: Option<Subindex>) -> ReplyId {
 }
 
 const fn unchanged(reply: Pkw) -> Outcome {
-    Outcome { reply, effect: Effect::None, stores: false, refusal: None }
+    Outcome { reply, refusal: None }
 }
 
 fn same_job(a: Pkw, b: Pkw) -> bool {
     let without_spm = |pkw: Pkw| Pkw { pke: pkw.pke.without_spm(), ..pkw };
     without_spm(a) == without_spm(b)
 }
-
-#[cfg(test)]
-mod tests;

@@ -3,36 +3,57 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `engine` | [`Engine`]: takes the newest job once per application cycle, runs it once, keeps its reply |
+//! | `table` | [`Parameters`]: what it asks of a device, a table of parameters |
 //! | `code` | [`ErrorNumber`]: which number a refused job is answered with, and its text |
 //!
 //! ```
-//! use profidrive::param::{Gear, Live, Model, Parameter, Store, WriteContext};
-//! use profidrive::pkw::{Config, Engine};
+//! use profidrive::pkw::{Config, Engine, JobError, Parameters, Value, Written};
 //! use profidrive::ppo::{Ind, JobId, Pke, Pkw};
 //!
-//! let mut store = Store::new(Model::Ag03_1, Gear::Ratio48);
+//! /// A device with one parameter, 100: a ramp time of 1 to 60 s.
+//! struct Device {
+//!     ramp: u16,
+//! }
+//!
+//! impl Parameters for Device {
+//!     fn elements(&self, pnu: u16) -> Result<Option<u8>, JobError> {
+//!         if pnu == 100 { Ok(None) } else { Err(JobError::UnknownParameter { got: pnu }) }
+//!     }
+//!
+//!     fn read(&self, pnu: u16, _: Option<u8>) -> Result<Value, JobError> {
+//!         self.elements(pnu).map(|_| Value::Word(self.ramp))
+//!     }
+//!
+//!     fn write(&mut self, pnu: u16, _: Option<u8>, value: Value) -> Result<Written, JobError> {
+//!         self.elements(pnu)?;
+//!         match value {
+//!             Value::Word(ramp @ 1..=60) => self.ramp = ramp,
+//!             other => return Err(JobError::OutOfRange { low: 1, high: 60, got: other.bits() as i32 }),
+//!         }
+//!         Ok(Written::at_once(value))
+//!     }
+//! }
+//!
+//! let mut device = Device { ramp: 10 };
 //! let mut engine = Engine::new(Config::default());
-//! let (live, context) = (Live::default(), WriteContext::default());
+//! let job = Pkw::new(Pke::of_job(JobId::WriteWord, 100), Ind::default(), 30);
+//! assert_eq!(engine.cycle(job, &mut device).reply.to_string(), "1064 0000 0000 001E");
+//! assert_eq!(device.ramp, 30);
 //!
-//! // Manual chapter 7.6.2: limit 1 (PNU 1016) shall be 250000.
-//! let job = Pkw::new(Pke::of_job(JobId::WriteDoubleWord, 1016), Ind::default(), 250_000);
-//! let outcome = engine.cycle(job, &mut store, &live, &context);
-//! assert_eq!(outcome.reply.to_string(), "23F8 0000 0003 D090");
-//! assert_eq!(store.value(Parameter::Limit1), 250_000);
-//!
-//! // 101 % acceleration is too much.
-//! let job = Pkw::new(Pke::of_job(JobId::WriteWord, 1003), Ind::default(), 101);
-//! let outcome = engine.cycle(job, &mut store, &live, &context);
-//! assert_eq!(outcome.reply.to_string(), "73EB 0000 0000 0002");
+//! let job = Pkw::new(Pke::of_job(JobId::WriteWord, 100), Ind::default(), 61);
+//! let outcome = engine.cycle(job, &mut device);
+//! assert_eq!(outcome.reply.to_string(), "7064 0000 0000 0002");
 //! assert_eq!(
 //!     outcome.refusal.unwrap().to_string(),
-//!     "job 23EB 0000 0000 0065 (write word, PNU 1003) refused with error 2, value outside the limits: \
-//!      the value must be within 1 to 100, got 101",
+//!     "job 2064 0000 0000 003D (write word, PNU 100) refused with error 2, value outside the limits: \
+//!      the value must be within 1 to 60, got 61",
 //! );
 //! ```
 
 mod code;
 mod engine;
+mod table;
 
 pub use code::{ErrorNumber, JobError};
 pub use engine::{Config, Engine, Outcome, Refusal, SubindexOctet};
+pub use table::{Parameters, Value, Width, Written};

@@ -31,6 +31,12 @@ macro_rules! word_of_bits {
             }
         }
 
+        impl From<$name> for u16 {
+            fn from(word: $name) -> Self {
+                word.0
+            }
+        }
+
         impl fmt::Debug for $name {
             fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 write!(f, concat!(stringify!($name), "({:#06X})"), self.0)

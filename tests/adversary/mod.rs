@@ -34,14 +34,14 @@ pub(crate) struct Exchange {
     pub(crate) held_back: u8,
     /// Whether an image in which something changes mixes old and new words, and which are old.
     pub(crate) torn: Option<u8>,
-    /// How the answer of a job taken now is spoilt, if it is.
-    pub(crate) spoilt: Option<Spoilt>,
+    /// How the answer of a job taken now is corrupted, if it is.
+    pub(crate) corrupted: Option<Corrupted>,
     /// Another writes this into a parameter.
     pub(crate) written: Option<(u8, u16)>,
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Spoilt {
+pub(crate) enum Corrupted {
     Ak,
     Pnu,
     Ind,
@@ -54,7 +54,7 @@ pub(crate) struct Adversary {
     inputs: VecDeque<Pkw>,
     taken: (Pkw, u32),
     waiting: Option<u8>,
-    spoilt: Option<Spoilt>,
+    corrupted: Option<Corrupted>,
     shown: Pkw,
     /// The last image was torn; the next is whole.
     was_torn: bool,
@@ -84,7 +84,7 @@ impl Adversary {
             inputs: VecDeque::new(),
             taken: (left, 0),
             waiting: Some(3),
-            spoilt: None,
+            corrupted: None,
             shown: Pkw::ZERO,
             was_torn: false,
             published: Pkw::ZERO,
@@ -129,7 +129,7 @@ impl Adversary {
         self.inputs.clear();
         self.taken = (Pkw::ZERO, 0);
         self.waiting = None;
-        self.spoilt = None;
+        self.corrupted = None;
         self.shown = Pkw::ZERO;
         self.published = Pkw::ZERO;
         self.was_torn = false;
@@ -145,7 +145,7 @@ impl Adversary {
             Some(cycles) => self.waiting = Some(cycles - 1),
             None if seen.0 != self.taken.0 => {
                 self.taken = seen;
-                self.spoilt = how.spoilt;
+                self.corrupted = how.corrupted;
                 self.waiting = Some(how.latency);
             }
             None if matches!(seen.0.pke.job(), JobId::Read | JobId::ReadElement) => {
@@ -166,19 +166,19 @@ impl Adversary {
             }
         }
         let pke = reply.pke.raw();
-        self.shown = match self.spoilt {
+        self.shown = match self.corrupted {
             // An error that poses as a value cannot be found out, nor a value that poses as an error be wrong.
-            Some(Spoilt::Ak) if (1..=5).contains(&reply.pke.ak()) => {
+            Some(Corrupted::Ak) if (1..=5).contains(&reply.pke.ak()) => {
                 let wrong = [0, 2, 1, 4, 5, 4][usize::from(reply.pke.ak())];
                 Pkw { pke: Pke::from_raw(pke & 0x0FFF | wrong << 12), ..reply }
             }
             // Not one that a probe may be about: an answer to nobody's question cannot be found out.
-            Some(Spoilt::Pnu) if reply.pke.ak() != 0 => {
+            Some(Corrupted::Pnu) if reply.pke.ak() != 0 => {
                 let other = if (900..1000).contains(&reply.pke.pnu()) { 0x400 } else { 1 };
                 Pkw { pke: Pke::from_raw(pke ^ other), ..reply }
             }
-            Some(Spoilt::Ind) => Pkw { ind: Ind::from_raw(reply.ind.raw() ^ 0x0100), ..reply },
-            Some(Spoilt::Ak | Spoilt::Pnu) | None => reply,
+            Some(Corrupted::Ind) => Pkw { ind: Ind::from_raw(reply.ind.raw() ^ 0x0100), ..reply },
+            Some(Corrupted::Ak | Corrupted::Pnu) | None => reply,
         };
     }
 

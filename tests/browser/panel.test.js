@@ -259,7 +259,7 @@ test("master and drive are heard on the parameter channel", async () => {
   });
 });
 
-test("telegrams are told in words and can be filtered", async () => {
+test("telegrams are explained in words and can be filtered", async () => {
   await onStage({}, async ({ page, master }) => {
     await master.exchanging(5);
     await page.locator("#log-lines select").selectOption("telegram");

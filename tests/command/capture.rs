@@ -130,19 +130,19 @@ fn after_sigkill_every_telegram_that_the_master_sent_and_saw_answered_is_there()
 }
 
 #[test]
-fn a_spoilt_reply_is_captured_as_it_was_sent_and_says_why_it_is_no_telegram() {
+fn a_corrupted_reply_is_captured_as_it_was_sent_and_says_why_it_is_no_telegram() {
     let (_folder, path) = folder_and_file();
     let mut emulator = Emulator::start(&path, &["--fault", "noise=3,at=2", "--link", "tcp:127.0.0.1:0"]);
     let mut line = TcpStream::connect(emulator.link().strip_prefix("tcp:").unwrap()).unwrap();
     line.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
     let ask = [0x10, 0x05, 0x02, 0x49, 0x50, 0x16];
     let answer = [0x10, 0x02, 0x05, 0x00, 0x07, 0x16];
-    let (mut first, mut spoilt) = ([0; 6], [0; 9]);
+    let (mut first, mut corrupted) = ([0; 6], [0; 9]);
     line.write_all(&ask).unwrap();
     line.read_exact(&mut first).unwrap();
     line.write_all(&ask).unwrap();
-    line.read_exact(&mut spoilt).unwrap();
-    assert_eq!((first, &spoilt[3..]), (answer, &answer[..]));
+    line.read_exact(&mut corrupted).unwrap();
+    assert_eq!((first, &corrupted[3..]), (answer, &answer[..]));
     let (code, _) = emulator.end();
     assert_eq!(code, Some(0));
     let found: Vec<_> = packets(&path)
@@ -153,7 +153,7 @@ fn a_spoilt_reply_is_captured_as_it_was_sent_and_says_why_it_is_no_telegram() {
         (true, ask.to_vec(), false),
         (false, answer.to_vec(), false),
         (true, ask.to_vec(), false),
-        (false, spoilt[..3].to_vec(), true),
+        (false, corrupted[..3].to_vec(), true),
         (false, answer.to_vec(), false),
     ];
     assert_eq!(found, expected);

@@ -113,12 +113,15 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
         (&["emulate", "--drives", "1-9", "--drive", "5"], "two drives have address 5"),
         (&["emulate", "--drives", "9-1"], "the range 9-1 is empty; expected FIRST-LAST"),
         (&["emulate", "--drives", "5"], "'5' is no range of addresses; expected FIRST-LAST"),
-        (&["emulate", "--baud", "115200"], "expected auto or one of 9600, 19200, 45450"),
+        (&["emulate", "--baud", "115200"], "expected auto or one of 9600, 19200, 93750"),
+        (&["emulate", "--baud", "45450"], "the drives know no 45450; expected auto or one of 9600"),
+        (&["emulate", "--slot-time", "500"], "--slot-time needs a serial link"),
+        (&["emulate", "--link", "serial:/dev/null", "--baud", "19200", "--slot-time", "36"], "36"),
         (&["emulate", "--link", "usb"], "expected pty, pty:PATH, serial:DEVICE or tcp:HOST:PORT"),
         (&["emulate", "--panel", "8080"], "for example 127.0.0.1:8080; expected ADDR:PORT"),
         (
             &["emulate", "--panel", "0.0.0.0:0"],
-            "others than this machine can connect and steer the drives; add --panel-allow-remote",
+            "others than this machine can connect and control the drives; add --panel-allow-remote",
         ),
         (&["emulate", "--panel-allow-remote"], "--panel"),
         (&["emulate", "--link", "pty:"], "the path is missing"),
@@ -135,6 +138,10 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
         (&["emulate", "--allow-remote"], "--allow-remote needs a tcp link"),
         (&["emulate", "--fault", "never"], "'never' is no fault; expected no-reply, late=TIME"),
         (&["emulate", "--fault", "late"], "does not fit late; expected a time such as 20ms"),
+        (
+            &["emulate", "--fault", "no-reply,station=9"],
+            "is for station 9, which is not on the line; expected station 5",
+        ),
         (&["emulate", "--fault", "no-reply,rate=2"], "'2' does not fit rate; expected a probability"),
         (&["emulate", "--link", "serial:/dev/null"], "--baud 19200"),
         (&["emulate", "--link", "pty", "--link", "pty"], "multiple times"),
@@ -281,7 +288,8 @@ impl OnSerial {
     fn start(arguments: &[&str], until: &str) -> Self {
         let line = Pty::open(None).unwrap();
         let link = format!("serial:{}", line.path().display());
-        let mut command = profidrive(&["emulate", "--link", &link]);
+        // A busy machine takes longer for a reply than the usual slot time.
+        let mut command = profidrive(&["emulate", "--link", &link, "--slot-time", "16383"]);
         command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut process = command.spawn().unwrap();
         let stdout = BufReader::new(process.stdout.take().unwrap());
@@ -426,6 +434,40 @@ impl Noise {
     }
 }
 
+#[test]
+fn a_port_that_another_program_has_is_refused_with_what_to_do() {
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let place = taken.local_addr().unwrap().to_string();
+    for arguments in [["--link", &format!("tcp:{place}")], ["--panel", &place]] {
+        let output = profidrive(&["emulate"]).args(arguments).output().unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{stderr}");
+        assert!(stderr.contains(&place) && stderr.contains("another program listens there"), "{stderr}");
+    }
+}
+
+#[test]
+fn a_mebibyte_of_noise_is_a_line_of_the_log_a_second() {
+    let emulator = Emulator::start(&[]);
+    let terminal = emulator.ready.split([' ', '=']).nth(2).unwrap().to_owned();
+    let mut master = open(&terminal);
+    let mut noise = Noise(0x9E37_79B9_7F4A_7C15);
+    let start = Instant::now();
+    let mut octets = [0; 512];
+    for _ in 0..2048 {
+        noise.fill(&mut octets);
+        master.write_all(&octets).unwrap();
+    }
+    emulator.signal("TERM");
+    let seconds = start.elapsed().as_secs();
+    let (code, _, stderr) = emulator.end();
+    assert_eq!(code, Some(0));
+    let lines = stderr.lines().filter(|line| line.contains("octet") || line.contains("lost"));
+    // The last lines are counters.
+    let said = lines.filter(|line| !line.contains("line:")).count() as u64;
+    assert!((1..=seconds + 2).contains(&said), "{said} lines in {seconds} s:\n{stderr}");
+}
+
 /// For a minute of it: `PROFIDRIVE_NOISE_SECONDS=60 cargo test --all-features --test command noise`.
 #[test]
 fn noise_is_not_answered_does_not_grow_the_process_and_ends_with_it() {
@@ -462,7 +504,7 @@ fn noise_is_not_answered_does_not_grow_the_process_and_ends_with_it() {
     let after = emulator.resident();
     assert!(after <= before + 256, "grew from {before} to {after} KiB");
     assert!(!replies.is_finished(), "noise was answered");
-    // A request after noise is answered once the rubbish before it has been given up.
+    // A request after noise is answered once the noise before it has been given up.
     let start = Instant::now();
     while !replies.is_finished() {
         assert!(start.elapsed() < Duration::from_secs(10), "the request after the noise was not answered");
@@ -473,7 +515,7 @@ fn noise_is_not_answered_does_not_grow_the_process_and_ends_with_it() {
 }
 
 #[test]
-fn drives_on_a_tcp_port_are_spoilt_as_asked_and_end_with_a_signal() {
+fn drives_on_a_tcp_port_are_corrupted_as_asked_and_end_with_a_signal() {
     let emulator =
         Emulator::start(&["--link", "tcp:127.0.0.1:0", "--fault", "wrong-fcs,at=2", "--drive", "5"]);
     let (ready, drives) = emulator.ready.trim().split_once(" drives=").unwrap();

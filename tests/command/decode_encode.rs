@@ -3,11 +3,15 @@
 
 mod input;
 
+use std::fmt::Write as _;
 use std::fs;
 use std::io::Write;
 use std::process::{Command, Output, Stdio};
 
+use profidrive::fdl::{FrameCount, FunctionCode, Service};
 use serde_json::Value;
+
+use crate::telegrams::telegram;
 
 fn profidrive(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_profidrive"));
@@ -247,6 +251,52 @@ fn the_worked_telegrams_of_the_bus_are_built_and_explained() {
 }
 
 #[test]
+fn a_sub_index_in_the_low_octet_is_shown_where_it_is() {
+    let said = run(&["decode", "63B1 0007 0000 0000"]);
+    let said = stdout(&said);
+    assert!(said.contains("high octet  00                       0: the low octet counts"), "{said}");
+    assert!(said.contains("low octet   07                       sub-index 7"), "{said}");
+}
+
+/// A whole start-up and 40 exchanges of 14 octets with a station that says ident 1234h.
+#[test]
+fn what_another_device_exchanges_is_not_judged_as_words_of_a_drive() {
+    let mut lines = String::new();
+    let mut say = |octets: &[u8]| {
+        for octet in octets {
+            write!(lines, "{octet:02X} ").unwrap();
+        }
+        lines.push('\n');
+    };
+    let (master, slave) = (2, 7);
+    let to = |count, dsap, data: &[u8]| {
+        telegram(slave, master, FunctionCode::request(Service::SrdHigh, count), dsap, data)
+    };
+    let reply = |data: &[u8]| telegram(master, slave, FunctionCode::from_octet(0x08), None, data);
+    say(&to(FrameCount::First, Some(61), &[0x88, 10, 10, 11, 0x12, 0x34, 0]));
+    say(&[0xE5]);
+    say(&to(FrameCount::Even, Some(62), &[0x1D, 0x2D]));
+    say(&[0xE5]);
+    let mut octet = 7_u8;
+    for round in 0..40 {
+        let mut data = || {
+            [0; 14].map(|_: u8| {
+                octet = octet.wrapping_mul(141).wrapping_add(47);
+                octet
+            })
+        };
+        say(&to(if round % 2 == 0 { FrameCount::Odd } else { FrameCount::Even }, None, &data()));
+        say(&reply(&data()));
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("foreign.hex");
+    std::fs::write(&file, lines).unwrap();
+    let strict = run(&["decode", "--strict", file.to_str().unwrap()]);
+    assert_eq!((strict.status.code(), stderr(&strict)), (Some(0), ""), "{}", stdout(&strict));
+    assert!(stdout(&strict).contains("14 octets of outputs of another device"), "{}", stdout(&strict));
+}
+
+#[test]
 fn the_mistakes_of_public_texts_are_explained_as_wrong_and_not_built_without_force() {
     for (words, hint) in [
         (
@@ -354,7 +404,7 @@ fn json_has_the_members_that_are_documented() {
     );
     assert_eq!(
         (&lines[2]["mark"], &lines[2]["kind"], &lines[2]["line"]),
-        (&"invalid".into(), &"rubbish".into(), &3.into())
+        (&"invalid".into(), &"noise".into(), &3.into())
     );
     assert!(lines[3]["error"].as_str().unwrap().contains("'foo' is no hexadecimal octet"));
     fn check(value: &Value, documented: &str) {
@@ -377,7 +427,7 @@ fn json_has_the_members_that_are_documented() {
 }
 
 #[test]
-fn an_endless_line_of_rubbish_takes_no_more_memory_than_a_short_one() {
+fn an_endless_line_of_noise_takes_no_more_memory_than_a_short_one() {
     // Two million octets without a line break, in a process that may hold 400 MB of addresses.
     let input = "FF".repeat(2_000_000);
     let arguments =

@@ -15,8 +15,9 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{self, Sender};
 use std::thread;
 
-use profidrive::param::{Gear, Image, Model, Parameter, Store};
+use profidrive::param::{Gear, Model, Parameter, Store};
 use profidrive::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
+use profidrive::unit::Image;
 use pty::Master;
 
 /// What is written: PNU, whether it is a double word, smallest and largest value.

@@ -26,6 +26,8 @@ mod demo;
 #[cfg(target_os = "linux")]
 mod kill;
 #[cfg(target_os = "linux")]
+mod left_behind;
+#[cfg(target_os = "linux")]
 mod master_command;
 #[cfg(target_os = "linux")]
 mod panel_api;

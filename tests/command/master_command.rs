@@ -11,7 +11,7 @@ use std::thread;
 use std::time::Instant;
 
 use profidrive::device::{Config, Device};
-use profidrive::dp::{Description, Station};
+use profidrive::dp::{Description, Fixed, Station};
 use profidrive::fdl::Address;
 use profidrive::host::link::pty::Pty;
 use profidrive::host::{Bus, Clock, Link, Received, Stop, SystemClock, run};
@@ -284,12 +284,12 @@ fn a_drive_that_is_not_there_or_refuses_is_explained() {
 /// Another device at the address, in this process.
 #[test]
 fn another_device_at_the_address_is_named_by_its_ident_number() {
-    const OTHER: Description =
-        Description { ident: 0x1234, configurations: &[&[0x20, 0x10]], ..Description::PLAIN };
+    const OTHER: Description = Description { ident: 0x1234, ..Description::PLAIN };
+    const ACCEPTS: Fixed<'static> = Fixed { configurations: &[&[0x20, 0x10]], ..Fixed::PLAIN };
     let mut pty = Pty::open(None).unwrap();
     let link = pty.path().to_str().unwrap().to_owned();
     let (stop, clock, mut bus) = (Stop::new().unwrap(), SystemClock::new(), Bus::new());
-    bus.add(Station::new(Address::from_octet(5), BaudRate::K500, None, OTHER)).unwrap();
+    bus.add(Station::new(Address::from_octet(5), BaudRate::K500, None, OTHER, ACCEPTS)).unwrap();
     bus.add(Device::new(Config::new(Address::from_octet(6)), clock.now())).unwrap();
     thread::scope(|scope| {
         let line = scope.spawn(|| run(&mut pty, &mut bus, &clock, &stop, &mut |_| {}));
@@ -412,7 +412,7 @@ fn a_lost_line_is_said_and_so_is_what_the_drive_does_then() {
         (
             &["jog", "+", "--yes"],
             "turning; Ctrl-C",
-            "its watchdog lets the motor go within 30s, and it runs out",
+            "its watchdog releases the motor within 30s, and it runs out",
         ),
     ] {
         let mut emulator = Emulator::start("tcp:127.0.0.1:0", &[]);

@@ -246,6 +246,33 @@ fn switches_are_read_when_the_drive_is_switched_on_and_move_it_to_its_new_addres
 }
 
 #[test]
+fn the_file_of_a_drive_that_was_moved_goes_to_no_other_and_the_refusal_names_the_drive() {
+    let folder = tempfile::tempdir().unwrap();
+    let emulator = Emulator::with(&["--state-dir", folder.path().to_str().unwrap()]);
+    let write = |address, value| {
+        let path = format!("/api/v1/drives/{address}/parameters/1004");
+        emulator.set("PUT", &path, &json!({ "value": value }));
+    };
+    let v_pos = |address| emulator.get(&format!("/api/v1/drives/{address}/parameters/1004"))["value"].clone();
+    write(5, 71);
+    emulator.set("PUT", "/api/v1/drives/5/power", &json!({ "on": false }));
+    let positions: Vec<_> = (0..10).map(|bit| bit == 1 || bit == 2).collect();
+    emulator.set("PUT", "/api/v1/drives/5/switches", &json!({ "positions": positions }));
+    emulator.set("PUT", "/api/v1/drives/5/power", &json!({ "on": true }));
+    write(6, 72);
+
+    let refused = emulator.send("POST", "/api/v1/drives", &json!({ "address": 5 }));
+    assert_eq!(refused.status, 409);
+    let detail = refused.detail();
+    assert!(detail.contains("ag03-1-005.eeprom belongs to the drive at address 6"), "{detail}");
+    assert!(detail.contains("move it back or remove it"), "{detail}");
+
+    emulator.set("DELETE", "/api/v1/drives/6", &Value::Null);
+    emulator.set("POST", "/api/v1/drives", &json!({ "address": 5 }));
+    assert_eq!(v_pos(5), json!(72));
+}
+
+#[test]
 fn drives_come_and_go_while_a_master_runs_another() {
     let emulator = Emulator::start();
     let mut master = Master::open(emulator.terminal());
@@ -279,17 +306,17 @@ fn faults_come_on_the_line_and_go_while_the_bus_runs() {
     let faults = "/api/v1/bus/faults";
     let first = emulator.send("POST", faults, &json!({ "fault": "noise=2,count=3" }));
     assert_eq!(first.status, 201);
-    assert_eq!(first.json(), json!({ "number": 1, "fault": "noise=2,count=3", "strikes": 0 }));
+    assert_eq!(first.json(), json!({ "number": 1, "fault": "noise=2,count=3", "injected": 0 }));
     // What a master makes of it is its concern: here it is only counted.
     let list =
-        emulator.set("PUT", faults, &json!({ "faults": ["late=1ms,station=5", "diag-storm,station=7"] }));
+        emulator.set("PUT", faults, &json!({ "faults": ["late=1ms,station=5", "diag-storm,at=4000000000"] }));
     let numbers: Vec<_> =
         list["faults"].as_array().unwrap().iter().map(|fault| fault["number"].as_u64().unwrap()).collect();
     assert_eq!(numbers, [2, 3]);
     enable(&mut master);
-    let struck = emulator.get(faults);
-    assert!(struck["faults"][0]["strikes"].as_u64() > Some(2), "{struck}");
-    assert_eq!(struck["faults"][1]["strikes"], json!(0));
+    let injected = emulator.get(faults);
+    assert!(injected["faults"][0]["injected"].as_u64() > Some(2), "{injected}");
+    assert_eq!(injected["faults"][1]["injected"], json!(0));
     assert_eq!(emulator.request("DELETE", &format!("{faults}/2"), "", "").status, 204);
     assert_eq!(emulator.request("DELETE", &format!("{faults}/2"), "", "").status, 404);
     assert_eq!(emulator.get("/api/v1/bus")["faults"].as_array().unwrap().len(), 1);
@@ -297,8 +324,12 @@ fn faults_come_on_the_line_and_go_while_the_bus_runs() {
     assert_eq!(emulator.get(faults), json!({ "faults": [] }));
     enable(&mut master);
 
-    for (fault, sentence) in [("flood", "fault 'flood': "), ("late", "a time such as 20ms"), ("", "fault ''")]
-    {
+    for (fault, sentence) in [
+        ("flood", "fault 'flood': "),
+        ("late", "a time such as 20ms"),
+        ("", "fault ''"),
+        ("no-reply,station=7", "is for station 7, which is not on the line; expected station 5"),
+    ] {
         let refused = emulator.send("POST", faults, &json!({ "fault": fault }));
         assert_eq!(refused.status, 422, "{fault}");
         assert!(refused.detail().contains(sentence), "{}", refused.detail());

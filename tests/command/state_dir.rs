@@ -14,9 +14,10 @@ use common::{CFG, IDENT, MASTER, SLAVE, telegram};
 use profidrive::device::{Config, MAX_TELEGRAM_LEN};
 use profidrive::fdl::{Address, FrameCount, FunctionCode, Service};
 use profidrive::host::{StateDir, StateDirError, StoredDevice};
-use profidrive::param::{Gear, IMAGE_LEN, Image, Model, Parameter};
+use profidrive::param::{Gear, Model, Parameter, Pnu, Value};
 use profidrive::ppo::{Ind, JobId, Pke, Pkw};
 use profidrive::time::Instant;
+use profidrive::unit::{IMAGE_LEN, Image};
 use pty::Master;
 
 fn emulate(arguments: &[&str]) -> Command {
@@ -141,7 +142,10 @@ fn a_directory_that_cannot_be_used_is_refused_with_its_name() {
 
     fs::create_dir_all(file(folder.path())).unwrap();
     let line = refused(folder.path(), &[]);
-    assert!(line.contains("ag03-1-005.eeprom: it is not a file"), "{line}");
+    assert!(
+        line.contains("ag03-1-005.eeprom (move what is there away") && line.ends_with(": it is not a file"),
+        "{line}"
+    );
 }
 
 #[test]
@@ -433,4 +437,78 @@ fn a_drive_that_is_dropped_runs_out_and_is_found_where_it_stopped() {
     let found = state.load(config(), Instant::ZERO).unwrap().device().status().position;
     assert!(found > travelled && found < travelled + 1000, "{travelled}, then {found}");
     assert!(matches!(StateDir::open(folder.path()), Err(StateDirError::InUse { .. })));
+}
+
+/// Writes v-Pos as the panel does, past the bus.
+fn set_v_pos(drive: &mut StoredDevice, value: u16) {
+    let pnu = Pnu::new(1004).unwrap();
+    let now = Instant::from_millis(10);
+    drive.device_mut().write_parameter(now, pnu, None, Value::Word(value)).unwrap();
+    drive.handle_timeout(now);
+}
+
+fn v_pos(drive: &StoredDevice) -> i32 {
+    drive.device().parameters().value(Parameter::VPos)
+}
+
+#[test]
+fn a_drive_removed_and_added_again_is_as_it_was_however_slow_the_disk() {
+    let folder = tempfile::tempdir().unwrap();
+    let state = StateDir::open(folder.path()).unwrap();
+    for round in 0..100 {
+        let mut drive = state.load(config(), Instant::ZERO).unwrap();
+        set_v_pos(&mut drive, 50 + round % 50);
+        drop(drive);
+        let found = v_pos(&state.load(config(), Instant::ZERO).unwrap());
+        assert_eq!(found, i32::from(50 + round % 50), "in round {round}");
+    }
+    drop(state);
+    assert_eq!(stored_v_pos(folder.path()), 99);
+}
+
+#[test]
+fn a_file_belongs_to_one_drive_wherever_its_dip_switches_take_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let state = StateDir::open(folder.path()).unwrap();
+    let mut moved = state.load(config(), Instant::ZERO).unwrap();
+    moved.device_mut().power_off(Instant::from_millis(1));
+    moved.device_mut().set_switches(Address::station(6).unwrap().into());
+    moved.device_mut().power_on(Instant::from_millis(2));
+    assert_eq!(moved.device().address().number(), 6);
+
+    let error = state.load(config(), Instant::from_millis(3)).unwrap_err();
+    assert!(error.to_string().contains("ag03-1-005.eeprom"), "{error}");
+    // Its name is its own again when it is gone, and with it all it was told.
+    set_v_pos(&mut moved, 71);
+    drop(moved);
+    assert_eq!(v_pos(&state.load(config(), Instant::from_millis(4)).unwrap()), 71);
+}
+
+#[test]
+fn a_lock_that_is_no_file_is_refused_at_once_and_made_nothing_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let elsewhere = folder.path().join("elsewhere");
+    for (kind, says) in
+        [("fifo", "is a pipe"), ("directory", "is a directory"), ("link", "is a symbolic link")]
+    {
+        let directory = folder.path().join(kind);
+        fs::create_dir(&directory).unwrap();
+        let lock = directory.join(".lock");
+        match kind {
+            "fifo" => assert!(can("mkfifo", &[lock.to_str().unwrap()])),
+            "directory" => fs::create_dir(&lock).unwrap(),
+            _ => symlink(&elsewhere, &lock).unwrap(),
+        }
+        let mut command = Command::new("timeout");
+        command
+            .args(["--signal=KILL", "10", env!("CARGO_BIN_EXE_profidrive"), "emulate", "--state-dir"])
+            .arg(&directory);
+        let Output { status, stderr, .. } = command.env_remove("RUST_LOG").output().unwrap();
+        let stderr = String::from_utf8(stderr).unwrap();
+        assert_eq!(status.code(), Some(1), "{kind}: {stderr}");
+        let line = stderr.lines().last().unwrap();
+        assert!(line.contains(lock.to_str().unwrap()) && line.contains(says), "{line}");
+        assert!(line.contains("remove it"), "{line}");
+        assert!(!elsewhere.exists());
+    }
 }

@@ -7,7 +7,7 @@
 use std::collections::HashMap;
 use std::time::Duration;
 
-use profidrive::device::{Config, Device, Event, MAX_TELEGRAM_LEN, Timing};
+use profidrive::device::{ApplicationCycle, Config, Device, Event, MAX_TELEGRAM_LEN, Timing};
 use profidrive::fdl::telegram::{Decoded, decode};
 use profidrive::fdl::{Address, FrameCount, FunctionCode, Sap, Service, Telegram};
 use profidrive::time::{BaudRate, Instant};
@@ -63,8 +63,11 @@ impl Line {
     /// A line on which the drive part runs once after each Data_Exchange.
     pub(crate) fn counting_exchanges() -> Self {
         let address = Address::station(SLAVE).unwrap();
-        let config =
-            Config { timing: Timing::True, application_cycle: Duration::ZERO, ..Config::new(address) };
+        let config = Config {
+            timing: Timing::True,
+            application_cycle: ApplicationCycle::EACH_EXCHANGE,
+            ..Config::new(address)
+        };
         Self::with(config)
     }
 

@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use profidrive::client::{
-    DriveClient, Goal, GoalError, GoalOutcome, Job, Limits, Obstacle, PkwError, Profile, Reply,
+    Ag03Channel, DriveClient, Goal, GoalError, GoalOutcome, Job, Limits, Obstacle, PkwError, Reply,
 };
 use profidrive::device::{Config, Timing};
 use profidrive::drive::Inputs;
@@ -52,7 +52,7 @@ impl Rig {
         let mut line = Line::with(config);
         line.start_up();
         let limits = Limits { motion: Duration::from_secs(30), ..Limits::default() };
-        Self { line, client: DriveClient::new(Profile::AG03, limits), words: Vec::new() }
+        Self { line, client: DriveClient::new(Ag03Channel::DEFAULT, limits), words: Vec::new() }
     }
 
     pub(crate) fn exchange(&mut self) {

@@ -116,4 +116,19 @@ wait "$emulator_pid" || status=$?
 emulator_pid=
 ((status == 0)) || fail "emulator: expected exit status 0 after SIGTERM, got $status"
 [[ ! -L $port ]] || fail "emulator: left the link $port behind"
+# A drive of one's own, if the example is built beside the emulator.
+example=$(dirname "$emulator")/examples/own_drive
+if [[ -x $example ]]; then
+    own=$work/own
+    "$example" "$own" >"$work/ready" 2>"$work/emulator.log" &
+    emulator_pid=$!
+    for ((tenths = 0; ; tenths++)); do
+        grep -q '^ready ' "$work/ready" && break
+        ((tenths < READY_LIMIT * 10)) || fail "own_drive: no ready line within $READY_LIMIT s"
+        sleep 0.1
+    done
+    "$venv/bin/python" "$here/own_drive.py" --port "$own" --gsd "$root/examples/own_drive.gsd" || fail "own_drive.py"
+else
+    echo "own_drive.py: not played, $example is not built (cargo build --example own_drive)"
+fi
 echo "OK: all plays passed"

@@ -588,3 +588,57 @@ fn a_master_exchanges_data_beside_resets_floods_and_a_hundred_connections() {
         }
     });
 }
+
+/// Octets without pattern, the same in every run.
+struct Noise(u64);
+
+impl Noise {
+    fn octets(&mut self, count: usize) -> Vec<u8> {
+        let mut next = || {
+            self.0 ^= self.0 << 13;
+            self.0 ^= self.0 >> 7;
+            self.0 ^= self.0 << 17;
+            self.0.to_le_bytes()[4]
+        };
+        (0..count).map(|_| next()).collect()
+    }
+}
+
+/// Octets before and behind each of 2000 requests: as many as nobody is dropped for, however fast the exchanges are.
+const NOISE: usize = 64;
+const _: () = assert!(2000 * 2 * NOISE < MAX_BURST as usize);
+
+/// Chance start delimiters, tokens and SC among them, before, behind and instead of what others say.
+#[test]
+fn every_request_is_answered_beside_a_client_that_sends_random_octets() {
+    with_drives(&[5], |address| {
+        let mut master = Master::new(address, 2, 5);
+        master.start_up();
+        master.client.0.set_read_timeout(Some(Duration::from_millis(500))).unwrap();
+        let (mut flooder, mut noise) = (Client::connect(address), Noise(0x9E37_79B9_7F4A_7C15));
+        let own = [0x68, 0x11, 0x11, 0x68, 2, 5, 0x08];
+        let (mut unanswered, mut most) = (0, 0);
+        for _ in 0..2000 {
+            flooder.write(&noise.octets(NOISE));
+            master.heard.clear();
+            master.request(None, &[0; 14]);
+            flooder.write(&noise.octets(NOISE));
+            let reply_at = loop {
+                let heard = &master.heard;
+                if let Some(at) = heard.windows(7).position(|octets| octets == own) {
+                    break Some(at);
+                }
+                let mut buf = [0; 65536];
+                match master.client.0.read(&mut buf) {
+                    Ok(count) => master.heard.extend_from_slice(&buf[..count]),
+                    Err(_) => break None,
+                }
+            };
+            unanswered += usize::from(reply_at.is_none());
+            most = most.max(reply_at.unwrap_or_default());
+        }
+        assert_eq!(unanswered, 0, "of 2000 requests");
+        // One turn of the other, and what it had said before the request came.
+        assert!(most <= 2 * 4096 + 2 * NOISE, "{most} octets of noise before a reply");
+    });
+}

@@ -11,10 +11,11 @@
 
 use core::time::Duration;
 
-use profidrive::device::{CONFIGURATIONS, Config, Event, IDENT_NUMBER};
+use profidrive::bench::{Line, Sender};
+use profidrive::device::{CONFIGURATIONS, Config, DESCRIPTION, Event, IDENT_NUMBER};
 use profidrive::dp;
 use profidrive::fdl::Address;
-use profidrive::master::{EmulatedBus, Sender, baudrate, options, peripheral};
+use profidrive::master::{Profirust, baudrate, options, peripheral};
 use profidrive::param::{Model, Parameter};
 use profidrive::ppo::{Inputs, Outputs, PPO_LEN, Pkw, Stw};
 use profidrive::time::{BaudRate, Instant};
@@ -38,10 +39,6 @@ const READ_CALIBRATION_VALUE: &str = "13FA 0000 0000 0000";
 const WRITE_LIMIT_1: &str = "33F8 0000 0003 D090";
 const READ_LIMIT_1: &str = "13F8 0000 0000 0000";
 
-/// The rates that are played through.
-const RATES: [BaudRate; 5] =
-    [BaudRate::K19_2, BaudRate::K93_75, BaudRate::K500, BaudRate::K1500, BaudRate::K12000];
-
 fn pkw(words: &str) -> Pkw {
     let words: Vec<u16> = words.split(' ').map(|word| u16::from_str_radix(word, 16).unwrap()).collect();
     let octets: Vec<u8> = words.iter().flat_map(|word| word.to_be_bytes()).collect();
@@ -50,7 +47,7 @@ fn pkw(words: &str) -> Pkw {
 
 /// profirust and some drives, simulated.
 struct Plant {
-    bus: EmulatedBus<'static>,
+    bus: Line<Profirust<'static>>,
     drives: Vec<PeripheralHandle>,
     /// The job, the control word and the setpoint for each drive.
     outputs: Vec<(Pkw, u16, i32)>,
@@ -69,9 +66,9 @@ impl Plant {
         configure(&mut parameters);
         let mut fdl = FdlActiveStation::new(parameters.build_verified(&dp));
         fdl.set_online();
-        let mut bus = EmulatedBus::new(fdl, dp).unwrap();
+        let mut bus = Profirust::on_line(fdl, dp).unwrap();
         for address in addresses {
-            bus.connect(Config::new(Address::station(*address).unwrap())).unwrap();
+            bus.add_drive(Config::new(Address::station(*address).unwrap())).unwrap();
         }
         Self { bus, drives, outputs: vec![(Pkw::ZERO, 0, 0); addresses.len()] }
     }
@@ -80,8 +77,8 @@ impl Plant {
     fn start(&mut self) -> Duration {
         let drives = self.drives.clone();
         self.bus
-            .run_until(Duration::from_secs(10), |bus, _| {
-                drives.iter().all(|drive| bus.dp.get_mut(*drive).is_running())
+            .run_until(Duration::from_secs(10), |bus| {
+                drives.iter().all(|drive| bus.master.dp.get_mut(*drive).is_running())
             })
             .unwrap()
     }
@@ -89,19 +86,19 @@ impl Plant {
     fn send(&mut self, drive: usize) {
         let (pkw, stw, hsw) = self.outputs[drive];
         let octets = Outputs::octets(pkw, Stw::from_raw(stw), hsw);
-        self.bus.dp.get_mut(self.drives[drive]).pi_q_mut().copy_from_slice(&octets);
+        self.bus.master.dp.get_mut(self.drives[drive]).pi_q_mut().copy_from_slice(&octets);
     }
 
     fn inputs(&mut self, drive: usize) -> (Pkw, u16, i32) {
-        let inputs = self.bus.dp.get_mut(self.drives[drive]).pi_i();
+        let inputs = self.bus.master.dp.get_mut(self.drives[drive]).pi_i();
         let inputs = Inputs::parse(inputs).unwrap();
         (inputs.pkw(), inputs.zsw().raw(), inputs.hiw())
     }
 
     fn wait(&mut self, drive: usize, what: &str, condition: impl Fn(Pkw, u16, i32) -> bool) -> Duration {
         let handle = self.drives[drive];
-        let outcome = self.bus.run_until(Duration::from_secs(20), |bus, _| {
-            let inputs = Inputs::parse(bus.dp.get_mut(handle).pi_i()).unwrap();
+        let outcome = self.bus.run_until(Duration::from_secs(20), |bus| {
+            let inputs = Inputs::parse(bus.master.dp.get_mut(handle).pi_i()).unwrap();
             condition(inputs.pkw(), inputs.zsw().raw(), inputs.hiw())
         });
         outcome.unwrap_or_else(|error| panic!("{what}: {error}; inputs {:04X?}", self.inputs(drive)))
@@ -176,12 +173,44 @@ impl Plant {
 
 #[test]
 fn a_drive_is_commissioned_at_every_rate() {
-    for baud in RATES {
+    for baud in DESCRIPTION.rates.iter() {
         let mut plant = Plant::new(baud, &[5]);
         plant.start();
         plant.commission(0);
         plant.assert_no_complaints();
     }
+}
+
+/// The values of docs/links.md, with absent stations below the highest station address and a watchdog of 20 slot times.
+#[test]
+fn the_slot_times_of_the_guide_work_at_every_rate() {
+    let guide = include_str!("../../docs/links.md");
+    let (_, table) = guide.split_once("| rate | 20 ms: a serial adapter |").unwrap();
+    let rows = table.lines().skip(2).map_while(|line| line.trim().strip_prefix('|'));
+    let mut rates = 0;
+    for row in rows {
+        let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+        let (number, unit) = cells[0].split_at(cells[0].len() - 1);
+        let factor = if unit == "k" { 1000.0 } else { 1_000_000.0 };
+        let speed = (number.parse::<f64>().unwrap() * factor).round() as u32;
+        let baud = BaudRate::from_bits_per_second(speed).unwrap();
+        for cell in &cells[1..3] {
+            let slot_bits: u16 = cell.split(' ').next().unwrap().parse().unwrap();
+            let slot = baud.bit_times(slot_bits.into());
+            let mut plant = Plant::with(baud, &[5], |parameters| {
+                let watchdog = (20 * slot).max(Duration::from_millis(100));
+                parameters
+                    .slot_bits(slot_bits)
+                    .token_rotation_bits((4 * u32::from(slot_bits)).max(32_436))
+                    .watchdog_timeout(watchdog.into());
+            });
+            let started = plant.start();
+            plant.commission(0);
+            println!("{baud}, slot time {slot:?}: exchanges data after {started:?}");
+        }
+        rates += 1;
+    }
+    assert_eq!(rates, 9, "all but 45.45k, which these drives do not have");
 }
 
 #[test]
@@ -212,8 +241,8 @@ fn the_start_up_on_the_wire_is_the_one_of_the_standard() {
     });
     let mut services = Vec::new();
     let mut events = Vec::new();
-    let outcome = plant.bus.run_until(Duration::from_secs(1), |bus, reported| {
-        events.extend(reported.peripheral.map(|(_, event)| event));
+    let outcome = plant.bus.run_until(Duration::from_secs(1), |bus| {
+        events.extend(bus.master.take_events().peripheral.map(|(_, event)| event));
         while let Some(heard) = bus.poll_telegram() {
             if heard.sender == Sender::Master && heard.octets.get(4) == Some(&0x85) {
                 services.push((heard.octets[7], heard.octets[9..heard.octets.len() - 2].to_vec()));
@@ -237,16 +266,17 @@ fn the_start_up_on_the_wire_is_the_one_of_the_standard() {
 
 #[test]
 fn replies_keep_t_sdr_and_requests_keep_t_syn() {
-    for baud in RATES {
+    for baud in DESCRIPTION.rates.iter() {
         let mut plant = Plant::new(baud, &[5, 6]);
         let mut previous: Option<(Sender, Instant)> = None;
         let mut replies = 0;
-        let outcome = plant.bus.run_until(Duration::from_secs(5), |bus, _| {
+        let outcome = plant.bus.run_until(Duration::from_secs(20), |bus| {
             while let Some(heard) = bus.poll_telegram() {
                 let octets = u32::try_from(heard.octets.len()).unwrap();
                 if let Some((sender, end)) = previous {
                     let pause = heard.at.saturating_since(end);
                     match heard.sender {
+                        Sender::Test => panic!("the test sends nothing"),
                         Sender::Master => assert!(pause >= baud.bit_times(33), "{baud}: {pause:?}"),
                         Sender::Station => {
                             replies += 1;
@@ -293,29 +323,29 @@ fn a_master_that_stops_lets_the_watchdog_expire_and_finds_the_drive_again() {
     plant.wait_for(0, OPERATION_ENABLED);
     plant.assert_no_complaints();
 
-    plant.bus.fdl.set_offline();
+    plant.bus.master.fdl.set_offline();
     plant.bus.run_for(Duration::from_millis(60));
     let (_, event) = plant.bus.poll_event().expect("news of the watchdog");
     assert!(matches!(event, Event::Dp(dp::Event::WatchdogExpired { .. })), "{event}");
     assert!(!plant.bus.device(5).unwrap().status().operation_enabled, "a lost master lets the drive go");
 
     plant.command(0, 0, 0);
-    plant.bus.fdl.set_online();
+    plant.bus.master.fdl.set_online();
     plant.wait_for(0, READY_TO_RUN);
     plant.command(0, 0x000B, 0);
     plant.wait_for(0, OPERATION_ENABLED);
 }
 
 /// A bus on which the master has this wrong idea of drive 5.
-fn misconfigured(options: PeripheralOptions<'static>) -> (EmulatedBus<'static>, PeripheralHandle) {
+fn misconfigured(options: PeripheralOptions<'static>) -> (Line<Profirust<'static>>, PeripheralHandle) {
     let mut dp = DpMaster::new(Vec::new());
     let drive = dp.add(Peripheral::new(5, options, vec![0; PPO_LEN], vec![0; PPO_LEN]));
     dp.enter_operate();
     let parameters = ParametersBuilder::new(2, baudrate(BaudRate::K500)).build_verified(&dp);
     let mut fdl = FdlActiveStation::new(parameters);
     fdl.set_online();
-    let mut bus = EmulatedBus::new(fdl, dp).unwrap();
-    bus.connect(Config::new(Address::station(5).unwrap())).unwrap();
+    let mut bus = Profirust::on_line(fdl, dp).unwrap();
+    bus.add_drive(Config::new(Address::station(5).unwrap())).unwrap();
     (bus, drive)
 }
 
@@ -325,21 +355,22 @@ fn a_wrong_ident_number_shows_in_the_diagnosis_and_in_the_news_of_the_drive() {
         misconfigured(PeripheralOptions { ident_number: 0x1234, ..options(BaudRate::K500) });
     // profirust sends Chk_Cfg all the same, is refused (RS: no Set_Prm was accepted), and takes the drive for gone.
     // It says ParameterError only if the slave answers Chk_Cfg nevertheless.
-    bus.run_until(Duration::from_secs(1), |bus, _| {
-        let diagnosis = bus.dp.get_mut(drive).last_diagnostics();
+    bus.run_until(Duration::from_secs(1), |bus| {
+        let diagnosis = bus.master.dp.get_mut(drive).last_diagnostics();
         diagnosis.is_some_and(|diagnosis| diagnosis.flags.contains(DiagnosticFlags::PARAMETER_FAULT))
     })
     .unwrap();
     let (_, event) = bus.poll_event().unwrap();
     assert!(matches!(event, Event::Dp(dp::Event::PrmRejected { .. })), "{event}");
-    assert!(!bus.dp.get_mut(drive).is_running());
+    assert!(!bus.master.dp.get_mut(drive).is_running());
 }
 
 #[test]
 fn a_wrong_configuration_is_told_to_both_sides() {
     let (mut bus, drive) =
         misconfigured(PeripheralOptions { config: Some(&[0xF3, 0xF3]), ..options(BaudRate::K500) });
-    bus.run_until(Duration::from_secs(1), |_, events| {
+    bus.run_until(Duration::from_secs(1), |bus| {
+        let events = bus.master.take_events();
         events.peripheral == Some((drive, PeripheralEvent::ConfigError))
     })
     .unwrap();
@@ -353,7 +384,7 @@ fn the_master_knows_what_the_device_and_the_gsd_say() {
     let drive = peripheral(5, BaudRate::K500);
     assert_eq!((drive.pi_i().len(), drive.pi_q().len()), (PPO_LEN, PPO_LEN));
     let gsd = gsd_parser::parse_from_file("gsd/SIKO0AC5.GSD");
-    for baud in RATES {
+    for baud in DESCRIPTION.rates.iter() {
         let options = options(baud);
         assert_eq!(options.ident_number, gsd.ident_number);
         assert_eq!(options.ident_number, IDENT_NUMBER);
@@ -368,9 +399,9 @@ fn the_master_knows_what_the_device_and_the_gsd_say() {
 fn both_models_are_on_the_bus_as_they_were_connected() {
     let mut plant = Plant::new(BaudRate::K500, &[5]);
     let ag03 = Config { model: Model::Ag03, ..Config::new(Address::station(6).unwrap()) };
-    plant.bus.connect(ag03).unwrap();
-    assert!(plant.bus.connect(ag03).is_err(), "one drive per address");
-    let handle = plant.bus.dp.add(peripheral(6, BaudRate::K500));
+    plant.bus.add_drive(ag03).unwrap();
+    assert!(plant.bus.add_drive(ag03).is_err(), "one drive per address");
+    let handle = plant.bus.master.dp.add(peripheral(6, BaudRate::K500));
     plant.drives.push(handle);
     plant.outputs.push((Pkw::ZERO, 0, 0));
     plant.start();

@@ -5,11 +5,11 @@ use core::sync::atomic::{AtomicU64, Ordering};
 use std::sync::Arc;
 
 use mirror::{IDENT, SMALL, SMALL_LEN, address, inputs, line, long, mirror, outputs, start_up};
+use profidrive::bench::{Answer, Line, ScriptedMaster as Master};
 use profidrive::device::{Config, Device, Timing};
 use profidrive::dp::State;
 use profidrive::fdl::ReplyStatus;
 use profidrive::host::BusEvent;
-use profidrive::host::line::{Answer, Line, Master};
 use profidrive::time::Instant;
 
 /// Numbers that look random and are the same in every run.
@@ -29,7 +29,7 @@ impl Random {
 }
 
 /// One error on the line: what any FCS and parity bit detect. Says which octet has wrong parity.
-fn spoil(random: &mut Random, octets: &mut Vec<u8>) -> Option<usize> {
+fn corrupt(random: &mut Random, octets: &mut Vec<u8>) -> Option<usize> {
     let at = random.below(octets.len());
     match random.below(5) {
         0 => octets[at] ^= 1 << random.below(8),
@@ -72,7 +72,7 @@ fn one_percent_of_line_errors_costs_retries_and_nothing_else() {
             return None;
         }
         counted.fetch_add(1, Ordering::Relaxed);
-        spoil(&mut random, octets)
+        corrupt(&mut random, octets)
     })));
     for exchange in 0..limit {
         if exchange == limit / 10 {
@@ -212,7 +212,7 @@ fn likely_data(random: &mut Random, body: &mut Vec<u8>) {
     }
 }
 
-/// What comes next: a telegram, a telegram with one octet or more wrong, or rubbish.
+/// What comes next: a telegram, a telegram with one octet or more wrong, or noise.
 fn utterance(random: &mut Random) -> Vec<u8> {
     let mut octets = telegram(random);
     match random.below(4) {
@@ -294,7 +294,7 @@ fn f_23_random_and_damaged_telegrams_get_no_reply_they_must_not_have() {
     }
     if long() {
         println!(
-            "{limit} telegrams and rubbish, {replies} replies, Data_Exchange entered {entered} times, in {:?}; {}",
+            "{limit} telegrams and noise, {replies} replies, Data_Exchange entered {entered} times, in {:?}; {}",
             begun.elapsed(),
             bus.counters()
         );

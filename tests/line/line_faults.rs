@@ -5,7 +5,8 @@ use crate::common;
 use core::time::Duration;
 
 use common::{CFG, IDENT, MASTER, SLAVE, hex, telegram};
-use profidrive::device::{Config, Device};
+use profidrive::device::{ApplicationCycle, Config, Device};
+use profidrive::dp::State;
 use profidrive::fdl::telegram::{Decoded, decode};
 use profidrive::fdl::{Address, FrameCount, FunctionCode, Service, Telegram};
 use profidrive::host::link::fault::{Fault, Faulty, Kind, PkwFault};
@@ -33,8 +34,10 @@ impl Line {
         let wire = Wire::new();
         let clock = ManualClock::new();
         let mut bus = Bus::new();
-        let config =
-            Config { application_cycle: Duration::ZERO, ..Config::new(Address::station(SLAVE).unwrap()) };
+        let config = Config {
+            application_cycle: ApplicationCycle::EACH_EXCHANGE,
+            ..Config::new(Address::station(SLAVE).unwrap())
+        };
         bus.add(Device::new(config, clock.now())).unwrap();
         let (master, link) = (wire.end(), Faulty::new(wire.end(), clock.clone(), faults));
         Self { master, link, bus, clock, count: FrameCount::First }
@@ -90,8 +93,8 @@ impl Line {
         data(&self.srd(None, outputs))[..8].to_vec()
     }
 
-    fn strikes(&self) -> Vec<u32> {
-        self.link.strikes().map(|(_, strikes)| strikes).collect()
+    fn injected(&self) -> Vec<u32> {
+        self.link.injected().map(|(_, injected)| injected).collect()
     }
 }
 
@@ -150,7 +153,7 @@ fn without_a_fault_and_with_faults_that_never_strike_the_octets_are_untouched() 
         Kind::BitErrors(3),
         Kind::WrongFcs,
         Kind::WrongLength,
-        Kind::WrongSource,
+        Kind::WrongSource(None),
         Kind::Noise(4),
         Kind::DropRequest,
         Kind::DiagStorm,
@@ -165,7 +168,7 @@ fn without_a_fault_and_with_faults_that_never_strike_the_octets_are_untouched() 
     ] {
         let mut line = Line::new(&[never(kind)]);
         assert_eq!(session(&mut line), sound, "{kind}");
-        assert_eq!(line.strikes(), [0]);
+        assert_eq!(line.injected(), [0]);
         let other_station = Fault { station: Address::station(6).ok(), ..Fault::always(kind) };
         assert_eq!(session(&mut Line::new(&[other_station])), sound, "{kind} of another station");
     }
@@ -203,7 +206,7 @@ proptest! {
 fn no_reply_is_silence() {
     let mut line = Line::with("no-reply,at=2");
     assert_eq!([line.ask(&ask()), line.ask(&ask()), line.ask(&ask())], [OK.to_vec(), vec![], OK.to_vec()]);
-    assert_eq!(line.strikes(), [1]);
+    assert_eq!(line.injected(), [1]);
 }
 
 #[test]
@@ -301,7 +304,7 @@ fn a_wrong_fcs_is_the_only_wrong_octet_and_sc_has_none() {
             if got == expected + 1),
         "{heard:02X?}"
     );
-    assert_eq!(line.strikes(), [2]);
+    assert_eq!(line.injected(), [2]);
 }
 
 #[test]
@@ -380,6 +383,39 @@ fn a_station_that_is_not_ready_says_so_for_a_time_after_chk_cfg() {
 }
 
 #[test]
+fn a_station_that_is_not_ready_is_one_that_can_exist() {
+    let mut line = Line::with("not-ready=20ms,count=1");
+    // Sync and Freeze asked for.
+    let mut prm = PRM;
+    prm[0] |= 0x30;
+    assert_eq!(line.srd(Some(61), &prm), [0xE5]);
+    assert_eq!(line.srd(Some(62), &CFG), [0xE5], "acknowledged like any Chk_Cfg");
+    let slave = |line: &Line| {
+        let device = line.bus.station::<Device>(Address::station(SLAVE).unwrap()).unwrap();
+        (device.dp_state(), device.slave().diagnosis().octets())
+    };
+    let before = slave(&line);
+    assert_eq!(before.0, State::WaitCfg);
+    for sap in [56, 57] {
+        assert_eq!(line.srd(Some(sap), &[]), RS, "RD_Inp and RD_Outp");
+    }
+    // Global_Control: Sync and Freeze to this slave.
+    let control = telegram(SLAVE, MASTER, FunctionCode::from_octet(0x46), Some(58), &[0x28, 0]);
+    line.master.send(&control).unwrap();
+    assert!(line.turn().is_empty());
+    assert_eq!(slave(&line), before, "no effect");
+    assert_eq!(line.diagnosis()[..2], [0x02, 0x04], "what the master sees is what the slave is");
+    // Another Chk_Cfg does not begin the time anew, a Set_Prm makes it void.
+    let begun = line.clock.now();
+    while line.clock.now().saturating_since(begun) < Duration::from_millis(20) {
+        assert_eq!(line.srd(Some(62), &CFG), [0xE5]);
+    }
+    assert_eq!(line.diagnosis()[..4], [0x00, 0x04, 0x00, MASTER]);
+    assert_eq!(slave(&line).0, State::DataExch);
+    assert_eq!(data(&line.exchange()).len(), 14);
+}
+
+#[test]
 fn a_refused_set_prm_is_shown_as_prm_fault() {
     let mut line = Line::with("refuse-prm,count=2");
     for _ in 0..2 {
@@ -446,7 +482,7 @@ fn a_wrong_ak_and_a_wrong_pnu_stand_as_long_as_the_answer() {
         while line.pkw(&NO_OUTPUTS) != [0; 8] {}
         let right = answers(&mut line, 3);
         assert!(right[2].starts_with("23FA"), "the next answer is right: {right:?}");
-        assert_eq!(line.strikes(), [1]);
+        assert_eq!(line.injected(), [1]);
     }
 }
 
@@ -498,7 +534,7 @@ fn faults_act_one_after_the_other_each_with_its_own_count() {
     assert_eq!(line.ask(&ask()).len(), 7);
     assert_eq!(line.ask(&ask()).len(), 12);
     assert_eq!(line.ask(&ask()), OK);
-    assert_eq!(line.strikes(), [1, 1]);
+    assert_eq!(line.injected(), [1, 1]);
 }
 
 #[test]

@@ -10,6 +10,8 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+#[cfg(feature = "std")]
+mod faulty_disk;
 #[path = "../long/mod.rs"]
 mod long;
 #[path = "../mirror/mod.rs"]
@@ -25,6 +27,8 @@ mod host_run;
 mod host_tcp;
 mod interop_profirust;
 #[cfg(feature = "std")]
+mod kept;
+#[cfg(feature = "std")]
 mod line;
 #[cfg(feature = "std")]
 mod line_errors;
@@ -34,5 +38,9 @@ mod line_faults;
 mod many_stations;
 #[cfg(target_os = "linux")]
 mod master_clients;
+mod own_master;
+mod plant;
 #[cfg(target_os = "linux")]
 mod slcan;
+#[cfg(all(target_os = "linux", feature = "serial"))]
+mod slot_time;

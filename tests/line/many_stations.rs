@@ -7,10 +7,10 @@ use core::time::Duration;
 use mirror::{
     BAUD, IDENT, LARGE, Mirror, SMALL, SMALL_LEN, address, inputs, line, long, mirror, outputs, start_up,
 };
+use profidrive::bench::{Answer, Line, ScriptedMaster as Master};
 use profidrive::device::{Config, Device, Event, MAX_TELEGRAM_LEN, Timing};
 use profidrive::dp::{self, Description, State};
 use profidrive::fdl::{Address, ReplyStatus, Sap, Telegram};
-use profidrive::host::line::{Answer, Line, Master};
 use profidrive::host::{Bus, BusEvent, Participant};
 use profidrive::time::{BaudRate, Instant};
 
@@ -187,6 +187,7 @@ fn n_05_stations_come_and_go_while_the_others_exchange() {
                 let removed = line.bus_mut(0).unwrap().remove(address(10)).unwrap();
                 assert_eq!(removed.address(), address(10));
                 assert!(line.bus_mut(0).unwrap().remove(address(10)).is_none());
+                line.wait(line.slot_time()).unwrap();
                 assert!(!master.fdl_status(&mut line, address(10)).unwrap());
             }
             2 => {
@@ -209,8 +210,9 @@ fn drives_and_other_stations_share_a_bus_and_are_reached_as_what_they_are() {
     let mut line = line([1], &[SMALL]);
     let bus = line.bus_mut(0).unwrap();
     bus.add(Device::new(Config { timing: Timing::True, ..Config::new(address(2)) }, Instant::ZERO)).unwrap();
-    let description = Description { ident: IDENT, configurations: &[SMALL], ..Description::default() };
-    bus.add(dp::Station::new(address(3), BAUD, None, description)).unwrap();
+    let description = Description { ident: IDENT, ..Description::default() };
+    let application = dp::Fixed { configurations: &[SMALL], ..dp::Fixed::PLAIN };
+    bus.add(dp::Station::new(address(3), BAUD, None, description, application)).unwrap();
     assert!(bus.station::<Device>(address(2)).is_some() && bus.station::<Device>(address(3)).is_none());
     assert_eq!(bus.station::<Device>(address(2)).unwrap().config().baud, BAUD, "set by the bus");
 
@@ -328,7 +330,9 @@ impl Participant for Settler {
 impl Settler {
     fn at(number: u8) -> Self {
         let max_tsdr = Some(BAUD.max_tsdr_bits());
-        Self(dp::Station::new(address(number), BAUD, max_tsdr, Description::default()), address(number))
+        let station =
+            dp::Station::new(address(number), BAUD, max_tsdr, Description::default(), dp::Fixed::PLAIN);
+        Self(station, address(number))
     }
 }
 

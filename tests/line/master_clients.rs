@@ -4,6 +4,7 @@
 use core::time::Duration;
 use std::thread;
 
+use profidrive::bench::Line;
 use profidrive::client::{DriveClient, Goal, GoalError, Job, Obstacle, PkwError, Reply};
 use profidrive::device::{Config, Device};
 use profidrive::drive::Direction;
@@ -13,7 +14,7 @@ use profidrive::host::link::pty::Pty;
 use profidrive::host::link::tcp::{Connection, Reach, Tcp};
 use profidrive::host::link::terminal::Terminal;
 use profidrive::host::{self, Bus, Link, Stop, SystemClock};
-use profidrive::master::{EmulatedBus, Session, SessionError, Settings, baudrate, peripheral};
+use profidrive::master::{Profirust, Session, SessionError, Settings, baudrate, peripheral};
 use profidrive::param::{Model, Pnu, Subindex, Value};
 use profidrive::ppo::{Inputs, PPO_LEN};
 use profidrive::time::{BaudRate, Instant};
@@ -124,7 +125,7 @@ impl<X: Exchange> Application<X> {
 
 /// profirust and the drive in this process.
 struct InProcess {
-    bus: EmulatedBus<'static>,
+    bus: Line<Profirust<'static>>,
     drive: PeripheralHandle,
 }
 
@@ -136,8 +137,8 @@ impl InProcess {
         let parameters = ParametersBuilder::new(2, baudrate(BAUD)).build_verified(&dp);
         let mut fdl = FdlActiveStation::new(parameters);
         fdl.set_online();
-        let mut bus = EmulatedBus::new(fdl, dp).unwrap();
-        bus.connect(Config { model, ..Config::new(station(5)) }).unwrap();
+        let mut bus = Profirust::on_line(fdl, dp).unwrap();
+        bus.add_drive(Config { model, ..Config::new(station(5)) }).unwrap();
         Self { bus, drive }
     }
 }
@@ -145,10 +146,12 @@ impl InProcess {
 impl Exchange for InProcess {
     fn exchange(&mut self, outputs: [u8; PPO_LEN]) -> [u8; PPO_LEN] {
         let drive = self.drive;
-        self.bus.dp.get_mut(drive).pi_q_mut().copy_from_slice(&outputs);
+        self.bus.master.dp.get_mut(drive).pi_q_mut().copy_from_slice(&outputs);
         let exchanged = Some((drive, PeripheralEvent::DataExchanged));
-        self.bus.run_until(Duration::from_secs(10), |_, events| events.peripheral == exchanged).unwrap();
-        *self.bus.dp.get_mut(drive).pi_i().first_chunk().unwrap()
+        self.bus
+            .run_until(Duration::from_secs(10), |bus| bus.master.take_events().peripheral == exchanged)
+            .unwrap();
+        *self.bus.master.dp.get_mut(drive).pi_i().first_chunk().unwrap()
     }
 
     fn now(&self) -> Instant {
@@ -275,7 +278,7 @@ fn a_session_finds_who_is_there_and_a_released_drive_is_anybodys() {
 }
 
 #[test]
-fn a_start_that_failed_can_be_tried_again_and_a_session_is_for_one_drive() {
+fn a_start_that_failed_can_be_tried_again_and_another_drive_be_missing() {
     let pty = Pty::open(None).unwrap();
     let terminal = pty.path().to_owned();
     let refuses_once = "refuse-cfg,count=1".parse().unwrap();
@@ -290,7 +293,7 @@ fn a_start_that_failed_can_be_tried_again_and_a_session_is_for_one_drive() {
         let exchanged = Session::exchange(&mut session, &outputs);
         assert!(matches!(exchanged, Err(SessionError::NotStarted)), "{exchanged:?}");
         let other = session.start(station(7));
-        assert!(matches!(other, Err(SessionError::OneDrive { .. })), "{other:?}");
+        assert!(matches!(other, Err(SessionError::NoAnswer { .. })), "{other:?}");
         session.start(station(5)).unwrap();
         Session::exchange(&mut session, &outputs).unwrap();
         session.start(station(5)).unwrap();

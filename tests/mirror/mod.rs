@@ -4,10 +4,10 @@
 //! `PROFIDRIVE_LONG=1 cargo test --release --all-features --test line -- many_stations line_errors --nocapture`.
 #![allow(dead_code, reason = "each test file uses its part")]
 
+use profidrive::bench::{Answer, Line, ScriptedMaster as Master};
 use profidrive::device::{Event, MAX_TELEGRAM_LEN, Timing};
 use profidrive::dp::{self, Description, State};
 use profidrive::fdl::{Address, ReplyStatus, Sap, Telegram};
-use profidrive::host::line::{Answer, Line, Master};
 use profidrive::host::{Bus, Participant};
 use profidrive::time::{BaudRate, Instant};
 
@@ -36,15 +36,12 @@ pub(crate) struct Mirror {
 
 impl Mirror {
     pub(crate) fn new(number: u8, configurations: &'static [&'static [u8]]) -> Self {
-        let description = Description {
-            ident: IDENT,
-            configurations,
-            sync_mode: true,
-            freeze_mode: true,
-            ..Description::default()
-        };
+        let description =
+            Description { ident: IDENT, sync_mode: true, freeze_mode: true, ..Description::default() };
         let max_tsdr = Some(BAUD.max_tsdr_bits());
-        Self { station: dp::Station::new(address(number), BAUD, max_tsdr, description), exchanges: 0 }
+        let application = dp::Fixed { configurations, ..dp::Fixed::PLAIN };
+        let station = dp::Station::new(address(number), BAUD, max_tsdr, description, application);
+        Self { station, exchanges: 0 }
     }
 
     pub(crate) fn state(&self) -> State {

@@ -4,7 +4,7 @@
 use crate::adversary;
 use crate::long;
 
-use adversary::{Adversary, Exchange, Spoilt};
+use adversary::{Adversary, Corrupted, Exchange};
 use long::cases;
 use profidrive::client::{Images, Job, Outcome, PkwClient, PkwError, Profile, Reply};
 use profidrive::param::{Pnu, Subindex, Value, Width};
@@ -115,7 +115,7 @@ impl Play {
 
     fn play(mut self, operations: &[Operation]) -> Self {
         let sound =
-            Exchange { look: Some(0), latency: 0, held_back: 0, torn: None, spoilt: None, written: None };
+            Exchange { look: Some(0), latency: 0, held_back: 0, torn: None, corrupted: None, written: None };
         for operation in operations {
             match operation {
                 Operation::Exchange(how) => self.exchange(how),
@@ -186,15 +186,18 @@ fn exchange(torn: bool) -> impl Strategy<Value = Exchange> {
         prop_oneof![4 => 0..2_u8, 1 => 2..60_u8],
         prop_oneof![8 => 0..2_u8, 2 => 2..12_u8, 1 => 12..120_u8],
         torn,
-        proptest::option::weighted(0.1, prop_oneof![Just(Spoilt::Ak), Just(Spoilt::Pnu), Just(Spoilt::Ind)]),
+        proptest::option::weighted(
+            0.1,
+            prop_oneof![Just(Corrupted::Ak), Just(Corrupted::Pnu), Just(Corrupted::Ind)],
+        ),
         proptest::option::weighted(0.15, (0..5_u8, 0..4_u16)),
     )
-        .prop_map(|(look, latency, held_back, torn, spoilt, written)| Exchange {
+        .prop_map(|(look, latency, held_back, torn, corrupted, written)| Exchange {
             look,
             latency,
             held_back,
             torn,
-            spoilt,
+            corrupted,
             written,
         })
 }

@@ -1,4 +1,4 @@
-//! `PkwClient` against the emulated drives behind a link that spoils telegrams.
+//! `PkwClient` against the emulated drives behind a link that corrupts telegrams.
 
 use crate::common;
 use crate::long;
@@ -27,7 +27,7 @@ fn config(model: Model) -> Config {
 }
 
 /// A drive behind a link with faults, and a master that repeats what is not answered.
-struct Spoilt {
+struct Corrupted {
     master: End,
     link: Faulty<End, ManualClock>,
     device: Device,
@@ -35,7 +35,7 @@ struct Spoilt {
     count: FrameCount,
 }
 
-impl Spoilt {
+impl Corrupted {
     fn new(model: Model, faults: &[String]) -> Self {
         let (wire, clock) = (Wire::new(), ManualClock::new());
         let faults: Vec<_> = faults.iter().map(|fault| fault.parse().unwrap()).collect();
@@ -151,16 +151,16 @@ proptest! {
     #![proptest_config(cases(40, 50))]
 
     #[test]
-    fn a_spoilt_line_brings_errors_but_no_wrong_values(
+    fn a_corrupted_line_brings_errors_but_no_wrong_values(
         model in model(), faults in proptest::collection::vec(fault(), 0..4),
         accesses in proptest::collection::vec(access(), 1..20), consistent: bool,
     ) {
-        let mut line = Spoilt::new(model, &faults);
+        let mut line = Corrupted::new(model, &faults);
         let images = if consistent { Images::Consistent } else { Images::MayBeTorn };
         let mut client = PkwClient::new(Profile { images, exchanges: 60, ..Profile::AG03 });
         let mut answered = 0;
         for access in &accesses {
-            let stored = |line: &Spoilt, p: Parameter| Value::of(p.entry().width, line.device.parameters().value(p));
+            let stored = |line: &Corrupted, p: Parameter| Value::of(p.entry().width, line.device.parameters().value(p));
             let (job, before) = match *access {
                 Access::Read(p) => (Job::read(p.entry().pnu).expecting(p.entry().width), Some(p)),
                 Access::Write(p, value) => (Job::write(p.entry().pnu, Value::of(p.entry().width, value)), Some(p)),
@@ -190,8 +190,8 @@ proptest! {
                 (_, Err(error)) => if error.is_certain() { prop_assert_eq!(old, new, "{}: {}", job, error) },
             }
         }
-        let pkw_spoilt = faults.iter().any(|fault| fault.contains("wrong") || fault.contains("delay"));
-        if !pkw_spoilt && !accesses.iter().any(|access| matches!(access, Access::Write(..) | Access::FaultBuffer(_))) {
+        let pkw_corrupted = faults.iter().any(|fault| fault.contains("wrong") || fault.contains("delay"));
+        if !pkw_corrupted && !accesses.iter().any(|access| matches!(access, Access::Write(..) | Access::FaultBuffer(_))) {
             prop_assert_eq!(answered, accesses.len(), "lost telegrams and torn answers only cost time");
         }
     }

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use common::{Line, SLAVE};
 use long::cases;
-use profidrive::client::{DriveClient, Goal, GoalError, GoalOutcome, Job, Limits, Profile};
+use profidrive::client::{Ag03Channel, DriveClient, Goal, GoalError, GoalOutcome, Job, Limits};
 use profidrive::device::{Config, QUIRKS, Timing};
 use profidrive::drive::{Direction, Fault, Inputs};
 use profidrive::fdl::Address;
@@ -52,17 +52,17 @@ struct Rig {
     outputs: VecDeque<[u8; 14]>,
     inputs: VecDeque<[u8; 14]>,
     travels: usize,
-    acknowledge: bool,
+    jobs: u8,
 }
 
 impl Rig {
     fn new(config: Config) -> Self {
         let mut line = Line::with(config);
         line.start_up();
-        let acknowledge = line.device.status().job_acknowledge;
-        let client = DriveClient::new(Profile::AG03, LIMITS);
+        let jobs = line.device.status().jobs;
+        let client = DriveClient::new(Ag03Channel::DEFAULT, LIMITS);
         let (outputs, inputs) = (VecDeque::new(), VecDeque::new());
-        Self { line, client, late: (0, 0), outputs, inputs, travels: 0, acknowledge }
+        Self { line, client, late: (0, 0), outputs, inputs, travels: 0, jobs }
     }
 
     fn exchange(&mut self) {
@@ -73,10 +73,9 @@ impl Rig {
         let outputs = *self.outputs.front().unwrap();
         self.inputs.push_back(self.line.exchange(&outputs));
         self.line.wait(Duration::from_millis(1));
-        if self.line.device.status().job_acknowledge != self.acknowledge {
-            self.acknowledge = !self.acknowledge;
-            self.travels += 1;
-        }
+        let jobs = self.line.device.status().jobs;
+        self.travels += usize::from(jobs.wrapping_sub(self.jobs));
+        self.jobs = jobs;
         while self.inputs.len() > self.late.1 {
             let inputs = self.inputs.pop_front().unwrap();
             self.client.handle_inputs(self.line.now, ppo::Inputs::new(&inputs));

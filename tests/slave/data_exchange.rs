@@ -84,9 +84,16 @@ fn x_05_no_data_exchange_without_parameters_or_configuration() {
 #[test]
 fn x_07_anybody_reads_inputs_and_outputs_in_data_exchange_only() {
     let mut line = Line::new();
-    for sap in [56, 57] {
-        assert_eq!(line.request(OTHER, Some(sap), &[]), RS);
-    }
+    let closed = |line: &mut Line| {
+        for (sa, sap) in [(OTHER, 56), (OTHER, 57), (MASTER, 56), (MASTER, 57)] {
+            assert_eq!(line.request(sa, Some(sap), &[]), RS, "{:?}", line.device.dp_state());
+            assert_eq!(line.request(sa, Some(sap), &[0]), RS, "with data");
+        }
+    };
+    closed(&mut line);
+    line.request(MASTER, Some(61), &[0x80, 1, 1, 11, IDENT[0], IDENT[1], 0]);
+    assert_eq!(line.device.dp_state(), State::WaitCfg);
+    closed(&mut line);
     line.start_up();
     let inputs = line.exchange(&MARK);
     assert_eq!(line.request(OTHER, Some(56), &[]), Reply::Data(inputs.to_vec()));
@@ -94,6 +101,9 @@ fn x_07_anybody_reads_inputs_and_outputs_in_data_exchange_only() {
     for sap in [56, 57] {
         assert_eq!(line.request(OTHER, Some(sap), &[0]), RR);
     }
+    line.request(MASTER, Some(61), &[0x40, 1, 1, 11, IDENT[0], IDENT[1], 0]);
+    assert_eq!(line.device.dp_state(), State::WaitPrm);
+    closed(&mut line);
 }
 
 #[test]
@@ -215,12 +225,33 @@ fn s_10_a_mode_not_asked_for_in_set_prm_stays_closed() {
 
 #[test]
 fn s_11_sync_and_freeze_end_with_the_owner() {
-    let mut line = Line::new();
-    line.start_up_with(&SYNC_FREEZE);
-    line.global_control(0x28, 0);
-    assert_eq!(line.diagnosis(MASTER)[1], 0x34);
-    line.start_up_with(&SYNC_FREEZE);
-    assert_eq!(line.diagnosis(MASTER)[1], 0x04);
+    let mut watched = SYNC_FREEZE;
+    watched[..3].copy_from_slice(&[SYNC_FREEZE[0] | 0x08, 1, 10]);
+    type Leave = fn(&mut Line);
+    let leave: [(&str, Leave); 5] = [
+        ("released", |line| drop(line.request(MASTER, Some(61), &[0x40, 1, 1, 11, IDENT[0], IDENT[1], 0]))),
+        ("watchdog expired", |line| line.wait(Duration::from_millis(101))),
+        ("wrong length", |line| assert_eq!(line.request(MASTER, None, &[0; 3]), RS)),
+        ("wrong Set_Prm", |line| drop(line.request(MASTER, Some(61), &[0x80]))),
+        ("wrong Chk_Cfg", |line| drop(line.request(MASTER, Some(62), &[0x00]))),
+    ];
+    for (what, leave) in leave {
+        let mut line = Line::new();
+        line.start_up_with(&watched);
+        line.exchange(&MARK);
+        line.global_control(0x28, 0);
+        assert_eq!(line.diagnosis(MASTER)[1], 0x3C, "WD_On, Freeze_Mode, Sync_Mode");
+        leave(&mut line);
+        assert_eq!(line.device.dp_state(), State::WaitPrm, "{what}");
+        assert_eq!(line.diagnosis(MASTER)[1] & 0x30, 0, "{what}");
+        line.start_up_with(&watched);
+        assert_eq!(line.diagnosis(MASTER)[1] & 0x30, 0, "{what}: off after the restart");
+        line.exchange(&MARK);
+        assert_eq!(outputs(&mut line), MARK, "{what}: outputs are not held");
+        line.exchange(&ENABLE);
+        line.wait(Duration::from_millis(2));
+        assert_eq!(zsw(line.exchange(&ENABLE)), 0xAB37, "{what}: inputs are not held");
+    }
 }
 
 #[test]
@@ -253,9 +284,10 @@ fn w_02_without_watchdog_everything_is_held() {
 #[test]
 fn w_03_only_telegrams_of_the_owner_to_this_slave_feed_the_watchdog() {
     type Feed = fn(&mut Line);
-    let fed: [(&str, Feed, bool); 5] = [
+    let fed: [(&str, Feed, bool); 6] = [
         ("Slave_Diag of the owner", |line| assert_eq!(line.diagnosis(MASTER)[3], MASTER), true),
-        ("FDL status of the owner", |line| drop(line.send(&common::hex("10 05 02 49 50 16"))), true),
+        ("Data_Exchange of the owner", |line| assert_eq!(line.exchange(&ENABLE).len(), 14), true),
+        ("FDL status of the owner", |line| drop(line.send(&common::hex("10 05 02 49 50 16"))), false),
         ("Slave_Diag of another master", |line| assert_eq!(line.diagnosis(OTHER)[4], 0x0A), false),
         ("the owner to another slave", |line| drop(line.send(&common::hex("10 06 02 49 51 16"))), false),
         ("a broadcast of the owner", |line| line.global_control(0, 0), false),
@@ -300,5 +332,5 @@ fn w_06_a_cable_put_back_in_time_goes_on() {
 
 /// The status word as the drive part has it now.
 fn words(line: &Line) -> u16 {
-    profidrive::device::words::zsw(line.device.status()).raw()
+    line.device.zsw().raw()
 }

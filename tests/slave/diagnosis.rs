@@ -6,7 +6,7 @@ use crate::slave_line;
 
 use profidrive::dp::ext_diag::{Block, Channel, ChannelError, Direction, ExtDiag, Width};
 use profidrive::dp::{Description, Policy};
-use slave_line::{Answer, IO, MASTER, OTHER, PRM, SlaveLine};
+use slave_line::{Answer, IO, MASTER, OTHER, PRM, SlaveLine, accepting};
 
 fn short_circuit() -> ExtDiag {
     let mut diagnosis = ExtDiag::fault();
@@ -127,8 +127,7 @@ fn d_07_what_exceeds_the_declared_maximum_is_an_overflow() {
 
 #[test]
 fn d_10_a_slave_without_inputs_announces_with_sd1() {
-    let output_only = Description { configurations: &[&[0x23, 0x13], &[0x23]], ..IO };
-    let mut line = SlaveLine::new(output_only);
+    let mut line = SlaveLine::judged_by(accepting(&[&[0x23, 0x13], &[0x23]]), IO, Policy::PROPOSED);
     line.request(MASTER, Some(61), &PRM);
     line.request(MASTER, Some(62), &[0x23]);
     assert_eq!(line.exchange(&[0; 4]), Answer::Sc);

@@ -12,7 +12,7 @@ use std::path::Path;
 use profidrive::dp::policy::ApplicationReady;
 use profidrive::dp::{CfgTicket, Policy, State, Station, StoredAddress};
 use profidrive::fdl::{Address, FrameCount, FunctionCode, Service};
-use slave_line::{Answer, BAUD, CFG, IO, MASTER, OTHER, PRM, SLAVE, SlaveLine, answer, telegram};
+use slave_line::{ACCEPTS, Answer, BAUD, CFG, IO, MASTER, OTHER, PRM, SLAVE, SlaveLine, answer, telegram};
 
 /// Lock with Sync and Freeze.
 const LOCK: [u8; 7] = [0xB0, 1, 1, 11, 0x12, 0x34, 0];
@@ -29,7 +29,7 @@ const SITUATIONS: [Situation; 7] = [
     }),
     ("WAIT-PRM, nobody's, address locked by No_Add_Chg", || {
         let stored = StoredAddress { address: Address::station(SLAVE).unwrap(), no_add_chg: true };
-        SlaveLine::of(Station::restored(stored, &[], BAUD, None, IO))
+        SlaveLine::of(Station::restored(stored, &[], BAUD, None, IO, ACCEPTS))
     }),
     ("WAIT-CFG, locked by master 2", || {
         let mut line = SlaveLine::new(IO);

@@ -116,7 +116,7 @@ fn every_documented_way_to_end_a_travel() {
         let (zsw, stopped_at) = drive.say(stw, 16000);
         assert_eq!(zsw & pattern.0, pattern.1, "{what}: ZSW {zsw:04X}");
         assert!(stopped_at > 0 && stopped_at < 16000, "{what}");
-        let ssw = profidrive::device::words::system_status(drive.line.device.status());
+        let ssw = drive.line.device.system_status();
         assert_eq!(ssw & 0x0080 != 0, motor_released, "{what}: SSW.7");
         assert_eq!(ssw & 0x4010, 0, "{what}: neither travelling nor positioning, SSW {ssw:04X}");
         // The job is gone: enabling again without an edge of STW.6 does not continue it.
@@ -184,7 +184,7 @@ fn row_50_leaving_data_exchange_takes_the_enable_away() {
     drive.enable();
     drive.expect(0x007B, 16000, TRAVEL_JOB_ACTIVE, "started");
     drive.line.wait(Duration::from_secs(5));
-    let zsw = profidrive::device::words::zsw(drive.line.device.status()).raw();
+    let zsw = drive.line.device.zsw().raw();
     assert_eq!(zsw & READY_TO_RUN.0, READY_TO_RUN.1, "{zsw:04X}");
     // A break shorter than an application cycle counts too.
     drive.line.start_up_with(&prm);
@@ -202,7 +202,7 @@ fn row_51_clear_data_takes_the_enable_away() {
     drive.enable();
     drive.line.global_control(0x02, 0);
     drive.line.wait(Duration::from_millis(2));
-    let zsw = profidrive::device::words::zsw(drive.line.device.status()).raw();
+    let zsw = drive.line.device.zsw().raw();
     assert_eq!(zsw & READY_TO_RUN.0, READY_TO_RUN.1, "{zsw:04X}");
 }
 
@@ -257,7 +257,7 @@ fn the_limits_act_on_ssw_zsw_and_starts() {
     drive.line.exchange(&write);
     drive.line.wait(Duration::from_millis(3));
     assert_eq!(drive.line.device.parameters().value(Parameter::Limit1), -100);
-    let ssw = profidrive::device::words::system_status(drive.line.device.status());
+    let ssw = drive.line.device.system_status();
     assert_eq!(ssw & 0x0860, 0x0820, "above the upper limit, not ready to travel: {ssw:04X}");
     let zsw = drive.expect(0x003B, -200, OPERATION_ENABLED, "ZSW.14");
     assert_eq!(zsw & 0xC000, 0x4000, "{zsw:04X}");

@@ -5,24 +5,29 @@ use crate::slave_line;
 
 use std::time::Duration;
 
+use profidrive::dp::application::Expected;
 use profidrive::dp::ext_diag::Block;
 use profidrive::dp::policy::{ApplicationReady, SetPrmInDataExch};
-use profidrive::dp::{CfgFault, CfgTicket, Description, Event, ExtDiag, Policy, PrmFault, State, Station};
-use profidrive::fdl::{Address, FrameCount, FunctionCode, Service};
+use profidrive::dp::{
+    Application, CfgFault, CfgTicket, Description, Event, ExtDiag, Fixed, Policy, PrmFault, Reason, Refusal,
+    State, Station,
+};
+use profidrive::fdl::telegram::Format;
+use profidrive::fdl::{Address, DataTelegram, FrameCount, FunctionCode, Sap, Service};
 use profidrive::time::Instant;
 use proptest::prelude::*;
-use slave_line::{Answer, BAUD, CFG, IO, MASTER, OTHER, PRM, RS, SLAVE, SlaveLine, hex, telegram};
+use slave_line::{
+    ACCEPTS, Answer, BAUD, CFG, IO, MASTER, OTHER, PRM, RS, SLAVE, SlaveLine, accepting, hex, telegram,
+};
 
 const JUDGED: Policy = Policy { application_ready: ApplicationReady::WhenJudged, ..Policy::PROPOSED };
 
 /// 244 octets each way: 64 + 64 + 64 + 52.
-const FULL: Description = Description {
-    configurations: &[&[0xC0, 0xBF, 0xBF, 0xC0, 0xBF, 0xBF, 0xC0, 0xBF, 0xBF, 0xC0, 0xB3, 0xB3]],
-    ..IO
-};
+const FULL: Fixed<'static> =
+    accepting(&[&[0xC0, 0xBF, 0xBF, 0xC0, 0xBF, 0xBF, 0xC0, 0xBF, 0xBF, 0xC0, 0xB3, 0xB3]]);
 
 fn full() -> SlaveLine {
-    let mut line = SlaveLine::new(FULL);
+    let mut line = SlaveLine::judged_by(FULL, IO, Policy::PROPOSED);
     line.request(MASTER, Some(61), &PRM);
     assert_eq!(line.request(MASTER, Some(62), FULL.configurations[0]), Answer::Sc);
     line
@@ -57,8 +62,7 @@ fn x_08_no_exchange_and_no_look_in_between_sees_half_a_pattern() {
 
 #[test]
 fn x_09_eight_octets_each_way_come_as_sd2_or_sd3_and_go_as_sd2() {
-    let eight = Description { configurations: &[&[0x27, 0x17]], ..IO };
-    let mut line = SlaveLine::new(eight);
+    let mut line = SlaveLine::judged_by(accepting(&[&[0x27, 0x17]]), IO, Policy::PROPOSED);
     line.request(MASTER, Some(61), &PRM);
     line.request(MASTER, Some(62), &[0x27, 0x17]);
     line.station.set_inputs(&[1, 2, 3, 4, 5, 6, 7, 8]);
@@ -67,6 +71,106 @@ fn x_09_eight_octets_each_way_come_as_sd2_or_sd3_and_go_as_sd2() {
     assert_eq!(line.outputs(), [8, 7, 6, 5, 4, 3, 2, 1]);
     assert_eq!(line.send(&hex("68 0B 0B 68 05 02 7D 01 02 03 04 05 06 07 08 A8 16")), reply);
     assert_eq!(line.outputs(), [1, 2, 3, 4, 5, 6, 7, 8]);
+}
+
+/// Six identifiers: eight octets of output, eight of input. With its SAPs a Chk_Cfg of them has eight octets, too.
+const SIX: [u8; 6] = [0x21, 0x21, 0x23, 0x11, 0x11, 0x13];
+
+/// The same request as SD2 or SD3 (`format`).
+fn framed(format: Format, fc: FunctionCode, dsap: Option<u8>, data: &[u8]) -> Vec<u8> {
+    let (dsap, ssap) = (dsap.and_then(Sap::new), dsap.and(Sap::new(62)));
+    let (da, sa) = (Address::station(SLAVE).unwrap(), Address::station(MASTER).unwrap());
+    let request = DataTelegram { format, da, sa, dsap, ssap, fc, data };
+    request.encode(&mut [0; 255]).unwrap().to_vec()
+}
+
+#[test]
+fn f_11_an_sd3_request_is_answered_and_carried_out_like_its_sd2_form() {
+    const EIGHT: Fixed<'static> = accepting(&[&SIX]);
+    let fc = |count| FunctionCode::request(Service::SrdHigh, count);
+    let both = [Format::Sd2, Format::Sd3].map(|format| {
+        let mut line = SlaveLine::judged_by(EIGHT, IO, Policy::PROPOSED);
+        let mut replies = Vec::new();
+        // A refused Chk_Cfg, an accepted one, two exchanges.
+        for (prm, cfg) in [(true, [0x21; 6]), (true, SIX)] {
+            assert!(prm && line.request(MASTER, Some(61), &PRM) == Answer::Sc);
+            replies.push(line.send(&framed(format, fc(FrameCount::First), Some(62), &cfg)));
+            replies.push(Some(line.diagnosis(OTHER)));
+        }
+        line.station.set_inputs(&[1, 2, 3, 4, 5, 6, 7, 8]);
+        for (count, outputs) in [(FrameCount::Even, [9; 8]), (FrameCount::Odd, [8, 7, 6, 5, 4, 3, 2, 1])] {
+            let reply = line.send(&framed(format, fc(count), None, &outputs));
+            assert_eq!(reply.as_ref().unwrap()[0], 0x68, "in SD2");
+            assert_eq!(line.outputs(), outputs);
+            replies.push(reply);
+        }
+        // Eight octets of Set_Prm with its SAPs: one too few, refused alike.
+        replies.push(line.send(&framed(
+            format,
+            fc(FrameCount::First),
+            Some(61),
+            &[0x80, 1, 1, 11, 0x12, 0x34],
+        )));
+        replies.push(Some(line.diagnosis(OTHER)));
+        // Eight octets to services that take none.
+        for sap in [56, 57, 59, 60] {
+            replies.push(line.send(&framed(format, fc(FrameCount::First), Some(sap), &[0; 6])));
+        }
+        replies
+    });
+    assert_eq!(both[0], both[1]);
+    assert_eq!(both[1][1].as_ref().unwrap()[0], 0x06, "six identifiers that are not ours");
+    assert_eq!(both[1][5].as_ref().unwrap()[..4], [0x68, 0x0B, 0x0B, 0x68]);
+}
+
+#[test]
+fn f_12_x_01_requests_of_low_and_high_priority_are_alike_in_every_service() {
+    let [low, high] =
+        [(Service::SrdLow, Service::SdnLow), (Service::SrdHigh, Service::SdnHigh)].map(|services| {
+            let (srd, sdn) = services;
+            let mut line = SlaveLine::new(IO);
+            let mut seen = Vec::new();
+            let requests: [(u8, Option<u8>, &[u8]); 13] = [
+                (SLAVE, Some(55), &[6, 0x12, 0x34, 0]),
+                (6, Some(60), &[]),
+                (6, Some(59), &[]),
+                (6, Some(61), &[0xB8, 10, 10, 11, 0x12, 0x34, 1]),
+                (6, Some(62), &CFG),
+                (6, None, &[1, 2, 3, 4]),
+                (6, Some(56), &[]),
+                (6, Some(57), &[]),
+                // Global_Control: Sync and Freeze, then outputs that wait, then Clear_Data.
+                (127, Some(58), &[0x28, 1]),
+                (6, None, &[5, 6, 7, 8]),
+                (6, Some(60), &[]),
+                (6, Some(58), &[0x02, 0]),
+                (6, Some(40), &[]),
+            ];
+            for (da, dsap, data) in requests {
+                line.station.set_inputs(&[0xA0 + seen.len() as u8; 4]);
+                let (service, count) =
+                    if dsap == Some(58) { (sdn, FrameCount::Unused) } else { (srd, FrameCount::First) };
+                let reply =
+                    line.send(&telegram(da, MASTER, FunctionCode::request(service, count), dsap, data));
+                assert_eq!(reply.is_none(), dsap == Some(58), "{dsap:?}");
+                let slave = line.station.slave();
+                let (outputs, passed) = (slave.outputs().to_vec(), slave.output_updates());
+                seen.push((
+                    reply,
+                    slave.state(),
+                    outputs,
+                    passed,
+                    slave.diagnosis().octets(),
+                    line.station.address(),
+                ));
+            }
+            seen
+        });
+    assert_eq!(low, high);
+    // applied once each, whatever the priority.
+    assert_eq!((&low[5].2[..], low[5].3), (&[1, 2, 3, 4][..], low[4].3 + 1));
+    assert_eq!(low[9].2, [1, 2, 3, 4], "Sync holds");
+    assert_eq!(low[11].2, [0; 4], "cleared");
 }
 
 #[test]
@@ -130,22 +234,29 @@ fn g_05_another_accepted_configuration_in_data_exchange_begins_with_cleared_outp
 
 #[test]
 fn p_03_user_parameters_are_measured_and_compared_and_the_refusal_says_what_to_change() {
-    let device = Description { user_prm_len: 1, max_user_prm_len: 237, user_prm: &[0..=3, 1..=1], ..IO };
+    let device = Description { user_prm_len: 1, max_user_prm_len: 237, ..IO };
+    let application = Fixed { user_prm: &[0..=3, 1..=1], prm_advice: "correct it", ..ACCEPTS };
+    let refused = |index, expected: (u8, u8), got| {
+        let expected = Expected::Range(expected.0, expected.1);
+        let reason = Reason::Text("correct it");
+        Some(PrmFault::UserPrm(Refusal { index, expected, got: Some(got), reason }))
+    };
     for (user_prm, refused) in [
         (&[][..], Some(PrmFault::Length { expected: (8, 244), got: 7 })),
         (&[3], None),
-        (&[4], Some(PrmFault::UserPrm { octet: 8, expected: (0, 3), got: 4 })),
-        (&[0, 2], Some(PrmFault::UserPrm { octet: 9, expected: (1, 1), got: 2 })),
+        (&[4], refused(0, (0, 3), 4)),
+        (&[0, 2], refused(1, (1, 1), 2)),
         (&[1; 237], None),
     ] {
-        let mut line = SlaveLine::new(device);
+        let mut line = SlaveLine::judged_by(application, device, Policy::PROPOSED);
         assert_eq!(line.request(MASTER, Some(61), &[&PRM, user_prm].concat()), Answer::Sc);
         let diagnosis = line.diagnosis(MASTER);
         if let Some(fault) = refused {
             assert_eq!(diagnosis[..4], [0x42, 0x05, 0x00, 0xFF]);
             let master = Address::station(MASTER).unwrap();
             assert_eq!(line.events, [Event::PrmRejected { master, fault }]);
-            assert!(fault.to_string().contains("in the master's project"), "{fault}");
+            let words = ["check the user parameters in the master's project", "correct it"];
+            assert!(words.iter().any(|words| fault.to_string().ends_with(words)), "{fault}");
         } else {
             assert_eq!(diagnosis[..4], [0x02, 0x04, 0x00, MASTER]);
             assert_eq!(line.station.slave().user_prm(), user_prm);
@@ -200,9 +311,10 @@ fn g_10_the_slave_is_not_ready_until_the_application_has_judged() {
 fn g_10_a_refusal_is_a_configuration_fault() {
     let mut line = SlaveLine::with(IO, JUDGED);
     line.start_up();
-    let fault = CfgFault { index: 1, expected: Some(0x00), got: Some(0x13) };
-    let now = line.now;
-    let refusal = line.station.judge_cfg(now, ticket(&line), Err(fault));
+    let reason = Reason::Text("not plugged");
+    let refusal = Refusal { index: 1, expected: Expected::Octet(0x00), got: Some(0x13), reason };
+    let (now, fault) = (line.now, CfgFault::Refused(refusal));
+    let refusal = line.station.judge_cfg(now, ticket(&line), Err(refusal));
     assert_eq!(refusal, Some(Event::CfgRejected { master: Address::station(MASTER).unwrap(), fault }));
     assert_eq!(line.diagnosis(MASTER)[..4], [0x06, 0x05, 0x00, 0xFF]);
 }
@@ -301,7 +413,7 @@ fn w_05_a_slave_switched_off_and_on_in_data_exchange_is_started_again() {
     let mut line = SlaveLine::exchanging(IO, Policy::PROPOSED);
     line.exchange(&[9; 4]);
     let stored = line.station.stored_address();
-    line.station = Station::restored(stored, &[], BAUD, Some(BAUD.max_tsdr_bits()), IO);
+    line.station = Station::restored(stored, &[], BAUD, Some(BAUD.max_tsdr_bits()), IO, ACCEPTS);
     assert_eq!(line.exchange(&[9; 4]), RS);
     assert_eq!(line.diagnosis(MASTER), [0x02, 0x05, 0x00, 0xFF, 0x12, 0x34]);
     line.start_up();
@@ -381,14 +493,14 @@ fn i_03_the_requests_seen_at_an_et200s_get_its_replies() {
     // dp-v0.md 10, [T-ET200S]: master 1, slave 8; sync, freeze, watchdog 1.95 s, DPV1_Enable and Fail_Safe.
     let et200s = Description {
         ident: 0x80E0,
-        configurations: &[&[0x00, 0x10, 0x10]],
         dpv1_status: Some([0xC4, 0x00, 0x00]),
         user_prm_len: 0,
         max_user_prm_len: 234,
         ..IO
     };
+    let modules = accepting(&[&[0x00, 0x10, 0x10]]);
     let address = Address::station(8).unwrap();
-    let mut line = SlaveLine::of(Station::new(address, BAUD, Some(BAUD.max_tsdr_bits()), et200s));
+    let mut line = SlaveLine::of(Station::new(address, BAUD, Some(BAUD.max_tsdr_bits()), et200s, modules));
     let srd = |fc: u8, sap: Option<u8>, data: &[u8]| telegram(8, 1, FunctionCode::from_octet(fc), sap, data);
     let low = |line: &mut SlaveLine, octets: &[u8]| slave_line::answer(line.send(octets));
     line.sdn(1, 127, 58, &[0, 0]);
@@ -421,7 +533,8 @@ fn i_03_the_requests_seen_at_an_et200s_get_its_replies() {
 
 #[test]
 fn a_description_without_configurations_accepts_none() {
-    let mut line = SlaveLine::new(Description { ident: 0x1234, ..Description::PLAIN });
+    let device = Description { ident: 0x1234, ..Description::PLAIN };
+    let mut line = SlaveLine::judged_by(Fixed::PLAIN, device, Policy::PROPOSED);
     line.request(MASTER, Some(61), &PRM);
     assert_eq!(line.request(MASTER, Some(62), &[0x00]), Answer::Sc);
     assert_eq!(line.diagnosis(MASTER)[..4], [0x06, 0x05, 0x00, 0xFF], "no configuration is accepted");
@@ -501,8 +614,7 @@ proptest! {
                 }
                 Happening::Judge(good) => {
                     if let Some((ticket, _)) = line.station.slave().pending_configuration() {
-                        let fault = CfgFault { index: 0, expected: None, got: None };
-                        let verdict = if good { Ok(()) } else { Err(fault) };
+                        let verdict = if good { Ok(()) } else { ACCEPTS.judge_cfg(&[], &[]) };
                         prop_assert!(line.station.judge_cfg(line.now, ticket, verdict).is_some());
                         prop_assert_eq!(line.station.judge_cfg(line.now, ticket, Ok(())), None);
                     }
@@ -521,5 +633,27 @@ proptest! {
             prop_assert!(slave.ext_diag().octets().len() <= 94);
             prop_assert!(line.station.poll_timeout().is_none_or(|due| due > line.now));
         }
+    }
+}
+
+#[test]
+fn f_15_what_is_sent_to_everybody_is_never_answered() {
+    for policy in [Policy::PROPOSED, JUDGED] {
+        let mut line = SlaveLine::with(IO, policy);
+        line.start_up();
+        let before = (line.station.slave().state(), line.station.slave().diagnosis());
+        for sap in 0..=63 {
+            for service in [Service::SdnLow, Service::SdnHigh, Service::SrdLow, Service::SrdHigh] {
+                let srd = matches!(service, Service::SrdLow | Service::SrdHigh);
+                let count = if srd { FrameCount::First } else { FrameCount::Unused };
+                let fc = FunctionCode::request(service, count);
+                for data in [&[][..], &PRM, &CFG] {
+                    let octets = telegram(127, MASTER, fc, Some(sap), data);
+                    assert_eq!(line.send(&octets), None, "{service:?} to SAP {sap}");
+                }
+            }
+        }
+        assert_eq!((line.station.slave().state(), line.station.slave().diagnosis()), before);
+        assert_eq!(line.request(MASTER, Some(60), &[]), Answer::Low(before.1.octets().to_vec()));
     }
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use gsd_parser::{GenericStationDescription, SupportedSpeeds};
-use profidrive::device::{BAUD_RATES, CONFIGURATIONS, DEFAULT_APPLICATION_CYCLE, DESCRIPTION, IDENT_NUMBER};
+use profidrive::device::{CONFIGURATIONS, DEFAULT_APPLICATION_CYCLE, DESCRIPTION, IDENT_NUMBER};
 use profidrive::dp;
 use profidrive::time::BaudRate;
 
@@ -104,16 +104,16 @@ fn identity() {
 fn rates_and_reply_times_are_those_of_the_code() {
     let gsd = parsed();
     for rate in BaudRate::ALL {
-        let supported = BAUD_RATES.contains(&rate);
+        let supported = DESCRIPTION.rates.contains(rate);
         assert_eq!(gsd.supported_speeds.contains(speed_flag(rate)), supported, "{rate}");
         if supported {
-            assert_eq!(max_tsdr(&gsd, rate), rate.max_tsdr_bits(), "{rate}");
+            assert_eq!(Some(max_tsdr(&gsd, rate)), DESCRIPTION.rates.max_tsdr(rate), "{rate}");
         }
     }
     assert!(!gsd.supported_speeds.contains(SupportedSpeeds::B31250), "that rate is PROFIBUS-PA");
     assert_eq!(
         text().lines().filter(|line| line.starts_with("MaxTsdr_")).count(),
-        BAUD_RATES.len(),
+        DESCRIPTION.rates.iter().count(),
         "every time is written out, none is left to the parser's defaults"
     );
 }

@@ -180,7 +180,7 @@ fn seal(octets: &mut [u8]) {
     }
 }
 
-/// Telegrams, damaged telegrams, damaged telegrams whose checksum holds, tokens, and rubbish.
+/// Telegrams, damaged telegrams, damaged telegrams whose checksum holds, tokens, and noise.
 fn octets() -> impl Strategy<Value = Vec<u8>> {
     let damage = (any::<prop::sample::Index>(), any::<u8>(), 0_u8..3);
     let damaged = (telegram(), vec(damage, 1..4), any::<bool>()).prop_map(|(mut octets, damages, sealed)| {
@@ -211,11 +211,11 @@ fn octets() -> impl Strategy<Value = Vec<u8>> {
         octets
     });
     let starts = prop_oneof![Just(0x10), Just(0x68), Just(0xA2), Just(0xDC), Just(0xE5), any::<u8>()];
-    let rubbish = (starts, vec(any::<u8>(), 0..40)).prop_map(|(start, mut octets)| {
+    let noise = (starts, vec(any::<u8>(), 0..40)).prop_map(|(start, mut octets)| {
         octets.insert(0, start);
         octets
     });
-    prop_oneof![4 => telegram(), 6 => damaged, 2 => any_length, 1 => cut, 3 => rubbish]
+    prop_oneof![4 => telegram(), 6 => damaged, 2 => any_length, 1 => cut, 3 => noise]
 }
 
 #[test]

@@ -7,12 +7,13 @@ use std::time::Duration;
 use common::{Line, MASTER, Reply};
 use profidrive::device::dip::Terminator;
 use profidrive::device::{
-    Config, Device, DipSwitches, Eeprom, Event, NotStored, Power, StoreRequest, Timing,
+    Config, Device, DipSwitches, Eeprom, Event, ImageError, ImageOctets, NotStored, Power, StoreRequest,
+    Timing,
 };
 use profidrive::dp;
 use profidrive::drive::{Fault, Inputs};
 use profidrive::fdl::Address;
-use profidrive::param::{DefaultSet, Gear, ImageError, Model, Parameter};
+use profidrive::param::{DefaultSet, Gear, Model, Parameter, parameters};
 use profidrive::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
 use proptest::prelude::*;
 
@@ -113,7 +114,7 @@ fn request(line: &mut Line) -> StoreRequest {
     line.device.poll_image().expect("there is something to store")
 }
 
-fn stored(line: &mut Line, outcome: Result<(), NotStored>) -> [u8; 142] {
+fn stored(line: &mut Line, outcome: Result<(), NotStored>) -> ImageOctets {
     let StoreRequest { generation, octets } = request(line);
     line.device.handle_stored(line.now, generation, outcome);
     octets
@@ -128,18 +129,14 @@ fn every_parameter_but_1035_survives_power_off_and_an_image() {
         let mut written = Vec::new();
         for parameter in Parameter::all() {
             let entry = parameter.entry();
-            let range = entry.range(model, gear).unwrap();
+            let range = line.device.parameters().range(parameter);
             // Not the default, and not velocity mode, which has another setpoint.
             let value = if range.low == parameter.setting().default { range.high } else { range.low };
             let value = if parameter == Parameter::OperatingMode { 2 } else { value };
             if !entry.models.contain(model) {
                 continue;
             }
-            let id = if parameter.setting().limits.range(model, gear).high > 0xFFFF {
-                JobId::WriteDoubleWord
-            } else {
-                JobId::WriteWord
-            };
+            let id = if range.high > 0xFFFF { JobId::WriteDoubleWord } else { JobId::WriteWord };
             let write = Pkw::new(Pke::of_job(id, entry.pnu.number()), Ind::default(), value.cast_unsigned());
             assert_eq!(job(&mut line, write).double_word(), value.cast_unsigned(), "{parameter}");
             written.push((parameter, if parameter == Parameter::OffsetInch2 { 100 } else { value }));
@@ -369,6 +366,73 @@ fn a_write_that_cannot_be_stored_is_refused_with_18_and_changes_nothing() {
         line.events.last().unwrap().to_string(),
         "job 23EC 0000 0000 004D (write word, PNU 1004) refused with error 18, other error: the EEPROM did not store \
          it, so nothing was changed"
+    );
+}
+
+/// Every parameter as PKW shows it, of an array every element.
+fn readable(line: &mut Line) -> Vec<(u16, u32)> {
+    let mut values = Vec::new();
+    for entry in parameters(Model::Ag03_1) {
+        let number = entry.pnu.number();
+        let read = |line: &mut Line, id, element: u8| {
+            job(line, Pkw::new(Pke::of_job(id, number), Ind::in_high_octet(element), 0)).double_word()
+        };
+        match entry.elements {
+            None => values.push((number, read(line, JobId::Read, 0))),
+            Some(count) => {
+                values.extend((0..count).map(|element| (number, read(line, JobId::ReadElement, element))));
+            }
+        }
+    }
+    values
+}
+
+#[test]
+fn a_write_that_cannot_be_stored_changes_nothing_that_a_master_can_read() {
+    let mut line = line(Eeprom::Host);
+    stored(&mut line, Ok(()));
+    travel(&mut line, 500);
+    for write in [write_word(1000, 400), write_word(1009, 500)] {
+        job(&mut line, write);
+        stored(&mut line, Ok(()));
+    }
+    fail_internally(&mut line);
+    stored(&mut line, Ok(()));
+    // What the EEPROM does not keep.
+    assert_eq!(job(&mut line, write_word(1035, 50)), is_word(1035, 50));
+    exchange(&mut line, Pkw::ZERO, 0, 0);
+    let before = readable(&mut line);
+    let jobs = (1..=5).map(|command| (970, command)).chain([(1004, 77), (1018, 100)]);
+    for (pnu, value) in jobs {
+        let mut request = write_word(pnu, value);
+        if pnu == 1018 {
+            request = Pkw::new(Pke::of_job(JobId::WriteDoubleWord, pnu), Ind::default(), value.into());
+        }
+        job(&mut line, request);
+        let image = stored(&mut line, Err(NotStored));
+        assert_ne!(image, line.device.image(), "{request}");
+        line.wait(MS);
+        assert_eq!(exchange(&mut line, request, 0, 0).0, error_18(pnu), "{request}");
+        assert_eq!(readable(&mut line), before, "{request}");
+        stored(&mut line, Ok(()));
+    }
+    assert!(before.contains(&(1035, 50)));
+}
+
+#[test]
+fn a_write_past_the_bus_stays_when_one_before_it_cannot_be_stored() {
+    let mut line = line(Eeprom::Host);
+    stored(&mut line, Ok(()));
+    job(&mut line, write_word(1004, 77));
+    for (number, value) in [(1003, 60), (1035, 70)] {
+        let number = profidrive::param::Pnu::new(number).unwrap();
+        line.device.write_parameter(line.now, number, None, profidrive::param::Value::Word(value)).unwrap();
+    }
+    stored(&mut line, Err(NotStored));
+    let store = line.device.parameters();
+    assert_eq!(
+        [Parameter::VPos, Parameter::APos, Parameter::OffsetInch2].map(|of| store.value(of)),
+        [30, 60, 70]
     );
 }
 

@@ -6,7 +6,7 @@ use crate::common;
 use std::time::Duration;
 
 use common::{Line, hex};
-use profidrive::device::{Config, Device, Event, Timing};
+use profidrive::device::{ApplicationCycle, Config, Device, Event, Timing};
 use profidrive::drive::{Fault, Inputs};
 use profidrive::fdl::Address;
 use profidrive::param::{Model, Parameter};
@@ -159,7 +159,7 @@ fn a_latency_of_application_cycles_delays_the_reply() {
     for latency in [0, 1, 5] {
         let config = Config {
             timing: Timing::True,
-            application_cycle: Duration::ZERO,
+            application_cycle: ApplicationCycle::EACH_EXCHANGE,
             pkw: pkw::Config { latency, ..pkw::Config::default() },
             ..Config::new(Address::station(5).unwrap())
         };

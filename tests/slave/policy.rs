@@ -5,13 +5,15 @@ use crate::slave_line;
 use std::time::Duration;
 
 use profidrive::dp::policy::{
-    ApplicationReady, EmptyRead, NoEffect, NotSupported, SetPrmInDataExch, ShortMinTsdr, WatchdogFactorZero,
-    WrongOutputLength,
+    ApplicationReady, DefaultAddress, EmptyRead, FeedsWatchdog, NoEffect, NotSupported, SetPrmInDataExch,
+    ShortMinTsdr, WatchdogFactorZero, WrongOutputLength,
 };
-use profidrive::dp::{Description, Event, Policy, State};
+use profidrive::dp::{Description, Event, Fixed, Policy, State, Station};
 use profidrive::fdl::station::NotOffered;
 use profidrive::fdl::{self, FrameCount, FunctionCode, Service};
-use slave_line::{Answer, BAUD, CFG, IO, MASTER, OTHER, PRM, RR, RS, SLAVE, SlaveLine, telegram};
+use slave_line::{
+    ACCEPTS, Answer, BAUD, CFG, IO, MASTER, OTHER, PRM, RR, RS, SLAVE, SlaveLine, accepting, telegram,
+};
 
 const DEFAULT: Policy = Policy::PROPOSED;
 
@@ -48,7 +50,7 @@ fn every_field_has_a_test_of_its_name_and_a_line_in_the_document() {
         let names = body.lines().filter_map(|line| line.trim().strip_prefix("pub ")?.split_once(':'));
         fields.extend(names.map(|(name, _)| format!("{prefix}{name}")));
     }
-    assert_eq!(fields.len(), 22, "{fields:?}");
+    assert_eq!(fields.len(), 24, "{fields:?}");
     for field in fields.iter().filter(|field| *field != "fdl") {
         assert!(document.contains(&format!("| `{field}` |")), "docs/conformance.md lacks {field}");
         let name = field.trim_start_matches("fdl.");
@@ -207,6 +209,87 @@ fn w_03_broadcast_feeds_watchdog() {
 }
 
 #[test]
+fn w_03_feeds_watchdog() {
+    let any = Policy { feeds_watchdog: FeedsWatchdog::AnyTelegram, ..DEFAULT };
+    // What the master says, and whether it shows that the DP layer of the master is alive.
+    let telegrams: [(&str, bool, Say); 13] = [
+        ("Data_Exchange", true, |line| drop(line.exchange(&[9; 4]))),
+        ("Slave_Diag", true, |line| drop(line.request(MASTER, Some(60), &[]))),
+        ("Get_Cfg", true, |line| drop(line.request(MASTER, Some(59), &[]))),
+        ("RD_Inp", true, |line| drop(line.request(MASTER, Some(56), &[]))),
+        ("Chk_Cfg", true, |line| drop(line.request(MASTER, Some(62), &CFG))),
+        ("Global_Control to its own address", true, |line| line.sdn(MASTER, SLAVE, 58, &[0, 0])),
+        ("FDL status", false, |line| drop(line.send(&plain(Service::FdlStatus)))),
+        ("Ident", false, |line| drop(line.send(&plain(Service::Ident)))),
+        ("SDA", false, |line| drop(line.send(&plain(Service::SdaHigh)))),
+        ("a SAP where nothing listens", false, |line| assert_eq!(line.request(MASTER, Some(40), &[]), RS)),
+        ("Set_Slave_Add", false, |line| assert_eq!(line.request(MASTER, Some(55), &[7, 0x12, 0x34, 0]), RS)),
+        ("SDN to a SAP of SRD", false, |line| line.sdn(MASTER, SLAVE, 60, &[])),
+        ("Global_Control with a reserved bit", false, |line| line.sdn(MASTER, SLAVE, 58, &[1, 0])),
+    ];
+    for (what, is_service, say) in telegrams {
+        for (policy, feeds) in [(DEFAULT, is_service), (any, true)] {
+            let mut line = SlaveLine::with(IO, policy);
+            line.request(MASTER, Some(61), &WATCHDOG);
+            line.request(MASTER, Some(62), &CFG);
+            for _ in 0..4 {
+                line.wait(Duration::from_millis(60));
+                if state(&line) == State::DataExch {
+                    say(&mut line);
+                }
+            }
+            let expected = if feeds { State::DataExch } else { State::WaitPrm };
+            assert_eq!(state(&line), expected, "{what}, {:?}", policy.feeds_watchdog);
+        }
+    }
+}
+
+type Say = fn(&mut SlaveLine);
+
+#[test]
+fn w_03_a_retry_feeds_no_more_than_what_it_repeats() {
+    let mut line = SlaveLine::with(IO, DEFAULT);
+    line.request(MASTER, Some(61), &WATCHDOG);
+    line.request(MASTER, Some(62), &CFG);
+    line.request(MASTER, Some(60), &[]);
+    let octets = line.srd(SLAVE, MASTER, Some(40), &[]);
+    for _ in 0..4 {
+        line.wait(Duration::from_millis(30));
+        line.send(&octets);
+    }
+    assert_eq!(state(&line), State::WaitPrm);
+}
+
+#[test]
+fn a_01_default_address() {
+    let everything = Policy { default_address: DefaultAddress::Everything, ..DEFAULT };
+    for (policy, closed) in [(DEFAULT, true), (everything, false)] {
+        let stored = profidrive::dp::StoredAddress::DELIVERED;
+        let max_tsdr = Some(BAUD.max_tsdr_bits());
+        let station = Station::restored(stored, &[], BAUD, max_tsdr, IO, ACCEPTS).with_policy(policy);
+        let mut line = SlaveLine::of(station);
+        let fdl_status =
+            telegram(126, MASTER, FunctionCode::request(Service::FdlStatus, FrameCount::Unused), None, &[]);
+        assert!(line.send(&fdl_status).is_some());
+        assert!(matches!(line.request_to(126, MASTER, Some(60), &[]), Answer::Low(_)), "Slave_Diag");
+        assert_eq!(line.request_to(126, MASTER, Some(59), &[]), Answer::Low(CFG.to_vec()), "Get_Cfg");
+        let answer = if closed { RS } else { Answer::Sc };
+        assert_eq!(line.request_to(126, MASTER, Some(61), &PRM), answer, "Set_Prm");
+        assert_eq!(line.request_to(126, MASTER, Some(62), &CFG), answer, "Chk_Cfg");
+        let inputs = if closed { RS } else { Answer::Low(vec![0; 4]) };
+        assert_eq!(line.request_to(126, MASTER, None, &[9; 4]), inputs, "Data_Exchange");
+        assert_eq!(line.request_to(126, MASTER, Some(56), &[]), inputs, "RD_Inp");
+        assert_eq!(state(&line) == State::WaitPrm, closed);
+        let mut line =
+            SlaveLine::of(Station::restored(stored, &[], BAUD, max_tsdr, IO, ACCEPTS).with_policy(policy));
+        assert_eq!(line.request_to(126, MASTER, Some(55), &[7, 0x12, 0x34, 0]), Answer::Sc, "Set_Slave_Add");
+        assert_eq!(line.request_to(7, MASTER, Some(61), &PRM), Answer::Sc);
+        assert_eq!(line.request_to(7, MASTER, Some(62), &CFG), Answer::Sc);
+        assert_eq!(line.request_to(7, MASTER, None, &[9; 4]), Answer::Low(vec![0; 4]));
+    }
+}
+
+#[test]
 fn w_03_retry_feeds_watchdog() {
     let starves = Policy { retry_feeds_watchdog: false, ..DEFAULT };
     for (policy, expected) in [(DEFAULT, State::DataExch), (starves, State::WaitPrm)] {
@@ -246,10 +329,10 @@ fn a_02_late_set_slave_add() {
 
 #[test]
 fn x_06_empty_read() {
-    const NOTHING: Description = Description { configurations: &[&[0x23, 0x13], &[0x00]], ..IO };
+    const NOTHING: Fixed<'static> = accepting(&[&[0x23, 0x13], &[0x00]]);
     let no_data = Policy { empty_read: EmptyRead::NoReplyData, ..DEFAULT };
     for (policy, reply) in [(DEFAULT, Answer::Sc), (no_data, Answer::Sd1(0x09))] {
-        let mut line = SlaveLine::with(NOTHING, policy);
+        let mut line = SlaveLine::judged_by(NOTHING, IO, policy);
         line.request(MASTER, Some(61), &PRM);
         line.request(MASTER, Some(62), &[0x00]);
         for sap in [56, 57] {
@@ -324,11 +407,11 @@ fn c_10_status_drops_reply() {
         let mut line = exchanging(policy);
         let octets = line.srd(SLAVE, MASTER, None, &[8; 4]);
         let first = line.send(&octets);
-        let passed = line.station.slave().outputs_passed();
+        let passed = line.station.slave().output_updates();
         line.station.set_inputs(&[5; 4]);
         assert_eq!(line.send(&plain(Service::FdlStatus)), Some(slave_line::hex("10 02 05 00 07 16")));
         let second = line.send(&octets);
-        assert_eq!(line.station.slave().outputs_passed() != passed, applied_again);
+        assert_eq!(line.station.slave().output_updates() != passed, applied_again);
         assert_eq!(second != first, applied_again, "the stored reply, octet for octet");
     }
 }

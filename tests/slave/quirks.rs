@@ -183,7 +183,7 @@ fn a_quirk_of_the_drive_reaches_it() {
         drive.line.wait(Duration::from_secs(1));
         drive.zsw(0x000A);
         drive.line.wait(Duration::from_millis(200));
-        let ssw = profidrive::device::words::system_status(drive.line.device.status());
+        let ssw = drive.line.device.system_status();
         assert_eq!(ssw & 0x0010, standing, "{value}: it turns for 125 or 500 ms");
     }
 }

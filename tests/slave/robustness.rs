@@ -5,11 +5,11 @@ use crate::common;
 use std::time::Duration;
 
 use common::{Line, MASTER, Reply, hex};
-use profidrive::device::{Config, Device, MAX_TELEGRAM_LEN, Timing};
+use profidrive::device::{Config, DESCRIPTION, Device, MAX_TELEGRAM_LEN, Timing};
 use profidrive::dp::State;
 use profidrive::drive::Inputs;
 use profidrive::fdl::Address;
-use profidrive::time::{BaudRate, Instant};
+use profidrive::time::Instant;
 use proptest::prelude::*;
 
 /// Requests of all kinds to station 5, each of which is answered or has an effect.
@@ -52,20 +52,60 @@ fn f_03_f_04_f_05_no_damaged_request_is_answered_or_has_an_effect() {
 }
 
 #[test]
-fn f_03_a_damaged_telegram_of_the_owner_does_not_feed_the_watchdog() {
-    let mut line = Line::new();
-    line.start_up_with(&[0x88, 1, 10, 11, 0x0A, 0xC5, 0]);
-    for _ in 0..4 {
-        line.wait(Duration::from_millis(30));
-        assert_eq!(line.send(&hex("10 05 02 49 51 16")), None);
+fn f_05_lengths_that_no_telegram_has_are_refused_although_everything_else_fits() {
+    // LE and LEr agree, both are 68, FCS and ED fit.
+    let sd2 = |le: u8, body: &[u8]| {
+        let fcs = body.iter().fold(0_u8, |sum, octet| sum.wrapping_add(*octet));
+        [&[0x68, le, le, 0x68], body, &[fcs, 0x16]].concat()
+    };
+    let slave_diag = [0x85, 0x82, 0x6D, 60, 62];
+    let mut longest = [0x85, 0x82, 0x6D, 61, 62].to_vec();
+    longest.resize(249, 0x40);
+    let mut longer = longest.clone();
+    longer.push(0x40);
+    for (octets, what) in [
+        (sd2(3, &[0x05, 0x02, 0x49]), "LE 3: an SD1 in the form of SD2"),
+        (sd2(3, &[0x05, 0x02, 0x6D]), "LE 3: Data_Exchange"),
+        (sd2(250, &longer), "LE 250"),
+        ([&[0x68, 5, 6, 0x68], &slave_diag[..], &[0xEE, 0x16]].concat(), "LEr is not LE"),
+        ([&[0x68, 5, 5, 0x10], &slave_diag[..], &[0xEE, 0x16]].concat(), "the fourth octet is not 68"),
+    ] {
+        let mut line = Line::new();
+        line.start_up();
+        let before = line.diagnosis(MASTER);
+        assert_eq!(line.send(&octets), None, "{what}");
+        line.wait(Duration::from_millis(60));
+        assert_eq!(line.diagnosis(MASTER), before, "{what}");
     }
-    assert_eq!(line.device.dp_state(), State::WaitPrm);
+    let mut line = Line::new();
+    assert!(line.send(&sd2(5, &slave_diag)).is_some(), "the same with its length is answered");
+    assert_eq!(line.send(&sd2(249, &longest)), Some(vec![0xE5]), "LE 249");
+}
+
+#[test]
+fn f_03_a_damaged_telegram_of_the_owner_does_not_feed_the_watchdog() {
+    // Slave_Diag and a Chk_Cfg in SD3, whole and with a wrong checksum.
+    for (octets, alive) in [
+        ("68 05 05 68 85 82 6D 3C 3E EE 16", true),
+        ("68 05 05 68 85 82 6D 3C 3E EF 16", false),
+        ("A2 85 82 6D 3E 3E F3 F2 00 00 00 00 D6 16", false),
+        ("10 05 02 6D 75 16", false),
+    ] {
+        let mut line = Line::new();
+        line.start_up_with(&[0x88, 1, 10, 11, 0x0A, 0xC5, 0]);
+        for _ in 0..4 {
+            line.wait(Duration::from_millis(60));
+            assert_eq!(line.send(&hex(octets)).is_some(), alive, "{octets}");
+        }
+        let expected = if alive { State::DataExch } else { State::WaitPrm };
+        assert_eq!(line.device.dp_state(), expected, "{octets}");
+    }
 }
 
 #[test]
 fn f_07_f_09_noise_before_a_request_with_idle_time_between() {
     for noise in ["10", "68", "A2", "DC", "E5", "10 05 02 49 51 16", "68 F9 F9 68 00 00", "16 16 FF 00"] {
-        for baud in BaudRate::ALL {
+        for baud in DESCRIPTION.rates.iter() {
             let mut line = Line::at(baud);
             assert_eq!(line.send(&hex(noise)), None, "{noise}");
             let reply = line.send(&hex("10 05 02 49 50 16"));

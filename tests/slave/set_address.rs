@@ -4,7 +4,7 @@ use crate::slave_line;
 
 use profidrive::dp::{AddressFault, Description, Event, Policy, State, Station, StoredAddress};
 use profidrive::fdl::Address;
-use slave_line::{Answer, BAUD, IO, MASTER, OTHER, PRM, RS, SLAVE, SlaveLine, answer};
+use slave_line::{ACCEPTS, Answer, BAUD, IO, MASTER, OTHER, PRM, RS, SLAVE, SlaveLine, answer};
 
 fn address(number: u8) -> Address {
     Address::station(number).unwrap()
@@ -16,7 +16,7 @@ fn delivered() -> SlaveLine {
 }
 
 fn restored(stored: StoredAddress, rem_slave_data: &[u8]) -> SlaveLine {
-    SlaveLine::of(Station::restored(stored, rem_slave_data, BAUD, Some(BAUD.max_tsdr_bits()), IO))
+    SlaveLine::of(Station::restored(stored, rem_slave_data, BAUD, Some(BAUD.max_tsdr_bits()), IO, ACCEPTS))
 }
 
 /// Set_Slave_Add to `new` with the right ident number.
@@ -169,9 +169,10 @@ fn n_03_units_as_delivered_get_their_addresses_one_at_a_time() {
 #[test]
 fn a_new_address_is_a_fresh_start() {
     let mut line = delivered();
-    assert_eq!(line.request_to(126, MASTER, Some(61), &[]), Answer::Sc);
+    assert_eq!(line.request_to(126, MASTER, Some(55), &new_address(8, 0)), Answer::Sc);
+    assert_eq!(line.request_to(8, MASTER, Some(61), &[]), Answer::Sc);
     assert!(line.station.slave().diagnosis().prm_fault);
-    assert_eq!(line.request_to(126, OTHER, Some(55), &new_address(7, 0)), Answer::Sc);
+    assert_eq!(line.request_to(8, OTHER, Some(55), &new_address(7, 0)), Answer::Sc);
     assert_eq!(diagnosis(&mut line, 7), Answer::Low(POWER_ON.to_vec()));
     assert_eq!(*line.station.slave().policy(), Policy::PROPOSED);
 }

@@ -2,10 +2,11 @@
 
 use crate::common;
 
-use common::{CFG, IDENT, Line, MASTER, RR, RS, Reply, SLAVE, hex};
-use profidrive::device::Event;
+use std::time::Duration;
+
+use common::{CFG, IDENT, Line, MASTER, RR, RS, Reply, hex};
+use profidrive::device::{DESCRIPTION, Event};
 use profidrive::dp::{self, State};
-use profidrive::time::BaudRate;
 
 const OTHER: u8 = 3;
 
@@ -19,7 +20,7 @@ fn good() -> [u8; 7] {
 
 #[test]
 fn t_01_the_start_up_octet_for_octet_at_every_rate() {
-    for baud in BaudRate::ALL {
+    for baud in DESCRIPTION.rates.iter() {
         let mut line = Line::at(baud);
         for (request, reply) in [
             ("10 05 02 49 50 16", "10 02 05 00 07 16"),
@@ -110,24 +111,55 @@ fn p_06_min_tsdr_zero_keeps_the_old_one() {
 
 #[test]
 fn p_08_another_master_changes_nothing_while_the_slave_is_locked() {
-    for status in [0x00, 0x40, 0x80, 0xC0] {
+    // The owner: watchdog 100 ms, group 1. The other: watchdog off or 10 ms, all groups, min T_SDR 200.
+    let owners = [0x88, 1, 10, 11, IDENT[0], IDENT[1], 0x01];
+    for status in [0x00, 0x40, 0x80, 0x88, 0xC0] {
         let mut line = Line::new();
-        line.start_up();
+        line.start_up_with(&owners);
         let before = line.diagnosis(MASTER);
-        assert_eq!(line.request(OTHER, Some(61), &prm(status, 200, IDENT, 0xFF)), Reply::Sc);
+        let user_prm = line.device.slave().user_prm().to_vec();
+        assert_eq!(line.request(OTHER, Some(61), &[status, 1, 1, 200, IDENT[0], IDENT[1], 0xFF]), Reply::Sc);
         assert_eq!(line.request(OTHER, Some(61), &[0x80]), Reply::Sc);
-        assert_eq!(line.diagnosis(MASTER), before);
+        assert_eq!(line.diagnosis(MASTER), before, "state, faults, WD_On, Master_Add");
         assert_eq!(line.device.dp_state(), State::DataExch);
+        let slave = line.device.slave();
+        assert_eq!((slave.min_tsdr(), slave.user_prm()), (Some(11), &user_prm[..]));
+        assert_eq!(slave.watchdog().unwrap().0, Duration::from_millis(100));
+        // Group 2 is the other's wish only.
+        line.exchange(&[9; 14]);
+        line.global_control(0x02, 0x02);
+        assert_eq!(line.device.slave().outputs(), [9; 14]);
+        line.global_control(0x02, 0x01);
+        assert_eq!(line.device.slave().outputs(), [0; 14]);
+        // The watchdog is the owner's: not 10 ms, and not off.
+        line.exchange(&[9; 14]);
+        line.wait(Duration::from_millis(90));
+        assert_eq!(line.device.dp_state(), State::DataExch);
+        line.wait(Duration::from_millis(11));
+        assert_eq!(line.device.dp_state(), State::WaitPrm);
     }
 }
 
 #[test]
-fn p_09_another_master_is_accepted_after_release() {
-    let mut line = Line::new();
-    line.start_up();
-    line.request(MASTER, Some(61), &prm(0x40, 0, IDENT, 0));
-    assert_eq!(line.request(OTHER, Some(61), &good()), Reply::Sc);
-    assert_eq!(line.diagnosis(OTHER)[3], OTHER);
+fn p_09_another_master_is_accepted_after_release_and_after_the_watchdog() {
+    let watchdog = [0x88, 1, 10, 11, IDENT[0], IDENT[1], 0];
+    let leave: [fn(&mut Line); 2] = [
+        |line| assert_eq!(line.request(MASTER, Some(61), &prm(0x40, 0, IDENT, 0)), Reply::Sc),
+        |line| line.wait(Duration::from_millis(101)),
+    ];
+    for leave in leave {
+        let mut line = Line::new();
+        line.start_up_with(&watchdog);
+        assert_eq!(line.request(OTHER, Some(61), &good()), Reply::Sc);
+        assert_eq!(line.diagnosis(OTHER)[3], MASTER, "locked until then");
+        leave(&mut line);
+        assert_eq!(line.diagnosis(OTHER)[..4], [0x02, 0x05, 0x00, 0xFF]);
+        assert_eq!(line.request(OTHER, Some(61), &good()), Reply::Sc);
+        assert_eq!(line.request(OTHER, Some(62), &CFG), Reply::Sc);
+        assert_eq!(line.diagnosis(OTHER)[..4], [0x00, 0x04, 0x00, OTHER]);
+        assert!(matches!(line.request(OTHER, None, &[0; 14]), Reply::Data(_)));
+        assert_eq!(line.request(MASTER, None, &[0; 14]), RS, "the former owner is any other master now");
+    }
 }
 
 #[test]
@@ -203,10 +235,26 @@ fn g_03_a_configuration_without_parameters_is_not_activated() {
 
 #[test]
 fn g_04_another_masters_configuration_is_not_activated() {
-    let mut line = Line::new();
-    line.start_up();
-    assert_eq!(line.request(OTHER, Some(62), &[0x00]), RS);
-    assert_eq!(line.device.dp_state(), State::DataExch);
+    for (configured, state) in [(false, State::WaitCfg), (true, State::DataExch)] {
+        for configuration in [&CFG[..], &[0x00]] {
+            let mut line = Line::new();
+            line.request(MASTER, Some(61), &good());
+            if configured {
+                line.request(MASTER, Some(62), &CFG);
+                line.exchange(&[9; 14]);
+            }
+            let before = line.diagnosis(MASTER);
+            assert_eq!(line.request(OTHER, Some(62), configuration), RS);
+            assert_eq!((line.device.dp_state(), line.diagnosis(MASTER)), (state, before));
+            if configured {
+                assert_eq!(line.device.slave().outputs(), [9; 14]);
+                line.exchange(&[8; 14]);
+            } else {
+                assert_eq!(line.request(MASTER, Some(62), &CFG), Reply::Sc, "the owner goes on");
+                line.exchange(&[9; 14]);
+            }
+        }
+    }
 }
 
 #[test]
@@ -274,29 +322,6 @@ fn f_01_fdl_status_is_answered_in_each_state() {
 }
 
 #[test]
-fn f_12_requests_of_low_and_high_priority_are_alike() {
-    use profidrive::fdl::{FrameCount, FunctionCode, Service};
-    let replies = [Service::SrdLow, Service::SrdHigh].map(|service| {
-        let mut line = Line::new();
-        let prm = good();
-        [
-            (Some(60), &[][..]),
-            (Some(61), &prm),
-            (Some(62), &CFG),
-            (Some(59), &[]),
-            (None, &[0; 14]),
-            (Some(57), &[]),
-        ]
-        .map(|(dsap, data)| {
-            let fc = FunctionCode::request(service, FrameCount::First);
-            line.send(&common::telegram(SLAVE, MASTER, fc, dsap, data))
-        })
-    });
-    assert_eq!(replies[0], replies[1]);
-    assert!(replies[0].iter().all(Option::is_some));
-}
-
-#[test]
 fn f_13_a_sap_where_nothing_listens_is_not_activated() {
     let mut line = Line::new();
     for sap in (0..=55).chain([58, 63]) {
@@ -309,14 +334,4 @@ fn a_04_set_slave_add_is_closed() {
     let mut line = Line::new();
     assert_eq!(line.request(MASTER, Some(55), &[7, IDENT[0], IDENT[1], 0]), RS);
     assert_eq!(line.diagnosis(MASTER)[..4], [0x02, 0x05, 0x00, 0xFF]);
-}
-
-#[test]
-fn f_11_an_sd3_request_is_answered_like_its_sd2_form() {
-    let mut line = Line::new();
-    line.request(MASTER, Some(61), &good());
-    // Chk_Cfg with six identifiers: eight octets behind FC.
-    let reply = line.send(&hex("A2 85 82 5D 3E 3E F3 F2 00 00 00 00 C5 16"));
-    assert_eq!(reply, Some(vec![0xE5]));
-    assert_eq!(line.diagnosis(MASTER)[0], 0x06, "six identifiers are not ours");
 }

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 use std::time::Duration;
 
-use profidrive::dp::{Description, Event, ExtDiag, Policy, Station};
+use profidrive::dp::{Application, Description, Event, ExtDiag, Fixed, Policy, Station};
 use profidrive::fdl::framer::{Framer, Resync};
 use profidrive::fdl::telegram::{Decoded, decode};
 use profidrive::fdl::{Address, FrameCount, FunctionCode, Service, Telegram};
@@ -23,7 +23,6 @@ pub(crate) const BAUD: BaudRate = BaudRate::K12000;
 /// Four octets out, four octets in.
 pub(crate) const IO: Description = Description {
     ident: 0x1234,
-    configurations: &[&[0x23, 0x13], &[0x21, 0x11]],
     max_diag_len: 244,
     sync_mode: true,
     freeze_mode: true,
@@ -31,6 +30,14 @@ pub(crate) const IO: Description = Description {
     set_slave_add: true,
     ..Description::PLAIN
 };
+
+/// What [`IO`] accepts: four octets each way, or two.
+pub(crate) const ACCEPTS: Fixed<'static> = accepting(&[&[0x23, 0x13], &[0x21, 0x11]]);
+
+/// The application of a slave with these configurations.
+pub(crate) const fn accepting(configurations: &'static [&'static [u8]]) -> Fixed<'static> {
+    Fixed { configurations, ..Fixed::PLAIN }
+}
 
 /// Lock, watchdog off.
 pub(crate) const PRM: [u8; 7] = [0x80, 1, 1, 11, 0x12, 0x34, 0];
@@ -54,8 +61,8 @@ pub(crate) const RR: Answer = Answer::Sd1(0x02);
 
 /// The line, its clock and the slave on it.
 #[derive(Clone)]
-pub(crate) struct SlaveLine {
-    pub(crate) station: Station,
+pub(crate) struct SlaveLine<A = Fixed<'static>> {
+    pub(crate) station: Station<A>,
     pub(crate) now: Instant,
     pub(crate) events: Vec<Event>,
     framer: Framer,
@@ -68,18 +75,7 @@ impl SlaveLine {
     }
 
     pub(crate) fn with(description: Description, policy: Policy) -> Self {
-        let address = Address::station(SLAVE).unwrap();
-        Self::of(Station::new(address, BAUD, Some(BAUD.max_tsdr_bits()), description).with_policy(policy))
-    }
-
-    pub(crate) fn of(station: Station) -> Self {
-        Self {
-            station,
-            now: Instant::from_millis(1),
-            events: Vec::new(),
-            framer: Framer::new(Resync::Idle(BAUD)),
-            frame_counts: HashMap::new(),
-        }
+        Self::judged_by(ACCEPTS, description, policy)
     }
 
     /// The slave at this address, up to Data_Exchange.
@@ -87,6 +83,23 @@ impl SlaveLine {
         let mut line = Self::with(description, policy);
         line.start_up();
         line
+    }
+}
+
+impl<A: Application> SlaveLine<A> {
+    pub(crate) fn judged_by(application: A, description: Description, policy: Policy) -> Self {
+        let (address, max_tsdr) = (Address::station(SLAVE).unwrap(), Some(BAUD.max_tsdr_bits()));
+        Self::of(Station::new(address, BAUD, max_tsdr, description, application).with_policy(policy))
+    }
+
+    pub(crate) fn of(station: Station<A>) -> Self {
+        Self {
+            station,
+            now: Instant::from_millis(1),
+            events: Vec::new(),
+            framer: Framer::new(Resync::Idle(BAUD)),
+            frame_counts: HashMap::new(),
+        }
     }
 
     pub(crate) fn start_up(&mut self) {

@@ -84,7 +84,7 @@ fields=(frame.number frame.p2p_dir _ws.col.Source _ws.col.Destination _ws.col.In
     profibus.dp.diag.master_add profibus.dp.diag.ident profibus.dp.diag.block profibus.dp.gc.clear_data
     profibus.dp.gc.sync profibus.dp.gc.freeze profibus.dp.gc.group profibus.dp.ssa.address
     ppo.pkw.ak ppo.pkw.pnu ppo.pkw.ind ppo.pkw.pwe ppo.pkw.value ppo.pkw.error ppo.stw ppo.stw.on ppo.stw.start
-    ppo.hsw ppo.zsw ppo.zsw.operation_enabled ppo.zsw.fault ppo.zsw.target_reached ppo.zsw.job_acknowledge ppo.hiw
+    ppo.hsw ppo.zsw ppo.zsw.operation_enabled ppo.zsw.fault ppo.zsw.target_reached ppo.zsw.job_toggle ppo.hiw
     _ws.expert.message)
 dissected -2 -r "$here/session.pcapng" -T fields -E header=y -E separator='|' -E occurrence=a -E aggregator=' ' \
     "${fields[@]/#/-e}" >"$work/fields"

@@ -6,8 +6,10 @@ use core::time::Duration;
 use thiserror::Error;
 
 use super::goal::Goal;
-use super::zsw::bit;
+use crate::device::bits::{GeneralStatusBit, SswBit, ZswBit};
+use crate::dp::DiagBit;
 use crate::drive::{Fault, Mode};
+use crate::param::Gear;
 use crate::ppo::Zsw;
 
 /// What stands against a goal, and where it shows.
@@ -151,8 +153,8 @@ pub struct Findings {
     pub limits: [Option<i32>; 2],
     /// PNU 1014, positioning type.
     pub pos_type: Option<u16>,
-    /// The largest velocity in rpm (PNU 961).
-    pub fastest: Option<i32>,
+    /// PNU 961: the gear.
+    pub gear: Option<Gear>,
     /// The first two octets of the last diagnosis.
     pub diagnosis: Option<[u8; 2]>,
     /// A travel job of this client is active or interrupted.
@@ -171,6 +173,18 @@ pub struct Obstacles {
 }
 
 impl Obstacles {
+    /// What is known while the goal is under way.
+    pub(super) const fn of(goal: Goal, findings: Findings) -> Self {
+        Self { goal, waited: None, findings }
+    }
+
+    /// By SSW: no edge would start a job.
+    pub(super) fn rule_out_travel(&self) -> bool {
+        [Obstacle::NoOutputStage, Obstacle::AboveUpperLimit, Obstacle::BelowLowerLimit]
+            .into_iter()
+            .any(|obstacle| self.contains(obstacle))
+    }
+
     /// Every obstacle, in the order of [`Obstacle::ALL`]. None: the drive shows no reason.
     pub fn iter(&self) -> impl Iterator<Item = Obstacle> {
         Obstacle::ALL.into_iter().filter(|obstacle| self.contains(*obstacle))
@@ -179,25 +193,21 @@ impl Obstacles {
     /// Whether this stands against the goal.
     pub fn contains(&self, obstacle: Obstacle) -> bool {
         let Self { goal, findings, .. } = self;
-        let zsw = |n: u8| findings.zsw.map(|zsw| zsw.bit(n));
-        let ssw = |n: u8| findings.ssw.is_some_and(|ssw| ssw >> n & 1 == 1);
-        let diagnosis = |octet: usize, mask: u8| {
-            findings.zsw.is_none()
-                && findings
-                    .diagnosis
-                    .is_some_and(|octets| octets.get(octet).is_some_and(|octet| octet & mask != 0))
+        let zsw = |bit: ZswBit| findings.zsw.map(|zsw| bit.is_set(zsw));
+        let ssw = |bit: SswBit| findings.ssw.is_some_and(|ssw| bit.is_set(ssw));
+        let diagnosis = |bit: DiagBit| {
+            findings.zsw.is_none() && findings.diagnosis.is_some_and(|octets| bit.is_set(&octets))
         };
         let moves = goal.moves();
         // Not a matter of limits and jobs: the drive could not travel anyway.
-        let enabled = zsw(bit::OPERATION_ENABLED) == Some(true);
+        let enabled = zsw(ZswBit::OperationEnabled) == Some(true);
         match obstacle {
             Obstacle::NoDataExchange => findings.zsw.is_none(),
-            // `ag03.md` 12
-            Obstacle::NoStation => diagnosis(0, 0x01),
-            Obstacle::ParameterFault => diagnosis(0, 0x40),
-            Obstacle::ConfigurationFault => diagnosis(0, 0x04),
-            Obstacle::OtherMaster => diagnosis(0, 0x80),
-            Obstacle::StationNotReady => diagnosis(0, 0x02) || diagnosis(1, 0x01),
+            Obstacle::NoStation => diagnosis(DiagBit::StationNonExistent),
+            Obstacle::ParameterFault => diagnosis(DiagBit::PrmFault),
+            Obstacle::ConfigurationFault => diagnosis(DiagBit::CfgFault),
+            Obstacle::OtherMaster => diagnosis(DiagBit::MasterLock),
+            Obstacle::StationNotReady => diagnosis(DiagBit::StationNotReady) || diagnosis(DiagBit::PrmReq),
             Obstacle::VelocityMode => {
                 findings.mode == Some(Mode::Velocity) && goal.mode() == Some(Mode::Positioning)
             }
@@ -206,22 +216,23 @@ impl Obstacles {
             }
             // In fault and turn-on disabled it may say nothing about the supply (C-09).
             Obstacle::NoSupply => {
-                zsw(bit::READY) == Some(false)
-                    && zsw(bit::FAULT) == Some(false)
-                    && zsw(bit::TURN_ON_DISABLED) == Some(false)
+                zsw(ZswBit::ReadyToTurnOn) == Some(false)
+                    && zsw(ZswBit::Fault) == Some(false)
+                    && zsw(ZswBit::TurnOnDisabled) == Some(false)
             }
-            Obstacle::Fault => zsw(bit::FAULT) == Some(true) && *goal != Goal::Acknowledge,
-            Obstacle::FaultCause => zsw(bit::FAULT) == Some(true) && *goal == Goal::Acknowledge,
-            Obstacle::TurnOnDisabled => zsw(bit::TURN_ON_DISABLED) == Some(true),
+            Obstacle::Fault => zsw(ZswBit::Fault) == Some(true) && *goal != Goal::Acknowledge,
+            Obstacle::FaultCause => zsw(ZswBit::Fault) == Some(true) && *goal == Goal::Acknowledge,
+            Obstacle::TurnOnDisabled => zsw(ZswBit::TurnOnDisabled) == Some(true),
             Obstacle::NotEnabled => {
-                (moves || *goal == Goal::Pause) && zsw(bit::OPERATION_ENABLED) == Some(false)
+                (moves || *goal == Goal::Pause) && zsw(ZswBit::OperationEnabled) == Some(false)
             }
-            Obstacle::NoOutputStage => (moves || *goal == Goal::Enable) && ssw(10),
-            Obstacle::AboveUpperLimit => moves && ssw(5),
-            Obstacle::BelowLowerLimit => moves && ssw(6),
+            Obstacle::NoOutputStage => (moves || *goal == Goal::Enable) && ssw(SswBit::NoOutputStage),
+            Obstacle::AboveUpperLimit => moves && ssw(SswBit::AboveUpperLimit),
+            Obstacle::BelowLowerLimit => moves && ssw(SswBit::BelowLowerLimit),
             Obstacle::LimitExceeded => {
                 let positioning = findings.mode == Some(Mode::Positioning);
-                moves && positioning && zsw(bit::LIMIT_EXCEEDED) == Some(true) && !ssw(5) && !ssw(6)
+                let which = ssw(SswBit::AboveUpperLimit) || ssw(SswBit::BelowLowerLimit);
+                moves && positioning && zsw(ZswBit::LimitExceeded) == Some(true) && !which
             }
             Obstacle::TargetBeyondLimits => self.target_beyond_limits(),
             Obstacle::LoopPoint => {
@@ -232,13 +243,15 @@ impl Obstacles {
             }
             Obstacle::BeyondGear => goal
                 .rpm()
-                .zip(findings.fastest)
-                .is_some_and(|(rpm, fastest)| rpm.unsigned_abs() > fastest.unsigned_abs()),
-            Obstacle::PositioningActive => moves && ssw(14),
-            Obstacle::ShaftTurns => zsw(bit::STANDSTILL) == Some(false) || ssw(4),
-            Obstacle::TorqueTripped => findings.general_status.is_some_and(|register| register >> 7 & 1 == 1),
+                .zip(findings.gear)
+                .is_some_and(|(rpm, gear)| rpm.unsigned_abs() > gear.max_rpm().into()),
+            Obstacle::PositioningActive => moves && ssw(SswBit::PositioningActive),
+            Obstacle::ShaftTurns => zsw(ZswBit::Standstill) == Some(false) || ssw(SswBit::Travels),
+            Obstacle::TorqueTripped => findings
+                .general_status
+                .is_some_and(|register| GeneralStatusBit::TorqueDeactivation.is_set(register)),
             Obstacle::LagError => {
-                findings.mode == Some(Mode::Positioning) && zsw(bit::NO_LAG_OR_AT_SPEED) == Some(false)
+                findings.mode == Some(Mode::Positioning) && zsw(ZswBit::NoLagError) == Some(false)
             }
             Obstacle::NoJob => {
                 let tripped = self.contains(Obstacle::TorqueTripped);
@@ -259,7 +272,7 @@ impl Obstacles {
 
     fn write(&self, f: &mut fmt::Formatter<'_>, obstacle: Obstacle) -> fmt::Result {
         f.write_str(obstacle.text())?;
-        let Findings { fault_code, limits, fastest, .. } = self.findings;
+        let Findings { fault_code, limits, gear, .. } = self.findings;
         let fault = fault_code.and_then(|code| Fault::ALL.into_iter().find(|fault| fault.code() == code));
         if let Some(fault) = fault
             && matches!(obstacle, Obstacle::Fault | Obstacle::FaultCause)
@@ -272,10 +285,10 @@ impl Obstacles {
         {
             write!(f, ": the limits are {} and {}", a.min(b), a.max(b))?;
         }
-        if let Some(fastest) = fastest
+        if let Some(gear) = gear
             && obstacle == Obstacle::BeyondGear
         {
-            write!(f, ": at most {fastest} rpm")?;
+            write!(f, ": at most {} rpm", gear.max_rpm())?;
         }
         Ok(())
     }

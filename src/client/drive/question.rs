@@ -1,9 +1,10 @@
 //! What the client reads from the drive for its goals.
 
-use super::obstacle::Findings;
+use super::obstacle::{Findings, Obstacles};
 use crate::client::{Job, Reply};
+use crate::device::bits::ZswBit;
 use crate::drive::Mode;
-use crate::param::{Pnu, Subindex, Width};
+use crate::param::{Gear, Pnu, Subindex, Width};
 
 /// A parameter the client reads. The reply also shows that the drive has seen the control word it was sent with:
 /// both travel in one image.
@@ -66,11 +67,7 @@ impl Findings {
                 };
             }
             Question::HardwareVersion => {
-                self.fastest = match word {
-                    2 => Some(200),
-                    3 => Some(100),
-                    _unknown => None,
-                };
+                self.gear = Gear::of_hardware_version(word);
             }
             Question::Window | Question::DeltaInch => {}
             Question::SystemStatus => self.ssw = Some(word),
@@ -81,5 +78,31 @@ impl Findings {
             Question::PosType => self.pos_type = Some(word),
         }
         Some(value.bits())
+    }
+}
+
+impl Obstacles {
+    /// What to ask next to find out why the goal was not reached.
+    pub(super) fn question_after(&self, question: Option<Question>) -> Option<Question> {
+        const ALL: [Question; 6] = [
+            Question::SystemStatus,
+            Question::GeneralStatus,
+            Question::NewestFault,
+            Question::Limit1,
+            Question::Limit2,
+            Question::PosType,
+        ];
+        // Without Data_Exchange nobody would answer.
+        let zsw = self.findings.zsw?;
+        let asked = question.and_then(|question| ALL.iter().position(|other| *other == question));
+        let rest = ALL.into_iter().skip(asked.map_or(0, |index| index + 1));
+        rest.into_iter().find(|question| match question {
+            Question::SystemStatus | Question::GeneralStatus => true,
+            Question::NewestFault => ZswBit::Fault.is_set(zsw),
+            Question::Limit1 | Question::Limit2 | Question::PosType => self.goal.target().is_some(),
+            Question::OperatingMode | Question::HardwareVersion | Question::Window | Question::DeltaInch => {
+                false
+            }
+        })
     }
 }

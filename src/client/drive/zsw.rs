@@ -1,24 +1,10 @@
-//! The bits of ZSW a master looks at, and the patterns the manual prints (`ag03.md` 5).
+//! What the status word looks like in each state of the drive: the patterns that the manual prints.
 
 use core::fmt;
 
+use crate::device::bits::ZswBit;
 use crate::drive::Mode;
 use crate::ppo::Zsw;
-
-/// Bits of ZSW as the client asks for them; `device::words` draws the whole word.
-pub(super) mod bit {
-    pub(in super::super) const READY: u8 = 0;
-    pub(in super::super) const OPERATION_ENABLED: u8 = 2;
-    pub(in super::super) const FAULT: u8 = 3;
-    pub(in super::super) const TURN_ON_DISABLED: u8 = 6;
-    /// Positioning: no lag error. Velocity: actual velocity in the window of the target.
-    pub(in super::super) const NO_LAG_OR_AT_SPEED: u8 = 8;
-    pub(in super::super) const TARGET_REACHED: u8 = 10;
-    pub(in super::super) const JOB_ACKNOWLEDGE: u8 = 12;
-    pub(in super::super) const STANDSTILL: u8 = 13;
-    pub(in super::super) const LIMIT_EXCEEDED: u8 = 14;
-    pub(in super::super) const READY_TO_TRAVEL: u8 = 15;
-}
 
 /// What ZSW looks like in a state of the drive: some bits have a value, the others may be anything.
 ///
@@ -35,35 +21,55 @@ impl ZswPattern {
     /// Ready-to-run: supplied, not enabled, standing still.
     pub const fn ready_to_run(mode: Mode) -> Self {
         match mode {
-            Mode::Positioning => Self::new(0xAB6F, 0x2B23),
-            Mode::Velocity => Self::new(0xFE6F, 0x3E23),
+            Mode::Positioning => Self::printed("0x1x 1x11 x01x 0011"),
+            Mode::Velocity => Self::printed("0011 111x x01x 0011"),
         }
     }
 
     /// Operation enabled, standing still.
     pub const fn operation_enabled(mode: Mode) -> Self {
         match mode {
-            Mode::Positioning => Self::new(0x2B7F, 0x2B37),
-            Mode::Velocity => Self::new(0x7E7F, 0x3E37),
+            Mode::Positioning => Self::printed("xx1x 1x11 x011 0111"),
+            Mode::Velocity => Self::printed("x011 111x x011 0111"),
         }
     }
 
     /// Ready-to-travel. In positioning mode an interrupted travel job looks the same (`ag03.md` C-05).
     pub const fn ready_to_travel(mode: Mode) -> Self {
         match mode {
-            Mode::Positioning => Self::new(0xEB7F, 0xAB37),
-            Mode::Velocity => Self::new(0xFE7F, 0xBE37),
+            Mode::Positioning => Self::printed("101x 1x11 x011 0111"),
+            Mode::Velocity => Self::printed("1011 111x x011 0111"),
         }
     }
 
     /// Inching 1 or 2 is active (positioning).
-    pub const INCHING: Self = Self::new(0xAA7F, 0x0A37);
+    pub const INCHING: Self = Self::printed("0x0x 1x1x x011 0111");
     /// A travel job is active (positioning).
-    pub const TRAVEL_JOB: Self = Self::new(0xEA7F, 0x0A37);
+    pub const TRAVEL_JOB: Self = Self::printed("000x 1x1x x011 0111");
     /// The setpoint is released (velocity).
-    pub const TRAVELLING: Self = Self::new(0xDE7F, 0x1E37);
+    pub const TRAVELLING: Self = Self::printed("00x1 111x x011 0111");
 
-    const fn new(mask: u16, value: u16) -> Self {
+    /// Every status word.
+    pub const ANY: Self = Self { mask: 0, value: 0 };
+
+    /// The same pattern in which this bit matters too.
+    #[must_use]
+    pub const fn with(self, bit: ZswBit, set: bool) -> Self {
+        let others = self.value & !bit.mask();
+        Self { mask: self.mask | bit.mask(), value: others | bit.when(set) }
+    }
+
+    /// The pattern as the flow charts print it, bit 15 first; `x` is any value.
+    const fn printed(chart: &str) -> Self {
+        let (mut mask, mut value) = (0, 0);
+        let mut rest = chart.as_bytes();
+        while let [digit, behind @ ..] = rest {
+            rest = behind;
+            if *digit != b' ' {
+                mask = mask << 1 | (*digit != b'x') as u16;
+                value = value << 1 | (*digit == b'1') as u16;
+            }
+        }
         Self { mask, value }
     }
 
@@ -76,7 +82,7 @@ impl ZswPattern {
     pub(super) const fn is_met(self, mode: Mode, zsw: Zsw) -> bool {
         let mask = match mode {
             Mode::Positioning => self.mask,
-            Mode::Velocity => self.mask & !(1 << bit::LIMIT_EXCEEDED),
+            Mode::Velocity => self.mask & !ZswBit::LimitExceeded.mask(),
         };
         Self { mask, ..self }.matches(zsw)
     }
@@ -107,21 +113,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_patterns_are_those_of_the_flow_charts() {
-        let (positioning, velocity) = (Mode::Positioning, Mode::Velocity);
-        for (pattern, printed) in [
-            (ZswPattern::ready_to_run(positioning), "0x1x 1x11 x01x 0011"),
-            (ZswPattern::operation_enabled(positioning), "xx1x 1x11 x011 0111"),
-            (ZswPattern::INCHING, "0x0x 1x1x x011 0111"),
-            (ZswPattern::ready_to_travel(positioning), "101x 1x11 x011 0111"),
-            (ZswPattern::TRAVEL_JOB, "000x 1x1x x011 0111"),
-            (ZswPattern::ready_to_run(velocity), "0011 111x x01x 0011"),
-            (ZswPattern::operation_enabled(velocity), "x011 111x x011 0111"),
-            (ZswPattern::ready_to_travel(velocity), "1011 111x x011 0111"),
-            (ZswPattern::TRAVELLING, "00x1 111x x011 0111"),
-        ] {
-            assert_eq!(pattern.to_string(), printed);
-        }
+    fn a_pattern_is_read_and_printed_as_in_the_flow_charts() {
+        let positioning = Mode::Positioning;
+        let ready = ZswPattern::ready_to_run(positioning);
+        assert_eq!(ready, ZswPattern { mask: 0xAB6F, value: 0x2B23 });
+        assert_eq!(ready.to_string(), "0x1x 1x11 x01x 0011");
         assert!(ZswPattern::ready_to_run(positioning).matches(Zsw::from_raw(0x2B23)));
         assert!(!ZswPattern::ready_to_run(positioning).matches(Zsw::from_raw(0xAB37)));
     }

@@ -119,6 +119,19 @@ impl Job {
         self.pnu
     }
 
+    /// The element of an array, or of the description.
+    pub const fn element(&self) -> Option<Subindex> {
+        self.element
+    }
+
+    /// What a write writes.
+    pub const fn written(&self) -> Option<Value> {
+        match self.task {
+            Task::Write(value, _) => Some(value),
+            Task::Read(_) | Task::CountElements | Task::ReadDescription => None,
+        }
+    }
+
     /// Whether it changes something in the drive.
     pub const fn is_write(&self) -> bool {
         match self.task {
@@ -259,6 +272,16 @@ impl Job {
     }
 }
 
+impl fmt::Display for Reply {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Value(value) => fmt::Display::fmt(value, f),
+            Self::ElementCount(count) => write!(f, "{count} elements"),
+            Self::Description(octets) => write!(f, "{octets:08X}"),
+        }
+    }
+}
+
 impl fmt::Display for Job {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { pnu, element, task } = *self;
@@ -266,12 +289,11 @@ impl fmt::Display for Job {
             Task::Read(_) => write!(f, "read PNU {pnu}")?,
             Task::Write(value, memory) => {
                 // The drive knows whether its parameter has a sign.
-                match value {
-                    Value::Word(word) => write!(f, "write word {word} to PNU {pnu}")?,
-                    Value::Double(double) => {
-                        write!(f, "write double word {} to PNU {pnu}", double.cast_signed())?;
-                    }
-                }
+                let width = match value.width() {
+                    Width::Word => "word",
+                    Width::Double => "double word",
+                };
+                write!(f, "write {width} {value} to PNU {pnu}")?;
                 match memory {
                     Some(Memory::Permanent) => f.write_str(" permanently")?,
                     Some(Memory::Volatile) => f.write_str(" until power-off")?,

@@ -5,23 +5,53 @@ use std::vec::Vec;
 use core::time::Duration;
 
 use super::*;
-use crate::param::{Gear, Live, Model, Pnu, Store, Subindex, Value, Width, WriteContext};
-use crate::pkw::{Config, Engine, ErrorNumber};
+use crate::param::{Gear, Model, Pnu, Reading, Store, Subindex, Value, Width};
+use crate::pkw::{self, Config, Engine, ErrorNumber, JobError, Parameters};
 use crate::ppo::{Ind, Pke};
 
-const LIVE: Live = Live {
-    address: 5,
-    fault_buffer: *b"GFEABCD\0\0\0",
-    fault_count: 7,
-    system_status: 0x2948,
-    temperature: -25,
-    motor_current: 1234,
-    general_status: 0x0010,
-    position: -5000,
-    output_stage_voltage: 240,
-    control_voltage: 238,
-    battery_voltage: 361,
-};
+/// A drive that shows something.
+struct Drive {
+    store: Store,
+    position: i32,
+}
+
+impl Parameters for Drive {
+    fn read(&self, pnu: u16, element: Option<u8>) -> Result<pkw::Value, JobError> {
+        let show = |reading, element| {
+            if reading == Reading::Position { self.position } else { live(reading, element) }
+        };
+        Ok(self.store.read(Pnu::from_low_bits(pnu), element.map(Subindex), show)?.into())
+    }
+
+    fn write(&mut self, pnu: u16, element: Option<u8>, value: pkw::Value) -> Result<pkw::Written, JobError> {
+        Parameters::write(&mut self.store, pnu, element, value)
+    }
+
+    fn elements(&self, pnu: u16) -> Result<Option<u8>, JobError> {
+        self.store.elements(pnu)
+    }
+}
+
+/// What the drive shows.
+fn live(reading: Reading, element: Subindex) -> i32 {
+    match reading {
+        Reading::Address => 5,
+        Reading::FaultBuffer => b"GFEABCD\0\0\0"[usize::from(element.0)].into(),
+        Reading::FaultCount => 7,
+        Reading::SystemStatus => 0x2948,
+        Reading::Temperature => -25,
+        Reading::MotorCurrent => 1234,
+        Reading::GeneralStatus => 0x0010,
+        Reading::Position => -5000,
+        Reading::OutputStageVoltage => 240,
+        Reading::ControlVoltage => 238,
+        Reading::BatteryVoltage => 361,
+        Reading::HardwareVersion
+        | Reading::SoftwareVersion
+        | Reading::SerialNumber
+        | Reading::ProductionDate => panic!("the store knows {reading:?}"),
+    }
+}
 
 /// From PNU 918 to 999.
 const PROBES: usize = 82;
@@ -41,7 +71,7 @@ fn pkw(text: &str) -> Pkw {
 struct Line {
     client: PkwClient,
     engine: Engine,
-    store: Store,
+    drive: Drive,
     sent: Vec<String>,
     exchanges: usize,
 }
@@ -51,7 +81,7 @@ impl Line {
         Self {
             client: PkwClient::new(profile),
             engine: Engine::new(Config { latency, ..Config::default() }),
-            store: Store::new(model, Gear::Ratio48),
+            drive: Drive { store: Store::new(model, Gear::Ratio48), position: -5000 },
             sent: Vec::new(),
             exchanges: 0,
         }
@@ -64,7 +94,7 @@ impl Line {
         }
         self.client.handle_input(Instant::ZERO, reply);
         self.exchanges += 1;
-        self.engine.cycle(job, &mut self.store, &LIVE, &WriteContext::default()).reply
+        self.engine.cycle(job, &mut self.drive).reply
     }
 
     fn run(&mut self, job: Job) -> Result<Reply, PkwError> {
@@ -72,8 +102,7 @@ impl Line {
         self.exchanges = 0;
         self.client.submit(Instant::ZERO, job).unwrap();
         // The inputs of an exchange were ready before its outputs came.
-        let mut reply =
-            self.engine.cycle(self.client.output(), &mut self.store, &LIVE, &WriteContext::default()).reply;
+        let mut reply = self.engine.cycle(self.client.output(), &mut self.drive).reply;
         loop {
             reply = self.exchange(reply);
             if let Some(outcome) = self.client.poll_outcome() {
@@ -202,9 +231,8 @@ fn a_reply_that_is_later_than_a_job_may_take_is_not_taken_for_the_reply_to_the_n
             let submitted = now;
             let outcome = loop {
                 now += 1;
-                let live = Live { position: now, ..LIVE };
-                let context = WriteContext::default();
-                let reply = line.engine.cycle(line.client.output(), &mut line.store, &live, &context).reply;
+                line.drive.position = now;
+                let reply = line.engine.cycle(line.client.output(), &mut line.drive).reply;
                 under_way.push_back(reply);
                 line.client.handle_input(Instant::ZERO, under_way.pop_front().unwrap());
                 if let Some(outcome) = line.client.poll_outcome() {

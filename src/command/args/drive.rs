@@ -103,15 +103,7 @@ fn address(text: &str, form: &str) -> Result<Address, String> {
 
 impl fmt::Display for DriveSpec {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let model = match self.model {
-            Model::Ag03 => "AG03",
-            Model::Ag03_1 => "AG03/1",
-        };
-        let gear = match self.gear {
-            Gear::Ratio24 => "24:1",
-            Gear::Ratio48 => "48:1",
-        };
-        write!(f, "SIKO {model}, gear {gear}, at address {}", self.address)
+        write!(f, "SIKO {}, gear {}:1, at address {}", self.model.product_name(), self.gear, self.address)
     }
 }
 

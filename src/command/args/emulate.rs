@@ -26,7 +26,7 @@ pub(crate) struct Emulate {
     )]
     single: Vec<DriveSpec>,
 
-    /// Many alike: FIRST-LAST[,model=ag03|ag03-1][,gear=24|48], as in 1-125,gear=24; may be repeated and mixed with --drive
+    /// A range of identical drives: FIRST-LAST[,model=ag03|ag03-1][,gear=24|48], as in 1-125,gear=24; may be repeated and mixed with --drive
     #[arg(long = "drives", id = "ranges", value_name = "SPECS")]
     ranges: Vec<RangeSpec>,
 
@@ -44,11 +44,17 @@ pub(crate) struct Emulate {
     #[arg(long, value_name = "RATE|auto")]
     pub(crate) baud: Option<BaudSpec>,
 
+    /// The slot time of the master on a serial line in bit times: a reply that cannot begin within it is dropped and
+    /// counted. Without it the customary one of the rate, 100 at 9600 to 1000 at 12000000
+    #[arg(long, value_name = "BITS", value_parser = clap::value_parser!(u16).range(37..=16383))]
+    pub(crate) slot_time: Option<u16>,
+
     /// Lets other machines connect to a tcp link. There is no password: whoever connects commands the drives
     #[arg(long)]
     pub(crate) allow_remote: bool,
 
-    /// A fault on purpose, to test the master: FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS];
+    /// A fault on purpose, to test the master: FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS]
+    /// [,service=NAME][,state=NAME][,retry=N];
     /// repeat it for more
     #[arg(long = "fault", value_name = "SPEC")]
     pub(crate) faults: Vec<Fault>,
@@ -58,7 +64,7 @@ pub(crate) struct Emulate {
     #[arg(long, value_name = "ADDR:PORT", value_parser = panel_place)]
     pub(crate) panel: Option<String>,
 
-    /// Lets other machines reach the panel. There is no password: whoever connects steers the drives
+    /// Lets other machines reach the panel. There is no password: whoever connects controls the drives
     #[arg(long, requires = "panel")]
     pub(crate) panel_allow_remote: bool,
 
@@ -94,8 +100,14 @@ impl Emulate {
         if let Some(twice) = self.drives().find(|drive| !addresses.insert(drive.address)) {
             return Err(format!("two drives have address {}; give each drive its own", twice.address));
         }
+        for fault in &self.faults {
+            fault.check(self.drives().map(|drive| drive.address)).map_err(|error| error.to_string())?;
+        }
         if self.allow_remote && !matches!(self.link, LinkSpec::Tcp(_)) {
             return Err("--allow-remote needs a tcp link".into());
+        }
+        if self.slot_time.is_some() && !matches!(self.link, LinkSpec::Serial(_)) {
+            return Err("--slot-time needs a serial link; on the others every reply is sent".into());
         }
         match (&self.link, self.baud) {
             (LinkSpec::Tcp(_), Some(BaudSpec::Auto)) => {
@@ -114,7 +126,7 @@ const EMULATE_EXAMPLES: &str = "\
 ADDRESS is 0 to 126; model defaults to ag03-1, gear to 48.
 On a serial line each drive listens up to two seconds before it takes part; one whose address is live stays silent.
 SIGUSR1 logs what was counted so far: telegrams, retries, refusals, times of replies.
-RATE is 9600, 19200, 45450, 93750, 187500, 500000, 1500000, 3000000, 6000000 or 12000000.
+RATE is 9600, 19200, 93750, 187500, 500000, 1500000, 3000000, 6000000 or 12000000.
 
 Faults, and what they count:
   replies         no-reply, late=TIME, duplicate, truncated, bit-errors[=N], wrong-fcs, wrong-length, wrong-source,
@@ -122,7 +134,7 @@ Faults, and what they count:
   requests        drop-request, refuse-prm, refuse-cfg, not-ready=TIME (Chk_Cfg), lose-prm (Data_Exchange)
   Data_Exchange   diag-storm
   PKW answers     pkw-delay=EXCHANGES, pkw-wrong-ak, pkw-wrong-pnu, pkw-torn
-A fault strikes from number `at` on (1; a lone `at` means that one only), with probability `rate` (1), at most `count`
+A fault is injected from number `at` on (1; a lone `at` means that one only), with probability `rate` (1), at most `count`
 times (no limit), the same for the same `seed` (1). TIME is for example 20ms. docs/faults.md explains each.
 
 Examples:

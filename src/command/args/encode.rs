@@ -225,10 +225,10 @@ pub(crate) enum Service {
     /// FDL status: who is there?
     #[command(after_help = "Example:\n  profidrive encode telegram fdl-status --address 5")]
     FdlStatus,
-    /// Slave_Diag: how are you?
+    /// Slave_Diag request
     #[command(after_help = "Example:\n  profidrive encode telegram diag --address 5")]
     Diag,
-    /// Set_Prm: be mine
+    /// Set_Prm: lock the slave, watchdog, min T_SDR
     #[command(
         after_help = "Examples:\n  profidrive encode telegram set-prm --watchdog 1000 --groups 1,4 --fcb 0\n  profidrive encode telegram set-prm --ident 1234 --force"
     )]

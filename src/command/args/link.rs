@@ -3,6 +3,7 @@
 use core::str::FromStr;
 use std::path::PathBuf;
 
+use profidrive::device::DESCRIPTION;
 use profidrive::time::BaudRate;
 
 /// Where the line is.
@@ -73,11 +74,18 @@ impl FromStr for BaudSpec {
             return Ok(Self::Auto);
         }
         let rate = spec.parse().ok().and_then(|bits| BaudRate::from_bits_per_second(bits).ok());
-        rate.map(Self::Fixed).ok_or_else(|| {
-            let rates: Vec<_> = BaudRate::ALL.iter().map(|rate| rate.bits_per_second().to_string()).collect();
-            format!("expected auto or one of {}", rates.join(", "))
-        })
+        match rate {
+            Some(rate) if DESCRIPTION.rates.contains(rate) => Ok(Self::Fixed(rate)),
+            Some(_) => Err(format!("the drives know no {spec}; {}", expected_rates())),
+            None => Err(expected_rates()),
+        }
     }
+}
+
+/// The rates of the drives.
+fn expected_rates() -> String {
+    let rates: Vec<_> = DESCRIPTION.rates.iter().map(|rate| rate.bits_per_second().to_string()).collect();
+    format!("expected auto or one of {}", rates.join(", "))
 }
 
 #[cfg(test)]
@@ -111,10 +119,10 @@ mod tests {
     }
 
     #[test]
-    fn a_rate_is_one_of_the_ten_or_auto() {
+    fn a_rate_is_one_that_the_drives_know_or_auto() {
         assert_eq!("auto".parse(), Ok(BaudSpec::Auto));
-        assert_eq!("45450".parse(), Ok(BaudSpec::Fixed(BaudRate::K45_45)));
-        for wrong in ["", "115200", "-1", "500k", "Auto"] {
+        assert_eq!("93750".parse(), Ok(BaudSpec::Fixed(BaudRate::K93_75)));
+        for wrong in ["", "45450", "115200", "-1", "500k", "Auto"] {
             assert!(wrong.parse::<BaudSpec>().unwrap_err().contains("12000000"), "{wrong}");
         }
     }

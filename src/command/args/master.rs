@@ -36,7 +36,7 @@ pub(crate) struct Master {
     #[arg(long, global = true, value_name = "N", default_value = "0", value_parser = master, display_order = 93)]
     pub(crate) master_address: Address,
 
-    /// Without a request for so long the drive lets go of its motor (10ms to 650s)
+    /// DP watchdog time; the drive releases the motor when it expires (10ms to 650s)
     #[arg(long, global = true, value_name = "TIME", default_value = "1s", value_parser = watchdog, display_order = 94)]
     pub(crate) watchdog: Duration,
 
@@ -257,19 +257,25 @@ impl Master {
         if matches!(link, MasterLink::Serial(_)) && self.baud.is_none() {
             return Err("a serial line needs its rate; add for example --baud 19200".into());
         }
-        match (&self.action, self.address) {
-            (Action::Scan { .. }, _) => Ok(()),
-            (_, None) => Err("the drive is missing; add --address N, or look for it with 'scan'".into()),
-            (_, Some(address)) if address == self.master_address => {
-                Err(format!("address {address} is that of this master; choose another --master-address"))
-            }
-            (Action::Diag, Some(_)) => Ok(()),
-            (_, Some(address)) if address.number() == 126 => Err(
+        if matches!(self.action, Action::Scan { .. }) {
+            return Ok(());
+        }
+        let address = self.drive()?;
+        if address == self.master_address {
+            return Err(format!("address {address} is that of this master; choose another --master-address"));
+        }
+        if address.number() == 126 && !matches!(self.action, Action::Diag) {
+            return Err(
                 "address 126 is for stations that have none yet: they exchange no data; set the DIP switches"
                     .into(),
-            ),
-            (_, Some(_)) => Ok(()),
+            );
         }
+        Ok(())
+    }
+
+    /// The drive that is asked for, of every action but a scan.
+    pub(crate) fn drive(&self) -> Result<Address, String> {
+        self.address.ok_or_else(|| "the drive is missing; add --address N, or look for it with 'scan'".into())
     }
 }
 

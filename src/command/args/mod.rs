@@ -42,7 +42,7 @@ pub(crate) struct Args {
 
 const EXAMPLES: &str = "\
 Examples:
-  profidrive demo                             a master and a drive in memory, told as a story
+  profidrive demo                             a master and a drive in memory, explained step by step
   profidrive emulate                          one AG03/1 at address 5; prints the terminal a master opens
   profidrive emulate --link pty:/tmp/bus      the same, under a name that stays
   profidrive emulate --help                   all about it

@@ -3,6 +3,7 @@
 use core::str::FromStr;
 
 use profidrive::param::{Entry, Pnu, Subindex, TABLE};
+use strsim::levenshtein;
 
 /// A parameter of either model, and an element if it is an array.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,7 +68,7 @@ pub(crate) fn find(text: &str) -> Result<&'static Entry, String> {
             let name = plain(entry.name);
             // Part of the name is as close as a slip of the pen.
             let part = !wanted.is_empty() && (name.contains(&wanted) || wanted.contains(&name));
-            if part { 1 } else { distance(&name, &wanted) + 1 }
+            if part { 1 } else { levenshtein(&name, &wanted) + 1 }
         });
         format!("there is no parameter '{text}'; close to it are {near}")
     })
@@ -88,24 +89,6 @@ fn nearest(distance: impl Fn(&Entry) -> usize) -> String {
 
 fn plain(name: &str) -> String {
     name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
-}
-
-/// How many letters must be changed, inserted or left out (Levenshtein).
-fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (before, a) in (0..).zip(a.chars()) {
-        let mut corner = before;
-        let mut left = before + 1;
-        let mut next = vec![left];
-        for (b, above) in b.iter().zip(row.iter().skip(1)) {
-            left = (corner + usize::from(a != *b)).min(left + 1).min(above + 1);
-            corner = *above;
-            next.push(left);
-        }
-        row = next;
-    }
-    row.last().copied().unwrap_or(0)
 }
 
 #[cfg(test)]
@@ -156,13 +139,6 @@ mod tests {
         ] {
             let error = pnu(text).unwrap_err();
             assert!(error.contains(says), "{text}: {error}");
-        }
-    }
-
-    #[test]
-    fn the_distance_of_two_words_is_counted_in_letters() {
-        for (a, b, letters) in [("", "", 0), ("", "abc", 3), ("abc", "", 3), ("kitten", "sitting", 3)] {
-            assert_eq!(distance(a, b), letters, "{a} {b}");
         }
     }
 }

@@ -1,16 +1,19 @@
-//! The bus of the demo, and the page it is told on.
+//! The bus of the demo, and the page it is written to.
 
 use core::fmt::{Arguments, Display};
 use core::time::Duration;
 use std::collections::VecDeque;
 use std::io::{self, Write};
 
+use profidrive::bench::{Line, Sender};
+use profidrive::client::ZswPattern;
+use profidrive::device::bits::Word;
 use profidrive::device::{Config, Device, Event};
 use profidrive::drive::{Inputs as Plant, Mode};
-use profidrive::explain::words::{self, Word};
+use profidrive::explain::words;
 use profidrive::explain::{Context, Explanation, Kind, Sender as Side};
 use profidrive::fdl::Address;
-use profidrive::master::{EmulatedBus, Sender, baudrate, peripheral};
+use profidrive::master::{Profirust, baudrate, peripheral};
 use profidrive::pkw::ErrorNumber;
 use profidrive::ppo::{Ind, Inputs, JobId, Outputs, Pke, Pkw, ReplyId, Stw, Zsw};
 use profidrive::time::{BaudRate, Instant};
@@ -56,7 +59,7 @@ fn unexpected(error: impl Display) -> Trouble {
 
 /// Master, wire and drive, and the page.
 pub(super) struct Stage<'w> {
-    bus: EmulatedBus<'static>,
+    bus: Line<Profirust<'static>>,
     drive: PeripheralHandle,
     out: &'w mut dyn Write,
     titles: u8,
@@ -82,8 +85,8 @@ impl<'w> Stage<'w> {
             .build_verified(&dp);
         let mut fdl = FdlActiveStation::new(parameters);
         fdl.set_online();
-        let mut bus = EmulatedBus::new(fdl, dp).map_err(unexpected)?;
-        bus.connect(Config::new(Address::station(DRIVE).map_err(unexpected)?)).map_err(unexpected)?;
+        let mut bus = Profirust::on_line(fdl, dp).map_err(unexpected)?;
+        bus.add_drive(Config::new(Address::station(DRIVE).map_err(unexpected)?)).map_err(unexpected)?;
         let mut stage = Self {
             bus,
             drive,
@@ -124,7 +127,7 @@ impl<'w> Stage<'w> {
     pub(super) fn start_up(&mut self) -> Result<(), Trouble> {
         let mut told = Vec::new();
         let mut context = Context::with_mode(MODE);
-        let outcome = self.bus.run_until(PATIENCE, |bus, _| {
+        let outcome = self.bus.run_until(PATIENCE, |bus| {
             let mut inputs = false;
             while let Some(heard) = bus.poll_telegram() {
                 let explanation = context.telegram(&heard.octets);
@@ -137,7 +140,7 @@ impl<'w> Stage<'w> {
         });
         for (heard, words) in told {
             let speaker = match heard.sender {
-                Sender::Master => "master",
+                Sender::Master | Sender::Test => "master",
                 Sender::Station => "drive",
             };
             let hex: Vec<String> = heard.octets.iter().map(|octet| format!("{octet:02X}")).collect();
@@ -200,7 +203,7 @@ impl<'w> Stage<'w> {
         meaning: &str,
         stw: Stw,
         setpoint: i32,
-        expected: (u16, u16),
+        expected: ZswPattern,
     ) -> Result<(), Trouble> {
         let changes = words::changes(Word::Stw, MODE, self.stw.raw(), stw.raw());
         self.stw = stw;
@@ -212,10 +215,8 @@ impl<'w> Stage<'w> {
     }
 
     /// Waits until the status word shows what is expected, and says so.
-    pub(super) fn observe(&mut self, (mask, value): (u16, u16)) -> Result<(), Trouble> {
-        self.exchange(&format!("status {value:04X} of {mask:04X}"), |inputs| {
-            inputs.zsw().raw() & mask == value
-        })?;
+    pub(super) fn observe(&mut self, pattern: ZswPattern) -> Result<(), Trouble> {
+        self.exchange(&format!("status {pattern}"), |inputs| pattern.matches(inputs.zsw()))?;
         let inputs = self.inputs()?;
         let (zsw, position) = (inputs.zsw(), inputs.hiw());
         let said = words::said(MODE, self.zsw.raw(), zsw.raw());
@@ -234,7 +235,7 @@ impl<'w> Stage<'w> {
 
     /// Changes what acts on the drive from outside.
     pub(super) fn surround(&mut self, plant: Plant) {
-        self.bus.with(DRIVE, |device: &mut Device, now| device.set_inputs(now, plant));
+        self.bus.with_station(DRIVE, |device: &mut Device, now| device.set_inputs(now, plant));
     }
 
     /// Records the position from now on.
@@ -281,11 +282,11 @@ impl Stage<'_> {
     fn run(&mut self, limit: Duration, mut condition: impl FnMut(Inputs<'_>) -> bool) -> bool {
         let Self { bus, drive, events, recording, sampled, .. } = self;
         let octets = Outputs::octets(self.pkw, self.stw, self.setpoint);
-        bus.dp.get_mut(*drive).pi_q_mut().copy_from_slice(&octets);
-        let outcome = bus.run_until(limit, |bus, _| {
+        bus.master.dp.get_mut(*drive).pi_q_mut().copy_from_slice(&octets);
+        let outcome = bus.run_until(limit, |bus| {
             events.extend(core::iter::from_fn(|| bus.poll_event()).map(|(_, event)| event));
             let now = bus.now();
-            let drive = bus.dp.get_mut(*drive);
+            let drive = bus.master.dp.get_mut(*drive);
             let Ok(inputs) = Inputs::parse(drive.pi_i()) else {
                 return false;
             };
@@ -301,7 +302,7 @@ impl Stage<'_> {
     }
 
     fn inputs(&mut self) -> Result<Inputs<'_>, Trouble> {
-        Inputs::parse(self.bus.dp.get_mut(self.drive).pi_i()).map_err(unexpected)
+        Inputs::parse(self.bus.master.dp.get_mut(self.drive).pi_i()).map_err(unexpected)
     }
 
     fn line(&mut self, at: Instant, speaker: &str, text: Arguments<'_>) -> Result<(), Trouble> {

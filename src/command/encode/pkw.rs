@@ -1,7 +1,7 @@
 //! Jobs and replies of the parameter channel.
 
 use profidrive::explain::Sender;
-use profidrive::param::{Entry, Gear, Model, Pnu, Range, Width};
+use profidrive::param::{Entry, Gear, Model, Pnu, Quirks, Range, Width};
 use profidrive::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
 
 use crate::command::Failure;
@@ -132,7 +132,7 @@ impl Target {
             && !entry.signed
             && !self.force
         {
-            let takes = match entry.range(Model::Ag03_1, Gear::Ratio24) {
+            let takes = match entry.range(Model::Ag03_1, Gear::Ratio24, Quirks::default()) {
                 Some(Range { low, high }) => format!("takes {low} to {high}"),
                 None => "is never negative".into(),
             };

@@ -1,7 +1,11 @@
 //! Control and status words from names.
 
+use profidrive::device::bits::{Role, StwBit, Word, ZswBit, bits};
+use profidrive::device::flow_charts::{
+    DISABLED, ENABLED, INCHING_1, INCHING_2_NEGATIVE, INCHING_2_POSITIVE, PAUSED, START, STOPPED, TRAVEL,
+    VELOCITY,
+};
 use profidrive::drive::Mode;
-use profidrive::explain::words::{Role, Word, bits};
 
 use crate::command::Failure;
 use crate::command::args;
@@ -20,22 +24,26 @@ type State = (&'static str, Option<u16>, Option<u16>);
 pub(super) const STW: Vocabulary = Vocabulary {
     word: Word::Stw,
     states: &[
-        ("off", Some(0x0000), Some(0x0000)),
-        ("enable", Some(0x000B), Some(0x000B)),
-        ("prepare", Some(0x003B), None),
-        ("start", Some(0x007B), None),
-        ("run", None, Some(0x004B)),
+        ("off", Some(0), Some(0)),
+        ("enable", Some(ENABLED), Some(ENABLED)),
+        ("prepare", Some(TRAVEL), None),
+        ("start", Some(TRAVEL | START), None),
+        ("run", None, Some(VELOCITY)),
         // These follow start: its bit 6 stays, for a change would be another job.
-        ("pause", Some(0x005B), None),
-        ("resume", Some(0x007B), None),
-        ("stop", Some(0x006B), Some(0x000B)),
-        ("disable", Some(0x0003), Some(0x0003)),
-        ("off1", Some(0x000A), Some(0x000A)),
-        ("off2", Some(0x0009), Some(0x0009)),
-        ("acknowledge", Some(0x008B), Some(0x008B)),
-        ("inch1", Some(0x010B), None),
-        ("jog+", Some(0x020B), None),
-        ("jog-", Some(0x820B), None),
+        ("pause", Some(PAUSED | START), None),
+        ("resume", Some(TRAVEL | START), None),
+        ("stop", Some(STOPPED | START), Some(ENABLED)),
+        ("disable", Some(DISABLED), Some(DISABLED)),
+        ("off1", Some(ENABLED & !StwBit::On.mask()), Some(ENABLED & !StwBit::On.mask())),
+        ("off2", Some(ENABLED & !StwBit::NoOff2.mask()), Some(ENABLED & !StwBit::NoOff2.mask())),
+        (
+            "acknowledge",
+            Some(ENABLED | StwBit::Acknowledge.mask()),
+            Some(ENABLED | StwBit::Acknowledge.mask()),
+        ),
+        ("inch1", Some(INCHING_1), None),
+        ("jog+", Some(INCHING_2_POSITIVE), None),
+        ("jog-", Some(INCHING_2_NEGATIVE), None),
     ],
 };
 
@@ -43,14 +51,37 @@ pub(super) const STW: Vocabulary = Vocabulary {
 pub(super) const ZSW: Vocabulary = Vocabulary {
     word: Word::Zsw,
     states: &[
-        ("ready-to-run", Some(0x2B33), Some(0x3E33)),
-        ("ready-to-travel", Some(0xAB37), Some(0xBE37)),
-        ("travelling", Some(0x0B37), Some(0x1E37)),
-        ("arrived", Some(0xAF37), None),
-        ("fault", Some(0x2B3B), Some(0x3E3B)),
-        ("turn-on-disabled", Some(0x2B73), Some(0x3E73)),
+        ("ready-to-run", Some(STANDS), Some(STANDS_IN_VELOCITY_MODE)),
+        ("ready-to-travel", Some(STANDS | READY), Some(STANDS_IN_VELOCITY_MODE | READY)),
+        ("travelling", Some(TRAVELS), Some(TRAVELS_IN_VELOCITY_MODE)),
+        ("arrived", Some(STANDS | READY | ZswBit::TargetReached.mask()), None),
+        ("fault", Some(STANDS | FAULT), Some(STANDS_IN_VELOCITY_MODE | FAULT)),
+        (
+            "turn-on-disabled",
+            Some(STANDS | TURN_ON_DISABLED),
+            Some(STANDS_IN_VELOCITY_MODE | TURN_ON_DISABLED),
+        ),
     ],
 };
+
+/// Ready to turn on, no OFF2, standing still.
+const STANDS: u16 = NOT_ENABLED | ZswBit::NoLagError.mask() | ZswBit::Standstill.mask();
+const STANDS_IN_VELOCITY_MODE: u16 = NOT_ENABLED | FIXED_IN_VELOCITY_MODE | ZswBit::Standstill.mask();
+const TRAVELS: u16 = NOT_ENABLED | ZswBit::NoLagError.mask() | ENABLED_NOW;
+const TRAVELS_IN_VELOCITY_MODE: u16 = NOT_ENABLED | FIXED_IN_VELOCITY_MODE | ENABLED_NOW;
+const READY: u16 = ENABLED_NOW | ZswBit::ReadyToTravel.mask();
+const FAULT: u16 = ZswBit::Fault.mask();
+const TURN_ON_DISABLED: u16 = ZswBit::TurnOnDisabled.mask();
+
+const ENABLED_NOW: u16 = ZswBit::OperationEnabled.mask();
+const FIXED_IN_VELOCITY_MODE: u16 = ZswBit::TargetReached.mask() | ZswBit::JobToggle.mask();
+/// Supplies present, no OFF2, and what is always 1.
+const NOT_ENABLED: u16 = ZswBit::ReadyToTurnOn.mask()
+    | ZswBit::Ready.mask()
+    | ZswBit::NoOff2.mask()
+    | ZswBit::NoOff3.mask()
+    | ZswBit::ControlRequested.mask()
+    | ZswBit::ReferencePointSet.mask();
 
 /// The octets of the word and, if it is given, of the value behind it.
 pub(super) fn build(vocabulary: Vocabulary, args: &args::Word, mode: Mode) -> Result<Vec<u8>, Failure> {

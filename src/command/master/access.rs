@@ -3,12 +3,13 @@
 use profidrive::client::PkwError;
 use profidrive::explain::value::Lengths;
 use profidrive::host::{Clock, Link};
-use profidrive::param::{Access, Entry, Gear, Model, Parameter, Range, Subindex, Value, entry, parameters};
+use profidrive::master::{Drive, Identity};
+use profidrive::param::{Access, Entry, Gear, Model, Quirks, Range, Subindex, Value, entry, parameters};
 use profidrive::pkw::ErrorNumber;
 use serde_json::json;
 
-use super::drive::{Drive, Identity, Trouble};
-use super::value::{Item, is_length, lengths, lengths_of};
+use super::trouble::Trouble;
+use super::value::{Item, is_length, lengths, lengths_in};
 use super::{say, watch};
 use crate::command::Failure;
 use crate::command::args::ParameterSpec;
@@ -23,7 +24,8 @@ pub(super) fn check(parameter: &ParameterSpec, value: i64, command: &str) -> Res
         Access::ReadWrite | Access::WriteOnly => {}
     }
     let drives = Model::ALL.into_iter().flat_map(|model| Gear::ALL.map(|gear| (model, gear)));
-    let ranges: Vec<Range> = drives.filter_map(|(model, gear)| entry.range(model, gear)).collect();
+    let ranges: Vec<Range> =
+        drives.filter_map(|(model, gear)| entry.range(model, gear, Quirks::default())).collect();
     let low = ranges.iter().map(|range| range.low).min().unwrap_or(i32::MIN);
     let high = ranges.iter().map(|range| range.high).max().unwrap_or(i32::MAX);
     if !(i64::from(low)..=i64::from(high)).contains(&value) {
@@ -96,8 +98,7 @@ pub(super) fn params<L: Link, C: Clock>(drive: &mut Drive<L, C>, json: bool) -> 
         progress.inc(1);
     }
     progress.finish_and_clear();
-    let pitch = items.iter().find(|item| item.entry.pnu == Parameter::SpindlePitch.entry().pnu);
-    let lengths = pitch.map_or(Lengths::Unknown, |item| lengths_of(item.value));
+    let lengths = lengths_in(&items);
     if json {
         let parameters: Vec<_> = items.iter().map(|item| item.json(lengths)).collect();
         return say(format_args!("{:#}", json!({ "drive": about(identity), "parameters": parameters })));
@@ -127,11 +128,12 @@ pub(super) fn about(Identity { model, gear }: Identity) -> serde_json::Value {
 /// What a refused access means for somebody who looks at this drive.
 pub(super) fn refusal<L: Link, C: Clock>(
     drive: &mut Drive<L, C>,
-    trouble: Trouble,
+    trouble: impl Into<Trouble>,
     parameter: &Entry,
     value: Option<i64>,
 ) -> Failure {
-    let Trouble::Job(PkwError::Refused(code)) = trouble else {
+    let trouble = trouble.into();
+    let Some(PkwError::Refused(code)) = trouble.job() else {
         return trouble.into();
     };
     let name = format!("{} (PNU {})", parameter.name, parameter.pnu);
@@ -139,12 +141,13 @@ pub(super) fn refusal<L: Link, C: Clock>(
         (Some(ErrorNumber::IllegalParameterNumber), Ok(Identity { model, .. })) => {
             let here = entry(model, parameter.pnu).is_some();
             let reason = if here { "the drive has no" } else { "only the AG03/1 has" };
-            format!("{reason} {name}; this drive is an {}", shown(model))
+            format!("{reason} {name}; this drive is an {}", model.product_name())
         }
         (Some(ErrorNumber::LimitExceeded), Ok(Identity { model, gear })) => {
-            let range = parameter.range(model, gear).map(|range| format!(", it takes {range}"));
+            let range =
+                parameter.range(model, gear, Quirks::default()).map(|range| format!(", it takes {range}"));
             let got = value.map(|value| format!(", got {value}")).unwrap_or_default();
-            let drive = format!("{} with gear {}:1", shown(model), gear.ratio());
+            let drive = format!("{} with gear {}:1", model.product_name(), gear.ratio());
             format!("the drive refuses {name}: {code}{} on an {drive}{got}", range.unwrap_or_default())
         }
         (Some(ErrorNumber::OperatingState), _) => {
@@ -153,12 +156,4 @@ pub(super) fn refusal<L: Link, C: Clock>(
         (_, _) => format!("the drive refuses {name}: {code}"),
     };
     Failure::Other(line)
-}
-
-/// As the manuals write it.
-pub(super) fn shown(model: Model) -> &'static str {
-    match model {
-        Model::Ag03 => "AG03",
-        Model::Ag03_1 => "AG03/1",
-    }
 }

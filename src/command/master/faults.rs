@@ -2,11 +2,11 @@
 
 use profidrive::explain::value::Lengths;
 use profidrive::host::{Clock, Link};
+use profidrive::master::Drive;
 use profidrive::param::{Entry, Parameter, Pnu, Reading, Subindex, TABLE, Value, Width};
 use serde_json::json;
 
 use super::access::refusal;
-use super::drive::{Drive, Trouble};
 use super::say;
 use super::value::{Item, lengths};
 use crate::command::Failure;
@@ -90,6 +90,6 @@ fn command<L: Link, C: Clock>(drive: &mut Drive<L, C>, command: u16) -> Result<(
     match (drive.write(LOAD, Value::Word(command)), entry) {
         (Ok(_), _) => Ok(()),
         (Err(trouble), Some(entry)) => Err(refusal(drive, trouble, entry, Some(command.into()))),
-        (Err(trouble @ (Trouble::Session(_) | _)), None) => Err(trouble.into()),
+        (Err(trouble), None) => Err(trouble.into()),
     }
 }

@@ -20,7 +20,7 @@ pub(super) fn put(file: &Path, text: &str) -> io::Result<()> {
             replace(&fs::canonicalize(file)?, text, Some(&found))
         }
         Ok(found) if found.is_dir() => Err(ErrorKind::IsADirectory.into()),
-        Ok(found) => pour(file, text, found.file_type().is_fifo()),
+        Ok(found) => write_to_device(file, text, found.file_type().is_fifo()),
         Err(error) if error.kind() == ErrorKind::NotFound => replace(&end_of_links(file), text, None),
         Err(error) => Err(error),
     }
@@ -66,8 +66,8 @@ fn keep(part: &File, before: &Metadata) -> io::Result<()> {
 }
 
 /// Writes into a device or a FIFO.
-fn pour(file: &Path, text: &str, fifo: bool) -> io::Result<()> {
-    // To open a FIFO nobody reads would wait for ever, deaf to Ctrl-C.
+fn write_to_device(file: &Path, text: &str, fifo: bool) -> io::Result<()> {
+    // To open a FIFO nobody reads would wait for ever and ignore Ctrl-C.
     let flags = OFlags::NOCTTY | OFlags::NONBLOCK;
     let opened = OpenOptions::new().write(true).custom_flags(flags.bits().cast_signed()).open(file);
     let mut file = opened.map_err(|error| match rustix::io::Errno::from_io_error(&error) {

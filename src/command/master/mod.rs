@@ -10,7 +10,6 @@
 
 mod access;
 mod diag;
-mod drive;
 mod faults;
 mod file;
 mod link;
@@ -19,6 +18,7 @@ mod restore;
 mod scan;
 mod set;
 mod status;
+mod trouble;
 mod value;
 
 use std::io::{self, Write};
@@ -33,7 +33,8 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
 
 use super::Failure;
 use super::args::{Action, Master, ParameterSpec};
-use drive::{Drive, Trouble};
+use profidrive::master::{Drive, DriveError};
+use trouble::Trouble;
 
 /// Does what is asked, once.
 pub(crate) fn master(args: &Master) -> Result<(), Failure> {
@@ -45,7 +46,7 @@ pub(crate) fn master(args: &Master) -> Result<(), Failure> {
         let entry = Parameter::CalibrationValue.entry();
         access::check(&ParameterSpec { entry, element: None }, value, "calibrate")?;
     }
-    let leave = motion::leave(args)?;
+    let leave = motion::confirm(args)?;
     // Before the drive is taken, so that no signal ends the process with the drive moving.
     let stop = signals().map_err(|error| Failure::from_error(&error))?;
     let (link, settings) = link::open(args)?;
@@ -57,31 +58,36 @@ pub(crate) fn master(args: &Master) -> Result<(), Failure> {
 fn act<L: Link, C: Clock>(
     args: &Master,
     mut session: Session<L, C>,
-    leave: motion::Leave,
+    leave: motion::Confirmed,
 ) -> Result<(), Failure> {
-    let (address, json) = (args.address.unwrap_or(args.master_address), args.json);
+    let json = args.json;
+    let address = || args.drive().map_err(Failure::Usage);
     match &args.action {
         Action::Scan { range } => scan::scan(&mut session, *range, json),
-        Action::Diag => diag::diag(&mut session, address, json),
-        Action::Read { parameter } => with(session, address, |drive| access::read(drive, parameter, json)),
+        Action::Diag => diag::diag(&mut session, address()?, json),
+        Action::Read { parameter } => with(session, address()?, |drive| access::read(drive, parameter, json)),
         Action::Write { parameter, value } => {
-            with(session, address, |drive| access::write(drive, parameter, *value, json))
+            with(session, address()?, |drive| access::write(drive, parameter, *value, json))
         }
-        Action::Params => with(session, address, |drive| access::params(drive, json)),
-        Action::Save { file } => with(session, address, |drive| set::save(drive, file, json)),
+        Action::Params => with(session, address()?, |drive| access::params(drive, json)),
+        Action::Save { file } => with(session, address()?, |drive| set::save(drive, file, json)),
         Action::Restore { file, dry_run, yes } => {
             // A file that is no parameter set is known before the drive is taken.
             let wanted = set::ParameterSet::load(file)?;
             let how = restore::How { dry_run: *dry_run, yes: *yes };
-            with(session, address, |drive| restore::restore(drive, &wanted, how, json))
+            with(session, address()?, |drive| restore::restore(drive, &wanted, how, json))
         }
-        Action::Status => with(session, address, |drive| status::status(drive, json)),
-        Action::Monitor { limit } => with(session, address, |drive| status::monitor(drive, *limit, json)),
-        Action::Faults { clear } => with(session, address, |drive| faults::faults(drive, *clear, json)),
-        Action::Calibrate { value } => with(session, address, |drive| faults::calibrate(drive, *value, json)),
-        Action::Stop => with(session, address, |drive| motion::stop(drive, json)),
-        Action::Ack => with(session, address, |drive| motion::acknowledge(drive, json)),
-        Action::Motion(motion) => with(session, address, |drive| motion::motion(drive, *motion, leave, json)),
+        Action::Status => with(session, address()?, |drive| status::status(drive, json)),
+        Action::Monitor { limit } => with(session, address()?, |drive| status::monitor(drive, *limit, json)),
+        Action::Faults { clear } => with(session, address()?, |drive| faults::faults(drive, *clear, json)),
+        Action::Calibrate { value } => {
+            with(session, address()?, |drive| faults::calibrate(drive, *value, json))
+        }
+        Action::Stop => with(session, address()?, |drive| motion::stop(drive, json)),
+        Action::Ack => with(session, address()?, |drive| motion::acknowledge(drive, json)),
+        Action::Motion(motion) => {
+            with(session, address()?, |drive| motion::motion(drive, *motion, leave, json))
+        }
     }
 }
 
@@ -138,6 +144,12 @@ impl From<SessionError> for Failure {
 
 impl From<PkwError> for Failure {
     fn from(error: PkwError) -> Self {
+        Self::Other(error.to_string())
+    }
+}
+
+impl From<DriveError> for Failure {
+    fn from(error: DriveError) -> Self {
         Self::Other(error.to_string())
     }
 }

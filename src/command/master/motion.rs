@@ -1,51 +1,47 @@
 //! `enable`, `move`, `jog`, `velocity`, `stop`, `ack`: what a drive does, and how it ends.
 //!
 //! Whatever ends a command that lets the shaft turn (its goal, its time, Ctrl-C, a signal, a refusal), operation is
-//! disabled before: the drive brakes with maximum deceleration, and only then is let go. If the line is lost, the drive's
-//! own watchdog lets the motor go.
+//! disabled before: the drive brakes with maximum deceleration, and only then is released. If the line is lost, the drive's
+//! own watchdog releases the motor.
 
 use core::time::Duration;
 use std::io::{self, BufRead, IsTerminal, Write};
 
 use profidrive::client::{Goal, GoalError};
+use profidrive::device::bits::ZswBit;
 use profidrive::drive::{Direction as Way, Mode};
 use profidrive::explain::value::Lengths;
 use profidrive::explain::words::said;
 use profidrive::host::{Clock, Link};
-use profidrive::param::{Gear, Width};
+use profidrive::master::{Drive, DriveError, Reached, Seen};
+use profidrive::param::Gear;
 use serde_json::json;
 
-use super::drive::{Drive, Reached, Seen, Trouble};
 use super::say;
-use super::status::{SSW, actual, mode};
+use super::status::{actual, mode, travels};
+use super::trouble::Trouble;
 use super::value::lengths;
 use crate::command::Failure;
 use crate::command::args::{Action, Direction, Go, Master, Motion};
 
-/// Bits of ZSW.
-const OPERATION_ENABLED: u8 = 2;
-const STANDSTILL: u8 = 13;
-/// Bit of SSW.
-const TRAVELS: u32 = 1 << 4;
-
 /// How long a drive that runs out is waited for.
 const RUN_OUT: Duration = Duration::from_secs(30);
 
-/// Leave to let a shaft turn; also of commands that need none.
+/// Somebody has confirmed that a shaft may turn; also for commands that turn none.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Leave(());
+pub(super) struct Confirmed(());
 
-/// Asks for leave, before anything is sent.
-pub(super) fn leave(args: &Master) -> Result<Leave, Failure> {
+/// Asks for confirmation, before anything is sent.
+pub(super) fn confirm(args: &Master) -> Result<Confirmed, Failure> {
     let Action::Motion(motion) = &args.action else {
-        return Ok(Leave(()));
+        return Ok(Confirmed(()));
     };
     let (go, what) = match motion {
         Motion::Enable { go, .. } => (go, "take its motor into control".into()),
         Motion::Move { go, position, .. } => (go, format!("travel to {position}")),
         Motion::Jog { go, direction, .. } => (go, format!("turn in {} direction", way(*direction))),
         Motion::Velocity { go, rpm, .. } => {
-            let fastest = i32::from(Gear::Ratio24.max_rpm());
+            let fastest = i32::from(Gear::FASTEST.max_rpm());
             if rpm.abs() > fastest {
                 return Err(Failure::Usage(format!(
                     "a drive turns with at most {fastest} rpm, got {rpm}; see 'profidrive master velocity --help'"
@@ -56,19 +52,19 @@ pub(super) fn leave(args: &Master) -> Result<Leave, Failure> {
     };
     let Go { yes } = go;
     if *yes {
-        return Ok(Leave(()));
+        return Ok(Confirmed(()));
     }
     if !io::stdin().is_terminal() || !io::stderr().is_terminal() {
         return Err(Failure::Usage(
             "a command that can turn a shaft needs --yes, or somebody at a terminal who confirms it".into(),
         ));
     }
-    let address = args.address.unwrap_or(args.master_address);
+    let address = args.drive().map_err(Failure::Usage)?;
     let asked = write!(io::stderr(), "Drive {address} will {what}. Is everybody out of reach? [y/N] ");
     let mut answer = String::new();
     let answered = asked.and_then(|()| io::stdin().lock().read_line(&mut answer));
     match (answered, answer.trim()) {
-        (Ok(_), "y" | "Y" | "yes" | "Yes") => Ok(Leave(())),
+        (Ok(_), "y" | "Y" | "yes" | "Yes") => Ok(Confirmed(())),
         (Ok(_) | Err(_), _) => Err(Failure::Other("not confirmed; nothing was done".into())),
     }
 }
@@ -112,7 +108,7 @@ impl Reading {
 pub(super) fn motion<L: Link, C: Clock>(
     drive: &mut Drive<L, C>,
     motion: Motion,
-    _: Leave,
+    _: Confirmed,
     json: bool,
 ) -> Result<(), Failure> {
     let reading = Reading::of(drive, json)?;
@@ -141,12 +137,12 @@ fn not_stopped<L: Link, C: Clock>(drive: &Drive<L, C>, outcome: Option<&Trouble>
         // A lost line is lost for both; what came first says more.
         let why = outcome.unwrap_or(end);
         return Failure::Other(format!(
-            "{why}; the drive was not seen to stand: without this master its watchdog lets the motor go within \
+            "{why}; the drive was not seen to stand: without this master its watchdog releases the motor within \
              {watchdog:?}, and it runs out"
         ));
     }
     let first = outcome.map(|trouble| format!("{trouble}; ")).unwrap_or_default();
-    Failure::Other(format!("{first}{end}; it is let go now, and runs out if it turns"))
+    Failure::Other(format!("{first}{end}; it is released now, and runs out if it turns"))
 }
 
 /// How a motion that went well came to its end.
@@ -193,7 +189,7 @@ fn turn<L: Link, C: Clock>(
             return Ok(End::Done(held));
         }
         let Seen { zsw, .. } = drive.exchange()?;
-        if !zsw.bit(OPERATION_ENABLED) || must_turn && zsw.bit(STANDSTILL) {
+        if !ZswBit::OperationEnabled.is_set(zsw) || must_turn && ZswBit::Standstill.is_set(zsw) {
             return Err(Trouble::Ended(said(reading.mode, zsw.raw(), zsw.raw())));
         }
     }
@@ -215,15 +211,15 @@ fn wind_down<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<Rest, Trouble
             Err(Trouble::StillTurns("interrupted again while the drive brakes".into()))
         }
         // It goes on being asked for meanwhile.
-        Err(Trouble::Goal(refused)) => Ok(Rest { hiw: run_out(drive)?, refused: Some(refused) }),
-        Err(trouble) => Err(trouble),
+        Err(DriveError::Goal(refused)) => Ok(Rest { hiw: run_out(drive)?, refused: Some(refused) }),
+        Err(error) => Err(error.into()),
     }
 }
 
 /// Waits until the drive stands, whatever its state: with this actual value.
 fn run_out<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<i32, Trouble> {
     let begun = drive.session.now();
-    while drive.read(SSW, None, Width::Word)?.bits() & TRAVELS != 0 {
+    while travels(drive)? {
         if drive.is_stopped() {
             return Err(Trouble::StillTurns("interrupted; the drive still runs out".into()));
         }
@@ -245,7 +241,7 @@ pub(super) fn stop<L: Link, C: Clock>(drive: &mut Drive<L, C>, json: bool) -> Re
             wind_down(drive)?;
         }
         // A drive that cannot be enabled runs out.
-        Err(Trouble::Goal(_)) => {}
+        Err(DriveError::Goal(_)) => {}
         Err(trouble) => return Err(trouble.into()),
     }
     let hiw = run_out(drive)?;
@@ -267,12 +263,12 @@ mod tests {
     use profidrive::param::{Model, Parameter, Value};
 
     use super::*;
-    use crate::command::master::rig::{Cut, Rig, RigLink};
+    use crate::command::master::rig::{Cut, Rig};
 
     const GO: Go = Go { yes: true };
 
-    fn ends(drive: &mut Drive<RigLink, profidrive::host::ManualClock>, asked: Motion) -> String {
-        match motion(drive, asked, Leave(()), false) {
+    fn ends(drive: &mut Drive<Rig, profidrive::bench::Port>, asked: Motion) -> String {
+        match motion(drive, asked, Confirmed(()), false) {
             Err(Failure::Other(line) | Failure::Usage(line)) => line,
             Ok(()) => panic!("no failure"),
         }
@@ -330,6 +326,6 @@ mod tests {
         let mut drive = rig.drive();
         rig.cut(200, Cut::Answers);
         let line = ends(&mut drive, Motion::Move { position: 100_000, go: GO });
-        assert!(line.contains("its watchdog lets the motor go within 1s, and it runs out"), "{line}");
+        assert!(line.contains("its watchdog releases the motor within 1s, and it runs out"), "{line}");
     }
 }

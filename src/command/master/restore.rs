@@ -1,24 +1,21 @@
 //! `restore`: a parameter set into a drive, and what became of each value.
 
-use core::fmt;
 use core::time::Duration;
 
 use profidrive::explain::value::{Lengths, in_words};
 use profidrive::host::{Clock, Link};
-use profidrive::param::{Entry, Model, Parameter, Pnu, Value, Width, entry, parameters};
+use profidrive::master::{Change, Drive, DriveError, Identity, Restored, WriteOutcome, changes};
+use profidrive::param::{Entry, Model, Parameter, Quirks, Value, entry, parameters};
 use serde_json::json;
 
-use super::access::{about, shown};
-use super::drive::{Drive, Identity, Trouble};
+use super::access::about;
 use super::set::{Origin, ParameterSet};
-use super::value::{Item, is_setting, lengths_of};
+use super::status::travels;
+use super::value::is_setting;
 use super::{say, watch};
 use crate::command::Failure;
 
-/// System status word; bit 4: the drive travels.
-const SSW: Pnu = Pnu::from_low_bits(1020);
-const TRAVELS: u32 = 1 << 4;
-/// How long a drive that was let go may turn.
+/// How long a drive that was released may turn.
 const RUN_OUT: Duration = Duration::from_secs(10);
 
 /// How far `restore` shall go.
@@ -41,7 +38,7 @@ pub(super) fn restore<L: Link, C: Clock>(
     fits(identity, wanted)?;
     let found = read_all(drive, wanted)?;
     let plan = Plan::of(wanted, &found);
-    let other = stranger(identity, &wanted.origin);
+    let other = other_drive(identity, &wanted.origin);
     if !json {
         plan.show()?;
         let kept = uncovered(identity, wanted);
@@ -64,19 +61,19 @@ pub(super) fn restore<L: Link, C: Clock>(
     wait_for_standstill(drive)?;
     let report = carry_out(drive, plan.changes, wanted);
     let told = if json { say(report.json(identity, wanted)) } else { report.show() };
-    match &report.trouble {
+    match &report.restored.trouble {
         // What became of the drive is more than that nobody reads it.
         None => told,
         Some(trouble) => Err(Failure::Other(format!("{trouble}: {}", report.sum()))),
     }
 }
 
-fn nothing_written(trouble: Trouble) -> Failure {
+fn nothing_written(trouble: DriveError) -> Failure {
     Failure::Other(format!("{trouble}; nothing was written"))
 }
 
 /// What differs between the drive the set is of and this one.
-fn stranger(Identity { model, gear }: Identity, origin: &Origin) -> Option<String> {
+fn other_drive(Identity { model, gear }: Identity, origin: &Origin) -> Option<String> {
     let same_model = origin.model.as_ref().is_none_or(|name| *name == model.to_string());
     let same_gear = origin.gear.is_none_or(|ratio| ratio == gear.ratio());
     if same_model && same_gear {
@@ -84,12 +81,12 @@ fn stranger(Identity { model, gear }: Identity, origin: &Origin) -> Option<Strin
     }
     let known = Model::ALL.into_iter().find(|model| origin.model == Some(model.to_string()));
     let name = match (known, &origin.model) {
-        (Some(model), _) => format!("an {}", shown(model)),
+        (Some(model), _) => format!("an {}", model.product_name()),
         (None, Some(name)) => format!("a drive '{name}'"),
         (None, None) => "a drive".into(),
     };
     let ratio = origin.gear.map(|ratio| format!(" with gear {ratio}:1")).unwrap_or_default();
-    let (here, gear) = (shown(model), gear.ratio());
+    let (here, gear) = (model.product_name(), gear.ratio());
     Some(format!("the file is of {name}{ratio}, this drive is an {here} with gear {gear}:1"))
 }
 
@@ -102,38 +99,38 @@ fn uncovered(identity: Identity, wanted: &ParameterSet) -> Vec<&'static Entry> {
 /// Whether this drive can have all of it: nothing is written else.
 fn fits(identity: Identity, wanted: &ParameterSet) -> Result<(), Failure> {
     let Identity { model, gear } = identity;
-    let drive = format!("this {} with gear {}:1; nothing was written", shown(model), gear.ratio());
+    let drive = format!("this {} with gear {}:1; nothing was written", model.product_name(), gear.ratio());
     for (parameter, value) in &wanted.values {
         let name = format!("{} (PNU {})", parameter.name, parameter.pnu);
         if entry(model, parameter.pnu).is_none() {
             return Err(Failure::Other(format!("{name} is unknown to {drive}")));
         }
-        if let Some(range) = parameter.range(model, gear).filter(|range| !range.contains(*value)) {
+        if let Some(range) =
+            parameter.range(model, gear, Quirks::default()).filter(|range| !range.contains(*value))
+        {
             return Err(Failure::Other(format!("{name} shall be {value}, but takes {range} on {drive}")));
         }
     }
     Ok(())
 }
 
-fn read_all<L: Link, C: Clock>(drive: &mut Drive<L, C>, wanted: &ParameterSet) -> Result<Vec<Item>, Failure> {
+fn read_all<L: Link, C: Clock>(
+    drive: &mut Drive<L, C>,
+    wanted: &ParameterSet,
+) -> Result<Vec<Value>, Failure> {
     let progress = watch("reading", wanted.values.len());
-    let mut found = Vec::new();
-    for (entry, _) in &wanted.values {
-        if drive.is_stopped() {
-            return Err(Failure::Other("interrupted; nothing was written".into()));
-        }
-        let item = Item::read(drive, entry, None);
-        found.push(item.map_err(nothing_written)?);
-        progress.inc(1);
-    }
+    let found = drive.read_wanted(&wanted.values, &mut || progress.inc(1));
     progress.finish_and_clear();
-    Ok(found)
+    if drive.is_stopped() {
+        return Err(Failure::Other("interrupted; nothing was written".into()));
+    }
+    found.map_err(nothing_written)
 }
 
 /// Some parameters take no value while the shaft turns.
 fn wait_for_standstill<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<(), Failure> {
     let begun = drive.session.now();
-    while drive.read(SSW, None, Width::Word).map_err(nothing_written)?.bits() & TRAVELS != 0 {
+    while travels(drive).map_err(nothing_written)? {
         if drive.is_stopped() {
             return Err(Failure::Other("interrupted; nothing was written".into()));
         }
@@ -142,14 +139,6 @@ fn wait_for_standstill<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<(),
         }
     }
     Ok(())
-}
-
-/// A parameter that differs.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Change {
-    pub(super) entry: &'static Entry,
-    before: Value,
-    pub(super) after: Value,
 }
 
 /// What is to be done.
@@ -161,23 +150,16 @@ struct Plan {
 }
 
 impl Plan {
-    fn of(wanted: &ParameterSet, found: &[Item]) -> Self {
-        let changes = wanted
-            .values
-            .iter()
-            .zip(found)
-            .map(|((entry, value), found)| Change {
-                entry,
-                before: found.value,
-                after: Value::of(entry.width, *value),
-            })
-            .filter(|change| change.before != change.after)
-            .collect();
+    fn of(wanted: &ParameterSet, found: &[Value]) -> Self {
+        let changes = changes(&wanted.values, found);
         let pitch = Parameter::SpindlePitch.entry();
-        let before = found.iter().find(|item| item.entry.pnu == pitch.pnu).map(|item| item.value);
+        let mut read = wanted.values.iter().zip(found);
+        let before = read.find(|((entry, _), _)| entry.pnu == pitch.pnu).map(|(_, value)| *value);
         let after = wanted.values.iter().find(|(entry, _)| entry.pnu == pitch.pnu);
         let after = after.map(|(_, value)| Value::of(pitch.width, *value));
-        let lengths = |pitch: Option<Value>| pitch.map_or(Lengths::Unknown, lengths_of);
+        let lengths = |pitch: Option<Value>| {
+            pitch.map_or(Lengths::Unknown, |pitch| Lengths::of_spindle_pitch(pitch.bits()))
+        };
         Self { changes, total: wanted.values.len(), lengths: (lengths(before), lengths(after.or(before))) }
     }
 
@@ -194,35 +176,11 @@ impl Plan {
     }
 }
 
-/// What became of a change.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Fate {
-    Written,
-    /// It was sent, and whether the drive has taken it is not known.
-    Unconfirmed,
-    Refused(String),
-    NotWritten,
-}
-
-impl fmt::Display for Fate {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Written => f.pad("written"),
-            Self::Unconfirmed => f.pad("not confirmed"),
-            Self::Refused(_) => f.pad("refused"),
-            Self::NotWritten => f.pad("not written"),
-        }
-    }
-}
-
 /// What became of all of it.
 #[derive(Debug)]
 pub(super) struct Report {
-    pub(super) fates: Vec<(Change, Fate)>,
+    pub(super) restored: Restored,
     total: usize,
-    /// Everything in the file was read back and is in the drive.
-    pub(super) verified: bool,
-    pub(super) trouble: Option<String>,
 }
 
 /// Writes until it is done or something comes between, then reads everything back.
@@ -232,84 +190,31 @@ pub(super) fn carry_out<L: Link, C: Clock>(
     wanted: &ParameterSet,
 ) -> Report {
     let progress = watch("writing", changes.len());
-    let mut fates: Vec<(Change, Fate)> = Vec::new();
-    let mut trouble = None;
-    for change in changes {
-        if trouble.is_none() && drive.is_stopped() {
-            trouble = Some("interrupted".into());
-        }
-        if trouble.is_some() {
-            fates.push((change, Fate::NotWritten));
-            continue;
-        }
-        let fate = match drive.write(change.entry.pnu, change.after) {
-            Ok(_) => Fate::Written,
-            Err(error) => {
-                let fate = fate_of(&error);
-                trouble = Some(error.to_string());
-                fate
-            }
-        };
-        fates.push((change, fate));
-        progress.inc(1);
-    }
+    let mut restored = drive.write_changes(changes, &mut || progress.inc(1));
     progress.finish_and_clear();
-    let mut report = Report { fates, total: wanted.values.len(), verified: false, trouble };
-    if report.trouble.is_none() {
-        match verify(drive, wanted) {
-            Ok(()) => report.verified = true,
-            Err(error) => report.trouble = Some(error),
-        }
-    }
-    report
-}
-
-fn fate_of(error: &Trouble) -> Fate {
-    match error {
-        Trouble::Job(error) if error.is_certain() => Fate::Refused(error.to_string()),
-        Trouble::Job(_) | Trouble::Unanswered(_) | Trouble::OtherReply { .. } => Fate::Unconfirmed,
-        Trouble::Session(_)
-        | Trouble::NotSubmitted(_)
-        | Trouble::Goal(_)
-        | Trouble::Ended(_)
-        | Trouble::StillTurns(_)
-        | Trouble::Hardware(_) => Fate::NotWritten,
-    }
-}
-
-fn verify<L: Link, C: Clock>(drive: &mut Drive<L, C>, wanted: &ParameterSet) -> Result<(), String> {
     let progress = watch("verifying", wanted.values.len());
-    for (entry, value) in &wanted.values {
-        if drive.is_stopped() {
-            return Err("interrupted while reading back".into());
-        }
-        let found = Item::read(drive, entry, None).map_err(|error| format!("{error}, while reading back"))?;
-        if found.value != Value::of(entry.width, *value) {
-            let (name, pnu, found) = (entry.name, entry.pnu, found.number());
-            return Err(format!("{name} (PNU {pnu}) reads back as {found} instead of {value}"));
-        }
-        progress.inc(1);
-    }
+    drive.verify(&wanted.values, &mut restored, &mut || progress.inc(1));
     progress.finish_and_clear();
-    Ok(())
+    Report { restored, total: wanted.values.len() }
 }
 
 impl Report {
     /// For a drive that has everything, or shall only be looked at.
     fn nothing(plan: &Plan) -> Self {
-        let fates = plan.changes.iter().map(|change| (*change, Fate::NotWritten)).collect();
-        Self { fates, total: plan.total, verified: plan.changes.is_empty(), trouble: None }
+        let outcomes = plan.changes.iter().map(|change| (*change, WriteOutcome::NotWritten)).collect();
+        let restored = Restored { outcomes, verified: plan.changes.is_empty(), trouble: None };
+        Self { restored, total: plan.total }
     }
 
-    fn count(&self, of: impl Fn(&Fate) -> bool) -> usize {
-        self.fates.iter().filter(|(_, fate)| of(fate)).count()
+    fn count(&self, of: impl Fn(&WriteOutcome) -> bool) -> usize {
+        self.restored.outcomes.iter().filter(|(_, outcome)| of(outcome)).count()
     }
 
     /// `2 of 5 differing parameters were written, 1 is not confirmed, 2 were not written; ...`
     pub(super) fn sum(&self) -> String {
-        let all = self.fates.len();
-        let written = self.count(|fate| *fate == Fate::Written);
-        let unconfirmed = self.count(|fate| *fate == Fate::Unconfirmed);
+        let all = self.restored.outcomes.len();
+        let written = self.count(|outcome| *outcome == WriteOutcome::Written);
+        let unconfirmed = self.count(|outcome| *outcome == WriteOutcome::Unconfirmed);
         let mut line = format!("{written} of {all} differing parameters were written");
         if unconfirmed > 0 {
             line += &format!(", {unconfirmed} perhaps");
@@ -319,31 +224,32 @@ impl Report {
     }
 
     fn show(&self) -> Result<(), Failure> {
-        if self.trouble.is_none() {
-            let count = self.fates.len();
+        if self.restored.trouble.is_none() {
+            let count = self.restored.outcomes.len();
             return say(format_args!("{count} written, all {} read back as in the file", self.total));
         }
-        for (Change { entry, .. }, fate) in &self.fates {
-            let reason = match fate {
-                Fate::Refused(reason) => format!("  {reason}"),
-                Fate::Written | Fate::Unconfirmed | Fate::NotWritten => String::new(),
+        for (Change { entry, .. }, outcome) in &self.restored.outcomes {
+            let reason = match outcome {
+                WriteOutcome::Refused(reason) => format!("  {reason}"),
+                WriteOutcome::Written | WriteOutcome::Unconfirmed | WriteOutcome::NotWritten => String::new(),
             };
-            say(format_args!("{fate:<14} {:<6} {}{reason}", entry.pnu, entry.name))?;
+            say(format_args!("{outcome:<14} {:<6} {}{reason}", entry.pnu, entry.name))?;
         }
         Ok(())
     }
 
     fn json(&self, identity: Identity, wanted: &ParameterSet) -> serde_json::Value {
         let changes: Vec<_> = self
-            .fates
+            .restored
+            .outcomes
             .iter()
-            .map(|(Change { entry, before, after }, fate)| {
+            .map(|&(Change { entry, before, after }, ref outcome)| {
                 json!({
                     "pnu": entry.pnu.number(),
                     "name": entry.name,
-                    "before": entry.number(*before),
-                    "after": entry.number(*after),
-                    "fate": fate.to_string(),
+                    "before": entry.number(before),
+                    "after": entry.number(after),
+                    "outcome": outcome.to_string(),
                 })
             })
             .collect();
@@ -353,8 +259,8 @@ impl Report {
             "not_in_file": uncovered(identity, wanted).iter().map(|entry| entry.pnu.number()).collect::<Vec<_>>(),
             "total": self.total,
             "differing": changes,
-            "verified": self.verified,
-            "trouble": self.trouble,
+            "verified": self.restored.verified,
+            "trouble": self.restored.trouble,
         })
     }
 }
@@ -396,24 +302,32 @@ mod tests {
 
     /// The report says of each parameter what is the case.
     fn assert_true(rig: &Rig, report: &Report, context: &str) {
-        assert_eq!(report.fates.len(), CHANGED.len(), "{context}");
-        for (change, fate) in &report.fates {
+        assert_eq!(report.restored.outcomes.len(), CHANGED.len(), "{context}");
+        for (change, outcome) in &report.restored.outcomes {
             let (parameter, _) =
                 CHANGED.into_iter().find(|(parameter, _)| parameter.entry().pnu == change.entry.pnu).unwrap();
             let has = i64::from(rig.value(parameter));
             let (before, after) = (change.entry.number(change.before), change.entry.number(change.after));
-            match fate {
-                Fate::Written => assert_eq!(has, after, "{context}: {parameter}"),
-                Fate::NotWritten | Fate::Refused(_) => assert_eq!(has, before, "{context}: {parameter}"),
-                Fate::Unconfirmed => assert!(has == before || has == after, "{context}: {parameter}"),
+            match outcome {
+                WriteOutcome::Written => assert_eq!(has, after, "{context}: {parameter}"),
+                WriteOutcome::NotWritten | WriteOutcome::Refused(_) => {
+                    assert_eq!(has, before, "{context}: {parameter}")
+                }
+                WriteOutcome::Unconfirmed => assert!(has == before || has == after, "{context}: {parameter}"),
             }
         }
         // Nothing is written behind the first that was not.
-        let written: Vec<bool> = report.fates.iter().map(|(_, fate)| *fate == Fate::Written).collect();
+        let written: Vec<bool> =
+            report.restored.outcomes.iter().map(|(_, outcome)| *outcome == WriteOutcome::Written).collect();
         assert!(written.is_sorted_by(|a, b| a >= b), "{context}: {written:?}");
         let all = written.iter().all(|written| *written);
-        assert!(!report.verified || all && report.trouble.is_none(), "{context}");
-        assert_eq!(report.verified, report.trouble.is_none(), "{context}: {:?}", report.trouble);
+        assert!(!report.restored.verified || all && report.restored.trouble.is_none(), "{context}");
+        assert_eq!(
+            report.restored.verified,
+            report.restored.trouble.is_none(),
+            "{context}: {:?}",
+            report.restored.trouble
+        );
     }
 
     #[test]
@@ -424,10 +338,10 @@ mod tests {
                 let rig = Rig::new(Model::Ag03_1);
                 let report = restored(&rig, &set(&CHANGED), Some((telegrams, cut)));
                 assert_true(&rig, &report, &format!("{cut:?} at {telegrams}"));
-                unconfirmed += report.count(|fate| *fate == Fate::Unconfirmed);
-                counts.push(report.count(|fate| *fate == Fate::Written));
+                unconfirmed += report.count(|outcome| *outcome == WriteOutcome::Unconfirmed);
+                counts.push(report.count(|outcome| *outcome == WriteOutcome::Written));
                 if rig.is_whole() {
-                    assert!(report.verified, "{:?}", report.trouble);
+                    assert!(report.restored.verified, "{:?}", report.restored.trouble);
                     break;
                 }
                 telegrams += 1;
@@ -448,9 +362,9 @@ mod tests {
             let rig = Rig::new(Model::Ag03_1);
             let report = restored(&rig, &set(&values), None);
             assert_true(&rig, &report, &format!("refused {refused}"));
-            assert_eq!(report.count(|fate| matches!(fate, Fate::Refused(_))), 1);
+            assert_eq!(report.count(|outcome| matches!(outcome, WriteOutcome::Refused(_))), 1);
             assert!(report.sum().starts_with(&format!("{refused} of 6 differing")), "{}", report.sum());
-            assert!(report.trouble.unwrap().contains("error 2"));
+            assert!(report.restored.trouble.unwrap().contains("error 2"));
         }
     }
 
@@ -467,12 +381,12 @@ mod tests {
                 .filter(|parameter| entry(model, parameter.entry().pnu).is_some())
                 .map(|parameter| (parameter, rig.value(parameter)))
                 .collect();
-            drive.write(Pnu::from_low_bits(970), Value::Word(1)).unwrap();
+            drive.write(profidrive::param::Pnu::from_low_bits(970), Value::Word(1)).unwrap();
             assert_eq!(rig.value(Parameter::VPos), 30);
             drop(drive);
             let report = restored(&rig, &set(&settings), None);
-            assert!(report.verified, "{:?}", report.trouble);
-            assert_eq!(report.fates.len(), CHANGED.len(), "only what differs is written");
+            assert!(report.restored.verified, "{:?}", report.restored.trouble);
+            assert_eq!(report.restored.outcomes.len(), CHANGED.len(), "only what differs is written");
             for (parameter, value) in settings {
                 assert_eq!(rig.value(parameter), value, "{parameter}");
             }

@@ -20,16 +20,15 @@ use std::fs;
 use std::io::{self, Read};
 use std::path::Path;
 
-use profidrive::explain::value::Lengths;
 use profidrive::host::{Clock, Link};
-use profidrive::param::{Entry, Parameter, Pnu, TABLE, parameters};
+use profidrive::master::Drive;
+use profidrive::param::{Entry, Pnu, TABLE, parameters};
 use serde::Deserialize;
 use serde_json::json;
 
 use super::access::{about, check};
-use super::drive::Drive;
 use super::file::put;
-use super::value::{Item, is_setting, lengths_of};
+use super::value::{Item, is_setting, lengths_in};
 use super::{say, watch};
 use crate::command::Failure;
 use crate::command::args::ParameterSpec;
@@ -43,17 +42,14 @@ pub(super) fn save<L: Link, C: Clock>(
     json: bool,
 ) -> Result<(), Failure> {
     let identity = drive.identify()?;
-    let entries: Vec<_> = parameters(identity.model).filter(|entry| is_setting(entry)).collect();
-    let progress = watch("reading", entries.len());
-    let mut items = Vec::new();
-    for entry in entries {
-        if drive.is_stopped() {
-            return Err(Failure::Other("interrupted; nothing is saved".into()));
-        }
-        items.push(Item::read(drive, entry, None)?);
-        progress.inc(1);
-    }
+    let progress = watch("reading", parameters(identity.model).filter(|entry| is_setting(entry)).count());
+    let settings = drive.settings(identity.model, &mut || progress.inc(1));
     progress.finish_and_clear();
+    if drive.is_stopped() {
+        return Err(Failure::Other("interrupted; nothing is saved".into()));
+    }
+    let items: Vec<_> =
+        settings?.into_iter().map(|(entry, value)| Item { entry, element: None, value }).collect();
     let text = written(&items, &about(identity));
     if file == Path::new("-") {
         return say(text.trim_end());
@@ -63,13 +59,12 @@ pub(super) fn save<L: Link, C: Clock>(
     if json {
         return say(json!({ "saved": count, "file": file.display().to_string() }));
     }
-    say(format_args!("{count} parameters of drive {} saved in {}", drive.address, file.display()))
+    say(format_args!("{count} parameters of drive {} saved in {}", drive.address(), file.display()))
 }
 
 /// The text of a file.
 fn written(items: &[Item], drive: &serde_json::Value) -> String {
-    let pitch = items.iter().find(|item| item.entry.pnu == Parameter::SpindlePitch.entry().pnu);
-    let lengths = pitch.map_or(Lengths::Unknown, |item| lengths_of(item.value));
+    let lengths = lengths_in(items);
     let rows: Vec<String> = items
         .iter()
         .map(|item| {

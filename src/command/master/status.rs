@@ -3,20 +3,22 @@
 use core::time::Duration;
 use std::io::{self, IsTerminal, Write};
 
+use profidrive::device::bits::{Role, SswBit, Word, bits};
 use profidrive::drive::Mode;
 use profidrive::explain::value::Lengths;
-use profidrive::explain::words::{Role, Word, bits, said};
+use profidrive::explain::words::said;
 use profidrive::host::{Clock, Link};
+use profidrive::master::{Drive, DriveError, Seen};
 use profidrive::param::{Model, Parameter, Pnu, Width};
 use serde_json::json;
 
-use super::drive::{Drive, Seen, Trouble};
 use super::say;
+use super::trouble::Trouble;
 use super::value::lengths;
 use crate::command::Failure;
 
 /// System status word SSW.
-pub(super) const SSW: Pnu = Pnu::from_low_bits(1020);
+const SSW: Pnu = Pnu::from_low_bits(1020);
 /// General status register.
 const GENERAL_STATUS: Pnu = Pnu::from_low_bits(1031);
 /// PNU 930 in velocity mode.
@@ -42,9 +44,8 @@ impl Words {
         let mode = mode(drive)?;
         let lengths = lengths(drive)?;
         let model = drive.model()?;
-        let word = |bits: u32| u16::try_from(bits).unwrap_or_default();
-        let ssw = word(drive.read(SSW, None, Width::Word)?.bits());
-        let general = word(drive.read(GENERAL_STATUS, None, Width::Word)?.bits());
+        let ssw = read_word(drive, SSW)?;
+        let general = read_word(drive, GENERAL_STATUS)?;
         Ok(Self { model, mode, lengths, stw: drive.stw().raw(), seen: drive.exchange()?, ssw, general })
     }
 
@@ -73,6 +74,15 @@ impl Words {
         words.insert("text".into(), said(self.mode, self.seen.zsw.raw(), self.seen.zsw.raw()).into());
         words.into()
     }
+}
+
+/// Whether the shaft turns.
+pub(super) fn travels<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<bool, DriveError> {
+    Ok(SswBit::Travels.is_set(read_word(drive, SSW)?))
+}
+
+fn read_word<L: Link, C: Clock>(drive: &mut Drive<L, C>, pnu: Pnu) -> Result<u16, DriveError> {
+    Ok(u16::try_from(drive.read(pnu, None, Width::Word)?.bits()).unwrap_or_default())
 }
 
 /// Which mode the drive is in.

@@ -2,10 +2,9 @@
 
 use profidrive::explain::value::{Lengths, in_words};
 use profidrive::host::{Clock, Link};
+use profidrive::master::{Drive, DriveError};
 use profidrive::param::{Access, Entry, Parameter, Subindex, Unit, Value};
 use serde_json::json;
-
-use super::drive::{Drive, Trouble};
 
 /// A value that was read.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,7 +20,7 @@ impl Item {
         drive: &mut Drive<L, C>,
         entry: &'static Entry,
         element: Option<Subindex>,
-    ) -> Result<Self, Trouble> {
+    ) -> Result<Self, DriveError> {
         let value = drive.read(entry.pnu, element, entry.width)?;
         Ok(Self { entry, element, value })
     }
@@ -86,14 +85,15 @@ pub(super) fn is_length(entry: &Entry) -> bool {
 }
 
 /// What the drive counts positions in.
-pub(super) fn lengths<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<Lengths, Trouble> {
+pub(super) fn lengths<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<Lengths, DriveError> {
     let pitch = Parameter::SpindlePitch.entry();
-    Ok(lengths_of(drive.read(pitch.pnu, None, pitch.width)?))
+    Ok(Lengths::of_spindle_pitch(drive.read(pitch.pnu, None, pitch.width)?.bits()))
 }
 
-/// What this spindle pitch makes positions count in.
-pub(super) fn lengths_of(pitch: Value) -> Lengths {
-    if pitch.bits() == 0 { Lengths::Increments } else { Lengths::HundredthMillimetres }
+/// What a set of values says of it.
+pub(super) fn lengths_in(items: &[Item]) -> Lengths {
+    let pitch = items.iter().find(|item| item.entry.pnu == Parameter::SpindlePitch.entry().pnu);
+    pitch.map_or(Lengths::Unknown, |item| Lengths::of_spindle_pitch(item.value.bits()))
 }
 
 /// Whether a parameter is part of a parameter set: it can be read and written.

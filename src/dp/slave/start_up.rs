@@ -1,13 +1,16 @@
 //! Reactions to the services that lead to Data_Exchange: Set_Prm, Chk_Cfg and Set_Slave_Add.
 
 use super::{CfgTicket, Handled, Pending, Slave};
+use crate::dp::buffer::Buffer;
 use crate::dp::policy::{ApplicationReady, SetPrmInDataExch};
 use crate::dp::watchdog::Watchdog;
-use crate::dp::{AddressFault, CfgFault, Event, IoLengths, PrmFault, SetPrm, SetSlaveAdd, State, Stimulus};
+use crate::dp::{
+    AddressFault, Application, CfgFault, Event, IoLengths, PrmFault, SetPrm, SetSlaveAdd, State, Stimulus,
+};
 use crate::fdl::{Address, Request};
 use crate::time::Instant;
 
-impl Slave {
+impl<A: Application> Slave<A> {
     /// `dp-v0.md` 5.2; the numbers are its steps.
     pub(super) fn set_prm(&mut self, now: Instant, request: &Request<'_>) -> Handled<'static> {
         let master = request.sa;
@@ -50,7 +53,7 @@ impl Slave {
             SetPrmInDataExch::StayIfIdentical | SetPrmInDataExch::WaitCfg => {}
         }
         // 5, 6, 7, 8, 9
-        if let Err(fault) = prm.check(&self.description, &self.policy) {
+        if let Err(fault) = prm.check(&self.description, &self.application, &self.policy) {
             return Some(self.refuse_prm(master, fault));
         }
         // 10
@@ -78,26 +81,36 @@ impl Slave {
 
     pub(super) fn chk_cfg(&mut self, now: Instant, request: &Request<'_>) -> Option<Event> {
         let master = request.sa;
-        let accepted = match CfgFault::compare(request.data, self.description.configurations) {
-            Ok(accepted) => accepted,
+        let lengths = match self.judged_cfg(request.data) {
+            Ok(lengths) => lengths,
             Err(fault) => return Some(self.refuse_cfg(master, fault)),
         };
+        let mut configuration = Buffer::EMPTY;
+        configuration.keep([request.data, &[]]);
         match self.policy.application_ready {
             // What is exchanged already needs no second judgement.
             ApplicationReady::WhenJudged
-                if self.state != State::DataExch || self.configuration != accepted =>
+                if self.state != State::DataExch || self.accepted_configuration() != Some(request.data) =>
             {
-                Some(self.ask_application(master, accepted))
+                Some(self.ask_application(master, configuration, lengths))
             }
-            ApplicationReady::WhenJudged | ApplicationReady::AtOnce => self.accept_cfg(now, master, accepted),
+            ApplicationReady::WhenJudged | ApplicationReady::AtOnce => {
+                self.accept_cfg(now, master, configuration, lengths)
+            }
         }
     }
 
+    /// The application sees a configuration first: it says better than the format what is wrong.
+    fn judged_cfg(&self, configuration: &[u8]) -> Result<IoLengths, CfgFault> {
+        self.application.judge_cfg(configuration, self.user_prm()).map_err(CfgFault::Refused)?;
+        IoLengths::of(configuration).map_err(CfgFault::Impossible)
+    }
+
     /// `dp-v0.md` 7 row 9. What was to be judged before is void.
-    fn ask_application(&mut self, master: Address, configuration: &'static [u8]) -> Event {
+    fn ask_application(&mut self, master: Address, configuration: Buffer, lengths: IoLengths) -> Event {
         let ticket = CfgTicket(self.last_ticket.0.wrapping_add(1));
         self.last_ticket = ticket;
-        self.pending = Some(Pending { ticket, configuration });
+        self.pending = Some(Pending { ticket, configuration, lengths });
         if self.state == State::DataExch {
             self.process_data.clear();
             self.safe_state = false;
@@ -111,12 +124,13 @@ impl Slave {
         &mut self,
         now: Instant,
         master: Address,
-        accepted: &'static [u8],
+        configuration: Buffer,
+        lengths: IoLengths,
     ) -> Option<Event> {
         self.pending = None;
         self.cfg_fault = false;
-        self.configuration = accepted;
-        self.process_data.measure(IoLengths::of(accepted).unwrap_or_default());
+        self.accepted_cfg = Some(configuration);
+        self.process_data.measure(lengths);
         let entered = self.state != State::DataExch;
         self.state = self.state.on(Stimulus::CfgAccepted);
         if !entered {
@@ -147,7 +161,7 @@ impl Slave {
         };
         self.no_add_chg = stored.no_add_chg;
         self.rem_slave_data.keep([rem_slave_data, &[]]);
-        // `dp-v0.md` 7 row 2: a fresh start at the new address.
+        // A fresh start at the new address (`docs/reference/dp-v0.md` 7 row 2).
         self.prm_fault = false;
         self.cfg_fault = false;
         self.not_supported = false;

@@ -9,14 +9,14 @@ const ENABLED: State = State::OperationEnabled(Motor::InControl);
 fn row_1_power_on_forgets_everything_but_position_and_fault_buffer() {
     let mut rig = Rig::in_fault(Fault::F);
     rig.causes([]).run(2000);
-    assert!(rig.status().job_acknowledge);
+    assert_eq!(rig.status().jobs, 1);
     let position = rig.position();
     rig.inputs(|inputs| inputs.control_supply = 0.0);
     assert_eq!((rig.state(), rig.status().motor), (State::Off, Motor::Released));
     rig.stw = 0;
     rig.inputs(|inputs| inputs.control_supply = 24.0);
     assert_eq!((rig.state(), rig.status().fault), (READY, None));
-    assert!(!rig.status().job_acknowledge && !rig.status().target_reached);
+    assert!(rig.status().jobs == 0 && !rig.status().target_reached);
     assert_eq!(rig.position(), position);
     assert_eq!(rig.drive.faults().count(), 1);
 }
@@ -111,10 +111,8 @@ fn row_5_any_missing_bit_keeps_it_ready_to_run() {
         let mut rig = Rig::new(Model::Ag03_1);
         rig.stw(stw);
         assert_eq!(rig.state(), READY);
-        assert_eq!(rig.status().no_off2, stw & 2 != 0);
         let reasons = rig.reasons();
-        assert_eq!(reasons.contains(&Reason::Off1), stw & 9 == 8, "{stw:04x}");
-        assert_eq!(reasons.contains(&Reason::Off2), stw & 10 == 8, "{stw:04x}");
+        assert_eq!(reasons.contains(&Reason::NotAsked), stw & 8 == 8, "{stw:04x}");
     }
 }
 
@@ -132,7 +130,7 @@ fn row_5_off_releases_a_motor_left_in_control() {
 fn row_6_off2_cancels_the_job_and_lets_the_shaft_coast() {
     let mut rig = Rig::travelling(100_000);
     rig.stw(0x0079);
-    assert_eq!((rig.state(), rig.status().no_off2), (READY, false));
+    assert_eq!(rig.state(), READY);
     assert_eq!(rig.status().motor, Motor::Released);
     rig.run(498);
     assert!(rig.status().moving, "30 rpm at 1 rev/s^2 take 500 ms");
@@ -146,7 +144,7 @@ fn row_6_off2_cancels_the_job_and_lets_the_shaft_coast() {
 fn row_7_off1_cancels_the_job_and_lets_the_shaft_coast() {
     let mut rig = Rig::travelling(100_000);
     rig.stw(0x007a);
-    assert_eq!((rig.state(), rig.status().no_off2), (READY, true));
+    assert_eq!(rig.state(), READY);
     assert_eq!((rig.status().motor, rig.status().travelling), (Motor::Released, true));
 }
 
@@ -268,7 +266,7 @@ fn row_50_leaving_data_exchange_acts_as_all_zero() {
     let mut rig = Rig::travelling(100_000);
     rig.connected = false;
     rig.run(1);
-    assert_eq!((rig.state(), rig.status().no_off2), (READY, false));
+    assert_eq!(rig.state(), READY);
     assert_eq!(rig.status().motor, Motor::Released);
     assert_eq!(rig.drive.take_refusal(), None, "the falling start bit is no request");
     rig.connected = true;
@@ -370,13 +368,13 @@ fn what_stands_against_a_start_is_what_the_start_is_then_refused_with() {
     let beyond = Settings { limits: Limits::new(-100, 100), ..DEFAULTS };
     let velocity = Settings { mode: Mode::Velocity, ..DEFAULTS };
     for (mut rig, refused) in [
-        (Rig::new(Model::Ag03_1), true),
+        (Rig::new(Model::Ag03_1).run(1).clone(), true),
         (Rig::enabled(), false),
         (no_supply(Rig::enabled()), true),
         (Rig::travelling(100_000), true),
         (Rig::in_fault(Fault::J), true),
-        (Rig::with(Model::Ag03, beyond).calibrated(150), true),
-        (Rig::with(Model::Ag03_1, velocity), true),
+        (Rig::with(Model::Ag03, beyond).calibrated(150).run(1).clone(), true),
+        (Rig::with(Model::Ag03_1, velocity).run(1).clone(), true),
     ] {
         let foretold = rig.drive.start_refusal(&rig.settings);
         rig.drive.take_refusal();

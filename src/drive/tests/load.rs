@@ -278,14 +278,14 @@ proptest! {
         let mut rig = Rig::with(Model::Ag03_1, settings);
         rig.stw(0x003b);
         rig.travel(target);
-        let command = super::words::command(0x007b, target);
+        let command = command(0x007b, Some(0x007b), target);
         let dt = Duration::from_millis(millis);
         for (friction, load, supply, cycles) in loads {
             rig.drive.set_inputs(Inputs {
                 friction_torque: friction, load_torque: load, output_supply: supply, ..Inputs::default()
             });
             for _ in 0..cycles {
-                rig.drive.step(dt, Some(&command), &settings);
+                rig.drive.step(dt, &command, &settings);
                 let past = (rig.position() - target) * target.signum();
                 // A fault lets it run out.
                 prop_assert!(past <= 0 || rig.state() == State::Fault, "passed by {}", past);
@@ -295,7 +295,7 @@ proptest! {
         let faulted = rig.state() == State::Fault || !rig.drive.causes().is_empty();
         let mut steps = 0;
         while rig.state() == State::TravelActive && !faulted {
-            rig.drive.step(dt, Some(&command), &settings);
+            rig.drive.step(dt, &command, &settings);
             prop_assert!((rig.position() - target) * target.signum() <= 0);
             steps += 1;
             prop_assert!(steps < 400_000);

@@ -28,6 +28,8 @@ struct Rig {
     settings: Settings,
     connected: bool,
     stw: u16,
+    /// The control word of the step before.
+    before: u16,
     setpoint: i32,
 }
 
@@ -43,7 +45,7 @@ impl Rig {
 
     fn made(model: Model, gear: Gear, settings: Settings, config: Config) -> Self {
         let drive = Drive::with(model, gear, &settings, config);
-        Self { drive, settings, connected: true, stw: 0, setpoint: 0 }
+        Self { drive, settings, connected: true, stw: 0, before: 0, setpoint: 0 }
     }
 
     /// Operation enabled in positioning mode, prepared for jobs.
@@ -82,11 +84,17 @@ impl Rig {
     }
 
     fn run(&mut self, cycles: u32) -> &mut Self {
-        let command = command(self.stw, self.setpoint);
         for _ in 0..cycles {
-            self.drive.step(MILLISECOND, self.connected.then_some(&command), &self.settings);
+            self.step(MILLISECOND);
         }
         self
+    }
+
+    fn step(&mut self, dt: Duration) {
+        let stw = self.connected.then_some(self.stw);
+        let command = command(self.before, stw, self.setpoint);
+        self.before = stw.unwrap_or(0);
+        self.drive.step(dt, &command, &self.settings);
     }
 
     fn until(&mut self, state: State) -> u32 {
@@ -141,7 +149,7 @@ impl Rig {
     }
 
     fn zsw(&self) -> u16 {
-        zsw(&self.drive.status())
+        zsw(&self.drive.status(), self.before)
     }
 
     fn position(&self) -> i32 {

@@ -9,7 +9,7 @@ fn row_20_either_edge_of_start_begins_a_job_and_toggles_the_acknowledge_bit() {
     let mut rig = Rig::enabled();
     for (setpoint, acknowledge) in [(1600, true), (-1600, false), (0, true)] {
         rig.travel(setpoint);
-        assert_eq!((rig.state(), rig.status().job_acknowledge), (State::TravelActive, acknowledge));
+        assert_eq!((rig.state(), rig.status().jobs & 1 != 0), (State::TravelActive, acknowledge));
         assert!(rig.status().positioning_active && !rig.status().target_reached);
         rig.until(ENABLED);
         assert_eq!(rig.position(), setpoint);
@@ -69,7 +69,7 @@ fn row_21_each_missing_condition_refuses_the_job_and_says_why() {
         let before = rig.status();
         rig.travel(setpoint);
         assert_eq!(rig.refusal_text(), std::format!("travel to {setpoint} refused: {text}"));
-        assert_eq!(rig.status().job_acknowledge, before.job_acknowledge);
+        assert_eq!(rig.status().jobs, before.jobs);
         assert_eq!((rig.status().moving, rig.status().state), (false, before.state));
         assert_eq!(rig.run(3).drive.take_refusal(), None, "each edge reports once");
     };
@@ -93,7 +93,7 @@ fn row_21_each_missing_condition_refuses_the_job_and_says_why() {
     refused(
         &mut Rig::new(Model::Ag03_1),
         5,
-        "OFF2 is given; OFF1 is given; operation is not enabled; \
+        "operation is not asked for; operation is not enabled; \
          stop is given; intermediate stop is given",
     );
 }
@@ -126,7 +126,7 @@ fn row_22_an_edge_during_the_job_is_ignored() {
     let mut rig = Rig::travelling(16_000);
     let before = rig.status();
     rig.travel(-500);
-    assert_eq!((rig.state(), rig.status().job_acknowledge), (State::TravelActive, before.job_acknowledge));
+    assert_eq!((rig.state(), rig.status().jobs), (State::TravelActive, before.jobs));
     assert_eq!(rig.reasons(), [Reason::JobActive]);
     rig.until(ENABLED);
     assert_eq!(rig.position(), 16_000);
@@ -181,7 +181,7 @@ fn row_25_taking_the_intermediate_stop_back_continues_to_the_same_target() {
     rig.stw(0x005b).run(1000);
     rig.setpoint = -5;
     rig.stw(0x007b);
-    assert_eq!((rig.state(), rig.status().job_acknowledge), (State::TravelActive, true));
+    assert_eq!((rig.state(), rig.status().jobs), (State::TravelActive, 1));
     rig.until(ENABLED);
     assert_eq!(rig.position(), 16_000);
 }
@@ -260,7 +260,7 @@ fn row_27_torque_deactivation_brakes_hard_without_a_fault_until_resumed() {
 fn row_27_a_new_edge_starts_a_new_job_instead() {
     let mut rig = tripped();
     rig.run(200).travel(0);
-    assert_eq!((rig.state(), rig.status().job_acknowledge), (State::TravelActive, false));
+    assert_eq!((rig.state(), rig.status().jobs), (State::TravelActive, 2));
     rig.until(ENABLED);
     assert_eq!(rig.position(), 0);
 }
@@ -284,7 +284,7 @@ fn row_28_inching_1_travels_by_delta_inch() {
     rig.stw(0x010b);
     assert_eq!(rig.state(), State::Inching(Inching::One));
     assert_eq!(rig.zsw() & 0xaa7f, 0x0a37);
-    assert!(!rig.status().job_acknowledge, "it is no travel job");
+    assert_eq!(rig.status().jobs, 0, "it is no travel job");
     rig.until(ENABLED);
     assert_eq!(rig.position(), -800);
 }

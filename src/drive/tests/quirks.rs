@@ -2,7 +2,6 @@
 
 use super::*;
 
-const READY: State = State::ReadyToRun(Motor::Released);
 const ENABLED: State = State::OperationEnabled(Motor::InControl);
 
 fn quirky(quirks: Quirks) -> Rig {
@@ -25,52 +24,6 @@ fn both(set: impl FnOnce(&mut Quirks)) -> [Quirks; 2] {
     let mut quirks = Quirks::default();
     set(&mut quirks);
     [Quirks::default(), quirks]
-}
-
-#[test]
-fn quirk_c05_a_paused_job_is_ready_or_still_active() {
-    let [proposed, other] = both(|quirks| quirks.paused_is_active = true);
-    for (quirks, zsw, active) in [(proposed, 0xa000, false), (other, 0x2000, true)] {
-        let mut rig = travelling(quirks);
-        rig.stw(0x005b).run(1000);
-        assert_eq!((rig.zsw() & 0xe000, rig.status().positioning_active), (zsw, active));
-        assert_eq!(rig.stw(0x007b).state(), State::TravelActive);
-    }
-}
-
-#[test]
-fn quirk_c06_turn_on_disabled_is_left_by_the_level_or_by_the_edge_of_off1() {
-    let [proposed, other] = both(|quirks| quirks.off1_needs_edge = true);
-    for (quirks, next) in [(proposed, READY), (other, State::TurnOnDisabled)] {
-        let mut rig = quirky(quirks);
-        rig.causes([Fault::F]).causes([]).stw(0x0080).stw(0x0000);
-        assert_eq!(rig.state(), next, "level");
-        assert_eq!(rig.stw(0x0001).stw(0x0000).state(), READY, "edge");
-    }
-}
-
-#[test]
-fn quirk_c07_the_acknowledge_bit_toggles_or_takes_the_level_of_start() {
-    let [proposed, other] = both(|quirks| quirks.acknowledge_mirrors_start = true);
-    for (quirks, acknowledge) in [(proposed, true), (other, false)] {
-        let mut rig = quirky(quirks);
-        // The rising edge is refused, the falling one accepted.
-        rig.stw(0x003b).travel(2_000_000).travel(100);
-        assert_eq!((rig.state(), rig.status().job_acknowledge), (State::TravelActive, acknowledge));
-    }
-}
-
-#[test]
-fn quirk_c09_a_drive_in_fault_is_ready_to_turn_on_or_not() {
-    let [proposed, other] = both(|quirks| quirks.not_ready_in_fault = true);
-    for (quirks, bits) in [(proposed, 3), (other, 0)] {
-        let mut rig = quirky(quirks);
-        rig.causes([Fault::F]);
-        assert_eq!(rig.zsw() & 0x000b, 0x0008 | bits);
-        rig.causes([]).stw(0x0080);
-        assert_eq!(rig.zsw() & 0x0043, 0x0040 | bits);
-        assert_eq!(rig.stw(0x0000).zsw() & 3, 3);
-    }
 }
 
 #[test]
@@ -106,89 +59,6 @@ fn quirk_c13_the_torque_deactivation_keeps_or_discards_the_job() {
         assert_eq!((rig.state(), rig.status().torque_tripped), (stopped, true));
         rig.travel(0);
         assert_eq!((rig.state(), rig.status().torque_tripped), (State::TravelActive, false));
-    }
-}
-
-#[test]
-fn quirk_c18_the_fault_buffer_begins_with_the_newest_or_with_the_oldest() {
-    let [proposed, other] = both(|quirks| quirks.oldest_fault_first = true);
-    for (quirks, codes) in [(proposed, *b"GF"), (other, *b"FG")] {
-        let mut rig = quirky(quirks);
-        rig.causes([Fault::F]).causes([Fault::F, Fault::G]);
-        assert_eq!(rig.drive.fault_codes()[..2], codes);
-    }
-}
-
-#[test]
-fn quirk_c23_off1_releases_at_once_or_after_braking() {
-    let [proposed, other] = both(|quirks| quirks.off1_brakes = true);
-    for (quirks, next) in [(proposed, READY), (other, State::Disabling)] {
-        let mut rig = travelling(quirks);
-        assert_eq!(rig.stw(0x007a).state(), next);
-        rig.run(1000);
-        assert_eq!((rig.state(), rig.status().moving), (READY, false));
-        let mut rig = travelling(quirks);
-        assert_eq!(rig.stw(0x0079).state(), READY, "OFF2 releases in any case");
-    }
-}
-
-#[test]
-fn quirk_c24_all_zero_outputs_let_the_shaft_run_out_or_brake_it() {
-    let [proposed, other] = both(|quirks| quirks.all_zero_brakes = true);
-    for (quirks, next, time) in [(proposed, READY, 499), (other, State::Disabling, 124)] {
-        let mut rig = travelling(quirks);
-        assert_eq!(rig.stw(0x0000).state(), next);
-        let mut cycles = 0;
-        while rig.status().moving {
-            rig.run(1);
-            cycles += 1;
-        }
-        assert_eq!(cycles, time);
-        assert_eq!(rig.run(2).state(), READY);
-    }
-}
-
-#[test]
-fn quirk_c32_both_edges_of_start_start_or_only_the_rising_one() {
-    let [proposed, other] = both(|quirks| quirks.start_needs_rising_edge = true);
-    for (quirks, next) in [(proposed, State::TravelActive), (other, ENABLED)] {
-        let mut rig = quirky(quirks);
-        rig.stw(0x003b).travel(100);
-        rig.until(ENABLED);
-        assert_eq!(rig.travel(0).state(), next);
-        assert_eq!(rig.drive.take_refusal(), None, "a falling edge is no request then");
-    }
-}
-
-#[test]
-fn quirk_c35_target_reached_waits_for_the_end_of_the_job_or_is_live() {
-    let [proposed, other] = both(|quirks| quirks.target_reached_live = true);
-    for (quirks, reached) in [(proposed, false), (other, true)] {
-        let mut rig = quirky(quirks);
-        rig.stw(0x003b).travel(5);
-        assert_eq!((rig.state(), rig.status().target_reached), (State::TravelActive, reached));
-        rig.until(ENABLED);
-        assert!(rig.status().target_reached);
-    }
-}
-
-#[test]
-fn quirk_c36_the_first_telegram_may_enable_or_off1_must_be_seen() {
-    let [proposed, other] = both(|quirks| quirks.off1_must_be_seen = true);
-    for (quirks, next) in [(proposed, ENABLED), (other, READY)] {
-        let mut rig = quirky(quirks);
-        assert_eq!(rig.stw(0x000b).state(), next);
-        if next == READY {
-            assert_eq!(
-                rig.refusal_text(),
-                "enabling operation refused: OFF1 must be given once in Data_Exchange first"
-            );
-        }
-        assert_eq!(rig.stw(0x000a).stw(0x000b).state(), ENABLED);
-        rig.connected = false;
-        rig.run(1);
-        rig.connected = true;
-        assert_eq!(rig.run(1).state(), next, "each Data_Exchange anew");
     }
 }
 

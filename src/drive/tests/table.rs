@@ -81,9 +81,8 @@ fn line(Stimulus { name: what, happen }: &Stimulus, mut rig: Rig) -> String {
     let before = shown(&rig);
     happen(&mut rig);
     let next = shown(&rig);
-    let command = command(rig.stw, rig.setpoint);
     for _ in 0..200 {
-        rig.drive.step(Duration::from_millis(50), rig.connected.then_some(&command), &rig.settings);
+        rig.step(Duration::from_millis(50));
     }
     let later = shown(&rig);
     let [after, end] =

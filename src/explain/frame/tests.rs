@@ -47,14 +47,14 @@ fn the_worked_start_up_of_the_reference_reads_as_a_conversation() {
     for (hex, line) in [
         ("10 05 02 49 50 16", "2 -> 5  FDL status: who is there?"),
         ("10 02 05 00 07 16", "5 -> 2  here, a slave"),
-        ("68 05 05 68 85 82 6D 3C 3E EE 16", "2 -> 5  Slave_Diag: how are you?"),
+        ("68 05 05 68 85 82 6D 3C 3E EE 16", "2 -> 5  Slave_Diag request"),
         (
             "68 0B 0B 68 82 85 08 3E 3C 02 05 00 FF 12 34 D5 16",
             "5 -> 2  diagnosis: not ready, wants parameters, no master, ident 1234",
         ),
         (
             "68 0C 0C 68 85 82 5D 3D 3E 88 0A 0A 0B 12 34 00 CC 16",
-            "2 -> 5  Set_Prm: be mine, watchdog 1000 ms, reply after 11 bit times",
+            "2 -> 5  Set_Prm: lock the slave, watchdog 1000 ms, reply after 11 bit times",
         ),
         ("E5", "5 -> 2  short acknowledge: Set_Prm has arrived"),
         (
@@ -62,7 +62,7 @@ fn the_worked_start_up_of_the_reference_reads_as_a_conversation() {
             "2 -> 5  Chk_Cfg: 4 octets of outputs and 4 of inputs, agreed?",
         ),
         ("E5", "5 -> 2  short acknowledge: Chk_Cfg has arrived"),
-        ("68 05 05 68 85 82 5D 3C 3E DE 16", "2 -> 5  Slave_Diag: how are you?"),
+        ("68 05 05 68 85 82 5D 3C 3E DE 16", "2 -> 5  Slave_Diag request"),
         (
             "68 0B 0B 68 82 85 08 3E 3C 00 0C 00 02 12 34 DD 16",
             "5 -> 2  diagnosis: ready for data, watchdog on, master 2, ident 1234",
@@ -92,7 +92,7 @@ fn the_worked_start_up_of_the_reference_reads_as_a_conversation() {
         ("10 02 05 0A 11 16", "5 -> 2  inputs: no inputs; a new diagnosis waits"),
         (
             "68 0C 0C 68 85 82 7D 3D 3E 40 00 00 00 12 34 00 85 16",
-            "2 -> 5  Set_Prm: be free for other masters, watchdog off",
+            "2 -> 5  Set_Prm: unlock the slave for other masters, watchdog off",
         ),
         ("68 09 09 68 FE 82 6D 37 3E 07 12 34 00 AF 16", "2 -> 126  Set_Slave_Add: be station 7"),
         ("DC 02 02", "2 -> 2  token"),
@@ -136,11 +136,11 @@ fn each_fault_of_a_frame_names_its_octet_and_reason() {
         ("68 05 05 00", "invalid at octet 3: second start delimiter is 0x00, expected 0x68"),
         (
             "68 05 05 68 85 82 6D 3C 3E EF 16",
-            "invalid at octet 9: frame check sequence is 0xEF, expected 0xEE; Slave_Diag: how are you?",
+            "invalid at octet 9: frame check sequence is 0xEF, expected 0xEE; Slave_Diag request",
         ),
         (
             "68 05 05 68 85 82 6D 3C 3E EE 17",
-            "invalid at octet 10: end delimiter is 0x17, expected 0x16; Slave_Diag: how are you?",
+            "invalid at octet 10: end delimiter is 0x17, expected 0x16; Slave_Diag request",
         ),
         (
             "68 05 05 68 85 82 6D 3C 7E 2E 16",

@@ -1,8 +1,8 @@
 //! What is mistaken about a job or a reply, as far as its words tell.
 //!
 //! Whether a drive takes a job is asked of the parameter channel of an emulated one, so that explanation and drive
-//! cannot differ. How to do it right, and the mistakes that public texts spread (`profidrive-v2.md` 1 to 4,
-//! `user-needs.md` row 3), stand here.
+//! cannot differ. How to do it right, and the mistakes that public texts spread, stand here
+//! (`docs/reference/profidrive-v2.md` 1 to 4).
 
 use std::format;
 use std::string::String;
@@ -10,8 +10,8 @@ use std::string::String;
 use super::{known, named, standard_name};
 use crate::explain::context::Learned;
 use crate::explain::field::{Field, Mark};
-use crate::param::{Entry, Gear, Kind, Live, Model, ParamError, Pnu, Store, Width, WriteContext, entry};
-use crate::pkw::{Config, Engine, ErrorNumber, JobError};
+use crate::param::{Entry, Gear, Kind, Model, Pnu, Store, Width, entry};
+use crate::pkw::{self, Config, Engine, ErrorNumber, JobError};
 use crate::ppo::{JobId, Pke, Pkw, ReplyId};
 
 /// Marks and hints on a job.
@@ -107,7 +107,7 @@ fn refusal(pkw: Pkw) -> Option<(ErrorNumber, String)> {
     let mut engine = Engine::new(Config::default());
     // Bit 11 is judged apart.
     let job = Pkw { pke: pkw.pke.without_spm(), ..pkw };
-    let outcome = engine.cycle(job, &mut store, &Live::default(), &WriteContext::default());
+    let outcome = engine.cycle(job, &mut store);
     let refusal = outcome.refusal?;
     Some((refusal.number, format!("{}{}", refusal.cause, instead(job, refusal.cause))))
 }
@@ -117,14 +117,14 @@ fn instead(job: Pkw, cause: JobError) -> String {
     let pnu = job.pke.pnu();
     let with = |id: JobId| format!("; use job {}, {id}: PKE {:04X}", id.ak(), Pke::of_job(id, pnu).raw());
     match cause {
-        JobError::Param(ParamError::UnknownParameter { .. }) => {
+        JobError::UnknownParameter { .. } => {
             standard_name(pnu).map_or(String::new(), |name| format!(" (in the profile it is '{name}')"))
         }
-        JobError::Param(ParamError::WrongWidth { expected, .. }) => with(match expected {
-            Width::Word => JobId::WriteWord,
-            Width::Double => JobId::WriteDoubleWord,
+        JobError::WrongWidth { expected, .. } => with(match expected {
+            pkw::Width::Word => JobId::WriteWord,
+            pkw::Width::Double => JobId::WriteDoubleWord,
         }),
-        JobError::Param(ParamError::NotAnArray) => match job.pke.job() {
+        JobError::NotAnArray => match job.pke.job() {
             JobId::ReadElement | JobId::ReadElementCount => with(JobId::Read),
             JobId::WriteElementWord => with(JobId::WriteWord),
             JobId::WriteElementDoubleWord => with(JobId::WriteDoubleWord),
@@ -136,9 +136,9 @@ fn instead(job: Pkw, cause: JobError) -> String {
             | JobId::WriteDescription
             | JobId::Reserved(_) => String::new(),
         },
-        JobError::Param(ParamError::IsArray { .. }) => with(JobId::ReadElement),
-        // Somebody who writes no value wants to read (user-needs.md row 3: job 7 as "read array").
-        JobError::Param(ParamError::ReadOnly) if job.double_word() == 0 => match job.pke.job() {
+        JobError::IsArray { .. } => with(JobId::ReadElement),
+        // Somebody who writes no value wants to read: some texts call job 7 "read array".
+        JobError::ReadOnly if job.double_word() == 0 => match job.pke.job() {
             JobId::WriteElementWord | JobId::WriteElementDoubleWord => {
                 format!(". Job {} writes; to read an element{}", job.pke.ak(), with(JobId::ReadElement))
             }
@@ -155,12 +155,10 @@ fn instead(job: Pkw, cause: JobError) -> String {
             ". Jobs end at 9 here; some vendors give 11 to 14 a meaning (write with, or without, EEPROM)"
                 .into()
         }
-        JobError::Param(
-            ParamError::ReadOnly
-            | ParamError::OutOfRange { .. }
-            | ParamError::SubindexOutOfRange { .. }
-            | ParamError::NotNow(_),
-        )
+        JobError::ReadOnly
+        | JobError::OutOfRange { .. }
+        | JobError::SubindexOutOfRange { .. }
+        | JobError::NotNow(_)
         | JobError::NoDescription
         | JobError::DescriptionReadOnly
         | JobError::WriteOnly

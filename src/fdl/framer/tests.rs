@@ -103,6 +103,44 @@ fn scanning_does_not_answer_a_telegram_hidden_in_a_damaged_sd2() {
 }
 
 #[test]
+fn scanning_does_not_answer_a_telegram_hidden_in_a_damaged_sd3() {
+    let mut framer = Framer::new(Resync::SCAN);
+    let mut damaged = vec![0xA2, 5, 2, 0x6D];
+    damaged.extend(STATUS_5);
+    damaged.extend([0x00, 0x00, 0x3B, 0x16]);
+    damaged.extend(STATUS_6);
+    let heard = hear(&mut framer, Instant::ZERO, &damaged);
+    assert!(
+        matches!(heard[..], [Heard::Refused(FrameError::Checksum { .. }), Heard::Telegram(_)]),
+        "{heard:?}"
+    );
+    assert_eq!(heard[1], telegram(&STATUS_6));
+}
+
+#[test]
+fn a_damaged_telegram_is_one_refusal_and_so_is_a_row_of_noise() {
+    let damaged_sd1 = [0x10, 5, 2, 0x49, 0x51, 0x16];
+    let damaged_sd2 = [0x68, 5, 5, 0x68, 5, 2, 0x5D, 0x10, 0x68, 0xDD, 0x17];
+    for (octets, expected) in [
+        (damaged_sd1.to_vec(), 1),
+        (damaged_sd2.to_vec(), 1),
+        (vec![0x00; 1000], 1),
+        ([damaged_sd1, damaged_sd1].concat(), 2),
+        ([&damaged_sd1[..], &damaged_sd2, &damaged_sd1].concat(), 3),
+        ([&[0x00; 5][..], &damaged_sd1, &[0x00; 5]].concat(), 2),
+        ([&damaged_sd1[..], &STATUS_5, &damaged_sd1].concat(), 2),
+    ] {
+        let mut framer = Framer::new(Resync::SCAN);
+        let mut heard = hear(&mut framer, Instant::ZERO, &octets);
+        heard.extend(hear_timeout(&mut framer, Instant::from_millis(50)));
+        let refused = heard.iter().filter(|heard| matches!(heard, Heard::Refused(_))).count();
+        assert_eq!(refused, expected, "{octets:02X?}: {heard:?}");
+        let again = hear(&mut framer, Instant::from_millis(200), &[0x00]);
+        assert_eq!(again.len(), 1, "noise behind a silence is news");
+    }
+}
+
+#[test]
 fn the_idle_rule_ends_an_unfinished_telegram() {
     let baud = BaudRate::K19_2;
     let mut framer = Framer::new(Resync::Idle(baud));
@@ -196,7 +234,7 @@ fn f_06_an_octet_with_wrong_parity_ends_its_telegram_under_both_rules() {
             let rest = hear(&mut framer, time(STATUS_5.len()), &STATUS_5[at + 1..]);
             assert!(!rest.iter().any(|heard| matches!(heard, Heard::Telegram(_))), "{rest:?}");
             if resync == Resync::Idle(baud) {
-                assert_eq!(rest, [], "deaf until the line was idle");
+                assert_eq!(rest, [], "wait_for_idle until the line was idle");
                 assert_eq!(hear(&mut framer, next, &STATUS_6), [telegram(&STATUS_6)]);
             }
         }

@@ -58,7 +58,9 @@ fn f_02_f_15_f_16_f_17_f_18_what_is_not_for_us_stays_unanswered() {
         (telegram(6, MASTER, 0x49, None, &[]), "FDL status of another station"),
         (telegram(127, MASTER, 0x49, None, &[]), "FDL status of everybody"),
         (telegram(127, MASTER, 0x6D, Some((60, 62)), &[]), "SRD to everybody"),
-        (telegram(OWN, 6, 0x08, Some((62, 60)), &[1]), "a response"),
+        (telegram(127, MASTER, 0x49, Some((60, 62)), &[]), "FDL status of everybody with SAPs"),
+        (telegram(127, MASTER, 0x6D, None, &[1, 2, 3]), "Data_Exchange with everybody"),
+        (telegram(6, 7, 0x08, Some((62, 60)), &[1]), "a response to another station"),
         (telegram(OWN, OWN, 0x6D, Some((60, 62)), &[]), "our own address as sender"),
         (telegram(OWN, 127, 0x6D, Some((60, 62)), &[]), "everybody as sender"),
         (telegram(OWN, MASTER, 0x42, None, &[]), "a reserved service"),
@@ -70,6 +72,41 @@ fn f_02_f_15_f_16_f_17_f_18_what_is_not_for_us_stays_unanswered() {
         assert_eq!(exchange(&mut station(), Instant::ZERO, &octets, &mut served), None, "{what}");
         assert_eq!(served, 0, "{what}");
     }
+}
+
+#[test]
+fn f_16_no_response_is_answered_or_served_whatever_its_status_and_form_and_whoever_it_is_to() {
+    let mut served = 0;
+    for da in [OWN, 6, MASTER, 126, 127] {
+        for fc in 0x00..=0x3F {
+            // SD1, SD2 with and without SAPs.
+            for (saps, data) in
+                [(None, &[][..]), (None, &[1, 2]), (Some((62, 60)), &[1]), (Some((60, 62)), &[])]
+            {
+                let octets = telegram(da, 6, fc, saps, data);
+                let mut station = station();
+                assert_eq!(
+                    exchange(&mut station, Instant::ZERO, &octets, &mut served),
+                    None,
+                    "{octets:02X?}"
+                );
+            }
+            // SD3.
+            let octets = DataTelegram {
+                format: Format::Sd3,
+                da: Address::from_octet(da),
+                sa: Address::from_octet(6),
+                dsap: None,
+                ssap: None,
+                fc: FunctionCode::from_octet(fc),
+                data: &[0; 8],
+            };
+            let mut buf = [0; MAX_TELEGRAM_LEN];
+            let octets = octets.encode(&mut buf).unwrap();
+            assert_eq!(exchange(&mut station(), Instant::ZERO, octets, &mut served), None, "{octets:02X?}");
+        }
+    }
+    assert_eq!(served, 0);
 }
 
 #[test]

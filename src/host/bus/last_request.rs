@@ -25,23 +25,37 @@ impl LastRequest {
 
     /// Takes a request, in place of the one before. Whether it repeats that.
     pub(super) fn take(&mut self, request: &DataTelegram<'_>) -> bool {
-        let counted = match request.fc.function() {
-            Function::Request(_, FrameCount::Even | FrameCount::Odd) => true,
-            Function::Request(_, FrameCount::Unused | FrameCount::First)
-            | Function::Response(..)
-            | Function::Reserved => false,
-        };
-        let DataTelegram { fc, sa, dsap, ssap, data, .. } = *request;
-        let header = counted.then_some(Header { fc, sa, dsap, ssap });
-        if counted && self.header == header && self.data.get(..self.len) == Some(data) {
+        if self.is_repeated_by(request) {
             return true;
         }
-        self.header = header;
+        let data = request.data;
+        self.header = Header::of(request);
         self.len = data.len();
         match self.data.get_mut(..data.len()) {
             Some(room) => room.copy_from_slice(data),
             None => self.header = None,
         }
         false
+    }
+
+    /// Whether a request repeats this one.
+    pub(super) fn is_repeated_by(&self, request: &DataTelegram<'_>) -> bool {
+        self.header.is_some()
+            && self.header == Header::of(request)
+            && self.data.get(..self.len) == Some(request.data)
+    }
+}
+
+impl Header {
+    fn of(request: &DataTelegram<'_>) -> Option<Self> {
+        match request.fc.function() {
+            Function::Request(_, FrameCount::Even | FrameCount::Odd) => {
+                let DataTelegram { fc, sa, dsap, ssap, .. } = *request;
+                Some(Self { fc, sa, dsap, ssap })
+            }
+            Function::Request(_, FrameCount::Unused | FrameCount::First)
+            | Function::Response(..)
+            | Function::Reserved => None,
+        }
     }
 }

@@ -7,9 +7,12 @@ use super::deadlines::Deadlines;
 use super::event::News;
 use super::join::{Joining, Verdict};
 use super::last_request::LastRequest;
-use super::{BusEvent, Presence};
-use crate::device::{MAX_TELEGRAM_LEN, Timing};
-use crate::fdl::{Address, BaudSearch, FrameError, Function, LineCounters, StationCounters, Telegram};
+use super::{BusEvent, Presence, SlotTime};
+use crate::device::{Event, MAX_TELEGRAM_LEN, Timing};
+use crate::fdl::station::TooLate;
+use crate::fdl::{
+    Address, BaudSearch, DataTelegram, FrameError, Function, LineCounters, Rates, StationCounters, Telegram,
+};
 use crate::host::{Error, Participant};
 use crate::time::{BaudRate, Instant};
 
@@ -24,13 +27,15 @@ pub(super) struct Stations {
     deadlines: Deadlines,
     /// The station that may have a reply to send.
     awaited: Option<Address>,
-    /// The address that a station gave up last, and its new one: a retry of what gave it another is still its to answer.
+    /// The address that a station gave up with its last request, and its new one: a retry of that request is still its
+    /// to answer.
     moved: Option<(Address, Address)>,
     /// How many stations are joining.
     joining: usize,
     /// How many stations have a DP watchdog running, while the rate is searched for; nobody else asks.
     supervised: usize,
     pub(super) search: Option<BaudSearch>,
+    pub(super) slot_time: Option<SlotTime>,
     /// The master changed and has not said anything yet: what a station still sends answers the one before.
     pub(super) silenced: bool,
     pub(super) counters: LineCounters,
@@ -45,7 +50,7 @@ pub(super) struct Slot {
     joining: Joining,
     supervised: bool,
     pub(super) counters: StationCounters,
-    /// The newest request to it, to tell retries, and when it ended.
+    /// The newest request to it, to tell retries, and when its last octet was handed over.
     last: LastRequest,
     asked: Instant,
 }
@@ -65,6 +70,7 @@ impl Stations {
             joining: 0,
             supervised: 0,
             search: None,
+            slot_time: None,
             silenced: false,
             counters: LineCounters::default(),
             news: News::default(),
@@ -110,6 +116,9 @@ impl Stations {
             return Err(Error::AddressTaken { address });
         };
         station.set_baud(self.baud);
+        if let Some(search) = &mut self.search {
+            search.add_rates(station.rates());
+        }
         *place = Some(Slot {
             station,
             presence,
@@ -155,8 +164,13 @@ impl Stations {
         }
     }
 
-    /// A telegram or a refusal from the line.
-    pub(super) fn hear(&mut self, now: Instant, result: &Result<Telegram<'_>, FrameError>) {
+    /// The rates that one of the stations knows.
+    pub(super) fn rates(&self) -> Rates {
+        self.slots.iter().flatten().fold(Rates::NONE, |rates, slot| rates.union(slot.station.rates()))
+    }
+
+    /// A telegram or a refusal from the line, whose last octet came at `at` and which is known of at `now`.
+    pub(super) fn hear(&mut self, at: Instant, now: Instant, result: &Result<Telegram<'_>, FrameError>) {
         self.counters.hear(result);
         let telegram = match result {
             Ok(telegram) => telegram,
@@ -169,7 +183,7 @@ impl Stations {
             self.hear_while_joining(telegram);
         }
         let to = match telegram {
-            Telegram::Data(data) => Some(self.now_at(data.da)),
+            Telegram::Data(data) => Some(self.station_for(data)),
             Telegram::Token { .. } | Telegram::ShortAcknowledge => None,
         };
         // A request on the line ends the time of a reply that has not been sent: the station it is from must know.
@@ -193,7 +207,7 @@ impl Stations {
                 }
             }
             Some(to) => {
-                if self.count_request(now, to, telegram) && ends_reply {
+                if self.count_request(at, to, telegram) && ends_reply {
                     self.awaited = Some(to);
                 }
                 self.deliver(now, to, telegram);
@@ -221,14 +235,21 @@ impl Stations {
         was_searching
     }
 
-    /// Where the station that is asked at `address` is now.
-    fn now_at(&self, address: Address) -> Address {
-        let moved = self.moved.filter(|(from, _)| *from == address && self.slot(address).is_none());
-        moved.map_or(address, |(_, to)| to)
+    /// Where the station is that a telegram is for: the retry of the request that moved it goes to its new address.
+    fn station_for(&mut self, request: &DataTelegram<'_>) -> Address {
+        let Some((from, to)) = self.moved.filter(|(from, to)| [*from, *to].contains(&request.da)) else {
+            return request.da;
+        };
+        let is_retry = |slot: &Slot| slot.last.is_repeated_by(request);
+        if request.da == from && self.slot(from).is_none() && self.slot(to).is_some_and(is_retry) {
+            return to;
+        }
+        self.moved = None;
+        request.da
     }
 
     /// Counts a telegram to a station. Whether that station is there and takes part.
-    fn count_request(&mut self, now: Instant, to: Address, telegram: &Telegram<'_>) -> bool {
+    fn count_request(&mut self, at: Instant, to: Address, telegram: &Telegram<'_>) -> bool {
         let (Some(slot), Telegram::Data(data)) = (self.slot_mut(to), telegram) else {
             return false;
         };
@@ -236,7 +257,7 @@ impl Stations {
             return false;
         }
         let retry = slot.last.take(data);
-        slot.asked = now;
+        slot.asked = at;
         slot.counters.request(telegram, retry);
         true
     }
@@ -272,6 +293,7 @@ impl Stations {
     pub(super) fn transmit(&mut self, now: Instant, buf: &mut [u8; MAX_TELEGRAM_LEN]) -> Option<usize> {
         // Nearly always nobody is due.
         self.deadlines.first().filter(|first| *first <= now)?;
+        let limit = self.slot_time.map(|slot_time| slot_time.at(self.baud));
         let mut from = 0;
         // A station that is due and has nothing to send waits for `handle_timeout`: go on behind it.
         while let Some(address) = self.deadlines.due_from(from, now) {
@@ -280,10 +302,15 @@ impl Stations {
             let slot = slots.get_mut(index(address)).and_then(Option::as_mut)?;
             let Slot { station, counters, asked, .. } = slot;
             let len = station.poll_transmit(now, buf, &mut |event| news.tell(address, counters, event));
-            let asked = *asked;
-            let silent = self.silenced || self.search.is_some_and(|search| search.is_searching());
+            let after = now.saturating_since(*asked);
+            let searching = self.search.is_some_and(|search| search.is_searching());
+            let too_late = limit.filter(|limit| len.is_some() && after > *limit);
+            let silent = self.silenced || searching || too_late.is_some();
+            if let Some(limit) = too_late {
+                news.tell(address, counters, Event::ReplyTooLate(TooLate { after, limit }));
+            }
             if let (Some(_), false) = (len, silent) {
-                counters.reply(now.saturating_since(asked));
+                counters.reply(after);
                 self.counters.sent = self.counters.sent.saturating_add(1);
             }
             self.awaited = self.awaited.filter(|awaited| *awaited != address || len.is_none());
@@ -332,9 +359,10 @@ impl Stations {
                 if let Some(moved) = self.slot_mut(to) {
                     moved.counters = slot.counters;
                     moved.joining = slot.joining;
+                    moved.last = slot.last;
                     moved.asked = slot.asked;
                 }
-                self.moved = Some((from, to));
+                self.moved = awaited.then_some((from, to));
                 if awaited {
                     self.awaited = Some(to);
                 }

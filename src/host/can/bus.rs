@@ -10,7 +10,7 @@
 //! begins three bits later. Frames that wait when the bus becomes free go out lowest identifier first. All times are
 //! those of the bits: who calls late finds the same frames at the same times, up to [`CATCH_UP`].
 //!
-//! Frames on purpose spoilt are in [`fault`](super::fault).
+//! Frames on purpose corrupted are in [`fault`](super::fault).
 
 use core::any::Any;
 use core::time::Duration;

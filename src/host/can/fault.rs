@@ -25,7 +25,7 @@ pub enum Kind {
     NotAcknowledged,
 }
 
-/// One fault and when it strikes.
+/// One fault and when it is injected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fault {
     /// What happens.
@@ -86,7 +86,7 @@ pub(super) enum Strike {
 }
 
 impl Faults {
-    /// Each fault with its number and how often it has struck.
+    /// Each fault with its number and how often it was injected.
     pub fn iter(&self) -> impl Iterator<Item = (u32, Fault, u32)> + '_ {
         self.active.iter().map(|active| (active.number, active.fault, active.chance.struck()))
     }
@@ -114,7 +114,7 @@ impl Faults {
         let mut strike = Strike::None;
         for Active { fault, chance, .. } in &mut self.active {
             let concerned = fault.id.is_none_or(|id| id == frame.id());
-            if concerned && chance.strikes(fault.at, fault.count, fault.rate) && strike == Strike::None {
+            if concerned && chance.injected(fault.at, fault.count, fault.rate) && strike == Strike::None {
                 strike = match fault.kind {
                     Kind::Lose => Strike::Lose,
                     Kind::Delay(delay) => Strike::Delay(delay),

@@ -1,14 +1,14 @@
-//! Faults on purpose, to test masters: a wrapper around any link that spoils telegrams.
+//! Faults on purpose, to test masters: a wrapper around any link that corrupts telegrams.
 //!
 //! ```text
 //! master ──octets──▶ link ──▶ Faulty: requests dropped or changed ──▶ drives
-//!        ◀──────────      ◀── Faulty: replies lost, late, spoilt  ◀──
+//!        ◀──────────      ◀── Faulty: replies lost, late, corrupted  ◀──
 //! ```
 //!
 //! The drives are as they always are and know nothing of it. A refused Set_Prm is a Set_Prm that the wrapper changed on
-//! its way, so that the slave refuses it by its own rules; a diagnosis storm is a reply in which DH is set. What strikes
+//! its way, so that the slave refuses it by its own rules; a diagnosis storm is a reply in which DH is set. What is injected
 //! and when is a [`Fault`]; several act one after the other, in the order given. Everything is deterministic: the same
-//! telegrams at the same times are spoilt in the same way.
+//! telegrams at the same times are corrupted in the same way.
 //!
 //! Without faults every octet passes untouched. With faults the octets of the master are collected until a telegram is
 //! whole, or for 50 ms, and then pass as they are unless a fault says otherwise.
@@ -44,24 +44,24 @@ use crate::host::{Clock, Link, Received, Stop};
 use crate::ppo::Pkw;
 use crate::time::{BaudRate, Instant};
 
+mod observed;
 mod reply;
 mod request;
 mod spec;
 
-pub use spec::{FORM, Fault, Kind, PkwFault, SpecError};
+use observed::{Observed, Occasion};
+pub use spec::{FORM, Fault, Kind, NoStation, PkwFault, SpecError};
 
 /// Late telegrams kept at most; more are lost.
 const MAX_LATE: usize = 256;
 
-/// A link that spoils telegrams.
+/// A link that corrupts telegrams.
 #[derive(Debug)]
 pub struct Faulty<L, C> {
     link: L,
     clock: C,
     faults: Faults,
     pieces: Pieces,
-    /// To whom the last request was addressed: SC does not say from whom it is.
-    asked: Option<Address>,
     /// What the drives hear next.
     heard: VecDeque<u8>,
     late: Vec<Late>,
@@ -82,15 +82,14 @@ impl<L: Link, C: Clock> Faulty<L, C> {
             clock,
             faults: faults.iter().copied().collect(),
             pieces: Pieces::default(),
-            asked: None,
             heard: VecDeque::new(),
             late: Vec::new(),
         }
     }
 
-    /// How often each fault has struck, in the order given.
-    pub fn strikes(&self) -> impl Iterator<Item = (Fault, u32)> + '_ {
-        self.faults.iter().map(|(_, fault, strikes)| (fault, strikes))
+    /// How often each fault was injected, in the order given.
+    pub fn injected(&self) -> impl Iterator<Item = (Fault, u32)> + '_ {
+        self.faults.iter().map(|(_, fault, injected)| (fault, injected))
     }
 
     /// The faults, to change them while the drives run.
@@ -135,19 +134,10 @@ impl<L: Link, C: Clock> Faulty<L, C> {
     /// Hands whole telegrams to the drives, as far as the faults let them pass.
     fn sort(&mut self, now: Instant) {
         while let Some(piece) = self.pieces.pop(now) {
-            let mut octets = match piece {
-                Piece::Telegram(telegram) => telegram,
-                Piece::Noise(noise, _) => {
-                    self.heard.extend(noise);
-                    continue;
-                }
+            let octets = match piece {
+                Piece::Telegram(telegram) => self.faults.request(now, telegram),
+                Piece::Noise(noise, _) => noise,
             };
-            if let Some(request) = data_telegram(&octets).filter(is_request) {
-                self.asked = Some(request.da);
-                for active in &mut self.faults.active {
-                    octets = active.spoil_request(octets, now);
-                }
-            }
             self.heard.extend(octets);
         }
     }
@@ -162,16 +152,19 @@ impl<L: Link, C: Clock> Faulty<L, C> {
     }
 }
 
-/// The faults of a [`Faulty`] link, in the order in which they act.
+/// Faults without a link, in the order in which they act: telegrams and time in, what becomes of them out.
+///
+/// A [`Faulty`] link has them, and so has the simulated line of a bench.
 #[derive(Debug, Default)]
 pub struct Faults {
     active: Vec<Active>,
+    observed: Observed,
     /// The number of the newest.
     last: u32,
 }
 
 impl Faults {
-    /// Each fault with its number and how often it has struck.
+    /// Each fault with its number and how often it was injected.
     pub fn iter(&self) -> impl Iterator<Item = (u32, Fault, u32)> + '_ {
         self.active.iter().map(|active| (active.number, active.fault, active.chance.struck()))
     }
@@ -192,6 +185,29 @@ impl Faults {
     /// Ends every fault.
     pub fn clear(&mut self) {
         self.active.clear();
+    }
+
+    /// Whether there is none.
+    pub const fn is_empty(&self) -> bool {
+        self.active.is_empty()
+    }
+
+    /// What the stations hear at `now` instead of a telegram of a master: nothing, another one, or several.
+    pub fn request(&mut self, now: Instant, telegram: Vec<u8>) -> Vec<u8> {
+        let Some(occasion) = self.observed.request(&telegram) else {
+            return telegram;
+        };
+        self.active.iter_mut().fold(telegram, |octets, active| active.corrupt_request(octets, occasion, now))
+    }
+
+    /// What the line hears instead of what a station sends.
+    pub fn reply(&mut self, telegram: &[u8]) -> Outgoing {
+        let occasion = self.observed.reply(telegram);
+        let mut reply = Outgoing::new(telegram);
+        for active in &mut self.active {
+            active.corrupt_reply(&mut reply, occasion);
+        }
+        reply
     }
 }
 
@@ -225,7 +241,7 @@ impl<L: Link, C: Clock> Link for Faulty<L, C> {
                     self.late.clear();
                     return Ok(received);
                 }
-                // There is no telegram in them to spoil.
+                // There is no telegram in them to corrupt.
                 Received::BrokenOff(_) | Received::Rate(_) => return Ok(received),
                 Received::Nothing => {}
             }
@@ -241,14 +257,7 @@ impl<L: Link, C: Clock> Link for Faulty<L, C> {
             return self.link.send(telegram);
         }
         let now = self.clock.now();
-        let mut reply = Outgoing::new(telegram);
-        let station = match data_telegram(telegram) {
-            Some(telegram) => Some(telegram.sa),
-            None => self.asked,
-        };
-        for active in &mut self.faults.active {
-            active.spoil_reply(&mut reply, station, now);
-        }
+        let reply = self.faults.reply(telegram);
         for octets in reply.telegrams() {
             if reply.delay.is_zero() {
                 self.link.send(octets)?;
@@ -274,11 +283,11 @@ impl<L: Link, C: Clock> Link for Faulty<L, C> {
     }
 }
 
-/// A reply on its way to the master.
-#[derive(Debug)]
-struct Outgoing {
+/// A reply on its way to the master, after the faults.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Outgoing {
     octets: Vec<u8>,
-    /// Rubbish in front of it.
+    /// Noise in front of it.
     noise: Vec<u8>,
     /// How often it is sent.
     copies: usize,
@@ -290,8 +299,18 @@ impl Outgoing {
         Self { octets: telegram.to_vec(), noise: Vec::new(), copies: 1, delay: Duration::ZERO }
     }
 
+    /// Whether anything is not as the station sent it.
+    pub(crate) fn is_changed(&self, telegram: &[u8]) -> bool {
+        *self != Self::new(telegram)
+    }
+
+    /// How much later than the station meant.
+    pub const fn delay(&self) -> Duration {
+        self.delay
+    }
+
     /// What is sent, in this order.
-    fn telegrams(&self) -> impl Iterator<Item = &[u8]> {
+    pub fn telegrams(&self) -> impl Iterator<Item = &[u8]> {
         let copies = core::iter::repeat_n(&self.octets[..], self.copies);
         core::iter::once(&self.noise[..]).chain(copies).filter(|octets| !octets.is_empty())
     }
@@ -307,18 +326,28 @@ struct Active {
 }
 
 /// What a fault remembers of a station.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct Station {
-    /// The station is not ready until then.
-    not_ready: Option<Instant>,
+    /// The Chk_Cfg that the station has not heard yet: it is not ready.
+    not_ready: Option<HeldCfg>,
     /// The PKW words the station has sent last.
     sent: Pkw,
     /// Those the master has got last.
     shown: Pkw,
-    /// That answer is spoilt.
-    spoilt: bool,
+    /// That answer is corrupted.
+    corrupted: bool,
     /// In how many exchanges that answer was sent.
     exchanges: u32,
+}
+
+/// A Chk_Cfg that is kept from its station.
+#[derive(Clone, Debug)]
+struct HeldCfg {
+    /// Whose it is.
+    master: Address,
+    /// The station may hear it then.
+    until: Instant,
+    octets: Vec<u8>,
 }
 
 impl Active {
@@ -326,19 +355,23 @@ impl Active {
         Self { number, fault, chance: Chance::new(fault.seed), stations: BTreeMap::new() }
     }
 
-    /// Whether it concerns this station.
-    fn concerns(&self, station: Option<Address>) -> bool {
-        self.fault.station.is_none() || self.fault.station == station
+    /// Whether it is for this station, service, state and repetition.
+    fn concerns(&self, occasion: Occasion) -> bool {
+        let Fault { station, service, state, retry, .. } = self.fault;
+        (station.is_none() || station == occasion.station)
+            && (service.is_none() || service == occasion.service)
+            && state.is_none_or(|state| state == occasion.state)
+            && retry.is_none_or(|retry| retry == occasion.retry)
     }
 
-    /// Counts an occasion and says whether the fault strikes.
-    fn strikes(&mut self) -> bool {
+    /// Counts an occasion and says whether the fault is injected now.
+    fn is_due(&mut self) -> bool {
         let Fault { at, count, rate, .. } = self.fault;
-        let strikes = self.chance.strikes(at, count, rate);
-        if strikes {
-            tracing::debug!("fault {} strikes for the {}th time", self.fault, self.chance.struck());
+        let injected = self.chance.injected(at, count, rate);
+        if injected {
+            tracing::debug!("fault {} injected for the {}th time", self.fault, self.chance.struck());
         }
-        strikes
+        injected
     }
 }
 

@@ -6,8 +6,8 @@
 //!                             └──Batch──▶ capture file, live stream
 //! ```
 //!
-//! Next to the link, inside of [`Faulty`](super::fault::Faulty), it shows what is really on the line: spoilt replies as
-//! they were spoilt, requests that the drives never hear. Octets are cut into telegrams as a
+//! Next to the link, inside of [`Faulty`](super::fault::Faulty), it shows what is really on the line: corrupted replies as
+//! they were corrupted, requests that the drives never hear. Octets are cut into telegrams as a
 //! [`Framer`](crate::fdl::Framer) with [`Resync::SCAN`](crate::fdl::Resync::SCAN) does, for each direction by itself;
 //! what is no telegram is shown too. Every octet is shown once.
 //!
@@ -246,6 +246,13 @@ pub enum Direction {
 }
 
 impl Batch {
+    /// Adds one sending that ended at `at`: one telegram, or as many pieces as it has.
+    pub fn push(&mut self, at: Instant, direction: Direction, octets: &[u8]) {
+        let mut pieces = Pieces::ended();
+        pieces.push(at, octets);
+        self.take(&mut pieces, at, direction);
+    }
+
     /// What passed, oldest first.
     pub fn iter(&self) -> impl Iterator<Item = Seen<'_>> {
         let mut begin = 0;
@@ -447,7 +454,7 @@ mod tests {
     }
 
     #[test]
-    fn a_spoilt_reply_is_shown_with_the_reason() {
+    fn a_corrupted_reply_is_shown_with_the_reason() {
         let Setup { mut tap, shown, .. } = setup(&[]);
         let mut wrong = ANSWER;
         wrong[4] = 8;

@@ -4,13 +4,15 @@
 //! slave or a monitor. What a shared line needs and TCP does not have is added here:
 //!
 //! - **Telegrams are not mixed.** TCP cuts a stream anywhere, so the octets of each client are collected until a
-//!   telegram is whole, and only then is it heard, at the same place in the order by everybody. Half a telegram is
-//!   nobody's cost but its sender's: after 50 ms without a further octet it is noise. Noise is heard as it is, except
+//!   telegram is whole, and only then is it heard, at the same place in the order by everybody. An
+//!   incomplete telegram is dropped after 50 ms without a further octet: it is noise then. Noise is heard as it is, except
 //!   what could begin a telegram at its end: another client would take the next telegram, of somebody else, for its
 //!   rest. That is heard by the drives alone, as [`Received::BrokenOff`].
 //! - **A request is followed by its reply.** While a request waits for its reply, for one slot time at most (300 T_bit
-//!   and 1 ms), requests of other clients wait. Then the next client in turn is heard, with everything it has sent.
-//! - **Nobody is served at the others' cost.** A client that does not read is dropped when 512 KiB wait for it; one that
+//!   and 1 ms), other clients wait with all they send but that reply: with requests, tokens and noise. SC does not say
+//!   who sends it: it counts as the reply if its sender says nothing else, and no noise in the second before. Then the
+//!   next client in turn is heard, with everything it has sent, 4096 octets at most.
+//! - **A client has bounds.** One that does not read is dropped when 512 KiB wait for it; one that
 //!   sends more than a line of 12 Mbit/s carries is dropped once it is 256 KiB ahead; clients beyond the
 //!   32nd are turned away. Each is a warning in the log.
 //! - **When the last client has left**, [`Link::receive`] says [`Received::Reset`].
@@ -20,7 +22,7 @@
 //! Two masters that do not pass the token to each other get replies to their own requests this way, but each hears the
 //! replies to the other too, and SC does not say to whom it is addressed.
 //!
-//! Whoever can connect can command the drives. So the port is bound to this machine unless told otherwise, see
+//! Whoever can connect can command the drives. So the port is bound to this machine unless set otherwise, see
 //! [`Reach`].
 
 use core::net::SocketAddr;
@@ -35,7 +37,7 @@ use rustix::event::{PollFd, PollFlags};
 use super::pieces::{Piece, settled};
 use super::poll_readable;
 use crate::fdl::telegram::{Decoded, decode};
-use crate::fdl::{Function, Service, Telegram};
+use crate::fdl::{Address, Function, Service, Telegram};
 use crate::host::reach::{ListenError, listen};
 use crate::host::{Clock, Error, Link, Received, Stop, SystemClock};
 use crate::time::{BaudRate, Instant};
@@ -95,6 +97,10 @@ pub struct Tcp {
 /// A request that waits for its reply.
 #[derive(Clone, Copy, Debug)]
 struct Busy {
+    /// Who asked.
+    master: SocketAddr,
+    /// Who was asked.
+    station: Address,
     /// `None` before the first sleep: the drives have not acted on it yet.
     until: Option<Instant>,
     /// The time was over when somebody last looked. The drives get one more look: this process may have been late.
@@ -229,20 +235,21 @@ impl Tcp {
     }
 
     /// Lets one client be heard. False if there is nothing of it, or nothing yet.
-    fn hear(&mut self, index: usize, now: Instant, free: bool) -> bool {
+    fn hear(&mut self, index: usize, now: Instant, mut free: bool) -> bool {
         let Some(client) = self.clients.get_mut(index) else {
             return false;
         };
         let mut octets = Vec::new();
         while let Some(piece) = client.blocked.take().or_else(|| client.pieces.pop(now)) {
             let meaning = Meaning::of(&piece);
-            if meaning == Meaning::Request && !free {
+            if !client.may_say(meaning, now, self.busy.filter(|_| !free)) {
                 client.blocked = Some(piece);
                 break;
             }
             match &piece {
                 Piece::Telegram(telegram) => octets.extend_from_slice(telegram),
                 Piece::Noise(noise, _) => {
+                    client.last_noise = Some(now);
                     let (whole, rest) = noise.split_at(settled(noise).len());
                     octets.extend_from_slice(whole);
                     self.broken_off.extend(rest);
@@ -252,8 +259,14 @@ impl Tcp {
                 }
             }
             match meaning {
-                Meaning::Request => self.busy = Some(Busy { until: None, over: false }),
-                Meaning::Reply => self.busy = None,
+                Meaning::Request(station) => {
+                    self.busy = Some(Busy { master: client.peer, station, until: None, over: false });
+                    free = false;
+                }
+                Meaning::Reply(_) | Meaning::ShortAcknowledge => {
+                    self.busy = None;
+                    free = true;
+                }
                 Meaning::Neither => {}
             }
         }
@@ -348,10 +361,12 @@ impl Link for Tcp {
 /// What a piece is to the order on the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Meaning {
-    /// A station will reply to it.
-    Request,
-    /// It ends the time of a request.
-    Reply,
+    /// This station will reply to it.
+    Request(Address),
+    /// It ends the time of a request to this station.
+    Reply(Address),
+    /// SC: a reply of whoever was asked.
+    ShortAcknowledge,
     /// A token, a broadcast, noise.
     Neither,
 }
@@ -366,11 +381,11 @@ impl Meaning {
         };
         let telegram = match telegram {
             Telegram::Data(telegram) => telegram,
-            Telegram::ShortAcknowledge => return Self::Reply,
+            Telegram::ShortAcknowledge => return Self::ShortAcknowledge,
             Telegram::Token { .. } => return Self::Neither,
         };
         match telegram.fc.function() {
-            Function::Response(..) => Self::Reply,
+            Function::Response(..) => Self::Reply(telegram.sa),
             Function::Request(Service::SdnLow | Service::SdnHigh | Service::TimeEvent, _)
             | Function::Reserved => Self::Neither,
             Function::Request(
@@ -384,7 +399,7 @@ impl Meaning {
                 | Service::LsapStatus,
                 _,
             ) if telegram.da.is_broadcast() => Self::Neither,
-            Function::Request(..) => Self::Request,
+            Function::Request(..) => Self::Request(telegram.da),
         }
     }
 }

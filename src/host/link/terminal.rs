@@ -35,8 +35,12 @@ impl Terminal {
     /// `TIOCEXCL`, which root may ignore.
     ///
     /// # Errors
-    /// [`Error::TerminalOpen`], also if another program has it open.
+    /// [`Error::TerminalOpen`], also if another program has it open. [`Error::LinkLeftBehind`].
     pub fn open(path: &Path, rate: BaudRate) -> Result<Self, Error> {
+        #[cfg(target_os = "linux")]
+        if super::symlink::Symlink::is_left_behind(path) {
+            return Err(Error::LinkLeftBehind { path: path.to_path_buf() });
+        }
         let failed = |source: io::Error| Error::TerminalOpen {
             path: path.to_path_buf(),
             advice: advice(&source),

@@ -12,7 +12,7 @@ const FAULTS = [
   ["wrong-fcs", "a wrong frame check sequence"],
   ["wrong-length", "wrong LE and LEr"],
   ["wrong-source", "the reply of another station"],
-  ["noise=4", "rubbish before the reply"],
+  ["noise=4", "noise before the reply"],
   ["drop-request", "requests are not heard"],
   ["diag-storm", "a diagnosis announced each time"],
   ["not-ready=2s", "Station_Not_Ready for 2 s"],
@@ -100,10 +100,10 @@ export class BusView {
     this.clear = html("p", {}, html("button", { type: "button", onclick: () => act("DELETE", "/bus/faults") }, "Take all off"));
     root.replaceChildren(this.none, list, this.clear, form, message);
     this.#faults = new Rows(list, ({ number, fault }) => {
-      const strikes = html("span", { class: "muted" });
+      const injected = html("span", { class: "muted" });
       const remove = html("button", { type: "button", "aria-label": `Take ${fault} off`, onclick: () => act("DELETE", `/bus/faults/${number}`) }, "Take off");
-      const element = html("li", {}, html("span", { class: "mono" }, fault), html("span", { class: "group" }, strikes, remove));
-      return { element, show: (fault) => say(strikes, `struck ${many(fault.strikes, "time")}`) };
+      const element = html("li", {}, html("span", { class: "mono" }, fault), html("span", { class: "group" }, injected, remove));
+      return { element, show: (fault) => say(injected, `injected ${many(fault.injected, "time")}`) };
     });
   }
 

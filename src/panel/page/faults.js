@@ -6,13 +6,13 @@ const FRICTION_OF_C = 4.7 / 48;
 /** The faults: what makes each (docs/drive.md), whether `inputs` do, and the inputs that take the cause back. */
 const FAULTS = {
   A: {
-    title: "supply below 18 V and more than 200 mA, once the shaft shall turn",
+    title: "supply below 18 V and more than 200 mA, once the shaft is commanded to turn",
     made: (inputs, model) => inputs.control_supply_volts < 18 || (model === "AG03/1" && inputs.output_supply_volts < 18),
     healthy: { control_supply_volts: 24, output_supply_volts: 24 },
   },
   B: { title: "shaft blocked, once it shall turn", made: (inputs) => inputs.blocked, healthy: { blocked: false } },
   C: {
-    title: "more than 2.4 A for more than 4 s, once the shaft shall turn",
+    title: "more than 2.4 A for more than 4 s, once the shaft is commanded to turn",
     made: (inputs, model, gear) => inputs.friction_torque_newton_metres >= FRICTION_OF_C * gear,
     healthy: { friction_torque_newton_metres: 0 },
   },
@@ -58,7 +58,7 @@ export class Faults {
 
   /**
    * The `model`, its `gear` and its `inputs`, the fault `latched` or null, the codes whose `causes` are there, those that
-   * the inputs make as soon as the shaft shall turn (`provoked`), whether turn-on is disabled, the `buffer` of PNU 945, and
+   * the inputs make as soon as the shaft is commanded to turn (`provoked`), whether turn-on is disabled, the `buffer` of PNU 945, and
    * the `count` of PNU 952.
    */
   show({ model, gear, inputs, latched, causes, provoked, turnOnDisabled, buffer, count }) {

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::seconds;
-use crate::device::{Device, Power};
+use crate::device::{Device, Power, Refusal};
 use crate::dp;
 use crate::drive::{self, Fault};
 use crate::time::Instant;
@@ -40,7 +40,7 @@ pub(super) struct Faults {
     latched: Option<FaultText>,
     /// The causes that are present now: they must go before a fault can be acknowledged.
     causes: Vec<FaultText>,
-    /// What the inputs make as they are set, at once or as soon as the shaft shall turn: acknowledged, it comes back.
+    /// What the inputs make as they are set, at once or as soon as the shaft is commanded to turn: acknowledged, it comes back.
     provoked: Vec<FaultText>,
     /// PNU 945: the last ten, in the order the drive lists them.
     buffer: Vec<FaultText>,
@@ -101,7 +101,7 @@ impl Faults {
             latched: drive.status().fault.map(FaultText::from),
             causes: drive.causes().iter().map(FaultText::from).collect(),
             provoked: drive.provoked_by(device.inputs()).iter().map(FaultText::from).collect(),
-            buffer: drive.fault_codes().into_iter().filter_map(of_code).map(FaultText::from).collect(),
+            buffer: device.fault_codes().into_iter().filter_map(of_code).map(FaultText::from).collect(),
             count: drive.faults().count(),
         }
     }
@@ -127,12 +127,12 @@ impl Start {
 }
 
 impl LastRefusal {
-    pub(in crate::panel) fn of(refusal: &drive::Refusal, at: Instant) -> Self {
+    pub(in crate::panel) fn of(refusal: &Refusal, at: Instant) -> Self {
         Self { time_seconds: seconds(at), text: refusal.to_string(), reasons: reasons_of(refusal) }
     }
 }
 
-pub(in crate::panel) fn reasons_of(refusal: &drive::Refusal) -> Vec<ReasonText> {
+pub(in crate::panel) fn reasons_of(refusal: &Refusal) -> Vec<ReasonText> {
     let text = |reason| ReasonText { reason: format!("{reason:?}"), text: refusal.text(reason).to_string() };
     refusal.reasons().map(text).collect()
 }

@@ -8,12 +8,9 @@ use utoipa::ToSchema;
 
 use super::super::words;
 use crate::device::Device;
-use crate::drive::{self, Mode, Motor};
+use crate::drive::{self, INCREMENTS_PER_REVOLUTION, Mode, Motor};
 use crate::explain::value::Lengths;
 use crate::param::Parameter;
-
-/// Increments per revolution of the output shaft (manual chapter 2.6).
-const INCREMENTS_PER_REVOLUTION: f64 = 1600.0;
 
 /// Where the shaft is and what moves it.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
@@ -92,10 +89,7 @@ impl Motion {
 
 /// What the drive counts positions in.
 pub(in crate::panel) fn lengths(device: &Device) -> Lengths {
-    match device.parameters().value(Parameter::SpindlePitch) {
-        0 => Lengths::Increments,
-        _pitch => Lengths::HundredthMillimetres,
-    }
+    Lengths::of_spindle_pitch(device.parameters().value(Parameter::SpindlePitch).cast_unsigned())
 }
 
 /// What the drive counts positions in, for programs.

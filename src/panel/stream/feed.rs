@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
-use super::super::bench::Bench;
+use super::super::bus_access::BusAccess;
 use super::super::state::lengths;
 use crate::device::Device;
 use crate::drive::{self, Mode};
@@ -63,9 +63,9 @@ pub(super) struct Shared {
     pub(super) telegrams_lost: AtomicU64,
 }
 
-/// The settings that were told since all of them were wanted.
+/// The settings that were sent since all of them were wanted.
 #[derive(Debug, Default)]
-pub(in crate::panel) struct Told {
+pub(in crate::panel) struct SentSettings {
     wanted: u64,
     drives: BTreeMap<u8, Settings>,
 }
@@ -114,21 +114,21 @@ impl Feed {
     }
 
     /// While telegrams are watched: what has changed of the settings, before the telegrams that come with them.
-    pub(in crate::panel) fn settings(&self, bench: &Bench<'_>, told: &mut Told) {
+    pub(in crate::panel) fn settings(&self, bench: &BusAccess<'_>, sent: &mut SentSettings) {
         if !self.shared.watchers.any() {
             return;
         }
         let wanted = self.shared.settings_wanted.load(Ordering::Relaxed);
-        if told.wanted != wanted {
-            *told = Told { wanted, drives: BTreeMap::new() };
+        if sent.wanted != wanted {
+            *sent = SentSettings { wanted, drives: BTreeMap::new() };
         }
         for address in bench.bus.addresses() {
             let Some(device) = bench.drive(address) else { continue };
             let settings = Settings::of(device);
-            let known = told.drives.get(&address.number()) == Some(&settings);
-            // Without room they are told the next time.
+            let known = sent.drives.get(&address.number()) == Some(&settings);
+            // Without room they are sent the next time.
             if !known && self.ring.try_send(Entry::Settings(address, settings)).is_ok() {
-                told.drives.insert(address.number(), settings);
+                sent.drives.insert(address.number(), settings);
             }
         }
     }

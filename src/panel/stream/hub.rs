@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::broadcast;
 use tokio::time::{Instant as Moment, sleep};
 
-use super::super::bench::Asking;
+use super::super::bus_access::Asking;
 use super::super::state::LastRefusal;
 use super::event::{Item, Lost, NewsEvent, TelegramEvent, message_of};
 use super::feed::{Entry, RING, Settings, Shared};

@@ -7,7 +7,7 @@ use axum::body::Bytes;
 use tokio::sync::{broadcast, mpsc};
 use tokio::time::{Instant as Moment, MissedTickBehavior, interval};
 
-use super::super::bench::Asking;
+use super::super::bus_access::Asking;
 use super::super::drives::{Drives, Snapshot};
 use super::super::problem::Problem;
 use super::super::state::{DriveState, DriveSummary};

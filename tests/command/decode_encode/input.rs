@@ -8,7 +8,8 @@ use super::{json_lines, run, run_with, stderr, stdout};
 #[test]
 fn text_raw_octets_and_files_are_read_from_stdin_and_by_name() {
     let text = "# a start-up\n68 05 05 68 85 82 6D 3C 3E EE 16\n680B0B688285083E3C020500FF0AC55E16\n";
-    let expected = "2 -> 5  Slave_Diag: how are you?\n5 -> 2  diagnosis: not ready, wants parameters, no master, ident 0AC5\n";
+    let expected =
+        "2 -> 5  Slave_Diag request\n5 -> 2  diagnosis: not ready, wants parameters, no master, ident 0AC5\n";
     let lines = |output: &Output| -> String {
         let line = |line: &str| line.split_once(": ").map_or(String::new(), |line| format!("{}\n", line.1));
         stdout(output).lines().map(line).collect()

@@ -50,16 +50,17 @@ fn run() -> ! {
 fn run() -> ! {
     use core::mem::MaybeUninit;
 
-    use profidrive::dp::{Description, Station};
+    use profidrive::dp::{Description, Fixed, Station};
     use profidrive::fdl::{Address, Framer, Resync};
     use profidrive::time::{BaudRate, Instant};
 
     static mut SLAVE: MaybeUninit<(Framer, Station)> = MaybeUninit::uninit();
 
     let baud = BaudRate::K1500;
-    let description =
-        Description { ident: 0x1234, configurations: &[&[0x11, 0x21]], ..Description::default() };
-    let station = Station::new(Address::from_octet(5), baud, Some(baud.max_tsdr_bits()), description);
+    let description = Description { ident: 0x1234, ..Description::default() };
+    let application = Fixed { configurations: &[&[0x11, 0x21]], ..Fixed::PLAIN };
+    let max_tsdr = Some(baud.max_tsdr_bits());
+    let station = Station::new(Address::from_octet(5), baud, max_tsdr, description, application);
     // SAFETY: the only use of this static.
     let (framer, station) = unsafe { (*&raw mut SLAVE).write((Framer::new(Resync::Idle(baud)), station)) };
     loop {

@@ -1,13 +1,10 @@
 //! Faults on the way from the drives to the master.
 
+use super::observed::Occasion;
 use super::{Active, Kind, Outgoing, PkwFault, data_telegram, encoded};
 use crate::dp::Service;
 use crate::fdl::{Address, DataTelegram, Function, FunctionCode, ReplyStatus};
 use crate::ppo::{PPO_LEN, Pke, Pkw};
-use crate::time::Instant;
-
-/// Octet 1 of Slave_Diag, b1.
-const STATION_NOT_READY: u8 = 0x02;
 
 /// The most that LE can be.
 const MAX_LE: u8 = 249;
@@ -16,40 +13,40 @@ const MAX_LE: u8 = 249;
 const SD2: u8 = 0x68;
 
 impl Active {
-    /// Spoils what `station` says, if this is an occasion for this fault and it strikes.
-    pub(super) fn spoil_reply(&mut self, reply: &mut Outgoing, station: Option<Address>, now: Instant) {
-        if reply.octets.is_empty() || !self.concerns(station) {
+    /// Corrupts what `station` says, if this is an occasion for this fault and it is due.
+    pub(super) fn corrupt_reply(&mut self, reply: &mut Outgoing, occasion: Occasion) {
+        if reply.octets.is_empty() || !self.concerns(occasion) {
             return;
         }
         match self.fault.kind {
             Kind::NoReply => {
-                if self.strikes() {
+                if self.is_due() {
                     reply.octets.clear();
                 }
             }
             Kind::Late(delay) => {
-                if self.strikes() {
+                if self.is_due() {
                     reply.delay = reply.delay.saturating_add(delay);
                 }
             }
             Kind::Duplicate => {
-                if self.strikes() {
+                if self.is_due() {
                     reply.copies += 1;
                 }
             }
             Kind::Truncated => {
-                if self.strikes() {
+                if self.is_due() {
                     let left = self.chance.random.below(reply.octets.len());
                     reply.octets.truncate(left);
                 }
             }
             Kind::BitErrors(bits) => {
-                if self.strikes() {
+                if self.is_due() {
                     self.flip_bits(&mut reply.octets, bits);
                 }
             }
             Kind::WrongFcs => {
-                if data_telegram(&reply.octets).is_some() && self.strikes() {
+                if data_telegram(&reply.octets).is_some() && self.is_due() {
                     // FCS is the last octet but one.
                     if let Some(fcs) = reply.octets.iter_mut().nth_back(1) {
                         *fcs = fcs.wrapping_add(1);
@@ -58,42 +55,32 @@ impl Active {
             }
             Kind::WrongLength => {
                 if let [SD2, le, ler, ..] = &mut reply.octets[..]
-                    && self.strikes()
+                    && self.is_due()
                 {
                     *le = if *le < MAX_LE { *le + 1 } else { *le - 1 };
                     *ler = *le;
                 }
             }
-            Kind::WrongSource => {
+            Kind::WrongSource(of) => {
                 if let Some(telegram) = data_telegram(&reply.octets)
-                    && self.strikes()
+                    && self.is_due()
                 {
                     let next = (telegram.sa.number() + 1) % Address::BROADCAST.number();
-                    reply.octets = encoded(&DataTelegram { sa: Address::from_octet(next), ..telegram });
+                    let sa = of.unwrap_or(Address::from_octet(next));
+                    reply.octets = encoded(&DataTelegram { sa, ..telegram });
                 }
             }
             Kind::Noise(octets) => {
-                if self.strikes() {
+                if self.is_due() {
                     reply.noise.extend((0..octets).map(|_| self.chance.random.octet()));
                 }
             }
             Kind::DiagStorm => {
                 if let Some(telegram) = inputs(&reply.octets)
-                    && self.strikes()
+                    && self.is_due()
                 {
                     let fc = FunctionCode::response(ReplyStatus::DataHigh);
                     reply.octets = encoded(&DataTelegram { fc, ..telegram });
-                }
-            }
-            Kind::NotReady(_) => {
-                if let Some(telegram) = diagnosis(&reply.octets)
-                    && self.is_not_ready(telegram.sa.number(), now)
-                {
-                    let mut data = telegram.data.to_vec();
-                    if let Some(status_1) = data.first_mut() {
-                        *status_1 |= STATION_NOT_READY;
-                    }
-                    reply.octets = encoded(&DataTelegram { data: &data, ..telegram });
                 }
             }
             Kind::Pkw(fault) => {
@@ -101,25 +88,25 @@ impl Active {
                     && telegram.data.len() == PPO_LEN
                     && let Some((pkw, pzd)) = telegram.data.split_first_chunk()
                 {
-                    let pkw = self.spoil_pkw(fault, telegram.sa.number(), Pkw::from_octets(*pkw));
+                    let pkw = self.corrupt_pkw(fault, telegram.sa.number(), Pkw::from_octets(*pkw));
                     let data = [&pkw.to_octets()[..], pzd].concat();
                     reply.octets = encoded(&DataTelegram { data: &data, ..telegram });
                 }
             }
-            Kind::DropRequest | Kind::RefusePrm | Kind::RefuseCfg | Kind::LosePrm => {}
+            Kind::DropRequest | Kind::RefusePrm | Kind::RefuseCfg | Kind::NotReady(_) | Kind::LosePrm => {}
         }
     }
 
     /// The PKW words the master gets instead of `pkw` of `station`.
-    fn spoil_pkw(&mut self, fault: PkwFault, station: u8, pkw: Pkw) -> Pkw {
-        let mut state = self.stations.get(&station).copied().unwrap_or_default();
+    fn corrupt_pkw(&mut self, fault: PkwFault, station: u8, pkw: Pkw) -> Pkw {
+        let mut state = self.stations.get(&station).cloned().unwrap_or_default();
         let changed = (pkw.pke, pkw.ind) != (state.sent.pke, state.sent.ind);
         if changed {
-            state.spoilt = pkw.pke.ak() != 0 && self.strikes();
+            state.corrupted = pkw.pke.ak() != 0 && self.is_due();
             state.exchanges = 0;
         }
-        let spoilt = match fault {
-            _ if !state.spoilt => pkw,
+        let corrupted = match fault {
+            _ if !state.corrupted => pkw,
             PkwFault::Delay(exchanges) if state.exchanges < exchanges => state.shown,
             PkwFault::Delay(_) => pkw,
             PkwFault::WrongAk => with_pke(pkw, pkw.pke.raw() ^ wrong_ak(pkw.pke.ak())),
@@ -129,9 +116,9 @@ impl Active {
         };
         state.exchanges = state.exchanges.saturating_add(1);
         state.sent = pkw;
-        state.shown = spoilt;
+        state.shown = corrupted;
         self.stations.insert(station, state);
-        spoilt
+        corrupted
     }
 
     /// Turns so many different bits the other way round, or all if there are not so many.
@@ -168,11 +155,6 @@ const fn wrong_ak(ak: u8) -> u16 {
 /// A reply to Data_Exchange with inputs.
 fn inputs(octets: &[u8]) -> Option<DataTelegram<'_>> {
     response_of(octets, Service::DataExchange).filter(|telegram| !telegram.data.is_empty())
-}
-
-/// A reply to Slave_Diag.
-fn diagnosis(octets: &[u8]) -> Option<DataTelegram<'_>> {
-    response_of(octets, Service::SlaveDiag)
 }
 
 /// A reply with data whose SAPs are those of `service`, the other way round than in its request.

@@ -1,8 +1,10 @@
 //! Faults on the way from the master to the drives.
 
+use core::time::Duration;
 use std::vec::Vec;
 
-use super::{Active, Kind, data_telegram, encoded};
+use super::observed::Occasion;
+use super::{Active, HeldCfg, Kind, data_telegram, encoded};
 use crate::dp::Service;
 use crate::fdl::{self, DataTelegram, FrameCount, FunctionCode, Sap};
 use crate::time::Instant;
@@ -11,33 +13,41 @@ use crate::time::Instant;
 /// look at the ident number then.
 const UNLOCK: [u8; 7] = [0x40, 1, 1, 0, 0, 0, 0];
 
+/// Set_Prm that neither locks nor releases the slave and keeps min T_SDR: acknowledged, and without effect.
+const NOTHING: [u8; 7] = [0; 7];
+
 /// Octets 5 and 6 of Set_Prm.
 const IDENT: core::ops::Range<usize> = 4..6;
 
+/// How a request to a station that is not ready passes.
+enum Pass {
+    /// As it is.
+    Whole,
+    /// This in its place.
+    Instead(Vec<u8>),
+    /// Behind this.
+    Behind(Vec<u8>),
+}
+
 impl Active {
     /// What the drives hear instead of the request in `octets`.
-    pub(super) fn spoil_request(&mut self, octets: Vec<u8>, now: Instant) -> Vec<u8> {
+    pub(super) fn corrupt_request(&mut self, octets: Vec<u8>, occasion: Occasion, now: Instant) -> Vec<u8> {
         // A fault before this one may have dropped it, or put another telegram in front of it.
         let Some(request) = data_telegram(&octets) else {
             return octets;
         };
-        if !self.concerns(Some(request.da)) {
+        if !self.concerns(occasion) {
             return octets;
         }
-        let service = match request.fc.function() {
-            fdl::Function::Request(fdl::Service::SrdLow | fdl::Service::SrdHigh, _) => {
-                Service::of(request.dsap, request.ssap)
-            }
-            fdl::Function::Request(..) | fdl::Function::Response(..) | fdl::Function::Reserved => None,
-        };
+        let service = occasion.service;
         match self.fault.kind {
             Kind::DropRequest => {
-                if self.strikes() {
+                if self.is_due() {
                     return Vec::new();
                 }
             }
             Kind::RefusePrm => {
-                if service == Some(Service::SetPrm) && self.strikes() {
+                if service == Some(Service::SetPrm) && self.is_due() {
                     let mut data = request.data.to_vec();
                     for octet in data.get_mut(IDENT).unwrap_or_default() {
                         *octet = !*octet;
@@ -46,7 +56,7 @@ impl Active {
                 }
             }
             Kind::RefuseCfg => {
-                if service == Some(Service::ChkCfg) && self.strikes() {
+                if service == Some(Service::ChkCfg) && self.is_due() {
                     let mut data = request.data.to_vec();
                     if let Some(octet) = data.first_mut() {
                         *octet ^= 0x01;
@@ -55,7 +65,7 @@ impl Active {
                 }
             }
             Kind::LosePrm => {
-                if service == Some(Service::DataExchange) && self.strikes() {
+                if service == Some(Service::DataExchange) && self.is_due() {
                     let (dsap, ssap) = (Sap::new(61), Sap::new(62));
                     let unlock = DataTelegram {
                         format: DataTelegram::customary_format(dsap, ssap, &UNLOCK),
@@ -69,23 +79,11 @@ impl Active {
                     return [encoded(&unlock), octets].concat();
                 }
             }
-            Kind::NotReady(time) => {
-                let station = request.da.number();
-                if service == Some(Service::ChkCfg) && self.strikes() {
-                    let until = Some(now.saturating_add(time));
-                    self.stations.entry(station).or_default().not_ready = until;
-                }
-                if service == Some(Service::DataExchange) && self.is_not_ready(station, now) {
-                    // A service that a DP slave does not offer: it says RS to it, as to Data_Exchange before its time.
-                    let fc = FunctionCode::request(fdl::Service::SdaHigh, FrameCount::Unused);
-                    return encoded(&DataTelegram {
-                        format: fdl::telegram::Format::Sd1,
-                        fc,
-                        data: &[],
-                        ..request
-                    });
-                }
-            }
+            Kind::NotReady(time) => match self.keep_from_getting_ready(service, &request, now, time) {
+                Pass::Whole => {}
+                Pass::Instead(nothing) => return nothing,
+                Pass::Behind(chk_cfg) => return [chk_cfg, octets].concat(),
+            },
             Kind::NoReply
             | Kind::Late(_)
             | Kind::Duplicate
@@ -93,7 +91,7 @@ impl Active {
             | Kind::BitErrors(_)
             | Kind::WrongFcs
             | Kind::WrongLength
-            | Kind::WrongSource
+            | Kind::WrongSource(_)
             | Kind::Noise(_)
             | Kind::DiagStorm
             | Kind::Pkw(_) => {}
@@ -101,8 +99,46 @@ impl Active {
         octets
     }
 
-    pub(super) fn is_not_ready(&self, station: u8, now: Instant) -> bool {
-        let until = self.stations.get(&station).and_then(|station| station.not_ready);
-        until.is_some_and(|until| now < until)
+    /// The slave whose application takes its time: it stays in WAIT-CFG because its Chk_Cfg reaches it later. In the
+    /// place of Chk_Cfg comes a Set_Prm that changes nothing, which is acknowledged as Chk_Cfg would be; when the time is
+    /// over, Chk_Cfg comes in front of the next request, which ends the time of its reply.
+    fn keep_from_getting_ready(
+        &mut self,
+        service: Option<Service>,
+        request: &DataTelegram<'_>,
+        now: Instant,
+        time: Duration,
+    ) -> Pass {
+        let held = self.stations.get_mut(&request.da.number()).and_then(|station| station.not_ready.take());
+        let waits = held.as_ref().is_some_and(|held| now < held.until);
+        // What another master asks meanwhile the slave refuses by itself.
+        let foreign = held.as_ref().is_some_and(|held| held.master != request.sa);
+        if service == Some(Service::ChkCfg) && !foreign && (waits || self.is_due()) {
+            let until = match held {
+                Some(held) if waits => held.until,
+                Some(_) | None => now.saturating_add(time),
+            };
+            let first = FunctionCode::request(fdl::Service::SrdHigh, FrameCount::First);
+            let chk_cfg = encoded(&DataTelegram { fc: first, ..*request });
+            let nothing = DataTelegram {
+                format: DataTelegram::customary_format(request.dsap, request.ssap, &NOTHING),
+                dsap: Sap::new(61),
+                data: &NOTHING,
+                ..*request
+            };
+            let held = Some(HeldCfg { master: request.sa, until, octets: chk_cfg });
+            self.stations.entry(request.da.number()).or_default().not_ready = held;
+            return Pass::Instead(encoded(&nothing));
+        }
+        match held {
+            // Void: the slave is parameterised anew.
+            Some(_) if service == Some(Service::SetPrm) && !foreign => Pass::Whole,
+            Some(held) if waits => {
+                self.stations.entry(request.da.number()).or_default().not_ready = Some(held);
+                Pass::Whole
+            }
+            Some(held) => Pass::Behind(held.octets),
+            None => Pass::Whole,
+        }
     }
 }

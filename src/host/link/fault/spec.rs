@@ -4,17 +4,20 @@ use core::fmt;
 use core::str::FromStr;
 use core::time::Duration;
 use std::string::{String, ToString};
+use std::vec::Vec;
 
 use thiserror::Error;
 
+use crate::dp::{Service, State};
 use crate::fdl::Address;
 
 /// How a fault is written, see [`Fault`].
-pub const FORM: &str = "FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS]";
+pub const FORM: &str = "FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS]\
+    [,service=NAME][,state=NAME][,retry=N]";
 
-/// One fault and when it strikes.
+/// One fault and when it is injected.
 ///
-/// Written as `FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS]`:
+/// Written as `FAULT[=VALUE]` and conditions, [`FORM`]:
 ///
 /// | FAULT | counts | what the master gets |
 /// | --- | --- | --- |
@@ -25,8 +28,8 @@ pub const FORM: &str = "FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,statio
 /// | `bit-errors[=N]` | replies | the reply with N bits (1) the other way round |
 /// | `wrong-fcs` | replies with FCS | a wrong frame check sequence |
 /// | `wrong-length` | SD2 replies | LE and LEr one too high (249: one too low) |
-/// | `wrong-source` | replies with SA | the reply of another station, with a right FCS |
-/// | `noise[=N]` | replies | N octets (4) of rubbish between request and reply |
+/// | `wrong-source[=ADDRESS]` | replies with SA | the reply of another station (the next one), with a right FCS |
+/// | `noise[=N]` | replies | N octets (4) of noise between request and reply |
 /// | `drop-request` | requests | nothing: no station hears the request |
 /// | `diag-storm` | Data_Exchange replies | a diagnosis announced (DH) each time |
 /// | `not-ready=TIME` | Chk_Cfg requests | Station_Not_Ready, and RS to Data_Exchange, for so long |
@@ -39,12 +42,17 @@ pub const FORM: &str = "FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,statio
 /// | `pkw-torn` | PKW answers | for one exchange, PKE and IND of the answer before with the PWE of this one |
 ///
 /// A *reply* is any telegram a drive sends. A *PKW answer* is a change of PKE or IND in the inputs to a reply
-/// identification other than 0; it is spoilt for as long as it stands, except `pkw-torn`. TIME is a whole number of
+/// identification other than 0; it is corrupted for as long as it stands, except `pkw-torn`. TIME is a whole number of
 /// `us`, `ms` or `s`, at most an hour.
 ///
-/// Of what a fault counts, it strikes from number `at` on (from 1, or 1 itself if `at` is given without `count` and
+/// Of what a fault counts, it is injected from number `at` on (from 1, or 1 itself if `at` is given without `count` and
 /// `rate`), with probability `rate` (1), at most `count` times (no limit), at `station` only (at all). The same `seed` (1)
-/// gives the same strikes.
+/// injects the same faults.
+///
+/// `service` counts only requests of that service and the replies to them, `state` only what happens while the station
+/// is in that state as its replies show it, `retry=N` only the Nth repetition of a request and the replies to it, 0 the
+/// request itself. So `late=3ms,station=6,service=Chk_Cfg,retry=2` is late once the second retry of Chk_Cfg of station 6
+/// was heard.
 ///
 /// ```
 /// use profidrive::host::link::fault::{Fault, Kind};
@@ -68,12 +76,40 @@ pub struct Fault {
     pub seed: u64,
     /// At which station; `None`: at all.
     pub station: Option<Address>,
+    /// At requests of which service and their replies; `None`: at all.
+    pub service: Option<Service>,
+    /// In which state of the station; `None`: in each.
+    pub state: Option<State>,
+    /// At which repetition of a request and its reply, 0 the request itself; `None`: at all.
+    pub retry: Option<u32>,
 }
 
 impl Fault {
     /// This fault at every occasion.
     pub const fn always(kind: Kind) -> Self {
-        Self { kind, at: 1, count: None, rate: 1.0, seed: DEFAULT_SEED, station: None }
+        Self {
+            kind,
+            at: 1,
+            count: None,
+            rate: 1.0,
+            seed: DEFAULT_SEED,
+            station: None,
+            service: None,
+            state: None,
+            retry: None,
+        }
+    }
+
+    /// Whether the station that this fault is for is one of `stations`.
+    ///
+    /// # Errors
+    /// [`NoStation`] if it is not: the fault would never act.
+    pub fn check(&self, stations: impl IntoIterator<Item = Address>) -> Result<(), NoStation> {
+        let Some(station) = self.station else {
+            return Ok(());
+        };
+        let there: Vec<Address> = stations.into_iter().collect();
+        if there.contains(&station) { Ok(()) } else { Err(NoStation { fault: *self, station, there }) }
     }
 
     /// This fault at one occasion, counted from 1.
@@ -84,8 +120,35 @@ impl Fault {
 
 const DEFAULT_SEED: u64 = 1;
 
+/// A fault is for a station that is not on the line.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("fault '{fault}' is for station {station}, which is not on the line; expected {}", Stations(there))]
+pub struct NoStation {
+    /// The fault.
+    pub fault: Fault,
+    /// Its station.
+    pub station: Address,
+    /// The stations on the line.
+    pub there: Vec<Address>,
+}
+
+/// `one of 5, 6`
+struct Stations<'a>(&'a [Address]);
+
+impl fmt::Display for Stations<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let addresses: Vec<String> = self.0.iter().map(ToString::to_string).collect();
+        match &addresses[..] {
+            [] => f.write_str("no station condition: the line has no stations"),
+            [only] => write!(f, "station {only}"),
+            [..] => write!(f, "one of {}", addresses.join(", ")),
+        }
+    }
+}
+
 /// What can go wrong. [`Fault`] has the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 #[expect(missing_docs, reason = "the table of `Fault` describes them")]
 pub enum Kind {
     NoReply,
@@ -96,7 +159,8 @@ pub enum Kind {
     BitErrors(u32),
     WrongFcs,
     WrongLength,
-    WrongSource,
+    /// Of which station; `None`: of the next one.
+    WrongSource(Option<Address>),
     /// How many octets.
     Noise(u32),
     DropRequest,
@@ -110,6 +174,7 @@ pub enum Kind {
 
 /// What can go wrong with an answer of the parameter channel. [`Fault`] has the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 #[expect(missing_docs, reason = "the table of `Fault` describes them")]
 pub enum PkwFault {
     /// By how many exchanges.
@@ -120,9 +185,14 @@ pub enum PkwFault {
 }
 
 /// Every fault as it is written, with its form.
-const KINDS: &str = "no-reply, late=TIME, duplicate, truncated, bit-errors[=N], wrong-fcs, wrong-length, wrong-source, \
+const KINDS: &str = "no-reply, late=TIME, duplicate, truncated, bit-errors[=N], wrong-fcs, wrong-length, wrong-source[=ADDRESS], \
     noise[=N], drop-request, diag-storm, not-ready=TIME, refuse-prm, refuse-cfg, lose-prm, pkw-delay=N, pkw-wrong-ak, \
     pkw-wrong-pnu or pkw-torn";
+
+/// Every service and every state as it is written.
+const SERVICES: &str = "Set_Slave_Add, RD_Inp, RD_Outp, Global_Control, Get_Cfg, Slave_Diag, Set_Prm, Chk_Cfg or \
+    Data_Exchange";
+const STATES: &str = "WAIT-PRM, WAIT-CFG or DATA-EXCH";
 
 /// The longest time that can be asked for.
 const LONGEST: Duration = Duration::from_secs(3600);
@@ -154,7 +224,12 @@ impl Kind {
             "bit-errors" => few(1).map(Self::BitErrors),
             "wrong-fcs" => plain(Self::WrongFcs),
             "wrong-length" => plain(Self::WrongLength),
-            "wrong-source" => plain(Self::WrongSource),
+            "wrong-source" => match value {
+                None => Ok(Self::WrongSource(None)),
+                Some(value) => station(value)
+                    .map(|station| Self::WrongSource(Some(station)))
+                    .ok_or_else(|| wrong("an address, 0 to 126")),
+            },
             "noise" => few(4).map(Self::Noise),
             "drop-request" => plain(Self::DropRequest),
             "diag-storm" => plain(Self::DiagStorm),
@@ -180,7 +255,8 @@ impl FromStr for Fault {
     fn from_str(spec: &str) -> Result<Self, SpecError> {
         let mut parts = spec.split(',');
         let kind = Kind::parse(parts.next().unwrap_or_default())?;
-        let (mut rate, mut count, mut at, mut seed, mut station) = (None, None, None, None, None);
+        let (mut rate, mut count, mut at, mut seed) = (None, None, None, None);
+        let (mut of, mut service, mut state, mut retry) = (None, None, None, None);
         for part in parts {
             let (key, value) = part.split_once('=').unwrap_or((part, ""));
             let wrong = |expected| SpecError::Value { key: key.into(), expected, got: value.into() };
@@ -198,9 +274,21 @@ impl FromStr for Fault {
                     seed.replace(number.ok_or_else(|| wrong("a number"))?).is_some()
                 }
                 "station" => {
+                    of.replace(station(value).ok_or_else(|| wrong("an address, 0 to 126"))?).is_some()
+                }
+                "service" => {
+                    let named = Service::ALL.into_iter().find(|one| one.name().eq_ignore_ascii_case(value));
+                    service.replace(named.ok_or_else(|| wrong(SERVICES))?).is_some()
+                }
+                "state" => {
+                    let named = State::ALL.into_iter().find(|one| one.name().eq_ignore_ascii_case(value));
+                    state.replace(named.ok_or_else(|| wrong(STATES))?).is_some()
+                }
+                "retry" => {
                     let number = digits(value).and_then(|value| value.parse().ok());
-                    let address = number.and_then(|number| Address::station(number).ok());
-                    station.replace(address.ok_or_else(|| wrong("an address, 0 to 126"))?).is_some()
+                    retry
+                        .replace(number.ok_or_else(|| wrong("a number, 0 for the request itself"))?)
+                        .is_some()
                 }
                 _ => return Err(SpecError::UnknownKey { got: key.into() }),
             };
@@ -216,7 +304,10 @@ impl FromStr for Fault {
             count: count.or(once.then_some(1)),
             rate: rate.unwrap_or(1.0),
             seed: seed.unwrap_or(DEFAULT_SEED),
-            station,
+            station: of,
+            service,
+            state,
+            retry,
         })
     }
 }
@@ -224,7 +315,7 @@ impl FromStr for Fault {
 impl fmt::Display for Fault {
     /// As it is written, with everything that differs from "always".
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { kind, at, count, rate, seed, station } = self;
+        let Self { kind, at, count, rate, seed, station, service, state, retry } = self;
         write!(f, "{kind}")?;
         if *rate < 1.0 {
             write!(f, ",rate={rate}")?;
@@ -241,8 +332,17 @@ impl fmt::Display for Fault {
         if *seed != DEFAULT_SEED {
             write!(f, ",seed={seed}")?;
         }
-        match station {
-            Some(station) => write!(f, ",station={station}"),
+        if let Some(station) = station {
+            write!(f, ",station={station}")?;
+        }
+        if let Some(service) = service {
+            write!(f, ",service={}", service.name())?;
+        }
+        if let Some(state) = state {
+            write!(f, ",state={}", state.name())?;
+        }
+        match retry {
+            Some(retry) => write!(f, ",retry={retry}"),
             None => Ok(()),
         }
     }
@@ -258,7 +358,7 @@ impl fmt::Display for Kind {
             Self::BitErrors(bits) => ("bit-errors", Some(bits.to_string())),
             Self::WrongFcs => ("wrong-fcs", None),
             Self::WrongLength => ("wrong-length", None),
-            Self::WrongSource => ("wrong-source", None),
+            Self::WrongSource(of) => ("wrong-source", of.map(|station| station.to_string())),
             Self::Noise(octets) => ("noise", Some(octets.to_string())),
             Self::DropRequest => ("drop-request", None),
             Self::DiagStorm => ("diag-storm", None),
@@ -280,6 +380,7 @@ impl fmt::Display for Kind {
 
 /// Why a text is no fault.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum SpecError {
     /// There is no such fault.
     #[error("'{got}' is no fault; expected {KINDS}")]
@@ -314,6 +415,10 @@ pub enum SpecError {
 /// A text of digits only: numbers have no sign here.
 fn digits(text: &str) -> Option<&str> {
     (!text.is_empty() && text.bytes().all(|octet| octet.is_ascii_digit())).then_some(text)
+}
+
+fn station(text: &str) -> Option<Address> {
+    digits(text)?.parse().ok().and_then(|number| Address::station(number).ok())
 }
 
 fn number(text: &str) -> Option<u32> {
@@ -367,6 +472,22 @@ mod tests {
             ("bit-errors", Fault::always(Kind::BitErrors(1))),
             ("pkw-torn,at=1", Fault::once(Kind::Pkw(PkwFault::Torn), 1)),
             (
+                "late=3ms,station=6,service=Chk_Cfg,retry=2",
+                Fault {
+                    station: Address::station(6).ok(),
+                    service: Some(Service::ChkCfg),
+                    retry: Some(2),
+                    ..Fault::always(late(3))
+                },
+            ),
+            (
+                "wrong-source=9,state=DATA-EXCH",
+                Fault {
+                    state: Some(State::DataExch),
+                    ..Fault::always(Kind::WrongSource(Address::station(9).ok()))
+                },
+            ),
+            (
                 "lose-prm,station=5",
                 Fault { station: Address::station(5).ok(), ..Fault::always(Kind::LosePrm) },
             ),
@@ -381,10 +502,35 @@ mod tests {
     #[test]
     fn every_fault_of_the_list_is_understood_and_reads_back() {
         for form in KINDS.replace(" or ", ", ").split(", ") {
-            let spec = form.trim().replace("[=N]", "").replace("TIME", "20ms").replace("=N", "=3");
+            let spec = form
+                .trim()
+                .replace("[=N]", "")
+                .replace("[=ADDRESS]", "")
+                .replace("TIME", "20ms")
+                .replace("=N", "=3");
             let fault: Fault = spec.parse().unwrap();
             assert_eq!(fault.to_string().parse(), Ok(fault), "{spec}");
         }
+    }
+
+    #[test]
+    fn a_fault_for_a_station_that_is_not_there_is_refused() {
+        let address = |number| Address::station(number).unwrap();
+        let fault: Fault = "no-reply,station=6".parse().unwrap();
+        assert_eq!(fault.check([address(5), address(6)]), Ok(()));
+        let told = |there: &[u8]| fault.check(there.iter().copied().map(address)).unwrap_err().to_string();
+        assert_eq!(
+            told(&[5, 7]),
+            "fault 'no-reply,station=6' is for station 6, which is not on the line; expected one of 5, 7"
+        );
+        assert!(told(&[5]).ends_with("expected station 5"));
+        assert_eq!("no-reply".parse::<Fault>().unwrap().check([]), Ok(()));
+    }
+
+    #[test]
+    fn the_lists_of_the_messages_name_everything() {
+        assert!(Service::ALL.into_iter().all(|service| SERVICES.contains(service.name())));
+        assert!(State::ALL.into_iter().all(|state| STATES.contains(state.name())));
     }
 
     #[test]
@@ -408,6 +554,10 @@ mod tests {
             ("no-reply,at", "'' does not fit at"),
             ("no-reply,seed=-1", "'-1' does not fit seed"),
             ("no-reply,station=127", "'127' does not fit station; expected an address, 0 to 126"),
+            ("wrong-source=127", "'127' does not fit wrong-source; expected an address, 0 to 126"),
+            ("no-reply,service=Check", "'Check' does not fit service; expected Set_Slave_Add, RD_Inp"),
+            ("no-reply,state=ready", "'ready' does not fit state; expected WAIT-PRM, WAIT-CFG or DATA-EXCH"),
+            ("no-reply,retry=-1", "'-1' does not fit retry; expected a number, 0 for the request itself"),
             ("no-reply,often", "'often' is unknown; expected FAULT[=VALUE][,rate=P]"),
             ("no-reply,", "'' is unknown"),
             ("no-reply,at=1,at=2", "'at' is given twice"),

@@ -1,11 +1,12 @@
 //! One program at a TCP port: what it sent and has not been heard, what it has not read, and when it must go.
 
 use core::net::SocketAddr;
+use core::time::Duration;
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
 
-use super::{MAX_BACKLOG, MAX_BURST};
+use super::{Busy, MAX_BACKLOG, MAX_BURST, Meaning};
 use crate::host::link::pieces::{Piece, Pieces};
 use crate::time::{BITS_PER_OCTET, BaudRate, Instant};
 
@@ -17,6 +18,9 @@ const INBOX: usize = 4096;
 
 /// Octets the kernel keeps for a client at least; it takes twice as many. Fixed, so that it does not grow to megabytes.
 const KERNEL_BUFFER: usize = 64 * 1024;
+
+/// A client that said no noise for so long is believed an SC.
+const QUIET: Duration = Duration::from_secs(1);
 
 /// Why a client leaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,8 +53,10 @@ pub(super) struct Client {
     pub(super) peer: SocketAddr,
     /// What it sent and nobody has heard yet.
     pub(super) pieces: Pieces,
-    /// The request before those, which waits for the line.
+    /// What is before those and waits for the line.
     pub(super) blocked: Option<Piece>,
+    /// When it was last heard saying what is no telegram.
+    pub(super) last_noise: Option<Instant>,
     /// What it has not read yet, behind what the kernel keeps for it.
     pub(super) backlog: VecDeque<u8>,
     /// Octets it may send at once.
@@ -70,6 +76,7 @@ impl Client {
             peer,
             pieces: Pieces::default(),
             blocked: None,
+            last_noise: None,
             backlog: VecDeque::new(),
             allowance: MAX_BURST,
             refilled: now,
@@ -80,6 +87,21 @@ impl Client {
     /// How many octets of it can be taken.
     pub(super) fn room(&self) -> usize {
         if self.left.is_some() { 0 } else { INBOX.saturating_sub(self.pieces.len()) }
+    }
+
+    /// Whether it may be heard with a piece of this meaning, while a request waits for its reply (`busy`) or not.
+    pub(super) fn may_say(&self, meaning: Meaning, now: Instant, busy: Option<Busy>) -> bool {
+        let Some(busy) = busy else { return true };
+        match meaning {
+            Meaning::Request(_) => false,
+            Meaning::Reply(station) => station == busy.station,
+            // From one who says other things as well it is a chance octet of noise.
+            Meaning::ShortAcknowledge => {
+                let noise = self.last_noise.is_some_and(|last| now.saturating_since(last) < QUIET);
+                !noise && self.pieces.len() == 0
+            }
+            Meaning::Neither => busy.master == self.peer,
+        }
     }
 
     /// Everything it sent was heard, as far as it was whole.

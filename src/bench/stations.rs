@@ -1,0 +1,120 @@
+//! What is on the line: buses with their stations, faults, disturbances.
+
+use super::{Disturbance, Line, Master};
+use crate::device::{Config, Device, Event, Timing};
+use crate::fdl::Address;
+use crate::host::link::fault::{Fault, Faults, NoStation};
+use crate::host::{Bus, BusEvent, Error, Participant};
+
+impl<M: Master> Line<M> {
+    /// Connects stations and returns the number of their bus, which counts from 0. Several buses are several devices:
+    /// nothing keeps them from having the same addresses.
+    pub fn connect(&mut self, bus: Bus) -> usize {
+        self.buses.push(bus);
+        self.buses.len() - 1
+    }
+
+    /// The bus of that number.
+    pub fn bus(&self, number: usize) -> Option<&Bus> {
+        self.buses.get(number)
+    }
+
+    /// The bus of that number, to take its news, or to add, change and remove stations.
+    pub fn bus_mut(&mut self, number: usize) -> Option<&mut Bus> {
+        self.buses.get_mut(number)
+    }
+
+    /// The first bus, which is there from now on.
+    pub fn stations(&mut self) -> &mut Bus {
+        if self.buses.is_empty() {
+            self.buses.push(Bus::on(self.baud, Timing::True));
+        }
+        match &mut self.buses[..] {
+            [first, ..] => first,
+            [] => unreachable!("one was added above"),
+        }
+    }
+
+    /// Connects a station to the first bus.
+    ///
+    /// # Errors
+    /// [`Error::AddressTaken`] if another station of that bus has its address.
+    pub fn add(&mut self, station: impl Participant) -> Result<(), Error> {
+        self.stations().add(station)
+    }
+
+    /// Connects a drive to the first bus and switches it on now. Rate and [`Timing::True`] of the line replace those of
+    /// `config`.
+    ///
+    /// # Errors
+    /// As [`Line::add`].
+    pub fn add_drive(&mut self, config: Config) -> Result<(), Error> {
+        let config = Config { baud: self.baud, timing: Timing::True, ..config };
+        self.add(Device::new(config, self.now))
+    }
+
+    /// The drive at `address`.
+    pub fn device(&self, address: u8) -> Option<&Device> {
+        self.station(address)
+    }
+
+    /// The station at `address`, if there is one and it is a `T`.
+    pub fn station<T: Participant>(&self, address: u8) -> Option<&T> {
+        let address = Address::station(address).ok()?;
+        self.buses.iter().find_map(|bus| bus.station(address))
+    }
+
+    /// Does something to the station at `address` now, if there is one and it is a `T`: sets what acts on a
+    /// [`Device`] with [`Device::set_inputs`], say.
+    pub fn with_station<T: Participant, R>(
+        &mut self,
+        address: u8,
+        act: impl FnOnce(&mut T, crate::time::Instant) -> R,
+    ) -> Option<R> {
+        let (now, address) = (self.now, Address::station(address).ok()?);
+        let bus = self.buses.iter_mut().find(|bus| bus.station::<T>(address).is_some())?;
+        bus.with(address, |station| act(station, now))
+    }
+
+    /// News of a drive or another station of the first bus, and its address.
+    #[must_use]
+    pub fn poll_event(&mut self) -> Option<(Address, Event)> {
+        loop {
+            // What else a bus tells is of lines on which others may be.
+            if let BusEvent::Station { address, event } = self.buses.first_mut()?.poll_event()? {
+                return Some((address, event));
+            }
+        }
+    }
+
+    /// These faults on purpose act from now on, instead of those before; none: the line is sound. They count telegrams
+    /// from here.
+    ///
+    /// # Errors
+    /// [`NoStation`]: a fault is for a station that is not on the line; the faults are as before.
+    pub fn inject(&mut self, faults: &[Fault]) -> Result<(), NoStation> {
+        for fault in faults {
+            fault.check(self.buses.iter().flat_map(Bus::addresses))?;
+        }
+        self.faults.clear();
+        for fault in faults {
+            self.faults.add(*fault);
+        }
+        Ok(())
+    }
+
+    /// The faults on the line, and how often each has acted.
+    pub const fn faults(&self) -> &Faults {
+        &self.faults
+    }
+
+    /// The faults on the line, to change them one by one.
+    pub const fn faults_mut(&mut self) -> &mut Faults {
+        &mut self.faults
+    }
+
+    /// Disturbs what is sent from now on; `None` ends it.
+    pub fn disturb(&mut self, disturbance: Option<Disturbance>) {
+        self.disturbance = disturbance;
+    }
+}

@@ -1,0 +1,175 @@
+//! The steps on the way to a goal, and what an image or an answer makes of them.
+
+use super::question::Question;
+
+/// Where a goal stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Step {
+    /// The drive is asked for its operating mode and so shows that it sees the outputs.
+    Look,
+    /// STW without enable, before the acknowledge.
+    Drop,
+    /// STW.7 until ZSW.3 goes.
+    Acknowledge,
+    /// STW.0 = 1, so that it can fall.
+    RaiseOff1,
+    /// STW.0 = 0 until ZSW.6 goes.
+    LowerOff1,
+    /// 000B until operation is enabled.
+    Enable,
+    /// Until the drive stands.
+    Halt,
+    /// As long as the shaft turns on the way there.
+    RunOut,
+    /// 000B after 004B, so that STW.6 falls where it starts nothing in either mode.
+    Lower,
+    /// 003B with the target, until the drive is ready to travel.
+    Prepare,
+    /// The edge of STW.6, until it is acknowledged; `again`: the second one.
+    Start { check: StartCheck, again: bool },
+    /// STW.5 until the job goes on.
+    Resume,
+    /// Until the travel job ends.
+    Travel,
+    /// At the target, until the shaft stands.
+    Settle,
+    /// Whether inching is possible.
+    Check,
+    /// STW.8 until the drive moves.
+    StartInching { from: i32 },
+    /// The way of inching 1, which did not move the drive yet.
+    InchingWay { from: i32 },
+    /// Until inching 1 ends.
+    Inch,
+    /// STW.9 until the drive turns.
+    Jog { from: i32 },
+    /// The gear, for the largest velocity.
+    Range,
+    /// The velocity window.
+    Window,
+    /// Whether the drive can turn.
+    Release { window: u32 },
+    /// STW.6 until the velocity is reached.
+    Turn { window: u32 },
+    /// STW.6, and the shaft stands: it begins to turn, or passes through standstill, or cannot turn.
+    Stalled { window: u32 },
+}
+
+/// What an image or an answer makes of a step.
+pub(super) enum Next {
+    Stay,
+    Step(Step),
+    Done,
+    /// By what the drive shows.
+    Refused,
+}
+
+impl Step {
+    pub(super) const fn question(self) -> Option<Question> {
+        match self {
+            Self::Look => Some(Question::OperatingMode),
+            Self::Drop
+            | Self::RaiseOff1
+            | Self::Halt
+            | Self::RunOut
+            | Self::Lower
+            | Self::Prepare
+            | Self::Resume
+            | Self::Settle
+            | Self::Check
+            | Self::StartInching { .. }
+            | Self::Jog { .. }
+            | Self::Release { .. }
+            | Self::Stalled { .. } => Some(Question::SystemStatus),
+            Self::Start { check, .. } => Some(check.question()),
+            Self::InchingWay { .. } => Some(Question::DeltaInch),
+            Self::Range => Some(Question::HardwareVersion),
+            Self::Window => Some(Question::Window),
+            Self::Acknowledge
+            | Self::LowerOff1
+            | Self::Enable
+            | Self::Travel
+            | Self::Inch
+            | Self::Turn { .. } => None,
+        }
+    }
+
+    /// Whether it has the time of a motion.
+    pub(super) const fn is_motion(self) -> bool {
+        match self {
+            Self::RunOut | Self::Travel | Self::Inch | Self::Turn { .. } | Self::Stalled { .. } => true,
+            Self::Look
+            | Self::Drop
+            | Self::Acknowledge
+            | Self::RaiseOff1
+            | Self::LowerOff1
+            | Self::Enable
+            | Self::Halt
+            | Self::Lower
+            | Self::Prepare
+            | Self::Start { .. }
+            | Self::Resume
+            | Self::Settle
+            | Self::Check
+            | Self::StartInching { .. }
+            | Self::InchingWay { .. }
+            | Self::Jog { .. }
+            | Self::Range
+            | Self::Window
+            | Self::Release { .. } => false,
+        }
+    }
+
+    /// Whether a level of STW has been set to turn the shaft, which need not turn yet.
+    pub(super) const fn begins_turning(self) -> bool {
+        match self {
+            Self::Jog { .. } | Self::Turn { .. } | Self::Stalled { .. } => true,
+            Self::Look
+            | Self::Drop
+            | Self::Acknowledge
+            | Self::RaiseOff1
+            | Self::LowerOff1
+            | Self::Enable
+            | Self::Halt
+            | Self::RunOut
+            | Self::Lower
+            | Self::Prepare
+            | Self::Start { .. }
+            | Self::Resume
+            | Self::Travel
+            | Self::Settle
+            | Self::Check
+            | Self::StartInching { .. }
+            | Self::InchingWay { .. }
+            | Self::Inch
+            | Self::Range
+            | Self::Window
+            | Self::Release { .. } => false,
+        }
+    }
+}
+
+/// What is asked while a start is not acknowledged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum StartCheck {
+    /// The answer shows that the drive has seen the edge.
+    Status,
+    Limit1,
+    Limit2,
+    Window,
+}
+
+impl StartCheck {
+    pub(super) const fn question(self) -> Question {
+        match self {
+            Self::Status => Question::SystemStatus,
+            Self::Limit1 => Question::Limit1,
+            Self::Limit2 => Question::Limit2,
+            Self::Window => Question::Window,
+        }
+    }
+}
+
+pub(super) const fn done_if(done: bool) -> Next {
+    if done { Next::Done } else { Next::Stay }
+}

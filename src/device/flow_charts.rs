@@ -1,0 +1,58 @@
+//! The control words of the manual's flow charts (figures 13 and 14), made of their bits.
+//!
+//! | word | for |
+//! | --- | --- |
+//! | 000B | enabled; a motion is stopped |
+//! | 003B, 007B | ready for a travel job; with start bit 1 |
+//! | 005B | intermediate stop of a job that the change to 007B has started |
+//! | 010B, 020B, 820B | inching 1, inching 2 positive, inching 2 negative |
+//! | 004B | setpoint released (velocity mode) |
+//! | 0003, 0083 | disabled, the motor stays in control; acknowledge |
+//!
+//! Source: `docs/reference/ag03.md` 4 and 7.
+
+use super::bits::StwBit;
+
+/// ON and no OFF2, not enabled: an enabled drive brakes and its motor stays in control.
+pub const DISABLED: u16 = StwBit::On.mask() | StwBit::NoOff2.mask();
+/// As [`DISABLED`], with the acknowledge bit.
+pub const ACKNOWLEDGING: u16 = DISABLED | StwBit::Acknowledge.mask();
+/// OFF1 alone, which ends turn-on disabled.
+pub const OFF1: u16 = StwBit::NoOff2.mask();
+/// Operation enabled. A travel job is stopped with maximum deceleration and discarded.
+pub const ENABLED: u16 = DISABLED | StwBit::EnableOperation.mask();
+/// Operation enabled, and each change of the start bit starts a travel job.
+pub const TRAVEL: u16 = ENABLED | StwBit::NoStop.mask() | StwBit::NoIntermediateStop.mask();
+/// Intermediate stop of a travel job.
+pub const PAUSED: u16 = ENABLED | StwBit::NoStop.mask();
+/// Stop of a travel job, with intermediate stop not given.
+pub const STOPPED: u16 = ENABLED | StwBit::NoIntermediateStop.mask();
+/// Inching 1: once by delta inch.
+pub const INCHING_1: u16 = ENABLED | StwBit::Inching1.mask();
+/// Inching 2 in positive direction.
+pub const INCHING_2_POSITIVE: u16 = ENABLED | StwBit::Inching2.mask();
+/// Inching 2 in negative direction.
+pub const INCHING_2_NEGATIVE: u16 = INCHING_2_POSITIVE | StwBit::Inching2Negative.mask();
+/// The setpoint is released (velocity mode).
+pub const VELOCITY: u16 = ENABLED | START;
+/// The start bit alone. In positioning mode its changes start a job, so it rests where the last job left it.
+pub const START: u16 = StwBit::Start.mask();
+
+/// The words that enable operation, as the flow charts print them.
+pub const PRINTED: [u16; 7] =
+    [ENABLED, TRAVEL, TRAVEL | START, INCHING_1, INCHING_2_POSITIVE, INCHING_2_NEGATIVE, VELOCITY];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_words_are_those_that_the_manual_prints() {
+        assert_eq!(PRINTED, [0x000B, 0x003B, 0x007B, 0x010B, 0x020B, 0x820B, 0x004B]);
+        assert_eq!(
+            [DISABLED, ACKNOWLEDGING, OFF1, PAUSED, STOPPED],
+            [0x0003, 0x0083, 0x0002, 0x001B, 0x002B]
+        );
+        assert_eq!([PAUSED | START, STOPPED | START], [0x005B, 0x006B]);
+    }
+}

@@ -1,0 +1,213 @@
+//! A powered unit of the AG03 family, without a bus: drive, parameters, EEPROM, supplies, power, DIP switches.
+//!
+//! A bus owns one [`Unit`]. In each application cycle it says what it wants ([`Command`]) and lets one [step](Unit::step)
+//! pass; it reads and writes parameters by whatever keys it has; and it puts [`Status`] into its own words. Which bits,
+//! numbers and addresses those are the unit does not know.
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | `cycle` | [`Cycles`]: when the next application cycle runs |
+//! | `dip` | [`DipSwitches`]: ten switches |
+//! | `event` | [`Event`]: what has happened in the unit |
+//! | `image` | [`Image`]: what survives power-off, as octets |
+//! | `parameters` | reading and writing parameters, and what a write did |
+//! | `power` | [`Power`]: switching off and on, row 1 of `ag03.md` 8 |
+//! | `storage` | [`Eeprom`]: images the host keeps, and the acknowledgement that waits for them |
+//!
+//! ```
+//! use core::time::Duration;
+//! use profidrive::drive::{Command, Operation};
+//! use profidrive::param::{Gear, Model, Parameter, Write};
+//! use profidrive::unit::{Config, Unit};
+//!
+//! let mut unit = Unit::new(Config::new(Model::Ag03_1, Gear::Ratio48));
+//! let _written = unit.write(Write::Set(Parameter::VPos, 100))?;
+//! let run = Command { operation: Operation::Run, ..Command::default() };
+//! unit.step(Duration::from_millis(1), &run);
+//! assert!(unit.status().operation_enabled);
+//! # Ok::<(), profidrive::param::ParamError>(())
+//! ```
+
+mod cycle;
+pub mod dip;
+mod event;
+mod image;
+mod parameters;
+mod power;
+mod storage;
+
+use core::time::Duration;
+
+use crate::drive::{self, Command, Drive, Inputs, Refusal, Settings, Status};
+use crate::param::{self, Gear, Model, Store};
+
+pub use cycle::{ApplicationCycle, CycleTooShort, Cycles, DEFAULT_APPLICATION_CYCLE};
+pub use dip::DipSwitches;
+pub use event::{Event, Queue};
+pub use image::{BusSettings, BusSettingsError, IMAGE_LEN, Image, ImageError, ImageOctets, MAX_IMAGE_LEN};
+pub use parameters::Written;
+pub use power::{Power, Switched};
+pub use storage::{Eeprom, EepromState, Generation, NotStored, Outcome, StoreRequest};
+
+use storage::Storage;
+
+/// What a unit is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Config {
+    /// Which drive.
+    pub model: Model,
+    /// Which internal gear.
+    pub gear: Gear,
+    /// The DIP switches as they are when it is made.
+    pub switches: DipSwitches,
+    /// Which switches ask for a factory reset; an assumption.
+    pub reset_patterns: dip::ResetPatterns,
+    /// Where the EEPROM is kept.
+    pub eeprom: Eeprom,
+    /// Which parameter ranges hold where the manuals contradict themselves.
+    pub param: param::Quirks,
+    /// How the drive behaves where the manuals leave it open, and the numbers of its plant.
+    pub drive: drive::Config,
+}
+
+impl Config {
+    /// This drive with every switch OFF, whose EEPROM lives as long as the unit.
+    pub fn new(model: Model, gear: Gear) -> Self {
+        Self {
+            model,
+            gear,
+            switches: DipSwitches::default(),
+            reset_patterns: dip::ResetPatterns::ASSUMED,
+            eeprom: Eeprom::Internal,
+            param: param::Quirks::default(),
+            drive: drive::Config::default(),
+        }
+    }
+}
+
+/// A drive with its parameters, EEPROM, supplies and switches.
+#[derive(Clone, Debug)]
+pub struct Unit {
+    reset_patterns: dip::ResetPatterns,
+    switches: DipSwitches,
+    power: Power,
+    /// The world around the drive as last set.
+    inputs: Inputs,
+    /// The control supply of the inputs reaches the drive.
+    switch_closed: bool,
+    store: Store,
+    settings: Settings,
+    drive: Drive,
+    /// The drive as the last step or write left it.
+    status: Status,
+    /// A write acts on the drive in the next step.
+    parameters_acted: bool,
+    bus: BusSettings,
+    storage: Option<Storage>,
+    events: Queue<Event, 8>,
+}
+
+impl Unit {
+    /// A unit with factory settings that has just been switched on, its shaft at 0.
+    pub fn new(config: Config) -> Self {
+        Self::with(config, None)
+    }
+
+    /// A unit as an image of its EEPROM says, just switched on.
+    ///
+    /// # Errors
+    /// [`ImageError`] if the octets are no whole image, or that of another model or gear.
+    pub fn restore(config: Config, octets: &[u8]) -> Result<Self, ImageError> {
+        Image::decode(octets, config.model, config.gear).map(|image| Self::with(config, Some(image)))
+    }
+
+    /// As [`Unit::restore`], from an image that the host does not keep yet: [`Unit::poll_image`] offers it again.
+    ///
+    /// # Errors
+    /// As [`Unit::restore`].
+    pub fn restore_unstored(config: Config, octets: &[u8]) -> Result<Self, ImageError> {
+        let mut unit = Self::restore(config, octets)?;
+        if let Some(storage) = &mut unit.storage {
+            storage.offer();
+        }
+        Ok(unit)
+    }
+
+    fn with(config: Config, kept: Option<Image>) -> Self {
+        let fresh = kept.is_none();
+        let Image { mut store, memory, bus } =
+            kept.unwrap_or_else(|| Image::of_new(config.model, config.gear));
+        store.set_quirks(config.param);
+        let settings = Settings::read(&store);
+        let mut drive = Drive::with(config.model, config.gear, &settings, config.drive);
+        let storage = Storage::new(config.eeprom, memory.clone(), fresh);
+        drive.recall(memory);
+        let mut unit = Self {
+            reset_patterns: config.reset_patterns,
+            switches: config.switches,
+            power: Power::On,
+            inputs: drive.inputs(),
+            switch_closed: true,
+            store,
+            settings,
+            status: drive.status(),
+            drive,
+            parameters_acted: false,
+            bus,
+            storage,
+            events: Queue::default(),
+        };
+        unit.read_switches();
+        unit
+    }
+
+    /// Lets `dt` pass under what the bus wants; without a master that is for example [`Command::UNATTENDED`]. Inputs and
+    /// parameters act at the beginning.
+    pub fn step(&mut self, dt: Duration, command: &Command) {
+        let fault = self.status.fault;
+        self.drive.step(dt, command, &self.settings);
+        self.status = self.drive.status();
+        self.parameters_acted = false;
+        self.note_memory();
+        if let Some(refusal) = self.drive.take_refusal() {
+            self.events.push(Event::CommandRefused(refusal));
+        }
+        if let Some(fault) = self.status.fault.filter(|_| fault.is_none()) {
+            self.events.push(Event::Fault(fault));
+        }
+    }
+
+    /// Whether another step with the same command would change nothing.
+    pub fn is_at_rest(&self) -> bool {
+        self.drive.is_at_rest() && !self.parameters_acted
+    }
+
+    /// The drive as the last step or write left it.
+    pub const fn status(&self) -> &Status {
+        &self.status
+    }
+
+    /// The drive itself: its faults and their causes, what it measures.
+    pub const fn drive(&self) -> &Drive {
+        &self.drive
+    }
+
+    /// The stored parameters.
+    pub const fn parameters(&self) -> &Store {
+        &self.store
+    }
+
+    /// What stands now against a start under the last command (`ag03.md` 8 rows 20 to 22, 40); `None`: nothing.
+    pub fn start_refusal(&self) -> Option<Refusal> {
+        self.drive.start_refusal(&self.settings)
+    }
+
+    /// The oldest event not taken yet.
+    #[must_use]
+    pub fn poll_event(&mut self) -> Option<Event> {
+        self.events.pop().map(|event| event.unwrap_or_else(|events| Event::Lost { events }))
+    }
+}
+
+#[cfg(test)]
+mod tests;

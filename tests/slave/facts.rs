@@ -1,0 +1,153 @@
+//! One place per fact: the bits of the words stand in `device::bits`, those of the diagnosis in `dp::DiagBit`, and
+//! whoever needs one takes it from there.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use profidrive::device::bits::{Bit, Role, Word, bits};
+use profidrive::dp::DiagBit;
+use profidrive::drive::Mode;
+use profidrive::param::TABLE;
+
+#[test]
+fn no_bit_of_a_word_is_named_by_its_number() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let folders = ["client", "command", "device", "explain", "master", "panel"].map(|name| root.join(name));
+    let mut found = Vec::new();
+    for file in folders.iter().flat_map(|folder| sources(folder)) {
+        let text = fs::read_to_string(&file).unwrap();
+        let code = text.split("#[cfg(test)]").next().unwrap();
+        for (number, line) in code.lines().enumerate().filter(|(_, line)| names_a_raw_bit(line)) {
+            found.push(format!("{}:{}: {}", file.display(), number + 1, line.trim()));
+        }
+    }
+    assert!(found.is_empty(), "take the bit from device::bits or dp::DiagBit:\n{}", found.join("\n"));
+}
+
+#[test]
+fn a_bit_named_by_its_number_would_be_seen() {
+    for line in [
+        "if zsw.bit(13) {",
+        "stw.with_bit(6, true)",
+        "let travels = ssw >> 4 & 1 == 1;",
+        "const TRAVELS: u32 = 1 << 4;",
+        "if raw & 0x0048 != 0 {",
+        "Self::Enabled => (0x000B, true),",
+    ] {
+        assert!(names_a_raw_bit(line), "{line}");
+    }
+    for line in
+        ["//! 000B, ssw >> 4 & 1", "ZswBit::Fault.is_set(zsw)", "word >> bit & 1 != 0", "let a = 0x44;"]
+    {
+        assert!(!names_a_raw_bit(line), "{line}");
+    }
+}
+
+/// Whether a line of code has the number of a bit, or a word of four digits.
+fn names_a_raw_bit(line: &str) -> bool {
+    let code = line.split("//").next().unwrap();
+    let digit_after = |pattern: &str| {
+        code.match_indices(pattern)
+            .any(|(at, _)| code[at + pattern.len()..].starts_with(|c: char| c.is_ascii_digit()))
+    };
+    let shifted = code.match_indices(">> ").any(|(at, _)| {
+        let rest = &code[at + 3..];
+        let digits = rest.chars().take_while(char::is_ascii_digit).count();
+        digits > 0 && rest[digits..].starts_with(" & 1")
+    });
+    let word_after = |pattern: &str| {
+        code.match_indices(pattern).any(|(at, _)| {
+            let digits = code[at + pattern.len()..].chars().take_while(char::is_ascii_hexdigit).count();
+            digits == 4
+        })
+    };
+    let word = ["& 0x", "Some(0x", "from_raw(0x", "=> (0x", "= (0x"].into_iter().any(word_after);
+    shifted || word || digit_after(".bit(") || digit_after(".with_bit(") || digit_after("= 1 << ")
+}
+
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    // `dip` has the bits of the switches, `bits` those of the words.
+    let (mut files, mut folders) = (Vec::new(), vec![folder.to_owned()]);
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|ending| ending == "rs")
+                && !matches!(&name[..], "tests" | "dip" | "bits" | "rig")
+            {
+                files.push(path);
+            }
+        }
+    }
+    files
+}
+
+#[test]
+fn the_dissector_has_the_tables_of_the_crate() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/wireshark/profibus.lua");
+    let text = fs::read_to_string(&file).unwrap();
+    let begin = "-- Bits: { number, name, text, words for 1, words for 0 }.\n";
+    let end = "-- end of the generated tables";
+    let (head, rest) = text.split_once(begin).unwrap();
+    let (found, tail) = rest.split_once(end).unwrap();
+    let tables = tables();
+    if std::env::var_os("WRITE_DISSECTOR").is_some() {
+        fs::write(&file, format!("{head}{begin}{tables}{end}{tail}")).unwrap();
+        return;
+    }
+    assert_eq!(found, tables, "run this test with WRITE_DISSECTOR=1");
+}
+
+/// The tables in Lua.
+fn tables() -> String {
+    let mut lua = String::from("local PNU = {\n");
+    let names: BTreeMap<u16, &str> = TABLE.iter().map(|entry| (entry.pnu.number(), entry.name)).collect();
+    for (pnu, name) in names {
+        writeln!(lua, "    [{pnu}] = \"{name}\",").unwrap();
+    }
+    lua.push_str("}\n");
+    for (octet, table) in (0..3).zip(["DIAG_BITS_1", "DIAG_BITS_2", "DIAG_BITS_3"]) {
+        writeln!(lua, "local {table} = {{").unwrap();
+        for bit in DiagBit::ALL.iter().rev().filter(|bit| bit.octet() == octet) {
+            let key = bit.name().to_lowercase().replace(' ', "_");
+            writeln!(lua, "    {{ {}, \"{key}\", \"{}\" }},", bit.number(), bit.name()).unwrap();
+        }
+        lua.push_str("}\n");
+    }
+    for (word, table) in [(Word::Stw, "STW_BITS"), (Word::Zsw, "ZSW_BITS")] {
+        writeln!(lua, "local {table} = {{").unwrap();
+        let modes = bits(word, Mode::Positioning, None).into_iter().zip(bits(word, Mode::Velocity, None));
+        for (n, (positioning, velocity)) in modes.enumerate() {
+            if positioning.role != Role::Unused {
+                writeln!(lua, "    {{ {n}, {} }},", row(positioning, velocity)).unwrap();
+            }
+        }
+        lua.push_str("}\n");
+    }
+    lua
+}
+
+/// Name, text and words of a bit; the dissector does not know the operating mode.
+fn row(positioning: &Bit, velocity: &Bit) -> String {
+    let key = positioning.key.replace('-', "_");
+    let name = positioning.name;
+    let text = match (positioning.role, velocity.role) {
+        (Role::Fixed(true), _) => format!("{name}, always 1"),
+        (Role::Fixed(false), _) => format!("{name}, must be 0"),
+        (_, Role::Fixed(value)) => format!("positioning: {name}; velocity: always {}", u8::from(value)),
+        (_, Role::Unused) => format!("{name} (positioning)"),
+        (_, Role::Level | Role::Edge) if velocity.name == name => name.into(),
+        (_, Role::Level | Role::Edge) => format!("positioning: {name}; velocity: {}", velocity.name),
+    };
+    let same =
+        velocity.role == Role::Unused || (velocity.one, velocity.zero) == (positioning.one, positioning.zero);
+    if positioning.role == Role::Level && same {
+        format!("\"{key}\", \"{text}\", \"{}\", \"{}\"", positioning.one, positioning.zero)
+    } else {
+        format!("\"{key}\", \"{text}\"")
+    }
+}
