@@ -126,7 +126,7 @@ pub(super) struct Digits<const N: usize> {
 }
 
 impl<const N: usize> Digits<N> {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a decimal digit")]
+    #[expect(clippy::cast_possible_truncation, reason = "a decimal digit")]
     fn of(number: i32) -> Self {
         let mut rest = number;
         let digits = core::array::from_fn(|_| {
