@@ -149,19 +149,13 @@ fn an_image_of_the_host_brings_everything_back() {
     let mut rig = Rig::hosted(125);
     rig.write(0x6003, 0, 510, 4).unwrap();
     rig.turns(2.0);
-    rig.write(0x2002, 0, 1, 1).unwrap();
+    assert!(rig.data(0x67D, &[0x2F, 0x02, 0x20, 0, 1, 0, 0, 0]).is_empty(), "waits for the host");
+    host_keeps(&mut rig);
+    assert_eq!(rig.drain(), ["5FD#60 02 20 00 00 00 00 00"]);
     rig.device.provoke(rig.now, Fault::Speed);
     rig.drain();
-    let [command, ..] = [0x23_u8];
-    assert!(
-        rig.data(0x67D, &[command, 0x10, 0x10, 1, 0x73, 0x61, 0x76, 0x65]).is_empty(),
-        "waits for the host"
-    );
-    let mut octets = [0; 2048];
-    let request = rig.device.poll_image(&mut octets).unwrap().unwrap();
-    let generation = request.generation;
-    let image = request.octets.to_vec();
-    rig.device.handle_stored(rig.now, generation, Ok(()));
+    assert!(rig.data(0x67D, &[0x23, 0x10, 0x10, 1, 0x73, 0x61, 0x76, 0x65]).is_empty(), "save waits, too");
+    let image = host_keeps(&mut rig);
     assert_eq!(rig.drain(), ["5FD#60 10 10 01 00 00 00 00"]);
     let config = Config { memory: Memory::Host, ..Config::new(NodeId::new(7).unwrap()) };
     let mut other = Ap10::new(config);
