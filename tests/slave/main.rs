@@ -12,6 +12,8 @@
 mod adversary;
 #[path = "../ap10_device/mod.rs"]
 mod ap10_device;
+#[path = "../asda/mod.rs"]
+mod asda;
 #[path = "../common/mod.rs"]
 mod common;
 #[path = "../drive_rig/mod.rs"]
@@ -28,6 +30,10 @@ mod ap10_kept;
 mod ap10_objects;
 mod ap10_process_data;
 mod ap10_robustness;
+mod asda_errors;
+mod asda_modes;
+mod asda_objects;
+mod asda_states;
 mod canopen_client;
 mod canopen_eds;
 mod canopen_errors;
