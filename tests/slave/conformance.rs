@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 const PAGES: &[(&str, usize, &str)] = &[
     ("docs/conformance.md", 117, "dp-v0.md 13"),
     ("docs/canopen-conformance.md", 56, "canopen-link.md 14"),
+    ("docs/ap10-conformance.md", 18, "canopen-ap10.md 18"),
     ("docs/asda-a2-conformance.md", 19, "canopen-asda-a2.md 15"),
 ];
 

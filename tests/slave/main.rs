@@ -29,6 +29,7 @@ mod ap10_display;
 mod ap10_kept;
 mod ap10_objects;
 mod ap10_process_data;
+mod ap10_robustness;
 mod asda_errors;
 mod asda_modes;
 mod asda_objects;
