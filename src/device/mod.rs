@@ -22,8 +22,10 @@
 //! | `parameters` | the parameters of the unit as the parameter channel reaches them |
 //! | `quirks` | [`QUIRKS`]: every named alternative |
 //! | `refusal` | [`Refusal`]: why a control word is not followed |
+//! | [`ag03_canopen`] | the same unit on CANopen |
 //!
 mod address;
+pub mod ag03_canopen;
 pub mod bits;
 mod config;
 mod event;

@@ -38,7 +38,7 @@ mod storage;
 
 use core::time::Duration;
 
-use crate::drive::{self, Command, Drive, Inputs, Refusal, Settings, Status};
+use crate::drive::{self, Command, Drive, FaultSet, Inputs, Refusal, Settings, Status};
 use crate::param::{self, Gear, Model, Store};
 
 pub use cycle::{ApplicationCycle, CycleTooShort, Cycles, DEFAULT_APPLICATION_CYCLE};
@@ -175,6 +175,11 @@ impl Unit {
         if let Some(fault) = self.status.fault.filter(|_| fault.is_none()) {
             self.events.push(Event::Fault(fault));
         }
+    }
+
+    /// Says which causes of faults the bus sees now: see [`Drive::set_bus_causes`].
+    pub fn set_bus_causes(&mut self, causes: FaultSet) {
+        self.drive.set_bus_causes(causes);
     }
 
     /// Whether another step with the same command would change nothing.

@@ -16,7 +16,7 @@ const TABLE: &[(&str, &[&str])] = &[
     ("drive", &["param", "time"]),
     // A powered device knows no bus.
     ("unit", &["time", "param", "drive"]),
-    ("device", &["time", "fdl", "dp", "ppo", "pkw", "param", "drive", "unit"]),
+    ("device", &["time", "fdl", "dp", "can", "canopen", "ppo", "pkw", "param", "drive", "unit"]),
     // The bits of the diagnosis.
     ("client", &["time", "dp", "ppo", "param", "pkw", "drive", "device"]),
     ("explain", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device"]),
