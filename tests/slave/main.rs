@@ -10,6 +10,8 @@
 
 #[path = "../adversary/mod.rs"]
 mod adversary;
+#[path = "../ag03_node/mod.rs"]
+mod ag03_node;
 #[path = "../common/mod.rs"]
 mod common;
 #[path = "../drive_rig/mod.rs"]
@@ -38,6 +40,7 @@ mod client_faults;
 mod client_goals;
 mod client_motion;
 mod client_quirks;
+mod co_ag03_motion;
 mod conformance;
 mod data_exchange;
 mod diagnosis;
