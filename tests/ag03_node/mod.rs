@@ -185,6 +185,8 @@ impl Rig {
     }
 
     pub(crate) fn drain(&mut self) -> Vec<Seen> {
-        std::iter::from_fn(|| self.node.poll_transmit(self.now)).map(|frame| frame.to_string()).collect()
+        std::iter::from_fn(|| self.node.poll_transmit(self.now))
+            .map(|frame| frame.to_string().replace(' ', ""))
+            .collect()
     }
 }

@@ -144,8 +144,10 @@ fn am_03_a_setpoint_during_a_job_beyond_limits_or_twice_without_clearing() {
     rig.pass_ms(100);
     assert_eq!((rig.sw() & 0x5000, rig.position()), (0, 5000));
     assert_eq!(rig.read(0x607A, 0), Ok(10_000_000));
-    assert!(rig.events().iter().any(|event| event.to_string()
-        == "travel refused: target 607Ah is 10000000, expected -9999999 to 9999999"));
+    assert!(
+        rig.events().iter().any(|event| event.to_string()
+            == "travel refused: target 607Ah is 10000000, expected -9999999 to 9999999")
+    );
     // CN-52
     rig.travel(0x010F, 6000);
     rig.travel(0x011F, 6000);
@@ -264,5 +266,8 @@ fn am_07_speed_and_ramps_of_a_move_are_those_of_its_parameters() {
     rig.until("end", |node| node.status_word() & 0x4000 == 0);
     // 5 rev: 0.5 up, 0.25 down at 2 rev/s^2, the rest at 1 rev/s
     let whole = rig.now.saturating_since(start);
-    assert!(whole.abs_diff(Duration::from_millis(1000 + 500 + 4250)) < Duration::from_millis(60), "{whole:?}");
+    assert!(
+        whole.abs_diff(Duration::from_millis(1000 + 500 + 4250)) < Duration::from_millis(60),
+        "{whole:?}"
+    );
 }

@@ -41,6 +41,7 @@ mod client_goals;
 mod client_motion;
 mod client_quirks;
 mod co_ag03_motion;
+mod co_ag03_node;
 mod conformance;
 mod data_exchange;
 mod diagnosis;

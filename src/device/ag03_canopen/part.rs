@@ -226,6 +226,10 @@ impl Part {
         self.enter(was.after(state::Request::of(word)));
         let stays = was == State::OperationEnabled && self.state == was;
         if stays {
+            // One that ran to its end (CN-50): the drive sees that it is over before it is asked again.
+            if word.rises(before, CwBit::Inching1) {
+                self.step(Duration::ZERO, Edges::default());
+            }
             self.on_travel_bits(before);
         }
         self.released &= !word.has(CwBit::Stop);
