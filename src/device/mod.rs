@@ -21,11 +21,13 @@
 //! | `event` | [`Event`]: news for the host |
 //! | `parameters` | the parameters of the unit as the parameter channel reaches them |
 //! | `quirks` | [`QUIRKS`]: every named alternative |
+//! | [`asda_a2_canopen`] | the servo ASDA-A2 on CANopen |
 //! | `refusal` | [`Refusal`]: why a control word is not followed |
 //! | [`ag03_canopen`] | the same unit on CANopen |
 //!
 mod address;
 pub mod ag03_canopen;
+pub mod asda_a2_canopen;
 pub mod bits;
 mod config;
 mod event;
@@ -449,20 +451,27 @@ impl Parts {
 
     /// Lets everything happen that is due until `now`: application cycles and the watchdog, in the order of time.
     fn advance(&mut self, now: Instant) {
+        if self.first_due(now).is_some() {
+            self.catch_up(now);
+        }
+    }
+
+    /// As [`Parts::advance`], when something is due. The watchdog comes before a cycle of the same moment.
+    fn catch_up(&mut self, now: Instant) {
         self.cycles.forfeit(now);
-        loop {
-            let watchdog = self.station.watchdog_timeout().filter(|due| *due <= now);
-            let cycle = self.cycles.next().filter(|due| *due <= now);
-            match (cycle, watchdog) {
-                (Some(cycle), Some(watchdog)) if watchdog <= cycle => self.expire_watchdog(watchdog),
-                (Some(cycle), Some(_) | None) => {
-                    self.run_cycle();
-                    self.cycles.ran(cycle, self.is_at_rest());
-                }
-                (None, Some(watchdog)) => self.expire_watchdog(watchdog),
-                (None, None) => return,
+        while let Some(due) = self.first_due(now) {
+            if self.station.watchdog_timeout() == Some(due) {
+                self.expire_watchdog(due);
+            } else {
+                self.run_cycle();
+                self.cycles.ran(due, self.is_at_rest());
             }
         }
+    }
+
+    /// When what comes next was due, if that is not behind `now`.
+    fn first_due(&self, now: Instant) -> Option<Instant> {
+        Instant::first_of(self.station.watchdog_timeout(), self.cycles.next()).filter(|due| *due <= now)
     }
 
     fn expire_watchdog(&mut self, due: Instant) {

@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use super::bits::StwBit;
 use super::words::Words;
 use crate::drive;
 use crate::ppo::Stw;
@@ -54,11 +55,11 @@ impl Refusal {
         drive::Reason::ALL.into_iter().filter(move |&reason| drive.contains(reason)).flat_map(move |reason| {
             let not_asked = reason == drive::Reason::NotAsked;
             // Asked to enable by STW.3, it is not told that STW.3 is missing.
-            let not_enabled = enabled && !stw.bit(3);
+            let not_enabled = enabled && !StwBit::EnableOperation.is_set(stw);
             let bits = [
-                (!stw.bit(1), Reason::Off2),
-                (!stw.bit(0), Reason::Off1),
-                (off1_not_seen && stw.bit(0), Reason::Off1NotSeen),
+                (!StwBit::NoOff2.is_set(stw), Reason::Off2),
+                (!StwBit::On.is_set(stw), Reason::Off1),
+                (off1_not_seen && StwBit::On.is_set(stw), Reason::Off1NotSeen),
                 (not_enabled, Reason::Drive(drive::Reason::NotEnabled)),
             ];
             let of_bits =

@@ -307,6 +307,7 @@ impl<A: Application> Slave<A> {
     }
 
     /// Carries out a request for data with reply (SRD).
+    #[inline]
     pub fn handle_srd(&mut self, now: Instant, request: &Request<'_>) -> Handled<'_> {
         let service = self.service(request);
         let access = match service {
@@ -320,12 +321,13 @@ impl<A: Application> Slave<A> {
         if fed {
             self.heard(now, request.sa);
         }
-        let handled = match (service, access) {
+        let mut handled = match (service, access) {
             (Some(service), Access::Run) => self.run(now, service, request),
             (_, Access::NotActivated | Access::Ignored) | (None, _) => Handled::reply(Reply::NotActivated),
             (Some(_), Access::Acknowledged) => Handled::reply(Reply::ShortAcknowledge),
         };
-        Handled { fed, ..handled }
+        handled.fed = fed;
+        handled
     }
 
     fn run(&mut self, now: Instant, service: Service, request: &Request<'_>) -> Handled<'_> {
@@ -427,6 +429,7 @@ impl<A: Application> Slave<A> {
         Handled::reply(Reply::DataLow(self.reply.octets()))
     }
 
+    #[inline]
     fn data_exchange(&mut self, request: &Request<'_>) -> Handled<'_> {
         let master = request.sa;
         let (expected, got) = (self.process_data.lengths().outputs, request.data.len());

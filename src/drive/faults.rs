@@ -80,6 +80,11 @@ impl Fault {
         }
     }
 
+    /// The set of this fault if it is `present`, and none otherwise.
+    pub(super) const fn when(self, present: bool) -> FaultSet {
+        FaultSet((present as u16) << self as u16)
+    }
+
     const fn bit(self) -> u16 {
         1 << self as u16
     }
@@ -141,6 +146,12 @@ impl FaultSet {
     /// Those that are in one of both.
     #[must_use]
     pub const fn and(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// The faults of either set.
+    #[must_use]
+    pub(super) const fn union(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 

@@ -253,13 +253,17 @@ impl Drive {
         let stood = self.stands();
         let faults = self.entered;
         // Only a drive that stands may come to rest.
-        let same =
-            stood && !self.inputs_changed && *command == self.previous && self.window == settings.window;
+        let held = !self.inputs_changed && *command == self.previous;
+        let same = stood && held && self.window == settings.window;
         self.inputs_changed = false;
 
         let same = !self.take_settings(settings) && same;
         self.on_plant(settings);
-        self.on_command(command, settings);
+        // What is held asks nothing new of a travel job; edges are edges each time.
+        let goes_on = held && self.state == State::TravelActive && !command.travel && !command.enable;
+        if !goes_on {
+            self.on_command(command, settings);
+        }
         let plant = same.then(|| self.plant.clone());
         self.advance(dt);
         self.on_motion(settings);
@@ -324,7 +328,7 @@ impl Drive {
 
     /// The causes of faults that are present now.
     pub fn causes(&self) -> FaultSet {
-        self.plant.causes(&self.inputs).and(self.bus_causes)
+        self.plant.causes(&self.inputs, &self.supplies).and(self.bus_causes)
     }
 
     /// Which causes of faults a bus sees now, of [`Fault::OF_BUS`]; the next step reacts.
@@ -365,17 +369,23 @@ impl Drive {
     }
 
     fn on_plant(&mut self, settings: &Settings) {
-        let output_stage = self.supplies.output_stage;
+        let Supplies { control: control_supply, ok: supply_ok, output_stage, .. } = self.supplies;
+        let output_stage_returned = output_stage && !self.previous_output_stage;
         let causes = self.causes();
+        let torque_exceeded = settings
+            .torque_deactivation
+            .is_some_and(|percent| self.plant.torque_percent() > f64::from(percent));
+        let in_order = supply_ok && output_stage && causes.is_empty() && !torque_exceeded;
+        if in_order && !output_stage_returned && !matches!(self.state, State::Off | State::NotReady) {
+            return;
+        }
         let conditions = Conditions {
-            control_supply: self.supplies.control,
-            supply_ok: self.supplies.ok,
+            control_supply,
+            supply_ok,
             output_stage,
-            output_stage_returned: output_stage && !self.previous_output_stage,
+            output_stage_returned,
             fault_cause: !causes.is_empty(),
-            torque_exceeded: settings
-                .torque_deactivation
-                .is_some_and(|percent| self.plant.torque_percent() > f64::from(percent)),
+            torque_exceeded,
             torque_discards_job: self.quirks.torque_discards_job,
         };
         self.previous_output_stage = output_stage;
@@ -404,6 +414,12 @@ impl Drive {
     }
 
     fn on_motion(&mut self, settings: &Settings) {
+        let inpos_in_window = self.quirks.inpos_acts_in_window && self.job.via.is_none();
+        // A shaft that turns can only reach a window or a limit, which few states look at.
+        let looks = inpos_in_window || matches!(self.state, State::Inching(_) | State::KeyInching(_));
+        if !looks && !self.stands() {
+            return;
+        }
         let position = self.position();
         let velocity = self.shaft_velocity() * self.frame.scale.sign();
         let limits = self.frame.limits;
@@ -414,7 +430,7 @@ impl Drive {
                 || (limits.is_below(position) && velocity < 0.0),
             velocity_released: self.previous.turn,
             inpos: settings.inpos,
-            inpos_in_window: self.quirks.inpos_acts_in_window && self.job.via.is_none(),
+            inpos_in_window,
             torque_tripped: self.torque_tripped,
         };
         let (next, action) = self.state.on_motion(reached);

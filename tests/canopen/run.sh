@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Drive a CAN bus of ours with python-can over slcan: tests/canopen/run.sh
+# Drive a CAN bus and a CANopen drive of ours with python-can and python-canopen over slcan: tests/canopen/run.sh
 #
 # Needs cargo, python3 with venv, and once a package index for pip. CANOPEN_VENV says where the virtual environment is
 # kept, default target/canopen-venv; PYTHON names another interpreter. Exit status 0 if every step passed, 1 with a line
@@ -21,5 +21,6 @@ if ! cmp -s "$here/requirements.txt" "$venv/requirements.txt"; then
         cannot "pip cannot install $here/requirements.txt; is a package index within reach?"
     cp "$here/requirements.txt" "$venv/requirements.txt"
 fi
-cargo build --quiet --manifest-path "$root/Cargo.toml" --example can_node
+cargo build --quiet --manifest-path "$root/Cargo.toml" --example can_node --example asda_a2_node
 "$venv/bin/python" "$here/slcan.py" "$target/debug/examples/can_node"
+"$venv/bin/python" "$here/asda_402.py" "$target/debug/examples/asda_a2_node"

@@ -8,7 +8,6 @@ use profidrive::dp::{Description, Fixed, Service, Station};
 use profidrive::fdl::Address;
 use profidrive::time::BaudRate;
 use std::panic::catch_unwind;
-
 const SECOND: Duration = Duration::from_secs(1);
 fn exchange_with_5(line: &mut Line<Naive>) -> Vec<u8> {
     let mut sent = Vec::new();

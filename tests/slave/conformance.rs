@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 const PAGES: &[(&str, usize, &str)] = &[
     ("docs/conformance.md", 117, "dp-v0.md 13"),
     ("docs/canopen-conformance.md", 92, "canopen-link.md 14, canopen-ag03.md 17"),
+    ("docs/asda-a2-conformance.md", 19, "canopen-asda-a2.md 15"),
 ];
 
 /// A test function and the file that holds it.

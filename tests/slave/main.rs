@@ -12,6 +12,8 @@
 mod adversary;
 #[path = "../ag03_node/mod.rs"]
 mod ag03_node;
+#[path = "../asda/mod.rs"]
+mod asda;
 #[path = "../common/mod.rs"]
 mod common;
 #[path = "../drive_rig/mod.rs"]
@@ -23,6 +25,10 @@ mod slave_line;
 #[path = "../telegrams/mod.rs"]
 mod telegrams;
 
+mod asda_errors;
+mod asda_modes;
+mod asda_objects;
+mod asda_states;
 mod canopen_client;
 mod canopen_eds;
 mod canopen_errors;
