@@ -159,11 +159,8 @@ impl Part {
     /// Limit 2 must not be above limit 1 (CN-37).
     fn judge_limits(&self, parameter: Parameter, value: i32) -> Result<(), Abort> {
         let store = self.unit.parameters();
-        let wrong = match parameter {
-            Parameter::Limit1 => value < store.value(Parameter::Limit2),
-            Parameter::Limit2 => value > store.value(Parameter::Limit1),
-            _other => false,
-        };
+        let wrong = parameter == Parameter::Limit1 && value < store.value(Parameter::Limit2)
+            || parameter == Parameter::Limit2 && value > store.value(Parameter::Limit1);
         if wrong && !self.quirks.limits_in_any_order { Err(Abort::MAX_BELOW_MIN) } else { Ok(()) }
     }
 

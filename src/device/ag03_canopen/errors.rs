@@ -1,14 +1,12 @@
 //! The EMCY code and the bits of the error register 1001h of each fault (`canopen-ag03.md` 7, CN-11).
 
+use crate::canopen::emcy::COMMUNICATION;
 use crate::drive::Fault;
 
 /// CAN error passive outside positioning: no fault, not kept.
 pub const ERROR_PASSIVE: u16 = 0x8120;
 /// The bus works again after bus off: not kept, and no end is sent.
 pub const BUS_OFF_RECOVERED: u16 = 0x8140;
-
-/// Bit 4 of the error register: communication.
-pub const COMMUNICATION: u8 = 1 << 4;
 
 /// The EMCY code of a fault, also in 1003h.
 pub const fn code(fault: Fault) -> u16 {

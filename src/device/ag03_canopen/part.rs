@@ -15,6 +15,7 @@ use super::quirks::Quirks;
 use super::state::{self, State};
 use super::words::{ControlWord, CwBit, is_active, status_word};
 use crate::can::ErrorState;
+use crate::canopen::emcy::COMMUNICATION;
 use crate::canopen::{Emergency, NmtState, NodeId, Notice, Request, Reset};
 use crate::device::words::{self, Words};
 use crate::drive::State as DriveState;
@@ -411,7 +412,7 @@ impl Part {
     }
 
     const fn register(&self) -> u8 {
-        self.register | if self.passive_told { errors::COMMUNICATION } else { 0 }
+        self.register | if self.passive_told { COMMUNICATION } else { 0 }
     }
 
     pub(super) fn want(&mut self, request: Request) {

@@ -73,7 +73,8 @@ pub const QUIRKS: [Quirk; 14] = [
         about: "which of SW1 to SW7 ask for a factory reset with SW8: a number, or one switch each",
         values: &["number", "one-switch"],
         choose: |config, value| {
-            config.reset_patterns = [ResetPatterns::ASSUMED, ResetPatterns::ONE_SWITCH][value.min(1)];
+            config.reset_patterns =
+                if value == 1 { ResetPatterns::ONE_SWITCH } else { ResetPatterns::ASSUMED };
         },
     },
     Quirk {

@@ -173,7 +173,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_whole_transition_table() {
+    fn as_01_the_whole_transition_table() {
         use Request as R;
         use State as S;
         let listed = [
