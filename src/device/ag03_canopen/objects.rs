@@ -366,7 +366,7 @@ mod tests {
     fn the_table_agrees_with_itself() {
         for gear in Gear::ALL {
             let mut problems = Vec::new();
-            check::each_problem(objects(gear), |problem| problems.push(problem));
+            check::each_problem(objects(gear), &mut |problem| problems.push(problem));
             assert!(problems.is_empty(), "{problems:?}");
         }
     }
