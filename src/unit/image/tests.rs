@@ -161,9 +161,9 @@ fn what_is_wrong_is_said_with_expected_and_got() {
             "its value of Controller parameter P is 501, which must be within 1 to 500",
         ),
         (
-            forged(110, b"I").to_vec(),
-            ImageError::FaultCode { got: b'I' },
-            "its fault buffer holds 0x49, which is no fault code",
+            forged(110, b"K").to_vec(),
+            ImageError::FaultCode { got: b'K' },
+            "its fault buffer holds 0x4B, which is no fault code",
         ),
         (
             forged(122, &f64::INFINITY.to_be_bytes()).to_vec(),
