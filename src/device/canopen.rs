@@ -1,11 +1,57 @@
 //! What a host asks of a device on CANopen, whichever device it is.
 
 use core::any::Any;
+use core::fmt;
 
+use thiserror::Error;
+
+use super::ag03_canopen;
 use crate::can::{ErrorState, Frame};
-use crate::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
-use crate::canopen::{Event, NodeId};
+use crate::canopen::storage::{self, Generation, NotStored, StoreRequest};
+use crate::canopen::{self, NodeId};
 use crate::time::Instant;
+use crate::unit;
+
+/// News of a device on CANopen. `Display` is one line of plain English.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum CanopenEvent {
+    /// Of its node: NMT, SDO, PDO, EMCY, error control.
+    Node(canopen::Event),
+    /// Of an AG03/1 behind the node.
+    Ag03(ag03_canopen::Event),
+}
+
+impl CanopenEvent {
+    /// Whether a log leaves it out unless asked for more: a master may cause as many as it likes.
+    pub const fn is_detail(&self) -> bool {
+        match self {
+            Self::Node(event) => matches!(event, canopen::Event::Written { .. }),
+            Self::Ag03(ag03_canopen::Event::Unit(event)) => event.is_detail(),
+            Self::Ag03(_) => false,
+        }
+    }
+}
+
+impl fmt::Display for CanopenEvent {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Node(event) => event.fmt(f),
+            Self::Ag03(event) => event.fmt(f),
+        }
+    }
+}
+
+/// Why an image is not taken over.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum RecallError {
+    /// It is no image of a node.
+    #[error(transparent)]
+    Node(#[from] storage::ImageError),
+    /// It is no image of the drive behind the node.
+    #[error(transparent)]
+    Unit(#[from] unit::ImageError),
+}
 
 /// A device on CANopen: frames and time in, frames, events, images and a deadline out.
 ///
@@ -31,10 +77,10 @@ pub trait CanopenDevice: Any + Send {
     fn handle_error_state(&mut self, now: Instant, from: ErrorState, to: ErrorState);
 
     /// The next frame to send.
-    fn poll_transmit(&mut self) -> Option<Frame>;
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame>;
 
     /// The next event.
-    fn poll_event(&mut self) -> Option<Event>;
+    fn poll_event(&mut self) -> Option<CanopenEvent>;
 
     /// When [`handle_timeout`](Self::handle_timeout) is due.
     fn poll_timeout(&self) -> Option<Instant>;
@@ -42,14 +88,15 @@ pub trait CanopenDevice: Any + Send {
     /// Takes over an image before the first power-on.
     ///
     /// # Errors
-    /// [`ImageError`]; nothing is taken over then.
-    fn recall(&mut self, now: Instant, image: &[u8]) -> Result<(), ImageError>;
+    /// [`RecallError`]; nothing is taken over then.
+    fn recall(&mut self, now: Instant, image: &[u8]) -> Result<(), RecallError>;
 
     /// The image to keep ([`Node::poll_image`](crate::canopen::Node::poll_image)).
     ///
     /// # Errors
-    /// [`ImageError::NoRoom`]; it stays on offer.
-    fn poll_image<'a>(&mut self, into: &'a mut [u8]) -> Result<Option<StoreRequest<'a>>, ImageError>;
+    /// [`storage::ImageError::NoRoom`]; it stays on offer.
+    fn poll_image<'a>(&mut self, into: &'a mut [u8])
+    -> Result<Option<StoreRequest<'a>>, storage::ImageError>;
 
     /// What became of an image ([`Node::handle_stored`](crate::canopen::Node::handle_stored)).
     fn handle_stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>);

@@ -53,12 +53,13 @@ use crate::time::{BaudRate, Instant};
 use crate::unit::{Cycles, Outcome, Queue, Switched, Unit};
 
 pub use crate::fdl::MAX_TELEGRAM_LEN;
+pub use crate::param::Gear;
 pub use crate::unit::{
     ApplicationCycle, CycleTooShort, DEFAULT_APPLICATION_CYCLE, DipSwitches, Eeprom, EepromState,
     Event as UnitEvent, Generation, IMAGE_LEN, ImageError, ImageOctets, MAX_IMAGE_LEN, NotStored, Power,
     StoreRequest, dip,
 };
-pub use canopen::CanopenDevice;
+pub use canopen::{CanopenDevice, CanopenEvent, RecallError};
 pub use config::{Config, Timing};
 pub use event::Event;
 pub use quirks::{QUIRKS, Quirk, QuirkError};

@@ -42,6 +42,18 @@ pub enum EepromState {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Generation(u64);
 
+impl From<u64> for Generation {
+    fn from(number: u64) -> Self {
+        Self(number)
+    }
+}
+
+impl From<Generation> for u64 {
+    fn from(generation: Generation) -> Self {
+        generation.0
+    }
+}
+
 /// An image the host shall keep instead of all before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StoreRequest {

@@ -5,6 +5,7 @@ use core::str::FromStr;
 
 use profidrive::asda_a2::Level;
 use profidrive::canopen::NodeId;
+use profidrive::device::Gear;
 use profidrive::host::can::{Choices, OptionName, PRODUCTS, Product};
 use strsim::levenshtein;
 
@@ -32,15 +33,15 @@ impl FromStr for NodeSpec {
             let again = match key {
                 "device" => product.replace(device(value)?).is_some(),
                 "mode" => mode.replace(level(value)?).is_some(),
-                "gear" => gear.replace(value).is_some(),
+                "gear" => gear.replace(gear_ratio(value)?).is_some(),
                 _ => return Err(format!("'{key}' is unknown; {}", form())),
             };
             if again {
                 return Err(format!("'{key}' is given twice; {}", form()));
             }
         }
-        let product = product.map_or_else(default_device, Ok)?;
-        if gear.is_some() {
+        let product = product.map_or_else(|| device(DEFAULT_DEVICE), Ok)?;
+        if gear.is_some() && !product.options.contains(&OptionName::Gear) {
             return Err(format!("gear is for the device ag03-1 only, not for {}", product.name));
         }
         if mode.is_some() && !product.options.contains(&OptionName::Mode) {
@@ -48,6 +49,7 @@ impl FromStr for NodeSpec {
         }
         let mut choices = Choices::default();
         choices.level = mode.unwrap_or(choices.level);
+        choices.gear = gear.unwrap_or(choices.gear);
         Ok(Self { id, product, choices })
     }
 }
@@ -74,11 +76,12 @@ pub(crate) fn devices(between: &str) -> String {
     PRODUCTS.iter().map(|product| product.name).collect::<Vec<_>>().join(between)
 }
 
-fn default_device() -> Result<&'static Product, String> {
-    Product::named(DEFAULT_DEVICE).ok_or_else(|| {
-        let first = PRODUCTS.first().map_or(DEFAULT_DEVICE, |product| product.name);
-        format!("the device is missing, for example 5,device={first}; expected {}", devices(" or "))
-    })
+fn gear_ratio(text: &str) -> Result<Gear, String> {
+    match text {
+        "24" => Ok(Gear::Ratio24),
+        "48" => Ok(Gear::Ratio48),
+        _ => Err(format!("gear '{text}' is unknown; expected 24 or 48")),
+    }
 }
 
 fn level(text: &str) -> Result<Level, String> {
@@ -98,7 +101,7 @@ fn node_id(text: &str) -> Result<NodeId, String> {
 }
 
 fn form() -> String {
-    format!("expected ID,device={}[,mode=full|half]", devices("|"))
+    format!("expected ID[,device={}][,gear=24|48][,mode=full|half]", devices("|"))
 }
 
 #[cfg(test)]
@@ -108,6 +111,7 @@ mod tests {
     #[test]
     fn a_node_is_its_number_its_device_and_what_is_chosen_about_it() {
         for (spec, id, name, level) in [
+            ("5", 5, "ag03-1", Level::Full),
             ("1,device=ap10", 1, "ap10", Level::Full),
             ("127,device=asda-a2", 127, "asda-a2", Level::Full),
             ("5,mode=half,device=asda-a2", 5, "asda-a2", Level::Half),
@@ -116,7 +120,10 @@ mod tests {
             let node: NodeSpec = spec.parse().unwrap();
             let expected = (id, name, level);
             assert_eq!((node.id.number(), node.product.name, node.choices.level), expected, "{spec}");
+            assert_eq!(node.choices.gear, Gear::Ratio48, "{spec}");
         }
+        let node: NodeSpec = "5,gear=24".parse().unwrap();
+        assert_eq!(node.choices.gear, Gear::Ratio24);
     }
 
     #[test]
@@ -137,6 +144,7 @@ mod tests {
             ("5,device=ap10,device=ap10", "'device' is given twice"),
             ("5,device=ap10,mode=full", "mode is for the device asda-a2 only, not for ap10"),
             ("5,device=asda-a2,mode=some", "mode 'some' is unknown; expected full or half"),
+            ("5,gear=12", "gear '12' is unknown; expected 24 or 48"),
             ("5,device=asda-a2,gear=24", "gear is for the device ag03-1 only, not for asda-a2"),
         ] {
             let error = spec.parse::<NodeSpec>().unwrap_err();

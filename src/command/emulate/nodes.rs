@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use profidrive::can::BitRate;
 use profidrive::canopen::storage::Memory;
 use profidrive::canopen::{Event, NodeId};
+use profidrive::device::CanopenEvent;
 use profidrive::host::can::{Event as BusEvent, Line, LinkSpec, News, Seat, StoredNode};
 use profidrive::host::capture::Capture;
 use profidrive::host::capture::can::Interface;
@@ -62,7 +63,7 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec) -> Result<(), Failure> {
     Ok(())
 }
 
-fn open(args: &Emulate, link: &LinkSpec, rate: BitRate) -> Result<Line<Event>, Failure> {
+fn open(args: &Emulate, link: &LinkSpec, rate: BitRate) -> Result<Line<CanopenEvent>, Failure> {
     let reach = if args.allow_remote { Reach::Network } else { Reach::ThisMachine };
     let line = Line::open(link, rate, reach).map_err(|error| match matches!(error, Error::TcpReach { .. }) {
         true => Failure::Usage(format!(
@@ -87,7 +88,7 @@ struct Nodes {
 impl Nodes {
     fn connect(
         &mut self,
-        line: &mut Line<Event>,
+        line: &mut Line<CanopenEvent>,
         spec: NodeSpec,
         state: Option<&StateDir>,
     ) -> Result<(), Failure> {
@@ -137,7 +138,7 @@ impl Nodes {
             .map_or_else(|| "a master".into(), |(_, id, spec)| format!("node {id} ({})", spec.product.name))
     }
 
-    fn say(&mut self, news: News<Event>) {
+    fn say(&mut self, news: News<CanopenEvent>) {
         match news {
             News::Bus(BusEvent::Participant { seat, event }) => self.say_of_node(seat, &event),
             News::Bus(BusEvent::State { seat, state, .. }) => warn!("{}: {state}", self.name(seat)),
@@ -150,27 +151,19 @@ impl Nodes {
         }
     }
 
-    fn say_of_node(&mut self, seat: Seat, event: &Event) {
-        if let Event::BootUp { node, .. } = event
+    fn say_of_node(&mut self, seat: Seat, event: &CanopenEvent) {
+        if let CanopenEvent::Node(Event::BootUp { node, .. }) = event
             && let Some((_, id, _)) = self.on_bus.iter_mut().find(|(place, ..)| *place == seat)
         {
             *id = *node;
         }
+        let name = self.name(seat);
         match event {
-            // As many as a master likes.
-            Event::Written { .. } => debug!("{}: {event}", self.name(seat)),
-            Event::FramesLost { .. } | Event::LifeGuardingExpired | Event::HeartbeatLost(_) => {
-                warn!("{}: {event}", self.name(seat));
-            }
-            Event::BootUp { .. }
-            | Event::State { .. }
-            | Event::SdoRefused { .. }
-            | Event::SdoAbortedByClient { .. }
-            | Event::RpdoLength { .. }
-            | Event::RpdoRefused { .. }
-            | Event::Emergency { .. }
-            | Event::LifeGuardingBack
-            | Event::HeartbeatBack(_) => info!("{}: {event}", self.name(seat)),
+            event if event.is_detail() => debug!("{name}: {event}"),
+            CanopenEvent::Node(
+                Event::FramesLost { .. } | Event::LifeGuardingExpired | Event::HeartbeatLost(_),
+            ) => warn!("{name}: {event}"),
+            event => info!("{name}: {event}"),
         }
     }
 }
@@ -181,7 +174,12 @@ struct Recorder {
 }
 
 impl Recorder {
-    fn start(args: &Emulate, line: &mut Line<Event>, nodes: &Nodes, rate: BitRate) -> Result<Self, Failure> {
+    fn start(
+        args: &Emulate,
+        line: &mut Line<CanopenEvent>,
+        nodes: &Nodes,
+        rate: BitRate,
+    ) -> Result<Self, Failure> {
         let Some(file) = &args.capture else { return Ok(Self { capture: None }) };
         let numbers: Vec<_> = nodes.on_bus.iter().map(|(_, id, _)| id.to_string()).collect();
         let description = format!("CAN bus with the emulated CANopen nodes {}", numbers.join(", "));
@@ -193,7 +191,7 @@ impl Recorder {
         Ok(Self { capture: Some((capture, file.clone())) })
     }
 
-    fn take(&mut self, news: &News<Event>) {
+    fn take(&mut self, news: &News<CanopenEvent>) {
         let (Some((capture, file)), News::Bus(event)) = (&mut self.capture, news) else { return };
         if let Err(error) = capture.write_can(event) {
             warn!("the capture {} ends here, the nodes go on: {error}", file.display());

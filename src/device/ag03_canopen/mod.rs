@@ -33,6 +33,7 @@ mod access;
 mod config;
 pub mod errors;
 mod event;
+mod hosted;
 pub mod objects;
 mod part;
 mod quirks;

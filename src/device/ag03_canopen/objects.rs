@@ -2,8 +2,31 @@
 //! which parameter of the unit.
 
 use crate::canopen::dictionary::{Entry, Object};
+use crate::canopen::eds::Sheet;
 use crate::canopen::value::DataType::{I16, I32, U8, U16, U32, VisibleString};
 use crate::param::{Gear, Parameter};
+
+/// What the electronic data sheet says besides the objects (`canopen-link.md` 9, `canopen-ag03.md` 1).
+pub const SHEET: Sheet<'static> = Sheet {
+    file_name: "ag03-1.eds",
+    file_version: 1,
+    file_revision: 0,
+    description: "Emulated positioning drive SIKO AG03/1",
+    time: "08:00AM",
+    date: "11-22-2026",
+    created_by: "profidrive",
+    vendor_name: "SIKO (emulated)",
+    vendor_number: VENDOR,
+    product_name: "AG03/1",
+    product_number: 0,
+    revision_number: 0,
+    order_code: "AG03/1",
+    kilobits: &[20, 50, 125, 250, 500, 1000],
+    granularity: 0,
+};
+
+/// 1018h:1.
+const VENDOR: u32 = 0x195;
 
 /// The dictionary of a drive with this gear: it decides about the largest speeds.
 pub const fn objects(gear: Gear) -> &'static [Object] {
@@ -103,7 +126,7 @@ impl<const RPM: i64> Table<RPM> {
             "Identity",
             &[
                 Entry::ro(0, "Number of entries", U8).number(4),
-                Entry::ro(1, "Vendor ID", U32).number(0x0000_0195),
+                Entry::ro(1, "Vendor ID", U32).number(VENDOR as i64),
                 Entry::ro(2, "Product code", U32).number(0),
                 Entry::ro(3, "Revision number", U32).number(0),
                 Entry::ro(4, "Serial number", U32).live(),

@@ -2,9 +2,9 @@
 
 use super::Ap10;
 use crate::can::{ErrorState, Frame};
+use crate::canopen::NodeId;
 use crate::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
-use crate::canopen::{Event, NodeId};
-use crate::device::CanopenDevice;
+use crate::device::{CanopenDevice, CanopenEvent, RecallError};
 use crate::time::Instant;
 
 impl CanopenDevice for Ap10 {
@@ -36,20 +36,20 @@ impl CanopenDevice for Ap10 {
         self.set_error_passive(now, to == ErrorState::Passive);
     }
 
-    fn poll_transmit(&mut self) -> Option<Frame> {
+    fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
         Self::poll_transmit(self)
     }
 
-    fn poll_event(&mut self) -> Option<Event> {
-        Self::poll_event(self)
+    fn poll_event(&mut self) -> Option<CanopenEvent> {
+        Self::poll_event(self).map(CanopenEvent::Node)
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
         Self::poll_timeout(self)
     }
 
-    fn recall(&mut self, now: Instant, image: &[u8]) -> Result<(), ImageError> {
-        Self::recall(self, now, image)
+    fn recall(&mut self, now: Instant, image: &[u8]) -> Result<(), RecallError> {
+        Ok(Self::recall(self, now, image)?)
     }
 
     fn poll_image<'a>(&mut self, into: &'a mut [u8]) -> Result<Option<StoreRequest<'a>>, ImageError> {

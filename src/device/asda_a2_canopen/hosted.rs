@@ -2,9 +2,9 @@
 
 use super::AsdaA2;
 use crate::can::{ErrorState, Frame};
+use crate::canopen::NodeId;
 use crate::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
-use crate::canopen::{Event, NodeId};
-use crate::device::CanopenDevice;
+use crate::device::{CanopenDevice, CanopenEvent, RecallError};
 use crate::time::Instant;
 
 impl CanopenDevice for AsdaA2 {
@@ -31,20 +31,20 @@ impl CanopenDevice for AsdaA2 {
     /// The guide names no reaction but AL185, which is for lines that are broken (CN-205).
     fn handle_error_state(&mut self, _: Instant, _: ErrorState, _: ErrorState) {}
 
-    fn poll_transmit(&mut self) -> Option<Frame> {
+    fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
         Self::poll_transmit(self)
     }
 
-    fn poll_event(&mut self) -> Option<Event> {
-        Self::poll_event(self)
+    fn poll_event(&mut self) -> Option<CanopenEvent> {
+        Self::poll_event(self).map(CanopenEvent::Node)
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
         Self::poll_timeout(self)
     }
 
-    fn recall(&mut self, now: Instant, image: &[u8]) -> Result<(), ImageError> {
-        self.node.recall(now, image, &mut self.drive)
+    fn recall(&mut self, now: Instant, image: &[u8]) -> Result<(), RecallError> {
+        Ok(self.node.recall(now, image, &mut self.drive)?)
     }
 
     fn poll_image<'a>(&mut self, into: &'a mut [u8]) -> Result<Option<StoreRequest<'a>>, ImageError> {

@@ -10,9 +10,9 @@ use std::vec::Vec;
 use super::CanParticipant;
 use super::product::{Choices, Product};
 use crate::can::{ErrorState, Frame};
+use crate::canopen::NodeId;
 use crate::canopen::storage::{Generation, Memory, NotStored, StoreRequest};
-use crate::canopen::{Event, NodeId};
-use crate::device::CanopenDevice;
+use crate::device::{CanopenDevice, CanopenEvent};
 use crate::host::state_dir::{ImageFile, Images, Newest, StateDir, StateDirError};
 use crate::time::Instant;
 
@@ -163,7 +163,7 @@ impl Images for Unit {
 }
 
 impl CanParticipant for StoredNode {
-    type Event = Event;
+    type Event = CanopenEvent;
 
     fn receive(&mut self, now: Instant, frame: &Frame) {
         self.take_outcome(now);
@@ -184,11 +184,11 @@ impl CanParticipant for StoredNode {
         self.hand_over(now);
     }
 
-    fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
-        self.unit.device.poll_transmit()
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        self.unit.device.poll_transmit(now)
     }
 
-    fn poll_event(&mut self) -> Option<Event> {
+    fn poll_event(&mut self) -> Option<CanopenEvent> {
         self.unit.device.poll_event()
     }
 

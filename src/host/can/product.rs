@@ -8,12 +8,28 @@ use crate::canopen::eds::{self, Sheet};
 use crate::canopen::storage::Memory;
 use crate::canopen::{NodeId, Object};
 use crate::device::CanopenDevice;
+use crate::device::ag03_canopen::{self, Ag03Node};
 use crate::device::ap10_canopen::{self, Ap10};
 use crate::device::asda_a2_canopen::{self, AsdaA2, Level};
+use crate::device::{Eeprom, Gear};
 use crate::time::Instant;
 
 /// Every device that can be a node.
 pub const PRODUCTS: &[Product] = &[
+    Product {
+        name: "ag03-1",
+        sheet: ag03_canopen::objects::SHEET,
+        options: &[OptionName::Gear],
+        objects: |choices| ag03_canopen::objects::objects(choices.gear),
+        make: |node, Choices { gear, .. }, memory, now| {
+            let eeprom = match memory {
+                Memory::Internal => Eeprom::Internal,
+                Memory::Host => Eeprom::Host,
+            };
+            let config = ag03_canopen::Config { gear, eeprom, ..ag03_canopen::Config::new(node) };
+            Box::new(Ag03Node::new(config, now).unsupplied(now))
+        },
+    },
     Product {
         name: "ap10",
         sheet: ap10_canopen::EDS,
@@ -53,6 +69,8 @@ pub struct Product {
 /// Something that can be chosen about a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OptionName {
+    /// [`Choices::gear`].
+    Gear,
     /// [`Choices::level`].
     Mode,
 }
@@ -60,13 +78,15 @@ pub enum OptionName {
 /// What is chosen about a device; a device takes those of [`Product::options`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Choices {
+    /// The internal gear of the positioning drive.
+    pub gear: Gear,
     /// How much of CiA 402 the servo follows.
     pub level: Level,
 }
 
 impl Default for Choices {
     fn default() -> Self {
-        Self { level: Level::Full }
+        Self { gear: Gear::Ratio48, level: Level::Full }
     }
 }
 
@@ -128,7 +148,7 @@ mod tests {
                 let mut device = product.make(node, Choices::default(), Memory::Internal, Instant::ZERO);
                 device.power_on(Instant::ZERO);
                 assert_eq!(device.node_id(), node, "{}", product.name);
-                let boot_up = device.poll_transmit().unwrap();
+                let boot_up = device.poll_transmit(Instant::ZERO).unwrap();
                 assert_eq!(boot_up.id().number(), 0x700 + u32::from(number), "{}", product.name);
             }
             assert!(product.eds().starts_with("[FileInfo]\n"), "{}", product.name);

@@ -1,0 +1,85 @@
+//! The drive as hosts run it.
+
+use super::Ag03Node;
+use crate::can::{ErrorState, Frame};
+use crate::canopen::NodeId;
+use crate::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
+use crate::device::{CanopenDevice, CanopenEvent, RecallError};
+use crate::time::Instant;
+use crate::unit;
+
+impl Ag03Node {
+    /// The drive without supply, before it has said anything.
+    #[must_use]
+    pub fn unsupplied(mut self, now: Instant) -> Self {
+        self.power_off(now);
+        while self.poll_transmit(now).is_some() {}
+        while self.poll_event().is_some() {}
+        self
+    }
+}
+
+impl CanopenDevice for Ag03Node {
+    fn node_id(&self) -> NodeId {
+        Self::node_id(self)
+    }
+
+    fn power_on(&mut self, now: Instant) {
+        Self::power_on(self, now);
+    }
+
+    fn power_off(&mut self, now: Instant) {
+        Self::power_off(self, now);
+    }
+
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        Self::handle_frame(self, now, frame);
+    }
+
+    fn handle_timeout(&mut self, now: Instant) {
+        Self::handle_timeout(self, now);
+    }
+
+    fn handle_error_state(&mut self, now: Instant, _: ErrorState, to: ErrorState) {
+        Self::set_error_state(self, now, to);
+    }
+
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        Self::poll_transmit(self, now)
+    }
+
+    fn poll_event(&mut self) -> Option<CanopenEvent> {
+        Some(match Self::poll_event(self)? {
+            super::Event::Node(event) => CanopenEvent::Node(event),
+            event @ (super::Event::Unit(_)
+            | super::Event::State { .. }
+            | super::Event::TargetRefused { .. }
+            | super::Event::Lost { .. }) => CanopenEvent::Ag03(event),
+        })
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        Self::poll_timeout(self)
+    }
+
+    fn recall(&mut self, now: Instant, image: &[u8]) -> Result<(), RecallError> {
+        *self = Self::restore(*self.config(), image, now)?.unsupplied(now);
+        Ok(())
+    }
+
+    fn poll_image<'a>(&mut self, into: &'a mut [u8]) -> Result<Option<StoreRequest<'a>>, ImageError> {
+        let got = into.len();
+        if got < unit::MAX_IMAGE_LEN {
+            return Err(ImageError::NoRoom { got });
+        }
+        let Some(unit::StoreRequest { generation, octets }) = Self::poll_image(self) else { return Ok(None) };
+        let image = into.get_mut(..octets.len()).ok_or(ImageError::NoRoom { got })?;
+        image.copy_from_slice(&octets);
+        Ok(Some(StoreRequest { generation: u64::from(generation).into(), octets: image }))
+    }
+
+    fn handle_stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>) {
+        let outcome = outcome.map_err(|NotStored| unit::NotStored);
+        Self::handle_stored(self, now, u64::from(generation).into(), outcome);
+    }
+}
