@@ -19,6 +19,8 @@ const TABLE: &[(&str, &[&str])] = &[
     ("device", &["time", "fdl", "dp", "ppo", "pkw", "param", "drive", "unit"]),
     // The bits of the diagnosis.
     ("client", &["time", "dp", "ppo", "param", "pkw", "drive", "device"]),
+    // A slave of any kind.
+    ("gsd", &["dp", "fdl", "time"]),
     ("explain", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device"]),
     // One framer for a bus, generic slaves, links that keep telegrams apart or corrupt them on purpose, and buses of CAN.
     ("host", &["device", "time", "fdl", "dp", "ppo", "can"]),
