@@ -192,10 +192,14 @@ impl<'a> Splitter<'a> {
         let Some((agreed, module)) = nearest else {
             return Stuck { index: at, expected: None, words: "the file has no module".into() };
         };
-        let what = if fixed.is_some() { "the preset module" } else { "the nearest module is" };
+        if fixed.is_none() && agreed == 0 {
+            let words = format!("{place}: no module begins so; expected {}", self.choice(slot));
+            return Stuck { index: at, expected: None, words };
+        }
+        let what = if fixed.is_some() { "the preset module is" } else { "the nearest module is" };
         let words =
             format!("{place}: no module fits; {what} '{}' ({})", module.name, hex(&module.identifiers));
-        let expected = module.identifiers.get(agreed).copied().filter(|_| fixed.is_some() || agreed > 0);
+        let expected = module.identifiers.get(agreed).copied();
         Stuck { index: at + agreed, expected, words }
     }
 
