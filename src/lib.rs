@@ -22,11 +22,14 @@
 //! | [`dp`] | the DP-V0 slave and its services | what the service access points mean |
 //! | [`can`] | frames of CAN, bit times, the text of an adapter | that frames have a priority |
 //! | [`canopen`] | a node of CiA 301 for any device: NMT, SDO, PDO, EMCY, error control, EDS | what identifiers mean, object dictionaries |
+//! | [`cia402`] | states and words of drives on CANopen | which command leads where |
 //! | [`ppo`] | the seven words of one Data_Exchange | where each word lies |
 //! | [`param`] | every parameter of both drives | types, ranges, defaults, permissions |
 //! | [`pkw`] | jobs and replies of the parameter channel | job, reply and error numbers |
 //! | [`drive`] | state machine and motion, without a bus | revolutions, seconds, named flags |
-//! | [`unit`] | a powered drive: parameters, machine, EEPROM, supplies, without a bus | what survives power-off |
+//! | [`unit`](mod@unit) | a powered drive: parameters, machine, EEPROM, supplies, without a bus | what survives power-off |
+//! | [`ap10`] | the position indicator SIKO AP10, without a bus | turns, display, keys, LEDs |
+//! | [`asda_a2`] | the servo ASDA-A2, without a bus: parameters, modes of motion, alarms | the machine of CiA 402 |
 //! | [`device`] | a unit on a bus as one object | every bit of STW, ZSW and SSW |
 //! | [`client`] | the master's side: parameters and control words of a drive, without I/O | PKW, STW and ZSW patterns |
 //! | [`gsd`] | device files, and the slave that one describes (feature `std`) | what a GSD says |
@@ -118,6 +121,10 @@ pub mod can;
 
 pub mod canopen;
 
+pub mod cia402;
+
+pub mod asda_a2;
+
 pub mod ppo;
 
 pub mod param;
@@ -126,6 +133,7 @@ pub mod pkw;
 
 pub mod drive;
 
+pub mod ap10;
 pub mod unit;
 
 pub mod device;

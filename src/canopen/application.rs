@@ -66,6 +66,12 @@ pub trait Application {
         Ok(Written::Done)
     }
 
+    /// An RPDO is read by remote request ([`Policy::rpdo_rtr`](super::Policy)): changes octets of the answer where the
+    /// device says something else there than in the entries.
+    fn complete_rtr_answer(&self, pdo: PdoNumber, octets: &mut [u8; 8]) {
+        let _ = (pdo, octets);
+    }
+
     /// The value of an entry as it would be after power-off and power-on: what goes into an image. Differs from
     /// [`read`](Self::read) where values live in RAM until they are stored.
     ///
@@ -174,6 +180,8 @@ pub enum Request {
     Tpdo(PdoNumber),
     /// What the device keeps changed without a write of a client: an image is offered to the host.
     Store,
+    /// As 1011h:`group` with the signature `load`: acts with the next reset.
+    LoadDefaults(Sub),
     /// Answer the SDO held by [`Written::Held`].
     AnswerSdo(Result<(), Abort>),
     /// Begin anew, as after the NMT command.

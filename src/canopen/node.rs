@@ -341,6 +341,10 @@ impl Node {
                     }
                 }
                 Some(Request::Store) => self.storage.changed(),
+                Some(Request::LoadDefaults(group)) => {
+                    // Nobody can be answered: what is refused stays as it is.
+                    let _ = self.load_defaults(now, group, app);
+                }
                 Some(Request::AnswerSdo(outcome)) => self.device_answers(outcome),
                 Some(Request::Reset(reset)) => self.reset(now, reset, app),
                 None => break,

@@ -85,6 +85,10 @@ use crate::time::Instant;
 /// outcome then; [`zsw`](Self::zsw) shows it. A velocity that was not reached ends when another goal than a velocity
 /// takes its place.
 ///
+/// In velocity mode an AG03 whose enable input goes and comes back before the shaft stands shows this in no bit of ZSW,
+/// and turns on (`ag03.md` rows 3b and 40). So the client reads SSW again and again while a velocity lasts. A dip that
+/// is shorter than two such reads is not noticed.
+///
 /// A goal that fails leaves nothing that could start later: the control word goes back to 000B (enabled, any motion is
 /// stopped), after a failed [`Goal::Enable`] or [`Goal::Acknowledge`] to 0000. A failed [`Goal::Stop`],
 /// [`Goal::Pause`] or [`Goal::Disable`] goes on being asked for; without a job to pause, a pause is a stop.
@@ -160,9 +164,13 @@ impl DriveClient {
     /// [`NotSubmitted`] as from [`PkwClient::submit`](crate::client::PkwClient::submit); also busy while the client
     /// itself needs the channel for a goal.
     /// A write of PNU 930 is busy during every goal, and while a travel job is under way or interrupted.
+    ///
+    /// A job that finds the channel with a question nobody waits for any more, or with the SSW read while a velocity
+    /// lasts, waits for its end. Its time runs from there on.
     pub fn submit(&mut self, now: Instant, job: Job) -> Result<(), NotSubmitted> {
         let sets_mode = job.is_write() && job.pnu() == Question::OperatingMode.job().pnu();
-        let in_use = self.channel.is_in_use() || self.question().is_some();
+        let goal_asks = self.goal().is_some() && self.question().is_some();
+        let in_use = self.channel.is_in_use() || goal_asks;
         if in_use || sets_mode && (self.goal().is_some() || self.commanded.job.is_possible()) {
             return Err(NotSubmitted::Busy);
         }
@@ -287,11 +295,16 @@ impl DriveClient {
         match &self.activity {
             Activity::Pursuing(progress) => progress.question,
             Activity::Explaining(explaining) => explaining.question,
+            // A loss of the output stage would not show otherwise.
+            Activity::None | Activity::Over(_) if self.commanded.is_velocity() => {
+                Some(Question::SystemStatus)
+            }
             Activity::None | Activity::Over(_) => None,
         }
     }
 
     fn ask(&mut self, now: Instant) {
+        self.channel.send_waiting(now);
         // Without images nobody answers.
         if let Some(question) = self.question()
             && self.seen.zsw.is_some()
@@ -301,7 +314,11 @@ impl DriveClient {
     }
 
     fn go_on(&mut self, now: Instant) {
+        let question = self.question();
         let answer = self.channel.take_answer();
+        if let (Some(Question::SystemStatus), Some(outcome)) = (question, answer) {
+            self.commanded.note_output_stage(outcome);
+        }
         match self.activity {
             Activity::None | Activity::Over(_) => {}
             Activity::Pursuing(progress) => self.go_on_pursuing(now, progress, answer),
@@ -407,6 +424,7 @@ impl DriveClient {
     }
 
     fn finish(&mut self, goal: Goal, result: Result<i32, GoalError>) {
+        self.channel.next_step();
         self.activity = Activity::Over(GoalOutcome { goal, result });
     }
 }

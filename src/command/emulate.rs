@@ -20,6 +20,8 @@ use tracing::{debug, info, warn};
 use super::Failure;
 use super::args::{BaudSpec, DriveSpec, Emulate, LinkSpec, QuirkSpec};
 
+#[cfg(unix)]
+mod nodes;
 mod tap;
 
 /// The rate of a terminal whose master has set none of PROFIBUS-DP, and of a TCP port. There it only says how long a
@@ -34,6 +36,12 @@ const NOISE_PAUSE: Duration = Duration::from_secs(1);
 
 /// Runs until SIGINT, SIGTERM, or SIGHUP, which comes when the window of its terminal is closed.
 pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
+    if let LinkSpec::Slcan(link) = &args.link {
+        #[cfg(unix)]
+        return nodes::emulate(args, link);
+        #[cfg(not(unix))]
+        return Err(Failure::Other(format!("{link:?}: slcan links need Unix")));
+    }
     // Before the link is made, so that no signal ends the process with the link left behind.
     let signals = Signals::register().map_err(|error| Failure::from_error(&error))?;
     let clock = SystemClock::new();
@@ -217,6 +225,7 @@ impl News {
                 info!("{event}");
             }
             BusEvent::MovedToTakenAddress { .. } => warn!("{event}"),
+            BusEvent::Station { event: ref detail, .. } if detail.is_detail() => debug!("{event}"),
             BusEvent::Station { .. } | _ => info!("{event}"),
         }
     }
@@ -282,10 +291,7 @@ fn report(bus: &Bus) {
 
 /// The rate to begin with, the link, and what a master opens.
 fn open(args: &Emulate) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
-    let rate = match args.baud {
-        Some(BaudSpec::Fixed(rate)) => Some(rate),
-        Some(BaudSpec::Auto) | None => None,
-    };
+    let rate = args.baud.and_then(BaudSpec::fixed);
     match &args.link {
         LinkSpec::Pty(path) => open_pty(path.as_deref(), rate),
         LinkSpec::Serial(device) => {
@@ -297,6 +303,9 @@ fn open(args: &Emulate) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
                 None => info!("{device}, 8 data bits, even parity, 1 stop bit, at the rate heard on it"),
             }
             Ok((opened, Box::new(serial), device.clone()))
+        }
+        LinkSpec::Slcan(_) => {
+            Err(Failure::Usage("an slcan link is for nodes; see 'profidrive emulate --help'".into()))
         }
         LinkSpec::Tcp(place) => open_tcp(place, rate.unwrap_or(UNTIMED_RATE), args.allow_remote),
     }

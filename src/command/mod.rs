@@ -3,6 +3,7 @@
 mod args;
 mod decode;
 mod demo;
+mod eds;
 mod emulate;
 mod encode;
 mod log;
@@ -49,6 +50,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Emulate(emulate) => emulate::emulate(&emulate),
         Command::Master(master) => master::master(&master),
         Command::Decode(args) => decode::decode(&args),
+        Command::Eds(args) => eds::eds(&args),
         Command::Encode(args) => encode::encode(&args),
     };
     // What was logged comes before the line that says how it ended.

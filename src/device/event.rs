@@ -3,13 +3,16 @@
 use core::fmt;
 
 use super::Refusal;
+use super::bits::StwBit;
+use super::refusal::Bit;
 use super::words::Words;
 use crate::dp;
-use crate::drive::Fault;
+use crate::drive::{self, DisableCause, Fault, Operation};
 use crate::fdl::FrameError;
 use crate::fdl::station::TooLate;
-use crate::param::DefaultSet;
+use crate::param::{DefaultSet, Parameter};
 use crate::pkw;
+use crate::ppo::Stw;
 use crate::unit::dip::Terminator;
 use crate::unit::{self, DipSwitches};
 
@@ -23,8 +26,17 @@ pub enum Event {
     JobRefused(pkw::Refusal),
     /// The drive did not do what the control word asked for, and why.
     CommandRefused(Refusal),
-    /// The drive went to fault.
+    /// The drive went to fault, or another fault came while one was latched.
     Fault(Fault),
+    /// What the drive did.
+    Drive {
+        /// What.
+        event: drive::Event,
+        /// The control word under which it did; `None`: outside Data_Exchange.
+        stw: Option<Stw>,
+    },
+    /// What else has happened in the unit: parameters, EEPROM, DIP switches, the world around the drive.
+    Unit(unit::Event),
     /// The control lost its supply.
     SwitchedOff,
     /// The control is supplied again, and the DIP switches were read.
@@ -49,6 +61,15 @@ impl fmt::Display for Event {
             Self::JobRefused(refusal) => refusal.fmt(f),
             Self::CommandRefused(refusal) => refusal.fmt(f),
             Self::Fault(fault) => write!(f, "fault {fault}"),
+            Self::Drive { event, stw } => fmt_drive(f, event, *stw),
+            Self::Unit(unit::Event::FaultCauseGone(fault)) => {
+                write!(
+                    f,
+                    "the cause of fault {fault} is gone: acknowledge it ({} from 0 to 1)",
+                    Bit(StwBit::Acknowledge)
+                )
+            }
+            Self::Unit(event) => event.fmt(f),
             Self::SwitchedOff => f.write_str("switched off"),
             Self::SwitchedOn(switches) => {
                 let terminator = match switches.terminator() {
@@ -77,15 +98,114 @@ impl fmt::Display for Event {
 }
 
 impl Event {
-    /// What happened in the unit under these words.
-    pub(super) const fn of_unit(event: unit::Event, words: &Words) -> Self {
+    /// What happened in the unit under these words; `exchanging`: in Data_Exchange.
+    pub(super) fn of_unit(event: unit::Event, words: &Words, exchanging: bool) -> Self {
         match event {
             unit::Event::CommandRefused(refusal) => Self::CommandRefused(Refusal::new(refusal, words)),
             unit::Event::Fault(fault) => Self::Fault(fault),
+            unit::Event::Drive(event) => Self::Drive { event, stw: exchanging.then_some(words.stw()) },
             unit::Event::SwitchedOff => Self::SwitchedOff,
             unit::Event::SwitchedOn(switches) => Self::SwitchedOn(switches),
             unit::Event::FactoryReset(set) => Self::FactoryReset(set),
             unit::Event::Lost { events } => Self::Lost { events },
+            unit::Event::FaultCauseGone(_)
+            | unit::Event::Written { .. }
+            | unit::Event::Stored
+            | unit::Event::NotStored { .. }
+            | unit::Event::Input(_)
+            | unit::Event::SwitchesSet(_) => Self::Unit(event),
         }
+    }
+
+    /// Whether it is cyclic detail: a log leaves it out unless asked for more.
+    pub const fn is_detail(&self) -> bool {
+        match self {
+            Self::Dp(event) => event.is_detail(),
+            Self::Unit(event) => event.is_detail(),
+            Self::JobRefused(_)
+            | Self::CommandRefused(_)
+            | Self::Fault(_)
+            | Self::Drive { .. }
+            | Self::SwitchedOff
+            | Self::SwitchedOn(_)
+            | Self::FactoryReset(_)
+            | Self::TelegramRefused(_)
+            | Self::ReplyTooLate(_)
+            | Self::Lost { .. } => false,
+        }
+    }
+}
+
+/// What the drive did, with the bits and parameters that PROFIBUS has for it.
+fn fmt_drive(f: &mut fmt::Formatter<'_>, event: &drive::Event, stw: Option<Stw>) -> fmt::Result {
+    match (event, stw) {
+        (drive::Event::Disabled { cause: DisableCause::Command(operation), motor }, Some(stw)) => {
+            write!(f, "operation disabled, {motor}: {}", Asked { operation: *operation, stw })
+        }
+        (drive::Event::Disabled { cause: DisableCause::Command(_), motor }, None) => {
+            write!(f, "operation disabled, {motor}: no Data_Exchange")
+        }
+        (drive::Event::TravelStarted(travel), _) => write!(f, "{travel} ({})", Limits),
+        (drive::Event::Paused { torque: false }, _) => {
+            write!(
+                f,
+                "{event} ({} = 0), {} = 1 continues it",
+                Bit(StwBit::NoIntermediateStop),
+                Bit(StwBit::NoIntermediateStop)
+            )
+        }
+        (drive::Event::Paused { torque: true }, _) => {
+            write!(f, "{event} (PNU {})", Parameter::TorqueDeactivation.entry().pnu)
+        }
+        (drive::Event::Acknowledged, Some(stw)) if StwBit::On.is_set(stw) => {
+            write!(f, "{event}; next: give OFF1 once ({on} = 0), then {on} = 1", on = Bit(StwBit::On))
+        }
+        (
+            drive::Event::Disabled { cause: DisableCause::Fault | DisableCause::Supply, .. }
+            | drive::Event::Enabled(_)
+            | drive::Event::Mode(_)
+            | drive::Event::Resumed { .. }
+            | drive::Event::TargetReached { .. }
+            | drive::Event::Discarded { .. }
+            | drive::Event::Stands { .. }
+            | drive::Event::InchingStarted(_)
+            | drive::Event::InchingEnded { .. }
+            | drive::Event::VelocityStarted { .. }
+            | drive::Event::VelocityEnded
+            | drive::Event::Acknowledged
+            | drive::Event::Rearmed
+            | drive::Event::NotReady
+            | drive::Event::Ready
+            | drive::Event::Warning { .. },
+            _,
+        ) => write!(f, "{event}"),
+    }
+}
+
+/// The parameters that hold the limits: `PNU 1016, 1017`.
+pub(super) struct Limits;
+
+impl fmt::Display for Limits {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "PNU {}, {}", Parameter::Limit1.entry().pnu, Parameter::Limit2.entry().pnu)
+    }
+}
+
+/// Which bits of a control word take operation away.
+struct Asked {
+    operation: Operation,
+    stw: Stw,
+}
+
+impl fmt::Display for Asked {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let bits =
+            [(StwBit::NoOff2, "OFF2"), (StwBit::On, "OFF1"), (StwBit::EnableOperation, "disable operation")];
+        let mut given = bits.into_iter().filter(|(bit, _)| !bit.is_set(self.stw));
+        let Some((bit, name)) = given.next() else {
+            return DisableCause::Command(self.operation).fmt(f);
+        };
+        write!(f, "{name} ({} = 0)", Bit(bit))?;
+        given.try_for_each(|(bit, name)| write!(f, ", {name} ({} = 0)", Bit(bit)))
     }
 }

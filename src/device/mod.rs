@@ -14,6 +14,7 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `address` | the station address that the DIP switches show |
+//! | `canopen` | [`CanopenDevice`]: what a host asks of any device on CANopen |
 //! | `config` | [`Config`]: what a device is made of |
 //! | `bits` | every bit of STW, ZSW, SSW and the general status register: number, name, meaning |
 //! | `words` | those words from and to what the drive knows |
@@ -21,10 +22,15 @@
 //! | `event` | [`Event`]: news for the host |
 //! | `parameters` | the parameters of the unit as the parameter channel reaches them |
 //! | `quirks` | [`QUIRKS`]: every named alternative |
+//! | [`ap10_canopen`] | the position indicator AP10 on CANopen, an object of its own |
+//! | [`asda_a2_canopen`] | the servo ASDA-A2 on CANopen |
 //! | `refusal` | [`Refusal`]: why a control word is not followed |
 //!
 mod address;
+pub mod ap10_canopen;
+pub mod asda_a2_canopen;
 pub mod bits;
+mod canopen;
 mod config;
 mod event;
 pub mod flow_charts;
@@ -46,9 +52,11 @@ use crate::unit::{Cycles, Outcome, Queue, Switched, Unit};
 
 pub use crate::fdl::MAX_TELEGRAM_LEN;
 pub use crate::unit::{
-    ApplicationCycle, CycleTooShort, DEFAULT_APPLICATION_CYCLE, DipSwitches, Eeprom, EepromState, Generation,
-    IMAGE_LEN, ImageError, ImageOctets, MAX_IMAGE_LEN, NotStored, Power, StoreRequest, dip,
+    ApplicationCycle, CycleTooShort, DEFAULT_APPLICATION_CYCLE, DipSwitches, Eeprom, EepromState,
+    Event as UnitEvent, Generation, IMAGE_LEN, ImageError, ImageOctets, MAX_IMAGE_LEN, NotStored, Power,
+    StoreRequest, dip,
 };
+pub use canopen::CanopenDevice;
 pub use config::{Config, Timing};
 pub use event::Event;
 pub use quirks::{QUIRKS, Quirk, QuirkError};
@@ -115,7 +123,7 @@ struct Parts {
     interrupted: bool,
     /// The reply of the parameter channel offered to the master.
     pkw_reply: Pkw,
-    events: Queue<Event, 16>,
+    events: Queue<Event, 24>,
 }
 
 impl Device {
@@ -261,6 +269,7 @@ impl Device {
         self.part.advance(now);
         let write = self.parameters().meaning(pnu, element, value)?;
         let _written = self.part.unit.write(write)?;
+        self.part.pass_events();
         self.part.cycles.wake(now);
         Ok(())
     }
@@ -291,13 +300,15 @@ impl Device {
                 self.part.restart();
             }
         }
+        self.part.pass_events();
         self.part.cycles.wake(now);
     }
 
     /// Sets the DIP switches. They are read when the drive is switched on next (manual chapter 7.8).
-    pub const fn set_switches(&mut self, switches: DipSwitches) {
+    pub fn set_switches(&mut self, switches: DipSwitches) {
         self.part.config.switches = switches;
         self.part.unit.set_switches(switches);
+        self.part.pass_events();
     }
 
     /// What the drive would keep if it were switched off now.
@@ -321,7 +332,9 @@ impl Device {
     /// answered with error 18 and has changed nothing.
     pub fn handle_stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>) {
         self.part.advance(now);
-        match self.part.unit.handle_stored(generation, outcome) {
+        let outcome = self.part.unit.handle_stored(generation, outcome);
+        self.part.pass_events();
+        match outcome {
             Outcome::None => {}
             Outcome::Safe => _ = self.part.engine.stored(),
             Outcome::Undone => {
@@ -447,20 +460,27 @@ impl Parts {
 
     /// Lets everything happen that is due until `now`: application cycles and the watchdog, in the order of time.
     fn advance(&mut self, now: Instant) {
+        if self.first_due(now).is_some() {
+            self.catch_up(now);
+        }
+    }
+
+    /// As [`Parts::advance`], when something is due. The watchdog comes before a cycle of the same moment.
+    fn catch_up(&mut self, now: Instant) {
         self.cycles.forfeit(now);
-        loop {
-            let watchdog = self.station.watchdog_timeout().filter(|due| *due <= now);
-            let cycle = self.cycles.next().filter(|due| *due <= now);
-            match (cycle, watchdog) {
-                (Some(cycle), Some(watchdog)) if watchdog <= cycle => self.expire_watchdog(watchdog),
-                (Some(cycle), Some(_) | None) => {
-                    self.run_cycle();
-                    self.cycles.ran(cycle, self.is_at_rest());
-                }
-                (None, Some(watchdog)) => self.expire_watchdog(watchdog),
-                (None, None) => return,
+        while let Some(due) = self.first_due(now) {
+            if self.station.watchdog_timeout() == Some(due) {
+                self.expire_watchdog(due);
+            } else {
+                self.run_cycle();
+                self.cycles.ran(due, self.is_at_rest());
             }
         }
+    }
+
+    /// When what comes next was due, if that is not behind `now`.
+    fn first_due(&self, now: Instant) -> Option<Instant> {
+        Instant::first_of(self.station.watchdog_timeout(), self.cycles.next()).filter(|due| *due <= now)
     }
 
     fn expire_watchdog(&mut self, due: Instant) {
@@ -525,8 +545,13 @@ impl Parts {
         let status = self.unit.status();
         let inputs = ppo::Inputs::octets(pkw_reply, self.shown.words.zsw(status), words::hiw(status));
         self.station.set_inputs(&inputs);
+        self.pass_events();
+    }
+
+    /// Passes on what has happened in the unit.
+    fn pass_events(&mut self) {
         while let Some(event) = self.unit.poll_event() {
-            self.events.push(Event::of_unit(event, &self.shown.words));
+            self.events.push(Event::of_unit(event, &self.shown.words, self.exchanging));
         }
     }
 

@@ -2,8 +2,11 @@
 
 use core::fmt;
 
+use super::bits::{StwBit, Word};
+use super::event::Limits;
 use super::words::Words;
-use crate::drive;
+use crate::drive::{self, Request};
+use crate::param::Parameter;
 use crate::ppo::Stw;
 
 /// A request of the control word that was refused, and the conditions it does not meet.
@@ -54,11 +57,11 @@ impl Refusal {
         drive::Reason::ALL.into_iter().filter(move |&reason| drive.contains(reason)).flat_map(move |reason| {
             let not_asked = reason == drive::Reason::NotAsked;
             // Asked to enable by STW.3, it is not told that STW.3 is missing.
-            let not_enabled = enabled && !stw.bit(3);
+            let not_enabled = enabled && !StwBit::EnableOperation.is_set(stw);
             let bits = [
-                (!stw.bit(1), Reason::Off2),
-                (!stw.bit(0), Reason::Off1),
-                (off1_not_seen && stw.bit(0), Reason::Off1NotSeen),
+                (!StwBit::NoOff2.is_set(stw), Reason::Off2),
+                (!StwBit::On.is_set(stw), Reason::Off1),
+                (off1_not_seen && StwBit::On.is_set(stw), Reason::Off1NotSeen),
                 (not_enabled, Reason::Drive(drive::Reason::NotEnabled)),
             ];
             let of_bits =
@@ -67,39 +70,198 @@ impl Refusal {
         })
     }
 
-    /// One of the reasons in words, with its numbers.
+    /// One of the reasons in words: the cause, its bit or parameter, and what to do where no control word helps.
     pub const fn text(&self, reason: Reason) -> impl fmt::Display + use<> {
-        ReasonText { refusal: self.drive, reason }
+        ReasonText { refusal: *self, reason }
+    }
+
+    /// The control words to send one after the other to get what was asked, where they are all that is missing.
+    pub fn next(&self) -> Option<impl fmt::Display + use<>> {
+        let mut lacks = 0;
+        let mut off1_once = false;
+        for reason in self.reasons() {
+            match reason {
+                Reason::Off2 => lacks |= StwBit::NoOff2.mask(),
+                Reason::Off1 => lacks |= StwBit::On.mask(),
+                Reason::Off1NotSeen | Reason::Drive(drive::Reason::TurnOnDisabled) => off1_once = true,
+                Reason::Drive(drive::Reason::NotEnabled) => lacks |= StwBit::EnableOperation.mask(),
+                Reason::Drive(drive::Reason::Stop) => lacks |= StwBit::NoStop.mask(),
+                Reason::Drive(drive::Reason::IntermediateStop) => lacks |= StwBit::NoIntermediateStop.mask(),
+                Reason::Drive(
+                    drive::Reason::SwitchedOff
+                    | drive::Reason::FaultLatched
+                    | drive::Reason::FaultCause
+                    | drive::Reason::NoSupply
+                    | drive::Reason::NoOutputStage
+                    | drive::Reason::NotAsked
+                    | drive::Reason::StartHeld
+                    | drive::Reason::JobActive
+                    | drive::Reason::JobPaused
+                    | drive::Reason::InchingActive
+                    | drive::Reason::ShaftTurns
+                    | drive::Reason::BothInching
+                    | drive::Reason::VelocityMode
+                    | drive::Reason::AboveUpperLimit
+                    | drive::Reason::BelowLowerLimit
+                    | drive::Reason::SetpointAboveUpperLimit
+                    | drive::Reason::SetpointBelowLowerLimit
+                    | drive::Reason::LoopPointAboveUpperLimit
+                    | drive::Reason::LoopPointBelowLowerLimit
+                    | drive::Reason::BeyondEncoder,
+                ) => return None,
+            }
+        }
+        let off1 = Some(self.stw.raw() & !StwBit::On.mask()).filter(|_| off1_once);
+        let ready = self.stw.raw() | lacks | if off1_once { StwBit::On.mask() } else { 0 };
+        let waits = self.drive.contains(drive::Reason::NotEnabled) || off1_once;
+        Some(match self.drive.request {
+            // Each change of the bit starts a job.
+            Request::Travel { .. } => Next { off1, ready, waits, start: Some(ready ^ StwBit::Start.mask()) },
+            Request::Inching1(_) => {
+                Next { off1, ready: ready & !StwBit::Inching1.mask(), waits, start: Some(ready) }
+            }
+            Request::Inching2(_) => {
+                Next { off1, ready: ready & !StwBit::Inching2.mask(), waits, start: Some(ready) }
+            }
+            Request::Enable | Request::Acknowledge | Request::Velocity { .. } => {
+                Next { off1, ready, waits, start: None }
+            }
+        })
     }
 }
 
 /// A reason with the numbers of its refusal.
 struct ReasonText {
-    refusal: drive::Refusal,
+    refusal: Refusal,
     reason: Reason,
 }
 
 impl fmt::Display for ReasonText {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Refusal { drive, stw, .. } = self.refusal;
         match self.reason {
-            Reason::Off2 => f.write_str("OFF2 is given"),
-            Reason::Off1 => f.write_str("OFF1 is given"),
-            Reason::Off1NotSeen => f.write_str("OFF1 must be given once in Data_Exchange first"),
-            Reason::Drive(reason @ drive::Reason::TurnOnDisabled) => {
-                write!(f, "{}: give OFF1 once", self.refusal.text(reason))
+            Reason::Off2 => write!(f, "OFF2 is given ({} = 0)", Bit(StwBit::NoOff2)),
+            Reason::Off1 => write!(f, "OFF1 is given ({} = 0)", Bit(StwBit::On)),
+            Reason::Off1NotSeen => {
+                write!(f, "OFF1 must be given once in Data_Exchange first ({} = 0)", Bit(StwBit::On))
             }
-            Reason::Drive(reason) => self.refusal.text(reason).fmt(f),
+            Reason::Drive(reason) => {
+                let text = drive.text(reason);
+                match reason {
+                    drive::Reason::TurnOnDisabled => {
+                        write!(f, "{text}: give OFF1 once ({} = 0)", Bit(StwBit::On))
+                    }
+                    drive::Reason::FaultLatched => {
+                        write!(f, "{text}: remove its cause, then {} from 0 to 1", Bit(StwBit::Acknowledge))
+                    }
+                    drive::Reason::FaultCause => write!(f, "{text}: remove it, then acknowledge again"),
+                    drive::Reason::NotEnabled if StwBit::EnableOperation.is_set(stw) => {
+                        write!(f, "{text} yet: wait for ZSW.2 = 1")
+                    }
+                    drive::Reason::NotEnabled => write!(f, "{text} ({} = 0)", Bit(StwBit::EnableOperation)),
+                    drive::Reason::Stop => write!(f, "{text} ({} = 0)", Bit(StwBit::NoStop)),
+                    drive::Reason::IntermediateStop => {
+                        write!(f, "{text} ({} = 0)", Bit(StwBit::NoIntermediateStop))
+                    }
+                    drive::Reason::StartHeld => write!(f, "{text} ({} = 0)", Bit(StwBit::Start)),
+                    drive::Reason::JobActive => {
+                        write!(f, "{text}: wait for its end, or discard it ({} = 0)", Bit(StwBit::NoStop))
+                    }
+                    drive::Reason::JobPaused => write!(
+                        f,
+                        "{text} ({} = 1 continues, {} = 0 stops)",
+                        Bit(StwBit::NoIntermediateStop),
+                        Bit(StwBit::NoStop)
+                    ),
+                    drive::Reason::SetpointAboveUpperLimit | drive::Reason::SetpointBelowLowerLimit => {
+                        write!(
+                            f,
+                            "{text}: give a setpoint from {} to {}, or change the limits ({Limits})",
+                            drive.lower_limit, drive.upper_limit
+                        )
+                    }
+                    drive::Reason::LoopPointAboveUpperLimit | drive::Reason::LoopPointBelowLowerLimit => {
+                        write!(
+                            f,
+                            "{text}: give a setpoint farther from the limit, or change loop length (PNU {}) or limits \
+                         ({Limits})",
+                            Parameter::LoopLength.entry().pnu
+                        )
+                    }
+                    drive::Reason::AboveUpperLimit | drive::Reason::BelowLowerLimit => {
+                        write!(f, "{text}, or change the limits ({Limits})")
+                    }
+                    drive::Reason::VelocityMode => {
+                        write!(f, "{text} (PNU {} = 2)", Parameter::OperatingMode.entry().pnu)
+                    }
+                    drive::Reason::ShaftTurns => write!(f, "{text}: wait until it stands"),
+                    drive::Reason::InchingActive => write!(
+                        f,
+                        "{text}: end it first ({} = 0, {} = 0)",
+                        Bit(StwBit::Inching1),
+                        Bit(StwBit::Inching2)
+                    ),
+                    drive::Reason::BothInching => write!(
+                        f,
+                        "{text}: set only one of {} and {}",
+                        Bit(StwBit::Inching1),
+                        Bit(StwBit::Inching2)
+                    ),
+                    drive::Reason::SwitchedOff
+                    | drive::Reason::NoSupply
+                    | drive::Reason::NoOutputStage
+                    | drive::Reason::NotAsked
+                    | drive::Reason::BeyondEncoder => text.fmt(f),
+                }
+            }
         }
     }
 }
 
+/// Control words to send one after the other.
+struct Next {
+    off1: Option<u16>,
+    ready: u16,
+    /// Operation is enabled by `ready`.
+    waits: bool,
+    /// What asks again.
+    start: Option<u16>,
+}
+
+impl fmt::Display for Next {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("send STW ")?;
+        if let Some(off1) = self.off1 {
+            write!(f, "{off1:04X}, then ")?;
+        }
+        write!(f, "{:04X}", self.ready)?;
+        if let Some(start) = self.start {
+            let wait = if self.waits { ", wait for ZSW.2 = 1" } else { "" };
+            write!(f, "{wait}, then {start:04X}")?;
+        }
+        Ok(())
+    }
+}
+
+/// The place of a bit: `STW.4`.
+pub(super) struct Bit(pub(super) StwBit);
+
+impl fmt::Display for Bit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}.{}", Word::Stw.name(), self.0.number())
+    }
+}
+
 impl fmt::Display for Refusal {
-    /// One line: the request, then every unmet condition.
+    /// One line: the request, every unmet condition, and the control words that help.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} refused", self.drive.request)?;
         for (index, reason) in self.reasons().enumerate() {
             write!(f, "{}{}", if index == 0 { ": " } else { "; " }, self.text(reason))?;
         }
-        Ok(())
+        match self.next() {
+            Some(next) => write!(f, "; next: {next}"),
+            None => Ok(()),
+        }
     }
 }

@@ -3,7 +3,8 @@
 use core::fmt;
 use core::time::Duration;
 
-use super::{AddressFault, CfgFault, CfgTicket, PrmFault, StoredAddress};
+use super::global_control::Latch;
+use super::{AddressFault, CfgFault, CfgTicket, GlobalControl, IoLengths, PrmFault, StoredAddress};
 use crate::fdl::Address;
 
 /// What the slave tells the application.
@@ -15,6 +16,10 @@ pub enum Event {
         master: Address,
         /// The watchdog time, `None` = off.
         watchdog: Option<Duration>,
+        /// The min T_SDR in T_bit; `None`: Set_Prm left it as it was.
+        min_tsdr: Option<u8>,
+        /// Group_Ident: one bit per group, 0 = none.
+        groups: u8,
     },
     /// Set_Prm was refused: the slave waits for another one.
     PrmRejected {
@@ -39,6 +44,8 @@ pub enum Event {
     DataExchange {
         /// The owner.
         master: Address,
+        /// The configuration.
+        configuration: Configuration,
     },
     /// Chk_Cfg was refused: the slave waits for Set_Prm.
     CfgRejected {
@@ -71,10 +78,14 @@ pub enum Event {
         /// The watchdog time.
         after: Duration,
     },
-    /// Global_Control cleared the outputs.
-    OutputsCleared {
+    /// Global_Control was carried out: Clear_Data, Sync, Freeze, or the end of one.
+    Controlled {
         /// The owner.
         master: Address,
+        /// What it asked for.
+        command: GlobalControl,
+        /// Outputs were cleared that were not 0, or Sync or Freeze began or ended: not a mere repetition.
+        changed: bool,
     },
     /// Data_Exchange without outputs: the slave has taken its safe state. Said once, until outputs come again.
     SafeState {
@@ -110,24 +121,86 @@ pub enum Event {
     },
 }
 
+/// A configuration that was accepted, as far as it is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Configuration {
+    /// The first identifiers, the rest 0.
+    identifiers: [u8; Self::TOLD],
+    /// How many identifier octets there are, 1..=244.
+    len: u8,
+    /// How many octets are exchanged.
+    pub lengths: IoLengths,
+}
+
+impl Configuration {
+    const TOLD: usize = 8;
+
+    pub(super) fn new(configuration: &[u8], lengths: IoLengths) -> Self {
+        let mut identifiers = [0; Self::TOLD];
+        for (told, octet) in identifiers.iter_mut().zip(configuration) {
+            *told = *octet;
+        }
+        Self { identifiers, len: configuration.len().try_into().unwrap_or(u8::MAX), lengths }
+    }
+
+    /// The identifier octets, at most the first eight.
+    pub fn identifiers(&self) -> &[u8] {
+        self.identifiers.get(..self.len.into()).unwrap_or(&self.identifiers)
+    }
+}
+
+impl fmt::Display for Configuration {
+    /// `F3 F2: 14 octets out, 14 in`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (place, identifier) in self.identifiers().iter().enumerate() {
+            write!(f, "{}{identifier:02X}", if place == 0 { "" } else { " " })?;
+        }
+        let more = if usize::from(self.len) > Self::TOLD { " ..." } else { "" };
+        write!(f, "{more}: {} octets out, {} in", self.lengths.outputs, self.lengths.inputs)
+    }
+}
+
+impl Event {
+    /// Whether it is cyclic detail: a log leaves it out unless asked for more.
+    pub const fn is_detail(&self) -> bool {
+        matches!(self, Self::Controlled { changed: false, .. })
+    }
+}
+
 impl fmt::Display for Event {
     /// One line of plain English, with the reason where something was refused.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Parameterised { master, watchdog: Some(time) } => {
-                write!(f, "parameterised by master {master}, watchdog {time:?}")
-            }
-            Self::Parameterised { master, watchdog: None } => {
-                write!(f, "parameterised by master {master}, watchdog off")
+            Self::Parameterised { master, watchdog, min_tsdr, groups } => {
+                write!(f, "parameterised by master {master}, ")?;
+                match watchdog {
+                    Some(time) => write!(f, "watchdog {time:?}")?,
+                    None => f.write_str("watchdog off")?,
+                }
+                if let Some(bits) = min_tsdr {
+                    write!(f, ", min T_SDR {bits} T_bit")?;
+                }
+                let mut groups = (0..8).filter(|group| groups >> group & 1 == 1);
+                if let Some(first) = groups.next() {
+                    write!(f, ", groups {}", first + 1)?;
+                    groups.try_for_each(|group| write!(f, " {}", group + 1))?;
+                }
+                Ok(())
             }
             Self::PrmRejected { master, fault } => {
                 write!(f, "refused the parameters of master {master}: {fault}")
             }
             Self::PrmForeign { master, owner } => {
-                write!(f, "ignored the parameters of master {master}: locked by master {owner}")
+                write!(
+                    f,
+                    "ignored the parameters of master {master}: locked by master {owner}; stop master {owner}, or let it \
+                     unlock the slave (Set_Prm with Unlock_Req), or switch the slave off and on"
+                )
             }
-            Self::Released { master } => write!(f, "released by master {master}"),
-            Self::DataExchange { master } => write!(f, "in Data_Exchange with master {master}"),
+            Self::Released { master } => write!(f, "unlocked by master {master} (Unlock_Req)"),
+            Self::DataExchange { master, configuration } => {
+                write!(f, "in Data_Exchange with master {master}, configuration {configuration}")
+            }
             Self::CfgRejected { master, fault } => {
                 write!(f, "refused the configuration of master {master}: {fault}")
             }
@@ -135,12 +208,26 @@ impl fmt::Display for Event {
                 write!(f, "left Data_Exchange: master {master} sent {got} output octets, expected {expected}")
             }
             Self::WatchdogExpired { master, after } => {
-                write!(f, "watchdog expired: nothing from master {master} for {after:?}")
+                write!(
+                    f,
+                    "left Data_Exchange, watchdog expired: nothing from master {master} for {after:?}; if the master \
+                     is only slow, raise its watchdog time above its longest cycle"
+                )
             }
             Self::CfgToJudge { master, .. } => {
                 write!(f, "the application judges the configuration of master {master}")
             }
-            Self::OutputsCleared { master } => write!(f, "outputs cleared by master {master}"),
+            Self::Controlled { master, command, .. } => {
+                write!(f, "Global_Control of master {master}:")?;
+                let said = [
+                    (command.clear_data, " outputs cleared"),
+                    (command.sync == Latch::Set, " Sync"),
+                    (command.sync == Latch::Release, " Unsync"),
+                    (command.freeze == Latch::Set, " Freeze"),
+                    (command.freeze == Latch::Release, " Unfreeze"),
+                ];
+                said.into_iter().filter(|(does, _)| *does).try_for_each(|(_, what)| f.write_str(what))
+            }
             Self::SafeState { master } => write!(f, "safe state: master {master} sends no outputs"),
             Self::ApplicationSilent { master, after } => {
                 write!(f, "left master {master}: nothing from the application for {after:?}")

@@ -64,6 +64,11 @@ impl GlobalControl {
         })
     }
 
+    /// Whether it asks for anything: a master in Operate may send one that does not.
+    pub fn asks_anything(self) -> bool {
+        self.clear_data || self.sync != Latch::Keep || self.freeze != Latch::Keep
+    }
+
     /// Whether a slave of these groups obeys.
     pub const fn addresses(self, group_ident: u8) -> bool {
         self.group_select == 0 || self.group_select & group_ident != 0

@@ -46,7 +46,7 @@ pub use application::{Application, Fixed, Reason, Refusal};
 pub use chk_cfg::{CfgFault, CfgSyntax, IoLengths};
 pub use description::Description;
 pub use diag_bit::{DiagBit, Tells};
-pub use event::Event;
+pub use event::{Configuration, Event};
 pub use ext_diag::ExtDiag;
 pub use global_control::GlobalControl;
 pub use policy::Policy;

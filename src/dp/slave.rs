@@ -307,6 +307,7 @@ impl<A: Application> Slave<A> {
     }
 
     /// Carries out a request for data with reply (SRD).
+    #[inline]
     pub fn handle_srd(&mut self, now: Instant, request: &Request<'_>) -> Handled<'_> {
         let service = self.service(request);
         let access = match service {
@@ -320,12 +321,13 @@ impl<A: Application> Slave<A> {
         if fed {
             self.heard(now, request.sa);
         }
-        let handled = match (service, access) {
+        let mut handled = match (service, access) {
             (Some(service), Access::Run) => self.run(now, service, request),
             (_, Access::NotActivated | Access::Ignored) | (None, _) => Handled::reply(Reply::NotActivated),
             (Some(_), Access::Acknowledged) => Handled::reply(Reply::ShortAcknowledge),
         };
-        Handled { fed, ..handled }
+        handled.fed = fed;
+        handled
     }
 
     fn run(&mut self, now: Instant, service: Service, request: &Request<'_>) -> Handled<'_> {
@@ -370,8 +372,12 @@ impl<A: Application> Slave<A> {
         if !command.addresses(self.group_ident) {
             return None;
         }
+        let modes = |data: &ProcessData| (data.sync_mode(), data.freeze_mode());
+        let before = modes(&self.process_data);
+        let clears = command.clear_data && self.process_data.outputs().iter().any(|octet| *octet != 0);
         self.process_data.control(command);
-        command.clear_data.then_some(Event::OutputsCleared { master: request.sa })
+        let changed = clears || before != modes(&self.process_data);
+        (command.asks_anything()).then_some(Event::Controlled { master: request.sa, command, changed })
     }
 
     /// Time has passed: a watchdog may expire. Harmless at any time.
@@ -427,6 +433,7 @@ impl<A: Application> Slave<A> {
         Handled::reply(Reply::DataLow(self.reply.octets()))
     }
 
+    #[inline]
     fn data_exchange(&mut self, request: &Request<'_>) -> Handled<'_> {
         let master = request.sa;
         let (expected, got) = (self.process_data.lengths().outputs, request.data.len());

@@ -254,7 +254,7 @@ impl<A: Application> fmt::Display for Explained<'_, A> {
             | Event::CfgToJudge { .. }
             | Event::WrongOutputLength { .. }
             | Event::WatchdogExpired { .. }
-            | Event::OutputsCleared { .. }
+            | Event::Controlled { .. }
             | Event::SafeState { .. }
             | Event::ApplicationSilent { .. }
             | Event::ApplicationAborted { .. }

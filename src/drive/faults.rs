@@ -64,6 +64,11 @@ impl Fault {
         }
     }
 
+    /// The set of this fault if it is `present`, and none otherwise.
+    pub(super) const fn when(self, present: bool) -> FaultSet {
+        FaultSet((present as u16) << self as u16)
+    }
+
     const fn bit(self) -> u16 {
         1 << self as u16
     }
@@ -118,6 +123,12 @@ impl FaultSet {
     /// The faults in the order of their codes.
     pub fn iter(self) -> impl Iterator<Item = Fault> {
         Fault::ALL.into_iter().filter(move |&fault| self.contains(fault))
+    }
+
+    /// The faults of either set.
+    #[must_use]
+    pub(super) const fn union(self, other: Self) -> Self {
+        Self(self.0 | other.0)
     }
 
     /// Those that are not in `other`.

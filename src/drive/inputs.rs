@@ -127,7 +127,7 @@ impl Inputs {
     }
 
     /// Within the ranges of the fields; what is no number is the lowest value.
-    pub(super) fn limited(self) -> Self {
+    pub(crate) fn limited(self) -> Self {
         let limit = |value: f64, low: f64, high: f64| value.max(low).min(high);
         Self {
             control_supply: limit(self.control_supply, 0.0, 60.0),

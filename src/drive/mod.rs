@@ -26,7 +26,9 @@
 //! Faults, warnings and torque follow from the [plant] and its [`Inputs`]. Where the manuals are silent the
 //! choices of `ag03.md` (INF, C-nn) hold; the names are cited where they are made, and [`Quirks`] has the others.
 
+mod event;
 mod faults;
+mod input_change;
 mod inputs;
 pub mod leds;
 mod memory;
@@ -47,7 +49,9 @@ use thiserror::Error;
 
 use crate::param::{Gear, Model};
 
+pub use event::{DisableCause, Event, Inch, Travel, Warning};
 pub use faults::{Fault, FaultBuffer, FaultSet};
+pub use input_change::InputChange;
 pub use inputs::Inputs;
 pub use leds::StatusLed;
 pub use memory::Memory;
@@ -250,13 +254,17 @@ impl Drive {
         let stood = self.stands();
         let faults = self.entered;
         // Only a drive that stands may come to rest.
-        let same =
-            stood && !self.inputs_changed && *command == self.previous && self.window == settings.window;
+        let held = !self.inputs_changed && *command == self.previous;
+        let same = stood && held && self.window == settings.window;
         self.inputs_changed = false;
 
         let same = !self.take_settings(settings) && same;
         self.on_plant(settings);
-        self.on_command(command, settings);
+        // What is held asks nothing new of a travel job; edges are edges each time.
+        let goes_on = held && self.state == State::TravelActive && !command.travel && !command.enable;
+        if !goes_on {
+            self.on_command(command, settings);
+        }
         let plant = same.then(|| self.plant.clone());
         self.advance(dt);
         self.on_motion(settings);
@@ -321,7 +329,7 @@ impl Drive {
 
     /// The causes of faults that are present now.
     pub fn causes(&self) -> FaultSet {
-        self.plant.causes(&self.inputs)
+        self.plant.causes(&self.inputs, &self.supplies)
     }
 
     /// Clears fault buffer and fault counter (PNU 970 = 4). A latched fault stays latched.
@@ -353,17 +361,23 @@ impl Drive {
     }
 
     fn on_plant(&mut self, settings: &Settings) {
-        let output_stage = self.supplies.output_stage;
+        let Supplies { control: control_supply, ok: supply_ok, output_stage, .. } = self.supplies;
+        let output_stage_returned = output_stage && !self.previous_output_stage;
         let causes = self.causes();
+        let torque_exceeded = settings
+            .torque_deactivation
+            .is_some_and(|percent| self.plant.torque_percent() > f64::from(percent));
+        let in_order = supply_ok && output_stage && causes.is_empty() && !torque_exceeded;
+        if in_order && !output_stage_returned && !matches!(self.state, State::Off | State::NotReady) {
+            return;
+        }
         let conditions = Conditions {
-            control_supply: self.supplies.control,
-            supply_ok: self.supplies.ok,
+            control_supply,
+            supply_ok,
             output_stage,
-            output_stage_returned: output_stage && !self.previous_output_stage,
+            output_stage_returned,
             fault_cause: !causes.is_empty(),
-            torque_exceeded: settings
-                .torque_deactivation
-                .is_some_and(|percent| self.plant.torque_percent() > f64::from(percent)),
+            torque_exceeded,
             torque_discards_job: self.quirks.torque_discards_job,
         };
         self.previous_output_stage = output_stage;
@@ -392,6 +406,12 @@ impl Drive {
     }
 
     fn on_motion(&mut self, settings: &Settings) {
+        let inpos_in_window = self.quirks.inpos_acts_in_window && self.job.via.is_none();
+        // A shaft that turns can only reach a window or a limit, which few states look at.
+        let looks = inpos_in_window || matches!(self.state, State::Inching(_) | State::KeyInching(_));
+        if !looks && !self.stands() {
+            return;
+        }
         let position = self.position();
         let velocity = self.shaft_velocity() * self.frame.scale.sign();
         let limits = self.frame.limits;
@@ -402,7 +422,7 @@ impl Drive {
                 || (limits.is_below(position) && velocity < 0.0),
             velocity_released: self.previous.turn,
             inpos: settings.inpos,
-            inpos_in_window: self.quirks.inpos_acts_in_window && self.job.via.is_none(),
+            inpos_in_window,
             torque_tripped: self.torque_tripped,
         };
         let (next, action) = self.state.on_motion(reached);

@@ -28,9 +28,10 @@ use super::motion::{rpm, sign};
 use super::scale::INCREMENTS_PER_REVOLUTION;
 use super::states::Motor;
 use super::status::STANDSTILL_RPM;
+use super::supplies::Supplies;
 
 /// Fault A: a supply below this many V, manual Table 2.
-const LOW_SUPPLY: f64 = 18.0;
+pub(super) const LOW_SUPPLY: f64 = 18.0;
 /// Fault A: and a motor current above this many A.
 const LOW_SUPPLY_CURRENT: f64 = 0.2;
 /// Fault C: a motor current above this many A; also the warning (`ag03.md` C-33).
@@ -42,7 +43,7 @@ const HOT_STAGE: f64 = 90.0;
 /// Fault G: an intermediate circuit above this many V.
 const HIGH_DC_LINK: f64 = 35.0;
 /// Fault J: a battery below this many V.
-const EMPTY_BATTERY: f64 = 2.2;
+pub(super) const EMPTY_BATTERY: f64 = 2.2;
 /// Temperatures and voltages this close (K, V) to where they go are there.
 const SETTLED: f64 = 0.01;
 
@@ -271,25 +272,18 @@ impl Plant {
     }
 
     /// The causes of faults that are present, manual Table 2.
-    pub(super) fn causes(&self, inputs: &Inputs) -> FaultSet {
-        let supply = inputs.lowest_supply(self.model);
-        // A supply that is missing is no fault (rows 1 and 3).
-        let low_supply = supply < LOW_SUPPLY && self.supplies(supply);
-        let causes = [
-            (Fault::A, low_supply && self.current > LOW_SUPPLY_CURRENT),
-            (Fault::B, self.blocked_for > self.blocked_time),
-            (Fault::C, self.overcurrent_for > OVERCURRENT_TIME),
-            (Fault::D, self.temperature(inputs) > HOT_STAGE),
-            (Fault::E, inputs.encoder_fault),
-            (Fault::F, inputs.internal_fault),
-            (Fault::G, self.dc_link(inputs) > HIGH_DC_LINK),
-            (Fault::J, inputs.battery < EMPTY_BATTERY),
-        ];
-        if causes.iter().all(|(_, caused)| !caused) {
-            return FaultSet::EMPTY;
+    pub(super) fn causes(&self, inputs: &Inputs, supplies: &Supplies) -> FaultSet {
+        let causes = supplies
+            .causes
+            .union(Fault::A.when(supplies.low && self.current > LOW_SUPPLY_CURRENT))
+            .union(Fault::B.when(self.blocked_for > self.blocked_time))
+            .union(Fault::C.when(self.overcurrent_for > OVERCURRENT_TIME))
+            .union(Fault::D.when(self.temperature(inputs) > HOT_STAGE))
+            .union(Fault::G.when(self.dc_link(inputs) > HIGH_DC_LINK));
+        if causes.is_empty() {
+            return causes;
         }
-        let present = causes.into_iter().filter(|(fault, caused)| *caused && fault.exists_on(self.model));
-        present.map(|(fault, _)| fault).collect()
+        causes.iter().filter(|fault| fault.exists_on(self.model)).collect()
     }
 
     /// Lets `dt` pass. Returns what a shaft did that cannot follow the profile.

@@ -284,6 +284,7 @@ impl State {
     }
 
     /// Power, faults, torque.
+    #[inline]
     pub(super) fn on_plant(self, plant: Conditions) -> (Self, Action) {
         match self {
             // row 1
@@ -346,6 +347,7 @@ impl State {
     }
 
     /// The master and the keys.
+    #[inline]
     pub(super) fn on_command(self, asked: &Asked) -> (Self, Action) {
         match self {
             // rows 1, 2 wait for supplies, whatever is asked

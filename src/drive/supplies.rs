@@ -3,8 +3,9 @@
 
 use crate::param::Model;
 
+use super::faults::{Fault, FaultSet};
 use super::inputs::Inputs;
-use super::plant::Plant;
+use super::plant::{EMPTY_BATTERY, LOW_SUPPLY, Plant};
 use super::scale::round;
 
 /// The electrical side of the [`Inputs`] as the state machine and the measured values see it.
@@ -18,6 +19,10 @@ pub(super) struct Supplies {
     pub(super) ok: bool,
     /// The battery is low (SSW.12).
     pub(super) battery_low: bool,
+    /// The lowest supply is there, but too low for a motor that turns (fault A).
+    pub(super) low: bool,
+    /// The causes of faults that are nothing but inputs (faults E, F and J).
+    pub(super) causes: FaultSet,
     /// Supply the motor runs on, in 0.1 V (PNU 1040).
     pub(super) motor_decivolts: u16,
     /// Supply of the control, in 0.1 V (PNU 1041).
@@ -37,10 +42,17 @@ impl Supplies {
             Model::Ag03 => control,
             Model::Ag03_1 => control && output_stage,
         };
+        let lowest = inputs.lowest_supply(model);
         Self {
             control,
             output_stage,
             ok,
+            // A supply that is missing is no fault (rows 1 and 3).
+            low: lowest < LOW_SUPPLY && plant.supplies(lowest),
+            causes: Fault::E
+                .when(inputs.encoder_fault)
+                .union(Fault::F.when(inputs.internal_fault))
+                .union(Fault::J.when(inputs.battery < EMPTY_BATTERY)),
             battery_low: plant.battery_low(inputs),
             motor_decivolts: word(inputs.motor_supply(model) * 10.0),
             control_decivolts: word(inputs.control_supply * 10.0),

@@ -91,7 +91,26 @@ impl Framer {
         octets: &[u8],
         mut sink: impl FnMut(Instant, Result<Telegram<'_>, FrameError>),
     ) {
-        self.hear_silence(now, octets.len(), &mut sink);
+        // Nearly always octets are one telegram and nothing is left of what was before.
+        if self.is_clear()
+            && let Decoded::Telegram { telegram, len } = decode(octets)
+            && len == octets.len()
+        {
+            self.last_octet = now;
+            return sink(now, Ok(telegram));
+        }
+        self.receive_pieces(now, octets, &mut sink);
+    }
+
+    /// As [`Framer::receive`], for octets that may be anything.
+    #[inline(never)]
+    fn receive_pieces(
+        &mut self,
+        now: Instant,
+        octets: &[u8],
+        sink: &mut impl FnMut(Instant, Result<Telegram<'_>, FrameError>),
+    ) {
+        self.hear_silence(now, octets.len(), sink);
         if octets.is_empty() {
             return;
         }
@@ -102,12 +121,12 @@ impl Framer {
         let mut octets = octets;
         while self.len > 0 && !octets.is_empty() {
             octets = self.append(octets);
-            self.cut_buffer(now, &mut sink);
+            self.cut_buffer(now, sink);
             if self.wait_for_idle {
                 return;
             }
         }
-        let Cut { rest, wait_for_idle } = cut(self.resync, now, octets, &mut self.refused, &mut sink);
+        let Cut { rest, wait_for_idle } = cut(self.resync, now, octets, &mut self.refused, sink);
         self.wait_for_idle = wait_for_idle;
         self.append(rest);
     }
@@ -139,7 +158,9 @@ impl Framer {
         now: Instant,
         mut sink: impl FnMut(Instant, Result<Telegram<'_>, FrameError>),
     ) {
-        self.hear_silence(now, 0, &mut sink);
+        if !self.is_clear() {
+            self.hear_silence(now, 0, &mut sink);
+        }
     }
 
     /// When to call [`Framer::handle_timeout`]. Changes with every call that takes octets or time.
@@ -155,15 +176,21 @@ impl Framer {
         self.refused = Refused::Nothing;
     }
 
+    /// Nothing is unfinished, and nothing refused or ignored lasts: silence ends nothing, the next octet begins a
+    /// telegram.
+    fn is_clear(&self) -> bool {
+        self.len == 0 && !self.wait_for_idle && self.refused == Refused::Nothing
+    }
+
     /// Ends what the silence before the newest `arrived` octets ends.
-    #[inline]
+    #[inline(never)]
     fn hear_silence(
         &mut self,
         now: Instant,
         arrived: usize,
         sink: &mut impl FnMut(Instant, Result<Telegram<'_>, FrameError>),
     ) {
-        if self.len == 0 && !self.wait_for_idle && self.refused == Refused::Nothing {
+        if self.is_clear() {
             return;
         }
         match self.resync {

@@ -28,6 +28,8 @@ pub struct Station {
     baud: BaudRate,
     min_tsdr: u8,
     max_tsdr: Option<u16>,
+    /// What they are at `baud`.
+    window: Window,
     /// The last counted request, kept with its reply until another telegram for us arrives.
     last: Option<Cycle>,
     last_data: [u8; MAX_PDU_LEN],
@@ -37,6 +39,27 @@ pub struct Station {
     short_reply: [u8; SHORT_LEN],
     /// The end of the request and the reply that waits for its time.
     pending: Option<(Instant, Waiting)>,
+}
+
+/// When a reply may be sent, from the end of its request on. Worked out when it changes: each bit time is a division.
+#[derive(Clone, Copy, Debug)]
+struct Window {
+    earliest: Duration,
+    /// A master may set a min T_SDR behind max T_SDR: the time allowed is then as long and begins with it, or nobody
+    /// could ever talk to the station again, not even to set another.
+    latest: Option<Duration>,
+}
+
+impl Window {
+    const fn of(baud: BaudRate, min_tsdr: u8, max_tsdr: Option<u16>) -> Self {
+        let min = min_tsdr as u32;
+        let latest = match max_tsdr {
+            Some(max) if min < max as u32 => Some(baud.bit_times(max as u32)),
+            Some(max) => Some(baud.bit_times(min + max as u32)),
+            None => None,
+        };
+        Self { earliest: baud.bit_times(min), latest }
+    }
 }
 
 /// Octets of a telegram without data.
@@ -192,6 +215,7 @@ impl Station {
             baud,
             min_tsdr: DEFAULT_MIN_TSDR,
             max_tsdr,
+            window: Window::of(baud, DEFAULT_MIN_TSDR, max_tsdr),
             last: None,
             last_data: [0; MAX_PDU_LEN],
             reply: [0; MAX_TELEGRAM_LEN],
@@ -235,12 +259,17 @@ impl Station {
         if self.max_tsdr.is_some() {
             self.max_tsdr = Some(max_tsdr);
         }
+        self.window = Window::of(self.baud, self.min_tsdr, self.max_tsdr);
     }
 
     /// Sets the least time between a request and its reply in T_bit. Less than 11 is taken as 11, the shortest
     /// the standard knows.
     pub const fn set_min_tsdr(&mut self, bits: u8) {
-        self.min_tsdr = if bits < DEFAULT_MIN_TSDR { DEFAULT_MIN_TSDR } else { bits };
+        let bits = if bits < DEFAULT_MIN_TSDR { DEFAULT_MIN_TSDR } else { bits };
+        if self.min_tsdr != bits {
+            self.min_tsdr = bits;
+            self.window = Window::of(self.baud, self.min_tsdr, self.max_tsdr);
+        }
     }
 
     /// Takes a telegram whose last octet ended at `now`.
@@ -248,6 +277,7 @@ impl Station {
     /// A request on the line ends the time of a reply that has not been sent: the master has given it up, and a
     /// late one would be credited to somebody else (`dp-v0.md` 2 rule 6).
     #[must_use = "a `DataWithReply` must be answered with `Station::reply`"]
+    #[inline]
     pub fn receive<'a>(&mut self, now: Instant, telegram: &Telegram<'a>) -> Reception<'a> {
         let telegram = match telegram {
             Telegram::Data(telegram) => telegram,
@@ -318,11 +348,12 @@ impl Station {
     ///
     /// Addresses and SAPs are mirrored. Data of more octets than [`Reply`] allows, or fewer, are answered with RR: the
     /// layer above has broken its promise, the master shall not hang.
+    #[inline]
     pub fn reply(&mut self, now: Instant, request: &Request<'_>, reply: Reply<'_>) {
         let (status, data) = match reply {
             Reply::ShortAcknowledge => {
-                self.schedule(now, &Telegram::ShortAcknowledge);
-                return;
+                let len = Telegram::ShortAcknowledge.encode(&mut self.reply).map_or(0, <[u8]>::len);
+                return self.schedule(now, len);
             }
             Reply::DataLow(data) if (1..=MAX_USER_DATA).contains(&data.len()) => (ReplyStatus::DataLow, data),
             Reply::DataHigh(data) if data.len() <= MAX_USER_DATA => (ReplyStatus::DataHigh, data),
@@ -346,7 +377,8 @@ impl Station {
                 data,
             }
         };
-        self.schedule(now, &Telegram::Data(telegram));
+        let len = telegram.encode(&mut self.reply).map_or(0, <[u8]>::len);
+        self.schedule(now, len);
     }
 
     /// The reply to send at `now`, if its time has come.
@@ -355,6 +387,7 @@ impl Station {
     /// [`TooLate`] once if the reply was dropped because max T_SDR is over, or as much time behind a min T_SDR that
     /// the master has set beyond it.
     #[must_use = "the octets are not offered again"]
+    #[inline]
     pub fn poll_transmit(&mut self, now: Instant) -> Result<Option<&[u8]>, TooLate> {
         let Some((end, waiting)) = self.pending.filter(|(end, _)| self.earliest(*end) <= now) else {
             return Ok(None);
@@ -365,7 +398,7 @@ impl Station {
         };
         self.pending = None;
         let after = now.saturating_since(end);
-        match self.latest() {
+        match self.window.latest {
             Some(limit) if after > limit => Err(TooLate { after, limit }),
             Some(_) | None => Ok(reply),
         }
@@ -378,17 +411,10 @@ impl Station {
     }
 
     fn earliest(&self, end: Instant) -> Instant {
-        end.saturating_add(self.baud.bit_times(self.min_tsdr.into()))
+        end.saturating_add(self.window.earliest)
     }
 
-    /// How long after a request its reply may be sent. A master may set a min T_SDR behind max T_SDR: the time
-    /// allowed is then as long and begins with it, or nobody could ever talk to the station again, not even to
-    /// set another.
-    fn latest(&self) -> Option<Duration> {
-        let (min, max) = (u32::from(self.min_tsdr), u32::from(self.max_tsdr?));
-        Some(self.baud.bit_times(if min < max { max } else { min + max }))
-    }
-
+    #[inline(always)]
     fn receive_srd<'a>(
         &mut self,
         now: Instant,
@@ -480,9 +506,10 @@ impl Station {
         }
     }
 
-    fn schedule(&mut self, now: Instant, telegram: &Telegram<'_>) {
-        // Cannot fail: the data were measured before, and the buffer holds the longest telegram.
-        let len = telegram.encode(&mut self.reply).map_or(0, <[u8]>::len);
+    /// `reply` holds a telegram of so many octets; 0 cannot be: its data were measured before, and the buffer holds the
+    /// longest telegram.
+    #[inline]
+    fn schedule(&mut self, now: Instant, len: usize) {
         self.reply_len = u8::try_from(len).unwrap_or(0);
         self.pending = (len > 0).then_some((now, Waiting::Counted));
     }

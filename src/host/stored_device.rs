@@ -16,7 +16,7 @@ use crate::time::{BaudRate, Instant};
 /// How long a shaft may run out when the drive is dropped.
 const LONGEST_RUN_OUT: Duration = Duration::from_secs(60);
 
-/// A drive on a [`Bus`](super::Bus) whose EEPROM may be kept in a [`StateDir`](super::StateDir).
+/// A drive on a [`Bus`](super::Bus) whose EEPROM may be kept in a [`StateDir`].
 ///
 /// Used like a [`Device`], with the same contract; it hands images to the writer and its reports to the drive.
 /// Dropped, it is switched off: the shaft runs out at once, and where it stops is stored.

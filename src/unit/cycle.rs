@@ -95,11 +95,12 @@ impl Cycles {
     }
 
     /// Something has changed: the next point of the grid after `now` is due, unless one is due already.
+    #[inline]
     pub fn wake(&mut self, now: Instant) {
-        let Some(length) = self.cycle.period().map(nanos) else { return };
         if self.next.is_some() {
             return;
         }
+        let Some(length) = self.cycle.period().map(nanos) else { return };
         let elapsed = nanos(now.saturating_since(self.start));
         let next = (elapsed / length + 1).saturating_mul(length);
         self.next = Some(self.start.saturating_add(Duration::from_nanos(next)));
@@ -114,9 +115,9 @@ impl Cycles {
     }
 
     /// Moves a cycle that is overdue beyond all measure up to the time that is made up for.
+    #[inline]
     pub fn forfeit(&mut self, now: Instant) {
-        let overdue = self.next.map(|due| now.saturating_since(due));
-        if overdue.is_some_and(|overdue| overdue > MOST_TIME_MADE_UP) {
+        if self.next.is_some_and(|due| due.saturating_add(MOST_TIME_MADE_UP) < now) {
             self.next = None;
             self.wake(Instant::from_nanos(now.as_nanos().saturating_sub(nanos(MOST_TIME_MADE_UP))));
         }

@@ -3,8 +3,8 @@
 use core::fmt;
 
 use super::DipSwitches;
-use crate::drive::{Fault, Refusal};
-use crate::param::DefaultSet;
+use crate::drive::{self, Fault, InputChange, Refusal};
+use crate::param::{DefaultSet, Effect, Unit, Write};
 
 /// Something a user may want to read. `Display` is one line of plain English.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,8 +12,34 @@ use crate::param::DefaultSet;
 pub enum Event {
     /// The drive did not do what the command asked for, and why.
     CommandRefused(Refusal),
-    /// The drive went to fault.
+    /// The drive went to fault, or another fault came while one was latched.
     Fault(Fault),
+    /// The cause of the latched fault is no longer present.
+    FaultCauseGone(Fault),
+    /// What the drive did.
+    Drive(drive::Event),
+    /// A parameter was written, or a command that is written as a parameter.
+    Written {
+        /// What.
+        write: Write,
+        /// The value before, of a stored parameter.
+        before: Option<i32>,
+        /// What it changed.
+        effect: Effect,
+        /// Who wrote.
+        by: Writer,
+    },
+    /// The EEPROM keeps everything.
+    Stored,
+    /// The host could not keep the EEPROM image.
+    NotStored {
+        /// Writes that waited for it were undone.
+        undone: bool,
+    },
+    /// The world around the drive was changed.
+    Input(InputChange),
+    /// The DIP switches were set while the drive was on or off; they are read when it is switched on.
+    SwitchesSet(DipSwitches),
     /// The control lost its supply.
     SwitchedOff,
     /// The control is supplied again, and the DIP switches were read.
@@ -27,27 +53,124 @@ pub enum Event {
     },
 }
 
+/// Who wrote a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Writer {
+    /// The master of the bus.
+    Bus,
+    /// Somebody past the bus: a panel, a program.
+    Host,
+}
+
+impl Event {
+    /// Whether it is cyclic detail: a log leaves it out unless asked for more.
+    pub const fn is_detail(&self) -> bool {
+        match self {
+            Self::Written { effect, .. } => matches!(effect, Effect::None),
+            Self::Stored => true,
+            Self::CommandRefused(_)
+            | Self::Fault(_)
+            | Self::FaultCauseGone(_)
+            | Self::Drive(_)
+            | Self::NotStored { .. }
+            | Self::Input(_)
+            | Self::SwitchesSet(_)
+            | Self::SwitchedOff
+            | Self::SwitchedOn(_)
+            | Self::FactoryReset(_)
+            | Self::Lost { .. } => false,
+        }
+    }
+}
+
 impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::CommandRefused(refusal) => refusal.fmt(f),
             Self::Fault(fault) => write!(f, "fault {fault}"),
+            Self::FaultCauseGone(fault) => {
+                write!(f, "the cause of fault {fault} is gone: acknowledge the fault")
+            }
+            Self::Drive(event) => event.fmt(f),
+            Self::Written { write, before, effect, by } => written(f, *write, *before, *effect, *by),
+            Self::Stored => f.write_str("stored in the EEPROM"),
+            Self::NotStored { undone } => {
+                let what = if *undone { ", what was written last is undone" } else { "" };
+                write!(f, "the EEPROM could not be written{what}")
+            }
+            Self::Input(change) => write!(f, "outside: {change}"),
+            Self::SwitchesSet(switches) => {
+                write!(f, "DIP switches set to {switches} (SW1 to SW10), read when it is switched on next")
+            }
             Self::SwitchedOff => f.write_str("switched off"),
             Self::SwitchedOn(switches) => write!(f, "switched on (SW1 to SW10: {switches})"),
             Self::FactoryReset(set) => {
-                let which = match set {
-                    DefaultSet::All => "all",
-                    DefaultSet::Standard => "the standard",
-                    DefaultSet::Controller => "the controller",
-                };
                 write!(
                     f,
-                    "{which} parameters are back at their factory settings; switch off, set the address, put SW8 to \
-                     OFF and switch on"
+                    "{} parameters are back at their factory settings; switch off, set the address, put SW8 to \
+                     OFF and switch on",
+                    which(*set)
                 )
             }
             Self::Lost { events } => write!(f, "{events} more events were lost"),
         }
+    }
+}
+
+fn written(
+    f: &mut fmt::Formatter<'_>,
+    write: Write,
+    before: Option<i32>,
+    effect: Effect,
+    by: Writer,
+) -> fmt::Result {
+    match write {
+        Write::Set(parameter, value) => {
+            let entry = parameter.entry();
+            write!(f, "PNU {} ({}) ", entry.pnu, entry.name)?;
+            match before {
+                Some(before) if before != value => write!(f, "changed from {before} to {value}")?,
+                Some(_) | None => write!(f, "written, unchanged {value}")?,
+            }
+            match entry.unit {
+                Unit::Choice(choices) => {
+                    let chosen = choices.iter().find(|(number, _)| i32::from(*number) == value);
+                    if let Some((_, meaning)) = chosen {
+                        write!(f, " ({meaning})")?;
+                    }
+                }
+                Unit::None | Unit::Bits | Unit::Ascii | Unit::Version | Unit::Date => {}
+                unit @ (Unit::Percent
+                | Unit::PercentOfAcceleration
+                | Unit::Rpm
+                | Unit::Position
+                | Unit::Window
+                | Unit::Increments
+                | Unit::SpindlePitch
+                | Unit::TenthDegrees
+                | Unit::Milliamperes
+                | Unit::TenthVolts
+                | Unit::HundredthVolts) => write!(f, " {unit}")?,
+            }
+            if effect == Effect::Calibrate {
+                f.write_str(", the position is calibrated")?;
+            }
+        }
+        Write::Load(set) => write!(f, "{} parameters set to their defaults", which(set))?,
+        Write::ClearFaults => f.write_str("fault buffer and fault counter cleared")?,
+        Write::Calibrate => f.write_str("the position is calibrated")?,
+    }
+    f.write_str(match by {
+        Writer::Bus => ", by the master",
+        Writer::Host => ", past the bus",
+    })
+}
+
+const fn which(set: DefaultSet) -> &'static str {
+    match set {
+        DefaultSet::All => "all",
+        DefaultSet::Standard => "the standard",
+        DefaultSet::Controller => "the controller",
     }
 }
 

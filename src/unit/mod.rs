@@ -38,12 +38,12 @@ mod storage;
 
 use core::time::Duration;
 
-use crate::drive::{self, Command, Drive, Inputs, Refusal, Settings, Status};
+use crate::drive::{self, Command, Drive, Fault, Inputs, Refusal, Settings, Status};
 use crate::param::{self, Gear, Model, Store};
 
 pub use cycle::{ApplicationCycle, CycleTooShort, Cycles, DEFAULT_APPLICATION_CYCLE};
 pub use dip::DipSwitches;
-pub use event::{Event, Queue};
+pub use event::{Event, Queue, Writer};
 pub use image::{BusSettings, BusSettingsError, IMAGE_LEN, Image, ImageError, ImageOctets, MAX_IMAGE_LEN};
 pub use parameters::Written;
 pub use power::{Power, Switched};
@@ -104,7 +104,9 @@ pub struct Unit {
     parameters_acted: bool,
     bus: BusSettings,
     storage: Option<Storage>,
-    events: Queue<Event, 8>,
+    /// The cause of the latched fault was present behind the last step.
+    fault_cause: bool,
+    events: Queue<Event, 16>,
 }
 
 impl Unit {
@@ -155,6 +157,7 @@ impl Unit {
             parameters_acted: false,
             bus,
             storage,
+            fault_cause: false,
             events: Queue::default(),
         };
         unit.read_switches();
@@ -164,7 +167,7 @@ impl Unit {
     /// Lets `dt` pass under what the bus wants; without a master that is for example [`Command::UNATTENDED`]. Inputs and
     /// parameters act at the beginning.
     pub fn step(&mut self, dt: Duration, command: &Command) {
-        let fault = self.status.fault;
+        let before = self.status;
         self.drive.step(dt, command, &self.settings);
         self.status = self.drive.status();
         self.parameters_acted = false;
@@ -172,8 +175,23 @@ impl Unit {
         if let Some(refusal) = self.drive.take_refusal() {
             self.events.push(Event::CommandRefused(refusal));
         }
-        if let Some(fault) = self.status.fault.filter(|_| fault.is_none()) {
+        let new_fault = self.status.fault.filter(|fault| before.fault != Some(*fault));
+        if let Some(fault) = new_fault {
             self.events.push(Event::Fault(fault));
+        }
+        let events = &mut self.events;
+        self.drive.tell(&before, &self.status, command, |event| events.push(Event::Drive(event)));
+        if let Some(fault) = self.status.fault {
+            self.tell_cause(fault, new_fault.is_some());
+        }
+    }
+
+    /// Says once that the cause of the latched fault has gone.
+    fn tell_cause(&mut self, fault: Fault, new: bool) {
+        let present = self.drive.causes().contains(fault);
+        let was_present = core::mem::replace(&mut self.fault_cause, present) || new;
+        if was_present && !present {
+            self.events.push(Event::FaultCauseGone(fault));
         }
     }
 

@@ -1,6 +1,6 @@
 //! Reading and writing the parameters of a unit, and what a write did.
 
-use super::Unit;
+use super::{Event, Unit, Writer};
 use crate::drive::Settings;
 use crate::param::{Effect, ParamError, Pnu, Reading, Subindex, Value, Write, WriteContext};
 
@@ -62,7 +62,7 @@ impl Unit {
     /// # Errors
     /// As [`Store::apply`](crate::param::Store::apply); nothing is changed then.
     pub fn write(&mut self, write: Write) -> Result<Written, ParamError> {
-        self.execute(write, false)
+        self.execute(write, Writer::Host)
     }
 
     /// Writes for a bus that acknowledges only what is safe: see [`Written::waits`].
@@ -70,7 +70,7 @@ impl Unit {
     /// # Errors
     /// As [`Store::apply`](crate::param::Store::apply); nothing is changed then.
     pub fn write_safely(&mut self, write: Write) -> Result<Written, ParamError> {
-        self.execute(write, true)
+        self.execute(write, Writer::Bus)
     }
 
     /// What the operating state allows to be written now.
@@ -78,7 +78,7 @@ impl Unit {
         WriteContext { moving: self.status.moving, job_active: self.status.job_active }
     }
 
-    fn execute(&mut self, write: Write, waits: bool) -> Result<Written, ParamError> {
+    fn execute(&mut self, write: Write, by: Writer) -> Result<Written, ParamError> {
         let context = self.write_context();
         let (before, memory) = (self.store.clone(), self.drive.memory());
         let effect = self.store.apply(write, &context)?;
@@ -100,7 +100,8 @@ impl Unit {
             Write::Set(parameter, _) => Some(before.value(parameter)),
             Write::Load(_) | Write::ClearFaults | Write::Calibrate => None,
         };
-        let waits = self.note_write(write, &before, &memory, waits);
+        self.events.push(Event::Written { write, before: before_value, effect, by });
+        let waits = self.note_write(write, &before, &memory, by == Writer::Bus);
         Ok(Written { write, effect, before: before_value, waits })
     }
 }

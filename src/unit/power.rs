@@ -3,7 +3,7 @@
 use core::time::Duration;
 
 use super::{DipSwitches, Event, Unit};
-use crate::drive::{Command, Inputs, Settings};
+use crate::drive::{Command, InputChange, Inputs, Settings};
 use crate::param::DefaultSet;
 
 /// What the supply of the control and the DIP switches make of the unit.
@@ -71,6 +71,9 @@ impl Unit {
     /// A control supply of 0 switches the unit off, as [`Unit::power_off`] does, and one that comes back switches it on;
     /// while [`Unit::power_off`] holds, the supply is only set.
     pub fn set_inputs(&mut self, inputs: Inputs) -> Switched {
+        for change in InputChange::between(&self.inputs, &inputs.limited()) {
+            self.events.push(Event::Input(change));
+        }
         self.supply(inputs, self.switch_closed)
     }
 
@@ -80,8 +83,10 @@ impl Unit {
     }
 
     /// Sets the DIP switches. They are read when the unit is switched on next (manual chapter 7.8).
-    pub const fn set_switches(&mut self, switches: DipSwitches) {
-        self.switches = switches;
+    pub fn set_switches(&mut self, switches: DipSwitches) {
+        if core::mem::replace(&mut self.switches, switches) != switches {
+            self.events.push(Event::SwitchesSet(switches));
+        }
     }
 
     /// Takes over the world around the drive.

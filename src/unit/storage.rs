@@ -10,7 +10,7 @@
 
 use thiserror::Error;
 
-use super::{BusSettings, Image, ImageOctets, Unit};
+use super::{BusSettings, Event, Image, ImageOctets, Unit};
 use crate::drive::{Drive, FaultBuffer, Memory, Settings};
 use crate::param::{DefaultSet, Parameter, Store, Write};
 
@@ -110,6 +110,7 @@ impl Unit {
             Ok(()) => {
                 if newest {
                     storage.progress = Progress::Safe;
+                    self.events.push(Event::Stored);
                 }
                 match storage.waiting.take_if(|waiting| waiting.generation <= generation) {
                     Some(_) => Outcome::Safe,
@@ -120,6 +121,8 @@ impl Unit {
             Err(NotStored) if !newest => Outcome::None,
             Err(NotStored) => {
                 storage.progress = Progress::Failed;
+                let undone = storage.waiting.is_some();
+                self.events.push(Event::NotStored { undone });
                 let Some(Waiting { undo, .. }) = storage.waiting.take() else {
                     return Outcome::None;
                 };

@@ -46,8 +46,12 @@ fn it_is_enabled_travels_fails_and_recovers() {
     run(&mut unit, RUN, 1);
     assert_eq!(events(&mut unit), [Event::Fault(Fault::D)]);
     let _ = unit.set_inputs(Inputs::default());
-    run(&mut unit, Command { acknowledge: true, ..RUN }, 2);
-    assert_eq!(unit.status().state, State::OperationEnabled(Motor::InControl), "armed again at once");
+    run(&mut unit, Command { acknowledge: true, ..RUN }, 3);
+    assert_eq!(
+        unit.status().state,
+        State::OperationEnabled(Motor::InControl),
+        "acknowledged, armed, enabled"
+    );
     assert_eq!(unit.drive().faults().codes()[0], b'D');
 }
 

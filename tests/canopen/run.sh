@@ -1,5 +1,9 @@
 #!/usr/bin/env bash
-# Drive a CAN bus of ours with python-can over slcan: tests/canopen/run.sh
+# Drive a CAN bus and CANopen devices of ours with python-can and python-canopen over slcan:
+#
+#   tests/canopen/run.sh [PATH-OF-PROFIDRIVE]
+#
+# Without a path the command is built.
 #
 # Needs cargo, python3 with venv, and once a package index for pip. CANOPEN_VENV says where the virtual environment is
 # kept, default target/canopen-venv; PYTHON names another interpreter. Exit status 0 if every step passed, 1 with a line
@@ -21,5 +25,19 @@ if ! cmp -s "$here/requirements.txt" "$venv/requirements.txt"; then
         cannot "pip cannot install $here/requirements.txt; is a package index within reach?"
     cp "$here/requirements.txt" "$venv/requirements.txt"
 fi
-cargo build --quiet --manifest-path "$root/Cargo.toml" --example can_node
+if [[ $# -eq 0 ]]; then
+    cargo build --quiet --manifest-path "$root/Cargo.toml" --features cli --bin profidrive
+    set -- "$target/debug/profidrive"
+fi
+profidrive=$(program "$1")
+cargo build --quiet --manifest-path "$root/Cargo.toml" --example can_node --example asda_a2_node
 "$venv/bin/python" "$here/slcan.py" "$target/debug/examples/can_node"
+"$venv/bin/python" "$here/asda_402.py" "$target/debug/examples/asda_a2_node"
+for device in ap10 asda-a2; do
+    "$venv/bin/python" "$here/nodes.py" "$profidrive" "$device"
+done
+
+"$profidrive" eds asda-a2 >"$work/asda-a2.eds"
+start_emulator "$profidrive" --node 5,device=asda-a2 --link slcan-tcp:127.0.0.1:0
+link=$(sed -n 's/^ready link=\([^ ]*\) .*/\1/p' "$work/ready")
+"$venv/bin/python" "$here/asda_402.py" --running "$link" "$work/asda-a2.eds" 5

@@ -61,7 +61,9 @@ fn take_terminal(link: &Path) -> Vec<OwnedFd> {
 /// How a master on the link ends, and what it says.
 fn master(link: &Path) -> (Option<i32>, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_profidrive"));
-    command.args(["master", "--link", &format!("pty:{}", link.display()), "scan"]).env_remove("RUST_LOG");
+    command
+        .args(["master", "--link", &format!("pty:{}", link.display()), "--address", "5", "diag"])
+        .env_remove("RUST_LOG");
     let Output { status, stderr, .. } = command.stdin(Stdio::null()).output().unwrap();
     (status.code(), String::from_utf8(stderr).unwrap())
 }

@@ -151,7 +151,7 @@ fn n_02_a_broadcast_ends_the_time_of_a_reply_and_acts_once() {
     assert_eq!(bus.poll_transmit(later, &mut [0; MAX_TELEGRAM_LEN]), None);
     let mut cleared = Vec::new();
     while let Some(event) = bus.poll_event() {
-        let BusEvent::Station { address, event: Event::Dp(dp::Event::OutputsCleared { .. }) } = event else {
+        let BusEvent::Station { address, event: Event::Dp(dp::Event::Controlled { .. }) } = event else {
             panic!("{event}");
         };
         cleared.push(address.number());

@@ -169,9 +169,10 @@ impl<L: Link> Exchange for Session<L, SystemClock> {
     }
 }
 
-/// A session whose drive no busy machine lets go.
+/// A session whose drive no busy machine lets go: it asks for two seconds.
 fn session<L: Link>(link: L) -> Session<L, SystemClock> {
     let settings = Settings {
+        slot_time: Duration::from_millis(130),
         retry_limit: 15,
         watchdog: Duration::from_secs(60),
         ..Settings::untimed(station(2), BAUD)

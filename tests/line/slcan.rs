@@ -7,6 +7,7 @@ use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::os::unix::fs::{OpenOptionsExt, symlink};
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::{self, JoinHandle};
 use std::time::Instant as Wall;
 
@@ -26,11 +27,14 @@ struct Node {
     heartbeat: Duration,
     next: Instant,
     queue: VecDeque<Frame>,
+    /// Dropped when the frames of the start have passed.
+    starting: Option<Sender<()>>,
 }
 
 impl Node {
-    fn boxed(number: u16, heartbeat: Duration) -> Box<dyn CanParticipant<Event = ()>> {
-        let mut node = Self { number, heartbeat, next: Instant::ZERO, queue: VecDeque::new() };
+    fn boxed(number: u16, heartbeat: Duration, starting: Sender<()>) -> Box<dyn CanParticipant<Event = ()>> {
+        let starting = Some(starting);
+        let mut node = Self { number, heartbeat, next: Instant::ZERO, queue: VecDeque::new(), starting };
         node.boot();
         Box::new(node)
     }
@@ -71,7 +75,11 @@ impl CanParticipant for Node {
     fn set_error_state(&mut self, _: Instant, _: ErrorState) {}
 
     fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
-        self.queue.pop_front()
+        let frame = self.queue.pop_front();
+        if frame.is_none() && self.next != Instant::ZERO {
+            self.starting = None;
+        }
+        frame
     }
 
     fn poll_event(&mut self) -> Option<()> {
@@ -99,9 +107,11 @@ struct Running {
 impl Running {
     fn start(spec: &LinkSpec, nodes: impl IntoIterator<Item = u16>, heartbeat: Duration) -> Self {
         let mut line = Line::open(spec, BitRate::K1000, Reach::ThisMachine).unwrap();
+        let (starting, started) = channel();
         for number in nodes {
-            line.add(Node::boxed(number, heartbeat));
+            line.add(Node::boxed(number, heartbeat, starting.clone()));
         }
+        drop(starting);
         let (name, stop) = (line.name().to_owned(), Stop::new().unwrap());
         let asked = stop.clone();
         let thread = thread::spawn(move || {
@@ -114,6 +124,11 @@ impl Running {
             .unwrap();
             (line, news)
         });
+        // The frames of the start pass before anybody is there.
+        assert!(
+            started.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Disconnected),
+            "the nodes do not start"
+        );
         Self { name, stop, thread: Some(thread) }
     }
 
@@ -449,8 +464,6 @@ fn l_05_two_masters_hear_each_other_and_the_nodes_and_not_themselves() {
 fn l_06_127_nodes_answer_each_for_itself_and_boot_once_each() {
     let line = Running::pty(1..=127, SELDOM);
     let mut master = line.terminal();
-    // The frames of the start pass before anybody is there.
-    thread::sleep(Duration::from_millis(100));
     assert_eq!(master.ask(b"O\r"), b"\r");
     master.write(b"t00028100\r");
     for number in 1..=127 {
@@ -514,7 +527,7 @@ fn a_port_that_others_could_reach_is_refused_unless_they_are_invited() {
 fn an_idle_line_sleeps() {
     let mut line: Line<()> = Line::open(&LinkSpec::Pty(None), BitRate::K1000, Reach::ThisMachine).unwrap();
     for number in 1..=127 {
-        line.add(Node::boxed(number, SELDOM));
+        line.add(Node::boxed(number, SELDOM, channel().0));
     }
     let stop = Stop::new().unwrap();
     let asked = stop.clone();

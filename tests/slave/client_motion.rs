@@ -9,6 +9,7 @@ use drive_rig::{MODELS, Rig};
 use profidrive::client::{Goal, GoalError, Job, Limits, NotSubmitted, Obstacle, Reply};
 use profidrive::drive::{Direction, Fault, Inputs};
 use profidrive::param::{Model, Pnu, Value, Width};
+use profidrive::ppo;
 
 /// Takes the enable input or the supply of the output stage away and gives it back, and nothing may turn then.
 fn lose_and_return(rig: &mut Rig) {
@@ -44,6 +45,34 @@ fn a_velocity_does_not_come_back_with_the_enable_or_the_supply() {
         rig.pursue(Goal::Jog(Direction::Negative)).unwrap();
         lose_and_return(&mut rig);
         assert_eq!(rig.stw(), "000B");
+    }
+}
+
+#[test]
+fn a_dip_too_short_to_stop_the_shaft_ends_a_velocity_also_while_jobs_are_asked() {
+    let read = Job::read(Pnu::new(1018).unwrap());
+    for model in MODELS {
+        for asks in [false, true] {
+            let mut rig = Rig::in_velocity_mode(model);
+            rig.pursue(Goal::Velocity(45)).unwrap();
+            for dip in [false, true, false] {
+                rig.set_inputs(Inputs::default().with_output_stage(!dip));
+                let end = rig.line.now.saturating_add(Duration::from_millis(20));
+                while rig.line.now < end {
+                    if asks {
+                        assert_eq!(rig.job(read), Ok(Reply::Value(Value::Double(0))));
+                    } else {
+                        rig.exchange();
+                    }
+                }
+                assert!(rig.moves(), "a dip of 20 ms stops no shaft");
+            }
+            assert_eq!(rig.stw(), "000B", "{model} {asks}");
+            rig.exchanges(2000);
+            assert!(!rig.moves());
+            // What the shaft does not turn by is not watched.
+            assert_eq!(ppo::Outputs::new(&rig.client.outputs()).pkw().pke.raw(), 0);
+        }
     }
 }
 

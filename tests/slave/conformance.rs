@@ -6,8 +6,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Each page with how many rows it has, and of which list.
-const PAGES: &[(&str, usize, &str)] =
-    &[("docs/conformance.md", 117, "dp-v0.md 13"), ("docs/canopen-conformance.md", 56, "canopen-link.md 14")];
+const PAGES: &[(&str, usize, &str)] = &[
+    ("docs/conformance.md", 117, "dp-v0.md 13"),
+    ("docs/canopen-conformance.md", 56, "canopen-link.md 14"),
+    ("docs/asda-a2-conformance.md", 19, "canopen-asda-a2.md 15"),
+];
 
 /// A test function and the file that holds it.
 type Claim = (String, String);

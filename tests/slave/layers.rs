@@ -10,20 +10,29 @@ const TABLE: &[(&str, &[&str])] = &[
     ("dp", &["fdl", "time"]),
     ("can", &["time"]),
     ("canopen", &["can", "time"]),
+    ("cia402", &[]),
+    ("asda_a2", &["cia402", "time"]),
     ("ppo", &[]),
     ("param", &[]),
     ("pkw", &["ppo"]),
     ("drive", &["param", "time"]),
+    ("ap10", &["time"]),
     // A powered device knows no bus.
     ("unit", &["time", "param", "drive"]),
-    ("device", &["time", "fdl", "dp", "ppo", "pkw", "param", "drive", "unit"]),
+    (
+        "device",
+        &[
+            "time", "fdl", "dp", "ppo", "pkw", "param", "drive", "unit", "can", "canopen", "ap10", "cia402",
+            "asda_a2",
+        ],
+    ),
     // The bits of the diagnosis.
     ("client", &["time", "dp", "ppo", "param", "pkw", "drive", "device"]),
     // A slave of any kind.
     ("gsd", &["dp", "fdl", "time"]),
     ("explain", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device"]),
     // One framer for a bus, generic slaves, links that keep telegrams apart or corrupt them on purpose, and buses of CAN.
-    ("host", &["device", "time", "fdl", "dp", "ppo", "can"]),
+    ("host", &["device", "time", "fdl", "dp", "ppo", "can", "canopen"]),
     ("bench", &["host", "device", "explain", "dp", "fdl", "time"]),
     ("panel", &["host", "device", "explain", "drive", "dp", "param", "ppo", "fdl", "time"]),
     ("master", &["bench", "host", "client", "device", "dp", "pkw", "ppo", "param", "fdl", "time"]),
@@ -31,7 +40,7 @@ const TABLE: &[(&str, &[&str])] = &[
 
 /// What no module but the buses and what stands on them may know, and who must not know it.
 const BUSES: &[&str] = &["fdl", "dp", "ppo", "pkw"];
-const DEVICES: &[&str] = &["param", "drive", "unit"];
+const DEVICES: &[&str] = &["param", "drive", "unit", "ap10", "asda_a2"];
 
 #[test]
 fn every_layer_imports_only_what_the_table_allows() {
@@ -140,7 +149,8 @@ fn imports(text: &str, place: &[String]) -> Vec<String> {
                 depth -= 1;
             }
             root @ ("crate" | "profidrive" | "super" | "self") => {
-                let starts = n < 1 || tokens[n - 1] != "::" || n < 2 || !is_name(&tokens[n - 2]);
+                let follows_a_name = n >= 2 && is_name(&tokens[n - 2]) && tokens[n - 2] != "use";
+                let starts = n < 1 || tokens[n - 1] != "::" || !follows_a_name;
                 let leads_on =
                     tokens.get(n + 1).is_some_and(|next| next == "::" || next == "as" && root == "crate");
                 // In the braces of a longer path it was seen with that one.

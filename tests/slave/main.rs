@@ -10,6 +10,10 @@
 
 #[path = "../adversary/mod.rs"]
 mod adversary;
+#[path = "../ap10_device/mod.rs"]
+mod ap10_device;
+#[path = "../asda/mod.rs"]
+mod asda;
 #[path = "../common/mod.rs"]
 mod common;
 #[path = "../drive_rig/mod.rs"]
@@ -21,6 +25,14 @@ mod slave_line;
 #[path = "../telegrams/mod.rs"]
 mod telegrams;
 
+mod ap10_display;
+mod ap10_kept;
+mod ap10_objects;
+mod ap10_process_data;
+mod asda_errors;
+mod asda_modes;
+mod asda_objects;
+mod asda_states;
 mod canopen_client;
 mod canopen_eds;
 mod canopen_errors;
@@ -64,6 +76,7 @@ mod references;
 mod robustness;
 mod set_address;
 mod startup;
+mod story;
 mod travel_pictures;
 
 // The fuzz targets need it, too.

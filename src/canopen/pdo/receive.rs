@@ -129,7 +129,8 @@ impl Node {
         let id = self.rpdos.get(pdo.place()).and_then(|rpdo| rpdo.id);
         if let (Some(answer), Some(id)) = (answer, id) {
             let pieces = mapping::pieces(self.objects, answer.mapping);
-            let data = self.sample(&pieces, app);
+            let mut data = self.sample(&pieces, app);
+            app.complete_rtr_answer(pdo, &mut data);
             if let Ok(frame) = Frame::data(id, data.get(..mapping::octets(&pieces)).unwrap_or_default()) {
                 self.send(frame);
             }

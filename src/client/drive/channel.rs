@@ -43,13 +43,15 @@ pub(super) struct Channel {
     asking: Option<u32>,
     /// Counts the steps.
     steps: u32,
+    /// The user's job, until the question under way is over.
+    waiting: Option<Job>,
     /// Of the user's job.
     outcome: Option<Outcome>,
 }
 
 impl Channel {
     pub(super) const fn new(channel: Ag03Channel) -> Self {
-        Self { pkw: PkwClient::new(channel.profile()), asking: None, steps: 0, outcome: None }
+        Self { pkw: PkwClient::new(channel.profile()), asking: None, steps: 0, waiting: None, outcome: None }
     }
 
     pub(super) fn output(&self) -> Pkw {
@@ -72,14 +74,29 @@ impl Channel {
         self.pkw.handle_data_exchange_lost();
     }
 
-    /// Whether a question is under way, or an outcome waits to be taken.
+    /// Whether a job of the user waits, or its outcome waits to be taken.
     pub(super) const fn is_in_use(&self) -> bool {
-        self.asking.is_some() || self.outcome.is_some()
+        self.waiting.is_some() || self.outcome.is_some()
     }
 
-    /// A job of the user.
+    /// A job of the user. It waits for the question under way.
     pub(super) fn submit(&mut self, now: Instant, job: Job) -> Result<(), NotSubmitted> {
-        self.pkw.submit(now, job)
+        if self.asking.is_none() {
+            return self.pkw.submit(now, job);
+        }
+        job.request(self.pkw.profile())?;
+        self.waiting = Some(job);
+        Ok(())
+    }
+
+    /// The job of the user that waits, as soon as the channel is free.
+    pub(super) fn send_waiting(&mut self, now: Instant) {
+        if let Some(job) = self.waiting
+            && self.asking.is_none()
+            && self.pkw.submit(now, job).is_ok()
+        {
+            self.waiting = None;
+        }
     }
 
     pub(super) fn poll_job(&mut self) -> Option<Outcome> {

@@ -3,7 +3,9 @@
 use super::control_word::ControlWord;
 use super::goal::Goal;
 use super::job::TravelJob;
-use crate::device::bits::ZswBit;
+use crate::client::pkw::{Outcome, Reply};
+use crate::device::bits::{SswBit, ZswBit};
+use crate::param::Value;
 use crate::ppo::{Stw, Zsw};
 
 /// What is commanded; at first nothing.
@@ -30,6 +32,11 @@ impl Commanded {
             || matches!(self.word, ControlWord::Inch | ControlWord::Jog(_) | ControlWord::Turn)
     }
 
+    /// Whether the shaft turns by a velocity.
+    pub(super) const fn is_velocity(&self) -> bool {
+        matches!(self.word, ControlWord::Turn) && self.setpoint != 0
+    }
+
     /// Back to "enabled and nothing else", if operation is enabled at all.
     pub(super) const fn halt(&mut self) {
         self.job = TravelJob::None;
@@ -43,6 +50,17 @@ impl Commanded {
         self.word = word;
         self.start &= word.enables();
         self.job = TravelJob::None;
+    }
+
+    /// Takes a velocity back when the answer to [`Question::SystemStatus`](super::question::Question) says that the
+    /// output stage is off: ZSW of an AG03 does not show it while the shaft runs out (row 3b).
+    pub(super) fn note_output_stage(&mut self, answer: Outcome) {
+        if let Ok(Reply::Value(Value::Word(ssw))) = answer.result
+            && SswBit::NoOutputStage.is_set(ssw)
+            && self.word == ControlWord::Turn
+        {
+            self.halt();
+        }
     }
 
     /// What of a new goal cannot wait for anything. `begins`: a turning was commanded and not reached yet.

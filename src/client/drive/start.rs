@@ -41,7 +41,7 @@ impl GoalProgress {
         }
     }
 
-    /// What no travel can begin with, by the answer to [`Question::SystemStatus`].
+    /// What no travel can begin with, by the answer to [`Question::SystemStatus`](super::question::Question::SystemStatus).
     pub(super) fn start_when_ready(&self, commanded: &mut Commanded, zsw: Zsw) -> Next {
         if ZswBit::LimitExceeded.is_set(zsw) || self.obstacles().rule_out_travel() {
             return Next::Refused;

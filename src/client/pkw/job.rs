@@ -141,7 +141,7 @@ impl Job {
     }
 
     /// The words that ask for it.
-    pub(super) fn request(&self, profile: &Profile) -> Result<Pkw, NotSubmitted> {
+    pub(in crate::client) fn request(&self, profile: &Profile) -> Result<Pkw, NotSubmitted> {
         let none = NotSubmitted::NoSuchJob { job: *self };
         let as_array = match profile.array_jobs {
             ArrayJobs::ForElements => self.element.is_some(),

@@ -3,17 +3,20 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
+use profidrive::can::BitRate;
+use profidrive::host::can::{LinkSpec as CanLink, PRODUCTS};
 use profidrive::host::link::fault::Fault;
 
 use super::drive::RangeSpec;
+use super::link::expected_rates;
 use super::link::host_and_port;
 use super::quirk::help as quirks_help;
-use super::{BaudSpec, DriveSpec, LinkSpec, QuirkSpec};
+use super::{BaudSpec, DriveSpec, LinkSpec, NodeSpec, QuirkSpec};
 
-/// Puts emulated drives on a line until SIGINT (Ctrl-C) or SIGTERM
+/// Puts emulated drives on a line, or CANopen nodes on a CAN bus, until SIGINT (Ctrl-C) or SIGTERM
 ///
-/// Prints one line to stdout when it is ready, `ready link=<what a master opens> drives=<addresses>`, and logs to
-/// stderr. Ends with 0 on SIGINT and SIGTERM, 2 if the command line is wrong, 1 if something else is.
+/// Prints one line to stdout when it is ready, `ready link=<what a master opens> drives=<addresses>` (or
+/// `nodes=<node numbers>`), and logs to stderr. Ends with 0 on SIGINT and SIGTERM, 2 if the command line is wrong, 1 if something else is.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EMULATE_EXAMPLES)]
 pub(crate) struct Emulate {
@@ -22,7 +25,10 @@ pub(crate) struct Emulate {
         long = "drive",
         value_name = "SPEC",
         default_value = "5,model=ag03-1,gear=48",
-        default_value_if("ranges", clap::builder::ArgPredicate::IsPresent, None)
+        default_value_ifs([
+            ("ranges", clap::builder::ArgPredicate::IsPresent, None),
+            ("nodes", clap::builder::ArgPredicate::IsPresent, None),
+        ])
     )]
     single: Vec<DriveSpec>,
 
@@ -30,17 +36,27 @@ pub(crate) struct Emulate {
     #[arg(long = "drives", id = "ranges", value_name = "SPECS")]
     ranges: Vec<RangeSpec>,
 
+    /// A CANopen node: ID,device=ap10|asda-a2[,mode=full|half] (mode: ASDA-A2, full or half CANopen); repeat it for more
+    /// nodes on the same CAN bus. Needs a link that begins with slcan
+    #[arg(long = "node", id = "nodes", value_name = "SPEC")]
+    nodes: Vec<NodeSpec>,
+
     /// Do not listen first whether another station on a serial line has the address of a drive
     #[arg(long)]
     pub(crate) force_address: bool,
 
     /// The line: pty (a new pseudo-terminal), pty:PATH (with a symbolic link PATH to it), serial:DEVICE or
-    /// tcp:HOST:PORT (raw octets, several clients; port 0: a free one)
-    #[arg(long, default_value = "pty")]
+    /// tcp:HOST:PORT (raw octets, several clients; port 0: a free one). With --node the adapters of the CAN bus: slcan-pty,
+    /// slcan-pty:PATH or slcan-tcp:HOST:PORT, where each connection is an adapter
+    #[arg(
+        long,
+        default_value = "pty",
+        default_value_if("nodes", clap::builder::ArgPredicate::IsPresent, "slcan-pty")
+    )]
     pub(crate) link: LinkSpec,
 
     /// The rate in bit/s, or auto: on a pty (and the default there) what the master sets the terminal to, on a serial
-    /// line what is heard on it
+    /// line what is heard on it. Of a CAN bus it is the rate of every node, 500000 unless given
     #[arg(long, value_name = "RATE|auto")]
     pub(crate) baud: Option<BaudSpec>,
 
@@ -68,12 +84,12 @@ pub(crate) struct Emulate {
     #[arg(long, requires = "panel")]
     pub(crate) panel_allow_remote: bool,
 
-    /// Keeps each drive's EEPROM in a file in DIR, which is made if it is missing; without it the EEPROM lives as long
+    /// Keeps the EEPROM of each drive or node in a file in DIR, which is made if it is missing; without it the EEPROM lives as long
     /// as the process
     #[arg(long, value_name = "DIR")]
     pub(crate) state_dir: Option<PathBuf>,
 
-    /// Writes every telegram in both directions to FILE, which Wireshark opens (docs/wireshark); an existing FILE is
+    /// Writes every telegram or frame in both directions to FILE, which Wireshark opens (docs/wireshark); an existing FILE is
     /// replaced
     #[arg(long, value_name = "FILE.pcapng")]
     pub(crate) capture: Option<PathBuf>,
@@ -94,8 +110,75 @@ impl Emulate {
         self.single.iter().copied().chain(self.ranges.iter().flat_map(RangeSpec::drives))
     }
 
+    /// Every node asked for.
+    pub(crate) fn nodes(&self) -> &[NodeSpec] {
+        &self.nodes
+    }
+
     /// What no single argument shows.
     pub(super) fn check(&self) -> Result<(), String> {
+        match (&self.link, self.nodes.is_empty()) {
+            (LinkSpec::Slcan(_), false) => self.check_nodes(),
+            (LinkSpec::Pty(_) | LinkSpec::Serial(_) | LinkSpec::Tcp(_), true) => self.check_drives(),
+            (LinkSpec::Slcan(_), true) => Err(format!(
+                "an slcan link is a CAN bus and the drives of --drive are on PROFIBUS; name CANopen nodes, for example \
+                 --node 5,device={}, or use --link pty",
+                PRODUCTS.first().map_or("", |product| product.name)
+            )),
+            (LinkSpec::Pty(_) | LinkSpec::Serial(_) | LinkSpec::Tcp(_), false) => {
+                Err("CANopen nodes are on a CAN bus; use --link slcan-pty:PATH or --link slcan-tcp:HOST:PORT"
+                    .into())
+            }
+        }
+    }
+
+    fn check_nodes(&self) -> Result<(), String> {
+        if !self.single.is_empty() || !self.ranges.is_empty() {
+            return Err(
+                "drives are on PROFIBUS and nodes on CAN; start one emulator with --drive and another with \
+                        --node"
+                    .into(),
+            );
+        }
+        let mut numbers = BTreeSet::new();
+        if let Some(twice) = self.nodes.iter().find(|node| !numbers.insert(node.id)) {
+            return Err(format!("two nodes have the number {}; give each node its own", twice.id));
+        }
+        for (given, option) in [
+            (self.force_address, "--force-address"),
+            (self.slot_time.is_some(), "--slot-time"),
+            (!self.faults.is_empty(), "--fault"),
+            (!self.quirks.is_empty(), "--quirk"),
+            (self.panel.is_some(), "--panel"),
+        ] {
+            if given {
+                return Err(format!("{option} is for drives on PROFIBUS; leave it out with --node"));
+            }
+        }
+        if self.allow_remote && !matches!(self.link, LinkSpec::Slcan(CanLink::Tcp(_))) {
+            return Err("--allow-remote needs an slcan-tcp link".into());
+        }
+        let Some(baud) = self.baud else { return Ok(()) };
+        for NodeSpec { product, .. } in &self.nodes {
+            let rates = product.sheet.kilobits;
+            let known =
+                |rate: BitRate| rates.iter().any(|kilo| u32::from(*kilo) * 1000 == rate.bits_per_second());
+            if !baud.can().is_some_and(known) {
+                let rates: Vec<_> = rates.iter().map(|kilo| format!("{kilo}000")).collect();
+                return Err(format!(
+                    "the CAN bus of an {} has another rate; expected --baud with one of {}",
+                    product.name,
+                    rates.join(", ")
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_drives(&self) -> Result<(), String> {
+        if let Some(BaudSpec::Can(rate)) = self.baud {
+            return Err(format!("{rate} is no rate of PROFIBUS; {}", expected_rates()));
+        }
         let mut addresses = BTreeSet::new();
         if let Some(twice) = self.drives().find(|drive| !addresses.insert(drive.address)) {
             return Err(format!("two drives have address {}; give each drive its own", twice.address));
@@ -113,17 +196,18 @@ impl Emulate {
             (LinkSpec::Tcp(_), Some(BaudSpec::Auto)) => {
                 Err("--baud auto needs a pty link; a tcp link has no rate of its own".into())
             }
-            (LinkSpec::Tcp(_), Some(BaudSpec::Fixed(_)) | None) => Ok(()),
+            (LinkSpec::Tcp(_), Some(BaudSpec::Fixed(_) | BaudSpec::Can(_)) | None) => Ok(()),
             (LinkSpec::Serial(_), None) => {
                 Err("a serial line needs its rate; add for example --baud 19200, or --baud auto".into())
             }
-            (LinkSpec::Serial(_), Some(_)) | (LinkSpec::Pty(_), _) => Ok(()),
+            (LinkSpec::Serial(_), Some(_)) | (LinkSpec::Pty(_) | LinkSpec::Slcan(_), _) => Ok(()),
         }
     }
 }
 
 const EMULATE_EXAMPLES: &str = "\
 ADDRESS is 0 to 126; model defaults to ag03-1, gear to 48.
+ID is 1 to 127. An slcan adapter hears nothing until the master opens it (O): read then, the boot-up is over.
 On a serial line each drive listens up to two seconds before it takes part; one whose address is live stays silent.
 SIGUSR1 logs what was counted so far: telegrams, retries, refusals, times of replies.
 RATE is 9600, 19200, 93750, 187500, 500000, 1500000, 3000000, 6000000 or 12000000.
@@ -142,6 +226,7 @@ Examples:
   profidrive emulate --drives 1-125,model=ag03
   profidrive emulate --link pty:/tmp/bus --baud 500000
   profidrive emulate --state-dir ~/drives
+  profidrive emulate --node 5,device=ap10 --node 6,device=asda-a2 --link slcan-tcp:127.0.0.1:5000
   profidrive emulate --capture bus.pcapng
   profidrive emulate --link serial:/dev/ttyUSB0 --baud 19200 -v
   profidrive emulate --link tcp:127.0.0.1:5050 --fault no-reply,rate=0.01 --fault late=20ms,at=100";

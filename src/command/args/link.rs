@@ -3,7 +3,9 @@
 use core::str::FromStr;
 use std::path::PathBuf;
 
+use profidrive::can::BitRate;
 use profidrive::device::DESCRIPTION;
+use profidrive::host::can::LinkSpec as CanLink;
 use profidrive::time::BaudRate;
 
 /// Where the line is.
@@ -13,9 +15,11 @@ pub(crate) enum LinkSpec {
     Serial(String),
     /// Host and port.
     Tcp(String),
+    /// A CAN bus behind adapters.
+    Slcan(CanLink),
 }
 
-const LINKS: &str = "expected pty, pty:PATH, serial:DEVICE or tcp:HOST:PORT";
+const LINKS: &str = "expected pty, pty:PATH, serial:DEVICE or tcp:HOST:PORT, or for CANopen slcan-pty:PATH or slcan-tcp:HOST:PORT";
 
 impl FromStr for LinkSpec {
     type Err = String;
@@ -32,15 +36,23 @@ impl FromStr for LinkSpec {
             None if spec == "serial" => Err(format!("the device is missing; {LINKS}")),
             Some(("serial", "")) => Err(format!("the device is missing; {LINKS}")),
             Some(("serial", device)) => Ok(Self::Serial(device.into())),
-            Some(("tcp", place)) => tcp(place),
+            Some(("tcp", place)) => tcp(place).map(Self::Tcp),
             None if spec == "tcp" => Err(format!("host and port are missing; {LINKS}")),
+            None if spec == "slcan-pty" => Ok(Self::Slcan(CanLink::Pty(None))),
+            Some(("slcan-pty", "")) => Err(format!("the path is missing; {LINKS}")),
+            Some(("slcan-pty", path)) => Ok(Self::Slcan(CanLink::Pty(Some(path.into())))),
+            None if spec == "slcan-tcp" => Err(format!("host and port are missing; {LINKS}")),
+            Some(("slcan-tcp", place)) => {
+                let place = host_and_port(place, "slcan-tcp:127.0.0.1:5000", LINKS)?;
+                Ok(Self::Slcan(CanLink::Tcp(place)))
+            }
             _ => Err(LINKS.into()),
         }
     }
 }
 
-pub(super) fn tcp(place: &str) -> Result<LinkSpec, String> {
-    host_and_port(place, "tcp:127.0.0.1:5050", LINKS).map(LinkSpec::Tcp)
+pub(super) fn tcp(place: &str) -> Result<String, String> {
+    host_and_port(place, "tcp:127.0.0.1:5050", LINKS)
 }
 
 /// `HOST:PORT`, an IPv6 address in brackets. Whether the host is there shows when it is listened at.
@@ -64,6 +76,32 @@ pub(crate) enum BaudSpec {
     /// As the master sets it.
     Auto,
     Fixed(BaudRate),
+    /// One of CAN that is none of PROFIBUS.
+    Can(BitRate),
+}
+
+/// The rates that CiA 301 recommends, and 100 kbit/s, in kbit/s.
+const CAN_RATES: [u32; 9] = [10, 20, 50, 100, 125, 250, 500, 800, 1000];
+
+impl BaudSpec {
+    /// The rate of a PROFIBUS line.
+    pub(crate) const fn fixed(self) -> Option<BaudRate> {
+        match self {
+            Self::Fixed(rate) => Some(rate),
+            Self::Auto | Self::Can(_) => None,
+        }
+    }
+
+    /// The rate of a CAN bus.
+    pub(crate) fn can(self) -> Option<BitRate> {
+        match self {
+            Self::Auto => None,
+            Self::Can(rate) => Some(rate),
+            Self::Fixed(rate) => BitRate::from_bits_per_second(rate.bits_per_second())
+                .ok()
+                .filter(|rate| CAN_RATES.contains(&(rate.bits_per_second() / 1000))),
+        }
+    }
 }
 
 impl FromStr for BaudSpec {
@@ -77,13 +115,20 @@ impl FromStr for BaudSpec {
         match rate {
             Some(rate) if DESCRIPTION.rates.contains(rate) => Ok(Self::Fixed(rate)),
             Some(_) => Err(format!("the drives know no {spec}; {}", expected_rates())),
-            None => Err(expected_rates()),
+            None => can_rate(spec).map(Self::Can).ok_or_else(expected_rates),
         }
     }
 }
 
+/// A rate of CAN.
+fn can_rate(spec: &str) -> Option<BitRate> {
+    let bits: u32 = spec.parse().ok()?;
+    let known = bits.is_multiple_of(1000) && CAN_RATES.contains(&(bits / 1000));
+    BitRate::from_bits_per_second(bits).ok().filter(|_| known)
+}
+
 /// The rates of the drives.
-fn expected_rates() -> String {
+pub(super) fn expected_rates() -> String {
     let rates: Vec<_> = DESCRIPTION.rates.iter().map(|rate| rate.bits_per_second().to_string()).collect();
     format!("expected auto or one of {}", rates.join(", "))
 }
@@ -99,6 +144,9 @@ mod tests {
         assert_eq!("serial:/dev/ttyUSB0".parse(), Ok(LinkSpec::Serial("/dev/ttyUSB0".into())));
         assert_eq!("tcp:localhost:0".parse(), Ok(LinkSpec::Tcp("localhost:0".into())));
         assert_eq!("tcp:[::1]:5050".parse(), Ok(LinkSpec::Tcp("[::1]:5050".into())));
+        assert_eq!("slcan-pty".parse(), Ok(LinkSpec::Slcan(CanLink::Pty(None))));
+        assert_eq!("slcan-pty:/tmp/can".parse(), Ok(LinkSpec::Slcan(CanLink::Pty(Some("/tmp/can".into())))));
+        assert_eq!("slcan-tcp:[::1]:0".parse(), Ok(LinkSpec::Slcan(CanLink::Tcp("[::1]:0".into()))));
         for wrong in [
             "",
             "pty:",
@@ -111,6 +159,11 @@ mod tests {
             "tcp:a:b",
             "tcp:::1:5",
             "usb",
+            "slcan",
+            "slcan-pty:",
+            "slcan-tcp",
+            "slcan-tcp:5000",
+            "slcan-tcp:a:b",
             "pty:a\nb",
             "PTY",
         ] {
@@ -122,6 +175,10 @@ mod tests {
     fn a_rate_is_one_that_the_drives_know_or_auto() {
         assert_eq!("auto".parse(), Ok(BaudSpec::Auto));
         assert_eq!("93750".parse(), Ok(BaudSpec::Fixed(BaudRate::K93_75)));
+        assert_eq!("250000".parse(), Ok(BaudSpec::Can(BitRate::K250)));
+        assert_eq!(BaudSpec::Can(BitRate::K250).can(), Some(BitRate::K250));
+        assert_eq!(BaudSpec::Fixed(BaudRate::K500).can(), Some(BitRate::K500), "both buses have it");
+        assert_eq!(BaudSpec::Fixed(BaudRate::K93_75).can(), None);
         for wrong in ["", "45450", "115200", "-1", "500k", "Auto"] {
             assert!(wrong.parse::<BaudSpec>().unwrap_err().contains("12000000"), "{wrong}");
         }

@@ -9,8 +9,8 @@ use clap::Subcommand;
 use profidrive::fdl::Address;
 use profidrive::time::BaudRate;
 
-use super::link::{BaudSpec, tcp};
-use super::{LinkSpec, parameter::ParameterSpec};
+use super::link::{BaudSpec, expected_rates, tcp};
+use super::parameter::ParameterSpec;
 
 /// Commissions a drive, real or emulated: parameters, status, faults, motion
 ///
@@ -303,10 +303,7 @@ impl FromStr for MasterLink {
             }
             Some(("pty", path)) => Ok(Self::Terminal(path.into())),
             Some(("serial", device)) => Ok(Self::Serial(device.into())),
-            Some(("tcp", place)) => match tcp(place)? {
-                LinkSpec::Tcp(place) => Ok(Self::Tcp(place)),
-                LinkSpec::Pty(_) | LinkSpec::Serial(_) => Err(LINKS.into()),
-            },
+            Some(("tcp", place)) => tcp(place).map(Self::Tcp),
             // A bare path is what an emulator prints. Is it a real port, its rate matters.
             None if spec.contains('/') => {
                 let target = std::fs::canonicalize(spec).unwrap_or_else(|_| spec.into());
@@ -372,6 +369,7 @@ fn master(text: &str) -> Result<Address, String> {
 fn rate(text: &str) -> Result<BaudRate, String> {
     match text.parse() {
         Ok(BaudSpec::Fixed(rate)) => Ok(rate),
+        Ok(BaudSpec::Can(_)) => Err(expected_rates().replace("auto or ", "")),
         Ok(BaudSpec::Auto) => Err("a master sets the rate; expected a number such as 19200".into()),
         Err(error) => Err(error.replace("auto or ", "")),
     }

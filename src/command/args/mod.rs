@@ -2,10 +2,12 @@
 
 mod decode;
 mod drive;
+mod eds;
 mod emulate;
 mod encode;
 mod link;
 mod master;
+mod node;
 mod parameter;
 mod quirk;
 
@@ -19,16 +21,18 @@ use super::{Failure, report};
 
 pub(crate) use decode::Decode;
 pub(crate) use drive::DriveSpec;
+pub(crate) use eds::Eds;
 pub(crate) use emulate::Emulate;
 pub(crate) use encode::{
     Control, Encode, Fcb, Octet, Parameter, Pkw, Service, Telegram, What, WidthSpec, Word,
 };
 pub(crate) use link::{BaudSpec, LinkSpec};
 pub(crate) use master::{Action, AddressRange, Direction, Go, Master, MasterLink, Motion};
+pub(crate) use node::NodeSpec;
 pub(crate) use parameter::{ParameterSpec, find as find_parameter};
 pub(crate) use quirk::QuirkSpec;
 
-/// Emulated PROFIBUS-DP drives to test masters against.
+/// Emulated fieldbus drives, on PROFIBUS-DP and CANopen, to test masters against.
 ///
 /// A simulator only: it moves nothing, and nothing it says is a proof of safety for a real machine.
 #[derive(Debug, Parser)]
@@ -49,7 +53,10 @@ Examples:
   profidrive master --link /tmp/bus --address 5 status
                                               commissions a drive, real or emulated
   profidrive decode 10 05 02 49 50 16         explains a telegram field by field
-  profidrive encode pkw write limit1 250000   builds words and telegrams";
+  profidrive encode pkw write limit1 250000   builds words and telegrams
+  profidrive emulate --node 5,device=asda-a2 --link slcan-tcp:127.0.0.1:0
+                                              a servo on CANopen, for masters that speak slcan
+  profidrive eds asda-a2                      its electronic data sheet";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -64,6 +71,7 @@ pub(crate) enum Command {
     Master(Master),
     Decode(Decode),
     Encode(Encode),
+    Eds(Eds),
 }
 
 /// How much is logged.
@@ -101,7 +109,11 @@ impl Args {
     pub(crate) fn log_verbosity(&self) -> Verbosity {
         match self.command {
             Command::Demo if self.verbosity.verbose == 0 => Verbosity { quiet: true, ..self.verbosity },
-            Command::Demo | Command::Emulate(_) | Command::Decode(_) | Command::Encode(_) => self.verbosity,
+            Command::Demo
+            | Command::Emulate(_)
+            | Command::Decode(_)
+            | Command::Encode(_)
+            | Command::Eds(_) => self.verbosity,
             // What it says is its result, and a failure its last line.
             Command::Master(_) => Verbosity { quiet: self.verbosity.verbose == 0, ..self.verbosity },
         }
@@ -110,7 +122,7 @@ impl Args {
     /// What no single argument shows.
     fn check(&self) -> Result<(), String> {
         match &self.command {
-            Command::Demo | Command::Decode(_) | Command::Encode(_) => Ok(()),
+            Command::Demo | Command::Decode(_) | Command::Encode(_) | Command::Eds(_) => Ok(()),
             Command::Emulate(emulate) => emulate.check(),
             Command::Master(master) => master.check(),
         }
@@ -146,7 +158,7 @@ impl Refusal {
 /// Where to read on, for who got the command line wrong.
 fn read_on() -> String {
     let named = |name: &str| std::env::args_os().any(|argument| argument == name);
-    let command = ["emulate", "master", "decode", "encode"].into_iter().find(|name| named(name));
+    let command = ["emulate", "master", "decode", "encode", "eds"].into_iter().find(|name| named(name));
     format!("see 'profidrive{} --help'", command.map(|name| format!(" {name}")).unwrap_or_default())
 }
 

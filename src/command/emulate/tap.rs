@@ -45,10 +45,7 @@ fn capture(args: &Emulate, path: &str, clock: SystemClock) -> Result<Option<Capt
     let Some(file) = &args.capture else {
         return Ok(None);
     };
-    let baud = match args.baud {
-        Some(BaudSpec::Fixed(rate)) => Some(rate),
-        Some(BaudSpec::Auto) | None => None,
-    };
+    let baud = args.baud.and_then(BaudSpec::fixed);
     let addresses: Vec<_> = args.drives().map(|drive| drive.address.to_string()).collect();
     let description = format!("PROFIBUS line with the emulated drives {}", addresses.join(", "));
     let line = Interface { name: path, description: &description, baud };

@@ -5,7 +5,8 @@ use crate::dp::buffer::Buffer;
 use crate::dp::policy::{ApplicationReady, SetPrmInDataExch};
 use crate::dp::watchdog::Watchdog;
 use crate::dp::{
-    AddressFault, Application, CfgFault, Event, IoLengths, PrmFault, SetPrm, SetSlaveAdd, State, Stimulus,
+    AddressFault, Application, CfgFault, Configuration, Event, IoLengths, PrmFault, SetPrm, SetSlaveAdd,
+    State, Stimulus,
 };
 use crate::fdl::{Address, Request};
 use crate::time::Instant;
@@ -69,7 +70,7 @@ impl<A: Application> Slave<A> {
         self.not_supported = prm.not_supported(&self.description);
         self.process_data.enable(prm, &self.description);
         self.accepted_prm.keep([request.data, &[]]);
-        Some(Event::Parameterised { master, watchdog })
+        Some(Event::Parameterised { master, watchdog, min_tsdr: prm.min_tsdr(), groups: self.group_ident })
     }
 
     fn refuse_prm(&mut self, master: Address, fault: PrmFault) -> Event {
@@ -129,6 +130,7 @@ impl<A: Application> Slave<A> {
     ) -> Option<Event> {
         self.pending = None;
         self.cfg_fault = false;
+        let told = Configuration::new(configuration.octets(), lengths);
         self.accepted_cfg = Some(configuration);
         self.process_data.measure(lengths);
         let entered = self.state != State::DataExch;
@@ -137,7 +139,7 @@ impl<A: Application> Slave<A> {
             return None;
         }
         self.user_watchdog = self.description.user_watchdog.map(|time| Watchdog { time, heard: now });
-        Some(Event::DataExchange { master })
+        Some(Event::DataExchange { master, configuration: told })
     }
 
     pub(super) fn refuse_cfg(&mut self, master: Address, fault: CfgFault) -> Event {

@@ -1,53 +1,15 @@
 //! A bus in real time: stations, the adapters of masters, and the loop that runs both.
 
 use core::fmt;
-use core::str::FromStr;
 use std::boxed::Box;
-use std::path::PathBuf;
 use std::string::String;
-
-use thiserror::Error as ThisError;
 
 use super::adapters::Adapters;
 use super::bus::Event;
-use super::{Bus, CanParticipant, Seat};
+use super::{Bus, CanParticipant, LinkSpec, Seat};
 use crate::can::BitRate;
 use crate::can::slcan::{BusTiming, Channel, Refusal};
 use crate::host::{Clock, Error, Reach, Stop, SystemClock};
-
-/// Where masters find the bus: `slcan-pty[:PATH]` or `slcan-tcp:HOST:PORT`.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum LinkSpec {
-    /// A pseudo-terminal; the path becomes a symbolic link to it, which replaces an old link and never a file.
-    Pty(Option<PathBuf>),
-    /// A TCP port, `HOST:PORT`; port 0 is a free one. Each connection is an adapter of its own.
-    Tcp(String),
-}
-
-impl FromStr for LinkSpec {
-    type Err = LinkSpecError;
-
-    fn from_str(text: &str) -> Result<Self, LinkSpecError> {
-        let (kind, place) = match text.split_once(':') {
-            Some((kind, place)) => (kind, Some(place)),
-            None => (text, None),
-        };
-        match (kind, place) {
-            ("slcan-pty", None) => Ok(Self::Pty(None)),
-            ("slcan-pty", Some(path)) if !path.is_empty() => Ok(Self::Pty(Some(path.into()))),
-            ("slcan-tcp", Some(place)) if place.contains(':') => Ok(Self::Tcp(place.into())),
-            _ => Err(LinkSpecError { got: text.into() }),
-        }
-    }
-}
-
-/// A text that is no link of a CAN bus.
-#[derive(Clone, Debug, PartialEq, Eq, ThisError)]
-#[error("'{got}' is no link of a CAN bus; expected slcan-pty:PATH or slcan-tcp:HOST:PORT")]
-pub struct LinkSpecError {
-    /// The text found.
-    pub got: String,
-}
 
 /// Something that happened on a [`Line`].
 #[derive(Clone, Debug, PartialEq)]

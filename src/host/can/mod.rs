@@ -11,6 +11,9 @@
 //! | [`participant`](CanParticipant) | what a station must be able to do |
 //! | [`fault`] | frames lost, late, doubled, damaged on purpose |
 //! | [`line`](Line) | the bus in real time with the adapters of its masters |
+//! | [`node`](StoredNode) | a CANopen device as a participant, and its EEPROM |
+//! | [`product`](PRODUCTS) | the list of CANopen devices |
+//! | [`link_spec`](LinkSpec) | where masters find the bus |
 //! | `adapters` | pseudo-terminal and TCP port |
 //!
 //! A node that answers, in virtual time:
@@ -39,9 +42,15 @@ pub mod bus;
 pub mod fault;
 #[cfg(unix)]
 mod line;
+mod link_spec;
+mod node;
 mod participant;
+mod product;
 
 pub use bus::{Bus, Event, Seat};
 #[cfg(unix)]
-pub use line::{Line, LinkSpec, News, Stay};
+pub use line::{Line, News, Stay};
+pub use link_spec::{LinkSpec, LinkSpecError};
+pub use node::StoredNode;
 pub use participant::CanParticipant;
+pub use product::{Choices, OptionName, PRODUCTS, Product};

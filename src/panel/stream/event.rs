@@ -8,7 +8,7 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::super::state::{ReasonText, reasons_of, seconds};
-use crate::device::Event;
+use crate::device::{Event, UnitEvent};
 use crate::explain::{self, Mark};
 use crate::fdl::Address;
 use crate::host::BusEvent;
@@ -38,6 +38,12 @@ enum NewsKind {
     JobRefused,
     /// The drive went to fault.
     Fault,
+    /// What the drive did: enabled, disabled, travels, inching, warnings, acknowledged.
+    Drive,
+    /// A parameter or the EEPROM was written.
+    Parameter,
+    /// Something outside the drive was changed: supplies, load, keys.
+    Input,
     /// The DP slave: parameters, configuration, Data_Exchange, watchdog.
     Dp,
     /// Switched on or off, factory reset.
@@ -169,8 +175,25 @@ impl NewsKind {
             Event::JobRefused(_) => Self::JobRefused,
             Event::Fault(_) => Self::Fault,
             Event::Dp(_) => Self::Dp,
+            Event::Drive { .. } => Self::Drive,
+            Event::Unit(event) => Self::of_unit(event),
             Event::SwitchedOff | Event::SwitchedOn(_) | Event::FactoryReset(_) => Self::Power,
             Event::TelegramRefused(_) | Event::ReplyTooLate(_) | Event::Lost { .. } => Self::Line,
+        }
+    }
+
+    const fn of_unit(event: &UnitEvent) -> Self {
+        match event {
+            UnitEvent::CommandRefused(_) => Self::CommandRefused,
+            UnitEvent::Fault(_) => Self::Fault,
+            UnitEvent::FaultCauseGone(_) | UnitEvent::Drive(_) => Self::Drive,
+            UnitEvent::Written { .. } | UnitEvent::Stored | UnitEvent::NotStored { .. } => Self::Parameter,
+            UnitEvent::Input(_) => Self::Input,
+            UnitEvent::SwitchesSet(_)
+            | UnitEvent::SwitchedOff
+            | UnitEvent::SwitchedOn(_)
+            | UnitEvent::FactoryReset(_) => Self::Power,
+            UnitEvent::Lost { .. } => Self::Line,
         }
     }
 }

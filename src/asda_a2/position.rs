@@ -1,0 +1,142 @@
+//! Profile position mode: set-points, one running and one waiting.
+
+use super::profile::{Demand, Ramp};
+
+/// A target with what belongs to it, taken when the controlword says so.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct SetPoint {
+    /// Increments.
+    pub(super) target: f64,
+    /// The target is a distance from the one before.
+    pub(super) relative: bool,
+    pub(super) ramp: Ramp,
+}
+
+/// The set-points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct SetPoints {
+    running: Option<SetPoint>,
+    waiting: Option<SetPoint>,
+    /// Where the last set-point leads.
+    target: f64,
+    /// Bit 4 of the controlword was taken and is still set.
+    taken: bool,
+}
+
+impl SetPoints {
+    /// Rest at `position`.
+    pub(super) const fn resting(position: f64) -> Self {
+        Self { running: None, waiting: None, target: position, taken: false }
+    }
+
+    /// Bit 4 rises. Returns whether the set-point was taken: not if one waits already.
+    pub(super) const fn take(&mut self, set_point: SetPoint, at_once: bool) -> bool {
+        if at_once {
+            self.begin(set_point);
+            self.waiting = None;
+        } else if self.running.is_none() {
+            self.begin(set_point);
+        } else if self.waiting.is_none() {
+            self.waiting = Some(set_point);
+        } else {
+            return false;
+        }
+        self.taken = true;
+        true
+    }
+
+    /// Bit 4 falls.
+    pub(super) const fn release(&mut self) {
+        self.taken = false;
+    }
+
+    /// Bit 12: the drive cannot take a set-point now, or its host has not released the last one.
+    pub(super) const fn acknowledges(&self) -> bool {
+        self.taken || self.waiting.is_some()
+    }
+
+    /// Where the shaft shall be in the end.
+    pub(super) const fn target(&self) -> f64 {
+        self.target
+    }
+
+    /// No set-point runs.
+    pub(super) const fn is_done(&self) -> bool {
+        self.running.is_none()
+    }
+
+    /// One step; the shaft keeps between `limits`. Returns the limit that ended it, -1 or 1, else 0.
+    pub(super) fn step(&mut self, demand: &mut Demand, limits: (f64, f64), time: f64) -> i8 {
+        let Some(running) = self.running else { return 0 };
+        let target = self.target.clamp(limits.0, limits.1);
+        if !demand.step_to(target, running.ramp, time) {
+            return 0;
+        }
+        let beyond = if self.target > limits.1 {
+            1
+        } else if self.target < limits.0 {
+            -1
+        } else {
+            0
+        };
+        self.running = None;
+        if let Some(next) = self.waiting.take() {
+            self.begin(next);
+        }
+        beyond
+    }
+
+    /// A relative target counts from the one before.
+    const fn begin(&mut self, set_point: SetPoint) {
+        self.target = if set_point.relative { self.target + set_point.target } else { set_point.target };
+        self.running = Some(set_point);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FREE: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
+
+    fn to(target: f64, relative: bool) -> SetPoint {
+        let ramp = Ramp { velocity: 1e5, acceleration: 1e6, deceleration: 1e6 };
+        SetPoint { target, relative, ramp }
+    }
+
+    #[test]
+    fn one_runs_one_waits_and_a_third_is_refused_until_there_is_room() {
+        let mut points = SetPoints::resting(0.0);
+        let mut demand = Demand::default();
+        assert!(points.take(to(100.0, false), false));
+        assert!(points.acknowledges());
+        points.release();
+        assert!(!points.acknowledges());
+        assert!(points.take(to(50.0, true), false));
+        points.release();
+        assert!(points.acknowledges(), "no room");
+        assert!(!points.take(to(7.0, false), false));
+        while points.target() == 100.0 {
+            points.step(&mut demand, FREE, 0.001);
+        }
+        assert_eq!((points.target(), demand.position), (150.0, 100.0));
+        assert!(!points.acknowledges());
+        assert!(points.take(to(-10.0, false), true), "at once");
+        while !points.is_done() {
+            points.step(&mut demand, FREE, 0.001);
+        }
+        assert_eq!(demand.position, -10.0);
+    }
+
+    #[test]
+    fn a_limit_ends_the_travel_on_it() {
+        let mut points = SetPoints::resting(0.0);
+        let mut demand = Demand::default();
+        points.take(to(1e4, false), false);
+        let mut beyond = 0;
+        while !points.is_done() {
+            beyond = points.step(&mut demand, (-1e3, 2e3), 0.001);
+        }
+        assert_eq!((beyond, demand.position), (1, 2e3));
+    }
+}

@@ -1,0 +1,146 @@
+//! `--node` and `eds`: which CANopen devices.
+
+use core::fmt;
+use core::str::FromStr;
+
+use profidrive::asda_a2::Level;
+use profidrive::canopen::NodeId;
+use profidrive::host::can::{Choices, OptionName, PRODUCTS, Product};
+use strsim::levenshtein;
+
+/// The device of a node that names none.
+const DEFAULT_DEVICE: &str = "ag03-1";
+
+/// One emulated node, as asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct NodeSpec {
+    pub(crate) id: NodeId,
+    pub(crate) product: &'static Product,
+    pub(crate) choices: Choices,
+}
+
+impl FromStr for NodeSpec {
+    type Err = String;
+
+    fn from_str(spec: &str) -> Result<Self, String> {
+        let mut parts = spec.split(',');
+        let id = node_id(parts.next().unwrap_or_default())?;
+        let (mut product, mut mode, mut gear) = (None, None, None);
+        for part in parts {
+            let (key, value) =
+                part.split_once('=').ok_or_else(|| format!("'{part}' is not understood; {}", form()))?;
+            let again = match key {
+                "device" => product.replace(device(value)?).is_some(),
+                "mode" => mode.replace(level(value)?).is_some(),
+                "gear" => gear.replace(value).is_some(),
+                _ => return Err(format!("'{key}' is unknown; {}", form())),
+            };
+            if again {
+                return Err(format!("'{key}' is given twice; {}", form()));
+            }
+        }
+        let product = product.map_or_else(default_device, Ok)?;
+        if gear.is_some() {
+            return Err(format!("gear is for the device ag03-1 only, not for {}", product.name));
+        }
+        if mode.is_some() && !product.options.contains(&OptionName::Mode) {
+            return Err(format!("mode is for the device asda-a2 only, not for {}", product.name));
+        }
+        let mut choices = Choices::default();
+        choices.level = mode.unwrap_or(choices.level);
+        Ok(Self { id, product, choices })
+    }
+}
+
+impl fmt::Display for NodeSpec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} as node {}", self.product.sheet.product_name, self.id)
+    }
+}
+
+/// A device by its name.
+pub(crate) fn device(name: &str) -> Result<&'static Product, String> {
+    Product::named(name).ok_or_else(|| {
+        let near = PRODUCTS.iter().map(|product| (levenshtein(name, product.name), product.name)).min();
+        // Half of the letters may be wrong.
+        let near = near.filter(|(distance, near)| distance * 2 <= near.len());
+        let near = near.map(|(_, near)| format!("did you mean {near}? ")).unwrap_or_default();
+        format!("device '{name}' is unknown; {near}expected {}", devices(" or "))
+    })
+}
+
+/// The names of all devices.
+pub(crate) fn devices(between: &str) -> String {
+    PRODUCTS.iter().map(|product| product.name).collect::<Vec<_>>().join(between)
+}
+
+fn default_device() -> Result<&'static Product, String> {
+    Product::named(DEFAULT_DEVICE).ok_or_else(|| {
+        let first = PRODUCTS.first().map_or(DEFAULT_DEVICE, |product| product.name);
+        format!("the device is missing, for example 5,device={first}; expected {}", devices(" or "))
+    })
+}
+
+fn level(text: &str) -> Result<Level, String> {
+    match text {
+        "full" => Ok(Level::Full),
+        "half" => Ok(Level::Half),
+        _ => Err(format!("mode '{text}' is unknown; expected full or half")),
+    }
+}
+
+fn node_id(text: &str) -> Result<NodeId, String> {
+    if text.is_empty() || !text.bytes().all(|octet| octet.is_ascii_digit()) {
+        return Err(format!("'{text}' is no node number; {}", form()));
+    }
+    let node = text.parse().ok().and_then(|number| NodeId::new(number).ok());
+    node.ok_or_else(|| format!("node number {text} is outside 1 to 127"))
+}
+
+fn form() -> String {
+    format!("expected ID,device={}[,mode=full|half]", devices("|"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_node_is_its_number_its_device_and_what_is_chosen_about_it() {
+        for (spec, id, name, level) in [
+            ("1,device=ap10", 1, "ap10", Level::Full),
+            ("127,device=asda-a2", 127, "asda-a2", Level::Full),
+            ("5,mode=half,device=asda-a2", 5, "asda-a2", Level::Half),
+            ("5,device=asda-a2,mode=full", 5, "asda-a2", Level::Full),
+        ] {
+            let node: NodeSpec = spec.parse().unwrap();
+            let expected = (id, name, level);
+            assert_eq!((node.id.number(), node.product.name, node.choices.level), expected, "{spec}");
+        }
+    }
+
+    #[test]
+    fn a_wrong_node_is_answered_with_the_wrong_part() {
+        for (spec, part) in [
+            ("", "'' is no node number; expected ID"),
+            ("x,device=ap10", "'x' is no node number"),
+            ("+5", "'+5' is no node number"),
+            ("0", "node number 0 is outside 1 to 127"),
+            ("128,device=ap10", "node number 128 is outside 1 to 127"),
+            ("99999999999999999999", "is outside 1 to 127"),
+            ("5,", "'' is not understood; expected ID"),
+            ("5,ap10", "'ap10' is not understood"),
+            ("5,model=ap10", "'model' is unknown"),
+            ("5,device=ap01", "device 'ap01' is unknown; did you mean ap10? expected "),
+            ("5,device=asda_a2", "did you mean asda-a2?"),
+            ("5,device=lathe", "device 'lathe' is unknown; expected "),
+            ("5,device=ap10,device=ap10", "'device' is given twice"),
+            ("5,device=ap10,mode=full", "mode is for the device asda-a2 only, not for ap10"),
+            ("5,device=asda-a2,mode=some", "mode 'some' is unknown; expected full or half"),
+            ("5,device=asda-a2,gear=24", "gear is for the device ag03-1 only, not for asda-a2"),
+        ] {
+            let error = spec.parse::<NodeSpec>().unwrap_err();
+            assert!(error.contains(part), "{spec}: {error}");
+        }
+    }
+}

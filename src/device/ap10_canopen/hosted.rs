@@ -1,0 +1,62 @@
+//! The indicator as hosts run it.
+
+use super::Ap10;
+use crate::can::{ErrorState, Frame};
+use crate::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
+use crate::canopen::{Event, NodeId};
+use crate::device::CanopenDevice;
+use crate::time::Instant;
+
+impl CanopenDevice for Ap10 {
+    fn node_id(&self) -> NodeId {
+        self.node.node_id()
+    }
+
+    fn power_on(&mut self, now: Instant) {
+        Self::power_on(self, now);
+    }
+
+    fn power_off(&mut self, _: Instant) {
+        Self::power_off(self);
+    }
+
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        Self::handle_frame(self, now, frame);
+    }
+
+    fn handle_timeout(&mut self, now: Instant) {
+        Self::handle_timeout(self, now);
+    }
+
+    fn handle_error_state(&mut self, now: Instant, from: ErrorState, to: ErrorState) {
+        match (from, to) {
+            (ErrorState::BusOff, ErrorState::Active | ErrorState::Passive) => self.recover_from_bus_off(now),
+            (ErrorState::Active | ErrorState::Passive | ErrorState::BusOff, _) => {}
+        }
+        self.set_error_passive(now, to == ErrorState::Passive);
+    }
+
+    fn poll_transmit(&mut self) -> Option<Frame> {
+        Self::poll_transmit(self)
+    }
+
+    fn poll_event(&mut self) -> Option<Event> {
+        Self::poll_event(self)
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        Self::poll_timeout(self)
+    }
+
+    fn recall(&mut self, now: Instant, image: &[u8]) -> Result<(), ImageError> {
+        Self::recall(self, now, image)
+    }
+
+    fn poll_image<'a>(&mut self, into: &'a mut [u8]) -> Result<Option<StoreRequest<'a>>, ImageError> {
+        Self::poll_image(self, into)
+    }
+
+    fn handle_stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>) {
+        Self::handle_stored(self, now, generation, outcome);
+    }
+}

@@ -1,0 +1,57 @@
+//! The servo as hosts run it.
+
+use super::AsdaA2;
+use crate::can::{ErrorState, Frame};
+use crate::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
+use crate::canopen::{Event, NodeId};
+use crate::device::CanopenDevice;
+use crate::time::Instant;
+
+impl CanopenDevice for AsdaA2 {
+    fn node_id(&self) -> NodeId {
+        Self::node_id(self)
+    }
+
+    fn power_on(&mut self, now: Instant) {
+        Self::power_on(self, now);
+    }
+
+    fn power_off(&mut self, now: Instant) {
+        Self::power_off(self, now);
+    }
+
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        Self::handle_frame(self, now, frame);
+    }
+
+    fn handle_timeout(&mut self, now: Instant) {
+        Self::handle_timeout(self, now);
+    }
+
+    /// The guide names no reaction but AL185, which is for lines that are broken (CN-205).
+    fn handle_error_state(&mut self, _: Instant, _: ErrorState, _: ErrorState) {}
+
+    fn poll_transmit(&mut self) -> Option<Frame> {
+        Self::poll_transmit(self)
+    }
+
+    fn poll_event(&mut self) -> Option<Event> {
+        Self::poll_event(self)
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        Self::poll_timeout(self)
+    }
+
+    fn recall(&mut self, now: Instant, image: &[u8]) -> Result<(), ImageError> {
+        self.node.recall(now, image, &mut self.drive)
+    }
+
+    fn poll_image<'a>(&mut self, into: &'a mut [u8]) -> Result<Option<StoreRequest<'a>>, ImageError> {
+        self.node.poll_image(&self.drive, into)
+    }
+
+    fn handle_stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>) {
+        self.node.handle_stored(now, generation, outcome, &mut self.drive);
+    }
+}

@@ -1,0 +1,207 @@
+//! A CANopen device on a bus, and the file its EEPROM is kept in.
+
+use core::any::Any;
+use std::boxed::Box;
+use std::format;
+use std::path::PathBuf;
+use std::vec;
+use std::vec::Vec;
+
+use super::CanParticipant;
+use super::product::{Choices, Product};
+use crate::can::{ErrorState, Frame};
+use crate::canopen::storage::{Generation, Memory, NotStored, StoreRequest};
+use crate::canopen::{Event, NodeId};
+use crate::device::CanopenDevice;
+use crate::host::state_dir::{ImageFile, Images, Newest, StateDir, StateDirError};
+use crate::time::Instant;
+
+/// Room for the image of any device.
+const LONGEST_IMAGE: usize = 16 * 1024;
+
+/// A device on a [`Bus`](super::Bus) whose EEPROM may be kept in a [`StateDir`].
+///
+/// It is switched on when it is made, and off when it is dropped. With a file, an SDO that stores something is
+/// answered when what it stores is on the disk.
+pub struct StoredNode {
+    unit: Unit,
+    file: Option<ImageFile<Kept>>,
+    error_state: ErrorState,
+    now: Instant,
+}
+
+/// The device with what it hands over.
+struct Unit {
+    device: Box<dyn CanopenDevice>,
+    buffer: Vec<u8>,
+    /// The image it began with, if that is not on the disk.
+    recalled: Option<Vec<u8>>,
+}
+
+/// Which image.
+#[derive(Clone, Copy, Debug)]
+enum Kept {
+    /// That which the device began with.
+    Recalled,
+    /// One of the device.
+    Of(Generation),
+}
+
+impl StoredNode {
+    /// A device whose EEPROM lives as long as it, switched on at `now`.
+    pub fn new(mut device: Box<dyn CanopenDevice>, now: Instant) -> Self {
+        device.power_on(now);
+        let unit = Unit { device, buffer: Vec::new(), recalled: None };
+        Self { unit, file: None, error_state: ErrorState::Active, now }
+    }
+
+    /// The node number in force.
+    pub fn node_id(&self) -> NodeId {
+        self.unit.device.node_id()
+    }
+
+    /// The file of its EEPROM.
+    pub fn path(&self) -> Option<PathBuf> {
+        Some(self.file.as_ref()?.path())
+    }
+
+    /// The device, if it is a `D`.
+    pub fn device<D: CanopenDevice>(&self) -> Option<&D> {
+        let device: &dyn Any = &*self.unit.device;
+        device.downcast_ref()
+    }
+
+    /// Does something to the device, if it is a `D`: turns its shaft, say.
+    pub fn with<D: CanopenDevice, R>(
+        &mut self,
+        now: Instant,
+        act: impl FnOnce(&mut D, Instant) -> R,
+    ) -> Option<R> {
+        self.take_outcome(now);
+        let device: &mut dyn Any = &mut *self.unit.device;
+        let result = device.downcast_mut().map(|device| act(device, now));
+        self.hand_over(now);
+        result
+    }
+
+    fn take_outcome(&mut self, now: Instant) {
+        self.now = now;
+        if let Some(file) = &mut self.file {
+            file.report_to(now, &mut self.unit);
+        }
+    }
+
+    fn hand_over(&mut self, now: Instant) {
+        if let Some(file) = &mut self.file {
+            file.take_from(now, &mut self.unit);
+        }
+    }
+}
+
+impl StateDir {
+    /// The device of this product and node number, switched on at `now` as its newest image says; without an image as the
+    /// factory made it. Its file is named by the product and by `node`, and stays its own whatever number the bus gives
+    /// the device, until it is dropped.
+    ///
+    /// # Errors
+    /// [`StateDirError::Owned`], [`StateDirError::File`], [`StateDirError::Refused`]; the file is as before.
+    pub fn load_node(
+        &self,
+        product: &Product,
+        node: NodeId,
+        choices: Choices,
+        now: Instant,
+    ) -> Result<StoredNode, StateDirError> {
+        let name = format!("{}-node-{:03}", product.name, node.number());
+        let (file, newest) = self.file::<Kept>(&name, LONGEST_IMAGE)?;
+        let mut device = product.make(node, choices, Memory::Host, now);
+        let mut recalled = None;
+        match newest {
+            Some(Newest { octets, safe }) => {
+                tracing::info!("EEPROM from {}", file.path().display());
+                device
+                    .recall(now, &octets)
+                    .map_err(|cause| StateDirError::Refused { path: file.path(), cause: Box::new(cause) })?;
+                recalled = (!safe).then_some(octets);
+            }
+            None => tracing::info!("EEPROM will be kept in {}", file.path().display()),
+        }
+        device.power_on(now);
+        let unit = Unit { device, buffer: vec![0; LONGEST_IMAGE], recalled };
+        let mut stored = StoredNode { unit, file: Some(file), error_state: ErrorState::Active, now };
+        stored.hand_over(now);
+        Ok(stored)
+    }
+}
+
+impl Images for Unit {
+    type Generation = Kept;
+
+    fn poll_image(&mut self) -> Option<(Kept, Vec<u8>)> {
+        match self.device.poll_image(&mut self.buffer) {
+            Ok(Some(StoreRequest { generation, octets })) => {
+                self.recalled = None;
+                Some((Kept::Of(generation), octets.to_vec()))
+            }
+            Ok(None) => self.recalled.take().map(|octets| (Kept::Recalled, octets)),
+            Err(error) => {
+                tracing::error!("node {}: its EEPROM cannot be kept: {error}", self.device.node_id());
+                None
+            }
+        }
+    }
+
+    fn handle_stored(&mut self, now: Instant, generation: Kept, stored: bool) {
+        match generation {
+            Kept::Recalled => {}
+            Kept::Of(generation) => {
+                let outcome = if stored { Ok(()) } else { Err(NotStored) };
+                self.device.handle_stored(now, generation, outcome);
+            }
+        }
+    }
+}
+
+impl CanParticipant for StoredNode {
+    type Event = Event;
+
+    fn receive(&mut self, now: Instant, frame: &Frame) {
+        self.take_outcome(now);
+        self.unit.device.handle_frame(now, frame);
+        self.hand_over(now);
+    }
+
+    fn handle_timeout(&mut self, now: Instant) {
+        self.take_outcome(now);
+        self.unit.device.handle_timeout(now);
+        self.hand_over(now);
+    }
+
+    fn set_error_state(&mut self, now: Instant, state: ErrorState) {
+        self.take_outcome(now);
+        let before = core::mem::replace(&mut self.error_state, state);
+        self.unit.device.handle_error_state(now, before, state);
+        self.hand_over(now);
+    }
+
+    fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
+        self.unit.device.poll_transmit()
+    }
+
+    fn poll_event(&mut self) -> Option<Event> {
+        self.unit.device.poll_event()
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        let file = self.file.as_ref().and_then(ImageFile::poll_timeout);
+        Instant::first_of(self.unit.device.poll_timeout(), file)
+    }
+}
+
+impl Drop for StoredNode {
+    fn drop(&mut self) {
+        self.take_outcome(self.now);
+        self.unit.device.power_off(self.now);
+        self.hand_over(self.now);
+    }
+}

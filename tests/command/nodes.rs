@@ -1,0 +1,313 @@
+//! `emulate --node` and `eds`: CANopen devices behind slcan.
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::Path;
+use std::process::{Child, ChildStdout, Command, Output, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use profidrive::host::can::PRODUCTS;
+
+/// How long anything may take.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+fn profidrive(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_profidrive"));
+    command.args(arguments).env_remove("RUST_LOG").stdin(Stdio::null());
+    command
+}
+
+fn output(arguments: &[&str]) -> Output {
+    profidrive(arguments).output().unwrap()
+}
+
+/// A running emulator; dropped, it is killed.
+struct Emulator {
+    process: Child,
+    stdout: BufReader<ChildStdout>,
+    ready: String,
+}
+
+impl Emulator {
+    fn start(arguments: &[&str]) -> Self {
+        let mut command = profidrive(&["emulate"]);
+        let mut process =
+            command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut stdout = BufReader::new(process.stdout.take().unwrap());
+        let mut ready = String::new();
+        stdout.read_line(&mut ready).unwrap();
+        if ready.is_empty() {
+            let mut stderr = String::new();
+            process.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
+            panic!("{stderr}");
+        }
+        Self { process, stdout, ready }
+    }
+
+    /// Host and port of the ready line.
+    fn place(&self) -> &str {
+        let rest =
+            self.ready.strip_prefix("ready link=slcan-tcp:").unwrap_or_else(|| panic!("{}", self.ready));
+        rest.split_once(' ').unwrap().0
+    }
+
+    /// Ends it by a signal: exit code, the rest of stdout, stderr.
+    fn end(mut self, signal: &str) -> (Option<i32>, String, String) {
+        let command = format!("kill -{signal} {}", self.process.id());
+        assert!(Command::new("sh").args(["-c", &command]).status().unwrap().success());
+        let start = Instant::now();
+        let status = loop {
+            match self.process.try_wait().unwrap() {
+                Some(status) => break status,
+                None if start.elapsed() > PATIENCE => panic!("still running"),
+                None => thread::sleep(Duration::from_millis(5)),
+            }
+        };
+        let (mut stdout, mut stderr) = (String::new(), String::new());
+        self.stdout.read_to_string(&mut stdout).unwrap();
+        self.process.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
+        (status.code(), stdout, stderr)
+    }
+}
+
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// A master behind an adapter of its own.
+struct Master {
+    stream: BufReader<TcpStream>,
+}
+
+impl Master {
+    fn open(place: &str) -> Self {
+        let stream = TcpStream::connect(place).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        stream.set_nodelay(true).unwrap();
+        let mut master = Self { stream: BufReader::new(stream) };
+        master.send("O");
+        master
+    }
+
+    fn send(&mut self, line: &str) {
+        self.stream.get_mut().write_all(format!("{line}\r").as_bytes()).unwrap();
+    }
+
+    /// The next frame with this identifier: its octets in hexadecimal.
+    fn frame(&mut self, id: u16) -> String {
+        let head = format!("t{id:03X}");
+        loop {
+            let mut line = Vec::new();
+            self.stream.read_until(b'\r', &mut line).unwrap();
+            let line = String::from_utf8_lossy(&line);
+            // Behind acknowledgements of what was sent.
+            if let Some((_, frame)) = line.split_once(&head) {
+                return frame.trim_end()[1..].to_owned();
+            }
+        }
+    }
+
+    /// The answer to an SDO request of 8 octets.
+    fn sdo(&mut self, node: u16, request: &str) -> String {
+        self.send(&format!("t{:03X}8{request}", 0x600 + node));
+        self.frame(0x580 + node)
+    }
+}
+
+#[test]
+fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
+    let tcp = &["--link", "slcan-tcp:127.0.0.1:0"][..];
+    for (arguments, says) in [
+        (&["--node", "0,device=ap10"][..], "node number 0 is outside 1 to 127"),
+        (&["--node", "128,device=ap10"], "node number 128 is outside 1 to 127"),
+        (&["--node", "five"], "'five' is no node number; expected ID"),
+        (&["--node", "5,device=ap11"], "device 'ap11' is unknown; did you mean ap10?"),
+        (&["--node", "5,device=ap10,gear=24"], "gear is for the device ag03-1 only"),
+        (&["--node", "5,device=ap10,mode=half"], "mode is for the device asda-a2 only"),
+        // CN-308: twice the same number.
+        (
+            &["--node", "5,device=ap10", "--node", "5,device=asda-a2"],
+            "two nodes have the number 5; give each node its own",
+        ),
+        (
+            &["--node", "5,device=ap10", "--drive", "5"],
+            "start one emulator with --drive and another with --node",
+        ),
+        (
+            &["--drive", "5"],
+            "the drives of --drive are on PROFIBUS; name CANopen nodes, for example --node 5,device=",
+        ),
+        (&[], "name CANopen nodes"),
+        (&["--node", "5,device=ap10", "--link", "slcan-tcp"], "--link"),
+        (&["--node", "5,device=ap10", "--fault", "no-reply"], "--fault is for drives on PROFIBUS"),
+        (&["--node", "5,device=ap10", "--quirk", "x=y"], "--quirk"),
+        (&["--node", "5,device=ap10", "--slot-time", "100"], "--slot-time is for drives on PROFIBUS"),
+        (&["--node", "5,device=ap10", "--panel", "127.0.0.1:0"], "--panel is for drives on PROFIBUS"),
+        (&["--node", "5,device=ap10", "--baud", "10000"], "expected --baud with one of 125000, 250000"),
+        (&["--node", "5,device=ap10", "--baud", "auto"], "expected --baud with one of 125000"),
+    ] {
+        let mut all = vec!["emulate"];
+        all.extend(tcp);
+        all.extend(arguments);
+        refused(&all, says);
+    }
+    refused(
+        &["emulate", "--node", "5,device=ap10", "--link", "pty"],
+        "CANopen nodes are on a CAN bus; use --link slcan-pty:PATH or --link slcan-tcp:HOST:PORT",
+    );
+    refused(&["emulate", "--link", "slcan-pty:"], "the path is missing");
+    refused(
+        &["emulate", "--baud", "250000"],
+        "250000 bit/s is no rate of PROFIBUS; expected auto or one of 9600",
+    );
+    refused(
+        &["emulate", "--node", "5,device=ap10", "--link", "slcan-tcp:0.0.0.0:0"],
+        "add --allow-remote if that is wanted, or use slcan-tcp:127.0.0.1:PORT",
+    );
+    refused(
+        &["emulate", "--node", "5,device=ap10", "--allow-remote"],
+        "--allow-remote needs an slcan-tcp link",
+    );
+    refused(&["eds", "ap-10"], "device 'ap-10' is unknown; did you mean ap10?");
+    refused(&["eds"], "see 'profidrive eds --help'");
+}
+
+fn refused(arguments: &[&str], says: &str) {
+    let output = output(arguments);
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
+    let last = stderr.lines().last().unwrap();
+    assert!(last.starts_with("profidrive: ") && last.contains(says), "{arguments:?}: {stderr}");
+    assert!(last.contains("--help'"), "{arguments:?}: {stderr}");
+    assert_eq!(output.stdout, b"", "{arguments:?}");
+}
+
+#[test]
+fn the_ready_line_names_the_link_and_the_nodes_and_each_signal_ends_with_0() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("can0");
+    let link = format!("slcan-pty:{}", path.display());
+    for signal in ["TERM", "INT", "HUP"] {
+        let emulator =
+            Emulator::start(&["--node", "9,device=ap10", "--node", "6,device=asda-a2", "--link", &link]);
+        assert_eq!(emulator.ready, format!("ready link={} nodes=9,6\n", path.display()));
+        assert!(fs::read_link(&path).unwrap().starts_with("/dev/pts"));
+        let (code, stdout, stderr) = emulator.end(signal);
+        assert_eq!(code, Some(0), "{signal}: {stderr}");
+        assert_eq!(stdout, "", "one line and no more");
+        assert!(stderr.contains("node 9 (ap10): boot-up as node 9 after power-on"), "{stderr}");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "nothing is left behind");
+    }
+}
+
+#[test]
+fn each_node_answers_for_itself_and_boots_when_it_is_told() {
+    for (index, product) in PRODUCTS.iter().enumerate() {
+        let other = &PRODUCTS[(index + 1) % PRODUCTS.len()];
+        let (node, beside) = (format!("5,device={}", product.name), format!("127,device={}", other.name));
+        let emulator =
+            Emulator::start(&["--node", &node, "--node", &beside, "--link", "slcan-tcp:127.0.0.1:0"]);
+        assert!(emulator.ready.ends_with(" nodes=5,127\n"), "{}", emulator.ready);
+        let mut master = Master::open(emulator.place());
+        let vendor = u32::swap_bytes(product.sheet.vendor_number);
+        assert_eq!(master.sdo(5, "4018100100000000"), format!("43181001{vendor:08X}"), "{}", product.name);
+        master.send("t00028105");
+        assert_eq!(master.frame(0x705), "00", "{}", product.name);
+        master.send("t0002817F");
+        assert_eq!(master.frame(0x77F), "00", "{}", product.name);
+    }
+}
+
+/// A value with its own row: a write that the device keeps by itself or by 1010h.
+fn stored_value(master: &mut Master, place: &str) -> u16 {
+    let answer = master.sdo(5, &format!("40{place}00000000"));
+    assert!(answer.starts_with("4B"), "{answer}");
+    u16::from_str_radix(&answer[8..12], 16).unwrap().swap_bytes()
+}
+
+#[test]
+fn what_is_stored_is_there_after_a_kill_and_what_is_not_is_not() {
+    // 1017h: heartbeat time, kept by 1010h:1.
+    const HEARTBEAT: &str = "171000";
+    for product in PRODUCTS {
+        let folder = tempfile::tempdir().unwrap();
+        let state = folder.path().to_str().unwrap();
+        let node = format!("5,device={}", product.name);
+        let arguments = ["--node", &node, "--link", "slcan-tcp:127.0.0.1:0", "--state-dir", state];
+        for round in 1..=5_u16 {
+            let emulator = Emulator::start(&arguments);
+            let mut master = Master::open(emulator.place());
+            let before = stored_value(&mut master, HEARTBEAT);
+            let kept = if round == 1 { before } else { 1000 + round - 1 };
+            assert_eq!(before, kept, "{}, round {round}", product.name);
+            let octets = |value: u16| format!("{:04X}0000", value.swap_bytes());
+            let done = format!("60{HEARTBEAT}00000000");
+            let written = master.sdo(5, &format!("2B{HEARTBEAT}{}", octets(1000 + round)));
+            assert_eq!(written, done, "{}", product.name);
+            assert_eq!(master.sdo(5, "2310100173617665"), "6010100100000000", "{}: save", product.name);
+            // Not stored.
+            master.sdo(5, &format!("2B{HEARTBEAT}{}", octets(7)));
+            drop(emulator);
+            let image = folder.path().join(format!("{}-node-005.eeprom", product.name));
+            assert!(image.exists(), "{}: {}", product.name, listing(folder.path()));
+        }
+    }
+}
+
+fn listing(folder: &Path) -> String {
+    let names = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name());
+    names.map(|name| name.to_string_lossy().into_owned()).collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn a_damaged_image_is_refused_and_left_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let image = folder.path().join("ap10-node-005.eeprom");
+    fs::write(&image, "no image").unwrap();
+    let state = folder.path().to_str().unwrap();
+    let link = "slcan-tcp:127.0.0.1:0";
+    let output = output(&["emulate", "--node", "5,device=ap10", "--link", link, "--state-dir", state]);
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert!(stderr.lines().last().unwrap().contains("is refused and left as it is"), "{stderr}");
+    assert_eq!(output.stdout, b"", "not ready");
+    assert_eq!(fs::read(&image).unwrap(), b"no image");
+}
+
+#[test]
+fn a_capture_holds_every_frame_as_the_kernel_gives_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("can.pcapng");
+    let capture = file.to_str().unwrap();
+    let link = "slcan-tcp:127.0.0.1:0";
+    let emulator = Emulator::start(&["--node", "5,device=ap10", "--link", link, "--capture", capture]);
+    let mut master = Master::open(emulator.place());
+    master.sdo(5, "4000100000000000");
+    let (code, _, stderr) = emulator.end("TERM");
+    assert_eq!(code, Some(0), "{stderr}");
+    let octets = fs::read(&file).unwrap();
+    let holds = |part: &[u8]| octets.windows(part.len()).any(|window| window == part);
+    // Behind the section header the interface, whose link type is in octets 8 and 9.
+    let interface = u32::from_le_bytes(octets[4..8].try_into().unwrap()) as usize;
+    assert_eq!(octets[interface..interface + 4], [1, 0, 0, 0]);
+    assert_eq!(octets[interface + 8..interface + 10], [227, 0], "SocketCAN");
+    assert!(holds(&[0, 0, 6, 5, 8, 0, 0, 0, 0x40, 0, 0x10, 0, 0, 0, 0, 0]), "the request");
+    assert!(holds(&[0, 0, 5, 0x85, 8, 0, 0, 0, 0x43, 0, 0x10, 0]), "the answer");
+}
+
+#[test]
+fn the_data_sheet_of_each_device_is_on_stdout() {
+    for product in PRODUCTS {
+        let output = output(&["eds", product.name]);
+        assert_eq!(output.status.code(), Some(0), "{}", product.name);
+        assert_eq!(output.stderr, b"", "{}", product.name);
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert_eq!(text, product.eds());
+        assert!(text.contains("$NODEID+0x") && text.contains("[1018sub1]"), "{}", product.name);
+    }
+}
