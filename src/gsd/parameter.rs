@@ -7,6 +7,7 @@
 
 use core::fmt;
 use std::string::String;
+use std::vec;
 use std::vec::Vec;
 
 use super::Gsd;
@@ -208,8 +209,7 @@ impl PrmPart {
 
     /// Constants, and over them the default of every parameter.
     pub fn default_octets(&self, gsd: &Gsd) -> Vec<u8> {
-        let mut octets = Vec::new();
-        octets.resize(self.extent(gsd), 0);
+        let mut octets = vec![0; self.extent(gsd)];
         for (offset, constant) in &self.constants {
             for (octet, value) in octets.iter_mut().skip((*offset).into()).zip(constant) {
                 *octet = *value;
