@@ -100,7 +100,9 @@ fn explain(out: &mut impl Write, gsd: &Gsd) -> io::Result<()> {
     }
     writeln!(out, "User parameters of the station, by default {}", hex(&gsd.default_user_prm(&[])))?;
     explain_part(out, gsd, &gsd.user_prm, "  ")?;
-    writeln!(out, "Diagnosis")?;
+    if !(gsd.diag_bits.is_empty() && gsd.diag_areas.is_empty() && gsd.channel_diag.is_empty()) {
+        writeln!(out, "Diagnosis")?;
+    }
     for bit in &gsd.diag_bits {
         writeln!(out, "  bit {}{}: {}", bit.bit, if bit.inverted { " is 0" } else { "" }, bit.text)?;
     }
@@ -112,7 +114,9 @@ fn explain(out: &mut impl Write, gsd: &Gsd) -> io::Result<()> {
     for (number, text) in &gsd.channel_diag {
         writeln!(out, "  channel error {number}: {text}")?;
     }
-    writeln!(out, "Odd")?;
+    if !gsd.hints.is_empty() {
+        writeln!(out, "Odd")?;
+    }
     gsd.hints.iter().try_for_each(|hint| writeln!(out, "  {hint}"))
 }
 

@@ -95,7 +95,7 @@ fn a_file_is_explained_in_words_and_as_json() {
     let text = String::from_utf8(explained.stdout).unwrap();
     for words in [
         "profidrive Extended, ident 0x0A05",
-        "500 kbit/s, replies begin within 100 bit times",
+        "500000 bit/s, replies begin within 100 bit times",
         "  1 in: 10; 0 out, 1 in",
         "User parameters of the station, by default 80 59 FF FE",
         "  octet 1, Bit(3): Diagnosis = 1 (on); 0..1",
@@ -104,6 +104,7 @@ fn a_file_is_explained_in_words_and_as_json() {
     ] {
         assert!(text.contains(words), "{words}\n{text}");
     }
+    assert!(!text.contains("Diagnosis\n") && !text.contains("Odd\n"), "nothing to tell: {text}");
     let json = output(&["gsd", "--json", &file("dpv1.gsd")]);
     let json: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
     assert_eq!(json["ident"], 0x0A07);
