@@ -133,8 +133,9 @@ pub mod pkw;
 
 pub mod drive;
 
-pub mod ap10;
 pub mod unit;
+
+pub mod ap10;
 
 pub mod device;
 

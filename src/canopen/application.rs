@@ -178,7 +178,8 @@ pub enum Request {
     Nmt(NmtState),
     /// Send an event-driven TPDO, under its inhibit time.
     Tpdo(PdoNumber),
-    /// What the device keeps changed without a write of a client: an image is offered to the host.
+    /// What the device keeps changed without `save`: an image is offered to the host. A held SDO is answered when the
+    /// host has it.
     Store,
     /// As 1011h:`group` with the signature `load`: acts with the next reset.
     LoadDefaults(Sub),

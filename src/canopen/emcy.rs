@@ -59,7 +59,7 @@ pub(super) const ERROR_CONTROL: u16 = 0x8130;
 /// Bit 0 of the error register: any error.
 const GENERIC: u8 = 1 << 0;
 /// Bit 4 of the error register: communication.
-const COMMUNICATION: u8 = 1 << 4;
+pub const COMMUNICATION: u8 = 1 << 4;
 
 /// A communication error that the node itself sees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -340,7 +340,7 @@ impl Node {
                         self.tpdo_event(now, pdo, app);
                     }
                 }
-                Some(Request::Store) => self.storage.changed(),
+                Some(Request::Store) => self.storage.changed_by_device(),
                 Some(Request::LoadDefaults(group)) => {
                     // Nobody can be answered: what is refused stays as it is.
                     let _ = self.load_defaults(now, group, app);

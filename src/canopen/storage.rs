@@ -144,6 +144,14 @@ impl Storage {
         }
     }
 
+    /// The device changed what it keeps. An answer that it holds then waits for the image, too.
+    pub(super) fn changed_by_device(&mut self) {
+        self.changed();
+        if self.device_holds && self.memory == Memory::Host {
+            self.awaited = Some(self.generation);
+        }
+    }
+
     /// The client does not wait any more.
     pub(super) const fn forget_answer(&mut self) {
         self.awaited = None;

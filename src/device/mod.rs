@@ -25,8 +25,10 @@
 //! | [`ap10_canopen`] | the position indicator AP10 on CANopen, an object of its own |
 //! | [`asda_a2_canopen`] | the servo ASDA-A2 on CANopen |
 //! | `refusal` | [`Refusal`]: why a control word is not followed |
+//! | [`ag03_canopen`] | the same unit on CANopen |
 //!
 mod address;
+pub mod ag03_canopen;
 pub mod ap10_canopen;
 pub mod asda_a2_canopen;
 pub mod bits;

@@ -4,7 +4,7 @@ use core::fmt;
 
 use crate::param::Model;
 
-/// A fault of the manual's Table 2. H and I exist only on CANopen.
+/// A fault of the manual's Table 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Fault {
     /// Supply below 18 V and motor current above 200 mA.
@@ -21,13 +21,27 @@ pub enum Fault {
     F,
     /// Intermediate circuit above 35 V.
     G,
+    /// The bus makes too many errors while the drive travels. Raised by a bus ([`Drive::set_bus_causes`](super::Drive::set_bus_causes)).
+    H,
+    /// The bus is off. Raised by a bus.
+    I,
     /// Battery below 2.2 V, AG03/1 only.
     J,
 }
 
 impl Fault {
-    /// Every fault, in the order of the codes.
+    /// Every fault that the drive finds itself, in the order of the codes.
     pub const ALL: [Self; 8] = [Self::A, Self::B, Self::C, Self::D, Self::E, Self::F, Self::G, Self::J];
+
+    /// The faults that only a bus raises: on an AG03/1 on CANopen.
+    pub const OF_BUS: [Self; 2] = [Self::H, Self::I];
+
+    /// Both, in the order of the codes.
+    fn each() -> impl Iterator<Item = Self> {
+        let [a, b, c, d, e, f, g, j] = Self::ALL;
+        let [h, i] = Self::OF_BUS;
+        [a, b, c, d, e, f, g, h, i, j].into_iter()
+    }
 
     /// The code in the fault buffer, PNU 945: the letter in ASCII (C-08).
     pub const fn code(self) -> u8 {
@@ -39,13 +53,15 @@ impl Fault {
             Self::E => b'E',
             Self::F => b'F',
             Self::G => b'G',
+            Self::H => b'H',
+            Self::I => b'I',
             Self::J => b'J',
         }
     }
 
     /// The fault of a code in the fault buffer.
     pub fn of_code(code: u8) -> Option<Self> {
-        Self::ALL.into_iter().find(|fault| fault.code() == code)
+        Self::each().find(|fault| fault.code() == code)
     }
 
     /// How often the status LED blinks for it.
@@ -56,8 +72,8 @@ impl Fault {
     /// Whether `model` knows the fault.
     pub const fn exists_on(self, model: Model) -> bool {
         match (self, model) {
-            (Self::E | Self::J, Model::Ag03) => false,
-            (Self::E | Self::J, Model::Ag03_1)
+            (Self::E | Self::H | Self::I | Self::J, Model::Ag03) => false,
+            (Self::E | Self::H | Self::I | Self::J, Model::Ag03_1)
             | (Self::A | Self::B | Self::C | Self::D | Self::F | Self::G, Model::Ag03 | Model::Ag03_1) => {
                 true
             }
@@ -85,6 +101,8 @@ impl fmt::Display for Fault {
             Self::E => "E (SIN/COS monitoring)",
             Self::F => "F (internal error)",
             Self::G => "G (intermediate circuit voltage too high)",
+            Self::H => "H (too many errors on the bus while travelling)",
+            Self::I => "I (bus off)",
             Self::J => "J (battery empty)",
         })
     }
@@ -122,7 +140,13 @@ impl FaultSet {
 
     /// The faults in the order of their codes.
     pub fn iter(self) -> impl Iterator<Item = Fault> {
-        Fault::ALL.into_iter().filter(move |&fault| self.contains(fault))
+        Fault::each().filter(move |&fault| self.contains(fault))
+    }
+
+    /// Those that are in one of both.
+    #[must_use]
+    pub const fn and(self, other: Self) -> Self {
+        Self(self.0 | other.0)
     }
 
     /// The faults of either set.

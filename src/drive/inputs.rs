@@ -89,6 +89,8 @@ impl Inputs {
             Fault::F => self.internal_fault = true,
             Fault::G => self.dc_link = Some(36.0),
             Fault::J => self.battery = 2.1,
+            // Not by what acts on the drive, but by its bus.
+            Fault::H | Fault::I => {}
         }
         self
     }

@@ -157,6 +157,8 @@ pub struct Drive {
     /// What the inputs are to the drive.
     supplies: Supplies,
     inputs_changed: bool,
+    /// The causes of faults that the bus sees.
+    bus_causes: FaultSet,
     /// Whether the output stage was live at the previous step.
     previous_output_stage: bool,
     /// The key held at the previous step.
@@ -222,6 +224,7 @@ impl Drive {
             inputs,
             supplies: Supplies::of(model, &plant, &inputs),
             inputs_changed: false,
+            bus_causes: FaultSet::EMPTY,
             previous_output_stage: true,
             previous_key: None,
             previous: Command::default(),
@@ -329,7 +332,16 @@ impl Drive {
 
     /// The causes of faults that are present now.
     pub fn causes(&self) -> FaultSet {
-        self.plant.causes(&self.inputs, &self.supplies)
+        self.plant.causes(&self.inputs, &self.supplies).and(self.bus_causes)
+    }
+
+    /// Which causes of faults a bus sees now, of [`Fault::OF_BUS`]; the next step reacts.
+    pub fn set_bus_causes(&mut self, causes: FaultSet) {
+        if self.bus_causes != causes {
+            self.bus_causes = causes;
+            self.inputs_changed = true;
+            self.settled = false;
+        }
     }
 
     /// Clears fault buffer and fault counter (PNU 970 = 4). A latched fault stays latched.

@@ -38,7 +38,7 @@ mod storage;
 
 use core::time::Duration;
 
-use crate::drive::{self, Command, Drive, Fault, Inputs, Refusal, Settings, Status};
+use crate::drive::{self, Command, Drive, Fault, FaultSet, Inputs, Refusal, Settings, Status};
 use crate::param::{self, Gear, Model, Store};
 
 pub use cycle::{ApplicationCycle, CycleTooShort, Cycles, DEFAULT_APPLICATION_CYCLE};
@@ -193,6 +193,11 @@ impl Unit {
         if was_present && !present {
             self.events.push(Event::FaultCauseGone(fault));
         }
+    }
+
+    /// Says which causes of faults the bus sees now: see [`Drive::set_bus_causes`].
+    pub fn set_bus_causes(&mut self, causes: FaultSet) {
+        self.drive.set_bus_causes(causes);
     }
 
     /// Whether another step with the same command would change nothing.

@@ -77,6 +77,19 @@ impl Unit {
         self.supply(inputs, self.switch_closed)
     }
 
+    /// Begins anew as after power-on (row 1), but without reading the DIP switches: what the EEPROM does not keep is at its
+    /// default, the motor is released, no fault is latched. Does nothing to a unit that is not working.
+    pub fn restart(&mut self) {
+        if self.is_working() {
+            self.drive.set_inputs(self.inputs.with_control_supply(false));
+            self.step(Duration::ZERO, &Command::UNATTENDED);
+            self.store.power_on();
+            self.settings = Settings::read(&self.store);
+            self.supply_drive();
+            self.step(Duration::ZERO, &Command::UNATTENDED);
+        }
+    }
+
     /// The DIP switches as they are now.
     pub const fn switches(&self) -> DipSwitches {
         self.switches

@@ -74,17 +74,20 @@ fn modes_show_what_they_say() {
     rig.write(0x5F0B, 0, 0, 1).unwrap();
     // The printed ranges of the angle.
     rig.write(0x5F1B, 2, 2, 1).unwrap();
-    for (places, last) in [(0, "359"), (1, "35.9"), (2, "3.59"), (3, "0.359"), (4, "0.0359")] {
+    for (places, last, first) in [
+        (0, "359", "0"),
+        (1, "35.9", "0.0"),
+        (2, "3.59", "0.00"),
+        (3, "0.359", "0.000"),
+        (4, "0.0359", "0.0000"),
+    ] {
         rig.write(0x5F11, 0, places, 1).unwrap();
         rig.steps(359);
         assert_eq!(rig.rows()[0], last);
         rig.steps(-1);
         assert_eq!(rig.rows()[0], last, "below 0 it begins from above");
         rig.steps(360);
-        assert_eq!(
-            rig.rows()[0],
-            last.replace(['3', '5', '9'], "0").replace("00.0", "0.0").replace("000", "0")
-        );
+        assert_eq!(rig.rows()[0], first);
     }
 }
 
@@ -245,7 +248,7 @@ fn codes_bring_factory_values_and_the_list_of_errors() {
         rig.tap(Key::Star);
         enter(rig, "000000", code);
         rig.tap(Key::Star);
-        rig.pass(100).into_iter().map(|(_, frame)| frame).collect::<Vec<_>>()
+        rig.pass(1000).into_iter().map(|(_, frame)| frame).collect::<Vec<_>>()
     };
     for (number, window, node) in [("011100", 5, 125), ("011102", 5, 9), ("011105", 7, 125)] {
         let mut rig = Rig::new(9);

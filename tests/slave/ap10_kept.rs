@@ -125,24 +125,37 @@ fn ps_04_a_wrong_signature_does_nothing() {
     assert_eq!(rig.read(0x5F10, 0), Ok(5));
 }
 
+/// The host takes the newest image.
+fn host_keeps(rig: &mut Rig) -> Vec<u8> {
+    let mut octets = [0; 2048];
+    let request = rig.device.poll_image(&mut octets).unwrap().unwrap();
+    let (generation, image) = (request.generation, request.octets.to_vec());
+    rig.device.handle_stored(rig.now, generation, Ok(()));
+    image
+}
+
+#[test]
+fn auto_id_is_answered_when_the_host_keeps_the_number() {
+    let mut rig = Rig::hosted(125);
+    rig.data(0x67D, &[0x2F, 0x0A, 0x5F, 0x02, 5, 0, 0, 0]);
+    assert!(rig.tap(Key::Left).is_empty());
+    host_keeps(&mut rig);
+    assert_eq!(rig.drain(), ["5FD#60 0A 5F 02 00 00 00 00"]);
+    assert_eq!(rig.pass(1000), [(100, "705#00".to_owned())]);
+}
+
 #[test]
 fn an_image_of_the_host_brings_everything_back() {
     let mut rig = Rig::hosted(125);
     rig.write(0x6003, 0, 510, 4).unwrap();
     rig.turns(2.0);
-    rig.write(0x2002, 0, 1, 1).unwrap();
+    assert!(rig.data(0x67D, &[0x2F, 0x02, 0x20, 0, 1, 0, 0, 0]).is_empty(), "waits for the host");
+    host_keeps(&mut rig);
+    assert_eq!(rig.drain(), ["5FD#60 02 20 00 00 00 00 00"]);
     rig.device.provoke(rig.now, Fault::Speed);
     rig.drain();
-    let [command, ..] = [0x23_u8];
-    assert!(
-        rig.data(0x67D, &[command, 0x10, 0x10, 1, 0x73, 0x61, 0x76, 0x65]).is_empty(),
-        "waits for the host"
-    );
-    let mut octets = [0; 2048];
-    let request = rig.device.poll_image(&mut octets).unwrap().unwrap();
-    let generation = request.generation;
-    let image = request.octets.to_vec();
-    rig.device.handle_stored(rig.now, generation, Ok(()));
+    assert!(rig.data(0x67D, &[0x23, 0x10, 0x10, 1, 0x73, 0x61, 0x76, 0x65]).is_empty(), "save waits, too");
+    let image = host_keeps(&mut rig);
     assert_eq!(rig.drain(), ["5FD#60 10 10 01 00 00 00 00"]);
     let config = Config { memory: Memory::Host, ..Config::new(NodeId::new(7).unwrap()) };
     let mut other = Ap10::new(config);
@@ -262,7 +275,7 @@ fn pa_01_auto_id_waits_for_the_key_and_an_illegal_number_ends_it() {
     }
     assert!(ask(&mut rig, 5).is_empty());
     assert_eq!(rig.tap(Key::Left), ["5FD#60 0A 5F 02 00 00 00 00"], "with the old number");
-    let seen: Vec<String> = rig.pass(100).into_iter().map(|(_, frame)| frame).collect();
+    let seen: Vec<String> = rig.pass(1000).into_iter().map(|(_, frame)| frame).collect();
     assert_eq!(seen, ["705#00"], "initialised with the new one");
     assert_eq!((rig.read(0x5F0A, 1), rig.read(0x5F0A, 2)), (Ok(5), Ok(5)));
     assert_eq!(rig.power_cycle(), ["705#00"], "stored at once");

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 /// Each page with how many rows it has, and of which list.
 const PAGES: &[(&str, usize, &str)] = &[
     ("docs/conformance.md", 117, "dp-v0.md 13"),
-    ("docs/canopen-conformance.md", 56, "canopen-link.md 14"),
+    ("docs/canopen-conformance.md", 92, "canopen-link.md 14, canopen-ag03.md 17"),
+    ("docs/ap10-conformance.md", 18, "canopen-ap10.md 18"),
     ("docs/asda-a2-conformance.md", 19, "canopen-asda-a2.md 15"),
 ];
 

@@ -16,14 +16,14 @@ const TABLE: &[(&str, &[&str])] = &[
     ("param", &[]),
     ("pkw", &["ppo"]),
     ("drive", &["param", "time"]),
-    ("ap10", &["time"]),
     // A powered device knows no bus.
     ("unit", &["time", "param", "drive"]),
+    ("ap10", &["time"]),
     (
         "device",
         &[
-            "time", "fdl", "dp", "ppo", "pkw", "param", "drive", "unit", "can", "canopen", "ap10", "cia402",
-            "asda_a2",
+            "time", "fdl", "dp", "ppo", "pkw", "param", "drive", "unit", "can", "canopen", "cia402",
+            "asda_a2", "ap10",
         ],
     ),
     // The bits of the diagnosis.
@@ -39,8 +39,8 @@ const TABLE: &[(&str, &[&str])] = &[
 ];
 
 /// What no module but the buses and what stands on them may know, and who must not know it.
-const BUSES: &[&str] = &["fdl", "dp", "ppo", "pkw"];
-const DEVICES: &[&str] = &["param", "drive", "unit", "ap10", "asda_a2"];
+const BUSES: &[&str] = &["fdl", "dp", "can", "canopen", "ppo", "pkw"];
+const DEVICES: &[&str] = &["param", "drive", "unit", "asda_a2", "ap10"];
 
 #[test]
 fn every_layer_imports_only_what_the_table_allows() {

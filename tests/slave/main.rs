@@ -10,6 +10,8 @@
 
 #[path = "../adversary/mod.rs"]
 mod adversary;
+#[path = "../ag03_node/mod.rs"]
+mod ag03_node;
 #[path = "../ap10_device/mod.rs"]
 mod ap10_device;
 #[path = "../asda/mod.rs"]
@@ -29,6 +31,7 @@ mod ap10_display;
 mod ap10_kept;
 mod ap10_objects;
 mod ap10_process_data;
+mod ap10_robustness;
 mod asda_errors;
 mod asda_modes;
 mod asda_objects;
@@ -50,6 +53,8 @@ mod client_faults;
 mod client_goals;
 mod client_motion;
 mod client_quirks;
+mod co_ag03_motion;
+mod co_ag03_node;
 mod conformance;
 mod data_exchange;
 mod diagnosis;

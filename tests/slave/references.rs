@@ -83,7 +83,9 @@ fn documents(line: &str) -> impl Iterator<Item = &str> {
 
 /// The sections of a document that a line cites.
 fn sections<'a>(line: &'a str, name: &'a str) -> impl Iterator<Item = &'a str> {
-    line.match_indices(name).filter_map(move |(at, _)| {
+    // Not behind `canopen-`: that is another document.
+    let whole = line.match_indices(name).filter(|(at, _)| !line[..*at].ends_with('-'));
+    whole.filter_map(move |(at, _)| {
         let behind = line[at + name.len()..].trim_start_matches(['`', ' ']);
         let behind = behind.strip_prefix("sections ").or(behind.strip_prefix("section ")).unwrap_or(behind);
         let end = behind.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(behind.len());

@@ -18,7 +18,7 @@ use crate::time::Instant;
 const MAX_REQUESTS: usize = 32;
 
 /// From the answer of Auto-ID, or a code of the menu, to the initialisation: the answer has to leave first.
-const RESTART_DELAY: Duration = Duration::from_millis(10);
+const RESTART_DELAY: Duration = Duration::from_millis(100);
 
 /// Codes of EMCY (manual table 19).
 pub(super) const ERROR_PASSIVE: u16 = 0x8120;
@@ -270,7 +270,9 @@ impl Unit {
                 }
                 self.indicator.calibrate();
                 self.follow(now);
-                Ok(Written::Done)
+                self.ask(Request::AnswerSdo(Ok(())));
+                // The battery keeps it: answered when it is kept.
+                Ok(Written::Held)
             }
             (0x5F0A, 2) => self.begin_auto_id(number),
             (0x6002, 0) => Ok(Written::Done),

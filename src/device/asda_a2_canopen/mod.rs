@@ -22,10 +22,11 @@ pub mod quirks;
 
 use core::time::Duration;
 
+pub use crate::asda_a2::{Config, Level};
 pub use objects::SHEET;
 pub use quirks::Quirks;
 
-use crate::asda_a2::{Alarm, Config, Inputs, Level, Servo};
+use crate::asda_a2::{Alarm, Inputs, Servo};
 use crate::can::{Frame, Id};
 use crate::canopen::storage::Memory;
 use crate::canopen::{Event, Node, NodeId, Object};

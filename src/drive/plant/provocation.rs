@@ -13,7 +13,15 @@ impl Drive {
         let inputs = inputs.provoking(fault);
         match fault {
             Fault::C => Inputs { friction_torque: self.plant.overload(), ..inputs },
-            Fault::A | Fault::B | Fault::D | Fault::E | Fault::F | Fault::G | Fault::J => inputs,
+            Fault::A
+            | Fault::B
+            | Fault::D
+            | Fault::E
+            | Fault::F
+            | Fault::G
+            | Fault::H
+            | Fault::I
+            | Fault::J => inputs,
         }
     }
 

@@ -4,13 +4,12 @@ use core::fmt;
 use std::boxed::Box;
 use std::string::String;
 
-use crate::asda_a2::{self, Level};
 use crate::canopen::eds::{self, Sheet};
 use crate::canopen::storage::Memory;
 use crate::canopen::{NodeId, Object};
 use crate::device::CanopenDevice;
 use crate::device::ap10_canopen::{self, Ap10};
-use crate::device::asda_a2_canopen::{self, AsdaA2};
+use crate::device::asda_a2_canopen::{self, AsdaA2, Level};
 use crate::time::Instant;
 
 /// Every device that can be a node.
@@ -30,7 +29,10 @@ pub const PRODUCTS: &[Product] = &[
         options: &[OptionName::Mode],
         objects: |choices| AsdaA2::objects(choices.level),
         make: |node, choices, memory, now| {
-            let config = asda_a2::Config { level: choices.level, ..asda_a2::Config::new(node.number()) };
+            let config = asda_a2_canopen::Config {
+                level: choices.level,
+                ..asda_a2_canopen::Config::new(node.number())
+            };
             Box::new(AsdaA2::new(config, asda_a2_canopen::Quirks::default(), now).with_memory(memory))
         },
     },

@@ -22,6 +22,10 @@ pub(in crate::panel) enum FaultName {
     E,
     F,
     G,
+    #[serde(skip_deserializing)]
+    H,
+    #[serde(skip_deserializing)]
+    I,
     J,
 }
 
@@ -153,6 +157,8 @@ impl From<Fault> for FaultName {
             Fault::E => Self::E,
             Fault::F => Self::F,
             Fault::G => Self::G,
+            Fault::H => Self::H,
+            Fault::I => Self::I,
             Fault::J => Self::J,
         }
     }
@@ -168,6 +174,8 @@ impl From<FaultName> for Fault {
             FaultName::E => Self::E,
             FaultName::F => Self::F,
             FaultName::G => Self::G,
+            FaultName::H => Self::H,
+            FaultName::I => Self::I,
             FaultName::J => Self::J,
         }
     }
