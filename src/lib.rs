@@ -32,12 +32,13 @@
 //! | [`asda_a2`] | the servo ASDA-A2, without a bus: parameters, modes of motion, alarms | the machine of CiA 402 |
 //! | [`device`] | a unit on a bus as one object | every bit of STW, ZSW and SSW |
 //! | [`client`] | the master's side: parameters and control words of a drive, without I/O | PKW, STW and ZSW patterns |
+//! | [`gsd`] | device files, and the slave that one describes (feature `std`) | what a GSD says |
 //! | [`explain`] | telegrams and words in words (feature `std`) | what all of the above mean to a person |
 //! | [`host`] | links, clock, run loop (feature `std`) | the operating system |
 //! | [`bench`](mod@bench) | a simulated line to test masters on (feature `std`) | the rules of the bus |
 //! | `panel` | HTTP control, live stream and a page (feature `panel`) | what a bench around a bus needs |
 //!
-//! Everything above [`explain`] is `no_std`, allocates nothing, and never panics whatever octets it is given.
+//! Everything above [`gsd`] is `no_std`, allocates nothing, and never panics whatever octets it is given.
 //!
 //! # The loop
 //!
@@ -94,7 +95,7 @@
 //!
 //! # Features
 //!
-//! * `std` (default): [`host`] and [`explain`].
+//! * `std` (default): [`host`], [`explain`] and [`gsd`].
 //! * `alloc`: telegrams built into `bytes::BufMut`.
 //! * `serial`: an RS-485 serial port as link.
 //! * `master`: profirust as DP master over our links and on a bench, sessions with one drive or several.
@@ -143,6 +144,9 @@ pub mod client;
 #[cfg(all(feature = "master", feature = "serial"))]
 #[doc = include_str!("../docs/first-drive.md")]
 pub mod first_drive {}
+
+#[cfg(feature = "std")]
+pub mod gsd;
 
 #[cfg(feature = "std")]
 pub mod explain;

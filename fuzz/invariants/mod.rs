@@ -9,6 +9,8 @@ pub(crate) mod canopen_node;
 pub(crate) mod decode_cli;
 pub(crate) mod eeprom_image;
 pub(crate) mod framer;
+#[cfg(feature = "std")]
+pub(crate) mod gsd;
 pub(crate) mod pkw_ops;
 pub(crate) mod sdo_server;
 pub(crate) mod slave_ops;

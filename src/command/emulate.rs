@@ -22,6 +22,7 @@ use super::args::{BaudSpec, DriveSpec, Emulate, LinkSpec, QuirkSpec};
 
 #[cfg(unix)]
 mod nodes;
+mod station;
 mod tap;
 
 /// The rate of a terminal whose master has set none of PROFIBUS-DP, and of a TCP port. There it only says how long a
@@ -42,6 +43,7 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
         #[cfg(not(unix))]
         return Err(Failure::Other(format!("{link:?}: slcan links need Unix")));
     }
+    let stations = station::load(&args.stations)?;
     // Before the link is made, so that no signal ends the process with the link left behind.
     let signals = Signals::register().map_err(|error| Failure::from_error(&error))?;
     let clock = SystemClock::new();
@@ -69,7 +71,11 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     for drive in args.drives() {
         connect(&mut bus, drive, config, clock.now(), listen, state.as_ref())?;
     }
-    let mut news = News::new(path, &bus, listen, panel.as_ref());
+    let described = stations.iter().map(|(address, _)| *address).collect();
+    for described in stations {
+        station::connect(&mut bus, described, rate, clock.now(), listen)?;
+    }
+    let mut news = News::new(path, &bus, listen, panel.as_ref(), described);
     if search {
         bus.search_baud(clock.now());
         // No drive sends anything until a master is heard, so a master need not wait.
@@ -159,8 +165,10 @@ struct News {
     path: String,
     /// Where the panel is, as the end of the ready line.
     panel: String,
-    /// Drives whose address is not another's, as far as is known.
+    /// Drives and stations whose address is not another's, as far as is known.
     drives: Vec<Address>,
+    /// Stations that a GSD describes.
+    described: Vec<Address>,
     /// How many of them still listen.
     undecided: usize,
     announced: bool,
@@ -172,7 +180,7 @@ struct News {
 }
 
 impl News {
-    fn new(path: String, bus: &Bus, listen: bool, panel: Option<&Panel>) -> Self {
+    fn new(path: String, bus: &Bus, listen: bool, panel: Option<&Panel>, described: Vec<Address>) -> Self {
         let drives: Vec<_> = bus.addresses().collect();
         let undecided = if listen { drives.len() } else { 0 };
         if undecided > 0 {
@@ -183,6 +191,7 @@ impl News {
             path,
             panel,
             drives,
+            described,
             undecided,
             announced: false,
             searching: false,
@@ -250,11 +259,10 @@ impl News {
         if core::mem::replace(&mut self.announced, true) {
             return;
         }
-        let Self { path, panel, drives, .. } = self;
-        let addresses: Vec<_> = drives.iter().map(Address::to_string).collect();
+        let Self { path, panel, drives, described, .. } = self;
+        let stations = station::ready(drives, described);
         let mut stdout = io::stdout().lock();
-        let said = writeln!(stdout, "ready link={path} drives={}{panel}", addresses.join(","))
-            .and_then(|()| stdout.flush());
+        let said = writeln!(stdout, "ready link={path} {stations}{panel}").and_then(|()| stdout.flush());
         if let Err(error) = said {
             // Whoever started this may not care; the drives are there all the same.
             warn!("cannot say on stdout that link={path} is ready: {error}");

@@ -6,6 +6,7 @@ mod demo;
 mod eds;
 mod emulate;
 mod encode;
+mod gsd;
 mod log;
 mod master;
 
@@ -52,6 +53,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Decode(args) => decode::decode(&args),
         Command::Eds(args) => eds::eds(&args),
         Command::Encode(args) => encode::encode(&args),
+        Command::Gsd(args) => gsd::gsd(&args),
     };
     // What was logged comes before the line that says how it ended.
     log.finish();

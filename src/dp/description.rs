@@ -39,6 +39,9 @@ pub struct Description {
     pub freeze_mode: bool,
     /// Whether a Data_Exchange without outputs means the safe state (GSD `Fail_Safe`).
     pub fail_safe: bool,
+    /// Whether a master may leave Fail_Safe of DPV1_Status_1 clear although the slave has it (GSD
+    /// `Fail_Safe_required = 0`).
+    pub fail_safe_optional: bool,
     /// Whether a master may give it another address (GSD `Set_Slave_Add_supp`).
     pub set_slave_add: bool,
     /// How often the application must say that it is alive during Data_Exchange, `None` = need not.
@@ -57,6 +60,7 @@ impl Description {
         sync_mode: false,
         freeze_mode: false,
         fail_safe: false,
+        fail_safe_optional: false,
         set_slave_add: false,
         user_watchdog: None,
     };

@@ -194,7 +194,8 @@ impl<'a> SetPrm<'a> {
             }
         }
         let fail_safe = status.first().map(|status| status & FAIL_SAFE != 0);
-        if let Some(got) = fail_safe.filter(|fail_safe| *fail_safe != description.fail_safe) {
+        let wrong = |got: &bool| *got != description.fail_safe && (*got || !description.fail_safe_optional);
+        if let Some(got) = fail_safe.filter(wrong) {
             return Err(PrmFault::FailSafe { expected: description.fail_safe, got });
         }
         Ok(())

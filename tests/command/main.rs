@@ -39,3 +39,5 @@ mod panel_inputs;
 mod panel_robustness;
 #[cfg(target_os = "linux")]
 mod state_dir;
+#[cfg(target_os = "linux")]
+mod stations;

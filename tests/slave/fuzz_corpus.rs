@@ -13,6 +13,8 @@ fn every_input_of_every_corpus_keeps_the_invariants() {
     let targets: &[(&str, Check)] = &[
         #[cfg(feature = "std")]
         ("decode_cli", invariants::decode_cli::check),
+        #[cfg(feature = "std")]
+        ("gsd", invariants::gsd::check),
         ("telegram", invariants::telegram::check),
         ("framer", invariants::framer::check),
         ("slave_ops", invariants::slave_ops::check),

@@ -28,6 +28,8 @@ const TABLE: &[(&str, &[&str])] = &[
     ),
     // The bits of the diagnosis.
     ("client", &["time", "dp", "ppo", "param", "pkw", "drive", "device"]),
+    // A slave of any kind.
+    ("gsd", &["dp", "fdl", "time"]),
     ("explain", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device"]),
     // One framer for a bus, generic slaves, links that keep telegrams apart or corrupt them on purpose, and buses of CAN.
     ("host", &["device", "time", "fdl", "dp", "ppo", "can", "canopen"]),

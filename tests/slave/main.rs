@@ -66,6 +66,8 @@ mod facts;
 mod fuzz_corpus;
 mod generic_slave;
 mod gsd;
+#[cfg(feature = "std")]
+mod gsd_station;
 mod layers;
 mod modular;
 mod oracle;

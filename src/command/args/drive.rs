@@ -93,7 +93,7 @@ fn split(spec: &str) -> (&str, impl Iterator<Item = &str>) {
     (parts.next().unwrap_or_default(), parts)
 }
 
-fn address(text: &str, form: &str) -> Result<Address, String> {
+pub(super) fn address(text: &str, form: &str) -> Result<Address, String> {
     if text.is_empty() || !text.bytes().all(|octet| octet.is_ascii_digit()) {
         return Err(format!("'{text}' is no address; {form}"));
     }

@@ -11,7 +11,7 @@ use super::drive::RangeSpec;
 use super::link::expected_rates;
 use super::link::host_and_port;
 use super::quirk::help as quirks_help;
-use super::{BaudSpec, DriveSpec, LinkSpec, NodeSpec, QuirkSpec};
+use super::{BaudSpec, DriveSpec, LinkSpec, NodeSpec, QuirkSpec, StationSpec};
 
 /// Puts emulated drives on a line, or CANopen nodes on a CAN bus, until SIGINT (Ctrl-C) or SIGTERM
 ///
@@ -28,6 +28,7 @@ pub(crate) struct Emulate {
         default_value_ifs([
             ("ranges", clap::builder::ArgPredicate::IsPresent, None),
             ("nodes", clap::builder::ArgPredicate::IsPresent, None),
+            ("stations", clap::builder::ArgPredicate::IsPresent, None),
         ])
     )]
     single: Vec<DriveSpec>,
@@ -40,6 +41,11 @@ pub(crate) struct Emulate {
     /// nodes on the same CAN bus. Needs a link that begins with slcan
     #[arg(long = "node", id = "nodes", value_name = "SPEC")]
     nodes: Vec<NodeSpec>,
+
+    /// A station that a device file (GSD) describes: ADDRESS,gsd=FILE; ADDRESS,strict,gsd=FILE accepts nothing that the
+    /// file does not say; repeat it for more, beside drives
+    #[arg(long = "station", id = "stations", value_name = "SPEC")]
+    pub(crate) stations: Vec<StationSpec>,
 
     /// Do not listen first whether another station on a serial line has the address of a drive
     #[arg(long)]
@@ -133,9 +139,9 @@ impl Emulate {
     }
 
     fn check_nodes(&self) -> Result<(), String> {
-        if !self.single.is_empty() || !self.ranges.is_empty() {
+        if !self.single.is_empty() || !self.ranges.is_empty() || !self.stations.is_empty() {
             return Err(
-                "drives are on PROFIBUS and nodes on CAN; start one emulator with --drive and another with \
+                "drives and stations are on PROFIBUS and nodes on CAN; start one emulator with --drive and another with \
                         --node"
                     .into(),
             );
@@ -183,8 +189,11 @@ impl Emulate {
         if let Some(twice) = self.drives().find(|drive| !addresses.insert(drive.address)) {
             return Err(format!("two drives have address {}; give each drive its own", twice.address));
         }
+        if let Some(twice) = self.stations.iter().find(|station| !addresses.insert(station.address)) {
+            return Err(format!("two stations have address {}; give each its own", twice.address));
+        }
         for fault in &self.faults {
-            fault.check(self.drives().map(|drive| drive.address)).map_err(|error| error.to_string())?;
+            fault.check(addresses.iter().copied()).map_err(|error| error.to_string())?;
         }
         if self.allow_remote && !matches!(self.link, LinkSpec::Tcp(_)) {
             return Err("--allow-remote needs a tcp link".into());
@@ -225,6 +234,7 @@ Examples:
   profidrive emulate --drive 5 --drive 6,model=ag03,gear=24
   profidrive emulate --drives 1-125,model=ag03
   profidrive emulate --link pty:/tmp/bus --baud 500000
+  profidrive emulate --drive 5 --station 7,gsd=valves.gsd --station 9,gsd=valves.gsd
   profidrive emulate --state-dir ~/drives
   profidrive emulate --node 5,device=ap10 --node 6,device=asda-a2 --link slcan-tcp:127.0.0.1:5000
   profidrive emulate --capture bus.pcapng

@@ -5,11 +5,13 @@ mod drive;
 mod eds;
 mod emulate;
 mod encode;
+mod gsd;
 mod link;
 mod master;
 mod node;
 mod parameter;
 mod quirk;
+mod station;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -26,11 +28,13 @@ pub(crate) use emulate::Emulate;
 pub(crate) use encode::{
     Control, Encode, Fcb, Octet, Parameter, Pkw, Service, Telegram, What, WidthSpec, Word,
 };
+pub(crate) use gsd::{Check as GsdCheck, Gsd as GsdArgs};
 pub(crate) use link::{BaudSpec, LinkSpec};
 pub(crate) use master::{Action, AddressRange, Direction, Go, Master, MasterLink, Motion};
 pub(crate) use node::NodeSpec;
 pub(crate) use parameter::{ParameterSpec, find as find_parameter};
 pub(crate) use quirk::QuirkSpec;
+pub(crate) use station::StationSpec;
 
 /// Emulated fieldbus drives, on PROFIBUS-DP and CANopen, to test masters against.
 ///
@@ -56,7 +60,8 @@ Examples:
   profidrive encode pkw write limit1 250000   builds words and telegrams
   profidrive emulate --node 5,device=asda-a2 --link slcan-tcp:127.0.0.1:0
                                               a servo on CANopen, for masters that speak slcan
-  profidrive eds asda-a2                      its electronic data sheet";
+  profidrive eds asda-a2                      its electronic data sheet
+  profidrive gsd valves.gsd                   explains the device file of a slave";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -72,6 +77,7 @@ pub(crate) enum Command {
     Decode(Decode),
     Encode(Encode),
     Eds(Eds),
+    Gsd(GsdArgs),
 }
 
 /// How much is logged.
@@ -113,7 +119,8 @@ impl Args {
             | Command::Emulate(_)
             | Command::Decode(_)
             | Command::Encode(_)
-            | Command::Eds(_) => self.verbosity,
+            | Command::Eds(_)
+            | Command::Gsd(_) => self.verbosity,
             // What it says is its result, and a failure its last line.
             Command::Master(_) => Verbosity { quiet: self.verbosity.verbose == 0, ..self.verbosity },
         }
@@ -122,7 +129,9 @@ impl Args {
     /// What no single argument shows.
     fn check(&self) -> Result<(), String> {
         match &self.command {
-            Command::Demo | Command::Decode(_) | Command::Encode(_) | Command::Eds(_) => Ok(()),
+            Command::Demo | Command::Decode(_) | Command::Encode(_) | Command::Eds(_) | Command::Gsd(_) => {
+                Ok(())
+            }
             Command::Emulate(emulate) => emulate.check(),
             Command::Master(master) => master.check(),
         }
@@ -158,7 +167,8 @@ impl Refusal {
 /// Where to read on, for who got the command line wrong.
 fn read_on() -> String {
     let named = |name: &str| std::env::args_os().any(|argument| argument == name);
-    let command = ["emulate", "master", "decode", "encode", "eds"].into_iter().find(|name| named(name));
+    let command =
+        ["emulate", "master", "decode", "encode", "eds", "gsd"].into_iter().find(|name| named(name));
     format!("see 'profidrive{} --help'", command.map(|name| format!(" {name}")).unwrap_or_default())
 }
 

@@ -46,8 +46,10 @@ fn capture(args: &Emulate, path: &str, clock: SystemClock) -> Result<Option<Capt
         return Ok(None);
     };
     let baud = args.baud.and_then(BaudSpec::fixed);
-    let addresses: Vec<_> = args.drives().map(|drive| drive.address.to_string()).collect();
-    let description = format!("PROFIBUS line with the emulated drives {}", addresses.join(", "));
+    let stations = args.stations.iter().map(|station| station.address);
+    let addresses = args.drives().map(|drive| drive.address).chain(stations);
+    let addresses: Vec<_> = addresses.map(|address| address.to_string()).collect();
+    let description = format!("PROFIBUS line with the emulated stations {}", addresses.join(", "));
     let line = Interface { name: path, description: &description, baud };
     let capture = Capture::create(file, &line, &clock).map_err(|error| Failure::from_error(&error))?;
     info!("capturing to {}", file.display());

@@ -1,0 +1,33 @@
+//! `profidrive gsd`: which file, in which form.
+
+use std::path::PathBuf;
+
+/// Explains the device file (GSD) of a PROFIBUS-DP slave: identity, modules, parameters, and what is odd in it
+#[derive(Debug, clap::Args)]
+#[command(
+    args_conflicts_with_subcommands = true,
+    arg_required_else_help = true,
+    after_help = "Examples:\n  profidrive gsd valves.gsd\n  profidrive gsd --json valves.gsd\n  profidrive gsd check valves.gsd"
+)]
+pub(crate) struct Gsd {
+    /// The file
+    #[arg(required = true)]
+    pub(crate) file: Option<PathBuf>,
+
+    /// One JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+
+    #[command(subcommand)]
+    pub(crate) check: Option<Check>,
+}
+
+#[derive(Debug, clap::Subcommand)]
+pub(crate) enum Check {
+    /// For authors of device files: says what is wrong or odd, each with line and column; ends with 1 if anything is
+    #[command(after_help = "Example:\n  profidrive gsd check valves.gsd")]
+    Check {
+        /// The file
+        file: PathBuf,
+    },
+}

@@ -1,0 +1,219 @@
+//! `profidrive gsd`: a device file in words or as JSON.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::Path;
+
+use profidrive::dp::IoLengths;
+use profidrive::gsd::{Gsd, Level, Module, Parameter, Policy, PrmPart, Station};
+use serde_json::{Value, json};
+
+use super::Failure;
+use super::args::{GsdArgs, GsdCheck};
+
+pub(crate) fn gsd(args: &GsdArgs) -> Result<(), Failure> {
+    let mut out = io::BufWriter::new(io::stdout().lock());
+    let (said, outcome) = match (&args.check, &args.file) {
+        (Some(GsdCheck::Check { file }), _) => check(&mut out, file)?,
+        (None, Some(file)) => {
+            let gsd = read(file)?;
+            let said = if args.json { writeln!(out, "{}", as_json(&gsd)) } else { explain(&mut out, &gsd) };
+            (said, Ok(()))
+        }
+        (None, None) => return Err(Failure::Usage("a file is missing; see 'profidrive gsd --help'".into())),
+    };
+    match said.and_then(|()| out.flush()) {
+        // Whoever asked has closed the pipe after the first lines (`| head`).
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => outcome,
+        Err(error) => Err(Failure::from_error(&error)),
+        Ok(()) => outcome,
+    }
+}
+
+/// A file, read: what is wrong with it is an error of the command line.
+pub(super) fn read(file: &Path) -> Result<Gsd, Failure> {
+    let name = file.display();
+    let octets = fs::read(file).map_err(|error| Failure::Usage(format!("cannot read {name}: {error}")))?;
+    Gsd::read(&octets).map_err(|error| Failure::Usage(format!("{name}: {error}")))
+}
+
+type Said = (io::Result<()>, Result<(), Failure>);
+
+fn check(out: &mut impl Write, file: &Path) -> Result<Said, Failure> {
+    let gsd = read(file)?;
+    let warnings = gsd.hints.iter().filter(|hint| hint.level == Level::Warning).count();
+    let said = gsd.hints.iter().try_for_each(|hint| writeln!(out, "{}: {hint}", file.display()));
+    if let Err(error) = Station::new(gsd, Policy::PROPOSED) {
+        return Ok((said, Err(Failure::Other(format!("{}: {error}", file.display())))));
+    }
+    let outcome = match warnings {
+        0 => Ok(()),
+        1 => Err(Failure::Other(format!("{}: 1 warning", file.display()))),
+        more => Err(Failure::Other(format!("{}: {more} warnings", file.display()))),
+    };
+    Ok((said, outcome))
+}
+
+fn explain(out: &mut impl Write, gsd: &Gsd) -> io::Result<()> {
+    writeln!(out, "{} {}, ident 0x{:04X}", gsd.vendor, gsd.model, gsd.ident)?;
+    let (hardware, software) = (&gsd.hardware, &gsd.software);
+    writeln!(out, "  revision {}, hardware {hardware}, software {software}", gsd.revision)?;
+    writeln!(out, "  GSD revision {}, {}", gsd.gsd_revision, gsd.code_page.name())?;
+    for (name, text) in [("order number", &gsd.order_number), ("about", &gsd.info)] {
+        if !text.is_empty() {
+            writeln!(out, "  {name}: {text}")?;
+        }
+    }
+    writeln!(out, "Rates")?;
+    for rate in gsd.rates.iter() {
+        writeln!(
+            out,
+            "  {rate}, replies begin within {} bit times",
+            gsd.rates.max_tsdr(rate).unwrap_or_default()
+        )?;
+    }
+    let on = gsd.flags.by_keyword().into_iter().filter(|flag| flag.1).map(|flag| flag.0);
+    writeln!(out, "Supports: {}", on.collect::<Vec<_>>().join(", "))?;
+    writeln!(out, "Lengths")?;
+    for (name, len) in [
+        ("Max_Module", gsd.max_module),
+        ("Max_Input_Len", gsd.max_input_len),
+        ("Max_Output_Len", gsd.max_output_len),
+        ("Max_Data_Len", gsd.max_data_len),
+    ] {
+        writeln!(out, "  {name} {}", len.map_or("not given".into(), |len| len.to_string()))?;
+    }
+    let (least, most) = gsd.user_prm_lengths();
+    writeln!(out, "  user parameters {least} to {most} octets, diagnosis {} octets", gsd.max_diag_len)?;
+    let kind =
+        if gsd.is_modular() { "Modules, to choose from" } else { "Modules, all of them in this order" };
+    writeln!(out, "{kind}")?;
+    for module in &gsd.modules {
+        let preset = if module.preset { ", preset" } else { "" };
+        let IoLengths { outputs, inputs } = module.lengths;
+        writeln!(out, "  {}: {}; {outputs} out, {inputs} in{preset}", module.name, hex(&module.identifiers))?;
+        explain_part(out, gsd, &module.prm, "    ")?;
+    }
+    for slot in &gsd.slots {
+        let list: Vec<_> = slot.references.iter().map(|(first, last)| format!("{first}-{last}")).collect();
+        writeln!(out, "Slot {} {}: module references {}", slot.number, slot.name, list.join(", "))?;
+    }
+    writeln!(out, "User parameters of the station, by default {}", hex(&gsd.default_user_prm(&[])))?;
+    explain_part(out, gsd, &gsd.user_prm, "  ")?;
+    if !(gsd.diag_bits.is_empty() && gsd.diag_areas.is_empty() && gsd.channel_diag.is_empty()) {
+        writeln!(out, "Diagnosis")?;
+    }
+    for bit in &gsd.diag_bits {
+        writeln!(out, "  bit {}{}: {}", bit.bit, if bit.inverted { " is 0" } else { "" }, bit.text)?;
+    }
+    for area in &gsd.diag_areas {
+        for (value, text) in &area.values {
+            writeln!(out, "  bits {}-{} = {value}: {text}", area.first, area.last)?;
+        }
+    }
+    for (number, text) in &gsd.channel_diag {
+        writeln!(out, "  channel error {number}: {text}")?;
+    }
+    if !gsd.hints.is_empty() {
+        writeln!(out, "Odd")?;
+    }
+    gsd.hints.iter().try_for_each(|hint| writeln!(out, "  {hint}"))
+}
+
+fn explain_part(out: &mut impl Write, gsd: &Gsd, part: &PrmPart, indent: &str) -> io::Result<()> {
+    for (offset, parameter) in part.fields(gsd) {
+        let Parameter { name, field, default, allowed, .. } = parameter;
+        write!(out, "{indent}octet {offset}, {field}: {name} = {default}")?;
+        if let Some(text) = gsd.text_of(parameter, *default) {
+            write!(out, " ({text})")?;
+        }
+        writeln!(out, "; {allowed}")?;
+        for (value, text) in parameter.text_ref.and_then(|texts| gsd.texts.get(&texts)).into_iter().flatten()
+        {
+            writeln!(out, "{indent}  {value} = {text}")?;
+        }
+    }
+    Ok(())
+}
+
+fn as_json(gsd: &Gsd) -> Value {
+    let rates = gsd.rates.iter().map(
+        |rate| json!({ "bits_per_second": rate.bits_per_second(), "max_tsdr": gsd.rates.max_tsdr(rate) }),
+    );
+    let slots = gsd
+        .slots
+        .iter()
+        .map(|slot| json!({ "number": slot.number, "name": slot.name, "references": slot.references }));
+    let modules = gsd.modules.iter().map(|module| module_json(gsd, module));
+    let bits =
+        gsd.diag_bits.iter().map(|bit| json!({ "bit": bit.bit, "inverted": bit.inverted, "text": bit.text }));
+    let areas = gsd
+        .diag_areas
+        .iter()
+        .map(|area| json!({ "first": area.first, "last": area.last, "values": area.values }));
+    let hints = gsd.hints.iter().map(|hint| {
+        json!({ "line": hint.place.line, "column": hint.place.column, "warning": hint.level == Level::Warning, "text": hint.text })
+    });
+    let flags = gsd.flags.by_keyword().into_iter().map(|(keyword, on)| (keyword.to_owned(), Value::from(on)));
+    json!({
+        "vendor": gsd.vendor,
+        "model": gsd.model,
+        "revision": gsd.revision,
+        "hardware": gsd.hardware,
+        "software": gsd.software,
+        "order_number": gsd.order_number,
+        "info": gsd.info,
+        "ident": gsd.ident,
+        "gsd_revision": gsd.gsd_revision,
+        "code_page": gsd.code_page.name(),
+        "rates": rates.collect::<Vec<_>>(),
+        "flags": flags.collect::<serde_json::Map<_, _>>(),
+        "modular": gsd.is_modular(),
+        "max_module": gsd.max_module,
+        "max_input_len": gsd.max_input_len,
+        "max_output_len": gsd.max_output_len,
+        "max_data_len": gsd.max_data_len,
+        "max_diag_len": gsd.max_diag_len,
+        "user_prm_lengths": gsd.user_prm_lengths(),
+        "default_user_prm": gsd.default_user_prm(&[]),
+        "parameters": part_json(gsd, &gsd.user_prm),
+        "modules": modules.collect::<Vec<_>>(),
+        "slots": slots.collect::<Vec<_>>(),
+        "diag_bits": bits.collect::<Vec<_>>(),
+        "diag_areas": areas.collect::<Vec<_>>(),
+        "channel_diag": gsd.channel_diag,
+        "hints": hints.collect::<Vec<_>>(),
+    })
+}
+
+fn module_json(gsd: &Gsd, module: &Module) -> Value {
+    json!({
+        "name": module.name,
+        "identifiers": module.identifiers,
+        "outputs": module.lengths.outputs,
+        "inputs": module.lengths.inputs,
+        "reference": module.reference,
+        "preset": module.preset,
+        "default_prm": module.prm.default_octets(gsd),
+        "parameters": part_json(gsd, &module.prm),
+    })
+}
+
+fn part_json(gsd: &Gsd, part: &PrmPart) -> Vec<Value> {
+    let one = |(offset, parameter): (usize, &Parameter)| {
+        let texts = parameter.text_ref.and_then(|texts| gsd.texts.get(&texts));
+        json!({
+            "offset": offset,
+            "name": parameter.name,
+            "type": parameter.field.to_string(),
+            "default": parameter.default,
+            "allowed": parameter.allowed.to_string(),
+            "texts": texts,
+        })
+    };
+    part.fields(gsd).map(one).collect()
+}
+
+fn hex(octets: &[u8]) -> String {
+    octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
+}

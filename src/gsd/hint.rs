@@ -1,0 +1,104 @@
+//! What is odd in a file, and what makes it useless.
+
+use core::fmt;
+use std::string::String;
+
+use thiserror::Error;
+
+/// Where in a file, from 1 on; columns count characters.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Place {
+    /// The line.
+    pub line: u32,
+    /// The column.
+    pub column: u32,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "line {}, column {}", self.line, self.column)
+    }
+}
+
+/// How much a hint matters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    /// The slave is the same without it: a keyword that says nothing to it.
+    Note,
+    /// The author of the file should correct it.
+    Warning,
+}
+
+/// Something odd in a file that can still be read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Hint {
+    /// Where.
+    pub place: Place,
+    /// How much it matters.
+    pub level: Level,
+    /// What, and what was made of it.
+    pub text: String,
+}
+
+impl fmt::Display for Hint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let level = match self.level {
+            Level::Note => "note",
+            Level::Warning => "warning",
+        };
+        write!(f, "{}: {level}: {}", self.place, self.text)
+    }
+}
+
+/// Why a file is no GSD of a DP slave.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum ReadError {
+    /// More octets than any GSD has.
+    #[error("line 1, column 1: the file has {got} octets, expected at most {most}: this is no GSD", most = super::MAX_FILE_LEN)]
+    TooLong {
+        /// Octets of the file.
+        got: usize,
+    },
+    /// UTF-16.
+    #[error(
+        "line 1, column 1: the file is UTF-16, expected one octet a character: save it as ANSI (CP1252) or UTF-8"
+    )]
+    Utf16,
+    /// No line `#Profibus_DP`.
+    #[error("line 1, column 1: no line '#Profibus_DP': this is no GSD, or its first line is missing")]
+    NoHeader,
+    /// Ident_Number is absent or no number of 16 bits.
+    #[error(
+        "{place}: no Ident_Number of 16 bits: add the one of the device, for example Ident_Number = 0x0ABC"
+    )]
+    NoIdent {
+        /// The wrong line, or the header if there is none.
+        place: Place,
+    },
+    /// Protocol_Ident or Station_Type is not 0.
+    #[error("{place}: {keyword} is {got}, expected 0: this file describes no slave of PROFIBUS-DP")]
+    NotDpSlave {
+        /// Where.
+        place: Place,
+        /// Protocol_Ident or Station_Type.
+        keyword: &'static str,
+        /// Its value.
+        got: i64,
+    },
+    /// There are modules, and the identifiers of none can be read.
+    #[error(
+        "{place}: the identifiers of module '{name}' are incomplete, and no other module is left: correct them"
+    )]
+    NoModuleLeft {
+        /// The first of them.
+        place: Place,
+        /// Its name.
+        name: String,
+    },
+    /// More modules than any GSD has.
+    #[error("{place}: more than {most} modules: this is no GSD of a device", most = super::MAX_MODULES)]
+    TooManyModules {
+        /// The first too many.
+        place: Place,
+    },
+}

@@ -1,0 +1,399 @@
+//! The slave of a GSD: what it accepts of its master.
+
+use core::cell::RefCell;
+use core::fmt;
+use std::borrow::ToOwned;
+use std::collections::VecDeque;
+use std::format;
+use std::string::String;
+use std::vec::Vec;
+
+use thiserror::Error;
+
+use super::split::{Plugged, fixed_presets, hex, slot_count, split};
+use super::{Gsd, Parameter, PrmPart};
+use crate::dp::application::Expected;
+use crate::dp::{Application, CfgSyntax, Description, IoLengths, Reason, Refusal};
+
+/// Octets of DPV1_Status.
+const STATUS_LEN: usize = 3;
+/// DPV1_Status_1: the watchdog counts milliseconds.
+const WD_BASE_1MS: u8 = 0x04;
+/// DPV1_Status_1: the master uses Fail_Safe.
+const FAIL_SAFE: u8 = 0x40;
+/// DPV1_Status_3: blocks follow.
+const PRM_STRUCTURE: u8 = 0x08;
+/// Octets of the head of a block: length, type, slot, specifier.
+const BLOCK_HEAD_LEN: u8 = 4;
+
+/// Refusals whose words are kept: an event is explained soon after it came.
+const KEPT_WORDS: usize = 16;
+
+/// The most octets of user parameters.
+const MAX_USER_PRM_LEN: u8 = 237;
+
+/// How a station behaves where the format is silent (`gsd.md` 3.6).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Policy {
+    /// G-01: 00 is an empty slot of a modular station even if its file has no such module.
+    pub free_slots: bool,
+    /// G-14: a parameter out of its range is refused; if not, it is one of the [`Station::remarks`].
+    pub refuse_values: bool,
+    /// User parameters whose length is not that of the configured modules are refused with Chk_Cfg, the first
+    /// request that shows it; if not, they are one of the [`Station::remarks`].
+    pub refuse_prm_length: bool,
+    /// User parameters are taken from a master although the file has none.
+    pub any_user_prm: bool,
+}
+
+impl Policy {
+    /// What `gsd.md` proposes.
+    pub const PROPOSED: Self =
+        Self { free_slots: true, refuse_values: false, refuse_prm_length: false, any_user_prm: false };
+
+    /// Nothing but what the file says.
+    pub const STRICT: Self =
+        Self { free_slots: false, refuse_values: true, refuse_prm_length: true, any_user_prm: false };
+}
+
+/// Why no station can be what its file says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum Contradiction {
+    /// A compact station whose modules are too long together.
+    #[error(
+        "the configuration of the compact station cannot be exchanged: {0}; correct its modules or set Modular_Station = 1"
+    )]
+    Compact(CfgSyntax),
+    /// More octets of configuration than Chk_Cfg has.
+    #[error("the fixed configuration has {got} octets, expected at most 244; correct the modules")]
+    TooLong {
+        /// Octets.
+        got: usize,
+    },
+    /// More fixed modules than slots.
+    #[error("{presets} modules are Preset with FixPresetModules, Max_Module is {slots}; raise it")]
+    Presets {
+        /// Preset modules.
+        presets: usize,
+        /// Max_Module.
+        slots: u16,
+    },
+}
+
+/// The application of a [`dp::Station`](crate::dp::Station) that is what a GSD describes.
+///
+/// ```
+/// use profidrive::dp;
+/// use profidrive::fdl::Address;
+/// use profidrive::gsd::{Gsd, Policy, Station};
+/// use profidrive::time::BaudRate;
+///
+/// let gsd = Gsd::read(b"#Profibus_DP\nIdent_Number=0x0ABC\nModule=\"io\" 0x30\nEndModule\n")?;
+/// let application = Station::new(gsd, Policy::PROPOSED)?;
+/// let description = application.description();
+/// let station = dp::Station::new(Address::station(7)?, BaudRate::K500, None, description, application);
+/// assert_eq!(station.slave().configuration(), [0x30]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Station {
+    gsd: Gsd,
+    policy: Policy,
+    modular: bool,
+    /// The station's part of the user parameters, and its length.
+    part: PrmPart,
+    part_len: usize,
+    default_prm: Vec<u8>,
+    prm_lengths: (u8, u8),
+    /// The configuration of a compact station, else what Get_Cfg reports at first (G-11).
+    configuration: Vec<u8>,
+    /// The words of the last refusals, by number.
+    said: RefCell<(u16, VecDeque<(u16, String)>)>,
+}
+
+impl Station {
+    /// The station of a file.
+    ///
+    /// # Errors
+    /// [`Contradiction`] if no configuration could ever be exchanged.
+    pub fn new(gsd: Gsd, policy: Policy) -> Result<Self, Contradiction> {
+        const MOST: usize = crate::dp::chk_cfg::MAX_IO_LEN;
+        let modular = gsd.is_modular();
+        let (presets, slots) = (fixed_presets(&gsd).len(), slot_count(&gsd));
+        let concatenated = |wanted: &dyn Fn(&super::Module) -> bool| -> Vec<u8> {
+            gsd.modules
+                .iter()
+                .filter(|module| wanted(module))
+                .flat_map(|module| module.identifiers.clone())
+                .collect()
+        };
+        let mut configuration = concatenated(&|module| !modular || module.preset);
+        if modular {
+            if presets > usize::from(slots) {
+                return Err(Contradiction::Presets { presets, slots });
+            }
+            if configuration.is_empty() {
+                let first = gsd.modules.iter().find(|module| module.lengths != IoLengths::default());
+                configuration = first
+                    .or(gsd.modules.first())
+                    .map(|module| module.identifiers.clone())
+                    .unwrap_or_default();
+            }
+        } else if let Err(syntax) = IoLengths::of(&configuration) {
+            return Err(Contradiction::Compact(syntax));
+        }
+        if configuration.len() > MOST {
+            return Err(Contradiction::TooLong { got: configuration.len() });
+        }
+        let part = if gsd.has_new_user_prm() { gsd.user_prm.clone() } else { PrmPart::default() };
+        let default_prm = gsd.default_user_prm(&[]);
+        let (part_len, prm_lengths) = (default_prm.len(), gsd.user_prm_lengths());
+        let said = RefCell::default();
+        Ok(Self { gsd, policy, modular, part, part_len, default_prm, prm_lengths, configuration, said })
+    }
+
+    /// The file.
+    pub const fn gsd(&self) -> &Gsd {
+        &self.gsd
+    }
+
+    /// What the slave is, for [`dp::Station::new`](crate::dp::Station::new).
+    pub fn description(&self) -> Description {
+        let flags = self.gsd.flags;
+        let (least, most) = self.prm_lengths;
+        let most = if self.policy.any_user_prm && most == 0 { MAX_USER_PRM_LEN } else { most };
+        let status_len = if flags.dpv1 { 3 } else { 0 };
+        Description {
+            ident: self.gsd.ident,
+            rates: self.gsd.rates,
+            user_prm_len: least.saturating_sub(status_len),
+            max_user_prm_len: most.saturating_sub(status_len),
+            dpv1_status: flags.dpv1.then(|| self.status_bits()),
+            max_diag_len: self.gsd.max_diag_len,
+            sync_mode: flags.sync,
+            freeze_mode: flags.freeze,
+            fail_safe: flags.fail_safe || flags.fail_safe_required,
+            fail_safe_optional: !flags.fail_safe_required,
+            set_slave_add: flags.set_slave_add,
+            user_watchdog: None,
+        }
+    }
+
+    /// The bits of DPV1_Status that a master may set: all but those that the file excludes. What its own defaults
+    /// set is taken, too.
+    fn status_bits(&self) -> [u8; STATUS_LEN] {
+        let flags = self.gsd.flags;
+        let without = |bit: u8, supported: bool| if supported { 0xFF } else { !bit };
+        let mut bits = [
+            without(WD_BASE_1MS, flags.watchdog_1ms)
+                & without(FAIL_SAFE, flags.fail_safe || flags.fail_safe_required),
+            0xFF,
+            without(PRM_STRUCTURE, flags.prm_blocks),
+        ];
+        for (bits, default) in bits.iter_mut().zip(&self.default_prm) {
+            *bits |= *default;
+        }
+        bits
+    }
+
+    /// The modules of a configuration that is accepted, slot by slot: places in [`Gsd::modules`], `None` for an empty
+    /// slot that the file does not have.
+    ///
+    /// # Errors
+    /// As [`Application::judge_cfg`], but for the user parameters.
+    pub fn modules(&self, configuration: &[u8]) -> Result<Plugged, Refusal> {
+        let refuse = |index: usize, expected: Expected, words: String| {
+            self.refusal(index, expected, configuration.get(index).copied(), words)
+        };
+        if configuration.is_empty() {
+            return Err(refuse(0, Expected::AsReasoned, "a configuration has 1 to 244 octets".into()));
+        }
+        let lengths = IoLengths::of(configuration).map_err(|syntax| match syntax {
+            CfgSyntax::CutOff => {
+                let words = "an identifier ends too early: the length octets or manufacturer octets it announces are missing";
+                refuse(configuration.len(), Expected::AsReasoned, words.into())
+            }
+            CfgSyntax::TooLong { got } => {
+                refuse(0, Expected::AsReasoned, format!("{got} octets in one direction, expected at most 244"))
+            }
+        })?;
+        if !self.modular && !self.gsd.modules.is_empty() {
+            return self.compact(configuration);
+        }
+        let plugged = if self.gsd.modules.is_empty() {
+            // G-09: whatever fits.
+            Vec::new()
+        } else {
+            split(&self.gsd, self.policy.free_slots, configuration).map_err(|stuck| {
+                let expected = stuck.expected.map_or(Expected::AsReasoned, Expected::Octet);
+                refuse(stuck.index, expected, stuck.words)
+            })?
+        };
+        let (inputs, outputs) = (u16::from(lengths.inputs), u16::from(lengths.outputs));
+        for (keyword, got, most) in [
+            ("Max_Input_Len", inputs, self.gsd.max_input_len),
+            ("Max_Output_Len", outputs, self.gsd.max_output_len),
+            ("Max_Data_Len", inputs + outputs, self.gsd.max_data_len),
+        ] {
+            if let Some(most) = most.filter(|most| got > *most) {
+                let words = format!("the modules have {got} octets, {keyword} is {most}: take modules out");
+                return Err(refuse(configuration.len(), Expected::AsReasoned, words));
+            }
+        }
+        Ok(plugged)
+    }
+
+    fn compact(&self, configuration: &[u8]) -> Result<Plugged, Refusal> {
+        if configuration == self.configuration {
+            return Ok((0..self.gsd.modules.len()).map(Some).collect());
+        }
+        let agrees =
+            configuration.iter().zip(&self.configuration).take_while(|(got, own)| got == own).count();
+        let expected = self.configuration.get(agrees).map_or(Expected::End, |octet| Expected::Octet(*octet));
+        let mut behind = agrees;
+        let module = self.gsd.modules.iter().find(|module| {
+            let is_in = behind < module.identifiers.len();
+            behind = behind.saturating_sub(module.identifiers.len());
+            is_in
+        });
+        let own = hex(&self.configuration);
+        let words = match module {
+            Some(module) => {
+                format!("module '{}' stands here; the station has the one configuration {own}", module.name)
+            }
+            None => format!("the station has the one configuration {own}"),
+        };
+        Err(self.refusal(agrees, expected, configuration.get(agrees).copied(), words))
+    }
+
+    /// What is odd in user parameters that are accepted, for these modules: values out of range, a length that is not
+    /// that of the modules, services that are not emulated.
+    pub fn remarks(&self, user_prm: &[u8], modules: &[Option<usize>]) -> Vec<String> {
+        let mut remarks = Vec::new();
+        self.wrong_values(&self.part, 0, user_prm, None, |_, words| remarks.push(words));
+        let mut start = self.part_len;
+        for module in modules.iter().flatten().filter_map(|module| self.gsd.modules.get(*module)) {
+            self.wrong_values(&module.prm, start, user_prm, Some(&module.name), |_, words| {
+                remarks.push(words)
+            });
+            start += module.prm.extent(&self.gsd);
+        }
+        if start != user_prm.len() && self.part_len != user_prm.len() {
+            let got = user_prm.len();
+            remarks.push(format!("{got} octets of user parameters, the modules have {start}"));
+        }
+        if self.gsd.flags.dpv1 && user_prm.get(1).is_some_and(|status| *status & 0xFE != 0) {
+            remarks.push("the master enables alarms (DPV1_Status_2); none is emulated".to_owned());
+        }
+        remarks
+    }
+
+    /// Calls `each` with the octet and words of every value of a part that is out of its range.
+    fn wrong_values(
+        &self,
+        part: &PrmPart,
+        start: usize,
+        user_prm: &[u8],
+        module: Option<&str>,
+        mut each: impl FnMut(usize, String),
+    ) {
+        for (offset, parameter) in part.fields(&self.gsd) {
+            let Parameter { name, field, allowed, .. } = parameter;
+            let got = field.read(user_prm, start + offset).filter(|got| !allowed.contains(*got));
+            if let Some(got) = got {
+                let of = module.map(|module| format!(" of module '{module}'")).unwrap_or_default();
+                each(start + offset, format!("parameter '{name}'{of} is {got}, expected {allowed}"));
+            }
+        }
+    }
+
+    fn first_wrong_value(
+        &self,
+        part: &PrmPart,
+        start: usize,
+        prm: &[u8],
+        module: Option<&str>,
+    ) -> Option<(usize, String)> {
+        let mut first = None;
+        self.wrong_values(part, start, prm, module, |octet, words| _ = first.get_or_insert((octet, words)));
+        first
+    }
+
+    fn judge_blocks(&self, user_prm: &[u8]) -> Result<(), Refusal> {
+        let structured = user_prm.get(2).is_some_and(|status| status & PRM_STRUCTURE != 0);
+        if !self.gsd.flags.dpv1 || !structured {
+            return Ok(());
+        }
+        let mut at = STATUS_LEN;
+        while let Some(len) = user_prm.get(at).copied() {
+            let fits = usize::from(len) <= user_prm.len() - at;
+            if len < BLOCK_HEAD_LEN || !fits {
+                let words = "the length of a parameter block, its four octets of head included, does not end with the user parameters";
+                let most = u8::try_from(user_prm.len() - at).unwrap_or(u8::MAX);
+                return Err(self.refusal(at, Expected::Range(BLOCK_HEAD_LEN, most), Some(len), words.into()));
+            }
+            at += usize::from(len);
+        }
+        Ok(())
+    }
+
+    /// Keeps the words until so many refusals have followed.
+    fn refusal(&self, index: usize, expected: Expected, got: Option<u8>, words: String) -> Refusal {
+        let mut said = self.said.borrow_mut();
+        let (last, kept) = &mut *said;
+        *last = last.wrapping_add(1);
+        if kept.len() >= KEPT_WORDS {
+            kept.pop_front();
+        }
+        kept.push_back((*last, words));
+        Refusal { index, expected, got, reason: Reason::Numbered(*last) }
+    }
+}
+
+impl Application for Station {
+    fn judge_prm(&self, user_prm: &[u8]) -> Result<(), Refusal> {
+        self.judge_blocks(user_prm)?;
+        if self.policy.refuse_values
+            && let Some((index, words)) = self.first_wrong_value(&self.part, 0, user_prm, None)
+        {
+            return Err(self.refusal(index, Expected::AsReasoned, user_prm.get(index).copied(), words));
+        }
+        Ok(())
+    }
+
+    fn judge_cfg(&self, configuration: &[u8], user_prm: &[u8]) -> Result<(), Refusal> {
+        let modules = self.modules(configuration)?;
+        let refuse =
+            |words: String| self.refusal(0, Expected::AsReasoned, configuration.first().copied(), words);
+        let mut start = self.part_len;
+        for module in modules.iter().flatten().filter_map(|module| self.gsd.modules.get(*module)) {
+            if self.policy.refuse_values
+                && let Some((_, words)) =
+                    self.first_wrong_value(&module.prm, start, user_prm, Some(&module.name))
+            {
+                return Err(refuse(words));
+            }
+            start += module.prm.extent(&self.gsd);
+        }
+        if self.policy.refuse_prm_length && start != user_prm.len() {
+            let words = format!(
+                "Set_Prm had {} octets of user parameters, these modules have {start}",
+                user_prm.len()
+            );
+            return Err(refuse(words));
+        }
+        Ok(())
+    }
+
+    fn configuration<'a>(&'a self, accepted: Option<&'a [u8]>) -> &'a [u8] {
+        accepted.unwrap_or(&self.configuration)
+    }
+
+    fn words(&self, number: u16, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let said = self.said.borrow();
+        match said.1.iter().rev().find(|(said, _)| *said == number) {
+            Some((_, words)) => f.write_str(words),
+            None => f.write_str("the words of this refusal are no longer kept"),
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! `emulate --station` and `gsd`: stations from device files, as their users run them.
+
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Command, Output, Stdio};
+
+fn file(name: &str) -> String {
+    format!("{}/tests/gsd/{name}", env!("CARGO_MANIFEST_DIR"))
+}
+
+fn profidrive(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_profidrive"));
+    command.args(arguments).env_remove("RUST_LOG").stdin(Stdio::null());
+    command
+}
+
+fn output(arguments: &[&str]) -> Output {
+    profidrive(arguments).output().unwrap()
+}
+
+/// The ready line, then SIGTERM; the exit code, what was logged.
+fn emulated(arguments: &[&str]) -> (String, Option<i32>, String) {
+    let mut command = profidrive(&["emulate"]);
+    let mut process = command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut ready = String::new();
+    BufReader::new(process.stdout.take().unwrap()).read_line(&mut ready).unwrap();
+    assert!(Command::new("kill").arg(process.id().to_string()).status().unwrap().success());
+    let mut log = String::new();
+    process.stderr.take().unwrap().read_to_string(&mut log).unwrap();
+    (ready, process.wait().unwrap().code(), log)
+}
+
+#[test]
+fn stations_stand_beside_drives_or_alone() {
+    let (seven, nine) =
+        (format!("7,gsd={}", file("modular.gsd")), format!("9,strict,gsd={}", file("slots.gsd")));
+    let (ready, code, log) = emulated(&["--drive", "5", "--station", &seven, "--station", &nine]);
+    assert!(
+        ready.starts_with("ready link=/dev/pts/") && ready.ends_with(" drives=5 stations=7,9\n"),
+        "{ready}"
+    );
+    assert_eq!(code, Some(0), "{log}");
+    assert!(log.contains("profidrive Modular, ident 0x0A02, from its GSD at address 7"), "{log}");
+    let (ready, code, _) = emulated(&["--station", &seven]);
+    assert!(ready.starts_with("ready link=/dev/pts/") && ready.ends_with(" stations=7\n"), "{ready}");
+    assert!(!ready.contains("drives="), "{ready}");
+    assert_eq!(code, Some(0));
+}
+
+#[test]
+fn what_is_wrong_with_a_station_is_one_line_and_nothing_is_started() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str, octets: &[u8]| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, octets).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let utf16 = place("utf16.gsd", b"\xFF\xFE#\0P\0");
+    let presets = "#Profibus_DP\nIdent_Number=1\nModular_Station=1\nFixPresetModules=1\nMax_Module=1\n\
+                   Module=\"a\" 0x10\nPreset=1\nEndModule\nModule=\"b\" 0x10\nPreset=1\nEndModule\n";
+    let presets = place("presets.gsd", presets.as_bytes());
+    let link = folder.path().join("bus");
+    let good = file("modular.gsd");
+    for (stations, words) in [
+        (vec!["7,gsd=/nowhere.gsd".to_owned()], "cannot read /nowhere.gsd: "),
+        (vec![format!("7,gsd={utf16}")], "line 1, column 1: the file is UTF-16"),
+        (
+            vec![format!("7,gsd={presets}")],
+            "2 modules are Preset with FixPresetModules, Max_Module is 1; raise it",
+        ),
+        (
+            vec![format!("7,gsd={good}"), format!("7,gsd={good}")],
+            "two stations have address 7; give each its own",
+        ),
+        (vec![format!("7,gsd={good}"), "8".to_owned()], "no file is named; expected ADDRESS,gsd=FILE"),
+        (vec![format!("7,gsd={good}"), "8,gsd=/nowhere.gsd".to_owned()], "cannot read /nowhere.gsd: "),
+    ] {
+        let link_spec = format!("pty:{}", link.display());
+        let mut arguments = vec!["emulate", "--link", &link_spec];
+        arguments.extend(stations.iter().flat_map(|station| ["--station", station]));
+        let output = output(&arguments);
+        let log = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{log}");
+        let last = log.lines().last().unwrap();
+        assert!(last.starts_with("profidrive: ") && last.contains(words), "{log}");
+        assert!(output.stdout.is_empty() && !link.exists());
+    }
+    let both = output(&["emulate", "--drive", "7", "--station", &format!("7,gsd={good}")]);
+    assert_eq!(both.status.code(), Some(2));
+    assert!(String::from_utf8(both.stderr).unwrap().contains("two stations have address 7"));
+}
+
+#[test]
+fn a_file_is_explained_in_words_and_as_json() {
+    let explained = output(&["gsd", &file("extended_prm.gsd")]);
+    let text = String::from_utf8(explained.stdout).unwrap();
+    for words in [
+        "profidrive Extended, ident 0x0A05",
+        "500000 bit/s, replies begin within 100 bit times",
+        "  1 in: 10; 0 out, 1 in",
+        "User parameters of the station, by default 80 59 FF FE",
+        "  octet 1, Bit(3): Diagnosis = 1 (on); 0..1",
+        "    0 = off",
+        "  octet 1, BitArea(4-6): Range = 5; 0, 2, 5",
+    ] {
+        assert!(text.contains(words), "{words}\n{text}");
+    }
+    assert!(!text.contains("Diagnosis\n") && !text.contains("Odd\n"), "nothing to tell: {text}");
+    let json = output(&["gsd", "--json", &file("dpv1.gsd")]);
+    let json: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
+    assert_eq!(json["ident"], 0x0A07);
+    assert_eq!(json["flags"]["DPV1_Slave"], true);
+    assert_eq!(json["modules"][0]["default_prm"], serde_json::json!([0xA1, 0xA2]));
+    assert_eq!(json["user_prm_lengths"], serde_json::json!([3, 9]));
+}
+
+#[test]
+fn authors_are_told_what_is_odd_with_line_and_column() {
+    assert_eq!(output(&["gsd", "check", &file("modular.gsd")]).status.code(), Some(0));
+    let folder = tempfile::tempdir().unwrap();
+    let odd = folder.path().join("odd.gsd");
+    std::fs::write(
+        &odd,
+        "#Profibus_DP\nGSD_Revision=1\nIdent_Number=1\n24V Pins=0\n9.6_supp=1\nMaxTsdr_9.6=60\n",
+    )
+    .unwrap();
+    let checked = output(&["gsd", "check", odd.to_str().unwrap()]);
+    let said = String::from_utf8(checked.stdout).unwrap();
+    assert!(said.contains("odd.gsd: line 4, column 1: warning: a blank in the keyword '24V Pins'"), "{said}");
+    assert_eq!(checked.status.code(), Some(1));
+    assert_eq!(output(&["gsd", "check", "/nowhere.gsd"]).status.code(), Some(2));
+}
