@@ -156,7 +156,8 @@ impl fmt::Display for Configuration {
             write!(f, "{}{identifier:02X}", if place == 0 { "" } else { " " })?;
         }
         let more = if usize::from(self.len) > Self::TOLD { " ..." } else { "" };
-        write!(f, "{more}: {} octets out, {} in", self.lengths.outputs, self.lengths.inputs)
+        let octets = if self.lengths.outputs == 1 { "octet" } else { "octets" };
+        write!(f, "{more}: {} {octets} out, {} in", self.lengths.outputs, self.lengths.inputs)
     }
 }
 

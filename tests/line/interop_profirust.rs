@@ -164,8 +164,12 @@ impl Plant {
 
     fn assert_no_complaints(&mut self) {
         while let Some((address, event)) = self.bus.poll_event() {
-            let expected =
-                matches!(event, Event::Dp(dp::Event::Parameterised { .. } | dp::Event::DataExchange { .. }));
+            let expected = matches!(
+                event,
+                Event::Dp(dp::Event::Parameterised { .. } | dp::Event::DataExchange { .. })
+                    | Event::Drive { .. }
+                    | Event::Unit(_)
+            );
             assert!(expected, "drive {address}: {event}");
         }
     }

@@ -68,13 +68,13 @@ fn names_a_raw_bit(line: &str) -> bool {
 }
 
 fn sources(folder: &Path) -> Vec<PathBuf> {
-    // `dip` has the bits of the switches, `bits` those of the words.
+    // `dip` has the bits of the switches, `bits` those of the words; the devices on CANopen have words of their own.
     let (mut files, mut folders) = (Vec::new(), vec![folder.to_owned()]);
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
             let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
-            if matches!(&name[..], "tests" | "dip" | "bits" | "rig") {
+            if matches!(&name[..], "tests" | "dip" | "bits" | "rig") || name.ends_with("_canopen") {
                 continue;
             }
             if path.is_dir() {

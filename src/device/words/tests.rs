@@ -126,22 +126,32 @@ fn both(set: impl FnOnce(&mut Quirks)) -> [Quirks; 2] {
 #[test]
 fn a_refusal_names_the_bits_that_are_not_given() {
     for (stw, text) in [
-        (0x0008, "enabling operation refused: OFF2 is given; OFF1 is given"),
-        (0x0009, "enabling operation refused: OFF2 is given"),
-        (0x000A, "enabling operation refused: OFF1 is given"),
+        (
+            0x0008,
+            "enabling operation refused: OFF2 is given (STW.1 = 0); OFF1 is given (STW.0 = 0); next: send STW 000B",
+        ),
+        (0x0009, "enabling operation refused: OFF2 is given (STW.1 = 0); next: send STW 000B"),
+        (0x000A, "enabling operation refused: OFF1 is given (STW.0 = 0); next: send STW 000B"),
         (
             0x0040,
-            "travel to 0 refused: OFF2 is given; OFF1 is given; operation is not enabled; stop is given; \
-             intermediate stop is given",
+            "travel to 0 refused: OFF2 is given (STW.1 = 0); OFF1 is given (STW.0 = 0); operation is not enabled \
+             (STW.3 = 0); stop is given (STW.4 = 0); intermediate stop is given (STW.5 = 0); next: send STW 007B, wait for ZSW.2 = 1, then 003B",
         ),
-        (0x0073, "travel to 0 refused: operation is not enabled"),
+        (
+            0x0073,
+            "travel to 0 refused: operation is not enabled (STW.3 = 0); next: send STW 007B, wait for ZSW.2 = 1, then 003B",
+        ),
     ] {
         assert_eq!(Rig::new(Quirks::default()).stw(stw).refusal().unwrap().to_string(), text, "{stw:04X}");
     }
     let mut rig = Rig::new(Quirks::default());
     rig.fails(true).fails(false).stw(0x0081);
     let text = rig.stw(0x000B).refusal().unwrap().to_string();
-    assert_eq!(text, "enabling operation refused: turning on is disabled after a fault: give OFF1 once");
+    assert_eq!(
+        text,
+        "enabling operation refused: turning on is disabled after a fault: give OFF1 once (STW.0 = 0); next: send STW \
+         000A, then 000B"
+    );
 }
 
 #[test]
@@ -256,7 +266,8 @@ fn quirk_c36_the_first_telegram_may_enable_or_off1_must_be_seen() {
         if next == READY {
             assert_eq!(
                 rig.refusal().unwrap().to_string(),
-                "enabling operation refused: OFF1 must be given once in Data_Exchange first"
+                "enabling operation refused: OFF1 must be given once in Data_Exchange first (STW.0 = 0); next: send \
+                 STW 000A, then 000B"
             );
         }
         assert_eq!(rig.stw(0x000A).stw(0x000B).state(), ENABLED);
