@@ -13,7 +13,7 @@
 //! | `split.rs` | a configuration split into modules |
 //! | `station.rs` | [`Station`]: what a slave accepts of its master |
 //!
-//! The reader is our own, line by line, after `docs/reference/gsd.md` (which says [C] for what it counted in 578
+//! The reader is our own, line by line, after `docs/reference/gsd.md` (which says `C` for what it counted in 578
 //! real files): each oddity found there is one line here, whereas mending a file for another parser would need the
 //! same lexer before it.
 //!

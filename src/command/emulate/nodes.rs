@@ -158,12 +158,18 @@ impl Nodes {
             *id = *node;
         }
         let name = self.name(seat);
-        match event {
-            event if event.is_detail() => debug!("{name}: {event}"),
+        let is_warning = matches!(
+            event,
             CanopenEvent::Node(
-                Event::FramesLost { .. } | Event::LifeGuardingExpired | Event::HeartbeatLost(_),
-            ) => warn!("{name}: {event}"),
-            event => info!("{name}: {event}"),
+                Event::FramesLost { .. } | Event::LifeGuardingExpired | Event::HeartbeatLost(_)
+            )
+        );
+        if event.is_detail() {
+            debug!("{name}: {event}");
+        } else if is_warning {
+            warn!("{name}: {event}");
+        } else {
+            info!("{name}: {event}");
         }
     }
 }
