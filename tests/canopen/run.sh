@@ -33,11 +33,13 @@ profidrive=$(program "$1")
 cargo build --quiet --manifest-path "$root/Cargo.toml" --example can_node --example asda_a2_node
 "$venv/bin/python" "$here/slcan.py" "$target/debug/examples/can_node"
 "$venv/bin/python" "$here/asda_402.py" "$target/debug/examples/asda_a2_node"
-for device in ap10 asda-a2; do
+for device in ag03-1 ap10 asda-a2; do
     "$venv/bin/python" "$here/nodes.py" "$profidrive" "$device"
 done
 
 "$profidrive" eds asda-a2 >"$work/asda-a2.eds"
-start_emulator "$profidrive" --node 5,device=asda-a2 --link slcan-tcp:127.0.0.1:0
+"$profidrive" eds ag03-1 >"$work/ag03-1.eds"
+start_emulator "$profidrive" --node 4 --node 5,device=asda-a2 --link slcan-tcp:127.0.0.1:0
 link=$(sed -n 's/^ready link=\([^ ]*\) .*/\1/p' "$work/ready")
 "$venv/bin/python" "$here/asda_402.py" --running "$link" "$work/asda-a2.eds" 5
+"$venv/bin/python" "$here/ag03_travel.py" "$link" "$work/ag03-1.eds" 4
