@@ -7,7 +7,8 @@ use std::time::Duration;
 
 use arbitrary::{Arbitrary, Unstructured};
 use profidrive::device::{
-    ApplicationCycle, Config, DESCRIPTION, Device, Eeprom, MAX_TELEGRAM_LEN, NotStored, Power, Timing,
+    ApplicationCycle, Config, DESCRIPTION, Device, Eeprom, MAX_EVENTS, MAX_TELEGRAM_LEN, NotStored, Power,
+    Timing,
 };
 use profidrive::dp::State;
 use profidrive::drive::{Fault, Inputs};
@@ -21,8 +22,8 @@ use super::Octets;
 const OWN: u8 = 5;
 const SET_PRM: u8 = 61;
 const CHK_CFG: u8 = 62;
-/// Events wait in a queue of 16, and one says that more were lost.
-const MOST_EVENTS: usize = 17;
+/// One event says that more were lost.
+const MOST_EVENTS: usize = MAX_EVENTS + 1;
 
 #[derive(Arbitrary, Debug)]
 struct Session<'a> {

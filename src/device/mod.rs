@@ -91,6 +91,9 @@ pub const APPLICATION: dp::Fixed<'static> = dp::Fixed {
     ..dp::Fixed::PLAIN
 };
 
+/// How many events of a drive wait to be taken. What comes beyond them is counted, and one event more says how many.
+pub const MAX_EVENTS: usize = 24;
+
 /// The LEDs of a drive (`ag03.md` 11).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Leds {
@@ -126,7 +129,7 @@ struct Parts {
     interrupted: bool,
     /// The reply of the parameter channel offered to the master.
     pkw_reply: Pkw,
-    events: Queue<Event, 24>,
+    events: Queue<Event, MAX_EVENTS>,
 }
 
 impl Device {
