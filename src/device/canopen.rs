@@ -44,6 +44,7 @@ impl fmt::Display for CanopenEvent {
 
 /// Why an image is not taken over.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
 pub enum RecallError {
     /// It is no image of a node.
     #[error(transparent)]

@@ -9,6 +9,7 @@ use crate::ppo::ReservedId;
 
 /// Why the parameter channel does not execute a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum JobError {
     /// The job identification has no meaning.
     #[error("job {0} does not exist")]

@@ -14,6 +14,7 @@ use crate::ppo::Zsw;
 
 /// What stands against a goal, and where it shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Obstacle {
     /// No input image came: there is no Data_Exchange.
     NoDataExchange,
