@@ -57,10 +57,9 @@ impl CanopenEvent {
         match self {
             Self::Node(event) => matches!(event, canopen::Event::Written { .. }),
             Self::Unit(event) => event.is_detail(),
-            Self::SwitchedOn { .. }
-            | Self::State { .. }
-            | Self::TargetRefused { .. }
-            | Self::Lost { .. } => false,
+            Self::SwitchedOn { .. } | Self::State { .. } | Self::TargetRefused { .. } | Self::Lost { .. } => {
+                false
+            }
         }
     }
 }
