@@ -9,13 +9,16 @@ use super::entry::{Entry, Group, Kind, Limits, Models, Range, Reading, Setting, 
 use super::{FAULT_BUFFER_LEN, Model, Pnu, Width};
 
 /// Every parameter of either model, in the order of the numbers.
-pub static TABLE: [Entry; 41] = ROWS;
+pub static TABLE: &[Entry] = &STORED;
+
+/// The rows with their number, which only this file counts.
+static STORED: [Entry; 41] = ROWS;
 
 /// The parameter `pnu` of a model, if it has one. Takes the same short time for every number.
 pub fn entry(model: Model, pnu: Pnu) -> Option<&'static Entry> {
     let offset = pnu.number().checked_sub(FIRST_PNU)?;
     let row = *ROW_OF_PNU.get(usize::from(offset))?;
-    TABLE.get(usize::from(row)).filter(|entry| entry.models.contain(model))
+    STORED.get(usize::from(row)).filter(|entry| entry.models.contain(model))
 }
 
 /// The parameters a model has, in the order of their numbers.
@@ -89,7 +92,7 @@ impl Parameter {
         reason = "one slot per variant; the compiler built and checked the rows"
     )]
     pub fn entry(self) -> &'static Entry {
-        &TABLE[usize::from(ROW_OF_PARAMETER[self as usize])]
+        &STORED[usize::from(ROW_OF_PARAMETER[self as usize])]
     }
 
     /// What manual chapter 6 says about it.
@@ -114,7 +117,7 @@ impl Reading {
         reason = "one slot per variant; the compiler built and checked the rows"
     )]
     pub fn entry(self) -> &'static Entry {
-        &TABLE[usize::from(ROW_OF_READING[self as usize])]
+        &STORED[usize::from(ROW_OF_READING[self as usize])]
     }
 }
 
@@ -339,7 +342,7 @@ mod tests {
     #[test]
     fn an_entry_is_found_under_its_own_number() {
         assert!(TABLE.is_sorted_by_key(|entry| entry.pnu));
-        for row in &TABLE {
+        for row in TABLE {
             assert_eq!(entry(Model::Ag03_1, row.pnu), Some(row));
         }
     }
