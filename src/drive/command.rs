@@ -36,7 +36,7 @@ impl Command {
     pub const UNATTENDED: Self = Self { rearm: true, keys: true, ..Self::RELEASE };
 
     /// The motor is released, nothing else.
-    const RELEASE: Self = Self {
+    pub(super) const RELEASE: Self = Self {
         operation: Operation::Release,
         enable: false,
         travel: false,

@@ -107,8 +107,6 @@ impl Settings {
 
 /// Operating mode (parameter no. 20).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "snake_case"))]
-#[cfg_attr(feature = "panel", derive(utoipa::ToSchema))]
 pub enum Mode {
     /// The setpoint is a velocity in rpm (stored value 1).
     Velocity,

@@ -12,12 +12,11 @@ use utoipa::ToSchema;
 
 use super::bus_access::{Asking, BusAccess};
 use super::problem::{Body, Problem, Problems, Station, whole};
-use super::state::{DriveState, DriveSummary, gear};
+use super::state::{DriveState, DriveSummary, ModelName, gear};
 use super::stream::Hub;
 use crate::device::{Config, Device};
 use crate::fdl::Address;
 use crate::host::StoredDevice;
-use crate::param::Model;
 use crate::time::Instant;
 
 /// The drives of a bus.
@@ -35,17 +34,12 @@ pub(super) struct NewDrive {
     #[serde(deserialize_with = "whole")]
     #[schema(minimum = 0, maximum = 126)]
     address: u8,
-    #[serde(default = "usual_model")]
-    #[schema(default = "ag03-1")]
-    model: Model,
+    #[serde(default)]
+    model: ModelName,
     /// 24 or 48.
     #[serde(default = "usual_gear", deserialize_with = "whole")]
     #[schema(minimum = 24, maximum = 48, multiple_of = 24, default = 48)]
     gear_ratio: u16,
-}
-
-const fn usual_model() -> Model {
-    Model::Ag03_1
 }
 
 const fn usual_gear() -> u16 {
@@ -77,7 +71,7 @@ pub(super) async fn add(
                     "address {address} is taken; choose another, or remove that one"
                 )));
             }
-            let config = Config { switches: address.into(), model: new.model, gear, ..bench.config };
+            let config = Config { switches: address.into(), model: new.model.into(), gear, ..bench.config };
             let device: StoredDevice = match bench.state {
                 Some(state) => state.load(config, bench.now).map_err(|error| bench.not_loaded(&error))?,
                 None => Device::new(config, bench.now).into(),

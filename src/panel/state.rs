@@ -17,20 +17,18 @@ use super::parameters::ParameterState;
 use super::switches::Switches;
 use super::words::{self, Ppo, Words};
 use crate::device::Device;
-use crate::drive::Mode;
 use crate::fdl::{Address, StationCounters};
 use crate::host::Presence;
-use crate::param::Model;
 use crate::time::Instant;
 use fault::{Faults, Start, Warnings};
 use led::Led;
 use motion::{Measured, Motion};
-use names::EepromName;
+use names::{EepromName, ModeName};
 use slave::{Dp, DpState};
 
 pub(super) use fault::{FaultName, LastRefusal, ReasonText, reasons_of};
 pub(super) use motion::lengths;
-pub(super) use names::{PowerState, gear};
+pub(super) use names::{ModelName, PowerState, gear};
 pub(super) use slave::{Counters, PresenceState};
 
 /// What is to be known about a drive at a glance.
@@ -39,7 +37,7 @@ pub(super) struct DriveSummary {
     /// Station address.
     #[schema(minimum = 0, maximum = 126)]
     pub(super) address: u8,
-    model: Model,
+    model: ModelName,
     /// 24 or 48: turns of the motor per turn of the shaft.
     gear_ratio: u16,
     power: PowerState,
@@ -47,7 +45,7 @@ pub(super) struct DriveSummary {
     dp_state: DpState,
     /// The master that owns the slave.
     owner_address: Option<u8>,
-    mode: Mode,
+    mode: ModeName,
     /// The state of the drive, `ag03.md` section 8.
     state: &'static str,
     /// STW as the drive has seen it last.
@@ -106,13 +104,13 @@ impl DriveSummary {
         let config = device.config();
         Self {
             address: device.address().number(),
-            model: config.model,
+            model: config.model.into(),
             gear_ratio: config.gear.ratio(),
             power: device.power().into(),
             presence: presence.into(),
             dp_state: device.dp_state().into(),
             owner_address: device.slave().owner().map(Address::number),
-            mode: status.mode,
+            mode: status.mode.into(),
             state: words::state(status.state),
             stw: words::outputs(device).stw().raw(),
             zsw: device.zsw().raw(),

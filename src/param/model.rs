@@ -7,14 +7,10 @@ use thiserror::Error;
 
 /// Which of the two drives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "panel", derive(utoipa::ToSchema))]
 pub enum Model {
     /// SIKO AG03 (firmware 3.00 and later).
-    #[cfg_attr(feature = "serde", serde(rename = "ag03"))]
     Ag03,
     /// SIKO AG03/1 (firmware 1.00 and later).
-    #[cfg_attr(feature = "serde", serde(rename = "ag03-1"))]
     Ag03_1,
 }
 

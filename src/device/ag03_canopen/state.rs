@@ -190,7 +190,7 @@ mod tests {
             (S::OperationEnabled, R::QuickStop, S::QuickStopActive),
             (S::QuickStopActive, R::DisableVoltage, S::SwitchOnDisabled),
         ];
-        for state in S::ALL {
+        for &state in S::ALL {
             for word in 0..=0xFF {
                 let request = R::of(ControlWord(word));
                 let found = listed.iter().find(|row| (row.0, row.1) == (state, request));

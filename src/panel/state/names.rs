@@ -1,12 +1,23 @@
-//! What a drive is: its gear, power and EEPROM. Model and mode say themselves what they are called.
+//! What a drive is: its model and gear, power, mode and EEPROM.
 
 use std::prelude::v1::*;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::device::{EepromState, Power};
-use crate::param::Gear;
+use crate::drive::Mode;
+use crate::param::{Gear, Model};
+
+/// A model as it is named in JSON and on the command line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+pub(in crate::panel) enum ModelName {
+    #[serde(rename = "ag03")]
+    Ag03,
+    #[default]
+    #[serde(rename = "ag03-1")]
+    Ag03_1,
+}
 
 /// Whether it has control supply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
@@ -16,6 +27,14 @@ pub(in crate::panel) enum PowerState {
     On,
     /// Switched on with the DIP switches of a factory reset: only the LEDs work.
     FactoryReset,
+}
+
+/// The operating mode, PNU 930.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::panel) enum ModeName {
+    Positioning,
+    Velocity,
 }
 
 /// How safe what the EEPROM holds is.
@@ -32,6 +51,24 @@ pub(super) enum EepromName {
     Failed,
 }
 
+impl From<Model> for ModelName {
+    fn from(model: Model) -> Self {
+        match model {
+            Model::Ag03 => Self::Ag03,
+            Model::Ag03_1 => Self::Ag03_1,
+        }
+    }
+}
+
+impl From<ModelName> for Model {
+    fn from(name: ModelName) -> Self {
+        match name {
+            ModelName::Ag03 => Self::Ag03,
+            ModelName::Ag03_1 => Self::Ag03_1,
+        }
+    }
+}
+
 /// The gear of a ratio.
 pub(in crate::panel) fn gear(ratio: u16) -> Option<Gear> {
     Gear::ALL.into_iter().find(|gear| gear.ratio() == ratio)
@@ -43,6 +80,15 @@ impl From<Power> for PowerState {
             Power::Off => Self::Off,
             Power::On => Self::On,
             Power::FactoryReset(_) => Self::FactoryReset,
+        }
+    }
+}
+
+impl From<Mode> for ModeName {
+    fn from(mode: Mode) -> Self {
+        match mode {
+            Mode::Positioning => Self::Positioning,
+            Mode::Velocity => Self::Velocity,
         }
     }
 }
