@@ -26,6 +26,7 @@
 //! | [`asda_a2_canopen`] | the servo ASDA-A2 on CANopen |
 //! | `refusal` | [`Refusal`]: why a control word is not followed |
 //! | [`ag03_canopen`] | the same unit on CANopen |
+//! | [`surroundings`] | what surrounds a device on CANopen and what is seen of it |
 //!
 mod address;
 pub mod ag03_canopen;
@@ -39,6 +40,7 @@ pub mod flow_charts;
 pub mod parameters;
 mod quirks;
 mod refusal;
+pub mod surroundings;
 pub mod words;
 
 use core::time::Duration;
@@ -64,6 +66,7 @@ pub use config::{Config, Timing};
 pub use event::Event;
 pub use quirks::{QUIRKS, Quirk, QuirkError};
 pub use refusal::{Reason, Refusal};
+pub use surroundings::Surroundings;
 
 use parameters::{Channel, Shown};
 use words::Words;

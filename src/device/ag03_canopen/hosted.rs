@@ -2,8 +2,8 @@
 
 use super::Ag03Node;
 use crate::can::{ErrorState, Frame};
-use crate::canopen::NodeId;
 use crate::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
+use crate::canopen::{Abort, Address, Application, Node, NodeId};
 use crate::device::{CanopenDevice, CanopenEvent, RecallError};
 use crate::time::Instant;
 use crate::unit;
@@ -20,6 +20,18 @@ impl Ag03Node {
 }
 
 impl CanopenDevice for Ag03Node {
+    fn node(&self) -> &Node {
+        Self::node(self)
+    }
+
+    fn application(&self) -> &dyn Application {
+        &self.part
+    }
+
+    fn write_past_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Abort> {
+        Self::write_past_bus(self, now, at, octets)
+    }
+
     fn node_id(&self) -> NodeId {
         Self::node_id(self)
     }

@@ -23,6 +23,7 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `hosted` | what a host asks of any device on CANopen |
+//! | `surroundings` | what surrounds it and what is seen of it |
 //! | `objects` | [`OBJECTS`]: the dictionary, and the parameter behind each entry |
 //! | `unit` | what objects read and do, EMCY, storage, external heartbeat, Auto-ID |
 //! | `quirks` | [`Quirks`]: doubts of the manual, the policy of the node |
@@ -30,6 +31,7 @@
 mod hosted;
 mod objects;
 mod quirks;
+mod surroundings;
 mod unit;
 
 pub use objects::OBJECTS;

@@ -24,6 +24,15 @@ const RESTART_DELAY: Duration = Duration::from_millis(100);
 pub(super) const ERROR_PASSIVE: u16 = 0x8120;
 pub(super) const BUS_OFF_RECOVERED: u16 = 0x8140;
 
+/// The code of a fault.
+pub(super) const fn code(fault: Fault) -> u16 {
+    match fault {
+        Fault::BatteryCritical => 0xFF20,
+        Fault::BatteryEmpty => 0x3200,
+        Fault::Speed => 0xFF12,
+    }
+}
+
 /// Bits of the error register; the node adds bit 0 while any is set.
 const COMMUNICATION: u8 = 1 << 4;
 const MANUFACTURER: u8 = 1 << 7;
@@ -87,12 +96,7 @@ impl Unit {
         while let Some(event) = self.indicator.poll_event() {
             match event {
                 Event::FaultBegan(fault) => {
-                    let code = match fault {
-                        Fault::BatteryCritical => 0xFF20,
-                        Fault::BatteryEmpty => 0x3200,
-                        Fault::Speed => 0xFF12,
-                    };
-                    self.raise(code, self.register());
+                    self.raise(code(fault), self.register());
                 }
                 Event::FaultEnded(_) => self.ask(Request::Emergency(Emergency::gone(self.register()))),
                 Event::Calibrated => self.ask(Request::Store),

@@ -12,6 +12,7 @@
 //! | `links` | which setting of the drive an object is |
 //! | `application` | reads, writes, what the bus does to the drive |
 //! | `hosted` | what a host asks of any device on CANopen |
+//! | `surroundings` | what surrounds it and what is seen of it |
 //! | [`quirks`] | each doubt of the guide with its default |
 
 mod application;
@@ -19,6 +20,7 @@ mod hosted;
 mod links;
 mod objects;
 pub mod quirks;
+mod surroundings;
 
 use core::time::Duration;
 
