@@ -155,7 +155,6 @@ impl Emulate {
             (self.slot_time.is_some(), "--slot-time"),
             (!self.faults.is_empty(), "--fault"),
             (!self.quirks.is_empty(), "--quirk"),
-            (self.panel.is_some(), "--panel"),
         ] {
             if given {
                 return Err(format!("{option} is for drives on PROFIBUS; leave it out with --node"));

@@ -65,6 +65,19 @@ impl StoredNode {
         Some(self.file.as_ref()?.path())
     }
 
+    /// The device, whichever it is.
+    pub fn as_device(&self) -> &dyn CanopenDevice {
+        &*self.unit.device
+    }
+
+    /// Does something to the device, whichever it is.
+    pub fn act<R>(&mut self, now: Instant, act: impl FnOnce(&mut dyn CanopenDevice, Instant) -> R) -> R {
+        self.take_outcome(now);
+        let result = act(&mut *self.unit.device, now);
+        self.hand_over(now);
+        result
+    }
+
     /// The device, if it is a `D`.
     pub fn device<D: CanopenDevice>(&self) -> Option<&D> {
         let device: &dyn Any = &*self.unit.device;
@@ -77,11 +90,10 @@ impl StoredNode {
         now: Instant,
         act: impl FnOnce(&mut D, Instant) -> R,
     ) -> Option<R> {
-        self.take_outcome(now);
-        let device: &mut dyn Any = &mut *self.unit.device;
-        let result = device.downcast_mut().map(|device| act(device, now));
-        self.hand_over(now);
-        result
+        self.act(now, |device, now| {
+            let device: &mut dyn Any = device;
+            device.downcast_mut().map(|device| act(device, now))
+        })
     }
 
     fn take_outcome(&mut self, now: Instant) {
