@@ -2,7 +2,6 @@
 
 use core::ops::{BitOr, BitOrAssign};
 
-use super::mode::Mode;
 use super::state::Command;
 
 /// The controlword, 6040h.
@@ -41,24 +40,6 @@ impl Controlword {
     /// Whether all bits of `mask` are set.
     pub const fn has(self, mask: u16) -> bool {
         self.0 & mask == mask
-    }
-
-    /// What a bit asks for in a mode, `None` for bits that CiA 402 does not use there.
-    pub const fn bit_name(bit: u8, mode: Option<Mode>) -> Option<&'static str> {
-        Some(match (bit, mode) {
-            (0, _) => "switch on",
-            (1, _) => "enable voltage",
-            (2, _) => "no quick stop",
-            (3, _) => "enable operation",
-            (4, Some(Mode::ProfilePosition)) => "new set-point",
-            (4, Some(Mode::Homing)) => "start homing",
-            (4, Some(Mode::InterpolatedPosition)) => "enable interpolation",
-            (5, Some(Mode::ProfilePosition)) => "change set immediately",
-            (6, Some(Mode::ProfilePosition)) => "relative",
-            (7, _) => "fault reset",
-            (8, _) => "halt",
-            (4..=6 | 9.., _) => return None,
-        })
     }
 
     /// Whether the bits of `mask` are set now and were not `before`.
@@ -141,30 +122,6 @@ impl Statusword {
     /// Whether all bits of `mask` are set.
     pub const fn has(self, mask: Self) -> bool {
         self.0 & mask.0 == mask.0
-    }
-
-    /// What a bit says in a mode, `None` for bits that CiA 402 does not use there.
-    pub const fn bit_name(bit: u8, mode: Option<Mode>) -> Option<&'static str> {
-        Some(match (bit, mode) {
-            (0, _) => "ready to switch on",
-            (1, _) => "switched on",
-            (2, _) => "operation enabled",
-            (3, _) => "fault",
-            (4, _) => "voltage enabled",
-            (5, _) => "no quick stop",
-            (6, _) => "switch on disabled",
-            (7, _) => "warning",
-            (9, _) => "remote",
-            (10, _) => "target reached",
-            (11, _) => "internal limit",
-            (12, Some(Mode::ProfilePosition)) => "set-point acknowledged",
-            (12, Some(Mode::ProfileVelocity)) => "speed is zero",
-            (12, Some(Mode::Homing)) => "homing attained",
-            (12, Some(Mode::InterpolatedPosition)) => "interpolation active",
-            (13, Some(Mode::ProfilePosition)) => "following error",
-            (13, Some(Mode::Homing)) => "homing error",
-            (8 | 12.., _) => return None,
-        })
     }
 
     /// These bits if `holds`, else none.

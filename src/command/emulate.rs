@@ -53,12 +53,13 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     // Before the link, so that a refusal leaves nothing behind.
     let mut panel = start_panel(args, &signals.stop)?;
     let (rate, link, path) = open(args)?;
-    for fault in &args.faults {
+    let faults = args.faults().map_err(Failure::Usage)?;
+    for fault in &faults {
         warn!("fault on purpose: {fault}");
     }
     // Next to the line, so that what faults do is seen.
     let link = tap::tapped(link, args, &path, clock, panel.as_ref())?;
-    let mut link = Faulty::new(link, clock, &args.faults);
+    let mut link = Faulty::new(link, clock, &faults);
 
     let mut bus = Bus::on(rate, Timing::Untrue);
     if let LinkSpec::Serial(_) = args.link {

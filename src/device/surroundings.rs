@@ -216,7 +216,4 @@ pub trait Surroundings {
 
     /// Whether it can move by itself.
     fn is_drive(&self) -> bool;
-
-    /// Each reason why it would not move now, in words; none for a device that cannot move.
-    fn each_hindrance(&self, tell: &mut dyn FnMut(fmt::Arguments<'_>));
 }

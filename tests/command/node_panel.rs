@@ -103,7 +103,8 @@ fn a_fault_of_an_ag03_is_an_emcy_and_in_1003h_and_goes_when_it_is_reset() {
         // It stays latched when its cause is gone, until the master resets it.
         rig.set("DELETE", "5/inputs", &Value::Null);
         assert_eq!(rig.read(5, "011000"), u32::from(register));
-        rig.master.sdo(5, "2B40600080000000");
+        // The message comes before the answer.
+        rig.master.send("t60582B40600080000000");
         assert_eq!(emcy(&rig.master.frame(0x085)), (0, 0), "fault {fault}");
         assert_eq!(rig.read(5, "011000"), 0);
     }
@@ -252,7 +253,7 @@ fn the_dictionary_is_read_and_written_past_the_bus_by_the_rules_of_the_bus() {
     let device_type = rig.get("5/objects/1000/0");
     assert_eq!(
         (&device_type["value"], &device_type["type"], &device_type["access"]),
-        (&json!(0x0002_0192), &json!("UNSIGNED32"), &json!("ro"))
+        (&json!(0x192), &json!("UNSIGNED32"), &json!("ro"))
     );
     assert_eq!(rig.get("5/objects/0x1000/00h"), device_type);
     let written = rig.set("PUT", "6/objects/1017/0", &json!({"value": 250}));
@@ -339,4 +340,26 @@ fn what_an_ap10_has_confirmed_and_where_its_shaft_is_survive_a_kill() {
         // 2002h = 1: the zero point is here. Confirmed, it is on the disk; dropped, the emulator is killed.
         assert_eq!(rig.master.sdo(6, "2F02200001000000"), "6002200000000000");
     }
+}
+
+#[test]
+fn faults_on_purpose_spoil_what_their_node_sends() {
+    let emulator = Emulator::with(&[
+        "--node",
+        "5",
+        "--node",
+        "6,device=ap10",
+        "--link",
+        "slcan-tcp:127.0.0.1:0",
+        "--fault",
+        "sdo-abort=08000020,node=6",
+        "--fault",
+        "boot-up-twice,node=6",
+    ]);
+    let place = emulator.terminal().to_str().unwrap().strip_prefix("slcan-tcp:").unwrap().to_owned();
+    let mut rig = Rig { master: Master::open(&place), emulator };
+    assert_eq!(rig.master.sdo(6, "4000100000000000"), "8000100020000008");
+    assert!(rig.master.sdo(5, "4000100000000000").starts_with("43"), "the other node is sound");
+    rig.master.send("t00028106");
+    assert_eq!((rig.master.frame(0x706), rig.master.frame(0x706)), ("00".to_owned(), "00".to_owned()));
 }

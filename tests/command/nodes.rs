@@ -144,7 +144,18 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
         ),
         (&[], "name CANopen nodes"),
         (&["--node", "5,device=ap10", "--link", "slcan-tcp"], "--link"),
-        (&["--node", "5,device=ap10", "--fault", "no-reply"], "--fault is for drives on PROFIBUS"),
+        (
+            &["--node", "5,device=ap10", "--fault", "no-reply"],
+            "'no-reply' is no fault of a node; expected boot-up-missing",
+        ),
+        (
+            &["--node", "5,device=ap10", "--fault", "sdo-lost,node=6"],
+            "--fault names node 6; there are the nodes 5",
+        ),
+        (
+            &["--node", "5,device=ap10", "--fault", "sdo-lost", "--fault", "sdo-late=1ms,node=5"],
+            "two faults of the same frames of one node",
+        ),
         (&["--node", "5,device=ap10", "--quirk", "x=y"], "--quirk"),
         (&["--node", "5,device=ap10", "--slot-time", "100"], "--slot-time is for drives on PROFIBUS"),
         (&["--node", "5,device=ap10", "--panel", "8080"], "expected ADDR:PORT"),

@@ -4,7 +4,9 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use profidrive::can::BitRate;
-use profidrive::host::can::{LinkSpec as CanLink, PRODUCTS};
+use profidrive::canopen::NodeId;
+use profidrive::canopen::faults::Faults;
+use profidrive::host::can::{LinkSpec as CanLink, NodeFault, PRODUCTS};
 use profidrive::host::link::fault::Fault;
 
 use super::drive::RangeSpec;
@@ -76,10 +78,10 @@ pub(crate) struct Emulate {
     pub(crate) allow_remote: bool,
 
     /// A fault on purpose, to test the master: FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS]
-    /// [,service=NAME][,state=NAME][,retry=N];
+    /// [,service=NAME][,state=NAME][,retry=N], of a node FAULT[=VALUE][,node=ID];
     /// repeat it for more
     #[arg(long = "fault", value_name = "SPEC")]
-    pub(crate) faults: Vec<Fault>,
+    faults: Vec<String>,
 
     /// Serves the panel for browsers, HTTP control and a live stream at ADDR:PORT, as in 127.0.0.1:8080 (port 0: a free
     /// one), and adds panel=URL to the line on stdout
@@ -121,6 +123,26 @@ impl Emulate {
         &self.nodes
     }
 
+    /// The faults of a line of PROFIBUS.
+    pub(crate) fn faults(&self) -> Result<Vec<Fault>, String> {
+        let read = |text: &String| {
+            text.parse().map_err(|error| format!("invalid value '{text}' for '--fault <SPEC>': {error}"))
+        };
+        self.faults.iter().map(read).collect()
+    }
+
+    /// What that node does wrong.
+    pub(crate) fn faults_of(&self, node: NodeId) -> Result<Faults, String> {
+        NodeFault::of(node, &self.node_faults()?).map_err(|error| format!("--fault: {error}"))
+    }
+
+    fn node_faults(&self) -> Result<Vec<NodeFault>, String> {
+        let read = |text: &String| {
+            text.parse().map_err(|error| format!("invalid value '{text}' for '--fault <SPEC>': {error}"))
+        };
+        self.faults.iter().map(read).collect()
+    }
+
     /// What no single argument shows.
     pub(super) fn check(&self) -> Result<(), String> {
         match (&self.link, self.nodes.is_empty()) {
@@ -153,12 +175,20 @@ impl Emulate {
         for (given, option) in [
             (self.force_address, "--force-address"),
             (self.slot_time.is_some(), "--slot-time"),
-            (!self.faults.is_empty(), "--fault"),
             (!self.quirks.is_empty(), "--quirk"),
         ] {
             if given {
                 return Err(format!("{option} is for drives on PROFIBUS; leave it out with --node"));
             }
+        }
+        for fault in self.node_faults()? {
+            if let Some(node) = fault.node.filter(|node| !numbers.contains(node)) {
+                let there: Vec<_> = numbers.iter().map(NodeId::to_string).collect();
+                return Err(format!("--fault names node {node}; there are the nodes {}", there.join(", ")));
+            }
+        }
+        for node in &self.nodes {
+            self.faults_of(node.id)?;
         }
         if self.allow_remote && !matches!(self.link, LinkSpec::Slcan(CanLink::Tcp(_))) {
             return Err("--allow-remote needs an slcan-tcp link".into());
@@ -191,7 +221,7 @@ impl Emulate {
         if let Some(twice) = self.stations.iter().find(|station| !addresses.insert(station.address)) {
             return Err(format!("two stations have address {}; give each its own", twice.address));
         }
-        for fault in &self.faults {
+        for fault in self.faults()? {
             fault.check(addresses.iter().copied()).map_err(|error| error.to_string())?;
         }
         if self.allow_remote && !matches!(self.link, LinkSpec::Tcp(_)) {
@@ -226,6 +256,9 @@ Faults, and what they count:
   requests        drop-request, refuse-prm, refuse-cfg, not-ready=TIME (Chk_Cfg), lose-prm (Data_Exchange)
   Data_Exchange   diag-storm
   PKW answers     pkw-delay=EXCHANGES, pkw-wrong-ak, pkw-wrong-pnu, pkw-torn
+  of a node       boot-up-missing, boot-up-twice, sdo-late=TIME, sdo-lost, sdo-twice, sdo-other-index, sdo-wrong-toggle,
+                  sdo-abort=CODE, heartbeat-jitter=TIME, heartbeat-lost, heartbeat-stuck=OCTET, guarding-toggle-stuck,
+                  tpdo-short, tpdo-stale, emcy-storm=TIME; each at every occasion
 A fault is injected from number `at` on (1; a lone `at` means that one only), with probability `rate` (1), at most `count`
 times (no limit), the same for the same `seed` (1). TIME is for example 20ms. docs/faults.md explains each.
 
@@ -236,6 +269,7 @@ Examples:
   profidrive emulate --drive 5 --station 7,gsd=valves.gsd --station 9,gsd=valves.gsd
   profidrive emulate --state-dir ~/drives
   profidrive emulate --node 5,device=ap10 --node 6,device=asda-a2 --link slcan-tcp:127.0.0.1:5000
+  profidrive emulate --node 5 --node 6,device=ap10 --fault sdo-late=20ms,node=5 --panel 127.0.0.1:8080
   profidrive emulate --capture bus.pcapng
   profidrive emulate --link serial:/dev/ttyUSB0 --baud 19200 -v
   profidrive emulate --link tcp:127.0.0.1:5050 --fault no-reply,rate=0.01 --fault late=20ms,at=100";

@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use profidrive::can::BitRate;
+use profidrive::canopen::faults::Faults;
 use profidrive::canopen::storage::Memory;
 use profidrive::canopen::{Event, NodeId};
 use profidrive::device::CanopenEvent;
@@ -34,7 +35,7 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec) -> Result<(), Failure> {
     let mut line = open(args, link, rate)?;
     let mut nodes = Nodes::default();
     for &spec in args.nodes() {
-        nodes.connect(&mut line, spec, state.as_ref())?;
+        nodes.connect(&mut line, spec, state.as_ref(), args.faults_of(spec.id).map_err(Failure::Usage)?)?;
     }
     nodes.warn_of_doubles();
     let mut capture = Recorder::start(args, &mut line, &nodes, rate)?;
@@ -109,10 +110,11 @@ impl Nodes {
         line: &mut Line<CanopenEvent>,
         spec: NodeSpec,
         state: Option<&StateDir>,
+        faults: Faults,
     ) -> Result<(), Failure> {
         info!("{spec}");
         let now = line.clock().now();
-        let node = match state {
+        let mut node = match state {
             Some(state) => state
                 .load_node(spec.product, spec.id, spec.choices, now)
                 .map_err(|error| Failure::from_error(&error))?,
@@ -121,6 +123,10 @@ impl Nodes {
         let id = node.node_id();
         if id != spec.id {
             warn!("{spec}: its EEPROM says node {id}, which is in force");
+        }
+        if faults != Faults::NONE {
+            warn!("{spec}: faults on purpose in what it sends");
+            node.spoil(now, faults);
         }
         self.on_bus.push((line.add(Box::new(node)), id, spec));
         Ok(())

@@ -10,7 +10,8 @@
 //! | `access` | what reads and writes of objects do |
 //! | [`errors`] | the EMCY code and the bits of the error register of each fault |
 //! | `event` | [`Event`]: news for the host |
-//! | `surroundings` | inputs, faults, keys, LEDs, why it does not move |
+//! | `surroundings` | inputs, faults, keys, LEDs |
+//! | `why` | [`Hindrance`]: what keeps it from moving |
 //! | `quirks` | [`QUIRKS`]: every named alternative |
 //!
 //! ```
@@ -40,6 +41,7 @@ mod part;
 mod quirks;
 pub mod state;
 mod surroundings;
+mod why;
 pub mod words;
 
 use core::time::Duration;
@@ -58,6 +60,7 @@ use crate::unit::{
 pub use config::Config;
 pub use event::Event;
 pub use quirks::{QUIRKS, Quirk, QuirkError, Quirks};
+pub use why::Hindrance;
 
 use part::Part;
 use state::State;

@@ -1,8 +1,5 @@
 //! What surrounds the drive, and what is seen of it.
 
-use core::fmt;
-
-use super::state::State;
 use super::words::{CwBit, SwBit};
 use super::{Ag03Node, errors};
 use crate::canopen::{Address, NmtState};
@@ -185,44 +182,6 @@ impl Surroundings for Ag03Node {
     fn is_drive(&self) -> bool {
         true
     }
-
-    fn each_hindrance(&self, tell: &mut dyn FnMut(fmt::Arguments<'_>)) {
-        match self.nmt_state() {
-            None => {
-                let refusal = self.unit().start_refusal();
-                for reason in refusal.iter().flat_map(|refusal| refusal.reasons().map(|of| refusal.text(of)))
-                {
-                    tell(format_args!("{reason}"));
-                }
-                return;
-            }
-            Some(state @ (NmtState::PreOperational | NmtState::Stopped)) => {
-                tell(format_args!(
-                    "the node is {state}: control words act in OPERATIONAL only, NMT 01h takes it there"
-                ));
-            }
-            Some(NmtState::Operational) => {}
-        }
-        let next = match self.state() {
-            State::SwitchOnDisabled => Some("0006h, then 0007h, then 010Fh"),
-            State::ReadyToSwitchOn => Some("0007h, then 010Fh"),
-            State::SwitchedOn => Some("010Fh"),
-            State::QuickStopActive => Some("0000h, then 0006h"),
-            State::Fault => Some("0080h after the cause is gone"),
-            State::OperationEnabled => None,
-        };
-        if let Some(next) = next {
-            tell(format_args!("the drive is in {}: it waits for control word {next}", self.state()));
-        }
-        if let Some(refusal) = self.unit().start_refusal() {
-            use crate::drive::Reason;
-            // What the state above says already.
-            let said = |reason: &Reason| matches!(reason, Reason::NotAsked | Reason::NotEnabled);
-            for reason in refusal.reasons().filter(|reason| next.is_none() || !said(reason)) {
-                tell(format_args!("{}", refusal.text(reason)));
-            }
-        }
-    }
 }
 
 #[cfg(test)]
@@ -230,7 +189,7 @@ mod tests {
     use super::super::Config;
     use super::*;
     use crate::canopen::NodeId;
-    use std::string::{String, ToString};
+    use std::string::ToString;
     use std::vec::Vec;
 
     #[test]
@@ -273,15 +232,11 @@ mod tests {
     fn a_drive_says_what_it_waits_for() {
         let now = Instant::ZERO;
         let mut node = Ag03Node::new(Config::new(NodeId::MIN), now);
-        let said = |node: &Ag03Node| {
-            let mut said = Vec::<String>::new();
-            node.each_hindrance(&mut |text| said.push(text.to_string()));
-            said
-        };
-        assert!(said(&node)[0].starts_with("the node is PRE-OPERATIONAL"), "{:?}", said(&node));
-        assert!(said(&node)[1].contains("waits for control word 0006h"), "{:?}", said(&node));
+        let said = |node: &Ag03Node| node.why().map(|hindrance| hindrance.to_string()).collect::<Vec<_>>();
+        assert!(said(&node)[0].starts_with("NMT state PRE-OPERATIONAL"), "{:?}", said(&node));
+        assert!(said(&node)[1].contains("send 6040h = 0006h"), "{:?}", said(&node));
         node.power_off(now);
-        assert_eq!(said(&node), ["the drive is switched off"]);
+        assert_eq!(said(&node), ["the drive is switched off: switch its supply on"]);
         assert_eq!(node.face(now).to_string(), "LED status green off, LED bus orange off");
     }
 }

@@ -1,7 +1,5 @@
 //! What surrounds the indicator, and what is seen of it.
 
-use core::fmt;
-
 use super::unit::{BUS_OFF_RECOVERED, ERROR_PASSIVE, code};
 use super::{Ap10, Power};
 use crate::ap10::{Arrow, ControlBit, Display, Fault, Key, Light, Mode, StatusBit, Turns};
@@ -132,8 +130,6 @@ impl Surroundings for Ap10 {
     fn is_drive(&self) -> bool {
         false
     }
-
-    fn each_hindrance(&self, _tell: &mut dyn FnMut(fmt::Arguments<'_>)) {}
 }
 
 const fn glow(light: Light) -> Glow {

@@ -1,5 +1,7 @@
 //! The servo as hosts run it.
 
+use core::fmt;
+
 use super::AsdaA2;
 use crate::can::{ErrorState, Frame};
 use crate::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
@@ -46,6 +48,10 @@ impl CanopenDevice for AsdaA2 {
 
     fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
         Self::poll_transmit(self)
+    }
+
+    fn why(&self, say: &mut dyn FnMut(&dyn fmt::Display)) {
+        Self::why(self).for_each(|hindrance| say(&hindrance));
     }
 
     fn poll_event(&mut self) -> Option<CanopenEvent> {

@@ -13,6 +13,7 @@
 //! | `application` | reads, writes, what the bus does to the drive |
 //! | `hosted` | what a host asks of any device on CANopen |
 //! | `surroundings` | what surrounds it and what is seen of it |
+//! | `why` | [`Hindrance`]: what keeps it from moving |
 //! | [`quirks`] | each doubt of the guide with its default |
 
 mod application;
@@ -21,12 +22,14 @@ mod links;
 mod objects;
 pub mod quirks;
 mod surroundings;
+mod why;
 
 use core::time::Duration;
 
 pub use crate::asda_a2::{Config, Level};
 pub use objects::SHEET;
 pub use quirks::Quirks;
+pub use why::Hindrance;
 
 use crate::asda_a2::{Alarm, Inputs, Servo};
 use crate::can::{Frame, Id};

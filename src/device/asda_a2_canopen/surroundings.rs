@@ -1,11 +1,9 @@
 //! What surrounds the servo, and what is seen of it.
 
-use core::fmt;
-
 use super::AsdaA2;
-use crate::asda_a2::{Alarm, Inputs, Level as Canopen};
-use crate::canopen::{Address, NmtState};
-use crate::cia402::{Controlword, State, Statusword};
+use crate::asda_a2::{Alarm, Inputs};
+use crate::canopen::Address;
+use crate::cia402::{Controlword, Statusword};
 use crate::device::surroundings::{Declined, Face, Input, InputKind, Level, Provocable, Surroundings};
 use crate::time::Instant;
 
@@ -107,11 +105,12 @@ impl Surroundings for AsdaA2 {
 
     fn bit(&self, word: Address, bit: u8) -> Option<&'static str> {
         let mode = self.servo().mode();
-        match word {
-            CONTROLWORD => Controlword::bit_name(bit, mode),
-            STATUSWORD => Statusword::bit_name(bit, mode),
-            Address { .. } => None,
-        }
+        let names = match word {
+            CONTROLWORD => Controlword::names(mode),
+            STATUSWORD => Statusword::names(mode),
+            Address { .. } => return None,
+        };
+        names.get(usize::from(bit)).copied().filter(|name| !name.is_empty())
     }
 
     /// 1003h has the number of the alarm in its upper half; of a code alone the first alarm that has it.
@@ -125,49 +124,5 @@ impl Surroundings for AsdaA2 {
 
     fn is_drive(&self) -> bool {
         true
-    }
-
-    fn each_hindrance(&self, tell: &mut dyn FnMut(fmt::Arguments<'_>)) {
-        let Some(nmt) = self.node().state() else {
-            return tell(format_args!("the drive is switched off"));
-        };
-        if nmt != NmtState::Operational {
-            tell(format_args!("the node is {nmt}: PDOs act in OPERATIONAL only, NMT 01h takes it there"));
-        }
-        let servo = self.servo();
-        for alarm in servo.alarms() {
-            tell(format_args!("alarm {alarm}: {}", alarm.text()));
-        }
-        if !servo.inputs().main_circuit {
-            tell(format_args!("the main circuit has no supply"));
-        }
-        if servo.mode().is_none() {
-            tell(format_args!("no mode of operation is chosen: write 6060h"));
-        }
-        let next = match (servo.level(), servo.state()) {
-            (_, State::OperationEnabled) => None,
-            (_, State::Fault | State::FaultReactionActive) => {
-                Some("0080h after the cause of the alarm is gone")
-            }
-            (_, State::QuickStopActive) => Some("0000h, then 0006h"),
-            (Canopen::Half, _) => Some("000Fh"),
-            (Canopen::Full, State::NotReadyToSwitchOn | State::SwitchOnDisabled) => {
-                Some("0006h, then 0007h, then 000Fh")
-            }
-            (Canopen::Full, State::ReadyToSwitchOn) => Some("0007h, then 000Fh"),
-            (Canopen::Full, State::SwitchedOn) => Some("000Fh"),
-        };
-        match next {
-            Some(next) => {
-                tell(format_args!("the drive is in '{}': it waits for controlword {next}", servo.state()))
-            }
-            None if servo.controlword().has(Controlword::HALT) => {
-                tell(format_args!("controlword bit 8 is 1: halt"))
-            }
-            None => {}
-        }
-        if servo.inputs().blocked {
-            tell(format_args!("the shaft is blocked"));
-        }
     }
 }

@@ -159,7 +159,7 @@ impl NodeState {
     pub(super) fn of(product: &'static Product, device: &dyn CanopenDevice, now: Instant) -> Self {
         let is_on = device.node().state().is_some();
         let mut reasons = Vec::new();
-        device.each_hindrance(&mut |reason| reasons.push(reason.to_string()));
+        device.why(&mut |reason| reasons.push(reason.to_string()));
         Self {
             time_seconds: seconds(now),
             summary: NodeSummary::of(product, device, now),
