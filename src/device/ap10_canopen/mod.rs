@@ -35,7 +35,7 @@ mod surroundings;
 mod unit;
 
 pub use objects::OBJECTS;
-pub use quirks::{Quirks, SdoCodes, SoftwareVersion};
+pub use quirks::{QUIRKS, Quirks, SdoCodes, SoftwareVersion};
 
 use crate::ap10::{Backup, Display, Fault, Indicator, Key, Setting, Turns};
 use crate::can::Frame;
