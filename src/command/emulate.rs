@@ -69,7 +69,7 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     // Nobody but a master is on a terminal that was made just now.
     let serial = matches!(args.link, LinkSpec::Serial(_));
     let (listen, search) = (serial && !args.force_address, serial && args.baud == Some(BaudSpec::Auto));
-    let config = config(&args.quirks)?;
+    let config = config(&args.quirks().map_err(Failure::Usage)?)?;
     for drive in args.drives() {
         connect(&mut bus, drive, config, clock.now(), listen, state.as_ref())?;
     }

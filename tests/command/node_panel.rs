@@ -355,11 +355,15 @@ fn faults_on_purpose_spoil_what_their_node_sends() {
         "sdo-abort=08000020,node=6",
         "--fault",
         "boot-up-twice,node=6",
+        "--quirk",
+        "sdo-unknown=cia-301",
     ]);
     let place = emulator.terminal().to_str().unwrap().strip_prefix("slcan-tcp:").unwrap().to_owned();
     let mut rig = Rig { master: Master::open(&place), emulator };
     assert_eq!(rig.master.sdo(6, "4000100000000000"), "8000100020000008");
     assert!(rig.master.sdo(5, "4000100000000000").starts_with("43"), "the other node is sound");
+    // An unknown command: 05040001h instead of 06010000h, and only of the device that has this quirk.
+    assert_eq!(rig.master.sdo(5, "E000100000000000"), "8000100001000405");
     rig.master.send("t00028106");
     assert_eq!((rig.master.frame(0x706), rig.master.frame(0x706)), ("00".to_owned(), "00".to_owned()));
 }

@@ -95,7 +95,15 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
             &["--node", "5,device=ap10", "--fault", "sdo-lost", "--fault", "sdo-late=1ms,node=5"],
             "two faults of the same frames of one node",
         ),
-        (&["--node", "5,device=ap10", "--quirk", "x=y"], "--quirk"),
+        (
+            &["--node", "5,device=ap10", "--quirk", "x=y"],
+            "no node has a quirk 'x'; ap10 has sdo-codes, ascii",
+        ),
+        (&["--node", "5,device=ap10", "--quirk", "x"], "expected NAME=VALUE"),
+        (
+            &["--node", "5,device=ap10", "--quirk", "load=never"],
+            "quirk load cannot be 'never'; expected once or erase",
+        ),
         (&["--node", "5,device=ap10", "--slot-time", "100"], "--slot-time is for drives on PROFIBUS"),
         (&["--node", "5,device=ap10", "--panel", "8080"], "expected ADDR:PORT"),
         (&["--node", "5,device=ap10", "--baud", "10000"], "expected --baud with one of 125000, 250000"),

@@ -6,12 +6,14 @@ use std::path::PathBuf;
 use profidrive::can::BitRate;
 use profidrive::canopen::NodeId;
 use profidrive::canopen::faults::Faults;
-use profidrive::host::can::{LinkSpec as CanLink, NodeFault, PRODUCTS};
+use profidrive::device::QuirkError;
+use profidrive::host::can::{Choices, LinkSpec as CanLink, NodeFault, PRODUCTS, Product};
 use profidrive::host::link::fault::Fault;
 
 use super::drive::RangeSpec;
 use super::link::expected_rates;
 use super::link::host_and_port;
+use super::quirk;
 use super::quirk::help as quirks_help;
 use super::{BaudSpec, DriveSpec, LinkSpec, NodeSpec, QuirkSpec, StationSpec};
 
@@ -104,7 +106,7 @@ pub(crate) struct Emulate {
 
     /// How all drives behave where the manuals leave it open; repeat it for more (--help lists the quirks)
     #[arg(long = "quirk", value_name = "NAME=VALUE", long_help = quirks_help())]
-    pub(crate) quirks: Vec<QuirkSpec>,
+    quirks: Vec<String>,
 }
 
 /// Host and port of the panel.
@@ -129,6 +131,29 @@ impl Emulate {
             text.parse().map_err(|error| format!("invalid value '{text}' for '--fault <SPEC>': {error}"))
         };
         self.faults.iter().map(read).collect()
+    }
+
+    /// How all drives behave where the manuals leave it open.
+    pub(crate) fn quirks(&self) -> Result<Vec<QuirkSpec>, String> {
+        let read = |text: &String| {
+            text.parse()
+                .map_err(|error| format!("invalid value '{text}' for '--quirk <NAME=VALUE>': {error}"))
+        };
+        self.quirks.iter().map(read).collect()
+    }
+
+    /// What is chosen about a node, its quirks included.
+    pub(crate) fn choices_of(&self, node: &NodeSpec) -> Result<Choices, String> {
+        let mut choices = node.choices;
+        for text in &self.quirks {
+            let (name, value) = quirk::parts(text)?;
+            match node.product.choose(&mut choices, name, value) {
+                // Of another device.
+                Ok(()) | Err(QuirkError::Unknown) => {}
+                Err(error @ QuirkError::Value { .. }) => return Err(quirk::refusal(name, value, &error)),
+            }
+        }
+        Ok(choices)
     }
 
     /// What that node does wrong.
@@ -172,11 +197,9 @@ impl Emulate {
         if let Some(twice) = self.nodes.iter().find(|node| !numbers.insert(node.id)) {
             return Err(format!("two nodes have the number {}; give each node its own", twice.id));
         }
-        for (given, option) in [
-            (self.force_address, "--force-address"),
-            (self.slot_time.is_some(), "--slot-time"),
-            (!self.quirks.is_empty(), "--quirk"),
-        ] {
+        for (given, option) in
+            [(self.force_address, "--force-address"), (self.slot_time.is_some(), "--slot-time")]
+        {
             if given {
                 return Err(format!("{option} is for drives on PROFIBUS; leave it out with --node"));
             }
@@ -189,6 +212,20 @@ impl Emulate {
         }
         for node in &self.nodes {
             self.faults_of(node.id)?;
+            self.choices_of(node)?;
+        }
+        let names: BTreeSet<_> = self.nodes.iter().map(|node| node.product.name).collect();
+        let quirks = |name: &str| Product::named(name).map(Product::quirks).unwrap_or_default();
+        for text in &self.quirks {
+            let (name, _) = quirk::parts(text)?;
+            if !names.iter().any(|product| quirks(product).iter().any(|row| row.name == name)) {
+                let known = |product: &&str| {
+                    let rows: Vec<_> = quirks(product).iter().map(|row| row.name).collect();
+                    format!("{product} has {}", rows.join(", "))
+                };
+                let known: Vec<_> = names.iter().map(known).collect();
+                return Err(format!("--quirk: no node has a quirk '{name}'; {}", known.join("; ")));
+            }
         }
         if self.allow_remote && !matches!(self.link, LinkSpec::Slcan(CanLink::Tcp(_))) {
             return Err("--allow-remote needs an slcan-tcp link".into());
@@ -221,6 +258,7 @@ impl Emulate {
         if let Some(twice) = self.stations.iter().find(|station| !addresses.insert(station.address)) {
             return Err(format!("two stations have address {}; give each its own", twice.address));
         }
+        self.quirks()?;
         for fault in self.faults()? {
             fault.check(addresses.iter().copied()).map_err(|error| error.to_string())?;
         }

@@ -35,6 +35,7 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec) -> Result<(), Failure> {
     let mut line = open(args, link, rate)?;
     let mut nodes = Nodes::default();
     for &spec in args.nodes() {
+        let spec = NodeSpec { choices: args.choices_of(&spec).map_err(Failure::Usage)?, ..spec };
         nodes.connect(&mut line, spec, state.as_ref(), args.faults_of(spec.id).map_err(Failure::Usage)?)?;
     }
     nodes.warn_of_doubles();

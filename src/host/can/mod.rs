@@ -56,4 +56,4 @@ pub use link_spec::{LinkSpec, LinkSpecError};
 pub use node::StoredNode;
 pub use node_fault::{NodeFault, NodeFaultError};
 pub use participant::CanParticipant;
-pub use product::{Choices, OptionName, PRODUCTS, Product};
+pub use product::{Choices, ChosenQuirks, OptionName, PRODUCTS, Product, QuirkRow};
