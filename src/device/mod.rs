@@ -22,6 +22,7 @@
 //! | `event` | [`Event`]: news for the host |
 //! | `parameters` | the parameters of the unit as the parameter channel reaches them |
 //! | `quirks` | [`QUIRKS`]: every named alternative |
+//! | [`vocabulary`] | what a device on CANopen calls what it says |
 //! | [`ap10_canopen`] | the position indicator AP10 on CANopen, an object of its own |
 //! | [`asda_a2_canopen`] | the servo ASDA-A2 on CANopen |
 //! | `refusal` | [`Refusal`]: why a control word is not followed |
@@ -39,6 +40,7 @@ pub mod flow_charts;
 pub mod parameters;
 mod quirks;
 mod refusal;
+pub mod vocabulary;
 pub mod words;
 
 use core::time::Duration;
@@ -64,6 +66,7 @@ pub use config::{Config, Timing};
 pub use event::Event;
 pub use quirks::{QUIRKS, Quirk, QuirkError};
 pub use refusal::{Reason, Refusal};
+pub use vocabulary::Vocabulary;
 
 use parameters::{Channel, Shown};
 use words::Words;

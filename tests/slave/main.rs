@@ -53,6 +53,7 @@ mod client_faults;
 mod client_goals;
 mod client_motion;
 mod client_quirks;
+mod co_ag03_bus;
 mod co_ag03_motion;
 mod co_ag03_node;
 mod conformance;

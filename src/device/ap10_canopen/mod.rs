@@ -31,9 +31,11 @@ mod hosted;
 mod objects;
 mod quirks;
 mod unit;
+mod vocabulary;
 
 pub use objects::OBJECTS;
 pub use quirks::{Quirks, SdoCodes, SoftwareVersion};
+pub use vocabulary::VOCABULARY;
 
 use crate::ap10::{Display, Fault, Indicator, Key, Setting, Turns};
 use crate::can::Frame;

@@ -19,12 +19,14 @@ mod hosted;
 mod links;
 mod objects;
 pub mod quirks;
+mod vocabulary;
 
 use core::time::Duration;
 
 pub use crate::asda_a2::{Config, Level};
 pub use objects::SHEET;
 pub use quirks::Quirks;
+pub use vocabulary::VOCABULARY;
 
 use crate::asda_a2::{Alarm, Inputs, Servo};
 use crate::can::{Frame, Id};

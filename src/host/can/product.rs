@@ -11,7 +11,7 @@ use crate::device::CanopenDevice;
 use crate::device::ag03_canopen::{self, Ag03Node};
 use crate::device::ap10_canopen::{self, Ap10};
 use crate::device::asda_a2_canopen::{self, AsdaA2, Level};
-use crate::device::{Eeprom, Gear};
+use crate::device::{Eeprom, Gear, Vocabulary};
 use crate::time::Instant;
 
 /// Every device that can be a node.
@@ -19,6 +19,7 @@ pub const PRODUCTS: &[Product] = &[
     Product {
         name: "ag03-1",
         sheet: ag03_canopen::objects::SHEET,
+        vocabulary: &ag03_canopen::VOCABULARY,
         options: &[OptionName::Gear],
         objects: |choices| ag03_canopen::objects::objects(choices.gear),
         make: |node, Choices { gear, .. }, memory, now| {
@@ -33,6 +34,7 @@ pub const PRODUCTS: &[Product] = &[
     Product {
         name: "ap10",
         sheet: ap10_canopen::EDS,
+        vocabulary: &ap10_canopen::VOCABULARY,
         options: &[],
         objects: |_| ap10_canopen::OBJECTS,
         make: |node, _, memory, _| {
@@ -42,6 +44,7 @@ pub const PRODUCTS: &[Product] = &[
     Product {
         name: "asda-a2",
         sheet: asda_a2_canopen::SHEET,
+        vocabulary: &asda_a2_canopen::VOCABULARY,
         options: &[OptionName::Mode],
         objects: |choices| AsdaA2::objects(choices.level),
         make: |node, choices, memory, now| {
@@ -60,6 +63,8 @@ pub struct Product {
     pub name: &'static str,
     /// What its electronic data sheet says besides the objects; with it vendor, product and rates.
     pub sheet: Sheet<'static>,
+    /// What it calls what it says.
+    pub vocabulary: &'static Vocabulary,
     /// What can be chosen about it.
     pub options: &'static [OptionName],
     objects: fn(&Choices) -> &'static [Object],
