@@ -93,12 +93,10 @@ pub const fn cia_301_emcy(code: u16) -> &'static str {
         0x8120 => "CAN error passive",
         0x8130 => "life guarding or heartbeat error",
         0x8140 => "recovered from bus off",
-        0x8200..=0x8209 | 0x8211..=0x821F | 0x8221..=0x82FF => "protocol error",
         0x8210 => "PDO not processed: too short",
         0x8220 => "PDO too long",
-        0x8000..=0x810F | 0x8111..=0x811F | 0x8121..=0x812F | 0x8131..=0x813F | 0x8141..=0x81FF => {
-            "communication"
-        }
+        0x8000..=0x81FF => "communication",
+        0x8200..=0x82FF => "protocol error",
         0x8300..=0x8FFF => "monitoring",
         0x9000..=0x9FFF => "external error",
         0xA000..=0xEFFF => "reserved",

@@ -31,7 +31,7 @@ pub const VOCABULARY: Vocabulary = Vocabulary {
 };
 
 /// The read-outs that PROFIBUS has under a number of its own (`canopen-ag03.md` 11), and the number.
-pub const READINGS: [((u16, u8), u16); 10] = [
+const READINGS: [((u16, u8), u16); 10] = [
     ((0x1002, 0), 1020),
     ((0x1018, 4), 1033),
     ((0x2102, 0), 961),
