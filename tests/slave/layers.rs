@@ -27,7 +27,7 @@ const TABLE: &[(&str, &[&str])] = &[
         ],
     ),
     // The bits of the diagnosis.
-    ("client", &["time", "dp", "ppo", "param", "pkw", "drive", "device"]),
+    ("client", &["time", "dp", "ppo", "param", "pkw", "drive", "device", "can", "canopen", "cia402"]),
     // A slave of any kind.
     ("gsd", &["dp", "fdl", "time"]),
     (

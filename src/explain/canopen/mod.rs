@@ -41,7 +41,7 @@ use std::vec::Vec;
 
 use super::{Explanation, Field, Kind, Mark, Sender};
 use crate::can::{Frame, Id};
-use crate::canopen::NodeId;
+use crate::canopen::{Address, NodeId};
 use crate::device::Vocabulary;
 use node::Learned;
 use service::Service;
@@ -94,6 +94,28 @@ impl Network {
             None => Said::new("", "no service of CiA 301 has this identifier", frame),
         };
         said.explanation(frame)
+    }
+
+    /// An entry of a node by address and name: `6041h:00 Statusword`.
+    pub fn named(&self, node: NodeId, at: Address) -> String {
+        self.with_node(node, |node| entry::named(node, at))
+    }
+
+    /// The value of an entry in words: with its unit, what a number stands for, the bits that are 1.
+    pub fn in_words(&self, node: NodeId, at: Address, octets: &[u8]) -> String {
+        self.with_node(node, |node| entry::in_words(node, at, octets))
+    }
+
+    /// The same as a field, of a word of bits with a part for each bit.
+    pub fn value(&self, node: NodeId, at: Address, octets: &[u8]) -> Field {
+        self.with_node(node, |node| entry::field(node, at, 0, octets))
+    }
+
+    fn with_node<T>(&self, node: NodeId, say: impl FnOnce(&Learned) -> T) -> T {
+        match self.nodes.get(&node.number()) {
+            Some(learned) => say(learned),
+            None => say(&Learned::new(self.every)),
+        }
     }
 
     /// Explains an error frame, which has no identifier: `what` happened.

@@ -14,6 +14,7 @@
 //! | [`node`](StoredNode) | a CANopen device as a participant, and its EEPROM |
 //! | [`product`](PRODUCTS) | the list of CANopen devices |
 //! | [`link_spec`](LinkSpec) | where masters find the bus |
+//! | [`endpoint`](CanEndpoint) | the bus from a master's end |
 //! | `adapters` | pseudo-terminal and TCP port |
 //!
 //! A node that answers, in virtual time:
@@ -42,6 +43,7 @@ pub mod bus;
 pub mod fault;
 #[cfg(unix)]
 mod line;
+mod endpoint;
 mod link_spec;
 mod node;
 mod participant;
@@ -50,6 +52,7 @@ mod product;
 pub use bus::{Bus, Event, Seat};
 #[cfg(unix)]
 pub use line::{Line, News, Stay};
+pub use endpoint::{CanEndpoint, SlcanEndpoint};
 pub use link_spec::{LinkSpec, LinkSpecError};
 pub use node::StoredNode;
 pub use participant::CanParticipant;
