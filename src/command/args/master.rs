@@ -24,7 +24,7 @@ use super::parameter::ParameterSpec;
 #[command(after_help = EXAMPLES, subcommand_required = true)]
 pub(crate) struct Master {
     /// The line: what 'profidrive emulate' prints as link= (/dev/pts/N, pty:PATH, tcp:HOST:PORT), or serial:DEVICE; of CANopen
-    /// slcan-tty:PATH (a terminal or a USB adapter), slcan-tcp:HOST:PORT or socketcan:INTERFACE
+    /// (with --node) also slcan-tty:PATH (a terminal or a USB adapter), slcan-tcp:HOST:PORT or socketcan:INTERFACE
     #[arg(long, global = true, value_name = "LINK", display_order = 90)]
     pub(crate) link: Option<MasterLink>,
 
@@ -266,11 +266,13 @@ impl Master {
                 "the line is missing; add --link with what 'profidrive emulate' prints as link=".into()
             );
         };
-        if let MasterLink::Can(_) = link {
+        if self.can_place().is_some() {
             return self.check_can();
         }
         if self.node.is_some() {
-            return Err("--node is for CANopen: a drive on PROFIBUS has an --address".into());
+            return Err("--node is for CANopen; its links are slcan-tty:PATH, slcan-tcp:HOST:PORT and \
+                        socketcan:INTERFACE"
+                .into());
         }
         if matches!(self.baud, Some(BaudSpec::Can(_))) {
             return Err(format!("this rate is none of PROFIBUS; {}", fixed_rates()));
@@ -295,6 +297,17 @@ impl Master {
             );
         }
         Ok(())
+    }
+
+    /// The bus of CAN that is asked for. A bare terminal is one of CAN if a node is named: emulators print it so.
+    pub(crate) fn can_place(&self) -> Option<CanPlace> {
+        match (&self.link, self.node) {
+            (Some(MasterLink::Can(place)), _) => Some(place.clone()),
+            (Some(MasterLink::Terminal(path)), Some(_)) => Some(CanPlace::Terminal(path.clone())),
+            (Some(MasterLink::Serial(device)), Some(_)) => Some(CanPlace::Terminal(device.into())),
+            (Some(MasterLink::Terminal(_) | MasterLink::Serial(_)), None)
+            | (Some(MasterLink::Tcp(_)) | None, _) => None,
+        }
     }
 
     fn check_can(&self) -> Result<(), String> {

@@ -34,14 +34,14 @@ use profidrive::param::Parameter;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
 
 use super::Failure;
-use super::args::{Action, Master, MasterLink, ParameterSpec};
+use super::args::{Action, Master, ParameterSpec};
 use profidrive::master::{Drive, DriveError};
 use trouble::Trouble;
 
 /// Does what is asked, once.
 pub(crate) fn master(args: &Master) -> Result<(), Failure> {
-    if let Some(MasterLink::Can(place)) = &args.link {
-        return canopen::master(args, place);
+    if let Some(place) = args.can_place() {
+        return canopen::master(args, &place);
     }
     // What can be known without a drive is known before anything is sent.
     if let Action::Write { parameter, value } = &args.action {

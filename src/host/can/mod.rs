@@ -48,6 +48,8 @@ mod link_spec;
 mod node;
 mod participant;
 mod product;
+#[cfg(all(target_os = "linux", feature = "socketcan"))]
+mod socket;
 
 pub use bus::{Bus, Event, Seat};
 #[cfg(unix)]
@@ -56,4 +58,6 @@ pub use endpoint::{CanEndpoint, SlcanEndpoint};
 pub use link_spec::{LinkSpec, LinkSpecError};
 pub use node::StoredNode;
 pub use participant::CanParticipant;
+#[cfg(all(target_os = "linux", feature = "socketcan"))]
+pub use socket::SocketCanEndpoint;
 pub use product::{Choices, OptionName, PRODUCTS, Product};
