@@ -417,9 +417,12 @@ impl NodeClient {
             Task::Prepare(_, step) | Task::Leave(step) => step.entry(),
             Task::Target => TARGET,
             Task::Start | Task::Release | Task::Halt | Task::Coast => CONTROLWORD,
-            Task::Idle | Task::Enter(_) | Task::Enable(_) | Task::Acknowledged | Task::Travel | Task::Halting => {
-                STATUSWORD
-            }
+            Task::Idle
+            | Task::Enter(_)
+            | Task::Enable(_)
+            | Task::Acknowledged
+            | Task::Travel
+            | Task::Halting => STATUSWORD,
         }
     }
 
@@ -576,7 +579,9 @@ impl NodeClient {
         self.status = Some(Statusword(word));
         let state = State::of(Statusword(word)).unwrap_or(State::NotReadyToSwitchOn);
         let command = match state {
-            State::Fault | State::FaultReactionActive => return self.fail(NodeTrouble::Fault { status: word }),
+            State::Fault | State::FaultReactionActive => {
+                return self.fail(NodeTrouble::Fault { status: word });
+            }
             State::OperationEnabled => {
                 self.go(now, Task::Target, self.limits.reaction);
                 return self.put(now, TARGET, &target.to_le_bytes());
@@ -621,13 +626,16 @@ impl NodeClient {
             }
             Task::Acknowledged if late => return self.fail(NodeTrouble::NotAcknowledged { status: word }),
             Task::Travel
-                if status.has(Statusword::TARGET_REACHED) && !status.has(Statusword::SET_POINT_ACKNOWLEDGE) =>
+                if status.has(Statusword::TARGET_REACHED)
+                    && !status.has(Statusword::SET_POINT_ACKNOWLEDGE) =>
             {
                 return self.end(NodeOutcome::Done);
             }
             Task::Travel if late => return self.fail(NodeTrouble::NotReached { status: word }),
             // Standing or no longer in quick stop: nothing holds it there but this client.
-            Task::Halting if state != State::QuickStopActive || status.has(Statusword::TARGET_REACHED) || late => {
+            Task::Halting
+                if state != State::QuickStopActive || status.has(Statusword::TARGET_REACHED) || late =>
+            {
                 self.go(now, Task::Coast, self.limits.reaction);
                 return self.control(now, 0);
             }

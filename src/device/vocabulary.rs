@@ -1,8 +1,8 @@
 //! What a device on CANopen calls what it says, for those who explain its frames: names of objects, of bits, of errors.
 
+use crate::canopen::Address;
 use crate::canopen::dictionary::{Entry, Object};
 use crate::canopen::value::DataType::{I8, I32, U8, U16, U32};
-use crate::canopen::Address;
 use crate::cia402::{Controlword, Mode, Statusword};
 use crate::param;
 

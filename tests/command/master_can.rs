@@ -64,9 +64,17 @@ fn decode(arguments: &[&str], file: &Path) -> Output {
 fn entries_are_read_and_written_by_index_by_name_and_by_the_name_of_the_parameter() {
     let emulator = Emulator::start(&[]);
     for name in ["2410:05", "2410h:5", "v-Pos"] {
-        assert_eq!(emulator.says("5", &["read", name]), "2410h:05 Controller parameters: v-Pos rpm = 30 rpm\n", "{name}");
+        assert_eq!(
+            emulator.says("5", &["read", name]),
+            "2410h:05 Controller parameters: v-Pos rpm = 30 rpm\n",
+            "{name}"
+        );
     }
-    assert!(emulator.says("5", &["read", "Statusword"]).starts_with("6041h:00 Statusword = 0070h, switch on disabled"));
+    assert!(
+        emulator
+            .says("5", &["read", "Statusword"])
+            .starts_with("6041h:00 Statusword = 0070h, switch on disabled")
+    );
     assert_eq!(
         emulator.says("5", &["write", "v-Pos", "60"]),
         "2410h:05 Controller parameters: v-Pos rpm = 60 rpm, was 30 rpm\n"
@@ -103,7 +111,8 @@ fn both_drives_travel_and_are_left_as_they_were_and_the_capture_is_explained() {
     assert!(status.starts_with("node 5, AG03/1, NMT PRE-OPERATIONAL\n"), "{status}");
     assert!(status.contains("6041h:00 Statusword = ") && status.contains("ready to travel"), "{status}");
     emulator.says("7", &["write", "6081", "12800000"]);
-    let moved: Value = serde_json::from_str(&emulator.says("7", &["move", "1280000", "--yes", "--json"])).unwrap();
+    let moved: Value =
+        serde_json::from_str(&emulator.says("7", &["move", "1280000", "--yes", "--json"])).unwrap();
     assert_eq!(moved["outcome"], "reached");
     let beyond = emulator.fails("5", &["move", "2000000", "--yes"], 1);
     assert!(beyond.contains("does not acknowledge the target"), "{beyond}");
@@ -124,20 +133,28 @@ fn both_drives_travel_and_are_left_as_they_were_and_the_capture_is_explained() {
         assert!(text.contains(line), "{line}: {text}");
     }
     let output = decode(&["--json", "--device", "ag03-1"], &capture);
-    let first: Value = serde_json::from_slice(output.stdout.split(|octet| *octet == b'\n').next().unwrap()).unwrap();
+    let first: Value =
+        serde_json::from_slice(output.stdout.split(|octet| *octet == b'\n').next().unwrap()).unwrap();
     assert_eq!((&first["kind"], &first["packet"]), (&"frame".into(), &1.into()));
 }
 
 #[test]
 fn what_does_not_fit_together_on_the_command_line_is_said() {
     let run = |arguments: &[&str]| {
-        let output = Command::new(env!("CARGO_BIN_EXE_profidrive")).arg("master").args(arguments).output().unwrap();
+        let output =
+            Command::new(env!("CARGO_BIN_EXE_profidrive")).arg("master").args(arguments).output().unwrap();
         (output.status.code(), String::from_utf8(output.stderr).unwrap())
     };
     for (arguments, says) in [
         (&["--link", "slcan-tcp:127.0.0.1:1", "status"][..], "add --node N"),
-        (&["--link", "slcan-tcp:127.0.0.1:1", "--node", "5", "--address", "5", "status"], "--address is for PROFIBUS"),
-        (&["--link", "slcan-tcp:127.0.0.1:1", "--node", "5", "params"], "there are read, write, status, move and stop"),
+        (
+            &["--link", "slcan-tcp:127.0.0.1:1", "--node", "5", "--address", "5", "status"],
+            "--address is for PROFIBUS",
+        ),
+        (
+            &["--link", "slcan-tcp:127.0.0.1:1", "--node", "5", "params"],
+            "there are read, write, status, move and stop",
+        ),
         (&["--link", "slcan-tcp:127.0.0.1:1", "--node", "0", "status"], "1 to 127"),
         (&["--link", "slcan-tcp:127.0.0.1:1", "--node", "5", "--baud", "19200", "status"], "none of CAN"),
         (&["--link", "slcan-tty:", "--node", "5", "status"], "the name is missing"),

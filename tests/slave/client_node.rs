@@ -118,7 +118,9 @@ impl Rig {
         let mut words: Vec<u16> = self
             .sent
             .iter()
-            .filter(|frame| frame.id() == Id::base(0x605).unwrap() && frame.octets()[..4] == [0x2B, 0x40, 0x60, 0])
+            .filter(|frame| {
+                frame.id() == Id::base(0x605).unwrap() && frame.octets()[..4] == [0x2B, 0x40, 0x60, 0]
+            })
             .map(|frame| u16::from_le_bytes([frame.octets()[4], frame.octets()[5]]))
             .collect();
         words.dedup();

@@ -51,7 +51,8 @@ fn ao_05_the_ends_of_every_range_and_one_beyond() {
                 }
                 let mask = u32::MAX >> (32 - 8 * u32::from(len));
                 let before = rig.read(index, sub).unwrap();
-                for beyond in [low - 1, high + 1].into_iter().filter(|number| (least..=most).contains(number)) {
+                for beyond in [low - 1, high + 1].into_iter().filter(|number| (least..=most).contains(number))
+                {
                     let answer = rig.write(index, sub, beyond as i32, len);
                     assert_eq!(answer, Err(0x0609_0030), "{index:04X}:{sub:02X} = {beyond}");
                     assert_eq!(rig.read(index, sub), Ok(before), "{index:04X}:{sub:02X} is as it was");

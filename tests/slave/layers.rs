@@ -30,10 +30,7 @@ const TABLE: &[(&str, &[&str])] = &[
     ("client", &["time", "dp", "ppo", "param", "pkw", "drive", "device", "can", "canopen", "cia402"]),
     // A slave of any kind.
     ("gsd", &["dp", "fdl", "time"]),
-    (
-        "explain",
-        &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device", "can", "canopen", "cia402"],
-    ),
+    ("explain", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device", "can", "canopen", "cia402"]),
     // One framer for a bus, generic slaves, links that keep telegrams apart or corrupt them on purpose, and buses of CAN.
     ("host", &["device", "time", "fdl", "dp", "ppo", "can", "canopen"]),
     ("bench", &["host", "device", "explain", "dp", "fdl", "time"]),

@@ -408,7 +408,9 @@ impl FromStr for MasterLink {
             Some(("pty", path)) => Ok(Self::Terminal(path.into())),
             Some(("serial", device)) => Ok(Self::Serial(device.into())),
             Some(("tcp", place)) => tcp(place).map(Self::Tcp),
-            Some(("slcan-tty" | "slcan-pty" | "socketcan", "")) => Err(format!("the name is missing; {LINKS}")),
+            Some(("slcan-tty" | "slcan-pty" | "socketcan", "")) => {
+                Err(format!("the name is missing; {LINKS}"))
+            }
             // What an emulator prints.
             Some(("slcan-tty" | "slcan-pty", path)) => Ok(Self::Can(CanPlace::Terminal(path.into()))),
             Some(("slcan-tcp", place)) => tcp(place).map(|place| Self::Can(CanPlace::Tcp(place))),

@@ -82,9 +82,9 @@ impl Input {
                 }
                 output.explain(Place::Nowhere, |sink| decoder.telegrams.finish(sink))
             }
-            Self::Frames(frames) => frames
-                .iter()
-                .try_for_each(|frame| output.explain(Place::Nowhere, |sink| sink(0, decoder.network.frame(frame)))),
+            Self::Frames(frames) => frames.iter().try_for_each(|frame| {
+                output.explain(Place::Nowhere, |sink| sink(0, decoder.network.frame(frame)))
+            }),
             Self::File(path) => {
                 let cannot = |error: io::Error| {
                     Stopped::In(Failure::Other(format!("cannot open {}: {error}", path.display())))
@@ -132,11 +132,7 @@ fn octets(arguments: &[&str]) -> Result<Vec<Vec<u8>>, String> {
 }
 
 /// A capture, raw octets or text, as its beginning tells.
-fn any<W: Write>(
-    mut source: impl Read,
-    decoder: &mut Buses,
-    output: &mut Output<W>,
-) -> Result<(), Stopped> {
+fn any<W: Write>(mut source: impl Read, decoder: &mut Buses, output: &mut Output<W>) -> Result<(), Stopped> {
     let mut head = [0; 1024];
     let mut len = 0;
     while len < 4 {
@@ -170,11 +166,7 @@ fn is_raw(head: &[u8]) -> bool {
     broken || head.iter().any(control)
 }
 
-fn packets<W: Write>(
-    source: impl Read,
-    decoder: &mut Buses,
-    output: &mut Output<W>,
-) -> Result<(), Stopped> {
+fn packets<W: Write>(source: impl Read, decoder: &mut Buses, output: &mut Output<W>) -> Result<(), Stopped> {
     let wrong = |error| Stopped::In(Failure::from_error(&error));
     for (number, packet) in (1..).zip(Reader::of_any(source).map_err(wrong)?) {
         // What came before is told before what is wrong with the rest.

@@ -8,7 +8,7 @@ use profidrive::device::Vocabulary;
 use profidrive::device::vocabulary::CIA_402;
 use profidrive::explain::canopen::Network;
 use profidrive::explain::hex;
-use profidrive::host::can::{CanEndpoint, PRODUCTS, Choices, SlcanEndpoint};
+use profidrive::host::can::{CanEndpoint, Choices, PRODUCTS, SlcanEndpoint};
 use profidrive::host::link::tcp::Connection;
 use profidrive::host::link::terminal::Terminal;
 use profidrive::host::{Clock, Stop, SystemClock};
@@ -188,7 +188,8 @@ impl Drive {
         let vendor = self.read(VENDOR)?.ok().map(|octets| number(&octets));
         let product = PRODUCTS.iter().find(|product| {
             let objects = product.objects(&Choices::default());
-            let default = dictionary::entry(objects, DEVICE_TYPE).map(|entry| entry.default_value(self.node).number());
+            let default =
+                dictionary::entry(objects, DEVICE_TYPE).map(|entry| entry.default_value(self.node).number());
             default == Ok(Some(device_type)) && vendor == Some(product.sheet.vendor_number.into())
         });
         if let Some(product) = product {
@@ -211,7 +212,10 @@ impl Drive {
         let wanted = plain(text);
         let entries = || {
             words.objects.iter().flat_map(|object| {
-                object.entries.iter().map(move |entry| (Address { index: object.index, sub: entry.sub }, entry))
+                object
+                    .entries
+                    .iter()
+                    .map(move |entry| (Address { index: object.index, sub: entry.sub }, entry))
             })
         };
         let parameter = find_parameter(text).ok();
@@ -231,13 +235,20 @@ impl Drive {
                 words.name
             ))),
             [..] => {
-                let which: Vec<_> = named.iter().take(5).map(|at| self.network.named(self.node, *at)).collect();
+                let which: Vec<_> =
+                    named.iter().take(5).map(|at| self.network.named(self.node, *at)).collect();
                 Err(Failure::Usage(format!("'{text}' is the name of several objects: {}", which.join(", "))))
             }
         }
     }
 
-    fn say_entry(&self, at: Address, octets: &[u8], before: Option<&[u8]>, json: bool) -> Result<(), Failure> {
+    fn say_entry(
+        &self,
+        at: Address,
+        octets: &[u8],
+        before: Option<&[u8]>,
+        json: bool,
+    ) -> Result<(), Failure> {
         let name = self.network.named(self.node, at);
         let text = self.network.in_words(self.node, at, octets);
         let value = |octets: &[u8]| self.decoded(at, octets).and_then(Value::number);
@@ -255,7 +266,9 @@ impl Drive {
             return say(object);
         }
         match before {
-            Some(before) => say(format_args!("{name} = {text}, was {}", self.network.in_words(self.node, at, before))),
+            Some(before) => {
+                say(format_args!("{name} = {text}, was {}", self.network.in_words(self.node, at, before)))
+            }
             None => say(format_args!("{name} = {text}")),
         }
     }
@@ -296,7 +309,9 @@ impl Drive {
         if after != octets {
             let name = self.network.named(self.node, at);
             let got = self.network.in_words(self.node, at, &after);
-            return Err(Failure::Other(format!("{name} was written, but reads back as {got} instead of {value}")));
+            return Err(Failure::Other(format!(
+                "{name} was written, but reads back as {got} instead of {value}"
+            )));
         }
         self.say_entry(at, &after, Some(&before), json)
     }
@@ -320,7 +335,10 @@ impl Drive {
     /// Words of bits, bit by bit, and actual values.
     fn show_status(&mut self, json: bool) -> Result<(), Failure> {
         let words = self.words();
-        let bits = words.objects.iter().filter(|object| (words.bits)(Address { index: object.index, sub: Sub(0) }, 0).is_some());
+        let bits = words
+            .objects
+            .iter()
+            .filter(|object| (words.bits)(Address { index: object.index, sub: Sub(0) }, 0).is_some());
         let bits: Vec<Address> = bits.map(|object| Address { index: object.index, sub: Sub(0) }).collect();
         let shown: Vec<Address> = SHOWN.into_iter().filter(|at| self.entry(*at).is_some()).collect();
         let mut values = Vec::new();
@@ -343,7 +361,9 @@ impl Drive {
                     })
                 })
                 .collect();
-            return say(json!({ "node": self.node.number(), "device": self.device(), "nmt": nmt, "objects": objects }));
+            return say(
+                json!({ "node": self.node.number(), "device": self.device(), "nmt": nmt, "objects": objects }),
+            );
         }
         say(format_args!("node {}, {}, NMT {nmt}", self.node, self.device()))?;
         for (at, octets) in values {
@@ -380,7 +400,9 @@ impl Drive {
             (None, Some(NodeOutcome::Failed(trouble))) => Err(self.failure(trouble)),
             (None, Some(NodeOutcome::Done | NodeOutcome::Read(..) | NodeOutcome::Written) | None) if json => {
                 let octets = self.must_read(POSITION)?;
-                say(json!({ "outcome": "reached", "position": self.decoded(POSITION, &octets).and_then(Value::number) }))
+                say(
+                    json!({ "outcome": "reached", "position": self.decoded(POSITION, &octets).and_then(Value::number) }),
+                )
             }
             (None, Some(NodeOutcome::Done | NodeOutcome::Read(..) | NodeOutcome::Written) | None) => {
                 say(format_args!("reached; {at}"))

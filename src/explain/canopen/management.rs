@@ -41,7 +41,8 @@ pub(super) fn nmt(network: &mut Network, frame: &Frame) -> Said {
         (Some(_), 128..) => (first, second.mistaken("nodes have the numbers 1 to 127; 0 means all")),
         (Some(_), 0..=127) => {
             if matches!(command, 0x81 | 0x82) {
-                let nodes: Vec<u8> = to.map_or_else(|| network.nodes.keys().copied().collect(), |node| [node].into());
+                let nodes: Vec<u8> =
+                    to.map_or_else(|| network.nodes.keys().copied().collect(), |node| [node].into());
                 nodes.into_iter().for_each(|node| network.reset(node));
             }
             (first, second)
@@ -112,7 +113,8 @@ pub(super) fn error_control(node: &mut Learned, number: u8, frame: &Frame) -> Sa
 
 /// An emergency: code, error register, octets of the device.
 pub(super) fn emcy(node: &Learned, number: u8, frame: &Frame) -> Said {
-    let said = |summary: String| Said::new("EMCY", format!("EMCY of {number}: {summary}"), frame).from(number);
+    let said =
+        |summary: String| Said::new("EMCY", format!("EMCY of {number}: {summary}"), frame).from(number);
     let &[low, high, bits, a, b, c, d, e] = frame.octets() else {
         return said("not valid".into()).ignored("an emergency has 8 octets");
     };

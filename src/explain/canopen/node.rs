@@ -157,8 +157,5 @@ pub(super) const TPDO_MAPPING: u16 = 0x1A00;
 /// Whether the object decides what later frames mean: identifiers, mappings, mode.
 fn says_how_to_read(at: Address) -> bool {
     let mapping = |base: u16| (base..base + MOST_PDOS).contains(&at.index.0) && at.sub.0 <= 8;
-    at == MODE
-        || Service::of_object(1, at).is_some()
-        || mapping(RPDO_MAPPING)
-        || mapping(TPDO_MAPPING)
+    at == MODE || Service::of_object(1, at).is_some() || mapping(RPDO_MAPPING) || mapping(TPDO_MAPPING)
 }

@@ -62,7 +62,8 @@ fn content(node: &mut Learned, base: u16, pdo: u8, frame: &Frame) -> (String, Ve
     }
     let long: usize = mapping.iter().map(|word| usize::from(word.bits / 8)).sum();
     // The mapping of CiA 402 is a guess: it counts where it fits.
-    let guessed = node.vocabulary.is_none() && node.heard(crate::canopen::Address::new(base + u16::from(pdo) - 1, 0)).is_none();
+    let guessed = node.vocabulary.is_none()
+        && node.heard(crate::canopen::Address::new(base + u16::from(pdo) - 1, 0)).is_none();
     if guessed && long != octets.len() {
         return unknown();
     }

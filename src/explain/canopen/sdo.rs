@@ -25,7 +25,11 @@ pub(super) fn request(node: &mut Learned, number: u8, frame: &Frame) -> Said {
     let (summary, fields, mistake) = match decoded {
         Request::Upload { at } => {
             node.asked = Some(Asked::Read(at));
-            (format!("read {}", named(node, at)), addressed(node, octets, "read", at, &[]), read_refusal(node, at))
+            (
+                format!("read {}", named(node, at)),
+                addressed(node, octets, "read", at, &[]),
+                read_refusal(node, at),
+            )
         }
         Request::Expedited { at, octets: data, len } => {
             let len = len.map_or_else(|| own_len(node, at), usize::from);
@@ -66,7 +70,11 @@ pub(super) fn request(node: &mut Learned, number: u8, frame: &Frame) -> Said {
         }
         Request::Block { at } => {
             let why = "block transfer is optional: a device that lacks it aborts".into();
-            (format!("block transfer of {}", named(node, at)), Vec::from([whole_field(octets, "")]), Some(why))
+            (
+                format!("block transfer of {}", named(node, at)),
+                Vec::from([whole_field(octets, "")]),
+                Some(why),
+            )
         }
         Request::Unknown { .. } => {
             let why = "no command of CiA 301: the node aborts with 05040001h or a code of its own".into();
@@ -78,7 +86,8 @@ pub(super) fn request(node: &mut Learned, number: u8, frame: &Frame) -> Said {
 
 /// A frame from the server of a node.
 pub(super) fn response(node: &mut Learned, number: u8, frame: &Frame) -> Said {
-    let from = |summary: String| Said::new(SERVICE, format!("SDO from {number}: {summary}"), frame).from(number);
+    let from =
+        |summary: String| Said::new(SERVICE, format!("SDO from {number}: {summary}"), frame).from(number);
     let octets = match whole(frame) {
         Ok(octets) => octets,
         Err(why) => return from("not valid".into()).ignored(why),
@@ -97,7 +106,9 @@ pub(super) fn response(node: &mut Learned, number: u8, frame: &Frame) -> Said {
         Response::Downloaded { at } => {
             match asked {
                 Some(Asked::Write(of, data)) if of == at => node.hear(at, &data),
-                Some(Asked::Writing(of, data, _)) if of == at => node.asked = Some(Asked::Writing(at, data, false)),
+                Some(Asked::Writing(of, data, _)) if of == at => {
+                    node.asked = Some(Asked::Writing(at, data, false))
+                }
                 Some(Asked::Read(_) | Asked::Write(..) | Asked::Reading(..) | Asked::Writing(..)) | None => {}
             }
             (format!("{} written", named(node, at)), addressed(node, octets, "written", at, &[]))
@@ -114,13 +125,18 @@ pub(super) fn response(node: &mut Learned, number: u8, frame: &Frame) -> Said {
         Response::SegmentTaken { .. } => {
             let of = asked.as_ref().map(|asked| format!(" of {}", named(node, asked.at())));
             node.asked = asked;
-            (format!("segment{} taken", of.unwrap_or_default()), Vec::from([whole_field(octets, "segment taken")]))
+            (
+                format!("segment{} taken", of.unwrap_or_default()),
+                Vec::from([whole_field(octets, "segment taken")]),
+            )
         }
         Response::Abort { at, code } => {
             let what = match asked {
                 Some(Asked::Write(of, _) | Asked::Writing(of, _, _)) if of == at => "write refused",
                 Some(Asked::Read(of) | Asked::Reading(of, _, _)) if of == at => "read refused",
-                Some(Asked::Read(_) | Asked::Write(..) | Asked::Reading(..) | Asked::Writing(..)) | None => "refused",
+                Some(Asked::Read(_) | Asked::Write(..) | Asked::Reading(..) | Asked::Writing(..)) | None => {
+                    "refused"
+                }
             };
             let fields = refused(node, octets, at, code);
             (format!("{what}, {}: {code}", named(node, at)), fields)
@@ -190,7 +206,13 @@ fn wrong_toggle(expected: bool, got: bool) -> Option<String> {
 }
 
 /// Command, address, value, and octets that are not used.
-fn addressed(node: &Learned, octets: [u8; FRAME_LEN], command: &str, at: Address, value: &[u8]) -> Vec<Field> {
+fn addressed(
+    node: &Learned,
+    octets: [u8; FRAME_LEN],
+    command: &str,
+    at: Address,
+    value: &[u8],
+) -> Vec<Field> {
     let (mut fields, rest) = head(node, octets, command, at);
     let (_, unused) = rest.split_at_checked(value.len()).unwrap_or((&[], &rest));
     if !value.is_empty() {
@@ -213,7 +235,9 @@ fn head(node: &Learned, octets: [u8; FRAME_LEN], command: &str, at: Address) -> 
     let object = node.object(at).map_or("", |object| object.name);
     let of_sub = match node.object(at).map(|object| object.entries) {
         Some([_]) | None => String::new(),
-        Some([..]) => name(node, at).and_then(|name| name.split_once(": ").map(|(_, sub)| sub.into())).unwrap_or_default(),
+        Some([..]) => name(node, at)
+            .and_then(|name| name.split_once(": ").map(|(_, sub)| sub.into()))
+            .unwrap_or_default(),
     };
     let fields = Vec::from([
         Field::octet("command", 0, first, command),

@@ -2,8 +2,8 @@
 
 use super::Network;
 use crate::can::Id;
-use crate::canopen::cob_id::CobId;
 use crate::canopen::Address;
+use crate::canopen::cob_id::CobId;
 
 /// A service, with its node and the number of its PDO, from 1 on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,4 +123,3 @@ impl Network {
 
 /// Identifiers that are remembered: of every node all PDOs that are looked at.
 const MOST_MOVED: usize = 127 * 66;
-

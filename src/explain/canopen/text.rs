@@ -104,7 +104,8 @@ fn compact(name: &str, data: &str, rest: &[&str]) -> Result<Frame, FrameTextErro
         let dlc = dlc.ok_or_else(|| FrameTextError::Data { found: data.into() })?;
         return Ok(Frame::remote(id, dlc)?);
     }
-    let octets = core::iter::once(data).chain(rest.iter().copied()).map(octets).collect::<Result<Vec<_>, _>>()?;
+    let octets =
+        core::iter::once(data).chain(rest.iter().copied()).map(octets).collect::<Result<Vec<_>, _>>()?;
     Ok(Frame::data(id, &octets.concat())?)
 }
 
@@ -118,7 +119,8 @@ fn octets(text: &str) -> Result<Vec<u8>, FrameTextError> {
     digits
         .chunks(2)
         .map(|pair| {
-            let pair = core::str::from_utf8(pair).ok().filter(|pair| pair.bytes().all(|d| d.is_ascii_hexdigit()));
+            let pair =
+                core::str::from_utf8(pair).ok().filter(|pair| pair.bytes().all(|d| d.is_ascii_hexdigit()));
             pair.and_then(|pair| u8::from_str_radix(pair, 16).ok()).ok_or_else(wrong)
         })
         .collect()
@@ -138,7 +140,8 @@ fn columns(parts: &[&str]) -> Option<Result<Frame, FrameTextError>> {
         }
         // candump -a shows the characters behind the octets.
         let data = data.get(..data.iter().position(|part| part.starts_with('\'')).unwrap_or(data.len()));
-        let octets = data.unwrap_or_default().iter().copied().map(octets).collect::<Result<Vec<_>, _>>()?.concat();
+        let octets =
+            data.unwrap_or_default().iter().copied().map(octets).collect::<Result<Vec<_>, _>>()?.concat();
         if octets.len() != length {
             return Err(FrameTextError::Length { expected: length, got: octets.len() });
         }
@@ -204,7 +207,17 @@ mod tests {
 
     #[test]
     fn octets_of_other_lines_are_no_frames_and_broken_frames_say_why() {
-        for line in ["10 05 02 49 50 16", "16#6805", "W#16#6805", "68 05 # 605", "transfer", "t", "", "[8] 40", "13FA0000"] {
+        for line in [
+            "10 05 02 49 50 16",
+            "16#6805",
+            "W#16#6805",
+            "68 05 # 605",
+            "transfer",
+            "t",
+            "",
+            "[8] 40",
+            "13FA0000",
+        ] {
             assert_eq!(read(line), "none", "{line}");
         }
         for (line, says) in [

@@ -133,8 +133,7 @@ impl<L: Link> Drop for SlcanEndpoint<L> {
 
 /// The digit behind `S`.
 fn code(rate: BitRate) -> Option<u8> {
-    const RATES: [u32; 9] =
-        [10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000];
+    const RATES: [u32; 9] = [10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000];
     let place = RATES.iter().position(|bits| *bits == rate.bits_per_second())?;
     u8::try_from(place).ok().map(|place| b'0' + place)
 }
@@ -165,7 +164,8 @@ mod tests {
         adapter.send(b"\x07\r\rz\rt58584300").unwrap();
         assert_eq!(bus.receive().unwrap(), None);
         adapter.send(b"100092010000\r\nr7051\rt12\x07t0800\r").unwrap();
-        let frames: Vec<_> = core::iter::from_fn(|| bus.receive().unwrap()).map(|frame| frame.id().number()).collect();
+        let frames: Vec<_> =
+            core::iter::from_fn(|| bus.receive().unwrap()).map(|frame| frame.id().number()).collect();
         assert_eq!((frames, bus.refused()), ([0x585, 0x705, 0x080].into(), 2));
         drop(bus);
         assert_eq!(everything(&mut adapter), b"C\r");

@@ -40,10 +40,10 @@
 #[cfg(unix)]
 mod adapters;
 pub mod bus;
+mod endpoint;
 pub mod fault;
 #[cfg(unix)]
 mod line;
-mod endpoint;
 mod link_spec;
 mod node;
 mod participant;
@@ -52,12 +52,12 @@ mod product;
 mod socket;
 
 pub use bus::{Bus, Event, Seat};
+pub use endpoint::{CanEndpoint, SlcanEndpoint};
 #[cfg(unix)]
 pub use line::{Line, News, Stay};
-pub use endpoint::{CanEndpoint, SlcanEndpoint};
 pub use link_spec::{LinkSpec, LinkSpecError};
 pub use node::StoredNode;
 pub use participant::CanParticipant;
+pub use product::{Choices, OptionName, PRODUCTS, Product};
 #[cfg(all(target_os = "linux", feature = "socketcan"))]
 pub use socket::SocketCanEndpoint;
-pub use product::{Choices, OptionName, PRODUCTS, Product};
