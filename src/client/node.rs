@@ -428,7 +428,9 @@ impl NodeClient {
 
     fn refused(&mut self, now: Instant, trouble: NodeTrouble) {
         match self.task {
-            // What could not be put back, or stopped, does not keep from the rest.
+            // A drive that takes no control word in this state is not enabled: there is nothing to stop.
+            Task::Halt if is_device_state(trouble) => self.end(NodeOutcome::Done),
+            // What could not be put back does not keep from the rest.
             Task::Leave(step) => self.left(now, step),
             // A device without guarding or without the mode by this name goes without.
             Task::Prepare(target, step @ (Preparation::ReadHeartbeat | Preparation::Heartbeat)) => {
@@ -695,6 +697,10 @@ impl NodeClient {
             | Preparation::Word => self.put(now, HEARTBEAT, &heartbeat.to_le_bytes()),
         }
     }
+}
+
+fn is_device_state(trouble: NodeTrouble) -> bool {
+    matches!(trouble, NodeTrouble::Refused { code: Abort::DEVICE_STATE, .. })
 }
 
 impl Preparation {

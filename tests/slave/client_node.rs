@@ -205,6 +205,15 @@ fn why_a_travel_is_not_done() {
 }
 
 #[test]
+fn there_is_nothing_to_stop_outside_operational() {
+    let mut rig = Rig::ag03();
+    assert_eq!(rig.pursue(NodeGoal::Stop), NodeOutcome::Done);
+    rig.connected = false;
+    let nobody = NodeTrouble::NoAnswer { at: Address::new(0x6040, 0) };
+    assert_eq!(rig.pursue(NodeGoal::Stop), NodeOutcome::Failed(nobody));
+}
+
+#[test]
 fn the_asda_a2_travels_by_the_same_words() {
     let mut rig = Rig::asda();
     let turn: i32 = 1_280_000;

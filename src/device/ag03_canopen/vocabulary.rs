@@ -51,11 +51,9 @@ fn entry(at: Address) -> Option<&'static param::Entry> {
         Some(parameter) => return Some(parameter.entry()),
         None => {}
     }
-    // A target is a position as the limits are.
-    if at.pair() == (0x607A, 0) {
-        return Some(Parameter::Limit1.entry());
-    }
-    let pnu = READINGS.iter().find(|row| row.0 == at.pair())?.1;
+    // A target is counted as the position is.
+    let pair = if at.pair() == (0x607A, 0) { (0x6064, 0) } else { at.pair() };
+    let pnu = READINGS.iter().find(|row| row.0 == pair)?.1;
     param::entry(Model::Ag03_1, Pnu::new(pnu).ok()?)
 }
 

@@ -106,7 +106,10 @@ impl Network {
             Service::predefined(id),
             Some(Service::Nmt | Service::SdoRequest(_) | Service::SdoResponse(_) | Service::ErrorControl(_))
         );
-        if !is_predefined && !is_fixed && self.moved.len() < MOST_MOVED {
+        // A node that listens to the TPDO of another: it stays that of the other.
+        let is_linked =
+            matches!((service, Service::predefined(id)), (Service::Rpdo(..), Some(Service::Tpdo(..))));
+        if !is_predefined && !is_fixed && !is_linked && self.moved.len() < MOST_MOVED {
             self.moved.insert(id, service);
         }
     }

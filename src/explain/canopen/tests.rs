@@ -181,6 +181,14 @@ fn identifiers_and_mappings_are_learned_from_the_answers_to_sdo() {
 }
 
 #[test]
+fn a_tpdo_that_another_node_listens_to_stays_that_of_its_sender() {
+    let lines = ["606#2300140185010000", "586#6000140100000000", "185#7002", "206#0600"];
+    let said = told(&mut ag03(), &lines);
+    assert!(said[2].starts_with("185  TPDO 1 of 5: "), "{said:?}");
+    assert_eq!(said[3], "206  no service of CiA 301 has this identifier");
+}
+
+#[test]
 fn a_transfer_in_segments_is_put_together() {
     let lines = [
         "605#4008100000000000",
