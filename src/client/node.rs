@@ -275,6 +275,9 @@ impl NodeClient {
         match goal {
             NodeGoal::MoveTo(target) => {
                 self.begin(now, Task::Enter(target), self.limits.reaction);
+                // What was heard before may be old: it is only what the node is taken back to.
+                let heard = self.nmt.take();
+                self.guard.nmt = self.guard.nmt.or(heard);
                 self.ask_state();
                 self.look_at = Some(now.saturating_add(LOOK));
             }
@@ -679,6 +682,7 @@ impl NodeClient {
             ) => {
                 if let Some(state) = self.guard.nmt.filter(|state| *state != NmtState::Operational) {
                     self.nmt_to(state);
+                    self.nmt = Some(state);
                 }
                 self.guard = Guard::default();
                 return self.end(NodeOutcome::Done);

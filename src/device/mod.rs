@@ -21,6 +21,7 @@
 //! | `flow_charts` | the control words that the manual prints |
 //! | `event` | [`Event`]: news for the host |
 //! | `parameters` | the parameters of the unit as the parameter channel reaches them |
+//! | `quirk` | [`Quirk`]: the form of every named alternative, of whichever device |
 //! | `quirks` | [`QUIRKS`]: every named alternative |
 //! | [`vocabulary`] | what a device on CANopen calls what it says |
 //! | [`ap10_canopen`] | the position indicator AP10 on CANopen, an object of its own |
@@ -38,6 +39,7 @@ mod config;
 mod event;
 pub mod flow_charts;
 pub mod parameters;
+mod quirk;
 mod quirks;
 mod refusal;
 pub mod vocabulary;
@@ -64,7 +66,8 @@ pub use crate::unit::{
 pub use canopen::{CanopenDevice, CanopenEvent, RecallError};
 pub use config::{Config, Timing};
 pub use event::Event;
-pub use quirks::{QUIRKS, Quirk, QuirkError};
+pub use quirk::{Quirk, QuirkError};
+pub use quirks::QUIRKS;
 pub use refusal::{Reason, Refusal};
 pub use vocabulary::Vocabulary;
 

@@ -155,7 +155,7 @@ fn the_ag03_1_travels_and_is_left_as_it_was() {
         assert_eq!(rig.pursue(NodeGoal::Leave), NodeOutcome::Done);
         assert_eq!(rig.words(), [0x0006, 0x0007, 0x000F, 0x001F, 0x000F, 0x0000]);
         assert_eq!((rig.read(0x100C, 0), rig.read(0x100D, 0), rig.read(0x1017, 0)), (7, 0, 0));
-        assert_eq!(rig.read(0x6041, 0), 0x0070, "SWITCH ON DISABLED in PRE-OPERATIONAL");
+        assert_eq!(rig.read(0x6041, 0), 0x0470, "SWITCH ON DISABLED in PRE-OPERATIONAL, at the target");
     }
 }
 

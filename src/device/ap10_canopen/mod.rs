@@ -34,7 +34,7 @@ mod unit;
 mod vocabulary;
 
 pub use objects::OBJECTS;
-pub use quirks::{Quirks, SdoCodes, SoftwareVersion};
+pub use quirks::{QUIRKS, Quirks, SdoCodes, SoftwareVersion};
 pub use vocabulary::VOCABULARY;
 
 use crate::ap10::{Display, Fault, Indicator, Key, Setting, Turns};
