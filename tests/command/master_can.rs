@@ -1,39 +1,23 @@
 //! `profidrive master` over CANopen, with `profidrive emulate` as another process; `decode` of what the emulator captured.
 
-use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::Output;
 
 use serde_json::Value;
 
-/// An emulator of an AG03/1 as node 5 and an ASDA-A2 as node 7. It ends with this.
-struct Emulator {
-    process: Child,
-    link: String,
-}
+use crate::emulator::{Emulator, output};
 
-impl Emulator {
+/// An emulator of an AG03/1 as node 5 and an ASDA-A2 as node 7.
+struct Bus(Emulator);
+
+impl Bus {
     fn start(more: &[&str]) -> Self {
-        let mut process = Command::new(env!("CARGO_BIN_EXE_profidrive"))
-            .args(["emulate", "--node", "5", "--node", "7,device=asda-a2", "--link", "slcan-tcp:127.0.0.1:0"])
-            .args(more)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        let mut ready = String::new();
-        BufReader::new(process.stdout.take().unwrap()).read_line(&mut ready).unwrap();
-        let link = ready.split_whitespace().find_map(|word| word.strip_prefix("link=")).unwrap();
-        Self { link: link.into(), process }
+        let arguments = ["--node", "5", "--node", "7,device=asda-a2", "--link", "slcan-tcp:127.0.0.1:0"];
+        Self(Emulator::start(&[&arguments[..], more].concat()))
     }
 
     fn run(&self, node: &str, arguments: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_profidrive"))
-            .args(["master", "--link", &self.link, "--node", node])
-            .args(arguments)
-            .stdin(Stdio::null())
-            .output()
-            .unwrap()
+        output(&[&["master", "--link", self.0.link(), "--node", node], arguments].concat())
     }
 
     fn says(&self, node: &str, arguments: &[&str]) -> String {
@@ -49,20 +33,13 @@ impl Emulator {
     }
 }
 
-impl Drop for Emulator {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
-}
-
 fn decode(arguments: &[&str], file: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_profidrive")).arg("decode").args(arguments).arg(file).output().unwrap()
+    output(&[&["decode"], arguments, &[file.to_str().unwrap()]].concat())
 }
 
 #[test]
 fn entries_are_read_and_written_by_index_by_name_and_by_the_name_of_the_parameter() {
-    let emulator = Emulator::start(&[]);
+    let emulator = Bus::start(&[]);
     for name in ["2410:05", "2410h:5", "v-Pos"] {
         assert_eq!(
             emulator.says("5", &["read", name]),
@@ -102,7 +79,7 @@ fn entries_are_read_and_written_by_index_by_name_and_by_the_name_of_the_paramete
 fn both_drives_travel_and_are_left_as_they_were_and_the_capture_is_explained() {
     let folder = tempfile::tempdir().unwrap();
     let capture = folder.path().join("bus.pcapng");
-    let emulator = Emulator::start(&["--capture", capture.to_str().unwrap()]);
+    let emulator = Bus::start(&["--capture", capture.to_str().unwrap()]);
     emulator.says("5", &["write", "v-Pos", "100"]);
     assert_eq!(emulator.says("5", &["move", "800", "--yes"]).split(';').next(), Some("reached"));
     let object: Value = serde_json::from_str(&emulator.says("5", &["read", "6064", "--json"])).unwrap();
@@ -141,8 +118,7 @@ fn both_drives_travel_and_are_left_as_they_were_and_the_capture_is_explained() {
 #[test]
 fn what_does_not_fit_together_on_the_command_line_is_said() {
     let run = |arguments: &[&str]| {
-        let output =
-            Command::new(env!("CARGO_BIN_EXE_profidrive")).arg("master").args(arguments).output().unwrap();
+        let output = output(&[&["master"], arguments].concat());
         (output.status.code(), String::from_utf8(output.stderr).unwrap())
     };
     for (arguments, says) in [
