@@ -236,7 +236,7 @@ mod tests {
     fn a_statusword_tells_its_state() {
         for state in State::ALL {
             for other in [0x0000, 0xFF90] {
-                assert_eq!(State::of(Statusword(state.bits().0 | other)), Some(state));
+                assert_eq!(State::of(Statusword(state.bits().0 | other)), Some(*state));
             }
         }
         assert_eq!(State::of(Statusword(0x0001)), None);

@@ -237,7 +237,6 @@ impl<'a> Row<'a> {
 }
 
 #[cfg(feature = "serde")]
-#[expect(clippy::ref_option, reason = "as serde calls it")]
 fn serialize_id<S: serde::Serializer>(id: &Option<Id>, serializer: S) -> Result<S::Ok, S::Error> {
     match id {
         Some(id) => serializer.collect_str(id),

@@ -57,7 +57,7 @@ fn content(node: &mut Learned, base: u16, pdo: u8, frame: &Frame) -> (String, Ve
     let unknown = || (format!("{}, mapping not known", octets_of(octets.len())), raw(octets), None);
     let Some(mapping) = node.mapping(base + u16::from(pdo) - 1) else { return unknown() };
     // Of pieces that are no whole octets nobody makes a mapping here.
-    if mapping.iter().any(|word| word.bits % 8 != 0 || word.bits == 0) {
+    if mapping.iter().any(|word| !word.bits.is_multiple_of(8) || word.bits == 0) {
         return unknown();
     }
     let long: usize = mapping.iter().map(|word| usize::from(word.bits / 8)).sum();

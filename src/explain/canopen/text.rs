@@ -113,7 +113,7 @@ fn octets(text: &str) -> Result<Vec<u8>, FrameTextError> {
     let wrong = || FrameTextError::Data { found: text.chars().take(40).collect() };
     // cansend allows points between octets.
     let digits: Vec<u8> = text.bytes().filter(|octet| *octet != b'.').collect();
-    if digits.len() % 2 != 0 {
+    if !digits.len().is_multiple_of(2) {
         return Err(wrong());
     }
     digits
