@@ -14,7 +14,7 @@ use crate::emulator::{Emulator, output};
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Host and port of the ready line.
-fn place(emulator: &Emulator) -> &str {
+fn adapter(emulator: &Emulator) -> &str {
     emulator.link().strip_prefix("slcan-tcp:").unwrap_or_else(|| panic!("{}", emulator.ready))
 }
 
@@ -153,7 +153,7 @@ fn each_node_answers_for_itself_and_boots_when_it_is_told() {
         let emulator =
             Emulator::start(&["--node", &node, "--node", &beside, "--link", "slcan-tcp:127.0.0.1:0"]);
         assert!(emulator.ready.ends_with(" nodes=5,127\n"), "{}", emulator.ready);
-        let mut master = Master::open(place(&emulator));
+        let mut master = Master::open(adapter(&emulator));
         let vendor = u32::swap_bytes(product.sheet.vendor_number);
         assert_eq!(master.sdo(5, "4018100100000000"), format!("43181001{vendor:08X}"), "{}", product.name);
         master.send("t00028105");
@@ -182,7 +182,7 @@ fn what_is_stored_is_there_after_a_kill_and_what_is_not_is_not() {
         let arguments = ["--node", &node, "--link", "slcan-tcp:127.0.0.1:0", "--state-dir", state];
         for round in 1..=5_u16 {
             let emulator = Emulator::start(&arguments);
-            let mut master = Master::open(place(&emulator));
+            let mut master = Master::open(adapter(&emulator));
             let before = stored_value(&mut master, place);
             let kept = if round == 1 { before } else { 200 + round - 1 };
             assert_eq!(before, kept, "{}, round {round}", product.name);
@@ -229,7 +229,7 @@ fn a_capture_holds_every_frame_as_the_kernel_gives_it() {
     let capture = file.to_str().unwrap();
     let link = "slcan-tcp:127.0.0.1:0";
     let emulator = Emulator::start(&["--node", "5,device=ap10", "--link", link, "--capture", capture]);
-    let mut master = Master::open(place(&emulator));
+    let mut master = Master::open(adapter(&emulator));
     master.sdo(5, "4000100000000000");
     emulator.signal("TERM");
     let (code, _, stderr) = emulator.end();

@@ -49,7 +49,13 @@ impl CanopenDevice for Ag03Node {
     }
 
     fn poll_event(&mut self) -> Option<CanopenEvent> {
-        Self::poll_event(self).map(CanopenEvent::from)
+        Some(match Self::poll_event(self)? {
+            super::Event::Node(event) => CanopenEvent::Node(event),
+            event @ (super::Event::Unit(_)
+            | super::Event::State { .. }
+            | super::Event::TargetRefused { .. }
+            | super::Event::Lost { .. }) => CanopenEvent::Ag03(event),
+        })
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
