@@ -23,6 +23,7 @@
 //! | `parameters` | the parameters of the unit as the parameter channel reaches them |
 //! | `quirk` | [`Quirk`]: the form of every named alternative, of whichever device |
 //! | `quirks` | [`QUIRKS`]: every named alternative |
+//! | [`vocabulary`] | what a device on CANopen calls what it says |
 //! | [`ap10_canopen`] | the position indicator AP10 on CANopen, an object of its own |
 //! | [`asda_a2_canopen`] | the servo ASDA-A2 on CANopen |
 //! | `refusal` | [`Refusal`]: why a control word is not followed |
@@ -43,6 +44,7 @@ mod quirk;
 mod quirks;
 mod refusal;
 pub mod surroundings;
+pub mod vocabulary;
 pub mod words;
 
 use core::time::Duration;
@@ -70,6 +72,7 @@ pub use quirk::{Quirk, QuirkError};
 pub use quirks::QUIRKS;
 pub use refusal::{Reason, Refusal};
 pub use surroundings::Surroundings;
+pub use vocabulary::Vocabulary;
 
 use parameters::{Channel, Shown};
 use words::Words;
