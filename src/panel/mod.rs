@@ -42,6 +42,7 @@
 //! | `routes` | every path, the OpenAPI description |
 //! | `bus_access` | the queue to the thread of the bus |
 //! | `drives`, `inputs`, `switches`, `parameters`, `bus` | the handlers, by what they are about |
+//! | `stations` | the same for stations from GSDs |
 //! | `state`, `words` | a drive as JSON |
 //! | `stream` | server-sent events |
 //! | `problem` | refusals |
@@ -57,6 +58,7 @@ mod problem;
 mod routes;
 mod server;
 mod state;
+mod stations;
 mod stream;
 mod switches;
 mod words;
@@ -64,6 +66,7 @@ mod words;
 use core::net::SocketAddr;
 use std::io;
 use std::string::String;
+use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 
 use thiserror::Error;
@@ -168,7 +171,12 @@ impl Panel {
 
     /// Tells those who read the stream. Never waits.
     pub fn tell(&self, now: Instant, event: &BusEvent) {
-        self.feed.tell(now, event);
+        self.tell_with(now, event, None);
+    }
+
+    /// The same, with words that stand behind what the event says itself ([`Refusals`](crate::host::Refusals)).
+    pub fn tell_with(&self, now: Instant, event: &BusEvent, words: Option<Arc<str>>) {
+        self.feed.tell(now, event, words);
     }
 
     /// Who watches telegrams now, for [`Tap::only_for`](crate::host::link::tap::Tap::only_for).

@@ -28,13 +28,15 @@ const TABLE: &[(&str, &[&str])] = &[
     ),
     // The bits of the diagnosis.
     ("client", &["time", "dp", "ppo", "param", "pkw", "drive", "device"]),
+    // A machine behind any slave.
+    ("process", &["fdl", "time"]),
     // A slave of any kind.
-    ("gsd", &["dp", "fdl", "time"]),
+    ("gsd", &["dp", "fdl", "process", "time"]),
     ("explain", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device"]),
     // One framer for a bus, generic slaves, links that keep telegrams apart or corrupt them on purpose, and buses of CAN.
-    ("host", &["device", "time", "fdl", "dp", "ppo", "can", "canopen"]),
+    ("host", &["device", "time", "fdl", "dp", "ppo", "can", "canopen", "gsd", "process"]),
     ("bench", &["host", "device", "explain", "dp", "fdl", "time"]),
-    ("panel", &["host", "device", "explain", "drive", "dp", "param", "ppo", "fdl", "time"]),
+    ("panel", &["host", "device", "explain", "drive", "dp", "param", "ppo", "gsd", "process", "fdl", "time"]),
     ("master", &["bench", "host", "client", "device", "dp", "pkw", "ppo", "param", "fdl", "time"]),
 ];
 
