@@ -148,6 +148,7 @@ impl Reader {
         | Block::Texts { place, .. }
         | Block::Parameter { place, .. }
         | Block::Slots { place }
+        | Block::Skipped { place }
         | Block::DiagType { place, .. } = self.block
         {
             self.warn(place, "the block that begins here is not closed; it ends with the file".into());

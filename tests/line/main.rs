@@ -27,6 +27,8 @@ mod host_run;
 mod host_tcp;
 mod interop_profirust;
 #[cfg(feature = "std")]
+mod interop_stations;
+#[cfg(feature = "std")]
 mod kept;
 #[cfg(feature = "std")]
 mod line;

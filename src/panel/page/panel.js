@@ -151,7 +151,7 @@ class Panel {
     const missing = this.#view === "drive" && NO_DRIVE.includes(status);
     say(this.#by("connection"), `not connected: ${missing ? "no such drive" : message}. Trying again ...`);
     if (missing) this.drive.gone(message);
-    if (this.#view === "station" && NO_DRIVE.includes(status)) this.station.gone(message);
+    if (this.#view === "station" && NO_DRIVE.includes(status)) this.station.gone(`there is no station from a GSD at address ${this.#station}`);
     this.#gap = true;
   }
 
