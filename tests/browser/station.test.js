@@ -13,6 +13,7 @@ const MODULES = { ident: 0x0a08, cfg: [0x10, 0x20, 0x51, 0x61], outputLength: 5,
 
 const stage = (options) => ({ drives: ["--station", `7,gsd=${GSD}`], page: { view: "#station/7" }, ...options });
 const card = (page, slot) => page.locator(`.module[data-slot="${slot}"]`);
+const side = (page, slot, name) => card(page, slot).getByRole("region", { name });
 
 test("outputs are seen, inputs are forced, and a diagnosis is raised in the texts of the GSD", async () => {
   const station = new PlainStation(7, MODULES);
@@ -26,21 +27,21 @@ test("outputs are seen, inputs are forced, and a diagnosis is raised in the text
     station.sent = Buffer.from([0b1010_0101, 0x12, 0x34, 0xff, 0x38]);
     await card(page, 2).getByRole("img", { name: "Output 0.7" }).and(page.locator("[data-lit=true]")).waitFor();
     assert.equal(await card(page, 2).getByRole("img", { name: "Output 0.6" }).getAttribute("data-lit"), "false");
-    await card(page, 4).getByLabel("as").selectOption("signed16");
-    await card(page, 4).getByLabel("Octet").fill("2");
-    await until("output", () => card(page, 4).locator("output").textContent(), (shown) => shown === "= -200");
+    await side(page, 4, "Outputs").getByLabel("as").selectOption("signed16");
+    await side(page, 4, "Outputs").getByLabel("Octet").fill("2");
+    await until("output", () => side(page, 4, "Outputs").locator("output").textContent(), (shown) => shown === "= -200");
 
     await card(page, 1).getByRole("switch", { name: "Input 0.3" }).click();
     await master.until(7, "the forced bit", ({ inputs }) => inputs[0] === 0b1000);
     await card(page, 1).locator("[data-forced=true]").waitFor();
-    await card(page, 3).getByLabel("as").selectOption("signed16");
-    await card(page, 3).getByLabel("Value").fill("-2");
-    await card(page, 3).getByRole("button", { name: "Force" }).click();
+    await side(page, 3, "Inputs").getByLabel("as").selectOption("signed16");
+    await side(page, 3, "Inputs").getByLabel("Value").fill("-2");
+    await side(page, 3, "Inputs").getByRole("button", { name: "Force" }).click();
     await master.until(7, "the forced word", ({ inputs }) => inputs[1] === 0xff && inputs[2] === 0xfe);
 
     await page.getByLabel("Texts of the GSD").selectOption({ label: "1: no load supply" });
     await page.getByLabel("Number in the diagnosis").selectOption({ label: "from bit 4: hot" });
-    await page.getByLabel("Slot", { exact: true }).selectOption("3");
+    await page.locator("#diagnosis").getByLabel(/^Slot/).selectOption("3");
     await page.getByLabel("module status").selectOption("invalid");
     await page.getByLabel("Channel error").selectOption({ label: "16: sensor broken" });
     await page.getByRole("button", { name: "Raise" }).click();
@@ -75,7 +76,7 @@ test("a refused configuration is told with module, octet, expected and got", asy
 
 test("what cannot be forced is said, and an address without a station too", async () => {
   await onStage(stage({ master: false, refusals: true }), async ({ page }) => {
-    const first = page.locator(".module").first();
+    const first = side(page, 1, "Inputs");
     await first.getByLabel("Value").fill("300");
     await first.getByRole("button", { name: "Force" }).click();
     await text(page, "#station-problem", "300 does not fit, expected 0 to 255");

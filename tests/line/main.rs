@@ -12,6 +12,7 @@
 mod common;
 #[cfg(feature = "std")]
 mod faulty_disk;
+mod gsd_image;
 #[path = "../long/mod.rs"]
 mod long;
 #[path = "../mirror/mod.rs"]

@@ -17,7 +17,8 @@ emulator=$(program "$1")
 python3 -m venv "$work/venv"
 "$work/venv/bin/pip" install --quiet --disable-pip-version-check -r "$here/requirements.txt"
 
-start_emulator "$emulator" --drives 5-6 --drive 7,model=ag03,gear=24 --panel 127.0.0.1:0
+start_emulator "$emulator" --drives 5-6 --drive 7,model=ag03,gear=24 --panel 127.0.0.1:0 \
+    --station "9,gsd=$here/../gsd/remote_io.gsd"
 url=$(sed -n 's/.* panel=//p' "$work/ready")
 
 cd "$work"
