@@ -69,14 +69,62 @@ fn a_diagnosis_is_raised_and_ended() {
 fn what_is_not_there_is_said_with_what_is() {
     let emulator = emulator();
     for (method, path, body, status, words) in [
-        ("GET", "/api/v1/stations/5", None, 404, "there is no station from a GSD at address 5; there are some at 7"),
-        ("GET", "/api/v1/stations/7/inputs/8%20DU/0/bit0", None, 404, "there is no slot '8 DU'; did you mean '8 DI'?; there are 1 '8 DI'"),
-        ("GET", "/api/v1/stations/7/inputs/1/0/word", None, 400, "'word' is no type; expected bit0 to bit7, unsigned8"),
-        ("GET", "/api/v1/stations/7/inputs/1/x/bit0", None, 400, "'x' is no octet of a slot; expected 0 to 243"),
-        ("GET", "/api/v1/stations/7/outputs/1/0/bit0", None, 422, "bit0 at octet 0 needs 1 octets, slot 1 has 0 of outputs"),
-        ("PUT", "/api/v1/stations/7/inputs/1/0/unsigned8", Some(json!({ "value": 256 })), 422, "256 does not fit, expected 0 to 255"),
-        ("PUT", "/api/v1/stations/7/inputs/1/1/unsigned8", Some(json!({ "value": 1 })), 422, "unsigned8 at octet 1 needs 2 octets, the slot has 1"),
-        ("PUT", "/api/v1/stations/7/diagnosis", Some(json!({ "identifiers": [4] })), 422, "there is no slot 4; the configuration has 1 to 1"),
+        (
+            "GET",
+            "/api/v1/stations/5",
+            None,
+            404,
+            "there is no station from a GSD at address 5; there are some at 7",
+        ),
+        (
+            "GET",
+            "/api/v1/stations/7/inputs/8%20DU/0/bit0",
+            None,
+            404,
+            "there is no slot '8 DU'; did you mean '8 DI'?; there are 1 '8 DI'",
+        ),
+        (
+            "GET",
+            "/api/v1/stations/7/inputs/1/0/word",
+            None,
+            400,
+            "'word' is no type; expected bit0 to bit7, unsigned8",
+        ),
+        (
+            "GET",
+            "/api/v1/stations/7/inputs/1/x/bit0",
+            None,
+            400,
+            "'x' is no octet of a slot; expected 0 to 243",
+        ),
+        (
+            "GET",
+            "/api/v1/stations/7/outputs/1/0/bit0",
+            None,
+            422,
+            "bit0 at octet 0 needs 1 octets, slot 1 has 0 of outputs",
+        ),
+        (
+            "PUT",
+            "/api/v1/stations/7/inputs/1/0/unsigned8",
+            Some(json!({ "value": 256 })),
+            422,
+            "256 does not fit, expected 0 to 255",
+        ),
+        (
+            "PUT",
+            "/api/v1/stations/7/inputs/1/1/unsigned8",
+            Some(json!({ "value": 1 })),
+            422,
+            "unsigned8 at octet 1 needs 2 octets, the slot has 1",
+        ),
+        (
+            "PUT",
+            "/api/v1/stations/7/diagnosis",
+            Some(json!({ "identifiers": [4] })),
+            422,
+            "there is no slot 4; the configuration has 1 to 1",
+        ),
         ("PUT", "/api/v1/stations/7/diagnosis", Some(json!({ "colour": 1 })), 422, "unknown field"),
     ] {
         let answer = match body {

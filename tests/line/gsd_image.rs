@@ -145,7 +145,9 @@ fn a_forced_input_stands_over_what_moves_it_until_it_is_released() {
     assert_eq!(rig.exchange(7, [0; 5])[..3], [0x01, 0x12, 0x34]);
     rig.with(7, GsdStation::release_all);
     assert_eq!(rig.exchange(7, [0; 5])[..3], [0, 0, 0]);
-    for wrong in [point(9, 0, ValueType::Bit(0)), point(1, 1, ValueType::Bit(0)), point(2, 0, ValueType::Bit(0))] {
+    for wrong in
+        [point(9, 0, ValueType::Bit(0)), point(1, 1, ValueType::Bit(0)), point(2, 0, ValueType::Bit(0))]
+    {
         assert!(rig.with(7, |station| station.force(wrong, 1.0)).is_err(), "{wrong:?}");
     }
 }

@@ -244,7 +244,7 @@ mod over_real_links {
             let cycle_completed = dp.take_last_events().cycle_completed;
             cycles += usize::from(running == handles.len() && cycle_completed);
             assert!(
-                clock.now().as_micros() < PATIENCE.as_micros() as u64,
+                u128::from(clock.now().as_nanos()) < PATIENCE.as_nanos(),
                 "{running} of {} run",
                 handles.len()
             );

@@ -206,7 +206,7 @@ fn state(
     Ok(Json(ValueState { value: value.is_finite().then_some(value), forced }))
 }
 
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "read from at most four octets")]
+#[expect(clippy::cast_possible_truncation, reason = "read from at most four octets")]
 const fn whole(value: f64) -> u32 {
     value as u32
 }
