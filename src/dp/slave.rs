@@ -322,6 +322,8 @@ impl<A: Application> Slave<A> {
             self.heard(now, request.sa);
         }
         let mut handled = match (service, access) {
+            // What masters ask for all day long.
+            (Some(Service::DataExchange), Access::Run) => self.data_exchange(request),
             (Some(service), Access::Run) => self.run(now, service, request),
             (_, Access::NotActivated | Access::Ignored) | (None, _) => Handled::reply(Reply::NotActivated),
             (Some(_), Access::Acknowledged) => Handled::reply(Reply::ShortAcknowledge),
@@ -401,6 +403,7 @@ impl<A: Application> Slave<A> {
     }
 
     /// The service of a request that this slave offers, at the address that is asked.
+    #[inline]
     fn service(&self, request: &Request<'_>) -> Option<Service> {
         let service = Service::of(request.dsap, request.ssap)?;
         match self.policy.default_address {

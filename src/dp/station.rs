@@ -214,13 +214,15 @@ impl<A: Application> Station<A> {
         let handled = self.slave.handle_srd(now, request);
         self.fed = handled.fed;
         self.fdl.reply(now, request, handled.reply);
-        let (event, exchanged) = (handled.event, handled.exchanged);
+        let exchanged = handled.exchanged;
+        let event = handled.event.inspect(|event| {
+            // Behind the reply, which still belongs to the old address.
+            if let Event::AddressSet { stored, .. } = event {
+                self.fdl.set_address(stored.address);
+            }
+        });
         if let Some(bits) = self.slave.min_tsdr() {
             self.fdl.set_min_tsdr(bits);
-        }
-        // Behind the reply, which still belongs to the old address.
-        if let Some(Event::AddressSet { stored, .. }) = event {
-            self.fdl.set_address(stored.address);
         }
         Outcome { event, exchanged }
     }

@@ -191,6 +191,8 @@ pub struct Drive {
     latched: Option<Fault>,
     refusal: Option<Refusal>,
     settled: bool,
+    /// The last step did nothing but carry a travel job on, and the shaft still turns.
+    only_moved: bool,
 }
 
 /// Settings that a motion or a kept job must not change under way; taken over while the shaft stands.
@@ -245,6 +247,7 @@ impl Drive {
             latched: None,
             refusal: None,
             settled: false,
+            only_moved: false,
         }
     }
 
@@ -252,12 +255,33 @@ impl Drive {
     ///
     /// Inputs, command and settings act at the beginning of `dt`, then the shaft moves. Steps of 0.1 ms to 100 ms
     /// are meant; any length works, and a length of zero only evaluates.
+    #[inline]
     pub fn step(&mut self, dt: Duration, command: &Command, settings: &Settings) {
+        self.step_under(dt, command, *command == self.previous, settings);
+    }
+
+    /// As [`Drive::step`], under the command of the step before, whose edges are over.
+    #[inline]
+    pub(crate) fn hold(&mut self, dt: Duration, settings: &Settings) {
+        let command = self.held();
+        self.step_under(dt, &command, !self.previous.enable && !self.previous.travel, settings);
+    }
+
+    /// The command of the last step without its edges.
+    pub(crate) const fn held(&self) -> Command {
+        // Copied whole: field by field takes three times as long.
+        let mut command = self.previous;
+        (command.enable, command.travel) = (false, false);
+        command
+    }
+
+    /// `same_command`: it is that of the step before.
+    fn step_under(&mut self, dt: Duration, command: &Command, same_command: bool, settings: &Settings) {
         let state = self.state;
         let stood = self.stands();
         let faults = self.entered;
         // Only a drive that stands may come to rest.
-        let held = !self.inputs_changed && *command == self.previous;
+        let held = !self.inputs_changed && same_command;
         let same = stood && held && self.window == settings.window;
         self.inputs_changed = false;
 
@@ -271,6 +295,7 @@ impl Drive {
         let plant = same.then(|| self.plant.clone());
         self.advance(dt);
         self.on_motion(settings);
+        self.only_moved = goes_on && self.state == State::TravelActive && !self.stands();
 
         self.settled = same
             && self.stands()

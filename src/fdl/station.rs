@@ -10,7 +10,7 @@ use core::time::Duration;
 use super::address::{Address, Sap};
 use super::function_code::{FrameCount, Function, FunctionCode, ReplyStatus, Service};
 use super::telegram::{DataTelegram, Format, MAX_PDU_LEN, MAX_TELEGRAM_LEN, Telegram};
-use crate::time::{BaudRate, Instant};
+use crate::time::{BaudRate, Instant, nanos};
 
 /// The least time between a request and its reply before Set_Prm says otherwise, in T_bit.
 pub const DEFAULT_MIN_TSDR: u8 = 11;
@@ -44,21 +44,22 @@ pub struct Station {
 /// When a reply may be sent, from the end of its request on. Worked out when it changes: each bit time is a division.
 #[derive(Clone, Copy, Debug)]
 struct Window {
-    earliest: Duration,
-    /// A master may set a min T_SDR behind max T_SDR: the time allowed is then as long and begins with it, or nobody
-    /// could ever talk to the station again, not even to set another.
-    latest: Option<Duration>,
+    /// In ns, as [`Instant`] counts: a [`Duration`] is two numbers that each reply would put together.
+    earliest: u64,
+    /// In ns. A master may set a min T_SDR behind max T_SDR: the time allowed is then as long and begins with it, or
+    /// nobody could ever talk to the station again, not even to set another.
+    latest: Option<u64>,
 }
 
 impl Window {
     const fn of(baud: BaudRate, min_tsdr: u8, max_tsdr: Option<u16>) -> Self {
         let min = min_tsdr as u32;
         let latest = match max_tsdr {
-            Some(max) if min < max as u32 => Some(baud.bit_times(max as u32)),
-            Some(max) => Some(baud.bit_times(min + max as u32)),
+            Some(max) if min < max as u32 => Some(nanos(baud.bit_times(max as u32))),
+            Some(max) => Some(nanos(baud.bit_times(min + max as u32))),
             None => None,
         };
-        Self { earliest: baud.bit_times(min), latest }
+        Self { earliest: nanos(baud.bit_times(min)), latest }
     }
 }
 
@@ -397,9 +398,11 @@ impl Station {
             Waiting::Short => Some(self.short_reply.as_slice()),
         };
         self.pending = None;
-        let after = now.saturating_since(end);
+        let after = now.as_nanos().saturating_sub(end.as_nanos());
         match self.window.latest {
-            Some(limit) if after > limit => Err(TooLate { after, limit }),
+            Some(limit) if after > limit => {
+                Err(TooLate { after: Duration::from_nanos(after), limit: Duration::from_nanos(limit) })
+            }
             Some(_) | None => Ok(reply),
         }
     }
@@ -411,7 +414,7 @@ impl Station {
     }
 
     fn earliest(&self, end: Instant) -> Instant {
-        end.saturating_add(self.window.earliest)
+        Instant::from_nanos(end.as_nanos().saturating_add(self.window.earliest))
     }
 
     #[inline(always)]

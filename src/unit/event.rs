@@ -203,10 +203,16 @@ impl<E, const CAPACITY: usize> Queue<E, CAPACITY> {
     }
 
     /// The oldest event; behind the last one how many were lost, if any were.
+    #[inline]
     pub fn pop(&mut self) -> Option<Result<E, u32>> {
+        // Asked far more often than anything waits: nothing else is to be done where the caller stands.
+        if self.len == 0 && self.lost == 0 { None } else { self.pop_waiting() }
+    }
+
+    #[inline(never)]
+    fn pop_waiting(&mut self) -> Option<Result<E, u32>> {
         if self.len == 0 {
-            let lost = core::mem::take(&mut self.lost);
-            return (lost > 0).then_some(Err(lost));
+            return Some(Err(core::mem::take(&mut self.lost)));
         }
         let event = self.events.get_mut(self.first).and_then(Option::take);
         self.first = (self.first + 1) % CAPACITY;

@@ -5,13 +5,15 @@ use core::cell::Cell;
 use crate::fdl::Address;
 use crate::time::Instant;
 
-/// The address of each station with the time it waits for. A table by address, and of each [`BLOCK`] addresses the
-/// earliest time: quicker for the 127 there can be at most than to keep them in order, and never allocates.
+/// The address of each station with the time it waits for. A table by address, and of each [`BLOCK`] addresses and of all
+/// the earliest time: quicker for the 127 there can be at most than to keep them in order, and never allocates.
 pub(super) struct Deadlines {
     /// By address, in ns; [`NEVER`] for who waits for nothing.
     nanos: [[u64; BLOCK]; BLOCKS],
     /// The earliest of each block, or [`UNKNOWN`]: many change before the first one is asked for.
     earliest: [Cell<u64>; BLOCKS],
+    /// The earliest of all, or [`UNKNOWN`].
+    first: Cell<u64>,
     /// How many blocks have ever been used.
     used: usize,
 }
@@ -25,7 +27,12 @@ const UNKNOWN: u64 = 0;
 
 impl Deadlines {
     pub(super) const fn new() -> Self {
-        Self { nanos: [[NEVER; BLOCK]; BLOCKS], earliest: [const { Cell::new(NEVER) }; BLOCKS], used: 0 }
+        Self {
+            nanos: [[NEVER; BLOCK]; BLOCKS],
+            earliest: [const { Cell::new(NEVER) }; BLOCKS],
+            first: Cell::new(NEVER),
+            used: 0,
+        }
     }
 
     /// The station at `address` waits for `deadline`, or for nothing.
@@ -36,16 +43,25 @@ impl Deadlines {
         let Some(place) = block.get_mut(at % BLOCK) else { return };
         let nanos = deadline.map_or(NEVER, Instant::as_nanos);
         let before = core::mem::replace(place, nanos);
-        self.used = self.used.max(at / BLOCK + 1);
-        if nanos <= earliest.get() {
-            earliest.set(nanos);
-        } else if before == earliest.get() {
-            earliest.set(UNKNOWN);
+        if nanos == before {
+            return;
         }
+        self.used = self.used.max(at / BLOCK + 1);
+        follow(earliest.get_mut(), before, nanos);
+        follow(self.first.get_mut(), before, nanos);
     }
 
     /// The earliest deadline.
+    #[inline]
     pub(super) fn first(&self) -> Option<Instant> {
+        let first = match self.first.get() {
+            UNKNOWN => self.find_first(),
+            known => known,
+        };
+        (first != NEVER).then(|| Instant::from_nanos(first))
+    }
+
+    fn find_first(&self) -> u64 {
         let mut first = NEVER;
         for (earliest, block) in self.earliest.iter().zip(&self.nanos).take(self.used) {
             if earliest.get() == UNKNOWN {
@@ -53,24 +69,38 @@ impl Deadlines {
             }
             first = first.min(earliest.get());
         }
-        (first != NEVER).then(|| Instant::from_nanos(first))
+        self.first.set(first);
+        first
     }
 
     /// The first station from `from` on, by address, whose deadline is reached at `now`.
     pub(super) fn due_from(&self, from: u8, now: Instant) -> Option<Address> {
-        let now = now.as_nanos();
-        let due = |nanos: u64| nanos <= now && nanos != NEVER;
+        // Who waits for nothing is not due at the end of time either.
+        let now = now.as_nanos().min(NEVER - 1);
+        if self.first.get() > now {
+            return None;
+        }
         let mut from = usize::from(from);
         while let Some(earliest) = self.earliest.get(..self.used)?.get(from / BLOCK) {
-            let places = self.nanos.get(from / BLOCK)?.get(from % BLOCK..)?;
-            if due(earliest.get())
-                && let Some(behind) = places.iter().position(|nanos| due(*nanos))
-            {
-                return u8::try_from(from + behind).ok().map(Address::from_octet);
+            if earliest.get() <= now {
+                let places = self.nanos.get(from / BLOCK)?.get(from % BLOCK..)?;
+                if let Some(behind) = places.iter().position(|nanos| *nanos <= now) {
+                    return u8::try_from(from + behind).ok().map(Address::from_octet);
+                }
             }
             from = (from / BLOCK + 1) * BLOCK;
         }
         None
+    }
+}
+
+/// Keeps the earliest of many deadlines while one of them goes from `before` to `nanos`.
+#[inline]
+const fn follow(earliest: &mut u64, before: u64, nanos: u64) {
+    if nanos <= *earliest {
+        *earliest = nanos;
+    } else if before == *earliest {
+        *earliest = UNKNOWN;
     }
 }
 
