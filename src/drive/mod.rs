@@ -30,6 +30,7 @@ mod event;
 mod faults;
 mod input_change;
 mod inputs;
+mod lapse;
 pub mod leds;
 mod memory;
 mod motion;
@@ -62,6 +63,7 @@ pub use settings::{Limits, Mode, PosType, SenseOfRotation, Settings, StopMode};
 pub use states::{Direction, DirectionChange, Inching, Key, Motor, State};
 pub use status::{Measured, Status};
 
+use lapse::Lapse;
 use motion::{Dynamics, Motion, acceleration, rpm, velocity};
 use plant::{Commanded, Constants, Plant};
 use requests::Job;
@@ -191,6 +193,8 @@ pub struct Drive {
     latched: Option<Fault>,
     refusal: Option<Refusal>,
     settled: bool,
+    /// How long the last step was.
+    lapse: Lapse,
     /// The last step did nothing but carry a travel job on, and the shaft still turns.
     only_moved: bool,
 }
@@ -247,6 +251,7 @@ impl Drive {
             latched: None,
             refusal: None,
             settled: false,
+            lapse: Lapse::NONE,
             only_moved: false,
         }
     }
@@ -277,6 +282,7 @@ impl Drive {
 
     /// `same_command`: it is that of the step before.
     fn step_under(&mut self, dt: Duration, command: &Command, same_command: bool, settings: &Settings) {
+        self.lapse.set(dt);
         let state = self.state;
         let stood = self.stands();
         let faults = self.entered;
@@ -293,7 +299,7 @@ impl Drive {
             self.on_command(command, settings);
         }
         let plant = same.then(|| self.plant.clone());
-        self.advance(dt);
+        self.advance(self.lapse);
         self.on_motion(settings);
         self.only_moved = goes_on && self.state == State::TravelActive && !self.stands();
 
@@ -540,9 +546,9 @@ impl Drive {
         }
     }
 
-    fn advance(&mut self, dt: Duration) {
+    fn advance(&mut self, lapse: Lapse) {
         let (position, velocity) = (self.motion.position(), self.motion.velocity());
-        let left = self.motion.advance(dt);
+        let left = self.motion.advance(lapse);
         let commanded = Commanded {
             way: self.motion.position() - position,
             velocity_before: velocity,
@@ -553,7 +559,7 @@ impl Drive {
             // What stops a released shaft stops it for good.
             self.motion.begin_anew(position, 0.0);
         }
-        if let Some(shaft) = self.plant.advance(dt, commanded, &self.inputs) {
+        if let Some(shaft) = self.plant.advance(lapse, commanded, &self.inputs) {
             self.motion.begin_anew(position + shaft.way, shaft.velocity);
         }
         if self.stands() && self.state == State::TravelActive && self.job.via.take().is_some() {

@@ -73,24 +73,39 @@ impl Deadlines {
         first
     }
 
-    /// The first station from `from` on, by address, whose deadline is reached at `now`.
-    pub(super) fn due_from(&self, from: u8, now: Instant) -> Option<Address> {
+    /// The stations whose deadline is reached at `now`.
+    pub(super) fn due(&self, now: Instant) -> Due {
         // Who waits for nothing is not due at the end of time either.
-        let now = now.as_nanos().min(NEVER - 1);
-        if self.first.get() > now {
-            return None;
-        }
-        let mut from = usize::from(from);
-        while let Some(earliest) = self.earliest.get(..self.used)?.get(from / BLOCK) {
-            if earliest.get() <= now {
-                let places = self.nanos.get(from / BLOCK)?.get(from % BLOCK..)?;
-                if let Some(behind) = places.iter().position(|nanos| *nanos <= now) {
-                    return u8::try_from(from + behind).ok().map(Address::from_octet);
-                }
+        Due { now: now.as_nanos().min(NEVER - 1), block: 0, left: 0 }
+    }
+}
+
+/// The stations whose deadline is reached, one after the other by address. While they are gone through, deadlines may
+/// change: each [`BLOCK`] addresses are looked at once, when the first of them has its turn.
+pub(super) struct Due {
+    now: u64,
+    /// The block to look at next.
+    block: usize,
+    /// Those of the block before that still have their turn, a bit for each.
+    left: u16,
+}
+
+impl Due {
+    #[inline]
+    pub(super) fn next(&mut self, deadlines: &Deadlines) -> Option<Address> {
+        while self.left == 0 {
+            let earliest = deadlines.earliest.get(..deadlines.used)?.get(self.block)?;
+            if earliest.get() <= self.now {
+                let nanos = deadlines.nanos.get(self.block)?;
+                let due = nanos.iter().rev().map(|nanos| u16::from(*nanos <= self.now));
+                self.left = due.fold(0, |left, due| left << 1 | due);
             }
-            from = (from / BLOCK + 1) * BLOCK;
+            self.block += 1;
         }
-        None
+        let place = self.left.trailing_zeros();
+        self.left &= self.left - 1;
+        let address = (self.block - 1) * BLOCK + usize::try_from(place).ok()?;
+        u8::try_from(address).ok().map(Address::from_octet)
     }
 }
 
@@ -126,11 +141,8 @@ mod tests {
                 prop_assert_eq!(deadlines.first(), map.values().flatten().min().copied());
             }
             let now = Instant::from_millis(10);
-            let (mut due, mut from) = (Vec::new(), 0);
-            while let Some(address) = deadlines.due_from(from, now) {
-                due.push(address.number());
-                from = address.number() + 1;
-            }
+            let mut turns = deadlines.due(now);
+            let due: Vec<_> = core::iter::from_fn(|| turns.next(&deadlines)).map(Address::number).collect();
             let reached = map.iter().filter(|(_, deadline)| deadline.is_some_and(|deadline| deadline <= now));
             prop_assert_eq!(due, reached.map(|(number, _)| *number).collect::<Vec<_>>());
         }

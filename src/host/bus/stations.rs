@@ -270,9 +270,8 @@ impl Stations {
 
     /// Calls every station whose deadline is reached.
     pub(super) fn wake(&mut self, now: Instant) {
-        let mut from = 0;
-        while let Some(address) = self.deadlines.due_from(from, now) {
-            from = address.number() + 1;
+        let mut due = self.deadlines.due(now);
+        while let Some(address) = due.next(&self.deadlines) {
             self.call(now, address, |station, news| station.handle_timeout(now, news));
         }
     }
@@ -282,10 +281,9 @@ impl Stations {
         // Nearly always nobody is due.
         self.deadlines.first().filter(|first| *first <= now)?;
         let limit = self.slot_time.map(|slot_time| slot_time.at(self.baud));
-        let mut from = 0;
+        let mut due = self.deadlines.due(now);
         // A station that is due and has nothing to send waits for `handle_timeout`: go on behind it.
-        while let Some(address) = self.deadlines.due_from(from, now) {
-            from = address.number() + 1;
+        while let Some(address) = due.next(&self.deadlines) {
             let Self { slots, news, .. } = self;
             let slot = slots.get_mut(index(address)).and_then(Option::as_mut)?;
             let Slot { station, counters, asked, .. } = slot;
