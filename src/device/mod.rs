@@ -127,6 +127,9 @@ struct Parts {
     exchanging: bool,
     /// Data_Exchange was left since the last application cycle.
     interrupted: bool,
+    /// The outputs of the last application cycle, if they ask nothing new in the next: no edge in the command, the job
+    /// answered.
+    held: Option<[u8; PPO_LEN]>,
     /// The reply of the parameter channel offered to the master.
     pkw_reply: Pkw,
     /// The status word offered to the master under the same outputs as now, and what [`Unit::changes`] counted then.
@@ -446,6 +449,7 @@ impl Parts {
             outputs_seen: 0,
             exchanging: false,
             interrupted: false,
+            held: None,
             pkw_reply: Pkw::ZERO,
             zsw: None,
             events: Queue::default(),
@@ -465,7 +469,7 @@ impl Parts {
         self.outputs_seen = self.station.slave().output_updates();
         (self.exchanging, self.interrupted) = (false, false);
         self.engine.reset();
-        self.zsw = None;
+        (self.held, self.zsw) = (None, None);
         self.publish(Pkw::ZERO);
     }
 
@@ -547,10 +551,24 @@ impl Parts {
         self.interrupted = false;
         let octets =
             self.station.slave().outputs().first_chunk::<PPO_LEN>().copied().filter(|_| self.exchanging);
+        // Most cycles: a master repeats itself until the drive is there.
+        let reply = if octets.is_some() && octets == self.held {
+            self.unit.hold(self.cycles.step());
+            self.shown.words.accept(self.unit.status());
+            self.pkw_reply
+        } else {
+            self.follow_outputs(octets)
+        };
+        self.publish(reply);
+    }
+
+    /// What outputs ask for that are new, or ask more than the command they asked before.
+    fn follow_outputs(&mut self, octets: Option<[u8; PPO_LEN]>) -> Pkw {
         let outputs = octets.as_ref().map(Outputs::new);
         let asked = outputs.map(|outputs| (outputs.stw(), outputs.hsw()));
         let words = &mut self.shown.words;
-        if words.is_held(asked) {
+        let held = words.is_held(asked);
+        if held {
             self.unit.hold(self.cycles.step());
         } else {
             let command = words.command(asked);
@@ -559,8 +577,10 @@ impl Parts {
         }
         words.accept(self.unit.status());
         // Behind the step, so that a parameter that shows the drive agrees with ZSW and HIW.
-        let reply = self.run_job(outputs.map(Outputs::pkw));
-        self.publish(reply);
+        let job = outputs.map(Outputs::pkw);
+        let reply = self.run_job(job);
+        self.held = octets.filter(|_| held && job.is_some_and(|job| self.engine.is_settled(job)));
+        reply
     }
 
     /// Offers new inputs to the master and what has happened in the unit to the host.

@@ -214,17 +214,19 @@ impl<A: Application> Station<A> {
         let handled = self.slave.handle_srd(now, request);
         self.fed = handled.fed;
         self.fdl.reply(now, request, handled.reply);
-        let exchanged = handled.exchanged;
-        let event = handled.event.inspect(|event| {
-            // Behind the reply, which still belongs to the old address.
-            if let Event::AddressSet { stored, .. } = event {
-                self.fdl.set_address(stored.address);
-            }
-        });
+        let (event, exchanged) = (handled.event, handled.exchanged);
         if let Some(bits) = self.slave.min_tsdr() {
             self.fdl.set_min_tsdr(bits);
         }
-        Outcome { event, exchanged }
+        // Most requests are no news, and an event is large to be handed on.
+        let Some(event) = event else {
+            return Outcome { event: None, exchanged };
+        };
+        // Behind the reply, which still belongs to the old address.
+        if let Event::AddressSet { stored, .. } = event {
+            self.fdl.set_address(stored.address);
+        }
+        Outcome { event: Some(event), exchanged }
     }
 }
 

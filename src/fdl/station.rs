@@ -475,6 +475,8 @@ impl Station {
     }
 
     /// Rule 1: a first cycle is never a retry. Rule 4: the stored FCB, the same initiator, directly after.
+    // Inlined: mostly the first field says no, and then there is nothing to be laid out for a call.
+    #[inline(always)]
     fn is_retry(&self, cycle: Cycle, telegram: &DataTelegram<'_>, frame_count: FrameCount) -> bool {
         frame_count != FrameCount::First
             && self.last == Some(cycle)
