@@ -124,11 +124,7 @@ struct Cycle {
 impl Cycle {
     /// `None` if the request is not counted.
     const fn of(telegram: &DataTelegram<'_>, service: Service, frame_count: FrameCount) -> Option<Self> {
-        let fcb = match frame_count {
-            FrameCount::Unused => return None,
-            FrameCount::Even => false,
-            FrameCount::First | FrameCount::Odd => true,
-        };
+        let Some(fcb) = Self::frame_count_bit(frame_count) else { return None };
         Some(Self {
             fcb,
             service,
@@ -138,6 +134,15 @@ impl Cycle {
             ssap: telegram.ssap,
             data_len: telegram.data.len(),
         })
+    }
+
+    /// The frame count bit of a request that is counted.
+    const fn frame_count_bit(frame_count: FrameCount) -> Option<bool> {
+        match frame_count {
+            FrameCount::Unused => None,
+            FrameCount::Even => Some(false),
+            FrameCount::First | FrameCount::Odd => Some(true),
+        }
     }
 }
 
@@ -425,18 +430,20 @@ impl Station {
         service: Service,
         frame_count: FrameCount,
     ) -> Reception<'a> {
-        let Some(cycle) = Cycle::of(telegram, service, frame_count) else {
+        let Some(fcb) = Cycle::frame_count_bit(frame_count) else {
             // Rule 6: not evaluated.
             self.last = None;
             return Reception::DataWithReply(request(telegram));
         };
-        if self.is_retry(cycle, telegram, frame_count) {
+        // A new request nearly always has the other bit: then nothing else is compared.
+        let same_bit = self.last.is_some_and(|last| last.fcb == fcb);
+        if same_bit && self.is_retry(telegram, service, frame_count) {
             self.pending = Some((now, Waiting::Counted));
             return Reception::Repeated { sa: telegram.sa };
         }
         // Rules 2 and 3: new, and stored.
-        self.last = Some(cycle);
-        if let Some(room) = self.last_data.get_mut(..cycle.data_len) {
+        self.last = Cycle::of(telegram, service, frame_count);
+        if let Some(room) = self.last_data.get_mut(..telegram.data.len()) {
             room.copy_from_slice(telegram.data);
         }
         Reception::DataWithReply(request(telegram))
@@ -454,8 +461,7 @@ impl Station {
             return Reception::Ignored;
         }
         let retry = match service {
-            Service::SrdLow | Service::SrdHigh => Cycle::of(telegram, service, frame_count)
-                .is_some_and(|cycle| self.is_retry(cycle, telegram, frame_count)),
+            Service::SrdLow | Service::SrdHigh => self.is_retry(telegram, service, frame_count),
             Service::TimeEvent
             | Service::SdaLow
             | Service::SdaHigh
@@ -475,12 +481,12 @@ impl Station {
     }
 
     /// Rule 1: a first cycle is never a retry. Rule 4: the stored FCB, the same initiator, directly after.
-    // Inlined: mostly the first field says no, and then there is nothing to be laid out for a call.
-    #[inline(always)]
-    fn is_retry(&self, cycle: Cycle, telegram: &DataTelegram<'_>, frame_count: FrameCount) -> bool {
+    #[inline(never)]
+    fn is_retry(&self, telegram: &DataTelegram<'_>, service: Service, frame_count: FrameCount) -> bool {
         frame_count != FrameCount::First
-            && self.last == Some(cycle)
-            && self.last_data.get(..cycle.data_len) == Some(telegram.data)
+            && self.last.is_some()
+            && self.last == Cycle::of(telegram, service, frame_count)
+            && self.last_data.get(..telegram.data.len()) == Some(telegram.data)
     }
 
     fn decline<'a>(&mut self, now: Instant, sa: Address, not_offered: NotOffered) -> Reception<'a> {
