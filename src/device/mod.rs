@@ -21,6 +21,7 @@
 //! | `flow_charts` | the control words that the manual prints |
 //! | `event` | [`Event`]: news for the host |
 //! | `parameters` | the parameters of the unit as the parameter channel reaches them |
+//! | `quirk` | [`Quirk`]: the form of every named alternative, of whichever device |
 //! | `quirks` | [`QUIRKS`]: every named alternative |
 //! | [`ap10_canopen`] | the position indicator AP10 on CANopen, an object of its own |
 //! | [`asda_a2_canopen`] | the servo ASDA-A2 on CANopen |
@@ -37,6 +38,7 @@ mod config;
 mod event;
 pub mod flow_charts;
 pub mod parameters;
+mod quirk;
 mod quirks;
 mod refusal;
 pub mod words;
@@ -62,7 +64,8 @@ pub use crate::unit::{
 pub use canopen::{CanopenDevice, CanopenEvent, RecallError};
 pub use config::{Config, Timing};
 pub use event::Event;
-pub use quirks::{QUIRKS, Quirk, QuirkError};
+pub use quirk::{Quirk, QuirkError};
+pub use quirks::QUIRKS;
 pub use refusal::{Reason, Refusal};
 
 use parameters::{Channel, Shown};

@@ -91,6 +91,8 @@ impl Described {
             | dp::Event::ApplicationAborted { .. }
             | dp::Event::AddressSet { .. }
             | dp::Event::AddressRefused { .. } => {}
+            // No other can ask for parameters or a configuration.
+            _ => {}
         }
     }
 }
