@@ -418,7 +418,8 @@ mod tests {
         let mut motion = Motion::at(0.0);
         motion.travel_to(1600.0, dynamics(30, 50, 50));
         assert_eq!(motion.advance(Lapse::of(Duration::from_secs(2))), None);
-        let left = motion.advance(Lapse::of(Duration::from_secs(1))).expect("the travel ends within this second");
+        let left =
+            motion.advance(Lapse::of(Duration::from_secs(1))).expect("the travel ends within this second");
         assert!((left - 0.75).abs() < 1e-9);
         motion.travel_to(0.0, dynamics(30, 50, 50));
         assert_eq!(motion.skip(left), None);

@@ -168,7 +168,9 @@ impl Engine {
     pub(crate) fn is_settled(&self, request: Pkw) -> bool {
         match self.state {
             State::Answered { job, .. } => same_job(request, job),
-            State::Waiting { .. } | State::Reading { .. } | State::Storing { .. } | State::Stored { .. } => false,
+            State::Waiting { .. } | State::Reading { .. } | State::Storing { .. } | State::Stored { .. } => {
+                false
+            }
         }
     }
 
