@@ -72,6 +72,7 @@ mod words;
 use core::net::SocketAddr;
 use std::io;
 use std::string::String;
+use std::sync::Arc;
 
 use thiserror::Error;
 
