@@ -27,6 +27,7 @@
 //! | [`asda_a2_canopen`] | the servo ASDA-A2 on CANopen |
 //! | `refusal` | [`Refusal`]: why a control word is not followed |
 //! | [`ag03_canopen`] | the same unit on CANopen |
+//! | [`surroundings`] | what surrounds a device on CANopen and what is seen of it |
 //!
 mod address;
 pub mod ag03_canopen;
@@ -41,6 +42,7 @@ pub mod parameters;
 mod quirk;
 mod quirks;
 mod refusal;
+pub mod surroundings;
 pub mod words;
 
 use core::time::Duration;
@@ -67,6 +69,7 @@ pub use event::Event;
 pub use quirk::{Quirk, QuirkError};
 pub use quirks::QUIRKS;
 pub use refusal::{Reason, Refusal};
+pub use surroundings::Surroundings;
 
 use parameters::{Channel, Shown};
 use words::Words;

@@ -31,6 +31,8 @@ mod left_behind;
 #[cfg(target_os = "linux")]
 mod master_command;
 #[cfg(target_os = "linux")]
+mod node_panel;
+#[cfg(target_os = "linux")]
 mod nodes;
 #[cfg(target_os = "linux")]
 mod panel_api;

@@ -36,7 +36,13 @@ const TABLE: &[(&str, &[&str])] = &[
     // One framer for a bus, generic slaves, links that keep telegrams apart or corrupt them on purpose, and buses of CAN.
     ("host", &["device", "time", "fdl", "dp", "ppo", "can", "canopen", "gsd", "process"]),
     ("bench", &["host", "device", "explain", "dp", "fdl", "time"]),
-    ("panel", &["host", "device", "explain", "drive", "dp", "param", "ppo", "gsd", "process", "fdl", "time"]),
+    (
+        "panel",
+        &[
+            "host", "can", "canopen", "device", "explain", "drive", "dp", "param", "ppo", "gsd", "process",
+            "fdl", "time",
+        ],
+    ),
     ("master", &["bench", "host", "client", "device", "dp", "pkw", "ppo", "param", "fdl", "time"]),
 ];
 

@@ -12,6 +12,7 @@
 //! | [`fault`] | frames lost, late, doubled, damaged on purpose |
 //! | [`line`](Line) | the bus in real time with the adapters of its masters |
 //! | [`node`](StoredNode) | a CANopen device as a participant, and its EEPROM |
+//! | [`node_fault`](NodeFault) | what nodes do wrong, as text |
 //! | [`product`](PRODUCTS) | the list of CANopen devices |
 //! | [`link_spec`](LinkSpec) | where masters find the bus |
 //! | `adapters` | pseudo-terminal and TCP port |
@@ -44,6 +45,7 @@ pub mod fault;
 mod line;
 mod link_spec;
 mod node;
+mod node_fault;
 mod participant;
 mod product;
 
@@ -52,5 +54,6 @@ pub use bus::{Bus, Event, Seat};
 pub use line::{Line, News, Stay};
 pub use link_spec::{LinkSpec, LinkSpecError};
 pub use node::StoredNode;
+pub use node_fault::{NodeFault, NodeFaultError};
 pub use participant::CanParticipant;
-pub use product::{Choices, OptionName, PRODUCTS, Product};
+pub use product::{Choices, ChosenQuirks, OptionName, PRODUCTS, Product, QuirkRow};
