@@ -33,6 +33,8 @@ mod master_can;
 #[cfg(target_os = "linux")]
 mod master_command;
 #[cfg(target_os = "linux")]
+mod node_panel;
+#[cfg(target_os = "linux")]
 mod nodes;
 #[cfg(target_os = "linux")]
 mod panel_api;
@@ -40,6 +42,7 @@ mod panel_api;
 mod panel_inputs;
 #[cfg(target_os = "linux")]
 mod panel_robustness;
+mod panel_stations;
 #[cfg(target_os = "linux")]
 mod state_dir;
 #[cfg(target_os = "linux")]

@@ -19,12 +19,12 @@ fn adapter(emulator: &Emulator) -> &str {
 }
 
 /// A master behind an adapter of its own.
-struct Master {
+pub(super) struct Master {
     stream: BufReader<TcpStream>,
 }
 
 impl Master {
-    fn open(place: &str) -> Self {
+    pub(super) fn open(place: &str) -> Self {
         let stream = TcpStream::connect(place).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
         stream.set_nodelay(true).unwrap();
@@ -33,12 +33,12 @@ impl Master {
         master
     }
 
-    fn send(&mut self, line: &str) {
+    pub(super) fn send(&mut self, line: &str) {
         self.stream.get_mut().write_all(format!("{line}\r").as_bytes()).unwrap();
     }
 
     /// The next frame with this identifier: its octets in hexadecimal.
-    fn frame(&mut self, id: u16) -> String {
+    pub(super) fn frame(&mut self, id: u16) -> String {
         let head = format!("t{id:03X}");
         loop {
             let mut line = Vec::new();
@@ -52,7 +52,7 @@ impl Master {
     }
 
     /// The answer to an SDO request of 8 octets.
-    fn sdo(&mut self, node: u16, request: &str) -> String {
+    pub(super) fn sdo(&mut self, node: u16, request: &str) -> String {
         self.send(&format!("t{:03X}8{request}", 0x600 + node));
         self.frame(0x580 + node)
     }
@@ -83,10 +83,29 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
         ),
         (&[], "name CANopen nodes"),
         (&["--node", "5,device=ap10", "--link", "slcan-tcp"], "--link"),
-        (&["--node", "5,device=ap10", "--fault", "no-reply"], "--fault is for drives on PROFIBUS"),
-        (&["--node", "5,device=ap10", "--quirk", "x=y"], "--quirk"),
+        (
+            &["--node", "5,device=ap10", "--fault", "no-reply"],
+            "'no-reply' is no fault of a node; expected boot-up-missing",
+        ),
+        (
+            &["--node", "5,device=ap10", "--fault", "sdo-lost,node=6"],
+            "--fault names node 6; there are the nodes 5",
+        ),
+        (
+            &["--node", "5,device=ap10", "--fault", "sdo-lost", "--fault", "sdo-late=1ms,node=5"],
+            "two faults of the same frames of one node",
+        ),
+        (
+            &["--node", "5,device=ap10", "--quirk", "x=y"],
+            "no node has a quirk 'x'; ap10 has sdo-codes, ascii",
+        ),
+        (&["--node", "5,device=ap10", "--quirk", "x"], "expected NAME=VALUE"),
+        (
+            &["--node", "5,device=ap10", "--quirk", "load=never"],
+            "quirk load cannot be 'never'; expected once or erase",
+        ),
         (&["--node", "5,device=ap10", "--slot-time", "100"], "--slot-time is for drives on PROFIBUS"),
-        (&["--node", "5,device=ap10", "--panel", "127.0.0.1:0"], "--panel is for drives on PROFIBUS"),
+        (&["--node", "5,device=ap10", "--panel", "8080"], "expected ADDR:PORT"),
         (&["--node", "5,device=ap10", "--baud", "10000"], "expected --baud with one of 125000, 250000"),
         (&["--node", "5,device=ap10", "--baud", "auto"], "expected --baud with one of 125000"),
     ] {

@@ -12,6 +12,7 @@
 //! | [`fault`] | frames lost, late, doubled, damaged on purpose |
 //! | [`line`](Line) | the bus in real time with the adapters of its masters |
 //! | [`node`](StoredNode) | a CANopen device as a participant, and its EEPROM |
+//! | [`node_fault`](NodeFault) | what nodes do wrong, as text |
 //! | [`product`](PRODUCTS) | the list of CANopen devices |
 //! | [`link_spec`](LinkSpec) | where masters find the bus |
 //! | [`endpoint`](CanEndpoint) | the bus from a master's end |
@@ -46,6 +47,7 @@ pub mod fault;
 mod line;
 mod link_spec;
 mod node;
+mod node_fault;
 mod participant;
 mod product;
 #[cfg(all(target_os = "linux", feature = "socketcan"))]
@@ -57,7 +59,8 @@ pub use endpoint::{CanEndpoint, SlcanEndpoint};
 pub use line::{Line, News, Stay};
 pub use link_spec::{LinkSpec, LinkSpecError};
 pub use node::StoredNode;
+pub use node_fault::{NodeFault, NodeFaultError};
 pub use participant::CanParticipant;
-pub use product::{Choices, OptionName, PRODUCTS, Product};
+pub use product::{Choices, ChosenQuirks, OptionName, PRODUCTS, Product, QuirkRow};
 #[cfg(all(target_os = "linux", feature = "socketcan"))]
 pub use socket::SocketCanEndpoint;
