@@ -97,8 +97,12 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
         // run.
         signals.stop.clear();
         let end = outcome.is_err() || signals.end.load(Ordering::SeqCst);
-        if signals.report.swap(false, Ordering::SeqCst) || end {
+        let asked = signals.report.swap(false, Ordering::SeqCst);
+        if asked || end {
             report(&bus);
+        }
+        if asked {
+            explain(&bus);
         }
         if end {
             break outcome;
@@ -234,7 +238,8 @@ impl News {
                 info!("{event}");
             }
             BusEvent::MovedToTakenAddress { .. } => warn!("{event}"),
-            BusEvent::Station { event: ref detail, .. } if detail.is_detail() => debug!("{event}"),
+            BusEvent::RateLost { .. } => warn!("{event}"),
+            _ if event.is_detail() => debug!("{event}"),
             BusEvent::Station { .. } | _ => info!("{event}"),
         }
     }
@@ -293,6 +298,15 @@ fn report(bus: &Bus) {
     for address in bus.addresses() {
         if let Some(counters) = bus.station_counters(address).filter(|station| station.requests.total() > 0) {
             info!("station {address}: {counters}");
+        }
+    }
+}
+
+/// Logs of every drive what keeps it from moving.
+fn explain(bus: &Bus) {
+    for address in bus.addresses() {
+        if let Some(device) = bus.station::<StoredDevice>(address) {
+            info!("station {address}: {}", device.device().why());
         }
     }
 }

@@ -2,10 +2,10 @@
 
 use core::fmt;
 
-use super::Refusal;
 use super::bits::StwBit;
 use super::refusal::Bit;
 use super::words::Words;
+use super::{Hint, Refusal};
 use crate::dp;
 use crate::drive::{self, DisableCause, Fault, Operation};
 use crate::fdl::FrameError;
@@ -47,6 +47,8 @@ pub enum Event {
     TelegramRefused(FrameError),
     /// A reply was dropped because its time was over.
     ReplyTooLate(TooLate),
+    /// Something is odd.
+    Hint(Hint),
     /// Events were lost because nobody took them in time.
     Lost {
         /// How many.
@@ -92,6 +94,7 @@ impl fmt::Display for Event {
             Self::ReplyTooLate(TooLate { after, limit }) => {
                 write!(f, "dropped a reply {after:?} after its request, expected at most {limit:?}")
             }
+            Self::Hint(hint) => hint.fmt(f),
             Self::Lost { events } => write!(f, "{events} more events were lost"),
         }
     }
@@ -131,6 +134,7 @@ impl Event {
             | Self::FactoryReset(_)
             | Self::TelegramRefused(_)
             | Self::ReplyTooLate(_)
+            | Self::Hint(_)
             | Self::Lost { .. } => false,
         }
     }
@@ -170,7 +174,8 @@ fn fmt_drive(f: &mut fmt::Formatter<'_>, event: &drive::Event, stw: Option<Stw>)
             | drive::Event::Stands { .. }
             | drive::Event::InchingStarted(_)
             | drive::Event::InchingEnded { .. }
-            | drive::Event::VelocityStarted { .. }
+            | drive::Event::VelocityStarted(_)
+            | drive::Event::VelocityChanged(_)
             | drive::Event::VelocityEnded
             | drive::Event::Acknowledged
             | drive::Event::Rearmed

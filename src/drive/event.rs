@@ -62,10 +62,9 @@ pub enum Event {
         position: i32,
     },
     /// The shaft turns with the velocity setpoint.
-    VelocityStarted {
-        /// The setpoint, limited to what the gear allows.
-        rpm: i32,
-    },
+    VelocityStarted(Velocity),
+    /// The velocity setpoint has changed while the shaft turns with it. Told at most once a second, the last value always.
+    VelocityChanged(Velocity),
     /// The velocity setpoint is no longer released and the shaft has run down.
     VelocityEnded,
     /// A fault was acknowledged: turning on is disabled.
@@ -109,6 +108,15 @@ pub struct Travel {
     pub rpm: i32,
 }
 
+/// A velocity setpoint, positive in counting direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Velocity {
+    /// As it was commanded, in rpm.
+    pub setpoint: i32,
+    /// Limited to what the gear allows, in rpm.
+    pub rpm: i32,
+}
+
 /// Which inching.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Inch {
@@ -131,7 +139,19 @@ pub enum Warning {
     LagError,
 }
 
+impl Warning {
+    /// Every warning.
+    pub const ALL: [Self; 3] = [Self::BatteryLow, Self::CurrentOutOfRange, Self::LagError];
+}
+
 impl Drive {
+    /// The setpoint that the shaft turns with; `None`: it does not turn with one.
+    #[inline]
+    pub(crate) fn velocity_in_force(&self, command: &Command) -> Option<Velocity> {
+        let velocity = || Velocity { setpoint: command.setpoint, rpm: self.velocity_setpoint(command) };
+        (self.state == State::VelocityTravelling && command.turn).then(velocity)
+    }
+
     /// Says what the last step, whose command was `command`, has changed between `before` and `after`.
     #[inline]
     pub(crate) fn tell(&self, before: &Status, after: &Status, command: &Command, say: impl FnMut(Event)) {
@@ -275,7 +295,10 @@ impl Drive {
 
     fn tell_velocity(&self, before: &Status, after: &Status, command: &Command, say: &mut impl FnMut(Event)) {
         match (before.state == State::VelocityTravelling, after.state == State::VelocityTravelling) {
-            (false, true) => say(Event::VelocityStarted { rpm: self.velocity_setpoint(command) }),
+            (false, true) => {
+                let rpm = self.velocity_setpoint(command);
+                say(Event::VelocityStarted(Velocity { setpoint: command.setpoint, rpm }));
+            }
             (true, false) if after.state != State::Off => say(Event::VelocityEnded),
             (true, false) | (false, false) | (true, true) => {}
         }
@@ -319,7 +342,8 @@ impl fmt::Display for Event {
             }
             Self::InchingStarted(Inch::Key(key)) => write!(f, "inching started with the {key} key"),
             Self::InchingEnded { position } => write!(f, "inching ended at position {position}"),
-            Self::VelocityStarted { rpm } => write!(f, "turning with {rpm} rpm"),
+            Self::VelocityStarted(velocity) => write!(f, "turning with {velocity}"),
+            Self::VelocityChanged(velocity) => write!(f, "velocity setpoint changed: {velocity}"),
             Self::VelocityEnded => f.write_str("no longer turning with the setpoint"),
             Self::Acknowledged => f.write_str("fault acknowledged, turning on is disabled"),
             Self::Rearmed => f.write_str("turning on is no longer disabled: operation can be enabled again"),
@@ -340,6 +364,18 @@ impl fmt::Display for Travel {
         } else {
             f.write_str("no limits: both are equal")
         }
+    }
+}
+
+impl fmt::Display for Velocity {
+    /// `20 rpm`, with the setpoint if that is not possible.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { setpoint, rpm } = self;
+        write!(f, "{rpm} rpm")?;
+        if setpoint == rpm {
+            return Ok(());
+        }
+        write!(f, ", the setpoint {setpoint} rpm is limited: the gear allows at most {} rpm", rpm.abs())
     }
 }
 

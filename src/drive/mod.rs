@@ -49,7 +49,7 @@ use thiserror::Error;
 
 use crate::param::{Gear, Model};
 
-pub use event::{DisableCause, Event, Inch, Travel, Warning};
+pub use event::{DisableCause, Event, Inch, Travel, Velocity, Warning};
 pub use faults::{Fault, FaultBuffer, FaultSet};
 pub use input_change::InputChange;
 pub use inputs::Inputs;

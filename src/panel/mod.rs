@@ -41,7 +41,7 @@
 //! | `server` | connections, their bounds, who is trusted |
 //! | `routes` | every path, the OpenAPI description |
 //! | `bus_access` | the queue to the thread of the bus |
-//! | `drives`, `inputs`, `switches`, `parameters`, `bus` | the handlers, by what they are about |
+//! | `drives`, `inputs`, `switches`, `parameters`, `why`, `bus` | the handlers, by what they are about |
 //! | `state`, `words` | a drive as JSON |
 //! | `stream` | server-sent events |
 //! | `problem` | refusals |
@@ -59,6 +59,7 @@ mod server;
 mod state;
 mod stream;
 mod switches;
+mod why;
 mod words;
 
 use core::net::SocketAddr;

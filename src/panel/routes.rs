@@ -13,7 +13,7 @@ use utoipa::OpenApi;
 use super::bus_access::Asking;
 use super::problem::{Problem, Problems};
 use super::stream::{Hub, Lost, NewsEvent, TelegramEvent};
-use super::{bus, drives, inputs, page, parameters, stream, switches};
+use super::{bus, drives, inputs, page, parameters, stream, switches, why};
 
 /// What the handlers share.
 #[derive(Clone)]
@@ -48,6 +48,7 @@ pub(super) fn router(app: App) -> Router {
         .route("/api/v1/drives/{address}/power", put(inputs::power))
         .route("/api/v1/drives/{address}/switches", get(switches::read).put(switches::set))
         .route("/api/v1/drives/{address}/parameters", get(parameters::list))
+        .route("/api/v1/drives/{address}/why", get(why::why))
         .route("/api/v1/bus", get(bus::state))
         .route(
             "/api/v1/bus/faults",
@@ -90,6 +91,7 @@ pub(super) fn router(app: App) -> Router {
         parameters::list,
         parameters::read,
         parameters::write,
+        why::why,
         bus::state,
         bus::faults,
         bus::add_fault,

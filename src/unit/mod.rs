@@ -10,6 +10,7 @@
 //! | `dip` | [`DipSwitches`]: ten switches |
 //! | `event` | [`Event`]: what has happened in the unit |
 //! | `image` | [`Image`]: what survives power-off, as octets |
+//! | `paced` | what can change in every cycle is told at most once a second |
 //! | `parameters` | reading and writing parameters, and what a write did |
 //! | `power` | [`Power`]: switching off and on, row 1 of `ag03.md` 8 |
 //! | `storage` | [`Eeprom`]: images the host keeps, and the acknowledgement that waits for them |
@@ -32,6 +33,7 @@ mod cycle;
 pub mod dip;
 mod event;
 mod image;
+mod paced;
 mod parameters;
 mod power;
 mod storage;
@@ -49,6 +51,7 @@ pub use parameters::Written;
 pub use power::{Power, Switched};
 pub use storage::{Eeprom, EepromState, Generation, NotStored, Outcome, StoreRequest};
 
+use paced::Paced;
 use storage::Storage;
 
 /// What a unit is made of.
@@ -106,6 +109,8 @@ pub struct Unit {
     storage: Option<Storage>,
     /// The cause of the latched fault was present behind the last step.
     fault_cause: bool,
+    /// What of the drive's events was told.
+    paced: Paced,
     events: Queue<Event, 16>,
 }
 
@@ -158,6 +163,7 @@ impl Unit {
             bus,
             storage,
             fault_cause: false,
+            paced: Paced::default(),
             events: Queue::default(),
         };
         unit.read_switches();
@@ -179,8 +185,16 @@ impl Unit {
         if let Some(fault) = new_fault {
             self.events.push(Event::Fault(fault));
         }
-        let events = &mut self.events;
-        self.drive.tell(&before, &self.status, command, |event| events.push(Event::Drive(event)));
+        let Self { drive, events, paced, status, .. } = self;
+        drive.tell(&before, status, command, |event| {
+            if let Some(event) = paced.pass(event) {
+                events.push(Event::Drive(event));
+            }
+        });
+        let velocity = drive.velocity_in_force(command);
+        if velocity.is_some() || paced.waits() {
+            paced.pass_time(dt, velocity, |event| events.push(Event::Drive(event)));
+        }
         if let Some(fault) = self.status.fault {
             self.tell_cause(fault, new_fault.is_some());
         }
@@ -202,7 +216,7 @@ impl Unit {
 
     /// Whether another step with the same command would change nothing.
     pub fn is_at_rest(&self) -> bool {
-        self.drive.is_at_rest() && !self.parameters_acted
+        self.drive.is_at_rest() && !self.parameters_acted && !self.paced.waits()
     }
 
     /// The drive as the last step or write left it.

@@ -68,6 +68,7 @@ mod generic_slave;
 mod gsd;
 #[cfg(feature = "std")]
 mod gsd_station;
+mod hints;
 mod layers;
 mod modular;
 mod oracle;
@@ -82,6 +83,7 @@ mod robustness;
 mod set_address;
 mod startup;
 mod story;
+mod told;
 mod travel_pictures;
 
 // The fuzz targets need it, too.

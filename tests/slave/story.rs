@@ -1,21 +1,18 @@
 //! A whole commissioning as `emulate` logs it at its default level: `docs/story.txt`, line by line.
 
-use crate::common;
+use crate::{common, told};
 
 use std::fmt::Write;
 use std::fs;
+use std::ops::{Deref, DerefMut};
 use std::path::Path;
 use std::time::Duration;
 
-use common::{CFG, IDENT, Line, MASTER, Reply};
+use common::{CFG, MASTER, Reply};
 use profidrive::device::{Event, UnitEvent};
 use profidrive::drive::{Fault, Inputs, Mode};
 use profidrive::param::{Pnu, Value};
-
-/// The outputs are sent this often, well below the watchdog time.
-const CYCLE: Duration = Duration::from_millis(20);
-/// Lock, watchdog 100 ms, Sync and Freeze enabled, min T_SDR 11, groups 1 and 3.
-const PRM: [u8; 7] = [0xB8, 10, 1, 11, IDENT[0], IDENT[1], 0x05];
+use told::{CYCLE, PRM, Told};
 
 #[test]
 fn a_commissioning_reads_as_the_committed_story() {
@@ -179,9 +176,22 @@ fn an_overflow_of_events_is_counted_and_said() {
 }
 
 struct Plant {
-    line: Line,
+    told: Told,
     story: String,
-    pkw: [u8; 8],
+}
+
+impl Deref for Plant {
+    type Target = Told;
+
+    fn deref(&self) -> &Told {
+        &self.told
+    }
+}
+
+impl DerefMut for Plant {
+    fn deref_mut(&mut self) -> &mut Told {
+        &mut self.told
+    }
 }
 
 impl Plant {
@@ -189,7 +199,7 @@ impl Plant {
         let mut story = String::new();
         story.push_str("# What the log of a drive says during a commissioning. '>' is what the user or the master does,\n");
         story.push_str("# indented what the drive says. Compared by tests/slave/story.rs.\n");
-        Self { line: Line::new(), story, pkw: [0; 8] }
+        Self { told: Told::new(), story }
     }
 
     fn exchanging() -> Self {
@@ -279,8 +289,9 @@ impl Plant {
         self.pkw = [0; 8];
         self.say(0x003B, 0, CYCLE);
         assert_eq!(self.line.device.status().mode, Mode::Velocity);
-        self.act("STW 004B, setpoint 20; 000B");
+        self.act("STW 004B, setpoint 20, then 40; 000B");
         self.say(0x004B, 20, Duration::from_secs(1));
+        self.say(0x004B, 40, Duration::from_secs(1));
         self.say(0x000B, 20, Duration::from_secs(2));
         self.act("battery 2.4 V");
         self.inputs(Inputs { battery: 2.4, ..Inputs::default() });
@@ -306,26 +317,8 @@ impl Plant {
     }
 
     fn tell(&mut self) {
-        for event in self.line.events.drain(..).filter(|event| !event.is_detail()) {
-            writeln!(self.story, "  {event}").unwrap();
-        }
-    }
-
-    fn inputs(&mut self, inputs: Inputs) {
-        self.line.device.set_inputs(self.line.now, inputs);
-    }
-
-    /// Exchanges these outputs for `time`, at least twice.
-    fn say(&mut self, stw: u16, setpoint: i32, time: Duration) {
-        let mut outputs = [0; 14];
-        outputs[..8].copy_from_slice(&self.pkw);
-        outputs[8..10].copy_from_slice(&stw.to_be_bytes());
-        outputs[10..].copy_from_slice(&setpoint.to_be_bytes());
-        let end = self.line.now.saturating_add(time);
-        self.line.exchange(&outputs);
-        while self.line.now < end {
-            self.line.wait(CYCLE);
-            self.line.exchange(&outputs);
+        for text in self.told.texts() {
+            writeln!(self.story, "  {text}").unwrap();
         }
     }
 }

@@ -89,6 +89,7 @@ impl Described {
             | dp::Event::SafeState { .. }
             | dp::Event::ApplicationSilent { .. }
             | dp::Event::ApplicationAborted { .. }
+            | dp::Event::Read { .. }
             | dp::Event::AddressSet { .. }
             | dp::Event::AddressRefused { .. } => {}
         }
