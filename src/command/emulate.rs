@@ -56,7 +56,7 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
         warn!("fault on purpose: {fault}");
     }
     // Next to the line, so that what faults do is seen.
-    let link = tap::tapped(link, args, &path, clock, panel.as_ref())?;
+    let (link, remarks) = tap::tapped(link, args, &path, clock, panel.as_ref())?;
     let mut link = Faulty::new(link, clock, &args.faults);
 
     let mut bus = Bus::on(rate, Timing::Untrue);
@@ -88,6 +88,7 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
             if let Some(panel) = &panel {
                 panel.tell(now, &event);
             }
+            remarks.say(&event);
             news.say(now, event);
             if news.nobody_is_left() {
                 signals.end();

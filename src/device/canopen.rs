@@ -82,6 +82,10 @@ pub trait CanopenDevice: Any + Send {
     /// The next event.
     fn poll_event(&mut self) -> Option<CanopenEvent>;
 
+    /// Says what keeps its drive from moving now, a sentence each, the most important first. Nothing: it moves, waits
+    /// for a start, or has no drive.
+    fn why(&self, _say: &mut dyn FnMut(&dyn fmt::Display)) {}
+
     /// When [`handle_timeout`](Self::handle_timeout) is due.
     fn poll_timeout(&self) -> Option<Instant>;
 

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use super::bits::StwBit;
+use super::job::Job;
 use super::refusal::Bit;
 use super::words::Words;
 use super::{Hint, Refusal};
@@ -60,7 +61,7 @@ impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Dp(event) => event.fmt(f),
-            Self::JobRefused(refusal) => refusal.fmt(f),
+            Self::JobRefused(refusal) => Job(refusal).fmt(f),
             Self::CommandRefused(refusal) => refusal.fmt(f),
             Self::Fault(fault) => write!(f, "fault {fault}"),
             Self::Drive { event, stw } => fmt_drive(f, event, *stw),

@@ -21,6 +21,7 @@
 //! | `flow_charts` | the control words that the manual prints |
 //! | `event` | [`Event`]: news for the host |
 //! | [`hint`] | [`Hint`](hint::Hint): what is odd, said once |
+//! | `job` | [`JobText`]: why a PKW job was not executed, and what to send instead |
 //! | `parameters` | the parameters of the unit as the parameter channel reaches them |
 //! | `quirks` | [`QUIRKS`]: every named alternative |
 //! | [`ap10_canopen`] | the position indicator AP10 on CANopen, an object of its own |
@@ -39,6 +40,7 @@ mod config;
 mod event;
 pub mod flow_charts;
 pub mod hint;
+mod job;
 pub mod parameters;
 mod quirks;
 mod refusal;
@@ -67,6 +69,7 @@ pub use canopen::{CanopenDevice, CanopenEvent, RecallError};
 pub use config::{Config, Timing};
 pub use event::Event;
 pub use hint::Hint;
+pub use job::JobText;
 pub use quirks::{QUIRKS, Quirk, QuirkError};
 pub use refusal::{Reason, Refusal};
 pub use why::{Hindrance, Why};

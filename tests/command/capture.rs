@@ -147,7 +147,13 @@ fn a_corrupted_reply_is_captured_as_it_was_sent_and_says_why_it_is_no_telegram()
     assert_eq!(code, Some(0));
     let found: Vec<_> = packets(&path)
         .into_iter()
-        .map(|packet| (is_sent(&packet), packet.octets, packet.comment.is_some()))
+        .map(|packet| {
+            (
+                is_sent(&packet),
+                packet.octets,
+                packet.comment.is_some_and(|text| text.starts_with("invalid: ")),
+            )
+        })
         .collect();
     let expected = [
         (true, ask.to_vec(), false),

@@ -19,6 +19,8 @@ mod mirror;
 #[path = "../telegrams/mod.rs"]
 mod telegrams;
 
+#[cfg(feature = "std")]
+mod hints;
 #[cfg(target_os = "linux")]
 mod host_pty;
 #[cfg(feature = "std")]

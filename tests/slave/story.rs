@@ -150,7 +150,8 @@ fn what_comes_in_every_cycle_is_detail() {
         plant.line.global_control(0x14, 0);
         plant.say(0x000B, 0, CYCLE);
         let v_pos = Pnu::new(1004).unwrap();
-        plant.line.device.write_parameter(plant.line.now, v_pos, None, Value::Word(30)).unwrap();
+        let line = &mut plant.line;
+        line.device.write_parameter(line.now, v_pos, None, Value::Word(30)).unwrap();
         plant.say(0x000B, 0, CYCLE);
     }
     assert!(plant.line.events.len() >= 40);
@@ -210,9 +211,11 @@ impl Plant {
 
     fn start_up(&mut self) {
         self.act("power off and on");
-        self.line.device.power_off(self.line.now);
+        let line = &mut self.line;
+        line.device.power_off(line.now);
         self.line.wait(CYCLE);
-        self.line.device.power_on(self.line.now);
+        let line = &mut self.line;
+        line.device.power_on(line.now);
         self.line.wait(CYCLE);
         self.act("Set_Prm with ident number 1234");
         self.line.request(MASTER, Some(61), &[0x88, 10, 1, 11, 0x12, 0x34, 0]);
@@ -285,7 +288,8 @@ impl Plant {
         self.say(0x003B, 16_000, CYCLE);
         self.act("panel: PNU 930 = 1, velocity mode");
         let mode = Pnu::new(930).unwrap();
-        self.line.device.write_parameter(self.line.now, mode, None, Value::Word(1)).unwrap();
+        let line = &mut self.line;
+        line.device.write_parameter(line.now, mode, None, Value::Word(1)).unwrap();
         self.pkw = [0; 8];
         self.say(0x003B, 0, CYCLE);
         assert_eq!(self.line.device.status().mode, Mode::Velocity);
@@ -305,7 +309,8 @@ impl Plant {
         self.act("the master is silent");
         self.line.wait(Duration::from_millis(300));
         self.act("power off");
-        self.line.device.power_off(self.line.now);
+        let line = &mut self.line;
+        line.device.power_off(line.now);
         self.line.wait(CYCLE);
         self.tell();
     }

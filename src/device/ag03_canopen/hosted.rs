@@ -1,5 +1,7 @@
 //! The drive as hosts run it.
 
+use core::fmt;
+
 use super::Ag03Node;
 use crate::can::{ErrorState, Frame};
 use crate::canopen::NodeId;
@@ -46,6 +48,10 @@ impl CanopenDevice for Ag03Node {
 
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
         Self::poll_transmit(self, now)
+    }
+
+    fn why(&self, say: &mut dyn FnMut(&dyn fmt::Display)) {
+        Self::why(self).for_each(|hindrance| say(&hindrance));
     }
 
     fn poll_event(&mut self) -> Option<CanopenEvent> {

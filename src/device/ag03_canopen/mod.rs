@@ -38,6 +38,7 @@ pub mod objects;
 mod part;
 mod quirks;
 pub mod state;
+mod why;
 pub mod words;
 
 use core::time::Duration;
@@ -56,6 +57,7 @@ use crate::unit::{
 pub use config::Config;
 pub use event::Event;
 pub use quirks::{QUIRKS, Quirk, QuirkError, Quirks};
+pub use why::Hindrance;
 
 use part::Part;
 use state::State;

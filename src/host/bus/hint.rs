@@ -13,6 +13,9 @@ const NOISE: u32 = 20;
 /// So many requests in vain to one address are no look-around.
 const IN_VAIN: u8 = 3;
 
+/// So many addresses are followed at a time; a master that asks more of them looks around.
+const FOLLOWED: usize = 4;
+
 /// Two masters that were both heard in this time are on the line at the same time.
 const TOGETHER: Duration = Duration::from_secs(1);
 
@@ -75,8 +78,10 @@ pub(super) struct Watch {
     noise_said: Option<Instant>,
     /// Who has sent a telegram.
     heard: Addresses,
-    /// The address that was asked in vain last, and how often.
-    in_vain: Option<(Address, u8)>,
+    /// The addresses that were asked in vain last, and how often.
+    in_vain: [Option<(Address, u8)>; FOLLOWED],
+    /// Whose place the next one takes.
+    next: usize,
     /// The addresses for which that was said, and when the last time.
     missed: (Addresses, Option<Instant>),
     /// The master heard last, and when.
@@ -90,7 +95,8 @@ impl Watch {
             noise: 0,
             noise_said: None,
             heard: Addresses::NONE,
-            in_vain: None,
+            in_vain: [None; FOLLOWED],
+            next: 0,
             missed: (Addresses::NONE, None),
             master: None,
             second_said: None,
@@ -156,12 +162,7 @@ impl Watch {
         if asked.is_broadcast() || self.heard.contains(asked) {
             return None;
         }
-        let times = match self.in_vain {
-            Some((address, times)) if address == asked => times.saturating_add(1),
-            Some(_) | None => 1,
-        };
-        self.in_vain = Some((asked, times));
-        if times < IN_VAIN {
+        if self.times_asked(asked) < IN_VAIN {
             return None;
         }
         let (said, at) = &mut self.missed;
@@ -172,6 +173,22 @@ impl Watch {
         }
         said.add(asked);
         Some(LineHint::NobodyThere { master, asked, there: there() })
+    }
+}
+
+impl Watch {
+    /// How often this address was asked, this time included, since it is followed.
+    fn times_asked(&mut self, asked: Address) -> u8 {
+        let known = self.in_vain.iter_mut().flatten().find(|(address, _)| *address == asked);
+        if let Some((_, times)) = known {
+            *times = times.saturating_add(1);
+            return *times;
+        }
+        if let Some(place) = self.in_vain.get_mut(self.next) {
+            *place = Some((asked, 1));
+        }
+        self.next = (self.next + 1) % FOLLOWED;
+        1
     }
 }
 
