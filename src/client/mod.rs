@@ -12,7 +12,8 @@ mod drive;
 mod pkw;
 
 pub use drive::{
-    Ag03Channel, DriveClient, Findings, Goal, GoalError, GoalOutcome, Limits, Obstacle, Obstacles, ZswPattern,
+    Ag03Channel, DriveClient, Findings, Goal, GoalError, GoalOutcome, Limits, Obstacle, Obstacles, Why,
+    ZswPattern,
 };
 pub use pkw::{
     ArrayJobs, ErrorCode, Images, Job, Limit, Memory, NotSubmitted, Outcome, PkwClient, PkwError, Profile,

@@ -87,7 +87,12 @@ impl fmt::Display for Event {
                         "switched on with SW8 ON (SW1 to SW10: {switches}), bus terminator {terminator}"
                     )
                 } else {
-                    write!(f, "switched on at address {}, bus terminator {terminator}", switches.address())
+                    write!(f, "switched on at address {}", switches.address())?;
+                    // The highest number is no address.
+                    if switches.number() != switches.address().number() {
+                        write!(f, " (SW1 to SW7 are set to {}, which is none)", switches.number())?;
+                    }
+                    write!(f, ", bus terminator {terminator}")
                 }
             }
             Self::FactoryReset(set) => unit::Event::FactoryReset(*set).fmt(f),

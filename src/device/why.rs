@@ -87,7 +87,13 @@ impl Why {
     }
 
     /// What keeps it from moving, the most important first. None: it moves, or waits for a start.
-    pub fn hindrances(&self) -> impl Iterator<Item = Hindrance> {
+    pub fn hindrances(&self) -> impl Iterator<Item = Hindrance> + use<> {
+        let moving = self.moving;
+        self.against_start().filter(move |_| !moving)
+    }
+
+    /// What stands against another start now, whether or not it moves: an active travel job does, too.
+    pub fn against_start(&self) -> impl Iterator<Item = Hindrance> + use<> {
         let Self { power, dp, prm_fault, cfg_fault, at_126, sync, mode, .. } = *self;
         let on = power == Power::On;
         let waits_for_prm = on && !at_126 && dp == dp::State::WaitPrm;
@@ -104,7 +110,7 @@ impl Why {
             (velocity && !StwBit::Start.is_set(self.stw), Hindrance::NotReleased),
             (velocity && self.setpoint_zero, Hindrance::SetpointZero),
         ];
-        let refusal = self.refusal.filter(|_| on && !self.moving);
+        let refusal = self.refusal.filter(|_| on);
         let reasons = refusal.into_iter().flat_map(Refusal::into_reasons).map(Hindrance::Drive);
         let applies = |(applies, hindrance): (bool, Hindrance)| applies.then_some(hindrance);
         first.into_iter().filter_map(applies).chain(reasons).chain(last.into_iter().filter_map(applies))
@@ -189,7 +195,7 @@ impl fmt::Display for Text {
                 "there is no Data_Exchange at address 126: set another address with SW1 to SW7 and switch off and on",
             ),
             Hindrance::NoParameters { refused: true, .. } => f.write_str(
-                "no master exchanges data with the drive, the last Set_Prm was refused (Slave_Diag octet 2 bit 6, \
+                "no master exchanges data with the drive, the last Set_Prm was refused (Slave_Diag octet 1 bit 6, \
                  Prm_Fault): correct the master's project, the log says what is wrong",
             ),
             Hindrance::NoParameters { refused: false, cfg_refused: true } => f.write_str(

@@ -12,13 +12,13 @@ use crate::telegrams::telegram;
 /// Time passes from one telegram to the next.
 const CYCLE: Duration = Duration::from_millis(10);
 
-struct Line {
-    bus: Bus,
-    now: Instant,
+pub(crate) struct Line {
+    pub(crate) bus: Bus,
+    pub(crate) now: Instant,
 }
 
 impl Line {
-    fn with(addresses: &[u8]) -> Self {
+    pub(crate) fn with(addresses: &[u8]) -> Self {
         let mut bus = Bus::new();
         for number in addresses {
             bus.add(Device::new(Config::new(Address::station(*number).unwrap()), Instant::ZERO)).unwrap();
@@ -26,7 +26,7 @@ impl Line {
         Self { bus, now: Instant::ZERO }
     }
 
-    fn hear(&mut self, octets: &[u8]) {
+    pub(crate) fn hear(&mut self, octets: &[u8]) {
         self.now = self.now.saturating_add(CYCLE);
         self.bus.handle_timeout(self.now);
         self.bus.handle_bytes(self.now, octets);
@@ -38,11 +38,17 @@ impl Line {
     }
 
     /// A request of `master` to station `da` by this service.
-    fn ask(&mut self, master: u8, da: u8, service: Service, dsap: Option<u8>) {
+    pub(crate) fn ask(&mut self, master: u8, da: u8, service: Service, dsap: Option<u8>) {
         self.hear(&telegram(da, master, FunctionCode::request(service, FrameCount::First), dsap, &[]));
     }
 
-    fn hints(&mut self) -> Vec<String> {
+    /// What has happened, without detail.
+    pub(crate) fn texts(&mut self) -> Vec<String> {
+        let news = core::iter::from_fn(|| self.bus.poll_event());
+        news.filter(|event| !event.is_detail()).map(|event| event.to_string()).collect()
+    }
+
+    pub(crate) fn hints(&mut self) -> Vec<String> {
         let news = core::iter::from_fn(|| self.bus.poll_event());
         news.filter(|event| matches!(event, BusEvent::Hint(_))).map(|event| event.to_string()).collect()
     }

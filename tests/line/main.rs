@@ -16,6 +16,8 @@ mod faulty_disk;
 mod long;
 #[path = "../mirror/mod.rs"]
 mod mirror;
+#[path = "../said/mod.rs"]
+mod said;
 #[path = "../telegrams/mod.rs"]
 mod telegrams;
 
@@ -46,3 +48,5 @@ mod plant;
 mod slcan;
 #[cfg(all(target_os = "linux", feature = "serial"))]
 mod slot_time;
+#[cfg(feature = "std")]
+mod what_it_says;

@@ -22,6 +22,8 @@ mod common;
 mod drive_rig;
 #[path = "../long/mod.rs"]
 mod long;
+#[path = "../said/mod.rs"]
+mod said;
 #[path = "../slave_line/mod.rs"]
 mod slave_line;
 #[path = "../telegrams/mod.rs"]
@@ -85,6 +87,7 @@ mod startup;
 mod story;
 mod told;
 mod travel_pictures;
+mod what_it_says;
 
 // The fuzz targets need it, too.
 use fuzz_corpus::invariants::canopen_device;

@@ -119,7 +119,7 @@ impl Start {
         let stands_against =
             |hindrance: &Hindrance| !matches!(hindrance, Hindrance::NotReleased | Hindrance::SetpointZero);
         let reasons: Vec<_> =
-            why.hindrances().filter(stands_against).map(|found| ReasonText::of(&why, found)).collect();
+            why.against_start().filter(stands_against).map(|found| ReasonText::of(&why, found)).collect();
         Self { possible: reasons.is_empty(), reasons, next: why.next().map(|next| next.to_string()) }
     }
 }
