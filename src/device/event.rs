@@ -63,7 +63,13 @@ impl fmt::Display for Event {
             Self::Dp(event) => event.fmt(f),
             Self::JobRefused(refusal) => Job(refusal).fmt(f),
             Self::CommandRefused(refusal) => refusal.fmt(f),
-            Self::Fault(fault) => write!(f, "fault {fault}"),
+            Self::Fault(fault) => write!(
+                f,
+                "fault {fault}: {}; next: acknowledge it ({} from 0 to 1), then give OFF1 once ({} = 0)",
+                fault.cure(),
+                Bit(StwBit::Acknowledge),
+                Bit(StwBit::On)
+            ),
             Self::Drive { event, stw } => fmt_drive(f, event, *stw),
             Self::Unit(unit::Event::FaultCauseGone(fault)) => {
                 write!(

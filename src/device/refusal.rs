@@ -198,7 +198,8 @@ impl fmt::Display for ReasonText {
                         write!(
                             f,
                             "{text}: give a setpoint from {} to {}, or change the limits ({Limits})",
-                            drive.lower_limit, drive.upper_limit
+                            drive.lengths.position(drive.lower_limit.into()),
+                            drive.lengths.position(drive.upper_limit.into())
                         )
                     }
                     drive::Reason::LoopPointAboveUpperLimit | drive::Reason::LoopPointBelowLowerLimit => {
@@ -228,11 +229,14 @@ impl fmt::Display for ReasonText {
                         Bit(StwBit::Inching1),
                         Bit(StwBit::Inching2)
                     ),
-                    drive::Reason::SwitchedOff
-                    | drive::Reason::NoSupply
-                    | drive::Reason::NoOutputStage
-                    | drive::Reason::NotAsked
-                    | drive::Reason::BeyondEncoder => text.fmt(f),
+                    drive::Reason::NoSupply => {
+                        write!(f, "{text}: switch it on (PNU 1040, 1041 show the voltages)")
+                    }
+                    drive::Reason::NoOutputStage => write!(f, "{text}: switch it on"),
+                    drive::Reason::BeyondEncoder => {
+                        write!(f, "{text}: give a setpoint nearer to the position 0 of the encoder")
+                    }
+                    drive::Reason::SwitchedOff | drive::Reason::NotAsked => text.fmt(f),
                 }
             }
         }
@@ -278,7 +282,7 @@ impl fmt::Display for Bit {
 impl fmt::Display for Refusal {
     /// One line: the request, every unmet condition, and the control words that help.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} refused", self.drive.request)?;
+        write!(f, "{} refused", self.drive.asked())?;
         for (index, reason) in self.reasons().enumerate() {
             write!(f, "{}{}", if index == 0 { ": " } else { "; " }, self.text(reason))?;
         }

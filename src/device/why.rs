@@ -111,7 +111,10 @@ impl Why {
             (velocity && self.setpoint_zero, Hindrance::SetpointZero),
         ];
         let refusal = self.refusal.filter(|_| on);
-        let reasons = refusal.into_iter().flat_map(Refusal::into_reasons).map(Hindrance::Drive);
+        // Outside Data_Exchange the control word counts as 0.
+        let exchanging = dp == dp::State::DataExch;
+        let reasons = refusal.into_iter().flat_map(Refusal::into_reasons);
+        let reasons = reasons.filter(move |reason| exchanging || !is_of_word(*reason)).map(Hindrance::Drive);
         let applies = |(applies, hindrance): (bool, Hindrance)| applies.then_some(hindrance);
         first.into_iter().filter_map(applies).chain(reasons).chain(last.into_iter().filter_map(applies))
     }
@@ -136,6 +139,20 @@ impl Why {
             None if self.mode == Mode::Velocity && StwBit::Start.is_set(self.stw) => None,
             None => Some(Next::Start(self.stw.raw() ^ StwBit::Start.mask())),
         }
+    }
+}
+
+/// Whether it comes from the control word alone.
+const fn is_of_word(reason: Reason) -> bool {
+    match reason {
+        Reason::Off2 | Reason::Off1 | Reason::Off1NotSeen => true,
+        Reason::Drive(reason) => matches!(
+            reason,
+            drive::Reason::NotAsked
+                | drive::Reason::NotEnabled
+                | drive::Reason::Stop
+                | drive::Reason::IntermediateStop
+        ),
     }
 }
 

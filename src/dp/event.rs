@@ -205,7 +205,9 @@ impl fmt::Display for Event {
                      unlock the slave (Set_Prm with Unlock_Req), or switch the slave off and on"
                 )
             }
-            Self::Released { master } => write!(f, "unlocked by master {master} (Unlock_Req)"),
+            Self::Released { master } => {
+                write!(f, "unlocked by master {master} (Unlock_Req), waits for Set_Prm")
+            }
             Self::DataExchange { master, configuration } => {
                 write!(f, "in Data_Exchange with master {master}, configuration {configuration}")
             }
@@ -213,7 +215,11 @@ impl fmt::Display for Event {
                 write!(f, "refused the configuration of master {master}: {fault}")
             }
             Self::WrongOutputLength { master, expected, got } => {
-                write!(f, "left Data_Exchange: master {master} sent {got} output octets, expected {expected}")
+                write!(
+                    f,
+                    "left Data_Exchange: master {master} sent {got} output octets, expected {expected}: use the configuration that \
+                     it checked with Chk_Cfg"
+                )
             }
             Self::WatchdogExpired { master, after } => {
                 write!(

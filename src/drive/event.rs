@@ -7,6 +7,7 @@ use core::fmt;
 use super::motion::rpm;
 use super::states::{Direction, Inching, Key, Motor, State};
 use super::{Command, Drive, Limits, Mode, Operation, Status};
+use crate::param::Position;
 
 /// Something that has happened in the drive, without words of a bus. `Display` is one line of plain English.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,34 +33,34 @@ pub enum Event {
     },
     /// The travel job goes on.
     Resumed {
-        /// Its target in user units.
-        target: i32,
+        /// Its target.
+        target: Position,
     },
     /// The travel job has ended in the position window of its target.
     TargetReached {
-        /// Actual position in user units.
-        position: i32,
-        /// The target in user units.
-        target: i32,
+        /// Actual position.
+        position: Position,
+        /// The target.
+        target: Position,
     },
     /// The travel job has ended without reaching its target.
     Discarded {
-        /// Its target in user units.
-        target: i32,
-        /// Actual position in user units.
-        position: i32,
+        /// Its target.
+        target: Position,
+        /// Actual position.
+        position: Position,
     },
     /// A shaft that had to brake stands.
     Stands {
-        /// Actual position in user units.
-        position: i32,
+        /// Actual position.
+        position: Position,
     },
     /// Inching has started or changed its direction.
     InchingStarted(Inch),
     /// Inching has ended.
     InchingEnded {
-        /// Actual position in user units.
-        position: i32,
+        /// Actual position.
+        position: Position,
     },
     /// The shaft turns with the velocity setpoint.
     VelocityStarted(Velocity),
@@ -95,14 +96,14 @@ pub enum DisableCause {
     Supply,
 }
 
-/// A travel job that has started, in user units.
+/// A travel job that has started.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Travel {
     /// Where it leads to.
-    pub target: i32,
+    pub target: Position,
     /// Actual position.
-    pub position: i32,
-    /// The limits in force.
+    pub position: Position,
+    /// The limits in force, in user units.
     pub limits: Limits,
     /// The speed of the job.
     pub rpm: i32,
@@ -152,6 +153,11 @@ impl Drive {
         (self.state == State::VelocityTravelling && command.turn).then(velocity)
     }
 
+    /// A position in user units, with the unit that is in force.
+    pub(super) const fn place(&self, position: i32) -> Position {
+        self.frame.lengths.position(position as i64)
+    }
+
     /// Says what the last step, whose command was `command`, has changed between `before` and `after`.
     #[inline]
     pub(crate) fn tell(&self, before: &Status, after: &Status, command: &Command, say: impl FnMut(Event)) {
@@ -197,7 +203,7 @@ impl Drive {
         let paused =
             matches!(before.state, State::Pausing { .. }) && matches!(after.state, State::Paused { .. });
         if stood || stopped || paused {
-            say(Event::Stands { position: after.position });
+            say(Event::Stands { position: self.place(after.position) });
         }
         for (warning, was, is) in [
             (Warning::BatteryLow, before.battery_low, after.battery_low),
@@ -233,12 +239,13 @@ impl Drive {
         let travels =
             |state| matches!(state, State::TravelActive | State::Pausing { .. } | State::Paused { .. });
         let started = after.state != State::Off && before.jobs != after.jobs;
-        let position = after.position;
-        let target = self.setpoint;
+        let position = self.place(after.position);
+        let target = self.place(self.setpoint);
         if started {
             let limits = self.frame.limits;
             let rpm = super::scale::round(rpm(self.job.dynamics.speed));
-            say(Event::TravelStarted(Travel { target, position: before.position, limits, rpm }));
+            let position = self.place(before.position);
+            say(Event::TravelStarted(Travel { target, position, limits, rpm }));
         } else if travels(before.state) && after.state == State::TravelActive && before.state != after.state {
             say(Event::Resumed { target });
         }
@@ -289,7 +296,7 @@ impl Drive {
         let inches =
             |state| matches!(state, State::Inching(_) | State::KeyInching(_) | State::KeyInchingEnding);
         if inches(before.state) && !inches(after.state) {
-            say(Event::InchingEnded { position: after.position });
+            say(Event::InchingEnded { position: self.place(after.position) });
         }
     }
 
@@ -360,7 +367,8 @@ impl fmt::Display for Travel {
         let Self { target, position, limits, rpm } = self;
         write!(f, "travel to {target} started from {position} with {rpm} rpm, ")?;
         if limits.are_monitored() {
-            write!(f, "limits {} to {}", limits.lower(), limits.upper())
+            let place = |limit: i32| position.lengths().position(limit.into());
+            write!(f, "limits {} to {}", place(limits.lower()), place(limits.upper()))
         } else {
             f.write_str("no limits: both are equal")
         }

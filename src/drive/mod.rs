@@ -47,7 +47,7 @@ use core::time::Duration;
 
 use thiserror::Error;
 
-use crate::param::{Gear, Model};
+use crate::param::{Gear, Lengths, Model};
 
 pub use event::{DisableCause, Event, Inch, Travel, Velocity, Warning};
 pub use faults::{Fault, FaultBuffer, FaultSet};
@@ -199,11 +199,14 @@ struct Frame {
     mode: Mode,
     scale: Scale,
     limits: Limits,
+    /// What positions are counted in.
+    lengths: Lengths,
 }
 
 impl Frame {
     fn of(settings: &Settings) -> Self {
-        Self { mode: settings.mode, scale: Scale::new(settings), limits: settings.limits }
+        let lengths = Lengths::of_spindle_pitch(settings.spindle_pitch.into());
+        Self { mode: settings.mode, scale: Scale::new(settings), limits: settings.limits, lengths }
     }
 }
 

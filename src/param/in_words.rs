@@ -38,6 +38,18 @@ pub struct Position {
     lengths: Lengths,
 }
 
+impl Position {
+    /// As the drive counts it.
+    pub const fn number(self) -> i64 {
+        self.number
+    }
+
+    /// What it counts.
+    pub const fn lengths(self) -> Lengths {
+        self.lengths
+    }
+}
+
 impl fmt::Display for Position {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.lengths {

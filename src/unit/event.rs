@@ -89,7 +89,7 @@ impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::CommandRefused(refusal) => refusal.fmt(f),
-            Self::Fault(fault) => write!(f, "fault {fault}"),
+            Self::Fault(fault) => write!(f, "fault {fault}: {}", fault.cure()),
             Self::FaultCauseGone(fault) => {
                 write!(f, "the cause of fault {fault} is gone: acknowledge the fault")
             }

@@ -31,7 +31,7 @@ fn a_line() {
             }),
             row("B-02", "only octets that are no telegram: wrong rate, or A and B exchanged", || {
                 let mut line = Line::with(&[5]);
-                (0..20).for_each(|octet| line.hear(&[0x40 + octet]));
+                (0..30).for_each(|octet| line.hear_noise(0x40 + octet));
                 line.hints()
             }),
             row("B-03", "two masters at the same time", || {

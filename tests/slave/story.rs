@@ -93,15 +93,15 @@ fn each_refusal_names_cause_place_and_cure() {
             0x004B,
             5,
             0x000B,
-            "travel to 5 refused: stop is given (STW.4 = 0); intermediate stop is given (STW.5 = 0); next: send STW 007B, \
+            "travel to 5 inc refused: stop is given (STW.4 = 0); intermediate stop is given (STW.5 = 0); next: send STW 007B, \
              then 003B",
         ),
         (
             0x007B,
             1_200_000,
             0x003B,
-            "travel to 1200000 refused: setpoint is above the upper limit (1000000): give a setpoint from -1000000 to \
-             1000000, or change the limits (PNU 1016, 1017)",
+            "travel to 1200000 inc refused: setpoint is above the upper limit (1000000 inc): give a setpoint from -1000000 inc to \
+             1000000 inc, or change the limits (PNU 1016, 1017)",
         ),
         (
             0x0200,

@@ -296,7 +296,6 @@ fn faults() {
             told.texts()
         }
     };
-    let mut rows: Vec<Row<'_>> = Vec::new();
     let names: Vec<_> = Fault::ALL
         .into_iter()
         .filter(|fault| !matches!(fault, Fault::H | Fault::I))
@@ -305,6 +304,7 @@ fn faults() {
             (fault, format!("F-{:02}", number + 1), format!("the cause of fault {fault:?} acts"))
         })
         .collect();
+    let mut rows: Vec<Row<'_>> = Vec::new();
     for (fault, id, done) in &names {
         rows.push((id, done, Box::new(provoked(*fault))));
     }

@@ -54,7 +54,74 @@ impl Ag03Node {
 
 /// Whether [`Hindrance::State`] says it already.
 const fn is_of_state(reason: drive::Reason) -> bool {
-    matches!(reason, drive::Reason::NotAsked | drive::Reason::NotEnabled | drive::Reason::TurnOnDisabled)
+    matches!(
+        reason,
+        drive::Reason::NotAsked
+            | drive::Reason::NotEnabled
+            | drive::Reason::TurnOnDisabled
+            | drive::Reason::FaultLatched
+    )
+}
+
+/// A refused command in one line, with the bits and objects of CANopen.
+pub(super) struct Refused<'a>(pub(super) &'a drive::Refusal);
+
+impl fmt::Display for Refused<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(refusal) = self;
+        write!(f, "{} refused", refusal.asked())?;
+        for (place, reason) in refusal.reasons().enumerate() {
+            write!(f, "{}{}", if place == 0 { ": " } else { "; " }, Text { refusal, reason })?;
+        }
+        Ok(())
+    }
+}
+
+/// A reason with what to do on CANopen.
+struct Text<'a> {
+    refusal: &'a drive::Refusal,
+    reason: drive::Reason,
+}
+
+impl fmt::Display for Text<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.refusal.text(self.reason).fmt(f)?;
+        match self.reason {
+            drive::Reason::NotAsked | drive::Reason::NotEnabled => {
+                f.write_str(": send 6040h = 0006h, then 0007h, then 000Fh")
+            }
+            drive::Reason::FaultLatched => {
+                write!(f, ": remove its cause, then 6040h bit {} from 0 to 1", CwBit::FaultReset.number())
+            }
+            drive::Reason::FaultCause => f.write_str(": remove it, then acknowledge again"),
+            drive::Reason::Stop | drive::Reason::IntermediateStop => {
+                write!(f, " (6040h bit {} = 1)", CwBit::Stop.number())
+            }
+            drive::Reason::AboveUpperLimit
+            | drive::Reason::BelowLowerLimit
+            | drive::Reason::SetpointAboveUpperLimit
+            | drive::Reason::SetpointBelowLowerLimit
+            | drive::Reason::LoopPointAboveUpperLimit
+            | drive::Reason::LoopPointBelowLowerLimit => f.write_str(", or change the limits (607Dh)"),
+            drive::Reason::BothInching => write!(
+                f,
+                ": set only one of 6040h bits {}, {} and {}",
+                CwBit::Inching1.number(),
+                CwBit::Inching2Positive.number(),
+                CwBit::Inching2Negative.number()
+            ),
+            drive::Reason::ShaftTurns => f.write_str(": wait until it stands"),
+            drive::Reason::NoSupply | drive::Reason::NoOutputStage => f.write_str(": switch it on"),
+            drive::Reason::SwitchedOff
+            | drive::Reason::TurnOnDisabled
+            | drive::Reason::StartHeld
+            | drive::Reason::JobActive
+            | drive::Reason::JobPaused
+            | drive::Reason::InchingActive
+            | drive::Reason::VelocityMode
+            | drive::Reason::BeyondEncoder => Ok(()),
+        }
+    }
 }
 
 impl fmt::Display for Hindrance {
@@ -78,14 +145,14 @@ impl fmt::Display for Hindrance {
                     }
                     State::Fault => write!(
                         f,
-                        "remove the cause, then send 6040h = 0000h, then 0080h (bit {}), then 0006h, then 0007h, then \
+                        "a fault is latched (1001h, 603Fh): remove the cause, then send 6040h = 0000h, then 0080h (bit {}), then 0006h, then 0007h, then \
                          000Fh",
                         CwBit::FaultReset.number()
                     ),
                     State::OperationEnabled => f.write_str("operation is enabled"),
                 }
             }
-            Self::Drive { refusal, reason } => refusal.text(*reason).fmt(f),
+            Self::Drive { refusal, reason } => Text { refusal, reason: *reason }.fmt(f),
         }
     }
 }

@@ -83,7 +83,13 @@ impl Watch {
     }
 
     /// The drive has followed the control word `stw`; `before` is its status as it was.
+    #[inline]
     pub(in crate::device) fn commanded(&mut self, stw: Stw, before: &Status) -> Option<Hint> {
+        if stw == self.stw { None } else { self.commanded_anew(stw, before) }
+    }
+
+    #[inline(never)]
+    fn commanded_anew(&mut self, stw: Stw, before: &Status) -> Option<Hint> {
         let last = self.stw;
         let acknowledges = StwBit::Acknowledge.is_set(stw) && !StwBit::Acknowledge.is_set(last);
         if acknowledges && before.turn_on_disabled && StwBit::On.is_set(stw) {

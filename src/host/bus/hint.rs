@@ -76,7 +76,7 @@ pub(super) struct Watch {
     /// Refused octets since the last telegram.
     noise: u32,
     noise_said: Option<Instant>,
-    /// Who has sent a telegram.
+    /// Who has replied.
     heard: Addresses,
     /// The addresses that were asked in vain last, and how often.
     in_vain: [Option<(Address, u8)>; FOLLOWED],
@@ -128,10 +128,12 @@ impl Watch {
             Telegram::Data(data) => data,
             Telegram::Token { .. } | Telegram::ShortAcknowledge => return None,
         };
-        self.heard.add(data.sa);
         let asks = match data.fc.function() {
             Function::Request(service, _) => is_for_data(service),
-            Function::Response(..) | Function::Reserved => return None,
+            Function::Response(..) | Function::Reserved => {
+                self.heard.add(data.sa);
+                return None;
+            }
         };
         match &mut self.master {
             Some((master, at)) if *master == data.sa => *at = now,
