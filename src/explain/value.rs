@@ -54,7 +54,7 @@ pub fn fault(code: u32) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::param::{Model, Pnu, entry};
+    use crate::param::{Model, Parameter, Pnu, entry};
 
     #[test]
     fn every_unit_has_its_way_to_be_written() {
