@@ -20,7 +20,7 @@
 //! | `words` | those words from and to what the drive knows |
 //! | `flow_charts` | the control words that the manual prints |
 //! | `event` | [`Event`]: news for the host |
-//! | [`hint`] | [`Hint`](hint::Hint): what is odd, said once |
+//! | [`hint`] | [`Hint`]: what is odd, said once |
 //! | `job` | [`JobText`]: why a PKW job was not executed, and what to send instead |
 //! | `parameters` | the parameters of the unit as the parameter channel reaches them |
 //! | `quirks` | [`QUIRKS`]: every named alternative |

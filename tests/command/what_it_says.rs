@@ -17,29 +17,17 @@ fn said(folder: &Path, arguments: &[&str]) -> Vec<String> {
     text.lines().rev().take(1).map(str::to_owned).collect()
 }
 
-fn rows<'a>(
-    folder: &'a Path,
-    letter: &str,
-    lines: &[(&'a str, &'a [&'a str])],
-) -> Vec<(String, String, &'a [&'a str])> {
-    let number = |(number, (what, arguments)): (usize, &(&str, &'a [&'a str]))| {
-        let done = if what.is_empty() { String::new() } else { format!("{what}: ") };
-        (
-            format!("{letter}-{:02}", number + 1),
-            format!("{done}`profidrive {}`", arguments.join(" ")),
-            *arguments,
-        )
-    };
-    let _same_folder = folder;
-    lines.iter().enumerate().map(number).collect()
-}
-
+/// One row for each line of arguments; a text before says what there is in the folder.
 fn table(heading: &str, folder: &Path, letter: &str, lines: &[(&str, &[&str])]) {
-    let rows = rows(folder, letter, lines);
-    let rows: Vec<Row<'_>> = rows
-        .iter()
-        .map(|(id, done, arguments)| -> Row<'_> { (id, done, Box::new(|| said(folder, arguments))) })
-        .collect();
+    let number = |(number, (what, arguments)): (usize, &(&str, &[&str]))| {
+        let done = if what.is_empty() { String::new() } else { format!("{what}: ") };
+        (format!("{letter}-{:02}", number + 1), format!("{done}`profidrive {}`", arguments.join(" ")))
+    };
+    let named: Vec<_> = lines.iter().enumerate().map(number).collect();
+    let mut rows: Vec<Row<'_>> = Vec::new();
+    for ((id, done), (_, arguments)) in named.iter().zip(lines) {
+        rows.push((id, done, Box::new(|| said(folder, arguments))));
+    }
     compare(heading, rows);
 }
 

@@ -59,7 +59,7 @@ export class Log {
   }
 
   /**
-   * A line `{ time_s, kind, text, stations, bad }`; kinds are telegram, refusal, fault, dp, power, line, lost; `stations`
+   * A line `{ time_s, kind, text, stations, bad }`; kinds are telegram, refusal, fault, hint, dp, power, line, lost; `stations`
    * are those it is of, none if it concerns all.
    */
   add(line) {
