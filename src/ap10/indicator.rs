@@ -19,6 +19,7 @@ const MAX_EVENTS: usize = 16;
 
 /// What the bus has to hear of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Event {
     /// A fault began.
     FaultBegan(Fault),

@@ -72,6 +72,7 @@ pub struct NotStored;
 
 /// Octets that are no image, or no room for one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum ImageError {
     /// The buffer is too short.
     #[error("the image needs more than {got} octets")]

@@ -2,10 +2,12 @@
 
 use core::fmt;
 
+use strum::VariantArray;
+
 use super::words::Statusword;
 
 /// A state of the drive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, VariantArray)]
 pub enum State {
     /// The drive initialises itself.
     NotReadyToSwitchOn,
@@ -63,16 +65,7 @@ pub struct Transition(pub u8);
 
 impl State {
     /// Every state.
-    pub const ALL: [Self; 8] = [
-        Self::NotReadyToSwitchOn,
-        Self::SwitchOnDisabled,
-        Self::ReadyToSwitchOn,
-        Self::SwitchedOn,
-        Self::OperationEnabled,
-        Self::QuickStopActive,
-        Self::FaultReactionActive,
-        Self::Fault,
-    ];
+    pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
 
     /// The transition that `event` causes, `None` if the drive stays where it is.
     pub const fn next(self, event: Event) -> Option<(Transition, Self)> {
@@ -226,7 +219,7 @@ mod tests {
 
     #[test]
     fn the_bits_of_each_state_tell_it_apart() {
-        for state in State::ALL {
+        for &state in State::ALL {
             let mask = match state {
                 State::NotReadyToSwitchOn
                 | State::SwitchOnDisabled
@@ -237,7 +230,7 @@ mod tests {
                 | State::OperationEnabled
                 | State::QuickStopActive => 0x6F,
             };
-            for other in State::ALL {
+            for &other in State::ALL {
                 assert_eq!(other.bits().0 & mask == state.bits().0, other == state, "{state}, {other}");
             }
         }

@@ -5,12 +5,20 @@ use core::fmt;
 
 use thiserror::Error;
 
-use super::ag03_canopen;
 use crate::can::{ErrorState, Frame};
 use crate::canopen::storage::{self, Generation, NotStored, StoreRequest};
-use crate::canopen::{self, NodeId};
+use crate::canopen::{self, Index, NodeId};
+use crate::drive;
 use crate::time::Instant;
-use crate::unit;
+use crate::unit::{self, DipSwitches};
+
+/// What to do about each reason of a refusal, as the end of a sentence.
+pub type Cures = &'static [(drive::Reason, &'static str)];
+
+/// What to do about this reason; empty where its own words say it.
+pub(super) fn cure(cures: Cures, reason: drive::Reason) -> &'static str {
+    cures.iter().find(|(of, _)| *of == reason).map_or("", |(_, cure)| cure)
+}
 
 /// News of a device on CANopen. `Display` is one line of plain English.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,8 +26,45 @@ use crate::unit;
 pub enum CanopenEvent {
     /// Of its node: NMT, SDO, PDO, EMCY, error control.
     Node(canopen::Event),
-    /// Of an AG03/1 behind the node.
-    Ag03(ag03_canopen::Event),
+    /// A command was refused by the drive of the unit.
+    CommandRefused {
+        /// What was asked, and what stands against it.
+        refusal: drive::Refusal,
+        /// What to do about each reason, with the bits and objects of the device.
+        cures: Cures,
+    },
+    /// Of the unit behind the node: faults, travels, power.
+    Unit(unit::Event),
+    /// The unit was switched on, and its switches were read.
+    SwitchedOn {
+        /// The node number that they say.
+        node: NodeId,
+        /// The switches.
+        switches: DipSwitches,
+    },
+    /// The state of the device changed.
+    State {
+        /// The state before, as its manual writes it.
+        from: &'static str,
+        /// The state now.
+        to: &'static str,
+    },
+    /// A travel job was refused because its target, which came in a PDO, is outside the range.
+    TargetRefused {
+        /// The object of the target.
+        object: Index,
+        /// The smallest target.
+        low: i32,
+        /// The largest target.
+        high: i32,
+        /// The target.
+        got: i32,
+    },
+    /// Events were lost because nobody took them in time.
+    Lost {
+        /// How many.
+        events: u32,
+    },
 }
 
 impl CanopenEvent {
@@ -27,8 +72,12 @@ impl CanopenEvent {
     pub const fn is_detail(&self) -> bool {
         match self {
             Self::Node(event) => matches!(event, canopen::Event::Written { .. }),
-            Self::Ag03(ag03_canopen::Event::Unit(event)) => event.is_detail(),
-            Self::Ag03(_) => false,
+            Self::Unit(event) => event.is_detail(),
+            Self::CommandRefused { .. }
+            | Self::SwitchedOn { .. }
+            | Self::State { .. }
+            | Self::TargetRefused { .. }
+            | Self::Lost { .. } => false,
         }
     }
 }
@@ -37,13 +86,30 @@ impl fmt::Display for CanopenEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Node(event) => event.fmt(f),
-            Self::Ag03(event) => event.fmt(f),
+            Self::CommandRefused { refusal, cures } => {
+                write!(f, "{} refused", refusal.asked())?;
+                for (place, reason) in refusal.reasons().enumerate() {
+                    let gap = if place == 0 { ": " } else { "; " };
+                    write!(f, "{gap}{}{}", refusal.text(reason), cure(cures, reason))?;
+                }
+                Ok(())
+            }
+            Self::Unit(event) => event.fmt(f),
+            Self::SwitchedOn { node, switches } => {
+                write!(f, "switched on at node number {node} (SW1 to SW10: {switches})")
+            }
+            Self::State { from, to } => write!(f, "drive state {from} -> {to}"),
+            Self::TargetRefused { object, low, high, got } => {
+                write!(f, "travel refused: target {object} is {got}, expected {low} to {high}")
+            }
+            Self::Lost { events } => write!(f, "{events} more events were lost"),
         }
     }
 }
 
 /// Why an image is not taken over.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
 pub enum RecallError {
     /// It is no image of a node.
     #[error(transparent)]

@@ -23,6 +23,7 @@
 //! | [`hint`] | [`Hint`]: what is odd, said once |
 //! | `job` | [`JobText`]: why a PKW job was not executed, and what to send instead |
 //! | `parameters` | the parameters of the unit as the parameter channel reaches them |
+//! | `quirk` | [`Quirk`]: the form of every named alternative, of whichever device |
 //! | `quirks` | [`QUIRKS`]: every named alternative |
 //! | [`ap10_canopen`] | the position indicator AP10 on CANopen, an object of its own |
 //! | [`asda_a2_canopen`] | the servo ASDA-A2 on CANopen |
@@ -42,6 +43,7 @@ pub mod flow_charts;
 pub mod hint;
 mod job;
 pub mod parameters;
+mod quirk;
 mod quirks;
 mod refusal;
 mod why;
@@ -65,12 +67,13 @@ pub use crate::unit::{
     Event as UnitEvent, Generation, IMAGE_LEN, ImageError, ImageOctets, MAX_IMAGE_LEN, NotStored, Power,
     StoreRequest, dip,
 };
-pub use canopen::{CanopenDevice, CanopenEvent, RecallError};
+pub use canopen::{CanopenDevice, CanopenEvent, Cures, RecallError};
 pub use config::{Config, Timing};
 pub use event::Event;
 pub use hint::Hint;
 pub use job::JobText;
-pub use quirks::{QUIRKS, Quirk, QuirkError};
+pub use quirk::{Quirk, QuirkError};
+pub use quirks::QUIRKS;
 pub use refusal::{Reason, Refusal};
 pub use why::{Hindrance, Why};
 

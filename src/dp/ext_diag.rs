@@ -254,6 +254,7 @@ impl ChannelError {
 
 /// Why something cannot be said in a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum BlockError {
     /// Too little or too much for one block.
     #[error("a diagnosis block has {got} data octets, expected 1..62")]

@@ -14,13 +14,10 @@ use super::slave_diag::LEN as STANDARD_DIAG_LEN;
 use super::watchdog::Watchdog;
 use super::{
     Access, Application, Caller, CfgFault, Description, Diagnosis, Event, ExtDiag, Fixed, GlobalControl,
-    IoLengths, Policy, Refusal, Service, State, Stimulus, StoredAddress,
+    IoLengths, MASTER_SAP, Policy, Refusal, Service, State, Stimulus, StoredAddress,
 };
-use crate::fdl::{Address, Reply, Request, Sap};
+use crate::fdl::{Address, Reply, Request};
 use crate::time::Instant;
-
-/// The SSAP of masters.
-const MASTER_SAP: Option<Sap> = Sap::new(62);
 
 /// One DP-V0 slave and the application that judges for it.
 #[derive(Clone, Debug)]

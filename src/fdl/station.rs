@@ -101,6 +101,7 @@ impl Policy {
 
 /// The answer to a service that the station does not offer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum NotOffered {
     /// RS.
     NotActivated,

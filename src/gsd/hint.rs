@@ -52,6 +52,7 @@ impl fmt::Display for Hint {
 
 /// Why a file is no GSD of a DP slave.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum ReadError {
     /// More octets than any GSD has.
     #[error("line 1, column 1: the file has {got} octets, expected at most {most}: this is no GSD", most = super::MAX_FILE_LEN)]

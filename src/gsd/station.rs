@@ -58,6 +58,7 @@ impl Policy {
 
 /// Why no station can be what its file says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum Contradiction {
     /// A compact station whose modules are too long together.
     #[error(

@@ -248,6 +248,7 @@ pub enum Error {
 
 /// What occupies a path that was wanted for a symbolic link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum PathOccupant {
     /// A symbolic link to something that exists, for example the terminal of another running emulator.
     LinkInUse,

@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use heapless::Deque;
+
 use super::DipSwitches;
 use crate::drive::{self, Fault, InputChange, Refusal};
 use crate::param::{DefaultSet, Effect, Lengths, Value, Write};
@@ -165,41 +167,30 @@ const fn which(set: DefaultSet) -> &'static str {
 /// Events in the order they came. When it is full, newer ones are counted and dropped.
 #[derive(Clone, Debug)]
 pub struct Queue<E, const CAPACITY: usize> {
-    events: [Option<E>; CAPACITY],
-    first: usize,
-    len: usize,
+    events: Deque<E, CAPACITY>,
     lost: u32,
 }
 
 impl<E, const CAPACITY: usize> Default for Queue<E, CAPACITY> {
     fn default() -> Self {
-        Self { events: [const { None }; CAPACITY], first: 0, len: 0, lost: 0 }
+        Self { events: Deque::new(), lost: 0 }
     }
 }
 
 impl<E, const CAPACITY: usize> Queue<E, CAPACITY> {
     /// Lets an event wait.
     pub fn push(&mut self, event: E) {
-        let place = (self.first + self.len) % CAPACITY;
-        match self.events.get_mut(place) {
-            Some(place) if self.len < CAPACITY => {
-                *place = Some(event);
-                self.len += 1;
-            }
-            Some(_) | None => self.lost = self.lost.saturating_add(1),
+        if self.events.push_back(event).is_err() {
+            self.lost = self.lost.saturating_add(1);
         }
     }
 
     /// The oldest event; behind the last one how many were lost, if any were.
     pub fn pop(&mut self) -> Option<Result<E, u32>> {
-        if self.len == 0 {
-            let lost = core::mem::take(&mut self.lost);
-            return (lost > 0).then_some(Err(lost));
+        match self.events.pop_front() {
+            Some(event) => Some(Ok(event)),
+            None => Some(core::mem::take(&mut self.lost)).filter(|lost| *lost > 0).map(Err),
         }
-        let event = self.events.get_mut(self.first).and_then(Option::take);
-        self.first = (self.first + 1) % CAPACITY;
-        self.len -= 1;
-        event.map(Ok)
     }
 }
 

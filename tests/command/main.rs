@@ -25,6 +25,7 @@ mod capture;
 mod command;
 mod decode_encode;
 mod demo;
+mod emulator;
 #[cfg(target_os = "linux")]
 mod kill;
 #[cfg(target_os = "linux")]

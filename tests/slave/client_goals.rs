@@ -136,6 +136,7 @@ impl Rig {
             Goal::Velocity(rpm) => assert_eq!(status.velocity.signum(), rpm.signum(), "{goal}"),
             Goal::Jog(Direction::Positive) => assert!(status.moving && status.velocity >= 0, "{goal}"),
             Goal::Jog(Direction::Negative) => assert!(status.moving && status.velocity <= 0, "{goal}"),
+            _ => panic!("{goal} is not checked"),
         }
     }
 }

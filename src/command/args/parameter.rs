@@ -116,7 +116,7 @@ mod tests {
         ] {
             assert_eq!(pnu(text), Ok(found), "{text}");
         }
-        for entry in &TABLE {
+        for entry in TABLE {
             let suffix = if entry.elements.is_some() { ".0" } else { "" };
             assert_eq!(pnu(&format!("{}{suffix}", entry.name)).map(|found| found.0), Ok(entry.pnu.number()));
         }

@@ -162,6 +162,7 @@ impl Nodes {
             }
             News::Bus(BusEvent::Passed { frame, .. }) => debug!("{frame}"),
             News::Bus(BusEvent::Lost { events }) => warn!("{events} events came too fast for the log"),
+            News::Bus(later) => debug!("{later:?}"),
             News::Adapter { name, news } => info!("slcan {name}: {news}"),
         }
     }

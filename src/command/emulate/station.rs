@@ -92,6 +92,8 @@ impl Described {
             | dp::Event::Read { .. }
             | dp::Event::AddressSet { .. }
             | dp::Event::AddressRefused { .. } => {}
+            // No other can ask for parameters or a configuration.
+            _ => {}
         }
     }
 }

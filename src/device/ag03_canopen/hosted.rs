@@ -55,13 +55,7 @@ impl CanopenDevice for Ag03Node {
     }
 
     fn poll_event(&mut self) -> Option<CanopenEvent> {
-        Some(match Self::poll_event(self)? {
-            super::Event::Node(event) => CanopenEvent::Node(event),
-            event @ (super::Event::Unit(_)
-            | super::Event::State { .. }
-            | super::Event::TargetRefused { .. }
-            | super::Event::Lost { .. }) => CanopenEvent::Ag03(event),
-        })
+        Self::poll_event(self).map(CanopenEvent::from)
     }
 
     fn poll_timeout(&self) -> Option<Instant> {

@@ -56,7 +56,7 @@ use crate::unit::{
 
 pub use config::Config;
 pub use event::Event;
-pub use quirks::{QUIRKS, Quirk, QuirkError, Quirks};
+pub use quirks::{QUIRKS, Quirks};
 pub use why::Hindrance;
 
 use part::Part;

@@ -6,6 +6,7 @@ use super::state::State;
 use super::words::CwBit;
 use super::{Ag03Node, Power};
 use crate::canopen::NmtState;
+use crate::device::canopen::{Cures, cure};
 use crate::drive;
 
 /// One thing that keeps the drive from moving. `Display` is a sentence: what, where, and what to send.
@@ -63,66 +64,25 @@ const fn is_of_state(reason: drive::Reason) -> bool {
     )
 }
 
-/// A refused command in one line, with the bits and objects of CANopen.
-pub(super) struct Refused<'a>(pub(super) &'a drive::Refusal);
-
-impl fmt::Display for Refused<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self(refusal) = self;
-        write!(f, "{} refused", refusal.asked())?;
-        for (place, reason) in refusal.reasons().enumerate() {
-            write!(f, "{}{}", if place == 0 { ": " } else { "; " }, Text { refusal, reason })?;
-        }
-        Ok(())
-    }
-}
-
-/// A reason with what to do on CANopen.
-struct Text<'a> {
-    refusal: &'a drive::Refusal,
-    reason: drive::Reason,
-}
-
-impl fmt::Display for Text<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.refusal.text(self.reason).fmt(f)?;
-        match self.reason {
-            drive::Reason::NotAsked | drive::Reason::NotEnabled => {
-                f.write_str(": send 6040h = 0006h, then 0007h, then 000Fh")
-            }
-            drive::Reason::FaultLatched => {
-                write!(f, ": remove its cause, then 6040h bit {} from 0 to 1", CwBit::FaultReset.number())
-            }
-            drive::Reason::FaultCause => f.write_str(": remove it, then acknowledge again"),
-            drive::Reason::Stop | drive::Reason::IntermediateStop => {
-                write!(f, " (6040h bit {} = 1)", CwBit::Stop.number())
-            }
-            drive::Reason::AboveUpperLimit
-            | drive::Reason::BelowLowerLimit
-            | drive::Reason::SetpointAboveUpperLimit
-            | drive::Reason::SetpointBelowLowerLimit
-            | drive::Reason::LoopPointAboveUpperLimit
-            | drive::Reason::LoopPointBelowLowerLimit => f.write_str(", or change the limits (607Dh)"),
-            drive::Reason::BothInching => write!(
-                f,
-                ": set only one of 6040h bits {}, {} and {}",
-                CwBit::Inching1.number(),
-                CwBit::Inching2Positive.number(),
-                CwBit::Inching2Negative.number()
-            ),
-            drive::Reason::ShaftTurns => f.write_str(": wait until it stands"),
-            drive::Reason::NoSupply | drive::Reason::NoOutputStage => f.write_str(": switch it on"),
-            drive::Reason::SwitchedOff
-            | drive::Reason::TurnOnDisabled
-            | drive::Reason::StartHeld
-            | drive::Reason::JobActive
-            | drive::Reason::JobPaused
-            | drive::Reason::InchingActive
-            | drive::Reason::VelocityMode
-            | drive::Reason::BeyondEncoder => Ok(()),
-        }
-    }
-}
+/// What to do about a reason, with the bits and objects of CANopen.
+pub(super) const CURES: Cures = &[
+    (drive::Reason::NotAsked, ": send 6040h = 0006h, then 0007h, then 000Fh"),
+    (drive::Reason::NotEnabled, ": send 6040h = 0006h, then 0007h, then 000Fh"),
+    (drive::Reason::FaultLatched, ": remove its cause, then 6040h bit 7 from 0 to 1"),
+    (drive::Reason::FaultCause, ": remove it, then acknowledge again"),
+    (drive::Reason::Stop, " (6040h bit 8 = 1)"),
+    (drive::Reason::IntermediateStop, " (6040h bit 8 = 1)"),
+    (drive::Reason::AboveUpperLimit, ", or change the limits (607Dh)"),
+    (drive::Reason::BelowLowerLimit, ", or change the limits (607Dh)"),
+    (drive::Reason::SetpointAboveUpperLimit, ": give another target (607Ah), or change the limits (607Dh)"),
+    (drive::Reason::SetpointBelowLowerLimit, ": give another target (607Ah), or change the limits (607Dh)"),
+    (drive::Reason::LoopPointAboveUpperLimit, ": give another target (607Ah), or change the limits (607Dh)"),
+    (drive::Reason::LoopPointBelowLowerLimit, ": give another target (607Ah), or change the limits (607Dh)"),
+    (drive::Reason::BothInching, ": set only one of 6040h bits 13, 14 and 15"),
+    (drive::Reason::ShaftTurns, ": wait until it stands"),
+    (drive::Reason::NoSupply, ": switch it on"),
+    (drive::Reason::NoOutputStage, ": switch it on"),
+];
 
 impl fmt::Display for Hindrance {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -152,7 +112,7 @@ impl fmt::Display for Hindrance {
                     State::OperationEnabled => f.write_str("operation is enabled"),
                 }
             }
-            Self::Drive { refusal, reason } => Text { refusal, reason: *reason }.fmt(f),
+            Self::Drive { refusal, reason } => write!(f, "{}{}", refusal.text(*reason), cure(CURES, *reason)),
         }
     }
 }

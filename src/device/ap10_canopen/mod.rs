@@ -33,7 +33,7 @@ mod quirks;
 mod unit;
 
 pub use objects::OBJECTS;
-pub use quirks::{Quirks, SdoCodes, SoftwareVersion};
+pub use quirks::{QUIRKS, Quirks, SdoCodes, SoftwareVersion};
 
 use crate::ap10::{Display, Fault, Indicator, Key, Setting, Turns};
 use crate::can::Frame;

@@ -24,7 +24,7 @@ use core::time::Duration;
 
 pub use crate::asda_a2::{Config, Level};
 pub use objects::SHEET;
-pub use quirks::Quirks;
+pub use quirks::{QUIRKS, Quirks};
 
 use crate::asda_a2::{Alarm, Inputs, Servo};
 use crate::can::{Frame, Id};

@@ -68,6 +68,7 @@ pub struct Product {
 
 /// Something that can be chosen about a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum OptionName {
     /// [`Choices::gear`].
     Gear,

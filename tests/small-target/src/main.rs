@@ -8,6 +8,10 @@ use core::ptr::{read_volatile, write_volatile};
 
 use cortex_m_rt::entry;
 
+#[cfg(feature = "drive")]
+#[path = "../../../examples/firmware.rs"]
+mod firmware;
+
 /// Where a chip would have its receiver, transmitter and a timer in ns.
 const RECEIVED: *const u32 = 0x4000_0000 as *const u32;
 const SEND: *mut u32 = 0x4000_0004 as *mut u32;
@@ -79,30 +83,36 @@ fn run() -> ! {
     }
 }
 
-/// A drive.
+/// A drive: the loop of `examples/firmware.rs`.
 #[cfg(feature = "drive")]
 fn run() -> ! {
     use core::mem::MaybeUninit;
 
-    use profidrive::device::{Config, Device, MAX_TELEGRAM_LEN, Timing};
+    use profidrive::device::Device;
     use profidrive::fdl::Address;
-    use profidrive::time::{BaudRate, Instant};
+    use profidrive::time::Instant;
+
+    struct Chip;
+
+    impl firmware::Board for Chip {
+        fn now(&mut self) -> Instant {
+            Instant::from_nanos(nanos())
+        }
+        fn receive(&mut self) -> Option<u8> {
+            Some(received()).filter(|octet| *octet != 0)
+        }
+        fn send(&mut self, octets: &[u8]) {
+            octets.iter().for_each(|octet| send(*octet));
+        }
+    }
 
     static mut DRIVE: MaybeUninit<Device> = MaybeUninit::uninit();
 
     let Ok(address) = Address::station(5) else { loop {} };
-    let config = Config { baud: BaudRate::K1500, timing: Timing::True, ..Config::new(address) };
     // SAFETY: the only use of this static.
-    let device = unsafe { (*&raw mut DRIVE).write(Device::new(config, Instant::from_nanos(nanos()))) };
-    let mut buf = [0; MAX_TELEGRAM_LEN];
+    let device = unsafe { (*&raw mut DRIVE).write(firmware::drive(address, Instant::from_nanos(nanos()))) };
     loop {
-        let now = Instant::from_nanos(nanos());
-        device.handle_bytes(now, &[received()]);
-        device.handle_timeout(now);
-        if let Some(octets) = device.poll_transmit(now, &mut buf) {
-            octets.iter().for_each(|octet| send(*octet));
-        }
-        while device.poll_event().is_some() {}
+        firmware::pass(&mut Chip, device);
         send(device.status().position as u8);
     }
 }
