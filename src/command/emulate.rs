@@ -1,5 +1,6 @@
 //! `profidrive emulate`: drives on a line until a signal.
 
+use core::net::SocketAddr;
 use core::sync::atomic::{AtomicBool, Ordering};
 use core::time::Duration;
 use std::io::{self, Write};
@@ -52,12 +53,13 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     // Before the link, so that a refusal leaves nothing behind.
     let mut panel = start_panel(args, &signals.stop)?;
     let (rate, link, path) = open(args)?;
-    for fault in &args.faults {
+    let faults = args.faults().map_err(Failure::Usage)?;
+    for fault in &faults {
         warn!("fault on purpose: {fault}");
     }
     // Next to the line, so that what faults do is seen.
     let (link, remarks) = tap::tapped(link, args, &path, clock, panel.as_ref())?;
-    let mut link = Faulty::new(link, clock, &args.faults);
+    let mut link = Faulty::new(link, clock, &faults);
 
     let mut bus = Bus::on(rate, Timing::Untrue);
     if let LinkSpec::Serial(_) = args.link {
@@ -67,7 +69,7 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     // Nobody but a master is on a terminal that was made just now.
     let serial = matches!(args.link, LinkSpec::Serial(_));
     let (listen, search) = (serial && !args.force_address, serial && args.baud == Some(BaudSpec::Auto));
-    let config = config(&args.quirks)?;
+    let config = config(&args.quirks().map_err(Failure::Usage)?)?;
     for drive in args.drives() {
         connect(&mut bus, drive, config, clock.now(), listen, state.as_ref())?;
     }
@@ -278,19 +280,33 @@ impl News {
 
 fn start_panel(args: &Emulate, wake: &Stop) -> Result<Option<Panel>, Failure> {
     let Some(place) = &args.panel else { return Ok(None) };
-    let reach = if args.panel_allow_remote { Reach::Network } else { Reach::ThisMachine };
-    let panel = Panel::start(place, reach, wake.clone()).map_err(|error| match error {
+    let panel = Panel::start(place, panel_reach(args), wake.clone());
+    panel_started(panel, Panel::address, "drives").map(Some)
+}
+
+const fn panel_reach(args: &Emulate) -> Reach {
+    if args.panel_allow_remote { Reach::Network } else { Reach::ThisMachine }
+}
+
+/// Says where the panel is, or why there is none. `controls` is what whoever connects can control.
+fn panel_started<P>(
+    panel: Result<P, PanelError>,
+    address: impl Fn(&P) -> SocketAddr,
+    controls: &str,
+) -> Result<P, Failure> {
+    let panel = panel.map_err(|error| match error {
         PanelError::TooFar { .. } => Failure::Usage(format!(
             "{error}; add --panel-allow-remote if that is wanted, or use --panel 127.0.0.1:PORT; see 'profidrive emulate \
              --help'"
         )),
         PanelError::Listen { .. } | PanelError::Thread { .. } | _ => Failure::from_error(&error),
     })?;
-    info!("the panel is at http://{}", panel.address());
-    if !panel.address().ip().is_loopback() {
-        warn!("other machines can connect to the panel at {} and control the drives", panel.address());
+    let address = address(&panel);
+    info!("the panel is at http://{address}");
+    if !address.ip().is_loopback() {
+        warn!("other machines can connect to the panel at {address} and control the {controls}");
     }
-    Ok(Some(panel))
+    Ok(panel)
 }
 
 /// Logs what was counted: the line, and every station that was asked something.

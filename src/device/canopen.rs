@@ -5,20 +5,13 @@ use core::fmt;
 
 use thiserror::Error;
 
+use super::ag03_canopen;
+use super::surroundings::Surroundings;
 use crate::can::{ErrorState, Frame};
 use crate::canopen::storage::{self, Generation, NotStored, StoreRequest};
-use crate::canopen::{self, Index, NodeId};
-use crate::drive;
+use crate::canopen::{self, Abort, Address, Application, Node, NodeId};
 use crate::time::Instant;
-use crate::unit::{self, DipSwitches};
-
-/// What to do about each reason of a refusal, as the end of a sentence.
-pub type Cures = &'static [(drive::Reason, &'static str)];
-
-/// What to do about this reason; empty where its own words say it.
-pub(super) fn cure(cures: Cures, reason: drive::Reason) -> &'static str {
-    cures.iter().find(|(of, _)| *of == reason).map_or("", |(_, cure)| cure)
-}
+use crate::unit;
 
 /// News of a device on CANopen. `Display` is one line of plain English.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,45 +19,8 @@ pub(super) fn cure(cures: Cures, reason: drive::Reason) -> &'static str {
 pub enum CanopenEvent {
     /// Of its node: NMT, SDO, PDO, EMCY, error control.
     Node(canopen::Event),
-    /// A command was refused by the drive of the unit.
-    CommandRefused {
-        /// What was asked, and what stands against it.
-        refusal: drive::Refusal,
-        /// What to do about each reason, with the bits and objects of the device.
-        cures: Cures,
-    },
-    /// Of the unit behind the node: faults, travels, power.
-    Unit(unit::Event),
-    /// The unit was switched on, and its switches were read.
-    SwitchedOn {
-        /// The node number that they say.
-        node: NodeId,
-        /// The switches.
-        switches: DipSwitches,
-    },
-    /// The state of the device changed.
-    State {
-        /// The state before, as its manual writes it.
-        from: &'static str,
-        /// The state now.
-        to: &'static str,
-    },
-    /// A travel job was refused because its target, which came in a PDO, is outside the range.
-    TargetRefused {
-        /// The object of the target.
-        object: Index,
-        /// The smallest target.
-        low: i32,
-        /// The largest target.
-        high: i32,
-        /// The target.
-        got: i32,
-    },
-    /// Events were lost because nobody took them in time.
-    Lost {
-        /// How many.
-        events: u32,
-    },
+    /// Of an AG03/1 behind the node, which names its own objects and bits in what it refuses.
+    Ag03(ag03_canopen::Event),
 }
 
 impl CanopenEvent {
@@ -72,12 +28,8 @@ impl CanopenEvent {
     pub const fn is_detail(&self) -> bool {
         match self {
             Self::Node(event) => matches!(event, canopen::Event::Written { .. }),
-            Self::Unit(event) => event.is_detail(),
-            Self::CommandRefused { .. }
-            | Self::SwitchedOn { .. }
-            | Self::State { .. }
-            | Self::TargetRefused { .. }
-            | Self::Lost { .. } => false,
+            Self::Ag03(ag03_canopen::Event::Unit(event)) => event.is_detail(),
+            Self::Ag03(_) => false,
         }
     }
 }
@@ -86,23 +38,7 @@ impl fmt::Display for CanopenEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Node(event) => event.fmt(f),
-            Self::CommandRefused { refusal, cures } => {
-                write!(f, "{} refused", refusal.asked())?;
-                for (place, reason) in refusal.reasons().enumerate() {
-                    let gap = if place == 0 { ": " } else { "; " };
-                    write!(f, "{gap}{}{}", refusal.text(reason), cure(cures, reason))?;
-                }
-                Ok(())
-            }
-            Self::Unit(event) => event.fmt(f),
-            Self::SwitchedOn { node, switches } => {
-                write!(f, "switched on at node number {node} (SW1 to SW10: {switches})")
-            }
-            Self::State { from, to } => write!(f, "drive state {from} -> {to}"),
-            Self::TargetRefused { object, low, high, got } => {
-                write!(f, "travel refused: target {object} is {got}, expected {low} to {high}")
-            }
-            Self::Lost { events } => write!(f, "{events} more events were lost"),
+            Self::Ag03(event) => event.fmt(f),
         }
     }
 }
@@ -122,8 +58,22 @@ pub enum RecallError {
 /// A device on CANopen: frames and time in, frames, events, images and a deadline out.
 ///
 /// After every call but the polls, `poll_transmit`, `poll_event`, `poll_image` and `poll_timeout` may have another answer.
-/// A host that knows which device it has reaches the rest of it by `dyn Any`.
-pub trait CanopenDevice: Any + Send {
+/// What surrounds it and what is seen of it are [`Surroundings`]. A host that knows which device it has reaches the rest
+/// of it by `dyn Any`.
+pub trait CanopenDevice: Surroundings + Any + Send {
+    /// Its node on the bus, to look at.
+    fn node(&self) -> &Node;
+
+    /// Its objects as the node asks for them, for [`Node::read_with`].
+    fn application(&self) -> &dyn Application;
+
+    /// Writes an entry as a client does, but past the bus: no client waits for it, and what it stores is stored later
+    /// ([`Node::write_past_bus`]).
+    ///
+    /// # Errors
+    /// The abort code that a client would get; nothing is changed then.
+    fn write_past_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Abort>;
+
     /// The node number in force: after power-on that of the device's memory.
     fn node_id(&self) -> NodeId;
 

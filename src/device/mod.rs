@@ -25,11 +25,13 @@
 //! | `parameters` | the parameters of the unit as the parameter channel reaches them |
 //! | `quirk` | [`Quirk`]: the form of every named alternative, of whichever device |
 //! | `quirks` | [`QUIRKS`]: every named alternative |
+//! | [`vocabulary`] | what a device on CANopen calls what it says |
 //! | [`ap10_canopen`] | the position indicator AP10 on CANopen, an object of its own |
 //! | [`asda_a2_canopen`] | the servo ASDA-A2 on CANopen |
 //! | `refusal` | [`Refusal`]: why a control word is not followed |
 //! | `why` | [`Why`]: everything that keeps the drive from moving now |
 //! | [`ag03_canopen`] | the same unit on CANopen |
+//! | [`surroundings`] | what surrounds a device on CANopen and what is seen of it |
 //!
 mod address;
 pub mod ag03_canopen;
@@ -46,6 +48,8 @@ pub mod parameters;
 mod quirk;
 mod quirks;
 mod refusal;
+pub mod surroundings;
+pub mod vocabulary;
 mod why;
 pub mod words;
 
@@ -67,7 +71,7 @@ pub use crate::unit::{
     Event as UnitEvent, Generation, IMAGE_LEN, ImageError, ImageOctets, MAX_IMAGE_LEN, NotStored, Power,
     StoreRequest, dip,
 };
-pub use canopen::{CanopenDevice, CanopenEvent, Cures, RecallError};
+pub use canopen::{CanopenDevice, CanopenEvent, RecallError};
 pub use config::{Config, Timing};
 pub use event::Event;
 pub use hint::Hint;
@@ -75,6 +79,8 @@ pub use job::JobText;
 pub use quirk::{Quirk, QuirkError};
 pub use quirks::QUIRKS;
 pub use refusal::{Reason, Refusal};
+pub use surroundings::Surroundings;
+pub use vocabulary::Vocabulary;
 pub use why::{Hindrance, Why};
 
 use hint::watch::Watch;

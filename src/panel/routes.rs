@@ -112,7 +112,7 @@ async fn description() -> Json<utoipa::openapi::OpenApi> {
 }
 
 /// Refuses what stands behind the question mark, for operations that know no parameter.
-async fn without_parameters(request: Request, next: Next) -> Result<Response, Problem> {
+pub(super) async fn without_parameters(request: Request, next: Next) -> Result<Response, Problem> {
     match request.uri().query() {
         None | Some("") => Ok(next.run(request).await),
         Some(query) => Err(Problem::new(
@@ -125,14 +125,14 @@ async fn without_parameters(request: Request, next: Next) -> Result<Response, Pr
     }
 }
 
-async fn nothing_there(uri: Uri) -> Problem {
+pub(super) async fn nothing_there(uri: Uri) -> Problem {
     Problem::not_found(format!(
         "there is nothing at {}; the API is described at /api/v1/openapi.json",
         uri.path()
     ))
 }
 
-async fn not_so(uri: Uri) -> Problem {
+pub(super) async fn not_so(uri: Uri) -> Problem {
     Problem::new(
         StatusCode::METHOD_NOT_ALLOWED,
         format!("{} does not take this method; the API is described at /api/v1/openapi.json", uri.path()),
@@ -140,15 +140,13 @@ async fn not_so(uri: Uri) -> Problem {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use std::collections::BTreeSet;
 
     use super::*;
 
-    #[test]
-    fn every_route_is_described_with_every_method() {
-        // The router does not tell its routes, so its text does.
-        let text = include_str!("routes.rs");
+    /// The methods and paths of a router, by its text: the router does not tell them.
+    pub(in crate::panel) fn routed(text: &str) -> BTreeSet<String> {
         let begin = text.find("Router::new()").unwrap();
         let end = begin + text[begin..].find(".fallback(").unwrap();
         let mut routes = BTreeSet::new();
@@ -164,12 +162,23 @@ mod tests {
                 }
             }
         }
-        let description = serde_json::to_value(Description::openapi()).unwrap();
+        routes
+    }
+
+    /// The methods and paths of a description.
+    pub(in crate::panel) fn described(description: &utoipa::openapi::OpenApi) -> BTreeSet<String> {
+        let description = serde_json::to_value(description).unwrap();
         let mut described = BTreeSet::new();
         for (path, methods) in description["paths"].as_object().unwrap() {
             described.extend(methods.as_object().unwrap().keys().map(|method| format!("{method} {path}")));
         }
+        described
+    }
+
+    #[test]
+    fn every_route_is_described_with_every_method() {
+        let routes = routed(include_str!("routes.rs"));
         assert!(routes.len() >= 22, "{routes:?}");
-        assert_eq!(routes, described);
+        assert_eq!(routes, described(&Description::openapi()));
     }
 }

@@ -41,15 +41,16 @@ use super::bus_access::Asking;
 use super::problem::{Problem, Problems, QueryOf};
 use crate::fdl::Address;
 use feed::Shared;
-use hub::{MOST_SUBSCRIBERS, Place};
+use hub::Place;
 use subscriber::Subscriber;
 
-pub(super) use event::{Lost, NewsEvent, TelegramEvent};
+pub(super) use event::{Lost, NewsEvent, TelegramEvent, message_of};
 pub(super) use feed::{Feed, SentSettings};
-pub(super) use hub::Hub;
+pub(super) use hub::{Hub, MOST_SUBSCRIBERS};
+pub(super) use subscriber::HEARTBEAT;
 
 /// Messages written ahead for a subscriber at most.
-const WRITTEN_AHEAD: usize = 8;
+pub(super) const WRITTEN_AHEAD: usize = 8;
 
 const DEFAULT_INTERVAL: u64 = 100;
 const SHORTEST_INTERVAL: u64 = 20;
@@ -119,23 +120,33 @@ pub(super) async fn events(
     let subscriber =
         Subscriber { asking, hub, wanted, news, telegrams, out, lost, _place: place, _watch: watch };
     tokio::spawn(subscriber.run());
+    Ok(response(messages))
+}
+
+/// An answer that lasts as long as its messages come.
+pub(super) fn response(messages: mpsc::Receiver<Bytes>) -> Response {
     let headers = [
         (header::CONTENT_TYPE, HeaderValue::from_static("text/event-stream")),
         (header::CACHE_CONTROL, HeaderValue::from_static("no-store")),
     ];
-    Ok((headers, Body::from_stream(Messages(messages))).into_response())
+    (headers, Body::from_stream(Messages(messages))).into_response()
+}
+
+/// The time between two states, if it can be.
+pub(super) fn interval(milliseconds: Option<u64>) -> Result<Duration, Problem> {
+    let milliseconds = milliseconds.unwrap_or(DEFAULT_INTERVAL);
+    if !(SHORTEST_INTERVAL..=LONGEST_INTERVAL).contains(&milliseconds) {
+        return Err(Problem::value(format!(
+            "interval_milliseconds must be within {SHORTEST_INTERVAL} to {LONGEST_INTERVAL}, got {milliseconds}"
+        )));
+    }
+    Ok(Duration::from_millis(milliseconds))
 }
 
 impl Subscription {
     fn wanted(&self) -> Result<Wanted, Problem> {
         let address = self.address.map(Address::station).transpose().map_err(Problem::value)?;
-        let milliseconds = self.interval_milliseconds.unwrap_or(DEFAULT_INTERVAL);
-        if !(SHORTEST_INTERVAL..=LONGEST_INTERVAL).contains(&milliseconds) {
-            return Err(Problem::value(format!(
-                "interval_milliseconds must be within {SHORTEST_INTERVAL} to {LONGEST_INTERVAL}, got {milliseconds}"
-            )));
-        }
-        let interval = Duration::from_millis(milliseconds);
+        let interval = interval(self.interval_milliseconds)?;
         let mut wanted = Wanted { address, states: false, news: false, telegrams: false, interval };
         for kind in self.kinds.as_deref().unwrap_or("state,news").split(',') {
             match kind {

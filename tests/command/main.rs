@@ -31,7 +31,11 @@ mod kill;
 #[cfg(target_os = "linux")]
 mod left_behind;
 #[cfg(target_os = "linux")]
+mod master_can;
+#[cfg(target_os = "linux")]
 mod master_command;
+#[cfg(target_os = "linux")]
+mod node_panel;
 #[cfg(target_os = "linux")]
 mod nodes;
 #[cfg(target_os = "linux")]

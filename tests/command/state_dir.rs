@@ -46,7 +46,7 @@ fn start(directory: &Path) -> Emulator {
 }
 
 /// Ended with SIGTERM: exit code and stderr.
-fn end(emulator: Emulator) -> (Option<i32>, String) {
+fn ended(emulator: Emulator) -> (Option<i32>, String) {
     emulator.signal("TERM");
     let (code, _, stderr) = emulator.end();
     (code, stderr)
@@ -70,18 +70,18 @@ fn stored_v_pos(directory: &Path) -> i32 {
 fn a_missing_directory_is_made_and_its_file_read_again() {
     let folder = tempfile::tempdir().unwrap();
     let directory = folder.path().join("a/b");
-    let (code, _) = end(start(&directory));
+    let (code, _) = ended(start(&directory));
     assert_eq!(code, Some(0));
     let image = fs::read(file(&directory)).unwrap();
     assert_eq!(image.len(), IMAGE_LEN);
-    assert_eq!(end(start(&directory)).0, Some(0));
+    assert_eq!(ended(start(&directory)).0, Some(0));
     assert_eq!(fs::read(file(&directory)).unwrap(), image);
 }
 
 #[test]
 fn what_is_no_image_of_the_drive_is_refused_and_left_as_it_is() {
     let folder = tempfile::tempdir().unwrap();
-    end(start(folder.path()));
+    ended(start(folder.path()));
     let path = file(folder.path());
     let good = fs::read(&path).unwrap();
     let mut damaged = good.clone();
@@ -129,7 +129,7 @@ fn two_emulators_do_not_use_one_directory() {
     let line = refused(folder.path(), &["--drive", "6"]);
     assert!(line.contains("is used by another running emulator"), "{line}");
     drop(first);
-    end(start(folder.path()));
+    ended(start(folder.path()));
 }
 
 #[test]
@@ -230,7 +230,7 @@ fn a_write_error_is_said_once_and_so_is_its_end() {
     assert_eq!(write_v_pos(72), "73EC 0000 0000 0012");
     fs::rename(&away, &directory).unwrap();
     assert_eq!(write_v_pos(73), "13EC 0000 0000 0049");
-    let (code, stderr) = end(emulator);
+    let (code, stderr) = ended(emulator);
     assert_eq!(code, Some(0), "{stderr}");
     let lines = |says: &str| stderr.lines().filter(|line| line.contains(says)).count();
     let name = file(&directory).display().to_string();
@@ -280,12 +280,12 @@ fn lives_through(
     relief(process);
     assert_eq!(job(JobId::WriteWord, 73), "13EC 0000 0000 0049");
     assert_eq!(stored_v_pos(directory), 73);
-    let (code, stderr) = end(emulator);
+    let (code, stderr) = ended(emulator);
     assert_eq!(code, Some(0), "{stderr}");
     let name = file(directory).display().to_string();
     assert!(stderr.contains(&format!("ERROR cannot store {name}: {says}")), "{stderr}");
     assert!(stderr.contains(&format!("{name} is stored again")), "{stderr}");
-    assert_eq!(end(start(directory)).0, Some(0), "and it starts again");
+    assert_eq!(ended(start(directory)).0, Some(0), "and it starts again");
     assert_eq!(stored_v_pos(directory), 73);
 }
 

@@ -143,7 +143,7 @@ impl Rig {
 
 fn config() -> impl Strategy<Value = Config> {
     let model = prop_oneof![Just(Model::Ag03), Just(Model::Ag03_1)];
-    let quirk = proptest::sample::select(&QUIRKS[..])
+    let quirk = proptest::sample::select(QUIRKS)
         .prop_flat_map(|quirk| (Just(quirk.name), proptest::sample::select(quirk.values)));
     (model, proptest::collection::vec(quirk, 0..6)).prop_map(|(model, quirks)| {
         let mut config =

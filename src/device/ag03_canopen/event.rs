@@ -2,11 +2,10 @@
 
 use core::fmt;
 
-use super::objects::{MAX_TARGET, TARGET};
+use super::objects::MAX_TARGET;
 use super::state::State;
-use super::why::CURES;
+use super::why::Refused;
 use crate::canopen;
-use crate::device::CanopenEvent;
 use crate::unit;
 
 /// Something a user may want to read. `Display` is one line of plain English.
@@ -36,28 +35,21 @@ pub enum Event {
     },
 }
 
-impl From<Event> for CanopenEvent {
-    fn from(event: Event) -> Self {
-        match event {
-            Event::Node(event) => Self::Node(event),
-            Event::Unit(unit::Event::SwitchedOn(switches)) => {
-                Self::SwitchedOn { node: switches.node_id(), switches }
-            }
-            Event::Unit(unit::Event::CommandRefused(refusal)) => {
-                Self::CommandRefused { refusal, cures: CURES }
-            }
-            Event::Unit(event) => Self::Unit(event),
-            Event::State { from, to } => Self::State { from: from.name(), to: to.name() },
-            Event::TargetRefused { got } => {
-                Self::TargetRefused { object: TARGET, low: -MAX_TARGET, high: MAX_TARGET, got }
-            }
-            Event::Lost { events } => Self::Lost { events },
-        }
-    }
-}
-
 impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        CanopenEvent::from(*self).fmt(f)
+        match self {
+            Self::Node(event) => event.fmt(f),
+            Self::Unit(unit::Event::SwitchedOn(switches)) => {
+                let node = switches.node_id();
+                write!(f, "switched on at node number {node} (SW1 to SW10: {switches})")
+            }
+            Self::Unit(unit::Event::CommandRefused(refusal)) => Refused(refusal).fmt(f),
+            Self::Unit(event) => event.fmt(f),
+            Self::State { from, to } => write!(f, "drive state {from} -> {to}"),
+            Self::TargetRefused { got } => {
+                write!(f, "travel refused: target 607Ah is {got}, expected -{MAX_TARGET} to {MAX_TARGET}")
+            }
+            Self::Lost { events } => write!(f, "{events} more events were lost"),
+        }
     }
 }

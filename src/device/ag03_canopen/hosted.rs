@@ -4,8 +4,8 @@ use core::fmt;
 
 use super::Ag03Node;
 use crate::can::{ErrorState, Frame};
-use crate::canopen::NodeId;
 use crate::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
+use crate::canopen::{Abort, Address, Application, Node, NodeId};
 use crate::device::{CanopenDevice, CanopenEvent, RecallError};
 use crate::time::Instant;
 use crate::unit;
@@ -22,6 +22,18 @@ impl Ag03Node {
 }
 
 impl CanopenDevice for Ag03Node {
+    fn node(&self) -> &Node {
+        Self::node(self)
+    }
+
+    fn application(&self) -> &dyn Application {
+        &self.part
+    }
+
+    fn write_past_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Abort> {
+        Self::write_past_bus(self, now, at, octets)
+    }
+
     fn node_id(&self) -> NodeId {
         Self::node_id(self)
     }
@@ -55,7 +67,13 @@ impl CanopenDevice for Ag03Node {
     }
 
     fn poll_event(&mut self) -> Option<CanopenEvent> {
-        Self::poll_event(self).map(CanopenEvent::from)
+        Some(match Self::poll_event(self)? {
+            super::Event::Node(event) => CanopenEvent::Node(event),
+            event @ (super::Event::Unit(_)
+            | super::Event::State { .. }
+            | super::Event::TargetRefused { .. }
+            | super::Event::Lost { .. }) => CanopenEvent::Ag03(event),
+        })
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
@@ -81,5 +99,24 @@ impl CanopenDevice for Ag03Node {
     fn handle_stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>) {
         let outcome = outcome.map_err(|NotStored| unit::NotStored);
         Self::handle_stored(self, now, u64::from(generation).into(), outcome);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Config, Event};
+    use super::*;
+
+    #[test]
+    fn switching_is_told_when_it_happens_and_a_drive_without_supply_has_nothing_to_tell() {
+        let now = Instant::ZERO;
+        let mut node = Ag03Node::new(Config::new(NodeId::MIN), now).unsupplied(now);
+        assert_eq!(Ag03Node::poll_event(&mut node), None);
+        Ag03Node::power_on(&mut node, now);
+        let on = Ag03Node::poll_event(&mut node);
+        assert!(matches!(on, Some(Event::Unit(unit::Event::SwitchedOn(_)))), "{on:?}");
+        while Ag03Node::poll_event(&mut node).is_some() {}
+        Ag03Node::power_off(&mut node, now);
+        assert_eq!(Ag03Node::poll_event(&mut node), Some(Event::Unit(unit::Event::SwitchedOff)));
     }
 }

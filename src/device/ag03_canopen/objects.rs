@@ -1,7 +1,6 @@
 //! The object dictionary of the AG03/1 (manual chapter 7.12; `canopen-ag03.md` 12, `canopen-od.tsv`), and which entry is
 //! which parameter of the unit.
 
-use crate::canopen::Index;
 use crate::canopen::dictionary::{Entry, Object};
 use crate::canopen::eds::Sheet;
 use crate::canopen::value::DataType::{I16, I32, U8, U16, U32, VisibleString};
@@ -73,8 +72,6 @@ pub const PARAMETERS: [((u16, u8), Parameter); Parameter::COUNT] = [
 
 /// The largest target position in either direction.
 pub const MAX_TARGET: i32 = 9_999_999;
-/// The target of a travel job.
-pub const TARGET: Index = Index(0x607A);
 
 /// Transmission types of TPDOs.
 const TPDO_TYPES: &[(i64, i64)] = &[(0, 240), (253, 255)];

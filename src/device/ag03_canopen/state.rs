@@ -149,23 +149,17 @@ impl State {
     }
 }
 
-impl State {
+impl fmt::Display for State {
     /// As the manual writes it.
-    pub const fn name(self) -> &'static str {
-        match self {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
             Self::SwitchOnDisabled => "SWITCH ON DISABLED",
             Self::ReadyToSwitchOn => "READY TO SWITCH ON",
             Self::SwitchedOn => "SWITCHED ON",
             Self::OperationEnabled => "OPERATION ENABLED",
             Self::QuickStopActive => "QUICK STOP ACTIVE",
             Self::Fault => "FAULT",
-        }
-    }
-}
-
-impl fmt::Display for State {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
+        })
     }
 }
 

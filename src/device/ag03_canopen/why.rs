@@ -6,7 +6,6 @@ use super::state::State;
 use super::words::CwBit;
 use super::{Ag03Node, Power};
 use crate::canopen::NmtState;
-use crate::device::canopen::{Cures, cure};
 use crate::drive;
 
 /// One thing that keeps the drive from moving. `Display` is a sentence: what, where, and what to send.
@@ -65,7 +64,7 @@ const fn is_of_state(reason: drive::Reason) -> bool {
 }
 
 /// What to do about a reason, with the bits and objects of CANopen.
-pub(super) const CURES: Cures = &[
+const CURES: &[(drive::Reason, &str)] = &[
     (drive::Reason::NotAsked, ": send 6040h = 0006h, then 0007h, then 000Fh"),
     (drive::Reason::NotEnabled, ": send 6040h = 0006h, then 0007h, then 000Fh"),
     (drive::Reason::FaultLatched, ": remove its cause, then 6040h bit 7 from 0 to 1"),
@@ -83,6 +82,26 @@ pub(super) const CURES: Cures = &[
     (drive::Reason::NoSupply, ": switch it on"),
     (drive::Reason::NoOutputStage, ": switch it on"),
 ];
+
+/// Empty where the words of the drive say what to do.
+fn cure(reason: drive::Reason) -> &'static str {
+    CURES.iter().find(|(of, _)| *of == reason).map_or("", |(_, cure)| cure)
+}
+
+/// A refused command in one line, with the bits and objects of CANopen.
+pub(super) struct Refused<'a>(pub(super) &'a drive::Refusal);
+
+impl fmt::Display for Refused<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(refusal) = self;
+        write!(f, "{} refused", refusal.asked())?;
+        for (place, reason) in refusal.reasons().enumerate() {
+            let gap = if place == 0 { ": " } else { "; " };
+            write!(f, "{gap}{}{}", refusal.text(reason), cure(reason))?;
+        }
+        Ok(())
+    }
+}
 
 impl fmt::Display for Hindrance {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -112,7 +131,7 @@ impl fmt::Display for Hindrance {
                     State::OperationEnabled => f.write_str("operation is enabled"),
                 }
             }
-            Self::Drive { refusal, reason } => write!(f, "{}{}", refusal.text(*reason), cure(CURES, *reason)),
+            Self::Drive { refusal, reason } => write!(f, "{}{}", refusal.text(*reason), cure(*reason)),
         }
     }
 }

@@ -108,9 +108,9 @@ impl From<Mark> for MarkName {
 /// What a subscriber did not get because it read too slowly, since it was told last.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
 pub(in crate::panel) struct Lost {
-    pub(super) states: u64,
-    pub(super) news: u64,
-    pub(super) telegrams: u64,
+    pub(in crate::panel) states: u64,
+    pub(in crate::panel) news: u64,
+    pub(in crate::panel) telegrams: u64,
 }
 
 /// A message to all subscribers that want it.
@@ -229,7 +229,7 @@ impl TelegramEvent {
 }
 
 /// One event of the stream.
-pub(super) fn message_of(event: &str, data: &impl Serialize) -> Bytes {
+pub(in crate::panel) fn message_of(event: &str, data: &impl Serialize) -> Bytes {
     // Nothing here has a key that is no string, so this always works.
     let data = serde_json::to_string(data).unwrap_or_default();
     Bytes::from(format!("event: {event}\ndata: {data}\n\n"))

@@ -25,7 +25,7 @@ use crate::time::Instant;
 const BEHIND: usize = 1024;
 
 /// Subscribers at most.
-pub(super) const MOST_SUBSCRIBERS: usize = 16;
+pub(in crate::panel) const MOST_SUBSCRIBERS: usize = 16;
 
 /// How often the ring is looked at while somebody subscribes, and while nobody does.
 const LOOK: Duration = Duration::from_millis(25);

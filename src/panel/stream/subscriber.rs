@@ -17,7 +17,7 @@ use super::hub::{Hub, Place};
 use crate::host::link::tap::Watch;
 
 /// A state that has not changed is sent again after this time, so that a reader knows that the stream lives.
-const HEARTBEAT: Duration = Duration::from_secs(1);
+pub(in crate::panel) const HEARTBEAT: Duration = Duration::from_secs(1);
 
 /// One reader of the stream.
 pub(super) struct Subscriber {

@@ -434,7 +434,7 @@ fn decimal(text: &str) -> Option<f64> {
     text.parse().ok()
 }
 
-fn duration(text: &str) -> Option<Duration> {
+pub(in crate::host) fn duration(text: &str) -> Option<Duration> {
     let unit = text.find(|c: char| !c.is_ascii_digit())?;
     let (value, unit) = text.split_at(unit);
     let value: u64 = value.parse().ok()?;
