@@ -47,6 +47,7 @@ mod many_stations;
 mod master_clients;
 mod own_master;
 mod plant;
+mod ppo_drive;
 #[cfg(target_os = "linux")]
 mod slcan;
 #[cfg(all(target_os = "linux", feature = "serial"))]
