@@ -140,6 +140,21 @@ impl State {
         })
     }
 
+    /// The state that a statusword tells; `None` for a pattern that is none.
+    pub const fn of(word: Statusword) -> Option<Self> {
+        Some(match (word.0 & 0x4F, word.0 & 0x6F) {
+            (0x00, _) => Self::NotReadyToSwitchOn,
+            (0x40, _) => Self::SwitchOnDisabled,
+            (0x0F, _) => Self::FaultReactionActive,
+            (0x08, _) => Self::Fault,
+            (_, 0x21) => Self::ReadyToSwitchOn,
+            (_, 0x23) => Self::SwitchedOn,
+            (_, 0x27) => Self::OperationEnabled,
+            (_, 0x07) => Self::QuickStopActive,
+            (_, _) => return None,
+        })
+    }
+
     /// Whether the motor has torque.
     pub const fn is_powered(self) -> bool {
         match self {
@@ -215,6 +230,16 @@ mod tests {
                 assert_eq!(from.next(event), expected, "{from}, {event:?}");
             }
         }
+    }
+
+    #[test]
+    fn a_statusword_tells_its_state() {
+        for state in State::ALL {
+            for other in [0x0000, 0xFF90] {
+                assert_eq!(State::of(Statusword(state.bits().0 | other)), Some(*state));
+            }
+        }
+        assert_eq!(State::of(Statusword(0x0001)), None);
     }
 
     #[test]

@@ -244,6 +244,7 @@ fn no_words(octets: &[u8]) -> Explanation {
     let field = Field::octets("octets", 0, octets, reason.clone()).marked(Mark::Invalid);
     Explanation {
         kind: Kind::Noise,
+        id: None,
         sender: None,
         from: None,
         to: None,

@@ -59,7 +59,7 @@ pub(super) fn bare(octets: &[u8], sender: Option<Sender>, learned: &mut Learned)
     };
     let octets = Vec::from(octets);
     let sender = Some(sender);
-    Some(Explanation { kind, sender, from: None, to: None, service: None, summary, octets, fields })
+    Some(Explanation { kind, id: None, sender, from: None, to: None, service: None, summary, octets, fields })
 }
 
 const PKW_LEN: usize = 8;

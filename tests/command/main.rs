@@ -29,6 +29,8 @@ mod kill;
 #[cfg(target_os = "linux")]
 mod left_behind;
 #[cfg(target_os = "linux")]
+mod master_can;
+#[cfg(target_os = "linux")]
 mod master_command;
 #[cfg(target_os = "linux")]
 mod node_panel;

@@ -87,7 +87,8 @@ fn nearest(distance: impl Fn(&Entry) -> usize) -> String {
     names.collect::<Vec<_>>().join(", ")
 }
 
-fn plain(name: &str) -> String {
+/// Letters and digits of a name, in lower case.
+pub(crate) fn plain(name: &str) -> String {
     name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
 }
 

@@ -41,6 +41,7 @@ mod part;
 mod quirks;
 pub mod state;
 mod surroundings;
+mod vocabulary;
 mod why;
 pub mod words;
 
@@ -60,6 +61,7 @@ use crate::unit::{
 pub use config::Config;
 pub use event::Event;
 pub use quirks::{QUIRKS, Quirks};
+pub use vocabulary::VOCABULARY;
 pub use why::Hindrance;
 
 use part::Part;

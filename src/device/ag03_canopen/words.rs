@@ -58,6 +58,21 @@ impl CwBit {
         }
     }
 
+    /// Whether the bit means something in a mode.
+    pub const fn acts_in(self, mode: Mode) -> bool {
+        match self {
+            Self::SwitchOn
+            | Self::EnableVoltage
+            | Self::NoQuickStop
+            | Self::EnableOperation
+            | Self::FaultReset
+            | Self::Stop => true,
+            Self::NewSetpoint | Self::Inching1 | Self::Inching2Positive | Self::Inching2Negative => {
+                matches!(mode, Mode::Positioning)
+            }
+        }
+    }
+
     /// What the manual calls it.
     pub const fn name(self) -> &'static str {
         match self {

@@ -33,9 +33,11 @@ mod objects;
 mod quirks;
 mod surroundings;
 mod unit;
+mod vocabulary;
 
 pub use objects::OBJECTS;
 pub use quirks::{QUIRKS, Quirks, SdoCodes, SoftwareVersion};
+pub use vocabulary::VOCABULARY;
 
 use crate::ap10::{Backup, Display, Fault, Indicator, Key, Setting, Turns};
 use crate::can::Frame;

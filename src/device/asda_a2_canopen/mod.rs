@@ -22,6 +22,7 @@ mod links;
 mod objects;
 pub mod quirks;
 mod surroundings;
+mod vocabulary;
 mod why;
 
 use core::time::Duration;
@@ -29,6 +30,7 @@ use core::time::Duration;
 pub use crate::asda_a2::{Config, Level};
 pub use objects::SHEET;
 pub use quirks::{QUIRKS, Quirks};
+pub use vocabulary::VOCABULARY;
 pub use why::Hindrance;
 
 use crate::asda_a2::{Alarm, Inputs, Servo};

@@ -12,7 +12,7 @@ use crate::device::CanopenDevice;
 use crate::device::ag03_canopen::{self, Ag03Node};
 use crate::device::ap10_canopen::{self, Ap10};
 use crate::device::asda_a2_canopen::{self, AsdaA2, Level};
-use crate::device::{Eeprom, Gear, Quirk, QuirkError};
+use crate::device::{Eeprom, Gear, Quirk, QuirkError, Vocabulary};
 use crate::time::Instant;
 
 /// Every device that can be a node.
@@ -20,6 +20,7 @@ pub const PRODUCTS: &[Product] = &[
     Product {
         name: "ag03-1",
         sheet: ag03_canopen::objects::SHEET,
+        vocabulary: &ag03_canopen::VOCABULARY,
         options: &[OptionName::Gear],
         objects: |choices| ag03_canopen::objects::objects(choices.gear),
         quirks: || rows(ag03_canopen::QUIRKS),
@@ -36,6 +37,7 @@ pub const PRODUCTS: &[Product] = &[
     Product {
         name: "ap10",
         sheet: ap10_canopen::EDS,
+        vocabulary: &ap10_canopen::VOCABULARY,
         options: &[],
         objects: |_| ap10_canopen::OBJECTS,
         quirks: || rows(ap10_canopen::QUIRKS),
@@ -48,6 +50,7 @@ pub const PRODUCTS: &[Product] = &[
     Product {
         name: "asda-a2",
         sheet: asda_a2_canopen::SHEET,
+        vocabulary: &asda_a2_canopen::VOCABULARY,
         options: &[OptionName::Mode],
         objects: |choices| AsdaA2::objects(choices.level),
         quirks: || rows(asda_a2_canopen::QUIRKS),
@@ -69,6 +72,8 @@ pub struct Product {
     pub name: &'static str,
     /// What its electronic data sheet says besides the objects; with it vendor, product and rates.
     pub sheet: Sheet<'static>,
+    /// What it calls what it says.
+    pub vocabulary: &'static Vocabulary,
     /// What can be chosen about it.
     pub options: &'static [OptionName],
     objects: fn(&Choices) -> &'static [Object],
