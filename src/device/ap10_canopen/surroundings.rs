@@ -160,6 +160,6 @@ mod tests {
         assert_eq!(Surroundings::provoke(&mut device, now, "battery"), Err(Declined::Unknown));
         Surroundings::make_nominal(&mut device, now);
         assert!(device.face(now).signs.is_empty());
-        assert_eq!(device.error_text(0x00_81_FF20), Some("battery critical"));
+        assert_eq!(device.error_text(0x0081_FF20), Some("battery critical"));
     }
 }
