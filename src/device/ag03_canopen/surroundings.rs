@@ -166,9 +166,7 @@ impl Surroundings for Ag03Node {
 
     fn bit(&self, word: Address, bit: u8) -> Option<&'static str> {
         match word {
-            CONTROL_WORD => {
-                CwBit::ALL.iter().find(|known| known.number() == bit).map(|known| known.name())
-            }
+            CONTROL_WORD => CwBit::ALL.iter().find(|known| known.number() == bit).map(|known| known.name()),
             STATUS_WORD => {
                 let known = SwBit::ALL.iter().find(|known| known.number() == bit);
                 known.map(|known| known.name(self.status().mode))
