@@ -11,7 +11,8 @@ use profidrive::fdl::{Address, RateChange};
 use profidrive::host::link::fault::Faulty;
 use profidrive::host::link::serial::Serial;
 use profidrive::host::{
-    Bus, BusEvent, Clock, Link, Reach, SlotTime, StateDir, Stop, StoredDevice, SystemClock, run,
+    Bus, BusEvent, Clock, Link, OutputBoard, Reach, Refusals, SlotTime, StateDir, Stop, StoredDevice,
+    SystemClock, run,
 };
 use profidrive::panel::{BusAccess, Panel, PanelError};
 use profidrive::time::{BaudRate, Instant};
@@ -73,9 +74,10 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     for drive in args.drives() {
         connect(&mut bus, drive, config, clock.now(), listen, state.as_ref())?;
     }
+    let (refusals, board) = (Refusals::default(), OutputBoard::default());
     let described = stations.iter().map(|(address, _)| *address).collect();
     for described in stations {
-        station::connect(&mut bus, described, rate, clock.now(), listen)?;
+        station::connect(&mut bus, described, rate, clock.now(), listen, (&refusals, &board))?;
     }
     let mut news = News::new(path, &bus, listen, panel.as_ref(), described);
     if search {
@@ -87,11 +89,12 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     let outcome = loop {
         let outcome = run(&mut link, &mut bus, &clock, &signals.stop, &mut |event| {
             let now = clock.now();
+            let words = refusals.words(&event);
             if let Some(panel) = &panel {
-                panel.tell(now, &event);
+                panel.tell_with(now, &event, words.clone());
             }
             remarks.say(&event);
-            news.say(now, event);
+            news.say(now, event, words.as_deref());
             if news.nobody_is_left() {
                 signals.end();
             }
@@ -207,7 +210,8 @@ impl News {
         }
     }
 
-    fn say(&mut self, now: Instant, event: BusEvent) {
+    /// `words` stand behind what the event says itself.
+    fn say(&mut self, now: Instant, event: BusEvent, words: Option<&str>) {
         match event {
             // So many events at once are noise, whatever else there is among them.
             BusEvent::TelegramRefused(_) | BusEvent::Lost { .. } => {
@@ -243,7 +247,10 @@ impl News {
             BusEvent::MovedToTakenAddress { .. } => warn!("{event}"),
             BusEvent::RateLost { .. } => warn!("{event}"),
             _ if event.is_detail() => debug!("{event}"),
-            BusEvent::Station { .. } | _ => info!("{event}"),
+            BusEvent::Station { .. } | _ => match words {
+                Some(words) => info!("{event}: {words}"),
+                None => info!("{event}"),
+            },
         }
     }
 

@@ -146,6 +146,7 @@ const fn mapping([first, second]: [i64; 2]) -> [Entry; 3] {
 mod tests {
     use super::*;
     use crate::canopen::dictionary;
+    use crate::canopen::pdo::mapping::MappingWord;
 
     #[test]
     fn every_mapping_word_names_an_entry_of_the_table() {
@@ -154,7 +155,7 @@ mod tests {
             for entry in object.entries.iter().filter(|entry| entry.sub.0 > 0) {
                 let word = entry.default_value(crate::canopen::NodeId::MIN).number().unwrap();
                 if word != 0 {
-                    let at = Address::new((word >> 16) as u16, (word >> 8) as u8);
+                    let at = MappingWord::decode(word.try_into().unwrap()).at;
                     assert!(dictionary::entry(OBJECTS, at).is_ok(), "{at}");
                 }
             }

@@ -125,6 +125,18 @@ impl IoLengths {
     }
 }
 
+/// The identifiers of a configuration one by one, each with its length and manufacturer octets. Ends before one that is
+/// cut off.
+pub fn identifiers(configuration: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut rest = configuration;
+    core::iter::from_fn(move || {
+        let (behind, _) = identifier(rest).ok()?;
+        let (this, _) = rest.split_at_checked(rest.len() - behind.len())?;
+        rest = behind;
+        Some(this)
+    })
+}
+
 /// Why a string of octets is no configuration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]

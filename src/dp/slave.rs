@@ -318,10 +318,12 @@ impl<A: Application> Slave<A> {
         if fed {
             self.heard(now, request.sa);
         }
-        let mut handled = match (service, access) {
-            (Some(service), Access::Run) => self.run(now, service, request),
-            (_, Access::NotActivated | Access::Ignored) | (None, _) => Handled::reply(Reply::NotActivated),
-            (Some(_), Access::Acknowledged) => Handled::reply(Reply::ShortAcknowledge),
+        let mut handled = match service {
+            // What masters ask for all day long.
+            Some(Service::DataExchange) if access == Access::Run => self.data_exchange(request),
+            Some(service) if access == Access::Run => self.run(now, service, request),
+            Some(_) if access == Access::Acknowledged => Handled::reply(Reply::ShortAcknowledge),
+            Some(_) | None => Handled::reply(Reply::NotActivated),
         };
         handled.fed = fed;
         handled
@@ -398,6 +400,7 @@ impl<A: Application> Slave<A> {
     }
 
     /// The service of a request that this slave offers, at the address that is asked.
+    #[inline]
     fn service(&self, request: &Request<'_>) -> Option<Service> {
         let service = Service::of(request.dsap, request.ssap)?;
         match self.policy.default_address {

@@ -44,6 +44,7 @@
 //! | `queue` | the queue to the thread of the bus |
 //! | `bus_access` | what the thread of a bus of PROFIBUS lends |
 //! | `drives`, `inputs`, `switches`, `parameters`, `why`, `bus` | the handlers, by what they are about |
+//! | `stations` | the same for stations from GSDs |
 //! | `state`, `words` | a drive as JSON |
 //! | `stream` | server-sent events |
 //! | `nodes` | all of this for a bus of CAN: [`NodePanel`] |
@@ -63,6 +64,7 @@ mod routes;
 mod running;
 mod server;
 mod state;
+mod stations;
 mod stream;
 mod switches;
 mod why;
@@ -71,6 +73,7 @@ mod words;
 use core::net::SocketAddr;
 use std::io;
 use std::string::String;
+use std::sync::Arc;
 
 use thiserror::Error;
 
@@ -150,7 +153,12 @@ impl Panel {
 
     /// Tells those who read the stream. Never waits.
     pub fn tell(&self, now: Instant, event: &BusEvent) {
-        self.feed.tell(now, event);
+        self.tell_with(now, event, None);
+    }
+
+    /// The same, with words that stand behind what the event says itself ([`Refusals`](crate::host::Refusals)).
+    pub fn tell_with(&self, now: Instant, event: &BusEvent, words: Option<Arc<str>>) {
+        self.feed.tell(now, event, words);
     }
 
     /// Who watches telegrams now, for [`Tap::only_for`](crate::host::link::tap::Tap::only_for).

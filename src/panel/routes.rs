@@ -12,8 +12,9 @@ use utoipa::OpenApi;
 
 use super::bus_access::Asking;
 use super::problem::{Problem, Problems};
+use super::stations::values;
 use super::stream::{Hub, Lost, NewsEvent, TelegramEvent};
-use super::{bus, drives, inputs, page, parameters, stream, switches, why};
+use super::{bus, drives, inputs, page, parameters, stations, stream, switches, why};
 
 /// What the handlers share.
 #[derive(Clone)]
@@ -48,6 +49,16 @@ pub(super) fn router(app: App) -> Router {
         .route("/api/v1/drives/{address}/power", put(inputs::power))
         .route("/api/v1/drives/{address}/switches", get(switches::read).put(switches::set))
         .route("/api/v1/drives/{address}/parameters", get(parameters::list))
+        .route("/api/v1/stations", get(stations::list))
+        .route("/api/v1/stations/{address}", get(stations::state).delete(stations::remove))
+        .route("/api/v1/stations/{address}/texts", get(stations::texts))
+        .route("/api/v1/stations/{address}/inputs", delete(stations::release_all))
+        .route("/api/v1/stations/{address}/diagnosis", put(stations::raise).delete(stations::end_diagnosis))
+        .route(
+            "/api/v1/stations/{address}/inputs/{slot}/{octet}/{type}",
+            get(values::read_input).put(values::force).delete(values::release),
+        )
+        .route("/api/v1/stations/{address}/outputs/{slot}/{octet}/{type}", get(values::read_output))
         .route("/api/v1/drives/{address}/why", get(why::why))
         .route("/api/v1/bus", get(bus::state))
         .route(
@@ -91,6 +102,17 @@ pub(super) fn router(app: App) -> Router {
         parameters::list,
         parameters::read,
         parameters::write,
+        stations::list,
+        stations::state,
+        stations::texts,
+        stations::remove,
+        stations::release_all,
+        stations::raise,
+        stations::end_diagnosis,
+        values::read_input,
+        values::force,
+        values::release,
+        values::read_output,
         why::why,
         bus::state,
         bus::faults,

@@ -227,7 +227,7 @@ impl Unit {
             self.drive.restore_faults(faults.clone());
         }
         self.bus = undo.bus.unwrap_or(self.bus);
-        self.status = self.drive.status();
+        self.refresh_status();
         self.parameters_acted = true;
         self.note_memory();
     }

@@ -44,6 +44,7 @@ mod panel_api;
 mod panel_inputs;
 #[cfg(target_os = "linux")]
 mod panel_robustness;
+mod panel_stations;
 #[cfg(target_os = "linux")]
 mod state_dir;
 #[cfg(target_os = "linux")]

@@ -28,5 +28,5 @@ judge() {
     kill -0 "$emulator_pid" || fail "the emulator has ended"
     stop_emulator
 }
-judge --drives 5-6 --drive 7,model=ag03,gear=24
+judge --drives 5-6 --drive 7,model=ag03,gear=24 --station "9,gsd=$here/../gsd/remote_io.gsd"
 judge --node 5 --node 6,device=ap10 --node 7,device=asda-a2 --link slcan-tcp:127.0.0.1:0

@@ -283,7 +283,7 @@ proptest! {
         let mut nodes = BTreeSet::new();
         for (extended, remote, number, octets) in frames {
             let id = if extended { Id::extended(number.into()) } else { Id::base(number) }.unwrap();
-            let frame = if remote { Frame::remote(id, octets.len() as u8) } else { Frame::data(id, &octets) };
+            let frame = if remote { Frame::remote(id, octets.len().try_into().unwrap()) } else { Frame::data(id, &octets) };
             let said = network.frame(&frame.unwrap());
             check(&said);
             nodes.insert(number & 0x7F);

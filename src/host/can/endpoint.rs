@@ -146,10 +146,8 @@ mod tests {
 
     fn everything(link: &mut impl Link) -> Vec<u8> {
         let mut octets = [0; 256];
-        match link.receive(&mut octets).unwrap() {
-            Received::Octets(count) => octets[..count].to_vec(),
-            other => panic!("{other:?}"),
-        }
+        let Received::Octets(count) = link.receive(&mut octets).unwrap() else { panic!("nothing came") };
+        octets[..count].to_vec()
     }
 
     #[test]

@@ -97,12 +97,17 @@ export class Stream {
     this.#timer = setTimeout(() => this.#connect(), RETRY_MS);
     const address = new URLSearchParams(query).get("address");
     // An EventSource does not say why it ended; requests do.
-    const reason = await request("GET", address === null ? "/bus" : `/drives/${address}/inputs`).then(
+    const reason = await (address === null ? request("GET", "/bus") : isThere(address)).then(
       () => whyRefused(query),
       (error) => error,
     );
     if (query === this.#query && this.#source === null) this.#on.closed(reason);
   }
+}
+
+/** Whether a drive or else a station from a GSD has an address; the reason of the drive if none has. */
+function isThere(address) {
+  return request("GET", `/drives/${address}/inputs`).catch((error) => request("GET", `/stations/${address}`).catch(() => Promise.reject(error)));
 }
 
 /** Why the stream is not to be had; one that is to be had after all is given up at once. */

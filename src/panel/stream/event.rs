@@ -144,7 +144,7 @@ impl NewsEvent {
         )
     }
 
-    pub(super) fn item(at: Instant, event: &BusEvent) -> Item {
+    pub(super) fn item(at: Instant, event: &BusEvent, words: Option<&str>) -> Item {
         let (address, kind) = match event {
             BusEvent::Station { address, event } => (Some(*address), NewsKind::of(event)),
             BusEvent::Joined { address } | BusEvent::AddressLive { address, .. } => {
@@ -165,7 +165,7 @@ impl NewsEvent {
             time_seconds: seconds(at),
             address: address.map(Address::number),
             kind,
-            text: event.to_string(),
+            text: words.map_or_else(|| event.to_string(), |words| format!("{event}: {words}")),
             reasons,
         };
         Item { message: message_of("news", &news), about: [address, None] }
