@@ -34,6 +34,8 @@ const TABLE: &[(&str, &[&str])] = &[
     // One framer for a bus, generic slaves, links that keep telegrams apart or corrupt them on purpose, and buses of CAN.
     ("host", &["device", "time", "fdl", "dp", "ppo", "can", "canopen"]),
     ("bench", &["host", "device", "explain", "dp", "fdl", "time"]),
+    // Stations on a line, live or simulated, and telegrams in words.
+    ("judge", &["bench", "host", "device", "explain", "gsd", "dp", "fdl", "time"]),
     ("panel", &["host", "device", "explain", "drive", "dp", "param", "ppo", "fdl", "time"]),
     ("master", &["bench", "host", "client", "device", "dp", "pkw", "ppo", "param", "fdl", "time"]),
 ];
