@@ -93,14 +93,22 @@ impl Findings {
         self.records.entry(row).or_default().obstacle = Some(reason.into());
     }
 
+    /// What was found against a row says nothing, for this reason.
+    pub(super) fn void(&mut self, row: Row, reason: &str) {
+        let record = self.records.entry(row).or_default();
+        if fails(record) {
+            *record = Record { obstacle: Some(reason.into()), ..Record::default() };
+        }
+    }
+
+    /// A reason for a row that has none.
+    pub(super) fn default_obstacle(&mut self, row: Row, reason: &str) {
+        self.records.entry(row).or_default().obstacle.get_or_insert_with(|| reason.into());
+    }
+
     /// Whether anything was said of a row.
     pub(super) fn is_judged(&self, row: Row) -> bool {
         self.records.get(&row).is_some_and(|record| record.held > 0 || fails(record))
-    }
-
-    /// How often it held and was broken.
-    pub(super) fn counts(&self, row: Row) -> (u32, u32) {
-        self.records.get(&row).map_or((0, 0), |record| (record.held, record.broken))
     }
 
     /// The verdict on a row.

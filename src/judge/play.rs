@@ -43,6 +43,38 @@ const ASK_LIMIT: Duration = Duration::from_secs(3);
 /// Exchanges at least to say something of random errors, and how many of a hundred must be good.
 const RANDOM_CYCLES: u32 = 1000;
 const RANDOM_SHARE: u32 = 90;
+/// Rows that hold if nothing was seen against them at their occasion.
+const BY_NOTHING_SEEN: &[Row] = &[
+    Row::D02,
+    Row::D07,
+    Row::D12,
+    Row::D14,
+    Row::D15,
+    Row::E14,
+    Row::L01,
+    Row::L05,
+    Row::U05,
+    Row::U06,
+    Row::U07,
+    Row::U08,
+];
+/// Why rows that nothing here gives an occasion to are not judged.
+const NEVER: &[(Row, &str)] = &[
+    (Row::E11, "needs a second slave in start-up at the same moment; the data link layer cannot tell whose SC it is"),
+    (Row::K08, "needs many slaves in virtual time"),
+    (Row::I06, "needs 32 stations"),
+    (Row::I07, "needs a line on which half of the stations are absent"),
+    (Row::R09, "needs a line on which a second master may speak"),
+    (Row::R01, "the judge plays no second master"),
+    (Row::R02, "the judge plays no second master"),
+    (Row::R03, "the judge plays no second master"),
+    (Row::R04, "the judge plays no second master"),
+    (Row::B01, "a judgement is at one rate; repeat it at each"),
+    (Row::B02, "a judgement is at one rate; repeat it at each"),
+    (Row::B03, "a judgement is at one rate; repeat it at each"),
+    (Row::Z05, "needs --ask with restart"),
+    (Row::Z06, "needs --ask with restart"),
+];
 /// As many stations as row I06 asks for.
 const MANY: usize = 32;
 
@@ -479,6 +511,10 @@ impl Judge {
         for row in scenario.returns.iter().filter(|row| **row != Row::E17) {
             self.observer.findings.held(*row);
         }
+        // It had its occasion, and nothing was seen against it.
+        for row in scenario.rows.iter().filter(|row| BY_NOTHING_SEEN.contains(row)) {
+            self.observer.findings.held(*row);
+        }
     }
 
     /// It has not.
@@ -596,6 +632,9 @@ impl Judge {
 
     /// Why what was not tried is not judged.
     fn explain_the_rest(&mut self) {
+        for (row, reason) in NEVER {
+            self.observer.findings.default_obstacle(*row, reason);
+        }
         let Some(ending) = self.ending.clone().filter(|ending| *ending != Ending::Done) else {
             return;
         };

@@ -5,7 +5,7 @@ use core::fmt;
 use super::setup::{Setup, Slave};
 use crate::dp::application::Expected;
 use crate::dp::ext_diag::{Block, MAX_BLOCK_DATA};
-use crate::dp::policy::WatchdogFactorZero;
+use crate::dp::policy::{NoEffect, WatchdogFactorZero};
 use crate::dp::{self, Application, Description, ExtDiag, Policy, Reason, Refusal};
 use crate::fdl::{Address, DataTelegram, FrameCount, FunctionCode, Sap, Service, Telegram};
 use crate::gsd;
@@ -127,6 +127,8 @@ fn played(slave: &Slave, bus: &Bus) -> Played {
         }
     };
     let policy = Policy {
+        // Acknowledged before DP looks: then the diagnosis alone says that Set_Prm was refused.
+        chk_cfg_in_wait_prm: NoEffect::Acknowledged,
         watchdog_factor_zero: WatchdogFactorZero::Off,
         check_reserved_prm_bits: false,
         check_reserved_control_bits: false,

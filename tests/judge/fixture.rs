@@ -16,7 +16,7 @@ use profidrive::time::{BaudRate, Instant, SYN_BITS};
 
 /// What the master does wrong. One at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Mistake {
+pub(crate) enum Mistake {
     /// A wrong sum in every fiftieth telegram.
     WrongFcs,
     /// Set_Prm as SDA.
@@ -129,25 +129,25 @@ pub enum Mistake {
 
 /// A station as configured.
 #[derive(Clone, Debug)]
-pub struct Configured {
-    pub address: u8,
-    pub ident: u16,
-    pub cfg: Vec<u8>,
-    pub prm: Vec<u8>,
-    pub groups: u8,
+pub(crate) struct Configured {
+    pub(crate) address: u8,
+    pub(crate) ident: u16,
+    pub(crate) cfg: Vec<u8>,
+    pub(crate) prm: Vec<u8>,
+    pub(crate) groups: u8,
 }
 
 /// How the master is configured.
 #[derive(Clone, Debug)]
-pub struct Settings {
-    pub address: u8,
-    pub baud: BaudRate,
-    pub slot: Duration,
-    pub retries: u32,
-    pub watchdog: Duration,
+pub(crate) struct Settings {
+    pub(crate) address: u8,
+    pub(crate) baud: BaudRate,
+    pub(crate) slot: Duration,
+    pub(crate) retries: u32,
+    pub(crate) watchdog: Duration,
     /// Pause between two cycles.
-    pub pause: Duration,
-    pub stations: Vec<Configured>,
+    pub(crate) pause: Duration,
+    pub(crate) stations: Vec<Configured>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -173,13 +173,14 @@ struct Slave {
     not_ready: u32,
     spoilt: u32,
     forgotten: bool,
+    restarts: bool,
     turns: u32,
     output: u8,
 }
 
 /// The master.
 #[derive(Debug)]
-pub struct TestMaster {
+pub(crate) struct TestMaster {
     settings: Settings,
     mistake: Option<Mistake>,
     slaves: Vec<Slave>,
@@ -195,7 +196,7 @@ pub struct TestMaster {
     next: Instant,
     heard: Vec<u8>,
     sent: u32,
-    pub dead: bool,
+    pub(crate) dead: bool,
     sending: bool,
 }
 
@@ -207,7 +208,7 @@ struct Wait {
 }
 
 impl TestMaster {
-    pub fn new(settings: Settings, mistake: Option<Mistake>) -> Self {
+    pub(crate) fn new(settings: Settings, mistake: Option<Mistake>) -> Self {
         let slaves = settings
             .stations
             .iter()
@@ -223,6 +224,7 @@ impl TestMaster {
                 not_ready: 0,
                 spoilt: 0,
                 forgotten: false,
+                restarts: false,
                 turns: 0,
                 output: 0,
             })
@@ -338,7 +340,7 @@ impl TestMaster {
             State::Cfg => (Some(62), self.slaves[turn].configured.cfg.clone()),
         };
         let first = match self.mistake {
-            Some(Mistake::FirstCounted) => Some(false),
+            Some(Mistake::FirstCounted) if self.slaves[turn].turns == 1 => Some(false),
             _ => None,
         };
         let common = self.common;
@@ -352,7 +354,7 @@ impl TestMaster {
                 if bit { FrameCount::Odd } else { FrameCount::Even }
             }
         };
-        if common_bit {
+        if common_bit && count != FrameCount::First {
             self.common = !self.common;
         }
         let service = match self.mistake {
@@ -524,6 +526,9 @@ impl TestMaster {
     fn exchanged(&mut self, turn: usize, status: Option<ReplyStatus>, len: usize) {
         let mistake = self.mistake;
         let slave = &mut self.slaves[turn];
+        if core::mem::take(&mut slave.restarts) {
+            return slave.restart(mistake);
+        }
         let inputs = usize::from(slave.lengths.inputs);
         match status {
             Some(ReplyStatus::NotActivated) if mistake == Some(Mistake::DiesOnRs) => self.dead = true,
@@ -556,25 +561,20 @@ impl TestMaster {
             Some(Mistake::EndlessRetries) => u32::MAX,
             _ => self.settings.retries,
         };
-        if mistake == Some(Mistake::RestartsOnLoss) && slave.state == State::Exchange {
-            slave.open = None;
-            slave.restart(mistake);
-            slave.count = slave.count.map(|bit| !bit);
-            self.turn += 1;
-            return;
-        }
         if slave.operational && slave.retries < limit {
             slave.retries += 1;
+            slave.restarts = mistake == Some(Mistake::RestartsOnLoss) && slave.state == State::Exchange;
             return;
         }
-        if mistake == Some(Mistake::StopsOthers) && slave.operational {
+        let stops = mistake == Some(Mistake::StopsOthers) && slave.configured.address != 9;
+        if stops && slave.operational {
             slave.retries = 0;
             slave.operational = false;
             slave.state = State::Diag1;
             slave.open = None;
             return;
         }
-        if mistake == Some(Mistake::StopsOthers) {
+        if stops && slave.turns > 1 {
             slave.open = None;
             return;
         }
@@ -647,9 +647,12 @@ impl Slave {
 
 impl Master for TestMaster {
     fn handle_bytes(&mut self, now: Instant, octets: &[u8]) {
-        if self.waits.is_none() {
+        let Some(wait) = &mut self.waits else {
+            self.next = self.next.max(now + self.settings.baud.bit_times(SYN_BITS));
             return;
-        }
+        };
+        // What has begun is heard to its end.
+        wait.until = wait.until.map(|until| until.max(now + self.settings.slot));
         self.heard.extend_from_slice(octets);
         loop {
             let (len, whole) = match decode(&self.heard) {
@@ -683,8 +686,7 @@ impl Master for TestMaster {
 
     fn handle_timeout(&mut self, now: Instant) {
         let over = self.waits.is_some_and(|wait| wait.until.is_some_and(|until| until <= now));
-        // A reply that has begun is heard to its end.
-        if over && (self.heard.is_empty() || self.waits.is_some_and(|wait| wait.until.is_some_and(|until| until + self.settings.slot <= now))) {
+        if over {
             self.timed_out(now);
         }
     }
@@ -706,10 +708,7 @@ impl Master for TestMaster {
             return None;
         }
         match self.waits {
-            Some(wait) => {
-                let until = wait.until?;
-                Some(if self.heard.is_empty() { until } else { until + self.settings.slot })
-            }
+            Some(wait) => wait.until,
             None => Some(self.next),
         }
     }

@@ -16,12 +16,32 @@ use crate::time::Instant;
 /// A master never repeats more often than this.
 const MOST_RETRIES: u32 = 15;
 
+/// Rows about what a master makes of replies that are new.
+const REPEATED: &[Row] = &[
+    Row::D01,
+    Row::D02,
+    Row::D03,
+    Row::D06,
+    Row::D07,
+    Row::D13,
+    Row::D15,
+    Row::E03,
+    Row::E04,
+    Row::L03,
+    Row::L05,
+    Row::U05,
+    Row::U06,
+];
+
 /// One bit for all stations, as a wrong master has it.
 #[derive(Debug, Default)]
 pub(super) struct Common {
     bit: Option<bool>,
     /// How often it went on over all stations where that of the station did not.
     toggles: BTreeMap<u8, u32>,
+    /// Counted requests, and how many had the other bit than the one before, whatever its station.
+    all: u32,
+    toggled: u32,
     /// How often it stayed from one service to another, by the second.
     stuck: BTreeMap<&'static str, u32>,
 }
@@ -53,6 +73,10 @@ impl Observer {
                 }
             }
             return;
+        };
+        cycle.tries = match before.answer() {
+            Answer::Silence | Answer::Bad(_) => before.tries + 1,
+            Answer::ShortAck | Answer::Data { .. } | Answer::Status(_) | Answer::Mixed => 0,
         };
         if before.void || before.answered_at.is_some_and(|at| self.is_late(before, at)) {
             return;
@@ -174,7 +198,7 @@ impl Observer {
                 if let Some(row) = bad_row.filter(|row| *row != Row::E01) {
                     self.held(row);
                 }
-                if before.retry > 0 {
+                if before.tries > 0 {
                     self.held(Row::C06);
                 } else if self.setup.retries != Some(0) {
                     let row = if bad == Some(Bad::Fcs) { Row::C12 } else { Row::C05 };
@@ -232,7 +256,8 @@ impl Observer {
 
     fn judge_retries(&mut self, before: &Cycle, cycle: &Cycle) {
         let limit = self.setup.retries.unwrap_or(MOST_RETRIES);
-        if cycle.retry > limit && before.is_counted() {
+        // Once it should have given up, the wrong bit is what is wrong (C07).
+        if cycle.retry > limit && before.is_counted() && !self.view(cycle.to).gave_up {
             let expected = if self.setup.retries.is_some() { "as configured" } else { "at most" };
             let reason =
                 format!("{} is repeated for the {}th time; expected {limit} retries {expected}", name_of(cycle), cycle.retry);
@@ -246,7 +271,7 @@ impl Observer {
         let station = cycle.to;
         let others = self.setup.stations.iter().any(|slave| {
             slave.address != station
-                && self.views.get(&slave.address.number()).is_some_and(|view| view.streak > 4)
+                && self.views.get(&slave.address.number()).is_some_and(|view| view.calm > 4)
         });
         if !others {
             let reason = "with no other station in data exchange a retry cannot be told from the next cycle";
@@ -272,10 +297,14 @@ impl Observer {
     /// Whether the bit goes on as if all stations had one. Only telling where the station's own does not.
     fn common_bit(&mut self, cycle: &Cycle) -> bool {
         let bit = match cycle.count {
-            FrameCount::First | FrameCount::Odd => true,
-            FrameCount::Even | FrameCount::Unused => false,
+            FrameCount::Odd => true,
+            FrameCount::Even => false,
+            FrameCount::First | FrameCount::Unused => return false,
         };
-        self.common.bit.replace(bit).is_some_and(|last| last != bit)
+        let toggled = self.common.bit.replace(bit).is_some_and(|last| last != bit);
+        self.common.all += 1;
+        self.common.toggled += u32::from(toggled);
+        toggled
     }
 
     fn count_common(&mut self, common: bool, station: u8) {
@@ -284,14 +313,28 @@ impl Observer {
         }
     }
 
+    /// A slave answers a request with the FCB of before from its buffer: the master never learns of what is new.
+    fn void_what_repeats(&mut self) {
+        let reason = "void: the FCB of the master does not toggle, so slaves repeat old replies (M-C02)";
+        for row in REPEATED {
+            self.findings.void(*row, reason);
+        }
+    }
+
     pub(super) fn finish_counting(&mut self) {
         let stations = self.common.toggles.values().filter(|count| **count >= 3).count();
         let c02 = self.findings.judgement(Row::C02);
+        if c02.verdict == crate::judge::Verdict::Fail {
+            self.void_what_repeats();
+        }
         let present = self.setup.stations.len();
-        if stations >= 2 && c02.verdict == crate::judge::Verdict::Fail {
+        let common = self.common.toggled * 10 > self.common.all * 9;
+        if stations >= 2 && common && c02.verdict == crate::judge::Verdict::Fail {
             let moments = c02.telegrams.into_iter().map(|telegram| telegram.moment).collect();
             let reason = "the FCB toggles over the requests to all stations, not for each station by itself".into();
             self.findings.broken(Row::C08, Weight::Once, reason, moments);
+        } else if c02.verdict == crate::judge::Verdict::Fail {
+            self.findings.obstacle(Row::C08, "the FCB is wrong in another way, see M-C02");
         } else if present >= 2 && self.findings.is_judged(Row::C02) {
             self.held(Row::C08);
         } else {
@@ -319,6 +362,6 @@ const fn row_of(bad: Bad) -> Row {
         Bad::WrongSource | Bad::WrongDestination => Row::E05,
         Bad::RequestBit | Bad::StationType => Row::E13,
         Bad::Saps => Row::E14,
-        Bad::Noise => Row::E12,
+        Bad::Noise | Bad::Ambiguous => Row::E12,
     }
 }

@@ -26,6 +26,8 @@ pub(super) struct Cycle {
     saps: (Option<Sap>, Option<Sap>),
     /// How often it was repeated before.
     pub(super) retry: u32,
+    /// How many requests to the station before it got no good answer, one after the other.
+    pub(super) tries: u32,
     pub(super) items: Vec<Item>,
     /// When the last item began.
     pub(super) answered_at: Option<Instant>,
@@ -61,7 +63,12 @@ pub(super) enum Bad {
     StationType,
     Saps,
     Noise,
+    /// Octets with one that looks like SC.
+    Ambiguous,
 }
+
+/// The short acknowledge.
+const SC: u8 = 0xE5;
 
 /// What a request led to.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -106,6 +113,7 @@ impl Cycle {
             count,
             saps: (request.dsap, request.ssap),
             retry: 0,
+            tries: 0,
             items: Vec::new(),
             answered_at: None,
             void: false,
@@ -130,9 +138,15 @@ impl Cycle {
         self.items.len() > 1 && self.items.iter().all(|item| !matches!(item, Item::Bad(_)))
     }
 
+    /// Something came that is no reply to it.
+    pub(super) fn has_bad_item(&self) -> bool {
+        self.items.iter().any(|item| matches!(item, Item::Bad(_)))
+    }
+
     pub(super) fn answer(&self) -> Answer {
         match &self.items[..] {
             [] => Answer::Silence,
+            [Item::Bad(Bad::Ambiguous)] => Answer::Mixed,
             [Item::Bad(bad)] => Answer::Bad(*bad),
             [Item::Bad(_), ..] => Answer::Mixed,
             [Item::ShortAck, ..] => Answer::ShortAck,
@@ -146,6 +160,10 @@ impl Cycle {
         let telegram = match decode(octets) {
             Decoded::Telegram { telegram, len } if len == octets.len() => telegram,
             Decoded::Telegram { .. } => return Item::Bad(Bad::Noise),
+            // Who looks for telegrams in noise may find an acknowledge, and is right.
+            Decoded::Incomplete | Decoded::Invalid { .. } if octets.contains(&SC) => {
+                return Item::Bad(Bad::Ambiguous);
+            }
             Decoded::Incomplete => return Item::Bad(Bad::Truncated),
             Decoded::Invalid { error, .. } => return Item::Bad(bad_frame(error)),
         };

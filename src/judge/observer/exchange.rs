@@ -38,6 +38,7 @@ impl Observer {
         view.polled = view.polled.saturating_add(1);
         let (exchanging, gave_up, loss, prm) = (view.exchanging, view.gave_up, view.loss, view.prm);
         view.diagnoses = 0;
+        view.not_ready = None;
         let now = cycle.end;
         if gave_up {
             let reason = "Data_Exchange after the retries to a silent slave were over";
@@ -169,20 +170,20 @@ impl Observer {
             Answer::ShortAck if inputs.is_none_or(|inputs| inputs == 0) => self.good_exchange(cycle, false, 0),
             Answer::Data { .. } | Answer::ShortAck => {
                 let row = if *answer == Answer::ShortAck { Row::E03 } else { Row::E04 };
-                view.streak = 0;
+                view.trouble();
                 view.exchanging = true;
                 let spoilt = view.spoilt.get_or_insert(Spoilt { row, since: now, count: 0 });
                 spoilt.count += 1;
             }
             Answer::Status(ReplyStatus::NotActivated) => {
-                view.streak = 0;
+                view.trouble();
                 let refused = view.refused.get_or_insert((now, 0));
                 refused.1 += 1;
                 if view.loss == Loss::None {
                     view.lose(Loss::Refused);
                 }
             }
-            Answer::Status(_) | Answer::Silence | Answer::Bad(_) | Answer::Mixed => view.streak = 0,
+            Answer::Status(_) | Answer::Silence | Answer::Bad(_) | Answer::Mixed => view.trouble(),
         }
     }
 
@@ -197,6 +198,7 @@ impl Observer {
         view.refused = None;
         view.spoilt = None;
         view.streak = view.streak.saturating_add(1);
+        view.calm = view.calm.saturating_add(1);
         view.exchanges = view.exchanges.saturating_add(1);
         if begins {
             view.start_ups += 1;
@@ -210,6 +212,9 @@ impl Observer {
         }
         if over.is_some() {
             view.disturbed = None;
+        }
+        if view.calm >= OVER {
+            view.excused = None;
         }
         let shown = view.shown;
         if begins {
@@ -243,7 +248,7 @@ impl Observer {
         if lengths.is_some_and(|lengths| lengths.inputs == 244 && lengths.outputs == 244) {
             self.held(Row::X08);
         }
-        if lengths.is_some_and(|lengths| lengths.inputs == 0) && self.view(cycle.to).streak == OVER {
+        if lengths.is_some_and(|lengths| lengths.inputs == 0) && self.view(cycle.to).calm == OVER {
             self.held(Row::X06);
         }
     }

@@ -327,12 +327,12 @@ impl Observer {
                 self.master.get_or_insert(data.sa);
                 self.asked(cycle);
             }
-            Service::TimeEvent
-            | Service::SdaLow
-            | Service::SdaHigh
-            | Service::Msrd
-            | Service::Ident
-            | Service::LsapStatus => {}
+            // Counted as well: what follows has nothing to be compared with.
+            Service::SdaLow | Service::SdaHigh | Service::Msrd | Service::Ident | Service::LsapStatus => {
+                self.view(data.da).last = None;
+                self.open = Some(cycle);
+            }
+            Service::TimeEvent => {}
         }
     }
 
@@ -344,6 +344,9 @@ impl Observer {
             self.stranger_asked(&cycle);
             self.open = Some(cycle);
             return;
+        }
+        if !self.setup.stations.is_empty() {
+            self.held(Row::U12);
         }
         let before = self.view(station).last.take();
         self.judge_count(before.as_ref(), &mut cycle);
@@ -383,6 +386,9 @@ impl Observer {
             if answered && let Some(view) = self.views.get_mut(&cycle.to.number()) {
                 view.gave_up = false;
             }
+            return;
+        }
+        if !matches!(cycle.kind, Service::SrdLow | Service::SrdHigh) {
             return;
         }
         let answer = cycle.answer();

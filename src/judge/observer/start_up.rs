@@ -47,7 +47,7 @@ impl Observer {
         let gave_up = view.gave_up;
         let not_ready = view.not_ready.take();
         let disturbed = view.disturbed.take();
-        let restart_due = view.restart_due.take();
+        let restart_due = view.restart_due.take().map(|(row, _)| row).or(view.excused.take());
         let refused = view.refused.take();
         view.waits = 0;
         if diag_read {
@@ -70,7 +70,7 @@ impl Observer {
                 self.held(Row::U06);
             }
         }
-        if let Some((row, _)) = restart_due {
+        if let Some(row) = restart_due {
             self.held(row);
         }
         if refused.is_some() || loss == Loss::Refused {
@@ -78,11 +78,12 @@ impl Observer {
         }
         if exchanging && !gave_up && loss == Loss::None && restart_due.is_none() {
             match disturbed {
+                _ if self.is_other_lost(station) => self.judge_needless(cycle),
                 Some((disturbance, _)) => {
                     let reason = format!("Set_Prm although {}", words(disturbance));
                     self.broken(disturbance.row(), Weight::Times(2), from, Some(station), reason);
                 }
-                None => self.judge_needless(cycle),
+                None => {}
             }
         }
         let view = self.view(station);
@@ -91,12 +92,16 @@ impl Observer {
         view.short_diag = false;
     }
 
-    /// A new start-up without a reason of its own: another station has one?
+    /// Whether the master has lost another station.
+    fn is_other_lost(&self, station: crate::fdl::Address) -> bool {
+        self.views
+            .iter()
+            .any(|(other, view)| *other != station.number() && (view.gave_up || view.loss != Loss::None))
+    }
+
+    /// A new start-up without a reason of its own, while another station is lost.
     fn judge_needless(&mut self, cycle: &Cycle) {
-        let lost = self.views.iter().any(|(station, view)| {
-            *station != cycle.to.number() && (view.gave_up || view.loss != Loss::None)
-        });
-        if lost && self.view(cycle.to).streak > 0 {
+        if self.view(cycle.to).calm > 0 {
             let reason = format!("Set_Prm to station {}, with which nothing is wrong; another one is lost", cycle.to);
             self.broken(Row::L04, Weight::Times(2), cycle.serial.saturating_sub(8), None, reason);
         }
@@ -211,6 +216,8 @@ impl Observer {
         let known = self.setup.slave(cycle.to).map(|slave| slave.ident);
         let Some(diag) = Diagnosis::parse(octets) else {
             let view = self.view(cycle.to);
+            view.diag_read = true;
+            view.diag_after_cfg |= view.cfg == Step::Acknowledged;
             view.short_diag = view.cfg == Step::Acknowledged;
             view.shown.short = true;
             return;
@@ -230,7 +237,7 @@ impl Observer {
         view.shown.cfg_fault |= diag.cfg_fault;
         view.shown.other_ident |= known.is_some_and(|ident| ident != diag.ident);
         view.shown.other_master |= owned_by_other;
-        if view.cfg == Step::Acknowledged && diag.station_not_ready && !diag.prm_req && !faults {
+        if view.cfg == Step::Acknowledged && !view.exchanging && diag.station_not_ready && !diag.prm_req && !faults {
             view.not_ready.get_or_insert(cycle.end);
         }
         view.diag = Some(diag);
@@ -245,7 +252,9 @@ impl Observer {
         if !view.exchanging || view.loss != Loss::None {
             return;
         }
-        view.diagnoses += 1;
+        if cycle.is_counted() {
+            view.diagnoses += 1;
+        }
         if view.diagnoses == FOR_EVER && ready && !diag.stat_diag {
             let reason = format!("{FOR_EVER} times Slave_Diag without Data_Exchange; the diagnosis shows no fault");
             self.broken(Row::D06, Weight::Once, cycle.serial.saturating_sub(12), Some(cycle.to), reason);
@@ -256,7 +265,13 @@ impl Observer {
         } else if diag.station_not_ready || diag.master.is_none() {
             view.restart_due = Some((Row::D15, 0));
         } else if ready {
-            view.restart_due = None;
+            if let Some((row, _)) = view.restart_due.take() {
+                view.excused = Some(row);
+            }
+            // After a bad reply a new start-up is right.
+            if view.excused.is_some() || view.calm == 0 {
+                return;
+            }
             let disturbance = match octets.len() {
                 LONG.. => Disturbance::LongDiagnosis,
                 _ if diag.ext_diag_overflow => Disturbance::Overflow,
@@ -280,7 +295,7 @@ impl Observer {
         view.prm = step(answer);
         view.cfg = Step::None;
         view.exchanging = false;
-        view.streak = 0;
+        view.trouble();
         view.spoilt = None;
         view.announced = None;
         view.disturbed = None;

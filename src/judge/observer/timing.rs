@@ -15,6 +15,8 @@ use crate::time::{Instant, SYN_BITS};
 
 /// Waiting longer than so many slot times after no reply is too long.
 const MOST_SLOTS: u32 = 6;
+/// And longer than this: a master may pause between two cycles.
+const PAUSE: Duration = Duration::from_millis(20);
 /// Telegrams of one cycle: fewer exchanges of one station than a quarter of another's are not equal.
 const LEAST_SHARE: u32 = 4;
 /// Exchanges at least before stations are compared.
@@ -109,7 +111,7 @@ impl Observer {
         let early = waited * 100 < slot * 5;
         let within = waited * 100 < slot * 45;
         let exact = matches!(self.sight, Sight::Exact(_));
-        let (is_early, is_within) = if exact { (waited < slot, waited < slot) } else { (early, within) };
+        let (is_early, is_within) = if exact { (early, waited < slot) } else { (early, within) };
         if after_double && is_within && !is_diag {
             let reason = format!(
                 "the next telegram {} us after a request to {to}, whose reply was held back: the second copy of the reply \
@@ -120,7 +122,7 @@ impl Observer {
         } else if is_early {
             let reason = format!("a telegram {} us after a request to {to} that has no reply yet", waited.as_micros());
             self.broken(Row::T02, Weight::Times(2), from, None, reason);
-        } else if is_within && self.held_back {
+        } else if is_within && (self.held_back || exact) {
             let reason = format!(
                 "a telegram {} us after a request to {to}; a reply may come within the slot time of {} us",
                 waited.as_micros(),
@@ -152,8 +154,8 @@ impl Observer {
     fn judge_patience(&mut self, from: u64, to: Address, waited: Duration, slot: Duration) {
         let absent = self.setup.slave(to).is_some_and(|slave| slave.absent);
         let known = self.setup.slave(to).is_some();
-        let exact = matches!(self.sight, Sight::Exact(_));
-        let too_long = if exact { waited * 10 > slot * 11 } else { waited > slot * MOST_SLOTS };
+        // Some masters pause between two cycles.
+        let too_long = waited > slot * MOST_SLOTS && waited > slot + PAUSE;
         let rows: &[Row] = match (absent, known) {
             (true, _) => &[Row::I03],
             (false, true) => &[Row::T04],
@@ -183,6 +185,11 @@ impl Observer {
             self.judge_first_telegram(serial, at);
             return;
         };
+        // Behind octets that the master had no reason to expect it cannot know when the line is idle.
+        let unclear = |open: &Cycle| open.items.len() != 1 || open.has_bad_item();
+        if self.open.as_ref().is_some_and(unclear) || at < idle_since {
+            return;
+        }
         let idle = at.saturating_since(idle_since);
         let bits = |time: Duration| {
             u64::from(rate.bits_per_second()) * u64::try_from(time.as_nanos()).unwrap_or(u64::MAX) / 1_000_000_000
@@ -253,6 +260,7 @@ impl Observer {
     }
 
     pub(super) fn finish_timing(&mut self) {
+        self.finish_slot();
         self.finish_min_interval();
         self.finish_equality();
         for (number, view) in &self.views {
@@ -274,6 +282,25 @@ impl Observer {
             } else {
                 self.findings.held(row);
             }
+        }
+    }
+
+    /// The slot time beside max T_SDR of the slaves.
+    fn finish_slot(&mut self) {
+        let (Sight::Exact(rate), Some(slot)) = (self.sight, self.setup.slot) else {
+            return;
+        };
+        let max_tsdr = |slave: &crate::judge::setup::Slave| match &slave.gsd {
+            Some(gsd) => gsd.rates.max_tsdr(rate),
+            None => Some(rate.max_tsdr_bits()),
+        };
+        let longest = self.setup.stations.iter().filter_map(max_tsdr).max().unwrap_or(rate.max_tsdr_bits());
+        let least = rate.bit_times(u32::from(longest) + 15);
+        if slot < least {
+            let reason = format!("the slot time is {} us, expected {} us", slot.as_micros(), least.as_micros());
+            self.show(Row::T07, Weight::Once, reason);
+        } else if self.findings.is_judged(Row::T03) {
+            self.held(Row::T07);
         }
     }
 

@@ -32,6 +32,8 @@ pub(super) struct View {
     pub(super) loss: Loss,
     /// Good Data_Exchange in a row.
     pub(super) streak: u32,
+    /// The same, whatever the judge has begun anew.
+    pub(super) calm: u32,
     /// All good Data_Exchange.
     pub(super) exchanges: u32,
     /// All Data_Exchange requests, retries apart.
@@ -57,6 +59,8 @@ pub(super) struct View {
     pub(super) storm: u32,
     /// Data_Exchange since a diagnosis that wants a new start-up.
     pub(super) restart_due: Option<(Row, u32)>,
+    /// A diagnosis wanted a new start-up and the next one no longer did: both reactions are right.
+    pub(super) excused: Option<Row>,
     /// Diagnoses in a row while data are exchanged.
     pub(super) diagnoses: u32,
     /// Data_Exchange with a reply that cannot be right.
@@ -148,6 +152,7 @@ impl View {
         self.diag_read = false;
         self.prm = Step::None;
         self.streak = 0;
+        self.calm = 0;
         self.announced = None;
         self.restart_due = None;
         self.disturbed = None;
@@ -157,5 +162,6 @@ impl View {
     /// Something was not as it should be.
     pub(super) const fn trouble(&mut self) {
         self.streak = 0;
+        self.calm = 0;
     }
 }
