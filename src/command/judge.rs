@@ -3,16 +3,18 @@
 use core::time::Duration;
 use std::io::{self, Write};
 
-use profidrive::fdl::Address;
-use profidrive::host::{Clock, Stop, SystemClock};
-use profidrive::judge::{Ending, Judge, Progress, Report, Row, Setup, Slave, live};
+use profidrive::host::{Stop, SystemClock};
+use profidrive::judge::{Ending, Judge, Operator, Progress, Report, Row, Setup, Slave, live};
 use tracing::info;
 
 use super::Failure;
 use super::args::{Judge as Args, JudgedStation, judge_millis};
 use super::emulate::{Opened, open_link};
 
+mod operated;
 mod recorded;
+
+use operated::Operated;
 
 /// Judges, and says the verdicts.
 pub(crate) fn judge(args: &Args) -> Result<(), Failure> {
@@ -30,10 +32,14 @@ pub(crate) fn judge(args: &Args) -> Result<(), Failure> {
     let Opened { rate, link, path } = open_link(&args.link, args.rate(), args.allow_remote)?;
     let clock = SystemClock::new();
     announce(&path, &setup)?;
-    let judge = Judge::new(setup, &rows);
-    let report =
-        live(judge, link, &clock, rate, &stop, &mut say).map_err(|error| Failure::from_error(&error))?;
-    let _ = clock.now();
+    let mut judge = Judge::new(setup, &rows);
+    let mut operator = args.ask.as_deref().map(Operated::new);
+    if operator.is_some() {
+        judge = judge.operated();
+    }
+    let operator = operator.as_mut().map(|operator| -> &mut dyn Operator { operator });
+    let report = live(judge, link, &clock, rate, &stop, operator, &mut say)
+        .map_err(|error| Failure::from_error(&error))?;
     finish(args, &report)
 }
 
@@ -107,6 +113,5 @@ fn slave(station: &JudgedStation) -> Result<Slave, Failure> {
         slave.cfg = Some(configuration.to_vec());
     }
     slave.gsd = Some(Box::new(gsd));
-    let _: Address = slave.address;
     Ok(slave)
 }

@@ -25,6 +25,18 @@ const ASLEEP: Duration = Duration::from_millis(4);
 
 type Queue = Rc<RefCell<VecDeque<Moment>>>;
 
+/// Somebody who operates the master under test.
+pub trait Operator {
+    /// Begins an action: `operate`, `clear`, `stop`, `restart`, `outputs ADDRESS HEX`, `sync GROUPS` and the like.
+    fn begin(&mut self, action: &str);
+
+    /// Whether it is done: `None` not yet, `Some(false)` it could not be.
+    fn poll(&mut self) -> Option<bool>;
+}
+
+/// While an action is under way its end is looked for so often.
+const ASK_PULSE: Duration = Duration::from_millis(20);
+
 /// Runs `judge` with its stations on `link` until it is over or `stop` is requested. `rate` is that of the line, as far
 /// as there is one; `told` gets what is being tried.
 ///
@@ -36,6 +48,7 @@ pub fn live<L: Link, C: Clock + Clone>(
     clock: &C,
     rate: BaudRate,
     stop: &Stop,
+    mut operator: Option<&mut dyn Operator>,
     told: &mut dyn FnMut(&Progress),
 ) -> Result<Report, Error> {
     let queue = Queue::default();
@@ -66,12 +79,23 @@ pub fn live<L: Link, C: Clock + Clone>(
         if let Some(progress) = judge.poll_progress() {
             told(&progress);
         }
+        if let Some(operator) = &mut operator {
+            if let Some(action) = judge.poll_ask() {
+                operator.begin(&action);
+            }
+            if judge.is_asking()
+                && let Some(done) = operator.poll()
+            {
+                judge.asked(now, done);
+            }
+        }
         if stop.is_requested() {
             judge.stop();
         }
         let now = clock.now();
         let due = Instant::first_of(bus.poll_timeout(), judge.poll_timeout());
         let pulse = judge.is_waiting().then(|| now + HEARTBEAT);
+        let pulse = pulse.or(judge.is_asking().then(|| now + ASK_PULSE));
         let due = Instant::first_of(due, pulse);
         let timeout = due.map(|due| due.saturating_since(now));
         expected = due.map(|due| due.max(now));

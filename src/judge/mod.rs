@@ -40,7 +40,7 @@ mod simulated;
 mod station;
 
 pub use findings::{Judgement, Verdict};
-pub use live::live;
+pub use live::{Operator, live};
 pub use moment::{Moment, Side, Telegram};
 pub use play::{Ending, Judge, Progress};
 pub use recorded::Recording;

@@ -15,7 +15,7 @@ use super::findings::{Judgement, Weight};
 use super::moment::Moment;
 use super::observer::{Observer, Sight};
 use super::rows::Row;
-use super::scenario::{Scenario, built_in};
+use super::scenario::{Check, Scenario, asking, built_in};
 use super::setup::Setup;
 use super::station::{Act, act, connect};
 use crate::fdl::Address;
@@ -98,6 +98,14 @@ pub struct Judge {
     /// Exchanges with each station when the scenario began.
     before: BTreeMap<u8, Counts>,
     limit: Duration,
+    /// Somebody operates the master.
+    operated: bool,
+    /// What the master is to be asked for, to be fetched.
+    ask: Option<String>,
+    /// An action is under way.
+    asking: bool,
+    /// When requests of a master that was stopped begin to count.
+    stopped: Option<Instant>,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -225,7 +233,50 @@ impl Judge {
             struck: 0,
             before: BTreeMap::new(),
             limit,
+            operated: false,
+            ask: None,
+            asking: false,
+            stopped: None,
         }
+    }
+
+    /// Somebody operates the master: who runs the line calls [`Judge::poll_ask`] and [`Judge::asked`].
+    #[must_use]
+    pub fn operated(mut self) -> Self {
+        let mut scenarios = asking(&self.observer.setup);
+        scenarios.retain(|scenario| scenario.rows.iter().any(|row| self.wanted.contains(row)));
+        self.scenarios.extend(scenarios);
+        self.operated = true;
+        self
+    }
+
+    /// What the master is to be asked for now, as `--ask` takes it.
+    #[must_use]
+    pub fn poll_ask(&mut self) -> Option<String> {
+        self.ask.take()
+    }
+
+    /// Whether an action is under way.
+    pub const fn is_asking(&self) -> bool {
+        self.asking
+    }
+
+    /// The action is done, or could not be.
+    pub fn asked(&mut self, now: Instant, done: bool) {
+        self.asking = false;
+        let Phase::Playing { scenario, step, .. } = self.phase else { return };
+        let Some(played) = self.scenarios.get_mut(scenario) else { return };
+        let Some(begun) = played.steps.get_mut(step) else { return };
+        if !done {
+            begun.check = None;
+            let reason = format!("the command of --ask could not do: {}", begun.ask.clone().unwrap_or_default());
+            for row in &played.rows {
+                self.observer.findings.default_obstacle(*row, &reason);
+            }
+        }
+        let lasts = if done { begun.lasts } else { Duration::ZERO };
+        self.stopped = (begun.check == Some(Check::Stop)).then(|| now + Duration::from_secs(1));
+        self.phase = Phase::Playing { scenario, step, until: now + lasts };
     }
 
     /// More scenarios, behind those of the judge itself.
@@ -363,6 +414,13 @@ impl Judge {
         let Some(played) = self.scenarios.get(scenario) else {
             return self.go_on(now, bus, faults);
         };
+        if self.stopped.is_some_and(|stopped| stopped <= now) {
+            self.stopped = None;
+            self.observer.count_requests();
+        }
+        if self.asking {
+            return;
+        }
         let until_injected = played.steps.get(step).is_some_and(|step| step.until_injected);
         let done = faults
             .iter()
@@ -391,6 +449,9 @@ impl Judge {
         let Some(played) = self.scenarios.get(scenario).cloned() else {
             return;
         };
+        if let Some(check) = played.steps.get(step).and_then(|step| step.check.clone()) {
+            self.observer.check(&check);
+        }
         let Some(subject) = played.subject(&self.observer.setup).map(|slave| slave.address) else {
             return;
         };
@@ -499,7 +560,8 @@ impl Judge {
 
     /// Data exchange has come back.
     fn returned(&mut self, scenario: &Scenario) {
-        if self.struck == 0 && scenario.steps.iter().all(|step| step.act.is_none()) {
+        let acted = scenario.steps.iter().any(|step| step.act.is_some() || step.ask.is_some());
+        if self.struck == 0 && !acted {
             for row in &scenario.rows {
                 if !self.observer.findings.is_judged(*row) {
                     let reason = format!("the master gave no occasion: {}", scenario.name);
@@ -595,7 +657,17 @@ impl Judge {
         if let (Some(wanted), Some(subject)) = (begun.act, played.subject(&self.observer.setup)) {
             act(wanted, &subject.clone(), bus, now);
         }
-        let until = now + begun.time(&self.observer.setup);
+        let (ask, until) = (begun.ask.clone(), now + begun.time(&self.observer.setup));
+        if let Some(action) = ask {
+            let clear = action == "clear" || action == "stop";
+            self.observer.begin_asking();
+            self.observer.want_clear(clear || action == "restart");
+            if action == "restart" || (action == "operate" && step > 0) {
+                self.observer.expect_new_begin();
+            }
+            self.ask = Some(action);
+            self.asking = true;
+        }
         self.inject(scenario, step, faults);
         self.phase = Phase::Playing { scenario, step, until };
     }

@@ -20,7 +20,7 @@ use crate::host::link::fault::{Fault, SpecError};
 
 mod list;
 
-pub use list::built_in;
+pub use list::{asking, built_in};
 
 /// Something the stations do on purpose.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,8 +56,34 @@ pub struct Step {
     pub lasts: Duration,
     /// It ends earlier, once every fault with a count has acted so often.
     pub until_injected: bool,
+    /// What the master is asked for, as `--ask` takes it; the time counts from when that is done.
+    pub ask: Option<String>,
+    /// What must have been seen at its end.
+    pub check: Option<Check>,
     /// It lasts at least so many slot times, retries included: until the master has given the station up.
     pub until_lost: bool,
+}
+
+/// What a master must have done after it was asked.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Check {
+    /// It is in CLEAR.
+    Clear,
+    /// It is in OPERATE.
+    Operate,
+    /// These outputs are sent.
+    Outputs(Vec<(Address, Vec<u8>)>),
+    /// It is silent.
+    Stop,
+    /// It has sent a Global_Control.
+    Command {
+        /// With this bit of the command.
+        wanted: u8,
+        /// Without this one.
+        undo: u8,
+        /// To these groups.
+        groups: u8,
+    },
 }
 
 /// The station of a scenario.

@@ -117,7 +117,7 @@ const MISTAKES: &[(Mistake, &[&str])] = &[
     (Mistake::StaysInExchange, &["M-L01"]),
     (Mistake::IgnoresRs, &["M-L03", "M-E07"]),
     (Mistake::Forgets, &["M-L06", "M-L02"]),
-    (Mistake::StopsOthers, &["M-I02", "M-T08"]),
+    (Mistake::StopsOthers, &["M-I02", "M-T08", "M-C11", "M-C10"]),
     (Mistake::RestartsAll, &["M-L04"]),
     (Mistake::IgnoresSc, &["M-E03"]),
     (Mistake::IgnoresLength, &["M-E04"]),

@@ -65,7 +65,7 @@ impl Observer {
         if dp::Service::of(data.dsap, data.ssap) != Some(dp::Service::GlobalControl) {
             return;
         }
-        let &[command, _groups] = data.data else {
+        let &[command, groups] = data.data else {
             let reason = format!("Global_Control has {} octets, expected {LEN}", data.data.len());
             self.broken(Row::O04, Weight::Once, serial, None, reason);
             return;
@@ -78,6 +78,7 @@ impl Observer {
             self.broken(Row::O05, Weight::Once, serial, None, reason);
         }
         self.timing.controlled(now);
+        self.note_command(command, groups);
         let control = &mut self.control;
         if command & CLEAR_DATA == 0 {
             if control.operated {

@@ -15,6 +15,8 @@ use crate::time::Instant;
 
 /// A master never repeats more often than this.
 const MOST_RETRIES: u32 = 15;
+/// Cycles in a row with a good reply each, before a bit that stays is a mistake.
+const SOUND: u32 = 3;
 
 /// Rows about what a master makes of replies that are new.
 const REPEATED: &[Row] = &[
@@ -64,6 +66,9 @@ impl Observer {
             );
         }
         let Some(before) = before else {
+            if self.view(station).asked.is_some() {
+                return;
+            }
             match (cycle.count, self.sight) {
                 (FrameCount::First, _) => self.held(Row::C01),
                 (_, super::Sight::Recorded) | (FrameCount::Unused, _) => {}
@@ -119,7 +124,11 @@ impl Observer {
         let station = cycle.to;
         let from = before.serial;
         let name = cycle.service.map_or("a request", dp::Service::name);
+        // Behind something bad a receiver may need a telegram to find the beginning of the next.
+        let sound = self.sound >= SOUND;
         match relation {
+            Relation::Repeated if !sound => cycle.retry = before.retry + 1,
+            Relation::SameBit if !sound => {}
             Relation::Toggled => self.held(Row::C02),
             Relation::First => match cycle.service {
                 Some(dp::Service::DataExchange | dp::Service::ChkCfg | dp::Service::SetPrm) => {
@@ -200,7 +209,7 @@ impl Observer {
                 }
                 if before.tries > 0 {
                     self.held(Row::C06);
-                } else if self.setup.retries != Some(0) {
+                } else if self.setup.retries != Some(0) && self.view(station).answered {
                     let row = if bad == Some(Bad::Fcs) { Row::C12 } else { Row::C05 };
                     if bad.is_none() || bad == Some(Bad::Fcs) {
                         let reason = format!("{name} with FCV = 0 after {what}: the station is given up without a retry");
@@ -220,6 +229,10 @@ impl Observer {
             Relation::Toggled | Relation::SameBit if !before.is_counted() => {
                 let reason = format!("{name} with FCV = 1 after a first cycle with {what}");
                 broken(self, bad_row.unwrap_or(Row::C07), reason);
+            }
+            // The data link layer may take it, DP must not.
+            Relation::Toggled if bad == Some(Bad::Saps) && cycle.service == Some(dp::Service::SlaveDiag) => {
+                self.held(Row::E14);
             }
             Relation::Toggled => {
                 let reason = format!("{name} with the other FCB after {what} to {}", name_of(before));

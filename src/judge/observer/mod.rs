@@ -17,9 +17,11 @@
 //! | `contents` | rows P and G |
 //! | `exchange` | rows X, D and L of data exchange |
 //! | `control` | rows O |
+//! | `asked` | rows that need somebody who operates the master |
 //! | `token` | rows K |
 //! | `timing` | rows T and I |
 
+mod asked;
 mod contents;
 mod control;
 mod counting;
@@ -91,6 +93,9 @@ pub(super) struct Observer {
     common: counting::Common,
     /// Replies are held back on purpose.
     pub(super) held_back: bool,
+    /// Cycles in a row with one good reply each.
+    sound: u32,
+    pub(super) asked_for: asked::Asked,
     /// Nothing is wrong on purpose.
     pub(super) watching: bool,
 }
@@ -115,6 +120,8 @@ impl Observer {
             last_heard: None,
             common: counting::Common::default(),
             held_back: false,
+            sound: 0,
+            asked_for: asked::Asked::default(),
             watching: matches!(sight, Sight::Recorded),
         }
     }
@@ -348,6 +355,8 @@ impl Observer {
         if !self.setup.stations.is_empty() {
             self.held(Row::U12);
         }
+        self.judge_new_begin(&cycle);
+        self.note_request(&cycle);
         let before = self.view(station).last.take();
         self.judge_count(before.as_ref(), &mut cycle);
         let retry = cycle.retry > 0;
@@ -380,6 +389,7 @@ impl Observer {
         let Some(cycle) = self.open.take() else {
             return;
         };
+        self.sound = if cycle.items.len() == 1 && !cycle.has_bad_item() { self.sound.saturating_add(1) } else { 0 };
         if cycle.kind == Service::FdlStatus {
             let answered = cycle.items.iter().any(|item| matches!(item, Item::Status(_)));
             self.status_answered(&cycle, answered);

@@ -237,7 +237,8 @@ impl Observer {
         view.shown.cfg_fault |= diag.cfg_fault;
         view.shown.other_ident |= known.is_some_and(|ident| ident != diag.ident);
         view.shown.other_master |= owned_by_other;
-        if view.cfg == Step::Acknowledged && !view.exchanging && diag.station_not_ready && !diag.prm_req && !faults {
+        let begins = view.cfg == Step::Acknowledged && !view.exchanging && view.loss == Loss::None;
+        if begins && diag.station_not_ready && !diag.prm_req && !faults {
             view.not_ready.get_or_insert(cycle.end);
         }
         view.diag = Some(diag);
@@ -278,7 +279,7 @@ impl Observer {
                 _ if diag.not_supported || octets.first().is_some_and(|octet| octet & MASTER_BITS != 0) => return,
                 _ => Disturbance::CleanDiagnosis,
             };
-            view.disturbed = Some((disturbance, 0));
+            view.disturbed.get_or_insert((disturbance, 0));
         }
     }
 

@@ -93,6 +93,12 @@ impl Observer {
             return;
         };
         let waited = at.saturating_since(end);
+        // It did not wait for the reply: what it sends next says nothing of a lost one.
+        if waited * 100 < slot * 45
+            && let Some(open) = &mut self.open
+        {
+            open.void = true;
+        }
         if foreign {
             if repeats {
                 return;
@@ -260,6 +266,13 @@ impl Observer {
     }
 
     pub(super) fn finish_timing(&mut self) {
+        use crate::judge::Verdict;
+        let fails = |row| self.findings.judgement(row).verdict == Verdict::Fail;
+        if fails(Row::T02) || fails(Row::T03) {
+            for row in [Row::T01, Row::T05] {
+                self.findings.void(row, "void: the master does not wait for replies (M-T02, M-T03)");
+            }
+        }
         self.finish_slot();
         self.finish_min_interval();
         self.finish_equality();

@@ -5,7 +5,7 @@ use std::string::ToString;
 use std::vec::Vec;
 use std::{format, vec};
 
-use super::{Act, Need, Scenario, Step, Which};
+use super::{Act, Check, Need, Scenario, Step, Which};
 use crate::judge::rows::Row;
 use crate::judge::setup::Setup;
 
@@ -339,6 +339,48 @@ fn negative_replies() -> Vec<Scenario> {
         )
     })
     .collect()
+}
+
+/// What needs somebody who operates the master.
+pub fn asking(setup: &Setup) -> Vec<Scenario> {
+    let ask = |name: &str, rows: &[Row], action: &str, check: Option<Check>, millis: u64| Scenario {
+        steps: vec![Step { ask: Some(action.into()), check, ..step(None, &[], millis) }],
+        ..Scenario::one(name, rows, &[])
+    };
+    let mut list = Vec::new();
+    let mut wanted = Vec::new();
+    for (number, slave) in (0_u8..).zip(setup.present()) {
+        let outputs = slave.lengths().map_or(0, |lengths| lengths.outputs);
+        if outputs == 0 {
+            continue;
+        }
+        let octets: Vec<u8> = (0..outputs).map(|octet| octet ^ 0xA5 ^ (number << 4)).collect();
+        let hex: Vec<_> = octets.iter().map(|octet| format!("{octet:02X}")).collect();
+        wanted.push((slave.address, octets));
+        let action = format!("outputs {} {}", slave.address, hex.concat());
+        let check = Some(Check::Outputs(wanted.clone()));
+        list.push(ask("outputs of the user", &[Row::X04], &action, check, 1000));
+    }
+    list.push(ask("CLEAR", &[Row::O02, Row::O03, Row::O06], "clear", Some(Check::Clear), 1500));
+    list.push(ask("OPERATE", &[Row::O10], "operate", Some(Check::Operate), 1500));
+    for (action, wanted, undo) in
+        [("sync", 0x20, 0x10), ("unsync", 0x10, 0x20), ("freeze", 0x08, 0x04), ("unfreeze", 0x04, 0x08)]
+    {
+        let groups = setup.present().find_map(|slave| slave.groups).unwrap_or(1);
+        let check = Some(Check::Command { wanted, undo, groups });
+        let action = format!("{action} {groups:02X}");
+        list.push(ask(&action, &[Row::S01, Row::S03], &action, check, 1000));
+    }
+    let mut stop = ask("STOP", &[Row::Z01, Row::Z02, Row::Z03, Row::O11], "stop", Some(Check::Stop), 2500);
+    let operate = Step { ask: Some("operate".into()), check: Some(Check::Operate), ..step(None, &[], 1000) };
+    stop.rows.extend([Row::Z04, Row::O12]);
+    stop.steps.push(operate);
+    list.push(stop);
+    list.push(Scenario {
+        returns: vec![Row::Z06],
+        ..ask("a restart of the master", &[Row::Z04, Row::Z06], "restart", None, 1000)
+    });
+    list
 }
 
 /// A little of everything, at random.
