@@ -32,6 +32,7 @@
 //! | [`asda_a2`] | the servo ASDA-A2, without a bus: parameters, modes of motion, alarms | the machine of CiA 402 |
 //! | [`device`] | a unit on a bus as one object | every bit of STW, ZSW and SSW |
 //! | [`client`] | the master's side: parameters and control words of a drive, without I/O | PKW, STW and ZSW patterns |
+//! | [`process`] | values in inputs and outputs, inputs that move by themselves (feature `std`) | what a machine does |
 //! | [`gsd`] | device files, and the slave that one describes (feature `std`) | what a GSD says |
 //! | [`explain`] | telegrams and words in words (feature `std`) | what all of the above mean to a person |
 //! | [`host`] | links, clock, run loop (feature `std`) | the operating system |
@@ -39,7 +40,7 @@
 //! | [`judge`](mod@judge) | plays slaves and judges a master row by row (feature `std`) | what is required of a master |
 //! | `panel` | HTTP control, live stream and a page (feature `panel`) | what a bench around a bus needs |
 //!
-//! Everything above [`gsd`] is `no_std`, allocates nothing, and never panics whatever octets it is given.
+//! Everything above [`process`] is `no_std`, allocates nothing, and never panics whatever octets it is given.
 //!
 //! # The loop
 //!
@@ -96,7 +97,7 @@
 //!
 //! # Features
 //!
-//! * `std` (default): [`host`], [`explain`] and [`gsd`].
+//! * `std` (default): [`host`], [`explain`], [`gsd`] and [`process`].
 //! * `alloc`: telegrams built into `bytes::BufMut`.
 //! * `serial`: an RS-485 serial port as link.
 //! * `master`: profirust as DP master over our links and on a bench, sessions with one drive or several.
@@ -145,6 +146,9 @@ pub mod client;
 #[cfg(all(feature = "master", feature = "serial"))]
 #[doc = include_str!("../docs/first-drive.md")]
 pub mod first_drive {}
+
+#[cfg(feature = "std")]
+pub mod process;
 
 #[cfg(feature = "std")]
 pub mod gsd;

@@ -39,11 +39,6 @@ local STATION_TYPE = {
     [0] = "slave", [1] = "master, not ready for the ring", [2] = "master, ready for the ring", [3] = "master, in the ring",
 }
 
-local SERVICE_OF_SAP = {
-    [55] = "Set_Slave_Add", [56] = "RD_Inp", [57] = "RD_Outp", [58] = "Global_Control", [59] = "Get_Cfg",
-    [60] = "Slave_Diag", [61] = "Set_Prm", [62] = "Chk_Cfg",
-}
-
 -- Configurations that have the PPO drawn below: 4 words PKW and 3 words PZD.
 local PPO_CONFIGURATION = { ["F3F2"] = true, ["F6"] = true }
 local PPO_LEN = 14
@@ -69,8 +64,8 @@ local PKW_ERROR = {
     [19] = "datum cannot be read cyclically",
 }
 
--- The tables from here to the end mark are those of the crate (param::TABLE, device::bits, dp::DiagBit). The test
--- facts::the_dissector_has_the_tables_of_the_crate compares them, and writes them with WRITE_DISSECTOR=1.
+-- The tables from here to the end mark are those of the crate (param::TABLE, device::bits, and the bits and SAPs of
+-- dp). The test -- facts::the_dissector_has_the_tables_of_the_crate compares them, and writes them with WRITE_DISSECTOR=1.
 -- Bits: { number, name, text, words for 1, words for 0 }.
 local PNU = {
     [918] = "Profibus address",
@@ -137,6 +132,41 @@ local DIAG_BITS_2 = {
 local DIAG_BITS_3 = {
     { 7, "ext_diag_overflow", "Ext_Diag_Overflow" },
 }
+local SERVICE_OF_SAP = {
+    [55] = "Set_Slave_Add",
+    [56] = "RD_Inp",
+    [57] = "RD_Outp",
+    [58] = "Global_Control",
+    [59] = "Get_Cfg",
+    [60] = "Slave_Diag",
+    [61] = "Set_Prm",
+    [62] = "Chk_Cfg",
+}
+local PRM_BITS = {
+    { 7, "lock_req", "Lock_Req" },
+    { 6, "unlock_req", "Unlock_Req" },
+    { 5, "sync_req", "Sync_Req" },
+    { 4, "freeze_req", "Freeze_Req" },
+    { 3, "wd_on", "WD_On" },
+}
+local CONTROL_BITS = {
+    { 5, "sync", "Sync" },
+    { 4, "unsync", "Unsync" },
+    { 3, "freeze", "Freeze" },
+    { 2, "unfreeze", "Unfreeze" },
+    { 1, "clear_data", "Clear_Data" },
+}
+local IDENTIFIER_BITS = {
+    { 7, "consistency", "consistency" },
+    { 6, "unit", "unit" },
+    { 5, "output", "output" },
+    { 4, "input", "input" },
+}
+local SPECIAL_BITS = {
+    { 7, "output_length", "output length" },
+    { 6, "input_length", "input length" },
+}
+local COUNTS, LENGTHS, NOT_COMPARED = 16, 64, 15
 local STW_BITS = {
     { 0, "on", "ON / OFF1", "ON", "OFF1" },
     { 1, "no_off2", "no OFF2", "no OFF2", "OFF2" },
@@ -167,6 +197,21 @@ local ZSW_BITS = {
     { 13, "standstill", "drive stands still", "stands still", "travels" },
     { 14, "limit_exceeded", "positioning: limiting value exceeded; velocity: always 0" },
     { 15, "ready_to_travel", "ready to travel", "ready to travel", "not ready to travel" },
+}
+local SSW_BITS = {
+    { 3, "in_position", "in position" },
+    { 4, "travels", "drive travels", "travels", "stands still" },
+    { 5, "above_upper_limit", "upper limit (positioning)", "above the upper limit", "not above the upper limit" },
+    { 6, "below_lower_limit", "lower limit (positioning)", "below the lower limit", "not below the lower limit" },
+    { 7, "motor_released", "driver state", "motor released", "motor in control" },
+    { 8, "fault", "fault", "FAULT", "no fault" },
+    { 9, "loop_travel", "loop travel (positioning)", "travels against the approach direction", "travels in the approach direction" },
+    { 10, "no_output_stage", "enable input or supply of the output stage", "output stage not enabled or not supplied", "output stage enabled and supplied" },
+    { 11, "not_ready_to_travel", "ready to travel", "not ready to travel", "ready to travel" },
+    { 12, "battery_low", "battery voltage", "battery low", "battery in order" },
+    { 13, "current_out_of_range", "motor current", "motor current out of range", "motor current in range" },
+    { 14, "positioning_active", "positioning (positioning)", "positioning active", "no positioning active" },
+    { 15, "lag_error", "lag error", "lag error", "no lag error" },
 }
 -- end of the generated tables
 
@@ -228,10 +273,7 @@ plain("string", "profibus.dp.service", "Service")
 plain("bytes", "profibus.dp.data", "Data")
 plain("string", "profibus.dp.identifier", "Configuration identifier")
 
-local prm_bits = bits("profibus.dp.prm", 8, {
-    { 7, "lock_req", "Lock_Req" }, { 6, "unlock_req", "Unlock_Req" }, { 5, "sync_req", "Sync_Req" },
-    { 4, "freeze_req", "Freeze_Req" }, { 3, "wd_on", "WD_On" },
-})
+local prm_bits = bits("profibus.dp.prm", 8, PRM_BITS)
 u8("profibus.dp.prm.wd_fact_1", "WD_Fact_1")
 u8("profibus.dp.prm.wd_fact_2", "WD_Fact_2")
 plain("uint32", "profibus.dp.prm.watchdog", "Watchdog time in ms", base.DEC)
@@ -247,10 +289,7 @@ u8("profibus.dp.diag.master_add", "Master_Add (255: none)")
 u16("profibus.dp.diag.ident", "Ident_Number", base.HEX)
 plain("bytes", "profibus.dp.diag.block", "Ext_Diag_Data block")
 
-local control_bits = bits("profibus.dp.gc", 8, {
-    { 5, "sync", "Sync" }, { 4, "unsync", "Unsync" }, { 3, "freeze", "Freeze" }, { 2, "unfreeze", "Unfreeze" },
-    { 1, "clear_data", "Clear_Data" },
-})
+local control_bits = bits("profibus.dp.gc", 8, CONTROL_BITS)
 u8("profibus.dp.gc.group", "Group_Select (0: all)", nil, nil, base.HEX)
 
 u8("profibus.dp.ssa.address", "New_Slave_Add")
@@ -274,6 +313,8 @@ plain("int32", "ppo.hsw", "Setpoint HSW", base.DEC)
 
 u16("ppo.zsw", "Status word ZSW", base.HEX)
 local zsw_bits = bits("ppo.zsw", 16, ZSW_BITS)
+u16("ppo.ssw", "System status word SSW", base.HEX)
+local ssw_bits = bits("ppo.ssw", 16, SSW_BITS)
 plain("int32", "ppo.hiw", "Actual value HIW", base.DEC)
 
 
@@ -354,6 +395,13 @@ local function is_set(value, number)
     return math.floor(value / 2 ^ number) % 2 == 1
 end
 
+-- Whether the bit of this name is 1.
+local function has(value, rows, name)
+    for _, row in ipairs(rows) do
+        if row[2] == name then return is_set(value, row[1]) end
+    end
+end
+
 local function parameter(pnu)
     return PNU[pnu] and string.format("%d %s", pnu, PNU[pnu]) or tostring(pnu)
 end
@@ -386,6 +434,9 @@ local function pkw(range, tree, is_job)
     end
     branch:add(field["ppo.pkw.pwe"], pwe)
     branch:add(field["ppo.pkw.value"], pwe):set_generated()
+    if not is_job and ak == 1 and PNU[pnu] == "System status word" then
+        ssw_bits(branch:add(field["ppo.ssw"], range(6, 2)), range(6, 2))
+    end
     if ak == 0 then
         return ""
     end
@@ -421,12 +472,13 @@ local function dissect_ppo(range, tree, is_output)
     if is_output then name, bit_fields = "stw", stw_bits end
     local item = branch:add(field["ppo." .. name], word)
     bit_fields(item, word)
-    if not is_output and is_set(word:uint(), 3) then
+    local fault = not is_output and has(word:uint(), ZSW_BITS, "fault")
+    if fault then
         item:add_proto_expert_info(FAULT)
     end
     branch:add(field[is_output and "ppo.hsw" or "ppo.hiw"], value)
     return string.format("%s%s %04X%s, %s %d", words == "" and "" or words .. ", ", name:upper(), word:uint(),
-        not is_output and is_set(word:uint(), 3) and " fault" or "", is_output and "HSW" or "HIW", value:int())
+        fault and " fault" or "", is_output and "HSW" or "HIW", value:int())
 end
 
 ------------------------------------------------------------------------------------------------------ DP services
@@ -458,8 +510,9 @@ local function set_prm(range, tree)
     if range:len() > 7 then
         tree:add(field["profibus.dp.prm.user"], range(7))
     end
-    local lock = is_set(first, 6) and "unlock" or is_set(first, 7) and "lock" or "min T_SDR only"
-    return string.format("%s, watchdog %s, ident %04X", lock, is_set(first, 3) and watchdog .. " ms" or "off",
+    local lock = has(first, PRM_BITS, "unlock_req") and "unlock" or has(first, PRM_BITS, "lock_req") and "lock"
+        or "min T_SDR only"
+    return string.format("%s, watchdog %s, ident %04X", lock, has(first, PRM_BITS, "wd_on") and watchdog .. " ms" or "off",
         range(4, 2):uint())
 end
 
@@ -482,9 +535,11 @@ local function diagnosis_blocks(range, tree)
     end
 end
 
+-- What the info column shows of a diagnosis: octet, its bits, name.
 local DIAGNOSIS_WORDS = {
-    { 1, 6, "Prm_Fault" }, { 1, 2, "Cfg_Fault" }, { 1, 4, "Not_Supported" }, { 1, 3, "Ext_Diag" }, { 2, 0, "Prm_Req" },
-    { 1, 1, "Station_Not_Ready" }, { 2, 1, "Stat_Diag" }, { 2, 5, "Sync_Mode" }, { 2, 4, "Freeze_Mode" },
+    { 1, DIAG_BITS_1, "Prm_Fault" }, { 1, DIAG_BITS_1, "Cfg_Fault" }, { 1, DIAG_BITS_1, "Not_Supported" },
+    { 1, DIAG_BITS_1, "Ext_Diag" }, { 2, DIAG_BITS_2, "Prm_Req" }, { 1, DIAG_BITS_1, "Station_Not_Ready" },
+    { 2, DIAG_BITS_2, "Stat_Diag" }, { 2, DIAG_BITS_2, "Sync_Mode" }, { 2, DIAG_BITS_2, "Freeze_Mode" },
 }
 
 local function slave_diag(range, tree)
@@ -500,7 +555,7 @@ local function slave_diag(range, tree)
     end
     local words = {}
     for _, row in ipairs(DIAGNOSIS_WORDS) do
-        if is_set(range(row[1] - 1, 1):uint(), row[2]) then table.insert(words, row[3]) end
+        if has(range(row[1] - 1, 1):uint(), row[2], row[3]:lower()) then table.insert(words, row[3]) end
     end
     local master = range(3, 1):uint()
     table.insert(words, master == 255 and "no master" or "master " .. master)
@@ -509,8 +564,8 @@ end
 
 -- A length octet of the special format, or the lower half of a general one.
 local function length_words(octet, count)
-    return string.format("%d %s%s", count, is_set(octet, 6) and "words" or "octets",
-        is_set(octet, 7) and " consistent" or "")
+    return string.format("%d %s%s", count, has(octet, IDENTIFIER_BITS, "unit") and "words" or "octets",
+        has(octet, IDENTIFIER_BITS, "consistency") and " consistent" or "")
 end
 
 -- Chk_Cfg and Get_Cfg: identifiers in general or special format.
@@ -518,20 +573,23 @@ local function configuration_words(range, tree)
     local at = 0
     while at < range:len() do
         local octet = range(at, 1):uint()
-        local kind, held, words = math.floor(octet / 16) % 4, 1, nil
-        if kind ~= 0 then
-            words = ({ "input", "output", "input and output" })[kind] .. ", " .. length_words(octet, octet % 16 + 1)
+        local held, words = 1, nil
+        local input, output = has(octet, IDENTIFIER_BITS, "input"), has(octet, IDENTIFIER_BITS, "output")
+        if input or output then
+            local direction = input and output and "input and output" or output and "output" or "input"
+            words = direction .. ", " .. length_words(octet, octet % COUNTS + 1)
         else
-            local lengths = { [0] = {}, { "input" }, { "output" }, { "output", "input" } }
-            local parts, form, maker = {}, math.floor(octet / 64), octet % 16
-            for n, direction in ipairs(lengths[form]) do
+            local lengths, parts, maker = {}, {}, octet % COUNTS
+            if has(octet, SPECIAL_BITS, "output_length") then table.insert(lengths, "output") end
+            if has(octet, SPECIAL_BITS, "input_length") then table.insert(lengths, "input") end
+            for n, direction in ipairs(lengths) do
                 if at + n < range:len() then
                     local length = range(at + n, 1):uint()
-                    table.insert(parts, direction .. ", " .. length_words(length, length % 64 + 1))
+                    table.insert(parts, direction .. ", " .. length_words(length, length % LENGTHS + 1))
                 end
             end
-            held = 1 + #lengths[form] + (maker < 15 and maker or 0)
-            words = form == 0 and "empty slot" or #parts == 0 and "cut short" or table.concat(parts, "; ")
+            held = 1 + #lengths + (maker ~= NOT_COMPARED and maker or 0)
+            words = #lengths == 0 and "empty slot" or #parts == 0 and "cut short" or table.concat(parts, "; ")
         end
         local left = range:len() - at
         local item = tree:add(field["profibus.dp.identifier"], range(at, math.min(held, left)), words)
@@ -550,8 +608,9 @@ local function global_control(range, tree)
     control_bits(tree, range(0, 1))
     tree:add(field["profibus.dp.gc.group"], range(1, 1))
     local words = {}
-    for number, word in ipairs({ "Clear_Data", "Unfreeze", "Freeze", "Unsync", "Sync" }) do
-        if is_set(command, number) then table.insert(words, word) end
+    for n = #CONTROL_BITS, 1, -1 do
+        local bit = CONTROL_BITS[n]
+        if is_set(command, bit[1]) then table.insert(words, bit[3]) end
     end
     table.insert(words, group == 0 and "all groups" or string.format("groups %02X", group))
     return table.concat(words, ", ")

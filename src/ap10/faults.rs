@@ -138,6 +138,24 @@ impl Faults {
         }
     }
 
+    /// What the battery's state and the display keep without supply: bits of faults present, of errors unread. What turns
+    /// the shaft too fast does not outlast it.
+    pub(super) const fn kept(&self) -> [u8; 2] {
+        [self.present & !Fault::Speed.bit(), self.unread]
+    }
+
+    /// Takes over what was kept; bits of no fault are left out.
+    pub(super) fn recall(&mut self, [present, unread]: [u8; 2]) {
+        let known = |bits: u8, fault: &Fault| bits & fault.bit() != 0;
+        for fault in Fault::ALL.into_iter().filter(|fault| known(present, fault)) {
+            self.begin(fault);
+        }
+        self.unread = 0;
+        for fault in Fault::ALL.into_iter().filter(|fault| fault.is_error() && known(unread, fault)) {
+            self.unread |= fault.bit();
+        }
+    }
+
     /// Whether an error is on the display.
     pub(super) const fn is_unread(&self, fault: Fault) -> bool {
         self.unread & fault.bit() != 0

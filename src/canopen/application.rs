@@ -80,6 +80,19 @@ pub trait Application {
     fn kept(&self, at: Address) -> Result<Value<'_>, Abort> {
         self.read(at)
     }
+
+    /// What a device keeps over power-off that its dictionary does not show, as a battery-buffered count: goes into an
+    /// image as it is. Says how many octets it has; at most [`MAX_BESIDE`](super::storage::MAX_BESIDE) count.
+    fn kept_beside(&self, into: &mut [u8; super::storage::MAX_BESIDE]) -> usize {
+        let _ = into;
+        0
+    }
+
+    /// What [`kept_beside`](Self::kept_beside) gave, before power-on. Octets that the device does not understand it
+    /// leaves alone: an image may be older than it.
+    fn recall_beside(&mut self, octets: &[u8]) {
+        let _ = octets;
+    }
 }
 
 /// How a write came.

@@ -1,5 +1,6 @@
 //! `profidrive emulate`: drives on a line until a signal.
 
+use core::net::SocketAddr;
 use core::sync::atomic::{AtomicBool, Ordering};
 use core::time::Duration;
 use std::io::{self, Write};
@@ -10,7 +11,8 @@ use profidrive::fdl::{Address, RateChange};
 use profidrive::host::link::fault::Faulty;
 use profidrive::host::link::serial::Serial;
 use profidrive::host::{
-    Bus, BusEvent, Clock, Link, Reach, SlotTime, StateDir, Stop, StoredDevice, SystemClock, run,
+    Bus, BusEvent, Clock, Link, OutputBoard, Reach, Refusals, SlotTime, StateDir, Stop, StoredDevice,
+    SystemClock, run,
 };
 use profidrive::panel::{BusAccess, Panel, PanelError};
 use profidrive::time::{BaudRate, Instant};
@@ -52,12 +54,13 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     // Before the link, so that a refusal leaves nothing behind.
     let mut panel = start_panel(args, &signals.stop)?;
     let Opened { rate, link, path } = open_link(&args.link, args.baud.and_then(BaudSpec::fixed), args.allow_remote)?;
-    for fault in &args.faults {
+    let faults = args.faults().map_err(Failure::Usage)?;
+    for fault in &faults {
         warn!("fault on purpose: {fault}");
     }
     // Next to the line, so that what faults do is seen.
     let link = tap::tapped(link, args, &path, clock, panel.as_ref())?;
-    let mut link = Faulty::new(link, clock, &args.faults);
+    let mut link = Faulty::new(link, clock, &faults);
 
     let mut bus = Bus::on(rate, Timing::Untrue);
     if let LinkSpec::Serial(_) = args.link {
@@ -67,13 +70,14 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     // Nobody but a master is on a terminal that was made just now.
     let serial = matches!(args.link, LinkSpec::Serial(_));
     let (listen, search) = (serial && !args.force_address, serial && args.baud == Some(BaudSpec::Auto));
-    let config = config(&args.quirks)?;
+    let config = config(&args.quirks().map_err(Failure::Usage)?)?;
     for drive in args.drives() {
         connect(&mut bus, drive, config, clock.now(), listen, state.as_ref())?;
     }
+    let (refusals, board) = (Refusals::default(), OutputBoard::default());
     let described = stations.iter().map(|(address, _)| *address).collect();
     for described in stations {
-        station::connect(&mut bus, described, rate, clock.now(), listen)?;
+        station::connect(&mut bus, described, rate, clock.now(), listen, (&refusals, &board))?;
     }
     let mut news = News::new(path, &bus, listen, panel.as_ref(), described);
     if search {
@@ -85,10 +89,11 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     let outcome = loop {
         let outcome = run(&mut link, &mut bus, &clock, &signals.stop, &mut |event| {
             let now = clock.now();
+            let words = refusals.words(&event);
             if let Some(panel) = &panel {
-                panel.tell(now, &event);
+                panel.tell_with(now, &event, words.clone());
             }
-            news.say(now, event);
+            news.say(now, event, words.as_deref());
             if news.nobody_is_left() {
                 signals.end();
             }
@@ -200,7 +205,8 @@ impl News {
         }
     }
 
-    fn say(&mut self, now: Instant, event: BusEvent) {
+    /// `words` stand behind what the event says itself.
+    fn say(&mut self, now: Instant, event: BusEvent, words: Option<&str>) {
         match event {
             // So many events at once are noise, whatever else there is among them.
             BusEvent::TelegramRefused(_) | BusEvent::Lost { .. } => {
@@ -235,7 +241,10 @@ impl News {
             }
             BusEvent::MovedToTakenAddress { .. } => warn!("{event}"),
             BusEvent::Station { event: ref detail, .. } if detail.is_detail() => debug!("{event}"),
-            BusEvent::Station { .. } | _ => info!("{event}"),
+            BusEvent::Station { .. } | _ => match words {
+                Some(words) => info!("{event}: {words}"),
+                None => info!("{event}"),
+            },
         }
     }
 
@@ -272,19 +281,33 @@ impl News {
 
 fn start_panel(args: &Emulate, wake: &Stop) -> Result<Option<Panel>, Failure> {
     let Some(place) = &args.panel else { return Ok(None) };
-    let reach = if args.panel_allow_remote { Reach::Network } else { Reach::ThisMachine };
-    let panel = Panel::start(place, reach, wake.clone()).map_err(|error| match error {
+    let panel = Panel::start(place, panel_reach(args), wake.clone());
+    panel_started(panel, Panel::address, "drives").map(Some)
+}
+
+const fn panel_reach(args: &Emulate) -> Reach {
+    if args.panel_allow_remote { Reach::Network } else { Reach::ThisMachine }
+}
+
+/// Says where the panel is, or why there is none. `controls` is what whoever connects can control.
+fn panel_started<P>(
+    panel: Result<P, PanelError>,
+    address: impl Fn(&P) -> SocketAddr,
+    controls: &str,
+) -> Result<P, Failure> {
+    let panel = panel.map_err(|error| match error {
         PanelError::TooFar { .. } => Failure::Usage(format!(
             "{error}; add --panel-allow-remote if that is wanted, or use --panel 127.0.0.1:PORT; see 'profidrive emulate \
              --help'"
         )),
         PanelError::Listen { .. } | PanelError::Thread { .. } | _ => Failure::from_error(&error),
     })?;
-    info!("the panel is at http://{}", panel.address());
-    if !panel.address().ip().is_loopback() {
-        warn!("other machines can connect to the panel at {} and control the drives", panel.address());
+    let address = address(&panel);
+    info!("the panel is at http://{address}");
+    if !address.ip().is_loopback() {
+        warn!("other machines can connect to the panel at {address} and control the {controls}");
     }
-    Ok(Some(panel))
+    Ok(panel)
 }
 
 /// Logs what was counted: the line, and every station that was asked something.

@@ -2,6 +2,7 @@
 
 use core::time::Duration;
 use std::io::{self, Write};
+use std::process::ExitCode;
 
 use profidrive::host::{Stop, SystemClock};
 use profidrive::judge::{Ending, Judge, Operator, Progress, Report, Row, Setup, Slave, live};
@@ -17,7 +18,7 @@ mod recorded;
 use operated::Operated;
 
 /// Judges, and says the verdicts.
-pub(crate) fn judge(args: &Args) -> Result<(), Failure> {
+pub(crate) fn judge(args: &Args) -> Result<ExitCode, Failure> {
     let setup = setup(args)?;
     let rows = rows(args);
     if let Some(file) = &args.capture_file {
@@ -48,7 +49,12 @@ fn say(progress: &Progress) {
     info!("{number} of {of}, about {} s left: {name}", left.as_secs());
 }
 
-fn finish(args: &Args, report: &Report) -> Result<(), Failure> {
+/// Exit status where no master was heard.
+const NO_MASTER: u8 = 3;
+/// Exit status where a row failed.
+const FAILED: u8 = 1;
+
+fn finish(args: &Args, report: &Report) -> Result<ExitCode, Failure> {
     if let Some(file) = &args.json {
         let written = std::fs::write(file, report.json());
         written.map_err(|error| Failure::Other(format!("cannot write {}: {error}", file.display())))?;
@@ -58,14 +64,19 @@ fn finish(args: &Args, report: &Report) -> Result<(), Failure> {
     let _ = write!(stdout, "{report}").and_then(|()| stdout.flush());
     match &report.ending {
         Some(Ending::NoMaster) => {
-            return Err(Failure::NoMaster("no master was heard within 10 s; start it after the ready line".into()));
+            return Ok(no_master("no master was heard within 10 s; start it after the ready line"));
         }
         Some(ending @ Ending::Noise) if !report.has_failed() => {
-            return Err(Failure::NoMaster(format!("{ending}")));
+            return Ok(no_master(&ending.to_string()));
         }
         Some(_) | None => {}
     }
-    if report.has_failed() { Err(Failure::Verdict) } else { Ok(()) }
+    Ok(if report.has_failed() { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
+}
+
+fn no_master(why: &str) -> ExitCode {
+    let _ = writeln!(io::stderr(), "profidrive: {why}");
+    ExitCode::from(NO_MASTER)
 }
 
 fn announce(path: &str, setup: &Setup) -> Result<(), Failure> {

@@ -24,10 +24,6 @@ pub(crate) enum Failure {
     Usage(String),
     /// It was asked for correctly but did not work: exit code 1.
     Other(String),
-    /// The judge heard no master: exit code 3.
-    NoMaster(String),
-    /// A row failed, and the report has said so: exit code 1.
-    Verdict,
 }
 
 impl Failure {
@@ -59,7 +55,11 @@ pub(crate) fn main() -> ExitCode {
         Command::Eds(args) => eds::eds(&args),
         Command::Encode(args) => encode::encode(&args),
         Command::Gsd(args) => gsd::gsd(&args),
-        Command::Judge(args) => judge::judge(&args),
+        Command::Judge(args) => {
+            let outcome = judge::judge(&args);
+            log.finish();
+            return outcome.unwrap_or_else(|failure| report(&failure));
+        }
     };
     // What was logged comes before the line that says how it ended.
     log.finish();
@@ -74,8 +74,6 @@ pub(crate) fn report(failure: &Failure) -> ExitCode {
     let (line, code) = match failure {
         Failure::Usage(line) => (line, 2),
         Failure::Other(line) => (line, 1),
-        Failure::NoMaster(line) => (line, 3),
-        Failure::Verdict => return ExitCode::from(1),
     };
     // Paths and arguments may hold line breaks; nobody is left to tell if this fails.
     let line: String = line.chars().map(|c| if c.is_control() { '?' } else { c }).collect();

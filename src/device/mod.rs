@@ -21,11 +21,14 @@
 //! | `flow_charts` | the control words that the manual prints |
 //! | `event` | [`Event`]: news for the host |
 //! | `parameters` | the parameters of the unit as the parameter channel reaches them |
+//! | `quirk` | [`Quirk`]: the form of every named alternative, of whichever device |
 //! | `quirks` | [`QUIRKS`]: every named alternative |
+//! | [`vocabulary`] | what a device on CANopen calls what it says |
 //! | [`ap10_canopen`] | the position indicator AP10 on CANopen, an object of its own |
 //! | [`asda_a2_canopen`] | the servo ASDA-A2 on CANopen |
 //! | `refusal` | [`Refusal`]: why a control word is not followed |
 //! | [`ag03_canopen`] | the same unit on CANopen |
+//! | [`surroundings`] | what surrounds a device on CANopen and what is seen of it |
 //!
 mod address;
 pub mod ag03_canopen;
@@ -37,8 +40,11 @@ mod config;
 mod event;
 pub mod flow_charts;
 pub mod parameters;
+mod quirk;
 mod quirks;
 mod refusal;
+pub mod surroundings;
+pub mod vocabulary;
 pub mod words;
 
 use core::time::Duration;
@@ -62,8 +68,11 @@ pub use crate::unit::{
 pub use canopen::{CanopenDevice, CanopenEvent, RecallError};
 pub use config::{Config, Timing};
 pub use event::Event;
-pub use quirks::{QUIRKS, Quirk, QuirkError};
+pub use quirk::{Quirk, QuirkError};
+pub use quirks::QUIRKS;
 pub use refusal::{Reason, Refusal};
+pub use surroundings::Surroundings;
+pub use vocabulary::Vocabulary;
 
 use parameters::{Channel, Shown};
 use words::Words;
@@ -127,8 +136,13 @@ struct Parts {
     exchanging: bool,
     /// Data_Exchange was left since the last application cycle.
     interrupted: bool,
+    /// The outputs of the last application cycle, if they ask nothing new in the next: no edge in the command, the job
+    /// answered.
+    held: Option<[u8; PPO_LEN]>,
     /// The reply of the parameter channel offered to the master.
     pkw_reply: Pkw,
+    /// The status word offered to the master under the same outputs as now, and what [`Unit::changes`] counted then.
+    zsw: Option<(u32, Zsw)>,
     events: Queue<Event, MAX_EVENTS>,
 }
 
@@ -426,6 +440,7 @@ impl Device {
 
     /// The oldest event not taken yet. Changes with every `handle_*` and `poll_transmit`.
     #[must_use]
+    #[inline]
     pub fn poll_event(&mut self) -> Option<Event> {
         self.part.events.pop().map(|event| event.unwrap_or_else(|events| Event::Lost { events }))
     }
@@ -443,7 +458,9 @@ impl Parts {
             outputs_seen: 0,
             exchanging: false,
             interrupted: false,
+            held: None,
             pkw_reply: Pkw::ZERO,
+            zsw: None,
             events: Queue::default(),
         };
         part.run_cycle();
@@ -461,30 +478,36 @@ impl Parts {
         self.outputs_seen = self.station.slave().output_updates();
         (self.exchanging, self.interrupted) = (false, false);
         self.engine.reset();
+        (self.held, self.zsw) = (None, None);
         self.publish(Pkw::ZERO);
     }
 
     /// Lets everything happen that is due until `now`: application cycles and the watchdog, in the order of time.
+    #[inline(always)]
     fn advance(&mut self, now: Instant) {
-        if self.first_due(now).is_some() {
-            self.catch_up(now);
+        if let Some(due) = self.first_due(now) {
+            self.catch_up(now, due);
         }
     }
 
-    /// As [`Parts::advance`], when something is due. The watchdog comes before a cycle of the same moment.
-    fn catch_up(&mut self, now: Instant) {
-        self.cycles.forfeit(now);
-        while let Some(due) = self.first_due(now) {
+    /// As [`Parts::advance`], when something is due, the first of it at `due`. The watchdog comes before a cycle of the
+    /// same moment.
+    #[inline(never)]
+    fn catch_up(&mut self, now: Instant, due: Instant) {
+        let mut next = if self.cycles.forfeit(now) { self.first_due(now) } else { Some(due) };
+        while let Some(due) = next {
             if self.station.watchdog_timeout() == Some(due) {
                 self.expire_watchdog(due);
             } else {
                 self.run_cycle();
                 self.cycles.ran(due, self.is_at_rest());
             }
+            next = self.first_due(now);
         }
     }
 
     /// When what comes next was due, if that is not behind `now`.
+    #[inline(always)]
     fn first_due(&self, now: Instant) -> Option<Instant> {
         Instant::first_of(self.station.watchdog_timeout(), self.cycles.next()).filter(|due| *due <= now)
     }
@@ -513,6 +536,7 @@ impl Parts {
     }
 
     /// Wakes the drive part if outputs were passed that it has not seen.
+    #[inline]
     fn wake_for_outputs(&mut self, now: Instant) {
         let passed = self.station.slave().output_updates();
         if self.outputs_seen == passed {
@@ -536,25 +560,54 @@ impl Parts {
         self.interrupted = false;
         let octets =
             self.station.slave().outputs().first_chunk::<PPO_LEN>().copied().filter(|_| self.exchanging);
-        let outputs = octets.as_ref().map(Outputs::new);
-        let command = self.shown.words.command(outputs.map(|outputs| (outputs.stw(), outputs.hsw())));
-        self.unit.step(self.cycles.step(), &command);
-        self.shown.words.accept(self.unit.status());
-        // Behind the step, so that a parameter that shows the drive agrees with ZSW and HIW.
-        let reply = self.run_job(outputs.map(Outputs::pkw));
+        // Most cycles: a master repeats itself until the drive is there.
+        let reply = if octets.is_some() && octets == self.held {
+            self.unit.hold(self.cycles.step());
+            self.shown.words.accept(self.unit.status());
+            self.pkw_reply
+        } else {
+            self.follow_outputs(octets)
+        };
         self.publish(reply);
+    }
+
+    /// What outputs ask for that are new, or ask more than the command they asked before.
+    fn follow_outputs(&mut self, octets: Option<[u8; PPO_LEN]>) -> Pkw {
+        let outputs = octets.as_ref().map(Outputs::new);
+        let asked = outputs.map(|outputs| (outputs.stw(), outputs.hsw()));
+        let words = &mut self.shown.words;
+        let held = words.is_held(asked);
+        if held {
+            self.unit.hold(self.cycles.step());
+        } else {
+            let command = words.command(asked);
+            self.unit.step(self.cycles.step(), &command);
+            self.zsw = None;
+        }
+        words.accept(self.unit.status());
+        // Behind the step, so that a parameter that shows the drive agrees with ZSW and HIW.
+        let job = outputs.map(Outputs::pkw);
+        let reply = self.run_job(job);
+        self.held = octets.filter(|_| held && job.is_some_and(|job| self.engine.is_settled(job)));
+        reply
     }
 
     /// Offers new inputs to the master and what has happened in the unit to the host.
     fn publish(&mut self, pkw_reply: Pkw) {
         self.pkw_reply = pkw_reply;
-        let status = self.unit.status();
-        let inputs = ppo::Inputs::octets(pkw_reply, self.shown.words.zsw(status), words::hiw(status));
+        let (status, changes) = (self.unit.status(), self.unit.changes());
+        let zsw = match self.zsw {
+            Some((shown, zsw)) if shown == changes => zsw,
+            Some(_) | None => self.shown.words.zsw(status),
+        };
+        self.zsw = Some((changes, zsw));
+        let inputs = ppo::Inputs::octets(pkw_reply, zsw, words::hiw(status));
         self.station.set_inputs(&inputs);
         self.pass_events();
     }
 
     /// Passes on what has happened in the unit.
+    #[inline]
     fn pass_events(&mut self) {
         while let Some(event) = self.unit.poll_event() {
             self.events.push(Event::of_unit(event, &self.shown.words, self.exchanging));

@@ -2,42 +2,11 @@
 //!
 //! `docs/quirks.md` gives the reasons for the defaults.
 
-use thiserror::Error;
-
 use super::Config;
+use super::quirk::{Quirk, QuirkError};
 use crate::drive::DirectionChange;
 use crate::pkw::SubindexOctet;
 use crate::unit::dip::ResetPatterns;
-
-/// A point on which the manuals contradict themselves or leave a choice.
-#[derive(Clone, Copy, Debug)]
-pub struct Quirk {
-    /// Its name in `NAME=VALUE`.
-    pub name: &'static str,
-    /// Where `ag03.md` 15 and `docs/quirks.md` discuss it.
-    pub register: &'static str,
-    /// What it decides.
-    pub about: &'static str,
-    /// What it may be; the first is the default.
-    pub values: &'static [&'static str],
-    choose: fn(&mut Config, usize),
-}
-
-/// A quirk that cannot be set.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-pub enum QuirkError {
-    /// No quirk has this name.
-    #[error("there is no such quirk")]
-    Unknown,
-    /// The quirk has no such value.
-    #[error("quirk {name} has no such value")]
-    Value {
-        /// The quirk.
-        name: &'static str,
-        /// The values it has.
-        values: &'static [&'static str],
-    },
-}
 
 impl Config {
     /// Sets a quirk by its name, as [`QUIRKS`] lists them.
@@ -55,16 +24,12 @@ impl Config {
     /// # Errors
     /// [`QuirkError`] if there is no such quirk or value.
     pub fn set_quirk(&mut self, name: &str, value: &str) -> Result<(), QuirkError> {
-        let quirk = QUIRKS.iter().find(|quirk| quirk.name == name).ok_or(QuirkError::Unknown)?;
-        let Quirk { name, values, choose, .. } = *quirk;
-        let index = values.iter().position(|known| *known == value);
-        choose(self, index.ok_or(QuirkError::Value { name, values })?);
-        Ok(())
+        Quirk::set(QUIRKS, self, name, value)
     }
 }
 
 /// Every quirk, in the order of the register.
-pub const QUIRKS: [Quirk; 28] = [
+pub const QUIRKS: &[Quirk<Config>] = &[
     Quirk {
         name: "i-gain",
         register: "C-01",
@@ -280,38 +245,11 @@ pub const QUIRKS: [Quirk; 28] = [
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeSet;
-
     use super::*;
     use crate::fdl::Address;
 
     #[test]
     fn every_value_of_every_quirk_makes_another_configuration_and_the_first_is_the_default() {
-        let default = Config::new(Address::station(5).unwrap());
-        for quirk in QUIRKS {
-            let mut configs = std::vec::Vec::new();
-            for value in quirk.values {
-                let mut config = default;
-                config.set_quirk(quirk.name, value).unwrap();
-                assert!(!configs.contains(&config), "{}={value}", quirk.name);
-                configs.push(config);
-            }
-            assert_eq!(configs[0], default, "{}", quirk.name);
-            let mut back = configs[1];
-            back.set_quirk(quirk.name, quirk.values[0]).unwrap();
-            assert_eq!(back, default, "{}", quirk.name);
-        }
-        let names: BTreeSet<_> = QUIRKS.iter().map(|quirk| quirk.name).collect();
-        assert_eq!(names.len(), QUIRKS.len());
-    }
-
-    #[test]
-    fn unknown_names_and_values_are_refused() {
-        let mut config = Config::new(Address::station(5).unwrap());
-        let before = config;
-        assert_eq!(config.set_quirk("off2", "brake"), Err(QuirkError::Unknown));
-        let values: &[_] = &["release", "brake"];
-        assert_eq!(config.set_quirk("off1", "x"), Err(QuirkError::Value { name: "off1", values }));
-        assert_eq!(config, before);
+        crate::device::quirk::check(QUIRKS, Config::new(Address::station(5).unwrap()));
     }
 }

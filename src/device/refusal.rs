@@ -22,6 +22,7 @@ pub struct Refusal {
 
 /// What stands against a request, in words of PROFIBUS.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Reason {
     /// OFF2 is given.
     Off2,

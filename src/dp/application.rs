@@ -58,6 +58,7 @@ pub struct Refusal {
 
 /// What an application expected at an octet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Expected {
     /// This octet.
     Octet(u8),
@@ -71,6 +72,7 @@ pub enum Expected {
 
 /// Why, in the words of the application. Copied without an allocator into every [`Event`](super::Event).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Reason {
     /// Words that are known when the program is built.
     Text(&'static str),

@@ -9,6 +9,7 @@ use crate::fdl::Address;
 
 /// What the slave tells the application.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Event {
     /// Set_Prm was accepted: the slave has an owner and waits for Chk_Cfg.
     Parameterised {

@@ -14,13 +14,10 @@ use super::slave_diag::LEN as STANDARD_DIAG_LEN;
 use super::watchdog::Watchdog;
 use super::{
     Access, Application, Caller, CfgFault, Description, Diagnosis, Event, ExtDiag, Fixed, GlobalControl,
-    IoLengths, Policy, Refusal, Service, State, Stimulus, StoredAddress,
+    IoLengths, MASTER_SAP, Policy, Refusal, Service, State, Stimulus, StoredAddress,
 };
-use crate::fdl::{Address, Reply, Request, Sap};
+use crate::fdl::{Address, Reply, Request};
 use crate::time::Instant;
-
-/// The SSAP of masters.
-const MASTER_SAP: Option<Sap> = Sap::new(62);
 
 /// One DP-V0 slave and the application that judges for it.
 #[derive(Clone, Debug)]
@@ -321,10 +318,12 @@ impl<A: Application> Slave<A> {
         if fed {
             self.heard(now, request.sa);
         }
-        let mut handled = match (service, access) {
-            (Some(service), Access::Run) => self.run(now, service, request),
-            (_, Access::NotActivated | Access::Ignored) | (None, _) => Handled::reply(Reply::NotActivated),
-            (Some(_), Access::Acknowledged) => Handled::reply(Reply::ShortAcknowledge),
+        let mut handled = match service {
+            // What masters ask for all day long.
+            Some(Service::DataExchange) if access == Access::Run => self.data_exchange(request),
+            Some(service) if access == Access::Run => self.run(now, service, request),
+            Some(_) if access == Access::Acknowledged => Handled::reply(Reply::ShortAcknowledge),
+            Some(_) | None => Handled::reply(Reply::NotActivated),
         };
         handled.fed = fed;
         handled
@@ -401,6 +400,7 @@ impl<A: Application> Slave<A> {
     }
 
     /// The service of a request that this slave offers, at the address that is asked.
+    #[inline]
     fn service(&self, request: &Request<'_>) -> Option<Service> {
         let service = Service::of(request.dsap, request.ssap)?;
         match self.policy.default_address {

@@ -87,6 +87,7 @@ pub enum Event {
 
 /// Why operation is no longer enabled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum DisableCause {
     /// The command wants this instead.
     Command(Operation),
@@ -122,6 +123,7 @@ pub enum Inch {
 
 /// What is not in order and does not stop the drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Warning {
     /// Battery of the encoder below its limit.
     BatteryLow,

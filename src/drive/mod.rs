@@ -26,10 +26,12 @@
 //! Faults, warnings and torque follow from the [plant] and its [`Inputs`]. Where the manuals are silent the
 //! choices of `ag03.md` (INF, C-nn) hold; the names are cited where they are made, and [`Quirks`] has the others.
 
+mod command;
 mod event;
 mod faults;
 mod input_change;
 mod inputs;
+mod lapse;
 pub mod leds;
 mod memory;
 mod motion;
@@ -49,6 +51,7 @@ use thiserror::Error;
 
 use crate::param::{Gear, Model};
 
+pub use command::{Command, Operation};
 pub use event::{DisableCause, Event, Inch, Travel, Warning};
 pub use faults::{Fault, FaultBuffer, FaultSet};
 pub use input_change::InputChange;
@@ -62,76 +65,13 @@ pub use settings::{Limits, Mode, PosType, SenseOfRotation, Settings, StopMode};
 pub use states::{Direction, DirectionChange, Inching, Key, Motor, State};
 pub use status::{Measured, Status};
 
+use lapse::Lapse;
 use motion::{Dynamics, Motion, acceleration, rpm, velocity};
 use plant::{Commanded, Constants, Plant};
 use requests::Job;
 use scale::Scale;
 use states::{Action, Conditions, Reached};
 use supplies::Supplies;
-
-/// What a bus wants of the drive in one step. All fields but `enable` and `travel` are levels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Command {
-    /// What the motor shall do.
-    pub operation: Operation,
-    /// Operation was asked for just now: if something stands against it, that is reported as a [`Refusal`].
-    pub enable: bool,
-    /// Positioning: a travel job to `setpoint` is asked for just now.
-    pub travel: bool,
-    /// Velocity: the setpoint is released.
-    pub turn: bool,
-    /// Target position in user units, or target velocity in rpm (limited to what the gear allows).
-    pub setpoint: i32,
-    /// Positioning: brake with maximum deceleration and discard the job. No job starts.
-    pub stop: bool,
-    /// Positioning: brake with the deceleration of the job and keep it; taken back, the job goes on. No job starts.
-    pub pause: bool,
-    /// Becoming true starts inching 1, becoming false ends it.
-    pub inch_1: bool,
-    /// A direction starts inching 2, none ends it.
-    pub inch_2: Option<Direction>,
-    /// Becoming true acknowledges a fault.
-    pub acknowledge: bool,
-    /// After an acknowledged fault: operation may be enabled again.
-    pub rearm: bool,
-    /// The keys on the housing are free (manual setup mode).
-    pub keys: bool,
-}
-
-impl Command {
-    /// No bus wants anything: the motor is released, the keys are free.
-    pub const UNATTENDED: Self = Self { rearm: true, keys: true, ..Self::RELEASE };
-
-    /// The motor is released, nothing else.
-    const RELEASE: Self = Self {
-        operation: Operation::Release,
-        enable: false,
-        travel: false,
-        turn: false,
-        setpoint: 0,
-        stop: false,
-        pause: false,
-        inch_1: false,
-        inch_2: None,
-        acknowledge: false,
-        rearm: false,
-        keys: false,
-    };
-}
-
-/// What the motor shall do.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Operation {
-    /// No torque: a turning shaft runs out.
-    #[default]
-    Release,
-    /// If operation is enabled: brake with maximum deceleration. Release when the shaft stands.
-    BrakeAndRelease,
-    /// If operation is enabled: brake with maximum deceleration, then hold the shaft (quick stop, disable operation).
-    BrakeAndHold,
-    /// Operation enabled: jobs are executed.
-    Run,
-}
 
 /// How a drive behaves where the manuals leave it open.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -191,6 +131,10 @@ pub struct Drive {
     latched: Option<Fault>,
     refusal: Option<Refusal>,
     settled: bool,
+    /// How long the last step was.
+    lapse: Lapse,
+    /// The last step did nothing but carry a travel job on, and the shaft still turns.
+    only_moved: bool,
 }
 
 /// Settings that a motion or a kept job must not change under way; taken over while the shaft stands.
@@ -245,6 +189,8 @@ impl Drive {
             latched: None,
             refusal: None,
             settled: false,
+            lapse: Lapse::NONE,
+            only_moved: false,
         }
     }
 
@@ -252,12 +198,34 @@ impl Drive {
     ///
     /// Inputs, command and settings act at the beginning of `dt`, then the shaft moves. Steps of 0.1 ms to 100 ms
     /// are meant; any length works, and a length of zero only evaluates.
+    #[inline]
     pub fn step(&mut self, dt: Duration, command: &Command, settings: &Settings) {
+        self.step_under(dt, command, *command == self.previous, settings);
+    }
+
+    /// As [`Drive::step`], under the command of the step before, whose edges are over.
+    #[inline]
+    pub(crate) fn hold(&mut self, dt: Duration, settings: &Settings) {
+        let command = self.held();
+        self.step_under(dt, &command, !self.previous.enable && !self.previous.travel, settings);
+    }
+
+    /// The command of the last step without its edges.
+    pub(crate) const fn held(&self) -> Command {
+        // Copied whole: field by field takes three times as long.
+        let mut command = self.previous;
+        (command.enable, command.travel) = (false, false);
+        command
+    }
+
+    /// `same_command`: it is that of the step before.
+    fn step_under(&mut self, dt: Duration, command: &Command, same_command: bool, settings: &Settings) {
+        self.lapse.set(dt);
         let state = self.state;
         let stood = self.stands();
         let faults = self.entered;
         // Only a drive that stands may come to rest.
-        let held = !self.inputs_changed && *command == self.previous;
+        let held = !self.inputs_changed && same_command;
         let same = stood && held && self.window == settings.window;
         self.inputs_changed = false;
 
@@ -269,8 +237,9 @@ impl Drive {
             self.on_command(command, settings);
         }
         let plant = same.then(|| self.plant.clone());
-        self.advance(dt);
+        self.advance(self.lapse);
         self.on_motion(settings);
+        self.only_moved = goes_on && self.state == State::TravelActive && !self.stands();
 
         self.settled = same
             && self.stands()
@@ -515,9 +484,9 @@ impl Drive {
         }
     }
 
-    fn advance(&mut self, dt: Duration) {
+    fn advance(&mut self, lapse: Lapse) {
         let (position, velocity) = (self.motion.position(), self.motion.velocity());
-        let left = self.motion.advance(dt);
+        let left = self.motion.advance(lapse);
         let commanded = Commanded {
             way: self.motion.position() - position,
             velocity_before: velocity,
@@ -528,7 +497,7 @@ impl Drive {
             // What stops a released shaft stops it for good.
             self.motion.begin_anew(position, 0.0);
         }
-        if let Some(shaft) = self.plant.advance(dt, commanded, &self.inputs) {
+        if let Some(shaft) = self.plant.advance(lapse, commanded, &self.inputs) {
             self.motion.begin_anew(position + shaft.way, shaft.velocity);
         }
         if self.stands() && self.state == State::TravelActive && self.job.via.take().is_some() {

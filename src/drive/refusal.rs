@@ -56,6 +56,7 @@ pub enum Request {
 
 /// What stands against a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Reason {
     /// The control has no supply. Always the only reason: the drive is not there to mind any other.
     SwitchedOff,

@@ -13,7 +13,7 @@ use super::{Explanation, Kind, Sender};
 use crate::device::bits::{StwBit, Word, ZswBit};
 use crate::device::flow_charts;
 use crate::drive::Mode;
-use crate::param::{Gear, Width};
+use crate::param::{Gear, LOAD_PARAMETER_SET, Width};
 use crate::ppo::{JobId, PPO_LEN, Pkw};
 
 /// The 14 octets of a PPO from octet `at` on: its fields, and all in a few words.
@@ -59,7 +59,7 @@ pub(super) fn bare(octets: &[u8], sender: Option<Sender>, learned: &mut Learned)
     };
     let octets = Vec::from(octets);
     let sender = Some(sender);
-    Some(Explanation { kind, sender, from: None, to: None, service: None, summary, octets, fields })
+    Some(Explanation { kind, id: None, sender, from: None, to: None, service: None, summary, octets, fields })
 }
 
 const PKW_LEN: usize = 8;
@@ -231,7 +231,7 @@ fn guess_pkw(pkw: Pkw, learned: &Learned) -> Sender {
         // As a reply: a word. A value of 0 reads like the job; only a job before it tells.
         JobId::Read => double != Some(true) && (pkw.double_word() != 0 || answers),
         // As a reply: a double word. Of PNU 970 only the value tells (`ag03.md` C-15).
-        JobId::WriteWord if pnu == LOAD_PARAMETER_SET => pkw.double_word() == 0,
+        JobId::WriteWord if pnu == LOAD_PARAMETER_SET.number() => pkw.double_word() == 0,
         JobId::WriteWord => double == Some(true),
         JobId::WriteDoubleWord => false,
         // As replies: an array word, an array double word, a number of elements.
@@ -249,7 +249,6 @@ fn guess_pkw(pkw: Pkw, learned: &Learned) -> Sender {
     if reply { Sender::Slave } else { Sender::Master }
 }
 
-const LOAD_PARAMETER_SET: u16 = 970;
 /// The highest error number of the manual's table.
 const MOST_ERROR: u16 = 19;
 

@@ -5,11 +5,13 @@
 //! | `text.rs` | octets to text: code pages |
 //! | `lines.rs` | text to lines of words, numbers and strings |
 //! | `statement.rs` | a line as keyword, argument and values |
-//! | `reader.rs` | statements to a [`Gsd`] |
+//! | `reader.rs`, `reader/` | statements to a [`Gsd`]: blocks, main part, user parameters |
 //! | `module.rs` | modules, slots |
 //! | `parameter.rs` | user parameters: fields, ranges, texts, the octets of Set_Prm |
 //! | `diagnosis.rs` | the texts of the diagnosis |
 //! | `hint.rs` | what is odd in a file, and what makes it useless |
+//! | `layout.rs` | where the octets of each module lie |
+//! | `raised.rs` | a diagnosis that is raised on purpose |
 //! | `split.rs` | a configuration split into modules |
 //! | `station.rs` | [`Station`]: what a slave accepts of its master |
 //!
@@ -32,9 +34,11 @@
 
 mod diagnosis;
 mod hint;
+mod layout;
 mod lines;
 mod module;
 mod parameter;
+mod raised;
 mod reader;
 mod split;
 mod statement;
@@ -42,9 +46,11 @@ mod station;
 mod text;
 
 pub use diagnosis::{DiagArea, DiagBit, DiagType};
-pub use hint::{Hint, Level, Place, ReadError};
+pub use hint::{Hint, Level, Place, ReadError, did_you_mean};
+pub use layout::Placed;
 pub use module::{Module, Slot};
 pub use parameter::{Allowed, FieldType, Parameter, PrmPart, Reference};
+pub use raised::{ChannelFault, ModuleState, RaiseError, Raised};
 pub use station::{Contradiction, Policy, Station};
 pub use text::CodePage;
 

@@ -58,6 +58,7 @@ impl Policy {
 
 /// Why no station can be what its file says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum Contradiction {
     /// A compact station whose modules are too long together.
     #[error(
@@ -241,6 +242,17 @@ impl Station {
             }
         }
         Ok(plugged)
+    }
+
+    /// The modules of a configuration; `None` if it is not accepted. Says no words.
+    pub(super) fn split(&self, configuration: &[u8]) -> Option<Plugged> {
+        if self.gsd.modules.is_empty() {
+            return Some(Vec::new());
+        }
+        if self.modular {
+            return split(&self.gsd, self.policy.free_slots, configuration).ok();
+        }
+        (configuration == self.configuration).then(|| (0..self.gsd.modules.len()).map(Some).collect())
     }
 
     fn compact(&self, configuration: &[u8]) -> Result<Plugged, Refusal> {

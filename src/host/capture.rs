@@ -64,7 +64,7 @@ use crate::time::{BaudRate, Instant};
 pub mod can;
 mod read;
 
-pub use read::{Packet, ReadError, Reader, read, read_can};
+pub use read::{LinkType, Packet, ReadError, Reader, read, read_can};
 
 /// Bits 1..0 of epb_flags.
 const INBOUND: u32 = 0b01;

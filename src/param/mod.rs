@@ -39,7 +39,10 @@ pub use entry::{
 pub use model::{Gear, GearError, Model, ModelError};
 pub use quirks::Quirks;
 pub use store::{Identity, Store};
-pub use table::{Parameter, TABLE, entry, parameters};
+pub use table::{
+    CALIBRATE, CLEAR_FAULTS, LOAD_PARAMETER_SET, POSITIONING_MODE, Parameter, TABLE, VELOCITY_MODE, entry,
+    parameters,
+};
 
 use core::fmt;
 
@@ -221,6 +224,7 @@ impl Write {
 
 /// Why an access to a parameter was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum ParamError {
     /// This model has no such parameter.
     #[error("there is no parameter {got}")]
@@ -273,6 +277,7 @@ pub enum ParamError {
 
 /// What the drive is doing that forbids a write (`ag03.md` 3.4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Error)]
+#[non_exhaustive]
 pub enum NotNow {
     /// The write is only allowed at standstill.
     #[error("the shaft is moving")]

@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use strum::VariantArray;
 use thiserror::Error;
 
 use super::table::Width;
@@ -9,6 +10,7 @@ use crate::ppo::ReservedId;
 
 /// Why the parameter channel does not execute a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum JobError {
     /// The job identification has no meaning.
     #[error("job {0} does not exist")]
@@ -77,7 +79,7 @@ pub enum JobError {
 /// The number in word 4 of a reply "job not executable" (manual table 10).
 ///
 /// [`JobError`] leads to 0 to 5, 7, 9, 17 and 18; a master may meet the others in replies of other drives.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, VariantArray)]
 pub enum ErrorNumber {
     /// 0
     IllegalParameterNumber,
@@ -123,28 +125,7 @@ pub enum ErrorNumber {
 
 impl ErrorNumber {
     /// Every number, from 0 on.
-    pub const ALL: [Self; 20] = [
-        Self::IllegalParameterNumber,
-        Self::NotChangeable,
-        Self::LimitExceeded,
-        Self::FaultySubindex,
-        Self::NoArray,
-        Self::WrongDataType,
-        Self::OnlyResettable,
-        Self::DescriptionNotChangeable,
-        Self::PpoWriteInReportMissing,
-        Self::NoDescription,
-        Self::WrongAccessGroup,
-        Self::NoControlRights,
-        Self::WrongPassword,
-        Self::TextNotReadable,
-        Self::NameNotReadable,
-        Self::NoTextArray,
-        Self::PpoWriteMissing,
-        Self::OperatingState,
-        Self::Other,
-        Self::DatumNotReadable,
-    ];
+    pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
 
     /// The error numbered `number`, if the manual lists it.
     pub fn from_number(number: u16) -> Option<Self> {
@@ -216,7 +197,7 @@ mod tests {
 
     #[test]
     fn the_numbers_are_those_of_manual_table_10() {
-        for (number, error) in (0..).zip(ErrorNumber::ALL) {
+        for (number, &error) in (0..).zip(ErrorNumber::ALL) {
             assert_eq!(error.number(), number);
             assert_eq!(ErrorNumber::from_number(number), Some(error));
         }

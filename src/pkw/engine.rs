@@ -164,6 +164,16 @@ impl Engine {
         }
     }
 
+    /// Whether a cycle with this request would do nothing at all, and answer as the cycle before.
+    pub(crate) fn is_settled(&self, request: Pkw) -> bool {
+        match self.state {
+            State::Answered { job, .. } => same_job(request, job),
+            State::Waiting { .. } | State::Reading { .. } | State::Storing { .. } | State::Stored { .. } => {
+                false
+            }
+        }
+    }
+
     /// Runs one application cycle with the newest request of the master.
     pub fn cycle(&mut self, request: Pkw, table: &mut impl Parameters) -> Outcome {
         match self.state {

@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use heapless::Deque;
+
 use super::DipSwitches;
 use crate::drive::{self, Fault, InputChange, Refusal};
 use crate::param::{DefaultSet, Effect, Unit, Write};
@@ -177,41 +179,34 @@ const fn which(set: DefaultSet) -> &'static str {
 /// Events in the order they came. When it is full, newer ones are counted and dropped.
 #[derive(Clone, Debug)]
 pub struct Queue<E, const CAPACITY: usize> {
-    events: [Option<E>; CAPACITY],
-    first: usize,
-    len: usize,
+    events: Deque<E, CAPACITY>,
     lost: u32,
 }
 
 impl<E, const CAPACITY: usize> Default for Queue<E, CAPACITY> {
     fn default() -> Self {
-        Self { events: [const { None }; CAPACITY], first: 0, len: 0, lost: 0 }
+        Self { events: Deque::new(), lost: 0 }
     }
 }
 
 impl<E, const CAPACITY: usize> Queue<E, CAPACITY> {
     /// Lets an event wait.
     pub fn push(&mut self, event: E) {
-        let place = (self.first + self.len) % CAPACITY;
-        match self.events.get_mut(place) {
-            Some(place) if self.len < CAPACITY => {
-                *place = Some(event);
-                self.len += 1;
-            }
-            Some(_) | None => self.lost = self.lost.saturating_add(1),
+        if self.events.push_back(event).is_err() {
+            self.lost = self.lost.saturating_add(1);
         }
     }
 
     /// The oldest event; behind the last one how many were lost, if any were.
+    #[inline]
     pub fn pop(&mut self) -> Option<Result<E, u32>> {
-        if self.len == 0 {
-            let lost = core::mem::take(&mut self.lost);
-            return (lost > 0).then_some(Err(lost));
-        }
-        let event = self.events.get_mut(self.first).and_then(Option::take);
-        self.first = (self.first + 1) % CAPACITY;
-        self.len -= 1;
-        event.map(Ok)
+        // Asked far more often than anything waits: nothing else is to be done where the caller stands.
+        if self.events.is_empty() && self.lost == 0 { None } else { self.pop_waiting() }
+    }
+
+    #[inline(never)]
+    fn pop_waiting(&mut self) -> Option<Result<E, u32>> {
+        Some(self.events.pop_front().ok_or_else(|| core::mem::take(&mut self.lost)))
     }
 }
 

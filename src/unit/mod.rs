@@ -100,6 +100,8 @@ pub struct Unit {
     drive: Drive,
     /// The drive as the last step or write left it.
     status: Status,
+    /// Counts the times that more of it than position and velocity may have changed.
+    changes: u32,
     /// A write acts on the drive in the next step.
     parameters_acted: bool,
     bus: BusSettings,
@@ -153,6 +155,7 @@ impl Unit {
             store,
             settings,
             status: drive.status(),
+            changes: 0,
             drive,
             parameters_acted: false,
             bus,
@@ -167,10 +170,30 @@ impl Unit {
     /// Lets `dt` pass under what the bus wants; without a master that is for example [`Command::UNATTENDED`]. Inputs and
     /// parameters act at the beginning.
     pub fn step(&mut self, dt: Duration, command: &Command) {
-        let before = self.status;
         self.drive.step(dt, command, &self.settings);
-        self.status = self.drive.status();
+        self.note_step(command);
+    }
+
+    /// As [`Unit::step`], under what the bus wanted in the step before; its edges are over.
+    pub(crate) fn hold(&mut self, dt: Duration) {
+        self.drive.hold(dt, &self.settings);
+        self.note_step(&self.drive.held());
+    }
+
+    /// Takes note of what a step under `command` has changed.
+    #[inline]
+    fn note_step(&mut self, command: &Command) {
         self.parameters_acted = false;
+        if !self.drive.has_only_moved(&mut self.status) {
+            self.note_changes(command);
+        }
+    }
+
+    /// As [`Unit::note_step`], where more than position and velocity may have changed: nothing is to be kept or told of a
+    /// shaft that goes on turning.
+    fn note_changes(&mut self, command: &Command) {
+        let before = self.status;
+        self.refresh_status();
         self.note_memory();
         if let Some(refusal) = self.drive.take_refusal() {
             self.events.push(Event::CommandRefused(refusal));
@@ -210,6 +233,11 @@ impl Unit {
         &self.status
     }
 
+    /// Counts the times that more of [`Unit::status`] than position and velocity may have changed.
+    pub(crate) const fn changes(&self) -> u32 {
+        self.changes
+    }
+
     /// The drive itself: its faults and their causes, what it measures.
     pub const fn drive(&self) -> &Drive {
         &self.drive
@@ -225,8 +253,15 @@ impl Unit {
         self.drive.start_refusal(&self.settings)
     }
 
+    /// Composes the status anew.
+    fn refresh_status(&mut self) {
+        self.status = self.drive.status();
+        self.changes = self.changes.wrapping_add(1);
+    }
+
     /// The oldest event not taken yet.
     #[must_use]
+    #[inline]
     pub fn poll_event(&mut self) -> Option<Event> {
         self.events.pop().map(|event| event.unwrap_or_else(|events| Event::Lost { events }))
     }

@@ -94,7 +94,7 @@ impl Unit {
         }
         self.parameters_acted |= effect != Effect::None;
         if effect != Effect::None {
-            self.status = self.drive.status();
+            self.refresh_status();
         }
         let before_value = match write {
             Write::Set(parameter, _) => Some(before.value(parameter)),

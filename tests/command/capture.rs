@@ -209,7 +209,7 @@ fn the_dissector_knows_every_parameter_and_every_error_number() {
         let row = format!("[{}] = \"{}\"", entry.pnu, entry.name);
         assert!(lua.contains(&row), "no {row}");
     }
-    for error in ErrorNumber::ALL {
+    for &error in ErrorNumber::ALL {
         let row = format!("[{}] = \"{}\"", error.number(), error.text());
         assert!(lua.contains(&row), "no {row}");
     }

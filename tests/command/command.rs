@@ -4,85 +4,14 @@ use core::time::Duration;
 use std::fs::{self, File, OpenOptions};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
-use std::process::{Child, ChildStdout, Command, Output, Stdio};
+use std::process::{Child, ChildStdout, Command, Stdio};
 use std::thread;
 use std::time::Instant;
 
 use profidrive::host::Link;
 use profidrive::host::link::pty::Pty;
 
-fn profidrive(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_profidrive"));
-    command.args(arguments).env_remove("RUST_LOG").stdin(Stdio::null());
-    command
-}
-
-fn output(arguments: &[&str]) -> Output {
-    profidrive(arguments).output().unwrap()
-}
-
-/// A running emulator, ended with the test.
-struct Emulator {
-    process: Child,
-    stdout: BufReader<ChildStdout>,
-    ready: String,
-}
-
-impl Emulator {
-    /// Started, and past its ready line.
-    fn start(arguments: &[&str]) -> Self {
-        let mut command = profidrive(&["emulate"]);
-        let mut process =
-            command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-        let mut stdout = BufReader::new(process.stdout.take().unwrap());
-        let mut ready = String::new();
-        stdout.read_line(&mut ready).unwrap();
-        Self { process, stdout, ready }
-    }
-
-    fn signal(&self, signal: &str) {
-        let command = format!("kill -{signal} {}", self.process.id());
-        assert!(Command::new("sh").args(["-c", &command]).status().unwrap().success());
-    }
-
-    /// Waits for the end, at most 5 s: exit code, the rest of stdout, stderr.
-    fn end(mut self) -> (Option<i32>, String, String) {
-        let start = Instant::now();
-        let status = loop {
-            match self.process.try_wait().unwrap() {
-                Some(status) => break status,
-                None if start.elapsed() > Duration::from_secs(5) => panic!("still running"),
-                None => thread::sleep(Duration::from_millis(5)),
-            }
-        };
-        let (mut stdout, mut stderr) = (String::new(), String::new());
-        self.stdout.read_to_string(&mut stdout).unwrap();
-        self.process.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
-        (status.code(), stdout, stderr)
-    }
-
-    /// Memory it holds now, KiB.
-    fn resident(&self) -> u64 {
-        let status = fs::read_to_string(format!("/proc/{}/status", self.process.id())).unwrap();
-        let line = status.lines().find(|line| line.starts_with("VmRSS")).unwrap();
-        line.split_whitespace().nth(1).unwrap().parse().unwrap()
-    }
-
-    /// Processor time used so far, user and system.
-    fn cpu_time(&self) -> Duration {
-        let stat = fs::read_to_string(format!("/proc/{}/stat", self.process.id())).unwrap();
-        let (_, fields) = stat.rsplit_once(')').unwrap();
-        let ticks: u64 = fields.split_whitespace().skip(11).take(2).map(|t| t.parse::<u64>().unwrap()).sum();
-        Duration::from_millis(ticks * 10)
-    }
-}
-
-impl Drop for Emulator {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
-}
+use crate::emulator::{Emulator, output, profidrive};
 
 fn open(terminal: &str) -> File {
     OpenOptions::new().read(true).write(true).open(terminal).unwrap()

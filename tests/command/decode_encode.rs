@@ -11,17 +11,8 @@ use std::process::{Command, Output, Stdio};
 use profidrive::fdl::{FrameCount, FunctionCode, Service};
 use serde_json::Value;
 
+use crate::emulator::{output as run, profidrive};
 use crate::telegrams::telegram;
-
-fn profidrive(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_profidrive"));
-    command.args(arguments).env_remove("RUST_LOG").stdin(Stdio::null());
-    command
-}
-
-fn run(arguments: &[&str]) -> Output {
-    profidrive(arguments).output().unwrap()
-}
 
 fn run_with(arguments: &[&str], input: &[u8]) -> Output {
     let mut command = profidrive(arguments);

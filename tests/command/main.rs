@@ -23,12 +23,17 @@ mod capture;
 mod command;
 mod decode_encode;
 mod demo;
+mod emulator;
 #[cfg(target_os = "linux")]
 mod kill;
 #[cfg(target_os = "linux")]
 mod left_behind;
 #[cfg(target_os = "linux")]
+mod master_can;
+#[cfg(target_os = "linux")]
 mod master_command;
+#[cfg(target_os = "linux")]
+mod node_panel;
 #[cfg(target_os = "linux")]
 mod nodes;
 #[cfg(target_os = "linux")]
@@ -37,6 +42,7 @@ mod panel_api;
 mod panel_inputs;
 #[cfg(target_os = "linux")]
 mod panel_robustness;
+mod panel_stations;
 #[cfg(target_os = "linux")]
 mod state_dir;
 #[cfg(target_os = "linux")]

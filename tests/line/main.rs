@@ -12,6 +12,7 @@
 mod common;
 #[cfg(feature = "std")]
 mod faulty_disk;
+mod gsd_image;
 #[path = "../long/mod.rs"]
 mod long;
 #[path = "../mirror/mod.rs"]
@@ -26,6 +27,8 @@ mod host_run;
 #[cfg(all(target_os = "linux", feature = "std"))]
 mod host_tcp;
 mod interop_profirust;
+#[cfg(feature = "std")]
+mod interop_stations;
 #[cfg(feature = "std")]
 mod kept;
 #[cfg(feature = "std")]

@@ -27,16 +27,24 @@ const TABLE: &[(&str, &[&str])] = &[
         ],
     ),
     // The bits of the diagnosis.
-    ("client", &["time", "dp", "ppo", "param", "pkw", "drive", "device"]),
+    ("client", &["time", "dp", "ppo", "param", "pkw", "drive", "device", "can", "canopen", "cia402"]),
+    // A machine behind any slave.
+    ("process", &["fdl", "time"]),
     // A slave of any kind.
-    ("gsd", &["dp", "fdl", "time"]),
-    ("explain", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device"]),
+    ("gsd", &["dp", "fdl", "process", "time"]),
+    ("explain", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device", "can", "canopen", "cia402"]),
     // One framer for a bus, generic slaves, links that keep telegrams apart or corrupt them on purpose, and buses of CAN.
-    ("host", &["device", "time", "fdl", "dp", "ppo", "can", "canopen"]),
+    ("host", &["device", "time", "fdl", "dp", "ppo", "can", "canopen", "gsd", "process"]),
     ("bench", &["host", "device", "explain", "dp", "fdl", "time"]),
     // Stations on a line, live or simulated, and telegrams in words.
     ("judge", &["bench", "host", "device", "explain", "gsd", "dp", "fdl", "time"]),
-    ("panel", &["host", "device", "explain", "drive", "dp", "param", "ppo", "fdl", "time"]),
+    (
+        "panel",
+        &[
+            "host", "can", "canopen", "device", "explain", "drive", "dp", "param", "ppo", "gsd", "process",
+            "fdl", "time",
+        ],
+    ),
     ("master", &["bench", "host", "client", "device", "dp", "pkw", "ppo", "param", "fdl", "time"]),
 ];
 

@@ -52,7 +52,9 @@ mod client_faults;
 #[cfg(feature = "std")]
 mod client_goals;
 mod client_motion;
+mod client_node;
 mod client_quirks;
+mod co_ag03_bus;
 mod co_ag03_motion;
 mod co_ag03_node;
 mod conformance;

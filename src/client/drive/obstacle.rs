@@ -3,6 +3,7 @@
 use core::fmt;
 use core::time::Duration;
 
+use strum::VariantArray;
 use thiserror::Error;
 
 use super::goal::Goal;
@@ -13,7 +14,8 @@ use crate::param::Gear;
 use crate::ppo::Zsw;
 
 /// What stands against a goal, and where it shows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, VariantArray)]
+#[non_exhaustive]
 pub enum Obstacle {
     /// No input image came: there is no Data_Exchange.
     NoDataExchange,
@@ -69,33 +71,7 @@ pub enum Obstacle {
 
 impl Obstacle {
     /// Every obstacle, in the order in which [`Obstacles`] prints them.
-    pub const ALL: [Self; 25] = [
-        Self::NoDataExchange,
-        Self::NoStation,
-        Self::ParameterFault,
-        Self::ConfigurationFault,
-        Self::OtherMaster,
-        Self::StationNotReady,
-        Self::VelocityMode,
-        Self::PositioningMode,
-        Self::NoSupply,
-        Self::Fault,
-        Self::FaultCause,
-        Self::TurnOnDisabled,
-        Self::NotEnabled,
-        Self::NoOutputStage,
-        Self::AboveUpperLimit,
-        Self::BelowLowerLimit,
-        Self::LimitExceeded,
-        Self::TargetBeyondLimits,
-        Self::LoopPoint,
-        Self::BeyondGear,
-        Self::PositioningActive,
-        Self::ShaftTurns,
-        Self::TorqueTripped,
-        Self::LagError,
-        Self::NoJob,
-    ];
+    pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
 
     const fn text(self) -> &'static str {
         match self {
@@ -187,7 +163,7 @@ impl Obstacles {
 
     /// Every obstacle, in the order of [`Obstacle::ALL`]. None: the drive shows no reason.
     pub fn iter(&self) -> impl Iterator<Item = Obstacle> {
-        Obstacle::ALL.into_iter().filter(|obstacle| self.contains(*obstacle))
+        Obstacle::ALL.iter().copied().filter(|obstacle| self.contains(*obstacle))
     }
 
     /// Whether this stands against the goal.

@@ -4,12 +4,16 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use profidrive::can::BitRate;
-use profidrive::host::can::{LinkSpec as CanLink, PRODUCTS};
+use profidrive::canopen::NodeId;
+use profidrive::canopen::faults::Faults;
+use profidrive::device::QuirkError;
+use profidrive::host::can::{Choices, LinkSpec as CanLink, NodeFault, PRODUCTS, Product};
 use profidrive::host::link::fault::Fault;
 
 use super::drive::RangeSpec;
 use super::link::expected_rates;
 use super::link::host_and_port;
+use super::quirk;
 use super::quirk::help as quirks_help;
 use super::{BaudSpec, DriveSpec, LinkSpec, NodeSpec, QuirkSpec, StationSpec};
 
@@ -76,10 +80,10 @@ pub(crate) struct Emulate {
     pub(crate) allow_remote: bool,
 
     /// A fault on purpose, to test the master: FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS]
-    /// [,service=NAME][,state=NAME][,retry=N];
+    /// [,service=NAME][,state=NAME][,retry=N], of a node FAULT[=VALUE][,node=ID];
     /// repeat it for more
     #[arg(long = "fault", value_name = "SPEC")]
-    pub(crate) faults: Vec<Fault>,
+    faults: Vec<String>,
 
     /// Serves the panel for browsers, HTTP control and a live stream at ADDR:PORT, as in 127.0.0.1:8080 (port 0: a free
     /// one), and adds panel=URL to the line on stdout
@@ -102,7 +106,7 @@ pub(crate) struct Emulate {
 
     /// How all drives behave where the manuals leave it open; repeat it for more (--help lists the quirks)
     #[arg(long = "quirk", value_name = "NAME=VALUE", long_help = quirks_help())]
-    pub(crate) quirks: Vec<QuirkSpec>,
+    quirks: Vec<String>,
 }
 
 /// Host and port of the panel.
@@ -119,6 +123,49 @@ impl Emulate {
     /// Every node asked for.
     pub(crate) fn nodes(&self) -> &[NodeSpec] {
         &self.nodes
+    }
+
+    /// The faults of a line of PROFIBUS.
+    pub(crate) fn faults(&self) -> Result<Vec<Fault>, String> {
+        let read = |text: &String| {
+            text.parse().map_err(|error| format!("invalid value '{text}' for '--fault <SPEC>': {error}"))
+        };
+        self.faults.iter().map(read).collect()
+    }
+
+    /// How all drives behave where the manuals leave it open.
+    pub(crate) fn quirks(&self) -> Result<Vec<QuirkSpec>, String> {
+        let read = |text: &String| {
+            text.parse()
+                .map_err(|error| format!("invalid value '{text}' for '--quirk <NAME=VALUE>': {error}"))
+        };
+        self.quirks.iter().map(read).collect()
+    }
+
+    /// What is chosen about a node, its quirks included.
+    pub(crate) fn choices_of(&self, node: &NodeSpec) -> Result<Choices, String> {
+        let mut choices = node.choices;
+        for text in &self.quirks {
+            let (name, value) = quirk::parts(text)?;
+            match node.product.choose(&mut choices, name, value) {
+                // Of another device.
+                Ok(()) | Err(QuirkError::Unknown) => {}
+                Err(error @ QuirkError::Value { .. }) => return Err(quirk::refusal(name, value, &error)),
+            }
+        }
+        Ok(choices)
+    }
+
+    /// What that node does wrong.
+    pub(crate) fn faults_of(&self, node: NodeId) -> Result<Faults, String> {
+        NodeFault::of(node, &self.node_faults()?).map_err(|error| format!("--fault: {error}"))
+    }
+
+    fn node_faults(&self) -> Result<Vec<NodeFault>, String> {
+        let read = |text: &String| {
+            text.parse().map_err(|error| format!("invalid value '{text}' for '--fault <SPEC>': {error}"))
+        };
+        self.faults.iter().map(read).collect()
     }
 
     /// What no single argument shows.
@@ -150,15 +197,34 @@ impl Emulate {
         if let Some(twice) = self.nodes.iter().find(|node| !numbers.insert(node.id)) {
             return Err(format!("two nodes have the number {}; give each node its own", twice.id));
         }
-        for (given, option) in [
-            (self.force_address, "--force-address"),
-            (self.slot_time.is_some(), "--slot-time"),
-            (!self.faults.is_empty(), "--fault"),
-            (!self.quirks.is_empty(), "--quirk"),
-            (self.panel.is_some(), "--panel"),
-        ] {
+        for (given, option) in
+            [(self.force_address, "--force-address"), (self.slot_time.is_some(), "--slot-time")]
+        {
             if given {
                 return Err(format!("{option} is for drives on PROFIBUS; leave it out with --node"));
+            }
+        }
+        for fault in self.node_faults()? {
+            if let Some(node) = fault.node.filter(|node| !numbers.contains(node)) {
+                let there: Vec<_> = numbers.iter().map(NodeId::to_string).collect();
+                return Err(format!("--fault names node {node}; there are the nodes {}", there.join(", ")));
+            }
+        }
+        for node in &self.nodes {
+            self.faults_of(node.id)?;
+            self.choices_of(node)?;
+        }
+        let names: BTreeSet<_> = self.nodes.iter().map(|node| node.product.name).collect();
+        let quirks = |name: &str| Product::named(name).map(Product::quirks).unwrap_or_default();
+        for text in &self.quirks {
+            let (name, _) = quirk::parts(text)?;
+            if !names.iter().any(|product| quirks(product).iter().any(|row| row.name == name)) {
+                let known = |product: &&str| {
+                    let rows: Vec<_> = quirks(product).iter().map(|row| row.name).collect();
+                    format!("{product} has {}", rows.join(", "))
+                };
+                let known: Vec<_> = names.iter().map(known).collect();
+                return Err(format!("--quirk: no node has a quirk '{name}'; {}", known.join("; ")));
             }
         }
         if self.allow_remote && !matches!(self.link, LinkSpec::Slcan(CanLink::Tcp(_))) {
@@ -192,7 +258,8 @@ impl Emulate {
         if let Some(twice) = self.stations.iter().find(|station| !addresses.insert(station.address)) {
             return Err(format!("two stations have address {}; give each its own", twice.address));
         }
-        for fault in &self.faults {
+        self.quirks()?;
+        for fault in self.faults()? {
             fault.check(addresses.iter().copied()).map_err(|error| error.to_string())?;
         }
         if self.allow_remote && !matches!(self.link, LinkSpec::Tcp(_)) {
@@ -227,6 +294,9 @@ Faults, and what they count:
   requests        drop-request, refuse-prm, refuse-cfg, not-ready=TIME (Chk_Cfg), lose-prm (Data_Exchange)
   Data_Exchange   diag-storm
   PKW answers     pkw-delay=EXCHANGES, pkw-wrong-ak, pkw-wrong-pnu, pkw-torn
+  of a node       boot-up-missing, boot-up-twice, sdo-late=TIME, sdo-lost, sdo-twice, sdo-other-index, sdo-wrong-toggle,
+                  sdo-abort=CODE, heartbeat-jitter=TIME, heartbeat-lost, heartbeat-stuck=OCTET, guarding-toggle-stuck,
+                  tpdo-short, tpdo-stale, emcy-storm=TIME; each at every occasion
 A fault is injected from number `at` on (1; a lone `at` means that one only), with probability `rate` (1), at most `count`
 times (no limit), the same for the same `seed` (1). TIME is for example 20ms. docs/faults.md explains each.
 
@@ -237,6 +307,7 @@ Examples:
   profidrive emulate --drive 5 --station 7,gsd=valves.gsd --station 9,gsd=valves.gsd
   profidrive emulate --state-dir ~/drives
   profidrive emulate --node 5,device=ap10 --node 6,device=asda-a2 --link slcan-tcp:127.0.0.1:5000
+  profidrive emulate --node 5 --node 6,device=ap10 --fault sdo-late=20ms,node=5 --panel 127.0.0.1:8080
   profidrive emulate --capture bus.pcapng
   profidrive emulate --link serial:/dev/ttyUSB0 --baud 19200 -v
   profidrive emulate --link tcp:127.0.0.1:5050 --fault no-reply,rate=0.01 --fault late=20ms,at=100";

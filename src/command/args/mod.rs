@@ -32,9 +32,9 @@ pub(crate) use encode::{
 pub(crate) use gsd::{Check as GsdCheck, Gsd as GsdArgs};
 pub(crate) use judge::{Judge, JudgedStation, millis as judge_millis};
 pub(crate) use link::{BaudSpec, LinkSpec};
-pub(crate) use master::{Action, AddressRange, Direction, Go, Master, MasterLink, Motion};
+pub(crate) use master::{Action, AddressRange, CanPlace, Direction, Go, Master, MasterLink, Motion};
 pub(crate) use node::NodeSpec;
-pub(crate) use parameter::{ParameterSpec, find as find_parameter};
+pub(crate) use parameter::{ParameterSpec, find as find_parameter, plain};
 pub(crate) use quirk::QuirkSpec;
 pub(crate) use station::StationSpec;
 

@@ -5,16 +5,18 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use profidrive::can::BitRate;
+use profidrive::canopen::faults::Faults;
 use profidrive::canopen::storage::Memory;
 use profidrive::canopen::{Event, NodeId};
 use profidrive::device::CanopenEvent;
 use profidrive::host::can::{Event as BusEvent, Line, LinkSpec, News, Seat, StoredNode};
 use profidrive::host::capture::Capture;
 use profidrive::host::capture::can::Interface;
-use profidrive::host::{Clock, Error, Reach, StateDir};
+use profidrive::host::{Clock, Error, Reach, StateDir, Stop};
+use profidrive::panel::{NodeAccess, NodePanel, Seated};
 use tracing::{debug, info, warn};
 
-use super::Signals;
+use super::{Signals, panel_reach, panel_started};
 use crate::command::Failure;
 use crate::command::args::{Emulate, NodeSpec};
 
@@ -27,18 +29,25 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec) -> Result<(), Failure> {
     let signals = Signals::register().map_err(|error| Failure::from_error(&error))?;
     let state = args.state_dir.as_deref().map(StateDir::open).transpose();
     let state = state.map_err(|error| Failure::from_error(&error))?;
+    // Before the link, so that a refusal leaves nothing behind.
+    let mut panel = start_panel(args, &signals.stop)?;
     let rate = args.baud.and_then(|baud| baud.can()).unwrap_or(DEFAULT_RATE);
     let mut line = open(args, link, rate)?;
     let mut nodes = Nodes::default();
     for &spec in args.nodes() {
-        nodes.connect(&mut line, spec, state.as_ref())?;
+        let spec = NodeSpec { choices: args.choices_of(&spec).map_err(Failure::Usage)?, ..spec };
+        nodes.connect(&mut line, spec, state.as_ref(), args.faults_of(spec.id).map_err(Failure::Usage)?)?;
     }
     nodes.warn_of_doubles();
     let mut capture = Recorder::start(args, &mut line, &nodes, rate)?;
-    nodes.announce(line.name());
+    nodes.announce(line.name(), panel.as_ref());
+    let (clock, seats) = (line.clock(), nodes.seats());
     let outcome = loop {
         let outcome = line.run(&signals.stop, &mut |news| {
             capture.take(&news);
+            if let (Some(panel), News::Bus(event)) = (&panel, &news) {
+                panel.tell(clock.now(), event);
+            }
             nodes.say(news);
         });
         // First, so that a signal after the flags are read ends the next run.
@@ -54,7 +63,12 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec) -> Result<(), Failure> {
         if end {
             break outcome;
         }
+        if let Some(panel) = &mut panel {
+            panel.serve(&mut NodeAccess { now: clock.now(), bus: line.bus_mut(), nodes: &seats });
+            line.bus_mut().watch(capture.is_on() || panel.wants_frames());
+        }
     };
+    drop(panel);
     // Switched off, the devices hand over their last images; the directory waits for them.
     drop(line);
     drop(state);
@@ -79,6 +93,12 @@ fn open(args: &Emulate, link: &LinkSpec, rate: BitRate) -> Result<Line<CanopenEv
     Ok(line)
 }
 
+fn start_panel(args: &Emulate, wake: &Stop) -> Result<Option<NodePanel>, Failure> {
+    let Some(place) = &args.panel else { return Ok(None) };
+    let panel = NodePanel::start(place, panel_reach(args), wake.clone());
+    panel_started(panel, NodePanel::address, "nodes").map(Some)
+}
+
 /// Who is on the bus, and what they are called in the log.
 #[derive(Default)]
 struct Nodes {
@@ -91,10 +111,11 @@ impl Nodes {
         line: &mut Line<CanopenEvent>,
         spec: NodeSpec,
         state: Option<&StateDir>,
+        faults: Faults,
     ) -> Result<(), Failure> {
         info!("{spec}");
         let now = line.clock().now();
-        let node = match state {
+        let mut node = match state {
             Some(state) => state
                 .load_node(spec.product, spec.id, spec.choices, now)
                 .map_err(|error| Failure::from_error(&error))?,
@@ -103,6 +124,10 @@ impl Nodes {
         let id = node.node_id();
         if id != spec.id {
             warn!("{spec}: its EEPROM says node {id}, which is in force");
+        }
+        if faults != Faults::NONE {
+            warn!("{spec}: faults on purpose in what it sends");
+            node.spoil(now, faults);
         }
         self.on_bus.push((line.add(Box::new(node)), id, spec));
         Ok(())
@@ -118,12 +143,18 @@ impl Nodes {
         }
     }
 
+    /// Where they are, for the panel.
+    fn seats(&self) -> Vec<Seated> {
+        self.on_bus.iter().map(|(seat, _, spec)| Seated { seat: *seat, product: spec.product }).collect()
+    }
+
     /// Says on stdout that a master can begin.
-    fn announce(&self, link: &str) {
+    fn announce(&self, link: &str, panel: Option<&NodePanel>) {
+        let panel = panel.map(|panel| format!(" panel=http://{}", panel.address())).unwrap_or_default();
         let numbers: Vec<_> = self.on_bus.iter().map(|(_, id, _)| id.to_string()).collect();
         let mut stdout = io::stdout().lock();
-        let said =
-            writeln!(stdout, "ready link={link} nodes={}", numbers.join(",")).and_then(|()| stdout.flush());
+        let said = writeln!(stdout, "ready link={link} nodes={}{panel}", numbers.join(","))
+            .and_then(|()| stdout.flush());
         if let Err(error) = said {
             // Whoever started this may not care; the nodes are there all the same.
             warn!("cannot say on stdout that link={link} is ready: {error}");
@@ -147,6 +178,7 @@ impl Nodes {
             }
             News::Bus(BusEvent::Passed { frame, .. }) => debug!("{frame}"),
             News::Bus(BusEvent::Lost { events }) => warn!("{events} events came too fast for the log"),
+            News::Bus(later) => debug!("{later:?}"),
             News::Adapter { name, news } => info!("slcan {name}: {news}"),
         }
     }
@@ -195,6 +227,10 @@ impl Recorder {
         line.bus_mut().watch(true);
         info!("capturing to {}", file.display());
         Ok(Self { capture: Some((capture, file.clone())) })
+    }
+
+    const fn is_on(&self) -> bool {
+        self.capture.is_some()
     }
 
     fn take(&mut self, news: &News<CanopenEvent>) {

@@ -25,7 +25,7 @@ pub(super) fn judge(file: &Path, setup: Setup, rows: &[Row]) -> Result<Report, F
         recording.take(at, &packet.octets, from_master);
     }
     if recording.telegrams() == 0 {
-        return Err(Failure::NoMaster(format!("{}: no telegram of a master is in it", file.display())));
+        return Err(Failure::Other(format!("{}: no telegram of a master is in it", file.display())));
     }
     Ok(recording.report(rows))
 }

@@ -1,16 +1,14 @@
 //! `diag`: the diagnosis of the slave in words.
 
+use profidrive::dp::{MASTER_SAP, Service};
 use profidrive::explain::{Context, Field, hex};
-use profidrive::fdl::{Address, DataTelegram, FunctionCode, MAX_TELEGRAM_LEN, ReplyStatus, Sap};
+use profidrive::fdl::{Address, DataTelegram, FunctionCode, MAX_TELEGRAM_LEN, ReplyStatus};
 use profidrive::host::{Clock, Link};
 use profidrive::master::Session;
 use serde_json::json;
 
 use super::say;
 use crate::command::Failure;
-
-const SLAVE_DIAG: u8 = 60;
-const MASTER_SAP: u8 = 62;
 
 /// Asks for it and shows every bit that is set, and the octets.
 pub(super) fn diag<L: Link, C: Clock>(
@@ -22,7 +20,7 @@ pub(super) fn diag<L: Link, C: Clock>(
     // As it was on the line, so that it is explained like every other telegram.
     let master = session.settings().master;
     let mut buf = [0; MAX_TELEGRAM_LEN];
-    let (dsap, ssap) = (Sap::new(MASTER_SAP), Sap::new(SLAVE_DIAG));
+    let (dsap, ssap) = (MASTER_SAP, Service::SlaveDiag.sap());
     let telegram = DataTelegram {
         format: DataTelegram::customary_format(dsap, ssap, &octets),
         da: master,

@@ -1,4 +1,4 @@
-//! `profidrive master`: one thing done with a drive, as a DP master.
+//! `profidrive master`: one thing done with a drive, as a DP master or as one of CANopen.
 //!
 //! | file | holds |
 //! | --- | --- |
@@ -6,9 +6,11 @@
 //! | `drive` | [`Drive`]: parameters by job, words by exchange |
 //! | `value` | values of parameters, read, with their unit and as JSON |
 //! | `file` | where a parameter set is written |
+//! | `canopen` | what is done with a node of CANopen |
 //! | the others | one group of subcommands each |
 
 mod access;
+mod canopen;
 mod diag;
 mod faults;
 mod file;
@@ -38,9 +40,12 @@ use trouble::Trouble;
 
 /// Does what is asked, once.
 pub(crate) fn master(args: &Master) -> Result<(), Failure> {
+    if let Some(place) = args.can_place() {
+        return canopen::master(args, &place);
+    }
     // What can be known without a drive is known before anything is sent.
     if let Action::Write { parameter, value } = &args.action {
-        access::check(parameter, *value, "write")?;
+        access::check(&parameter.parameter().map_err(Failure::Usage)?, *value, "write")?;
     }
     if let Action::Calibrate { value: Some(value) } = args.action {
         let entry = Parameter::CalibrationValue.entry();
@@ -65,9 +70,13 @@ fn act<L: Link, C: Clock>(
     match &args.action {
         Action::Scan { range } => scan::scan(&mut session, *range, json),
         Action::Diag => diag::diag(&mut session, address()?, json),
-        Action::Read { parameter } => with(session, address()?, |drive| access::read(drive, parameter, json)),
+        Action::Read { parameter } => {
+            let parameter = parameter.parameter().map_err(Failure::Usage)?;
+            with(session, address()?, |drive| access::read(drive, &parameter, json))
+        }
         Action::Write { parameter, value } => {
-            with(session, address()?, |drive| access::write(drive, parameter, *value, json))
+            let parameter = parameter.parameter().map_err(Failure::Usage)?;
+            with(session, address()?, |drive| access::write(drive, &parameter, *value, json))
         }
         Action::Params => with(session, address()?, |drive| access::params(drive, json)),
         Action::Save { file } => with(session, address()?, |drive| set::save(drive, file, json)),

@@ -59,8 +59,11 @@ pub(super) fn confirm(args: &Master) -> Result<Confirmed, Failure> {
             "a command that can turn a shaft needs --yes, or somebody at a terminal who confirms it".into(),
         ));
     }
-    let address = args.drive().map_err(Failure::Usage)?;
-    let asked = write!(io::stderr(), "Drive {address} will {what}. Is everybody out of reach? [y/N] ");
+    let number = match args.node {
+        Some(node) => node.number(),
+        None => args.drive().map_err(Failure::Usage)?.number(),
+    };
+    let asked = write!(io::stderr(), "Drive {number} will {what}. Is everybody out of reach? [y/N] ");
     let mut answer = String::new();
     let answered = asked.and_then(|()| io::stdin().lock().read_line(&mut answer));
     match (answered, answer.trim()) {

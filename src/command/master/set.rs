@@ -174,8 +174,6 @@ impl Row {
             Err(Failure::Usage(line) | Failure::Other(line)) => {
                 Err(line.split(';').next().unwrap_or_default().into())
             }
-            // Only of the judge.
-            Err(Failure::NoMaster(_) | Failure::Verdict) => Err(String::new()),
         }
     }
 }

@@ -9,20 +9,13 @@ use profidrive::explain::value::Lengths;
 use profidrive::explain::words::said;
 use profidrive::host::{Clock, Link};
 use profidrive::master::{Drive, DriveError, Seen};
-use profidrive::param::{Model, Parameter, Pnu, Width};
+use profidrive::param::{Model, Parameter, Reading};
 use serde_json::json;
 
 use super::say;
 use super::trouble::Trouble;
 use super::value::lengths;
 use crate::command::Failure;
-
-/// System status word SSW.
-const SSW: Pnu = Pnu::from_low_bits(1020);
-/// General status register.
-const GENERAL_STATUS: Pnu = Pnu::from_low_bits(1031);
-/// PNU 930 in velocity mode.
-const VELOCITY_MODE: u32 = 1;
 
 /// How often a live line is written at most.
 const LIVE: Duration = Duration::from_millis(100);
@@ -44,8 +37,8 @@ impl Words {
         let mode = mode(drive)?;
         let lengths = lengths(drive)?;
         let model = drive.model()?;
-        let ssw = read_word(drive, SSW)?;
-        let general = read_word(drive, GENERAL_STATUS)?;
+        let ssw = read_word(drive, Reading::SystemStatus)?;
+        let general = read_word(drive, Reading::GeneralStatus)?;
         Ok(Self { model, mode, lengths, stw: drive.stw().raw(), seen: drive.exchange()?, ssw, general })
     }
 
@@ -78,17 +71,18 @@ impl Words {
 
 /// Whether the shaft turns.
 pub(super) fn travels<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<bool, DriveError> {
-    Ok(SswBit::Travels.is_set(read_word(drive, SSW)?))
+    Ok(SswBit::Travels.is_set(read_word(drive, Reading::SystemStatus)?))
 }
 
-fn read_word<L: Link, C: Clock>(drive: &mut Drive<L, C>, pnu: Pnu) -> Result<u16, DriveError> {
-    Ok(u16::try_from(drive.read(pnu, None, Width::Word)?.bits()).unwrap_or_default())
+fn read_word<L: Link, C: Clock>(drive: &mut Drive<L, C>, reading: Reading) -> Result<u16, DriveError> {
+    let entry = reading.entry();
+    Ok(u16::try_from(drive.read(entry.pnu, None, entry.width)?.bits()).unwrap_or_default())
 }
 
 /// Which mode the drive is in.
 pub(super) fn mode<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<Mode, Trouble> {
     let mode = Parameter::OperatingMode.entry();
-    let velocity = drive.read(mode.pnu, None, mode.width)?.bits() == VELOCITY_MODE;
+    let velocity = drive.read(mode.pnu, None, mode.width)?.bits() == u32::from(Mode::Velocity.number());
     Ok(if velocity { Mode::Velocity } else { Mode::Positioning })
 }
 

@@ -1,9 +1,11 @@
 //! The drive as hosts run it.
 
+use core::fmt;
+
 use super::Ag03Node;
 use crate::can::{ErrorState, Frame};
-use crate::canopen::NodeId;
 use crate::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
+use crate::canopen::{Abort, Address, Application, Node, NodeId};
 use crate::device::{CanopenDevice, CanopenEvent, RecallError};
 use crate::time::Instant;
 use crate::unit;
@@ -20,6 +22,18 @@ impl Ag03Node {
 }
 
 impl CanopenDevice for Ag03Node {
+    fn node(&self) -> &Node {
+        Self::node(self)
+    }
+
+    fn application(&self) -> &dyn Application {
+        &self.part
+    }
+
+    fn write_past_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Abort> {
+        Self::write_past_bus(self, now, at, octets)
+    }
+
     fn node_id(&self) -> NodeId {
         Self::node_id(self)
     }
@@ -46,6 +60,10 @@ impl CanopenDevice for Ag03Node {
 
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
         Self::poll_transmit(self, now)
+    }
+
+    fn why(&self, say: &mut dyn FnMut(&dyn fmt::Display)) {
+        Self::why(self).for_each(|hindrance| say(&hindrance));
     }
 
     fn poll_event(&mut self) -> Option<CanopenEvent> {
@@ -81,5 +99,24 @@ impl CanopenDevice for Ag03Node {
     fn handle_stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>) {
         let outcome = outcome.map_err(|NotStored| unit::NotStored);
         Self::handle_stored(self, now, u64::from(generation).into(), outcome);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Config, Event};
+    use super::*;
+
+    #[test]
+    fn switching_is_told_when_it_happens_and_a_drive_without_supply_has_nothing_to_tell() {
+        let now = Instant::ZERO;
+        let mut node = Ag03Node::new(Config::new(NodeId::MIN), now).unsupplied(now);
+        assert_eq!(Ag03Node::poll_event(&mut node), None);
+        Ag03Node::power_on(&mut node, now);
+        let on = Ag03Node::poll_event(&mut node);
+        assert!(matches!(on, Some(Event::Unit(unit::Event::SwitchedOn(_)))), "{on:?}");
+        while Ag03Node::poll_event(&mut node).is_some() {}
+        Ag03Node::power_off(&mut node, now);
+        assert_eq!(Ag03Node::poll_event(&mut node), Some(Event::Unit(unit::Event::SwitchedOff)));
     }
 }

@@ -23,6 +23,7 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `hosted` | what a host asks of any device on CANopen |
+//! | `surroundings` | what surrounds it and what is seen of it |
 //! | `objects` | [`OBJECTS`]: the dictionary, and the parameter behind each entry |
 //! | `unit` | what objects read and do, EMCY, storage, external heartbeat, Auto-ID |
 //! | `quirks` | [`Quirks`]: doubts of the manual, the policy of the node |
@@ -30,12 +31,15 @@
 mod hosted;
 mod objects;
 mod quirks;
+mod surroundings;
 mod unit;
+mod vocabulary;
 
 pub use objects::OBJECTS;
-pub use quirks::{Quirks, SdoCodes, SoftwareVersion};
+pub use quirks::{QUIRKS, Quirks, SdoCodes, SoftwareVersion};
+pub use vocabulary::VOCABULARY;
 
-use crate::ap10::{Display, Fault, Indicator, Key, Setting, Turns};
+use crate::ap10::{Backup, Display, Fault, Indicator, Key, Setting, Turns};
 use crate::can::Frame;
 use crate::canopen::eds::Sheet;
 use crate::canopen::storage::{Generation, ImageError, Memory, NotStored, StoreRequest};
@@ -198,6 +202,9 @@ impl Ap10 {
 
     /// The shaft is turned to that angle, with supply or without.
     pub fn turn_to(&mut self, now: Instant, shaft: Turns) {
+        if shaft != self.indicator().shaft() {
+            self.node.offer_image();
+        }
         match self.power {
             Power::Off => self.unit.indicator.turn_without_supply(shaft),
             Power::Listening | Power::On => {
@@ -213,8 +220,9 @@ impl Ap10 {
             Power::Off | Power::Listening => {}
             Power::On => {
                 self.timeouts(now);
+                let kept = self.indicator().backup();
                 self.unit.indicator.press(now, key);
-                self.change(now);
+                self.fault_changed(now, kept);
             }
         }
     }
@@ -228,14 +236,16 @@ impl Ap10 {
 
     /// A fault begins.
     pub fn provoke(&mut self, now: Instant, fault: Fault) {
+        let kept = self.indicator().backup();
         self.unit.indicator.begin(fault);
-        self.change(now);
+        self.fault_changed(now, kept);
     }
 
     /// The cause of a fault is gone.
     pub fn end_fault(&mut self, now: Instant, fault: Fault) {
+        let kept = self.indicator().backup();
         self.unit.indicator.end(fault);
-        self.change(now);
+        self.fault_changed(now, kept);
     }
 
     /// Nothing is wrong: battery, speed and bus.
@@ -255,6 +265,13 @@ impl Ap10 {
     /// The CAN controller was off the bus and is back.
     pub fn recover_from_bus_off(&mut self, now: Instant) {
         self.unit.bus_off_recovered();
+        self.change(now);
+    }
+
+    fn fault_changed(&mut self, now: Instant, before: Backup) {
+        if before != self.indicator().backup() {
+            self.node.offer_image();
+        }
         self.change(now);
     }
 

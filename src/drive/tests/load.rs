@@ -26,7 +26,7 @@ fn without_load_the_shaft_is_exactly_on_the_profile() {
             assert!(!rig.status().lag_error);
             assert_eq!(rig.drive.shaft_position(), profile.position());
             rig.run(1);
-            profile.advance(MILLISECOND);
+            profile.advance(super::super::lapse::Lapse::of(MILLISECOND));
         }
         assert_eq!(rig.position(), 3000);
     }

@@ -263,29 +263,16 @@ impl Stations {
     }
 
     fn deliver(&mut self, now: Instant, to: Address, telegram: &Telegram<'_>) {
-        let Self { slots, news, .. } = self;
-        let Some(slot) = slots.get_mut(index(to)).and_then(Option::as_mut) else {
-            return;
-        };
-        if slot.presence != Presence::Active {
-            return;
+        if self.slot(to).is_some_and(|slot| slot.presence == Presence::Active) {
+            self.call(now, to, |station, news| station.receive(now, telegram, news));
         }
-        let Slot { station, counters, .. } = slot;
-        station.receive(now, telegram, &mut |event| news.tell(to, counters, event));
-        self.settle_at(now, to);
     }
 
     /// Calls every station whose deadline is reached.
     pub(super) fn wake(&mut self, now: Instant) {
-        let mut from = 0;
-        while let Some(address) = self.deadlines.due_from(from, now) {
-            from = address.number() + 1;
-            let Self { slots, news, .. } = self;
-            if let Some(slot) = slots.get_mut(index(address)).and_then(Option::as_mut) {
-                let Slot { station, counters, .. } = slot;
-                station.handle_timeout(now, &mut |event| news.tell(address, counters, event));
-            }
-            self.settle_at(now, address);
+        let mut due = self.deadlines.due(now);
+        while let Some(address) = due.next(&self.deadlines) {
+            self.call(now, address, |station, news| station.handle_timeout(now, news));
         }
     }
 
@@ -294,10 +281,9 @@ impl Stations {
         // Nearly always nobody is due.
         self.deadlines.first().filter(|first| *first <= now)?;
         let limit = self.slot_time.map(|slot_time| slot_time.at(self.baud));
-        let mut from = 0;
+        let mut due = self.deadlines.due(now);
         // A station that is due and has nothing to send waits for `handle_timeout`: go on behind it.
-        while let Some(address) = self.deadlines.due_from(from, now) {
-            from = address.number() + 1;
+        while let Some(address) = due.next(&self.deadlines) {
             let Self { slots, news, .. } = self;
             let slot = slots.get_mut(index(address)).and_then(Option::as_mut)?;
             let Slot { station, counters, asked, .. } = slot;
@@ -320,6 +306,28 @@ impl Stations {
             }
         }
         None
+    }
+
+    /// Lets the station at `address` do something.
+    #[inline]
+    fn call(
+        &mut self,
+        now: Instant,
+        address: Address,
+        act: impl FnOnce(&mut dyn Participant, &mut dyn FnMut(Event)),
+    ) {
+        let Self { slots, deadlines, news, search, .. } = self;
+        let Some(slot) = slots.get_mut(index(address)).and_then(Option::as_mut) else {
+            return;
+        };
+        let Slot { station, counters, .. } = slot;
+        act(station.as_mut(), &mut |event| news.tell(address, counters, event));
+        // As `settle_at`, with the slot at hand: this runs in each application cycle of each station.
+        if search.is_none() && station.address() == address {
+            deadlines.set(address, station.poll_timeout());
+        } else {
+            self.settle_at(now, address);
+        }
     }
 
     /// Puts the deadline of a station in its place after it was called, and tells the search for the rate whether a

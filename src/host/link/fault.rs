@@ -51,6 +51,7 @@ mod request;
 mod spec;
 
 use observed::{Observed, Occasion};
+pub(in crate::host) use spec::duration;
 pub use spec::{DiagOctets, FORM, Fault, FramePart, Kind, NoStation, PkwFault, SpecError};
 
 /// Late telegrams kept at most; more are lost.

@@ -86,9 +86,9 @@ export class DriveView {
     this.#showDevice(state);
     this.#showValues(state);
     this.#showWords(state);
-    this.inputs.show(modelName(state), state.inputs);
+    this.inputs.show(state.model, state.inputs);
     this.faults.show({
-      model: modelName(state),
+      model: state.model,
       gear: state.gear_ratio,
       inputs: state.inputs,
       latched: state.faults.latched,

@@ -106,9 +106,9 @@ impl From<Mark> for MarkName {
 /// What a subscriber did not get because it read too slowly, since it was told last.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
 pub(in crate::panel) struct Lost {
-    pub(super) states: u64,
-    pub(super) news: u64,
-    pub(super) telegrams: u64,
+    pub(in crate::panel) states: u64,
+    pub(in crate::panel) news: u64,
+    pub(in crate::panel) telegrams: u64,
 }
 
 /// A message to all subscribers that want it.
@@ -142,7 +142,7 @@ impl NewsEvent {
         )
     }
 
-    pub(super) fn item(at: Instant, event: &BusEvent) -> Item {
+    pub(super) fn item(at: Instant, event: &BusEvent, words: Option<&str>) -> Item {
         let (address, kind) = match event {
             BusEvent::Station { address, event } => (Some(*address), NewsKind::of(event)),
             BusEvent::Joined { address } | BusEvent::AddressLive { address, .. } => {
@@ -161,7 +161,7 @@ impl NewsEvent {
             time_seconds: seconds(at),
             address: address.map(Address::number),
             kind,
-            text: event.to_string(),
+            text: words.map_or_else(|| event.to_string(), |words| format!("{event}: {words}")),
             reasons,
         };
         Item { message: message_of("news", &news), about: [address, None] }
@@ -224,7 +224,7 @@ impl TelegramEvent {
 }
 
 /// One event of the stream.
-pub(super) fn message_of(event: &str, data: &impl Serialize) -> Bytes {
+pub(in crate::panel) fn message_of(event: &str, data: &impl Serialize) -> Bytes {
     // Nothing here has a key that is no string, so this always works.
     let data = serde_json::to_string(data).unwrap_or_default();
     Bytes::from(format!("event: {event}\ndata: {data}\n\n"))

@@ -358,7 +358,8 @@ impl FromStr for Fault {
                     of.replace(station(value).ok_or_else(|| wrong("an address, 0 to 126"))?).is_some()
                 }
                 "service" => {
-                    let named = Service::ALL.into_iter().find(|one| one.name().eq_ignore_ascii_case(value));
+                    let named =
+                        Service::ALL.iter().copied().find(|one| one.name().eq_ignore_ascii_case(value));
                     service.replace(named.ok_or_else(|| wrong(SERVICES))?).is_some()
                 }
                 "state" => {
@@ -556,7 +557,7 @@ fn decimal(text: &str) -> Option<f64> {
     text.parse().ok()
 }
 
-fn duration(text: &str) -> Option<Duration> {
+pub(in crate::host) fn duration(text: &str) -> Option<Duration> {
     let unit = text.find(|c: char| !c.is_ascii_digit())?;
     let (value, unit) = text.split_at(unit);
     let value: u64 = value.parse().ok()?;
@@ -655,7 +656,7 @@ mod tests {
 
     #[test]
     fn the_lists_of_the_messages_name_everything() {
-        assert!(Service::ALL.into_iter().all(|service| SERVICES.contains(service.name())));
+        assert!(Service::ALL.iter().all(|service| SERVICES.contains(service.name())));
         assert!(State::ALL.into_iter().all(|state| STATES.contains(state.name())));
     }
 
