@@ -125,7 +125,7 @@ impl Observer {
         let from = before.serial;
         let name = cycle.service.map_or("a request", dp::Service::name);
         // Behind something bad a receiver may need a telegram to find the beginning of the next.
-        let sound = self.sound >= SOUND;
+        let sound = self.view(station).sound >= SOUND;
         match relation {
             Relation::Repeated if !sound => cycle.retry = before.retry + 1,
             Relation::SameBit if !sound => {}
@@ -197,8 +197,9 @@ impl Observer {
                     self.held(Row::C12);
                 }
                 self.judge_retries(before, cycle);
-                if bad.is_none() && self.view(station).exchanging {
-                    self.view(station).disturbed = Some((Disturbance::LostReply, 0));
+                if self.view(station).exchanging {
+                    let what = if bad.is_none() { Disturbance::LostReply } else { Disturbance::BadReply };
+                    self.view(station).disturbed = Some((what, 0));
                 }
                 return;
             }
@@ -256,14 +257,9 @@ impl Observer {
         }
         // The master has gone on.
         if relation == Relation::First || !same_service {
-            let silent = bad.is_none();
             let view = self.view(station);
-            if silent {
-                view.gave_up = true;
-                view.lose(Loss::Silent);
-            } else {
-                view.diag_read = false;
-            }
+            view.gave_up = true;
+            view.lose(Loss::Silent);
         }
     }
 
