@@ -183,7 +183,12 @@ impl Observer {
         let same_service = before.service == cycle.service;
         let what = if bad.is_some() { "a bad reply" } else { "no reply" };
         let broken = |observer: &mut Self, row: Row, reason| {
-            observer.broken(row, Weight::Once, from, Some(station), reason);
+            // One may be due to a reply from before that was still under way.
+            let weight = match row {
+                Row::C03 | Row::C05 | Row::C12 => Weight::Times(2),
+                _other => Weight::Once,
+            };
+            observer.broken(row, weight, from, Some(station), reason);
         };
         let bad_row = bad.map(row_of);
         match relation {

@@ -419,7 +419,13 @@ impl Observer {
                     view.loss = Loss::None;
                 }
             }
-            Answer::Silence | Answer::Bad(_) | Answer::Mixed => self.view(cycle.to).trouble(),
+            Answer::Silence | Answer::Bad(_) => self.view(cycle.to).trouble(),
+            // It may have taken some of it for the reply.
+            Answer::Mixed => {
+                let view = self.view(cycle.to);
+                view.gave_up = false;
+                view.trouble();
+            }
         }
         match cycle.service {
             Some(dp::Service::SlaveDiag) => self.diagnosed(cycle, answer),

@@ -278,7 +278,7 @@ impl Observer {
                 view.excused = Some(row);
             }
             // After a bad reply a new start-up is right.
-            if view.excused.is_some() || view.calm == 0 {
+            if view.excused.is_some() || view.calm == 0 || !cycle.is_counted() {
                 return;
             }
             let disturbance = match octets.len() {
