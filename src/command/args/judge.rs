@@ -74,6 +74,14 @@ pub(crate) struct Judge {
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
 
+    /// Write the verdicts as JUnit XML, for CI
+    #[arg(long, value_name = "FILE")]
+    pub(crate) junit: Option<PathBuf>,
+
+    /// Write the verdicts as one HTML page, with a diagram of the telegrams of each failure
+    #[arg(long, value_name = "FILE")]
+    pub(crate) html: Option<PathBuf>,
+
     /// Also play the scenarios of this file
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) scenarios: Vec<PathBuf>,
