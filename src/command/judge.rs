@@ -4,9 +4,11 @@ use core::time::Duration;
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-use profidrive::host::{Stop, SystemClock};
+use profidrive::host::capture::{Capture, Interface};
+use profidrive::host::link::tap::{Batch, Tap};
+use profidrive::host::{Link, Stop, SystemClock};
 use profidrive::judge::{Ending, Judge, Operator, Progress, Report, Row, Setup, Slave, live};
-use tracing::info;
+use tracing::{info, warn};
 
 use super::Failure;
 use super::args::{Judge as Args, JudgedStation, judge_millis};
@@ -14,6 +16,7 @@ use super::emulate::{Opened, open_link};
 
 mod operated;
 mod recorded;
+mod scenarios;
 
 use operated::Operated;
 
@@ -30,10 +33,13 @@ pub(crate) fn judge(args: &Args) -> Result<ExitCode, Failure> {
         let waker = stop.waker().map_err(|error| Failure::from_error(&error))?;
         signal_hook::low_level::pipe::register(signal, waker).map_err(|error| Failure::from_error(&error))?;
     }
+    let more = scenarios::read(&args.scenarios)?;
     let Opened { rate, link, path } = open_link(&args.link, args.rate(), args.allow_remote)?;
     let clock = SystemClock::new();
+    let link = captured(args, link, &path, clock)?;
     announce(&path, &setup)?;
     let mut judge = Judge::new(setup, &rows);
+    judge.add(more);
     let mut operator = args.ask.as_deref().map(Operated::new);
     if operator.is_some() {
         judge = judge.operated();
@@ -42,6 +48,27 @@ pub(crate) fn judge(args: &Args) -> Result<ExitCode, Failure> {
     let report = live(judge, link, &clock, rate, &stop, operator, &mut say)
         .map_err(|error| Failure::from_error(&error))?;
     finish(args, &report)
+}
+
+/// The link, written to a capture if one is wanted.
+fn captured(
+    args: &Args,
+    link: Box<dyn Link>,
+    path: &str,
+    clock: SystemClock,
+) -> Result<Box<dyn Link>, Failure> {
+    let Some(file) = &args.capture else {
+        return Ok(link);
+    };
+    let line = Interface { name: path, description: "PROFIBUS line of a judged master", baud: args.rate() };
+    let capture = Capture::create(file, &line, &clock).map_err(|error| Failure::from_error(&error))?;
+    let mut capture = Some(capture);
+    Ok(Box::new(Tap::new(link, clock, move |batch: &Batch| {
+        if let Some(Err(error)) = capture.as_mut().map(|capture| capture.write(batch)) {
+            warn!("the capture ends here: {error}");
+            capture = None;
+        }
+    })))
 }
 
 fn say(progress: &Progress) {

@@ -281,7 +281,15 @@ impl Judge {
 
     /// More scenarios, behind those of the judge itself.
     pub fn add(&mut self, scenarios: impl IntoIterator<Item = Scenario>) {
-        self.scenarios.extend(scenarios);
+        let wanted = |scenario: &Scenario| {
+            scenario.rows.is_empty() || scenario.rows.iter().any(|row| self.wanted.contains(row))
+        };
+        let playable: Vec<Scenario> = scenarios
+            .into_iter()
+            .filter(wanted)
+            .filter(|scenario| scenario.obstacle(&self.observer.setup).is_none())
+            .collect();
+        self.scenarios.extend(playable);
     }
 
     /// Takes what was sent on the line.

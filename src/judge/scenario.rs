@@ -150,6 +150,20 @@ impl Scenario {
         })
     }
 
+    /// A scenario of one step, as a user writes it.
+    pub fn written(name: &str, rows: &[Row], station: Which, step: Step, returns: Vec<Row>) -> Self {
+        Self { station, returns, steps: vec![step], ..Self::one(name, rows, &[]) }
+    }
+
+    /// Whether its faults are faults.
+    ///
+    /// # Errors
+    /// The first that is none.
+    pub fn check(&self) -> Result<(), SpecError> {
+        let any = Address::from_octet(0);
+        self.steps.iter().try_for_each(|step| step.compiled(&Setup::default(), any).map(|_| ()))
+    }
+
     /// A scenario about these rows, one step long.
     pub(super) fn one(name: &str, rows: &[Row], faults: &[&str]) -> Self {
         let faults = faults.iter().map(ToString::to_string).collect();

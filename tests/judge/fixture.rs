@@ -611,6 +611,7 @@ impl Slave {
         self.wants_diag = false;
         self.not_ready = 0;
         self.spoilt = 0;
+        self.restarts = false;
     }
 
     fn spoil(&mut self) {

@@ -11,4 +11,7 @@
 )]
 
 mod fixture;
+mod live;
+#[cfg(feature = "master")]
+mod profirust;
 mod virtual_time;

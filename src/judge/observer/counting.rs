@@ -125,7 +125,7 @@ impl Observer {
         let from = before.serial;
         let name = cycle.service.map_or("a request", dp::Service::name);
         // Behind something bad a receiver may need a telegram to find the beginning of the next.
-        let sound = self.sound >= SOUND;
+        let sound = self.view(station).sound >= SOUND;
         match relation {
             Relation::Repeated if !sound => cycle.retry = before.retry + 1,
             Relation::SameBit if !sound => {}
@@ -183,7 +183,12 @@ impl Observer {
         let same_service = before.service == cycle.service;
         let what = if bad.is_some() { "a bad reply" } else { "no reply" };
         let broken = |observer: &mut Self, row: Row, reason| {
-            observer.broken(row, Weight::Once, from, Some(station), reason);
+            // One may be due to a reply from before that was still under way.
+            let weight = match row {
+                Row::C03 | Row::C05 | Row::C12 => Weight::Times(2),
+                _other => Weight::Once,
+            };
+            observer.broken(row, weight, from, Some(station), reason);
         };
         let bad_row = bad.map(row_of);
         match relation {
@@ -197,8 +202,9 @@ impl Observer {
                     self.held(Row::C12);
                 }
                 self.judge_retries(before, cycle);
-                if bad.is_none() && self.view(station).exchanging {
-                    self.view(station).disturbed = Some((Disturbance::LostReply, 0));
+                if self.view(station).exchanging {
+                    let what = if bad.is_none() { Disturbance::LostReply } else { Disturbance::BadReply };
+                    self.view(station).disturbed = Some((what, 0));
                 }
                 return;
             }
@@ -256,14 +262,9 @@ impl Observer {
         }
         // The master has gone on.
         if relation == Relation::First || !same_service {
-            let silent = bad.is_none();
             let view = self.view(station);
-            if silent {
-                view.gave_up = true;
-                view.lose(Loss::Silent);
-            } else {
-                view.diag_read = false;
-            }
+            view.gave_up = true;
+            view.lose(Loss::Silent);
         }
     }
 

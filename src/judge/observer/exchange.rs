@@ -24,7 +24,7 @@ const SPOILT_TIME: Duration = Duration::from_millis(1500);
 /// Data_Exchange answered with RS, for so long, without a diagnosis.
 const REFUSED_TIME: Duration = Duration::from_secs(1);
 /// After so many good exchanges a disturbance is over.
-const OVER: u32 = 16;
+const OVER: u32 = 6;
 /// Kept to see how fast a station is asked.
 const INTERVALS: usize = 4096;
 
@@ -238,7 +238,7 @@ impl Observer {
             view.storm = 0;
             view.announced = None;
         }
-        if let Some(row) = over {
+        if let Some(row) = over.flatten() {
             self.held(row);
         }
         if eight {

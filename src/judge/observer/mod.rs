@@ -93,8 +93,6 @@ pub(super) struct Observer {
     common: counting::Common,
     /// Replies are held back on purpose.
     pub(super) held_back: bool,
-    /// Cycles in a row with one good reply each.
-    sound: u32,
     pub(super) asked_for: asked::Asked,
     /// Nothing is wrong on purpose.
     pub(super) watching: bool,
@@ -120,7 +118,6 @@ impl Observer {
             last_heard: None,
             common: counting::Common::default(),
             held_back: false,
-            sound: 0,
             asked_for: asked::Asked::default(),
             watching: matches!(sight, Sight::Recorded),
         }
@@ -389,7 +386,9 @@ impl Observer {
         let Some(cycle) = self.open.take() else {
             return;
         };
-        self.sound = if cycle.items.len() == 1 && !cycle.has_bad_item() { self.sound.saturating_add(1) } else { 0 };
+        let sound = cycle.items.len() == 1 && !cycle.has_bad_item();
+        let view = self.view(cycle.to);
+        view.sound = if sound { view.sound.saturating_add(1) } else { 0 };
         if cycle.kind == Service::FdlStatus {
             let answered = cycle.items.iter().any(|item| matches!(item, Item::Status(_)));
             self.status_answered(&cycle, answered);
@@ -420,7 +419,13 @@ impl Observer {
                     view.loss = Loss::None;
                 }
             }
-            Answer::Silence | Answer::Bad(_) | Answer::Mixed => self.view(cycle.to).trouble(),
+            Answer::Silence | Answer::Bad(_) => self.view(cycle.to).trouble(),
+            // It may have taken some of it for the reply.
+            Answer::Mixed => {
+                let view = self.view(cycle.to);
+                view.gave_up = false;
+                view.trouble();
+            }
         }
         match cycle.service {
             Some(dp::Service::SlaveDiag) => self.diagnosed(cycle, answer),

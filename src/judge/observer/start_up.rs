@@ -80,8 +80,10 @@ impl Observer {
             match disturbed {
                 _ if self.is_other_lost(station) => self.judge_needless(cycle),
                 Some((disturbance, _)) => {
-                    let reason = format!("Set_Prm although {}", words(disturbance));
-                    self.broken(disturbance.row(), Weight::Times(2), from, Some(station), reason);
+                    if let Some(row) = disturbance.row() {
+                        let reason = format!("Set_Prm although {}", words(disturbance));
+                        self.broken(row, Weight::Times(2), from, Some(station), reason);
+                    }
                 }
                 None => {}
             }
@@ -210,6 +212,12 @@ impl Observer {
 
     /// What a Slave_Diag led to.
     pub(super) fn diagnosed(&mut self, cycle: &Cycle, answer: &Answer) {
+        if *answer == Answer::Mixed {
+            // It may have taken some of it for the diagnosis.
+            let view = self.view(cycle.to);
+            view.diag_read = true;
+            view.diag_after_cfg |= view.cfg == Step::Acknowledged;
+        }
         let Answer::Data { octets, .. } = answer else {
             return;
         };
@@ -270,7 +278,7 @@ impl Observer {
                 view.excused = Some(row);
             }
             // After a bad reply a new start-up is right.
-            if view.excused.is_some() || view.calm == 0 {
+            if view.excused.is_some() || view.calm == 0 || !cycle.is_counted() {
                 return;
             }
             let disturbance = match octets.len() {
@@ -331,6 +339,7 @@ const fn step(answer: &Answer) -> Step {
 
 const fn words(disturbance: Disturbance) -> &'static str {
     match disturbance {
+        Disturbance::BadReply => "one reply was bad",
         Disturbance::LostReply => "only one reply was lost",
         Disturbance::CleanDiagnosis => "the diagnosis shows no fault",
         Disturbance::LongDiagnosis => "the diagnosis, a long one, shows no fault",

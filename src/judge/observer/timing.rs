@@ -2,6 +2,7 @@
 
 use core::time::Duration;
 use std::format;
+use std::string::String;
 use std::vec::Vec;
 
 use super::Observer;
@@ -17,6 +18,8 @@ use crate::time::{Instant, SYN_BITS};
 const MOST_SLOTS: u32 = 6;
 /// And longer than this: a master may pause between two cycles.
 const PAUSE: Duration = Duration::from_millis(20);
+/// Telegrams nearer to each other were read at once.
+const TOGETHER: Duration = Duration::from_micros(50);
 /// Telegrams of one cycle: fewer exchanges of one station than a quarter of another's are not equal.
 const LEAST_SHARE: u32 = 4;
 /// Exchanges at least before stations are compared.
@@ -36,6 +39,10 @@ pub(super) struct Timing {
     was_paused: bool,
     /// The station whose reply was sent twice last.
     doubled: Option<Address>,
+    /// A reply was sent twice at some time.
+    ever_doubled: bool,
+    /// Telegrams before the time of a reply that was held back.
+    early: u32,
 }
 
 impl Timing {
@@ -81,6 +88,8 @@ impl Observer {
                 let answered = open.answered_at;
                 let after_double = self.timing.doubled == Some(to);
                 self.timing.doubled = doubled.then_some(to);
+                self.timing.ever_doubled |= doubled;
+                self.held(Row::T02);
                 self.judge_held_back(end, answered, foreign, after_double);
             }
             return;
@@ -127,8 +136,8 @@ impl Observer {
             self.broken(Row::E06, Weight::Once, from.saturating_sub(4), None, reason);
         } else if is_early {
             let reason = format!("a telegram {} us after a request to {to} that has no reply yet", waited.as_micros());
-            self.broken(Row::T02, Weight::Times(2), from, None, reason);
-        } else if is_within && (self.held_back || exact) {
+            self.judge_early(from, waited, exact, reason);
+        } else if is_within && (self.held_back || exact) && !self.timing.ever_doubled {
             let reason = format!(
                 "a telegram {} us after a request to {to}; a reply may come within the slot time of {} us",
                 waited.as_micros(),
@@ -137,6 +146,23 @@ impl Observer {
             self.broken(Row::T03, Weight::Times(2), from, None, reason);
         } else if !is_within {
             self.judge_patience(from, to, waited, slot);
+        }
+    }
+
+    /// A telegram long before the slot time is over. While a reply is held back the judge looks often and two are proof.
+    /// At other times two may have been read late; after a reply that came twice the master may have taken the second
+    /// copy for it, which is another row.
+    fn judge_early(&mut self, from: u64, waited: Duration, exact: bool, reason: String) {
+        if self.timing.ever_doubled {
+            return;
+        }
+        if self.held_back || exact {
+            self.timing.early += 1;
+        }
+        let proven = self.timing.early >= 2;
+        if proven || waited >= TOGETHER {
+            let weight = if proven { Weight::Once } else { Weight::Share(20, 30) };
+            self.broken(Row::T02, weight, from, None, reason);
         }
     }
 

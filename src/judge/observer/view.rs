@@ -34,6 +34,8 @@ pub(super) struct View {
     pub(super) streak: u32,
     /// The same, whatever the judge has begun anew.
     pub(super) calm: u32,
+    /// Cycles in a row with one good reply each.
+    pub(super) sound: u32,
     /// All good Data_Exchange.
     pub(super) exchanges: u32,
     /// All Data_Exchange requests, retries apart.
@@ -129,18 +131,21 @@ pub(super) struct Spoilt {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Disturbance {
     LostReply,
+    /// A new start-up is right.
+    BadReply,
     CleanDiagnosis,
     LongDiagnosis,
     Overflow,
 }
 
 impl Disturbance {
-    pub(super) const fn row(self) -> Row {
+    pub(super) const fn row(self) -> Option<Row> {
         match self {
-            Self::LostReply => Row::L08,
-            Self::CleanDiagnosis => Row::D06,
-            Self::LongDiagnosis => Row::D08,
-            Self::Overflow => Row::D09,
+            Self::LostReply => Some(Row::L08),
+            Self::BadReply => None,
+            Self::CleanDiagnosis => Some(Row::D06),
+            Self::LongDiagnosis => Some(Row::D08),
+            Self::Overflow => Some(Row::D09),
         }
     }
 }
