@@ -36,7 +36,11 @@ impl Report {
         for telegram in telegrams {
             let at = self.seconds(telegram);
             if let Some(pause) = before.map(|before| at - before).filter(|pause| *pause > GAP) {
-                let _ = writeln!(rows, "<text class=\"gap\" x=\"8\" y=\"{}\">… {pause:.3} s later</text>", y + 12);
+                let _ = writeln!(
+                    rows,
+                    "<text class=\"gap\" x=\"8\" y=\"{}\">… {pause:.3} s later</text>",
+                    y + 12
+                );
                 y += LINE + 6;
             }
             before = Some(at);
@@ -67,7 +71,12 @@ impl Report {
     fn draw(&self, rows: &mut String, lanes: &Lanes, telegram: &Telegram, y: usize) -> usize {
         let Telegram { moment, explained } = telegram;
         let middle = y + 8;
-        let _ = writeln!(rows, "<text class=\"time\" x=\"8\" y=\"{}\">{:.6}</text>", y + 12, self.seconds(telegram));
+        let _ = writeln!(
+            rows,
+            "<text class=\"time\" x=\"8\" y=\"{}\">{:.6}</text>",
+            y + 12,
+            self.seconds(telegram)
+        );
         let from = lanes.from(moment);
         let class = if moment.side == Side::Master { "m" } else { "s" };
         match lanes.to(moment) {
@@ -100,7 +109,8 @@ impl Report {
             } else {
                 String::new()
             };
-            let _ = writeln!(rows, "<text class=\"hex\" x=\"{x}\" y=\"{}\">{line}{more}</text>", y + 12 + height);
+            let _ =
+                writeln!(rows, "<text class=\"hex\" x=\"{x}\" y=\"{}\">{line}{more}</text>", y + 12 + height);
             height += LINE;
         }
         rows.push_str("</g>\n");
@@ -143,7 +153,11 @@ impl Lanes {
     fn titles(&self) -> Vec<(String, usize)> {
         let stations = self.stations.iter().map(|station| format!("station {station}"));
         let titles = core::iter::once("master".to_string()).chain(stations);
-        titles.chain(self.nobody.then(|| "?".into())).enumerate().map(|(lane, title)| (title, x(lane))).collect()
+        titles
+            .chain(self.nobody.then(|| "?".into()))
+            .enumerate()
+            .map(|(lane, title)| (title, x(lane)))
+            .collect()
     }
 
     fn lane(&self, station: u8) -> Option<usize> {
@@ -165,7 +179,9 @@ impl Lanes {
                 126.. => Some(x(self.count() - 1)),
                 station => self.lane(station),
             },
-            Side::Station(_) => matches!(decode(&moment.octets), Decoded::Telegram { .. }).then_some(MASTER_X),
+            Side::Station(_) => {
+                matches!(decode(&moment.octets), Decoded::Telegram { .. }).then_some(MASTER_X)
+            }
         }
     }
 }

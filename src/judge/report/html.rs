@@ -13,9 +13,14 @@ const STYLE: &str = include_str!("page.css");
 impl Report {
     /// The report as one HTML page that needs nothing else. `subject` is what was judged, as the page names it.
     pub fn html(&self, subject: &str) -> String {
-        let mut page = String::from("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n");
+        let mut page =
+            String::from("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n");
         page.push_str("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n");
-        let _ = write!(page, "<title>Judgement: {}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n", Text(subject));
+        let _ = write!(
+            page,
+            "<title>Judgement: {}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n",
+            Text(subject)
+        );
         self.write_summary(&mut page, subject);
         for (verdict, title) in [(Verdict::Fail, "Failures"), (Verdict::Warn, "Warnings")] {
             if self.count(verdict) > 0 {
@@ -26,7 +31,11 @@ impl Report {
             }
         }
         self.write_rows(&mut page);
-        let _ = writeln!(page, "<footer>profidrive {} judge</footer>\n</body>\n</html>", env!("CARGO_PKG_VERSION"));
+        let _ = writeln!(
+            page,
+            "<footer>profidrive {} judge</footer>\n</body>\n</html>",
+            env!("CARGO_PKG_VERSION")
+        );
         page
     }
 
@@ -38,7 +47,8 @@ impl Report {
             (Verdict::Pass, "passed"),
             (Verdict::NotJudged, "not judged"),
         ] {
-            let _ = writeln!(page, "<span class=\"{}\">{} {words}</span>", verdict.name(), self.count(verdict));
+            let _ =
+                writeln!(page, "<span class=\"{}\">{} {words}</span>", verdict.name(), self.count(verdict));
         }
         page.push_str("</p>\n");
         if let Some(ending) = &self.ending {
@@ -69,7 +79,11 @@ impl Report {
         for Judgement { row, verdict, reason, telegrams } in &self.judgements {
             let about = row.about();
             if group.replace(about.group) != Some(about.group) {
-                let _ = writeln!(page, "<tr><th colspan=\"3\" scope=\"colgroup\">{}</th></tr>", Text(about.group.title()));
+                let _ = writeln!(
+                    page,
+                    "<tr><th colspan=\"3\" scope=\"colgroup\">{}</th></tr>",
+                    Text(about.group.title())
+                );
             }
             let class = verdict.name();
             let id = if telegrams.is_empty() {

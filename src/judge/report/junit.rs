@@ -15,7 +15,8 @@ impl Report {
         let mut text = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
         let all = Counts::of(self.judgements.iter());
         let _ = writeln!(text, "<testsuites name=\"profidrive judge\"{all}>");
-        let mut groups: std::vec::Vec<Group> = self.judgements.iter().map(|judgement| judgement.row.about().group).collect();
+        let mut groups: std::vec::Vec<Group> =
+            self.judgements.iter().map(|judgement| judgement.row.about().group).collect();
         groups.dedup();
         for group in groups {
             let rows = || self.judgements.iter().filter(|judgement| judgement.row.about().group == group);
@@ -61,7 +62,8 @@ impl Report {
         let mut lines = String::new();
         for telegram in &judgement.telegrams {
             let (at, side) = (self.seconds(telegram), telegram.moment.side.to_string());
-            let _ = writeln!(lines, "{at:>10.6}  {side:<4} {}  [{}]", telegram.explained, telegram.moment.hex());
+            let _ =
+                writeln!(lines, "{at:>10.6}  {side:<4} {}  [{}]", telegram.explained, telegram.moment.hex());
         }
         lines
     }
