@@ -82,9 +82,15 @@ const NO_MASTER: u8 = 3;
 const FAILED: u8 = 1;
 
 fn finish(args: &Args, report: &Report) -> Result<ExitCode, Failure> {
-    if let Some(file) = &args.json {
-        let written = std::fs::write(file, report.json());
-        written.map_err(|error| Failure::Other(format!("cannot write {}: {error}", file.display())))?;
+    for (file, text) in [
+        (&args.json, &(|| report.json()) as &dyn Fn() -> String),
+        (&args.junit, &|| report.junit()),
+        (&args.html, &|| report.html(&subject(args))),
+    ] {
+        if let Some(file) = file {
+            let written = std::fs::write(file, text());
+            written.map_err(|error| Failure::Other(format!("cannot write {}: {error}", file.display())))?;
+        }
     }
     let mut stdout = io::stdout().lock();
     // Nobody may read it any more.
@@ -99,6 +105,15 @@ fn finish(args: &Args, report: &Report) -> Result<ExitCode, Failure> {
         Some(_) | None => {}
     }
     Ok(if report.has_failed() { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
+}
+
+/// What was judged, for the page.
+fn subject(args: &Args) -> String {
+    match (&args.capture_file, args.master) {
+        (Some(file), _) => format!("Capture {}", file.display()),
+        (None, Some(master)) => format!("DP master {master}"),
+        (None, None) => "DP master".into(),
+    }
 }
 
 fn no_master(why: &str) -> ExitCode {

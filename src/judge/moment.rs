@@ -75,7 +75,8 @@ pub(super) fn explained(moments: impl IntoIterator<Item = Moment>) -> Vec<Telegr
 
 /// The telegrams in one sending of a station: a reply sent twice is two, noise in front of a reply is apart.
 pub(super) fn split(octets: &[u8]) -> Vec<&[u8]> {
-    let whole = |octets: &[u8]| matches!(decode(octets), Decoded::Telegram { len, .. } if len == octets.len());
+    let whole =
+        |octets: &[u8]| matches!(decode(octets), Decoded::Telegram { len, .. } if len == octets.len());
     let mut parts = Vec::new();
     let mut rest = octets;
     while let Decoded::Telegram { len, .. } = decode(rest)

@@ -68,7 +68,8 @@ fn wrong(file: &Path, error: &str) -> Failure {
 fn scenario(written: &Written) -> Result<Scenario, String> {
     let Written { name, station, first, faults, seconds, rows, returns } = written;
     let named = |rows: &[String]| -> Result<Vec<Row>, String> {
-        let row = |id: &String| Row::named(id).ok_or_else(|| format!("{name}: '{id}' is no row, such as M-C03"));
+        let row =
+            |id: &String| Row::named(id).ok_or_else(|| format!("{name}: '{id}' is no row, such as M-C03"));
         rows.iter().map(row).collect()
     };
     let act = first.as_ref().map(|first| {
