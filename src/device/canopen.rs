@@ -9,7 +9,7 @@ use super::ag03_canopen;
 use super::surroundings::Surroundings;
 use crate::can::{ErrorState, Frame};
 use crate::canopen::storage::{self, Generation, NotStored, StoreRequest};
-use crate::canopen::{self, Abort, Address, Application, Index, Node, NodeId};
+use crate::canopen::{self, Abort, Address, Application, Node, NodeId};
 use crate::time::Instant;
 use crate::unit;
 

@@ -29,7 +29,7 @@ pub enum OutputsAre {
     Unowned,
     /// What the master sends.
     Live,
-    /// The master cleared them (Global_Control with Clear_Data).
+    /// The master cleared them (Global_Control with Clear_Data), and has sent none but zeros since.
     Cleared,
     /// The master sends no outputs (Fail_Safe).
     FailSafe,
@@ -259,6 +259,15 @@ impl GsdStation {
         self.station.set_inputs(&inputs);
     }
 
+    fn has_outputs_again(&self) -> bool {
+        let slave = self.slave();
+        match self.outputs_are {
+            OutputsAre::FailSafe => !slave.safe_state(),
+            OutputsAre::Cleared => slave.outputs().iter().any(|octet| *octet != 0),
+            OutputsAre::Unowned | OutputsAre::Live | OutputsAre::WatchdogExpired => false,
+        }
+    }
+
     /// What an event of the slave means for the image and the log.
     fn learn(&mut self, event: &dp::Event) {
         match event {
@@ -348,8 +357,8 @@ impl Participant for GsdStation {
             self.learn(&event);
             news(Event::Dp(event));
         }
-        // Outputs after Fail_Safe tell nobody that they are there again.
-        if outcome.exchanged && self.outputs_are == OutputsAre::FailSafe && !self.slave().safe_state() {
+        // No event tells that outputs are there again after Fail_Safe or Clear_Data.
+        if outcome.exchanged && self.has_outputs_again() {
             self.outputs_are = OutputsAre::Live;
         }
         self.run(now);

@@ -92,8 +92,10 @@ def main(link, eds):
                 sys.exit(f"FAIL node {node.id} answers without supply")
             except canopen.SdoCommunicationError:
                 node.sdo.RESPONSE_TIMEOUT = 5.0
+            heard = []
+            network.subscribe(0x700 + node.id, lambda _id, data, _time: heard.append(bytes(data)))
             http("PUT", f"{node.id}/power", {"on": True})
-            node.nmt.wait_for_bootup(PATIENCE)
+            until(f"node {node.id} boots", lambda: b"\0" in heard)
             expect(node.sdo[0x1001].raw == 0, f"node {node.id}: boot-up after power-on, nothing is wrong")
     finally:
         network.disconnect()

@@ -102,7 +102,7 @@ pub(super) fn unknown(what: &str, got: &str, of: &str, known: &[String]) -> Prob
         Some(_) | None => String::new(),
     };
     let there = match known {
-        [] => format!("it has none"),
+        [] => "it has none".into(),
         known => format!("it has {}", known.join(", ")),
     };
     Problem::value(format!("'{got}' is no {what} of this {of}; {near}{there}"))

@@ -273,13 +273,15 @@ impl ObjectState {
 impl ObjectValue {
     /// The value of octets of a type.
     pub(super) fn of(data: DataType, octets: &[u8]) -> Option<Self> {
-        Some(match data.decode(octets)? {
-            canopen::Value::Real32(number) => Self::Real(number.into()),
-            canopen::Value::Octets(octets) => Self::Text(String::from_utf8_lossy(octets).into_owned()),
-            value => match value.number() {
-                Some(number) => Self::Whole(number),
-                None => Self::Text(format!("{value:?}")),
-            },
+        let value = data.decode(octets)?;
+        Some(if let canopen::Value::Real32(number) = value {
+            Self::Real(number.into())
+        } else if let canopen::Value::Octets(octets) = value {
+            Self::Text(String::from_utf8_lossy(octets).into_owned())
+        } else if let Some(number) = value.number() {
+            Self::Whole(number)
+        } else {
+            Self::Text(format!("{value:?}"))
         })
     }
 }
