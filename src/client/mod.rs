@@ -14,7 +14,8 @@ pub mod node;
 mod pkw;
 
 pub use drive::{
-    Ag03Channel, DriveClient, Findings, Goal, GoalError, GoalOutcome, Limits, Obstacle, Obstacles, ZswPattern,
+    Ag03Channel, DriveClient, Findings, Goal, GoalError, GoalOutcome, Limits, Obstacle, Obstacles, Why,
+    ZswPattern,
 };
 pub use node::{NodeClient, NodeGoal, NodeLimits, NodeOutcome, NodeTrouble};
 pub use pkw::{

@@ -59,7 +59,7 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
         warn!("fault on purpose: {fault}");
     }
     // Next to the line, so that what faults do is seen.
-    let link = tap::tapped(link, args, &path, clock, panel.as_ref())?;
+    let (link, remarks) = tap::tapped(link, args, &path, clock, panel.as_ref())?;
     let mut link = Faulty::new(link, clock, &faults);
 
     let mut bus = Bus::on(rate, Timing::Untrue);
@@ -93,6 +93,7 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
             if let Some(panel) = &panel {
                 panel.tell_with(now, &event, words.clone());
             }
+            remarks.say(&event);
             news.say(now, event, words.as_deref());
             if news.nobody_is_left() {
                 signals.end();
@@ -102,8 +103,12 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
         // run.
         signals.stop.clear();
         let end = outcome.is_err() || signals.end.load(Ordering::SeqCst);
-        if signals.report.swap(false, Ordering::SeqCst) || end {
+        let asked = signals.report.swap(false, Ordering::SeqCst);
+        if asked || end {
             report(&bus);
+        }
+        if asked {
+            explain(&bus);
         }
         if end {
             break outcome;
@@ -240,7 +245,8 @@ impl News {
                 info!("{event}");
             }
             BusEvent::MovedToTakenAddress { .. } => warn!("{event}"),
-            BusEvent::Station { event: ref detail, .. } if detail.is_detail() => debug!("{event}"),
+            BusEvent::RateLost { .. } => warn!("{event}"),
+            _ if event.is_detail() => debug!("{event}"),
             BusEvent::Station { .. } | _ => match words {
                 Some(words) => info!("{event}: {words}"),
                 None => info!("{event}"),
@@ -316,6 +322,15 @@ fn report(bus: &Bus) {
     for address in bus.addresses() {
         if let Some(counters) = bus.station_counters(address).filter(|station| station.requests.total() > 0) {
             info!("station {address}: {counters}");
+        }
+    }
+}
+
+/// Logs of every drive what keeps it from moving.
+fn explain(bus: &Bus) {
+    for address in bus.addresses() {
+        if let Some(device) = bus.station::<StoredDevice>(address) {
+            info!("station {address}: {}", device.device().why());
         }
     }
 }

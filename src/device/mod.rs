@@ -20,6 +20,8 @@
 //! | `words` | those words from and to what the drive knows |
 //! | `flow_charts` | the control words that the manual prints |
 //! | `event` | [`Event`]: news for the host |
+//! | [`hint`] | [`Hint`]: what is odd, said once |
+//! | `job` | [`JobText`]: why a PKW job was not executed, and what to send instead |
 //! | `parameters` | the parameters of the unit as the parameter channel reaches them |
 //! | `quirk` | [`Quirk`]: the form of every named alternative, of whichever device |
 //! | `quirks` | [`QUIRKS`]: every named alternative |
@@ -27,6 +29,7 @@
 //! | [`ap10_canopen`] | the position indicator AP10 on CANopen, an object of its own |
 //! | [`asda_a2_canopen`] | the servo ASDA-A2 on CANopen |
 //! | `refusal` | [`Refusal`]: why a control word is not followed |
+//! | `why` | [`Why`]: everything that keeps the drive from moving now |
 //! | [`ag03_canopen`] | the same unit on CANopen |
 //! | [`surroundings`] | what surrounds a device on CANopen and what is seen of it |
 //!
@@ -39,12 +42,15 @@ mod canopen;
 mod config;
 mod event;
 pub mod flow_charts;
+pub mod hint;
+mod job;
 pub mod parameters;
 mod quirk;
 mod quirks;
 mod refusal;
 pub mod surroundings;
 pub mod vocabulary;
+mod why;
 pub mod words;
 
 use core::time::Duration;
@@ -52,9 +58,9 @@ use core::time::Duration;
 use crate::dp;
 use crate::drive::{Drive, FaultBuffer, Inputs, Status, StatusLed, leds};
 use crate::fdl::{Address, FrameError, Framer, Telegram};
-use crate::param::{ParamError, Pnu, Store, Subindex, Value};
+use crate::param::{ParamError, Parameter, Pnu, Store, Subindex, Value};
 use crate::pkw::Engine;
-use crate::ppo::{self, Outputs, PPO_LEN, Pkw, PpoType, Zsw};
+use crate::ppo::{self, Outputs, PPO_LEN, Pkw, PpoType, Stw, Zsw};
 use crate::time::{BaudRate, Instant};
 use crate::unit::{Cycles, Outcome, Queue, Switched, Unit};
 
@@ -68,12 +74,16 @@ pub use crate::unit::{
 pub use canopen::{CanopenDevice, CanopenEvent, RecallError};
 pub use config::{Config, Timing};
 pub use event::Event;
+pub use hint::Hint;
+pub use job::JobText;
 pub use quirk::{Quirk, QuirkError};
 pub use quirks::QUIRKS;
 pub use refusal::{Reason, Refusal};
 pub use surroundings::Surroundings;
 pub use vocabulary::Vocabulary;
+pub use why::{Hindrance, Why};
 
+use hint::watch::Watch;
 use parameters::{Channel, Shown};
 use words::Words;
 
@@ -143,6 +153,7 @@ struct Parts {
     pkw_reply: Pkw,
     /// The status word offered to the master under the same outputs as now, and what [`Unit::changes`] counted then.
     zsw: Option<(u32, Zsw)>,
+    watch: Watch,
     events: Queue<Event, MAX_EVENTS>,
 }
 
@@ -229,6 +240,11 @@ impl Device {
     /// What stands now against a start with the newest outputs (`ag03.md` 8 rows 20 to 22, 40); `None`: nothing.
     pub fn start_refusal(&self) -> Option<Refusal> {
         self.part.unit.start_refusal().map(|refusal| Refusal::new(refusal, &self.part.shown.words))
+    }
+
+    /// The control word that the drive has seen last; 0 outside Data_Exchange.
+    pub const fn commanded(&self) -> Stw {
+        self.part.shown.words.stw()
     }
 
     /// The status word as it is offered to the master.
@@ -461,8 +477,11 @@ impl Parts {
             held: None,
             pkw_reply: Pkw::ZERO,
             zsw: None,
+            watch: Watch::default(),
             events: Queue::default(),
         };
+        part.watch.now = now;
+        part.look_at_address();
         part.run_cycle();
         part
     }
@@ -480,11 +499,27 @@ impl Parts {
         self.engine.reset();
         (self.held, self.zsw) = (None, None);
         self.publish(Pkw::ZERO);
+        self.look_at_address();
+    }
+
+    /// At the address of stations that have none there is no Data_Exchange.
+    fn look_at_address(&mut self) {
+        if self.shown.address == dp::StoredAddress::DELIVERED.address && self.unit.power() == Power::On {
+            let hint = self.watch.allow(Hint::AddressNotSet);
+            self.hint(hint);
+        }
+    }
+
+    fn hint(&mut self, hint: Option<Hint>) {
+        if let Some(hint) = hint {
+            self.events.push(Event::Hint(hint));
+        }
     }
 
     /// Lets everything happen that is due until `now`: application cycles and the watchdog, in the order of time.
     #[inline(always)]
     fn advance(&mut self, now: Instant) {
+        self.watch.now = now;
         if let Some(due) = self.first_due(now) {
             self.catch_up(now, due);
         }
@@ -514,6 +549,9 @@ impl Parts {
 
     fn expire_watchdog(&mut self, due: Instant) {
         if let Some(event) = self.station.handle_timeout(due) {
+            if let dp::Event::WatchdogExpired { master, after } = event {
+                self.watch.expired(due, master, after);
+            }
             self.events.push(Event::Dp(event));
         }
         self.wake_for_outputs(due);
@@ -525,13 +563,31 @@ impl Parts {
             Ok(telegram) => telegram,
             Err(error) => return self.events.push(Event::TelegramRefused(error)),
         };
+        if self.watch.awaits_master() {
+            self.look_at_request(&telegram);
+        }
         let outcome = self.station.receive(now, &telegram);
         if let Some(event) = outcome.event {
             self.events.push(Event::Dp(event));
         }
+        if outcome.exchanged && self.outputs_seen == self.station.slave().output_updates() {
+            let hint = self.watch.held_back(self.station.slave().owner());
+            self.hint(hint);
+        }
         self.wake_for_outputs(now);
         if outcome.exchanged && self.cycles.is_manual() {
             self.run_cycle();
+        }
+    }
+
+    /// A request for us after a watchdog expired: its master is not gone.
+    fn look_at_request(&mut self, telegram: &Telegram<'_>) {
+        match telegram {
+            Telegram::Data(request) if request.da == self.shown.address => {
+                let hint = self.watch.asked(request.sa);
+                self.hint(hint);
+            }
+            Telegram::Data(_) | Telegram::Token { .. } | Telegram::ShortAcknowledge => {}
         }
     }
 
@@ -543,6 +599,7 @@ impl Parts {
             return;
         }
         self.outputs_seen = passed;
+        self.watch.passed();
         if self.exchanging && self.station.slave().state() != dp::State::DataExch {
             self.exchanging = false;
             self.interrupted = true;
@@ -569,22 +626,24 @@ impl Parts {
             self.follow_outputs(octets)
         };
         self.publish(reply);
+        self.watch.note(self.shown.words.stw());
     }
 
     /// What outputs ask for that are new, or ask more than the command they asked before.
     fn follow_outputs(&mut self, octets: Option<[u8; PPO_LEN]>) -> Pkw {
         let outputs = octets.as_ref().map(Outputs::new);
         let asked = outputs.map(|outputs| (outputs.stw(), outputs.hsw()));
-        let words = &mut self.shown.words;
-        let held = words.is_held(asked);
+        let held = self.shown.words.is_held(asked);
         if held {
             self.unit.hold(self.cycles.step());
         } else {
-            let command = words.command(asked);
+            let command = self.shown.words.command(asked);
+            let hint = self.watch.commanded(self.shown.words.stw(), self.unit.status());
+            self.hint(hint);
             self.unit.step(self.cycles.step(), &command);
             self.zsw = None;
         }
-        words.accept(self.unit.status());
+        self.shown.words.accept(self.unit.status());
         // Behind the step, so that a parameter that shows the drive agrees with ZSW and HIW.
         let job = outputs.map(Outputs::pkw);
         let reply = self.run_job(job);
@@ -610,7 +669,28 @@ impl Parts {
     #[inline]
     fn pass_events(&mut self) {
         while let Some(event) = self.unit.poll_event() {
+            let hint = match &event {
+                UnitEvent::Drive(event) => {
+                    let limit = |limit| self.unit.parameters().value(limit);
+                    let limits = (limit(Parameter::Limit1), limit(Parameter::Limit2));
+                    let mode = self.unit.status().mode;
+                    self.watch.told(event, self.shown.words.stw(), mode, limits)
+                }
+                UnitEvent::CommandRefused(_)
+                | UnitEvent::Fault(_)
+                | UnitEvent::FaultCauseGone(_)
+                | UnitEvent::Written { .. }
+                | UnitEvent::Stored
+                | UnitEvent::NotStored { .. }
+                | UnitEvent::Input(_)
+                | UnitEvent::SwitchesSet(_)
+                | UnitEvent::SwitchedOff
+                | UnitEvent::SwitchedOn(_)
+                | UnitEvent::FactoryReset(_)
+                | UnitEvent::Lost { .. } => None,
+            };
             self.events.push(Event::of_unit(event, &self.shown.words, self.exchanging));
+            self.hint(hint);
         }
     }
 
@@ -620,6 +700,10 @@ impl Parts {
             self.engine.reset();
             return Pkw::ZERO;
         };
+        if self.watch.is_other_job(job) {
+            let hint = self.watch.other_job(job, self.station.slave().output_updates());
+            self.hint(hint);
+        }
         let Self { unit, config, shown, engine, events, .. } = self;
         let outcome = engine.cycle(job, &mut Channel { unit, quirks: config.parameters, shown });
         if let Some(refusal) = outcome.refusal {

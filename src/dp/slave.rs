@@ -341,9 +341,9 @@ impl<A: Application> Slave<A> {
                 Handled::reply(Reply::NoResource)
             }
             Service::SlaveDiag => self.slave_diag(request.sa),
-            Service::GetCfg => Handled::reply(data_or_sc(self.configuration())),
-            Service::RdInp => Handled::reply(self.read(self.process_data.inputs())),
-            Service::RdOutp => Handled::reply(self.read(self.process_data.outputs())),
+            Service::GetCfg => Handled::read(request, service, data_or_sc(self.configuration())),
+            Service::RdInp => Handled::read(request, service, self.read(self.process_data.inputs())),
+            Service::RdOutp => Handled::read(request, service, self.read(self.process_data.outputs())),
             // Global_Control is an SDN service.
             Service::GlobalControl => Handled::reply(Reply::NotActivated),
         }
@@ -492,6 +492,12 @@ impl<A: Application> Slave<A> {
 impl<'a> Handled<'a> {
     const fn reply(reply: Reply<'a>) -> Self {
         Self { reply, event: None, exchanged: false, fed: false }
+    }
+
+    /// What a master has read.
+    const fn read(request: &Request<'_>, service: Service, reply: Reply<'a>) -> Self {
+        let event = Some(Event::Read { master: request.sa, service });
+        Self { reply, event, exchanged: false, fed: false }
     }
 
     const fn acknowledge(event: Option<Event>) -> Self {

@@ -263,6 +263,7 @@ impl<A: Application> fmt::Display for Explained<'_, A> {
             | Event::SafeState { .. }
             | Event::ApplicationSilent { .. }
             | Event::ApplicationAborted { .. }
+            | Event::Read { .. }
             | Event::AddressSet { .. }
             | Event::AddressRefused { .. } => Ok(()),
         }

@@ -49,10 +49,10 @@ use core::time::Duration;
 
 use thiserror::Error;
 
-use crate::param::{Gear, Model};
+use crate::param::{Gear, Lengths, Model};
 
 pub use command::{Command, Operation};
-pub use event::{DisableCause, Event, Inch, Travel, Warning};
+pub use event::{DisableCause, Event, Inch, Travel, Velocity, Warning};
 pub use faults::{Fault, FaultBuffer, FaultSet};
 pub use input_change::InputChange;
 pub use inputs::Inputs;
@@ -143,11 +143,14 @@ struct Frame {
     mode: Mode,
     scale: Scale,
     limits: Limits,
+    /// What positions are counted in.
+    lengths: Lengths,
 }
 
 impl Frame {
     fn of(settings: &Settings) -> Self {
-        Self { mode: settings.mode, scale: Scale::new(settings), limits: settings.limits }
+        let lengths = Lengths::of_spindle_pitch(settings.spindle_pitch.into());
+        Self { mode: settings.mode, scale: Scale::new(settings), limits: settings.limits, lengths }
     }
 }
 

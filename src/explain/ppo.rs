@@ -2,7 +2,7 @@
 //! or alone.
 
 use std::format;
-use std::string::String;
+use std::string::{String, ToString};
 use std::vec::Vec;
 
 use super::context::Learned;
@@ -121,8 +121,12 @@ fn main_value(value: i32, sender: Sender, at: usize, learned: &Learned) -> (Fiel
         Sender::Slave => "HIW",
     };
     let (text, what) = match (learned.mode(), sender) {
-        (Mode::Positioning, Sender::Master) => (learned.lengths.position(value.into()), "target position"),
-        (Mode::Positioning, Sender::Slave) => (learned.lengths.position(value.into()), "actual position"),
+        (Mode::Positioning, Sender::Master) => {
+            (learned.lengths.position(value.into()).to_string(), "target position")
+        }
+        (Mode::Positioning, Sender::Slave) => {
+            (learned.lengths.position(value.into()).to_string(), "actual position")
+        }
         (Mode::Velocity, Sender::Master) => (format!("{value} rpm"), "target velocity"),
         (Mode::Velocity, Sender::Slave) => (format!("{value} rpm"), "actual velocity"),
     };

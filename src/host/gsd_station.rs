@@ -302,6 +302,7 @@ impl GsdStation {
             dp::Event::WatchdogExpired { .. } => self.outputs_are = OutputsAre::WatchdogExpired,
             dp::Event::PrmForeign { .. }
             | dp::Event::CfgToJudge { .. }
+            | dp::Event::Read { .. }
             | dp::Event::AddressSet { .. }
             | dp::Event::AddressRefused { .. } => {}
         }

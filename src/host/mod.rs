@@ -63,7 +63,7 @@ mod state_dir;
 mod stop;
 mod stored_device;
 
-pub use bus::{Bus, BusEvent, Evidence, LISTEN_TIME, Presence, SlotTime};
+pub use bus::{Addresses, Bus, BusEvent, Evidence, LISTEN_TIME, LineHint, Presence, SlotTime};
 pub use clock::{ManualClock, SystemClock};
 pub use gsd_station::{GsdStation, OutputsAre};
 pub use output_board::OutputBoard;

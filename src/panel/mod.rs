@@ -43,7 +43,7 @@
 //! | `routes` | every path, the OpenAPI description |
 //! | `queue` | the queue to the thread of the bus |
 //! | `bus_access` | what the thread of a bus of PROFIBUS lends |
-//! | `drives`, `inputs`, `switches`, `parameters`, `bus` | the handlers, by what they are about |
+//! | `drives`, `inputs`, `switches`, `parameters`, `why`, `bus` | the handlers, by what they are about |
 //! | `stations` | the same for stations from GSDs |
 //! | `state`, `words` | a drive as JSON |
 //! | `stream` | server-sent events |
@@ -67,6 +67,7 @@ mod state;
 mod stations;
 mod stream;
 mod switches;
+mod why;
 mod words;
 
 use core::net::SocketAddr;

@@ -14,7 +14,7 @@ use super::bus_access::Asking;
 use super::problem::{Problem, Problems};
 use super::stations::values;
 use super::stream::{Hub, Lost, NewsEvent, TelegramEvent};
-use super::{bus, drives, inputs, page, parameters, stations, stream, switches};
+use super::{bus, drives, inputs, page, parameters, stations, stream, switches, why};
 
 /// What the handlers share.
 #[derive(Clone)]
@@ -59,6 +59,7 @@ pub(super) fn router(app: App) -> Router {
             get(values::read_input).put(values::force).delete(values::release),
         )
         .route("/api/v1/stations/{address}/outputs/{slot}/{octet}/{type}", get(values::read_output))
+        .route("/api/v1/drives/{address}/why", get(why::why))
         .route("/api/v1/bus", get(bus::state))
         .route(
             "/api/v1/bus/faults",
@@ -112,6 +113,7 @@ pub(super) fn router(app: App) -> Router {
         values::force,
         values::release,
         values::read_output,
+        why::why,
         bus::state,
         bus::faults,
         bus::add_fault,

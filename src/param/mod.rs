@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | `model` | [`Model`], [`Gear`]: which drive |
 //! | `entry` | [`Entry`]: what the table says about a parameter |
+//! | `in_words` | [`Entry::in_words`], [`Lengths`]: values with their units |
 //! | `table` | [`TABLE`]: every parameter of both models as data, [`Parameter`] |
 //! | `quirks` | [`Quirks`]: where the manuals contradict themselves |
 //! | `store` | [`Store`]: the values of one drive, and who may change them when |
@@ -28,6 +29,7 @@
 //! ```
 
 mod entry;
+mod in_words;
 mod model;
 mod quirks;
 mod store;
@@ -36,6 +38,7 @@ mod table;
 pub use entry::{
     Access, DefaultSet, Entry, Group, Kind, Limits, Models, Range, Reading, Setting, Unit, WritableWhen,
 };
+pub use in_words::{InWords, Lengths, Position};
 pub use model::{Gear, GearError, Model, ModelError};
 pub use quirks::Quirks;
 pub use store::{Identity, Store};

@@ -6,7 +6,7 @@ use heapless::Deque;
 
 use super::DipSwitches;
 use crate::drive::{self, Fault, InputChange, Refusal};
-use crate::param::{DefaultSet, Effect, Unit, Write};
+use crate::param::{DefaultSet, Effect, Lengths, Value, Write};
 
 /// Something a user may want to read. `Display` is one line of plain English.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +28,8 @@ pub enum Event {
         before: Option<i32>,
         /// What it changed.
         effect: Effect,
+        /// What positions are counted in now.
+        lengths: Lengths,
         /// Who wrote.
         by: Writer,
     },
@@ -89,12 +91,14 @@ impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::CommandRefused(refusal) => refusal.fmt(f),
-            Self::Fault(fault) => write!(f, "fault {fault}"),
+            Self::Fault(fault) => write!(f, "fault {fault}: {}", fault.cure()),
             Self::FaultCauseGone(fault) => {
                 write!(f, "the cause of fault {fault} is gone: acknowledge the fault")
             }
             Self::Drive(event) => event.fmt(f),
-            Self::Written { write, before, effect, by } => written(f, *write, *before, *effect, *by),
+            Self::Written { write, before, effect, lengths, by } => {
+                written(f, *write, *before, *effect, *lengths, *by)
+            }
             Self::Stored => f.write_str("stored in the EEPROM"),
             Self::NotStored { undone } => {
                 let what = if *undone { ", what was written last is undone" } else { "" };
@@ -124,35 +128,19 @@ fn written(
     write: Write,
     before: Option<i32>,
     effect: Effect,
+    lengths: Lengths,
     by: Writer,
 ) -> fmt::Result {
     match write {
         Write::Set(parameter, value) => {
             let entry = parameter.entry();
             write!(f, "PNU {} ({}) ", entry.pnu, entry.name)?;
+            let shown = |value: i32| entry.in_words(entry.number(Value::of(entry.width, value)), lengths);
             match before {
-                Some(before) if before != value => write!(f, "changed from {before} to {value}")?,
-                Some(_) | None => write!(f, "written, unchanged {value}")?,
-            }
-            match entry.unit {
-                Unit::Choice(choices) => {
-                    let chosen = choices.iter().find(|(number, _)| i32::from(*number) == value);
-                    if let Some((_, meaning)) = chosen {
-                        write!(f, " ({meaning})")?;
-                    }
+                Some(before) if before != value => {
+                    write!(f, "changed from {} to {}", shown(before), shown(value))?;
                 }
-                Unit::None | Unit::Bits | Unit::Ascii | Unit::Version | Unit::Date => {}
-                unit @ (Unit::Percent
-                | Unit::PercentOfAcceleration
-                | Unit::Rpm
-                | Unit::Position
-                | Unit::Window
-                | Unit::Increments
-                | Unit::SpindlePitch
-                | Unit::TenthDegrees
-                | Unit::Milliamperes
-                | Unit::TenthVolts
-                | Unit::HundredthVolts) => write!(f, " {unit}")?,
+                Some(_) | None => write!(f, "written, unchanged {}", shown(value))?,
             }
             if effect == Effect::Calibrate {
                 f.write_str(", the position is calibrated")?;

@@ -10,6 +10,7 @@
 //! | `dip` | [`DipSwitches`]: ten switches |
 //! | `event` | [`Event`]: what has happened in the unit |
 //! | `image` | [`Image`]: what survives power-off, as octets |
+//! | `paced` | what can change in every cycle is told at most once a second |
 //! | `parameters` | reading and writing parameters, and what a write did |
 //! | `power` | [`Power`]: switching off and on, row 1 of `ag03.md` 8 |
 //! | `storage` | [`Eeprom`]: images the host keeps, and the acknowledgement that waits for them |
@@ -32,6 +33,7 @@ mod cycle;
 pub mod dip;
 mod event;
 mod image;
+mod paced;
 mod parameters;
 mod power;
 mod storage;
@@ -49,6 +51,7 @@ pub use parameters::Written;
 pub use power::{Power, Switched};
 pub use storage::{Eeprom, EepromState, Generation, NotStored, Outcome, StoreRequest};
 
+use paced::Paced;
 use storage::Storage;
 
 /// What a unit is made of.
@@ -108,6 +111,8 @@ pub struct Unit {
     storage: Option<Storage>,
     /// The cause of the latched fault was present behind the last step.
     fault_cause: bool,
+    /// What of the drive's events was told.
+    paced: Paced,
     events: Queue<Event, 16>,
 }
 
@@ -161,6 +166,7 @@ impl Unit {
             bus,
             storage,
             fault_cause: false,
+            paced: Paced::default(),
             events: Queue::default(),
         };
         unit.read_switches();
@@ -171,21 +177,26 @@ impl Unit {
     /// parameters act at the beginning.
     pub fn step(&mut self, dt: Duration, command: &Command) {
         self.drive.step(dt, command, &self.settings);
-        self.note_step(command);
+        self.note_step(dt, command);
     }
 
     /// As [`Unit::step`], under what the bus wanted in the step before; its edges are over.
     pub(crate) fn hold(&mut self, dt: Duration) {
         self.drive.hold(dt, &self.settings);
-        self.note_step(&self.drive.held());
+        self.note_step(dt, &self.drive.held());
     }
 
     /// Takes note of what a step under `command` has changed.
     #[inline]
-    fn note_step(&mut self, command: &Command) {
+    fn note_step(&mut self, dt: Duration, command: &Command) {
         self.parameters_acted = false;
         if !self.drive.has_only_moved(&mut self.status) {
             self.note_changes(command);
+        }
+        let velocity = self.drive.velocity_in_force(command);
+        if velocity.is_some() || self.paced.waits() {
+            let events = &mut self.events;
+            self.paced.pass_time(dt, velocity, |event| events.push(Event::Drive(event)));
         }
     }
 
@@ -202,8 +213,12 @@ impl Unit {
         if let Some(fault) = new_fault {
             self.events.push(Event::Fault(fault));
         }
-        let events = &mut self.events;
-        self.drive.tell(&before, &self.status, command, |event| events.push(Event::Drive(event)));
+        let Self { drive, events, paced, status, .. } = self;
+        drive.tell(&before, status, command, |event| {
+            if let Some(event) = paced.pass(event) {
+                events.push(Event::Drive(event));
+            }
+        });
         if let Some(fault) = self.status.fault {
             self.tell_cause(fault, new_fault.is_some());
         }
@@ -225,7 +240,7 @@ impl Unit {
 
     /// Whether another step with the same command would change nothing.
     pub fn is_at_rest(&self) -> bool {
-        self.drive.is_at_rest() && !self.parameters_acted
+        self.drive.is_at_rest() && !self.parameters_acted && !self.paced.waits()
     }
 
     /// The drive as the last step or write left it.

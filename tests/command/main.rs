@@ -14,6 +14,8 @@ mod common;
 mod panel;
 #[path = "../common/pty.rs"]
 mod pty;
+#[path = "../said/mod.rs"]
+mod said;
 #[path = "../telegrams/mod.rs"]
 mod telegrams;
 
@@ -47,3 +49,5 @@ mod panel_stations;
 mod state_dir;
 #[cfg(target_os = "linux")]
 mod stations;
+#[cfg(target_os = "linux")]
+mod what_it_says;

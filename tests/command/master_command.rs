@@ -101,10 +101,14 @@ fn command_and_turn(emulator: &Emulator) {
         "ZSW 2",
         "SSW 0",
         "GSR 0010",
+        "does not move: operation is not enabled (ZSW.2 = 0)",
+        "next: send STW 003B, wait for ZSW.2 = 1, then 007B with the target in HSW",
     ];
     for part in parts {
         assert!(status.contains(part), "{status}");
     }
+    let why = &emulator.json("5", &["status"])["why"];
+    assert_eq!(why["hindrances"].as_array().unwrap().len(), 1, "{why}");
     assert_eq!(emulator.json("5", &["status"])["zsw"]["bits"]["operation-enabled"], false);
     assert!(emulator.works("5", &["enable", "--yes", "--for", "50ms"]).contains("held enabled"));
     assert!(emulator.works("5", &["ack"]).contains("no fault is latched"));

@@ -17,9 +17,13 @@ mod gsd_image;
 mod long;
 #[path = "../mirror/mod.rs"]
 mod mirror;
+#[path = "../said/mod.rs"]
+mod said;
 #[path = "../telegrams/mod.rs"]
 mod telegrams;
 
+#[cfg(feature = "std")]
+mod hints;
 #[cfg(target_os = "linux")]
 mod host_pty;
 #[cfg(feature = "std")]
@@ -47,3 +51,5 @@ mod plant;
 mod slcan;
 #[cfg(all(target_os = "linux", feature = "serial"))]
 mod slot_time;
+#[cfg(feature = "std")]
+mod what_it_says;

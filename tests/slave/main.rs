@@ -22,6 +22,8 @@ mod common;
 mod drive_rig;
 #[path = "../long/mod.rs"]
 mod long;
+#[path = "../said/mod.rs"]
+mod said;
 #[path = "../slave_line/mod.rs"]
 mod slave_line;
 #[path = "../telegrams/mod.rs"]
@@ -70,6 +72,7 @@ mod generic_slave;
 mod gsd;
 #[cfg(feature = "std")]
 mod gsd_station;
+mod hints;
 mod layers;
 mod modular;
 mod oracle;
@@ -84,7 +87,9 @@ mod robustness;
 mod set_address;
 mod startup;
 mod story;
+mod told;
 mod travel_pictures;
+mod what_it_says;
 
 // The fuzz targets need it, too.
 use fuzz_corpus::invariants::canopen_device;

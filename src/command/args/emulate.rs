@@ -285,7 +285,8 @@ const EMULATE_EXAMPLES: &str = "\
 ADDRESS is 0 to 126; model defaults to ag03-1, gear to 48.
 ID is 1 to 127. An slcan adapter hears nothing until the master opens it (O): read then, the boot-up is over.
 On a serial line each drive listens up to two seconds before it takes part; one whose address is live stays silent.
-SIGUSR1 logs what was counted so far: telegrams, retries, refusals, times of replies.
+SIGUSR1 logs what was counted so far (telegrams, retries, refusals, times of replies), and of each drive what keeps it from
+moving.
 RATE is 9600, 19200, 93750, 187500, 500000, 1500000, 3000000, 6000000 or 12000000.
 
 Faults, and what they count:

@@ -45,6 +45,7 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec) -> Result<(), Failure> {
     let outcome = loop {
         let outcome = line.run(&signals.stop, &mut |news| {
             capture.take(&news);
+            capture.remark(&news, &nodes);
             if let (Some(panel), News::Bus(event)) = (&panel, &news) {
                 panel.tell(clock.now(), event);
             }
@@ -53,12 +54,16 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec) -> Result<(), Failure> {
         // First, so that a signal after the flags are read ends the next run.
         signals.stop.clear();
         let end = outcome.is_err() || signals.end.load(Ordering::SeqCst);
-        if signals.report.swap(false, Ordering::SeqCst) || end {
+        let asked = signals.report.swap(false, Ordering::SeqCst);
+        if asked || end {
             let counters = line.bus().counters();
             info!(
                 "bus: {} frames, {} of them remote requests, {} error frames",
                 counters.frames, counters.remote, counters.errors
             );
+        }
+        if asked {
+            nodes.explain(&line);
         }
         if end {
             break outcome;
@@ -169,6 +174,16 @@ impl Nodes {
             .map_or_else(|| "a master".into(), |(_, id, spec)| format!("node {id} ({})", spec.product.name))
     }
 
+    /// Logs of every node what keeps its drive from moving.
+    fn explain(&self, line: &Line<CanopenEvent>) {
+        for (seat, ..) in &self.on_bus {
+            if let Some(node) = line.bus().participant::<StoredNode>(*seat) {
+                let name = self.name(*seat);
+                node.why(&mut |hindrance| info!("{name}: it does not move: {hindrance}"));
+            }
+        }
+    }
+
     fn say(&mut self, news: News<CanopenEvent>) {
         match news {
             News::Bus(BusEvent::Participant { seat, event }) => self.say_of_node(seat, &event),
@@ -227,6 +242,14 @@ impl Recorder {
         line.bus_mut().watch(true);
         info!("capturing to {}", file.display());
         Ok(Self { capture: Some((capture, file.clone())) })
+    }
+
+    /// What the log says of a node, as the comment of the next frame.
+    fn remark(&mut self, news: &News<CanopenEvent>, nodes: &Nodes) {
+        let News::Bus(BusEvent::Participant { seat, event }) = news else { return };
+        if let Some((capture, _)) = self.capture.as_mut().filter(|_| !event.is_detail()) {
+            capture.remark(&format!("{}: {event}", nodes.name(*seat)));
+        }
     }
 
     const fn is_on(&self) -> bool {

@@ -50,12 +50,15 @@ pub(super) fn diag<L: Link, C: Clock>(
     say(format_args!("{address}  {}", explained.summary))?;
     say(format_args!("    octets: {}", hex(&octets)))?;
     let mut lines = Vec::new();
-    explained.walk(&mut |_, field| lines.extend(line(field)));
+    // FCS and ED follow.
+    let first = telegram.len().saturating_sub(octets.len() + 2);
+    explained.walk(&mut |_, field| lines.extend(line(field, first)));
     lines.iter().try_for_each(say)
 }
 
-/// What a bit that is set says.
-fn line(field: &Field) -> Option<String> {
+/// What a bit that is set says, and where it is; `first` is the first octet of the diagnosis in the telegram.
+fn line(field: &Field, first: usize) -> Option<String> {
     let bits = field.bits.filter(|_| field.raw == "1" && !field.meaning.is_empty())?;
-    Some(format!("    {bits}  {}: {}", field.name, field.meaning))
+    let octet = field.at.saturating_sub(first) + 1;
+    Some(format!("    octet {octet} {bits}  {}: {}", field.name, field.meaning))
 }

@@ -54,7 +54,53 @@ impl Ag03Node {
 
 /// Whether [`Hindrance::State`] says it already.
 const fn is_of_state(reason: drive::Reason) -> bool {
-    matches!(reason, drive::Reason::NotAsked | drive::Reason::NotEnabled | drive::Reason::TurnOnDisabled)
+    matches!(
+        reason,
+        drive::Reason::NotAsked
+            | drive::Reason::NotEnabled
+            | drive::Reason::TurnOnDisabled
+            | drive::Reason::FaultLatched
+    )
+}
+
+/// What to do about a reason, with the bits and objects of CANopen.
+const CURES: &[(drive::Reason, &str)] = &[
+    (drive::Reason::NotAsked, ": send 6040h = 0006h, then 0007h, then 000Fh"),
+    (drive::Reason::NotEnabled, ": send 6040h = 0006h, then 0007h, then 000Fh"),
+    (drive::Reason::FaultLatched, ": remove its cause, then 6040h bit 7 from 0 to 1"),
+    (drive::Reason::FaultCause, ": remove it, then acknowledge again"),
+    (drive::Reason::Stop, " (6040h bit 8 = 1)"),
+    (drive::Reason::IntermediateStop, " (6040h bit 8 = 1)"),
+    (drive::Reason::AboveUpperLimit, ", or change the limits (607Dh)"),
+    (drive::Reason::BelowLowerLimit, ", or change the limits (607Dh)"),
+    (drive::Reason::SetpointAboveUpperLimit, ": give another target (607Ah), or change the limits (607Dh)"),
+    (drive::Reason::SetpointBelowLowerLimit, ": give another target (607Ah), or change the limits (607Dh)"),
+    (drive::Reason::LoopPointAboveUpperLimit, ": give another target (607Ah), or change the limits (607Dh)"),
+    (drive::Reason::LoopPointBelowLowerLimit, ": give another target (607Ah), or change the limits (607Dh)"),
+    (drive::Reason::BothInching, ": set only one of 6040h bits 13, 14 and 15"),
+    (drive::Reason::ShaftTurns, ": wait until it stands"),
+    (drive::Reason::NoSupply, ": switch it on"),
+    (drive::Reason::NoOutputStage, ": switch it on"),
+];
+
+/// Empty where the words of the drive say what to do.
+fn cure(reason: drive::Reason) -> &'static str {
+    CURES.iter().find(|(of, _)| *of == reason).map_or("", |(_, cure)| cure)
+}
+
+/// A refused command in one line, with the bits and objects of CANopen.
+pub(super) struct Refused<'a>(pub(super) &'a drive::Refusal);
+
+impl fmt::Display for Refused<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(refusal) = self;
+        write!(f, "{} refused", refusal.asked())?;
+        for (place, reason) in refusal.reasons().enumerate() {
+            let gap = if place == 0 { ": " } else { "; " };
+            write!(f, "{gap}{}{}", refusal.text(reason), cure(reason))?;
+        }
+        Ok(())
+    }
 }
 
 impl fmt::Display for Hindrance {
@@ -78,14 +124,14 @@ impl fmt::Display for Hindrance {
                     }
                     State::Fault => write!(
                         f,
-                        "remove the cause, then send 6040h = 0000h, then 0080h (bit {}), then 0006h, then 0007h, then \
+                        "a fault is latched (1001h, 603Fh): remove the cause, then send 6040h = 0000h, then 0080h (bit {}), then 0006h, then 0007h, then \
                          000Fh",
                         CwBit::FaultReset.number()
                     ),
                     State::OperationEnabled => f.write_str("operation is enabled"),
                 }
             }
-            Self::Drive { refusal, reason } => refusal.text(*reason).fmt(f),
+            Self::Drive { refusal, reason } => write!(f, "{}{}", refusal.text(*reason), cure(*reason)),
         }
     }
 }

@@ -137,12 +137,12 @@ fn a_refusal_names_the_bits_that_are_not_given() {
         (0x000A, "enabling operation refused: OFF1 is given (STW.0 = 0); next: send STW 000B"),
         (
             0x0040,
-            "travel to 0 refused: OFF2 is given (STW.1 = 0); OFF1 is given (STW.0 = 0); operation is not enabled \
+            "travel to 0 inc refused: OFF2 is given (STW.1 = 0); OFF1 is given (STW.0 = 0); operation is not enabled \
              (STW.3 = 0); stop is given (STW.4 = 0); intermediate stop is given (STW.5 = 0); next: send STW 007B, wait for ZSW.2 = 1, then 003B",
         ),
         (
             0x0073,
-            "travel to 0 refused: operation is not enabled (STW.3 = 0); next: send STW 007B, wait for ZSW.2 = 1, then 003B",
+            "travel to 0 inc refused: operation is not enabled (STW.3 = 0); next: send STW 007B, wait for ZSW.2 = 1, then 003B",
         ),
     ] {
         assert_eq!(Rig::new(Quirks::default()).stw(stw).refusal().unwrap().to_string(), text, "{stw:04X}");

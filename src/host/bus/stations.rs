@@ -5,6 +5,7 @@ use std::vec::Vec;
 
 use super::deadlines::Deadlines;
 use super::event::News;
+use super::hint::{Addresses, Watch};
 use super::join::{Joining, Verdict};
 use super::last_request::LastRequest;
 use super::{BusEvent, Presence, SlotTime};
@@ -39,6 +40,7 @@ pub(super) struct Stations {
     /// The master changed and has not said anything yet: what a station still sends answers the one before.
     pub(super) silenced: bool,
     pub(super) counters: LineCounters,
+    watch: Watch,
     pub(super) news: News,
 }
 
@@ -73,6 +75,7 @@ impl Stations {
             slot_time: None,
             silenced: false,
             counters: LineCounters::default(),
+            watch: Watch::new(),
             news: News::default(),
         }
     }
@@ -174,10 +177,16 @@ impl Stations {
         self.counters.hear(result);
         let telegram = match result {
             Ok(telegram) => telegram,
-            Err(error) => return self.news.push(BusEvent::TelegramRefused(*error)),
+            Err(error) => return self.refuse(now, *error),
         };
         if self.is_searching_after(now, telegram) {
             return;
+        }
+        let Self { watch, slots, order, .. } = self;
+        let is_there = |address| slots.get(index(address)).is_some_and(Option::is_some);
+        let there = || Addresses::of(order.iter().copied());
+        if let Some(hint) = watch.heard(now, telegram, is_there, there) {
+            self.news.push(BusEvent::Hint(hint));
         }
         if self.joining > 0 {
             self.hear_while_joining(telegram);
@@ -213,6 +222,17 @@ impl Stations {
                 self.deliver(now, to, telegram);
             }
             None => {}
+        }
+    }
+
+    /// Octets that are no telegram. While the rate is searched for they are to be expected.
+    fn refuse(&mut self, now: Instant, error: FrameError) {
+        self.news.push(BusEvent::TelegramRefused(error));
+        if self.search.is_some_and(|search| search.is_searching()) {
+            return;
+        }
+        if let Some(hint) = self.watch.refused(now, self.baud) {
+            self.news.push(BusEvent::Hint(hint));
         }
     }
 

@@ -1,6 +1,7 @@
 //! A CANopen device on a bus, and the file its EEPROM is kept in.
 
 use core::any::Any;
+use core::fmt;
 use std::boxed::Box;
 use std::format;
 use std::path::PathBuf;
@@ -90,6 +91,11 @@ impl StoredNode {
     pub fn device<D: CanopenDevice>(&self) -> Option<&D> {
         let device: &dyn Any = &*self.unit.device;
         device.downcast_ref()
+    }
+
+    /// Says what keeps its drive from moving now ([`CanopenDevice::why`]).
+    pub fn why(&self, say: &mut dyn FnMut(&dyn fmt::Display)) {
+        self.unit.device.why(say);
     }
 
     /// Does something to the device, if it is a `D`: turns its shaft, say.

@@ -78,7 +78,8 @@ impl Capture {
             Event::Participant { .. } | Event::State { .. } | Event::Lost { .. } => return Ok(()),
         };
         let mut options = vec![EnhancedPacketOption::Flags(flags(direction))];
-        options.extend(comment.map(|comment| EnhancedPacketOption::Comment(Cow::Owned(comment))));
+        let comments = comment.into_iter().chain(self.remarks.drain(..));
+        options.extend(comments.map(|comment| EnhancedPacketOption::Comment(Cow::Owned(comment))));
         let packet = EnhancedPacketBlock {
             interface_id: 0,
             timestamp: self.epoch.saturating_add(at.saturating_since(Instant::ZERO)),

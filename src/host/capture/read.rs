@@ -239,7 +239,13 @@ fn contents(packet: EnhancedPacketBlock<'_>) -> (Option<Direction>, Vec<u8>, Opt
     let (mut direction, mut comment) = (None, None);
     for option in packet.options {
         match option {
-            EnhancedPacketOption::Comment(text) => comment = comment.or(Some(text.into_owned())),
+            EnhancedPacketOption::Comment(text) => {
+                let all: &mut String = comment.get_or_insert_default();
+                if !all.is_empty() {
+                    all.push('\n');
+                }
+                all.push_str(&text);
+            }
             EnhancedPacketOption::Flags(flags) => {
                 direction = match flags & (INBOUND | OUTBOUND) {
                     INBOUND => Some(Direction::Heard),

@@ -60,7 +60,7 @@ export class Log {
   }
 
   /**
-   * A line `{ time_s, kind, word, text, stations, bad }`; `word` is what a telegram is called; kinds are telegram, refusal, fault, dp, power, line, lost; `stations`
+   * A line `{ time_s, kind, word, text, stations, bad }`; `word` is what a telegram is called; kinds are telegram, refusal, fault, hint, dp, power, line, lost; `stations`
    * are those it is of, none if it concerns all.
    */
   add(line) {

@@ -17,7 +17,7 @@ const ASK_MS = 2000;
 const NO_DRIVE = [400, 404];
 /** For so long a loss is told: who sees it later, thinks that it goes on. */
 const LOSS_TOLD_MS = 10_000;
-const KINDS = { command_refused: "refusal", job_refused: "refusal", fault: "fault", dp: "dp", drive: "drive", parameter: "drive", input: "drive", power: "power", line: "line" };
+const KINDS = { command_refused: "refusal", job_refused: "refusal", fault: "fault", dp: "dp", drive: "drive", parameter: "drive", input: "drive", power: "power", line: "line", hint: "hint" };
 
 class Panel {
   #by = (id) => document.getElementById(id);

@@ -48,6 +48,8 @@ enum NewsKind {
     Dp,
     /// Switched on or off, factory reset.
     Power,
+    /// Something is odd: a hint, said once.
+    Hint,
     /// Stations, rate, octets that are no telegram, replies too late.
     Line,
     /// The drive of a stream with an address is gone: the end of that stream.
@@ -148,7 +150,9 @@ impl NewsEvent {
             BusEvent::Joined { address } | BusEvent::AddressLive { address, .. } => {
                 (Some(*address), NewsKind::Line)
             }
-            BusEvent::TelegramRefused(_)
+            BusEvent::Hint(_) => (None, NewsKind::Hint),
+            BusEvent::RateLost { .. }
+            | BusEvent::TelegramRefused(_)
             | BusEvent::MovedToTakenAddress { .. }
             | BusEvent::Rate(_)
             | BusEvent::Lost { .. } => (None, NewsKind::Line),
@@ -177,6 +181,7 @@ impl NewsKind {
             Event::Dp(_) => Self::Dp,
             Event::Drive { .. } => Self::Drive,
             Event::Unit(event) => Self::of_unit(event),
+            Event::Hint(_) => Self::Hint,
             Event::SwitchedOff | Event::SwitchedOn(_) | Event::FactoryReset(_) => Self::Power,
             Event::TelegramRefused(_) | Event::ReplyTooLate(_) | Event::Lost { .. } => Self::Line,
         }
