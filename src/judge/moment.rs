@@ -35,9 +35,9 @@ impl fmt::Display for Side {
     /// `M`, `S5`, or `S` of nobody known.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Master => f.write_str("M"),
-            Self::Station(Some(address)) => write!(f, "S{address}"),
-            Self::Station(None) => f.write_str("S"),
+            Self::Master => f.pad("M"),
+            Self::Station(Some(address)) => f.pad(&std::format!("S{address}")),
+            Self::Station(None) => f.pad("S"),
         }
     }
 }

@@ -467,8 +467,10 @@ impl TestMaster {
             State::Prm if status.is_none() || mistake == Some(Mistake::IgnoresRefusal) => {
                 slave.state = State::Cfg;
                 slave.start_ups += 1;
-                if mistake == Some(Mistake::CfgFirst) || mistake == Some(Mistake::NoCfg) {
+                if mistake == Some(Mistake::CfgFirst) {
                     slave.state = State::Diag2;
+                } else if mistake == Some(Mistake::NoCfg) {
+                    slave.state = State::Exchange;
                 }
             }
             State::Cfg if mistake == Some(Mistake::CfgFirst) => slave.state = State::Prm,

@@ -53,7 +53,7 @@ pub(crate) fn judged(mistake: Option<Mistake>) -> Report {
     let settings = settings(&[5, 6, 9], slot);
     let setup = Setup {
         hsa: Address::station(60).ok(),
-        min_interval: (mistake == Some(Mistake::TooFast)).then_some(settings.pause),
+        min_interval: (mistake == Some(Mistake::TooFast)).then_some(settings.pause * 2),
         ..setup(&settings, &[9])
     };
     let mut line = Line::with(BAUD, TestMaster::new(settings, mistake));

@@ -1,7 +1,7 @@
 //! JUnit XML: a suite a group, a case a row.
 
 use core::fmt::Write;
-use std::string::{String, ToString};
+use std::string::String;
 
 use super::markup::Text;
 use super::{Report, Verdict};
@@ -61,7 +61,7 @@ impl Report {
     fn telegram_lines(&self, judgement: &Judgement) -> String {
         let mut lines = String::new();
         for telegram in &judgement.telegrams {
-            let (at, side) = (self.seconds(telegram), telegram.moment.side.to_string());
+            let (at, side) = (self.seconds(telegram), telegram.moment.side);
             let _ =
                 writeln!(lines, "{at:>10.6}  {side:<4} {}  [{}]", telegram.explained, telegram.moment.hex());
         }
