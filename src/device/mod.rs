@@ -23,6 +23,8 @@
 //! | [`hint`] | [`Hint`]: what is odd, said once |
 //! | `job` | [`JobText`]: why a PKW job was not executed, and what to send instead |
 //! | `parameters` | the parameters of the unit as the parameter channel reaches them |
+//! | `ppo_drive` | any drive of PROFIDRIVE version 2, with the parameters of a table (feature `std`) |
+//! | [`profile`] | the bits of STW and ZSW as the profile has them |
 //! | `quirk` | [`Quirk`]: the form of every named alternative, of whichever device |
 //! | `quirks` | [`QUIRKS`]: every named alternative |
 //! | [`vocabulary`] | what a device on CANopen calls what it says |
@@ -45,6 +47,9 @@ pub mod flow_charts;
 pub mod hint;
 mod job;
 pub mod parameters;
+#[cfg(feature = "std")]
+pub mod ppo_drive;
+pub mod profile;
 mod quirk;
 mod quirks;
 mod refusal;

@@ -11,6 +11,7 @@ mod link;
 mod master;
 mod node;
 mod parameter;
+mod ppo_drive;
 mod quirk;
 mod station;
 
@@ -35,6 +36,7 @@ pub(crate) use link::{BaudSpec, LinkSpec};
 pub(crate) use master::{Action, AddressRange, CanPlace, Direction, Go, Master, MasterLink, Motion};
 pub(crate) use node::NodeSpec;
 pub(crate) use parameter::{ParameterSpec, find as find_parameter, plain};
+pub(crate) use ppo_drive::PpoDriveSpec;
 pub(crate) use quirk::QuirkSpec;
 pub(crate) use station::StationSpec;
 
