@@ -2,6 +2,7 @@
 
 mod decode;
 mod drive;
+mod demo;
 mod eds;
 mod emulate;
 mod encode;
@@ -28,6 +29,7 @@ pub(crate) use emulate::Emulate;
 pub(crate) use encode::{
     Control, Encode, Fcb, Octet, Parameter, Pkw, Service, Telegram, What, WidthSpec, Word,
 };
+pub(crate) use demo::Demo;
 pub(crate) use gsd::{Check as GsdCheck, Gsd as GsdArgs};
 pub(crate) use link::{BaudSpec, LinkSpec};
 pub(crate) use master::{Action, AddressRange, CanPlace, Direction, Go, Master, MasterLink, Motion};
@@ -65,13 +67,7 @@ Examples:
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Shows a master and a drive at work on a bus in memory: start-up, parameters, a travel job, a fault
-    ///
-    /// Needs no hardware and no arguments, and takes less than two seconds. Every telegram of the start-up is shown
-    /// with its meaning, then the words of the parameter channel, control word and status word, and why the drive
-    /// refuses what it refuses. Times are those on the bus.
-    #[command(after_help = "Examples:\n  profidrive demo\n  profidrive demo | less")]
-    Demo,
+    Demo(Demo),
     Emulate(Emulate),
     Master(Master),
     Decode(Decode),
@@ -114,8 +110,8 @@ impl Args {
     /// How much is logged: the demo tells its story without the master's log, unless that is asked for.
     pub(crate) fn log_verbosity(&self) -> Verbosity {
         match self.command {
-            Command::Demo if self.verbosity.verbose == 0 => Verbosity { quiet: true, ..self.verbosity },
-            Command::Demo
+            Command::Demo(_) if self.verbosity.verbose == 0 => Verbosity { quiet: true, ..self.verbosity },
+            Command::Demo(_)
             | Command::Emulate(_)
             | Command::Decode(_)
             | Command::Encode(_)
@@ -129,7 +125,7 @@ impl Args {
     /// What no single argument shows.
     fn check(&self) -> Result<(), String> {
         match &self.command {
-            Command::Demo | Command::Decode(_) | Command::Encode(_) | Command::Eds(_) | Command::Gsd(_) => {
+            Command::Demo(_) | Command::Decode(_) | Command::Encode(_) | Command::Eds(_) | Command::Gsd(_) => {
                 Ok(())
             }
             Command::Emulate(emulate) => emulate.check(),

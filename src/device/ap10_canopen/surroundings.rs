@@ -18,10 +18,6 @@ const SHAFT: Input = Input {
 };
 
 impl Surroundings for Ap10 {
-    fn is_on(&self) -> bool {
-        self.power != Power::Off
-    }
-
     fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
         for fault in Fault::ALL {
             tell(Provocable { name: &fault.name(), text: &fault, present: self.indicator().has(fault) });
@@ -125,10 +121,6 @@ impl Surroundings for Ap10 {
             entry if entry == code(Fault::Speed) => "speed too high",
             _unknown => return None,
         })
-    }
-
-    fn is_drive(&self) -> bool {
-        false
     }
 }
 
