@@ -10,7 +10,9 @@ use super::node::device;
 /// telegram of the start-up is shown with its meaning, then the words of the parameter channel, control word and status
 /// word, and why the drive refuses what it refuses. Times are those on the bus.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:\n  profidrive demo\n  profidrive demo | less\n  profidrive demo --device ap10")]
+#[command(
+    after_help = "Examples:\n  profidrive demo\n  profidrive demo | less\n  profidrive demo --device ap10"
+)]
 pub(crate) struct Demo {
     /// A device on CANopen instead, as `profidrive eds` takes them
     #[arg(long, value_name = "DEVICE", value_parser = device)]

@@ -1,8 +1,8 @@
 //! The command line: what may be asked for, and how a wrong question is answered.
 
 mod decode;
-mod drive;
 mod demo;
+mod drive;
 mod eds;
 mod emulate;
 mod encode;
@@ -23,13 +23,13 @@ use clap::{ArgAction, CommandFactory, Parser, Subcommand};
 use super::{Failure, report};
 
 pub(crate) use decode::Decode;
+pub(crate) use demo::Demo;
 pub(crate) use drive::DriveSpec;
 pub(crate) use eds::Eds;
 pub(crate) use emulate::Emulate;
 pub(crate) use encode::{
     Control, Encode, Fcb, Octet, Parameter, Pkw, Service, Telegram, What, WidthSpec, Word,
 };
-pub(crate) use demo::Demo;
 pub(crate) use gsd::{Check as GsdCheck, Gsd as GsdArgs};
 pub(crate) use link::{BaudSpec, LinkSpec};
 pub(crate) use master::{Action, AddressRange, CanPlace, Direction, Go, Master, MasterLink, Motion};
@@ -125,9 +125,11 @@ impl Args {
     /// What no single argument shows.
     fn check(&self) -> Result<(), String> {
         match &self.command {
-            Command::Demo(_) | Command::Decode(_) | Command::Encode(_) | Command::Eds(_) | Command::Gsd(_) => {
-                Ok(())
-            }
+            Command::Demo(_)
+            | Command::Decode(_)
+            | Command::Encode(_)
+            | Command::Eds(_)
+            | Command::Gsd(_) => Ok(()),
             Command::Emulate(emulate) => emulate.check(),
             Command::Master(master) => master.check(),
         }
