@@ -125,12 +125,8 @@ impl<A: Application + Surroundings> Surroundings for PlainNode<A> {
         self.application.words()
     }
 
-    fn bit(&self, word: Address, bit: u8) -> Option<&'static str> {
-        self.application.bit(word, bit)
-    }
-
-    fn error_text(&self, entry: u32) -> Option<&'static str> {
-        self.application.error_text(entry)
+    fn mode(&self) -> i64 {
+        self.application.mode()
     }
 
     fn is_drive(&self) -> bool {

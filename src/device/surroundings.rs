@@ -1,5 +1,5 @@
 //! What surrounds a device on CANopen and what a person sees of it, in the device's own words: faults that can be made,
-//! inputs, keys, the supply, its display and LEDs, the bits of its words.
+//! inputs, keys, the supply, its display and LEDs.
 //!
 //! A host that shows or changes them knows no device: it asks which there are.
 
@@ -214,14 +214,9 @@ pub trait Surroundings {
     /// The entries that are words of bits: what the master commands, then what the device says.
     fn words(&self) -> [Address; 2];
 
-    /// What a bit of such a word says in the mode in force, `None` if nothing.
-    fn bit(&self, _word: Address, _bit: u8) -> Option<&'static str> {
-        None
-    }
-
-    /// What an entry of 1003h, or an EMCY code alone, means.
-    fn error_text(&self, _entry: u32) -> Option<&'static str> {
-        None
+    /// The mode in force, as the device's [`Vocabulary`](super::Vocabulary) takes it.
+    fn mode(&self) -> i64 {
+        0
     }
 
     /// Whether it can move by itself.

@@ -47,11 +47,12 @@ use crate::time::{BaudRate, Instant};
 mod observed;
 mod reply;
 mod request;
+mod shape;
 mod spec;
 
 use observed::{Observed, Occasion};
 pub(in crate::host) use spec::duration;
-pub use spec::{FORM, Fault, Kind, NoStation, PkwFault, SpecError};
+pub use spec::{DiagOctets, FORM, Fault, FramePart, Kind, NoStation, PkwFault, SpecError};
 
 /// Late telegrams kept at most; more are lost.
 const MAX_LATE: usize = 256;

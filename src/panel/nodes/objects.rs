@@ -7,7 +7,9 @@ use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
+use utoipa::openapi::RefOr;
+use utoipa::openapi::schema::{ObjectBuilder, OneOfBuilder, Schema, Type};
+use utoipa::{PartialSchema, ToSchema};
 
 use super::super::problem::{Body, PathOf, Problem, Problems};
 use super::access::{Asking, Number, number};
@@ -38,13 +40,23 @@ pub(super) struct ObjectState {
 }
 
 /// The value of an entry.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub(super) enum ObjectValue {
     Whole(i64),
     Real(f64),
     Text(String),
 }
+
+impl PartialSchema for ObjectValue {
+    /// A number, whole or not, or a text. Derived, a whole number would match two of three.
+    fn schema() -> RefOr<Schema> {
+        let one = |kind| ObjectBuilder::new().schema_type(kind);
+        OneOfBuilder::new().item(one(Type::Number)).item(one(Type::String)).into()
+    }
+}
+
+impl ToSchema for ObjectValue {}
 
 /// What a client may do with an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
