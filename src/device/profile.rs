@@ -159,7 +159,14 @@ mod tests {
                 actual: 0,
             };
             assert_eq!(zsw(&status).raw(), 0x0200 | bits, "{state}");
-            let all = Status { no_off2: true, no_off3: true, warning: true, in_tolerance: true, speed_reached: true, ..status };
+            let all = Status {
+                no_off2: true,
+                no_off3: true,
+                warning: true,
+                in_tolerance: true,
+                speed_reached: true,
+                ..status
+            };
             assert_eq!(zsw(&all).raw(), 0x07B0 | bits, "{state}");
         }
     }

@@ -116,7 +116,9 @@ impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::State(state) => write!(f, "state: {state}"),
-            Self::Fault(fault) => write!(f, "fault {fault}; next: acknowledge it (STW bit 7 from 0 to 1), then OFF1"),
+            Self::Fault(fault) => {
+                write!(f, "fault {fault}; next: acknowledge it (STW bit 7 from 0 to 1), then OFF1")
+            }
             Self::Acknowledged => f.write_str("faults acknowledged; next: OFF1 (STW bit 0 = 0), then ON"),
             Self::Warning(number) => write!(f, "warning {number}"),
             Self::InchingRefused => {
@@ -265,7 +267,9 @@ impl Drive {
         match (self.inching, command) {
             (Some(inching), _) => Demand::Inch(inching),
             // Inching ends on the ramp.
-            (None, _) if command.setpoint_is_locked() && !self.command.enable_ramp && self.motion.ramp != 0.0 => {
+            (None, _)
+                if command.setpoint_is_locked() && !self.command.enable_ramp && self.motion.ramp != 0.0 =>
+            {
                 Demand::Ramp(0.0)
             }
             (None, Command { enable_ramp: false, .. }) => Demand::Zero,

@@ -41,7 +41,8 @@ pub struct Motion {
 
 impl Motion {
     pub(super) fn step(&mut self, seconds: f64, demand: Demand, settings: &Settings) {
-        let Settings { reference_speed, ramp_up, ramp_down, quick_stop, inching_1, inching_2, .. } = *settings;
+        let Settings { reference_speed, ramp_up, ramp_down, quick_stop, inching_1, inching_2, .. } =
+            *settings;
         let supplied = demand != Demand::Released;
         let ramped = |target: f64, down: f64| {
             let slower = target.abs() < self.ramp.abs() || target * self.ramp < 0.0;

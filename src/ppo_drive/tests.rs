@@ -5,7 +5,8 @@ use proptest::prelude::*;
 use super::*;
 
 const CYCLE: Duration = Duration::from_millis(1);
-const FAST: Settings = Settings { ramp_up: 1.0, ramp_down: 2.0, quick_stop: 0.5, load: 10.0, ..Settings::DEFAULT };
+const FAST: Settings =
+    Settings { ramp_up: 1.0, ramp_down: 2.0, quick_stop: 0.5, load: 10.0, ..Settings::DEFAULT };
 
 fn run(drive: &mut Drive, millis: u32, command: Command) {
     for _ in 0..millis {

@@ -23,8 +23,20 @@ const TABLE: &[(&str, &[&str])] = &[
     (
         "device",
         &[
-            "time", "fdl", "dp", "ppo", "pkw", "param", "drive", "unit", "can", "canopen", "cia402",
-            "asda_a2", "ap10", "ppo_drive",
+            "time",
+            "fdl",
+            "dp",
+            "ppo",
+            "pkw",
+            "param",
+            "drive",
+            "unit",
+            "can",
+            "canopen",
+            "cia402",
+            "asda_a2",
+            "ap10",
+            "ppo_drive",
         ],
     ),
     // The bits of the diagnosis.

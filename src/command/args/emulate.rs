@@ -193,7 +193,10 @@ impl Emulate {
     }
 
     fn check_nodes(&self) -> Result<(), String> {
-        if !self.single.is_empty() || !self.ranges.is_empty() || !self.stations.is_empty() || !self.ppo_drives.is_empty()
+        if !self.single.is_empty()
+            || !self.ranges.is_empty()
+            || !self.stations.is_empty()
+            || !self.ppo_drives.is_empty()
         {
             return Err(
                 "drives and stations are on PROFIBUS and nodes on CAN; start one emulator with --drive and another with \

@@ -62,12 +62,17 @@ fn ppo(value: &str) -> Result<PpoType, String> {
 
 fn ident(value: &str) -> Result<u16, String> {
     let digits = value.strip_prefix("0x").unwrap_or(value);
-    u16::from_str_radix(digits, 16)
-        .map_err(|_| format!("ident '{value}' is no ident number; expected four hexadecimal digits, for example 5044"))
+    u16::from_str_radix(digits, 16).map_err(|_| {
+        format!("ident '{value}' is no ident number; expected four hexadecimal digits, for example 5044")
+    })
 }
 
 fn file(key: &str, value: &str) -> Result<PathBuf, String> {
-    if value.is_empty() { Err(format!("the name of the file of '{key}' is empty; {FORM}")) } else { Ok(value.into()) }
+    if value.is_empty() {
+        Err(format!("the name of the file of '{key}' is empty; {FORM}"))
+    } else {
+        Ok(value.into())
+    }
 }
 
 #[cfg(test)]

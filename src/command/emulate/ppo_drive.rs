@@ -54,8 +54,8 @@ fn one(spec: &PpoDriveSpec) -> Result<Loaded, Failure> {
 
 fn parameters(file: &Path) -> Result<Table, Failure> {
     let name = file.display();
-    let text = fs::read_to_string(file)
-        .map_err(|error| Failure::Usage(format!("cannot read {name}: {error}")))?;
+    let text =
+        fs::read_to_string(file).map_err(|error| Failure::Usage(format!("cannot read {name}: {error}")))?;
     let extension = file.extension().and_then(|extension| extension.to_str()).map(str::to_lowercase);
     let table = match extension.as_deref() {
         Some("toml") => Table::from_toml(&text),

@@ -26,7 +26,9 @@ impl<A: Application> Application for PpoOnly<A> {
         let reason = match (ppo_of(configuration), self.only) {
             (Some(_), None) => return Ok(()),
             (Some(kind), Some(only)) if kind == only => return Ok(()),
-            (Some(_), Some(_)) => "this is another PPO than the drive is set to; choose the PPO it was started with",
+            (Some(_), Some(_)) => {
+                "this is another PPO than the drive is set to; choose the PPO it was started with"
+            }
             (None, _) => {
                 "these modules are none of PPO 1 to 5 (12, 20, 4, 12, 28 octets each way); choose the module of a PPO"
             }

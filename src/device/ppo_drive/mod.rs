@@ -17,8 +17,8 @@ mod parameters;
 use std::vec::Vec;
 
 use super::{MAX_TELEGRAM_LEN, profile};
-use crate::dp::{self, Application, Description};
 use crate::dp::chk_cfg::{Identifier, Units, identifiers};
+use crate::dp::{self, Application, Description};
 use crate::fdl::{Address, Telegram};
 use crate::pkw::{self, Engine, JobError, Value, Written};
 use crate::ppo::{Pkw, PpoType, Stw, Zsw};
@@ -76,7 +76,8 @@ impl<A: Application> PpoDrive<A> {
     ) -> Result<Self, Row> {
         let mut drive = Drive::new(Settings::DEFAULT);
         table.set_up(&mut drive).map_err(Row::clone)?;
-        let engine = Engine::new(pkw::Config { subindex: pkw::SubindexOctet::High, ..pkw::Config::default() });
+        let engine =
+            Engine::new(pkw::Config { subindex: pkw::SubindexOctet::High, ..pkw::Config::default() });
         Ok(Self {
             station: dp::Station::new(address, baud, None, description, application),
             table,
@@ -125,7 +126,12 @@ impl<A: Application> PpoDrive<A> {
     }
 
     /// Takes one telegram whose last octet ended at `now`.
-    pub fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(super::Event)) {
+    pub fn handle_telegram(
+        &mut self,
+        now: Instant,
+        telegram: &Telegram<'_>,
+        news: &mut dyn FnMut(super::Event),
+    ) {
         self.advance(now, news);
         if let Some(event) = self.station.receive(now, telegram).event {
             news(super::Event::Dp(event));
@@ -250,7 +256,8 @@ impl<A: Application> PpoDrive<A> {
             // A write with the value it has would be one more.
             let present = pkw::Parameters::read(&access, pnu, element);
             if pnu != 0 && present.is_ok_and(|present| present != value) {
-                let _refused: Result<Written, JobError> = pkw::Parameters::write(&mut access, pnu, element, value);
+                let _refused: Result<Written, JobError> =
+                    pkw::Parameters::write(&mut access, pnu, element, value);
             }
         }
     }
@@ -284,7 +291,8 @@ impl<A: Application> PpoDrive<A> {
     fn assigned(&self, channel: Channel) -> Vec<(u16, Option<u8>)> {
         let Some(row) = self.table.tied(Tie::Channel(channel)) else { return Vec::new() };
         let places = 0..usize::from(row.elements.unwrap_or(1));
-        let pnu = |place| self.table.kept(row.pnu, place).and_then(|bits| u16::try_from(bits).ok()).unwrap_or(0);
+        let pnu =
+            |place| self.table.kept(row.pnu, place).and_then(|bits| u16::try_from(bits).ok()).unwrap_or(0);
         let element = |pnu| self.table.row(pnu).and_then(|row| row.elements).map(|_| 1);
         places.map(pnu).map(|pnu| (pnu, element(pnu))).collect()
     }
@@ -318,10 +326,12 @@ impl<A: Application> PpoDrive<A> {
 /// The type of PPO that a configuration has: by its octets in each direction, and whether they begin with those of the
 /// parameter channel.
 pub fn ppo_of(configuration: &[u8]) -> Option<PpoType> {
-    let mut lengths = identifiers(configuration).filter_map(|octets| Identifier::read(octets).ok()).map(|(identifier, _)| {
-        let octets = |units: Option<Units>| units.map_or(0, Units::octets);
-        (octets(identifier.inputs), octets(identifier.outputs))
-    });
+    let mut lengths = identifiers(configuration).filter_map(|octets| Identifier::read(octets).ok()).map(
+        |(identifier, _)| {
+            let octets = |units: Option<Units>| units.map_or(0, Units::octets);
+            (octets(identifier.inputs), octets(identifier.outputs))
+        },
+    );
     let first = lengths.find(|lengths| *lengths != (0, 0))?;
     let (inputs, outputs) = lengths.fold(first, |sum, lengths| (sum.0 + lengths.0, sum.1 + lengths.1));
     let has_pkw = first == (PKW_LEN, PKW_LEN);

@@ -119,12 +119,19 @@ impl Parameters for Access<'_> {
         match element {
             // Identifier.
             1 => {
-                let flags = [(row.elements.is_some(), ARRAY), (!row.writable, READ_ONLY), (row.scale == 1.0, NO_FACTOR)];
+                let flags = [
+                    (row.elements.is_some(), ARRAY),
+                    (!row.writable, READ_ONLY),
+                    (row.scale == 1.0, NO_FACTOR),
+                ];
                 let set = flags.into_iter().filter(|(set, _)| *set);
                 Ok(u32::from(set.fold(u16::from(row.kind.number()), |bits, (_, bit)| bits | bit)))
             }
             2 => Ok(row.elements.unwrap_or(0).into()),
-            #[expect(clippy::cast_possible_truncation, reason = "a factor of single precision is what the profile has")]
+            #[expect(
+                clippy::cast_possible_truncation,
+                reason = "a factor of single precision is what the profile has"
+            )]
             3 => Ok((row.scale as f32).to_bits()),
             // Variable and conversion index: none. Reserved. Extended identifier: none.
             4 | 5 | 9 | 10 => Ok(0),

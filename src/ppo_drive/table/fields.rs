@@ -47,7 +47,9 @@ impl Fields {
     }
 
     fn needed(&self, name: &str) -> Result<&str, TableError> {
-        self.text(name).ok_or_else(|| self.error(name, format!("'{name}' is missing; every parameter needs pnu, name and type")))
+        self.text(name).ok_or_else(|| {
+            self.error(name, format!("'{name}' is missing; every parameter needs pnu, name and type"))
+        })
     }
 
     /// An error about a field, at its line or that of the row.
@@ -61,7 +63,8 @@ impl Fields {
         let Some(text) = self.text(name) else { return Ok(None) };
         match number(text) {
             Some(number) => Ok(Some(number)),
-            None => Err(self.error(name, format!("{name} '{text}' is no number; expected for example 100, 0.1 or 0xFF"))),
+            None => Err(self
+                .error(name, format!("{name} '{text}' is no number; expected for example 100, 0.1 or 0xFF"))),
         }
     }
 }
@@ -85,7 +88,10 @@ impl Row {
         for name in fields.given.keys() {
             if !FIELDS.contains(&name.as_str()) {
                 let hint = nearest(name, FIELDS);
-                return Err(fields.error(name, format!("there is no field '{name}'{hint}; the fields are {}", FIELDS.join(", "))));
+                return Err(fields.error(
+                    name,
+                    format!("there is no field '{name}'{hint}; the fields are {}", FIELDS.join(", ")),
+                ));
             }
         }
         let pnu = pnu(fields)?;
@@ -125,7 +131,10 @@ fn kind(fields: &Fields) -> Result<Kind, TableError> {
     let text = fields.needed("type")?;
     Kind::ALL.into_iter().find(|kind| kind.name() == text.to_lowercase()).ok_or_else(|| {
         let names = Kind::ALL.map(Kind::name);
-        fields.error("type", format!("there is no type '{text}'{}; expected {}", nearest(text, names), names.join(", ")))
+        fields.error(
+            "type",
+            format!("there is no type '{text}'{}; expected {}", nearest(text, names), names.join(", ")),
+        )
     })
 }
 
@@ -134,10 +143,16 @@ fn tie(fields: &Fields) -> Result<Tie, TableError> {
     let channel = Channel::ALL.into_iter().find(|channel| channel.name() == text);
     let tie = Quantity::named(text).map(Tie::Drive).or(channel.map(Tie::Channel));
     tie.ok_or_else(|| {
-        let names: Vec<_> =
-            Quantity::ALL.iter().map(|quantity| quantity.name()).chain(Channel::ALL.map(Channel::name)).collect();
+        let names: Vec<_> = Quantity::ALL
+            .iter()
+            .map(|quantity| quantity.name())
+            .chain(Channel::ALL.map(Channel::name))
+            .collect();
         let hint = nearest(text, names.iter().copied());
-        fields.error("tie", format!("there is nothing called '{text}' to be tied to{hint}; there are {}", names.join(", ")))
+        fields.error(
+            "tie",
+            format!("there is nothing called '{text}' to be tied to{hint}; there are {}", names.join(", ")),
+        )
     })
 }
 
@@ -150,18 +165,21 @@ fn elements(fields: &Fields, tie: Tie) -> Result<Option<u8>, TableError> {
             Some(elements)
         }
         Some(number) => {
-            return Err(fields.error("elements", format!("elements {number} is outside 1 to 255; leave it out for a single value")));
+            return Err(fields.error(
+                "elements",
+                format!("elements {number} is outside 1 to 255; leave it out for a single value"),
+            ));
         }
     };
-    let settles = |elements: Option<u8>| elements.map_or("a single value".into(), |count| format!("an array of {count}"));
+    let settles = |elements: Option<u8>| {
+        elements.map_or("a single value".into(), |count| format!("an array of {count}"))
+    };
     match (given, tie, tie.elements()) {
         (given, Tie::None, _) => Ok(given),
         (None, _, of_tie) => Ok(of_tie),
         (Some(given), _, Some(of_tie)) if given <= of_tie => Ok(Some(given)),
-        (Some(_), _, of_tie) => Err(fields.error(
-            "elements",
-            format!("what it is tied to is {}; leave elements out", settles(of_tie)),
-        )),
+        (Some(_), _, of_tie) => Err(fields
+            .error("elements", format!("what it is tied to is {}; leave elements out", settles(of_tie)))),
     }
 }
 
@@ -182,7 +200,10 @@ fn limits(fields: &Fields, kind: Kind) -> Result<(f64, f64), TableError> {
 fn fits(fields: &Fields, name: &str, value: f64, kind: Kind) -> Result<(), TableError> {
     let (least, most) = kind.range();
     if !(least..=most).contains(&value) {
-        return Err(fields.error(name, format!("{name} {value} does not fit in {kind}, {least} to {most}; choose another type")));
+        return Err(fields.error(
+            name,
+            format!("{name} {value} does not fit in {kind}, {least} to {most}; choose another type"),
+        ));
     }
     if value.fract() != 0.0 && kind != Kind::Float {
         return Err(fields.error(
@@ -203,11 +224,14 @@ fn defaults(
     let count = usize::from(elements.unwrap_or(1));
     let mut values = Vec::new();
     for word in text.split_whitespace() {
-        let value = number(word)
-            .ok_or_else(|| fields.error("default", format!("default '{word}' is no number; expected for example 100")))?;
+        let value = number(word).ok_or_else(|| {
+            fields.error("default", format!("default '{word}' is no number; expected for example 100"))
+        })?;
         fits(fields, "default", value, kind)?;
         if !(low..=high).contains(&value) {
-            return Err(fields.error("default", format!("default {value} is outside {low} to {high} (min and max)")));
+            return Err(
+                fields.error("default", format!("default {value} is outside {low} to {high} (min and max)"))
+            );
         }
         values.push(value);
     }
@@ -230,13 +254,16 @@ fn writable(fields: &Fields, tie: Tie) -> Result<bool, TableError> {
         (Some("rw"), false) => {
             Err(fields.error("access", "what it is tied to can only be read; give access r or leave it out"))
         }
-        (Some(other), _) => Err(fields.error("access", format!("access '{other}' is not known; expected r or rw"))),
+        (Some(other), _) => {
+            Err(fields.error("access", format!("access '{other}' is not known; expected r or rw")))
+        }
     }
 }
 
 /// `, did you mean 'x'?` if one of the names is near.
 fn nearest<'a>(text: &str, names: impl IntoIterator<Item = &'a str>) -> String {
-    let near = names.into_iter().map(|name| (strsim::damerau_levenshtein(name, &text.to_lowercase()), name)).min();
+    let near =
+        names.into_iter().map(|name| (strsim::damerau_levenshtein(name, &text.to_lowercase()), name)).min();
     match near {
         Some((distance, name)) if distance <= 3 => format!(", did you mean '{name}'?"),
         Some(_) | None => String::new(),

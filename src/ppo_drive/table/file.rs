@@ -30,15 +30,20 @@ impl Table {
         let mut rows = Vec::new();
         for (key, value) in root.get_ref() {
             let at = line(key.span().start);
-            let DeValue::Array(list) = (if key.get_ref() == "parameter" { value.get_ref() } else { &DeValue::Boolean(false) })
+            let DeValue::Array(list) =
+                (if key.get_ref() == "parameter" { value.get_ref() } else { &DeValue::Boolean(false) })
             else {
-                let what = format!("'{}' is not known here; a parameter begins with [[parameter]]", key.get_ref());
+                let what =
+                    format!("'{}' is not known here; a parameter begins with [[parameter]]", key.get_ref());
                 return Err(TableError { line: at, what });
             };
             for entry in list {
                 let at = line(entry.span().start);
                 let DeValue::Table(table) = entry.get_ref() else {
-                    return Err(TableError { line: at, what: "a parameter begins with [[parameter]]".to_owned() });
+                    return Err(TableError {
+                        line: at,
+                        what: "a parameter begins with [[parameter]]".to_owned(),
+                    });
                 };
                 let mut fields = Fields::new(at, []);
                 for (name, value) in table {
@@ -70,7 +75,9 @@ impl Table {
             let line = error.position().map_or(1, csv::Position::line);
             let what = match error.kind() {
                 csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
-                    format!("this line has {len} columns and the first one {expected_len}; a text with a separator belongs in quotes")
+                    format!(
+                        "this line has {len} columns and the first one {expected_len}; a text with a separator belongs in quotes"
+                    )
                 }
                 _ => format!("this is no CSV: {error}"),
             };
@@ -133,7 +140,10 @@ mod tests {
         let toml = Table::from_toml(TOML).unwrap();
         let rows: Vec<_> = toml.rows().cloned().collect();
         assert_eq!(rows, Table::from_csv(CSV).unwrap().rows().cloned().collect::<Vec<_>>());
-        assert_eq!(rows, Table::from_csv(&CSV.replace(',', ";")).unwrap().rows().cloned().collect::<Vec<_>>());
+        assert_eq!(
+            rows,
+            Table::from_csv(&CSV.replace(',', ";")).unwrap().rows().cloned().collect::<Vec<_>>()
+        );
         assert_eq!(toml.kept(101, 1), Some(0xFFFF_FFFE));
         assert!(toml.row(945).is_some() && toml.row(102).is_none());
     }

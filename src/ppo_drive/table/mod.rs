@@ -300,7 +300,8 @@ impl Table {
                 return Err(TableError { line: place + 1, what });
             }
         }
-        let mut rows: BTreeMap<_, _> = profile::rows().into_iter().map(|row| (row.pnu, with_values(row))).collect();
+        let mut rows: BTreeMap<_, _> =
+            profile::rows().into_iter().map(|row| (row.pnu, with_values(row))).collect();
         rows.append(&mut own);
         Ok(Self { rows })
     }
