@@ -82,6 +82,8 @@ mod own_drive;
 mod persistence;
 mod pkw_jobs;
 mod policy;
+#[cfg(feature = "std")]
+mod ppo_drive;
 mod quirks;
 mod references;
 mod robustness;
