@@ -30,6 +30,7 @@
 //! | [`unit`](mod@unit) | a powered drive: parameters, machine, EEPROM, supplies, without a bus | what survives power-off |
 //! | [`ap10`] | the position indicator SIKO AP10, without a bus | turns, display, keys, LEDs |
 //! | [`asda_a2`] | the servo ASDA-A2, without a bus: parameters, modes of motion, alarms | the machine of CiA 402 |
+//! | [`ppo_drive`] | a drive with variable speed of the profile, without a bus; its parameters from a table | states, ramps, faults |
 //! | [`device`] | a unit on a bus as one object | every bit of STW, ZSW and SSW |
 //! | [`client`] | the master's side: parameters and control words of a drive, without I/O | PKW, STW and ZSW patterns |
 //! | [`process`] | values in inputs and outputs, inputs that move by themselves (feature `std`) | what a machine does |
@@ -103,6 +104,7 @@
 //! * `master`: profirust as DP master over our links and on a bench, sessions with one drive or several.
 //! * `serde`: explanations as data for `serde`.
 //! * `capture`: what passes on a line in pcapng files, written and read.
+//! * `parameters`: the parameters of a PPO drive from TOML and CSV files.
 //! * `panel`: HTTP control, a live stream and a page for browsers.
 //! * `cli`: the command.
 #![no_std]
@@ -138,6 +140,8 @@ pub mod drive;
 pub mod unit;
 
 pub mod ap10;
+
+pub mod ppo_drive;
 
 pub mod device;
 

@@ -24,6 +24,7 @@ use super::args::{BaudSpec, DriveSpec, Emulate, LinkSpec, QuirkSpec};
 
 #[cfg(unix)]
 mod nodes;
+mod ppo_drive;
 mod station;
 mod tap;
 
@@ -46,6 +47,7 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
         return Err(Failure::Other(format!("{link:?}: slcan links need Unix")));
     }
     let stations = station::load(&args.stations)?;
+    let ppo_drives = ppo_drive::load(&args.ppo_drives)?;
     // Before the link is made, so that no signal ends the process with the link left behind.
     let signals = Signals::register().map_err(|error| Failure::from_error(&error))?;
     let clock = SystemClock::new();
@@ -79,6 +81,9 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     let described = stations.iter().map(|(address, _)| *address).collect();
     for described in stations {
         station::connect(&mut bus, described, rate, clock.now(), listen, (&refusals, &board))?;
+    }
+    for drive in ppo_drives {
+        ppo_drive::connect(&mut bus, drive, rate, clock.now(), listen, &refusals)?;
     }
     let mut news = News::new(path, &bus, listen, panel.as_ref(), described);
     if search {

@@ -48,7 +48,7 @@ pub(crate) fn main() -> ExitCode {
     };
     let log = log::start(args.log_verbosity());
     let outcome = match args.command {
-        Command::Demo => demo::demo(),
+        Command::Demo(args) => demo::demo(&args),
         Command::Emulate(emulate) => emulate::emulate(&emulate),
         Command::Master(master) => master::master(&master),
         Command::Decode(args) => decode::decode(&args),

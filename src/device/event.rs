@@ -48,6 +48,9 @@ pub enum Event {
     TelegramRefused(FrameError),
     /// A reply was dropped because its time was over.
     ReplyTooLate(TooLate),
+    /// A drive of the profile.
+    #[cfg(feature = "std")]
+    PpoDrive(super::ppo_drive::Event),
     /// Something is odd.
     Hint(Hint),
     /// Events were lost because nobody took them in time.
@@ -106,6 +109,8 @@ impl fmt::Display for Event {
             Self::ReplyTooLate(TooLate { after, limit }) => {
                 write!(f, "dropped a reply {after:?} after its request, expected at most {limit:?}")
             }
+            #[cfg(feature = "std")]
+            Self::PpoDrive(event) => event.fmt(f),
             Self::Hint(hint) => hint.fmt(f),
             Self::Lost { events } => write!(f, "{events} more events were lost"),
         }
@@ -137,6 +142,8 @@ impl Event {
         match self {
             Self::Dp(event) => event.is_detail(),
             Self::Unit(event) => event.is_detail(),
+            #[cfg(feature = "std")]
+            Self::PpoDrive(_) => false,
             Self::JobRefused(_)
             | Self::CommandRefused(_)
             | Self::Fault(_)

@@ -84,6 +84,10 @@ impl fmt::Display for JobText {
             JobError::UnknownParameter { .. }
             | JobError::ReadOnly
             | JobError::SubindexOutOfRange { .. }
+            | JobError::NoElement { .. }
+            | JobError::Outside { .. }
+            | JobError::NameTooLong
+            | JobError::DescriptionTooLong
             | JobError::NoDescription
             | JobError::DescriptionReadOnly
             | JobError::WriteOnly => Ok(()),

@@ -23,6 +23,8 @@
 //! | [`hint`] | [`Hint`]: what is odd, said once |
 //! | `job` | [`JobText`]: why a PKW job was not executed, and what to send instead |
 //! | `parameters` | the parameters of the unit as the parameter channel reaches them |
+//! | `ppo_drive` | any drive of PROFIDRIVE version 2, with the parameters of a table (feature `std`) |
+//! | [`profile`] | the bits of STW and ZSW as the profile has them |
 //! | `quirk` | [`Quirk`]: the form of every named alternative, of whichever device |
 //! | `quirks` | [`QUIRKS`]: every named alternative |
 //! | [`vocabulary`] | what a device on CANopen calls what it says |
@@ -31,6 +33,7 @@
 //! | `refusal` | [`Refusal`]: why a control word is not followed |
 //! | `why` | [`Why`]: everything that keeps the drive from moving now |
 //! | [`ag03_canopen`] | the same unit on CANopen |
+//! | `plain_node` | [`PlainNode`]: any device on CANopen that has no clock of its own |
 //! | [`surroundings`] | what surrounds a device on CANopen and what is seen of it |
 //!
 mod address;
@@ -45,6 +48,10 @@ pub mod flow_charts;
 pub mod hint;
 mod job;
 pub mod parameters;
+mod plain_node;
+#[cfg(feature = "std")]
+pub mod ppo_drive;
+pub mod profile;
 mod quirk;
 mod quirks;
 mod refusal;
@@ -76,6 +83,7 @@ pub use config::{Config, Timing};
 pub use event::Event;
 pub use hint::Hint;
 pub use job::JobText;
+pub use plain_node::PlainNode;
 pub use quirk::{Quirk, QuirkError};
 pub use quirks::QUIRKS;
 pub use refusal::{Reason, Refusal};

@@ -54,6 +54,30 @@ pub enum JobError {
         /// The sub-index found.
         got: u8,
     },
+    /// The array, whose elements count from 1, has no such element.
+    #[error("the array has {count} elements counted from 1, got sub-index {got}")]
+    NoElement {
+        /// Elements of the array.
+        count: u8,
+        /// The sub-index found.
+        got: u8,
+    },
+    /// The value, which may be a fraction, is outside the parameter's range: [`JobError::outside`].
+    #[error("the value must be within {} to {}, got {}", f64::from_bits(*.low), f64::from_bits(*.high), f64::from_bits(*.got))]
+    Outside {
+        /// Smallest value allowed, the bits of an `f64`.
+        low: u64,
+        /// Largest value allowed.
+        high: u64,
+        /// The value found.
+        got: u64,
+    },
+    /// The name in a description has 16 octets, more than a reply holds.
+    #[error("the name has 16 octets and a reply holds four")]
+    NameTooLong,
+    /// The whole description has 46 octets, more than a reply holds.
+    #[error("the whole description has 46 octets and a reply holds four: read its elements 1 to 10")]
+    DescriptionTooLong,
     /// An element was asked of a parameter that is a single value.
     #[error("the parameter is no array")]
     NotAnArray,
@@ -76,9 +100,16 @@ pub enum JobError {
     NotNow(&'static str),
 }
 
+impl JobError {
+    /// A value outside a range, of any type of number.
+    pub const fn outside(low: f64, high: f64, got: f64) -> Self {
+        Self::Outside { low: low.to_bits(), high: high.to_bits(), got: got.to_bits() }
+    }
+}
+
 /// The number in word 4 of a reply "job not executable" (manual table 10).
 ///
-/// [`JobError`] leads to 0 to 5, 7, 9, 17 and 18; a master may meet the others in replies of other drives.
+/// [`JobError`] leads to 0 to 5, 7, 9, 14 and 17 to 19; a master may meet the others in replies of other drives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, VariantArray)]
 pub enum ErrorNumber {
     /// 0
@@ -180,8 +211,10 @@ impl From<JobError> for ErrorNumber {
             JobError::DescriptionReadOnly => Self::DescriptionNotChangeable,
             JobError::UnknownParameter { .. } => Self::IllegalParameterNumber,
             JobError::ReadOnly => Self::NotChangeable,
-            JobError::OutOfRange { .. } => Self::LimitExceeded,
-            JobError::SubindexOutOfRange { .. } => Self::FaultySubindex,
+            JobError::OutOfRange { .. } | JobError::Outside { .. } => Self::LimitExceeded,
+            JobError::NameTooLong => Self::NameNotReadable,
+            JobError::DescriptionTooLong => Self::DatumNotReadable,
+            JobError::SubindexOutOfRange { .. } | JobError::NoElement { .. } => Self::FaultySubindex,
             JobError::NotAnArray => Self::NoArray,
             JobError::IsArray { .. } | JobError::WrongWidth { .. } => Self::WrongDataType,
             JobError::NotNow(_) => Self::OperatingState,

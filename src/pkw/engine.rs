@@ -227,7 +227,10 @@ impl Engine {
             }
             JobId::WriteWord => write(job, None, word, table),
             JobId::WriteDoubleWord => write(job, None, double, table),
-            JobId::ReadDescription => table.elements(pnu).and(Err(JobError::NoDescription)),
+            JobId::ReadDescription => {
+                let described = table.describe(pnu, self.config.subindex.subindex(job.ind))?;
+                Ok(Done::Answer(answer(job, ReplyId::Description, described)))
+            }
             JobId::WriteDescription => table.elements(pnu).and(Err(JobError::DescriptionReadOnly)),
             JobId::ReadElement => read(job, element, table),
             JobId::WriteElementWord => write(job, element, word, table),

@@ -102,7 +102,7 @@ fn each_mistake_is_found_by_its_rows_and_by_no_other() {
 /// A correct master, configured in another way for each seed.
 fn varied(seed: u32) -> (Settings, Vec<u8>) {
     const RATES: [BaudRate; 5] =
-        [BaudRate::K93_75, BaudRate::K187_5, BaudRate::K500, BaudRate::M1_5, BaudRate::M12];
+        [BaudRate::K93_75, BaudRate::K187_5, BaudRate::K500, BaudRate::K1500, BaudRate::K12000];
     // Any numbers that differ: a step of a linear congruential generator each.
     let mut state = seed;
     let mut below = |limit: u32| {

@@ -19,11 +19,24 @@ const TABLE: &[(&str, &[&str])] = &[
     // A powered device knows no bus.
     ("unit", &["time", "param", "drive"]),
     ("ap10", &["time"]),
+    ("ppo_drive", &[]),
     (
         "device",
         &[
-            "time", "fdl", "dp", "ppo", "pkw", "param", "drive", "unit", "can", "canopen", "cia402",
-            "asda_a2", "ap10",
+            "time",
+            "fdl",
+            "dp",
+            "ppo",
+            "pkw",
+            "param",
+            "drive",
+            "unit",
+            "can",
+            "canopen",
+            "cia402",
+            "asda_a2",
+            "ap10",
+            "ppo_drive",
         ],
     ),
     // The bits of the diagnosis.
@@ -50,7 +63,7 @@ const TABLE: &[(&str, &[&str])] = &[
 
 /// What no module but the buses and what stands on them may know, and who must not know it.
 const BUSES: &[&str] = &["fdl", "dp", "can", "canopen", "ppo", "pkw"];
-const DEVICES: &[&str] = &["param", "drive", "unit", "asda_a2", "ap10"];
+const DEVICES: &[&str] = &["param", "drive", "unit", "asda_a2", "ap10", "ppo_drive"];
 
 #[test]
 fn every_layer_imports_only_what_the_table_allows() {

@@ -15,7 +15,7 @@ use super::link::expected_rates;
 use super::link::host_and_port;
 use super::quirk;
 use super::quirk::help as quirks_help;
-use super::{BaudSpec, DriveSpec, LinkSpec, NodeSpec, QuirkSpec, StationSpec};
+use super::{BaudSpec, DriveSpec, LinkSpec, NodeSpec, PpoDriveSpec, QuirkSpec, StationSpec};
 
 /// Puts emulated drives on a line, or CANopen nodes on a CAN bus, until SIGINT (Ctrl-C) or SIGTERM
 ///
@@ -33,6 +33,7 @@ pub(crate) struct Emulate {
             ("ranges", clap::builder::ArgPredicate::IsPresent, None),
             ("nodes", clap::builder::ArgPredicate::IsPresent, None),
             ("stations", clap::builder::ArgPredicate::IsPresent, None),
+            ("ppo_drives", clap::builder::ArgPredicate::IsPresent, None),
         ])
     )]
     single: Vec<DriveSpec>,
@@ -50,6 +51,12 @@ pub(crate) struct Emulate {
     /// file does not say; repeat it for more, beside drives
     #[arg(long = "station", id = "stations", value_name = "SPEC")]
     pub(crate) stations: Vec<StationSpec>,
+
+    /// Any drive with variable speed of PROFIDRIVE version 2: ADDRESS[,ppo=1..5][,ident=HEX][,gsd=FILE]
+    /// [,parameters=FILE.toml|FILE.csv]; without ppo it takes the PPO that the master chooses; repeat it for more
+    /// (docs/ppo-drive.md)
+    #[arg(long = "ppo-drive", id = "ppo_drives", value_name = "SPEC")]
+    pub(crate) ppo_drives: Vec<PpoDriveSpec>,
 
     /// Do not listen first whether another station on a serial line has the address of a drive
     #[arg(long)]
@@ -186,7 +193,11 @@ impl Emulate {
     }
 
     fn check_nodes(&self) -> Result<(), String> {
-        if !self.single.is_empty() || !self.ranges.is_empty() || !self.stations.is_empty() {
+        if !self.single.is_empty()
+            || !self.ranges.is_empty()
+            || !self.stations.is_empty()
+            || !self.ppo_drives.is_empty()
+        {
             return Err(
                 "drives and stations are on PROFIBUS and nodes on CAN; start one emulator with --drive and another with \
                         --node"
@@ -255,6 +266,9 @@ impl Emulate {
         if let Some(twice) = self.drives().find(|drive| !addresses.insert(drive.address)) {
             return Err(format!("two drives have address {}; give each drive its own", twice.address));
         }
+        if let Some(twice) = self.ppo_drives.iter().find(|drive| !addresses.insert(drive.address)) {
+            return Err(format!("two drives have address {}; give each drive its own", twice.address));
+        }
         if let Some(twice) = self.stations.iter().find(|station| !addresses.insert(station.address)) {
             return Err(format!("two stations have address {}; give each its own", twice.address));
         }
@@ -306,6 +320,7 @@ Examples:
   profidrive emulate --drives 1-125,model=ag03
   profidrive emulate --link pty:/tmp/bus --baud 500000
   profidrive emulate --drive 5 --station 7,gsd=valves.gsd --station 9,gsd=valves.gsd
+  profidrive emulate --ppo-drive 7,ppo=1,parameters=drive.toml
   profidrive emulate --state-dir ~/drives
   profidrive emulate --node 5,device=ap10 --node 6,device=asda-a2 --link slcan-tcp:127.0.0.1:5000
   profidrive emulate --node 5 --node 6,device=ap10 --fault sdo-late=20ms,node=5 --panel 127.0.0.1:8080

@@ -1,6 +1,7 @@
 //! The command line: what may be asked for, and how a wrong question is answered.
 
 mod decode;
+mod demo;
 mod drive;
 mod eds;
 mod emulate;
@@ -11,6 +12,7 @@ mod link;
 mod master;
 mod node;
 mod parameter;
+mod ppo_drive;
 mod quirk;
 mod station;
 
@@ -23,6 +25,7 @@ use clap::{ArgAction, CommandFactory, Parser, Subcommand};
 use super::{Failure, report};
 
 pub(crate) use decode::Decode;
+pub(crate) use demo::Demo;
 pub(crate) use drive::DriveSpec;
 pub(crate) use eds::Eds;
 pub(crate) use emulate::Emulate;
@@ -35,6 +38,7 @@ pub(crate) use link::{BaudSpec, LinkSpec};
 pub(crate) use master::{Action, AddressRange, CanPlace, Direction, Go, Master, MasterLink, Motion};
 pub(crate) use node::NodeSpec;
 pub(crate) use parameter::{ParameterSpec, find as find_parameter, plain};
+pub(crate) use ppo_drive::PpoDriveSpec;
 pub(crate) use quirk::QuirkSpec;
 pub(crate) use station::StationSpec;
 
@@ -69,13 +73,7 @@ Examples:
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Shows a master and a drive at work on a bus in memory: start-up, parameters, a travel job, a fault
-    ///
-    /// Needs no hardware and no arguments, and takes less than two seconds. Every telegram of the start-up is shown
-    /// with its meaning, then the words of the parameter channel, control word and status word, and why the drive
-    /// refuses what it refuses. Times are those on the bus.
-    #[command(after_help = "Examples:\n  profidrive demo\n  profidrive demo | less")]
-    Demo,
+    Demo(Demo),
     Emulate(Emulate),
     Master(Master),
     Decode(Decode),
@@ -119,8 +117,8 @@ impl Args {
     /// How much is logged: the demo tells its story without the master's log, unless that is asked for.
     pub(crate) fn log_verbosity(&self) -> Verbosity {
         match self.command {
-            Command::Demo if self.verbosity.verbose == 0 => Verbosity { quiet: true, ..self.verbosity },
-            Command::Demo
+            Command::Demo(_) if self.verbosity.verbose == 0 => Verbosity { quiet: true, ..self.verbosity },
+            Command::Demo(_)
             | Command::Emulate(_)
             | Command::Decode(_)
             | Command::Encode(_)
@@ -135,9 +133,11 @@ impl Args {
     /// What no single argument shows.
     fn check(&self) -> Result<(), String> {
         match &self.command {
-            Command::Demo | Command::Decode(_) | Command::Encode(_) | Command::Eds(_) | Command::Gsd(_) => {
-                Ok(())
-            }
+            Command::Demo(_)
+            | Command::Decode(_)
+            | Command::Encode(_)
+            | Command::Eds(_)
+            | Command::Gsd(_) => Ok(()),
             Command::Emulate(emulate) => emulate.check(),
             Command::Master(master) => master.check(),
             Command::Judge(judge) => judge.check(),

@@ -115,7 +115,7 @@ mod tests {
         for (from, to, part) in [
             ("M-C03", "M-Q03", "'M-Q03' is no row"),
             ("power-on", "explode", "'explode' is nothing that is done"),
-            ("late=1.5slot", "later=1.5slot", "'later="),
+            ("late=1.5slot", "later=1.5slot", "'later'"),
             ("station = 6", "station = 127", "outside 0..126"),
             ("station = 6", "stations = 6", "unknown field"),
         ] {

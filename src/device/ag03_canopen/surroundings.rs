@@ -82,10 +82,6 @@ const ROWS: &[Row] = &[
 const KEYS: [&str; 2] = ["key_1", "key_2"];
 
 impl Surroundings for Ag03Node {
-    fn is_on(&self) -> bool {
-        self.power() != Power::Off
-    }
-
     fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
         let causes = self.unit().drive().causes();
         for fault in Fault::ALL.into_iter().filter(|fault| fault.exists_on(Model::Ag03_1)) {

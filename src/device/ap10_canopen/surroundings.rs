@@ -9,18 +9,21 @@ use crate::time::Instant;
 const CONTROL_WORD: Address = Address::new(0x5F0C, 0);
 const STATUS_WORD: Address = Address::new(0x5F19, 0);
 
-/// The only input: the angle of the shaft.
+/// The angle of the shaft.
 const SHAFT: Input = Input {
     name: "shaft_revolutions",
     about: "angle of the shaft in turns, clockwise seen on the display",
     kind: InputKind::Number { low: -1e6, high: 1e6, own: false },
 };
 
-impl Surroundings for Ap10 {
-    fn is_on(&self) -> bool {
-        self.power != Power::Off
-    }
+/// The speed of the shaft.
+const SPEED: Input = Input {
+    name: "shaft_rpm",
+    about: "speed of the shaft in revolutions per minute, clockwise seen on the display",
+    kind: InputKind::Number { low: -10_000.0, high: 10_000.0, own: false },
+};
 
+impl Surroundings for Ap10 {
     fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
         for fault in Fault::ALL {
             tell(Provocable { name: &fault.name(), text: &fault, present: self.indicator().has(fault) });
@@ -35,17 +38,24 @@ impl Surroundings for Ap10 {
 
     fn each_input(&self, tell: &mut dyn FnMut(&Input, Level)) {
         tell(&SHAFT, Level::Number(self.indicator().shaft().revolutions()));
+        tell(&SPEED, Level::Number(self.rpm()));
     }
 
     fn set_input(&mut self, now: Instant, name: &str, level: Level) {
-        if let (true, Level::Number(turns), InputKind::Number { low, high, .. }) =
-            (name == SHAFT.name, level, SHAFT.kind)
-        {
-            self.turn_to(now, Turns::from_revolutions(turns.clamp(low, high)));
+        let Level::Number(number) = level else { return };
+        for input in [SHAFT, SPEED].into_iter().filter(|input| input.name == name) {
+            let InputKind::Number { low, high, .. } = input.kind else { continue };
+            let number = number.clamp(low, high);
+            if input == SHAFT {
+                self.turn_to(now, Turns::from_revolutions(number));
+            } else {
+                self.spin(now, number);
+            }
         }
     }
 
     fn make_nominal(&mut self, now: Instant) {
+        self.spin(now, 0.0);
         for fault in Fault::ALL {
             self.end_fault(now, fault);
         }
@@ -97,10 +107,6 @@ impl Surroundings for Ap10 {
 
     fn mode(&self) -> i64 {
         self.indicator().settings().value(Setting::OperatingMode).into()
-    }
-
-    fn is_drive(&self) -> bool {
-        false
     }
 }
 

@@ -33,10 +33,6 @@ const EMERGENCY_STOP: Input = Input {
 };
 
 impl Surroundings for AsdaA2 {
-    fn is_on(&self) -> bool {
-        self.node().state().is_some()
-    }
-
     fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
         for alarm in Alarm::ALL {
             let present = self.servo().alarms().contains(alarm);
@@ -46,7 +42,7 @@ impl Surroundings for AsdaA2 {
 
     fn provoke(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
         let alarm = Alarm::parse(fault).ok_or(Declined::Unknown)?;
-        if !self.is_on() {
+        if self.node().state().is_none() {
             return Err(Declined::SwitchedOff);
         }
         Self::provoke(self, now, alarm);
@@ -93,7 +89,7 @@ impl Surroundings for AsdaA2 {
     fn face(&self, _now: Instant) -> Face {
         use core::fmt::Write;
         let mut digits = heapless::String::<8>::new();
-        if self.is_on() {
+        if self.node().state().is_some() {
             let _ = write!(digits, "{}", self.servo().panel());
         }
         Face::default().row(&digits, false)

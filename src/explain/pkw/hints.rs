@@ -121,6 +121,10 @@ fn refusal(pkw: Pkw) -> Option<(ErrorNumber, String)> {
         | JobError::ReadOnly
         | JobError::OutOfRange { .. }
         | JobError::SubindexOutOfRange { .. }
+        | JobError::NoElement { .. }
+        | JobError::Outside { .. }
+        | JobError::NameTooLong
+        | JobError::DescriptionTooLong
         | JobError::NotAnArray
         | JobError::IsArray { .. }
         | JobError::WrongWidth { .. }

@@ -179,7 +179,7 @@ impl NewsKind {
             Event::JobRefused(_) => Self::JobRefused,
             Event::Fault(_) => Self::Fault,
             Event::Dp(_) => Self::Dp,
-            Event::Drive { .. } => Self::Drive,
+            Event::Drive { .. } | Event::PpoDrive(_) => Self::Drive,
             Event::Unit(event) => Self::of_unit(event),
             Event::Hint(_) => Self::Hint,
             Event::SwitchedOff | Event::SwitchedOn(_) | Event::FactoryReset(_) => Self::Power,
