@@ -161,7 +161,7 @@ fn no_occasion(row: Row) -> &'static str {
     match places {
         [] => "it is the user's business and never judged",
         [Place::Ask] => "needs --ask: somebody who operates the master",
-        [places @ ..] if places.iter().any(seen_here) => "there was no occasion to see it",
+        places if places.iter().any(seen_here) => "there was no occasion to see it",
         [Place::Serial] => "needs a real line that shows parity and pauses",
         [Place::Virtual] => "needs virtual time: the library function in a Rust test",
         [..] => "needs a real line or virtual time: no bit times are seen on this link",

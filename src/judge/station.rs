@@ -11,6 +11,7 @@ use crate::fdl::{Address, DataTelegram, FrameCount, FunctionCode, Sap, Service, 
 use crate::gsd;
 use crate::host::Bus;
 use crate::time::Instant;
+use std::boxed::Box;
 use std::vec::Vec;
 
 /// The master that takes a station from the one under test.
@@ -33,7 +34,7 @@ pub(super) enum Judged {
     /// This configuration, and any user parameters: what is wrong with them the rows say.
     Numbers(Vec<u8>),
     /// What its device file says.
-    Gsd(gsd::Station),
+    Gsd(Box<gsd::Station>),
 }
 
 impl Application for Judged {
@@ -113,7 +114,7 @@ fn played(slave: &Slave, bus: &Bus) -> Played {
     let described =
         slave.gsd.as_deref().and_then(|file| gsd::Station::new(file.clone(), gsd::Policy::PROPOSED).ok());
     let (description, application) = match described {
-        Some(station) => (station.description(), Judged::Gsd(station)),
+        Some(station) => (station.description(), Judged::Gsd(Box::new(station))),
         None => {
             let description = Description {
                 ident: slave.ident,

@@ -28,7 +28,7 @@ pub(super) enum Demand {
 
 /// Speeds and torque of the shaft.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Motion {
+pub(super) struct Motion {
     /// What the ramp generator gives, rpm.
     pub(super) ramp: f64,
     /// How fast the shaft turns, rpm.

@@ -121,7 +121,7 @@ impl Observer {
 
     /// The outputs of a Data_Exchange beside the operating mode.
     pub(super) fn judge_clear(&mut self, cycle: &Cycle, data: &[u8], slave: Option<&Slave>) {
-        let Observer { control, .. } = self;
+        let Self { control, .. } = self;
         control.first_exchange.get_or_insert(cycle.end);
         control.last_exchange = Some(cycle.end);
         let has_outputs = slave.and_then(Slave::lengths).is_some_and(|lengths| lengths.outputs > 0);

@@ -184,10 +184,8 @@ impl Observer {
         let what = if bad.is_some() { "a bad reply" } else { "no reply" };
         let broken = |observer: &mut Self, row: Row, reason| {
             // One may be due to a reply from before that was still under way.
-            let weight = match row {
-                Row::C03 | Row::C05 | Row::C12 => Weight::Times(2),
-                _other => Weight::Once,
-            };
+            let may_be_late = [Row::C03, Row::C05, Row::C12].contains(&row);
+            let weight = if may_be_late { Weight::Times(2) } else { Weight::Once };
             observer.broken(row, weight, from, Some(station), reason);
         };
         let bad_row = bad.map(row_of);

@@ -73,13 +73,12 @@ impl Table {
             .from_reader(text.as_bytes());
         let wrong = |error: &csv::Error| {
             let line = error.position().map_or(1, csv::Position::line);
-            let what = match error.kind() {
-                csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
-                    format!(
-                        "this line has {len} columns and the first one {expected_len}; a text with a separator belongs in quotes"
-                    )
-                }
-                _ => format!("this is no CSV: {error}"),
+            let what = if let csv::ErrorKind::UnequalLengths { expected_len, len, .. } = error.kind() {
+                format!(
+                    "this line has {len} columns and the first one {expected_len}; a text with a separator belongs in quotes"
+                )
+            } else {
+                format!("this is no CSV: {error}")
             };
             TableError { line: usize::try_from(line).unwrap_or(usize::MAX), what }
         };
