@@ -179,7 +179,7 @@ mod tests {
             "job taken over",
             "^start",
             "^there",
-            "setpoint is above the upper limit",
+            "setpoint is above the upper",
             "fault F (internal error)",
             "turn-on disabled",
             "disable operation",

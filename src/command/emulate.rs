@@ -53,7 +53,8 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     let state = state.map_err(|error| Failure::from_error(&error))?;
     // Before the link, so that a refusal leaves nothing behind.
     let mut panel = start_panel(args, &signals.stop)?;
-    let Opened { rate, link, path } = open_link(&args.link, args.baud.and_then(BaudSpec::fixed), args.allow_remote)?;
+    let Opened { rate, link, path } =
+        open_link(&args.link, args.baud.and_then(BaudSpec::fixed), args.allow_remote)?;
     let faults = args.faults().map_err(Failure::Usage)?;
     for fault in &faults {
         warn!("fault on purpose: {fault}");

@@ -2,6 +2,7 @@
 
 use core::time::Duration;
 use std::io::{self, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 use profidrive::host::capture::{Capture, Interface};
@@ -82,10 +83,9 @@ const NO_MASTER: u8 = 3;
 const FAILED: u8 = 1;
 
 fn finish(args: &Args, report: &Report) -> Result<ExitCode, Failure> {
-    if let Some(file) = &args.json {
-        let written = std::fs::write(file, report.json());
-        written.map_err(|error| Failure::Other(format!("cannot write {}: {error}", file.display())))?;
-    }
+    write(args.json.as_deref(), || report.json())?;
+    write(args.junit.as_deref(), || report.junit())?;
+    write(args.html.as_deref(), || report.html(&subject(args)))?;
     let mut stdout = io::stdout().lock();
     // Nobody may read it any more.
     let _ = write!(stdout, "{report}").and_then(|()| stdout.flush());
@@ -99,6 +99,22 @@ fn finish(args: &Args, report: &Report) -> Result<ExitCode, Failure> {
         Some(_) | None => {}
     }
     Ok(if report.has_failed() { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
+}
+
+/// Writes a report, if it is wanted.
+fn write(file: Option<&Path>, text: impl FnOnce() -> String) -> Result<(), Failure> {
+    let Some(file) = file else { return Ok(()) };
+    std::fs::write(file, text())
+        .map_err(|error| Failure::Other(format!("cannot write {}: {error}", file.display())))
+}
+
+/// What was judged, for the page.
+fn subject(args: &Args) -> String {
+    match (&args.capture_file, args.master) {
+        (Some(file), _) => format!("Capture {}", file.display()),
+        (None, Some(master)) => format!("DP master {master}"),
+        (None, None) => "DP master".into(),
+    }
 }
 
 fn no_master(why: &str) -> ExitCode {

@@ -119,7 +119,8 @@ impl Findings {
         match &record.first {
             Some(Breach { reason, moments }) if fails(record) => {
                 let verdict = if row.only_warns() { Verdict::Warn } else { Verdict::Fail };
-                let times = if record.broken > 1 { format!(" ({} times)", record.broken) } else { String::new() };
+                let times =
+                    if record.broken > 1 { format!(" ({} times)", record.broken) } else { String::new() };
                 judged(verdict, format!("{reason}{times}"), explained(moments.iter().cloned()))
             }
             _ if record.held > 0 => {
@@ -128,7 +129,10 @@ impl Findings {
             }
             _ => {
                 let doubtful = record.first.as_ref().map(|breach| {
-                    format!("not proved: {} ({} times, which a delay may explain)", breach.reason, record.broken)
+                    format!(
+                        "not proved: {} ({} times, which a delay may explain)",
+                        breach.reason, record.broken
+                    )
                 });
                 let reason =
                     doubtful.or_else(|| record.obstacle.clone()).unwrap_or_else(|| no_occasion(row).into());

@@ -21,7 +21,7 @@
 //! | `live` | [`live()`]: on a link of the operating system |
 //! | `simulated` | [`simulated()`]: over any [`bench::Master`](crate::bench::Master), in virtual time |
 //! | `recorded` | [`Recording`]: telegrams of a capture |
-//! | `report` | [`Report`]: JSON, and a table for a terminal |
+//! | `report` | [`Report`]: a table for a terminal, JSON, JUnit, a page with diagrams |
 //!
 //! The observer is the same in all three ways. What a scenario provokes it sees like everything else: a row about lost
 //! replies is judged wherever a reply is lost. A row that cannot be judged says so with its reason; nothing is guessed.

@@ -35,9 +35,9 @@ impl fmt::Display for Side {
     /// `M`, `S5`, or `S` of nobody known.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Master => f.write_str("M"),
-            Self::Station(Some(address)) => write!(f, "S{address}"),
-            Self::Station(None) => f.write_str("S"),
+            Self::Master => f.pad("M"),
+            Self::Station(Some(address)) => f.pad(&std::format!("S{address}")),
+            Self::Station(None) => f.pad("S"),
         }
     }
 }
@@ -75,7 +75,8 @@ pub(super) fn explained(moments: impl IntoIterator<Item = Moment>) -> Vec<Telegr
 
 /// The telegrams in one sending of a station: a reply sent twice is two, noise in front of a reply is apart.
 pub(super) fn split(octets: &[u8]) -> Vec<&[u8]> {
-    let whole = |octets: &[u8]| matches!(decode(octets), Decoded::Telegram { len, .. } if len == octets.len());
+    let whole =
+        |octets: &[u8]| matches!(decode(octets), Decoded::Telegram { len, .. } if len == octets.len());
     let mut parts = Vec::new();
     let mut rest = octets;
     while let Decoded::Telegram { len, .. } = decode(rest)

@@ -60,7 +60,10 @@ const BY_NOTHING_SEEN: &[Row] = &[
 ];
 /// Why rows that nothing here gives an occasion to are not judged.
 const NEVER: &[(Row, &str)] = &[
-    (Row::E11, "needs a second slave in start-up at the same moment; the data link layer cannot tell whose SC it is"),
+    (
+        Row::E11,
+        "needs a second slave in start-up at the same moment; the data link layer cannot tell whose SC it is",
+    ),
     (Row::K08, "needs many slaves in virtual time"),
     (Row::I06, "needs 32 stations"),
     (Row::I07, "needs a line on which half of the stations are absent"),
@@ -269,7 +272,8 @@ impl Judge {
         let Some(begun) = played.steps.get_mut(step) else { return };
         if !done {
             begun.check = None;
-            let reason = format!("the command of --ask could not do: {}", begun.ask.clone().unwrap_or_default());
+            let reason =
+                format!("the command of --ask could not do: {}", begun.ask.clone().unwrap_or_default());
             for row in &played.rows {
                 self.observer.findings.default_obstacle(*row, &reason);
             }
@@ -327,7 +331,9 @@ impl Judge {
     pub fn poll_timeout(&self) -> Option<Instant> {
         let phase = match self.phase {
             Phase::Waiting => self.begun.map(|begun| begun + SILENCE),
-            Phase::Watching { until } | Phase::Playing { until, .. } | Phase::Returning { until, .. } => Some(until),
+            Phase::Watching { until } | Phase::Playing { until, .. } | Phase::Returning { until, .. } => {
+                Some(until)
+            }
             Phase::Over => None,
         };
         Instant::first_of(phase, self.observer.last_heard().map(|heard| heard + SILENCE))
@@ -397,7 +403,8 @@ impl Judge {
         let late = self.scenarios.first().filter(|scenario| scenario.rows.contains(&Row::L09));
         match late {
             Some(scenario) => {
-                let lasts = scenario.steps.first().map_or(Duration::ZERO, |step| step.time(&self.observer.setup));
+                let lasts =
+                    scenario.steps.first().map_or(Duration::ZERO, |step| step.time(&self.observer.setup));
                 self.next = 1;
                 self.tell(0);
                 self.phase = Phase::Playing { scenario: 0, step: 0, until: now + lasts };
@@ -444,7 +451,11 @@ impl Judge {
             return self.begin_step(now, scenario, step + 1, bus, faults);
         }
         self.observer.begin_streaks();
-        self.phase = Phase::Returning { scenario: Some(scenario), until: now + self.return_limit(scenario), revived: false };
+        self.phase = Phase::Returning {
+            scenario: Some(scenario),
+            until: now + self.return_limit(scenario),
+            revived: false,
+        };
     }
 
     /// The first time takes longer: the master begins.
@@ -468,7 +479,10 @@ impl Judge {
             if asked.is_some_and(|asked| now.saturating_since(asked) < ASK_LIMIT) {
                 self.observer.findings.held(row);
             } else {
-                let reason = format!("station {subject} is silent, and is not asked again for {} s", ASK_LIMIT.as_secs());
+                let reason = format!(
+                    "station {subject} is silent, and is not asked again for {} s",
+                    ASK_LIMIT.as_secs()
+                );
                 self.observer.show(row, Weight::Once, reason);
             }
         }
@@ -484,7 +498,10 @@ impl Judge {
                 if exchanges >= least {
                     self.observer.findings.held(row);
                 } else {
-                    let reason = format!("only {exchanges} Data_Exchange with station {other} meanwhile: {}", played.name);
+                    let reason = format!(
+                        "only {exchanges} Data_Exchange with station {other} meanwhile: {}",
+                        played.name
+                    );
                     self.observer.show(row, Weight::Once, reason);
                 }
             }
@@ -501,16 +518,20 @@ impl Judge {
     }
 
     fn judge_random(&mut self, subject: Address) {
-        let (counts, before) = (self.counts(subject), self.before.get(&subject.number()).copied().unwrap_or_default());
+        let (counts, before) =
+            (self.counts(subject), self.before.get(&subject.number()).copied().unwrap_or_default());
         let polled = counts.polled.saturating_sub(before.polled);
         let good = counts.exchanges.saturating_sub(before.exchanges);
         if polled < RANDOM_CYCLES {
-            let reason = format!("only {polled} cycles with random errors were seen; expected at least {RANDOM_CYCLES}");
+            let reason = format!(
+                "only {polled} cycles with random errors were seen; expected at least {RANDOM_CYCLES}"
+            );
             self.observer.findings.obstacle(Row::E17, reason);
         } else if good * 100 >= polled * RANDOM_SHARE {
             self.observer.findings.held(Row::E17);
         } else {
-            let reason = format!("only {good} of {polled} Data_Exchange were good with one per cent of random errors");
+            let reason =
+                format!("only {good} of {polled} Data_Exchange were good with one per cent of random errors");
             self.observer.show(Row::E17, Weight::Once, reason);
         }
     }
@@ -591,18 +612,27 @@ impl Judge {
     fn did_not_return(&mut self, scenario: &Scenario, station: Address) {
         if scenario.rows.contains(&Row::L09) {
             let others = self.others(station);
-            let works = !others.is_empty() && others.iter().all(|other| self.observer.streak(*other) >= BASELINE);
+            let works =
+                !others.is_empty() && others.iter().all(|other| self.observer.streak(*other) >= BASELINE);
             if !works {
                 return;
             }
         }
-        let reason = format!("no data exchange with station {station} within {} s after: {}", LIMIT.as_secs(), scenario.name);
+        let reason = format!(
+            "no data exchange with station {station} within {} s after: {}",
+            LIMIT.as_secs(),
+            scenario.name
+        );
         for row in &scenario.returns {
             self.observer.show(*row, Weight::Once, reason.clone());
         }
         let asked = self.observer.last_asked(station);
         if scenario.returns.is_empty() && asked.is_none_or(|asked| self.observer.is_long_ago(asked, LIMIT)) {
-            self.observer.show(Row::L06, Weight::Once, format!("station {station} is never asked again after: {}", scenario.name));
+            self.observer.show(
+                Row::L06,
+                Weight::Once,
+                format!("station {station} is never asked again after: {}", scenario.name),
+            );
         }
     }
 
@@ -611,9 +641,13 @@ impl Judge {
             Phase::Playing { scenario, .. } | Phase::Returning { scenario: Some(scenario), .. } => {
                 self.scenarios.get(scenario).cloned()
             }
-            Phase::Waiting | Phase::Watching { .. } | Phase::Returning { scenario: None, .. } | Phase::Over => None,
+            Phase::Waiting
+            | Phase::Watching { .. }
+            | Phase::Returning { scenario: None, .. }
+            | Phase::Over => None,
         };
-        let during = scenario.as_ref().map_or("nothing was disturbed".into(), |scenario| scenario.name.clone());
+        let during =
+            scenario.as_ref().map_or("nothing was disturbed".into(), |scenario| scenario.name.clone());
         if let Some(scenario) = scenario {
             for row in &scenario.returns {
                 let reason = format!("the master said nothing more after: {}", scenario.name);
@@ -639,7 +673,8 @@ impl Judge {
             if count > 0 {
                 self.observer.findings.held(Row::X03);
             } else if most >= BASELINE {
-                let reason = format!("no Data_Exchange with station {station} for three seconds; another had {most}");
+                let reason =
+                    format!("no Data_Exchange with station {station} for three seconds; another had {most}");
                 self.observer.show(Row::X03, Weight::Once, reason);
             }
         }
@@ -729,13 +764,21 @@ impl Judge {
     fn tell(&mut self, scenario: usize) {
         let left = self.scenarios.iter().skip(scenario);
         let time = |scenario: &Scenario| {
-            let steps: Duration = scenario.steps.iter().map(|step| if step.until_injected { Duration::ZERO } else { step.lasts }).sum();
+            let steps: Duration = scenario
+                .steps
+                .iter()
+                .map(|step| if step.until_injected { Duration::ZERO } else { step.lasts })
+                .sum();
             steps + Duration::from_millis(600)
         };
         let left: Duration = left.map(time).sum();
         if let Some(played) = self.scenarios.get(scenario) {
-            self.progress =
-                Some(Progress { number: scenario + 1, of: self.scenarios.len(), name: played.name.clone(), left });
+            self.progress = Some(Progress {
+                number: scenario + 1,
+                of: self.scenarios.len(),
+                name: played.name.clone(),
+                left,
+            });
         }
     }
 
@@ -746,7 +789,12 @@ impl Judge {
     }
 
     fn others(&self, subject: Address) -> Vec<Address> {
-        self.observer.setup.present().map(|slave| slave.address).filter(|station| *station != subject).collect()
+        self.observer
+            .setup
+            .present()
+            .map(|slave| slave.address)
+            .filter(|station| *station != subject)
+            .collect()
     }
 
     fn counts(&self, station: Address) -> Counts {

@@ -1,4 +1,12 @@
-//! What a judgement says: JSON for programs, a table for a terminal.
+//! What a judgement says.
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | here | [`Report`]: JSON for programs, a table for a terminal |
+//! | `junit` | JUnit XML, for CI |
+//! | `html` | one page for people |
+//! | `diagram` | the telegrams of a verdict as a drawing |
+//! | `markup` | texts inside XML and HTML |
 
 use core::fmt::{self, Write};
 use std::string::String;
@@ -8,6 +16,11 @@ use super::findings::{Judgement, Verdict};
 use super::moment::Telegram;
 use super::play::Ending;
 use crate::time::Instant;
+
+mod diagram;
+mod html;
+mod junit;
+mod markup;
 
 /// The verdicts on the rows, and how the judgement ended.
 #[derive(Clone, Debug, PartialEq, Eq)]

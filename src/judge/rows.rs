@@ -488,7 +488,7 @@ mod tests {
             assert_eq!(Row::named(row.id()), Some(*row));
         }
         assert_eq!(Row::matching("M-E*").count(), 17);
-        assert_eq!(Row::matching("m-c03").collect::<Vec<_>>(), [Row::C03]);
+        assert_eq!(Row::matching("m-c03").collect::<std::vec::Vec<_>>(), [Row::C03]);
         assert_eq!(Row::matching("M-C").count(), 0);
         assert_eq!(Row::ALL.len(), 162);
     }

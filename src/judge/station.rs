@@ -110,7 +110,8 @@ pub(super) fn connect(setup: &Setup, bus: &mut Bus) {
 }
 
 fn played(slave: &Slave, bus: &Bus) -> Played {
-    let described = slave.gsd.as_deref().and_then(|file| gsd::Station::new(file.clone(), gsd::Policy::PROPOSED).ok());
+    let described =
+        slave.gsd.as_deref().and_then(|file| gsd::Station::new(file.clone(), gsd::Policy::PROPOSED).ok());
     let (description, application) = match described {
         Some(station) => (station.description(), Judged::Gsd(station)),
         None => {

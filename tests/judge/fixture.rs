@@ -14,118 +14,7 @@ use profidrive::fdl::{
 };
 use profidrive::time::{BaudRate, Instant, SYN_BITS};
 
-/// What the master does wrong. One at a time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Mistake {
-    /// A wrong sum in every fiftieth telegram.
-    WrongFcs,
-    /// Set_Prm as SDA.
-    WrongFunction,
-    /// FCB = 1 in Global_Control.
-    CountedControl,
-    /// The first request has FCV = 1.
-    FirstCounted,
-    /// The FCB never toggles.
-    NoToggle,
-    /// A retry toggles.
-    RetryToggles,
-    /// A retry carries newer outputs.
-    RetryChanges,
-    /// No retries.
-    NoRetry,
-    /// Retries without end.
-    EndlessRetries,
-    /// After the retries the FCB goes on.
-    NoReset,
-    /// One FCB for all stations.
-    CommonBit,
-    /// Replies with a wrong sum are believed.
-    BelievesFcs,
-    /// Replies of other stations are believed.
-    BelievesSource,
-    /// No diagnosis before Set_Prm.
-    NoFirstDiag,
-    /// No diagnosis behind Chk_Cfg.
-    NoSecondDiag,
-    /// Chk_Cfg before Set_Prm.
-    CfgFirst,
-    /// Data_Exchange though Station_Not_Ready.
-    IgnoresNotReady,
-    /// A new Set_Prm when the slave is not ready twice.
-    Impatient,
-    /// RS to Set_Prm is taken for SC.
-    IgnoresRefusal,
-    /// Stat_Diag is ignored.
-    IgnoresStatDiag,
-    /// Prm_Fault is ignored.
-    IgnoresPrmFault,
-    /// Cfg_Fault is ignored.
-    IgnoresCfgFault,
-    /// Another owner is ignored.
-    IgnoresOwner,
-    /// Short diagnoses are taken for good ones.
-    TakesShortDiag,
-    /// No Lock_Req.
-    NoLock,
-    /// A factor of the watchdog is 0.
-    ZeroFactor,
-    /// Reserved bits of Set_Prm.
-    ReservedPrm,
-    /// The ident number the other way round.
-    SwappedIdent,
-    /// min T_SDR of 5.
-    ShortTsdr,
-    /// One octet of user parameters too many.
-    LongPrm,
-    /// Other user parameters.
-    OtherPrm,
-    /// Other groups.
-    OtherGroups,
-    /// A watchdog ten times too short.
-    ShortWatchdog,
-    /// An octet of outputs too many.
-    LongOutputs,
-    /// The diagnosis is never read while data are exchanged.
-    IgnoresHigh,
-    /// Prm_Req is ignored while data are exchanged.
-    IgnoresPrmReq,
-    /// A diagnosis leads to a new start-up.
-    RestartsOnDiag,
-    /// No Global_Control at all.
-    NoControl,
-    /// Reserved bits in Global_Control.
-    ReservedControl,
-    /// Global_Control with Clear_Data when a slave is lost.
-    ClearsOnLoss,
-    /// Outputs while CLEAR is announced at the beginning.
-    OutputsInClear,
-    /// A lost reply leads to a new start-up.
-    RestartsOnLoss,
-    /// Data_Exchange goes on with a silent slave.
-    StaysInExchange,
-    /// RS is ignored.
-    IgnoresRs,
-    /// A lost slave is never asked again.
-    Forgets,
-    /// A lost slave stops the others.
-    StopsOthers,
-    /// Another slave's loss restarts every slave.
-    RestartsAll,
-    /// SC for data is ignored.
-    IgnoresSc,
-    /// Inputs of a wrong length are ignored.
-    IgnoresLength,
-    /// It ends when RS comes.
-    DiesOnRs,
-    /// It does not wait for replies.
-    DoesNotWait,
-    /// It waits only for a third of the slot time.
-    ShortSlot,
-    /// The second slave is asked every tenth time only.
-    Unequal,
-    /// It asks stations that nobody configured.
-    Strangers,
-}
+use crate::mistakes::Mistake;
 
 /// A station as configured.
 #[derive(Clone, Debug)]
@@ -175,6 +64,7 @@ struct Slave {
     forgotten: bool,
     restarts: bool,
     turns: u32,
+    start_ups: u32,
     output: u8,
 }
 
@@ -196,6 +86,10 @@ pub(crate) struct TestMaster {
     next: Instant,
     heard: Vec<u8>,
     sent: u32,
+    /// Telegrams beside the cycle.
+    extras: u32,
+    /// Octets since the last request that were no telegram.
+    junk: usize,
     pub(crate) dead: bool,
     sending: bool,
 }
@@ -226,11 +120,15 @@ impl TestMaster {
                 forgotten: false,
                 restarts: false,
                 turns: 0,
+                start_ups: 0,
                 output: 0,
             })
             .collect();
         Self {
-            next: Instant::ZERO + settings.slot * (6 + 2 * u32::from(settings.address)),
+            next: match mistake {
+                Some(Mistake::NoListening) => Instant::ZERO,
+                _ => Instant::ZERO + settings.slot * (6 + 2 * u32::from(settings.address)),
+            },
             settings,
             mistake,
             slaves,
@@ -242,6 +140,8 @@ impl TestMaster {
             waits: None,
             heard: Vec::new(),
             sent: 0,
+            extras: 0,
+            junk: 0,
             dead: false,
             sending: false,
         }
@@ -275,24 +175,25 @@ impl TestMaster {
         if self.turn >= self.slaves.len() {
             self.turn = 0;
             self.cycles += 1;
-            self.next = now + self.settings.pause;
+            self.next = now + if self.does(Mistake::TooFast) { self.syn() } else { self.settings.pause };
             if self.cycles == 20 {
                 self.operate = true;
             }
             if self.cycles >= 20 && self.cycles.is_multiple_of(20) {
                 self.controls.push_back(0x00);
             }
-            if self.does(Mistake::Strangers) && self.cycles.is_multiple_of(7) {
-                return Some(self.stranger());
-            }
-            return None;
+            return if self.cycles.is_multiple_of(7) { self.extra() } else { None };
         }
         if let Some(control) = self.controls.pop_front()
             && !self.does(Mistake::NoControl)
         {
             self.next = now
                 + self.settings.baud.octet_times(13)
-                + self.settings.baud.bit_times(self.settings.baud.max_tsdr_bits().into()).max(self.syn())
+                + if self.does(Mistake::ShortAfterControl) {
+                    self.syn()
+                } else {
+                    self.settings.baud.bit_times(self.settings.baud.max_tsdr_bits().into()).max(self.syn())
+                }
                 + self.settings.baud.bit_times(2);
             return Some(self.control(control));
         }
@@ -337,7 +238,7 @@ impl TestMaster {
             State::Exchange => (None, self.outputs(turn)),
             State::Diag1 | State::Diag2 => (Some(60), Vec::new()),
             State::Prm => (Some(61), self.prm(turn)),
-            State::Cfg => (Some(62), self.slaves[turn].configured.cfg.clone()),
+            State::Cfg => (Some(62), self.cfg(turn)),
         };
         let first = match self.mistake {
             Some(Mistake::FirstCounted) if self.slaves[turn].turns == 1 => Some(false),
@@ -368,7 +269,8 @@ impl TestMaster {
     fn telegram(&self, to: u8, sap: Option<u8>, fc: FunctionCode, data: &[u8]) -> Vec<u8> {
         let (dsap, ssap) = (sap.and_then(Sap::new), sap.and(Sap::new(62)));
         let format = DataTelegram::customary_format(dsap, ssap, data);
-        let telegram = DataTelegram { format, da: Address::from_octet(to), sa: self.address(), dsap, ssap, fc, data };
+        let telegram =
+            DataTelegram { format, da: Address::from_octet(to), sa: self.address(), dsap, ssap, fc, data };
         let mut buf = [0; MAX_TELEGRAM_LEN];
         telegram.encode(&mut buf).unwrap().to_vec()
     }
@@ -380,18 +282,75 @@ impl TestMaster {
         self.telegram(127, Some(58), fc, &[command, 0x00])
     }
 
-    fn stranger(&self) -> Vec<u8> {
-        let fc = FunctionCode::request(Service::SrdHigh, FrameCount::First);
-        self.telegram(99, Some(61), fc, &[0x88, 1, 1, 11, 0, 1, 0])
+    /// A telegram beside the cycle that is a mistake.
+    fn extra(&mut self) -> Option<Vec<u8>> {
+        self.extras += 1;
+        let nth = self.extras;
+        let own = self.settings.address;
+        let short =
+            |to: u8, from: u8, fc: u8| vec![0x10, to, from, fc, to.wrapping_add(from).wrapping_add(fc), 0x16];
+        let poll = |to: u8| short(to, own, 0x49);
+        let token = |to: u8| vec![0xDC, to, own];
+        let spoilt = |at: usize| {
+            let mut octets = self.control(0x00);
+            octets[at] ^= 0x01;
+            octets
+        };
+        let first = FunctionCode::request(Service::SrdHigh, FrameCount::First);
+        let octets = match self.mistake? {
+            Mistake::Strangers => self.telegram(99, Some(61), first, &[0x88, 1, 1, 11, 0, 1, 0]),
+            Mistake::SendsSc => vec![0xE5],
+            Mistake::BrokenLength => spoilt(2),
+            Mistake::WrongEnd => spoilt(self.control(0x00).len() - 1),
+            Mistake::EmptySd2 => {
+                let sum = 99_u8.wrapping_add(own).wrapping_add(0x49);
+                vec![0x68, 3, 3, 0x68, 99, own, 0x49, sum, 0x16]
+            }
+            Mistake::NoSsap => {
+                // DSAP 60, and the extension bit of DA only.
+                let inside = [99 | 0x80, own, first.octet(), 60];
+                let sum = inside.iter().fold(0, |sum: u8, octet| sum.wrapping_add(*octet));
+                [&[0x68, 4, 4, 0x68][..], &inside, &[sum, 0x16]].concat()
+            }
+            Mistake::OtherSource => short(99, own + 1, 0x49),
+            Mistake::AsksItself => poll(own),
+            Mistake::AsksEverybody => poll(127),
+            Mistake::CountedPoll => short(99, own, 0x69),
+            Mistake::TokenToSlave => token(self.slaves[0].configured.address),
+            Mistake::GapRepeats | Mistake::GapTwice | Mistake::GapFalls | Mistake::GapAboveHsa
+                if nth.is_multiple_of(if self.does(Mistake::GapTwice) { 3 } else { 2 }) =>
+            {
+                token(own)
+            }
+            Mistake::GapRepeats => poll(50),
+            Mistake::GapTwice => poll(49 + (nth % 3) as u8),
+            Mistake::GapFalls => poll(59 - (nth / 2 % 40) as u8),
+            Mistake::GapAboveHsa => poll(99),
+            Mistake::LongControl => {
+                let fc = FunctionCode::request(Service::SdnHigh, FrameCount::Unused);
+                self.telegram(127, Some(58), fc, &[0, 0, 0])
+            }
+            _ => return None,
+        };
+        Some(octets)
     }
 
     fn outputs(&mut self, turn: usize) -> Vec<u8> {
         let clear = !self.operate && !self.does(Mistake::OutputsInClear);
-        let long = usize::from(self.does(Mistake::LongOutputs));
+        let more = usize::from(self.does(Mistake::LongOutputs));
+        let less = usize::from(self.does(Mistake::ShortOutputs));
         let slave = &mut self.slaves[turn];
         slave.output = slave.output.wrapping_add(1) | 1;
         let value = if clear { 0 } else { slave.output };
-        vec![value; usize::from(slave.lengths.outputs) + long]
+        vec![value; usize::from(slave.lengths.outputs) + more - less]
+    }
+
+    fn cfg(&self, turn: usize) -> Vec<u8> {
+        let mut cfg = self.slaves[turn].configured.cfg.clone();
+        if self.does(Mistake::OtherCfg) {
+            cfg[0] ^= 0x01;
+        }
+        cfg
     }
 
     fn prm(&self, turn: usize) -> Vec<u8> {
@@ -409,6 +368,9 @@ impl TestMaster {
             Some(Mistake::LongPrm) => user.push(0),
             Some(Mistake::OtherPrm) => user[0] ^= 1,
             Some(Mistake::OtherGroups) => groups ^= 1,
+            Some(Mistake::WatchdogOff) => (status, factors) = (0x80, [0, 0]),
+            Some(Mistake::Unlocks) => status |= 0x40,
+            Some(Mistake::ChangesPrm) if self.slaves[turn].start_ups > 1 => user[0] ^= 1,
             Some(Mistake::ShortWatchdog) => factors = [units / 2, 1],
             _ => {}
         }
@@ -457,7 +419,8 @@ impl TestMaster {
         self.confirm(turn);
         self.react(turn, status, &data);
         self.turn += 1;
-        self.next = now + self.syn();
+        self.next =
+            now + if self.does(Mistake::ShortIdle) { self.settings.baud.bit_times(20) } else { self.syn() };
     }
 
     /// The request was answered.
@@ -480,12 +443,17 @@ impl TestMaster {
         let slave = &mut self.slaves[turn];
         match slave.state {
             State::Diag1 | State::Diag2 => {
-                let diag = Diagnosis::parse(data).or((mistake == Some(Mistake::TakesShortDiag)).then(|| Diagnosis {
-                    ident: slave.configured.ident,
-                    master: Address::station(own).ok(),
-                    ..Diagnosis::default()
+                let diag = Diagnosis::parse(data).or((mistake == Some(Mistake::TakesShortDiag)).then(|| {
+                    Diagnosis {
+                        ident: slave.configured.ident,
+                        master: Address::station(own).ok(),
+                        ..Diagnosis::default()
+                    }
                 }));
                 let Some(diag) = diag else { return };
+                if mistake == Some(Mistake::DiesOnMasterBits) && data[0] & 0x80 != 0 {
+                    self.dead = true;
+                }
                 let owned = diag.master.is_some_and(|owner| owner.number() != own);
                 if owned && mistake != Some(Mistake::IgnoresOwner) {
                     slave.state = State::Diag1;
@@ -498,8 +466,11 @@ impl TestMaster {
             }
             State::Prm if status.is_none() || mistake == Some(Mistake::IgnoresRefusal) => {
                 slave.state = State::Cfg;
+                slave.start_ups += 1;
                 if mistake == Some(Mistake::CfgFirst) {
                     slave.state = State::Diag2;
+                } else if mistake == Some(Mistake::NoCfg) {
+                    slave.state = State::Exchange;
                 }
             }
             State::Cfg if mistake == Some(Mistake::CfgFirst) => slave.state = State::Prm,
@@ -510,11 +481,16 @@ impl TestMaster {
             State::Prm | State::Cfg => slave.restart(mistake),
             State::Exchange if slave.wants_diag => {
                 slave.wants_diag = false;
+                if mistake == Some(Mistake::DiesOnMasterBits)
+                    && data.first().is_some_and(|octet| octet & 0x80 != 0)
+                {
+                    self.dead = true;
+                }
                 let Some(diag) = Diagnosis::parse(data) else { return };
                 let owned = diag.master.is_none_or(|owner| owner.number() != own);
-                let asks = diag.prm_req || diag.station_not_ready || diag.prm_fault || diag.cfg_fault || owned;
-                if asks && mistake != Some(Mistake::IgnoresPrmReq)
-                    || mistake == Some(Mistake::RestartsOnDiag)
+                let asks =
+                    diag.prm_req || diag.station_not_ready || diag.prm_fault || diag.cfg_fault || owned;
+                if asks && mistake != Some(Mistake::IgnoresPrmReq) || mistake == Some(Mistake::RestartsOnDiag)
                 {
                     slave.restart(mistake);
                 }
@@ -531,6 +507,7 @@ impl TestMaster {
         }
         let inputs = usize::from(slave.lengths.inputs);
         match status {
+            Some(ReplyStatus::UserError) if mistake == Some(Mistake::DiesOnUserError) => self.dead = true,
             Some(ReplyStatus::NotActivated) if mistake == Some(Mistake::DiesOnRs) => self.dead = true,
             Some(ReplyStatus::NotActivated) if mistake == Some(Mistake::IgnoresRs) => {}
             Some(ReplyStatus::NotActivated | ReplyStatus::UserError | ReplyStatus::NoResource) => {
@@ -552,7 +529,7 @@ impl TestMaster {
     /// The slot time is over.
     fn timed_out(&mut self, now: Instant) {
         let Some(Wait { slave: turn, .. }) = self.waits.take() else { return };
-        self.next = now;
+        self.next = if self.does(Mistake::SlowAfterLoss) { now + self.settings.slot * 40 } else { now };
         self.heard.clear();
         let mistake = self.mistake;
         let slave = &mut self.slaves[turn];
@@ -592,7 +569,11 @@ impl TestMaster {
             self.turn += 1;
             return;
         }
-        slave.restart(mistake);
+        if mistake == Some(Mistake::IgnoresSilence) && slave.state == State::Prm {
+            slave.state = State::Cfg;
+        } else {
+            slave.restart(mistake);
+        }
         self.turn += 1;
         if was_there && mistake == Some(Mistake::ClearsOnLoss) {
             self.controls.push_back(0x02);
@@ -629,7 +610,8 @@ impl Slave {
         let prm_req = diag.prm_req
             && !(diag.prm_fault && mistake == Some(Mistake::IgnoresPrmFault))
             && !(diag.cfg_fault && mistake == Some(Mistake::IgnoresCfgFault));
-        let not_ready = diag.station_not_ready && mistake != Some(Mistake::IgnoresNotReady)
+        let not_ready = diag.station_not_ready
+            && mistake != Some(Mistake::IgnoresNotReady)
             && !(diag.prm_fault && mistake == Some(Mistake::IgnoresPrmFault))
             && !(diag.cfg_fault && mistake == Some(Mistake::IgnoresCfgFault));
         let stat_diag = diag.stat_diag && mistake != Some(Mistake::IgnoresStatDiag);
@@ -661,6 +643,10 @@ impl Master for TestMaster {
                 Decoded::Incomplete => break,
                 Decoded::Invalid { skip, .. } => (skip, skip > 5),
             };
+            if !whole {
+                self.junk += len;
+                self.dead |= self.junk > 200 && self.does(Mistake::DiesOnFlood);
+            }
             let telegram: Vec<u8> = self.heard.drain(..len).collect();
             if whole {
                 self.take_reply(now, &telegram);
@@ -677,6 +663,7 @@ impl Master for TestMaster {
     fn handle_sent(&mut self, now: Instant) {
         self.sending = false;
         self.heard.clear();
+        self.junk = 0;
         let slot = self.slot();
         if let Some(wait) = &mut self.waits {
             wait.until = Some(now + slot);

@@ -11,7 +11,8 @@ use profidrive::host::{Clock, Link, Received, Stop, SystemClock};
 use profidrive::judge::{Judge, Report, Row, Verdict, live};
 use profidrive::time::BaudRate;
 
-use crate::fixture::{Mistake, TestMaster};
+use crate::fixture::TestMaster;
+use crate::mistakes::Mistake;
 use crate::virtual_time::{settings, setup};
 
 /// Lets the master work on a link until `end`.
@@ -60,7 +61,8 @@ fn a_correct_master_is_not_accused_in_real_time() {
     let all = std::env::var_os("PROFIDRIVE_LONG").is_some();
     let rows = if all { Row::ALL.to_vec() } else { rows(&["M-C*", "M-T*", "M-E01", "M-E06", "M-P*"]) };
     let report = judged(None, &rows);
-    let accused = report.judgements.iter().any(|judged| matches!(judged.verdict, Verdict::Fail | Verdict::Warn));
+    let accused =
+        report.judgements.iter().any(|judged| matches!(judged.verdict, Verdict::Fail | Verdict::Warn));
     assert!(!accused, "{report}");
     assert!(report.count(Verdict::Pass) > 10, "{report}");
 }

@@ -12,6 +12,8 @@
 
 mod fixture;
 mod live;
+mod mistakes;
 #[cfg(feature = "master")]
 mod profirust;
+mod reports;
 mod virtual_time;

@@ -4,10 +4,11 @@ use core::time::Duration;
 
 use profidrive::bench::Line;
 use profidrive::fdl::Address;
-use profidrive::judge::{Report, Row, Setup, Slave, Verdict, simulated};
+use profidrive::judge::{Ending, Report, Row, Setup, Slave, Verdict, simulated};
 use profidrive::time::BaudRate;
 
-use crate::fixture::{Configured, Mistake, Settings, TestMaster};
+use crate::fixture::{Configured, Settings, TestMaster};
+use crate::mistakes::{MISTAKES, Mistake};
 
 const BAUD: BaudRate = BaudRate::K500;
 
@@ -47,10 +48,14 @@ pub(crate) fn setup(settings: &Settings, absent: &[u8]) -> Setup {
     }
 }
 
-fn judged(mistake: Option<Mistake>) -> Report {
+pub(crate) fn judged(mistake: Option<Mistake>) -> Report {
     let slot = Duration::from_micros(600);
     let settings = settings(&[5, 6, 9], slot);
-    let setup = setup(&settings, &[9]);
+    let setup = Setup {
+        hsa: Address::station(60).ok(),
+        min_interval: (mistake == Some(Mistake::TooFast)).then_some(settings.pause * 2),
+        ..setup(&settings, &[9])
+    };
     let mut line = Line::with(BAUD, TestMaster::new(settings, mistake));
     line.set_slot_time(slot);
     simulated(&mut line, setup, Row::ALL)
@@ -70,81 +75,87 @@ fn a_correct_master_is_not_accused() {
     assert_eq!(names(&report, Verdict::Warn), [""; 0], "{report}");
 }
 
-/// Each mistake, and the rows that may find it; the first must.
-const MISTAKES: &[(Mistake, &[&str])] = &[
-    (Mistake::WrongFcs, &["M-F02"]),
-    (Mistake::WrongFunction, &["M-F05"]),
-    (Mistake::CountedControl, &["M-C09"]),
-    (Mistake::FirstCounted, &["M-C01", "M-C07"]),
-    (Mistake::NoToggle, &["M-C02"]),
-    (Mistake::RetryToggles, &["M-C03", "M-C12", "M-E01", "M-E02", "M-E05", "M-E12", "M-E13", "M-E14", "M-E15"]),
-    (Mistake::RetryChanges, &["M-C04"]),
-    (Mistake::NoRetry, &["M-C05", "M-C12"]),
-    (Mistake::EndlessRetries, &["M-C06", "M-I02", "M-T08"]),
-    (Mistake::NoReset, &["M-C07"]),
-    (Mistake::CommonBit, &["M-C08", "M-C02"]),
-    (Mistake::BelievesFcs, &["M-E01"]),
-    (Mistake::BelievesSource, &["M-E05"]),
-    (Mistake::NoFirstDiag, &["M-U01"]),
-    (Mistake::NoSecondDiag, &["M-U04"]),
-    (Mistake::CfgFirst, &["M-U02"]),
-    (Mistake::IgnoresNotReady, &["M-U05"]),
-    (Mistake::Impatient, &["M-U06"]),
-    (Mistake::IgnoresRefusal, &["M-U08"]),
-    (Mistake::IgnoresStatDiag, &["M-D03"]),
-    (Mistake::IgnoresPrmFault, &["M-D04"]),
-    (Mistake::IgnoresCfgFault, &["M-D05"]),
-    (Mistake::IgnoresOwner, &["M-D07", "M-L05"]),
-    (Mistake::TakesShortDiag, &["M-D12"]),
-    (Mistake::NoLock, &["M-P01"]),
-    (Mistake::ZeroFactor, &["M-P02"]),
-    (Mistake::ReservedPrm, &["M-P04"]),
-    (Mistake::SwappedIdent, &["M-P05"]),
-    (Mistake::ShortTsdr, &["M-P06"]),
-    (Mistake::LongPrm, &["M-P07"]),
-    (Mistake::OtherPrm, &["M-P08"]),
-    (Mistake::OtherGroups, &["M-P09"]),
-    (Mistake::ShortWatchdog, &["M-P03"]),
-    (Mistake::LongOutputs, &["M-X01", "M-G02"]),
-    (Mistake::IgnoresHigh, &["M-D01", "M-D13"]),
-    (Mistake::IgnoresPrmReq, &["M-D02", "M-D15"]),
-    (Mistake::RestartsOnDiag, &["M-D06", "M-D08", "M-D09"]),
-    (Mistake::NoControl, &["M-O01"]),
-    (Mistake::ReservedControl, &["M-O05"]),
-    (Mistake::ClearsOnLoss, &["M-O08", "M-O03"]),
-    (Mistake::OutputsInClear, &["M-U10"]),
-    (Mistake::RestartsOnLoss, &["M-L08"]),
-    (Mistake::StaysInExchange, &["M-L01"]),
-    (Mistake::IgnoresRs, &["M-L03", "M-E07"]),
-    (Mistake::Forgets, &["M-L06", "M-L02"]),
-    (Mistake::StopsOthers, &["M-I02", "M-T08", "M-C11", "M-C10"]),
-    (Mistake::RestartsAll, &["M-L04"]),
-    (Mistake::IgnoresSc, &["M-E03"]),
-    (Mistake::IgnoresLength, &["M-E04"]),
-    (Mistake::DiesOnRs, &["M-E07", "M-L03"]),
-    (Mistake::DoesNotWait, &["M-T02"]),
-    (Mistake::ShortSlot, &["M-T03"]),
-    (Mistake::Unequal, &["M-I04"]),
-    (Mistake::Strangers, &["M-U12"]),
-];
-
 #[test]
 fn each_mistake_is_found_by_its_rows_and_by_no_other() {
-    let mut wrong = Vec::new();
-    for (mistake, rows) in MISTAKES {
-        if std::env::var("MISTAKE").is_ok_and(|only| format!("{mistake:?}") != only) {
-            continue;
-        }
+    assert!(MISTAKES.len() >= 60, "{}", MISTAKES.len());
+    let only = std::env::var("MISTAKE").ok();
+    let wanted: Vec<_> = MISTAKES
+        .iter()
+        .filter(|(mistake, _)| only.as_ref().is_none_or(|only| format!("{mistake:?}") == *only))
+        .collect();
+    let wrong = in_threads(&wanted, |(mistake, rows)| {
         let report = judged(Some(*mistake));
-        let found: Vec<_> = names(&report, Verdict::Fail);
-        let missed = !found.contains(&rows[0]);
-        let accused: Vec<_> = found.iter().filter(|row| !rows.contains(row)).collect();
-        if missed || !accused.is_empty() {
-            wrong.push(format!("{mistake:?}: missed {missed}, accused {accused:?}, found {found:?}, {:?}", report.ending));
-        }
-        if std::env::var("MISTAKE").is_ok() {
+        if only.is_some() {
             println!("{report}");
         }
-    }
+        let found = names(&report, Verdict::Fail);
+        let missed = !found.contains(&rows[0]);
+        let accused: Vec<_> = found.iter().filter(|row| !rows.contains(row)).collect();
+        let ending = &report.ending;
+        (missed || !accused.is_empty()).then(|| {
+            format!("{mistake:?}: missed {missed}, accused {accused:?}, found {found:?}, {ending:?}")
+        })
+    });
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// A correct master, configured in another way for each seed.
+fn varied(seed: u32) -> (Settings, Vec<u8>) {
+    const RATES: [BaudRate; 5] =
+        [BaudRate::K93_75, BaudRate::K187_5, BaudRate::K500, BaudRate::M1_5, BaudRate::M12];
+    // Any numbers that differ: a step of a linear congruential generator each.
+    let mut state = seed;
+    let mut below = |limit: u32| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 16) % limit
+    };
+    let baud = RATES[below(5) as usize];
+    let stations: Vec<u8> = (0..=below(5) as u8).map(|station| 5 + 3 * station).collect();
+    let slot = baud.bit_times(u32::from(baud.max_tsdr_bits()) + 100 + below(400));
+    let absent = if stations.len() > 2 && below(2) == 0 {
+        stations[stations.len() - 1..].to_vec()
+    } else {
+        Vec::new()
+    };
+    let settings = Settings {
+        baud,
+        retries: 1 + below(4),
+        watchdog: Duration::from_millis(u64::from(500 + 10 * below(200))),
+        pause: Duration::from_micros(u64::from(1500 + below(4000))),
+        ..settings(&stations, slot)
+    };
+    (settings, absent)
+}
+
+/// Ten configurations, fifty with `PROFIDRIVE_LONG`.
+#[test]
+fn correct_masters_of_many_configurations_are_not_accused() {
+    let runs = if std::env::var_os("PROFIDRIVE_LONG").is_some() { 50 } else { 10 };
+    let seeds: Vec<u32> = (1..=runs).collect();
+    let wrong = in_threads(&seeds, |seed| {
+        let (settings, absent) = varied(*seed);
+        let words = format!("seed {seed}: {settings:?}, absent {absent:?}");
+        let setup = Setup { min_interval: Some(settings.pause), ..setup(&settings, &absent) };
+        let (baud, slot) = (settings.baud, settings.slot);
+        let mut line = Line::with(baud, TestMaster::new(settings, None));
+        line.set_slot_time(slot);
+        let report = simulated(&mut line, setup, Row::ALL);
+        let accused = [names(&report, Verdict::Fail), names(&report, Verdict::Warn)].concat();
+        (!accused.is_empty() || report.ending != Some(Ending::Done))
+            .then(|| format!("{words}: {accused:?}, {:?}", report.ending))
+    });
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// What `complaint` says of each, on every core.
+fn in_threads<T: Sync>(list: &[T], complaint: impl Fn(&T) -> Option<String> + Sync) -> Vec<String> {
+    let cores = std::thread::available_parallelism().map_or(1, core::num::NonZero::get);
+    std::thread::scope(|scope| {
+        let complaint = &complaint;
+        let of_core = |core: usize| {
+            move || list.iter().skip(core).step_by(cores).filter_map(complaint).collect::<Vec<_>>()
+        };
+        let threads: Vec<_> = (0..cores).map(|core| scope.spawn(of_core(core))).collect();
+        threads.into_iter().flat_map(|thread| thread.join().unwrap()).collect()
+    })
 }

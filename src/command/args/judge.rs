@@ -74,6 +74,14 @@ pub(crate) struct Judge {
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
 
+    /// Write the verdicts as JUnit XML, for CI
+    #[arg(long, value_name = "FILE")]
+    pub(crate) junit: Option<PathBuf>,
+
+    /// Write the verdicts as one HTML page, with a diagram of the telegrams of each failure
+    #[arg(long, value_name = "FILE")]
+    pub(crate) html: Option<PathBuf>,
+
     /// Also play the scenarios of this file
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) scenarios: Vec<PathBuf>,
@@ -145,7 +153,8 @@ impl FromStr for JudgedStation {
                     cfg = Some(octets.ok_or_else(|| wrong("identifiers in hex, such as F3F2"))?);
                 }
                 "prm" => {
-                    slave.prm = Some(octets(value, MOST_PRM).ok_or_else(|| wrong("octets in hex, such as 0102"))?);
+                    slave.prm =
+                        Some(octets(value, MOST_PRM).ok_or_else(|| wrong("octets in hex, such as 0102"))?);
                 }
                 "groups" => {
                     let groups = octets(value, 1).and_then(|octets| octets.first().copied());
@@ -182,7 +191,9 @@ impl FromStr for JudgedStation {
 }
 
 fn octets(text: &str, most: usize) -> Option<Vec<u8>> {
-    if !text.len().is_multiple_of(2) || text.len() / 2 > most || !text.bytes().all(|digit| digit.is_ascii_hexdigit())
+    if !text.len().is_multiple_of(2)
+        || text.len() / 2 > most
+        || !text.bytes().all(|digit| digit.is_ascii_hexdigit())
     {
         return None;
     }
@@ -237,8 +248,12 @@ mod tests {
     fn a_station_is_what_is_configured() {
         let station: JudgedStation =
             "5,ident=1234,cfg=2313,prm=0102,groups=01,failsafe=1,min-interval=2.5,absent".parse().unwrap();
-        let Slave { address, ident, cfg, prm, groups, fail_safe, min_interval, absent, gsd: _ } = station.slave;
-        assert_eq!((address.number(), ident, cfg, prm), (5, 0x1234, Some(vec![0x23, 0x13]), Some(vec![1, 2])));
+        let Slave { address, ident, cfg, prm, groups, fail_safe, min_interval, absent, gsd: _ } =
+            station.slave;
+        assert_eq!(
+            (address.number(), ident, cfg, prm),
+            (5, 0x1234, Some(vec![0x23, 0x13]), Some(vec![1, 2]))
+        );
         assert_eq!((groups, fail_safe, absent), (Some(1), true, true));
         assert_eq!(min_interval, Some(Duration::from_micros(2500)));
         for (spec, part) in [

@@ -14,6 +14,7 @@ use profidrive::host::capture::Capture;
 use profidrive::host::capture::can::Interface;
 use profidrive::host::{Clock, Error, Reach, StateDir, Stop};
 use profidrive::panel::{NodeAccess, NodePanel, Seated};
+use profidrive::time::Instant;
 use tracing::{debug, info, warn};
 
 use super::{Signals, panel_reach, panel_started};
@@ -40,16 +41,15 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec) -> Result<(), Failure> {
     }
     nodes.warn_of_doubles();
     let mut capture = Recorder::start(args, &mut line, &nodes, rate)?;
-    nodes.announce(line.name(), panel.as_ref());
     let (clock, seats) = (line.clock(), nodes.seats());
+    // What the start brought is told whatever ends the process behind the ready line.
+    while let Some(event) = line.bus_mut().poll_event() {
+        tell(News::Bus(event), &mut capture, &mut nodes, panel.as_ref(), clock.now());
+    }
+    nodes.announce(line.name(), panel.as_ref());
     let outcome = loop {
         let outcome = line.run(&signals.stop, &mut |news| {
-            capture.take(&news);
-            capture.remark(&news, &nodes);
-            if let (Some(panel), News::Bus(event)) = (&panel, &news) {
-                panel.tell(clock.now(), event);
-            }
-            nodes.say(news);
+            tell(news, &mut capture, &mut nodes, panel.as_ref(), clock.now());
         });
         // First, so that a signal after the flags are read ends the next run.
         signals.stop.clear();
@@ -80,6 +80,22 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec) -> Result<(), Failure> {
     outcome.map_err(|error| Failure::from_error(&error))?;
     info!("ended by a signal");
     Ok(())
+}
+
+/// Tells everybody who wants to know.
+fn tell(
+    news: News<CanopenEvent>,
+    capture: &mut Recorder,
+    nodes: &mut Nodes,
+    panel: Option<&NodePanel>,
+    now: Instant,
+) {
+    capture.take(&news);
+    capture.remark(&news, nodes);
+    if let (Some(panel), News::Bus(event)) = (panel, &news) {
+        panel.tell(now, event);
+    }
+    nodes.say(news);
 }
 
 fn open(args: &Emulate, link: &LinkSpec, rate: BitRate) -> Result<Line<CanopenEvent>, Failure> {

@@ -25,7 +25,13 @@ impl Operator for Operated {
         // The command may have arguments of its own.
         let script = format!("{} \"$@\"", self.command);
         let mut command = Command::new("sh");
-        command.arg("-c").arg(script).arg("sh").args(action.split(' ')).stdin(Stdio::null()).stdout(Stdio::null());
+        command
+            .arg("-c")
+            .arg(script)
+            .arg("sh")
+            .args(action.split(' '))
+            .stdin(Stdio::null())
+            .stdout(Stdio::null());
         match command.spawn() {
             Ok(child) => self.running = Some(child),
             Err(error) => {

@@ -68,7 +68,8 @@ fn wrong(file: &Path, error: &str) -> Failure {
 fn scenario(written: &Written) -> Result<Scenario, String> {
     let Written { name, station, first, faults, seconds, rows, returns } = written;
     let named = |rows: &[String]| -> Result<Vec<Row>, String> {
-        let row = |id: &String| Row::named(id).ok_or_else(|| format!("{name}: '{id}' is no row, such as M-C03"));
+        let row =
+            |id: &String| Row::named(id).ok_or_else(|| format!("{name}: '{id}' is no row, such as M-C03"));
         rows.iter().map(row).collect()
     };
     let act = first.as_ref().map(|first| {
@@ -114,7 +115,7 @@ mod tests {
         for (from, to, part) in [
             ("M-C03", "M-Q03", "'M-Q03' is no row"),
             ("power-on", "explode", "'explode' is nothing that is done"),
-            ("late=1.5slot", "later=1.5slot", "'later="),
+            ("late=1.5slot", "later=1.5slot", "'later'"),
             ("station = 6", "station = 127", "outside 0..126"),
             ("station = 6", "stations = 6", "unknown field"),
         ] {

@@ -46,8 +46,8 @@ use crate::time::{BaudRate, Instant};
 
 mod observed;
 mod reply;
-mod shape;
 mod request;
+mod shape;
 mod spec;
 
 use observed::{Observed, Occasion};

@@ -116,7 +116,11 @@ impl Observer {
         match check {
             Check::Clear => {
                 let announced = self.asked_for.commands.iter().any(|(command, _)| command & CLEAR_DATA != 0);
-                self.expect(Row::O02, announced, "asked for CLEAR, and no Global_Control with Clear_Data came");
+                self.expect(
+                    Row::O02,
+                    announced,
+                    "asked for CLEAR, and no Global_Control with Clear_Data came",
+                );
                 let zero = self.asked_for.outputs.values().all(|data| data.iter().all(|octet| *octet == 0));
                 self.expect(Row::O03, zero, "asked for CLEAR, and outputs are not zero after a second");
             }
@@ -137,7 +141,11 @@ impl Observer {
                 self.expect(Row::O11, silent, &reason);
                 let stations: Vec<u8> = self.setup.present().map(|slave| slave.address.number()).collect();
                 let released = stations.iter().all(|station| self.asked_for.released.contains(station));
-                self.expect(Row::Z01, released, "asked to stop, and not every slave got a Set_Prm with Unlock_Req");
+                self.expect(
+                    Row::Z01,
+                    released,
+                    "asked to stop, and not every slave got a Set_Prm with Unlock_Req",
+                );
                 if self.asked_for.commands.iter().any(|(command, _)| command & CLEAR_DATA != 0) {
                     self.held(Row::Z03);
                 } else {
@@ -159,8 +167,10 @@ impl Observer {
 
     fn check_command(&mut self, wanted: u8, undo: u8, groups: u8) {
         let commands = self.asked_for.commands.clone();
-        let came = commands.iter().any(|(command, group)| command & (wanted | undo) == wanted && *group == groups);
-        let reason = format!("no Global_Control with command bit 0x{wanted:02X} to groups 0x{groups:02X} came");
+        let came =
+            commands.iter().any(|(command, group)| command & (wanted | undo) == wanted && *group == groups);
+        let reason =
+            format!("no Global_Control with command bit 0x{wanted:02X} to groups 0x{groups:02X} came");
         self.expect(Row::S01, came, &reason);
         // The cyclic ones that follow.
         if wanted & (UNSYNC | UNFREEZE) == 0 {

@@ -124,14 +124,7 @@ impl Observer {
         }
     }
 
-    fn judge_watchdog(
-        &mut self,
-        cycle: &Cycle,
-        slave: &Slave,
-        status: u8,
-        factors: (u8, u8),
-        user: &[u8],
-    ) {
+    fn judge_watchdog(&mut self, cycle: &Cycle, slave: &Slave, status: u8, factors: (u8, u8), user: &[u8]) {
         let Some(wanted) = self.setup.watchdog else {
             self.findings.obstacle(Row::P03, "needs --watchdog: the time configured in the master");
             return;
@@ -207,4 +200,3 @@ fn rounded_up(wanted: Duration, base: Duration) -> Duration {
     let best = factors.filter(|(_, second)| *second <= 255).map(|(first, second)| first * second).min();
     base * best.unwrap_or(65_025)
 }
-

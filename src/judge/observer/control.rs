@@ -140,7 +140,8 @@ impl Observer {
         match mode {
             Mode::Unknown if self.sight != super::Sight::Recorded => {
                 if !zero {
-                    let reason = "outputs before OPERATE; the master shows no CLEAR phase, so this is left open";
+                    let reason =
+                        "outputs before OPERATE; the master shows no CLEAR phase, so this is left open";
                     self.findings.obstacle(Row::U10, reason);
                 }
             }
@@ -178,10 +179,8 @@ impl Observer {
         if self.control.operated {
             self.held(Row::O01);
         } else if session >= LEAST_SESSION {
-            let reason = format!(
-                "{} s of data exchange, and no Global_Control without Clear_Data",
-                session.as_secs()
-            );
+            let reason =
+                format!("{} s of data exchange, and no Global_Control without Clear_Data", session.as_secs());
             self.broken(Row::O01, Weight::Once, self.serial.saturating_sub(4), None, reason);
         } else {
             self.findings.obstacle(Row::O01, "data were exchanged for less than three seconds");

@@ -218,7 +218,9 @@ impl Observer {
                 } else if self.setup.retries != Some(0) && self.view(station).answered {
                     let row = if bad == Some(Bad::Fcs) { Row::C12 } else { Row::C05 };
                     if bad.is_none() || bad == Some(Bad::Fcs) {
-                        let reason = format!("{name} with FCV = 0 after {what}: the station is given up without a retry");
+                        let reason = format!(
+                            "{name} with FCV = 0 after {what}: the station is given up without a retry"
+                        );
                         broken(self, row, reason);
                     }
                 }
@@ -250,12 +252,15 @@ impl Observer {
                 broken(self, row, reason);
             }
             Relation::SameBit if same_service => {
-                let reason = format!("{name} with the FCB of the request that got {what}, and with other octets");
+                let reason =
+                    format!("{name} with the FCB of the request that got {what}, and with other octets");
                 broken(self, Row::C04, reason);
             }
             Relation::SameBit => {
-                let reason =
-                    format!("{name} with FCV = 1 after {} got {what}: expected FCV = 0, FCB = 1", name_of(before));
+                let reason = format!(
+                    "{name} with FCV = 1 after {} got {what}: expected FCV = 0, FCB = 1",
+                    name_of(before)
+                );
                 broken(self, Row::C07, reason);
             }
             Relation::Uncounted => {}
@@ -273,8 +278,11 @@ impl Observer {
         // Once it should have given up, the wrong bit is what is wrong (C07).
         if cycle.retry > limit && before.is_counted() && !self.view(cycle.to).gave_up {
             let expected = if self.setup.retries.is_some() { "as configured" } else { "at most" };
-            let reason =
-                format!("{} is repeated for the {}th time; expected {limit} retries {expected}", name_of(cycle), cycle.retry);
+            let reason = format!(
+                "{} is repeated for the {}th time; expected {limit} retries {expected}",
+                name_of(cycle),
+                cycle.retry
+            );
             let from = cycle.serial.saturating_sub(u64::from(cycle.retry));
             self.broken(Row::C06, Weight::Once, from, Some(cycle.to), reason);
         }
@@ -345,7 +353,8 @@ impl Observer {
         let common = self.common.toggled * 10 > self.common.all * 9;
         if stations >= 2 && common && c02.verdict == crate::judge::Verdict::Fail {
             let moments = c02.telegrams.into_iter().map(|telegram| telegram.moment).collect();
-            let reason = "the FCB toggles over the requests to all stations, not for each station by itself".into();
+            let reason =
+                "the FCB toggles over the requests to all stations, not for each station by itself".into();
             self.findings.broken(Row::C08, Weight::Once, reason, moments);
         } else if c02.verdict == crate::judge::Verdict::Fail {
             self.findings.obstacle(Row::C08, "the FCB is wrong in another way, see M-C02");

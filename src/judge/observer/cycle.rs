@@ -217,7 +217,9 @@ const fn bad_frame(error: FrameError) -> Bad {
         | FrameError::EndDelimiter { .. }
         | FrameError::ExtensionMissing
         | FrameError::Extension { .. } => Bad::Delimiters,
-        FrameError::StartDelimiter { .. } | FrameError::TokenAddress { .. } | FrameError::Parity => Bad::Noise,
+        FrameError::StartDelimiter { .. } | FrameError::TokenAddress { .. } | FrameError::Parity => {
+            Bad::Noise
+        }
     }
 }
 

@@ -59,7 +59,8 @@ impl Observer {
         } else if let Some(owner) = other.and_then(|diag| diag.master)
             && Some(owner) != self.master
         {
-            let reason = format!("Data_Exchange although the diagnosis says that master {owner} owns the slave");
+            let reason =
+                format!("Data_Exchange although the diagnosis says that master {owner} owns the slave");
             self.broken(Row::L05, Weight::Once, from, Some(station), reason);
         }
         if !exchanging {
@@ -71,8 +72,9 @@ impl Observer {
             if *exchanges > MOST_BEFORE_DIAG {
                 let row = *row;
                 view.announced = None;
-                let reason =
-                    format!("{MOST_BEFORE_DIAG} Data_Exchange after a reply of high priority, and no Slave_Diag");
+                let reason = format!(
+                    "{MOST_BEFORE_DIAG} Data_Exchange after a reply of high priority, and no Slave_Diag"
+                );
                 self.broken(row, Weight::Once, from, Some(station), reason);
             }
         }
@@ -167,7 +169,9 @@ impl Observer {
             Answer::Data { high, octets } if inputs.is_none_or(|inputs| octets.len() == inputs) => {
                 self.good_exchange(cycle, *high, octets.len());
             }
-            Answer::ShortAck if inputs.is_none_or(|inputs| inputs == 0) => self.good_exchange(cycle, false, 0),
+            Answer::ShortAck if inputs.is_none_or(|inputs| inputs == 0) => {
+                self.good_exchange(cycle, false, 0)
+            }
             Answer::Data { .. } | Answer::ShortAck => {
                 let row = if *answer == Answer::ShortAck { Row::E03 } else { Row::E04 };
                 view.trouble();
@@ -295,7 +299,11 @@ impl Observer {
             (Row::X05, with(self, &|slave| lengths(slave).outputs == 0), "a station with inputs only"),
             (Row::X06, with(self, &|slave| lengths(slave).inputs == 0), "a station with outputs only"),
             (Row::D11, with(self, &|slave| lengths(slave).inputs == 0), "a station with outputs only"),
-            (Row::X07, with(self, &|slave| lengths(slave).inputs == 8), "a station with eight octets of inputs"),
+            (
+                Row::X07,
+                with(self, &|slave| lengths(slave).inputs == 8),
+                "a station with eight octets of inputs",
+            ),
             (
                 Row::X08,
                 with(self, &|slave| lengths(slave).inputs == 244 && lengths(slave).outputs == 244),

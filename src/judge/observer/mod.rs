@@ -226,7 +226,9 @@ impl Observer {
                 (Side::Master, Decoded::Telegram { telegram: Telegram::Data(data), .. }) => {
                     data.da == station || data.da.is_broadcast()
                 }
-                (Side::Master, Decoded::Telegram { .. } | Decoded::Incomplete | Decoded::Invalid { .. }) => false,
+                (Side::Master, Decoded::Telegram { .. } | Decoded::Incomplete | Decoded::Invalid { .. }) => {
+                    false
+                }
             }
         };
         let all: Vec<Moment> = newest.filter(concerns).cloned().collect();
@@ -366,10 +368,7 @@ impl Observer {
                 Some(dp::Service::SlaveDiag) => self.judge_diagnosis(&cycle),
                 Some(dp::Service::GlobalControl) => self.judge_control_service(&cycle),
                 Some(
-                    dp::Service::SetSlaveAdd
-                    | dp::Service::RdInp
-                    | dp::Service::RdOutp
-                    | dp::Service::GetCfg,
+                    dp::Service::SetSlaveAdd | dp::Service::RdInp | dp::Service::RdOutp | dp::Service::GetCfg,
                 )
                 | None => {}
             }

@@ -64,7 +64,8 @@ impl Observer {
         if let Some(since) = not_ready {
             let after = cycle.end.saturating_since(since);
             if after < PATIENCE {
-                let reason = format!("Set_Prm {} ms after the slave said it is not ready yet", after.as_millis());
+                let reason =
+                    format!("Set_Prm {} ms after the slave said it is not ready yet", after.as_millis());
                 self.broken(Row::U06, Weight::Once, from, Some(station), reason);
             } else {
                 self.held(Row::U06);
@@ -104,7 +105,8 @@ impl Observer {
     /// A new start-up without a reason of its own, while another station is lost.
     fn judge_needless(&mut self, cycle: &Cycle) {
         if self.view(cycle.to).calm > 0 {
-            let reason = format!("Set_Prm to station {}, with which nothing is wrong; another one is lost", cycle.to);
+            let reason =
+                format!("Set_Prm to station {}, with which nothing is wrong; another one is lost", cycle.to);
             self.broken(Row::L04, Weight::Times(2), cycle.serial.saturating_sub(8), None, reason);
         }
     }
@@ -253,7 +255,8 @@ impl Observer {
         if view.cfg == Step::Refused {
             view.waits += 1;
             if view.waits == WAITS {
-                let reason = "Chk_Cfg got a negative answer, and the master only waits until the slave is ready";
+                let reason =
+                    "Chk_Cfg got a negative answer, and the master only waits until the slave is ready";
                 self.broken(Row::U08, Weight::Once, cycle.serial.saturating_sub(10), Some(cycle.to), reason);
             }
             return;
@@ -265,7 +268,8 @@ impl Observer {
             view.diagnoses += 1;
         }
         if view.diagnoses == FOR_EVER && ready && !diag.stat_diag {
-            let reason = format!("{FOR_EVER} times Slave_Diag without Data_Exchange; the diagnosis shows no fault");
+            let reason =
+                format!("{FOR_EVER} times Slave_Diag without Data_Exchange; the diagnosis shows no fault");
             self.broken(Row::D06, Weight::Once, cycle.serial.saturating_sub(12), Some(cycle.to), reason);
             return;
         }
@@ -284,7 +288,9 @@ impl Observer {
             let disturbance = match octets.len() {
                 LONG.. => Disturbance::LongDiagnosis,
                 _ if diag.ext_diag_overflow => Disturbance::Overflow,
-                _ if diag.not_supported || octets.first().is_some_and(|octet| octet & MASTER_BITS != 0) => return,
+                _ if diag.not_supported || octets.first().is_some_and(|octet| octet & MASTER_BITS != 0) => {
+                    return;
+                }
                 _ => Disturbance::CleanDiagnosis,
             };
             view.disturbed.get_or_insert((disturbance, 0));

@@ -135,7 +135,8 @@ impl Observer {
             );
             self.broken(Row::E06, Weight::Once, from.saturating_sub(4), None, reason);
         } else if is_early {
-            let reason = format!("a telegram {} us after a request to {to} that has no reply yet", waited.as_micros());
+            let reason =
+                format!("a telegram {} us after a request to {to} that has no reply yet", waited.as_micros());
             self.judge_early(from, waited, exact, reason);
         } else if is_within && (self.held_back || exact) && !self.timing.ever_doubled {
             let reason = format!(
@@ -167,7 +168,13 @@ impl Observer {
     }
 
     /// A reply was held back, and the master has waited for it.
-    fn judge_held_back(&mut self, end: Instant, answered: Option<Instant>, foreign: bool, after_double: bool) {
+    fn judge_held_back(
+        &mut self,
+        end: Instant,
+        answered: Option<Instant>,
+        foreign: bool,
+        after_double: bool,
+    ) {
         let (Some(slot), Some(answered)) = (self.setup.slot, answered) else {
             return;
         };
@@ -224,11 +231,13 @@ impl Observer {
         }
         let idle = at.saturating_since(idle_since);
         let bits = |time: Duration| {
-            u64::from(rate.bits_per_second()) * u64::try_from(time.as_nanos()).unwrap_or(u64::MAX) / 1_000_000_000
+            u64::from(rate.bits_per_second()) * u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
+                / 1_000_000_000
         };
         let judge = |observer: &mut Self, row: Row, least: Duration, name: &str| {
             if idle < least {
-                let reason = format!("{} T_bit of idle line, expected {name}, {} T_bit", bits(idle), bits(least));
+                let reason =
+                    format!("{} T_bit of idle line, expected {name}, {} T_bit", bits(idle), bits(least));
                 observer.broken(row, Weight::Once, serial.saturating_sub(2), None, reason);
             } else {
                 observer.held(row);
@@ -336,7 +345,8 @@ impl Observer {
         let longest = self.setup.stations.iter().filter_map(max_tsdr).max().unwrap_or(rate.max_tsdr_bits());
         let least = rate.bit_times(u32::from(longest) + 15);
         if slot < least {
-            let reason = format!("the slot time is {} us, expected {} us", slot.as_micros(), least.as_micros());
+            let reason =
+                format!("the slot time is {} us, expected {} us", slot.as_micros(), least.as_micros());
             self.show(Row::T07, Weight::Once, reason);
         } else if self.findings.is_judged(Row::T03) {
             self.held(Row::T07);

@@ -149,7 +149,10 @@ impl Observer {
         let distinct = self.ring.order.iter().collect::<BTreeSet<_>>().len();
         // Once around the GAP the addresses fall once.
         if distinct > 2 && falls * 2 > steps.len() {
-            let reason = format!("the addresses of the GAP fall at {falls} of {} steps; expected ascending", steps.len());
+            let reason = format!(
+                "the addresses of the GAP fall at {falls} of {} steps; expected ascending",
+                steps.len()
+            );
             self.broken(Row::K04, Weight::Once, self.serial.saturating_sub(16), None, reason);
         } else if self.setup.hsa.is_some() || distinct > 2 {
             self.held(Row::K04);

@@ -100,9 +100,10 @@ fn bad_replies(setup: &Setup) -> Vec<Scenario> {
         }
         list.push(Scenario { returns: vec![Row::E12], ..scenario });
     }
-    for (name, kind) in
-        [("Slave_Diag answered without SAPs", "no-saps"), ("Slave_Diag answered from another SAP", "wrong-saps")]
-    {
+    for (name, kind) in [
+        ("Slave_Diag answered without SAPs", "no-saps"),
+        ("Slave_Diag answered from another SAP", "wrong-saps"),
+    ] {
         let fault = format!("{kind},count=1,station=S,service=Slave_Diag");
         let spoil = Step { act: Some(Act::Diagnose), ..Scenario::one(name, &[], &[&fault]).steps.remove(0) };
         let gone = step(Some(Act::DiagnosisGone), &[], 300);
@@ -164,7 +165,13 @@ fn diagnoses() -> Vec<Scenario> {
         told("a diagnosis of 244 octets", &[Row::D08], Act::LongDiagnosis, &[], 800),
         told("Ext_Diag_Overflow", &[Row::D09], overflow, &[&diag("....80")], 800),
         told("Prm_Req while data are exchanged", &[Row::D02], Act::Diagnose, &[&twice("..0D")], 1500),
-        told("Station_Not_Ready while data are exchanged", &[Row::D15], Act::Diagnose, &[&twice("020C")], 1500),
+        told(
+            "Station_Not_Ready while data are exchanged",
+            &[Row::D15],
+            Act::Diagnose,
+            &[&twice("020C")],
+            1500,
+        ),
         told("no owner while data are exchanged", &[Row::D15], Act::Diagnose, &[&twice("......FF")], 1500),
         told("bits that only masters set", &[Row::D16], Act::Diagnose, &[&diag("A18C")], 1000),
     ];
@@ -296,7 +303,8 @@ fn start_ups() -> Vec<Scenario> {
 fn persistent_replies(setup: &Setup) -> Vec<Scenario> {
     let wrong = |setup: &Setup| {
         let probe = Scenario::one("", &[], &[]);
-        let inputs = probe.subject(setup).and_then(|slave| slave.lengths()).map_or(1, |lengths| lengths.inputs);
+        let inputs =
+            probe.subject(setup).and_then(|slave| slave.lengths()).map_or(1, |lengths| lengths.inputs);
         if inputs < 244 { inputs + 1 } else { inputs - 1 }
     };
     let lasting = |name: &str, row: Row, fault: &str| Scenario {

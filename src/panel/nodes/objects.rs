@@ -231,7 +231,7 @@ fn octets(at: Address, data: DataType, value: &ObjectValue) -> Result<Vec<u8>, P
             | DataType::I64
             | DataType::U64,
             ObjectValue::Whole(number),
-        ) => match canopen::Value::whole(data, *number) {
+        ) => match canopen::Value::whole(data, *number).filter(|_| fits(data, *number)) {
             Some(value) => Ok(value.with_octets(<[u8]>::to_vec)),
             None => Err(wrong("a whole number that fits into it")),
         },
@@ -248,6 +248,14 @@ fn octets(at: Address, data: DataType, value: &ObjectValue) -> Result<Vec<u8>, P
             ObjectValue::Real(_) | ObjectValue::Text(_),
         ) => Err(wrong("a whole number")),
         (DataType::Real32, ObjectValue::Text(_)) => Err(wrong("a number")),
+    }
+}
+
+/// Whether a whole number is one of its type.
+fn fits(data: DataType, number: i64) -> bool {
+    match data.range() {
+        Some((low, high)) => (low..=high).contains(&number),
+        None => data != DataType::U64 || number >= 0,
     }
 }
 

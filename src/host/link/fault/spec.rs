@@ -209,12 +209,8 @@ pub enum FramePart {
 }
 
 impl FramePart {
-    const ALL: [(Self, &'static str); 4] = [
-        (Self::Length, "length"),
-        (Self::Repeated, "repeated"),
-        (Self::Start, "start"),
-        (Self::End, "end"),
-    ];
+    const ALL: [(Self, &'static str); 4] =
+        [(Self::Length, "length"), (Self::Repeated, "repeated"), (Self::Start, "start"), (Self::End, "end")];
 }
 
 /// The first octets of a diagnosis: `None` stays.
