@@ -9,6 +9,7 @@ mod encode;
 mod gsd;
 mod log;
 mod master;
+mod plant;
 
 use core::error::Error;
 use std::io::{self, Write};
@@ -48,7 +49,7 @@ pub(crate) fn main() -> ExitCode {
     let log = log::start(args.log_verbosity());
     let outcome = match args.command {
         Command::Demo => demo::demo(),
-        Command::Emulate(emulate) => emulate::emulate(&emulate),
+        Command::Emulate(emulate) => emulate::emulate(emulate),
         Command::Master(master) => master::master(&master),
         Command::Decode(args) => decode::decode(&args),
         Command::Eds(args) => eds::eds(&args),

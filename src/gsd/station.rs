@@ -160,7 +160,18 @@ impl Station {
         let default_prm = gsd.default_user_prm(&[]);
         let (part_len, prm_lengths) = (default_prm.len(), gsd.user_prm_lengths());
         let said = RefCell::default();
-        Ok(Self { gsd, policy, modular, part, part_len, default_prm, prm_lengths, configuration, plugged: false, said })
+        Ok(Self {
+            gsd,
+            policy,
+            modular,
+            part,
+            part_len,
+            default_prm,
+            prm_lengths,
+            configuration,
+            plugged: false,
+            said,
+        })
     }
 
     /// The same station with these modules plugged in, slot by slot: places in [`Gsd::modules`]. Get_Cfg reports them, and
@@ -179,11 +190,21 @@ impl Station {
         Ok(self)
     }
 
+    /// Whether it takes one configuration only, which Get_Cfg reports.
+    pub const fn is_fixed(&self) -> bool {
+        self.plugged || !self.modular
+    }
+
     /// The words of a refusal, while they are kept.
     fn words_of(&self, refusal: &Refusal) -> String {
         let said = self.said.borrow();
-        let words = |number: u16| said.1.iter().find(|(kept, _)| *kept == number).map(|(_, words)| words.clone());
-        if let Reason::Numbered(number) = refusal.reason { words(number).unwrap_or_default() } else { String::new() }
+        let words =
+            |number: u16| said.1.iter().find(|(kept, _)| *kept == number).map(|(_, words)| words.clone());
+        if let Reason::Numbered(number) = refusal.reason {
+            words(number).unwrap_or_default()
+        } else {
+            String::new()
+        }
     }
 
     /// The file.
@@ -282,7 +303,8 @@ impl Station {
 
     /// The refusal of a configuration that is not that of the modules plugged in.
     fn otherwise_plugged(&self, configuration: &[u8]) -> Refusal {
-        let agrees = configuration.iter().zip(&self.configuration).take_while(|(got, own)| got == own).count();
+        let agrees =
+            configuration.iter().zip(&self.configuration).take_while(|(got, own)| got == own).count();
         let expected = self.configuration.get(agrees).map_or(Expected::End, |octet| Expected::Octet(*octet));
         let layout = self.layout(&self.configuration);
         let words = match layout.iter().find(|placed| placed.octets.contains(&agrees)) {
