@@ -129,7 +129,11 @@ mod tests {
             (line("baud = 500001"), "3, column 8", "12000000"),
             (line("baud = ["), "3, column", ""),
             (line("slot-time = 'x'"), "3, column 13", "expected u16"),
-            (line("slot-time = 40"), "3, column 13", "slot-time needs a serial link"),
+            (
+                line("slot-time = 40\n[[line.drive]]\naddress = 5"),
+                "3, column 13",
+                "slot-time needs a serial link",
+            ),
             (line("quirks = { off2 = 'brake' }"), "3, column 19", "quirk 'off2' is unknown"),
             (line("[[line.drive]]\naddress = 127"), "4, column 11", "address 127 is outside 0 to 126"),
             (line("[[line.drive]]\naddress = 5\ngear = 36"), "5, column 8", "gear '36' is unknown"),
