@@ -110,7 +110,8 @@ fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
     let state = state.map_err(|error| Failure::from_error(&error))?;
     // Before the link, so that a refusal leaves nothing behind.
     let mut panel = start_panel(args, &signals.stop)?;
-    let (rate, link, path) = open(args)?;
+    let Opened { rate, link, path } =
+        open_link(&args.link, args.baud.and_then(BaudSpec::fixed), args.allow_remote)?;
     // Next to the line, so that what faults do is seen.
     let (link, remarks) = tap::tapped(link, args, &path, clock, panel.as_ref())?;
     let mut link = Faulty::new(link, clock, &[]);
@@ -418,10 +419,29 @@ fn explain(bus: &Bus) {
     }
 }
 
-/// The rate to begin with, the link, and what a master opens.
-fn open(args: &Emulate) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
-    let rate = args.baud.and_then(BaudSpec::fixed);
-    match &args.link {
+/// A link, the rate to begin with, and what a master opens.
+pub(super) struct Opened {
+    pub(super) rate: BaudRate,
+    pub(super) link: Box<dyn Link>,
+    pub(super) path: String,
+}
+
+/// Opens the link of a line with our stations on it.
+pub(super) fn open_link(
+    link: &LinkSpec,
+    rate: Option<BaudRate>,
+    allow_remote: bool,
+) -> Result<Opened, Failure> {
+    let (rate, link, path) = open(link, rate, allow_remote)?;
+    Ok(Opened { rate, link, path })
+}
+
+fn open(
+    link: &LinkSpec,
+    rate: Option<BaudRate>,
+    allow_remote: bool,
+) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
+    match link {
         LinkSpec::Pty(path) => open_pty(path.as_deref(), rate),
         LinkSpec::Serial(device) => {
             let opened = rate.unwrap_or(FIRST_SERIAL_RATE);
@@ -436,7 +456,7 @@ fn open(args: &Emulate) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
         LinkSpec::Slcan(_) => {
             Err(Failure::Usage("an slcan link is for nodes; see 'profidrive emulate --help'".into()))
         }
-        LinkSpec::Tcp(place) => open_tcp(place, rate.unwrap_or(UNTIMED_RATE), args.allow_remote),
+        LinkSpec::Tcp(place) => open_tcp(place, rate.unwrap_or(UNTIMED_RATE), allow_remote),
     }
 }
 

@@ -7,6 +7,7 @@ mod eds;
 mod emulate;
 mod encode;
 mod gsd;
+mod judge;
 mod log;
 mod master;
 mod plant;
@@ -55,6 +56,11 @@ pub(crate) fn main() -> ExitCode {
         Command::Eds(args) => eds::eds(&args),
         Command::Encode(args) => encode::encode(&args),
         Command::Gsd(args) => gsd::gsd(&args),
+        Command::Judge(args) => {
+            let outcome = judge::judge(&args);
+            log.finish();
+            return outcome.unwrap_or_else(|failure| report(&failure));
+        }
     };
     // What was logged comes before the line that says how it ended.
     log.finish();

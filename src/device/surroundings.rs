@@ -1,5 +1,5 @@
 //! What surrounds a device on CANopen and what a person sees of it, in the device's own words: faults that can be made,
-//! inputs, keys, the supply, its display and LEDs, the bits of its words.
+//! inputs, keys, the supply, its display and LEDs.
 //!
 //! A host that shows or changes them knows no device: it asks which there are.
 
@@ -208,11 +208,8 @@ pub trait Surroundings {
     /// The entries that are words of bits: the control word, then the status word.
     fn words(&self) -> [Address; 2];
 
-    /// What a bit of such a word says in the mode in force, `None` if nothing.
-    fn bit(&self, word: Address, bit: u8) -> Option<&'static str>;
-
-    /// What an entry of 1003h, or an EMCY code alone, means.
-    fn error_text(&self, entry: u32) -> Option<&'static str>;
+    /// The mode in force, as the device's [`Vocabulary`](super::Vocabulary) takes it.
+    fn mode(&self) -> i64;
 
     /// Whether it can move by itself.
     fn is_drive(&self) -> bool;

@@ -27,6 +27,8 @@ mod decode_encode;
 mod demo;
 mod emulator;
 #[cfg(target_os = "linux")]
+mod judge;
+#[cfg(target_os = "linux")]
 mod kill;
 #[cfg(target_os = "linux")]
 mod left_behind;

@@ -6,6 +6,7 @@ mod eds;
 mod emulate;
 mod encode;
 mod gsd;
+mod judge;
 mod link;
 mod master;
 mod node;
@@ -29,6 +30,7 @@ pub(crate) use encode::{
     Control, Encode, Fcb, Octet, Parameter, Pkw, Service, Telegram, What, WidthSpec, Word,
 };
 pub(crate) use gsd::{Check as GsdCheck, Gsd as GsdArgs};
+pub(crate) use judge::{Judge, JudgedStation, millis as judge_millis};
 pub(crate) use link::{BaudSpec, LinkSpec};
 pub(crate) use master::{Action, AddressRange, CanPlace, Direction, Go, Master, MasterLink, Motion};
 pub(crate) use node::NodeSpec;
@@ -61,7 +63,9 @@ Examples:
   profidrive emulate --node 5,device=asda-a2 --link slcan-tcp:127.0.0.1:0
                                               a servo on CANopen, for masters that speak slcan
   profidrive eds asda-a2                      its electronic data sheet
-  profidrive gsd valves.gsd                   explains the device file of a slave";
+  profidrive gsd valves.gsd                   explains the device file of a slave
+  profidrive judge --station 5,ident=1234,cfg=2313
+                                              judges a DP master row by row";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -78,6 +82,7 @@ pub(crate) enum Command {
     Encode(Encode),
     Eds(Eds),
     Gsd(GsdArgs),
+    Judge(Box<Judge>),
 }
 
 /// How much is logged.
@@ -120,7 +125,8 @@ impl Args {
             | Command::Decode(_)
             | Command::Encode(_)
             | Command::Eds(_)
-            | Command::Gsd(_) => self.verbosity,
+            | Command::Gsd(_)
+            | Command::Judge(_) => self.verbosity,
             // What it says is its result, and a failure its last line.
             Command::Master(_) => Verbosity { quiet: self.verbosity.verbose == 0, ..self.verbosity },
         }
@@ -134,6 +140,7 @@ impl Args {
             }
             Command::Emulate(emulate) => emulate.check(),
             Command::Master(master) => master.check(),
+            Command::Judge(judge) => judge.check(),
         }
     }
 }
@@ -168,7 +175,7 @@ impl Refusal {
 fn read_on() -> String {
     let named = |name: &str| std::env::args_os().any(|argument| argument == name);
     let command =
-        ["emulate", "master", "decode", "encode", "eds", "gsd"].into_iter().find(|name| named(name));
+        ["emulate", "master", "decode", "encode", "eds", "gsd", "judge"].into_iter().find(|name| named(name));
     format!("see 'profidrive{} --help'", command.map(|name| format!(" {name}")).unwrap_or_default())
 }
 

@@ -13,6 +13,7 @@ use profidrive::host::capture::Capture;
 use profidrive::host::capture::can::Interface;
 use profidrive::host::{Clock, Error, Reach, StateDir, Stop};
 use profidrive::panel::{NodeAccess, NodePanel, Seated};
+use profidrive::time::Instant;
 use tracing::{debug, info, warn};
 
 use super::{Signals, Start, panel_reach, panel_started};
@@ -43,16 +44,15 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec, start: &Start) -> Result<
     if !start.all_are_open() {
         return Ok(());
     }
-    nodes.announce(line.name(), panel.as_ref(), start);
     let (clock, seats) = (line.clock(), nodes.seats());
+    // What the start brought is told whatever ends the process behind the ready line.
+    while let Some(event) = line.bus_mut().poll_event() {
+        tell(News::Bus(event), &mut capture, &mut nodes, panel.as_ref(), clock.now());
+    }
+    nodes.announce(line.name(), panel.as_ref(), start);
     let outcome = loop {
         let outcome = line.run(&signals.stop, &mut |news| {
-            capture.take(&news);
-            capture.remark(&news, &nodes);
-            if let (Some(panel), News::Bus(event)) = (&panel, &news) {
-                panel.tell(clock.now(), event);
-            }
-            nodes.say(news);
+            tell(news, &mut capture, &mut nodes, panel.as_ref(), clock.now());
         });
         // First, so that a signal after the flags are read ends the next run.
         signals.stop.clear();
@@ -83,6 +83,22 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec, start: &Start) -> Result<
     outcome.map_err(|error| Failure::from_error(&error))?;
     info!("ended by a signal");
     Ok(())
+}
+
+/// Tells everybody who wants to know.
+fn tell(
+    news: News<CanopenEvent>,
+    capture: &mut Recorder,
+    nodes: &mut Nodes,
+    panel: Option<&NodePanel>,
+    now: Instant,
+) {
+    capture.take(&news);
+    capture.remark(&news, nodes);
+    if let (Some(panel), News::Bus(event)) = (panel, &news) {
+        panel.tell(now, event);
+    }
+    nodes.say(news);
 }
 
 fn open(args: &Emulate, link: &LinkSpec, rate: BitRate) -> Result<Line<CanopenEvent>, Failure> {

@@ -1,8 +1,7 @@
 //! What surrounds the indicator, and what is seen of it.
 
-use super::unit::{BUS_OFF_RECOVERED, ERROR_PASSIVE, code};
 use super::{Ap10, Power};
-use crate::ap10::{Arrow, ControlBit, Display, Fault, Key, Light, Mode, StatusBit, Turns};
+use crate::ap10::{Arrow, Display, Fault, Key, Light, Setting, StatusBit, Turns};
 use crate::canopen::Address;
 use crate::device::surroundings::{Declined, Face, Glow, Input, InputKind, Level, Provocable, Surroundings};
 use crate::time::Instant;
@@ -96,35 +95,8 @@ impl Surroundings for Ap10 {
         [CONTROL_WORD, STATUS_WORD]
     }
 
-    fn bit(&self, word: Address, bit: u8) -> Option<&'static str> {
-        let alphanumeric = self.indicator().settings().mode() == Mode::Alphanumeric;
-        match word {
-            CONTROL_WORD => {
-                ControlBit::ALL.iter().find(|known| **known as u8 == bit).map(|known| known.text())
-            }
-            STATUS_WORD => {
-                let known = *StatusBit::ALL.iter().find(|known| **known as u8 == bit)?;
-                Some(match (known, alphanumeric) {
-                    (StatusBit::ACKNOWLEDGED_1, true) => "set point 1 acknowledged",
-                    (StatusBit::ACKNOWLEDGED_2, true) => "set point 2 acknowledged",
-                    (known, _) => known.text(),
-                })
-            }
-            Address { .. } => None,
-        }
-    }
-
-    fn error_text(&self, entry: u32) -> Option<&'static str> {
-        let entry = u16::try_from(entry & 0xFFFF).ok()?;
-        Some(match entry {
-            0 => "no error",
-            ERROR_PASSIVE => "CAN error passive",
-            BUS_OFF_RECOVERED => "recovered from bus off",
-            entry if entry == code(Fault::BatteryCritical) => "battery critical",
-            entry if entry == code(Fault::BatteryEmpty) => "battery empty",
-            entry if entry == code(Fault::Speed) => "speed too high",
-            _unknown => return None,
-        })
+    fn mode(&self) -> i64 {
+        self.indicator().settings().value(Setting::OperatingMode).into()
     }
 
     fn is_drive(&self) -> bool {
@@ -160,6 +132,5 @@ mod tests {
         assert_eq!(Surroundings::provoke(&mut device, now, "battery"), Err(Declined::Unknown));
         Surroundings::make_nominal(&mut device, now);
         assert!(device.face(now).signs.is_empty());
-        assert_eq!(device.error_text(0x00_81_FF20), Some("battery critical"));
     }
 }

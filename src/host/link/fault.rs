@@ -48,11 +48,12 @@ mod gate;
 mod observed;
 mod reply;
 mod request;
+mod shape;
 mod spec;
 
 pub use gate::{Gate, Switch};
 use observed::{Observed, Occasion};
-pub use spec::{FORM, Fault, Kind, NoStation, PkwFault, SpecError, duration};
+pub use spec::{DiagOctets, FORM, Fault, FramePart, Kind, NoStation, PkwFault, SpecError, duration};
 
 /// Late telegrams kept at most; more are lost.
 const MAX_LATE: usize = 256;
