@@ -141,14 +141,11 @@ impl Application for Io {
     }
 
     fn notice(&mut self, _: Instant, notice: Notice) {
-        match notice {
-            Notice::Reset(Reset::PowerOn | Reset::Node) => {
-                *self = Self { inputs: self.inputs, ..Self::new(self.node_id) };
-            }
-            Notice::Nmt { to: NmtState::Stopped, .. } => {
-                self.outputs = self.outputs & !self.error_mode | self.error_value & self.error_mode;
-            }
-            _ => {}
+        if let Notice::Reset(Reset::PowerOn | Reset::Node) = notice {
+            *self = Self { inputs: self.inputs, ..Self::new(self.node_id) };
+        }
+        if let Notice::Nmt { to: NmtState::Stopped, .. } = notice {
+            self.outputs = self.outputs & !self.error_mode | self.error_value & self.error_mode;
         }
     }
 }
@@ -164,6 +161,7 @@ impl Surroundings for Io {
         tell(&WIRES, Level::Number(self.inputs.into()));
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "a number within 0 to 255, as WIRES says")]
     fn set_input(&mut self, _: Instant, name: &str, level: Level) {
         if let (true, Level::Number(wires)) = (name == WIRES.name, level) {
             self.inputs = wires as u8;

@@ -10,6 +10,7 @@ mod gsd;
 mod judge;
 mod log;
 mod master;
+mod plant;
 
 use core::error::Error;
 use std::io::{self, Write};
@@ -49,7 +50,7 @@ pub(crate) fn main() -> ExitCode {
     let log = log::start(args.log_verbosity());
     let outcome = match args.command {
         Command::Demo(args) => demo::demo(&args),
-        Command::Emulate(emulate) => emulate::emulate(&emulate),
+        Command::Emulate(emulate) => emulate::emulate(emulate),
         Command::Master(master) => master::master(&master),
         Command::Decode(args) => decode::decode(&args),
         Command::Eds(args) => eds::eds(&args),

@@ -48,6 +48,8 @@ mod panel_inputs;
 mod panel_robustness;
 mod panel_stations;
 #[cfg(target_os = "linux")]
+mod plant;
+#[cfg(target_os = "linux")]
 mod state_dir;
 #[cfg(target_os = "linux")]
 mod stations;
