@@ -1,5 +1,6 @@
 //! Frames of CAN as text of an slcan adapter, both ways, and their bits on the wire; an AG03/1 as a node: an SDO answer, a SYNC
-//! up to the last TPDO, a millisecond of 127 nodes that move; frames in words.
+//! up to the last TPDO, a millisecond of 127 nodes that move; the same of AP10 and ASDA-A2, and of all of them mixed; frames
+//! in words.
 #![allow(clippy::unwrap_used, clippy::std_instead_of_core, reason = "a bench may panic, and has std")]
 
 use std::hint::black_box;
@@ -114,6 +115,86 @@ fn nodes(criterion: &mut Criterion) {
     assert!(all.iter().all(|one| one.node.status().travelling), "they turn to the end");
 }
 
+/// A device of the list in OPERATIONAL, whichever it is; its TPDOs as the list below has them.
+#[cfg(feature = "std")]
+struct Listed {
+    now: Instant,
+    device: Box<dyn profidrive::device::CanopenDevice>,
+}
+
+#[cfg(feature = "std")]
+impl Listed {
+    /// `requests` are SDO writes before the start.
+    fn new(product: &profidrive::host::can::Product, number: u8, requests: &[[u8; 8]]) -> Self {
+        use profidrive::canopen::storage::Memory;
+        use profidrive::host::can::Choices;
+
+        let now = Instant::from_millis(1);
+        let node = NodeId::new(number).unwrap();
+        let device = product.make(node, Choices::default(), Memory::Internal, now);
+        let mut this = Self { now, device };
+        this.device.power_on(now);
+        this.drain();
+        for request in requests {
+            assert_eq!(this.data(0x600 + u16::from(number), request), 1);
+        }
+        this.data(0x000, &[0x01, number]);
+        this
+    }
+
+    fn data(&mut self, id: u16, octets: &[u8]) -> usize {
+        let frame = Frame::data(Id::base(id).unwrap(), octets).unwrap();
+        self.device.handle_frame(self.now, &frame);
+        self.drain()
+    }
+
+    fn drain(&mut self) -> usize {
+        while self.device.poll_event().is_some() {}
+        std::iter::from_fn(|| self.device.poll_transmit(self.now)).count()
+    }
+
+    /// A SYNC, and everything that is due until the next.
+    fn millisecond(&mut self) -> usize {
+        let sent = self.data(SYNC, &[]);
+        let end = self.now.saturating_add(Duration::from_millis(1));
+        while let Some(due) = self.device.poll_timeout().filter(|due| *due <= end) {
+            self.now = self.now.max(due);
+            self.device.handle_timeout(self.now);
+            self.drain();
+        }
+        self.now = end;
+        sent
+    }
+}
+
+/// The other devices alone, and all of them by turns.
+#[cfg(feature = "std")]
+fn listed(criterion: &mut Criterion) {
+    use profidrive::host::can::{PRODUCTS, Product};
+
+    // TPDO 2 of both after every SYNC.
+    let every_sync = [0x2F, 0x01, 0x18, 2, 1, 0, 0, 0];
+    for name in ["ap10", "asda-a2"] {
+        let mut one = Listed::new(Product::named(name).unwrap(), 5, &[every_sync]);
+        criterion.bench_function(&format!("{name}_sdo_answer"), |bencher| {
+            bencher.iter(|| one.data(0x605, black_box(&[0x40, 0x18, 0x10, 1, 0, 0, 0, 0])));
+        });
+        assert_eq!(one.data(0x605, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]), 1, "{name}");
+        assert!(one.data(SYNC, &[]) >= 1, "{name}: a TPDO follows SYNC");
+        criterion.bench_function(&format!("{name}_sync_to_last_tpdo"), |bencher| {
+            bencher.iter(|| one.data(SYNC, black_box(&[])));
+        });
+    }
+    let mut all: Vec<Listed> =
+        (1..=127).zip(PRODUCTS.iter().cycle()).map(|(n, product)| Listed::new(product, n, &[])).collect();
+    criterion.bench_function("127_mixed_nodes_millisecond", |bencher| {
+        bencher.iter(|| all.iter_mut().map(Listed::millisecond).sum::<usize>());
+    });
+}
+
+#[cfg(not(feature = "std"))]
+fn listed(_: &mut Criterion) {}
+
 #[cfg(feature = "std")]
 fn words(criterion: &mut Criterion) {
     use profidrive::device::ag03_canopen::VOCABULARY;
@@ -127,5 +208,5 @@ fn words(criterion: &mut Criterion) {
 #[cfg(not(feature = "std"))]
 fn words(_: &mut Criterion) {}
 
-criterion_group!(benches, frames, nodes, words);
+criterion_group!(benches, frames, nodes, listed, words);
 criterion_main!(benches);

@@ -38,6 +38,7 @@
 //! | [`explain`] | telegrams and words in words (feature `std`) | what all of the above mean to a person |
 //! | [`host`] | links, clock, run loop (feature `std`) | the operating system |
 //! | [`bench`](mod@bench) | a simulated line to test masters on (feature `std`) | the rules of the bus |
+//! | [`judge`](mod@judge) | plays slaves and judges a master row by row (feature `std`) | what is required of a master |
 //! | `panel` | HTTP control, live stream and a page (feature `panel`) | what a bench around a bus needs |
 //!
 //! Everything above [`process`] is `no_std`, allocates nothing, and never panics whatever octets it is given.
@@ -164,6 +165,9 @@ pub mod host;
 
 #[cfg(feature = "std")]
 pub mod bench;
+
+#[cfg(feature = "std")]
+pub mod judge;
 
 #[cfg(feature = "master")]
 pub mod master;

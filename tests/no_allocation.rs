@@ -227,8 +227,9 @@ fn the_exchange_of_a_station_from_a_gsd_allocates_nothing() {
     };
     say(&mut bus, &telegram(7, 0x6D, Some(61), &[0x80, 1, 1, 11, 0x0A, 0xBC, 0]));
     say(&mut bus, &telegram(7, 0x5D, Some(62), &cfg));
-    let exchanges: Vec<_> =
-        (0..50).map(|n: u8| telegram(7, if n % 2 == 0 { 0x7D } else { 0x5D }, None, &[n; 244])).collect();
+    let exchanges: Vec<_> = (0..50)
+        .map(|n: u8| telegram(7, if n.is_multiple_of(2) { 0x7D } else { 0x5D }, None, &[n; 244]))
+        .collect();
     // The board learns the length with the first one.
     assert_eq!(say(&mut bus, &exchanges[0]), Some(253));
     let (count, replies) =

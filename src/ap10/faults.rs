@@ -28,6 +28,15 @@ impl Fault {
         }
     }
 
+    /// What it is.
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::BatteryCritical => "battery critical",
+            Self::BatteryEmpty => "battery empty",
+            Self::Speed => "speed too high",
+        }
+    }
+
     /// The fault with that name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|fault| fault.name() == name)
@@ -57,11 +66,7 @@ impl Fault {
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::BatteryCritical => "battery critical",
-            Self::BatteryEmpty => "battery empty",
-            Self::Speed => "speed too high",
-        })
+        f.write_str(self.text())
     }
 }
 

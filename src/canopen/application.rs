@@ -46,7 +46,9 @@ pub trait Application {
     fn notice(&mut self, now: Instant, notice: Notice);
 
     /// What the device wants of its node, oldest first. Asked after everything the node does.
-    fn poll_request(&mut self) -> Option<Request>;
+    fn poll_request(&mut self) -> Option<Request> {
+        None
+    }
 
     /// 1010h:`group` was written with the signature `save`. The communication objects are the node's business.
     ///

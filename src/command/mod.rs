@@ -7,8 +7,10 @@ mod eds;
 mod emulate;
 mod encode;
 mod gsd;
+mod judge;
 mod log;
 mod master;
+mod plant;
 
 use core::error::Error;
 use std::io::{self, Write};
@@ -47,13 +49,18 @@ pub(crate) fn main() -> ExitCode {
     };
     let log = log::start(args.log_verbosity());
     let outcome = match args.command {
-        Command::Demo => demo::demo(),
-        Command::Emulate(emulate) => emulate::emulate(&emulate),
+        Command::Demo(args) => demo::demo(&args),
+        Command::Emulate(emulate) => emulate::emulate(emulate),
         Command::Master(master) => master::master(&master),
         Command::Decode(args) => decode::decode(&args),
         Command::Eds(args) => eds::eds(&args),
         Command::Encode(args) => encode::encode(&args),
         Command::Gsd(args) => gsd::gsd(&args),
+        Command::Judge(args) => {
+            let outcome = judge::judge(&args);
+            log.finish();
+            return outcome.unwrap_or_else(|failure| report(&failure));
+        }
     };
     // What was logged comes before the line that says how it ended.
     log.finish();

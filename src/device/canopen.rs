@@ -75,7 +75,14 @@ pub trait CanopenDevice: Surroundings + Any + Send {
     fn write_past_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Abort>;
 
     /// The node number in force: after power-on that of the device's memory.
-    fn node_id(&self) -> NodeId;
+    fn node_id(&self) -> NodeId {
+        self.node().node_id()
+    }
+
+    /// Whether it is supplied.
+    fn is_on(&self) -> bool {
+        self.node().state().is_some()
+    }
 
     /// Supply on.
     fn power_on(&mut self, now: Instant);
@@ -90,7 +97,7 @@ pub trait CanopenDevice: Surroundings + Any + Send {
     fn handle_timeout(&mut self, now: Instant);
 
     /// The error counters of its CAN controller have taken it from one state to another.
-    fn handle_error_state(&mut self, now: Instant, from: ErrorState, to: ErrorState);
+    fn handle_error_state(&mut self, _now: Instant, _from: ErrorState, _to: ErrorState) {}
 
     /// The next frame to send.
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame>;

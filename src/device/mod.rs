@@ -33,6 +33,7 @@
 //! | `refusal` | [`Refusal`]: why a control word is not followed |
 //! | `why` | [`Why`]: everything that keeps the drive from moving now |
 //! | [`ag03_canopen`] | the same unit on CANopen |
+//! | `plain_node` | [`PlainNode`]: any device on CANopen that has no clock of its own |
 //! | [`surroundings`] | what surrounds a device on CANopen and what is seen of it |
 //!
 mod address;
@@ -47,6 +48,7 @@ pub mod flow_charts;
 pub mod hint;
 mod job;
 pub mod parameters;
+mod plain_node;
 #[cfg(feature = "std")]
 pub mod ppo_drive;
 pub mod profile;
@@ -81,6 +83,7 @@ pub use config::{Config, Timing};
 pub use event::Event;
 pub use hint::Hint;
 pub use job::JobText;
+pub use plain_node::PlainNode;
 pub use quirk::{Quirk, QuirkError};
 pub use quirks::QUIRKS;
 pub use refusal::{Reason, Refusal};

@@ -1,5 +1,5 @@
 //! What surrounds a device on CANopen and what a person sees of it, in the device's own words: faults that can be made,
-//! inputs, keys, the supply, its display and LEDs, the bits of its words.
+//! inputs, keys, the supply, its display and LEDs.
 //!
 //! A host that shows or changes them knows no device: it asks which there are.
 
@@ -135,7 +135,8 @@ impl fmt::Display for Face {
 
 impl Face {
     /// With a row more; what does not fit is cut off.
-    pub(super) fn row(mut self, text: &str, flashing: bool) -> Self {
+    #[must_use]
+    pub fn row(mut self, text: &str, flashing: bool) -> Self {
         let mut row = FaceRow { text: String::new(), flashing };
         for character in text.chars() {
             let _ = row.text.push(character);
@@ -145,7 +146,8 @@ impl Face {
     }
 
     /// With a sign more, if it is lit.
-    pub(super) fn sign(mut self, sign: &'static str, lit: bool) -> Self {
+    #[must_use]
+    pub fn sign(mut self, sign: &'static str, lit: bool) -> Self {
         if lit {
             let _ = self.signs.push(sign);
         }
@@ -153,7 +155,8 @@ impl Face {
     }
 
     /// With an LED more.
-    pub(super) fn led(mut self, name: &'static str, glow: Glow) -> Self {
+    #[must_use]
+    pub fn led(mut self, name: &'static str, glow: Glow) -> Self {
         let _ = self.leds.push(FaceLed { name, glow });
         self
     }
@@ -168,52 +171,56 @@ pub enum Declined {
     SwitchedOff,
 }
 
-/// What surrounds a device. Names that it does not have change nothing.
+/// What surrounds a device. Names that it does not have change nothing. What is not said otherwise, it does not have.
 ///
 /// Every call with `now` counts as a `handle_*` call of the device.
 pub trait Surroundings {
-    /// Whether it is supplied.
-    fn is_on(&self) -> bool;
-
     /// Each fault that can be made, in the order of the manual.
-    fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>));
+    fn each_fault(&self, _tell: &mut dyn FnMut(Provocable<'_>)) {}
 
     /// Makes a fault, or what it follows from.
     ///
     /// # Errors
     /// [`Declined`]; nothing is changed then.
-    fn provoke(&mut self, now: Instant, fault: &str) -> Result<(), Declined>;
+    fn provoke(&mut self, _now: Instant, _fault: &str) -> Result<(), Declined> {
+        Err(Declined::Unknown)
+    }
 
     /// Each input with what it is now.
-    fn each_input(&self, tell: &mut dyn FnMut(&Input, Level));
+    fn each_input(&self, _tell: &mut dyn FnMut(&Input, Level)) {}
 
     /// Changes an input. A level of the wrong kind changes nothing; a number outside its bounds counts as the nearest.
-    fn set_input(&mut self, now: Instant, name: &str, level: Level);
+    fn set_input(&mut self, _now: Instant, _name: &str, _level: Level) {}
 
     /// Every input is as it should be, and what was provoked has no cause any more. The shaft stays where it is.
-    fn make_nominal(&mut self, now: Instant);
+    fn make_nominal(&mut self, _now: Instant) {}
 
     /// Each key, and whether it is held.
-    fn each_key(&self, tell: &mut dyn FnMut(&'static str, bool));
+    fn each_key(&self, _tell: &mut dyn FnMut(&'static str, bool)) {}
 
     /// A key goes down or up.
     ///
     /// # Errors
     /// [`Declined`]; nothing is changed then.
-    fn press(&mut self, now: Instant, key: &str, down: bool) -> Result<(), Declined>;
+    fn press(&mut self, _now: Instant, _key: &str, _down: bool) -> Result<(), Declined> {
+        Err(Declined::Unknown)
+    }
 
     /// What is seen at `now`.
-    fn face(&self, now: Instant) -> Face;
+    fn face(&self, _now: Instant) -> Face {
+        Face::default()
+    }
 
-    /// The entries that are words of bits: the control word, then the status word.
+    /// The entries that are words of bits: what the master commands, then what the device says.
     fn words(&self) -> [Address; 2];
 
-    /// What a bit of such a word says in the mode in force, `None` if nothing.
-    fn bit(&self, word: Address, bit: u8) -> Option<&'static str>;
-
-    /// What an entry of 1003h, or an EMCY code alone, means.
-    fn error_text(&self, entry: u32) -> Option<&'static str>;
+    /// The mode in force, as the device's [`Vocabulary`](super::Vocabulary) takes it.
+    fn mode(&self) -> i64 {
+        0
+    }
 
     /// Whether it can move by itself.
-    fn is_drive(&self) -> bool;
+    fn is_drive(&self) -> bool {
+        false
+    }
 }

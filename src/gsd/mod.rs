@@ -51,7 +51,7 @@ pub use layout::Placed;
 pub use module::{Module, Slot};
 pub use parameter::{Allowed, FieldType, Parameter, PrmPart, Reference};
 pub use raised::{ChannelFault, ModuleState, RaiseError, Raised};
-pub use station::{Contradiction, Policy, Station};
+pub use station::{Contradiction, NotPluggable, Policy, Station};
 pub use text::CodePage;
 
 use std::collections::BTreeMap;

@@ -8,6 +8,7 @@ use std::boxed::Box;
 use std::string::ToString;
 use std::vec::Vec;
 
+use super::link::fault::Switch;
 use super::refusals::Refusals;
 use super::{OutputBoard, Participant};
 use crate::device::{Event, MAX_TELEGRAM_LEN};
@@ -37,6 +38,28 @@ pub enum OutputsAre {
     WatchdogExpired,
 }
 
+/// What turns a switch on: a comparison with an input.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Condition {
+    /// It has this value.
+    Is(f64),
+    /// It is greater.
+    Above(f64),
+    /// It is less.
+    Below(f64),
+}
+
+impl Condition {
+    /// Whether it holds for a value.
+    pub fn holds(self, value: f64) -> bool {
+        match self {
+            Self::Is(wanted) => value == wanted,
+            Self::Above(limit) => value > limit,
+            Self::Below(limit) => value < limit,
+        }
+    }
+}
+
 /// A station that a GSD describes, with everything that a test bench does to it.
 pub struct GsdStation {
     station: dp::Station<Station>,
@@ -55,6 +78,7 @@ pub struct GsdStation {
     raised: Raised,
     refusals: Refusals,
     board: Option<OutputBoard>,
+    watched: Vec<(Point, Condition, Switch)>,
 }
 
 impl core::fmt::Debug for GsdStation {
@@ -81,6 +105,7 @@ impl GsdStation {
             raised: Raised::default(),
             refusals,
             board: None,
+            watched: Vec::new(),
         };
         this.lay_out();
         this
@@ -97,6 +122,13 @@ impl GsdStation {
     pub fn connect(&mut self, process: impl Process + 'static) {
         self.processes.push((Box::new(process), Some(Instant::ZERO)));
         self.seen = None;
+    }
+
+    /// Has `switch` be on while a condition on an input holds, forced inputs as they are forced. It is off while there is
+    /// no such input.
+    pub fn watch(&mut self, point: Point, condition: Condition, switch: Switch) {
+        self.watched.push((point, condition, switch));
+        self.offer();
     }
 
     /// Its file.
@@ -257,6 +289,12 @@ impl GsdStation {
             *octet = self.input_octet(at);
         }
         self.station.set_inputs(&inputs);
+        for (point, condition, switch) in &self.watched {
+            let slot = self.slots.iter().find(|slot| slot.number == point.slot);
+            let octets = slot.and_then(|slot| inputs.get(slot.inputs.clone()));
+            let value = octets.and_then(|octets| point.kind.read(octets, point.offset));
+            switch.set(value.is_some_and(|value| condition.holds(value)));
+        }
     }
 
     fn has_outputs_again(&self) -> bool {

@@ -66,7 +66,7 @@ mod stored_device;
 
 pub use bus::{Addresses, Bus, BusEvent, Evidence, LISTEN_TIME, LineHint, Presence, SlotTime};
 pub use clock::{ManualClock, SystemClock};
-pub use gsd_station::{GsdStation, OutputsAre};
+pub use gsd_station::{Condition, GsdStation, OutputsAre};
 pub use output_board::OutputBoard;
 pub use participant::Participant;
 pub use ppo_drive::HostedPpoDrive;

@@ -17,7 +17,15 @@ const KEPT: usize = 256;
 
 /// The words of the last refusals of all stations of a bus. A clone is the same store.
 #[derive(Clone, Debug, Default)]
-pub struct Refusals(Arc<Mutex<VecDeque<(Address, u16, Arc<str>)>>>);
+pub struct Refusals(Arc<Mutex<VecDeque<Kept>>>);
+
+/// A refusal that waits to be told.
+#[derive(Clone, Debug)]
+struct Kept {
+    address: Address,
+    number: u16,
+    words: Arc<str>,
+}
 
 impl Refusals {
     /// Keeps the words of a refusal until so many have followed.
@@ -26,7 +34,7 @@ impl Refusals {
         if kept.len() >= KEPT {
             kept.pop_front();
         }
-        kept.push_back((address, number, words.into()));
+        kept.push_back(Kept { address, number, words: words.into() });
     }
 
     /// The words that belong behind an event; `None` if it says everything itself.
@@ -39,6 +47,7 @@ impl Refusals {
         };
         let Reason::Numbered(number) = refusal.reason else { return None };
         let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        kept.iter().rev().find(|kept| (kept.0, kept.1) == (*address, number)).map(|kept| Arc::clone(&kept.2))
+        let ours = |kept: &&Kept| (kept.address, kept.number) == (*address, number);
+        kept.iter().rev().find(ours).map(|kept| Arc::clone(&kept.words))
     }
 }

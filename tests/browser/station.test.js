@@ -49,6 +49,8 @@ test("outputs are seen, inputs are forced, and a diagnosis is raised in the text
     assert.deepEqual(await page.locator(".raised li").allTextContents(), ["no load supply", "hot", "slot 3 '2 AI': data invalid", "slot 3 '2 AI', channel 0: sensor broken (16)"]);
     await text(page, "#diagnosis", "0A 08 02 22 05 82 00 00 10 82 40 30");
     if (PICTURES) {
+      // A busy machine is no part of the picture.
+      await page.locator("#connection[data-kind=live]").waitFor();
       await page.evaluate(() => document.activeElement.blur());
       await page.screenshot({ path: path.join(PICTURES, "station-light.png") });
     }

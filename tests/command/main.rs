@@ -27,6 +27,8 @@ mod decode_encode;
 mod demo;
 mod emulator;
 #[cfg(target_os = "linux")]
+mod judge;
+#[cfg(target_os = "linux")]
 mod kill;
 #[cfg(target_os = "linux")]
 mod left_behind;
@@ -45,6 +47,10 @@ mod panel_inputs;
 #[cfg(target_os = "linux")]
 mod panel_robustness;
 mod panel_stations;
+#[cfg(target_os = "linux")]
+mod plant;
+#[cfg(target_os = "linux")]
+mod ppo_drives;
 #[cfg(target_os = "linux")]
 mod state_dir;
 #[cfg(target_os = "linux")]

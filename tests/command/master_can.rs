@@ -105,7 +105,7 @@ fn both_drives_travel_and_are_left_as_they_were_and_the_capture_is_explained() {
         "000  NMT to node 5: start: to OPERATIONAL",
         "705  guarding request to 5",
         "605  SDO to 5: write 6040h:00 Controlword = 001Fh, enable operation, new setpoint",
-        "605  SDO to 7: write 6040h:00 Controlword = 001Fh, enable operation, new set-point",
+        "607  SDO to 7: write 6040h:00 Controlword = 001Fh, enable operation, new set-point",
     ] {
         assert!(text.contains(line), "{line}: {text}");
     }

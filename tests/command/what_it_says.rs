@@ -47,7 +47,7 @@ fn command_lines() {
         ("", &["emulate", "--link", "tcp:0.0.0.0:0"]),
         ("", &["emulate", "--panel", "0.0.0.0:0", "--link", "tcp:127.0.0.1:0"]),
         ("", &["emulate", "--fault", "drop"]),
-        ("", &["emulate", "--fault", "drop,station=9", "--link", "tcp:127.0.0.1:0"]),
+        ("", &["emulate", "--fault", "drop-request,station=9", "--link", "tcp:127.0.0.1:0"]),
         ("", &["emulate", "--quirk", "x=y"]),
         ("", &["master", "status"]),
         ("", &["master", "--link", "tcp:127.0.0.1:1", "status"]),

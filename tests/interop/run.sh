@@ -160,6 +160,12 @@ start_emulator "$emulator" --link "pty:$work/ppo" \
 "$venv/bin/python" "$here/ppo_drive.py" --port "$work/ppo" --gsd "$root/examples/ppo_drive.gsd" || fail "ppo_drive.py"
 stop_emulator
 
+echo "== the plant of examples/plant"
+cp -r "$root/examples/plant" "$work/plant"
+start_emulator "$emulator" --line "$work/plant/plant.toml"
+"$venv/bin/python" "$here/stations.py" --gsd "$root/examples/plant" --link "pty:$work/plant/bus" --plant || fail "stations.py --plant"
+stop_emulator
+
 # A drive of one's own, if the example is built beside the emulator.
 example=$(dirname "$emulator")/examples/own_drive
 if [[ -x $example ]]; then

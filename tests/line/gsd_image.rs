@@ -35,7 +35,9 @@ impl Rig {
         let saps = sap.map(|sap| vec![sap, 62]).unwrap_or_default();
         let body = [&[to | extension, MASTER | extension, function][..], &saps, data].concat();
         let (len, sum) = (body.len() as u8, body.iter().fold(0_u8, |sum, octet| sum.wrapping_add(*octet)));
-        let octets = [&[0x68, len, len, 0x68][..], &body, &[sum, 0x16]].concat();
+        // Without data it is a telegram of fixed length.
+        let head = if body.len() == 3 { vec![0x10] } else { vec![0x68, len, len, 0x68] };
+        let octets = [&head[..], &body, &[sum, 0x16]].concat();
         self.bus.handle_bytes(self.now, &octets);
         let mut buf = [0; MAX_TELEGRAM_LEN];
         self.pass(Duration::from_micros(300));

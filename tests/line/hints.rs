@@ -109,7 +109,7 @@ fn noise_and_nothing_else_is_said_and_noise_between_telegrams_is_not() {
     for octet in 0..30 {
         line.hear_noise(0x40 + octet);
     }
-    let text = "hint: only octets that are no telegram are heard at 500 kbit/s; set the rate of the master, and check \
+    let text = "hint: only octets that are no telegram are heard at 500000 bit/s; set the rate of the master, and check \
                 whether A and B are exchanged and the line is terminated at both ends";
     assert_eq!(line.hints(), [text]);
     let mut line = Line::with(&[5]);

@@ -45,6 +45,7 @@ mod line_faults;
 mod many_stations;
 #[cfg(target_os = "linux")]
 mod master_clients;
+mod new_device;
 mod own_master;
 mod plant;
 mod ppo_drive;

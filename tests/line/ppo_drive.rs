@@ -14,8 +14,7 @@ use profirust::dp::{DpMaster, Peripheral, PeripheralOptions};
 use profirust::fdl::{FdlActiveStation, ParametersBuilder};
 
 const BAUD: BaudRate = BaudRate::K500;
-const KINDS: [PpoType; 5] =
-    [PpoType::Ppo1, PpoType::Ppo2, PpoType::Ppo3, PpoType::Ppo4, PpoType::Ppo5];
+const KINDS: [PpoType; 5] = [PpoType::Ppo1, PpoType::Ppo2, PpoType::Ppo3, PpoType::Ppo4, PpoType::Ppo5];
 
 fn drive(address: u8) -> HostedPpoDrive<PpoOnly<Fixed<'static>>> {
     let application = PpoOnly { inner: Fixed { configurations: CONFIGURATIONS, ..Fixed::PLAIN }, only: None };
@@ -49,7 +48,8 @@ fn profirust_turns_a_drive_of_each_ppo_on_one_line() {
         bus.add(drive(10 + n)).unwrap();
     }
     let limit = Duration::from_secs(20);
-    bus.run_until(limit, |bus| handles.iter().all(|handle| bus.master.dp.get_mut(*handle).is_running())).unwrap();
+    bus.run_until(limit, |bus| handles.iter().all(|handle| bus.master.dp.get_mut(*handle).is_running()))
+        .unwrap();
     // OFF1, then run with 100 %: 1.5 s of a ramp of 10 s.
     for (stw, setpoint, time) in [(0x047E_u16, 0_u16, 300), (0x047F, 0x4000, 1500)] {
         for (handle, kind) in handles.iter().zip(KINDS) {

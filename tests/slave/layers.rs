@@ -49,6 +49,8 @@ const TABLE: &[(&str, &[&str])] = &[
     // One framer for a bus, generic slaves, links that keep telegrams apart or corrupt them on purpose, and buses of CAN.
     ("host", &["device", "time", "fdl", "dp", "ppo", "can", "canopen", "gsd", "process"]),
     ("bench", &["host", "device", "explain", "dp", "fdl", "time"]),
+    // Stations on a line, live or simulated, and telegrams in words.
+    ("judge", &["bench", "host", "device", "explain", "gsd", "dp", "fdl", "time"]),
     (
         "panel",
         &[

@@ -589,7 +589,8 @@ fn the_control_words_that_why_names_make_it_move() {
         told.inputs(Inputs::default());
         told.say(0x003B, 0, CYCLE);
     };
-    let cases: [(&str, Box<dyn Fn(&mut Told)>); 7] = [
+    type Case = (&'static str, Box<dyn Fn(&mut Told)>);
+    let cases: [Case; 7] = [
         ("nothing", Box::new(|_| {})),
         ("enabled", Box::new(|told| told.say(0x003B, 1600, CYCLE))),
         ("no stop bits", Box::new(|told| told.say(0x000B, 1600, CYCLE))),

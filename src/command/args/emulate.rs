@@ -34,9 +34,25 @@ pub(crate) struct Emulate {
             ("nodes", clap::builder::ArgPredicate::IsPresent, None),
             ("stations", clap::builder::ArgPredicate::IsPresent, None),
             ("ppo_drives", clap::builder::ArgPredicate::IsPresent, None),
+            ("line", clap::builder::ArgPredicate::IsPresent, None),
         ])
     )]
-    single: Vec<DriveSpec>,
+    pub(crate) single: Vec<DriveSpec>,
+
+    /// Everything from a file, several lines too (docs/line.md); no other option goes with it but --check
+    #[arg(
+        long,
+        value_name = "FILE.toml",
+        conflicts_with_all = [
+            "single", "ranges", "nodes", "stations", "ppo_drives", "force_address", "link", "baud", "slot_time", "allow_remote",
+            "faults", "panel", "panel_allow_remote", "state_dir", "capture", "quirks",
+        ]
+    )]
+    pub(crate) line: Option<PathBuf>,
+
+    /// Reads the file of --line and all files that it names, says what is in them, and opens nothing
+    #[arg(long = "check", requires = "line")]
+    pub(crate) check_only: bool,
 
     /// A range of identical drives: FIRST-LAST[,model=ag03|ag03-1][,gear=24|48], as in 1-125,gear=24; may be repeated and mixed with --drive
     #[arg(long = "drives", id = "ranges", value_name = "SPECS")]
@@ -45,7 +61,7 @@ pub(crate) struct Emulate {
     /// A CANopen node: ID,device=ap10|asda-a2[,mode=full|half] (mode: ASDA-A2, full or half CANopen); repeat it for more
     /// nodes on the same CAN bus. Needs a link that begins with slcan
     #[arg(long = "node", id = "nodes", value_name = "SPEC")]
-    nodes: Vec<NodeSpec>,
+    pub(crate) nodes: Vec<NodeSpec>,
 
     /// A station that a device file (GSD) describes: ADDRESS,gsd=FILE; ADDRESS,strict,gsd=FILE accepts nothing that the
     /// file does not say; repeat it for more, beside drives
@@ -90,7 +106,7 @@ pub(crate) struct Emulate {
     /// [,service=NAME][,state=NAME][,retry=N], of a node FAULT[=VALUE][,node=ID];
     /// repeat it for more
     #[arg(long = "fault", value_name = "SPEC")]
-    faults: Vec<String>,
+    pub(crate) faults: Vec<String>,
 
     /// Serves the panel for browsers, HTTP control and a live stream at ADDR:PORT, as in 127.0.0.1:8080 (port 0: a free
     /// one), and adds panel=URL to the line on stdout
@@ -113,15 +129,39 @@ pub(crate) struct Emulate {
 
     /// How all drives behave where the manuals leave it open; repeat it for more (--help lists the quirks)
     #[arg(long = "quirk", value_name = "NAME=VALUE", long_help = quirks_help())]
-    quirks: Vec<String>,
+    pub(crate) quirks: Vec<String>,
 }
 
 /// Host and port of the panel.
-fn panel_place(place: &str) -> Result<String, String> {
+pub(crate) fn panel_place(place: &str) -> Result<String, String> {
     host_and_port(place, "127.0.0.1:8080", "expected ADDR:PORT")
 }
 
 impl Emulate {
+    /// A line with nobody on it.
+    pub(crate) const fn on(link: LinkSpec) -> Self {
+        Self {
+            single: Vec::new(),
+            line: None,
+            check_only: false,
+            ranges: Vec::new(),
+            nodes: Vec::new(),
+            stations: Vec::new(),
+            ppo_drives: Vec::new(),
+            force_address: false,
+            link,
+            baud: None,
+            slot_time: None,
+            allow_remote: false,
+            faults: Vec::new(),
+            panel: None,
+            panel_allow_remote: false,
+            state_dir: None,
+            capture: None,
+            quirks: Vec::new(),
+        }
+    }
+
     /// Every drive asked for, those named one by one first.
     pub(crate) fn drives(&self) -> impl Iterator<Item = DriveSpec> + '_ {
         self.single.iter().copied().chain(self.ranges.iter().flat_map(RangeSpec::drives))
@@ -176,7 +216,11 @@ impl Emulate {
     }
 
     /// What no single argument shows.
-    pub(super) fn check(&self) -> Result<(), String> {
+    pub(crate) fn check(&self) -> Result<(), String> {
+        if self.line.is_some() {
+            // The file says it all.
+            return Ok(());
+        }
         match (&self.link, self.nodes.is_empty()) {
             (LinkSpec::Slcan(_), false) => self.check_nodes(),
             (LinkSpec::Pty(_) | LinkSpec::Serial(_) | LinkSpec::Tcp(_), true) => self.check_drives(),
@@ -322,6 +366,7 @@ Examples:
   profidrive emulate --drive 5 --station 7,gsd=valves.gsd --station 9,gsd=valves.gsd
   profidrive emulate --ppo-drive 7,ppo=1,parameters=drive.toml
   profidrive emulate --state-dir ~/drives
+  profidrive emulate --line plant.toml
   profidrive emulate --node 5,device=ap10 --node 6,device=asda-a2 --link slcan-tcp:127.0.0.1:5000
   profidrive emulate --node 5 --node 6,device=ap10 --fault sdo-late=20ms,node=5 --panel 127.0.0.1:8080
   profidrive emulate --capture bus.pcapng

@@ -1,11 +1,13 @@
 //! The command line: what may be asked for, and how a wrong question is answered.
 
 mod decode;
+mod demo;
 mod drive;
 mod eds;
 mod emulate;
 mod encode;
 mod gsd;
+mod judge;
 mod link;
 mod master;
 mod node;
@@ -23,13 +25,15 @@ use clap::{ArgAction, CommandFactory, Parser, Subcommand};
 use super::{Failure, report};
 
 pub(crate) use decode::Decode;
+pub(crate) use demo::Demo;
 pub(crate) use drive::DriveSpec;
 pub(crate) use eds::Eds;
-pub(crate) use emulate::Emulate;
+pub(crate) use emulate::{Emulate, panel_place};
 pub(crate) use encode::{
     Control, Encode, Fcb, Octet, Parameter, Pkw, Service, Telegram, What, WidthSpec, Word,
 };
 pub(crate) use gsd::{Check as GsdCheck, Gsd as GsdArgs};
+pub(crate) use judge::{Judge, JudgedStation, millis as judge_millis};
 pub(crate) use link::{BaudSpec, LinkSpec};
 pub(crate) use master::{Action, AddressRange, CanPlace, Direction, Go, Master, MasterLink, Motion};
 pub(crate) use node::NodeSpec;
@@ -63,23 +67,20 @@ Examples:
   profidrive emulate --node 5,device=asda-a2 --link slcan-tcp:127.0.0.1:0
                                               a servo on CANopen, for masters that speak slcan
   profidrive eds asda-a2                      its electronic data sheet
-  profidrive gsd valves.gsd                   explains the device file of a slave";
+  profidrive gsd valves.gsd                   explains the device file of a slave
+  profidrive judge --station 5,ident=1234,cfg=2313
+                                              judges a DP master row by row";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Shows a master and a drive at work on a bus in memory: start-up, parameters, a travel job, a fault
-    ///
-    /// Needs no hardware and no arguments, and takes less than two seconds. Every telegram of the start-up is shown
-    /// with its meaning, then the words of the parameter channel, control word and status word, and why the drive
-    /// refuses what it refuses. Times are those on the bus.
-    #[command(after_help = "Examples:\n  profidrive demo\n  profidrive demo | less")]
-    Demo,
+    Demo(Demo),
     Emulate(Emulate),
     Master(Master),
     Decode(Decode),
     Encode(Encode),
     Eds(Eds),
     Gsd(GsdArgs),
+    Judge(Box<Judge>),
 }
 
 /// How much is logged.
@@ -116,13 +117,14 @@ impl Args {
     /// How much is logged: the demo tells its story without the master's log, unless that is asked for.
     pub(crate) fn log_verbosity(&self) -> Verbosity {
         match self.command {
-            Command::Demo if self.verbosity.verbose == 0 => Verbosity { quiet: true, ..self.verbosity },
-            Command::Demo
+            Command::Demo(_) if self.verbosity.verbose == 0 => Verbosity { quiet: true, ..self.verbosity },
+            Command::Demo(_)
             | Command::Emulate(_)
             | Command::Decode(_)
             | Command::Encode(_)
             | Command::Eds(_)
-            | Command::Gsd(_) => self.verbosity,
+            | Command::Gsd(_)
+            | Command::Judge(_) => self.verbosity,
             // What it says is its result, and a failure its last line.
             Command::Master(_) => Verbosity { quiet: self.verbosity.verbose == 0, ..self.verbosity },
         }
@@ -131,11 +133,14 @@ impl Args {
     /// What no single argument shows.
     fn check(&self) -> Result<(), String> {
         match &self.command {
-            Command::Demo | Command::Decode(_) | Command::Encode(_) | Command::Eds(_) | Command::Gsd(_) => {
-                Ok(())
-            }
+            Command::Demo(_)
+            | Command::Decode(_)
+            | Command::Encode(_)
+            | Command::Eds(_)
+            | Command::Gsd(_) => Ok(()),
             Command::Emulate(emulate) => emulate.check(),
             Command::Master(master) => master.check(),
+            Command::Judge(judge) => judge.check(),
         }
     }
 }
@@ -170,7 +175,7 @@ impl Refusal {
 fn read_on() -> String {
     let named = |name: &str| std::env::args_os().any(|argument| argument == name);
     let command =
-        ["emulate", "master", "decode", "encode", "eds", "gsd"].into_iter().find(|name| named(name));
+        ["emulate", "master", "decode", "encode", "eds", "gsd", "judge"].into_iter().find(|name| named(name));
     format!("see 'profidrive{} --help'", command.map(|name| format!(" {name}")).unwrap_or_default())
 }
 

@@ -1,7 +1,6 @@
 //! `profidrive emulate --node`: CANopen devices on a bus in memory until a signal.
 
 use core::sync::atomic::Ordering;
-use std::io::{self, Write};
 use std::path::PathBuf;
 
 use profidrive::can::BitRate;
@@ -14,9 +13,10 @@ use profidrive::host::capture::Capture;
 use profidrive::host::capture::can::Interface;
 use profidrive::host::{Clock, Error, Reach, StateDir, Stop};
 use profidrive::panel::{NodeAccess, NodePanel, Seated};
+use profidrive::time::Instant;
 use tracing::{debug, info, warn};
 
-use super::{Signals, panel_reach, panel_started};
+use super::{Signals, Start, panel_reach, panel_started};
 use crate::command::Failure;
 use crate::command::args::{Emulate, NodeSpec};
 
@@ -24,9 +24,10 @@ use crate::command::args::{Emulate, NodeSpec};
 const DEFAULT_RATE: BitRate = BitRate::K500;
 
 /// Runs until SIGINT, SIGTERM or SIGHUP.
-pub(super) fn emulate(args: &Emulate, link: &LinkSpec) -> Result<(), Failure> {
+pub(super) fn emulate(args: &Emulate, link: &LinkSpec, start: &Start) -> Result<(), Failure> {
     // Before the link is made, so that no signal ends the process with the link left behind.
     let signals = Signals::register().map_err(|error| Failure::from_error(&error))?;
+    start.ends_with(&signals);
     let state = args.state_dir.as_deref().map(StateDir::open).transpose();
     let state = state.map_err(|error| Failure::from_error(&error))?;
     // Before the link, so that a refusal leaves nothing behind.
@@ -40,16 +41,18 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec) -> Result<(), Failure> {
     }
     nodes.warn_of_doubles();
     let mut capture = Recorder::start(args, &mut line, &nodes, rate)?;
-    nodes.announce(line.name(), panel.as_ref());
+    if !start.all_are_open() {
+        return Ok(());
+    }
     let (clock, seats) = (line.clock(), nodes.seats());
+    // What the start brought is told whatever ends the process behind the ready line.
+    while let Some(event) = line.bus_mut().poll_event() {
+        tell(News::Bus(event), &mut capture, &mut nodes, panel.as_ref(), clock.now());
+    }
+    nodes.announce(line.name(), panel.as_ref(), start);
     let outcome = loop {
         let outcome = line.run(&signals.stop, &mut |news| {
-            capture.take(&news);
-            capture.remark(&news, &nodes);
-            if let (Some(panel), News::Bus(event)) = (&panel, &news) {
-                panel.tell(clock.now(), event);
-            }
-            nodes.say(news);
+            tell(news, &mut capture, &mut nodes, panel.as_ref(), clock.now());
         });
         // First, so that a signal after the flags are read ends the next run.
         signals.stop.clear();
@@ -80,6 +83,22 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec) -> Result<(), Failure> {
     outcome.map_err(|error| Failure::from_error(&error))?;
     info!("ended by a signal");
     Ok(())
+}
+
+/// Tells everybody who wants to know.
+fn tell(
+    news: News<CanopenEvent>,
+    capture: &mut Recorder,
+    nodes: &mut Nodes,
+    panel: Option<&NodePanel>,
+    now: Instant,
+) {
+    capture.take(&news);
+    capture.remark(&news, nodes);
+    if let (Some(panel), News::Bus(event)) = (panel, &news) {
+        panel.tell(now, event);
+    }
+    nodes.say(news);
 }
 
 fn open(args: &Emulate, link: &LinkSpec, rate: BitRate) -> Result<Line<CanopenEvent>, Failure> {
@@ -154,16 +173,10 @@ impl Nodes {
     }
 
     /// Says on stdout that a master can begin.
-    fn announce(&self, link: &str, panel: Option<&NodePanel>) {
+    fn announce(&self, link: &str, panel: Option<&NodePanel>, start: &Start) {
         let panel = panel.map(|panel| format!(" panel=http://{}", panel.address())).unwrap_or_default();
         let numbers: Vec<_> = self.on_bus.iter().map(|(_, id, _)| id.to_string()).collect();
-        let mut stdout = io::stdout().lock();
-        let said = writeln!(stdout, "ready link={link} nodes={}{panel}", numbers.join(","))
-            .and_then(|()| stdout.flush());
-        if let Err(error) = said {
-            // Whoever started this may not care; the nodes are there all the same.
-            warn!("cannot say on stdout that link={link} is ready: {error}");
-        }
+        start.announce(&format!("ready link={link} nodes={}{panel}", numbers.join(",")));
     }
 
     /// What a station is called: the device and its node number, or a master.

@@ -6,33 +6,39 @@ use profidrive::host::{Bus, GsdStation, OutputBoard, Refusals};
 use profidrive::time::{BaudRate, Instant};
 use tracing::{info, warn};
 
+use super::{StationPlan, Watched};
 use crate::command::Failure;
 use crate::command::args::StationSpec;
 use crate::command::gsd::read;
 
 /// The stations asked for. Nothing is started before all of their files are right.
-pub(super) fn load(stations: &[StationSpec]) -> Result<Vec<(Address, Station)>, Failure> {
+pub(super) fn load(stations: &[StationSpec]) -> Result<Vec<StationPlan>, Failure> {
     let one = |spec: &StationSpec| {
-        let gsd = read(&spec.file)?;
-        let file = spec.file.display();
-        for hint in gsd.hints.iter().filter(|hint| hint.level == Level::Warning) {
-            warn!("{file}: {hint}");
-        }
-        let station =
-            Station::new(gsd, spec.policy).map_err(|error| Failure::Usage(format!("{file}: {error}")))?;
-        Ok((spec.address, station))
+        let station = station(spec)?;
+        Ok(StationPlan { address: spec.address, station, signals: Vec::new() })
     };
     stations.iter().map(one).collect()
+}
+
+/// The station of a file.
+pub(crate) fn station(spec: &StationSpec) -> Result<Station, Failure> {
+    let gsd = read(&spec.file)?;
+    let file = spec.file.display();
+    for hint in gsd.hints.iter().filter(|hint| hint.level == Level::Warning) {
+        warn!("{file}: {hint}");
+    }
+    Station::new(gsd, spec.policy).map_err(|error| Failure::Usage(format!("{file}: {error}")))
 }
 
 /// Puts a station on the bus.
 pub(super) fn connect(
     bus: &mut Bus,
-    (address, station): (Address, Station),
+    StationPlan { address, station, signals }: StationPlan,
     rate: BaudRate,
     now: Instant,
     listen: bool,
     (refusals, board): (&Refusals, &OutputBoard),
+    watched: &[Watched],
 ) -> Result<(), Failure> {
     let gsd = station.gsd();
     info!("{} {}, ident 0x{:04X}, from its GSD at address {address}", gsd.vendor, gsd.model, gsd.ident);
@@ -42,7 +48,13 @@ pub(super) fn connect(
     if gsd.flags.needs_dpv1_services {
         warn!("station {address}: its GSD requires services of DPV1, which are not emulated");
     }
-    let station = GsdStation::new(address, rate, station, refusals.clone()).on_board(board.clone());
+    let mut station = GsdStation::new(address, rate, station, refusals.clone()).on_board(board.clone());
+    for signal in signals {
+        station.connect(signal);
+    }
+    for (_, point, condition, switch) in watched.iter().filter(|watched| watched.0 == address) {
+        station.watch(*point, *condition, switch.clone());
+    }
     let connected = if listen { bus.join(now, station) } else { bus.add(station) };
     connected.map_err(|error| Failure::from_error(&error))
 }

@@ -38,6 +38,10 @@ impl CanopenDevice for Ag03Node {
         Self::node_id(self)
     }
 
+    fn is_on(&self) -> bool {
+        self.power() != crate::unit::Power::Off
+    }
+
     fn power_on(&mut self, now: Instant) {
         Self::power_on(self, now);
     }

@@ -1,7 +1,4 @@
 //! Every named alternative of `canopen-ag03.md` 16 that can be chosen, as one table.
-//!
-//! Not here, because nobody could tell a difference or the bytes would be wrong for every master: CN-03 (42h as answer)
-//! and CN-10 (EMCY with its high octet first).
 
 use super::Config;
 use crate::canopen::Abort;
@@ -41,6 +38,20 @@ pub const QUIRKS: &[Quirk<Config>] = &[
             config.reset_patterns =
                 if value == 1 { ResetPatterns::ONE_SWITCH } else { ResetPatterns::ASSUMED };
         },
+    },
+    Quirk {
+        name: "sdo-size",
+        register: "CN-03",
+        about: "the command of an answer of four octets: 43h, or 42h as one example prints it",
+        values: &["43", "42"],
+        choose: |config, value| config.policy.four_octets_say_size = value == 0,
+    },
+    Quirk {
+        name: "emcy-order",
+        register: "CN-10",
+        about: "which octet of the code comes first in EMCY frames",
+        values: &["low", "high"],
+        choose: |config, value| config.policy.emcy_high_octet_first = value == 1,
     },
     Quirk {
         name: "limit-order",

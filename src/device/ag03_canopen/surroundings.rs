@@ -1,10 +1,9 @@
 //! What surrounds the drive, and what is seen of it.
 
-use super::words::{CwBit, SwBit};
-use super::{Ag03Node, errors};
+use super::Ag03Node;
 use crate::canopen::{Address, NmtState};
 use crate::device::surroundings::{Declined, Face, Glow, Input, InputKind, Level, Provocable, Surroundings};
-use crate::drive::{Fault, Inputs, StatusLed};
+use crate::drive::{Fault, Inputs, Mode, StatusLed};
 use crate::param::Model;
 use crate::time::Instant;
 use crate::unit::Power;
@@ -83,10 +82,6 @@ const ROWS: &[Row] = &[
 const KEYS: [&str; 2] = ["key_1", "key_2"];
 
 impl Surroundings for Ag03Node {
-    fn is_on(&self) -> bool {
-        self.power() != Power::Off
-    }
-
     fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
         let causes = self.unit().drive().causes();
         for fault in Fault::ALL.into_iter().filter(|fault| fault.exists_on(Model::Ag03_1)) {
@@ -164,21 +159,11 @@ impl Surroundings for Ag03Node {
         [CONTROL_WORD, STATUS_WORD]
     }
 
-    fn bit(&self, word: Address, bit: u8) -> Option<&'static str> {
-        match word {
-            CONTROL_WORD => {
-                CwBit::ALL.into_iter().find(|known| known.number() == bit).map(|known| known.name())
-            }
-            STATUS_WORD => {
-                let known = SwBit::ALL.into_iter().find(|known| known.number() == bit);
-                known.map(|known| known.name(self.status().mode))
-            }
-            Address { .. } => None,
+    fn mode(&self) -> i64 {
+        match self.status().mode {
+            Mode::Positioning => 1,
+            Mode::Velocity => 2,
         }
-    }
-
-    fn error_text(&self, entry: u32) -> Option<&'static str> {
-        errors::meaning(u16::try_from(entry & 0xFFFF).ok()?)
     }
 
     fn is_drive(&self) -> bool {

@@ -3,7 +3,7 @@
 use super::Ap10;
 use crate::can::{ErrorState, Frame};
 use crate::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
-use crate::canopen::{Abort, Address, Application, Node, NodeId};
+use crate::canopen::{Abort, Address, Application, Node};
 use crate::device::{CanopenDevice, CanopenEvent, RecallError};
 use crate::time::Instant;
 
@@ -20,8 +20,8 @@ impl CanopenDevice for Ap10 {
         self.node.write_past_bus(now, at, octets, &mut self.unit)
     }
 
-    fn node_id(&self) -> NodeId {
-        self.node.node_id()
+    fn is_on(&self) -> bool {
+        self.power != super::Power::Off
     }
 
     fn power_on(&mut self, now: Instant) {

@@ -1,8 +1,7 @@
 //! What surrounds the indicator, and what is seen of it.
 
-use super::unit::{BUS_OFF_RECOVERED, ERROR_PASSIVE, code};
 use super::{Ap10, Power};
-use crate::ap10::{Arrow, ControlBit, Display, Fault, Key, Light, Mode, StatusBit, Turns};
+use crate::ap10::{Arrow, Display, Fault, Key, Light, Setting, StatusBit, Turns};
 use crate::canopen::Address;
 use crate::device::surroundings::{Declined, Face, Glow, Input, InputKind, Level, Provocable, Surroundings};
 use crate::time::Instant;
@@ -10,18 +9,21 @@ use crate::time::Instant;
 const CONTROL_WORD: Address = Address::new(0x5F0C, 0);
 const STATUS_WORD: Address = Address::new(0x5F19, 0);
 
-/// The only input: the angle of the shaft.
+/// The angle of the shaft.
 const SHAFT: Input = Input {
     name: "shaft_revolutions",
     about: "angle of the shaft in turns, clockwise seen on the display",
     kind: InputKind::Number { low: -1e6, high: 1e6, own: false },
 };
 
-impl Surroundings for Ap10 {
-    fn is_on(&self) -> bool {
-        self.power != Power::Off
-    }
+/// The speed of the shaft.
+const SPEED: Input = Input {
+    name: "shaft_rpm",
+    about: "speed of the shaft in revolutions per minute, clockwise seen on the display",
+    kind: InputKind::Number { low: -10_000.0, high: 10_000.0, own: false },
+};
 
+impl Surroundings for Ap10 {
     fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
         for fault in Fault::ALL {
             tell(Provocable { name: &fault.name(), text: &fault, present: self.indicator().has(fault) });
@@ -36,17 +38,24 @@ impl Surroundings for Ap10 {
 
     fn each_input(&self, tell: &mut dyn FnMut(&Input, Level)) {
         tell(&SHAFT, Level::Number(self.indicator().shaft().revolutions()));
+        tell(&SPEED, Level::Number(self.rpm()));
     }
 
     fn set_input(&mut self, now: Instant, name: &str, level: Level) {
-        if let (true, Level::Number(turns), InputKind::Number { low, high, .. }) =
-            (name == SHAFT.name, level, SHAFT.kind)
-        {
-            self.turn_to(now, Turns::from_revolutions(turns.clamp(low, high)));
+        let Level::Number(number) = level else { return };
+        for input in [SHAFT, SPEED].into_iter().filter(|input| input.name == name) {
+            let InputKind::Number { low, high, .. } = input.kind else { continue };
+            let number = number.clamp(low, high);
+            if input == SHAFT {
+                self.turn_to(now, Turns::from_revolutions(number));
+            } else {
+                self.spin(now, number);
+            }
         }
     }
 
     fn make_nominal(&mut self, now: Instant) {
+        self.spin(now, 0.0);
         for fault in Fault::ALL {
             self.end_fault(now, fault);
         }
@@ -96,39 +105,8 @@ impl Surroundings for Ap10 {
         [CONTROL_WORD, STATUS_WORD]
     }
 
-    fn bit(&self, word: Address, bit: u8) -> Option<&'static str> {
-        let alphanumeric = self.indicator().settings().mode() == Mode::Alphanumeric;
-        match word {
-            CONTROL_WORD => {
-                ControlBit::ALL.iter().find(|known| **known as u8 == bit).map(|known| known.text())
-            }
-            STATUS_WORD => {
-                let known = *StatusBit::ALL.iter().find(|known| **known as u8 == bit)?;
-                Some(match (known, alphanumeric) {
-                    (StatusBit::ACKNOWLEDGED_1, true) => "set point 1 acknowledged",
-                    (StatusBit::ACKNOWLEDGED_2, true) => "set point 2 acknowledged",
-                    (known, _) => known.text(),
-                })
-            }
-            Address { .. } => None,
-        }
-    }
-
-    fn error_text(&self, entry: u32) -> Option<&'static str> {
-        let entry = u16::try_from(entry & 0xFFFF).ok()?;
-        Some(match entry {
-            0 => "no error",
-            ERROR_PASSIVE => "CAN error passive",
-            BUS_OFF_RECOVERED => "recovered from bus off",
-            entry if entry == code(Fault::BatteryCritical) => "battery critical",
-            entry if entry == code(Fault::BatteryEmpty) => "battery empty",
-            entry if entry == code(Fault::Speed) => "speed too high",
-            _unknown => return None,
-        })
-    }
-
-    fn is_drive(&self) -> bool {
-        false
+    fn mode(&self) -> i64 {
+        self.indicator().settings().value(Setting::OperatingMode).into()
     }
 }
 
@@ -160,6 +138,5 @@ mod tests {
         assert_eq!(Surroundings::provoke(&mut device, now, "battery"), Err(Declined::Unknown));
         Surroundings::make_nominal(&mut device, now);
         assert!(device.face(now).signs.is_empty());
-        assert_eq!(device.error_text(0x00_81_FF20), Some("battery critical"));
     }
 }

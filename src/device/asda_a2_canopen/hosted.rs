@@ -5,7 +5,7 @@ use core::fmt;
 use super::AsdaA2;
 use crate::can::{ErrorState, Frame};
 use crate::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
-use crate::canopen::{Abort, Address, Application, Node, NodeId};
+use crate::canopen::{Abort, Address, Application, Node};
 use crate::device::{CanopenDevice, CanopenEvent, RecallError};
 use crate::time::Instant;
 
@@ -21,10 +21,6 @@ impl CanopenDevice for AsdaA2 {
     fn write_past_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Abort> {
         self.drive.servo.advance(now);
         self.node.write_past_bus(now, at, octets, &mut self.drive)
-    }
-
-    fn node_id(&self) -> NodeId {
-        Self::node_id(self)
     }
 
     fn power_on(&mut self, now: Instant) {

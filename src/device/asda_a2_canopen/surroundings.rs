@@ -3,7 +3,7 @@
 use super::AsdaA2;
 use crate::asda_a2::{Alarm, Inputs};
 use crate::canopen::Address;
-use crate::cia402::{Controlword, Statusword};
+use crate::cia402::Mode;
 use crate::device::surroundings::{Declined, Face, Input, InputKind, Level, Provocable, Surroundings};
 use crate::time::Instant;
 
@@ -33,10 +33,6 @@ const EMERGENCY_STOP: Input = Input {
 };
 
 impl Surroundings for AsdaA2 {
-    fn is_on(&self) -> bool {
-        self.node().state().is_some()
-    }
-
     fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
         for alarm in Alarm::ALL {
             let present = self.servo().alarms().contains(alarm);
@@ -46,7 +42,7 @@ impl Surroundings for AsdaA2 {
 
     fn provoke(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
         let alarm = Alarm::parse(fault).ok_or(Declined::Unknown)?;
-        if !self.is_on() {
+        if self.node().state().is_none() {
             return Err(Declined::SwitchedOff);
         }
         Self::provoke(self, now, alarm);
@@ -93,7 +89,7 @@ impl Surroundings for AsdaA2 {
     fn face(&self, _now: Instant) -> Face {
         use core::fmt::Write;
         let mut digits = heapless::String::<8>::new();
-        if self.is_on() {
+        if self.node().state().is_some() {
             let _ = write!(digits, "{}", self.servo().panel());
         }
         Face::default().row(&digits, false)
@@ -103,23 +99,8 @@ impl Surroundings for AsdaA2 {
         [CONTROLWORD, STATUSWORD]
     }
 
-    fn bit(&self, word: Address, bit: u8) -> Option<&'static str> {
-        let mode = self.servo().mode();
-        let names = match word {
-            CONTROLWORD => Controlword::names(mode),
-            STATUSWORD => Statusword::names(mode),
-            Address { .. } => return None,
-        };
-        names.get(usize::from(bit)).copied().filter(|name| !name.is_empty())
-    }
-
-    /// 1003h has the number of the alarm in its upper half; of a code alone the first alarm that has it.
-    fn error_text(&self, entry: u32) -> Option<&'static str> {
-        let code = u16::try_from(entry & 0xFFFF).ok()?;
-        let number = u16::try_from(entry >> 16).ok()?;
-        let by_code = || Alarm::ALL.iter().copied().find(|alarm| alarm.code() == code);
-        let alarm = if number == 0 { by_code() } else { Alarm::of(number) };
-        alarm.map(Alarm::text).or((code == 0).then_some("no error"))
+    fn mode(&self) -> i64 {
+        self.servo().mode().map_or(0, Mode::code).into()
     }
 
     fn is_drive(&self) -> bool {

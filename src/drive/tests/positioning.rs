@@ -68,7 +68,7 @@ fn row_21_each_missing_condition_refuses_the_job_and_says_why() {
     let refused = |rig: &mut Rig, setpoint: i32, text: &str| {
         let before = rig.status();
         rig.travel(setpoint);
-        assert_eq!(rig.refusal_text(), std::format!("travel to {setpoint} refused: {text}"));
+        assert_eq!(rig.refusal_text(), std::format!("travel to {setpoint} inc refused: {text}"));
         assert_eq!(rig.status().jobs, before.jobs);
         assert_eq!((rig.status().moving, rig.status().state), (false, before.state));
         assert_eq!(rig.run(3).drive.take_refusal(), None, "each edge reports once");

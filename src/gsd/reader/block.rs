@@ -18,32 +18,11 @@ use crate::gsd::text::trimmed;
 /// The block that the lines are in.
 pub(super) enum Block {
     Main,
-    Module {
-        module: Module,
-        good: bool,
-    },
-    Texts {
-        place: Place,
-        id: u32,
-        texts: Vec<(i64, String)>,
-    },
-    Parameter {
-        place: Place,
-        id: u32,
-        name: String,
-        parameter: Option<Parameter>,
-    },
-    Slots {
-        place: Place,
-    },
-    /// What lies in it is no matter of the slave: Data_Area_Beg.
-    Skipped {
-        place: Place,
-    },
-    DiagType {
-        place: Place,
-        block: DiagType,
-    },
+    Module { module: Module, good: bool },
+    Texts { place: Place, id: u32, texts: Vec<(i64, String)> },
+    Parameter { place: Place, id: u32, name: String, parameter: Option<Parameter> },
+    Slots { place: Place },
+    DiagType { place: Place, block: DiagType },
 }
 
 impl Reader {
@@ -69,10 +48,8 @@ impl Reader {
                 self.end_block(Some(place));
                 self.block = Block::Slots { place };
             }
-            "data_area_beg" => {
-                self.end_block(Some(place));
-                self.block = Block::Skipped { place };
-            }
+            "data_area_beg" => self.data_area = true,
+            "data_area_end" => self.data_area = false,
             "unitdiagtype" => {
                 self.end_block(Some(place));
                 let number = line.first().and_then(|number| u8::try_from(number).ok()).unwrap_or_default();
@@ -93,8 +70,7 @@ impl Reader {
                 }
             }
             "unit_diag_area_end" | "x_unit_diag_area_end" => self.end_area(),
-            "endmodule" | "endprmtext" | "endextuserprmdata" | "endslotdefinition" | "endunitdiagtype"
-            | "data_area_end" => {
+            "endmodule" | "endprmtext" | "endextuserprmdata" | "endslotdefinition" | "endunitdiagtype" => {
                 self.end_block(None);
             }
             _other => return Ok(false),
@@ -142,6 +118,7 @@ impl Reader {
     }
 
     fn end_area(&mut self) {
+        self.data_area = false;
         let Some(area) = self.area.take() else { return };
         match &mut self.block {
             Block::DiagType { block, .. } => block.areas.push(area),
@@ -149,8 +126,7 @@ impl Reader {
             | Block::Module { .. }
             | Block::Texts { .. }
             | Block::Parameter { .. }
-            | Block::Slots { .. }
-            | Block::Skipped { .. } => self.gsd.diag_areas.push(area),
+            | Block::Slots { .. } => self.gsd.diag_areas.push(area),
         }
     }
 
@@ -192,7 +168,7 @@ impl Reader {
                 }
                 place
             }
-            Block::Slots { place } | Block::Skipped { place } => place,
+            Block::Slots { place } => place,
             Block::DiagType { place, block } => {
                 self.gsd.diag_types.push(block);
                 place
@@ -220,7 +196,6 @@ impl Reader {
         let mut hint = None;
         let known = match &mut self.block {
             Block::Main => false,
-            Block::Skipped { .. } => true,
             Block::Module { module, .. } => match line.keyword.as_str() {
                 "" => {
                     module.reference = line.first().and_then(|number| u32::try_from(number).ok());

@@ -39,9 +39,12 @@ const WITHOUT_EFFECT: &[&str] = &[
     "check_cfg_mode",
     "endpixmap",
     "31.25_supp",
+    "unit_diag_bit_help",
+    "x_unit_diag_bit_help",
     "maxtsdr_31.25",
 ];
-const WITHOUT_EFFECT_BEGINNINGS: &[&str] = &["bitmap_", "c1_", "c2_", "alarm_", "dpv1_", "isochron_", "dxb_"];
+const WITHOUT_EFFECT_BEGINNINGS: &[&str] =
+    &["bitmap_", "c1_", "c2_", "alarm_", "dpv1_", "isochron_", "dxb_", "f_"];
 
 /// What an author may have meant by a keyword that is none: those with an effect whose absence is not noticed at once.
 const KEYWORDS: &[&str] = &[
@@ -176,8 +179,9 @@ impl Reader {
         } else if !WITHOUT_EFFECT.contains(&keyword)
             && !WITHOUT_EFFECT_BEGINNINGS.iter().any(|beginning| keyword.starts_with(beginning))
         {
-            let near = did_you_mean(&line.spelled, KEYWORDS.iter().copied());
-            match near {
+            let near = || did_you_mean(&line.spelled, KEYWORDS.iter().copied());
+            // A file may have one of them in every second line.
+            match *self.unknown.entry(keyword.to_owned()).or_insert_with(near) {
                 Some(near) => {
                     let text =
                         format!("'{}' is no keyword and has no effect; did you mean {near}?", line.spelled);

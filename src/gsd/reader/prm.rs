@@ -64,8 +64,6 @@ impl Reader {
     }
 }
 
-/// Marks a bit of the diagnosis among the references to be checked; no parameter has so high a number.
-
 /// A constant or a reference of a part of the user parameters.
 pub(super) fn part(
     part: &mut PrmPart,

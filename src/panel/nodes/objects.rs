@@ -7,7 +7,9 @@ use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
+use utoipa::openapi::RefOr;
+use utoipa::openapi::schema::{ObjectBuilder, OneOfBuilder, Schema, Type};
+use utoipa::{PartialSchema, ToSchema};
 
 use super::super::problem::{Body, PathOf, Problem, Problems};
 use super::access::{Asking, Number, number};
@@ -38,13 +40,23 @@ pub(super) struct ObjectState {
 }
 
 /// The value of an entry.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub(super) enum ObjectValue {
     Whole(i64),
     Real(f64),
     Text(String),
 }
+
+impl PartialSchema for ObjectValue {
+    /// A number, whole or not, or a text. Derived, a whole number would match two of three.
+    fn schema() -> RefOr<Schema> {
+        let one = |kind| ObjectBuilder::new().schema_type(kind);
+        OneOfBuilder::new().item(one(Type::Number)).item(one(Type::String)).into()
+    }
+}
+
+impl ToSchema for ObjectValue {}
 
 /// What a client may do with an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
@@ -219,7 +231,7 @@ fn octets(at: Address, data: DataType, value: &ObjectValue) -> Result<Vec<u8>, P
             | DataType::I64
             | DataType::U64,
             ObjectValue::Whole(number),
-        ) => match canopen::Value::whole(data, *number) {
+        ) => match canopen::Value::whole(data, *number).filter(|_| fits(data, *number)) {
             Some(value) => Ok(value.with_octets(<[u8]>::to_vec)),
             None => Err(wrong("a whole number that fits into it")),
         },
@@ -236,6 +248,14 @@ fn octets(at: Address, data: DataType, value: &ObjectValue) -> Result<Vec<u8>, P
             ObjectValue::Real(_) | ObjectValue::Text(_),
         ) => Err(wrong("a whole number")),
         (DataType::Real32, ObjectValue::Text(_)) => Err(wrong("a number")),
+    }
+}
+
+/// Whether a whole number is one of its type.
+fn fits(data: DataType, number: i64) -> bool {
+    match data.range() {
+        Some((low, high)) => (low..=high).contains(&number),
+        None => data != DataType::U64 || number >= 0,
     }
 }
 

@@ -163,9 +163,9 @@ impl NodeState {
         Self {
             time_seconds: seconds(now),
             summary: NodeSummary::of(product, device, now),
-            words: if is_on { words::words(device) } else { Vec::new() },
+            words: if is_on { words::words(product.vocabulary, device) } else { Vec::new() },
             pdos: if is_on { words::pdos(device) } else { Vec::new() },
-            emcy_history: if is_on { words::history(device) } else { Vec::new() },
+            emcy_history: if is_on { words::history(product.vocabulary, device) } else { Vec::new() },
             does_not_move: device.is_drive().then_some(reasons),
             inputs: NodeInputs::of(device),
             input_ranges: bench::ranges(device),

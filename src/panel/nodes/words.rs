@@ -10,7 +10,7 @@ use crate::canopen::cob_id::CobId;
 use crate::canopen::pdo::MAX_PDOS;
 use crate::canopen::pdo::mapping::MappingWord;
 use crate::canopen::{Address, dictionary};
-use crate::device::CanopenDevice;
+use crate::device::{CanopenDevice, Vocabulary};
 
 /// A control or status word.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
@@ -78,14 +78,15 @@ pub(super) fn whole(device: &dyn CanopenDevice, at: Address) -> Option<i64> {
 }
 
 /// The control word and the status word; none while the node is off.
-pub(super) fn words(device: &dyn CanopenDevice) -> Vec<NodeWord> {
+pub(super) fn words(vocabulary: &Vocabulary, device: &dyn CanopenDevice) -> Vec<NodeWord> {
     let word = |at: Address| {
         let value = u16::try_from(whole(device, at)?).ok()?;
         let name = dictionary::object(device.application().objects(), at.index)?.name;
+        let names = (vocabulary.bits)(at, device.mode());
         let bit = |bit: u8| NodeBit {
             bit,
             set: value >> bit & 1 == 1,
-            name: device.bit(at, bit).unwrap_or_default(),
+            name: names.and_then(|names| names.get(usize::from(bit)).copied()).unwrap_or_default(),
         };
         Some(NodeWord { object: at.to_string(), name, value, bits: (0..16).map(bit).collect() })
     };
@@ -122,14 +123,16 @@ fn entry(device: &dyn CanopenDevice, mapped: Address) -> Option<PdoEntry> {
 }
 
 /// 1003h, the newest first.
-pub(super) fn history(device: &dyn CanopenDevice) -> Vec<HistoryEntry> {
+pub(super) fn history(vocabulary: &Vocabulary, device: &dyn CanopenDevice) -> Vec<HistoryEntry> {
     let count = whole(device, Address::new(0x1003, 0)).and_then(|count| u8::try_from(count).ok());
     let entry = |sub: u8| {
         let entry = u32::try_from(whole(device, Address::new(0x1003, sub))?).ok()?;
+        let [code_low, code_high, low, high] = entry.to_le_bytes();
+        let code = u16::from_le_bytes([code_low, code_high]);
         Some(HistoryEntry {
-            code: format!("{:04X}", entry & 0xFFFF),
-            information: format!("{:04X}", entry >> 16),
-            text: device.error_text(entry).unwrap_or_default(),
+            code: format!("{code:04X}"),
+            information: format!("{high:02X}{low:02X}"),
+            text: (vocabulary.emcy)(code, [low, high, 0, 0, 0]).unwrap_or_default(),
         })
     };
     (1..=count.unwrap_or(0)).filter_map(entry).collect()

@@ -105,7 +105,7 @@ class Octet {
       mark(led, "data-forced", ((forced >> bit) & 1) === 1);
       if (led.getAttribute("role") === "switch") mark(led, "aria-checked", lit);
     }
-    say(this.#value, `${hex(value)} ${value}${forced === 0 ? "" : " forced"}`);
+    say(this.#value, `${hex(value)} ${value}${forced === 0 ? "" : " F"}`);
   }
 }
 

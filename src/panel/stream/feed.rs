@@ -20,7 +20,6 @@ use crate::time::Instant;
 pub(super) const RING: usize = 1024;
 
 /// What the thread of the bus tells.
-#[expect(clippy::large_enum_variant, reason = "a ring of fixed size, so that telling never allocates")]
 pub(super) enum Entry {
     News(Instant, BusEvent, Option<Arc<str>>),
     Telegram {

@@ -52,7 +52,7 @@ enum Look {
 
 /// What is at an address.
 enum Seen {
-    Drive(Snapshot),
+    Drive(Box<Snapshot>),
     Station(Box<GsdStationState>),
 }
 
@@ -127,7 +127,7 @@ impl Subscriber {
         };
         let states = self.wanted.states;
         let found = self.asking.ask(move |bench| match (bench.drive(address), look(bench, address)) {
-            (Some(drive), _) => Ok(states.then(|| Seen::Drive(Snapshot::of(bench, drive)))),
+            (Some(drive), _) => Ok(states.then(|| Seen::Drive(Box::new(Snapshot::of(bench, drive))))),
             (None, Ok(station)) => Ok(states.then(|| Seen::Station(Box::new(station)))),
             (None, Err(_)) => Err(bench.now),
         });

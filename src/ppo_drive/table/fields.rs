@@ -315,7 +315,7 @@ mod tests {
             assert!(error.line == line && error.what.contains(part), "{field} = {text}: {error}");
         }
         let error = row(&[&RAMP[..], &[("min", "9"), ("max", "8")]].concat()).unwrap_err();
-        assert_eq!(error.to_string(), "line 7: min 9 is above max 8; exchange them");
+        assert_eq!(std::format!("{error}"), "line 7: min 9 is above max 8; exchange them");
         let error = row(&[&RAMP[..], &[("tie", "load"), ("elements", "2")]].concat()).unwrap_err();
         assert!(error.what.contains("a single value; leave elements out"), "{error}");
         let error = row(&[&RAMP[..], &[("tie", "torque"), ("access", "rw")]].concat()).unwrap_err();

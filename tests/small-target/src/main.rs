@@ -43,7 +43,14 @@ fn main() -> ! {
     run()
 }
 
-#[cfg(not(any(feature = "slave", feature = "drive", feature = "node", feature = "ag03_node")))]
+#[cfg(not(any(
+    feature = "slave",
+    feature = "drive",
+    feature = "node",
+    feature = "ag03_node",
+    feature = "ap10_node",
+    feature = "asda_a2_node"
+)))]
 fn run() -> ! {
     loop {
         send(received().wrapping_add(nanos() as u8));
@@ -119,7 +126,7 @@ fn run() -> ! {
 }
 
 /// A frame from the registers of a controller.
-#[cfg(any(feature = "node", feature = "ag03_node"))]
+#[cfg(any(feature = "node", feature = "ag03_node", feature = "ap10_node", feature = "asda_a2_node"))]
 fn frame() -> Option<profidrive::can::Frame> {
     let id = u16::from(received()) << 8 | u16::from(received());
     let octets = [(); 8].map(|()| received());
@@ -127,7 +134,7 @@ fn frame() -> Option<profidrive::can::Frame> {
     profidrive::can::Frame::data(profidrive::can::Id::base(id).ok()?, octets).ok()
 }
 
-#[cfg(any(feature = "node", feature = "ag03_node"))]
+#[cfg(any(feature = "node", feature = "ag03_node", feature = "ap10_node", feature = "asda_a2_node"))]
 fn put(frame: &profidrive::can::Frame) {
     frame.id().number().to_le_bytes().iter().chain(frame.octets()).for_each(|octet| send(*octet));
 }
@@ -240,30 +247,63 @@ fn run() -> ! {
     }
 }
 
-/// The AG03/1 as a node.
-#[cfg(feature = "ag03_node")]
-fn run() -> ! {
-    use core::mem::MaybeUninit;
+/// A device as a node, whichever it is, on the registers: `$show` is what a board would show of it.
+#[cfg(any(feature = "ag03_node", feature = "ap10_node", feature = "asda_a2_node"))]
+macro_rules! device {
+    ($device:ty, $make:expr, $show:expr) => {
+        fn run() -> ! {
+            use core::mem::MaybeUninit;
 
-    use profidrive::canopen::NodeId;
-    use profidrive::device::ag03_canopen::{Ag03Node, Config};
-    use profidrive::time::Instant;
+            use profidrive::device::CanopenDevice;
+            use profidrive::time::Instant;
 
-    static mut NODE: MaybeUninit<Ag03Node> = MaybeUninit::uninit();
+            static mut NODE: MaybeUninit<$device> = MaybeUninit::uninit();
 
-    let config = Config::new(NodeId::MIN);
-    // SAFETY: the only use of this static.
-    let node = unsafe { (*&raw mut NODE).write(Ag03Node::new(config, Instant::from_nanos(nanos()))) };
-    loop {
-        let now = Instant::from_nanos(nanos());
-        if let Some(frame) = frame() {
-            node.handle_frame(now, &frame);
+            let now = Instant::from_nanos(nanos());
+            let make: fn(Instant) -> $device = $make;
+            let show: fn(&$device) -> u8 = $show;
+            // SAFETY: the only use of this static.
+            let node = unsafe { (*&raw mut NODE).write(make(now)) };
+            CanopenDevice::power_on(node, now);
+            loop {
+                let now = Instant::from_nanos(nanos());
+                if let Some(frame) = frame() {
+                    CanopenDevice::handle_frame(node, now, &frame);
+                }
+                CanopenDevice::handle_timeout(node, now);
+                while let Some(frame) = CanopenDevice::poll_transmit(node, now) {
+                    put(&frame);
+                }
+                while CanopenDevice::poll_event(node).is_some() {}
+                send(show(node));
+            }
         }
-        node.handle_timeout(now);
-        while let Some(frame) = node.poll_transmit(now) {
-            put(&frame);
-        }
-        while node.poll_event().is_some() {}
-        send(node.status().position as u8);
-    }
+    };
 }
+
+#[cfg(feature = "ag03_node")]
+use profidrive::device::ag03_canopen::{Ag03Node, Config as Ag03Config};
+#[cfg(feature = "ag03_node")]
+device!(
+    Ag03Node,
+    |now| Ag03Node::new(Ag03Config::new(profidrive::canopen::NodeId::MIN), now),
+    |node| node.status().position as u8
+);
+
+#[cfg(feature = "ap10_node")]
+use profidrive::device::ap10_canopen::{Ap10, Config as Ap10Config};
+#[cfg(feature = "ap10_node")]
+device!(
+    Ap10,
+    |_| Ap10::new(Ap10Config::new(profidrive::canopen::NodeId::MIN)),
+    |node| node.indicator().position() as u8
+);
+
+#[cfg(feature = "asda_a2_node")]
+use profidrive::device::asda_a2_canopen::{AsdaA2, Config as AsdaConfig, Quirks};
+#[cfg(feature = "asda_a2_node")]
+device!(
+    AsdaA2,
+    |now| AsdaA2::new(AsdaConfig::new(1), Quirks::default(), now),
+    |node| node.statusword().0 as u8
+);
