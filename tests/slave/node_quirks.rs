@@ -114,7 +114,7 @@ fn answers(quirk: &str, value: &str) -> [Vec<String>; 2] {
 #[test]
 fn the_order_of_emcy_codes_and_the_command_of_four_octets_can_be_chosen() {
     let [four, _] = answers("sdo-size", "43");
-    assert!(four.len() == 1 && four[0].starts_with("585#43001000"), "{four:?}");
+    assert!(four.len() == 1 && four[0].starts_with("585#43 00 10 00"), "{four:?}");
     let [other, _] = answers("sdo-size", "42");
     assert_eq!(other, [four[0].replace("585#43", "585#42")]);
 
@@ -122,7 +122,7 @@ fn the_order_of_emcy_codes_and_the_command_of_four_octets_can_be_chosen() {
     let [_, high] = answers("emcy-order", "high");
     let (low, high) = (&low[0], &high[0]);
     assert!(low.starts_with("085#") && high.starts_with("085#"), "{low} {high}");
-    assert_eq!((&low[4..6], &low[6..8], &low[8..]), (&high[6..8], &high[4..6], &high[8..]));
+    assert_eq!((&low[4..6], &low[7..9], &low[9..]), (&high[7..9], &high[4..6], &high[9..]));
     assert_ne!(low, high);
 }
 
