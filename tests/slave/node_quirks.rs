@@ -4,7 +4,10 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use profidrive::device::{Quirk, ag03_canopen, ap10_canopen, asda_a2_canopen};
+use profidrive::can::{Frame, Id};
+use profidrive::canopen::NodeId;
+use profidrive::device::{Quirk, Surroundings, ag03_canopen, ap10_canopen, asda_a2_canopen};
+use profidrive::time::Instant;
 
 /// A quirk whatever it is of: name, register, values, what it decides.
 type Row = (&'static str, &'static str, &'static [&'static str], &'static str);
@@ -89,6 +92,38 @@ fn the_tables_of_the_document_are_those_of_the_code() {
             .collect();
         assert_eq!(rows, expected, "{reference}");
     }
+}
+
+/// What an AG03/1 with a quirk answers to reading 1000h, and the EMCY of fault F.
+fn answers(quirk: &str, value: &str) -> [Vec<String>; 2] {
+    let now = Instant::from_millis(1);
+    let mut config = ag03_canopen::Config::new(NodeId::new(5).unwrap());
+    config.set_quirk(quirk, value).unwrap();
+    let mut node = ag03_canopen::Ag03Node::new(config, now);
+    let drain = |node: &mut ag03_canopen::Ag03Node| -> Vec<String> {
+        std::iter::from_fn(|| node.poll_transmit(now)).map(|frame| frame.to_string()).collect()
+    };
+    drain(&mut node);
+    let request = [0x40, 0x00, 0x10, 0, 0, 0, 0, 0];
+    node.handle_frame(now, &Frame::data(Id::base(0x605).unwrap(), &request).unwrap());
+    let answer = drain(&mut node);
+    Surroundings::provoke(&mut node, now, "F").unwrap();
+    [answer, drain(&mut node)]
+}
+
+#[test]
+fn the_order_of_emcy_codes_and_the_command_of_four_octets_can_be_chosen() {
+    let [four, _] = answers("sdo-size", "43");
+    assert!(four.len() == 1 && four[0].starts_with("585#43 00 10 00"), "{four:?}");
+    let [other, _] = answers("sdo-size", "42");
+    assert_eq!(other, [four[0].replace("585#43", "585#42")]);
+
+    let [_, low] = answers("emcy-order", "low");
+    let [_, high] = answers("emcy-order", "high");
+    let (low, high) = (&low[0], &high[0]);
+    assert!(low.starts_with("085#") && high.starts_with("085#"), "{low} {high}");
+    assert_eq!((&low[4..6], &low[7..9], &low[9..]), (&high[7..9], &high[4..6], &high[9..]));
+    assert_ne!(low, high);
 }
 
 #[test]
