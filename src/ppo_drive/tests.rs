@@ -94,7 +94,7 @@ fn inching_begins_at_standstill_with_the_setpoint_locked() {
     let locked = Command { enable_ramp: false, run_ramp: false, enable_setpoint: false, ..Command::run(0) };
     let mut drive = running(FAST, 0, 10);
     run(&mut drive, 500, Command { inching_1: true, ..locked });
-    assert_eq!(drive.status().actual, 0x4000 / 10 + 1, "150 of 1500 rpm");
+    assert_eq!(drive.status().actual, 0x4000 / 10, "150 of 1500 rpm");
     run(&mut drive, 500, locked);
     assert_eq!(drive.status().actual, 0);
     run(&mut drive, 500, Command { inching_2: true, ..locked });

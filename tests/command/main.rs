@@ -50,6 +50,8 @@ mod panel_stations;
 #[cfg(target_os = "linux")]
 mod plant;
 #[cfg(target_os = "linux")]
+mod ppo_drives;
+#[cfg(target_os = "linux")]
 mod state_dir;
 #[cfg(target_os = "linux")]
 mod stations;

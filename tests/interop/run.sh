@@ -154,6 +154,12 @@ wait "$master_pid" 2>/dev/null || true
 master_pid=
 stop_emulator
 
+echo "== a drive of the profile"
+start_emulator "$emulator" --link "pty:$work/ppo" \
+    --ppo-drive "7,gsd=$root/examples/ppo_drive.gsd,parameters=$root/examples/ppo_drive.toml"
+"$venv/bin/python" "$here/ppo_drive.py" --port "$work/ppo" --gsd "$root/examples/ppo_drive.gsd" || fail "ppo_drive.py"
+stop_emulator
+
 echo "== the plant of examples/plant"
 cp -r "$root/examples/plant" "$work/plant"
 start_emulator "$emulator" --line "$work/plant/plant.toml"

@@ -48,6 +48,7 @@ mod master_clients;
 mod new_device;
 mod own_master;
 mod plant;
+mod ppo_drive;
 #[cfg(target_os = "linux")]
 mod slcan;
 #[cfg(all(target_os = "linux", feature = "serial"))]

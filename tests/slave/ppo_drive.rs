@@ -86,7 +86,7 @@ impl Rig {
         outputs.resize(self.kind.len(), 0);
         let mut inputs = Vec::new();
         for _ in 0..millis {
-            self.now = Instant::from_nanos(self.now.as_nanos() + 1_000_000);
+            self.now = Instant::from_nanos(self.now.as_nanos() + 950_000);
             let said = &mut self.said;
             self.drive.handle_timeout(self.now, &mut |event| said.push(event.to_string()));
             inputs = self.ask(None, &outputs);

@@ -9,7 +9,8 @@ use profidrive::fdl::Address;
 use profidrive::gsd::{Policy, Station};
 use profidrive::host::{Bus, HostedPpoDrive, Refusals};
 use profidrive::ppo::PpoType;
-use profidrive::ppo_drive::table::Table;
+use profidrive::ppo_drive::table::{Row, Table};
+use profidrive::ppo_drive::{Drive, Settings};
 use profidrive::time::{BaudRate, Instant};
 use tracing::info;
 
@@ -64,7 +65,10 @@ fn parameters(file: &Path) -> Result<Table, Failure> {
             return Err(Failure::Usage(format!("{name}: the name of a table ends in .toml or .csv")));
         }
     };
-    table.map_err(|error| Failure::Usage(format!("{name}: {error}")))
+    let table = table.map_err(|error| Failure::Usage(format!("{name}: {error}")))?;
+    let tried = table.set_up(&mut Drive::new(Settings::DEFAULT));
+    tried.map_err(|row| Failure::Usage(format!("{name}: {}", default_refused(row))))?;
+    Ok(table)
 }
 
 /// Puts a drive on the bus.
@@ -106,11 +110,14 @@ fn hosted<A: profidrive::dp::Application>(
     table: Table,
     refusals: &Refusals,
 ) -> Result<HostedPpoDrive<A>, Failure> {
-    let drive = PpoDrive::new(address, rate, (description, application), table, now).map_err(|row| {
-        Failure::Usage(format!(
-            "PNU {} {}: the drive does not take its default; times are 0 or more, speeds of reference above 0",
-            row.pnu, row.name
-        ))
-    })?;
+    let drive = PpoDrive::new(address, rate, (description, application), table, now)
+        .map_err(|row| Failure::Usage(default_refused(&row)))?;
     Ok(HostedPpoDrive::new(drive, refusals.clone()))
+}
+
+fn default_refused(row: &Row) -> String {
+    format!(
+        "PNU {} {}: the drive does not take its default; times and loads are 0 or more, the reference speed is above 0",
+        row.pnu, row.name
+    )
 }

@@ -207,7 +207,7 @@ impl<A: Application> PpoDrive<A> {
         let pkw_len = if ppo.is_some_and(PpoType::has_pkw) { PKW_LEN } else { 0 };
         let (job, pzd) = outputs.split_at_checked(pkw_len).unwrap_or_default();
         let words: Vec<u16> = pzd.as_chunks().0.iter().map(|word| u16::from_be_bytes(*word)).collect();
-        let settled = self.follow(ppo, &words, news);
+        let settled = self.follow(ppo, &words);
         let job = job.first_chunk().map(|job| Pkw::from_octets(*job));
         let reply = self.run_job(ppo, job, news);
         let mut inputs = Vec::from(reply.map(Pkw::to_octets).as_ref().map_or(&[][..], |octets| octets));
@@ -222,7 +222,7 @@ impl<A: Application> PpoDrive<A> {
     }
 
     /// One step under these process data. Says whether they ask nothing new.
-    fn follow(&mut self, ppo: Option<PpoType>, words: &[u16], news: &mut dyn FnMut(super::Event)) -> bool {
+    fn follow(&mut self, ppo: Option<PpoType>, words: &[u16]) -> bool {
         let before = self.command;
         match words {
             [stw, setpoint, more @ ..] => {
@@ -234,7 +234,7 @@ impl<A: Application> PpoDrive<A> {
                     None => self.command.0.acknowledge = false,
                 }
                 if profile::StwBit::ByPlc.is_set(stw) {
-                    self.set_more(ppo, more, news);
+                    self.set_more(ppo, more);
                 }
                 self.drive.step(self.cycles.step(), Some(&self.command.0));
             }
@@ -248,7 +248,7 @@ impl<A: Application> PpoDrive<A> {
 
     /// Sets the parameters that PNU 915 ties to the words of process data from the third on. What a parameter refuses is
     /// not set: its value stays.
-    fn set_more(&mut self, ppo: Option<PpoType>, words: &[u16], _: &mut dyn FnMut(super::Event)) {
+    fn set_more(&mut self, ppo: Option<PpoType>, words: &[u16]) {
         let assigned = self.assigned(Channel::PzdSetpoint);
         for (word, (pnu, element)) in words.iter().zip(assigned) {
             let mut access = self.access(ppo);
