@@ -172,10 +172,19 @@ impl Listed {
 fn listed(criterion: &mut Criterion) {
     use profidrive::host::can::{PRODUCTS, Product};
 
-    // TPDO 2 of both after every SYNC.
-    let every_sync = [0x2F, 0x01, 0x18, 2, 1, 0, 0, 0];
-    for name in ["ap10", "asda-a2"] {
-        let mut one = Listed::new(Product::named(name).unwrap(), 5, &[every_sync]);
+    // After every SYNC TPDO 2 of the AP10 as it is; TPDO 1 of the ASDA-A2 with 6041h and 6064h, which has no mapping at first.
+    let indicator: &[[u8; 8]] = &[[0x2F, 0x01, 0x18, 2, 1, 0, 0, 0]];
+    let servo: &[[u8; 8]] = &[
+        [0x23, 0x00, 0x18, 1, 0x85, 0x01, 0, 0x80],
+        [0x2F, 0x00, 0x1A, 0, 0, 0, 0, 0],
+        [0x23, 0x00, 0x1A, 1, 0x10, 0, 0x41, 0x60],
+        [0x23, 0x00, 0x1A, 2, 0x20, 0, 0x64, 0x60],
+        [0x2F, 0x00, 0x1A, 0, 2, 0, 0, 0],
+        [0x2F, 0x00, 0x18, 2, 1, 0, 0, 0],
+        [0x23, 0x00, 0x18, 1, 0x85, 0x01, 0, 0],
+    ];
+    for (name, requests) in [("ap10", indicator), ("asda-a2", servo)] {
+        let mut one = Listed::new(Product::named(name).unwrap(), 5, requests);
         criterion.bench_function(&format!("{name}_sdo_answer"), |bencher| {
             bencher.iter(|| one.data(0x605, black_box(&[0x40, 0x18, 0x10, 1, 0, 0, 0, 0])));
         });

@@ -145,7 +145,7 @@ mod tests {
             (line("[[line.node]]\nid = 5"), "1, column 1", "use link slcan-pty:PATH"),
             ("[[line]]\nlink = 'usb'".into(), "2, column 8", "expected pty"),
             (line("[[line.station]]\naddress = 7\ngsd = 'nowhere.gsd'"), "5, column 7", "cannot read"),
-            (station("[[line.drive]]\naddress = 7\n"), "4, column 11", "two stations have address 7"),
+            (station("[[line.drive]]\naddress = 7\n"), "8, column 11", "two stations have address 7"),
             (
                 STATION.replace("2 AO", "2 AOO"),
                 "6, column 20",

@@ -6,12 +6,6 @@ use crate::ppo::{PpoType, Stw, Zsw};
 use crate::ppo_drive::table::{Channel, Row, Table, Tie};
 use crate::ppo_drive::{Drive, SetError};
 
-/// Bits of the identifier of a description.
-const ARRAY: u16 = 1 << 14;
-const READ_ONLY: u16 = 1 << 9;
-/// The factor is 1 and says nothing.
-const NO_FACTOR: u16 = 1 << 8;
-
 /// The parameters, the drive, and what the channel knows.
 pub(super) struct Access<'a> {
     pub(super) table: &'a mut Table,
@@ -117,16 +111,7 @@ impl Parameters for Access<'_> {
     fn describe(&self, pnu: u16, element: u8) -> Result<u32, JobError> {
         let row = self.row(pnu)?;
         match element {
-            // Identifier.
-            1 => {
-                let flags = [
-                    (row.elements.is_some(), ARRAY),
-                    (!row.writable, READ_ONLY),
-                    (row.scale == 1.0, NO_FACTOR),
-                ];
-                let set = flags.into_iter().filter(|(set, _)| *set);
-                Ok(u32::from(set.fold(u16::from(row.kind.number()), |bits, (_, bit)| bits | bit)))
-            }
+            1 => Ok(row.identifier().into()),
             2 => Ok(row.elements.unwrap_or(0).into()),
             #[expect(
                 clippy::cast_possible_truncation,

@@ -357,9 +357,11 @@ impl Observer {
         self.judge_new_begin(&cycle);
         self.note_request(&cycle);
         let before = self.view(station).last.take();
+        // Behind noise the master asks again at once, and a retry cannot be told from a new request.
+        let disturbed = before.as_ref().is_some_and(|before| before.items.len() > 1 || before.has_bad_item());
         self.judge_count(before.as_ref(), &mut cycle);
         let retry = cycle.retry > 0;
-        self.judge_interval(&cycle, retry);
+        self.judge_interval(&cycle, retry || disturbed);
         if !retry {
             match cycle.service {
                 Some(dp::Service::SetPrm) => self.judge_set_prm(&cycle),

@@ -30,6 +30,10 @@ const LEAST_EXCHANGES: u32 = 40;
 pub(super) struct Timing {
     /// The end of the last octet of anybody.
     idle_since: Option<Instant>,
+    /// The end of the last octet of a station.
+    stations_until: Option<Instant>,
+    /// The beginning of the last telegram of the master.
+    begun: Option<Instant>,
     /// The end of the last telegram of the master.
     sent: Option<Instant>,
     /// The last was Global_Control.
@@ -57,9 +61,11 @@ impl Timing {
 
     pub(super) fn heard(&mut self, end: Instant) {
         self.idle_since = Some(end);
+        self.stations_until = self.stations_until.max(Some(end));
     }
 
-    pub(super) fn sent(&mut self, _: Instant, end: Instant) {
+    pub(super) fn sent(&mut self, begin: Instant, end: Instant) {
+        self.begun = Some(begin);
         self.idle_since = Some(end);
         self.sent = Some(end);
         self.was_paused = core::mem::take(&mut self.paused);
@@ -226,7 +232,9 @@ impl Observer {
         };
         // Behind octets that the master had no reason to expect it cannot know when the line is idle.
         let unclear = |open: &Cycle| open.items.len() != 1 || open.has_bad_item();
-        if self.open.as_ref().is_some_and(unclear) || at < idle_since {
+        // Nobody answers Global_Control: what is heard since is noise, and the same is true of it.
+        let noise = self.timing.controlled.is_some() && self.timing.stations_until > self.timing.begun;
+        if noise || self.open.as_ref().is_some_and(unclear) || at < idle_since {
             return;
         }
         let idle = at.saturating_since(idle_since);

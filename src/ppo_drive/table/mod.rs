@@ -262,7 +262,21 @@ pub struct Row {
     pub tie: Tie,
 }
 
+/// Bits of the identifier of a description, beside the number of the type in bits 7 to 0.
+const ARRAY: u16 = 1 << 14;
+const READ_ONLY: u16 = 1 << 9;
+/// The factor is 1 and says nothing.
+const NO_FACTOR: u16 = 1 << 8;
+
 impl Row {
+    /// The identifier of its description, element 1 (`profidrive-v2.md` 6).
+    pub fn identifier(&self) -> u16 {
+        let flags =
+            [(self.elements.is_some(), ARRAY), (!self.writable, READ_ONLY), (self.scale == 1.0, NO_FACTOR)];
+        let set = flags.into_iter().filter(|(set, _)| *set);
+        set.fold(u16::from(self.kind.number()), |bits, (_, bit)| bits | bit)
+    }
+
     /// The element of what it is tied to that an element of it shows, from 1: its own, but for the eight single
     /// parameters of the profile that show one warning each.
     pub fn shown_element(&self, own: Option<u8>) -> u8 {
