@@ -60,8 +60,10 @@ fn names_a_raw_bit(line: &str) -> bool {
     });
     let word_after = |pattern: &str| {
         code.match_indices(pattern).any(|(at, _)| {
-            let digits = code[at + pattern.len()..].chars().take_while(char::is_ascii_hexdigit).count();
-            digits == 4
+            let rest = &code[at + pattern.len()..];
+            let digits = rest.chars().take_while(char::is_ascii_hexdigit).count();
+            // Eight digits are written in two groups.
+            digits == 4 && !rest[digits..].starts_with('_')
         })
     };
     let word = ["& 0x", "Some(0x", "from_raw(0x", "=> (0x", "= (0x"].into_iter().any(word_after);

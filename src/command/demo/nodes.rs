@@ -4,6 +4,7 @@ use core::time::Duration;
 use std::io::Write;
 
 use profidrive::canopen::Address;
+use profidrive::canopen::cob_id::CobId;
 use profidrive::host::can::Product;
 
 use super::node_stage::{NODE, NodeStage};
@@ -16,7 +17,7 @@ const RPDO_1: u16 = 0x200 + NODE as u16;
 const RPDO_3: u16 = 0x400 + NODE as u16;
 /// 180h plus the node number, the identifier of TPDO 1, and the same with bit 31: off.
 const TPDO_1: u32 = 0x180 + NODE as u32;
-const OFF: u32 = 1 << 31;
+const OFF: u32 = CobId::INVALID;
 
 /// Plays the story of a device.
 pub(super) fn play(product: &'static Product, out: &mut dyn Write) -> Result<(), Trouble> {
