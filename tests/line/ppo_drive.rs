@@ -65,11 +65,7 @@ fn profirust_turns_a_drive_of_each_ppo_on_one_line() {
         let inputs = bus.master.dp.get_mut(*handle).pi_i();
         let word = |at: usize| u16::from_be_bytes([inputs[at], inputs[at + 1]]);
         assert_eq!(word(pzd), 0x0337, "{kind}");
-<<<<<<< HEAD
-        assert!(word(pzd + 2).abs_diff(0x4000 / 20 * 3) < 120, "{kind}: {}", word(pzd + 2));
-=======
         // 15 % of 4000h.
         assert!(word(pzd + 2).abs_diff(2457) < 120, "{kind}: {}", word(pzd + 2));
->>>>>>> main
     }
 }
