@@ -38,6 +38,7 @@ impl Fields {
     }
 
     /// Its line.
+    #[cfg(feature = "parameters")]
     pub(super) const fn line(&self) -> usize {
         self.line
     }
