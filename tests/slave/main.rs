@@ -83,6 +83,7 @@ mod persistence;
 mod pkw_jobs;
 mod policy;
 #[cfg(feature = "std")]
+#[cfg(feature = "parameters")]
 mod ppo_drive;
 mod quirks;
 mod references;
