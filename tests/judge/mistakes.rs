@@ -129,7 +129,7 @@ mistakes! {
     /// An empty telegram as SD2.
     EmptySd2 ["M-F07"]
     /// Slave_Diag without SSAP.
-    NoSsap ["M-F06"]
+    NoSsap ["M-F06", "M-U12"]
     /// A telegram with another source address.
     OtherSource ["M-F04"]
     /// FDL status of its own address.
@@ -147,7 +147,7 @@ mistakes! {
     /// GAP addresses in falling order.
     GapFalls ["M-K04"]
     /// A GAP address above HSA.
-    GapAboveHsa ["M-K04"]
+    GapAboveHsa ["M-K04", "M-K06"]
     /// Global_Control of three octets.
     LongControl ["M-O04"]
     /// 20 bit times of idle line after a reply.
@@ -161,7 +161,7 @@ mistakes! {
     /// Min_Slave_Interval is ignored.
     TooFast ["M-I01"]
     /// The watchdog is off.
-    WatchdogOff ["M-P11", "M-P03"]
+    WatchdogOff ["M-P03"]
     /// Unlock_Req in a start-up.
     Unlocks ["M-P01"]
     /// Another identifier in Chk_Cfg.

@@ -34,6 +34,8 @@ pub(super) struct Timing {
     sent: Option<Instant>,
     /// The last was Global_Control.
     controlled: Option<Instant>,
+    /// A station has sent though nobody asked.
+    stray: bool,
     /// The judge could not look since the last telegram.
     paused: bool,
     was_paused: bool,
@@ -55,8 +57,10 @@ impl Timing {
         self.was_paused
     }
 
-    pub(super) fn heard(&mut self, end: Instant) {
+    /// A station has sent; `asked`: the master waited for a reply.
+    pub(super) fn heard(&mut self, end: Instant, asked: bool) {
         self.idle_since = Some(end);
+        self.stray |= !asked;
     }
 
     pub(super) fn sent(&mut self, _: Instant, end: Instant) {
@@ -64,6 +68,7 @@ impl Timing {
         self.sent = Some(end);
         self.was_paused = core::mem::take(&mut self.paused);
         self.controlled = None;
+        self.stray = false;
     }
 
     pub(super) const fn controlled(&mut self, now: Instant) {
@@ -226,7 +231,7 @@ impl Observer {
         };
         // Behind octets that the master had no reason to expect it cannot know when the line is idle.
         let unclear = |open: &Cycle| open.items.len() != 1 || open.has_bad_item();
-        if self.open.as_ref().is_some_and(unclear) || at < idle_since {
+        if self.open.as_ref().is_some_and(unclear) || at < idle_since || self.timing.stray {
             return;
         }
         let idle = at.saturating_since(idle_since);
@@ -283,10 +288,14 @@ impl Observer {
     }
 
     /// Virtual time: Min_Slave_Interval.
-    pub(super) fn judge_exact_interval(&mut self, cycle: &Cycle, interval: Duration) {
-        let (Sight::Exact(_), Some(least)) = (self.sight, self.setup.min_interval(cycle.to)) else {
+    pub(super) fn judge_exact_interval(&mut self, cycle: &Cycle, interval: Duration, before: usize) {
+        let (Sight::Exact(rate), Some(least)) = (self.sight, self.setup.min_interval(cycle.to)) else {
             return;
         };
+        // From end to end, or from beginning to beginning: telegrams have different lengths.
+        let octets = |len: usize| rate.octet_times(u32::try_from(len).unwrap_or(u32::MAX));
+        let begins = (interval + octets(before)).saturating_sub(octets(cycle.octets.len()));
+        let interval = interval.max(begins);
         if interval < least {
             let reason = format!(
                 "two requests to {} within {} us; expected Min_Slave_Interval, {} us",
