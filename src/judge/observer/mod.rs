@@ -202,6 +202,7 @@ impl Observer {
 
     /// The recording or the judgement has come to its end.
     pub(super) fn finish(&mut self) {
+        self.blind = false;
         self.close();
         self.finish_control();
         self.finish_timing();
