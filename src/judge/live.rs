@@ -92,6 +92,10 @@ pub fn live<L: Link, C: Clock + Clone>(
         if stop.is_requested() {
             judge.stop();
         }
+        // It has no next time: a master that says nothing would never wake the judge.
+        if judge.ending().is_some() {
+            break;
+        }
         let now = clock.now();
         let due = Instant::first_of(bus.poll_timeout(), judge.poll_timeout());
         let pulse = judge.is_waiting().then(|| now + HEARTBEAT);

@@ -690,7 +690,10 @@ impl Judge {
         self.struck = 0;
         self.tell(scenario);
         self.remember();
-        self.observer.held_back = self.scenarios.get(scenario).is_some_and(|scenario| scenario.holds);
+        let played = self.scenarios.get(scenario);
+        self.observer.held_back = played.is_some_and(|scenario| scenario.holds);
+        let floods = |scenario: &Scenario| scenario.rows.iter().any(|row| matches!(row, Row::E16 | Row::E17));
+        self.observer.blind = self.scenarios.get(scenario).is_some_and(floods);
         self.begin_step(now, scenario, 0, bus, faults);
     }
 

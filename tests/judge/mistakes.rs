@@ -31,7 +31,7 @@ mistakes! {
     /// Retries without end.
     EndlessRetries ["M-C06", "M-I02", "M-T08"]
     /// After the retries the FCB goes on.
-    NoReset ["M-C07", "M-C06"]
+    NoReset ["M-C07"]
     /// One FCB for all stations.
     CommonBit ["M-C08", "M-C02"]
     /// Replies with a wrong sum are believed.
@@ -161,9 +161,9 @@ mistakes! {
     /// Min_Slave_Interval is ignored.
     TooFast ["M-I01"]
     /// The watchdog is off.
-    WatchdogOff ["M-P03", "M-P11"]
+    WatchdogOff ["M-P03"]
     /// Unlock_Req in a start-up.
-    Unlocks ["M-P01", "M-U02"]
+    Unlocks ["M-P01"]
     /// Another identifier in Chk_Cfg.
     OtherCfg ["M-G01"]
     /// Other user parameters in a later start-up.
@@ -171,7 +171,7 @@ mistakes! {
     /// No Chk_Cfg.
     NoCfg ["M-U03", "M-U04"]
     /// Chk_Cfg though Set_Prm was not answered.
-    IgnoresSilence ["M-U02", "M-U09"]
+    IgnoresSilence ["M-U09"]
     /// An octet of outputs too few.
     ShortOutputs ["M-X01", "M-G02"]
     /// It ends when UE comes.

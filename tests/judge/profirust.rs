@@ -12,7 +12,8 @@ use profirust::fdl::{FdlActiveStation, ParametersBuilder};
 const BAUD: BaudRate = BaudRate::K500;
 
 /// What it gets wrong, each checked by reading the telegrams.
-const KNOWN: &[&str] = &["M-C07", "M-D02", "M-D03", "M-D07", "M-L05", "M-E03", "M-E04", "M-F04", "M-T06"];
+const KNOWN: &[&str] =
+    &["M-C07", "M-D02", "M-D03", "M-D07", "M-L05", "M-E03", "M-E04", "M-E13", "M-E15", "M-F04", "M-T06"];
 
 /// Found as well, behind noise and replies that are no telegrams, and not yet read in the telegrams: they may be of the
 /// bench, where a master speaks while noise is on the line.

@@ -266,8 +266,13 @@ impl Observer {
         // The master has gone on.
         if relation == Relation::First || !same_service {
             let view = self.view(station);
+            let prm = view.prm;
             view.gave_up = true;
             view.lose(Loss::Silent);
+            // That it got no answer is what the next step is judged by.
+            if before.service == Some(dp::Service::SetPrm) {
+                view.prm = prm;
+            }
         }
     }
 

@@ -262,6 +262,7 @@ impl Observer {
         let now = cycle.end;
         let view = self.view(cycle.to);
         let before = view.asked.replace(now);
+        let before_len = core::mem::replace(&mut view.asked_len, cycle.octets.len());
         let (exchanging, watchdog) = (view.exchanging && view.loss == Loss::None, view.watchdog);
         let Some(before) = before else { return };
         let interval = now.saturating_since(before);
@@ -269,7 +270,7 @@ impl Observer {
             if view.intervals.len() < INTERVALS {
                 view.intervals.push(interval);
             }
-            self.judge_exact_interval(cycle, interval);
+            self.judge_exact_interval(cycle, interval, before_len);
         }
         if !exchanging || cycle.service != Some(dp::Service::DataExchange) {
             return;

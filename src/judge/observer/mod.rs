@@ -94,6 +94,8 @@ pub(super) struct Observer {
     /// Replies are held back on purpose.
     pub(super) held_back: bool,
     pub(super) asked_for: asked::Asked,
+    /// So much is wrong on purpose that only coming back is judged.
+    pub(super) blind: bool,
     /// Nothing is wrong on purpose.
     pub(super) watching: bool,
 }
@@ -118,6 +120,7 @@ impl Observer {
             last_heard: None,
             common: counting::Common::default(),
             held_back: false,
+            blind: false,
             asked_for: asked::Asked::default(),
             watching: matches!(sight, Sight::Recorded),
         }
@@ -170,7 +173,8 @@ impl Observer {
 
     /// A row was broken by what was seen over a longer time: the last telegrams show it.
     pub(super) fn show(&mut self, row: Row, weight: Weight, reason: String) {
-        self.broken(row, weight, self.serial.saturating_sub(6), None, reason);
+        let shown = self.since(self.serial.saturating_sub(6), None);
+        self.findings.broken(row, weight, reason, shown);
     }
 
     /// A count of good exchanges begins anew.
@@ -198,6 +202,7 @@ impl Observer {
 
     /// The recording or the judgement has come to its end.
     pub(super) fn finish(&mut self) {
+        self.blind = false;
         self.close();
         self.finish_control();
         self.finish_timing();
@@ -253,6 +258,10 @@ impl Observer {
         station: Option<Address>,
         reason: impl Into<String>,
     ) {
+        // In a flood of errors a master may take noise for a reply, and is right.
+        if self.blind {
+            return;
+        }
         let shown = self.since(from, station);
         self.findings.broken(row, weight, reason.into(), shown);
     }
@@ -272,7 +281,7 @@ impl Observer {
             }
             self.keep(shown);
         }
-        self.timing.heard(moment.end);
+        self.timing.heard(moment.end, self.open.is_some());
     }
 
     fn master_sent(&mut self, moment: Moment) {

@@ -303,6 +303,7 @@ impl Observer {
         let view = self.view(cycle.to);
         if prm.is_ok_and(|prm| prm.unlock_req()) {
             view.lose(Loss::None);
+            view.prm = step(answer);
             view.exchanging = false;
             view.cfg = Step::None;
             return;

@@ -38,6 +38,8 @@ pub(super) struct Timing {
     sent: Option<Instant>,
     /// The last was Global_Control.
     controlled: Option<Instant>,
+    /// A station has sent though nobody asked.
+    stray: bool,
     /// The judge could not look since the last telegram.
     paused: bool,
     was_paused: bool,
@@ -59,9 +61,11 @@ impl Timing {
         self.was_paused
     }
 
-    pub(super) fn heard(&mut self, end: Instant) {
+    /// A station has sent; `asked`: the master waited for a reply.
+    pub(super) fn heard(&mut self, end: Instant, asked: bool) {
         self.idle_since = Some(end);
         self.stations_until = self.stations_until.max(Some(end));
+        self.stray |= !asked;
     }
 
     pub(super) fn sent(&mut self, begin: Instant, end: Instant) {
@@ -70,6 +74,7 @@ impl Timing {
         self.sent = Some(end);
         self.was_paused = core::mem::take(&mut self.paused);
         self.controlled = None;
+        self.stray = false;
     }
 
     pub(super) const fn controlled(&mut self, now: Instant) {
@@ -234,7 +239,8 @@ impl Observer {
         let unclear = |open: &Cycle| open.items.len() != 1 || open.has_bad_item();
         // Nobody answers Global_Control: what is heard since is noise, and the same is true of it.
         let noise = self.timing.controlled.is_some() && self.timing.stations_until > self.timing.begun;
-        if noise || self.open.as_ref().is_some_and(unclear) || at < idle_since {
+        let stray = noise || self.timing.stray;
+        if stray || self.open.as_ref().is_some_and(unclear) || at < idle_since {
             return;
         }
         let idle = at.saturating_since(idle_since);
@@ -291,10 +297,14 @@ impl Observer {
     }
 
     /// Virtual time: Min_Slave_Interval.
-    pub(super) fn judge_exact_interval(&mut self, cycle: &Cycle, interval: Duration) {
-        let (Sight::Exact(_), Some(least)) = (self.sight, self.setup.min_interval(cycle.to)) else {
+    pub(super) fn judge_exact_interval(&mut self, cycle: &Cycle, interval: Duration, before: usize) {
+        let (Sight::Exact(rate), Some(least)) = (self.sight, self.setup.min_interval(cycle.to)) else {
             return;
         };
+        // From end to end, or from beginning to beginning: telegrams have different lengths.
+        let octets = |len: usize| rate.octet_times(u32::try_from(len).unwrap_or(u32::MAX));
+        let begins = (interval + octets(before)).saturating_sub(octets(cycle.octets.len()));
+        let interval = interval.max(begins);
         if interval < least {
             let reason = format!(
                 "two requests to {} within {} us; expected Min_Slave_Interval, {} us",

@@ -53,6 +53,8 @@ pub(super) struct View {
     pub(super) spoken_to: Option<Instant>,
     /// When it was last asked by SRD.
     pub(super) asked: Option<Instant>,
+    /// How long that request was, in octets.
+    pub(super) asked_len: usize,
     /// Times between two requests in data exchange.
     pub(super) intervals: Vec<Duration>,
     /// Data_Exchange since a reply of high priority, and the row that wants the diagnosis.
