@@ -5,7 +5,7 @@
 //! | `text.rs` | octets to text: code pages |
 //! | `lines.rs` | text to lines of words, numbers and strings |
 //! | `statement.rs` | a line as keyword, argument and values |
-//! | `reader.rs` | statements to a [`Gsd`] |
+//! | `reader.rs`, `reader/` | statements to a [`Gsd`]: blocks, main part, user parameters |
 //! | `module.rs` | modules, slots |
 //! | `parameter.rs` | user parameters: fields, ranges, texts, the octets of Set_Prm |
 //! | `diagnosis.rs` | the texts of the diagnosis |

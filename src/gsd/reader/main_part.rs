@@ -1,0 +1,173 @@
+//! The main part: what stands once, the rates, the texts of the diagnosis.
+
+use std::borrow::ToOwned;
+use std::format;
+
+use super::prm::part;
+use super::{DIAG_BIT, DIAG_FIXED_LEN, MAX_DIAG_LEN, Reader, diag_bit};
+use crate::fdl::Rates;
+use crate::gsd::hint::{Level, Place, ReadError};
+use crate::gsd::parameter::MAX_USER_PRM_LEN;
+use crate::gsd::statement::Statement;
+use crate::gsd::text::trimmed;
+use crate::time::BaudRate;
+
+/// The names of the rates in keywords.
+const RATES: [(&str, BaudRate); 10] = [
+    ("9.6", BaudRate::K9_6),
+    ("19.2", BaudRate::K19_2),
+    ("45.45", BaudRate::K45_45),
+    ("93.75", BaudRate::K93_75),
+    ("187.5", BaudRate::K187_5),
+    ("500", BaudRate::K500),
+    ("1.5m", BaudRate::K1500),
+    ("3m", BaudRate::K3000),
+    ("6m", BaudRate::K6000),
+    ("12m", BaudRate::K12000),
+];
+
+/// Keywords that a slave need not know, and beginnings of such.
+const WITHOUT_EFFECT: &[&str] = &[
+    "fms_supp",
+    "slave_family",
+    "implementation_type",
+    "redundancy",
+    "repeater_ctrl_sig",
+    "24v_pins",
+    "periphery",
+    "family_name",
+    "check_cfg_mode",
+    "endpixmap",
+    "31.25_supp",
+    "maxtsdr_31.25",
+];
+const WITHOUT_EFFECT_BEGINNINGS: &[&str] = &["bitmap_", "c1_", "c2_", "alarm_", "dpv1_", "isochron_", "dxb_"];
+
+impl Reader {
+    pub(super) fn in_main(&mut self, line: &Statement<'_>) -> Result<(), ReadError> {
+        let place = line.place;
+        let keyword = line.keyword.as_str();
+        if line.argument.is_none() && !keyword.is_empty() && !self.seen.insert(keyword.to_owned()) {
+            self.hint(Level::Warning, place, format!("{} stands twice; the last one counts", line.spelled));
+        }
+        let text = || trimmed(line.text().unwrap_or_default());
+        let (gsd, flags) = (&mut self.gsd, line.is_on());
+        match keyword {
+            "gsd_revision" => gsd.gsd_revision = line.number().unwrap_or(1),
+            "vendor_name" => gsd.vendor = text(),
+            "model_name" => gsd.model = text(),
+            "revision" => gsd.revision = text(),
+            "hardware_release" => gsd.hardware = text(),
+            "software_release" => gsd.software = text(),
+            "ordernumber" => gsd.order_number = text(),
+            "info_text" => gsd.info = text(),
+            "ident_number" => match line.number() {
+                Some(ident) => self.ident = Some(ident),
+                None => self.wrong_ident = Some(place),
+            },
+            "protocol_ident" => dp_slave(line, "Protocol_Ident")?,
+            "station_type" => dp_slave(line, "Station_Type")?,
+            "auto_baud_supp" => gsd.flags.auto_baud = flags,
+            "set_slave_add_supp" => gsd.flags.set_slave_add = flags,
+            "sync_mode_supp" => gsd.flags.sync = flags,
+            "freeze_mode_supp" => gsd.flags.freeze = flags,
+            "fail_safe" => gsd.flags.fail_safe = flags,
+            "fail_safe_required" => gsd.flags.fail_safe_required = flags,
+            "modular_station" => gsd.flags.modular = flags,
+            "fixpresetmodules" => gsd.flags.fixed_presets = flags,
+            "dpv1_slave" => gsd.flags.dpv1 = flags,
+            "wd_base_1ms_supp" => gsd.flags.watchdog_1ms = flags,
+            "prm_block_structure_supp" | "prm_block_structure_req" => gsd.flags.prm_blocks |= flags,
+            "max_diag_data_len" => {
+                let got = line.first().unwrap_or_default();
+                let len = u8::try_from(got).unwrap_or(MAX_DIAG_LEN).clamp(DIAG_FIXED_LEN, MAX_DIAG_LEN);
+                gsd.max_diag_len = len;
+                if i64::from(len) != got {
+                    self.warn(place, format!("Max_Diag_Data_Len is {got}, expected 6..244; read as {len}"));
+                }
+            }
+            "min_slave_intervall" => gsd.min_slave_interval = line.number().unwrap_or(1),
+            "max_module" => gsd.max_module = line.number(),
+            "max_input_len" => gsd.max_input_len = line.number(),
+            "max_output_len" => gsd.max_output_len = line.number(),
+            "max_data_len" => gsd.max_data_len = line.number(),
+            "modul_offset" => gsd.slot_offset = line.number().unwrap_or(1),
+            "user_prm_data_len" => {
+                self.old_len = line.number().map(|len: u8| (place, usize::from(len).min(MAX_USER_PRM_LEN)));
+            }
+            "user_prm_data" => {
+                self.old_data = line.octets();
+                gsd.old_form_last = true;
+                if self.old_data.is_none() {
+                    self.warn(place, "User_Prm_Data holds what is no octet; it is left out".into());
+                }
+            }
+            "max_user_prm_data_len" => {
+                gsd.max_user_prm_len = line.prm_len();
+                gsd.old_form_last = false;
+            }
+            "ext_user_prm_data_const" | "ext_user_prm_data_ref" => {
+                gsd.old_form_last = false;
+                if let Err(hint) = part(&mut gsd.user_prm, line, &mut self.references) {
+                    self.warn(place, hint);
+                }
+            }
+            "channel_diag" => {
+                if let (Some(Ok(number)), Some(text)) = (line.argument.map(u8::try_from), line.text()) {
+                    gsd.channel_diag.push((number, trimmed(text)));
+                }
+            }
+            required if required.ends_with("_required") => gsd.flags.needs_dpv1_services |= flags,
+            _other => self.rate_or_text(line),
+        }
+        Ok(())
+    }
+
+    fn rate_or_text(&mut self, line: &Statement<'_>) {
+        let keyword = line.keyword.as_str();
+        let rate = |name: &str| RATES.iter().find(|rate| rate.0 == name).map(|rate| rate.1);
+        if let Some(rate) = keyword.strip_suffix("_supp").and_then(rate) {
+            if line.is_on() {
+                self.rates.insert(rate, line.place);
+            } else {
+                self.rates.remove(&rate);
+            }
+        } else if let Some(rate) = keyword.strip_prefix("maxtsdr_").and_then(rate) {
+            self.max_tsdr.extend(line.number().map(|bits: u16| (rate, bits)));
+        } else if let Some(bit) = diag_bit(line, "unit_diag_bit") {
+            self.check_diag_bit(line.place, bit.bit);
+            self.gsd.diag_bits.push(bit);
+        } else if !WITHOUT_EFFECT.contains(&keyword)
+            && !WITHOUT_EFFECT_BEGINNINGS.iter().any(|beginning| keyword.starts_with(beginning))
+        {
+            self.hint(Level::Note, line.place, format!("'{}' has no effect on the slave", line.spelled));
+        }
+    }
+
+    /// Kept in `references` of the end: Max_Diag_Data_Len may stand behind the bits.
+    fn check_diag_bit(&mut self, place: Place, bit: u16) {
+        self.references.push((place, u32::from(bit) | DIAG_BIT));
+    }
+
+    pub(super) fn end_rates(&mut self) {
+        for (rate, place) in core::mem::take(&mut self.rates) {
+            let bits = self.max_tsdr.get(&rate).copied();
+            if bits.is_none() {
+                let text = format!("no MaxTsdr for {rate}; read as {} bit times", rate.max_tsdr_bits());
+                self.warn(place, text);
+            }
+            self.gsd.rates = self.gsd.rates.with(rate, bits.unwrap_or(rate.max_tsdr_bits()));
+        }
+        if self.gsd.rates == Rates::NONE {
+            self.warn(self.header, "no rate of PROFIBUS-DP is offered; read as every rate".into());
+            self.gsd.rates = Rates::CUSTOMARY;
+        }
+    }
+}
+
+fn dp_slave(line: &Statement<'_>, keyword: &'static str) -> Result<(), ReadError> {
+    match line.first() {
+        None | Some(0) => Ok(()),
+        Some(got) => Err(ReadError::NotDpSlave { place: line.place, keyword, got }),
+    }
+}
