@@ -4,63 +4,19 @@ use core::time::Duration;
 use std::fs::{self, File, OpenOptions};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
-use std::process::{Child, ChildStdout, Command, Output, Stdio};
+use std::process::{Child, ChildStdout, Command, Stdio};
 use std::thread;
 use std::time::Instant;
 
 use profidrive::host::Link;
 use profidrive::host::link::pty::Pty;
 
-fn profidrive(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_profidrive"));
-    command.args(arguments).env_remove("RUST_LOG").stdin(Stdio::null());
-    command
-}
+use crate::emulator::{Emulator, output, profidrive};
 
-fn output(arguments: &[&str]) -> Output {
-    profidrive(arguments).output().unwrap()
-}
-
-/// A running emulator, ended with the test.
-struct Emulator {
-    process: Child,
-    stdout: BufReader<ChildStdout>,
-    ready: String,
-}
+/// A signal ends it within this time.
+const END: Duration = Duration::from_secs(5);
 
 impl Emulator {
-    /// Started, and past its ready line.
-    fn start(arguments: &[&str]) -> Self {
-        let mut command = profidrive(&["emulate"]);
-        let mut process =
-            command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-        let mut stdout = BufReader::new(process.stdout.take().unwrap());
-        let mut ready = String::new();
-        stdout.read_line(&mut ready).unwrap();
-        Self { process, stdout, ready }
-    }
-
-    fn signal(&self, signal: &str) {
-        let command = format!("kill -{signal} {}", self.process.id());
-        assert!(Command::new("sh").args(["-c", &command]).status().unwrap().success());
-    }
-
-    /// Waits for the end, at most 5 s: exit code, the rest of stdout, stderr.
-    fn end(mut self) -> (Option<i32>, String, String) {
-        let start = Instant::now();
-        let status = loop {
-            match self.process.try_wait().unwrap() {
-                Some(status) => break status,
-                None if start.elapsed() > Duration::from_secs(5) => panic!("still running"),
-                None => thread::sleep(Duration::from_millis(5)),
-            }
-        };
-        let (mut stdout, mut stderr) = (String::new(), String::new());
-        self.stdout.read_to_string(&mut stdout).unwrap();
-        self.process.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
-        (status.code(), stdout, stderr)
-    }
-
     /// Memory it holds now, KiB.
     fn resident(&self) -> u64 {
         let status = fs::read_to_string(format!("/proc/{}/status", self.process.id())).unwrap();
@@ -74,13 +30,6 @@ impl Emulator {
         let (_, fields) = stat.rsplit_once(')').unwrap();
         let ticks: u64 = fields.split_whitespace().skip(11).take(2).map(|t| t.parse::<u64>().unwrap()).sum();
         Duration::from_millis(ticks * 10)
-    }
-}
-
-impl Drop for Emulator {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
     }
 }
 
@@ -207,7 +156,7 @@ fn the_ready_line_names_the_link_and_the_drives_and_both_signals_end_with_0() {
         assert!(fs::read_link(&path).unwrap().starts_with("/dev/pts"));
         drop(open(path.to_str().unwrap()));
         emulator.signal(signal);
-        let (code, stdout, stderr) = emulator.end();
+        let (code, stdout, stderr) = emulator.end(END);
         assert_eq!(code, Some(0), "{signal}: {stderr}");
         assert_eq!(stdout, "", "one line and no more");
         assert!(stderr.contains("SIKO AG03, gear 24:1, at address 6"), "{stderr}");
@@ -235,7 +184,7 @@ fn a_killed_emulator_leaves_a_link_that_the_next_one_replaces() {
     let next = Emulator::start(&["--link", &link]);
     assert!(path.exists());
     next.signal("TERM");
-    assert_eq!(next.end().0, Some(0));
+    assert_eq!(next.end(END).0, Some(0));
     assert!(!path.is_symlink());
 }
 
@@ -243,7 +192,7 @@ fn a_killed_emulator_leaves_a_link_that_the_next_one_replaces() {
 fn unusual_addresses_are_warned_about() {
     let emulator = Emulator::start(&["-q", "--drive", "0", "--drive", "126"]);
     emulator.signal("TERM");
-    let (code, _, stderr) = emulator.end();
+    let (code, _, stderr) = emulator.end(END);
     assert_eq!(code, Some(0));
     assert_eq!(stderr.lines().count(), 2, "{stderr}");
     assert!(stderr.contains("address 0 ") && stderr.contains("address 126 "), "{stderr}");
@@ -267,7 +216,7 @@ fn a_full_bus_is_one_argument_and_counts_what_it_hears() {
     master.read_exact(&mut reply).unwrap();
     assert_eq!(reply, [0x10, 0, 124, 0, 124, 0x16]);
     emulator.signal("TERM");
-    let (code, _, stderr) = emulator.end();
+    let (code, _, stderr) = emulator.end(END);
     assert_eq!(code, Some(0), "{stderr}");
     let line: Vec<_> = stderr.lines().filter(|line| line.contains("line: heard ")).collect();
     assert!(line[0].contains("heard 1 telegrams (FDL status 1); sent 1;"), "on SIGUSR1: {line:?}");
@@ -460,7 +409,7 @@ fn a_mebibyte_of_noise_is_a_line_of_the_log_a_second() {
     }
     emulator.signal("TERM");
     let seconds = start.elapsed().as_secs();
-    let (code, _, stderr) = emulator.end();
+    let (code, _, stderr) = emulator.end(END);
     assert_eq!(code, Some(0));
     let lines = stderr.lines().filter(|line| line.contains("octet") || line.contains("lost"));
     // The last lines are counters.
@@ -534,7 +483,7 @@ fn drives_on_a_tcp_port_are_corrupted_as_asked_and_end_with_a_signal() {
     thread::sleep(Duration::from_millis(100));
     assert!(emulator.cpu_time() - before <= Duration::from_millis(10), "an idle port uses no time");
     emulator.signal("TERM");
-    let (code, stdout, stderr) = emulator.end();
+    let (code, stdout, stderr) = emulator.end(END);
     assert_eq!((code, &stdout[..]), (Some(0), ""));
     assert!(stderr.contains("fault on purpose: wrong-fcs,count=1,at=2"), "{stderr}");
     assert!(stderr.contains("connected, 1 of 32"), "{stderr}");

@@ -24,6 +24,8 @@ mod command;
 mod decode_encode;
 mod demo;
 #[cfg(target_os = "linux")]
+mod emulator;
+#[cfg(target_os = "linux")]
 mod kill;
 #[cfg(target_os = "linux")]
 mod left_behind;

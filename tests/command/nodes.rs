@@ -1,82 +1,31 @@
 //! `emulate --node` and `eds`: CANopen devices behind slcan.
 
 use std::fs;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
 use std::path::Path;
-use std::process::{Child, ChildStdout, Command, Output, Stdio};
-use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use profidrive::host::can::PRODUCTS;
+
+use crate::emulator::{Emulator, output};
 
 /// How long anything may take.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-fn profidrive(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_profidrive"));
-    command.args(arguments).env_remove("RUST_LOG").stdin(Stdio::null());
-    command
-}
-
-fn output(arguments: &[&str]) -> Output {
-    profidrive(arguments).output().unwrap()
-}
-
-/// A running emulator; dropped, it is killed.
-struct Emulator {
-    process: Child,
-    stdout: BufReader<ChildStdout>,
-    ready: String,
-}
-
 impl Emulator {
-    fn start(arguments: &[&str]) -> Self {
-        let mut command = profidrive(&["emulate"]);
-        let mut process =
-            command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-        let mut stdout = BufReader::new(process.stdout.take().unwrap());
-        let mut ready = String::new();
-        stdout.read_line(&mut ready).unwrap();
-        if ready.is_empty() {
-            let mut stderr = String::new();
-            process.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
-            panic!("{stderr}");
-        }
-        Self { process, stdout, ready }
-    }
-
     /// Host and port of the ready line.
     fn place(&self) -> &str {
         let rest =
             self.ready.strip_prefix("ready link=slcan-tcp:").unwrap_or_else(|| panic!("{}", self.ready));
         rest.split_once(' ').unwrap().0
     }
-
-    /// Ends it by a signal: exit code, the rest of stdout, stderr.
-    fn end(mut self, signal: &str) -> (Option<i32>, String, String) {
-        let command = format!("kill -{signal} {}", self.process.id());
-        assert!(Command::new("sh").args(["-c", &command]).status().unwrap().success());
-        let start = Instant::now();
-        let status = loop {
-            match self.process.try_wait().unwrap() {
-                Some(status) => break status,
-                None if start.elapsed() > PATIENCE => panic!("still running"),
-                None => thread::sleep(Duration::from_millis(5)),
-            }
-        };
-        let (mut stdout, mut stderr) = (String::new(), String::new());
-        self.stdout.read_to_string(&mut stdout).unwrap();
-        self.process.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
-        (status.code(), stdout, stderr)
-    }
 }
 
-impl Drop for Emulator {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
+/// Ended by a signal: exit code, the rest of stdout, stderr.
+fn ended(emulator: Emulator, signal: &str) -> (Option<i32>, String, String) {
+    emulator.signal(signal);
+    emulator.end(PATIENCE)
 }
 
 /// A master behind an adapter of its own.
@@ -197,7 +146,7 @@ fn the_ready_line_names_the_link_and_the_nodes_and_each_signal_ends_with_0() {
             Emulator::start(&["--node", "9,device=ap10", "--node", "6,device=asda-a2", "--link", &link]);
         assert_eq!(emulator.ready, format!("ready link={} nodes=9,6\n", path.display()));
         assert!(fs::read_link(&path).unwrap().starts_with("/dev/pts"));
-        let (code, stdout, stderr) = emulator.end(signal);
+        let (code, stdout, stderr) = ended(emulator, signal);
         assert_eq!(code, Some(0), "{signal}: {stderr}");
         assert_eq!(stdout, "", "one line and no more");
         assert!(stderr.contains("node 9 (ap10): boot-up as node 9 after power-on"), "{stderr}");
@@ -291,7 +240,7 @@ fn a_capture_holds_every_frame_as_the_kernel_gives_it() {
     let emulator = Emulator::start(&["--node", "5,device=ap10", "--link", link, "--capture", capture]);
     let mut master = Master::open(emulator.place());
     master.sdo(5, "4000100000000000");
-    let (code, _, stderr) = emulator.end("TERM");
+    let (code, _, stderr) = ended(emulator, "TERM");
     assert_eq!(code, Some(0), "{stderr}");
     let octets = fs::read(&file).unwrap();
     let holds = |part: &[u8]| octets.windows(part.len()).any(|window| window == part);

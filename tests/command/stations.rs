@@ -1,32 +1,20 @@
 //! `emulate --station` and `gsd`: stations from device files, as their users run them.
 
-use std::io::{BufRead, BufReader, Read};
-use std::process::{Command, Output, Stdio};
+use std::time::Duration;
+
+use crate::emulator::{Emulator, output};
 
 fn file(name: &str) -> String {
     format!("{}/tests/gsd/{name}", env!("CARGO_MANIFEST_DIR"))
 }
 
-fn profidrive(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_profidrive"));
-    command.args(arguments).env_remove("RUST_LOG").stdin(Stdio::null());
-    command
-}
-
-fn output(arguments: &[&str]) -> Output {
-    profidrive(arguments).output().unwrap()
-}
-
 /// The ready line, then SIGTERM; the exit code, what was logged.
 fn emulated(arguments: &[&str]) -> (String, Option<i32>, String) {
-    let mut command = profidrive(&["emulate"]);
-    let mut process = command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    let mut ready = String::new();
-    BufReader::new(process.stdout.take().unwrap()).read_line(&mut ready).unwrap();
-    assert!(Command::new("kill").arg(process.id().to_string()).status().unwrap().success());
-    let mut log = String::new();
-    process.stderr.take().unwrap().read_to_string(&mut log).unwrap();
-    (ready, process.wait().unwrap().code(), log)
+    let emulator = Emulator::start(arguments);
+    let ready = emulator.ready.clone();
+    emulator.signal("TERM");
+    let (code, _, log) = emulator.end(Duration::from_secs(10));
+    (ready, code, log)
 }
 
 #[test]
