@@ -21,7 +21,7 @@
 //! | `flow_charts` | the control words that the manual prints |
 //! | `event` | [`Event`]: news for the host |
 //! | `parameters` | the parameters of the unit as the parameter channel reaches them |
-//! | `quirks` | [`QUIRKS`]: every named alternative |
+//! | `quirk`, `quirks` | [`Quirk`], the form of every device, and [`QUIRKS`]: every named alternative of this one |
 //! | [`ap10_canopen`] | the position indicator AP10 on CANopen, an object of its own |
 //! | [`asda_a2_canopen`] | the servo ASDA-A2 on CANopen |
 //! | `refusal` | [`Refusal`]: why a control word is not followed |
@@ -37,6 +37,7 @@ mod config;
 mod event;
 pub mod flow_charts;
 pub mod parameters;
+mod quirk;
 mod quirks;
 mod refusal;
 pub mod words;
@@ -62,7 +63,8 @@ pub use crate::unit::{
 pub use canopen::{CanopenDevice, CanopenEvent, RecallError};
 pub use config::{Config, Timing};
 pub use event::Event;
-pub use quirks::{QUIRKS, Quirk, QuirkError};
+pub use quirk::{Quirk, QuirkError};
+pub use quirks::QUIRKS;
 pub use refusal::{Reason, Refusal};
 
 use parameters::{Channel, Shown};

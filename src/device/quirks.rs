@@ -2,42 +2,10 @@
 //!
 //! `docs/quirks.md` gives the reasons for the defaults.
 
-use thiserror::Error;
-
-use super::Config;
+use super::{Config, Quirk, QuirkError};
 use crate::drive::DirectionChange;
 use crate::pkw::SubindexOctet;
 use crate::unit::dip::ResetPatterns;
-
-/// A point on which the manuals contradict themselves or leave a choice.
-#[derive(Clone, Copy, Debug)]
-pub struct Quirk {
-    /// Its name in `NAME=VALUE`.
-    pub name: &'static str,
-    /// Where `ag03.md` 15 and `docs/quirks.md` discuss it.
-    pub register: &'static str,
-    /// What it decides.
-    pub about: &'static str,
-    /// What it may be; the first is the default.
-    pub values: &'static [&'static str],
-    choose: fn(&mut Config, usize),
-}
-
-/// A quirk that cannot be set.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-pub enum QuirkError {
-    /// No quirk has this name.
-    #[error("there is no such quirk")]
-    Unknown,
-    /// The quirk has no such value.
-    #[error("quirk {name} has no such value")]
-    Value {
-        /// The quirk.
-        name: &'static str,
-        /// The values it has.
-        values: &'static [&'static str],
-    },
-}
 
 impl Config {
     /// Sets a quirk by its name, as [`QUIRKS`] lists them.
@@ -55,16 +23,12 @@ impl Config {
     /// # Errors
     /// [`QuirkError`] if there is no such quirk or value.
     pub fn set_quirk(&mut self, name: &str, value: &str) -> Result<(), QuirkError> {
-        let quirk = QUIRKS.iter().find(|quirk| quirk.name == name).ok_or(QuirkError::Unknown)?;
-        let Quirk { name, values, choose, .. } = *quirk;
-        let index = values.iter().position(|known| *known == value);
-        choose(self, index.ok_or(QuirkError::Value { name, values })?);
-        Ok(())
+        Quirk::set(&QUIRKS, self, name, value)
     }
 }
 
 /// Every quirk, in the order of the register.
-pub const QUIRKS: [Quirk; 28] = [
+pub const QUIRKS: [Quirk<Config>; 28] = [
     Quirk {
         name: "i-gain",
         register: "C-01",

@@ -55,7 +55,7 @@ use crate::unit::{
 
 pub use config::Config;
 pub use event::Event;
-pub use quirks::{QUIRKS, Quirk, QuirkError, Quirks};
+pub use quirks::{QUIRKS, Quirks};
 
 use part::Part;
 use state::State;

@@ -3,11 +3,10 @@
 //! Not here, because nobody could tell a difference or the bytes would be wrong for every master: CN-03 (42h as answer)
 //! and CN-10 (EMCY with its high octet first).
 
-use thiserror::Error;
-
 use super::Config;
 use crate::canopen::Abort;
 use crate::canopen::policy::{TypeZero, WrongLength};
+use crate::device::{Quirk, QuirkError};
 use crate::unit::dip::ResetPatterns;
 
 /// Alternatives of the device; each is off by default.
@@ -21,52 +20,18 @@ pub struct Quirks {
     pub inching_1_runs_to_its_end: bool,
 }
 
-/// A point on which the manual contradicts itself or leaves a choice.
-#[derive(Clone, Copy, Debug)]
-pub struct Quirk {
-    /// Its name in `NAME=VALUE`.
-    pub name: &'static str,
-    /// Where `canopen-ag03.md` 16 discusses it.
-    pub register: &'static str,
-    /// What it decides.
-    pub about: &'static str,
-    /// What it may be; the first is the default.
-    pub values: &'static [&'static str],
-    choose: fn(&mut Config, usize),
-}
-
-/// A quirk that cannot be set.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-pub enum QuirkError {
-    /// No quirk has this name.
-    #[error("there is no such quirk")]
-    Unknown,
-    /// The quirk has no such value.
-    #[error("quirk {name} has no such value")]
-    Value {
-        /// The quirk.
-        name: &'static str,
-        /// The values it has.
-        values: &'static [&'static str],
-    },
-}
-
 impl Config {
     /// Sets a quirk by its name, as [`QUIRKS`] lists them.
     ///
     /// # Errors
     /// [`QuirkError`] if there is no such quirk or value.
     pub fn set_quirk(&mut self, name: &str, value: &str) -> Result<(), QuirkError> {
-        let quirk = QUIRKS.iter().find(|quirk| quirk.name == name).ok_or(QuirkError::Unknown)?;
-        let Quirk { name, values, choose, .. } = *quirk;
-        let index = values.iter().position(|known| *known == value);
-        choose(self, index.ok_or(QuirkError::Value { name, values })?);
-        Ok(())
+        Quirk::set(&QUIRKS, self, name, value)
     }
 }
 
 /// Every quirk, in the order of the register.
-pub const QUIRKS: [Quirk; 14] = [
+pub const QUIRKS: [Quirk<Config>; 14] = [
     Quirk {
         name: "reset-patterns",
         register: "CN-01",

@@ -1,0 +1,48 @@
+//! Points on which a manual contradicts itself or leaves a choice, as tables: one form for every device.
+
+use thiserror::Error;
+
+/// One such point in the configuration `C` of a device.
+#[derive(Clone, Copy, Debug)]
+pub struct Quirk<C> {
+    /// Its name in `NAME=VALUE`.
+    pub name: &'static str,
+    /// Where the reference of the device discusses it.
+    pub register: &'static str,
+    /// What it decides.
+    pub about: &'static str,
+    /// What it may be; the first is the default.
+    pub values: &'static [&'static str],
+    /// Chooses the value of this index.
+    pub(super) choose: fn(&mut C, usize),
+}
+
+/// A quirk that cannot be set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum QuirkError {
+    /// No quirk has this name.
+    #[error("there is no such quirk")]
+    Unknown,
+    /// The quirk has no such value.
+    #[error("quirk {name} has no such value")]
+    Value {
+        /// The quirk.
+        name: &'static str,
+        /// The values it has.
+        values: &'static [&'static str],
+    },
+}
+
+impl<C> Quirk<C> {
+    /// Sets a quirk of a table by its name.
+    ///
+    /// # Errors
+    /// [`QuirkError`] if there is no such quirk or value; nothing is changed then.
+    pub(super) fn set(table: &[Self], config: &mut C, name: &str, value: &str) -> Result<(), QuirkError> {
+        let quirk = table.iter().find(|quirk| quirk.name == name).ok_or(QuirkError::Unknown)?;
+        let Self { name, values, choose, .. } = *quirk;
+        let index = values.iter().position(|known| *known == value);
+        choose(config, index.ok_or(QuirkError::Value { name, values })?);
+        Ok(())
+    }
+}
