@@ -83,3 +83,22 @@ impl CanopenDevice for Ag03Node {
         Self::handle_stored(self, now, u64::from(generation).into(), outcome);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Config, Event};
+    use super::*;
+
+    #[test]
+    fn switching_is_told_when_it_happens_and_a_drive_without_supply_has_nothing_to_tell() {
+        let now = Instant::ZERO;
+        let mut node = Ag03Node::new(Config::new(NodeId::MIN), now).unsupplied(now);
+        assert_eq!(Ag03Node::poll_event(&mut node), None);
+        Ag03Node::power_on(&mut node, now);
+        let on = Ag03Node::poll_event(&mut node);
+        assert!(matches!(on, Some(Event::Unit(unit::Event::SwitchedOn(_)))), "{on:?}");
+        while Ag03Node::poll_event(&mut node).is_some() {}
+        Ag03Node::power_off(&mut node, now);
+        assert_eq!(Ag03Node::poll_event(&mut node), Some(Event::Unit(unit::Event::SwitchedOff)));
+    }
+}

@@ -150,6 +150,8 @@ impl Part {
     pub(super) fn switched_off(&mut self) {
         self.nmt = None;
         self.begin_anew();
+        // It steps no more that would tell them.
+        self.take_events();
     }
 
     pub(super) fn switched_on(&mut self) {
@@ -388,6 +390,10 @@ impl Part {
         let ended = !self.word.has(CwBit::NewSetpoint) && !is_active(&status);
         self.acknowledge = (self.acknowledge || accepted) && !ended;
         self.inch_1 &= self.word.has(CwBit::Inching1) || status.state == DriveState::Inching(Inching::One);
+        self.take_events();
+    }
+
+    fn take_events(&mut self) {
         while let Some(event) = self.unit.poll_event() {
             self.events.push(Event::Unit(event));
         }
