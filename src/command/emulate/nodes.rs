@@ -8,7 +8,7 @@ use profidrive::can::BitRate;
 use profidrive::canopen::storage::Memory;
 use profidrive::canopen::{Event, NodeId};
 use profidrive::device::CanopenEvent;
-use profidrive::host::can::{Event as BusEvent, Line, LinkSpec, News, Seat, StoredNode};
+use profidrive::host::can::{Event as BusEvent, Line, LinkSpec, News, Seat, Stay, StoredNode};
 use profidrive::host::capture::Capture;
 use profidrive::host::capture::can::Interface;
 use profidrive::host::{Clock, Error, Reach, StateDir};
@@ -35,12 +35,12 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec) -> Result<(), Failure> {
     }
     nodes.warn_of_doubles();
     let mut capture = Recorder::start(args, &mut line, &nodes, rate)?;
+    // What the start brought is told whatever ends the process behind the ready line.
+    line.turn(Stay::Awake, &signals.stop, &mut |news| tell(news, &mut capture, &mut nodes))
+        .map_err(|error| Failure::from_error(&error))?;
     nodes.announce(line.name());
     let outcome = loop {
-        let outcome = line.run(&signals.stop, &mut |news| {
-            capture.take(&news);
-            nodes.say(news);
-        });
+        let outcome = line.run(&signals.stop, &mut |news| tell(news, &mut capture, &mut nodes));
         // First, so that a signal after the flags are read ends the next run.
         signals.stop.clear();
         let end = outcome.is_err() || signals.end.load(Ordering::SeqCst);
@@ -61,6 +61,12 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec) -> Result<(), Failure> {
     outcome.map_err(|error| Failure::from_error(&error))?;
     info!("ended by a signal");
     Ok(())
+}
+
+/// Tells everybody who wants to know.
+fn tell(news: News<CanopenEvent>, capture: &mut Recorder, nodes: &mut Nodes) {
+    capture.take(&news);
+    nodes.say(news);
 }
 
 fn open(args: &Emulate, link: &LinkSpec, rate: BitRate) -> Result<Line<CanopenEvent>, Failure> {
