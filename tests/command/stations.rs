@@ -59,6 +59,10 @@ fn what_is_wrong_with_a_station_is_one_line_and_nothing_is_started() {
         ),
         (vec![format!("7,gsd={good}"), "8".to_owned()], "no file is named; expected ADDRESS,gsd=FILE"),
         (vec![format!("7,gsd={good}"), "8,gsd=/nowhere.gsd".to_owned()], "cannot read /nowhere.gsd: "),
+        (
+            vec!["7,gsd=/dev/zero".to_owned()],
+            "/dev/zero: line 1, column 1: the file has 4194305 octets, expected at most 4194304",
+        ),
     ] {
         let link_spec = format!("pty:{}", link.display());
         let mut arguments = vec!["emulate", "--link", &link_spec];
