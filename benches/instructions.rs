@@ -44,6 +44,11 @@ fn encode_profirust(telegram: &profirust::fdl::Telegram<'_>, buf: &mut [u8]) {
 
 #[inline(never)]
 fn turnaround(device: &mut Device, now: Instant, octets: &[u8], buf: &mut [u8; MAX_TELEGRAM_LEN]) {
+    answer(device, now, octets, buf);
+}
+
+#[inline(always)]
+fn answer(device: &mut Device, now: Instant, octets: &[u8], buf: &mut [u8; MAX_TELEGRAM_LEN]) {
     device.handle_bytes(now, octets);
     let due = now.saturating_add(Duration::from_nanos(917));
     assert!(device.poll_transmit(due, buf).is_some());
@@ -52,6 +57,13 @@ fn turnaround(device: &mut Device, now: Instant, octets: &[u8], buf: &mut [u8; M
 #[inline(never)]
 fn application_cycle(device: &mut Device, now: Instant) {
     device.handle_timeout(now);
+}
+
+/// The same behind outputs that are not those of the cycle before.
+#[inline(never)]
+fn cycle_of_new_outputs(device: &mut Device, now: Instant) {
+    // Not the same code as above, or the compiler makes one function of both.
+    device.handle_timeout(black_box(now));
 }
 
 fn main() {
@@ -74,6 +86,13 @@ fn main() {
     for _ in 0..CALLS {
         now = now.saturating_add(Duration::from_millis(1));
         application_cycle(&mut device, now);
+    }
+    // STW.2 means nothing to the drive.
+    let requests = [exchange(0x7D, 0x7B), exchange(0x5D, 0x7F)];
+    for number in 0..CALLS {
+        answer(&mut device, now, &requests[number & 1], &mut buf);
+        now = now.saturating_add(Duration::from_millis(1));
+        cycle_of_new_outputs(&mut device, now);
     }
     assert!(device.status().travelling);
 }

@@ -34,7 +34,7 @@ count() {
 calls=$(program instructions "$@")
 bus=$(program full_bus "$@")
 counts=$(
-    for path in decode_profidrive decode_profirust encode_profidrive encode_profirust turnaround application_cycle; do
+    for path in decode_profidrive decode_profirust encode_profidrive encode_profirust turnaround application_cycle cycle_of_new_outputs; do
         count "instructions::$path" 1000 "$calls"
     done
     # 8 rounds of 125 drives.

@@ -30,15 +30,18 @@
 //! | [`unit`](mod@unit) | a powered drive: parameters, machine, EEPROM, supplies, without a bus | what survives power-off |
 //! | [`ap10`] | the position indicator SIKO AP10, without a bus | turns, display, keys, LEDs |
 //! | [`asda_a2`] | the servo ASDA-A2, without a bus: parameters, modes of motion, alarms | the machine of CiA 402 |
+//! | [`ppo_drive`] | a drive with variable speed of the profile, without a bus; its parameters from a table | states, ramps, faults |
 //! | [`device`] | a unit on a bus as one object | every bit of STW, ZSW and SSW |
 //! | [`client`] | the master's side: parameters and control words of a drive, without I/O | PKW, STW and ZSW patterns |
+//! | [`process`] | values in inputs and outputs, inputs that move by themselves (feature `std`) | what a machine does |
 //! | [`gsd`] | device files, and the slave that one describes (feature `std`) | what a GSD says |
 //! | [`explain`] | telegrams and words in words (feature `std`) | what all of the above mean to a person |
 //! | [`host`] | links, clock, run loop (feature `std`) | the operating system |
 //! | [`bench`](mod@bench) | a simulated line to test masters on (feature `std`) | the rules of the bus |
+//! | [`judge`](mod@judge) | plays slaves and judges a master row by row (feature `std`) | what is required of a master |
 //! | `panel` | HTTP control, live stream and a page (feature `panel`) | what a bench around a bus needs |
 //!
-//! Everything above [`gsd`] is `no_std`, allocates nothing, and never panics whatever octets it is given.
+//! Everything above [`process`] is `no_std`, allocates nothing, and never panics whatever octets it is given.
 //!
 //! # The loop
 //!
@@ -95,12 +98,13 @@
 //!
 //! # Features
 //!
-//! * `std` (default): [`host`], [`explain`] and [`gsd`].
+//! * `std` (default): [`host`], [`explain`], [`gsd`] and [`process`].
 //! * `alloc`: telegrams built into `bytes::BufMut`.
 //! * `serial`: an RS-485 serial port as link.
 //! * `master`: profirust as DP master over our links and on a bench, sessions with one drive or several.
 //! * `serde`: explanations as data for `serde`.
 //! * `capture`: what passes on a line in pcapng files, written and read.
+//! * `parameters`: the parameters of a PPO drive from TOML and CSV files.
 //! * `panel`: HTTP control, a live stream and a page for browsers.
 //! * `cli`: the command.
 #![no_std]
@@ -137,6 +141,8 @@ pub mod unit;
 
 pub mod ap10;
 
+pub mod ppo_drive;
+
 pub mod device;
 
 pub mod client;
@@ -144,6 +150,9 @@ pub mod client;
 #[cfg(all(feature = "master", feature = "serial"))]
 #[doc = include_str!("../docs/first-drive.md")]
 pub mod first_drive {}
+
+#[cfg(feature = "std")]
+pub mod process;
 
 #[cfg(feature = "std")]
 pub mod gsd;
@@ -156,6 +165,9 @@ pub mod host;
 
 #[cfg(feature = "std")]
 pub mod bench;
+
+#[cfg(feature = "std")]
+pub mod judge;
 
 #[cfg(feature = "master")]
 pub mod master;

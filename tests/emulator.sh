@@ -49,3 +49,10 @@ start_emulator() {
     done
     echo "emulator: $(grep '^ready ' "$work/ready")"
 }
+
+# Ends the emulator that start_emulator started.
+stop_emulator() {
+    kill -TERM "$emulator_pid"
+    wait "$emulator_pid" || fail "emulator: ended with $?"
+    emulator_pid=
+}

@@ -13,9 +13,12 @@
 use core::time::Duration;
 
 use profidrive::device::{Config, Device, MAX_TELEGRAM_LEN, Timing};
+use profidrive::dp::Application;
 use profidrive::fdl::{Address, DataTelegram, FunctionCode, Sap};
+use profidrive::gsd::{Gsd, Policy, Station};
 use profidrive::host::link::tap::{Batch, Tap, Watchers};
-use profidrive::host::{Bus, Link, ManualClock, Received, Stop};
+use profidrive::host::{Bus, GsdStation, Link, ManualClock, OutputBoard, Received, Refusals, Stop};
+use profidrive::process::{Point, Signal, Source, ValueType};
 use profidrive::time::{BaudRate, Instant};
 
 const BAUD: BaudRate = BaudRate::K12000;
@@ -194,4 +197,44 @@ fn a_bus_of_125_drives_allocates_nothing_from_octets_to_the_reply_and_in_its_cyc
         device.status().moving
     });
     assert_eq!(travelling.count(), 125);
+}
+
+/// The longest station of a GSD, with an input that mirrors an output: Data_Exchange is told on the board, moves the
+/// input, and allocates nothing.
+#[test]
+fn the_exchange_of_a_station_from_a_gsd_allocates_nothing() {
+    let file = format!(
+        "#Profibus_DP\nIdent_Number=0x0ABC\nModule=\"long\" {}\nEndModule\n",
+        ["0x5F,0x5F,0x5F,0x5F,0x5F,0x5F,0x5F,0x59", "0x6F,0x6F,0x6F,0x6F,0x6F,0x6F,0x6F,0x69"].join(",")
+    );
+    let station = Station::new(Gsd::read(file.as_bytes()).unwrap(), Policy::PROPOSED).unwrap();
+    let cfg = station.configuration(None).to_vec();
+    let mut station =
+        GsdStation::new(address(7), BAUD, station, Refusals::default()).on_board(OutputBoard::default());
+    let last = Point { slot: 1, offset: 242, kind: ValueType::Unsigned16 };
+    station.connect(Signal::new(last, Source::Mirror(last)).unwrap());
+    let mut bus = Bus::on(BAUD, Timing::Untrue);
+    bus.add(station).unwrap();
+    let mut buf = [0; MAX_TELEGRAM_LEN];
+    let mut now = Instant::ZERO;
+    let mut say = |bus: &mut Bus, octets: &[u8]| {
+        bus.handle_bytes(now, octets);
+        now = now.saturating_add(Duration::from_millis(1));
+        bus.handle_timeout(now);
+        let reply = bus.poll_transmit(now, &mut buf).map(<[u8]>::len);
+        while bus.poll_event().is_some() {}
+        reply
+    };
+    say(&mut bus, &telegram(7, 0x6D, Some(61), &[0x80, 1, 1, 11, 0x0A, 0xBC, 0]));
+    say(&mut bus, &telegram(7, 0x5D, Some(62), &cfg));
+    let exchanges: Vec<_> = (0..50)
+        .map(|n: u8| telegram(7, if n.is_multiple_of(2) { 0x7D } else { 0x5D }, None, &[n; 244]))
+        .collect();
+    // The board learns the length with the first one.
+    assert_eq!(say(&mut bus, &exchanges[0]), Some(253));
+    let (count, replies) =
+        allocations(|| exchanges[1..].iter().filter(|octets| say(&mut bus, octets).is_some()).count());
+    assert_eq!((count, replies), (0, 49));
+    let station = bus.station::<GsdStation>(address(7)).unwrap();
+    assert_eq!(station.slave().inputs()[242..], [49, 49]);
 }

@@ -39,11 +39,6 @@ local STATION_TYPE = {
     [0] = "slave", [1] = "master, not ready for the ring", [2] = "master, ready for the ring", [3] = "master, in the ring",
 }
 
-local SERVICE_OF_SAP = {
-    [55] = "Set_Slave_Add", [56] = "RD_Inp", [57] = "RD_Outp", [58] = "Global_Control", [59] = "Get_Cfg",
-    [60] = "Slave_Diag", [61] = "Set_Prm", [62] = "Chk_Cfg",
-}
-
 -- Configurations that have the PPO drawn below: 4 words PKW and 3 words PZD.
 local PPO_CONFIGURATION = { ["F3F2"] = true, ["F6"] = true }
 local PPO_LEN = 14
@@ -69,8 +64,8 @@ local PKW_ERROR = {
     [19] = "datum cannot be read cyclically",
 }
 
--- The tables from here to the end mark are those of the crate (param::TABLE, device::bits, dp::DiagBit). The test
--- facts::the_dissector_has_the_tables_of_the_crate compares them, and writes them with WRITE_DISSECTOR=1.
+-- The tables from here to the end mark are those of the crate (param::TABLE, device::bits, and the bits and SAPs of
+-- dp). The test -- facts::the_dissector_has_the_tables_of_the_crate compares them, and writes them with WRITE_DISSECTOR=1.
 -- Bits: { number, name, text, words for 1, words for 0 }.
 local PNU = {
     [918] = "Profibus address",
@@ -137,6 +132,41 @@ local DIAG_BITS_2 = {
 local DIAG_BITS_3 = {
     { 7, "ext_diag_overflow", "Ext_Diag_Overflow" },
 }
+local SERVICE_OF_SAP = {
+    [55] = "Set_Slave_Add",
+    [56] = "RD_Inp",
+    [57] = "RD_Outp",
+    [58] = "Global_Control",
+    [59] = "Get_Cfg",
+    [60] = "Slave_Diag",
+    [61] = "Set_Prm",
+    [62] = "Chk_Cfg",
+}
+local PRM_BITS = {
+    { 7, "lock_req", "Lock_Req" },
+    { 6, "unlock_req", "Unlock_Req" },
+    { 5, "sync_req", "Sync_Req" },
+    { 4, "freeze_req", "Freeze_Req" },
+    { 3, "wd_on", "WD_On" },
+}
+local CONTROL_BITS = {
+    { 5, "sync", "Sync" },
+    { 4, "unsync", "Unsync" },
+    { 3, "freeze", "Freeze" },
+    { 2, "unfreeze", "Unfreeze" },
+    { 1, "clear_data", "Clear_Data" },
+}
+local IDENTIFIER_BITS = {
+    { 7, "consistency", "consistency" },
+    { 6, "unit", "unit" },
+    { 5, "output", "output" },
+    { 4, "input", "input" },
+}
+local SPECIAL_BITS = {
+    { 7, "output_length", "output length" },
+    { 6, "input_length", "input length" },
+}
+local COUNTS, LENGTHS, NOT_COMPARED = 16, 64, 15
 local STW_BITS = {
     { 0, "on", "ON / OFF1", "ON", "OFF1" },
     { 1, "no_off2", "no OFF2", "no OFF2", "OFF2" },
@@ -167,6 +197,21 @@ local ZSW_BITS = {
     { 13, "standstill", "drive stands still", "stands still", "travels" },
     { 14, "limit_exceeded", "positioning: limiting value exceeded; velocity: always 0" },
     { 15, "ready_to_travel", "ready to travel", "ready to travel", "not ready to travel" },
+}
+local SSW_BITS = {
+    { 3, "in_position", "in position" },
+    { 4, "travels", "drive travels", "travels", "stands still" },
+    { 5, "above_upper_limit", "upper limit (positioning)", "above the upper limit", "not above the upper limit" },
+    { 6, "below_lower_limit", "lower limit (positioning)", "below the lower limit", "not below the lower limit" },
+    { 7, "motor_released", "driver state", "motor released", "motor in control" },
+    { 8, "fault", "fault", "FAULT", "no fault" },
+    { 9, "loop_travel", "loop travel (positioning)", "travels against the approach direction", "travels in the approach direction" },
+    { 10, "no_output_stage", "enable input or supply of the output stage", "output stage not enabled or not supplied", "output stage enabled and supplied" },
+    { 11, "not_ready_to_travel", "ready to travel", "not ready to travel", "ready to travel" },
+    { 12, "battery_low", "battery voltage", "battery low", "battery in order" },
+    { 13, "current_out_of_range", "motor current", "motor current out of range", "motor current in range" },
+    { 14, "positioning_active", "positioning (positioning)", "positioning active", "no positioning active" },
+    { 15, "lag_error", "lag error", "lag error", "no lag error" },
 }
 -- end of the generated tables
 
@@ -228,10 +273,7 @@ plain("string", "profibus.dp.service", "Service")
 plain("bytes", "profibus.dp.data", "Data")
 plain("string", "profibus.dp.identifier", "Configuration identifier")
 
-local prm_bits = bits("profibus.dp.prm", 8, {
-    { 7, "lock_req", "Lock_Req" }, { 6, "unlock_req", "Unlock_Req" }, { 5, "sync_req", "Sync_Req" },
-    { 4, "freeze_req", "Freeze_Req" }, { 3, "wd_on", "WD_On" },
-})
+local prm_bits = bits("profibus.dp.prm", 8, PRM_BITS)
 u8("profibus.dp.prm.wd_fact_1", "WD_Fact_1")
 u8("profibus.dp.prm.wd_fact_2", "WD_Fact_2")
 plain("uint32", "profibus.dp.prm.watchdog", "Watchdog time in ms", base.DEC)
@@ -247,10 +289,7 @@ u8("profibus.dp.diag.master_add", "Master_Add (255: none)")
 u16("profibus.dp.diag.ident", "Ident_Number", base.HEX)
 plain("bytes", "profibus.dp.diag.block", "Ext_Diag_Data block")
 
-local control_bits = bits("profibus.dp.gc", 8, {
-    { 5, "sync", "Sync" }, { 4, "unsync", "Unsync" }, { 3, "freeze", "Freeze" }, { 2, "unfreeze", "Unfreeze" },
-    { 1, "clear_data", "Clear_Data" },
-})
+local control_bits = bits("profibus.dp.gc", 8, CONTROL_BITS)
 u8("profibus.dp.gc.group", "Group_Select (0: all)", nil, nil, base.HEX)
 
 u8("profibus.dp.ssa.address", "New_Slave_Add")
@@ -274,6 +313,8 @@ plain("int32", "ppo.hsw", "Setpoint HSW", base.DEC)
 
 u16("ppo.zsw", "Status word ZSW", base.HEX)
 local zsw_bits = bits("ppo.zsw", 16, ZSW_BITS)
+u16("ppo.ssw", "System status word SSW", base.HEX)
+local ssw_bits = bits("ppo.ssw", 16, SSW_BITS)
 plain("int32", "ppo.hiw", "Actual value HIW", base.DEC)
 
 
@@ -288,10 +329,13 @@ local WRONG_LENGTH = expert_info("profibus.expert.length", "Wrong length", "PROT
 local REFUSED = expert_info("profibus.expert.refused", "Refused", "RESPONSE_CODE", "NOTE")
 local ALONE = expert_info("profibus.expert.alone", "Response without request", "SEQUENCE", "NOTE")
 local RETRY = expert_info("profibus.expert.retry", "Retry", "SEQUENCE", "NOTE")
+local PRM_FAULT = expert_info("profibus.expert.prm_fault", "Prm_Fault: Set_Prm was refused", "RESPONSE_CODE", "WARN")
+local CFG_FAULT = expert_info("profibus.expert.cfg_fault", "Cfg_Fault: Chk_Cfg was refused", "RESPONSE_CODE", "WARN")
+local WATCHDOG = expert_info("profibus.expert.watchdog", "The DP watchdog has expired", "SEQUENCE", "WARN")
 local JOB_REFUSED = expert_info("ppo.expert.refused", "Job not executable", "RESPONSE_CODE", "NOTE")
 local FAULT = expert_info("ppo.expert.fault", "The drive has a fault", "RESPONSE_CODE", "WARN")
 
-fdl.experts = { INVALID, WRONG_FCS, WRONG_LENGTH, REFUSED, ALONE, RETRY }
+fdl.experts = { INVALID, WRONG_FCS, WRONG_LENGTH, REFUSED, ALONE, RETRY, PRM_FAULT, CFG_FAULT, WATCHDOG }
 ppo.experts = { JOB_REFUSED, FAULT }
 
 local fdl_fields, ppo_fields = {}, {}
@@ -301,18 +345,32 @@ end
 fdl.fields = fdl_fields
 ppo.fields = ppo_fields
 
+local function is_set(value, number)
+    return math.floor(value / 2 ^ number) % 2 == 1
+end
+
+-- Whether the bit of this name is 1.
+local function has(value, rows, name)
+    for _, row in ipairs(rows) do
+        if row[2] == name then return is_set(value, row[1]) end
+    end
+end
+
 ------------------------------------------------------------------------------- what is remembered between packets
 
 -- By packet number, filled when a packet is seen for the first time: request_in, response_in, response_time, service,
--- retry, configuration. Wireshark asks for packets again and in any order, so nothing else is read later.
+-- retry, configuration, silence (seconds and watchdog in ms of a master that was too late). Wireshark asks for packets again and in any order, so nothing else is read later.
 local packets
 -- The request that waits for its response.
 local pending
 -- By station: its last request, for retries, and the configuration it was last checked for.
 local last_request, configuration
+-- By station: who owns it, its watchdog in ms, and when the owner was answered last. From a Set_Prm that was acknowledged
+-- and whose watchdog is on.
+local watched
 
 function fdl.init()
-    packets, pending, last_request, configuration = {}, nil, {}, {}
+    packets, pending, last_request, configuration, watched = {}, nil, {}, {}, {}
 end
 
 local function octets(range)
@@ -330,11 +388,26 @@ local function remember_request(packet, request)
     if request.service == "Chk_Cfg" then
         configuration[station] = request.data
     end
+    local owner = watched[station]
+    if owner and owner.master == request.sa and (request.time - owner.time) * 1000 > owner.watchdog then
+        packet.silence = { seconds = request.time - owner.time, watchdog = owner.watchdog }
+        watched[station] = nil
+    end
     pending = not UNANSWERED[request.func] and station ~= 127 and request or nil
 end
 
+-- The owner of a station has got a response: its watchdog begins anew.
+local function feed_watchdog(request, time, ok)
+    local owner = watched[request.da]
+    if request.service == "Set_Prm" and ok and request.watchdog then
+        watched[request.da] = request.watchdog.on and { master = request.sa, watchdog = request.watchdog.time, time = time } or nil
+    elseif owner and owner.master == request.sa and ok then
+        owner.time = time
+    end
+end
+
 -- A response was seen for the first time. sa and da are nil for a short acknowledge, which says no address.
-local function remember_response(packet, number, time, sa, da)
+local function remember_response(packet, number, time, sa, da, ok, data)
     if not pending or sa and (sa ~= pending.da or da ~= pending.sa) then
         return
     end
@@ -345,23 +418,51 @@ local function remember_response(packet, number, time, sa, da)
     packet.configuration = configuration[pending.da]
     local request = packets[pending.number]
     if request then request.response_in = number end
+    feed_watchdog(pending, time, ok)
+    -- It belongs to nobody: what was acknowledged was refused, or given back.
+    if pending.service == "Slave_Diag" and data and data:len() >= 2 and has(data(1, 1):uint(), DIAG_BITS_2, "prm_req") then
+        watched[pending.da] = nil
+    end
     pending = nil
 end
 
 -------------------------------------------------------------------------------------------------------------- PPO
 
-local function is_set(value, number)
-    return math.floor(value / 2 ^ number) % 2 == 1
-end
-
-local function parameter(pnu)
-    return PNU[pnu] and string.format("%d %s", pnu, PNU[pnu]) or tostring(pnu)
+-- With a sub-index that of an array: "945.3 Fault buffer".
+local function parameter(pnu, element)
+    local number = element and string.format("%d.%d", pnu, element) or tostring(pnu)
+    return PNU[pnu] and number .. " " .. PNU[pnu] or number
 end
 
 -- The high octet of IND, where that is 0 the low one.
 local function sub_index(range)
     local high = range(2, 1):uint()
     return high > 0 and high or range(3, 1):uint()
+end
+
+-- The bits of a word that are to be said: by the name of the bit, the words for 1 and for 0, if there are any. true is what
+-- the table of the bit has.
+local STW_SAID = {
+    on = { true, true }, no_off2 = { nil, true }, off3 = { "OFF3" }, enable_operation = { true },
+    no_stop = { nil, true }, no_intermediate_stop = { nil, true }, start = { "start" }, acknowledge = { true },
+    inch1 = { true }, inch2 = { true },
+}
+local ZSW_SAID = {
+    ready_to_turn_on = { nil, true }, operation_enabled = { true }, fault = { true }, no_off2 = { nil, true },
+    turn_on_disabled = { true }, warning = { true }, target_reached = { "target reached" }, standstill = { true, true },
+    limit_exceeded = { "limit exceeded" }, ready_to_travel = { nil, true },
+}
+
+-- Without `said` the words of each bit that is 1.
+local function said_bits(value, rows, said)
+    local words = {}
+    for _, row in ipairs(rows) do
+        local known = said == nil and { true } or said and said[row[2]]
+        local word = known and known[is_set(value, row[1]) and 1 or 2]
+        if word == true then word = row[is_set(value, row[1]) and 4 or 5] or row[3] end
+        if word then table.insert(words, word) end
+    end
+    return table.concat(words, ", ")
 end
 
 -- Answers above the last of ANSWER up to this one are spontaneous messages of the profile.
@@ -372,7 +473,11 @@ local function pkw(range, tree, is_job)
     local pke, pwe = range(0, 2):uint(), range(4, 4)
     local ak, pnu = math.floor(pke / 0x1000), pke % 0x800
     local names = is_job and JOB or ANSWER
-    local branch = tree:add(ppo, range, string.format("PKW: %s %s", names[ak] or "undefined " .. ak, ak > 0 and parameter(pnu) or ""))
+    -- Of an array: reading and writing elements, and what answers them; a refusal shows none.
+    local of_array = is_job and (ak == 6 or ak == 7 or ak == 8) or not is_job and (ak == 4 or ak == 5)
+    local element = of_array and sub_index(range) or nil
+    local branch = tree:add(ppo, range,
+        string.format("PKW: %s %s", names[ak] or "undefined " .. ak, ak > 0 and parameter(pnu, element) or ""))
     branch:add(is_job and field.job or field.answer, range(0, 2))
     branch:add(field["ppo.pkw.spm"], range(0, 2))
     branch:add(field["ppo.pkw.pnu"], range(0, 2))
@@ -386,6 +491,9 @@ local function pkw(range, tree, is_job)
     end
     branch:add(field["ppo.pkw.pwe"], pwe)
     branch:add(field["ppo.pkw.value"], pwe):set_generated()
+    if not is_job and ak == 1 and PNU[pnu] == "System status word" then
+        ssw_bits(branch:add(field["ppo.ssw"], range(6, 2)), range(6, 2))
+    end
     if ak == 0 then
         return ""
     end
@@ -406,10 +514,13 @@ local function pkw(range, tree, is_job)
     local value = double and pwe:int() or range(6, 2):uint()
     if not is_job then
         local letter = pnu == 945 and ak == 4 and value > 0x20 and value < 0x7F and string.char(value)
-        return string.format("%s = %d%s", parameter(pnu), value, letter and " (" .. letter .. ")" or "")
+        if PNU[pnu] == "System status word" then
+            return string.format("%s = %04X (%s)", parameter(pnu), value, said_bits(value, SSW_BITS))
+        end
+        return string.format("%s = %d%s", parameter(pnu, element), value, letter and " (" .. letter .. ")" or "")
     end
     local writes = ak == 2 or ak == 3 or ak == 7 or ak == 8
-    return string.format("%s %s%s", JOB[ak] or "job " .. ak, parameter(pnu), writes and " = " .. value or "")
+    return string.format("%s %s%s", JOB[ak] or "job " .. ak, parameter(pnu, element), writes and " = " .. value or "")
 end
 
 -- The seven words of one Data_Exchange: PKE, IND, PWE, PWE, STW or ZSW, HSW or HIW in two words.
@@ -421,12 +532,14 @@ local function dissect_ppo(range, tree, is_output)
     if is_output then name, bit_fields = "stw", stw_bits end
     local item = branch:add(field["ppo." .. name], word)
     bit_fields(item, word)
-    if not is_output and is_set(word:uint(), 3) then
+    local fault = not is_output and has(word:uint(), ZSW_BITS, "fault")
+    if fault then
         item:add_proto_expert_info(FAULT)
     end
     branch:add(field[is_output and "ppo.hsw" or "ppo.hiw"], value)
-    return string.format("%s%s %04X%s, %s %d", words == "" and "" or words .. ", ", name:upper(), word:uint(),
-        not is_output and is_set(word:uint(), 3) and " fault" or "", is_output and "HSW" or "HIW", value:int())
+    local said = is_output and said_bits(word:uint(), STW_BITS, STW_SAID) or said_bits(word:uint(), ZSW_BITS, ZSW_SAID)
+    return string.format("%s%s %04X (%s), %s %d", words == "" and "" or words .. ", ", name:upper(), word:uint(), said,
+        is_output and "HSW" or "HIW", value:int())
 end
 
 ------------------------------------------------------------------------------------------------------ DP services
@@ -442,6 +555,11 @@ local function too_short(range, tree, needed)
     return words
 end
 
+-- WD_Fact_1 and 2 of a Set_Prm, in units of 10 ms; a DP-V1 slave may have been told to count in units of 1 ms.
+local function watchdog_time(range)
+    return 10 * range(1, 1):uint() * range(2, 1):uint()
+end
+
 local function set_prm(range, tree)
     local refusal = too_short(range, tree, 7)
     if refusal then return refusal end
@@ -449,8 +567,7 @@ local function set_prm(range, tree)
     prm_bits(tree, range(0, 1))
     tree:add(field["profibus.dp.prm.wd_fact_1"], range(1, 1))
     tree:add(field["profibus.dp.prm.wd_fact_2"], range(2, 1))
-    -- In units of 10 ms; a DP-V1 slave may have been told to count in units of 1 ms.
-    local watchdog = 10 * range(1, 1):uint() * range(2, 1):uint()
+    local watchdog = watchdog_time(range)
     tree:add(field["profibus.dp.prm.watchdog"], range(1, 2), watchdog):set_generated()
     tree:add(field["profibus.dp.prm.min_tsdr"], range(3, 1))
     tree:add(field["profibus.dp.prm.ident"], range(4, 2))
@@ -458,8 +575,9 @@ local function set_prm(range, tree)
     if range:len() > 7 then
         tree:add(field["profibus.dp.prm.user"], range(7))
     end
-    local lock = is_set(first, 6) and "unlock" or is_set(first, 7) and "lock" or "min T_SDR only"
-    return string.format("%s, watchdog %s, ident %04X", lock, is_set(first, 3) and watchdog .. " ms" or "off",
+    local lock = has(first, PRM_BITS, "unlock_req") and "unlock" or has(first, PRM_BITS, "lock_req") and "lock"
+        or "min T_SDR only"
+    return string.format("%s, watchdog %s, ident %04X", lock, has(first, PRM_BITS, "wd_on") and watchdog .. " ms" or "off",
         range(4, 2):uint())
 end
 
@@ -482,9 +600,11 @@ local function diagnosis_blocks(range, tree)
     end
 end
 
+-- What the info column shows of a diagnosis: octet, its bits, name.
 local DIAGNOSIS_WORDS = {
-    { 1, 6, "Prm_Fault" }, { 1, 2, "Cfg_Fault" }, { 1, 4, "Not_Supported" }, { 1, 3, "Ext_Diag" }, { 2, 0, "Prm_Req" },
-    { 1, 1, "Station_Not_Ready" }, { 2, 1, "Stat_Diag" }, { 2, 5, "Sync_Mode" }, { 2, 4, "Freeze_Mode" },
+    { 1, DIAG_BITS_1, "Prm_Fault" }, { 1, DIAG_BITS_1, "Cfg_Fault" }, { 1, DIAG_BITS_1, "Not_Supported" },
+    { 1, DIAG_BITS_1, "Ext_Diag" }, { 2, DIAG_BITS_2, "Prm_Req" }, { 1, DIAG_BITS_1, "Station_Not_Ready" },
+    { 2, DIAG_BITS_2, "Stat_Diag" }, { 2, DIAG_BITS_2, "Sync_Mode" }, { 2, DIAG_BITS_2, "Freeze_Mode" },
 }
 
 local function slave_diag(range, tree)
@@ -498,9 +618,12 @@ local function slave_diag(range, tree)
     if range:len() > 6 then
         diagnosis_blocks(range(6), tree)
     end
+    for name, info in pairs({ prm_fault = PRM_FAULT, cfg_fault = CFG_FAULT }) do
+        if has(range(0, 1):uint(), DIAG_BITS_1, name) then tree:add_proto_expert_info(info) end
+    end
     local words = {}
     for _, row in ipairs(DIAGNOSIS_WORDS) do
-        if is_set(range(row[1] - 1, 1):uint(), row[2]) then table.insert(words, row[3]) end
+        if has(range(row[1] - 1, 1):uint(), row[2], row[3]:lower()) then table.insert(words, row[3]) end
     end
     local master = range(3, 1):uint()
     table.insert(words, master == 255 and "no master" or "master " .. master)
@@ -509,8 +632,8 @@ end
 
 -- A length octet of the special format, or the lower half of a general one.
 local function length_words(octet, count)
-    return string.format("%d %s%s", count, is_set(octet, 6) and "words" or "octets",
-        is_set(octet, 7) and " consistent" or "")
+    return string.format("%d %s%s", count, has(octet, IDENTIFIER_BITS, "unit") and "words" or "octets",
+        has(octet, IDENTIFIER_BITS, "consistency") and " consistent" or "")
 end
 
 -- Chk_Cfg and Get_Cfg: identifiers in general or special format.
@@ -518,20 +641,23 @@ local function configuration_words(range, tree)
     local at = 0
     while at < range:len() do
         local octet = range(at, 1):uint()
-        local kind, held, words = math.floor(octet / 16) % 4, 1, nil
-        if kind ~= 0 then
-            words = ({ "input", "output", "input and output" })[kind] .. ", " .. length_words(octet, octet % 16 + 1)
+        local held, words = 1, nil
+        local input, output = has(octet, IDENTIFIER_BITS, "input"), has(octet, IDENTIFIER_BITS, "output")
+        if input or output then
+            local direction = input and output and "input and output" or output and "output" or "input"
+            words = direction .. ", " .. length_words(octet, octet % COUNTS + 1)
         else
-            local lengths = { [0] = {}, { "input" }, { "output" }, { "output", "input" } }
-            local parts, form, maker = {}, math.floor(octet / 64), octet % 16
-            for n, direction in ipairs(lengths[form]) do
+            local lengths, parts, maker = {}, {}, octet % COUNTS
+            if has(octet, SPECIAL_BITS, "output_length") then table.insert(lengths, "output") end
+            if has(octet, SPECIAL_BITS, "input_length") then table.insert(lengths, "input") end
+            for n, direction in ipairs(lengths) do
                 if at + n < range:len() then
                     local length = range(at + n, 1):uint()
-                    table.insert(parts, direction .. ", " .. length_words(length, length % 64 + 1))
+                    table.insert(parts, direction .. ", " .. length_words(length, length % LENGTHS + 1))
                 end
             end
-            held = 1 + #lengths[form] + (maker < 15 and maker or 0)
-            words = form == 0 and "empty slot" or #parts == 0 and "cut short" or table.concat(parts, "; ")
+            held = 1 + #lengths + (maker ~= NOT_COMPARED and maker or 0)
+            words = #lengths == 0 and "empty slot" or #parts == 0 and "cut short" or table.concat(parts, "; ")
         end
         local left = range:len() - at
         local item = tree:add(field["profibus.dp.identifier"], range(at, math.min(held, left)), words)
@@ -550,8 +676,9 @@ local function global_control(range, tree)
     control_bits(tree, range(0, 1))
     tree:add(field["profibus.dp.gc.group"], range(1, 1))
     local words = {}
-    for number, word in ipairs({ "Clear_Data", "Unfreeze", "Freeze", "Unsync", "Sync" }) do
-        if is_set(command, number) then table.insert(words, word) end
+    for n = #CONTROL_BITS, 1, -1 do
+        local bit = CONTROL_BITS[n]
+        if is_set(command, bit[1]) then table.insert(words, bit[3]) end
     end
     table.insert(words, group == 0 and "all groups" or string.format("groups %02X", group))
     return table.concat(words, ", ")
@@ -723,9 +850,13 @@ local function data_telegram(tvb, pinfo, tree, frame)
                 number = pinfo.number, time = pinfo.rel_ts, da = to, sa = from, func = func, fcv = is_set(fc, 4),
                 fcb = is_set(fc, 5), service = packet.service, octets = octets(tvb(0, frame.total)),
                 data = data and octets(data) or "",
+                watchdog = packet.service == "Set_Prm" and data and data:len() >= 3 and {
+                    on = has(data(0, 1):uint(), PRM_BITS, "wd_on") and not has(data(0, 1):uint(), PRM_BITS, "unlock_req"),
+                    time = watchdog_time(data),
+                },
             })
         elseif good then
-            remember_response(packet, pinfo.number, pinfo.rel_ts, from, to)
+            remember_response(packet, pinfo.number, pinfo.rel_ts, from, to, func == 0x0 or func == 0x8 or func == 0xA, data)
         end
     end
 
@@ -742,6 +873,12 @@ local function data_telegram(tvb, pinfo, tree, frame)
     end
     local words = { service or "response" }
     link(tree, packet)
+    if packet.silence then
+        local late = string.format("%.0f ms without an answered request of the owner, the watchdog is %d ms",
+            packet.silence.seconds * 1000, packet.silence.watchdog)
+        tree:add_proto_expert_info(WATCHDOG, "The DP watchdog has expired: " .. late)
+        table.insert(words, "[watchdog expired]")
+    end
     if packet.retry then
         tree:add(field["profibus.fdl.retry"], true):set_generated()
         tree:add_proto_expert_info(RETRY)
@@ -773,7 +910,7 @@ local function short_acknowledge(tvb, pinfo, tree)
     if not packet then
         packet = {}
         packets[pinfo.number] = packet
-        remember_response(packet, pinfo.number, pinfo.rel_ts, nil, nil)
+        remember_response(packet, pinfo.number, pinfo.rel_ts, nil, nil, true)
     end
     tree:add(field["profibus.fdl.sd"], tvb(0, 1))
     if packet.service then

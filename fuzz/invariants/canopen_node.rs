@@ -10,6 +10,7 @@
 //! 80..=8f emergency: code (2), register
 //! 90..=9f what the device wants: which
 //! a0      switched off and on
+//! f0      as the first octet: the rest is for the AG03/1, see `ag03_node`
 //! ```
 
 use std::time::Duration;
@@ -28,6 +29,9 @@ const SDO_CLIENT: u32 = 0x600;
 const SDO_SERVER: u32 = 0x580;
 
 pub(crate) fn check(data: &[u8]) {
+    if let Some((0xF0, rest)) = data.split_first() {
+        return super::ag03_node::check(rest);
+    }
     let mut rig = Rig { now: Instant::ZERO, device: Plain::new(NODE), node: Node::new(Policy::CIA_301) };
     rig.node.power_on(rig.now, &mut rig.device);
     rig.drain();

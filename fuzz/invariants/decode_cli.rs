@@ -1,8 +1,11 @@
-//! What `profidrive decode` does with a file: hexadecimal lines or raw octets. Every octet is explained once, in order, by
+//! What `profidrive decode` does with a file: hexadecimal lines, lines of CAN frames or raw octets. Every octet is explained once, in order, by
 //! fields that leave none out; the text is bounded by the octets; what is called a valid telegram is encoded to the same
 //! octets.
 
+use profidrive::can::Frame;
+use profidrive::device::{ag03_canopen, ap10_canopen, asda_a2_canopen};
 use profidrive::drive::Mode;
+use profidrive::explain::canopen::{Network, frame_in};
 use profidrive::explain::{Context, Decoder, Explanation, Field, HexText, Kind, Mark, Sender, Taking};
 use profidrive::fdl::telegram::{Decoded, decode};
 
@@ -31,7 +34,19 @@ pub(crate) fn check(data: &[u8]) {
     };
     if how & 0x20 == 0 {
         let mut text = HexText::default();
+        let mut network = match how >> 6 {
+            0 => Network::default(),
+            1 => Network::of(&ag03_canopen::VOCABULARY),
+            2 => Network::of(&ap10_canopen::VOCABULARY),
+            _ => Network::of(&asda_a2_canopen::VOCABULARY),
+        };
         for line in String::from_utf8_lossy(file).lines() {
+            if let Some(frame) = frame_in(line) {
+                if let Ok(frame) = frame {
+                    check_frame(&network.frame(&frame), &frame);
+                }
+                continue;
+            }
             let Ok(octets) = text.octets(line) else { continue };
             assert!(octets.len() <= line.len());
             decoder.line(&octets, &mut sink);
@@ -45,6 +60,14 @@ pub(crate) fn check(data: &[u8]) {
     }
     decoder.finish(&mut sink);
     assert_eq!(explained, given);
+}
+
+fn check_frame(explanation: &Explanation, frame: &Frame) {
+    assert_eq!((explanation.octets.as_slice(), explanation.id), (frame.octets(), Some(frame.id())));
+    check_cover(&explanation.fields, 0, explanation.octets.len());
+    assert!(!explanation.line().contains('\n'));
+    let text = explanation.to_string();
+    assert!(text.len() <= 40_000, "{frame} makes {}", text.len());
 }
 
 fn check_explanation(explanation: &Explanation) {

@@ -2,6 +2,7 @@
 //! which replays the corpora on a stable compiler.
 #![allow(dead_code, reason = "each target uses its own file")]
 
+pub(crate) mod ag03_node;
 #[path = "../../tests/canopen_device/mod.rs"]
 pub(crate) mod canopen_device;
 pub(crate) mod canopen_node;

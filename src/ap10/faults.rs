@@ -28,6 +28,15 @@ impl Fault {
         }
     }
 
+    /// What it is.
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::BatteryCritical => "battery critical",
+            Self::BatteryEmpty => "battery empty",
+            Self::Speed => "speed too high",
+        }
+    }
+
     /// The fault with that name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|fault| fault.name() == name)
@@ -57,11 +66,7 @@ impl Fault {
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::BatteryCritical => "battery critical",
-            Self::BatteryEmpty => "battery empty",
-            Self::Speed => "speed too high",
-        })
+        f.write_str(self.text())
     }
 }
 
@@ -135,6 +140,24 @@ impl Faults {
             Battery::Critical
         } else {
             Battery::Good
+        }
+    }
+
+    /// What the battery's state and the display keep without supply: bits of faults present, of errors unread. What turns
+    /// the shaft too fast does not outlast it.
+    pub(super) const fn kept(&self) -> [u8; 2] {
+        [self.present & !Fault::Speed.bit(), self.unread]
+    }
+
+    /// Takes over what was kept; bits of no fault are left out.
+    pub(super) fn recall(&mut self, [present, unread]: [u8; 2]) {
+        let known = |bits: u8, fault: &Fault| bits & fault.bit() != 0;
+        for fault in Fault::ALL.into_iter().filter(|fault| known(present, fault)) {
+            self.begin(fault);
+        }
+        self.unread = 0;
+        for fault in Fault::ALL.into_iter().filter(|fault| fault.is_error() && known(unread, fault)) {
+            self.unread |= fault.bit();
         }
     }
 

@@ -19,6 +19,7 @@ const MAX_EVENTS: usize = 16;
 
 /// What the bus has to hear of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Event {
     /// A fault began.
     FaultBegan(Fault),
@@ -43,6 +44,38 @@ pub enum Restore {
     AllButBus,
     /// Code 011105.
     Bus,
+}
+
+/// What the battery keeps beside zero point and calibration.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Backup {
+    /// The angle of the shaft.
+    shaft: Turns,
+    /// Faults present and errors unread, by their bits.
+    faults: [u8; 2],
+}
+
+impl Backup {
+    /// Its length in octets.
+    pub const LEN: usize = 10;
+
+    /// ```text
+    /// octets 0..7  shaft in millionths of a turn, low octet first
+    /// octet  8     faults present: bit 0 battery critical, 1 battery empty
+    /// octet  9     errors unread: bit 1 battery empty, 2 speed
+    /// ```
+    pub const fn octets(self) -> [u8; Self::LEN] {
+        let [a, b, c, d, e, f, g, h] = self.shaft.micros().to_le_bytes();
+        let [present, unread] = self.faults;
+        [a, b, c, d, e, f, g, h, present, unread]
+    }
+
+    /// What [`octets`](Self::octets) gave.
+    pub const fn from_octets(octets: [u8; Self::LEN]) -> Self {
+        let [a, b, c, d, e, f, g, h, present, unread] = octets;
+        let micros = i64::from_le_bytes([a, b, c, d, e, f, g, h]);
+        Self { shaft: Turns::from_micros(micros), faults: [present, unread] }
+    }
 }
 
 /// Where the manual is silent or was lost, and both ways are thinkable.
@@ -179,6 +212,17 @@ impl Indicator {
     pub const fn recall(&mut self, zero: i32, calibrated: bool) {
         self.encoder.zero = zero;
         self.encoder.calibrated = calibrated;
+    }
+
+    /// What the battery keeps beside zero point and calibration.
+    pub const fn backup(&self) -> Backup {
+        Backup { shaft: self.encoder.shaft(), faults: self.faults.kept() }
+    }
+
+    /// Takes over what the battery kept beside zero point and calibration.
+    pub fn restore(&mut self, backup: Backup) {
+        self.encoder.turn_to(backup.shaft);
+        self.faults.recall(backup.faults);
     }
 
     /// The low four octets of a set point as received.

@@ -35,7 +35,7 @@ mod words;
 
 pub use display::{Arrow, Display, Row};
 pub use faults::{Battery, Fault};
-pub use indicator::{Event, Indicator, Quirks, Restore};
+pub use indicator::{Backup, Event, Indicator, Quirks, Restore};
 pub use keys::Key;
 pub use leds::{Leds, Light};
 pub use set_point::Slot;

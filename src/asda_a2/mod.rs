@@ -116,6 +116,7 @@ impl Level {
 
 /// What happened in the drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Event {
     /// An alarm began.
     Raised(Alarm),

@@ -54,6 +54,7 @@ impl fmt::Display for Sender {
 
 /// What is wrong with octets as such.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Damage {
     /// Nothing.
     #[default]

@@ -420,6 +420,9 @@ impl<M: Master> Line<M> {
                 Telegram::ShortAcknowledge => asked,
             };
             rest = rest.get(len..).unwrap_or_default();
+            if rest.is_empty() {
+                break;
+            }
         }
         asked
     }

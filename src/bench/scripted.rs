@@ -3,14 +3,12 @@
 use std::vec::Vec;
 
 use super::{Breach, Line, Master};
+use crate::dp::MASTER_SAP;
 use crate::fdl::telegram::{Decoded, EncodeError, decode};
 use crate::fdl::{
     Address, DataTelegram, FrameCount, Function, FunctionCode, MAX_TELEGRAM_LEN, ReplyStatus, Sap, Service,
     Telegram,
 };
-
-/// The SAP of a master for the services of DP.
-const MASTER_SAP: u8 = 62;
 
 /// A master that sends what it is told, counts its requests to each station, and repeats what was not answered.
 #[derive(Clone, Debug)]
@@ -138,7 +136,7 @@ fn encode<'b>(
     data: &[u8],
     buf: &'b mut [u8; MAX_TELEGRAM_LEN],
 ) -> Result<&'b [u8], EncodeError> {
-    let ssap = dsap.and(Sap::new(MASTER_SAP));
+    let ssap = dsap.and(MASTER_SAP);
     let format = DataTelegram::customary_format(dsap, ssap, data);
     DataTelegram { format, da, sa, dsap, ssap, fc, data }.encode(buf)
 }

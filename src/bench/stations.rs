@@ -113,6 +113,15 @@ impl<M: Master> Line<M> {
         &mut self.faults
     }
 
+    /// The first bus and the faults on the line, both to be changed.
+    pub fn stations_and_faults(&mut self) -> (&mut Bus, &mut Faults) {
+        self.stations();
+        match &mut self.buses[..] {
+            [first, ..] => (first, &mut self.faults),
+            [] => unreachable!("`stations` has added one"),
+        }
+    }
+
     /// Disturbs what is sent from now on; `None` ends it.
     pub fn disturb(&mut self, disturbance: Option<Disturbance>) {
         self.disturbance = disturbance;

@@ -161,6 +161,7 @@ impl fmt::Display for Id {
 
 /// A number that is no identifier of its kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum IdError {
     /// More than 11 bits.
     #[error("base identifier {got:X}h is outside 0..7FFh")]
@@ -308,6 +309,7 @@ impl fmt::Display for Frame {
 
 /// Something that fits into no frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum FrameError {
     /// More than eight octets.
     #[error("a frame carries 0..8 octets, not {got}")]

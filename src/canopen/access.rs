@@ -23,8 +23,11 @@ impl Node {
         dictionary::entry(self.objects, at)
     }
 
-    /// Reads an entry as a client does and calls `take` with its octets.
-    pub(super) fn read_with<R>(
+    /// Reads an entry as a client does and calls `take` with its octets. What is off has no entries before its first start.
+    ///
+    /// # Errors
+    /// The abort code that a client would get, or that of `take`.
+    pub fn read_with<R>(
         &self,
         at: Address,
         app: &dyn Application,
@@ -70,8 +73,38 @@ impl Node {
         }
     }
 
+    /// Writes an entry as a client does, while no client waits for an answer: somebody who has the device on a bench. What
+    /// a client waits for goes on. Counts as a `handle_*` call.
+    ///
+    /// # Errors
+    /// The abort code that a client would get; nothing is changed then.
+    pub fn write_past_bus(
+        &mut self,
+        now: Instant,
+        at: Address,
+        octets: &[u8],
+        app: &mut dyn Application,
+    ) -> Result<(), Abort> {
+        let _nobody_waits = self.write_unanswered(now, at, octets, Source::Sdo, app)?;
+        self.handle_change(now, app);
+        Ok(())
+    }
+
     /// Writes an entry as a client does. A refused write changes nothing.
     pub(super) fn write(
+        &mut self,
+        now: Instant,
+        at: Address,
+        octets: &[u8],
+        source: Source,
+        app: &mut dyn Application,
+    ) -> Result<Written, Abort> {
+        let before = self.generation();
+        let written = self.write_unanswered(now, at, octets, source, app)?;
+        Ok(self.hold(before, written))
+    }
+
+    fn write_unanswered(
         &mut self,
         now: Instant,
         at: Address,
@@ -84,7 +117,6 @@ impl Node {
             return Err(Abort::READ_ONLY);
         }
         self.judge(entry, octets)?;
-        let before = self.generation();
         let written = match entry.home {
             Home::Alias(to) => {
                 let target = self.entry(to)?;
@@ -99,7 +131,7 @@ impl Node {
             }
         };
         self.tell(Event::Written { at });
-        Ok(self.hold(before, written))
+        Ok(written)
     }
 
     /// Writes an entry that passed the checks of its table.

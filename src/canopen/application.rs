@@ -46,7 +46,9 @@ pub trait Application {
     fn notice(&mut self, now: Instant, notice: Notice);
 
     /// What the device wants of its node, oldest first. Asked after everything the node does.
-    fn poll_request(&mut self) -> Option<Request>;
+    fn poll_request(&mut self) -> Option<Request> {
+        None
+    }
 
     /// 1010h:`group` was written with the signature `save`. The communication objects are the node's business.
     ///
@@ -79,6 +81,19 @@ pub trait Application {
     /// If the entry has none: it is left out of the image.
     fn kept(&self, at: Address) -> Result<Value<'_>, Abort> {
         self.read(at)
+    }
+
+    /// What a device keeps over power-off that its dictionary does not show, as a battery-buffered count: goes into an
+    /// image as it is. Says how many octets it has; at most [`MAX_BESIDE`](super::storage::MAX_BESIDE) count.
+    fn kept_beside(&self, into: &mut [u8; super::storage::MAX_BESIDE]) -> usize {
+        let _ = into;
+        0
+    }
+
+    /// What [`kept_beside`](Self::kept_beside) gave, before power-on. Octets that the device does not understand it
+    /// leaves alone: an image may be older than it.
+    fn recall_beside(&mut self, octets: &[u8]) {
+        let _ = octets;
     }
 }
 

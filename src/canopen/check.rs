@@ -14,6 +14,7 @@ const MAX_NAME_LEN: usize = 241;
 
 /// What is wrong with a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum Problem {
     /// Objects are not sorted by index.
     #[error("object {0} does not stand behind a lower index")]

@@ -40,6 +40,27 @@ pub struct Sheet<'a> {
     pub granularity: u8,
 }
 
+impl Sheet<'_> {
+    /// A first file without names and numbers, of a device with fixed mappings and the rates that every tool offers.
+    pub const PLAIN: Self = Self {
+        file_name: "",
+        file_version: 1,
+        file_revision: 0,
+        description: "",
+        time: "12:00AM",
+        date: "01-01-2026",
+        created_by: "",
+        vendor_name: "",
+        vendor_number: 0,
+        product_name: "",
+        product_number: 0,
+        revision_number: 0,
+        order_code: "",
+        kilobits: &[125, 250, 500, 1000],
+        granularity: 0,
+    };
+}
+
 /// The rates that have a key.
 const RATES: [u16; 8] = [10, 20, 50, 125, 250, 500, 800, 1000];
 

@@ -224,9 +224,10 @@ impl Node {
         let inhibit = Duration::from_micros(u64::from(self.values.emcy_inhibit) * 100);
         self.errors.inhibited_until = now.saturating_add(inhibit);
         if let Some(id) = CobId(self.values.emcy_id).active() {
-            let [low, high] = code.to_le_bytes();
+            let [first, second] =
+                if self.policy.emcy_high_octet_first { code.to_be_bytes() } else { code.to_le_bytes() };
             let [a, b, c, d, e] = octets;
-            self.send(Frame::with(id, [low, high, register, a, b, c, d, e]));
+            self.send(Frame::with(id, [first, second, register, a, b, c, d, e]));
             self.tell(Event::Emergency { code, register });
         }
     }

@@ -9,6 +9,7 @@ use super::pdo::PdoNumber;
 
 /// What happened at a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Event {
     /// The node booted.
     BootUp {

@@ -14,6 +14,10 @@ pub struct Policy {
     pub unknown_command: Abort,
     /// The answer to a wrong number of octets.
     pub wrong_length: WrongLength,
+    /// Whether an answer of four octets says their number (43h); if not its command is 42h.
+    pub four_octets_say_size: bool,
+    /// Whether the code of an EMCY frame has its high octet first.
+    pub emcy_high_octet_first: bool,
     /// The answer to a value outside its range.
     pub out_of_range: OutOfRange,
     /// When the NMT state is checked of entries that can be written in PRE-OPERATIONAL only.
@@ -71,6 +75,8 @@ impl Policy {
         segmented: true,
         unknown_command: Abort::COMMAND,
         wrong_length: WrongLength::TooLongTooShort,
+        four_octets_say_size: true,
+        emcy_high_octet_first: false,
         out_of_range: OutOfRange::One(Abort::RANGE),
         state_check: StateCheck::Last,
         wrong_state: Abort::DEVICE_STATE,

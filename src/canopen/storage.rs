@@ -10,6 +10,8 @@
 //! ```text
 //! octets 0..3  "CO1" and the node number it was made with
 //! octets 4..   entries: index (2), sub-index (1), length (2), value; low octets first
+//!              0000h:00 what the device keeps beside its dictionary; 0000h:01 one octet, 1: the defaults come
+//!              back with the next reset (1011h)
 //! last 4       CRC-32 of all before
 //! ```
 
@@ -28,6 +30,14 @@ const MAGIC: [u8; 3] = *b"CO1";
 const HEADER_LEN: usize = 4;
 const ENTRY_HEADER_LEN: usize = 5;
 const CRC_LEN: usize = 4;
+
+/// The most octets that a device keeps beside its dictionary.
+pub const MAX_BESIDE: usize = 32;
+
+/// The entry of an image that holds them; there is no object 0000h.
+const BESIDE: Address = Address::new(0, 0);
+/// The entry of an image that says that the defaults come back once.
+const DEFAULTS_ONCE: Address = Address::new(0, 1);
 
 /// Where what is stored is kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -72,6 +82,7 @@ pub struct NotStored;
 
 /// Octets that are no image, or no room for one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum ImageError {
     /// The buffer is too short.
     #[error("the image needs more than {got} octets")]
@@ -178,6 +189,11 @@ impl Storage {
 }
 
 impl Node {
+    /// What the device keeps changed, with supply or without: an image is offered to the host.
+    pub fn offer_image(&mut self) {
+        self.storage.changed();
+    }
+
     /// The image to keep, if it differs from the one taken before and [`Memory::Host`] is set. Poll it when frames and
     /// events are drained.
     ///
@@ -259,6 +275,14 @@ impl Node {
                 }
             }
         }
+        let mut beside = [0; MAX_BESIDE];
+        let len = app.kept_beside(&mut beside);
+        if let Some(octets) = beside.get(..len).filter(|octets| !octets.is_empty()) {
+            writer.entry(BESIDE, octets)?;
+        }
+        if self.storage.defaults_once {
+            writer.entry(DEFAULTS_ONCE, &[1])?;
+        }
         let crc = crc32(writer.into.get(..writer.len).unwrap_or_default());
         writer.put(&crc.to_le_bytes())?;
         Ok(writer.len)
@@ -292,8 +316,14 @@ impl Node {
         let mut kept = Kept { values: Communication::defaults(self.objects, node), node };
         let mut any = false;
         self.errors.clear_history();
+        self.storage.defaults_once = false;
         while let Some((at, octets, behind)) = next_entry(rest) {
             rest = behind;
+            match at {
+                BESIDE => app.recall_beside(octets),
+                DEFAULTS_ONCE => self.storage.defaults_once = octets == [1],
+                Address { .. } => {}
+            }
             let Ok(entry) = dictionary::entry(self.objects, at) else { continue };
             if !entry.stored {
                 continue;
@@ -329,6 +359,8 @@ impl Node {
     pub(super) fn values_after_reset(&mut self) -> Communication {
         let mut values = Communication::defaults(self.objects, self.node_id);
         if core::mem::take(&mut self.storage.defaults_once) {
+            // Once: the next image does not say it any more.
+            self.storage.changed();
             return values;
         }
         let Some(kept) = &self.storage.kept else { return values };

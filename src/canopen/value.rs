@@ -53,6 +53,25 @@ impl DataType {
         }
     }
 
+    /// Its name in CiA 301.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Boolean => "BOOLEAN",
+            Self::I8 => "INTEGER8",
+            Self::I16 => "INTEGER16",
+            Self::I32 => "INTEGER32",
+            Self::U8 => "UNSIGNED8",
+            Self::U16 => "UNSIGNED16",
+            Self::U32 => "UNSIGNED32",
+            Self::Real32 => "REAL32",
+            Self::VisibleString => "VISIBLE_STRING",
+            Self::OctetString => "OCTET_STRING",
+            Self::Domain => "DOMAIN",
+            Self::I64 => "INTEGER64",
+            Self::U64 => "UNSIGNED64",
+        }
+    }
+
     /// Octets of a value, `None` where values differ in length.
     pub const fn octets(self) -> Option<usize> {
         match self {

@@ -2,10 +2,12 @@
 
 use core::fmt;
 
+use strum::VariantArray;
+
 use super::words::Statusword;
 
 /// A state of the drive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, VariantArray)]
 pub enum State {
     /// The drive initialises itself.
     NotReadyToSwitchOn,
@@ -63,16 +65,7 @@ pub struct Transition(pub u8);
 
 impl State {
     /// Every state.
-    pub const ALL: [Self; 8] = [
-        Self::NotReadyToSwitchOn,
-        Self::SwitchOnDisabled,
-        Self::ReadyToSwitchOn,
-        Self::SwitchedOn,
-        Self::OperationEnabled,
-        Self::QuickStopActive,
-        Self::FaultReactionActive,
-        Self::Fault,
-    ];
+    pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
 
     /// The transition that `event` causes, `None` if the drive stays where it is.
     pub const fn next(self, event: Event) -> Option<(Transition, Self)> {
@@ -144,6 +137,21 @@ impl State {
             Self::QuickStopActive => 0x07,
             Self::FaultReactionActive => 0x0F,
             Self::Fault => 0x08,
+        })
+    }
+
+    /// The state that a statusword tells; `None` for a pattern that is none.
+    pub const fn of(word: Statusword) -> Option<Self> {
+        Some(match (word.0 & 0x4F, word.0 & 0x6F) {
+            (0x00, _) => Self::NotReadyToSwitchOn,
+            (0x40, _) => Self::SwitchOnDisabled,
+            (0x0F, _) => Self::FaultReactionActive,
+            (0x08, _) => Self::Fault,
+            (_, 0x21) => Self::ReadyToSwitchOn,
+            (_, 0x23) => Self::SwitchedOn,
+            (_, 0x27) => Self::OperationEnabled,
+            (_, 0x07) => Self::QuickStopActive,
+            (_, _) => return None,
         })
     }
 
@@ -225,8 +233,18 @@ mod tests {
     }
 
     #[test]
-    fn the_bits_of_each_state_tell_it_apart() {
+    fn a_statusword_tells_its_state() {
         for state in State::ALL {
+            for other in [0x0000, 0xFF90] {
+                assert_eq!(State::of(Statusword(state.bits().0 | other)), Some(*state));
+            }
+        }
+        assert_eq!(State::of(Statusword(0x0001)), None);
+    }
+
+    #[test]
+    fn the_bits_of_each_state_tell_it_apart() {
+        for &state in State::ALL {
             let mask = match state {
                 State::NotReadyToSwitchOn
                 | State::SwitchOnDisabled
@@ -237,7 +255,7 @@ mod tests {
                 | State::OperationEnabled
                 | State::QuickStopActive => 0x6F,
             };
-            for other in State::ALL {
+            for &other in State::ALL {
                 assert_eq!(other.bits().0 & mask == state.bits().0, other == state, "{state}, {other}");
             }
         }

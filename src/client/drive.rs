@@ -28,11 +28,13 @@ mod seen;
 mod standstill;
 mod start;
 mod step;
+mod why;
 mod zsw;
 
 pub use channel::Ag03Channel;
 pub use goal::{Goal, GoalError, GoalOutcome, Limits};
 pub use obstacle::{Findings, Obstacle, Obstacles};
+pub use why::Why;
 pub use zsw::ZswPattern;
 
 use core::time::Duration;

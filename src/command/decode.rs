@@ -1,4 +1,4 @@
-//! `profidrive decode`: octets from anywhere to stdout, explained.
+//! `profidrive decode`: octets and frames from anywhere to stdout, explained.
 
 mod input;
 mod output;
@@ -7,12 +7,19 @@ mod utf16;
 use std::io::{self, IsTerminal};
 
 use profidrive::drive::Mode;
+use profidrive::explain::canopen::Network;
 use profidrive::explain::{Context, Decoder};
 
 use super::Failure;
 use super::args::Decode;
 use input::Input;
 use output::{Output, Stopped};
+
+/// What explains telegrams, and what explains frames: lines and packets of both may be in one input.
+struct Buses {
+    telegrams: Decoder,
+    network: Network,
+}
 
 /// Explains everything there is and says at the end whether all of it was valid.
 pub(crate) fn decode(args: &Decode) -> Result<(), Failure> {
@@ -21,7 +28,11 @@ pub(crate) fn decode(args: &Decode) -> Result<(), Failure> {
         eprintln!("profidrive: reads hexadecimal lines from this terminal; Ctrl-D ends");
     }
     let context = args.mode.map_or_else(Context::default, |mode| Context::with_mode(Mode::from(mode)));
-    let mut decoder = Decoder::new(context, args.taking.into());
+    let mut network = args.device.map_or_else(Network::default, |device| Network::of(device.vocabulary));
+    for (node, device) in &args.node {
+        network.know(*node, device.vocabulary);
+    }
+    let mut decoder = Buses { telegrams: Decoder::new(context, args.taking.into()), network };
     let mut output = Output::new(io::stdout().lock(), args, input.has_places());
     match input.read(&mut decoder, &mut output) {
         Ok(()) => {}

@@ -1,9 +1,20 @@
 //! `profidrive demo`: profirust's DP master and an emulated drive on a bus in memory, explained step by step.
 //!
-//! The steps stand here in the order in which they are played. `stage` has the bus and the words on the page,
-//! `chart` draws a travel. What octets and bits mean is known to `profidrive::explain`.
+//! The steps stand here in the order in which they are played. What octets and bits mean is known to
+//! `profidrive::explain`.
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | `stage` | the bus of this story |
+//! | `nodes` | the stories of the devices on CANopen, another each |
+//! | `node_stage` | the bus of those |
+//! | `page` | the words on the page |
+//! | `chart` | a travel as a picture |
 
 mod chart;
+mod node_stage;
+mod nodes;
+mod page;
 mod stage;
 
 use core::time::Duration;
@@ -16,7 +27,9 @@ use profidrive::drive::{Fault, Inputs, Mode};
 use profidrive::ppo::{JobId, Stw};
 
 use super::Failure;
-use stage::{Stage, Trouble};
+use super::args::Demo;
+use page::Trouble;
+use stage::Stage;
 
 /// What the status word looks like in some states.
 const READY_TO_RUN: ZswPattern = ZswPattern::ready_to_run(Mode::Positioning);
@@ -41,9 +54,12 @@ const TARGET: i32 = 13_200;
 const TOO_FAR: i32 = 300_000;
 
 /// Plays the demo to stdout. Nobody need read it to the end.
-pub(super) fn demo() -> Result<(), Failure> {
+pub(super) fn demo(args: &Demo) -> Result<(), Failure> {
     let mut out = BufWriter::new(io::stdout().lock());
-    let played = play(&mut out);
+    let played = match args.device {
+        Some(product) => nodes::play(product, &mut out),
+        None => play(&mut out),
+    };
     // What was seen before something went wrong belongs to the story.
     let written = out.flush();
     match played.and(written.map_err(Trouble::Out)) {
@@ -62,16 +78,16 @@ fn play(out: &mut dyn Write) -> Result<(), Trouble> {
     travel(&mut stage)?;
     refused_travel(&mut stage)?;
     fault_and_recovery(&mut stage)?;
-    stage.title("That is all")?;
-    stage.text(
+    stage.page.title("That is all")?;
+    stage.page.text(
         "The same drive on a terminal that any PROFIBUS-DP master can open: profidrive emulate. \
          Everything about it: profidrive emulate --help.",
     )
 }
 
 fn start_up(stage: &mut Stage<'_>) -> Result<(), Trouble> {
-    stage.title("Start-up: what master and drive say until data flow")?;
-    stage.text(
+    stage.page.title("Start-up: what master and drive say until data flow")?;
+    stage.page.text(
         "The master asks for a diagnosis until the drive answers, sends parameters and configuration, and asks \
          again whether the drive agrees. (FDL status is asked of every address now and then, to find masters.)",
     )?;
@@ -79,8 +95,8 @@ fn start_up(stage: &mut Stage<'_>) -> Result<(), Trouble> {
 }
 
 fn parameters(stage: &mut Stage<'_>) -> Result<(), Trouble> {
-    stage.title("Parameters: words 1 to 4 of the seven in each Data_Exchange")?;
-    stage.text(
+    stage.page.title("Parameters: words 1 to 4 of the seven in each Data_Exchange")?;
+    stage.page.text(
         "PKE (job and number), IND, PWE (value, two words). The reply stays until the job is taken back.",
     )?;
     stage.job(
@@ -98,15 +114,15 @@ fn parameters(stage: &mut Stage<'_>) -> Result<(), Trouble> {
 }
 
 fn enable(stage: &mut Stage<'_>) -> Result<(), Trouble> {
-    stage.title("Enabling: word 5 is control word STW out and status word ZSW in")?;
-    stage.text("STW with what the master changes, ZSW with what the drive says and where it is.")?;
+    stage.page.title("Enabling: word 5 is control word STW out and status word ZSW in")?;
+    stage.page.text("STW with what the master changes, ZSW with what the drive says and where it is.")?;
     stage.observe(READY_TO_RUN)?;
     stage.command("enable", ENABLE, 0, READY_TO_TRAVEL)
 }
 
 fn travel(stage: &mut Stage<'_>) -> Result<(), Trouble> {
-    stage.title("A travel job: words 6 and 7 are setpoint out and position in")?;
-    stage.text("Each change of STW.6, the start bit, starts a job; STW.5 = 0 pauses it.")?;
+    stage.page.title("A travel job: words 6 and 7 are setpoint out and position in")?;
+    stage.page.text("Each change of STW.6, the start bit, starts a job; STW.5 = 0 pauses it.")?;
     stage.begin_recording();
     stage.command("prepare", MAY_TRAVEL, TARGET, READY_TO_TRAVEL)?;
     stage.run_for(Duration::from_millis(400));
@@ -125,22 +141,22 @@ fn travel(stage: &mut Stage<'_>) -> Result<(), Trouble> {
 }
 
 fn refused_travel(stage: &mut Stage<'_>) -> Result<(), Trouble> {
-    stage.title("A travel job that does not start")?;
+    stage.page.title("A travel job that does not start")?;
     stage.command("start to 300000", MAY_TRAVEL, TOO_FAR, READY_TO_TRAVEL)?;
-    stage.text("A real drive says no more: no job was taken over. The emulated one tells why:")?;
+    stage.page.text("A real drive says no more: no job was taken over. The emulated one tells why:")?;
     stage.reason(|event| matches!(event, Event::CommandRefused(_)))
 }
 
 fn fault_and_recovery(stage: &mut Stage<'_>) -> Result<(), Trouble> {
     let acknowledge = MAY_TRAVEL.with_bit(StwBit::Acknowledge.number(), true);
-    stage.title("A fault, and the way back")?;
-    stage.text("Something breaks inside the drive, which needs no screwdriver here.")?;
+    stage.page.title("A fault, and the way back")?;
+    stage.page.text("Something breaks inside the drive, which needs no screwdriver here.")?;
     stage.surround(Inputs::default().provoking(Fault::F));
     stage.observe(FAULT)?;
     stage.reason(|event| matches!(event, Event::Fault(_)))?;
     stage.command("too early", acknowledge, TARGET, FAULT)?;
     stage.reason(|event| matches!(event, Event::CommandRefused(_)))?;
-    stage.text("It is repaired.")?;
+    stage.page.text("It is repaired.")?;
     stage.surround(Inputs::default());
     stage.command("again", MAY_TRAVEL, TARGET, FAULT)?;
     stage.command("now", acknowledge, TARGET, TURN_ON_DISABLED)?;
@@ -179,7 +195,7 @@ mod tests {
             "job taken over",
             "^start",
             "^there",
-            "setpoint is above the upper limit",
+            "setpoint is above the upper",
             "fault F (internal error)",
             "turn-on disabled",
             "disable operation",

@@ -1,29 +1,37 @@
 //! `profidrive emulate`: drives on a line until a signal.
 
+use core::net::SocketAddr;
 use core::sync::atomic::{AtomicBool, Ordering};
 use core::time::Duration;
-use std::io::{self, Write};
+use std::io;
 use std::sync::Arc;
 
 use profidrive::device::{Config, Device, DipSwitches, Timing};
 use profidrive::fdl::{Address, RateChange};
-use profidrive::host::link::fault::Faulty;
+use profidrive::gsd::Station;
+use profidrive::host::link::fault::{Fault, Faults, Faulty, Gate, Switch};
 use profidrive::host::link::serial::Serial;
 use profidrive::host::{
-    Bus, BusEvent, Clock, Link, Reach, SlotTime, StateDir, Stop, StoredDevice, SystemClock, run,
+    Bus, BusEvent, Clock, Condition, Link, OutputBoard, Reach, Refusals, SlotTime, StateDir, Stop,
+    StoredDevice, SystemClock, run,
 };
 use profidrive::panel::{BusAccess, Panel, PanelError};
+use profidrive::process::{Point, Signal};
 use profidrive::time::{BaudRate, Instant};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
 use tracing::{debug, info, warn};
 
-use super::Failure;
 use super::args::{BaudSpec, DriveSpec, Emulate, LinkSpec, QuirkSpec};
+use super::{Failure, plant};
 
+mod lines;
 #[cfg(unix)]
 mod nodes;
-mod station;
+mod ppo_drive;
+pub(crate) mod station;
 mod tap;
+
+use lines::Start;
 
 /// The rate of a terminal whose master has set none of PROFIBUS-DP, and of a TCP port. There it only says how long a
 /// drive waits before it replies.
@@ -35,29 +43,81 @@ const FIRST_SERIAL_RATE: BaudRate = BaudRate::K19_2;
 /// Invalid octets are logged at most once in this time; each is for `-v`.
 const NOISE_PAUSE: Duration = Duration::from_secs(1);
 
-/// Runs until SIGINT, SIGTERM, or SIGHUP, which comes when the window of its terminal is closed.
-pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
+/// Runs what the arguments ask for, until SIGINT, SIGTERM, or SIGHUP, which comes when the window of its terminal is
+/// closed.
+pub(crate) fn emulate(args: Emulate) -> Result<(), Failure> {
+    let plans = match &args.line {
+        Some(file) => {
+            let plans = plant::read(file)?;
+            if args.check_only {
+                return plant::say(file, &plans);
+            }
+            plans
+        }
+        None => vec![LinePlan::of_flags(args)?],
+    };
+    lines::run(plans)
+}
+
+/// A line and everybody on it: the general form, which a file or the flags fill.
+pub(crate) struct LinePlan {
+    /// All but what flags cannot say; its stations and faults are those below.
+    pub(crate) args: Emulate,
+    pub(crate) stations: Vec<StationPlan>,
+    pub(crate) faults: Vec<FaultPlan>,
+}
+
+/// A station that a GSD describes, and what moves its inputs.
+pub(crate) struct StationPlan {
+    pub(crate) address: Address,
+    pub(crate) station: Station,
+    pub(crate) signals: Vec<Signal>,
+}
+
+/// A fault and when it may act. Times count from when the line is made.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FaultPlan {
+    pub(crate) fault: Fault,
+    pub(crate) from: Option<Duration>,
+    pub(crate) until: Option<Duration>,
+    /// Only while this holds of an input of a station.
+    pub(crate) while_input: Option<(Address, Point, Condition)>,
+}
+
+impl LinePlan {
+    fn of_flags(args: Emulate) -> Result<Self, Failure> {
+        let stations = station::load(&args.stations)?;
+        let faults = if args.nodes.is_empty() { args.faults().map_err(Failure::Usage)? } else { Vec::new() };
+        let faults =
+            faults.into_iter().map(|fault| FaultPlan { fault, from: None, until: None, while_input: None });
+        Ok(Self { args, stations, faults: faults.collect() })
+    }
+}
+
+/// Runs one line until its end.
+fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
+    let LinePlan { args, stations, faults } = &plan;
     if let LinkSpec::Slcan(link) = &args.link {
         #[cfg(unix)]
-        return nodes::emulate(args, link);
+        return nodes::emulate(args, link, start);
         #[cfg(not(unix))]
         return Err(Failure::Other(format!("{link:?}: slcan links need Unix")));
     }
-    let stations = station::load(&args.stations)?;
+    let ppo_drives = ppo_drive::load(&args.ppo_drives)?;
     // Before the link is made, so that no signal ends the process with the link left behind.
     let signals = Signals::register().map_err(|error| Failure::from_error(&error))?;
+    start.ends_with(&signals);
     let clock = SystemClock::new();
     let state = args.state_dir.as_deref().map(StateDir::open).transpose();
     let state = state.map_err(|error| Failure::from_error(&error))?;
     // Before the link, so that a refusal leaves nothing behind.
     let mut panel = start_panel(args, &signals.stop)?;
-    let (rate, link, path) = open(args)?;
-    for fault in &args.faults {
-        warn!("fault on purpose: {fault}");
-    }
+    let Opened { rate, link, path } =
+        open_link(&args.link, args.baud.and_then(BaudSpec::fixed), args.allow_remote)?;
     // Next to the line, so that what faults do is seen.
-    let link = tap::tapped(link, args, &path, clock, panel.as_ref())?;
-    let mut link = Faulty::new(link, clock, &args.faults);
+    let (link, remarks) = tap::tapped(link, args, &path, clock, panel.as_ref())?;
+    let mut link = Faulty::new(link, clock, &[]);
+    let switches = arm(link.faults_mut(), faults, clock.now());
 
     let mut bus = Bus::on(rate, Timing::Untrue);
     if let LinkSpec::Serial(_) = args.link {
@@ -67,15 +127,22 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     // Nobody but a master is on a terminal that was made just now.
     let serial = matches!(args.link, LinkSpec::Serial(_));
     let (listen, search) = (serial && !args.force_address, serial && args.baud == Some(BaudSpec::Auto));
-    let config = config(&args.quirks)?;
+    let config = config(&args.quirks().map_err(Failure::Usage)?)?;
     for drive in args.drives() {
         connect(&mut bus, drive, config, clock.now(), listen, state.as_ref())?;
     }
-    let described = stations.iter().map(|(address, _)| *address).collect();
-    for described in stations {
-        station::connect(&mut bus, described, rate, clock.now(), listen)?;
+    let (refusals, board) = (Refusals::default(), OutputBoard::default());
+    let described = stations.iter().map(|station| station.address).collect();
+    for described in plan.stations {
+        station::connect(&mut bus, described, rate, clock.now(), listen, (&refusals, &board), &switches)?;
     }
-    let mut news = News::new(path, &bus, listen, panel.as_ref(), described);
+    for drive in ppo_drives {
+        ppo_drive::connect(&mut bus, drive, rate, clock.now(), listen, &refusals)?;
+    }
+    if !start.all_are_open() {
+        return Ok(());
+    }
+    let mut news = News::new(path, &bus, listen, panel.as_ref(), described, start);
     if search {
         bus.search_baud(clock.now());
         // No drive sends anything until a master is heard, so a master need not wait.
@@ -85,10 +152,12 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     let outcome = loop {
         let outcome = run(&mut link, &mut bus, &clock, &signals.stop, &mut |event| {
             let now = clock.now();
+            let words = refusals.words(&event);
             if let Some(panel) = &panel {
-                panel.tell(now, &event);
+                panel.tell_with(now, &event, words.clone());
             }
-            news.say(now, event);
+            remarks.say(&event);
+            news.say(now, event, words.as_deref());
             if news.nobody_is_left() {
                 signals.end();
             }
@@ -97,8 +166,12 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
         // run.
         signals.stop.clear();
         let end = outcome.is_err() || signals.end.load(Ordering::SeqCst);
-        if signals.report.swap(false, Ordering::SeqCst) || end {
+        let asked = signals.report.swap(false, Ordering::SeqCst);
+        if asked || end {
             report(&bus);
+        }
+        if asked {
+            explain(&bus);
         }
         if end {
             break outcome;
@@ -120,6 +193,28 @@ pub(crate) fn emulate(args: &Emulate) -> Result<(), Failure> {
     }
     info!("ended by a signal");
     Ok(())
+}
+
+/// A switch that an input of a station turns.
+type Watched = (Address, Point, Condition, Switch);
+
+/// Adds the faults, and says which inputs turn them on and off.
+fn arm(faults: &mut Faults, plans: &[FaultPlan], now: Instant) -> Vec<Watched> {
+    let mut watched = Vec::new();
+    for FaultPlan { fault, from, until, while_input } in plans {
+        let mut gate = Gate {
+            from: from.map(|from| now.saturating_add(from)),
+            until: until.map(|until| now.saturating_add(until)),
+            switch: None,
+        };
+        warn!("fault on purpose: {fault}");
+        if let Some((station, point, condition)) = while_input {
+            let switch = gate.switch.insert(Switch::default()).clone();
+            watched.push((*station, *point, *condition, switch));
+        }
+        faults.add_gated(*fault, gate);
+    }
+    watched
 }
 
 /// How signals reach the loop: each ends the run, and the flag says what for.
@@ -161,7 +256,8 @@ fn hangup_is_ignored() -> bool {
 }
 
 /// Says what happens: the ready line on stdout, the rest in the log.
-struct News {
+struct News<'a> {
+    start: &'a Start,
     path: String,
     /// Where the panel is, as the end of the ready line.
     panel: String,
@@ -179,8 +275,15 @@ struct News {
     unsaid: u64,
 }
 
-impl News {
-    fn new(path: String, bus: &Bus, listen: bool, panel: Option<&Panel>, described: Vec<Address>) -> Self {
+impl<'a> News<'a> {
+    fn new(
+        path: String,
+        bus: &Bus,
+        listen: bool,
+        panel: Option<&Panel>,
+        described: Vec<Address>,
+        start: &'a Start,
+    ) -> Self {
         let drives: Vec<_> = bus.addresses().collect();
         let undecided = if listen { drives.len() } else { 0 };
         if undecided > 0 {
@@ -188,6 +291,7 @@ impl News {
         }
         let panel = panel.map(|panel| format!(" panel=http://{}", panel.address())).unwrap_or_default();
         Self {
+            start,
             path,
             panel,
             drives,
@@ -200,7 +304,8 @@ impl News {
         }
     }
 
-    fn say(&mut self, now: Instant, event: BusEvent) {
+    /// `words` stand behind what the event says itself.
+    fn say(&mut self, now: Instant, event: BusEvent, words: Option<&str>) {
         match event {
             // So many events at once are noise, whatever else there is among them.
             BusEvent::TelegramRefused(_) | BusEvent::Lost { .. } => {
@@ -234,8 +339,12 @@ impl News {
                 info!("{event}");
             }
             BusEvent::MovedToTakenAddress { .. } => warn!("{event}"),
-            BusEvent::Station { event: ref detail, .. } if detail.is_detail() => debug!("{event}"),
-            BusEvent::Station { .. } | _ => info!("{event}"),
+            BusEvent::RateLost { .. } => warn!("{event}"),
+            _ if event.is_detail() => debug!("{event}"),
+            BusEvent::Station { .. } | _ => match words {
+                Some(words) => info!("{event}: {words}"),
+                None => info!("{event}"),
+            },
         }
     }
 
@@ -261,30 +370,39 @@ impl News {
         }
         let Self { path, panel, drives, described, .. } = self;
         let stations = station::ready(drives, described);
-        let mut stdout = io::stdout().lock();
-        let said = writeln!(stdout, "ready link={path} {stations}{panel}").and_then(|()| stdout.flush());
-        if let Err(error) = said {
-            // Whoever started this may not care; the drives are there all the same.
-            warn!("cannot say on stdout that link={path} is ready: {error}");
-        }
+        self.start.announce(&format!("ready link={path} {stations}{panel}"));
     }
 }
 
 fn start_panel(args: &Emulate, wake: &Stop) -> Result<Option<Panel>, Failure> {
     let Some(place) = &args.panel else { return Ok(None) };
-    let reach = if args.panel_allow_remote { Reach::Network } else { Reach::ThisMachine };
-    let panel = Panel::start(place, reach, wake.clone()).map_err(|error| match error {
+    let panel = Panel::start(place, panel_reach(args), wake.clone());
+    panel_started(panel, Panel::address, "drives").map(Some)
+}
+
+const fn panel_reach(args: &Emulate) -> Reach {
+    if args.panel_allow_remote { Reach::Network } else { Reach::ThisMachine }
+}
+
+/// Says where the panel is, or why there is none. `controls` is what whoever connects can control.
+fn panel_started<P>(
+    panel: Result<P, PanelError>,
+    address: impl Fn(&P) -> SocketAddr,
+    controls: &str,
+) -> Result<P, Failure> {
+    let panel = panel.map_err(|error| match error {
         PanelError::TooFar { .. } => Failure::Usage(format!(
             "{error}; add --panel-allow-remote if that is wanted, or use --panel 127.0.0.1:PORT; see 'profidrive emulate \
              --help'"
         )),
         PanelError::Listen { .. } | PanelError::Thread { .. } | _ => Failure::from_error(&error),
     })?;
-    info!("the panel is at http://{}", panel.address());
-    if !panel.address().ip().is_loopback() {
-        warn!("other machines can connect to the panel at {} and control the drives", panel.address());
+    let address = address(&panel);
+    info!("the panel is at http://{address}");
+    if !address.ip().is_loopback() {
+        warn!("other machines can connect to the panel at {address} and control the {controls}");
     }
-    Ok(Some(panel))
+    Ok(panel)
 }
 
 /// Logs what was counted: the line, and every station that was asked something.
@@ -297,10 +415,38 @@ fn report(bus: &Bus) {
     }
 }
 
-/// The rate to begin with, the link, and what a master opens.
-fn open(args: &Emulate) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
-    let rate = args.baud.and_then(BaudSpec::fixed);
-    match &args.link {
+/// Logs of every drive what keeps it from moving.
+fn explain(bus: &Bus) {
+    for address in bus.addresses() {
+        if let Some(device) = bus.station::<StoredDevice>(address) {
+            info!("station {address}: {}", device.device().why());
+        }
+    }
+}
+
+/// A link, the rate to begin with, and what a master opens.
+pub(super) struct Opened {
+    pub(super) rate: BaudRate,
+    pub(super) link: Box<dyn Link>,
+    pub(super) path: String,
+}
+
+/// Opens the link of a line with our stations on it.
+pub(super) fn open_link(
+    link: &LinkSpec,
+    rate: Option<BaudRate>,
+    allow_remote: bool,
+) -> Result<Opened, Failure> {
+    let (rate, link, path) = open(link, rate, allow_remote)?;
+    Ok(Opened { rate, link, path })
+}
+
+fn open(
+    link: &LinkSpec,
+    rate: Option<BaudRate>,
+    allow_remote: bool,
+) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
+    match link {
         LinkSpec::Pty(path) => open_pty(path.as_deref(), rate),
         LinkSpec::Serial(device) => {
             let opened = rate.unwrap_or(FIRST_SERIAL_RATE);
@@ -315,7 +461,7 @@ fn open(args: &Emulate) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
         LinkSpec::Slcan(_) => {
             Err(Failure::Usage("an slcan link is for nodes; see 'profidrive emulate --help'".into()))
         }
-        LinkSpec::Tcp(place) => open_tcp(place, rate.unwrap_or(UNTIMED_RATE), args.allow_remote),
+        LinkSpec::Tcp(place) => open_tcp(place, rate.unwrap_or(UNTIMED_RATE), allow_remote),
     }
 }
 

@@ -108,7 +108,7 @@ fn derivation(explanation: &Explanation) -> String {
 fn words_of(explanation: &Explanation) -> impl Iterator<Item = String> {
     let octets: &[u8] = match explanation.kind {
         Kind::Ppo | Kind::Pkw | Kind::Pzd | Kind::Word => &explanation.octets,
-        Kind::Telegram | Kind::Token | Kind::Noise => &[],
+        Kind::Telegram | Kind::Token | Kind::Frame | Kind::ErrorFrame | Kind::Noise => &[],
     };
     octets.as_chunks().0.iter().map(|word| format!("{:04X}", u16::from_be_bytes(*word)))
 }

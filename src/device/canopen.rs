@@ -6,9 +6,10 @@ use core::fmt;
 use thiserror::Error;
 
 use super::ag03_canopen;
+use super::surroundings::Surroundings;
 use crate::can::{ErrorState, Frame};
 use crate::canopen::storage::{self, Generation, NotStored, StoreRequest};
-use crate::canopen::{self, NodeId};
+use crate::canopen::{self, Abort, Address, Application, Node, NodeId};
 use crate::time::Instant;
 use crate::unit;
 
@@ -18,7 +19,7 @@ use crate::unit;
 pub enum CanopenEvent {
     /// Of its node: NMT, SDO, PDO, EMCY, error control.
     Node(canopen::Event),
-    /// Of an AG03/1 behind the node.
+    /// Of an AG03/1 behind the node, which names its own objects and bits in what it refuses.
     Ag03(ag03_canopen::Event),
 }
 
@@ -44,6 +45,7 @@ impl fmt::Display for CanopenEvent {
 
 /// Why an image is not taken over.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
 pub enum RecallError {
     /// It is no image of a node.
     #[error(transparent)]
@@ -56,10 +58,31 @@ pub enum RecallError {
 /// A device on CANopen: frames and time in, frames, events, images and a deadline out.
 ///
 /// After every call but the polls, `poll_transmit`, `poll_event`, `poll_image` and `poll_timeout` may have another answer.
-/// A host that knows which device it has reaches the rest of it by `dyn Any`.
-pub trait CanopenDevice: Any + Send {
+/// What surrounds it and what is seen of it are [`Surroundings`]. A host that knows which device it has reaches the rest
+/// of it by `dyn Any`.
+pub trait CanopenDevice: Surroundings + Any + Send {
+    /// Its node on the bus, to look at.
+    fn node(&self) -> &Node;
+
+    /// Its objects as the node asks for them, for [`Node::read_with`].
+    fn application(&self) -> &dyn Application;
+
+    /// Writes an entry as a client does, but past the bus: no client waits for it, and what it stores is stored later
+    /// ([`Node::write_past_bus`]).
+    ///
+    /// # Errors
+    /// The abort code that a client would get; nothing is changed then.
+    fn write_past_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Abort>;
+
     /// The node number in force: after power-on that of the device's memory.
-    fn node_id(&self) -> NodeId;
+    fn node_id(&self) -> NodeId {
+        self.node().node_id()
+    }
+
+    /// Whether it is supplied.
+    fn is_on(&self) -> bool {
+        self.node().state().is_some()
+    }
 
     /// Supply on.
     fn power_on(&mut self, now: Instant);
@@ -74,13 +97,17 @@ pub trait CanopenDevice: Any + Send {
     fn handle_timeout(&mut self, now: Instant);
 
     /// The error counters of its CAN controller have taken it from one state to another.
-    fn handle_error_state(&mut self, now: Instant, from: ErrorState, to: ErrorState);
+    fn handle_error_state(&mut self, _now: Instant, _from: ErrorState, _to: ErrorState) {}
 
     /// The next frame to send.
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame>;
 
     /// The next event.
     fn poll_event(&mut self) -> Option<CanopenEvent>;
+
+    /// Says what keeps its drive from moving now, a sentence each, the most important first. Nothing: it moves, waits
+    /// for a start, or has no drive.
+    fn why(&self, _say: &mut dyn FnMut(&dyn fmt::Display)) {}
 
     /// When [`handle_timeout`](Self::handle_timeout) is due.
     fn poll_timeout(&self) -> Option<Instant>;

@@ -2,10 +2,11 @@
 
 use core::fmt;
 
-use super::Refusal;
 use super::bits::StwBit;
+use super::job::Job;
 use super::refusal::Bit;
 use super::words::Words;
+use super::{Hint, Refusal};
 use crate::dp;
 use crate::drive::{self, DisableCause, Fault, Operation};
 use crate::fdl::FrameError;
@@ -47,6 +48,11 @@ pub enum Event {
     TelegramRefused(FrameError),
     /// A reply was dropped because its time was over.
     ReplyTooLate(TooLate),
+    /// A drive of the profile.
+    #[cfg(feature = "std")]
+    PpoDrive(super::ppo_drive::Event),
+    /// Something is odd.
+    Hint(Hint),
     /// Events were lost because nobody took them in time.
     Lost {
         /// How many.
@@ -58,9 +64,15 @@ impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Dp(event) => event.fmt(f),
-            Self::JobRefused(refusal) => refusal.fmt(f),
+            Self::JobRefused(refusal) => Job(refusal).fmt(f),
             Self::CommandRefused(refusal) => refusal.fmt(f),
-            Self::Fault(fault) => write!(f, "fault {fault}"),
+            Self::Fault(fault) => write!(
+                f,
+                "fault {fault}: {}; next: acknowledge it ({} from 0 to 1), then give OFF1 once ({} = 0)",
+                fault.cure(),
+                Bit(StwBit::Acknowledge),
+                Bit(StwBit::On)
+            ),
             Self::Drive { event, stw } => fmt_drive(f, event, *stw),
             Self::Unit(unit::Event::FaultCauseGone(fault)) => {
                 write!(
@@ -84,7 +96,12 @@ impl fmt::Display for Event {
                         "switched on with SW8 ON (SW1 to SW10: {switches}), bus terminator {terminator}"
                     )
                 } else {
-                    write!(f, "switched on at address {}, bus terminator {terminator}", switches.address())
+                    write!(f, "switched on at address {}", switches.address())?;
+                    // The highest number is no address.
+                    if switches.number() != switches.address().number() {
+                        write!(f, " (SW1 to SW7 are set to {}, which is none)", switches.number())?;
+                    }
+                    write!(f, ", bus terminator {terminator}")
                 }
             }
             Self::FactoryReset(set) => unit::Event::FactoryReset(*set).fmt(f),
@@ -92,6 +109,9 @@ impl fmt::Display for Event {
             Self::ReplyTooLate(TooLate { after, limit }) => {
                 write!(f, "dropped a reply {after:?} after its request, expected at most {limit:?}")
             }
+            #[cfg(feature = "std")]
+            Self::PpoDrive(event) => event.fmt(f),
+            Self::Hint(hint) => hint.fmt(f),
             Self::Lost { events } => write!(f, "{events} more events were lost"),
         }
     }
@@ -122,6 +142,8 @@ impl Event {
         match self {
             Self::Dp(event) => event.is_detail(),
             Self::Unit(event) => event.is_detail(),
+            #[cfg(feature = "std")]
+            Self::PpoDrive(_) => false,
             Self::JobRefused(_)
             | Self::CommandRefused(_)
             | Self::Fault(_)
@@ -131,6 +153,7 @@ impl Event {
             | Self::FactoryReset(_)
             | Self::TelegramRefused(_)
             | Self::ReplyTooLate(_)
+            | Self::Hint(_)
             | Self::Lost { .. } => false,
         }
     }
@@ -170,7 +193,8 @@ fn fmt_drive(f: &mut fmt::Formatter<'_>, event: &drive::Event, stw: Option<Stw>)
             | drive::Event::Stands { .. }
             | drive::Event::InchingStarted(_)
             | drive::Event::InchingEnded { .. }
-            | drive::Event::VelocityStarted { .. }
+            | drive::Event::VelocityStarted(_)
+            | drive::Event::VelocityChanged(_)
             | drive::Event::VelocityEnded
             | drive::Event::Acknowledged
             | drive::Event::Rearmed

@@ -20,12 +20,21 @@
 //! | `words` | those words from and to what the drive knows |
 //! | `flow_charts` | the control words that the manual prints |
 //! | `event` | [`Event`]: news for the host |
+//! | [`hint`] | [`Hint`]: what is odd, said once |
+//! | `job` | [`JobText`]: why a PKW job was not executed, and what to send instead |
 //! | `parameters` | the parameters of the unit as the parameter channel reaches them |
-//! | `quirk`, `quirks` | [`Quirk`], the form of every device, and [`QUIRKS`]: every named alternative of this one |
+//! | `ppo_drive` | any drive of PROFIDRIVE version 2, with the parameters of a table (feature `std`) |
+//! | [`profile`] | the bits of STW and ZSW as the profile has them |
+//! | `quirk` | [`Quirk`]: the form of every named alternative, of whichever device |
+//! | `quirks` | [`QUIRKS`]: every named alternative |
+//! | [`vocabulary`] | what a device on CANopen calls what it says |
 //! | [`ap10_canopen`] | the position indicator AP10 on CANopen, an object of its own |
 //! | [`asda_a2_canopen`] | the servo ASDA-A2 on CANopen |
 //! | `refusal` | [`Refusal`]: why a control word is not followed |
+//! | `why` | [`Why`]: everything that keeps the drive from moving now |
 //! | [`ag03_canopen`] | the same unit on CANopen |
+//! | `plain_node` | [`PlainNode`]: any device on CANopen that has no clock of its own |
+//! | [`surroundings`] | what surrounds a device on CANopen and what is seen of it |
 //!
 mod address;
 pub mod ag03_canopen;
@@ -36,10 +45,19 @@ mod canopen;
 mod config;
 mod event;
 pub mod flow_charts;
+pub mod hint;
+mod job;
 pub mod parameters;
+mod plain_node;
+#[cfg(feature = "std")]
+pub mod ppo_drive;
+pub mod profile;
 mod quirk;
 mod quirks;
 mod refusal;
+pub mod surroundings;
+pub mod vocabulary;
+mod why;
 pub mod words;
 
 use core::time::Duration;
@@ -47,9 +65,9 @@ use core::time::Duration;
 use crate::dp;
 use crate::drive::{Drive, FaultBuffer, Inputs, Status, StatusLed, leds};
 use crate::fdl::{Address, FrameError, Framer, Telegram};
-use crate::param::{ParamError, Pnu, Store, Subindex, Value};
+use crate::param::{ParamError, Parameter, Pnu, Store, Subindex, Value};
 use crate::pkw::Engine;
-use crate::ppo::{self, Outputs, PPO_LEN, Pkw, PpoType, Zsw};
+use crate::ppo::{self, Outputs, PPO_LEN, Pkw, PpoType, Stw, Zsw};
 use crate::time::{BaudRate, Instant};
 use crate::unit::{Cycles, Outcome, Queue, Switched, Unit};
 
@@ -63,10 +81,17 @@ pub use crate::unit::{
 pub use canopen::{CanopenDevice, CanopenEvent, RecallError};
 pub use config::{Config, Timing};
 pub use event::Event;
+pub use hint::Hint;
+pub use job::JobText;
+pub use plain_node::PlainNode;
 pub use quirk::{Quirk, QuirkError};
 pub use quirks::QUIRKS;
 pub use refusal::{Reason, Refusal};
+pub use surroundings::Surroundings;
+pub use vocabulary::Vocabulary;
+pub use why::{Hindrance, Why};
 
+use hint::watch::Watch;
 use parameters::{Channel, Shown};
 use words::Words;
 
@@ -129,8 +154,14 @@ struct Parts {
     exchanging: bool,
     /// Data_Exchange was left since the last application cycle.
     interrupted: bool,
+    /// The outputs of the last application cycle, if they ask nothing new in the next: no edge in the command, the job
+    /// answered.
+    held: Option<[u8; PPO_LEN]>,
     /// The reply of the parameter channel offered to the master.
     pkw_reply: Pkw,
+    /// The status word offered to the master under the same outputs as now, and what [`Unit::changes`] counted then.
+    zsw: Option<(u32, Zsw)>,
+    watch: Watch,
     events: Queue<Event, MAX_EVENTS>,
 }
 
@@ -217,6 +248,11 @@ impl Device {
     /// What stands now against a start with the newest outputs (`ag03.md` 8 rows 20 to 22, 40); `None`: nothing.
     pub fn start_refusal(&self) -> Option<Refusal> {
         self.part.unit.start_refusal().map(|refusal| Refusal::new(refusal, &self.part.shown.words))
+    }
+
+    /// The control word that the drive has seen last; 0 outside Data_Exchange.
+    pub const fn commanded(&self) -> Stw {
+        self.part.shown.words.stw()
     }
 
     /// The status word as it is offered to the master.
@@ -428,6 +464,7 @@ impl Device {
 
     /// The oldest event not taken yet. Changes with every `handle_*` and `poll_transmit`.
     #[must_use]
+    #[inline]
     pub fn poll_event(&mut self) -> Option<Event> {
         self.part.events.pop().map(|event| event.unwrap_or_else(|events| Event::Lost { events }))
     }
@@ -445,9 +482,14 @@ impl Parts {
             outputs_seen: 0,
             exchanging: false,
             interrupted: false,
+            held: None,
             pkw_reply: Pkw::ZERO,
+            zsw: None,
+            watch: Watch::default(),
             events: Queue::default(),
         };
+        part.watch.now = now;
+        part.look_at_address();
         part.run_cycle();
         part
     }
@@ -463,36 +505,62 @@ impl Parts {
         self.outputs_seen = self.station.slave().output_updates();
         (self.exchanging, self.interrupted) = (false, false);
         self.engine.reset();
-        self.publish(Pkw::ZERO);
+        (self.held, self.zsw) = (None, None);
+        self.pkw_reply = Pkw::ZERO;
+        self.publish();
+        self.look_at_address();
     }
 
-    /// Lets everything happen that is due until `now`: application cycles and the watchdog, in the order of time.
-    fn advance(&mut self, now: Instant) {
-        if self.first_due(now).is_some() {
-            self.catch_up(now);
+    /// At the address of stations that have none there is no Data_Exchange.
+    fn look_at_address(&mut self) {
+        if self.shown.address == dp::StoredAddress::DELIVERED.address && self.unit.power() == Power::On {
+            let hint = self.watch.allow(Hint::AddressNotSet);
+            self.hint(hint);
         }
     }
 
-    /// As [`Parts::advance`], when something is due. The watchdog comes before a cycle of the same moment.
-    fn catch_up(&mut self, now: Instant) {
-        self.cycles.forfeit(now);
-        while let Some(due) = self.first_due(now) {
+    fn hint(&mut self, hint: Option<Hint>) {
+        if let Some(hint) = hint {
+            self.events.push(Event::Hint(hint));
+        }
+    }
+
+    /// Lets everything happen that is due until `now`: application cycles and the watchdog, in the order of time.
+    #[inline(always)]
+    fn advance(&mut self, now: Instant) {
+        self.watch.now = now;
+        if let Some(due) = self.first_due(now) {
+            self.catch_up(now, due);
+        }
+    }
+
+    /// As [`Parts::advance`], when something is due, the first of it at `due`. The watchdog comes before a cycle of the
+    /// same moment.
+    #[inline(never)]
+    fn catch_up(&mut self, now: Instant, due: Instant) {
+        let mut next = if self.cycles.forfeit(now) { self.first_due(now) } else { Some(due) };
+        while let Some(due) = next {
             if self.station.watchdog_timeout() == Some(due) {
                 self.expire_watchdog(due);
             } else {
                 self.run_cycle();
                 self.cycles.ran(due, self.is_at_rest());
             }
+            next = self.first_due(now);
         }
     }
 
     /// When what comes next was due, if that is not behind `now`.
+    #[inline(always)]
     fn first_due(&self, now: Instant) -> Option<Instant> {
         Instant::first_of(self.station.watchdog_timeout(), self.cycles.next()).filter(|due| *due <= now)
     }
 
     fn expire_watchdog(&mut self, due: Instant) {
         if let Some(event) = self.station.handle_timeout(due) {
+            if let dp::Event::WatchdogExpired { master, after } = event {
+                self.watch.expired(due, master, after);
+            }
             self.events.push(Event::Dp(event));
         }
         self.wake_for_outputs(due);
@@ -508,20 +576,50 @@ impl Parts {
         if let Some(event) = outcome.event {
             self.events.push(Event::Dp(event));
         }
-        self.wake_for_outputs(now);
-        if outcome.exchanged && self.cycles.is_manual() {
+        let passed = self.wake_for_outputs(now);
+        if !outcome.exchanged {
+            if self.watch.awaits_master() {
+                self.look_at_request(&telegram);
+            }
+            return;
+        }
+        if !passed {
+            self.look_at_sync();
+        }
+        if self.cycles.is_manual() {
             self.run_cycle();
         }
     }
 
-    /// Wakes the drive part if outputs were passed that it has not seen.
-    fn wake_for_outputs(&mut self, now: Instant) {
+    /// An exchange whose outputs were not passed.
+    #[inline(never)]
+    fn look_at_sync(&mut self) {
+        let hint = self.watch.held_back(self.station.slave().owner());
+        self.hint(hint);
+    }
+
+    /// A request for us after a watchdog expired: its master is not gone.
+    #[inline(never)]
+    fn look_at_request(&mut self, telegram: &Telegram<'_>) {
+        match telegram {
+            Telegram::Data(request) if request.da == self.shown.address => {
+                let hint = self.watch.asked(request.sa);
+                self.hint(hint);
+            }
+            Telegram::Data(_) | Telegram::Token { .. } | Telegram::ShortAcknowledge => {}
+        }
+    }
+
+    /// Wakes the drive part if outputs were passed that it has not seen. Returns whether there were any.
+    #[inline]
+    fn wake_for_outputs(&mut self, now: Instant) -> bool {
         let passed = self.station.slave().output_updates();
         if self.outputs_seen == passed {
-            return;
+            return false;
         }
         self.outputs_seen = passed;
-        if self.exchanging && self.station.slave().state() != dp::State::DataExch {
+        self.watch.passed();
+        if self.station.slave().state() != dp::State::DataExch && self.exchanging {
             self.exchanging = false;
             self.interrupted = true;
             if self.cycles.is_manual() {
@@ -529,6 +627,7 @@ impl Parts {
             }
         }
         self.cycles.wake(now);
+        true
     }
 
     /// One application cycle: newest outputs in, one step, new inputs out.
@@ -538,28 +637,92 @@ impl Parts {
         self.interrupted = false;
         let octets =
             self.station.slave().outputs().first_chunk::<PPO_LEN>().copied().filter(|_| self.exchanging);
+        // Most cycles: a master repeats itself until the drive is there.
+        if octets.is_some() && octets == self.held {
+            self.unit.hold(self.cycles.step());
+            self.shown.words.accept(self.unit.status());
+            return self.publish();
+        }
+        self.pkw_reply = self.follow_outputs(octets);
+        self.publish();
+        self.watch.note(self.shown.words.stw());
+    }
+
+    /// What outputs ask for that are new, or ask more than the command they asked before.
+    fn follow_outputs(&mut self, octets: Option<[u8; PPO_LEN]>) -> Pkw {
         let outputs = octets.as_ref().map(Outputs::new);
-        let command = self.shown.words.command(outputs.map(|outputs| (outputs.stw(), outputs.hsw())));
-        self.unit.step(self.cycles.step(), &command);
+        let asked = outputs.map(|outputs| (outputs.stw(), outputs.hsw()));
+        let held = self.shown.words.is_held(asked);
+        if held {
+            self.unit.hold(self.cycles.step());
+        } else {
+            let command = self.shown.words.command(asked);
+            let hint = self.watch.commanded(self.shown.words.stw(), self.unit.status());
+            self.hint(hint);
+            self.unit.step(self.cycles.step(), &command);
+            self.zsw = None;
+        }
         self.shown.words.accept(self.unit.status());
         // Behind the step, so that a parameter that shows the drive agrees with ZSW and HIW.
-        let reply = self.run_job(outputs.map(Outputs::pkw));
-        self.publish(reply);
+        let job = outputs.map(Outputs::pkw);
+        let reply = self.run_job(job);
+        self.held = octets.filter(|_| held && job.is_some_and(|job| self.engine.is_settled(job)));
+        reply
     }
 
     /// Offers new inputs to the master and what has happened in the unit to the host.
-    fn publish(&mut self, pkw_reply: Pkw) {
-        self.pkw_reply = pkw_reply;
-        let status = self.unit.status();
-        let inputs = ppo::Inputs::octets(pkw_reply, self.shown.words.zsw(status), words::hiw(status));
+    #[inline]
+    fn publish(&mut self) {
+        let (status, changes) = (self.unit.status(), self.unit.changes());
+        let zsw = match self.zsw {
+            Some((shown, zsw)) if shown == changes => zsw,
+            Some(_) | None => self.shown.words.zsw(status),
+        };
+        self.zsw = Some((changes, zsw));
+        let inputs = ppo::Inputs::octets(self.pkw_reply, zsw, words::hiw(status));
         self.station.set_inputs(&inputs);
         self.pass_events();
     }
 
     /// Passes on what has happened in the unit.
+    #[inline(always)]
     fn pass_events(&mut self) {
-        while let Some(event) = self.unit.poll_event() {
+        if let Some(event) = self.unit.poll_event() {
+            self.pass_waiting(event);
+        }
+    }
+
+    #[inline(never)]
+    fn pass_waiting(&mut self, first: UnitEvent) {
+        let mut next = Some(first);
+        while let Some(event) = next {
+            let hint = self.hint_of(&event);
             self.events.push(Event::of_unit(event, &self.shown.words, self.exchanging));
+            self.hint(hint);
+            next = self.unit.poll_event();
+        }
+    }
+
+    fn hint_of(&mut self, event: &UnitEvent) -> Option<Hint> {
+        match event {
+            UnitEvent::Drive(event) => {
+                let limit = |limit| self.unit.parameters().value(limit);
+                let limits = (limit(Parameter::Limit1), limit(Parameter::Limit2));
+                let mode = self.unit.status().mode;
+                self.watch.told(event, self.shown.words.stw(), mode, limits)
+            }
+            UnitEvent::CommandRefused(_)
+            | UnitEvent::Fault(_)
+            | UnitEvent::FaultCauseGone(_)
+            | UnitEvent::Written { .. }
+            | UnitEvent::Stored
+            | UnitEvent::NotStored { .. }
+            | UnitEvent::Input(_)
+            | UnitEvent::SwitchesSet(_)
+            | UnitEvent::SwitchedOff
+            | UnitEvent::SwitchedOn(_)
+            | UnitEvent::FactoryReset(_)
+            | UnitEvent::Lost { .. } => None,
         }
     }
 
@@ -569,6 +732,10 @@ impl Parts {
             self.engine.reset();
             return Pkw::ZERO;
         };
+        if self.watch.is_other_job(job) {
+            let hint = self.watch.other_job(job, self.station.slave().output_updates());
+            self.hint(hint);
+        }
         let Self { unit, config, shown, engine, events, .. } = self;
         let outcome = engine.cycle(job, &mut Channel { unit, quirks: config.parameters, shown });
         if let Some(refusal) = outcome.refusal {

@@ -2,7 +2,8 @@
 //!
 //! `docs/quirks.md` gives the reasons for the defaults.
 
-use super::{Config, Quirk, QuirkError};
+use super::Config;
+use super::quirk::{Quirk, QuirkError};
 use crate::drive::DirectionChange;
 use crate::pkw::SubindexOctet;
 use crate::unit::dip::ResetPatterns;
@@ -23,12 +24,12 @@ impl Config {
     /// # Errors
     /// [`QuirkError`] if there is no such quirk or value.
     pub fn set_quirk(&mut self, name: &str, value: &str) -> Result<(), QuirkError> {
-        Quirk::set(&QUIRKS, self, name, value)
+        Quirk::set(QUIRKS, self, name, value)
     }
 }
 
 /// Every quirk, in the order of the register.
-pub const QUIRKS: [Quirk<Config>; 28] = [
+pub const QUIRKS: &[Quirk<Config>] = &[
     Quirk {
         name: "i-gain",
         register: "C-01",
@@ -244,38 +245,11 @@ pub const QUIRKS: [Quirk<Config>; 28] = [
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeSet;
-
     use super::*;
     use crate::fdl::Address;
 
     #[test]
     fn every_value_of_every_quirk_makes_another_configuration_and_the_first_is_the_default() {
-        let default = Config::new(Address::station(5).unwrap());
-        for quirk in QUIRKS {
-            let mut configs = std::vec::Vec::new();
-            for value in quirk.values {
-                let mut config = default;
-                config.set_quirk(quirk.name, value).unwrap();
-                assert!(!configs.contains(&config), "{}={value}", quirk.name);
-                configs.push(config);
-            }
-            assert_eq!(configs[0], default, "{}", quirk.name);
-            let mut back = configs[1];
-            back.set_quirk(quirk.name, quirk.values[0]).unwrap();
-            assert_eq!(back, default, "{}", quirk.name);
-        }
-        let names: BTreeSet<_> = QUIRKS.iter().map(|quirk| quirk.name).collect();
-        assert_eq!(names.len(), QUIRKS.len());
-    }
-
-    #[test]
-    fn unknown_names_and_values_are_refused() {
-        let mut config = Config::new(Address::station(5).unwrap());
-        let before = config;
-        assert_eq!(config.set_quirk("off2", "brake"), Err(QuirkError::Unknown));
-        let values: &[_] = &["release", "brake"];
-        assert_eq!(config.set_quirk("off1", "x"), Err(QuirkError::Value { name: "off1", values }));
-        assert_eq!(config, before);
+        crate::device::quirk::check(QUIRKS, Config::new(Address::station(5).unwrap()));
     }
 }

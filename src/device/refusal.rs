@@ -22,6 +22,7 @@ pub struct Refusal {
 
 /// What stands against a request, in words of PROFIBUS.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Reason {
     /// OFF2 is given.
     Off2,
@@ -51,8 +52,12 @@ impl Refusal {
     }
 
     /// Every reason, in the order in which they are printed.
-    pub fn reasons(&self) -> impl Iterator<Item = Reason> {
-        let Self { drive, stw, off1_not_seen } = *self;
+    pub fn reasons(&self) -> impl Iterator<Item = Reason> + use<> {
+        self.into_reasons()
+    }
+
+    pub(super) fn into_reasons(self) -> impl Iterator<Item = Reason> {
+        let Self { drive, stw, off1_not_seen } = self;
         let enabled = !drive.contains(drive::Reason::NotEnabled);
         drive::Reason::ALL.into_iter().filter(move |&reason| drive.contains(reason)).flat_map(move |reason| {
             let not_asked = reason == drive::Reason::NotAsked;
@@ -77,8 +82,14 @@ impl Refusal {
 
     /// The control words to send one after the other to get what was asked, where they are all that is missing.
     pub fn next(&self) -> Option<impl fmt::Display + use<>> {
+        self.next_with(false)
+    }
+
+    /// As [`Refusal::next`]; where the cause of a latched fault is gone, with those that acknowledge it.
+    pub(super) fn next_with(&self, cause_gone: bool) -> Option<Next> {
         let mut lacks = 0;
         let mut off1_once = false;
+        let mut acknowledge = false;
         for reason in self.reasons() {
             match reason {
                 Reason::Off2 => lacks |= StwBit::NoOff2.mask(),
@@ -87,6 +98,9 @@ impl Refusal {
                 Reason::Drive(drive::Reason::NotEnabled) => lacks |= StwBit::EnableOperation.mask(),
                 Reason::Drive(drive::Reason::Stop) => lacks |= StwBit::NoStop.mask(),
                 Reason::Drive(drive::Reason::IntermediateStop) => lacks |= StwBit::NoIntermediateStop.mask(),
+                Reason::Drive(drive::Reason::FaultLatched) if cause_gone => {
+                    (acknowledge, off1_once) = (true, true)
+                }
                 Reason::Drive(
                     drive::Reason::SwitchedOff
                     | drive::Reason::FaultLatched
@@ -111,20 +125,28 @@ impl Refusal {
                 ) => return None,
             }
         }
-        let off1 = Some(self.stw.raw() & !StwBit::On.mask()).filter(|_| off1_once);
-        let ready = self.stw.raw() | lacks | if off1_once { StwBit::On.mask() } else { 0 };
+        let stw = self.stw.raw() & if acknowledge { !StwBit::Acknowledge.mask() } else { u16::MAX };
+        // A bit that is 1 already has no edge.
+        let acknowledge = acknowledge.then_some([
+            Some(stw).filter(|_| StwBit::Acknowledge.is_set(self.stw)),
+            Some(stw | StwBit::Acknowledge.mask()),
+        ]);
+        let off1 = Some(stw & !StwBit::On.mask()).filter(|_| off1_once);
+        let ready = stw | lacks | if off1_once { StwBit::On.mask() } else { 0 };
         let waits = self.drive.contains(drive::Reason::NotEnabled) || off1_once;
         Some(match self.drive.request {
             // Each change of the bit starts a job.
-            Request::Travel { .. } => Next { off1, ready, waits, start: Some(ready ^ StwBit::Start.mask()) },
+            Request::Travel { .. } => {
+                Next { acknowledge, off1, ready, waits, start: Some(ready ^ StwBit::Start.mask()) }
+            }
             Request::Inching1(_) => {
-                Next { off1, ready: ready & !StwBit::Inching1.mask(), waits, start: Some(ready) }
+                Next { acknowledge, off1, ready: ready & !StwBit::Inching1.mask(), waits, start: Some(ready) }
             }
             Request::Inching2(_) => {
-                Next { off1, ready: ready & !StwBit::Inching2.mask(), waits, start: Some(ready) }
+                Next { acknowledge, off1, ready: ready & !StwBit::Inching2.mask(), waits, start: Some(ready) }
             }
             Request::Enable | Request::Acknowledge | Request::Velocity { .. } => {
-                Next { off1, ready, waits, start: None }
+                Next { acknowledge, off1, ready, waits, start: None }
             }
         })
     }
@@ -177,7 +199,8 @@ impl fmt::Display for ReasonText {
                         write!(
                             f,
                             "{text}: give a setpoint from {} to {}, or change the limits ({Limits})",
-                            drive.lower_limit, drive.upper_limit
+                            drive.lengths.position(drive.lower_limit.into()),
+                            drive.lengths.position(drive.upper_limit.into())
                         )
                     }
                     drive::Reason::LoopPointAboveUpperLimit | drive::Reason::LoopPointBelowLowerLimit => {
@@ -207,11 +230,14 @@ impl fmt::Display for ReasonText {
                         Bit(StwBit::Inching1),
                         Bit(StwBit::Inching2)
                     ),
-                    drive::Reason::SwitchedOff
-                    | drive::Reason::NoSupply
-                    | drive::Reason::NoOutputStage
-                    | drive::Reason::NotAsked
-                    | drive::Reason::BeyondEncoder => text.fmt(f),
+                    drive::Reason::NoSupply => {
+                        write!(f, "{text}: switch it on (PNU 1040, 1041 show the voltages)")
+                    }
+                    drive::Reason::NoOutputStage => write!(f, "{text}: switch it on"),
+                    drive::Reason::BeyondEncoder => {
+                        write!(f, "{text}: give a setpoint nearer to the position 0 of the encoder")
+                    }
+                    drive::Reason::SwitchedOff | drive::Reason::NotAsked => text.fmt(f),
                 }
             }
         }
@@ -219,7 +245,9 @@ impl fmt::Display for ReasonText {
 }
 
 /// Control words to send one after the other.
-struct Next {
+pub(super) struct Next {
+    /// What acknowledges a fault.
+    acknowledge: Option<[Option<u16>; 2]>,
     off1: Option<u16>,
     ready: u16,
     /// Operation is enabled by `ready`.
@@ -231,8 +259,8 @@ struct Next {
 impl fmt::Display for Next {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("send STW ")?;
-        if let Some(off1) = self.off1 {
-            write!(f, "{off1:04X}, then ")?;
+        for word in self.acknowledge.into_iter().flatten().chain([self.off1]).flatten() {
+            write!(f, "{word:04X}, then ")?;
         }
         write!(f, "{:04X}", self.ready)?;
         if let Some(start) = self.start {
@@ -255,7 +283,7 @@ impl fmt::Display for Bit {
 impl fmt::Display for Refusal {
     /// One line: the request, every unmet condition, and the control words that help.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} refused", self.drive.request)?;
+        write!(f, "{} refused", self.drive.asked())?;
         for (index, reason) in self.reasons().enumerate() {
             write!(f, "{}{}", if index == 0 { ": " } else { "; " }, self.text(reason))?;
         }

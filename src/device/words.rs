@@ -44,6 +44,10 @@ pub struct Words {
     quirks: Quirks,
     /// The newest control word; 0 outside Data_Exchange.
     stw: Stw,
+    /// What that came with; `None`: outside Data_Exchange.
+    outputs: Option<(Stw, i32)>,
+    /// They were the same the time before.
+    repeated: bool,
     /// OFF1 was given in this Data_Exchange.
     off1_seen: bool,
     /// As the drive counted them last.
@@ -77,6 +81,7 @@ impl Words {
     /// (row 50) and frees the keys (row 52).
     pub fn command(&mut self, outputs: Option<(Stw, i32)>) -> Command {
         let (stw, setpoint) = outputs.unwrap_or_default();
+        self.repeated = core::mem::replace(&mut self.outputs, outputs) == outputs;
         let before = core::mem::replace(&mut self.stw, stw);
         self.off1_seen = outputs.is_some() && (self.off1_seen || !StwBit::On.is_set(stw));
         let operation = self.operation();
@@ -101,6 +106,13 @@ impl Words {
             rearm: !StwBit::On.is_set(stw) && (StwBit::On.is_set(before) || !self.quirks.off1_needs_edge),
             keys: outputs.is_none(),
         }
+    }
+
+    /// Whether these outputs ask what the last [`command`](Self::command) asked: the third time and each time after
+    /// that, when no edge is left in it.
+    #[inline]
+    pub(super) fn is_held(&self, outputs: Option<(Stw, i32)>) -> bool {
+        self.repeated && self.outputs == outputs
     }
 
     /// What bits 0 to 3 ask of the motor (rows 4 to 8).

@@ -58,6 +58,7 @@ pub struct Refusal {
 
 /// What an application expected at an octet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Expected {
     /// This octet.
     Octet(u8),
@@ -71,6 +72,7 @@ pub enum Expected {
 
 /// Why, in the words of the application. Copied without an allocator into every [`Event`](super::Event).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Reason {
     /// Words that are known when the program is built.
     Text(&'static str),
@@ -184,7 +186,7 @@ impl Application for Fixed<'_> {
 mod tests {
     use super::*;
 
-    const FIXED: Fixed<'static> = Fixed { configurations: &[&[0xF3, 0xF2], &[0xF6]], ..Fixed::PLAIN };
+    const AG03: Fixed<'static> = Fixed { configurations: &[&[0xF3, 0xF2], &[0xF6]], ..Fixed::PLAIN };
 
     #[test]
     fn g_02_the_difference_to_the_nearest_configuration_is_named() {
@@ -197,11 +199,11 @@ mod tests {
             (&[0x13], 0, Octet(0xF3), Some(0x13)),
             (&[], 0, Octet(0xF3), None),
         ] {
-            let reason = Reason::Text(FIXED.cfg_advice);
-            assert_eq!(FIXED.judge_cfg(identifiers, &[]), Err(Refusal { index, expected, got, reason }));
+            let reason = Reason::Text(AG03.cfg_advice);
+            assert_eq!(AG03.judge_cfg(identifiers, &[]), Err(Refusal { index, expected, got, reason }));
         }
-        for identifiers in FIXED.configurations {
-            assert_eq!(FIXED.judge_cfg(identifiers, &[]), Ok(()));
+        for identifiers in AG03.configurations {
+            assert_eq!(AG03.judge_cfg(identifiers, &[]), Ok(()));
         }
     }
 
@@ -214,7 +216,7 @@ mod tests {
 
     #[test]
     fn the_first_of_the_list_is_reported_until_another_one_was_accepted() {
-        assert_eq!(FIXED.configuration(None), [0xF3, 0xF2]);
-        assert_eq!(FIXED.configuration(Some(&[0xF6])), [0xF6]);
+        assert_eq!(AG03.configuration(None), [0xF3, 0xF2]);
+        assert_eq!(AG03.configuration(Some(&[0xF6])), [0xF6]);
     }
 }

@@ -11,16 +11,88 @@
 //! comes before input length. Source: `dp-v0.md` 6.1.
 
 use nom::bytes::complete::take;
-use nom::combinator::cond;
+use nom::combinator::{cond, map};
 use nom::error::{ErrorKind, ParseError};
 use nom::number::complete::be_u8;
 use nom::{IResult, Parser};
 use thiserror::Error;
 
 use super::Refusal;
+use super::octet_bits::octet_bits;
 
 /// The most input or output octets of a slave.
 pub const MAX_IO_LEN: usize = 244;
+
+octet_bits! {
+    /// A bit of an identifier in the general format, or of a length octet, which has the first two.
+    IdentifierBit {
+        Whole = 7: "consistency", "as a whole", "unit by unit";
+        Words = 6: "unit", "words", "octets";
+        Output = 5: "output", "output", "no output";
+        Input = 4: "input", "input", "no input";
+    }
+}
+
+octet_bits! {
+    /// A bit of the first octet of an identifier in the special format.
+    SpecialBit {
+        Outputs = 7: "output length", "an output length follows", "no output";
+        Inputs = 6: "input length", "an input length follows", "no input";
+    }
+}
+
+/// The bits of a general identifier that count units, from one; in a special one the octets of the manufacturer.
+pub const COUNT: u8 = 0x0F;
+/// The bits of a length octet that count units, from one.
+pub const LENGTH: u8 = 0x3F;
+/// The count of octets of the manufacturer that says: none, and none are compared.
+pub const NOT_COMPARED: u8 = 15;
+
+/// One identifier of a configuration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Identifier {
+    /// Master to slave.
+    pub outputs: Option<Units>,
+    /// Slave to master.
+    pub inputs: Option<Units>,
+    /// In the special format, the count of octets of the manufacturer, 0 to 15; see [`NOT_COMPARED`]. `None` in the
+    /// general format, in which outputs and inputs are alike.
+    pub manufacturer: Option<u8>,
+}
+
+/// How much an identifier has in one direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Units {
+    /// 1 to 64.
+    pub count: u8,
+    /// Words instead of octets.
+    pub words: bool,
+    /// Consistent as a whole instead of unit by unit.
+    pub whole: bool,
+}
+
+impl Units {
+    const fn of(octet: u8, count: u8) -> Self {
+        let (words, whole) = (IdentifierBit::Words.is_set(octet), IdentifierBit::Whole.is_set(octet));
+        Self { count: (octet & count) + 1, words, whole }
+    }
+
+    /// The octets of all units.
+    pub fn octets(self) -> usize {
+        usize::from(self.count) * if self.words { 2 } else { 1 }
+    }
+}
+
+impl Identifier {
+    /// Takes the first identifier off the octets of a configuration; with it comes what is behind it.
+    ///
+    /// # Errors
+    /// [`CfgSyntax::CutOff`], also without any octet.
+    pub fn read(octets: &[u8]) -> Result<(Self, &[u8]), CfgSyntax> {
+        let (behind, identifier) = identifier(octets).map_err(|_| CfgSyntax::CutOff)?;
+        Ok((identifier, behind))
+    }
+}
 
 /// How many octets a configuration exchanges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -40,9 +112,9 @@ impl IoLengths {
         let (mut outputs, mut inputs) = (0_usize, 0_usize);
         let mut rest = identifiers;
         while !rest.is_empty() {
-            let (behind, lengths) = identifier(rest).map_err(|_| CfgSyntax::CutOff)?;
-            outputs += lengths.0;
-            inputs += lengths.1;
+            let (identifier, behind) = Identifier::read(rest)?;
+            outputs += identifier.outputs.map_or(0, Units::octets);
+            inputs += identifier.inputs.map_or(0, Units::octets);
             rest = behind;
         }
         let octets = |got: usize| match u8::try_from(got) {
@@ -53,8 +125,21 @@ impl IoLengths {
     }
 }
 
+/// The identifiers of a configuration one by one, each with its length and manufacturer octets. Ends before one that is
+/// cut off.
+pub fn identifiers(configuration: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut rest = configuration;
+    core::iter::from_fn(move || {
+        let (behind, _) = identifier(rest).ok()?;
+        let (this, _) = rest.split_at_checked(rest.len() - behind.len())?;
+        rest = behind;
+        Some(this)
+    })
+}
+
 /// Why a string of octets is no configuration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum CfgSyntax {
     /// A special identifier announces octets that are missing.
     #[error("the last configuration identifier is cut off")]
@@ -69,6 +154,7 @@ pub enum CfgSyntax {
 
 /// What is wrong with a Chk_Cfg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum CfgFault {
     /// The application does not accept it.
     #[error("{}", Refused(.0))]
@@ -100,32 +186,20 @@ impl ParseError<&[u8]> for CutOff {
     }
 }
 
-/// One identifier: its octets of output and of input.
-fn identifier(input: &[u8]) -> IResult<&[u8], (usize, usize), CutOff> {
+fn identifier(input: &[u8]) -> IResult<&[u8], Identifier, CutOff> {
     let (rest, head) = be_u8(input)?;
-    let (output, input) = (head & 0x20 != 0, head & 0x10 != 0);
+    let (output, input) = (IdentifierBit::Output.is_set(head), IdentifierBit::Input.is_set(head));
     if output || input {
-        let octets = unit(head) * (usize::from(head & 0x0F) + 1);
-        return Ok((rest, (if output { octets } else { 0 }, if input { octets } else { 0 })));
+        let units = Units::of(head, COUNT);
+        let (outputs, inputs) = (output.then_some(units), input.then_some(units));
+        return Ok((rest, Identifier { outputs, inputs, manufacturer: None }));
     }
-    let (rest, outputs) = cond(head & 0x80 != 0, length).parse(rest)?;
-    let (rest, inputs) = cond(head & 0x40 != 0, length).parse(rest)?;
-    let manufacturer = match head & 0x0F {
-        15 => 0,
-        octets => octets,
-    };
-    let (rest, _) = take(manufacturer)(rest)?;
-    Ok((rest, (outputs.unwrap_or(0), inputs.unwrap_or(0))))
-}
-
-fn length(input: &[u8]) -> IResult<&[u8], usize, CutOff> {
-    let (rest, octet) = be_u8(input)?;
-    Ok((rest, unit(octet) * (usize::from(octet & 0x3F) + 1)))
-}
-
-/// Octets of one unit: bit 6 means words.
-const fn unit(octet: u8) -> usize {
-    if octet & 0x40 == 0 { 1 } else { 2 }
+    let length = || map(be_u8, |octet| Units::of(octet, LENGTH));
+    let (rest, outputs) = cond(SpecialBit::Outputs.is_set(head), length()).parse(rest)?;
+    let (rest, inputs) = cond(SpecialBit::Inputs.is_set(head), length()).parse(rest)?;
+    let manufacturer = head & COUNT;
+    let (rest, _) = take(if manufacturer == NOT_COMPARED { 0 } else { manufacturer })(rest)?;
+    Ok((rest, Identifier { outputs, inputs, manufacturer: Some(manufacturer) }))
 }
 
 #[cfg(test)]

@@ -4,11 +4,12 @@ use core::fmt;
 use core::time::Duration;
 
 use super::global_control::Latch;
-use super::{AddressFault, CfgFault, CfgTicket, GlobalControl, IoLengths, PrmFault, StoredAddress};
+use super::{AddressFault, CfgFault, CfgTicket, GlobalControl, IoLengths, PrmFault, Service, StoredAddress};
 use crate::fdl::Address;
 
 /// What the slave tells the application.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Event {
     /// Set_Prm was accepted: the slave has an owner and waits for Chk_Cfg.
     Parameterised {
@@ -104,6 +105,13 @@ pub enum Event {
         /// Who owned the slave.
         master: Address,
     },
+    /// A master has read: Get_Cfg, RD_Inp or RD_Outp.
+    Read {
+        /// Who.
+        master: Address,
+        /// With which service.
+        service: Service,
+    },
     /// Set_Slave_Add gave the slave another address. To be stored by the host, with
     /// [`Slave::rem_slave_data`](super::Slave::rem_slave_data).
     AddressSet {
@@ -164,7 +172,7 @@ impl fmt::Display for Configuration {
 impl Event {
     /// Whether it is cyclic detail: a log leaves it out unless asked for more.
     pub const fn is_detail(&self) -> bool {
-        matches!(self, Self::Controlled { changed: false, .. })
+        matches!(self, Self::Controlled { changed: false, .. } | Self::Read { .. })
     }
 }
 
@@ -198,7 +206,9 @@ impl fmt::Display for Event {
                      unlock the slave (Set_Prm with Unlock_Req), or switch the slave off and on"
                 )
             }
-            Self::Released { master } => write!(f, "unlocked by master {master} (Unlock_Req)"),
+            Self::Released { master } => {
+                write!(f, "unlocked by master {master} (Unlock_Req), waits for Set_Prm")
+            }
             Self::DataExchange { master, configuration } => {
                 write!(f, "in Data_Exchange with master {master}, configuration {configuration}")
             }
@@ -206,7 +216,11 @@ impl fmt::Display for Event {
                 write!(f, "refused the configuration of master {master}: {fault}")
             }
             Self::WrongOutputLength { master, expected, got } => {
-                write!(f, "left Data_Exchange: master {master} sent {got} output octets, expected {expected}")
+                write!(
+                    f,
+                    "left Data_Exchange: master {master} sent {got} output octets, expected {expected}: use the configuration that \
+                     it checked with Chk_Cfg"
+                )
             }
             Self::WatchdogExpired { master, after } => {
                 write!(
@@ -234,6 +248,7 @@ impl fmt::Display for Event {
                 write!(f, "left master {master}: nothing from the application for {after:?}")
             }
             Self::ApplicationAborted { master } => write!(f, "left master {master}: the application gave up"),
+            Self::Read { master, service } => write!(f, "{} by master {master}", service.name()),
             Self::AddressSet { master, stored: StoredAddress { address, no_add_chg } } => {
                 let change = if *no_add_chg { ", not to be changed again" } else { "" };
                 write!(f, "address {address} given by master {master}{change}")

@@ -243,6 +243,35 @@ impl ChannelError {
     /// An error without name.
     pub const ERROR: Self = Self(9);
 
+    /// The error with this number: 1..=9 or, of the manufacturer, 16..=31. `None` for the others, which are reserved.
+    pub const fn numbered(number: u8) -> Option<Self> {
+        match number {
+            1..=9 => Some(Self(number)),
+            0 | 10.. => Self::manufacturer(number),
+        }
+    }
+
+    /// Its number.
+    pub const fn number(self) -> u8 {
+        self.0
+    }
+
+    /// What the standard says of it; `None` for those of the manufacturer.
+    pub const fn words(self) -> Option<&'static str> {
+        Some(match self {
+            Self::SHORT_CIRCUIT => "short circuit",
+            Self::UNDERVOLTAGE => "undervoltage",
+            Self::OVERVOLTAGE => "overvoltage",
+            Self::OVERLOAD => "overload",
+            Self::OVERTEMPERATURE => "overtemperature",
+            Self::LINE_BREAK => "line break",
+            Self::UPPER_LIMIT => "upper limit exceeded",
+            Self::LOWER_LIMIT => "lower limit exceeded",
+            Self::ERROR => "error",
+            Self(_) => return None,
+        })
+    }
+
     /// An error of the manufacturer, 16..=31, or `None`.
     pub const fn manufacturer(number: u8) -> Option<Self> {
         match number {
@@ -254,6 +283,7 @@ impl ChannelError {
 
 /// Why something cannot be said in a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum BlockError {
     /// Too little or too much for one block.
     #[error("a diagnosis block has {got} data octets, expected 1..62")]

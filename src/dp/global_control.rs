@@ -7,12 +7,18 @@
 //!
 //! Source: `dp-v0.md` 6.3.
 
-const CLEAR_DATA: u8 = 0x02;
-const UNFREEZE: u8 = 0x04;
-const FREEZE: u8 = 0x08;
-const UNSYNC: u8 = 0x10;
-const SYNC: u8 = 0x20;
-const RESERVED: u8 = 0xC1;
+use super::octet_bits::octet_bits;
+
+octet_bits! {
+    /// A bit of octet 1, Control_Command.
+    ControlBit {
+        Sync = 5: "Sync", "the outputs are held, now and until Unsync", "no Sync";
+        Unsync = 4: "Unsync", "Sync ends", "no Unsync";
+        Freeze = 3: "Freeze", "the inputs are held, now and until Unfreeze", "no Freeze";
+        Unfreeze = 2: "Unfreeze", "Freeze ends", "no Unfreeze";
+        ClearData = 1: "Clear_Data", "outputs to zero", "no Clear_Data";
+    }
+}
 
 /// A Global_Control command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,22 +50,22 @@ impl GlobalControl {
         let &[command, group_select] = octets else {
             return None;
         };
-        if check_reserved && command & RESERVED != 0 {
+        if check_reserved && command & ControlBit::RESERVED != 0 {
             return None;
         }
-        let latch = |set: u8, release: u8| {
-            if command & release != 0 {
+        let latch = |set: ControlBit, release: ControlBit| {
+            if release.is_set(command) {
                 Latch::Release
-            } else if command & set != 0 {
+            } else if set.is_set(command) {
                 Latch::Set
             } else {
                 Latch::Keep
             }
         };
         Some(Self {
-            clear_data: command & CLEAR_DATA != 0,
-            freeze: latch(FREEZE, UNFREEZE),
-            sync: latch(SYNC, UNSYNC),
+            clear_data: ControlBit::ClearData.is_set(command),
+            freeze: latch(ControlBit::Freeze, ControlBit::Unfreeze),
+            sync: latch(ControlBit::Sync, ControlBit::Unsync),
             group_select,
         })
     }
@@ -81,7 +87,7 @@ mod tests {
 
     #[test]
     fn s_03_undo_wins() {
-        let both = GlobalControl::parse(&[SYNC | UNSYNC | FREEZE | UNFREEZE, 0], true).unwrap();
+        let both = GlobalControl::parse(&[0x3C, 0], true).unwrap();
         assert_eq!((both.sync, both.freeze), (Latch::Release, Latch::Release));
         let none = GlobalControl::parse(&[0, 0], true).unwrap();
         assert_eq!((none.sync, none.freeze, none.clear_data), (Latch::Keep, Latch::Keep, false));

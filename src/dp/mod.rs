@@ -31,6 +31,7 @@ mod diag_bit;
 pub mod event;
 pub mod ext_diag;
 pub mod global_control;
+mod octet_bits;
 pub mod policy;
 mod process_data;
 pub mod set_prm;
@@ -43,14 +44,14 @@ mod watchdog;
 
 pub use crate::fdl::Rates;
 pub use application::{Application, Fixed, Reason, Refusal};
-pub use chk_cfg::{CfgFault, CfgSyntax, IoLengths};
+pub use chk_cfg::{CfgFault, CfgSyntax, Identifier, IoLengths};
 pub use description::Description;
 pub use diag_bit::{DiagBit, Tells};
 pub use event::{Configuration, Event};
 pub use ext_diag::ExtDiag;
-pub use global_control::GlobalControl;
+pub use global_control::{ControlBit, GlobalControl};
 pub use policy::Policy;
-pub use set_prm::{PrmFault, SetPrm};
+pub use set_prm::{PrmBit, PrmFault, SetPrm};
 pub use set_slave_add::{AddressFault, SetSlaveAdd, StoredAddress};
 pub use slave::{CfgTicket, Slave};
 pub use slave_diag::Diagnosis;
@@ -60,77 +61,69 @@ pub use station::{Outcome, Station};
 use crate::fdl::Sap;
 use policy::NoEffect;
 
-/// A service of a DP-V0 slave.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Service {
-    /// SAP 55: take another station address.
-    SetSlaveAdd,
-    /// SAP 56: read the inputs.
-    RdInp,
-    /// SAP 57: read the outputs.
-    RdOutp,
-    /// SAP 58: clear, sync, freeze.
-    GlobalControl,
-    /// SAP 59: read the configuration.
-    GetCfg,
-    /// SAP 60: read the diagnosis.
-    SlaveDiag,
-    /// SAP 61: set the parameters of the slave.
-    SetPrm,
-    /// SAP 62: check the configuration.
-    ChkCfg,
-    /// No SAP: exchange outputs and inputs.
-    DataExchange,
+macro_rules! services {
+    ($($service:ident = $sap:literal: $name:literal, $what:literal;)*) => {
+        /// A service of a DP-V0 slave.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum Service {
+            $(
+                #[doc = concat!("SAP ", $sap, ": ", $what, ".")]
+                $service,
+            )*
+            /// No SAP: exchange outputs and inputs.
+            DataExchange,
+        }
+
+        impl Service {
+            /// Every service, by its SAP, Data_Exchange last.
+            pub const ALL: &[Self] = &[$(Self::$service,)* Self::DataExchange];
+
+            /// The standard's name: `Chk_Cfg`.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$service => $name,)*
+                    Self::DataExchange => "Data_Exchange",
+                }
+            }
+
+            /// The service access point where the slave listens for it.
+            pub const fn sap(self) -> Option<Sap> {
+                match self {
+                    $(Self::$service => Sap::new($sap),)*
+                    Self::DataExchange => None,
+                }
+            }
+
+            /// The service of a request, `None` where nothing listens.
+            pub const fn of(dsap: Option<Sap>, ssap: Option<Sap>) -> Option<Self> {
+                match (dsap, ssap) {
+                    (None, None) => Some(Self::DataExchange),
+                    (Some(dsap), _) => match dsap.number() {
+                        $($sap => Some(Self::$service),)*
+                        ..=54 | 63.. => None,
+                    },
+                    (None, Some(_)) => None,
+                }
+            }
+        }
+    };
 }
 
+services! {
+    SetSlaveAdd = 55: "Set_Slave_Add", "take another station address";
+    RdInp = 56: "RD_Inp", "read the inputs";
+    RdOutp = 57: "RD_Outp", "read the outputs";
+    GlobalControl = 58: "Global_Control", "clear, sync, freeze";
+    GetCfg = 59: "Get_Cfg", "read the configuration";
+    SlaveDiag = 60: "Slave_Diag", "read the diagnosis";
+    SetPrm = 61: "Set_Prm", "set the parameters of the slave";
+    ChkCfg = 62: "Chk_Cfg", "check the configuration";
+}
+
+/// The service access point of a master, from which it asks.
+pub const MASTER_SAP: Option<Sap> = Sap::new(62);
+
 impl Service {
-    /// Every service, by its SAP, Data_Exchange last.
-    pub const ALL: [Self; 9] = [
-        Self::SetSlaveAdd,
-        Self::RdInp,
-        Self::RdOutp,
-        Self::GlobalControl,
-        Self::GetCfg,
-        Self::SlaveDiag,
-        Self::SetPrm,
-        Self::ChkCfg,
-        Self::DataExchange,
-    ];
-
-    /// The standard's name: `Chk_Cfg`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::SetSlaveAdd => "Set_Slave_Add",
-            Self::RdInp => "RD_Inp",
-            Self::RdOutp => "RD_Outp",
-            Self::GlobalControl => "Global_Control",
-            Self::GetCfg => "Get_Cfg",
-            Self::SlaveDiag => "Slave_Diag",
-            Self::SetPrm => "Set_Prm",
-            Self::ChkCfg => "Chk_Cfg",
-            Self::DataExchange => "Data_Exchange",
-        }
-    }
-
-    /// The service of a request, `None` where nothing listens.
-    pub const fn of(dsap: Option<Sap>, ssap: Option<Sap>) -> Option<Self> {
-        match (dsap, ssap) {
-            (None, None) => Some(Self::DataExchange),
-            (Some(dsap), _) => match dsap.number() {
-                55 => Some(Self::SetSlaveAdd),
-                56 => Some(Self::RdInp),
-                57 => Some(Self::RdOutp),
-                58 => Some(Self::GlobalControl),
-                59 => Some(Self::GetCfg),
-                60 => Some(Self::SlaveDiag),
-                61 => Some(Self::SetPrm),
-                62 => Some(Self::ChkCfg),
-                ..=54 | 63.. => None,
-            },
-            (None, Some(_)) => None,
-        }
-    }
-
     /// Whether the service may run now, for this caller (`dp-v0.md` 4.1).
     pub const fn access(self, state: State, caller: Caller, policy: &Policy) -> Access {
         match (self, state, caller) {

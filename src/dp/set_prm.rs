@@ -25,6 +25,7 @@ use nom::error::Error;
 use nom::number::complete::{be_u8, be_u16};
 use thiserror::Error;
 
+use super::octet_bits::octet_bits;
 use super::policy::{NotSupported, Policy, ShortMinTsdr, WatchdogFactorZero};
 use super::{Application, Description, Refusal};
 
@@ -42,12 +43,16 @@ const WD_BASE_1MS: u8 = 0x04;
 /// What the watchdog factors count.
 const WD_BASE: Duration = Duration::from_millis(10);
 
-const LOCK_REQ: u8 = 0x80;
-const UNLOCK_REQ: u8 = 0x40;
-const SYNC_REQ: u8 = 0x20;
-const FREEZE_REQ: u8 = 0x10;
-const WD_ON: u8 = 0x08;
-const RESERVED: u8 = 0x07;
+octet_bits! {
+    /// A bit of octet 1, Station_Status.
+    PrmBit {
+        LockReq = 7: "Lock_Req", "the slave is for this master alone", "no lock";
+        UnlockReq = 6: "Unlock_Req", "the slave is released", "no release";
+        SyncReq = 5: "Sync_Req", "Sync will be used", "no Sync";
+        FreezeReq = 4: "Freeze_Req", "Freeze will be used", "no Freeze";
+        WdOn = 3: "WD_On", "watchdog on", "watchdog off";
+    }
+}
 
 /// A Set_Prm request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,22 +83,22 @@ impl<'a> SetPrm<'a> {
 
     /// The master wants the slave for itself.
     pub const fn lock_req(self) -> bool {
-        self.station_status & LOCK_REQ != 0
+        PrmBit::LockReq.is_set(self.station_status)
     }
 
     /// The master releases the slave. Wins over [`SetPrm::lock_req`].
     pub const fn unlock_req(self) -> bool {
-        self.station_status & UNLOCK_REQ != 0
+        PrmBit::UnlockReq.is_set(self.station_status)
     }
 
     /// The master will use Sync.
     pub const fn sync_req(self) -> bool {
-        self.station_status & SYNC_REQ != 0
+        PrmBit::SyncReq.is_set(self.station_status)
     }
 
     /// The master will use Freeze.
     pub const fn freeze_req(self) -> bool {
-        self.station_status & FREEZE_REQ != 0
+        PrmBit::FreezeReq.is_set(self.station_status)
     }
 
     /// The watchdog time, `None` if it is off: a factor of zero turns it off too, unless [`SetPrm::check`] refuses
@@ -111,7 +116,7 @@ impl<'a> SetPrm<'a> {
     fn watchdog_of(self, base: Duration) -> Option<Duration> {
         let (first, second) = self.wd_factors;
         let factors = u32::from(first) * u32::from(second);
-        (self.station_status & WD_ON != 0 && factors != 0).then_some(base * factors)
+        (PrmBit::WdOn.is_set(self.station_status) && factors != 0).then_some(base * factors)
     }
 
     /// The new min T_SDR in T_bit, `None` to keep the old one.
@@ -140,15 +145,15 @@ impl<'a> SetPrm<'a> {
             return Err(PrmFault::Ident { expected: description.ident, got: self.ident });
         }
         // 6
-        if policy.check_reserved_prm_bits && self.station_status & RESERVED != 0 {
-            return Err(PrmFault::ReservedBits { got: self.station_status & RESERVED });
+        if policy.check_reserved_prm_bits && self.station_status & PrmBit::RESERVED != 0 {
+            return Err(PrmFault::ReservedBits { got: self.station_status & PrmBit::RESERVED });
         }
         // 7
         match policy.sync_freeze_not_supported {
             NotSupported::Fault if self.not_supported(description) => {
-                let supported = if description.sync_mode { SYNC_REQ } else { 0 }
-                    | if description.freeze_mode { FREEZE_REQ } else { 0 };
-                let got = self.station_status & (SYNC_REQ | FREEZE_REQ);
+                let supported = if description.sync_mode { PrmBit::SyncReq.mask() } else { 0 }
+                    | if description.freeze_mode { PrmBit::FreezeReq.mask() } else { 0 };
+                let got = self.station_status & (PrmBit::SyncReq.mask() | PrmBit::FreezeReq.mask());
                 return Err(PrmFault::NotSupported { supported, got });
             }
             NotSupported::Fault | NotSupported::GoOn => {}
@@ -156,7 +161,9 @@ impl<'a> SetPrm<'a> {
         // 8
         let (first, second) = self.wd_factors;
         match policy.watchdog_factor_zero {
-            WatchdogFactorZero::Fault if self.station_status & WD_ON != 0 && (first == 0 || second == 0) => {
+            WatchdogFactorZero::Fault
+                if PrmBit::WdOn.is_set(self.station_status) && (first == 0 || second == 0) =>
+            {
                 return Err(PrmFault::WatchdogFactor { factors: self.wd_factors });
             }
             WatchdogFactorZero::Fault | WatchdogFactorZero::Off => {}
@@ -204,6 +211,7 @@ impl<'a> SetPrm<'a> {
 
 /// What is wrong with a Set_Prm, and what to change in the master's project.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum PrmFault {
     /// Too short, too long, or other user parameters than the slave takes.
     #[error(
@@ -245,7 +253,9 @@ pub enum PrmFault {
     },
     /// Octet 1 asks for Sync (b5) or Freeze (b4), which the slave lacks.
     #[error(
-        "Set_Prm octet 1: asks for Sync (0x20) and Freeze (0x10) with 0x{got:02X}, expected bits within 0x{supported:02X}: take the slave out of the Sync or Freeze groups of the master's project"
+        "Set_Prm octet 1: asks for Sync (0x{:02X}) and Freeze (0x{:02X}) with 0x{got:02X}, expected bits within 0x{supported:02X}: take the slave out of the Sync or Freeze groups of the master's project",
+        PrmBit::SyncReq.mask(),
+        PrmBit::FreezeReq.mask()
     )]
     NotSupported {
         /// The bits supported.

@@ -74,6 +74,7 @@ impl<'a> SetSlaveAdd<'a> {
 
 /// Why Set_Slave_Add changed nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum AddressFault {
     /// Fewer than 4 or more than 244 octets.
     #[error("Set_Slave_Add has {got} octets, expected 4..244")]

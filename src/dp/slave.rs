@@ -14,13 +14,10 @@ use super::slave_diag::LEN as STANDARD_DIAG_LEN;
 use super::watchdog::Watchdog;
 use super::{
     Access, Application, Caller, CfgFault, Description, Diagnosis, Event, ExtDiag, Fixed, GlobalControl,
-    IoLengths, Policy, Refusal, Service, State, Stimulus, StoredAddress,
+    IoLengths, MASTER_SAP, Policy, Refusal, Service, State, Stimulus, StoredAddress,
 };
-use crate::fdl::{Address, Reply, Request, Sap};
+use crate::fdl::{Address, Reply, Request};
 use crate::time::Instant;
-
-/// The SSAP of masters.
-const MASTER_SAP: Option<Sap> = Sap::new(62);
 
 /// One DP-V0 slave and the application that judges for it.
 #[derive(Clone, Debug)]
@@ -321,10 +318,12 @@ impl<A: Application> Slave<A> {
         if fed {
             self.heard(now, request.sa);
         }
-        let mut handled = match (service, access) {
-            (Some(service), Access::Run) => self.run(now, service, request),
-            (_, Access::NotActivated | Access::Ignored) | (None, _) => Handled::reply(Reply::NotActivated),
-            (Some(_), Access::Acknowledged) => Handled::reply(Reply::ShortAcknowledge),
+        let mut handled = match service {
+            // What masters ask for all day long.
+            Some(Service::DataExchange) if access == Access::Run => self.data_exchange(request),
+            Some(service) if access == Access::Run => self.run(now, service, request),
+            Some(_) if access == Access::Acknowledged => Handled::reply(Reply::ShortAcknowledge),
+            Some(_) | None => Handled::reply(Reply::NotActivated),
         };
         handled.fed = fed;
         handled
@@ -342,9 +341,9 @@ impl<A: Application> Slave<A> {
                 Handled::reply(Reply::NoResource)
             }
             Service::SlaveDiag => self.slave_diag(request.sa),
-            Service::GetCfg => Handled::reply(data_or_sc(self.configuration())),
-            Service::RdInp => Handled::reply(self.read(self.process_data.inputs())),
-            Service::RdOutp => Handled::reply(self.read(self.process_data.outputs())),
+            Service::GetCfg => Handled::read(request, service, data_or_sc(self.configuration())),
+            Service::RdInp => Handled::read(request, service, self.read(self.process_data.inputs())),
+            Service::RdOutp => Handled::read(request, service, self.read(self.process_data.outputs())),
             // Global_Control is an SDN service.
             Service::GlobalControl => Handled::reply(Reply::NotActivated),
         }
@@ -401,6 +400,7 @@ impl<A: Application> Slave<A> {
     }
 
     /// The service of a request that this slave offers, at the address that is asked.
+    #[inline]
     fn service(&self, request: &Request<'_>) -> Option<Service> {
         let service = Service::of(request.dsap, request.ssap)?;
         match self.policy.default_address {
@@ -492,6 +492,12 @@ impl<A: Application> Slave<A> {
 impl<'a> Handled<'a> {
     const fn reply(reply: Reply<'a>) -> Self {
         Self { reply, event: None, exchanged: false, fed: false }
+    }
+
+    /// What a master has read.
+    const fn read(request: &Request<'_>, service: Service, reply: Reply<'a>) -> Self {
+        let event = Some(Event::Read { master: request.sa, service });
+        Self { reply, event, exchanged: false, fed: false }
     }
 
     const fn acknowledge(event: Option<Event>) -> Self {

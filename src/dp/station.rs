@@ -161,25 +161,26 @@ impl<A: Application> Station<A> {
         if !self.knows_rate {
             return Outcome::default();
         }
-        match self.fdl.receive(now, telegram) {
+        // By reference: a request is not copied.
+        match &self.fdl.receive(now, telegram) {
             Reception::Ignored => Outcome::default(),
             Reception::Answered { sa } => {
                 match self.slave.policy().feeds_watchdog {
-                    FeedsWatchdog::AnyTelegram => self.slave.heard(now, sa),
+                    FeedsWatchdog::AnyTelegram => self.slave.heard(now, *sa),
                     FeedsWatchdog::DpService => {}
                 }
                 Outcome::default()
             }
             Reception::Repeated { sa } => {
                 if self.slave.policy().retry_feeds_watchdog && self.fed {
-                    self.slave.heard(now, sa);
+                    self.slave.heard(now, *sa);
                 }
                 Outcome::default()
             }
             Reception::Data(request) => {
-                Outcome { event: self.slave.handle_sdn(now, &request), exchanged: false }
+                Outcome { event: self.slave.handle_sdn(now, request), exchanged: false }
             }
-            Reception::DataWithReply(request) => self.serve(now, &request),
+            Reception::DataWithReply(request) => self.serve(now, request),
         }
     }
 
@@ -218,11 +219,15 @@ impl<A: Application> Station<A> {
         if let Some(bits) = self.slave.min_tsdr() {
             self.fdl.set_min_tsdr(bits);
         }
+        // Most requests are no news, and an event is large to be handed on.
+        let Some(event) = event else {
+            return Outcome { event: None, exchanged };
+        };
         // Behind the reply, which still belongs to the old address.
-        if let Some(Event::AddressSet { stored, .. }) = event {
+        if let Event::AddressSet { stored, .. } = event {
             self.fdl.set_address(stored.address);
         }
-        Outcome { event, exchanged }
+        Outcome { event: Some(event), exchanged }
     }
 }
 
@@ -258,6 +263,7 @@ impl<A: Application> fmt::Display for Explained<'_, A> {
             | Event::SafeState { .. }
             | Event::ApplicationSilent { .. }
             | Event::ApplicationAborted { .. }
+            | Event::Read { .. }
             | Event::AddressSet { .. }
             | Event::AddressRefused { .. } => Ok(()),
         }

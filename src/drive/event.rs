@@ -7,6 +7,7 @@ use core::fmt;
 use super::motion::rpm;
 use super::states::{Direction, Inching, Key, Motor, State};
 use super::{Command, Drive, Limits, Mode, Operation, Status};
+use crate::param::Position;
 
 /// Something that has happened in the drive, without words of a bus. `Display` is one line of plain English.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,40 +33,39 @@ pub enum Event {
     },
     /// The travel job goes on.
     Resumed {
-        /// Its target in user units.
-        target: i32,
+        /// Its target.
+        target: Position,
     },
     /// The travel job has ended in the position window of its target.
     TargetReached {
-        /// Actual position in user units.
-        position: i32,
-        /// The target in user units.
-        target: i32,
+        /// Actual position.
+        position: Position,
+        /// The target.
+        target: Position,
     },
     /// The travel job has ended without reaching its target.
     Discarded {
-        /// Its target in user units.
-        target: i32,
-        /// Actual position in user units.
-        position: i32,
+        /// Its target.
+        target: Position,
+        /// Actual position.
+        position: Position,
     },
     /// A shaft that had to brake stands.
     Stands {
-        /// Actual position in user units.
-        position: i32,
+        /// Actual position.
+        position: Position,
     },
     /// Inching has started or changed its direction.
     InchingStarted(Inch),
     /// Inching has ended.
     InchingEnded {
-        /// Actual position in user units.
-        position: i32,
+        /// Actual position.
+        position: Position,
     },
     /// The shaft turns with the velocity setpoint.
-    VelocityStarted {
-        /// The setpoint, limited to what the gear allows.
-        rpm: i32,
-    },
+    VelocityStarted(Velocity),
+    /// The velocity setpoint has changed while the shaft turns with it. Told at most once a second, the last value always.
+    VelocityChanged(Velocity),
     /// The velocity setpoint is no longer released and the shaft has run down.
     VelocityEnded,
     /// A fault was acknowledged: turning on is disabled.
@@ -87,6 +87,7 @@ pub enum Event {
 
 /// Why operation is no longer enabled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum DisableCause {
     /// The command wants this instead.
     Command(Operation),
@@ -96,16 +97,25 @@ pub enum DisableCause {
     Supply,
 }
 
-/// A travel job that has started, in user units.
+/// A travel job that has started.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Travel {
     /// Where it leads to.
-    pub target: i32,
+    pub target: Position,
     /// Actual position.
-    pub position: i32,
-    /// The limits in force.
+    pub position: Position,
+    /// The limits in force, in user units.
     pub limits: Limits,
     /// The speed of the job.
+    pub rpm: i32,
+}
+
+/// A velocity setpoint, positive in counting direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Velocity {
+    /// As it was commanded, in rpm.
+    pub setpoint: i32,
+    /// Limited to what the gear allows, in rpm.
     pub rpm: i32,
 }
 
@@ -122,6 +132,7 @@ pub enum Inch {
 
 /// What is not in order and does not stop the drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Warning {
     /// Battery of the encoder below its limit.
     BatteryLow,
@@ -131,7 +142,24 @@ pub enum Warning {
     LagError,
 }
 
+impl Warning {
+    /// Every warning.
+    pub const ALL: [Self; 3] = [Self::BatteryLow, Self::CurrentOutOfRange, Self::LagError];
+}
+
 impl Drive {
+    /// The setpoint that the shaft turns with; `None`: it does not turn with one.
+    #[inline]
+    pub(crate) fn velocity_in_force(&self, command: &Command) -> Option<Velocity> {
+        let velocity = || Velocity { setpoint: command.setpoint, rpm: self.velocity_setpoint(command) };
+        (self.state == State::VelocityTravelling && command.turn).then(velocity)
+    }
+
+    /// A position in user units, with the unit that is in force.
+    pub(super) const fn place(&self, position: i32) -> Position {
+        self.frame.lengths.position(position as i64)
+    }
+
     /// Says what the last step, whose command was `command`, has changed between `before` and `after`.
     #[inline]
     pub(crate) fn tell(&self, before: &Status, after: &Status, command: &Command, say: impl FnMut(Event)) {
@@ -177,7 +205,7 @@ impl Drive {
         let paused =
             matches!(before.state, State::Pausing { .. }) && matches!(after.state, State::Paused { .. });
         if stood || stopped || paused {
-            say(Event::Stands { position: after.position });
+            say(Event::Stands { position: self.place(after.position) });
         }
         for (warning, was, is) in [
             (Warning::BatteryLow, before.battery_low, after.battery_low),
@@ -213,12 +241,13 @@ impl Drive {
         let travels =
             |state| matches!(state, State::TravelActive | State::Pausing { .. } | State::Paused { .. });
         let started = after.state != State::Off && before.jobs != after.jobs;
-        let position = after.position;
-        let target = self.setpoint;
+        let position = self.place(after.position);
+        let target = self.place(self.setpoint);
         if started {
             let limits = self.frame.limits;
             let rpm = super::scale::round(rpm(self.job.dynamics.speed));
-            say(Event::TravelStarted(Travel { target, position: before.position, limits, rpm }));
+            let position = self.place(before.position);
+            say(Event::TravelStarted(Travel { target, position, limits, rpm }));
         } else if travels(before.state) && after.state == State::TravelActive && before.state != after.state {
             say(Event::Resumed { target });
         }
@@ -269,13 +298,16 @@ impl Drive {
         let inches =
             |state| matches!(state, State::Inching(_) | State::KeyInching(_) | State::KeyInchingEnding);
         if inches(before.state) && !inches(after.state) {
-            say(Event::InchingEnded { position: after.position });
+            say(Event::InchingEnded { position: self.place(after.position) });
         }
     }
 
     fn tell_velocity(&self, before: &Status, after: &Status, command: &Command, say: &mut impl FnMut(Event)) {
         match (before.state == State::VelocityTravelling, after.state == State::VelocityTravelling) {
-            (false, true) => say(Event::VelocityStarted { rpm: self.velocity_setpoint(command) }),
+            (false, true) => {
+                let rpm = self.velocity_setpoint(command);
+                say(Event::VelocityStarted(Velocity { setpoint: command.setpoint, rpm }));
+            }
             (true, false) if after.state != State::Off => say(Event::VelocityEnded),
             (true, false) | (false, false) | (true, true) => {}
         }
@@ -319,7 +351,8 @@ impl fmt::Display for Event {
             }
             Self::InchingStarted(Inch::Key(key)) => write!(f, "inching started with the {key} key"),
             Self::InchingEnded { position } => write!(f, "inching ended at position {position}"),
-            Self::VelocityStarted { rpm } => write!(f, "turning with {rpm} rpm"),
+            Self::VelocityStarted(velocity) => write!(f, "turning with {velocity}"),
+            Self::VelocityChanged(velocity) => write!(f, "velocity setpoint changed: {velocity}"),
             Self::VelocityEnded => f.write_str("no longer turning with the setpoint"),
             Self::Acknowledged => f.write_str("fault acknowledged, turning on is disabled"),
             Self::Rearmed => f.write_str("turning on is no longer disabled: operation can be enabled again"),
@@ -336,10 +369,23 @@ impl fmt::Display for Travel {
         let Self { target, position, limits, rpm } = self;
         write!(f, "travel to {target} started from {position} with {rpm} rpm, ")?;
         if limits.are_monitored() {
-            write!(f, "limits {} to {}", limits.lower(), limits.upper())
+            let place = |limit: i32| position.lengths().position(limit.into());
+            write!(f, "limits {} to {}", place(limits.lower()), place(limits.upper()))
         } else {
             f.write_str("no limits: both are equal")
         }
+    }
+}
+
+impl fmt::Display for Velocity {
+    /// `20 rpm`, with the setpoint if that is not possible.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { setpoint, rpm } = self;
+        write!(f, "{rpm} rpm")?;
+        if setpoint == rpm {
+            return Ok(());
+        }
+        write!(f, ", the setpoint {setpoint} rpm is limited: the gear allows at most {} rpm", rpm.abs())
     }
 }
 

@@ -90,6 +90,24 @@ impl Fault {
     }
 }
 
+impl Fault {
+    /// What to do about its cause.
+    pub const fn cure(self) -> &'static str {
+        match self {
+            Self::A => "check the supply voltage under load, it must be 18 V at least",
+            Self::B => "free the shaft or reduce the load",
+            Self::C => "reduce the load, the speed or the acceleration: more than 2.4 A flowed for 4 s",
+            Self::D => "let the drive cool below 90 degC, reduce load or ambient temperature",
+            Self::E => "switch it off and on; if it stays, the encoder of the drive is defective",
+            Self::F => "switch it off and on; if it stays, the drive is defective",
+            Self::G => "reduce the deceleration or the driving load: more than 35 V were fed back",
+            Self::H => "check the wiring, the terminators and the bit rate of the bus",
+            Self::I => "check the wiring and the bit rate of the bus",
+            Self::J => "replace the battery of the encoder",
+        }
+    }
+}
+
 impl fmt::Display for Fault {
     /// Letter and cause: `A (supply voltage too low)`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -31,6 +31,7 @@ mod event;
 mod faults;
 mod input_change;
 mod inputs;
+mod lapse;
 pub mod leds;
 mod memory;
 mod motion;
@@ -48,10 +49,10 @@ use core::time::Duration;
 
 use thiserror::Error;
 
-use crate::param::{Gear, Model};
+use crate::param::{Gear, Lengths, Model};
 
 pub use command::{Command, Operation};
-pub use event::{DisableCause, Event, Inch, Travel, Warning};
+pub use event::{DisableCause, Event, Inch, Travel, Velocity, Warning};
 pub use faults::{Fault, FaultBuffer, FaultSet};
 pub use input_change::InputChange;
 pub use inputs::Inputs;
@@ -64,6 +65,7 @@ pub use settings::{Limits, Mode, PosType, SenseOfRotation, Settings, StopMode};
 pub use states::{Direction, DirectionChange, Inching, Key, Motor, State};
 pub use status::{Measured, Status};
 
+use lapse::Lapse;
 use motion::{Dynamics, Motion, acceleration, rpm, velocity};
 use plant::{Commanded, Constants, Plant};
 use requests::Job;
@@ -129,6 +131,10 @@ pub struct Drive {
     latched: Option<Fault>,
     refusal: Option<Refusal>,
     settled: bool,
+    /// How long the last step was.
+    lapse: Lapse,
+    /// The last step did nothing but carry a travel job on, and the shaft still turns.
+    only_moved: bool,
 }
 
 /// Settings that a motion or a kept job must not change under way; taken over while the shaft stands.
@@ -137,11 +143,14 @@ struct Frame {
     mode: Mode,
     scale: Scale,
     limits: Limits,
+    /// What positions are counted in.
+    lengths: Lengths,
 }
 
 impl Frame {
     fn of(settings: &Settings) -> Self {
-        Self { mode: settings.mode, scale: Scale::new(settings), limits: settings.limits }
+        let lengths = Lengths::of_spindle_pitch(settings.spindle_pitch.into());
+        Self { mode: settings.mode, scale: Scale::new(settings), limits: settings.limits, lengths }
     }
 }
 
@@ -183,6 +192,8 @@ impl Drive {
             latched: None,
             refusal: None,
             settled: false,
+            lapse: Lapse::NONE,
+            only_moved: false,
         }
     }
 
@@ -190,12 +201,34 @@ impl Drive {
     ///
     /// Inputs, command and settings act at the beginning of `dt`, then the shaft moves. Steps of 0.1 ms to 100 ms
     /// are meant; any length works, and a length of zero only evaluates.
+    #[inline]
     pub fn step(&mut self, dt: Duration, command: &Command, settings: &Settings) {
+        self.step_under(dt, command, *command == self.previous, settings);
+    }
+
+    /// As [`Drive::step`], under the command of the step before, whose edges are over.
+    #[inline]
+    pub(crate) fn hold(&mut self, dt: Duration, settings: &Settings) {
+        let command = self.held();
+        self.step_under(dt, &command, !self.previous.enable && !self.previous.travel, settings);
+    }
+
+    /// The command of the last step without its edges.
+    pub(crate) const fn held(&self) -> Command {
+        // Copied whole: field by field takes three times as long.
+        let mut command = self.previous;
+        (command.enable, command.travel) = (false, false);
+        command
+    }
+
+    /// `same_command`: it is that of the step before.
+    fn step_under(&mut self, dt: Duration, command: &Command, same_command: bool, settings: &Settings) {
+        self.lapse.set(dt);
         let state = self.state;
         let stood = self.stands();
         let faults = self.entered;
         // Only a drive that stands may come to rest.
-        let held = !self.inputs_changed && *command == self.previous;
+        let held = !self.inputs_changed && same_command;
         let same = stood && held && self.window == settings.window;
         self.inputs_changed = false;
 
@@ -207,8 +240,9 @@ impl Drive {
             self.on_command(command, settings);
         }
         let plant = same.then(|| self.plant.clone());
-        self.advance(dt);
+        self.advance(self.lapse);
         self.on_motion(settings);
+        self.only_moved = goes_on && self.state == State::TravelActive && !self.stands();
 
         self.settled = same
             && self.stands()
@@ -453,9 +487,9 @@ impl Drive {
         }
     }
 
-    fn advance(&mut self, dt: Duration) {
+    fn advance(&mut self, lapse: Lapse) {
         let (position, velocity) = (self.motion.position(), self.motion.velocity());
-        let left = self.motion.advance(dt);
+        let left = self.motion.advance(lapse);
         let commanded = Commanded {
             way: self.motion.position() - position,
             velocity_before: velocity,
@@ -466,7 +500,7 @@ impl Drive {
             // What stops a released shaft stops it for good.
             self.motion.begin_anew(position, 0.0);
         }
-        if let Some(shaft) = self.plant.advance(dt, commanded, &self.inputs) {
+        if let Some(shaft) = self.plant.advance(lapse, commanded, &self.inputs) {
             self.motion.begin_anew(position + shaft.way, shaft.velocity);
         }
         if self.stands() && self.state == State::TravelActive && self.job.via.take().is_some() {

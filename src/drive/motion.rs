@@ -5,10 +5,7 @@
 //! changes nothing but how often one looks, and errors do not add up. The last phase of each travel is computed
 //! backwards from its end: the shaft arrives exactly and cannot overshoot by rounding.
 
-use core::time::Duration;
-
-use crate::time::nanos;
-
+use super::lapse::Lapse;
 use super::scale::INCREMENTS_PER_REVOLUTION;
 
 /// 100 % acceleration, 4 rev/s^2, in increments/s^2 (manual chapter 6, no. 4).
@@ -119,12 +116,12 @@ impl Motion {
         }
     }
 
-    /// Lets `dt` pass. If the plan ends within it, returns how many seconds before the end of `dt`.
-    pub(super) fn advance(&mut self, dt: Duration) -> Option<f64> {
+    /// Lets `lapse` pass. If the plan ends within it, returns how many seconds before the end of `lapse`.
+    pub(super) fn advance(&mut self, lapse: Lapse) -> Option<f64> {
         if self.at_rest() {
             return None;
         }
-        self.elapsed = self.elapsed.saturating_add(nanos(dt));
+        self.elapsed = self.elapsed.saturating_add(lapse.nanos());
         self.follow()
     }
 
@@ -323,6 +320,8 @@ pub(super) fn sign(value: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use core::time::Duration;
+
     use proptest::prelude::*;
 
     use super::*;
@@ -350,7 +349,7 @@ mod tests {
         let mut cycles = 0.0;
         while !motion.at_rest() {
             let before = motion.position();
-            motion.advance(dt);
+            motion.advance(Lapse::of(dt));
             cycles += 1.0;
             assert!((motion.position() - before) * direction >= -ROUNDING, "moved backwards");
             assert!((target - motion.position()) * direction >= 0.0, "overshot {target}");
@@ -365,14 +364,14 @@ mod tests {
         {
             let mut motion = Motion::at(0.0);
             motion.ramp_to(velocity(speed), acceleration(percent));
-            motion.advance(Duration::from_secs_f64(time - 0.001));
+            motion.advance(Lapse::of(Duration::from_secs_f64(time - 0.001)));
             assert!(motion.velocity() < velocity(speed));
-            motion.advance(MILLISECOND);
+            motion.advance(Lapse::of(MILLISECOND));
             assert!((motion.velocity() - velocity(speed)).abs() < 1.0);
             assert!((motion.position() - way).abs() < 0.3, "{} for {way}", motion.position());
             motion.brake(acceleration(percent));
             while !motion.at_rest() {
-                motion.advance(MILLISECOND);
+                motion.advance(Lapse::of(MILLISECOND));
             }
             assert!((motion.position() - 2.0 * way).abs() < 0.6);
         }
@@ -404,12 +403,12 @@ mod tests {
     fn a_caught_shaft_that_cannot_stop_in_time_comes_back() {
         let mut motion = Motion::at(0.0);
         motion.ramp_to(velocity(30), acceleration(100));
-        motion.advance(Duration::from_secs(1));
+        motion.advance(Lapse::of(Duration::from_secs(1)));
         let target = motion.position() + 1.0;
         motion.travel_to(target, dynamics(30, 50, 50));
-        motion.advance(Duration::from_millis(250));
+        motion.advance(Lapse::of(Duration::from_millis(250)));
         assert!(motion.position() > target);
-        motion.advance(Duration::from_secs(10));
+        motion.advance(Lapse::of(Duration::from_secs(10)));
         assert!(motion.at_rest());
         assert_eq!(motion.position(), target);
     }
@@ -418,8 +417,9 @@ mod tests {
     fn time_left_over_at_the_end_of_a_plan_is_handed_on() {
         let mut motion = Motion::at(0.0);
         motion.travel_to(1600.0, dynamics(30, 50, 50));
-        assert_eq!(motion.advance(Duration::from_secs(2)), None);
-        let left = motion.advance(Duration::from_secs(1)).expect("the travel ends within this second");
+        assert_eq!(motion.advance(Lapse::of(Duration::from_secs(2))), None);
+        let left =
+            motion.advance(Lapse::of(Duration::from_secs(1))).expect("the travel ends within this second");
         assert!((left - 0.75).abs() < 1e-9);
         motion.travel_to(0.0, dynamics(30, 50, 50));
         assert_eq!(motion.skip(left), None);
@@ -451,16 +451,16 @@ mod tests {
             let mut motion = Motion::at(0.0);
             motion.travel_to(distance, dynamics);
             for (travelling, braking) in pauses {
-                motion.advance(Duration::from_millis(travelling));
+                motion.advance(Lapse::of(Duration::from_millis(travelling)));
                 motion.brake(dynamics.deceleration);
-                motion.advance(Duration::from_millis(braking));
+                motion.advance(Lapse::of(Duration::from_millis(braking)));
                 prop_assert!((distance - motion.position()) * sign(distance) >= -ROUNDING);
                 motion.travel_to(distance, dynamics);
             }
             if (distance - motion.position()).abs() > ROUNDING {
                 cycles_to(distance, &mut motion, Duration::from_millis(10));
             }
-            motion.advance(Duration::from_secs(10_000));
+            motion.advance(Lapse::of(Duration::from_secs(10_000)));
             prop_assert_eq!(motion.position(), distance);
         }
     }

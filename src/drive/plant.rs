@@ -21,9 +21,11 @@ mod provocation;
 use core::time::Duration;
 
 use crate::param::{Gear, Model};
+use crate::time::nanos;
 
 use super::faults::{Fault, FaultSet};
 use super::inputs::Inputs;
+use super::lapse::Lapse;
 use super::motion::{rpm, sign};
 use super::scale::INCREMENTS_PER_REVOLUTION;
 use super::states::Motor;
@@ -36,8 +38,8 @@ pub(super) const LOW_SUPPLY: f64 = 18.0;
 const LOW_SUPPLY_CURRENT: f64 = 0.2;
 /// Fault C: a motor current above this many A; also the warning (`ag03.md` C-33).
 const OVERCURRENT: f64 = 2.4;
-/// Fault C: for more than this time.
-const OVERCURRENT_TIME: Duration = Duration::from_secs(4);
+/// Fault C: for more than this time, ns.
+const OVERCURRENT_TIME: u64 = 4_000_000_000;
 /// Fault D: an output stage above this many degC.
 const HOT_STAGE: f64 = 90.0;
 /// Fault G: an intermediate circuit above this many V.
@@ -181,16 +183,18 @@ pub(super) struct Plant {
     torque_per_ampere: f64,
     back_emf: f64,
     inertia: f64,
-    lag_time: Duration,
-    blocked_time: Duration,
+    /// In ns.
+    lag_time: u64,
+    blocked_time: u64,
     /// Torque of the motor in the direction of the motion, Nm; below zero it brakes.
     torque: f64,
     current: f64,
     temperature: f64,
     dc_link: f64,
-    hindered_for: Duration,
-    blocked_for: Duration,
-    overcurrent_for: Duration,
+    /// In ns.
+    hindered_for: u64,
+    blocked_for: u64,
+    overcurrent_for: u64,
 }
 
 impl Plant {
@@ -204,15 +208,15 @@ impl Plant {
             torque_per_ampere: constants.torque_per_ampere * ratio,
             back_emf: constants.back_emf * ratio * rpm(1.0),
             inertia: constants.inertia * ratio * ratio * core::f64::consts::TAU / INCREMENTS_PER_REVOLUTION,
-            lag_time: seconds(constants.lag_time),
-            blocked_time: seconds(constants.blocked_time),
+            lag_time: in_nanos(constants.lag_time),
+            blocked_time: in_nanos(constants.blocked_time),
             torque: 0.0,
             current: 0.0,
             temperature: inputs.ambient,
             dc_link: inputs.motor_supply(model),
-            hindered_for: Duration::ZERO,
-            blocked_for: Duration::ZERO,
-            overcurrent_for: Duration::ZERO,
+            hindered_for: 0,
+            blocked_for: 0,
+            overcurrent_for: 0,
         }
     }
 
@@ -286,14 +290,14 @@ impl Plant {
         causes.iter().filter(|fault| fault.exists_on(self.model)).collect()
     }
 
-    /// Lets `dt` pass. Returns what a shaft did that cannot follow the profile.
+    /// Lets `lapse` pass. Returns what a shaft did that cannot follow the profile.
     pub(super) fn advance(
         &mut self,
-        dt: Duration,
+        lapse: Lapse,
         commanded: Commanded,
         inputs: &Inputs,
     ) -> Option<Hindered> {
-        let time = dt.as_secs_f64();
+        let time = lapse.seconds();
         if time <= 0.0 {
             return None;
         }
@@ -309,9 +313,9 @@ impl Plant {
         let overcurrent = self.overcurrent();
         let slow = hindered.is_some_and(|shaft| rpm(shaft.velocity).abs() < STANDSTILL_RPM);
         let blocked = self.lag_error() && slow;
-        count(&mut self.hindered_for, hindered.is_some(), dt);
-        count(&mut self.blocked_for, blocked, dt);
-        count(&mut self.overcurrent_for, overcurrent, dt);
+        count(&mut self.hindered_for, hindered.is_some(), lapse);
+        count(&mut self.blocked_for, blocked, lapse);
+        count(&mut self.overcurrent_for, overcurrent, lapse);
         hindered
     }
 
@@ -404,10 +408,10 @@ fn settle(value: &mut f64, end: f64, time: f64, time_constant: f64) {
 }
 
 /// How long `holds` has been true without a break.
-fn count(timer: &mut Duration, holds: bool, dt: Duration) {
-    *timer = if holds { timer.saturating_add(dt) } else { Duration::ZERO };
+fn count(timer: &mut u64, holds: bool, lapse: Lapse) {
+    *timer = if holds { timer.saturating_add(lapse.nanos()) } else { 0 };
 }
 
-fn seconds(seconds: f64) -> Duration {
-    Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX)
+fn in_nanos(seconds: f64) -> u64 {
+    nanos(Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX))
 }

@@ -5,7 +5,7 @@
 
 use core::fmt;
 
-use crate::param::Model;
+use crate::param::{Lengths, Model};
 
 use super::faults::Fault;
 use super::settings::Limits;
@@ -18,6 +18,8 @@ pub struct Refusal {
     pub request: Request,
     /// Model of the drive: the AG03/1 lacks an output stage supply where the AG03 lacks its enable input.
     pub model: Model,
+    /// What positions are counted in.
+    pub lengths: Lengths,
     /// Actual position in user units.
     pub position: i32,
     /// Upper limit in user units.
@@ -56,6 +58,7 @@ pub enum Request {
 
 /// What stands against a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Reason {
     /// The control has no supply. Always the only reason: the drive is not there to mind any other.
     SwitchedOff,
@@ -147,6 +150,7 @@ impl Refusal {
         Self {
             request,
             model,
+            lengths: Lengths::Increments,
             position: 0,
             upper_limit: 0,
             lower_limit: 0,
@@ -186,13 +190,20 @@ impl Refusal {
         Reason::ALL.into_iter().filter(|&reason| self.contains(reason))
     }
 
+    /// What was asked in words, with its unit.
+    pub const fn asked(&self) -> impl fmt::Display + use<> {
+        Asked { request: self.request, lengths: self.lengths }
+    }
+
     /// One of the reasons in words, with its numbers.
     pub const fn text(&self, reason: Reason) -> impl fmt::Display + use<> {
         ReasonText { refusal: *self, reason }
     }
 
     fn write(&self, f: &mut fmt::Formatter<'_>, reason: Reason) -> fmt::Result {
-        let Self { position, upper_limit, lower_limit, loop_point, .. } = self;
+        let place = |number: i32| self.lengths.position(number.into());
+        let [position, upper_limit, lower_limit, loop_point] =
+            [self.position, self.upper_limit, self.lower_limit, self.loop_point].map(place);
         match reason {
             Reason::FaultLatched => match self.fault {
                 Some(fault) => write!(f, "fault {fault} is not acknowledged"),
@@ -258,7 +269,7 @@ impl fmt::Display for ReasonText {
 impl fmt::Display for Refusal {
     /// One line: the request, then every unmet condition.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} refused", self.request)?;
+        write!(f, "{} refused", self.asked())?;
         for (index, reason) in self.reasons().enumerate() {
             f.write_str(if index == 0 { ": " } else { "; " })?;
             self.write(f, reason)?;
@@ -267,15 +278,21 @@ impl fmt::Display for Refusal {
     }
 }
 
-impl fmt::Display for Request {
+/// What was asked, with its unit.
+struct Asked {
+    request: Request,
+    lengths: Lengths,
+}
+
+impl fmt::Display for Asked {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Enable => f.write_str("enabling operation"),
-            Self::Acknowledge => f.write_str("acknowledging"),
-            Self::Travel { setpoint } => write!(f, "travel to {setpoint}"),
-            Self::Velocity { setpoint } => write!(f, "velocity {setpoint} rpm"),
-            Self::Inching1(direction) => write!(f, "inching 1 in {direction} direction"),
-            Self::Inching2(direction) => write!(f, "inching 2 in {direction} direction"),
+        match self.request {
+            Request::Enable => f.write_str("enabling operation"),
+            Request::Acknowledge => f.write_str("acknowledging"),
+            Request::Travel { setpoint } => write!(f, "travel to {}", self.lengths.position(setpoint.into())),
+            Request::Velocity { setpoint } => write!(f, "velocity {setpoint} rpm"),
+            Request::Inching1(direction) => write!(f, "inching 1 in {direction} direction"),
+            Request::Inching2(direction) => write!(f, "inching 2 in {direction} direction"),
         }
     }
 }
@@ -294,13 +311,13 @@ mod tests {
         refusal.note(Reason::Stop, false);
         assert_eq!(
             refusal.to_string(),
-            "travel to 1200000 refused: setpoint is above the upper limit (1000000)"
+            "travel to 1200000 inc refused: setpoint is above the upper limit (1000000 inc)"
         );
         refusal.note(Reason::NoOutputStage, true);
         assert_eq!(
             refusal.to_string(),
-            "travel to 1200000 refused: the supply voltage of the output stage is missing; \
-             setpoint is above the upper limit (1000000)"
+            "travel to 1200000 inc refused: the supply voltage of the output stage is missing; \
+             setpoint is above the upper limit (1000000 inc)"
         );
     }
 

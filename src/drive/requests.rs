@@ -270,6 +270,7 @@ impl Drive {
     fn refusal_of(&self, request: Request) -> Refusal {
         let mut refusal = Refusal::new(request, self.model);
         refusal.note(Reason::SwitchedOff, self.state == State::Off);
+        refusal.lengths = self.frame.lengths;
         refusal.position = self.position();
         refusal.upper_limit = self.frame.limits.upper();
         refusal.lower_limit = self.frame.limits.lower();

@@ -1,6 +1,6 @@
 //! The parameters of chapter 6 of the manual as the drive uses them: typed, in the manual's units.
 
-use crate::param::{Model, Parameter, Store};
+use crate::param::{Model, POSITIONING_MODE, Parameter, Store, VELOCITY_MODE};
 
 use super::Motor;
 
@@ -61,7 +61,7 @@ impl Settings {
             u16::try_from(value).unwrap_or(u16::MAX)
         };
         Self {
-            mode: if signed(Parameter::OperatingMode) == 1 { Mode::Velocity } else { Mode::Positioning },
+            mode: Mode::of_number(unsigned(Parameter::OperatingMode)).unwrap_or(Mode::Positioning),
             a_pos: unsigned(Parameter::APos),
             v_pos: unsigned(Parameter::VPos),
             d_pos: match store.model() {
@@ -112,6 +112,25 @@ pub enum Mode {
     Velocity,
     /// The setpoint is a position (stored value 2, default).
     Positioning,
+}
+
+impl Mode {
+    /// The mode of this value of PNU 930.
+    pub const fn of_number(number: u16) -> Option<Self> {
+        match number {
+            VELOCITY_MODE => Some(Self::Velocity),
+            POSITIONING_MODE => Some(Self::Positioning),
+            _neither => None,
+        }
+    }
+
+    /// The value of PNU 930.
+    pub const fn number(self) -> u16 {
+        match self {
+            Self::Velocity => VELOCITY_MODE,
+            Self::Positioning => POSITIONING_MODE,
+        }
+    }
 }
 
 /// Counting direction of the measuring system (parameter no. 18).

@@ -6,7 +6,8 @@ use std::vec::Vec;
 
 use super::field::Field;
 use crate::device::{APPLICATION, IDENT_NUMBER};
-use crate::dp::{Application, CfgFault, IoLengths};
+use crate::dp::chk_cfg::{IdentifierBit, NOT_COMPARED, Units};
+use crate::dp::{Application, CfgFault, Identifier, IoLengths};
 
 /// Who says the identifiers.
 #[derive(Clone, Copy, PartialEq)]
@@ -20,15 +21,18 @@ pub(super) enum Said {
 /// Sums in a few words, and a field for each identifier.
 pub(super) fn explain(data: &[u8], at: usize, said: Said, ident: Option<u16>) -> (String, Vec<Field>) {
     let mut fields = Vec::new();
-    let mut offset = 0;
-    while let Some(rest) = data.get(offset..).filter(|rest| !rest.is_empty()) {
-        let (len, meaning) = identifier(rest);
-        let octets = rest.get(..len).unwrap_or(rest);
+    let mut rest = data;
+    while !rest.is_empty() {
+        let read = Identifier::read(rest);
+        let behind = read.map_or(&[][..], |(_, behind)| behind);
+        let octets = rest.get(..rest.len() - behind.len()).unwrap_or(rest);
         let name = if octets.len() == 1 { "identifier" } else { "special identifier" };
-        let field = Field::octets(name, at + offset, octets, meaning);
-        let cut_off = len > rest.len();
-        fields.push(if cut_off { field.mistaken("cut off: octets it announces are missing") } else { field });
-        offset += octets.len();
+        let field = |meaning| Field::octets(name, at + data.len() - rest.len(), octets, meaning);
+        fields.push(match read {
+            Ok((identifier, _)) => field(words(&identifier)),
+            Err(_) => field(String::new()).mistaken("cut off: octets it announces are missing"),
+        });
+        rest = behind;
     }
     let summary = match IoLengths::of(data) {
         Ok(IoLengths { outputs, inputs }) => {
@@ -67,54 +71,34 @@ fn ppo_name(identifiers: &[u8]) -> Option<&'static str> {
     })
 }
 
-/// Octets of the identifier at the front, and its meaning. More octets than there are if it is cut off.
-fn identifier(octets: &[u8]) -> (usize, String) {
-    let Some(&head) = octets.first() else { return (0, String::new()) };
-    let unit = |octet: u8| if octet & 0x40 != 0 { "word" } else { "octet" };
-    let plural = |count: u8| if count == 1 { "" } else { "s" };
-    let consistent = |octet: u8| if octet & 0x80 != 0 { "as a whole" } else { "unit by unit" };
-    let direction = match head & 0x30 {
-        0x10 => "input",
-        0x20 => "output",
-        0x30 => "input and output",
-        _ => return special(head, octets),
+/// An identifier in words.
+fn words(identifier: &Identifier) -> String {
+    let Identifier { outputs, inputs, manufacturer } = *identifier;
+    let Some(manufacturer) = manufacturer else {
+        return match (outputs, inputs) {
+            (Some(units), Some(_)) => in_direction(units, "input and output"),
+            (Some(units), None) => in_direction(units, "output"),
+            (None, Some(units)) => in_direction(units, "input"),
+            (None, None) => String::new(),
+        };
     };
-    let count = (head & 0x0F) + 1;
-    let meaning =
-        format!("{count} {}{} {direction}, consistent {}", unit(head), plural(count), consistent(head));
-    (1, meaning)
+    let outputs = outputs.map(|units| in_direction(units, "output"));
+    let inputs = inputs.map(|units| in_direction(units, "input"));
+    let empty = (outputs.is_none() && inputs.is_none()).then(|| "empty slot".into());
+    let manufacturer = match manufacturer {
+        0 => None,
+        NOT_COMPARED => Some("the manufacturer's octets are not compared".into()),
+        octets => Some(format!("{octets} octets of the manufacturer")),
+    };
+    let parts: Vec<String> = [empty, outputs, inputs, manufacturer].into_iter().flatten().collect();
+    parts.join("; ")
 }
 
-/// The special format: length octets and octets of the manufacturer follow.
-fn special(head: u8, octets: &[u8]) -> (usize, String) {
-    let mut len = 1;
-    let mut parts = Vec::new();
-    for (flag, direction) in [(0x80, "output"), (0x40, "input")] {
-        if head & flag == 0 {
-            continue;
-        }
-        parts.push(match octets.get(len) {
-            Some(&length) => {
-                let unit = if length & 0x40 != 0 { "words" } else { "octets" };
-                let consistent = if length & 0x80 != 0 { "as a whole" } else { "unit by unit" };
-                format!("{} {unit} {direction}, consistent {consistent}", (length & 0x3F) + 1)
-            }
-            None => format!("{direction} of a length that is missing"),
-        });
-        len += 1;
-    }
-    match head & 0x0F {
-        0 => {}
-        15 => parts.push("the manufacturer's octets are not compared".into()),
-        manufacturer => {
-            len += usize::from(manufacturer);
-            parts.push(format!("{manufacturer} octets of the manufacturer"));
-        }
-    }
-    if head & 0xC0 == 0 {
-        parts.insert(0, "empty slot".into());
-    }
-    (len, parts.join("; "))
+fn in_direction(Units { count, words, whole }: Units, direction: &str) -> String {
+    let unit = if words { "word" } else { "octet" };
+    let plural = if count == 1 { "" } else { "s" };
+    let whole = if whole { IdentifierBit::Whole.one() } else { IdentifierBit::Whole.zero() };
+    format!("{count} {unit}{plural} {direction}, consistent {whole}")
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use crate::device::IDENT_NUMBER;
 use crate::dp::Service;
 use crate::drive::Mode;
 use crate::fdl::{Address, FrameCount};
-use crate::param::{Model, Models, Pnu};
+use crate::param::{Model, Models, Parameter, Pnu};
 use crate::pkw::ErrorNumber;
 use crate::ppo::{JobId, Pkw, ReplyId};
 
@@ -134,11 +134,11 @@ impl Learned {
         if reply.pke.reply() != ReplyId::Word {
             return;
         }
-        match (reply.pke.pnu(), reply.word()) {
-            (OPERATING_MODE, 1) => self.heard = Some(Mode::Velocity),
-            (OPERATING_MODE, 2) => self.heard = Some(Mode::Positioning),
-            (SPINDLE_PITCH, pitch) => self.lengths = Lengths::of_spindle_pitch(pitch.into()),
-            (_, _) => {}
+        let pnu = Pnu::from_low_bits(reply.pke.pnu());
+        if pnu == Parameter::OperatingMode.entry().pnu {
+            self.heard = Mode::of_number(reply.word()).or(self.heard);
+        } else if pnu == Parameter::SpindlePitch.entry().pnu {
+            self.lengths = Lengths::of_spindle_pitch(reply.word().into());
         }
     }
 
@@ -162,9 +162,6 @@ impl Learned {
     }
 }
 
-const OPERATING_MODE: u16 = 930;
-const SPINDLE_PITCH: u16 = 1012;
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -178,7 +175,7 @@ mod tests {
         let mut learned = context.station(5);
         assert_eq!((learned.mode(), learned.lengths), (Mode::Velocity, Lengths::HundredthMillimetres));
         assert_eq!(context.station(6).mode(), Mode::Positioning);
-        for (pnu, value) in [(OPERATING_MODE, 2), (SPINDLE_PITCH, 0)] {
+        for (pnu, value) in [(930, 2), (1012, 0)] {
             // AK 1: a word.
             learned.hear_reply(Pkw::new(Pke::from_raw(0x1000 | pnu), Ind::from_raw(0), value));
         }

@@ -1,4 +1,7 @@
 //! Octets of a file or a stream, cut into telegrams and words, each explained.
+//!
+//! Not with a [`Framer`](crate::fdl::Framer): octets in a file have no time, broken telegrams are explained instead of
+//! dropped, and words of a PPO may stand between telegrams.
 
 use std::vec::Vec;
 
@@ -241,6 +244,7 @@ fn no_words(octets: &[u8]) -> Explanation {
     let field = Field::octets("octets", 0, octets, reason.clone()).marked(Mark::Invalid);
     Explanation {
         kind: Kind::Noise,
+        id: None,
         sender: None,
         from: None,
         to: None,

@@ -8,6 +8,7 @@ use super::context::Learned;
 use super::field::{Bits, Field, Mark};
 use super::service::raw_data;
 use super::set_prm::ident_name;
+use crate::dp::ext_diag::ChannelError;
 use crate::dp::{DiagBit, Tells};
 
 pub(super) fn explain(data: &[u8], at: usize, learned: &mut Learned) -> (String, Vec<Field>) {
@@ -146,18 +147,12 @@ fn channel_block(at: usize, octets: [u8; 3]) -> Field {
 }
 
 const fn channel_error(error: u8) -> &'static str {
-    match error {
-        1 => "short circuit",
-        2 => "undervoltage",
-        3 => "overvoltage",
-        4 => "overload",
-        5 => "overtemperature",
-        6 => "line break",
-        7 => "upper limit exceeded",
-        8 => "lower limit exceeded",
-        9 => "error",
-        0 | 10..=15 => "reserved",
-        16.. => "error of the manufacturer",
+    match ChannelError::numbered(error) {
+        Some(error) => match error.words() {
+            Some(words) => words,
+            None => "error of the manufacturer",
+        },
+        None => "reserved",
     }
 }
 

@@ -18,7 +18,7 @@ pub struct Field {
     pub at: usize,
     /// How many octets.
     pub len: usize,
-    /// Which bits of the octets, read as one big-endian number; `None`: all.
+    /// Which bits of the octets, read as one big-endian number, on CANopen as a little-endian one; `None`: all.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     pub bits: Option<Bits>,
     /// The value as it is: octets in hexadecimal, bits as binary digits.

@@ -49,6 +49,7 @@ fn telegram_of(telegram: Telegram<'_>, octets: &[u8], context: &mut Context) -> 
             ]);
             Explanation {
                 kind: Kind::Token,
+                id: None,
                 sender: Some(Sender::Master),
                 from: Some(sa.number()),
                 to: Some(da.number()),
@@ -84,6 +85,7 @@ fn short_acknowledge(context: &mut Context) -> Explanation {
     }
     Explanation {
         kind: Kind::Telegram,
+        id: None,
         sender: Some(Sender::Slave),
         from: asked.map(|asked| asked.station),
         to: asked.map(|asked| asked.master),
@@ -135,6 +137,7 @@ fn data_telegram(telegram: &DataTelegram<'_>, octets: &[u8], context: &mut Conte
     let summary = if repeats { format!("{} (repeated)", carried.summary) } else { carried.summary };
     Explanation {
         kind: Kind::Telegram,
+        id: None,
         sender,
         from,
         to,
@@ -420,6 +423,7 @@ fn invalid(octets: &[u8], error: FrameError, context: &Context) -> Explanation {
     let reason = if behind.is_empty() { missing(octets, error) } else { error.to_string() };
     Explanation {
         kind: Kind::Noise,
+        id: None,
         sender: None,
         from: None,
         to: None,

@@ -18,6 +18,7 @@
 //! | [`value`] | values of parameters with their unit |
 //! | `text` | [`HexText`]: octets written as text |
 //! | `decoder` | [`Decoder`]: streams cut into telegrams and words |
+//! | [`canopen`] | frames of a CANopen network |
 //!
 //! An explanation is data: [`Explanation::line`] and `Display` write it as text, the feature `serde` serialises it.
 //! Nothing here panics, whatever the octets, and every octet is in exactly one of the innermost fields (or, of a
@@ -43,6 +44,7 @@
 //! assert_eq!(job.unwrap().line(), "PKW job: read PNU 1018 Calibration value");
 //! ```
 
+pub mod canopen;
 mod cfg;
 mod context;
 mod decoder;
@@ -67,17 +69,25 @@ use std::format;
 use std::string::String;
 use std::vec::Vec;
 
+use crate::can::Id;
+
 /// What some octets say.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Explanation {
     /// What the octets were taken as.
     pub kind: Kind,
+    /// Identifier of a frame of CAN.
+    #[cfg_attr(
+        feature = "serde",
+        serde(skip_serializing_if = "Option::is_none", serialize_with = "serialize_id")
+    )]
+    pub id: Option<Id>,
     /// Who says it, where that is known.
     pub sender: Option<Sender>,
-    /// Station that sends, of a telegram with addresses.
+    /// Station that sends, of a telegram with addresses; on CANopen the node whose frame it is.
     pub from: Option<u8>,
-    /// Station that is meant; 127 means all.
+    /// Station that is meant; 127 means all. On CANopen the node, missing for all.
     pub to: Option<u8>,
     /// Name of the service, `Slave_Diag`; of a reply the service it answers.
     pub service: Option<&'static str>,
@@ -106,6 +116,10 @@ pub enum Kind {
     Pzd,
     /// Two octets: control word or status word.
     Word,
+    /// A frame of CAN.
+    Frame,
+    /// An error frame of CAN.
+    ErrorFrame,
     /// Octets that are none of these.
     Noise,
 }
@@ -140,8 +154,11 @@ impl Explanation {
         }
     }
 
-    /// Addresses and summary in one line.
+    /// Addresses or identifier, and summary, in one line.
     pub fn line(&self) -> String {
+        if let Some(id) = self.id {
+            return format!("{id}  {}", self.summary);
+        }
         match (self.from, self.to) {
             (Some(from), Some(127)) => format!("{from} -> all  {}", self.summary),
             (Some(from), Some(to)) => format!("{from} -> {to}  {}", self.summary),
@@ -216,6 +233,14 @@ impl<'a> Row<'a> {
             writeln!(f, "{:indent$}{}", "", octets.join(" "))?;
         }
         field.hints.iter().try_for_each(|hint| writeln!(f, "{:indent$}^ {hint}", ""))
+    }
+}
+
+#[cfg(feature = "serde")]
+fn serialize_id<S: serde::Serializer>(id: &Option<Id>, serializer: S) -> Result<S::Ok, S::Error> {
+    match id {
+        Some(id) => serializer.collect_str(id),
+        None => serializer.serialize_none(),
     }
 }
 

@@ -2,7 +2,7 @@
 //! or alone.
 
 use std::format;
-use std::string::String;
+use std::string::{String, ToString};
 use std::vec::Vec;
 
 use super::context::Learned;
@@ -13,7 +13,7 @@ use super::{Explanation, Kind, Sender};
 use crate::device::bits::{StwBit, Word, ZswBit};
 use crate::device::flow_charts;
 use crate::drive::Mode;
-use crate::param::{Gear, Width};
+use crate::param::{Gear, LOAD_PARAMETER_SET, Width};
 use crate::ppo::{JobId, PPO_LEN, Pkw};
 
 /// The 14 octets of a PPO from octet `at` on: its fields, and all in a few words.
@@ -59,7 +59,7 @@ pub(super) fn bare(octets: &[u8], sender: Option<Sender>, learned: &mut Learned)
     };
     let octets = Vec::from(octets);
     let sender = Some(sender);
-    Some(Explanation { kind, sender, from: None, to: None, service: None, summary, octets, fields })
+    Some(Explanation { kind, id: None, sender, from: None, to: None, service: None, summary, octets, fields })
 }
 
 const PKW_LEN: usize = 8;
@@ -121,8 +121,12 @@ fn main_value(value: i32, sender: Sender, at: usize, learned: &Learned) -> (Fiel
         Sender::Slave => "HIW",
     };
     let (text, what) = match (learned.mode(), sender) {
-        (Mode::Positioning, Sender::Master) => (learned.lengths.position(value.into()), "target position"),
-        (Mode::Positioning, Sender::Slave) => (learned.lengths.position(value.into()), "actual position"),
+        (Mode::Positioning, Sender::Master) => {
+            (learned.lengths.position(value.into()).to_string(), "target position")
+        }
+        (Mode::Positioning, Sender::Slave) => {
+            (learned.lengths.position(value.into()).to_string(), "actual position")
+        }
         (Mode::Velocity, Sender::Master) => (format!("{value} rpm"), "target velocity"),
         (Mode::Velocity, Sender::Slave) => (format!("{value} rpm"), "actual velocity"),
     };
@@ -231,7 +235,7 @@ fn guess_pkw(pkw: Pkw, learned: &Learned) -> Sender {
         // As a reply: a word. A value of 0 reads like the job; only a job before it tells.
         JobId::Read => double != Some(true) && (pkw.double_word() != 0 || answers),
         // As a reply: a double word. Of PNU 970 only the value tells (`ag03.md` C-15).
-        JobId::WriteWord if pnu == LOAD_PARAMETER_SET => pkw.double_word() == 0,
+        JobId::WriteWord if pnu == LOAD_PARAMETER_SET.number() => pkw.double_word() == 0,
         JobId::WriteWord => double == Some(true),
         JobId::WriteDoubleWord => false,
         // As replies: an array word, an array double word, a number of elements.
@@ -249,7 +253,6 @@ fn guess_pkw(pkw: Pkw, learned: &Learned) -> Sender {
     if reply { Sender::Slave } else { Sender::Master }
 }
 
-const LOAD_PARAMETER_SET: u16 = 970;
 /// The highest error number of the manual's table.
 const MOST_ERROR: u16 = 19;
 

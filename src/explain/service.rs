@@ -9,7 +9,7 @@ use super::field::Field;
 use super::{Sender, cfg, diag, ppo, set_prm};
 use crate::device::IDENT_NUMBER;
 use crate::dp::Service;
-use crate::dp::global_control::{GlobalControl, Latch};
+use crate::dp::global_control::{ControlBit, GlobalControl, Latch};
 use crate::dp::set_slave_add::{AddressFault, SetSlaveAdd};
 use crate::fdl::Sap;
 use crate::ppo::PPO_LEN;
@@ -123,26 +123,22 @@ fn global_control(data: &[u8], at: usize) -> (String, Vec<Field>) {
         let fields = fields.map(|field| field.mistaken(&text)).collect();
         return (format!("Global_Control: {text}"), fields);
     };
-    let latch = |latch, set: &'static str, release: &'static str| match latch {
+    let latch = |latch, set: ControlBit, release: ControlBit| match latch {
         Latch::Keep => None,
-        Latch::Set => Some(set),
-        Latch::Release => Some(release),
+        Latch::Set => Some(set.name()),
+        Latch::Release => Some(release.name()),
     };
     let clear = parsed.clear_data.then_some("Clear_Data: outputs to zero");
-    let words: Vec<&str> =
-        [clear, latch(parsed.freeze, "Freeze", "Unfreeze"), latch(parsed.sync, "Sync", "Unsync")]
-            .into_iter()
-            .flatten()
-            .collect();
+    let freeze = latch(parsed.freeze, ControlBit::Freeze, ControlBit::Unfreeze);
+    let sync = latch(parsed.sync, ControlBit::Sync, ControlBit::Unsync);
+    let words: Vec<&str> = [clear, freeze, sync].into_iter().flatten().collect();
     let words =
         if words.is_empty() { "no command, the master is in Operate".into() } else { words.join(", ") };
     let whom = if groups == 0 { String::new() } else { format!(" to groups {}", groups_of(groups)) };
-    let names = ["reserved", "Clear_Data", "Unfreeze", "Freeze", "Unsync", "Sync", "reserved", "reserved"];
-    let mut bits: Vec<Field> =
-        (0..8).zip(names).map(|(n, name)| Field::bit(name, at, n, command, "1", "0")).collect();
-    bits.reverse();
-    let mut control = Field::octet("Control_Command", at, command, words.clone()).with(bits);
-    if command & 0xC1 != 0 {
+    let name = |n| ControlBit::at(n).map_or("reserved", ControlBit::name);
+    let bits = (0..8).rev().map(|n| Field::bit(name(n), at, n, command, "1", "0"));
+    let mut control = Field::octet("Control_Command", at, command, words.clone()).with(bits.collect());
+    if command & ControlBit::RESERVED != 0 {
         control = control.mistaken("reserved bits are set: a slave ignores the command");
     }
     let select = if groups == 0 { "all slaves".into() } else { format!("groups {}", groups_of(groups)) };

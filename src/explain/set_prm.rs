@@ -8,7 +8,7 @@ use super::context::Learned;
 use super::field::Field;
 use super::service::{groups_of, raw_data};
 use crate::device::{APPLICATION, DESCRIPTION, IDENT_NUMBER};
-use crate::dp::{Policy, PrmFault, SetPrm};
+use crate::dp::{Policy, PrmBit, PrmFault, SetPrm};
 
 pub(super) fn explain(data: &[u8], at: usize, learned: &mut Learned) -> (String, Vec<Field>) {
     let (prm, octets) = match (SetPrm::parse(data), data) {
@@ -29,18 +29,11 @@ pub(super) fn explain(data: &[u8], at: usize, learned: &mut Learned) -> (String,
         (true, false) => "lock the slave",
         (false, false) => "min T_SDR only",
     };
-    let bit = |n, name: &str, one: &str, zero: &str| Field::bit(name, at, n, status, one, zero);
-    let reserved = |n| bit(n, "reserved", "1, must be 0", "0");
-    let status_field = Field::octet("Station_Status", at, status, lock).with(Vec::from([
-        bit(7, "Lock_Req", "the slave is for this master alone", "no lock"),
-        bit(6, "Unlock_Req", "the slave is released", "no release"),
-        bit(5, "Sync_Req", "Sync will be used", "no Sync"),
-        bit(4, "Freeze_Req", "Freeze will be used", "no Freeze"),
-        bit(3, "WD_On", "watchdog on", "watchdog off"),
-        reserved(2),
-        reserved(1),
-        reserved(0),
-    ]));
+    let bits = (0..8).rev().map(|n| match PrmBit::at(n) {
+        Some(bit) => Field::bit(bit.name(), at, n, status, bit.one(), bit.zero()),
+        None => Field::bit("reserved", at, n, status, "1, must be 0", "0"),
+    });
+    let status_field = Field::octet("Station_Status", at, status, lock).with(bits.collect());
     let keeps = if min_tsdr == 0 { "as before".into() } else { format!("{min_tsdr} bit times") };
     let mut fields = Vec::from([
         status_field,

@@ -47,6 +47,7 @@ pub struct HexText {
 
 /// Why a line cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum TextError {
     /// Something that is no hexadecimal number.
     #[error("'{found}' is no hexadecimal octet; comments begin with # or //")]

@@ -13,75 +13,30 @@ use std::format;
 use std::string::{String, ToString};
 
 use crate::drive::Fault;
-use crate::param::{Entry, Kind, Parameter, Unit, Value};
+use crate::param::{Entry, Unit, Value};
 
-/// What a drive counts positions in: PNU 1012, spindle pitch, decides.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Lengths {
-    /// Not known.
-    #[default]
-    Unknown,
-    /// Increments, 1600 per turn of the output shaft: the spindle pitch is 0.
-    Increments,
-    /// 0.01 mm: a spindle pitch is set.
-    HundredthMillimetres,
-}
-
-impl Lengths {
-    /// What a drive with this spindle pitch (PNU 1012) counts positions in.
-    pub const fn of_spindle_pitch(pitch: u32) -> Self {
-        match pitch {
-            0 => Self::Increments,
-            _set => Self::HundredthMillimetres,
-        }
-    }
-
-    /// A position as the drive counts it, with its unit.
-    pub fn position(self, number: i64) -> String {
-        match self {
-            Self::Unknown => format!("{number} inc or 0.01 mm"),
-            Self::Increments => format!("{number} inc"),
-            Self::HundredthMillimetres => format!("{} mm", decimal(number, 2)),
-        }
-    }
-}
+pub use crate::param::Lengths;
 
 /// The value of a parameter with its unit, or what it stands for.
 pub fn in_words(entry: &Entry, value: Value, lengths: Lengths) -> String {
-    let number = entry.number(value);
     match entry.unit {
-        Unit::None => number.to_string(),
-        Unit::Percent if is(entry, Parameter::TorqueDeactivation) && number == 125 => "125 % (off)".into(),
-        Unit::PercentOfAcceleration if is(entry, Parameter::DPos) && number == 101 => "101 (as a-Pos)".into(),
-        Unit::Percent | Unit::PercentOfAcceleration | Unit::Rpm | Unit::Increments | Unit::Milliamperes => {
-            format!("{number} {}", entry.unit)
-        }
-        Unit::Position => lengths.position(number),
-        Unit::Window => match lengths {
-            Lengths::Unknown => format!("{number} {}", entry.unit),
-            Lengths::Increments | Lengths::HundredthMillimetres => {
-                format!("{} or rpm in velocity mode", lengths.position(number))
-            }
-        },
-        Unit::SpindlePitch if number == 0 => "0 (positions are increments)".into(),
-        Unit::SpindlePitch => format!("{} mm a turn", decimal(number, 2)),
-        Unit::TenthDegrees => format!("{} degC", decimal(number, 1)),
-        Unit::TenthVolts => format!("{} V", decimal(number, 1)),
-        Unit::HundredthVolts => format!("{} V", decimal(number, 2)),
-        Unit::Bits => format!("{:04X}h", value.bits()),
         Unit::Ascii => fault(value.bits()),
-        Unit::Version => {
-            let [.., high, low] = value.bits().to_be_bytes();
-            format!("{high:X}.{low:02X}")
-        }
-        Unit::Date => date(value.bits()),
-        Unit::Choice(choices) => {
-            let chosen = choices.iter().find(|choice| i64::from(choice.0) == number);
-            match chosen {
-                Some((_, meaning)) => format!("{number} ({meaning})"),
-                None => number.to_string(),
-            }
-        }
+        Unit::None
+        | Unit::Percent
+        | Unit::PercentOfAcceleration
+        | Unit::Rpm
+        | Unit::Position
+        | Unit::Window
+        | Unit::Increments
+        | Unit::SpindlePitch
+        | Unit::TenthDegrees
+        | Unit::Milliamperes
+        | Unit::TenthVolts
+        | Unit::HundredthVolts
+        | Unit::Bits
+        | Unit::Version
+        | Unit::Date
+        | Unit::Choice(_) => entry.in_words(entry.number(value), lengths).to_string(),
     }
 }
 
@@ -96,32 +51,10 @@ pub fn fault(code: u32) -> String {
     }
 }
 
-/// `DDMMYYYY` in BCD. The manual prints 15072009 for 15 July 2009.
-fn date(bcd: u32) -> String {
-    let digits = format!("{bcd:08X}");
-    match (digits.get(..2), digits.get(2..4), digits.get(4..)) {
-        (Some(day), Some(month), Some(year)) => format!("{day}.{month}.{year}"),
-        (_, _, _) => digits,
-    }
-}
-
-/// `number` with `places` decimal places.
-fn decimal(number: i64, places: u32) -> String {
-    let unit = 10_u64.pow(places);
-    let sign = if number < 0 { "-" } else { "" };
-    let number = number.unsigned_abs();
-    let width = usize::try_from(places).unwrap_or(0);
-    format!("{sign}{}.{:0width$}", number / unit, number % unit)
-}
-
-fn is(entry: &Entry, parameter: Parameter) -> bool {
-    matches!(entry.kind, Kind::Setting(setting) if setting.parameter == parameter)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::param::{Model, Pnu, entry};
+    use crate::param::{Model, Parameter, Pnu, entry};
 
     #[test]
     fn every_unit_has_its_way_to_be_written() {

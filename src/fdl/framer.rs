@@ -1,4 +1,9 @@
 //! A stream of octets, cut anywhere, into telegrams; and the rule for finding back after noise.
+//!
+//! What ends a telegram is said once, in [`decode`]; three callers cut with it, because each keeps something else. This
+//! one is for stations: it drops noise, copies nothing that came whole, and needs no allocator.
+//! `host::link::pieces` gives back every octet of a sender in order, noise too, for links that pass them on.
+//! `explain::Decoder` has no clock and looks for the next telegram whose checksum is right.
 
 use core::time::Duration;
 

@@ -10,7 +10,7 @@ use core::time::Duration;
 use super::address::{Address, Sap};
 use super::function_code::{FrameCount, Function, FunctionCode, ReplyStatus, Service};
 use super::telegram::{DataTelegram, Format, MAX_PDU_LEN, MAX_TELEGRAM_LEN, Telegram};
-use crate::time::{BaudRate, Instant};
+use crate::time::{BaudRate, Instant, nanos};
 
 /// The least time between a request and its reply before Set_Prm says otherwise, in T_bit.
 pub const DEFAULT_MIN_TSDR: u8 = 11;
@@ -44,21 +44,22 @@ pub struct Station {
 /// When a reply may be sent, from the end of its request on. Worked out when it changes: each bit time is a division.
 #[derive(Clone, Copy, Debug)]
 struct Window {
-    earliest: Duration,
-    /// A master may set a min T_SDR behind max T_SDR: the time allowed is then as long and begins with it, or nobody
-    /// could ever talk to the station again, not even to set another.
-    latest: Option<Duration>,
+    /// In ns, as [`Instant`] counts: a [`Duration`] is two numbers that each reply would put together.
+    earliest: u64,
+    /// In ns. A master may set a min T_SDR behind max T_SDR: the time allowed is then as long and begins with it, or
+    /// nobody could ever talk to the station again, not even to set another.
+    latest: Option<u64>,
 }
 
 impl Window {
     const fn of(baud: BaudRate, min_tsdr: u8, max_tsdr: Option<u16>) -> Self {
         let min = min_tsdr as u32;
         let latest = match max_tsdr {
-            Some(max) if min < max as u32 => Some(baud.bit_times(max as u32)),
-            Some(max) => Some(baud.bit_times(min + max as u32)),
+            Some(max) if min < max as u32 => Some(nanos(baud.bit_times(max as u32))),
+            Some(max) => Some(nanos(baud.bit_times(min + max as u32))),
             None => None,
         };
-        Self { earliest: baud.bit_times(min), latest }
+        Self { earliest: nanos(baud.bit_times(min)), latest }
     }
 }
 
@@ -101,6 +102,7 @@ impl Policy {
 
 /// The answer to a service that the station does not offer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum NotOffered {
     /// RS.
     NotActivated,
@@ -123,11 +125,7 @@ struct Cycle {
 impl Cycle {
     /// `None` if the request is not counted.
     const fn of(telegram: &DataTelegram<'_>, service: Service, frame_count: FrameCount) -> Option<Self> {
-        let fcb = match frame_count {
-            FrameCount::Unused => return None,
-            FrameCount::Even => false,
-            FrameCount::First | FrameCount::Odd => true,
-        };
+        let Some(fcb) = Self::frame_count_bit(frame_count) else { return None };
         Some(Self {
             fcb,
             service,
@@ -137,6 +135,15 @@ impl Cycle {
             ssap: telegram.ssap,
             data_len: telegram.data.len(),
         })
+    }
+
+    /// The frame count bit of a request that is counted.
+    const fn frame_count_bit(frame_count: FrameCount) -> Option<bool> {
+        match frame_count {
+            FrameCount::Unused => None,
+            FrameCount::Even => Some(false),
+            FrameCount::First | FrameCount::Odd => Some(true),
+        }
     }
 }
 
@@ -397,9 +404,11 @@ impl Station {
             Waiting::Short => Some(self.short_reply.as_slice()),
         };
         self.pending = None;
-        let after = now.saturating_since(end);
+        let after = now.as_nanos().saturating_sub(end.as_nanos());
         match self.window.latest {
-            Some(limit) if after > limit => Err(TooLate { after, limit }),
+            Some(limit) if after > limit => {
+                Err(TooLate { after: Duration::from_nanos(after), limit: Duration::from_nanos(limit) })
+            }
             Some(_) | None => Ok(reply),
         }
     }
@@ -411,7 +420,7 @@ impl Station {
     }
 
     fn earliest(&self, end: Instant) -> Instant {
-        end.saturating_add(self.window.earliest)
+        Instant::from_nanos(end.as_nanos().saturating_add(self.window.earliest))
     }
 
     #[inline(always)]
@@ -422,18 +431,20 @@ impl Station {
         service: Service,
         frame_count: FrameCount,
     ) -> Reception<'a> {
-        let Some(cycle) = Cycle::of(telegram, service, frame_count) else {
+        let Some(fcb) = Cycle::frame_count_bit(frame_count) else {
             // Rule 6: not evaluated.
             self.last = None;
             return Reception::DataWithReply(request(telegram));
         };
-        if self.is_retry(cycle, telegram, frame_count) {
+        // A new request nearly always has the other bit: then nothing else is compared.
+        let same_bit = self.last.is_some_and(|last| last.fcb == fcb);
+        if same_bit && self.is_retry(telegram, service, frame_count) {
             self.pending = Some((now, Waiting::Counted));
             return Reception::Repeated { sa: telegram.sa };
         }
         // Rules 2 and 3: new, and stored.
-        self.last = Some(cycle);
-        if let Some(room) = self.last_data.get_mut(..cycle.data_len) {
+        self.last = Cycle::of(telegram, service, frame_count);
+        if let Some(room) = self.last_data.get_mut(..telegram.data.len()) {
             room.copy_from_slice(telegram.data);
         }
         Reception::DataWithReply(request(telegram))
@@ -451,8 +462,7 @@ impl Station {
             return Reception::Ignored;
         }
         let retry = match service {
-            Service::SrdLow | Service::SrdHigh => Cycle::of(telegram, service, frame_count)
-                .is_some_and(|cycle| self.is_retry(cycle, telegram, frame_count)),
+            Service::SrdLow | Service::SrdHigh => self.is_retry(telegram, service, frame_count),
             Service::TimeEvent
             | Service::SdaLow
             | Service::SdaHigh
@@ -472,10 +482,12 @@ impl Station {
     }
 
     /// Rule 1: a first cycle is never a retry. Rule 4: the stored FCB, the same initiator, directly after.
-    fn is_retry(&self, cycle: Cycle, telegram: &DataTelegram<'_>, frame_count: FrameCount) -> bool {
+    #[inline(never)]
+    fn is_retry(&self, telegram: &DataTelegram<'_>, service: Service, frame_count: FrameCount) -> bool {
         frame_count != FrameCount::First
-            && self.last == Some(cycle)
-            && self.last_data.get(..cycle.data_len) == Some(telegram.data)
+            && self.last.is_some()
+            && self.last == Cycle::of(telegram, service, frame_count)
+            && self.last_data.get(..telegram.data.len()) == Some(telegram.data)
     }
 
     fn decline<'a>(&mut self, now: Instant, sa: Address, not_offered: NotOffered) -> Reception<'a> {

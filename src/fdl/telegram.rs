@@ -249,6 +249,7 @@ impl DataTelegram<'_> {
 
 /// Why no telegram starts here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum FrameError {
     /// The first octet starts no telegram.
     #[error("octet 0x{got:02X} starts no telegram, expected 10, 68, A2, DC or E5")]
@@ -318,6 +319,7 @@ pub enum FrameError {
 
 /// Why a telegram cannot be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum EncodeError {
     /// The buffer is shorter than the telegram.
     #[error("the telegram needs {needed} octets, the buffer has {got}")]

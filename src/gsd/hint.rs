@@ -20,6 +20,14 @@ impl fmt::Display for Place {
     }
 }
 
+/// The known word that is nearest to one that is not known, if any is near: at most a third of its letters differ.
+pub fn did_you_mean<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let lower = word.to_lowercase();
+    let distance = |known: &str| strsim::damerau_levenshtein(&lower, &known.to_lowercase());
+    let nearest = known.map(|known| (distance(known), known)).min_by_key(|(distance, _)| *distance);
+    nearest.filter(|(distance, _)| *distance * 3 <= lower.chars().count()).map(|(_, known)| known)
+}
+
 /// How much a hint matters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
@@ -52,6 +60,7 @@ impl fmt::Display for Hint {
 
 /// Why a file is no GSD of a DP slave.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum ReadError {
     /// More octets than any GSD has.
     #[error("line 1, column 1: the file has {got} octets, expected at most {most}: this is no GSD", most = super::MAX_FILE_LEN)]

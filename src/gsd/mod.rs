@@ -10,6 +10,8 @@
 //! | `parameter.rs` | user parameters: fields, ranges, texts, the octets of Set_Prm |
 //! | `diagnosis.rs` | the texts of the diagnosis |
 //! | `hint.rs` | what is odd in a file, and what makes it useless |
+//! | `layout.rs` | where the octets of each module lie |
+//! | `raised.rs` | a diagnosis that is raised on purpose |
 //! | `split.rs` | a configuration split into modules |
 //! | `station.rs` | [`Station`]: what a slave accepts of its master |
 //!
@@ -32,9 +34,11 @@
 
 mod diagnosis;
 mod hint;
+mod layout;
 mod lines;
 mod module;
 mod parameter;
+mod raised;
 mod reader;
 mod split;
 mod statement;
@@ -42,10 +46,12 @@ mod station;
 mod text;
 
 pub use diagnosis::{DiagArea, DiagBit, DiagType};
-pub use hint::{Hint, Level, Place, ReadError};
+pub use hint::{Hint, Level, Place, ReadError, did_you_mean};
+pub use layout::Placed;
 pub use module::{Module, Slot};
 pub use parameter::{Allowed, FieldType, Parameter, PrmPart, Reference};
-pub use station::{Contradiction, Policy, Station};
+pub use raised::{ChannelFault, ModuleState, RaiseError, Raised};
+pub use station::{Contradiction, NotPluggable, Policy, Station};
 pub use text::CodePage;
 
 use std::collections::BTreeMap;

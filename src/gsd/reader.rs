@@ -56,6 +56,8 @@ struct Reader {
     wrong_ident: Option<Place>,
     /// Keywords of the main part that stand once.
     seen: BTreeSet<String>,
+    /// Keywords that are none, and what may have been meant.
+    unknown: BTreeMap<String, Option<&'static str>>,
     rates: BTreeMap<BaudRate, Place>,
     max_tsdr: BTreeMap<BaudRate, u16>,
     old_len: Option<(Place, usize)>,
@@ -63,6 +65,8 @@ struct Reader {
     block: Block,
     /// Unit_Diag_Area, on its own or in a UnitDiagType.
     area: Option<DiagArea>,
+    /// Between Data_Area_Beg and Data_Area_End, in a module or behind all: no matter of the slave.
+    data_area: bool,
     /// The first module that could not be read.
     bad_module: Option<(Place, String)>,
     /// References to parameters, to be checked at the end.
@@ -111,12 +115,14 @@ impl Reader {
             ident: None,
             wrong_ident: None,
             seen: BTreeSet::new(),
+            unknown: BTreeMap::new(),
             rates: BTreeMap::new(),
             max_tsdr: BTreeMap::new(),
             old_len: None,
             old_data: None,
             block: Block::Main,
             area: None,
+            data_area: false,
             bad_module: None,
             references: Vec::new(),
         }
@@ -136,7 +142,7 @@ impl Reader {
         if line.blank_in_keyword {
             self.warn(line.place, format!("a blank in the keyword '{}', read as '_'", line.spelled));
         }
-        if self.begins_or_ends_block(line)? || self.in_area(line) || self.in_block(line) {
+        if self.begins_or_ends_block(line)? || self.data_area || self.in_area(line) || self.in_block(line) {
             return Ok(());
         }
         self.in_main(line)

@@ -58,6 +58,7 @@ impl Policy {
 
 /// Why no station can be what its file says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum Contradiction {
     /// A compact station whose modules are too long together.
     #[error(
@@ -78,6 +79,14 @@ pub enum Contradiction {
         /// Max_Module.
         slots: u16,
     },
+}
+
+/// Why a station cannot have the modules that it is to have.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("the station cannot have these modules: {words}")]
+pub struct NotPluggable {
+    /// Why, in the words of a refusal.
+    pub words: String,
 }
 
 /// The application of a [`dp::Station`](crate::dp::Station) that is what a GSD describes.
@@ -107,6 +116,8 @@ pub struct Station {
     prm_lengths: (u8, u8),
     /// The configuration of a compact station, else what Get_Cfg reports at first (G-11).
     configuration: Vec<u8>,
+    /// It has these modules and takes no other configuration.
+    plugged: bool,
     /// The words of the last refusals, by number.
     said: RefCell<(u16, VecDeque<(u16, String)>)>,
 }
@@ -149,7 +160,51 @@ impl Station {
         let default_prm = gsd.default_user_prm(&[]);
         let (part_len, prm_lengths) = (default_prm.len(), gsd.user_prm_lengths());
         let said = RefCell::default();
-        Ok(Self { gsd, policy, modular, part, part_len, default_prm, prm_lengths, configuration, said })
+        Ok(Self {
+            gsd,
+            policy,
+            modular,
+            part,
+            part_len,
+            default_prm,
+            prm_lengths,
+            configuration,
+            plugged: false,
+            said,
+        })
+    }
+
+    /// The same station with these modules plugged in, slot by slot: places in [`Gsd::modules`]. Get_Cfg reports them, and
+    /// another configuration is refused.
+    ///
+    /// # Errors
+    /// [`NotPluggable`] if the file does not admit them.
+    pub fn plugged(mut self, modules: &[usize]) -> Result<Self, NotPluggable> {
+        let modules = modules.iter().filter_map(|place| self.gsd.modules.get(*place));
+        let configuration: Vec<u8> = modules.flat_map(|module| module.identifiers.clone()).collect();
+        if let Err(refusal) = self.modules(&configuration) {
+            return Err(NotPluggable { words: self.words_of(&refusal) });
+        }
+        self.configuration = configuration;
+        self.plugged = true;
+        Ok(self)
+    }
+
+    /// Whether it takes one configuration only, which Get_Cfg reports.
+    pub const fn is_fixed(&self) -> bool {
+        self.plugged || !self.modular
+    }
+
+    /// The words of a refusal, while they are kept.
+    fn words_of(&self, refusal: &Refusal) -> String {
+        let said = self.said.borrow();
+        let words =
+            |number: u16| said.1.iter().find(|(kept, _)| *kept == number).map(|(_, words)| words.clone());
+        if let Reason::Numbered(number) = refusal.reason {
+            words(number).unwrap_or_default()
+        } else {
+            String::new()
+        }
     }
 
     /// The file.
@@ -240,7 +295,36 @@ impl Station {
                 return Err(refuse(configuration.len(), Expected::AsReasoned, words));
             }
         }
+        if self.plugged && configuration != self.configuration {
+            return Err(self.otherwise_plugged(configuration));
+        }
         Ok(plugged)
+    }
+
+    /// The refusal of a configuration that is not that of the modules plugged in.
+    fn otherwise_plugged(&self, configuration: &[u8]) -> Refusal {
+        let agrees =
+            configuration.iter().zip(&self.configuration).take_while(|(got, own)| got == own).count();
+        let expected = self.configuration.get(agrees).map_or(Expected::End, |octet| Expected::Octet(*octet));
+        let layout = self.layout(&self.configuration);
+        let words = match layout.iter().find(|placed| placed.octets.contains(&agrees)) {
+            Some(placed) => {
+                format!("module '{}' is plugged in slot {}", placed.name(&self.gsd), placed.slot.number)
+            }
+            None => format!("{} modules are plugged in: take the others out", layout.len()),
+        };
+        self.refusal(agrees, expected, configuration.get(agrees).copied(), words)
+    }
+
+    /// The modules of a configuration; `None` if it is not accepted. Says no words.
+    pub(super) fn split(&self, configuration: &[u8]) -> Option<Plugged> {
+        if self.gsd.modules.is_empty() {
+            return Some(Vec::new());
+        }
+        if self.modular {
+            return split(&self.gsd, self.policy.free_slots, configuration).ok();
+        }
+        (configuration == self.configuration).then(|| (0..self.gsd.modules.len()).map(Some).collect())
     }
 
     fn compact(&self, configuration: &[u8]) -> Result<Plugged, Refusal> {

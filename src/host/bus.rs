@@ -14,11 +14,13 @@ use crate::time::{BaudRate, Instant};
 
 mod deadlines;
 mod event;
+mod hint;
 mod join;
 mod last_request;
 mod stations;
 
 pub use event::BusEvent;
+pub use hint::{Addresses, LineHint};
 pub use join::{Evidence, LISTEN_TIME};
 use stations::Stations;
 
@@ -226,7 +228,11 @@ impl Bus {
     pub fn handle_timeout(&mut self, now: Instant) {
         let Self { framer, stations } = self;
         framer.handle_timeout(now, |at, result| stations.hear(at, now, &result));
+        let searched = stations.search.is_some_and(|search| search.is_searching());
         if let Some(change) = stations.search.as_mut().and_then(|search| search.handle_timeout(now)) {
+            if !searched {
+                stations.news.push(BusEvent::RateLost { rate: stations.baud });
+            }
             self.try_rate(change);
         }
         self.stations.end_joining(now);

@@ -5,7 +5,8 @@
 //! Interface Description   link type 257 or 227, if_name, if_description, if_speed, if_tsresol 9
 //! Enhanced Packet         one telegram or one run of octets that are none, from its first octet to its last
 //!   epb_flags             bits 1..0: 01 heard on the line, 10 sent by a station of ours
-//!   opt_comment           only for octets that are no telegram: "invalid: " and why
+//!   opt_comment           of octets that are no telegram: "invalid: " and why
+//!   opt_comment           each thing that happened since the packet before, with [`Capture::remark`]
 //! ```
 //!
 //! 257 is LINKTYPE_PROFIBUS_DL in the registry of tcpdump.org: the octets of the data link layer from the start
@@ -64,11 +65,14 @@ use crate::time::{BaudRate, Instant};
 pub mod can;
 mod read;
 
-pub use read::{Packet, ReadError, Reader, read, read_can};
+pub use read::{LinkType, Packet, ReadError, Reader, read, read_can};
 
 /// Bits 1..0 of epb_flags.
 const INBOUND: u32 = 0b01;
 const OUTBOUND: u32 = 0b10;
+
+/// Comments of one packet at most.
+const MOST_REMARKS: usize = 32;
 
 /// if_tsresol: 10 to the power of -9 s.
 const NANOSECONDS: u8 = 9;
@@ -119,6 +123,8 @@ pub struct Capture {
     blocks: PcapNgWriter<Vec<u8>>,
     /// The time since 1970 at [`Instant::ZERO`].
     epoch: Duration,
+    /// What happened since the last packet.
+    remarks: Vec<String>,
 }
 
 impl fmt::Debug for Capture {
@@ -168,7 +174,14 @@ impl Capture {
         let epoch = today.saturating_sub(clock.now().saturating_since(Instant::ZERO));
         let (len, written) = append(&file, 0, &mut blocks);
         written.map_err(failed)?;
-        Ok(Self { file, len, blocks, epoch })
+        Ok(Self { file, len, blocks, epoch, remarks: Vec::new() })
+    }
+
+    /// Something happened: the next packet carries it as a comment. Of many before one packet the first 32 are kept.
+    pub fn remark(&mut self, text: &str) {
+        if self.remarks.len() < MOST_REMARKS {
+            self.remarks.push(short(text));
+        }
     }
 
     /// Appends what a tap has seen. When this returns, the operating system has it.
@@ -177,7 +190,8 @@ impl Capture {
     /// The file cannot be written, for example because the disk is full. What it holds then ends before this batch.
     pub fn write(&mut self, batch: &Batch) -> io::Result<()> {
         for seen in batch.iter() {
-            self.blocks.write_pcapng_block(packet(&seen, self.epoch)).map_err(io_error)?;
+            let remarks = self.remarks.drain(..);
+            self.blocks.write_pcapng_block(packet(&seen, self.epoch, remarks)).map_err(io_error)?;
         }
         self.append()
     }
@@ -231,11 +245,16 @@ const fn flags(direction: Direction) -> u32 {
     }
 }
 
-fn packet<'a>(seen: &Seen<'a>, epoch: Duration) -> EnhancedPacketBlock<'a> {
+fn packet<'a>(
+    seen: &Seen<'a>,
+    epoch: Duration,
+    remarks: impl Iterator<Item = String>,
+) -> EnhancedPacketBlock<'a> {
     let mut options = vec![EnhancedPacketOption::Flags(flags(seen.direction))];
     if let Err(reason) = seen.telegram {
         options.push(EnhancedPacketOption::Comment(Cow::Owned(format!("invalid: {reason}"))));
     }
+    options.extend(remarks.map(|text| EnhancedPacketOption::Comment(Cow::Owned(text))));
     EnhancedPacketBlock {
         interface_id: 0,
         timestamp: epoch.saturating_add(seen.at.saturating_since(Instant::ZERO)),

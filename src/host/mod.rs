@@ -51,19 +51,27 @@ pub mod can;
 pub mod capture;
 mod chance;
 mod clock;
+mod gsd_station;
 pub mod link;
 mod lock;
+mod output_board;
 mod participant;
+mod ppo_drive;
 pub(crate) mod reach;
+mod refusals;
 mod run;
 mod state_dir;
 mod stop;
 mod stored_device;
 
-pub use bus::{Bus, BusEvent, Evidence, LISTEN_TIME, Presence, SlotTime};
+pub use bus::{Addresses, Bus, BusEvent, Evidence, LISTEN_TIME, LineHint, Presence, SlotTime};
 pub use clock::{ManualClock, SystemClock};
+pub use gsd_station::{Condition, GsdStation, OutputsAre};
+pub use output_board::OutputBoard;
 pub use participant::Participant;
+pub use ppo_drive::HostedPpoDrive;
 pub use reach::Reach;
+pub use refusals::Refusals;
 pub use run::run;
 pub use state_dir::{Disk, ImageFile, Images, Newest, StateDir, StateDirError};
 pub use stop::Stop;
@@ -248,6 +256,7 @@ pub enum Error {
 
 /// What occupies a path that was wanted for a symbolic link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum PathOccupant {
     /// A symbolic link to something that exists, for example the terminal of another running emulator.
     LinkInUse,

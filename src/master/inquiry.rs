@@ -10,18 +10,14 @@ use profirust::fdl::{
 use profirust::time::Instant;
 
 use crate::device::IDENT_NUMBER;
-use crate::fdl::StationType;
-
-/// The SAPs of Slave_Diag and Set_Prm, and that of a master that asks.
-const SLAVE_DIAG: u8 = 60;
-const SET_PRM: u8 = 61;
-const MASTER_SAP: u8 = 62;
+use crate::dp::{MASTER_SAP, PrmBit, Service};
+use crate::fdl::{Sap, StationType};
 
 /// Unlock_Req, watchdog off with factors of 1, min T_SDR unchanged, ident number, no groups
 /// (`dp::set_prm` draws it).
 const UNLOCK: [u8; 7] = {
     let [high, low] = IDENT_NUMBER.to_be_bytes();
-    [0x40, 1, 1, 0, high, low, 0]
+    [PrmBit::UnlockReq.mask(), 1, 1, 0, high, low, 0]
 };
 
 /// One question to one station.
@@ -108,13 +104,14 @@ impl FdlApplication for Inquiry {
         let (da, question) = *self.questions.front()?;
         let sa = fdl.parameters().address;
         self.asked = self.asked.saturating_add(1);
-        let (dsap, data): (u8, &[u8]) = match question {
+        let (service, data): (Service, &[u8]) = match question {
             Question::Status => return Some(tx.send_fdl_status_request(da, sa)),
-            Question::Diagnosis => (SLAVE_DIAG, &[]),
-            Question::Release => (SET_PRM, &UNLOCK),
+            Question::Diagnosis => (Service::SlaveDiag, &[]),
+            Question::Release => (Service::SetPrm, &UNLOCK),
         };
         let fc = FunctionCode::new_srd_low(FrameCountBit::First);
-        let header = DataTelegramHeader { da, sa, dsap: Some(dsap), ssap: Some(MASTER_SAP), fc };
+        let (dsap, ssap) = (service.sap().map(Sap::number), MASTER_SAP.map(Sap::number));
+        let header = DataTelegramHeader { da, sa, dsap, ssap, fc };
         Some(tx.send_data_telegram(header, data.len(), |pdu| {
             for (to, octet) in pdu.iter_mut().zip(data) {
                 *to = *octet;

@@ -13,6 +13,7 @@ use super::bus_access::{Asking, BusAccess};
 use super::problem::{Body, PathOf, Problem, Problems};
 use super::state::{Counters, PresenceState, seconds};
 use crate::fdl::Address;
+use crate::host::GsdStation;
 use crate::host::link::fault::{Fault, Faults};
 
 /// Faults on the line at most.
@@ -55,6 +56,8 @@ struct StationState {
 #[serde(rename_all = "snake_case")]
 enum StationKind {
     Drive,
+    /// From a GSD.
+    GsdStation,
     Other,
 }
 
@@ -223,11 +226,23 @@ impl BusState {
     }
 }
 
+impl StationKind {
+    fn of(bench: &BusAccess<'_>, address: Address) -> Self {
+        if bench.drive(address).is_some() {
+            Self::Drive
+        } else if bench.bus.station::<GsdStation>(address).is_some() {
+            Self::GsdStation
+        } else {
+            Self::Other
+        }
+    }
+}
+
 impl StationState {
     fn of(bench: &BusAccess<'_>, address: Address) -> Self {
         Self {
             address: address.number(),
-            kind: if bench.drive(address).is_some() { StationKind::Drive } else { StationKind::Other },
+            kind: StationKind::of(bench, address),
             presence: bench.bus.presence(address).into(),
             counters: bench.bus.station_counters(address).map(Counters::from).unwrap_or_default(),
         }

@@ -1,25 +1,16 @@
-//! The way from the threads of HTTP to the thread of the bus, and what they find there.
+//! What the thread of a bus of PROFIBUS lends to the threads of HTTP.
 
 use core::error::Error;
-use std::boxed::Box;
 use std::format;
 use std::string::{String, ToString};
-use std::sync::Arc;
-
-use tokio::sync::{mpsc, oneshot};
 
 use super::problem::Problem;
+use super::queue::{self, Lends};
 use crate::device::{Config, Device, Power};
 use crate::fdl::Address;
 use crate::host::link::fault::Faults;
-use crate::host::{Bus, StateDir, StateDirError, Stop, StoredDevice};
+use crate::host::{Bus, StateDir, StateDirError, StoredDevice};
 use crate::time::Instant;
-
-/// Requests that wait for the thread of the bus at most; more are refused.
-const QUEUE: usize = 64;
-
-/// Requests carried out at most before the line is looked at again.
-const AT_ONCE: usize = 4;
 
 /// What the panel may see and change, lent by the thread of the bus between two telegrams.
 pub struct BusAccess<'a> {
@@ -36,6 +27,17 @@ pub struct BusAccess<'a> {
     /// Whether a drive that is added listens first whether its address is live ([`Bus::join`]).
     pub listen: bool,
 }
+
+/// The thread of a bus of PROFIBUS.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OfBus;
+
+impl Lends for OfBus {
+    type Access<'a> = BusAccess<'a>;
+}
+
+/// The way to the thread of a bus of PROFIBUS.
+pub(super) type Asking = queue::Asking<OfBus>;
 
 impl BusAccess<'_> {
     /// The drive at `address`, stored or not. Stations that are no drives are not found.
@@ -115,75 +117,4 @@ fn in_one_line(error: &dyn Error) -> String {
         cause = error.source();
     }
     line
-}
-
-/// Something to do on the thread of the bus.
-type Request = Box<dyn FnOnce(&mut BusAccess<'_>) + Send>;
-
-/// The end of the queue at the thread of the bus.
-#[derive(Debug)]
-pub(super) struct Requests {
-    waiting: mpsc::Receiver<Request>,
-    wake: Stop,
-}
-
-impl Requests {
-    /// Carries out some of what waits. If more waits, the next run of the bus ends at once.
-    pub(super) fn serve(&mut self, bench: &mut BusAccess<'_>) {
-        for _ in 0..AT_ONCE {
-            match self.waiting.try_recv() {
-                Ok(request) => request(bench),
-                Err(_) => return,
-            }
-        }
-        if !self.waiting.is_empty() {
-            self.wake.request();
-        }
-    }
-}
-
-/// The end of the queue at the threads of HTTP.
-#[derive(Clone, Debug)]
-pub(super) struct Asking {
-    queue: mpsc::Sender<Request>,
-    wake: Arc<Stop>,
-}
-
-/// A queue whose requests end a run of the bus by `wake`.
-pub(super) fn queue(wake: Stop) -> (Asking, Requests) {
-    let (queue, waiting) = mpsc::channel(QUEUE);
-    (Asking { queue, wake: Arc::new(wake.clone()) }, Requests { waiting, wake })
-}
-
-impl Asking {
-    /// Has `act` done on the thread of the bus, between two telegrams, and says what came of it. `act` must be quick.
-    ///
-    /// # Errors
-    /// 503 if the bus has ended, or has no time.
-    pub(super) async fn ask<R: Send + 'static>(
-        &self,
-        act: impl FnOnce(&mut BusAccess<'_>) -> R + Send + 'static,
-    ) -> Result<R, Problem> {
-        let (answer, answered) = oneshot::channel();
-        let request: Request = Box::new(move |bench| {
-            // Whoever asked may have gone.
-            let _ = answer.send(act(bench));
-        });
-        self.queue.try_send(request).map_err(|error| match error {
-            mpsc::error::TrySendError::Full(_) => Problem::busy(),
-            mpsc::error::TrySendError::Closed(_) => Problem::ended(),
-        })?;
-        self.wake.request();
-        answered.await.map_err(|_| Problem::ended())
-    }
-
-    /// Has the thread of the bus come by, without anything to do.
-    pub(super) fn wake(&self) {
-        self.wake.request();
-    }
-
-    /// Whether the thread of the bus is gone.
-    pub(super) fn has_ended(&self) -> bool {
-        self.queue.is_closed()
-    }
 }

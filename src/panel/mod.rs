@@ -38,12 +38,16 @@
 //!
 //! | file | holds |
 //! | --- | --- |
+//! | `running` | the thread of HTTP |
 //! | `server` | connections, their bounds, who is trusted |
 //! | `routes` | every path, the OpenAPI description |
-//! | `bus_access` | the queue to the thread of the bus |
-//! | `drives`, `inputs`, `switches`, `parameters`, `bus` | the handlers, by what they are about |
+//! | `queue` | the queue to the thread of the bus |
+//! | `bus_access` | what the thread of a bus of PROFIBUS lends |
+//! | `drives`, `inputs`, `switches`, `parameters`, `why`, `bus` | the handlers, by what they are about |
+//! | `stations` | the same for stations from GSDs |
 //! | `state`, `words` | a drive as JSON |
 //! | `stream` | server-sent events |
+//! | `nodes` | all of this for a bus of CAN: [`NodePanel`] |
 //! | `problem` | refusals |
 //! | `page` | the files of the page |
 
@@ -51,42 +55,47 @@ mod bus;
 mod bus_access;
 mod drives;
 mod inputs;
+mod nodes;
 mod page;
 mod parameters;
 mod problem;
+mod queue;
 mod routes;
+mod running;
 mod server;
 mod state;
+mod stations;
 mod stream;
 mod switches;
+mod why;
 mod words;
 
 use core::net::SocketAddr;
 use std::io;
 use std::string::String;
-use std::thread::{self, JoinHandle};
+use std::sync::Arc;
 
 use thiserror::Error;
-use tokio::runtime;
-use tokio::sync::oneshot;
 
 use crate::host::link::tap::{Batch, Watchers};
-use crate::host::reach::{ListenError, advice, listen};
+use crate::host::reach::advice;
 use crate::host::{BusEvent, Reach, Stop};
 use crate::time::Instant;
 
 pub use bus_access::BusAccess;
+pub use nodes::{NodeAccess, NodePanel, Seated};
 
-/// A running panel. Dropped, it closes its port and every connection.
+use bus_access::OfBus;
+use running::Running;
+
+/// A running panel of a bus of PROFIBUS. Dropped, it closes its port and every connection.
 #[derive(Debug)]
 pub struct Panel {
-    address: SocketAddr,
-    requests: bus_access::Requests,
+    /// Dropped first.
+    running: Running,
+    requests: queue::Requests<OfBus>,
     feed: stream::Feed,
     sent: stream::SentSettings,
-    /// Dropped first: the end of the server.
-    end: Option<oneshot::Sender<()>>,
-    thread: Option<JoinHandle<()>>,
 }
 
 /// Why a panel cannot be started.
@@ -117,46 +126,22 @@ pub enum PanelError {
     },
 }
 
-/// How much this thread steps back (`nice`).
-#[cfg(target_os = "linux")]
-const STEP_BACK: i32 = 10;
-
-/// Where both want a processor, the bus has it first: on Linux a thread has a priority of its own.
-fn yield_to_the_bus() {
-    #[cfg(target_os = "linux")]
-    let _ = rustix::process::setpriority_process(Some(rustix::thread::gettid()), STEP_BACK);
-}
-
 impl Panel {
     /// Listens at `place`, `HOST:PORT` (port 0: a free one). `wake` is what ends a run of the bus.
     ///
     /// # Errors
     /// [`PanelError`].
     pub fn start(place: &str, reach: Reach, wake: Stop) -> Result<Self, PanelError> {
-        let (listener, address) = listen(place, reach).map_err(|error| match error {
-            ListenError::Failed(source) => PanelError::Listen { place: place.into(), source },
-            ListenError::TooFar(address) => PanelError::TooFar { place: place.into(), address },
-        })?;
-        let failed = |source| PanelError::Thread { source };
-        let runtime = runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
-        let (asking, requests) = bus_access::queue(wake);
+        let (asking, requests) = queue::queue(wake);
         let (feed, hub) = stream::stream();
-        let (end, ended) = oneshot::channel();
-        let app = routes::App { asking, hub };
-        let serve = move || {
-            yield_to_the_bus();
-            if let Err(error) = runtime.block_on(server::serve(listener, reach, app, ended)) {
-                tracing::warn!("panel: {error}");
-            }
-        };
-        let thread = thread::Builder::new().name("panel".into()).spawn(serve).map_err(failed)?;
-        let sent = stream::SentSettings::default();
-        Ok(Self { address, requests, feed, sent, end: Some(end), thread: Some(thread) })
+        let app = routes::App { asking: asking.clone(), hub: hub.clone() };
+        let running = Running::start(place, reach, routes::router(app), hub.run(asking))?;
+        Ok(Self { running, requests, feed, sent: stream::SentSettings::default() })
     }
 
     /// Where browsers and programs connect.
     pub const fn address(&self) -> SocketAddr {
-        self.address
+        self.running.address()
     }
 
     /// Carries out what was asked since the last run of the bus. Changes what is due next on the bus, as a `handle_*`
@@ -168,7 +153,12 @@ impl Panel {
 
     /// Tells those who read the stream. Never waits.
     pub fn tell(&self, now: Instant, event: &BusEvent) {
-        self.feed.tell(now, event);
+        self.tell_with(now, event, None);
+    }
+
+    /// The same, with words that stand behind what the event says itself ([`Refusals`](crate::host::Refusals)).
+    pub fn tell_with(&self, now: Instant, event: &BusEvent, words: Option<Arc<str>>) {
+        self.feed.tell(now, event, words);
     }
 
     /// Who watches telegrams now, for [`Tap::only_for`](crate::host::link::tap::Tap::only_for).
@@ -181,15 +171,5 @@ impl Panel {
     pub fn observer(&self) -> impl Fn(&Batch) + Send + use<> {
         let feed = self.feed.clone();
         move |batch| feed.show(batch)
-    }
-}
-
-impl Drop for Panel {
-    fn drop(&mut self) {
-        drop(self.end.take());
-        if let Some(thread) = self.thread.take() {
-            // It has nothing to wait for.
-            let _ = thread.join();
-        }
     }
 }

@@ -12,8 +12,9 @@ use utoipa::OpenApi;
 
 use super::bus_access::Asking;
 use super::problem::{Problem, Problems};
+use super::stations::values;
 use super::stream::{Hub, Lost, NewsEvent, TelegramEvent};
-use super::{bus, drives, inputs, page, parameters, stream, switches};
+use super::{bus, drives, inputs, page, parameters, stations, stream, switches, why};
 
 /// What the handlers share.
 #[derive(Clone)]
@@ -48,6 +49,17 @@ pub(super) fn router(app: App) -> Router {
         .route("/api/v1/drives/{address}/power", put(inputs::power))
         .route("/api/v1/drives/{address}/switches", get(switches::read).put(switches::set))
         .route("/api/v1/drives/{address}/parameters", get(parameters::list))
+        .route("/api/v1/stations", get(stations::list))
+        .route("/api/v1/stations/{address}", get(stations::state).delete(stations::remove))
+        .route("/api/v1/stations/{address}/texts", get(stations::texts))
+        .route("/api/v1/stations/{address}/inputs", delete(stations::release_all))
+        .route("/api/v1/stations/{address}/diagnosis", put(stations::raise).delete(stations::end_diagnosis))
+        .route(
+            "/api/v1/stations/{address}/inputs/{slot}/{octet}/{type}",
+            get(values::read_input).put(values::force).delete(values::release),
+        )
+        .route("/api/v1/stations/{address}/outputs/{slot}/{octet}/{type}", get(values::read_output))
+        .route("/api/v1/drives/{address}/why", get(why::why))
         .route("/api/v1/bus", get(bus::state))
         .route(
             "/api/v1/bus/faults",
@@ -90,6 +102,18 @@ pub(super) fn router(app: App) -> Router {
         parameters::list,
         parameters::read,
         parameters::write,
+        stations::list,
+        stations::state,
+        stations::texts,
+        stations::remove,
+        stations::release_all,
+        stations::raise,
+        stations::end_diagnosis,
+        values::read_input,
+        values::force,
+        values::release,
+        values::read_output,
+        why::why,
         bus::state,
         bus::faults,
         bus::add_fault,
@@ -110,7 +134,7 @@ async fn description() -> Json<utoipa::openapi::OpenApi> {
 }
 
 /// Refuses what stands behind the question mark, for operations that know no parameter.
-async fn without_parameters(request: Request, next: Next) -> Result<Response, Problem> {
+pub(super) async fn without_parameters(request: Request, next: Next) -> Result<Response, Problem> {
     match request.uri().query() {
         None | Some("") => Ok(next.run(request).await),
         Some(query) => Err(Problem::new(
@@ -123,14 +147,14 @@ async fn without_parameters(request: Request, next: Next) -> Result<Response, Pr
     }
 }
 
-async fn nothing_there(uri: Uri) -> Problem {
+pub(super) async fn nothing_there(uri: Uri) -> Problem {
     Problem::not_found(format!(
         "there is nothing at {}; the API is described at /api/v1/openapi.json",
         uri.path()
     ))
 }
 
-async fn not_so(uri: Uri) -> Problem {
+pub(super) async fn not_so(uri: Uri) -> Problem {
     Problem::new(
         StatusCode::METHOD_NOT_ALLOWED,
         format!("{} does not take this method; the API is described at /api/v1/openapi.json", uri.path()),
@@ -138,15 +162,13 @@ async fn not_so(uri: Uri) -> Problem {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use std::collections::BTreeSet;
 
     use super::*;
 
-    #[test]
-    fn every_route_is_described_with_every_method() {
-        // The router does not tell its routes, so its text does.
-        let text = include_str!("routes.rs");
+    /// The methods and paths of a router, by its text: the router does not tell them.
+    pub(in crate::panel) fn routed(text: &str) -> BTreeSet<String> {
         let begin = text.find("Router::new()").unwrap();
         let end = begin + text[begin..].find(".fallback(").unwrap();
         let mut routes = BTreeSet::new();
@@ -162,12 +184,23 @@ mod tests {
                 }
             }
         }
-        let description = serde_json::to_value(Description::openapi()).unwrap();
+        routes
+    }
+
+    /// The methods and paths of a description.
+    pub(in crate::panel) fn described(description: &utoipa::openapi::OpenApi) -> BTreeSet<String> {
+        let description = serde_json::to_value(description).unwrap();
         let mut described = BTreeSet::new();
         for (path, methods) in description["paths"].as_object().unwrap() {
             described.extend(methods.as_object().unwrap().keys().map(|method| format!("{method} {path}")));
         }
+        described
+    }
+
+    #[test]
+    fn every_route_is_described_with_every_method() {
+        let routes = routed(include_str!("routes.rs"));
         assert!(routes.len() >= 22, "{routes:?}");
-        assert_eq!(routes, described);
+        assert_eq!(routes, described(&Description::openapi()));
     }
 }

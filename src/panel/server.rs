@@ -32,7 +32,6 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot};
 use tokio::time::{sleep, timeout};
 
 use super::problem::Problem;
-use super::routes::{App, router};
 use crate::host::Reach;
 
 /// Connections served at a time.
@@ -66,12 +65,11 @@ const FULL: &[u8] = b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: applicat
 pub(super) async fn serve(
     listener: TcpListener,
     reach: Reach,
-    app: App,
+    router: Router,
     end: oneshot::Receiver<()>,
 ) -> io::Result<()> {
     let listener = tokio::net::TcpListener::from_std(listener)?;
-    tokio::spawn(app.hub.clone().run(app.asking.clone()));
-    let service = router(app)
+    let service = router
         .layer(DefaultBodyLimit::max(BODY_OCTETS))
         .layer(middleware::from_fn(move |request: Request, next: Next| guarded(reach, request, next)));
     let places = Arc::new(Semaphore::new(MOST_CONNECTIONS));

@@ -24,12 +24,12 @@ use fault::{Faults, Start, Warnings};
 use led::Led;
 use motion::{Measured, Motion};
 use names::{EepromName, ModeName};
-use slave::{Dp, DpState};
+use slave::Dp;
 
 pub(super) use fault::{FaultName, LastRefusal, ReasonText, reasons_of};
 pub(super) use motion::lengths;
 pub(super) use names::{ModelName, PowerState, gear};
-pub(super) use slave::{Counters, PresenceState};
+pub(super) use slave::{Counters, DpState, PresenceState};
 
 /// What is to be known about a drive at a glance.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]

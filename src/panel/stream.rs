@@ -41,15 +41,16 @@ use super::bus_access::Asking;
 use super::problem::{Problem, Problems, QueryOf};
 use crate::fdl::Address;
 use feed::Shared;
-use hub::{MOST_SUBSCRIBERS, Place};
+use hub::Place;
 use subscriber::Subscriber;
 
-pub(super) use event::{Lost, NewsEvent, TelegramEvent};
+pub(super) use event::{Lost, NewsEvent, TelegramEvent, message_of};
 pub(super) use feed::{Feed, SentSettings};
-pub(super) use hub::Hub;
+pub(super) use hub::{Hub, MOST_SUBSCRIBERS};
+pub(super) use subscriber::HEARTBEAT;
 
 /// Messages written ahead for a subscriber at most.
-const WRITTEN_AHEAD: usize = 8;
+pub(super) const WRITTEN_AHEAD: usize = 8;
 
 const DEFAULT_INTERVAL: u64 = 100;
 const SHORTEST_INTERVAL: u64 = 20;
@@ -83,13 +84,13 @@ struct Wanted {
 
 /// The live stream, as server-sent events
 ///
-/// `event: state` with a DriveState without parameters if an address is given, else with Drives: when it has changed,
+/// `event: state` with a DriveState without parameters or a GsdStationState if an address is given, else with Drives: when it has changed,
 /// at most once per interval, and once a second at least. `event: news` with a NewsEvent. `event: telegram` with a
 /// TelegramEvent. `event: lost` with what a slow reader did not get. The stream of a drive that is removed ends, its last
 /// news says so.
 #[utoipa::path(get, path = "/api/v1/events", tag = "stream",
     params(
-        ("address" = Option<u8>, Query, maximum = 126, description = "Only this drive; telegrams from and to it"),
+        ("address" = Option<u8>, Query, maximum = 126, description = "Only this drive or station from a GSD; telegrams from and to it"),
         ("kinds" = Option<String>, Query, pattern = "^(state|news|telegram)(,(state|news|telegram))*$", description = "state, news, telegram, with commas; without it state,news"),
         ("interval_milliseconds" = Option<u64>, Query, minimum = 20, maximum = 60000, description = "Between two states, 100 without it"),
     ),
@@ -111,6 +112,7 @@ pub(super) async fn events(
     let watch = wanted.telegrams.then(|| hub.watch());
     asking
         .ask(move |bench| match wanted.address {
+            Some(address) if super::stations::look(bench, address).is_ok() => Ok(()),
             Some(address) => bench.drive(address).map(drop).ok_or_else(|| bench.no_drive(address)),
             None => Ok(()),
         })
@@ -119,23 +121,33 @@ pub(super) async fn events(
     let subscriber =
         Subscriber { asking, hub, wanted, news, telegrams, out, lost, _place: place, _watch: watch };
     tokio::spawn(subscriber.run());
+    Ok(response(messages))
+}
+
+/// An answer that lasts as long as its messages come.
+pub(super) fn response(messages: mpsc::Receiver<Bytes>) -> Response {
     let headers = [
         (header::CONTENT_TYPE, HeaderValue::from_static("text/event-stream")),
         (header::CACHE_CONTROL, HeaderValue::from_static("no-store")),
     ];
-    Ok((headers, Body::from_stream(Messages(messages))).into_response())
+    (headers, Body::from_stream(Messages(messages))).into_response()
+}
+
+/// The time between two states, if it can be.
+pub(super) fn interval(milliseconds: Option<u64>) -> Result<Duration, Problem> {
+    let milliseconds = milliseconds.unwrap_or(DEFAULT_INTERVAL);
+    if !(SHORTEST_INTERVAL..=LONGEST_INTERVAL).contains(&milliseconds) {
+        return Err(Problem::value(format!(
+            "interval_milliseconds must be within {SHORTEST_INTERVAL} to {LONGEST_INTERVAL}, got {milliseconds}"
+        )));
+    }
+    Ok(Duration::from_millis(milliseconds))
 }
 
 impl Subscription {
     fn wanted(&self) -> Result<Wanted, Problem> {
         let address = self.address.map(Address::station).transpose().map_err(Problem::value)?;
-        let milliseconds = self.interval_milliseconds.unwrap_or(DEFAULT_INTERVAL);
-        if !(SHORTEST_INTERVAL..=LONGEST_INTERVAL).contains(&milliseconds) {
-            return Err(Problem::value(format!(
-                "interval_milliseconds must be within {SHORTEST_INTERVAL} to {LONGEST_INTERVAL}, got {milliseconds}"
-            )));
-        }
-        let interval = Duration::from_millis(milliseconds);
+        let interval = interval(self.interval_milliseconds)?;
         let mut wanted = Wanted { address, states: false, news: false, telegrams: false, interval };
         for kind in self.kinds.as_deref().unwrap_or("state,news").split(',') {
             match kind {

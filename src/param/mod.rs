@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | `model` | [`Model`], [`Gear`]: which drive |
 //! | `entry` | [`Entry`]: what the table says about a parameter |
+//! | `in_words` | [`Entry::in_words`], [`Lengths`]: values with their units |
 //! | `table` | [`TABLE`]: every parameter of both models as data, [`Parameter`] |
 //! | `quirks` | [`Quirks`]: where the manuals contradict themselves |
 //! | `store` | [`Store`]: the values of one drive, and who may change them when |
@@ -28,6 +29,7 @@
 //! ```
 
 mod entry;
+mod in_words;
 mod model;
 mod quirks;
 mod store;
@@ -36,10 +38,14 @@ mod table;
 pub use entry::{
     Access, DefaultSet, Entry, Group, Kind, Limits, Models, Range, Reading, Setting, Unit, WritableWhen,
 };
+pub use in_words::{InWords, Lengths, Position};
 pub use model::{Gear, GearError, Model, ModelError};
 pub use quirks::Quirks;
 pub use store::{Identity, Store};
-pub use table::{Parameter, TABLE, entry, parameters};
+pub use table::{
+    CALIBRATE, CLEAR_FAULTS, LOAD_PARAMETER_SET, POSITIONING_MODE, Parameter, TABLE, VELOCITY_MODE, entry,
+    parameters,
+};
 
 use core::fmt;
 
@@ -221,6 +227,7 @@ impl Write {
 
 /// Why an access to a parameter was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum ParamError {
     /// This model has no such parameter.
     #[error("there is no parameter {got}")]
@@ -273,6 +280,7 @@ pub enum ParamError {
 
 /// What the drive is doing that forbids a write (`ag03.md` 3.4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Error)]
+#[non_exhaustive]
 pub enum NotNow {
     /// The write is only allowed at standstill.
     #[error("the shaft is moving")]

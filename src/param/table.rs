@@ -9,13 +9,16 @@ use super::entry::{Entry, Group, Kind, Limits, Models, Range, Reading, Setting, 
 use super::{FAULT_BUFFER_LEN, Model, Pnu, Width};
 
 /// Every parameter of either model, in the order of the numbers.
-pub static TABLE: [Entry; 41] = ROWS;
+pub static TABLE: &[Entry] = &STORED;
+
+/// The rows with their number, which only this file counts.
+static STORED: [Entry; 41] = ROWS;
 
 /// The parameter `pnu` of a model, if it has one. Takes the same short time for every number.
 pub fn entry(model: Model, pnu: Pnu) -> Option<&'static Entry> {
     let offset = pnu.number().checked_sub(FIRST_PNU)?;
     let row = *ROW_OF_PNU.get(usize::from(offset))?;
-    TABLE.get(usize::from(row)).filter(|entry| entry.models.contain(model))
+    STORED.get(usize::from(row)).filter(|entry| entry.models.contain(model))
 }
 
 /// The parameters a model has, in the order of their numbers.
@@ -89,7 +92,7 @@ impl Parameter {
         reason = "one slot per variant; the compiler built and checked the rows"
     )]
     pub fn entry(self) -> &'static Entry {
-        &TABLE[usize::from(ROW_OF_PARAMETER[self as usize])]
+        &STORED[usize::from(ROW_OF_PARAMETER[self as usize])]
     }
 
     /// What manual chapter 6 says about it.
@@ -104,6 +107,20 @@ impl Parameter {
     }
 }
 
+impl Reading {
+    /// How many there are.
+    pub const COUNT: usize = Self::BatteryVoltage as usize + 1;
+
+    /// Everything known about it.
+    #[expect(
+        clippy::indexing_slicing,
+        reason = "one slot per variant; the compiler built and checked the rows"
+    )]
+    pub fn entry(self) -> &'static Entry {
+        &STORED[usize::from(ROW_OF_READING[self as usize])]
+    }
+}
+
 impl fmt::Display for Parameter {
     /// The name in the English manual.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -111,14 +128,26 @@ impl fmt::Display for Parameter {
     }
 }
 
-const MODES: &[(u16, &str)] = &[(1, "velocity mode"), (2, "positioning mode")];
+/// PNU 970, which takes commands.
+pub const LOAD_PARAMETER_SET: Pnu = Pnu(970);
+/// The command of PNU 970 that clears fault buffer and fault counter.
+pub const CLEAR_FAULTS: u16 = 4;
+/// The command of PNU 970 that calibrates.
+pub const CALIBRATE: u16 = 5;
+
+/// The operating mode of which the setpoint is a velocity, PNU 930.
+pub const VELOCITY_MODE: u16 = 1;
+/// The operating mode of which the setpoint is a position, PNU 930.
+pub const POSITIONING_MODE: u16 = 2;
+
+const MODES: &[(u16, &str)] = &[(VELOCITY_MODE, "velocity mode"), (POSITIONING_MODE, "positioning mode")];
 const GEARS: &[(u16, &str)] = &[(2, "gear 24:1"), (3, "gear 48:1")];
 const LOAD_COMMANDS: &[(u16, &str)] = &[
     (1, "load all defaults"),
     (2, "load standard defaults"),
     (3, "load controller defaults"),
-    (4, "clear faults"),
-    (5, "calibrate"),
+    (CLEAR_FAULTS, "clear faults"),
+    (CALIBRATE, "calibrate"),
 ];
 const SENSES: &[(u16, &str)] = &[(0, "i"), (1, "e")];
 const POS_TYPES: &[(u16, &str)] = &[(0, "direct"), (1, "loop +"), (2, "loop -")];
@@ -139,7 +168,7 @@ const ROWS: [Entry; 41] = {
         word(952, "Number of faults", U::None, shown(R::FaultCount)).persistent(true),
         word(961, "Hardware version", U::Choice(GEARS), shown(R::HardwareVersion)),
         word(965, "Software version", U::Version, shown(R::SoftwareVersion)),
-        word(970, "Load parameter data record", U::Choice(LOAD_COMMANDS), Kind::LoadParameterSet),
+        word(LOAD_PARAMETER_SET.0, "Load parameter data record", U::Choice(LOAD_COMMANDS), Kind::LoadParameterSet),
         word(1000, "Controller parameter P", U::None, controller(P::ControllerP, 1, to(1, 500), 100)),
         word(1001, "Controller parameter I", U::None, controller(P::ControllerI, 2, Limits::IGain, 5)),
         word(1002, "Controller parameter D", U::None, controller(P::ControllerD, 3, to(0, 500), 0)),
@@ -213,6 +242,7 @@ const fn to(low: i32, high: i32) -> Limits {
 /// The row of each number from [`FIRST_PNU`] on, [`NO_ROW`] where there is none.
 static ROW_OF_PNU: [u8; PNUS] = rows_by_pnu();
 static ROW_OF_PARAMETER: [u8; Parameter::COUNT] = rows_by_parameter();
+static ROW_OF_READING: [u8; Reading::COUNT] = rows_by_reading();
 static SETTINGS: [Setting; Parameter::COUNT] = settings();
 
 const FIRST_PNU: u16 = 918;
@@ -240,6 +270,24 @@ const fn rows_by_parameter() -> [u8; Parameter::COUNT] {
             rows[setting.parameter as usize] = row;
         }
         row += 1;
+    }
+    rows
+}
+
+#[expect(clippy::indexing_slicing, reason = "runs in the compiler only")]
+const fn rows_by_reading() -> [u8; Reading::COUNT] {
+    let mut rows = [NO_ROW; Reading::COUNT];
+    let mut row = 0;
+    while (row as usize) < ROWS.len() {
+        if let Kind::Reading(reading) = ROWS[row as usize].kind {
+            rows[reading as usize] = row;
+        }
+        row += 1;
+    }
+    let mut slot = 0;
+    while slot < rows.len() {
+        assert!(rows[slot] != NO_ROW, "a reading without a row");
+        slot += 1;
     }
     rows
 }
@@ -294,7 +342,7 @@ mod tests {
     #[test]
     fn an_entry_is_found_under_its_own_number() {
         assert!(TABLE.is_sorted_by_key(|entry| entry.pnu));
-        for row in &TABLE {
+        for row in TABLE {
             assert_eq!(entry(Model::Ag03_1, row.pnu), Some(row));
         }
     }

@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use strum::VariantArray;
 use thiserror::Error;
 
 use super::table::Width;
@@ -9,6 +10,7 @@ use crate::ppo::ReservedId;
 
 /// Why the parameter channel does not execute a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum JobError {
     /// The job identification has no meaning.
     #[error("job {0} does not exist")]
@@ -52,6 +54,30 @@ pub enum JobError {
         /// The sub-index found.
         got: u8,
     },
+    /// The array, whose elements count from 1, has no such element.
+    #[error("the array has {count} elements counted from 1, got sub-index {got}")]
+    NoElement {
+        /// Elements of the array.
+        count: u8,
+        /// The sub-index found.
+        got: u8,
+    },
+    /// The value, which may be a fraction, is outside the parameter's range: [`JobError::outside`].
+    #[error("the value must be within {} to {}, got {}", f64::from_bits(*.low), f64::from_bits(*.high), f64::from_bits(*.got))]
+    Outside {
+        /// Smallest value allowed, the bits of an `f64`.
+        low: u64,
+        /// Largest value allowed.
+        high: u64,
+        /// The value found.
+        got: u64,
+    },
+    /// The name in a description has 16 octets, more than a reply holds.
+    #[error("the name has 16 octets and a reply holds four")]
+    NameTooLong,
+    /// The whole description has 46 octets, more than a reply holds.
+    #[error("the whole description has 46 octets and a reply holds four: read its elements 1 to 10")]
+    DescriptionTooLong,
     /// An element was asked of a parameter that is a single value.
     #[error("the parameter is no array")]
     NotAnArray,
@@ -74,10 +100,17 @@ pub enum JobError {
     NotNow(&'static str),
 }
 
+impl JobError {
+    /// A value outside a range, of any type of number.
+    pub const fn outside(low: f64, high: f64, got: f64) -> Self {
+        Self::Outside { low: low.to_bits(), high: high.to_bits(), got: got.to_bits() }
+    }
+}
+
 /// The number in word 4 of a reply "job not executable" (manual table 10).
 ///
-/// [`JobError`] leads to 0 to 5, 7, 9, 17 and 18; a master may meet the others in replies of other drives.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+/// [`JobError`] leads to 0 to 5, 7, 9, 14 and 17 to 19; a master may meet the others in replies of other drives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, VariantArray)]
 pub enum ErrorNumber {
     /// 0
     IllegalParameterNumber,
@@ -123,28 +156,7 @@ pub enum ErrorNumber {
 
 impl ErrorNumber {
     /// Every number, from 0 on.
-    pub const ALL: [Self; 20] = [
-        Self::IllegalParameterNumber,
-        Self::NotChangeable,
-        Self::LimitExceeded,
-        Self::FaultySubindex,
-        Self::NoArray,
-        Self::WrongDataType,
-        Self::OnlyResettable,
-        Self::DescriptionNotChangeable,
-        Self::PpoWriteInReportMissing,
-        Self::NoDescription,
-        Self::WrongAccessGroup,
-        Self::NoControlRights,
-        Self::WrongPassword,
-        Self::TextNotReadable,
-        Self::NameNotReadable,
-        Self::NoTextArray,
-        Self::PpoWriteMissing,
-        Self::OperatingState,
-        Self::Other,
-        Self::DatumNotReadable,
-    ];
+    pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
 
     /// The error numbered `number`, if the manual lists it.
     pub fn from_number(number: u16) -> Option<Self> {
@@ -199,8 +211,10 @@ impl From<JobError> for ErrorNumber {
             JobError::DescriptionReadOnly => Self::DescriptionNotChangeable,
             JobError::UnknownParameter { .. } => Self::IllegalParameterNumber,
             JobError::ReadOnly => Self::NotChangeable,
-            JobError::OutOfRange { .. } => Self::LimitExceeded,
-            JobError::SubindexOutOfRange { .. } => Self::FaultySubindex,
+            JobError::OutOfRange { .. } | JobError::Outside { .. } => Self::LimitExceeded,
+            JobError::NameTooLong => Self::NameNotReadable,
+            JobError::DescriptionTooLong => Self::DatumNotReadable,
+            JobError::SubindexOutOfRange { .. } | JobError::NoElement { .. } => Self::FaultySubindex,
             JobError::NotAnArray => Self::NoArray,
             JobError::IsArray { .. } | JobError::WrongWidth { .. } => Self::WrongDataType,
             JobError::NotNow(_) => Self::OperatingState,
@@ -216,7 +230,7 @@ mod tests {
 
     #[test]
     fn the_numbers_are_those_of_manual_table_10() {
-        for (number, error) in (0..).zip(ErrorNumber::ALL) {
+        for (number, &error) in (0..).zip(ErrorNumber::ALL) {
             assert_eq!(error.number(), number);
             assert_eq!(ErrorNumber::from_number(number), Some(error));
         }

@@ -164,6 +164,16 @@ impl Engine {
         }
     }
 
+    /// Whether a cycle with this request would do nothing at all, and answer as the cycle before.
+    pub(crate) fn is_settled(&self, request: Pkw) -> bool {
+        match self.state {
+            State::Answered { job, .. } => same_job(request, job),
+            State::Waiting { .. } | State::Reading { .. } | State::Storing { .. } | State::Stored { .. } => {
+                false
+            }
+        }
+    }
+
     /// Runs one application cycle with the newest request of the master.
     pub fn cycle(&mut self, request: Pkw, table: &mut impl Parameters) -> Outcome {
         match self.state {
@@ -217,7 +227,10 @@ impl Engine {
             }
             JobId::WriteWord => write(job, None, word, table),
             JobId::WriteDoubleWord => write(job, None, double, table),
-            JobId::ReadDescription => table.elements(pnu).and(Err(JobError::NoDescription)),
+            JobId::ReadDescription => {
+                let described = table.describe(pnu, self.config.subindex.subindex(job.ind))?;
+                Ok(Done::Answer(answer(job, ReplyId::Description, described)))
+            }
             JobId::WriteDescription => table.elements(pnu).and(Err(JobError::DescriptionReadOnly)),
             JobId::ReadElement => read(job, element, table),
             JobId::WriteElementWord => write(job, element, word, table),

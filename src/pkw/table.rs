@@ -26,6 +26,16 @@ pub trait Parameters {
     /// # Errors
     /// [`JobError::UnknownParameter`].
     fn elements(&self, pnu: u16) -> Result<Option<u8>, JobError>;
+
+    /// The four octets of an element of the description of a parameter (`profidrive-v2.md` 6). A table without
+    /// descriptions leaves this out.
+    ///
+    /// # Errors
+    /// [`JobError`]: no such parameter, no description, no such element, one of more than four octets.
+    fn describe(&self, pnu: u16, element: u8) -> Result<u32, JobError> {
+        let _ = element;
+        self.elements(pnu).and(Err(JobError::NoDescription))
+    }
 }
 
 /// What a write came to.

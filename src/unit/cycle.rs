@@ -114,13 +114,15 @@ impl Cycles {
         };
     }
 
-    /// Moves a cycle that is overdue beyond all measure up to the time that is made up for.
+    /// Moves a cycle that is overdue beyond all measure up to the time that is made up for. Says whether there was one.
     #[inline]
-    pub fn forfeit(&mut self, now: Instant) {
-        if self.next.is_some_and(|due| due.saturating_add(MOST_TIME_MADE_UP) < now) {
+    pub fn forfeit(&mut self, now: Instant) -> bool {
+        let overdue = self.next.is_some_and(|due| due.saturating_add(MOST_TIME_MADE_UP) < now);
+        if overdue {
             self.next = None;
             self.wake(Instant::from_nanos(now.as_nanos().saturating_sub(nanos(MOST_TIME_MADE_UP))));
         }
+        overdue
     }
 }
 

@@ -2,9 +2,11 @@
 
 use core::fmt;
 
+use heapless::Deque;
+
 use super::DipSwitches;
 use crate::drive::{self, Fault, InputChange, Refusal};
-use crate::param::{DefaultSet, Effect, Unit, Write};
+use crate::param::{DefaultSet, Effect, Lengths, Value, Write};
 
 /// Something a user may want to read. `Display` is one line of plain English.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,6 +28,8 @@ pub enum Event {
         before: Option<i32>,
         /// What it changed.
         effect: Effect,
+        /// What positions are counted in now.
+        lengths: Lengths,
         /// Who wrote.
         by: Writer,
     },
@@ -87,12 +91,14 @@ impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::CommandRefused(refusal) => refusal.fmt(f),
-            Self::Fault(fault) => write!(f, "fault {fault}"),
+            Self::Fault(fault) => write!(f, "fault {fault}: {}", fault.cure()),
             Self::FaultCauseGone(fault) => {
                 write!(f, "the cause of fault {fault} is gone: acknowledge the fault")
             }
             Self::Drive(event) => event.fmt(f),
-            Self::Written { write, before, effect, by } => written(f, *write, *before, *effect, *by),
+            Self::Written { write, before, effect, lengths, by } => {
+                written(f, *write, *before, *effect, *lengths, *by)
+            }
             Self::Stored => f.write_str("stored in the EEPROM"),
             Self::NotStored { undone } => {
                 let what = if *undone { ", what was written last is undone" } else { "" };
@@ -122,35 +128,19 @@ fn written(
     write: Write,
     before: Option<i32>,
     effect: Effect,
+    lengths: Lengths,
     by: Writer,
 ) -> fmt::Result {
     match write {
         Write::Set(parameter, value) => {
             let entry = parameter.entry();
             write!(f, "PNU {} ({}) ", entry.pnu, entry.name)?;
+            let shown = |value: i32| entry.in_words(entry.number(Value::of(entry.width, value)), lengths);
             match before {
-                Some(before) if before != value => write!(f, "changed from {before} to {value}")?,
-                Some(_) | None => write!(f, "written, unchanged {value}")?,
-            }
-            match entry.unit {
-                Unit::Choice(choices) => {
-                    let chosen = choices.iter().find(|(number, _)| i32::from(*number) == value);
-                    if let Some((_, meaning)) = chosen {
-                        write!(f, " ({meaning})")?;
-                    }
+                Some(before) if before != value => {
+                    write!(f, "changed from {} to {}", shown(before), shown(value))?;
                 }
-                Unit::None | Unit::Bits | Unit::Ascii | Unit::Version | Unit::Date => {}
-                unit @ (Unit::Percent
-                | Unit::PercentOfAcceleration
-                | Unit::Rpm
-                | Unit::Position
-                | Unit::Window
-                | Unit::Increments
-                | Unit::SpindlePitch
-                | Unit::TenthDegrees
-                | Unit::Milliamperes
-                | Unit::TenthVolts
-                | Unit::HundredthVolts) => write!(f, " {unit}")?,
+                Some(_) | None => write!(f, "written, unchanged {}", shown(value))?,
             }
             if effect == Effect::Calibrate {
                 f.write_str(", the position is calibrated")?;
@@ -177,41 +167,34 @@ const fn which(set: DefaultSet) -> &'static str {
 /// Events in the order they came. When it is full, newer ones are counted and dropped.
 #[derive(Clone, Debug)]
 pub struct Queue<E, const CAPACITY: usize> {
-    events: [Option<E>; CAPACITY],
-    first: usize,
-    len: usize,
+    events: Deque<E, CAPACITY>,
     lost: u32,
 }
 
 impl<E, const CAPACITY: usize> Default for Queue<E, CAPACITY> {
     fn default() -> Self {
-        Self { events: [const { None }; CAPACITY], first: 0, len: 0, lost: 0 }
+        Self { events: Deque::new(), lost: 0 }
     }
 }
 
 impl<E, const CAPACITY: usize> Queue<E, CAPACITY> {
     /// Lets an event wait.
     pub fn push(&mut self, event: E) {
-        let place = (self.first + self.len) % CAPACITY;
-        match self.events.get_mut(place) {
-            Some(place) if self.len < CAPACITY => {
-                *place = Some(event);
-                self.len += 1;
-            }
-            Some(_) | None => self.lost = self.lost.saturating_add(1),
+        if self.events.push_back(event).is_err() {
+            self.lost = self.lost.saturating_add(1);
         }
     }
 
     /// The oldest event; behind the last one how many were lost, if any were.
+    #[inline]
     pub fn pop(&mut self) -> Option<Result<E, u32>> {
-        if self.len == 0 {
-            let lost = core::mem::take(&mut self.lost);
-            return (lost > 0).then_some(Err(lost));
-        }
-        let event = self.events.get_mut(self.first).and_then(Option::take);
-        self.first = (self.first + 1) % CAPACITY;
-        self.len -= 1;
-        event.map(Ok)
+        // Asked far more often than anything waits: nothing else is to be done where the caller stands.
+        if self.events.is_empty() && self.lost == 0 { None } else { self.pop_waiting() }
+    }
+
+    #[inline(never)]
+    fn pop_waiting(&mut self) -> Option<Result<E, u32>> {
+        Some(self.events.pop_front().ok_or_else(|| core::mem::take(&mut self.lost)))
     }
 }
 

@@ -10,6 +10,7 @@
 //! | `dip` | [`DipSwitches`]: ten switches |
 //! | `event` | [`Event`]: what has happened in the unit |
 //! | `image` | [`Image`]: what survives power-off, as octets |
+//! | `paced` | what can change in every cycle is told at most once a second |
 //! | `parameters` | reading and writing parameters, and what a write did |
 //! | `power` | [`Power`]: switching off and on, row 1 of `ag03.md` 8 |
 //! | `storage` | [`Eeprom`]: images the host keeps, and the acknowledgement that waits for them |
@@ -32,6 +33,7 @@ mod cycle;
 pub mod dip;
 mod event;
 mod image;
+mod paced;
 mod parameters;
 mod power;
 mod storage;
@@ -49,6 +51,7 @@ pub use parameters::Written;
 pub use power::{Power, Switched};
 pub use storage::{Eeprom, EepromState, Generation, NotStored, Outcome, StoreRequest};
 
+use paced::Paced;
 use storage::Storage;
 
 /// What a unit is made of.
@@ -100,12 +103,16 @@ pub struct Unit {
     drive: Drive,
     /// The drive as the last step or write left it.
     status: Status,
+    /// Counts the times that more of it than position and velocity may have changed.
+    changes: u32,
     /// A write acts on the drive in the next step.
     parameters_acted: bool,
     bus: BusSettings,
     storage: Option<Storage>,
     /// The cause of the latched fault was present behind the last step.
     fault_cause: bool,
+    /// What of the drive's events was told.
+    paced: Paced,
     events: Queue<Event, 16>,
 }
 
@@ -153,11 +160,13 @@ impl Unit {
             store,
             settings,
             status: drive.status(),
+            changes: 0,
             drive,
             parameters_acted: false,
             bus,
             storage,
             fault_cause: false,
+            paced: Paced::default(),
             events: Queue::default(),
         };
         unit.read_switches();
@@ -167,10 +176,35 @@ impl Unit {
     /// Lets `dt` pass under what the bus wants; without a master that is for example [`Command::UNATTENDED`]. Inputs and
     /// parameters act at the beginning.
     pub fn step(&mut self, dt: Duration, command: &Command) {
-        let before = self.status;
         self.drive.step(dt, command, &self.settings);
-        self.status = self.drive.status();
+        self.note_step(dt, command);
+    }
+
+    /// As [`Unit::step`], under what the bus wanted in the step before; its edges are over.
+    pub(crate) fn hold(&mut self, dt: Duration) {
+        self.drive.hold(dt, &self.settings);
+        self.note_step(dt, &self.drive.held());
+    }
+
+    /// Takes note of what a step under `command` has changed.
+    #[inline]
+    fn note_step(&mut self, dt: Duration, command: &Command) {
         self.parameters_acted = false;
+        if !self.drive.has_only_moved(&mut self.status) {
+            self.note_changes(command);
+        }
+        let velocity = self.drive.velocity_in_force(command);
+        if velocity.is_some() || self.paced.waits() {
+            let events = &mut self.events;
+            self.paced.pass_time(dt, velocity, |event| events.push(Event::Drive(event)));
+        }
+    }
+
+    /// As [`Unit::note_step`], where more than position and velocity may have changed: nothing is to be kept or told of a
+    /// shaft that goes on turning.
+    fn note_changes(&mut self, command: &Command) {
+        let before = self.status;
+        self.refresh_status();
         self.note_memory();
         if let Some(refusal) = self.drive.take_refusal() {
             self.events.push(Event::CommandRefused(refusal));
@@ -179,8 +213,12 @@ impl Unit {
         if let Some(fault) = new_fault {
             self.events.push(Event::Fault(fault));
         }
-        let events = &mut self.events;
-        self.drive.tell(&before, &self.status, command, |event| events.push(Event::Drive(event)));
+        let Self { drive, events, paced, status, .. } = self;
+        drive.tell(&before, status, command, |event| {
+            if let Some(event) = paced.pass(event) {
+                events.push(Event::Drive(event));
+            }
+        });
         if let Some(fault) = self.status.fault {
             self.tell_cause(fault, new_fault.is_some());
         }
@@ -202,12 +240,17 @@ impl Unit {
 
     /// Whether another step with the same command would change nothing.
     pub fn is_at_rest(&self) -> bool {
-        self.drive.is_at_rest() && !self.parameters_acted
+        self.drive.is_at_rest() && !self.parameters_acted && !self.paced.waits()
     }
 
     /// The drive as the last step or write left it.
     pub const fn status(&self) -> &Status {
         &self.status
+    }
+
+    /// Counts the times that more of [`Unit::status`] than position and velocity may have changed.
+    pub(crate) const fn changes(&self) -> u32 {
+        self.changes
     }
 
     /// The drive itself: its faults and their causes, what it measures.
@@ -225,8 +268,15 @@ impl Unit {
         self.drive.start_refusal(&self.settings)
     }
 
+    /// Composes the status anew.
+    fn refresh_status(&mut self) {
+        self.status = self.drive.status();
+        self.changes = self.changes.wrapping_add(1);
+    }
+
     /// The oldest event not taken yet.
     #[must_use]
+    #[inline]
     pub fn poll_event(&mut self) -> Option<Event> {
         self.events.pop().map(|event| event.unwrap_or_else(|events| Event::Lost { events }))
     }

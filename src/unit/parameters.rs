@@ -2,7 +2,7 @@
 
 use super::{Event, Unit, Writer};
 use crate::drive::Settings;
-use crate::param::{Effect, ParamError, Pnu, Reading, Subindex, Value, Write, WriteContext};
+use crate::param::{Effect, Lengths, ParamError, Pnu, Reading, Subindex, Value, Write, WriteContext};
 
 /// What a write did.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,13 +94,14 @@ impl Unit {
         }
         self.parameters_acted |= effect != Effect::None;
         if effect != Effect::None {
-            self.status = self.drive.status();
+            self.refresh_status();
         }
         let before_value = match write {
             Write::Set(parameter, _) => Some(before.value(parameter)),
             Write::Load(_) | Write::ClearFaults | Write::Calibrate => None,
         };
-        self.events.push(Event::Written { write, before: before_value, effect, by });
+        let lengths = Lengths::of_spindle_pitch(self.settings.spindle_pitch.into());
+        self.events.push(Event::Written { write, before: before_value, effect, lengths, by });
         let waits = self.note_write(write, &before, &memory, by == Writer::Bus);
         Ok(Written { write, effect, before: before_value, waits })
     }

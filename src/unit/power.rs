@@ -2,6 +2,7 @@
 
 use core::time::Duration;
 
+use super::paced::Paced;
 use super::{DipSwitches, Event, Unit};
 use crate::drive::{Command, InputChange, Inputs, Settings};
 use crate::param::DefaultSet;
@@ -109,6 +110,7 @@ impl Unit {
         match (self.power, self.drive.is_supplied()) {
             (Power::Off, true) => {
                 self.events.push(Event::SwitchedOn(self.switches));
+                self.paced = Paced::default();
                 self.store.power_on();
                 self.settings = Settings::read(&self.store);
                 self.read_switches();

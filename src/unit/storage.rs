@@ -196,7 +196,7 @@ impl Unit {
             return storage.expect_safe(undo);
         }
         if let Some(waiting) = &mut storage.waiting {
-            waiting.undo.forget(&undo);
+            waiting.undo.forget(write);
         }
         false
     }
@@ -227,7 +227,7 @@ impl Unit {
             self.drive.restore_faults(faults.clone());
         }
         self.bus = undo.bus.unwrap_or(self.bus);
-        self.status = self.drive.status();
+        self.refresh_status();
         self.parameters_acted = true;
         self.note_memory();
     }
@@ -351,13 +351,23 @@ impl Undo {
         undo
     }
 
-    /// What was written since without waiting stays.
-    fn forget(&mut self, written: &Self) {
-        for (value, written) in self.values.iter_mut().zip(written.values) {
-            *value = value.filter(|_| written.is_none());
+    /// What was written since without waiting stays, also where it is what a waiting write has written.
+    fn forget(&mut self, write: Write) {
+        match write {
+            Write::Set(written, _) => {
+                let of_it =
+                    Parameter::all().zip(&mut self.values).find(|(parameter, _)| *parameter == written);
+                if let Some((_, value)) = of_it {
+                    *value = None;
+                }
+                if written == Parameter::CalibrationValue {
+                    self.zero = None;
+                }
+            }
+            Write::Load(set) => self.forget_set(set),
+            Write::Calibrate => self.zero = None,
+            Write::ClearFaults => self.faults = None,
         }
-        self.zero = self.zero.filter(|_| written.zero.is_none());
-        self.faults = self.faults.take().filter(|_| written.faults.is_none());
     }
 
     fn forget_set(&mut self, set: DefaultSet) {

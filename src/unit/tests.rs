@@ -82,7 +82,7 @@ fn a_refused_request_says_why_without_bits_of_a_bus() {
     run(&mut unit, Command { travel: true, setpoint: 5, ..Command::UNATTENDED }, 1);
     let Some(Event::CommandRefused(refusal)) = unit.poll_event() else { panic!("not refused") };
     let text = std::string::ToString::to_string(&refusal);
-    assert_eq!(text, "travel to 5 refused: operation is not asked for; operation is not enabled");
+    assert_eq!(text, "travel to 5 inc refused: operation is not asked for; operation is not enabled");
 }
 
 #[test]

@@ -13,7 +13,7 @@ export class Emulator {
   }
 
   static async #start(linkPort, panelPort, options) {
-    const link = `tcp:127.0.0.1:${linkPort}`;
+    const link = `${options.includes("--node") ? "slcan-tcp" : "tcp"}:127.0.0.1:${linkPort}`;
     const args = ["emulate", "--link", link, "--panel", `127.0.0.1:${panelPort}`, ...options];
     const child = spawn(PROGRAM, args, { stdio: ["ignore", "pipe", "pipe"] });
     const log = [];
@@ -34,7 +34,7 @@ export class Emulator {
 
   constructor(fields) {
     Object.assign(this, fields);
-    this.linkPort = Number(/link=tcp:\S*:(\d+)/.exec(this.ready)?.[1]);
+    this.linkPort = Number(/link=(?:slcan-)?tcp:\S*:(\d+)/.exec(this.ready)?.[1]);
     this.panel = /panel=(http:\S+)/.exec(this.ready)?.[1];
     if (!this.linkPort || !this.panel) throw new Error(`not understood: ${this.ready}`);
   }

@@ -17,6 +17,9 @@ const CHK_CFG = [0xf3, 0xf2];
 
 /** One drive as the master sees it. Set `stw`, `hsw` and `pkw`; read the rest. */
 class Station {
+  setPrm = SET_PRM;
+  chkCfg = CHK_CFG;
+  inputLength = 14;
   stw = 0;
   hsw = 0;
   pkw = [0, 0, 0, 0];
@@ -66,6 +69,30 @@ class Station {
   }
 }
 
+/** A station from a GSD: set `sent`, read `inputs` and `diagnosis`. */
+export class PlainStation extends Station {
+  inputs = [];
+  diagnosis = [];
+
+  /** Of `ident`, with user parameters, a configuration, and as many octets as that has. */
+  constructor(address, { ident, prm = [], cfg, outputLength, inputLength }) {
+    super(address);
+    this.setPrm = [0x88, 20, 100, 11, ident >> 8, ident & 0xff, 0, ...prm];
+    this.chkCfg = cfg;
+    this.inputLength = inputLength;
+    this.sent = Buffer.alloc(outputLength);
+  }
+
+  outputs() {
+    return this.sent;
+  }
+
+  take(inputs) {
+    this.inputs = [...inputs];
+    this.exchanges += 1;
+  }
+}
+
 export class Master {
   #socket;
   #octets = Buffer.alloc(0);
@@ -82,7 +109,7 @@ export class Master {
 
   constructor(socket, addresses) {
     this.#socket = socket.setNoDelay(true);
-    this.stations = new Map(addresses.map((address) => [address, new Station(address)]));
+    this.stations = new Map(addresses.map((of) => (of instanceof Station ? [of.address, of] : [of, new Station(of)])));
     socket.on("data", (octets) => {
       this.#octets = Buffer.concat([this.#octets, octets]);
       this.#arrived();
@@ -170,7 +197,7 @@ export class Master {
       return;
     }
     const reply = await this.#request(station, null, station.outputs());
-    if (reply?.data?.length === 14) {
+    if (reply?.data?.length === station.inputLength) {
       station.take(reply.data);
     } else {
       station.lost();
@@ -180,8 +207,8 @@ export class Master {
   async #startUp(station) {
     const diagnosis = await this.#request(station, SAP.diag, []);
     if (!diagnosis) return;
-    await this.#request(station, SAP.prm, SET_PRM);
-    await this.#request(station, SAP.cfg, CHK_CFG);
+    await this.#request(station, SAP.prm, station.setPrm);
+    await this.#request(station, SAP.cfg, station.chkCfg);
     const ready = await this.#request(station, SAP.diag, []);
     // Prm_Fault, Cfg_Fault, Station_Not_Ready, and Prm_Req of the second octet.
     if (ready?.data && (ready.data[0] & 0x46) === 0 && (ready.data[1] & 0x01) === 0) {

@@ -92,8 +92,8 @@ test("the reason for a refused start is in plain sight", async () => {
     await master.travel(5, 1_200_000);
     await text(page, "#stw", "activate travel job");
     await text(page, "#zsw", "acknowledgement of target value");
-    await text(page, "#why-refused", "travel to 1200000 refused: setpoint is above the upper limit (1000000)");
-    await text(page, "#log-lines .log", "travel to 1200000 refused");
+    await text(page, "#why-refused", "travel to 1200000 inc refused: setpoint is above the upper limit (1000000 inc)");
+    await text(page, "#log-lines .log", "travel to 1200000 inc refused");
     assert.equal(await value(page, "Position"), 0);
   });
 });

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Drive a CAN bus and CANopen devices of ours with python-can and python-canopen over slcan:
+# Drive a CAN bus and CANopen devices of ours with python-can, python-canopen and canopen-asyncio over slcan:
 #
 #   tests/canopen/run.sh [PATH-OF-PROFIDRIVE]
 #
@@ -39,7 +39,15 @@ done
 
 "$profidrive" eds asda-a2 >"$work/asda-a2.eds"
 "$profidrive" eds ag03-1 >"$work/ag03-1.eds"
-start_emulator "$profidrive" --node 4 --node 5,device=asda-a2 --link slcan-tcp:127.0.0.1:0
+start_emulator "$profidrive" --node 4 --node 5,device=asda-a2 --node 6 --link slcan-tcp:127.0.0.1:0
 link=$(sed -n 's/^ready link=\([^ ]*\) .*/\1/p' "$work/ready")
 "$venv/bin/python" "$here/asda_402.py" --running "$link" "$work/asda-a2.eds" 5
 "$venv/bin/python" "$here/ag03_travel.py" "$link" "$work/ag03-1.eds" 4
+"$venv/bin/python" "$here/async_fleet.py" "$link" "$work/ag03-1.eds" 4 6
+"$profidrive" eds ap10 >"$work/ap10.eds"
+stop_emulator
+start_emulator "$profidrive" --node 4 --node 6,device=ap10 --node 7,device=asda-a2 --link slcan-tcp:127.0.0.1:0 \
+    --panel 127.0.0.1:0
+link=$(sed -n 's/^ready link=\([^ ]*\) .*/\1/p' "$work/ready")
+panel=$(sed -n 's/.* panel=//p' "$work/ready")
+"$venv/bin/python" "$here/bench.py" "$link" "$panel" "$work/ag03-1.eds" "$work/ap10.eds" "$work/asda-a2.eds"

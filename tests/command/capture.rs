@@ -2,7 +2,7 @@
 //!
 //! What Wireshark's own programs make of such files is tested by `tests/wireshark/run.sh`.
 
-use crate::pty;
+use crate::{pty, telegrams};
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -13,6 +13,7 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
+use profidrive::fdl::{FrameCount, FunctionCode, Service};
 use profidrive::host::capture::{self, Packet};
 use profidrive::host::link::tap::Direction;
 use profidrive::param::{Model, parameters};
@@ -147,7 +148,13 @@ fn a_corrupted_reply_is_captured_as_it_was_sent_and_says_why_it_is_no_telegram()
     assert_eq!(code, Some(0));
     let found: Vec<_> = packets(&path)
         .into_iter()
-        .map(|packet| (is_sent(&packet), packet.octets, packet.comment.is_some()))
+        .map(|packet| {
+            (
+                is_sent(&packet),
+                packet.octets,
+                packet.comment.is_some_and(|text| text.starts_with("invalid: ")),
+            )
+        })
         .collect();
     let expected = [
         (true, ask.to_vec(), false),
@@ -157,6 +164,35 @@ fn a_corrupted_reply_is_captured_as_it_was_sent_and_says_why_it_is_no_telegram()
         (false, answer.to_vec(), false),
     ];
     assert_eq!(found, expected);
+}
+
+#[test]
+fn what_happened_is_a_comment_of_its_packet_or_of_the_next() {
+    let (_folder, path) = folder_and_file();
+    let mut emulator = Emulator::start(&path, &["--link", "tcp:127.0.0.1:0"]);
+    let mut line = TcpStream::connect(emulator.link().strip_prefix("tcp:").unwrap()).unwrap();
+    line.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+    // Set_Prm with ident number 1234, answered with SC, then FDL status.
+    let prm = telegrams::telegram(
+        5,
+        2,
+        FunctionCode::request(Service::SrdHigh, FrameCount::First),
+        Some(61),
+        &[0x80, 1, 1, 11, 0x12, 0x34, 0],
+    );
+    line.write_all(&prm).unwrap();
+    line.read_exact(&mut [0; 1]).unwrap();
+    line.write_all(&[0x10, 0x05, 0x02, 0x49, 0x50, 0x16]).unwrap();
+    line.read_exact(&mut [0; 6]).unwrap();
+    let (code, said) = emulator.end();
+    assert_eq!(code, Some(0), "{said}");
+    let comments: Vec<_> = packets(&path).into_iter().map(|packet| packet.comment).collect();
+    let text = "station 5: refused the parameters of master 2: Set_Prm octets 5-6: ident number 0x1234, expected 0x0AC5: the \
+                master's project has another device at this address";
+    // The request itself if it is not written yet when it has been judged, else one behind it.
+    let said_by: Vec<_> = (0..).zip(&comments).filter(|(_, comment)| comment.is_some()).collect();
+    assert!(matches!(said_by[..], [(0..=2, Some(comment))] if comment == text), "{comments:?}");
+    assert!(said.contains(text), "the log says the same: {said}");
 }
 
 #[test]
@@ -209,7 +245,7 @@ fn the_dissector_knows_every_parameter_and_every_error_number() {
         let row = format!("[{}] = \"{}\"", entry.pnu, entry.name);
         assert!(lua.contains(&row), "no {row}");
     }
-    for error in ErrorNumber::ALL {
+    for &error in ErrorNumber::ALL {
         let row = format!("[{}] = \"{}\"", error.number(), error.text());
         assert!(lua.contains(&row), "no {row}");
     }

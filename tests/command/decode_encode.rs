@@ -11,17 +11,8 @@ use std::process::{Command, Output, Stdio};
 use profidrive::fdl::{FrameCount, FunctionCode, Service};
 use serde_json::Value;
 
+use crate::emulator::{output as run, profidrive};
 use crate::telegrams::telegram;
-
-fn profidrive(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_profidrive"));
-    command.args(arguments).env_remove("RUST_LOG").stdin(Stdio::null());
-    command
-}
-
-fn run(arguments: &[&str]) -> Output {
-    profidrive(arguments).output().unwrap()
-}
 
 fn run_with(arguments: &[&str], input: &[u8]) -> Output {
     let mut command = profidrive(arguments);
@@ -322,7 +313,10 @@ fn the_mistakes_of_public_texts_are_explained_as_wrong_and_not_built_without_for
         assert!(stdout(&output).contains(ppo), "{}", stdout(&output));
     }
     for (what, says) in [
-        ("pkw write a-Pos 101", "the value must be within 1 to 100, got 101; --force builds it anyway"),
+        (
+            "pkw write a-Pos 101",
+            "the value must be within 1 to 100, got 101 % of 4 rev/s^2; --force builds it anyway",
+        ),
         ("pkw read 999", "there is no parameter 999; near it are 1000 Controller parameter P"),
         ("pkw read v-Poss", "there is no parameter 'v-Poss'; close to it are 1004 v-Pos"),
         ("pkw write 918 5", "the parameter is read-only; --force"),

@@ -1,9 +1,13 @@
 //! `profidrive` as a process, and a running emulator.
 
+use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, ChildStdout, Command, Output, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
+
+/// For what must come; only a test that fails waits so long.
+const PATIENCE: Duration = Duration::from_secs(10);
 
 pub(crate) fn profidrive(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_profidrive"));
@@ -27,9 +31,12 @@ pub(crate) struct Emulator {
 impl Emulator {
     /// Started, and past its ready line.
     pub(crate) fn start(arguments: &[&str]) -> Self {
-        let mut command = profidrive(&["emulate"]);
-        let mut process =
-            command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        Self::spawn(profidrive(&["emulate"]).args(arguments))
+    }
+
+    /// The same of a command that runs an emulator.
+    pub(crate) fn spawn(command: &mut Command) -> Self {
+        let mut process = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let mut stdout = BufReader::new(process.stdout.take().unwrap());
         let mut ready = String::new();
         stdout.read_line(&mut ready).unwrap();
@@ -41,18 +48,24 @@ impl Emulator {
         Self { process, stdout, ready }
     }
 
+    /// What a master opens.
+    pub(crate) fn link(&self) -> &str {
+        let link = self.ready.split(' ').nth(1).and_then(|word| word.strip_prefix("link="));
+        link.unwrap_or_else(|| panic!("{:?}", self.ready)).trim_end()
+    }
+
     pub(crate) fn signal(&self, signal: &str) {
         let command = format!("kill -{signal} {}", self.process.id());
         assert!(Command::new("sh").args(["-c", &command]).status().unwrap().success());
     }
 
     /// Waits for its end: exit code, the rest of stdout, stderr.
-    pub(crate) fn end(mut self, within: Duration) -> (Option<i32>, String, String) {
+    pub(crate) fn end(mut self) -> (Option<i32>, String, String) {
         let start = Instant::now();
         let status = loop {
             match self.process.try_wait().unwrap() {
                 Some(status) => break status,
-                None if start.elapsed() > within => panic!("still running"),
+                None if start.elapsed() > PATIENCE => panic!("still running"),
                 None => thread::sleep(Duration::from_millis(5)),
             }
         };
@@ -60,6 +73,21 @@ impl Emulator {
         self.stdout.read_to_string(&mut stdout).unwrap();
         self.process.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
         (status.code(), stdout, stderr)
+    }
+
+    /// Memory it holds now, KiB.
+    pub(crate) fn resident(&self) -> u64 {
+        let status = fs::read_to_string(format!("/proc/{}/status", self.process.id())).unwrap();
+        let line = status.lines().find(|line| line.starts_with("VmRSS")).unwrap();
+        line.split_whitespace().nth(1).unwrap().parse().unwrap()
+    }
+
+    /// Processor time used so far, user and system.
+    pub(crate) fn cpu_time(&self) -> Duration {
+        let stat = fs::read_to_string(format!("/proc/{}/stat", self.process.id())).unwrap();
+        let (_, fields) = stat.rsplit_once(')').unwrap();
+        let ticks: u64 = fields.split_whitespace().skip(11).take(2).map(|t| t.parse::<u64>().unwrap()).sum();
+        Duration::from_millis(ticks * 10)
     }
 }
 

@@ -14,6 +14,8 @@ mod common;
 mod panel;
 #[path = "../common/pty.rs"]
 mod pty;
+#[path = "../said/mod.rs"]
+mod said;
 #[path = "../telegrams/mod.rs"]
 mod telegrams;
 
@@ -23,14 +25,19 @@ mod capture;
 mod command;
 mod decode_encode;
 mod demo;
-#[cfg(target_os = "linux")]
 mod emulator;
+#[cfg(target_os = "linux")]
+mod judge;
 #[cfg(target_os = "linux")]
 mod kill;
 #[cfg(target_os = "linux")]
 mod left_behind;
 #[cfg(target_os = "linux")]
+mod master_can;
+#[cfg(target_os = "linux")]
 mod master_command;
+#[cfg(target_os = "linux")]
+mod node_panel;
 #[cfg(target_os = "linux")]
 mod nodes;
 #[cfg(target_os = "linux")]
@@ -39,7 +46,14 @@ mod panel_api;
 mod panel_inputs;
 #[cfg(target_os = "linux")]
 mod panel_robustness;
+mod panel_stations;
+#[cfg(target_os = "linux")]
+mod plant;
+#[cfg(target_os = "linux")]
+mod ppo_drives;
 #[cfg(target_os = "linux")]
 mod state_dir;
 #[cfg(target_os = "linux")]
 mod stations;
+#[cfg(target_os = "linux")]
+mod what_it_says;

@@ -13,28 +13,18 @@ use crate::emulator::{Emulator, output};
 /// How long anything may take.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-impl Emulator {
-    /// Host and port of the ready line.
-    fn place(&self) -> &str {
-        let rest =
-            self.ready.strip_prefix("ready link=slcan-tcp:").unwrap_or_else(|| panic!("{}", self.ready));
-        rest.split_once(' ').unwrap().0
-    }
-}
-
-/// Ended by a signal: exit code, the rest of stdout, stderr.
-fn ended(emulator: Emulator, signal: &str) -> (Option<i32>, String, String) {
-    emulator.signal(signal);
-    emulator.end(PATIENCE)
+/// Host and port of the ready line.
+fn adapter(emulator: &Emulator) -> &str {
+    emulator.link().strip_prefix("slcan-tcp:").unwrap_or_else(|| panic!("{}", emulator.ready))
 }
 
 /// A master behind an adapter of its own.
-struct Master {
+pub(super) struct Master {
     stream: BufReader<TcpStream>,
 }
 
 impl Master {
-    fn open(place: &str) -> Self {
+    pub(super) fn open(place: &str) -> Self {
         let stream = TcpStream::connect(place).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
         stream.set_nodelay(true).unwrap();
@@ -43,12 +33,12 @@ impl Master {
         master
     }
 
-    fn send(&mut self, line: &str) {
+    pub(super) fn send(&mut self, line: &str) {
         self.stream.get_mut().write_all(format!("{line}\r").as_bytes()).unwrap();
     }
 
     /// The next frame with this identifier: its octets in hexadecimal.
-    fn frame(&mut self, id: u16) -> String {
+    pub(super) fn frame(&mut self, id: u16) -> String {
         let head = format!("t{id:03X}");
         loop {
             let mut line = Vec::new();
@@ -62,7 +52,7 @@ impl Master {
     }
 
     /// The answer to an SDO request of 8 octets.
-    fn sdo(&mut self, node: u16, request: &str) -> String {
+    pub(super) fn sdo(&mut self, node: u16, request: &str) -> String {
         self.send(&format!("t{:03X}8{request}", 0x600 + node));
         self.frame(0x580 + node)
     }
@@ -93,10 +83,29 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
         ),
         (&[], "name CANopen nodes"),
         (&["--node", "5,device=ap10", "--link", "slcan-tcp"], "--link"),
-        (&["--node", "5,device=ap10", "--fault", "no-reply"], "--fault is for drives on PROFIBUS"),
-        (&["--node", "5,device=ap10", "--quirk", "x=y"], "--quirk"),
+        (
+            &["--node", "5,device=ap10", "--fault", "no-reply"],
+            "'no-reply' is no fault of a node; expected boot-up-missing",
+        ),
+        (
+            &["--node", "5,device=ap10", "--fault", "sdo-lost,node=6"],
+            "--fault names node 6; there are the nodes 5",
+        ),
+        (
+            &["--node", "5,device=ap10", "--fault", "sdo-lost", "--fault", "sdo-late=1ms,node=5"],
+            "two faults of the same frames of one node",
+        ),
+        (
+            &["--node", "5,device=ap10", "--quirk", "x=y"],
+            "no node has a quirk 'x'; ap10 has sdo-codes, ascii",
+        ),
+        (&["--node", "5,device=ap10", "--quirk", "x"], "expected NAME=VALUE"),
+        (
+            &["--node", "5,device=ap10", "--quirk", "load=never"],
+            "quirk load cannot be 'never'; expected once or erase",
+        ),
         (&["--node", "5,device=ap10", "--slot-time", "100"], "--slot-time is for drives on PROFIBUS"),
-        (&["--node", "5,device=ap10", "--panel", "127.0.0.1:0"], "--panel is for drives on PROFIBUS"),
+        (&["--node", "5,device=ap10", "--panel", "8080"], "expected ADDR:PORT"),
         (&["--node", "5,device=ap10", "--baud", "10000"], "expected --baud with one of 125000, 250000"),
         (&["--node", "5,device=ap10", "--baud", "auto"], "expected --baud with one of 125000"),
     ] {
@@ -146,7 +155,8 @@ fn the_ready_line_names_the_link_and_the_nodes_and_each_signal_ends_with_0() {
             Emulator::start(&["--node", "9,device=ap10", "--node", "6,device=asda-a2", "--link", &link]);
         assert_eq!(emulator.ready, format!("ready link={} nodes=9,6\n", path.display()));
         assert!(fs::read_link(&path).unwrap().starts_with("/dev/pts"));
-        let (code, stdout, stderr) = ended(emulator, signal);
+        emulator.signal(signal);
+        let (code, stdout, stderr) = emulator.end();
         assert_eq!(code, Some(0), "{signal}: {stderr}");
         assert_eq!(stdout, "", "one line and no more");
         assert!(stderr.contains("node 9 (ap10): boot-up as node 9 after power-on"), "{stderr}");
@@ -162,7 +172,7 @@ fn each_node_answers_for_itself_and_boots_when_it_is_told() {
         let emulator =
             Emulator::start(&["--node", &node, "--node", &beside, "--link", "slcan-tcp:127.0.0.1:0"]);
         assert!(emulator.ready.ends_with(" nodes=5,127\n"), "{}", emulator.ready);
-        let mut master = Master::open(emulator.place());
+        let mut master = Master::open(adapter(&emulator));
         let vendor = u32::swap_bytes(product.sheet.vendor_number);
         assert_eq!(master.sdo(5, "4018100100000000"), format!("43181001{vendor:08X}"), "{}", product.name);
         master.send("t00028105");
@@ -191,7 +201,7 @@ fn what_is_stored_is_there_after_a_kill_and_what_is_not_is_not() {
         let arguments = ["--node", &node, "--link", "slcan-tcp:127.0.0.1:0", "--state-dir", state];
         for round in 1..=5_u16 {
             let emulator = Emulator::start(&arguments);
-            let mut master = Master::open(emulator.place());
+            let mut master = Master::open(adapter(&emulator));
             let before = stored_value(&mut master, place);
             let kept = if round == 1 { before } else { 200 + round - 1 };
             assert_eq!(before, kept, "{}, round {round}", product.name);
@@ -238,9 +248,10 @@ fn a_capture_holds_every_frame_as_the_kernel_gives_it() {
     let capture = file.to_str().unwrap();
     let link = "slcan-tcp:127.0.0.1:0";
     let emulator = Emulator::start(&["--node", "5,device=ap10", "--link", link, "--capture", capture]);
-    let mut master = Master::open(emulator.place());
+    let mut master = Master::open(adapter(&emulator));
     master.sdo(5, "4000100000000000");
-    let (code, _, stderr) = ended(emulator, "TERM");
+    emulator.signal("TERM");
+    let (code, _, stderr) = emulator.end();
     assert_eq!(code, Some(0), "{stderr}");
     let octets = fs::read(&file).unwrap();
     let holds = |part: &[u8]| octets.windows(part.len()).any(|window| window == part);

@@ -52,7 +52,7 @@ fn the_state_of_a_drive_shows_what_the_master_has_made_of_it() {
     assert_eq!(state["words"]["zsw"]["bits"].as_array().unwrap().len(), 16);
     assert_eq!(state["ssw"], state["words"]["ssw"]["value"]);
     assert_eq!(state["user_unit"], json!("increments"));
-    assert_eq!(state["start"], json!({ "possible": true, "reasons": [] }));
+    assert_eq!(state["start"], json!({ "possible": true, "reasons": [], "next": "send STW 007B" }));
     assert_eq!(state["parameters"].as_array().unwrap().len(), 41);
     assert_eq!(state["measured"]["control_supply_volts"], json!(24.0));
     assert_eq!(state["faults"]["count"], json!(0));
@@ -66,7 +66,7 @@ fn the_state_of_a_drive_shows_what_the_master_has_made_of_it() {
     };
     assert_eq!(setpoint(&state), [None, Some(9_000_000), None], "with its unit");
     assert_eq!(state["last_refusal"]["reasons"][0]["reason"], json!("SetpointAboveUpperLimit"));
-    assert!(state["last_refusal"]["text"].as_str().unwrap().starts_with("travel to 9000000 refused: "));
+    assert!(state["last_refusal"]["text"].as_str().unwrap().starts_with("travel to 9000000 inc refused: "));
     assert_eq!(
         state["start"]["reasons"][0]["reason"],
         json!("SetpointAboveUpperLimit"),
@@ -88,6 +88,29 @@ fn the_state_of_a_drive_shows_what_the_master_has_made_of_it() {
     emulator.set("PUT", "/api/v1/drives/5/parameters/930", &json!({ "value": 1 }));
     let state = emulator.wait_for("in velocity mode", |state| state["mode"] == json!("velocity"));
     assert_eq!(setpoint(&state), [None, None, Some(30)], "with its unit");
+}
+
+#[test]
+fn why_lists_what_keeps_a_drive_from_moving_and_the_words_to_send() {
+    let emulator = Emulator::start();
+    let why = emulator.get("/api/v1/drives/5/why");
+    assert_eq!((&why["address"], &why["moving"]), (&json!(5), &json!(false)));
+    assert_eq!(why["hindrances"][0]["reason"], json!("NoDataExchange"));
+    let mut master = Master::open(emulator.terminal());
+    exchange_until(&mut master, 0x0000, 0, |inputs| inputs.zsw().bit(1));
+    let why = emulator.get("/api/v1/drives/5/why");
+    let reasons: Vec<_> =
+        why["hindrances"].as_array().unwrap().iter().map(|found| &found["reason"]).collect();
+    assert_eq!(reasons[..2], [&json!("Off2"), &json!("Off1")], "{why}");
+    let next = why["next"].as_str().unwrap();
+    assert!(next.starts_with("send STW ") && why["text"].as_str().unwrap().ends_with(next), "{why}");
+    enable(&mut master);
+    exchange_until(&mut master, 0x007B, 100_000, |inputs| inputs.hiw() > 100);
+    let why = emulator.get("/api/v1/drives/5/why");
+    let moves = (&why["moving"], &why["hindrances"], &why["next"], &why["text"]);
+    assert_eq!(moves, (&json!(true), &json!([]), &json!(null), &json!("it moves")));
+    assert_eq!(emulator.get("/api/v1/drives/5")["start"]["reasons"][0]["reason"], json!("JobActive"));
+    assert_eq!(emulator.send("GET", "/api/v1/drives/9/why", &Value::Null).status, 404);
 }
 
 #[test]

@@ -57,7 +57,8 @@ fn the_switch_of_the_supply_and_its_voltage_are_two_things() {
         (&off["inputs"]["control_supply_volts"], &off["measured"]["control_supply_volts"]),
         (&json!(20.0), &json!(0.0))
     );
-    let only = json!([{ "reason": "SwitchedOff", "text": "the drive is switched off" }]);
+    let only =
+        json!([{ "reason": "SwitchedOff", "text": "the drive is switched off: switch its supply on" }]);
     assert_eq!(off["start"]["reasons"], only);
     // A voltage behind an open switch moves no drive to a foreign address.
     switches(&emulator, 1);

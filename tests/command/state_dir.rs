@@ -4,10 +4,9 @@ use crate::common;
 use crate::pty;
 
 use std::fs;
-use std::io::{BufRead, BufReader, Read};
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
 use common::{CFG, IDENT, MASTER, SLAVE, telegram};
@@ -20,10 +19,11 @@ use profidrive::time::Instant;
 use profidrive::unit::{IMAGE_LEN, Image};
 use pty::Master;
 
+use crate::emulator::{Emulator, profidrive};
+
 fn emulate(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_profidrive"));
-    command.arg("emulate").args(arguments).env_remove("RUST_LOG").stdin(Stdio::null());
-    command.stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut command = profidrive(&["emulate"]);
+    command.args(arguments);
     command
 }
 
@@ -41,41 +41,15 @@ fn refused(directory: &Path, arguments: &[&str]) -> String {
     last.to_owned()
 }
 
-/// A running emulator; dropped, it is killed.
-struct Emulator {
-    process: Child,
-    terminal: PathBuf,
+fn start(directory: &Path) -> Emulator {
+    Emulator::start(&["--state-dir", directory.to_str().unwrap()])
 }
 
-impl Emulator {
-    fn start(directory: &Path) -> Self {
-        Self::spawn(&mut emulate(&["--state-dir", directory.to_str().unwrap()]))
-    }
-
-    fn spawn(command: &mut Command) -> Self {
-        let mut process = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-        let mut ready = String::new();
-        BufReader::new(process.stdout.take().unwrap()).read_line(&mut ready).unwrap();
-        let terminal = ready.split(' ').nth(1).and_then(|link| link.strip_prefix("link="));
-        let terminal = terminal.unwrap_or_else(|| panic!("{ready:?}")).into();
-        Self { process, terminal }
-    }
-
-    /// Ended with SIGTERM: exit code and stderr.
-    fn end(mut self) -> (Option<i32>, String) {
-        let command = format!("kill -TERM {}", self.process.id());
-        assert!(Command::new("sh").args(["-c", &command]).status().unwrap().success());
-        let mut stderr = String::new();
-        self.process.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
-        (self.process.wait().unwrap().code(), stderr)
-    }
-}
-
-impl Drop for Emulator {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
+/// Ended with SIGTERM: exit code and stderr.
+fn ended(emulator: Emulator) -> (Option<i32>, String) {
+    emulator.signal("TERM");
+    let (code, _, stderr) = emulator.end();
+    (code, stderr)
 }
 
 fn file(directory: &Path) -> PathBuf {
@@ -96,18 +70,18 @@ fn stored_v_pos(directory: &Path) -> i32 {
 fn a_missing_directory_is_made_and_its_file_read_again() {
     let folder = tempfile::tempdir().unwrap();
     let directory = folder.path().join("a/b");
-    let (code, _) = Emulator::start(&directory).end();
+    let (code, _) = ended(start(&directory));
     assert_eq!(code, Some(0));
     let image = fs::read(file(&directory)).unwrap();
     assert_eq!(image.len(), IMAGE_LEN);
-    assert_eq!(Emulator::start(&directory).end().0, Some(0));
+    assert_eq!(ended(start(&directory)).0, Some(0));
     assert_eq!(fs::read(file(&directory)).unwrap(), image);
 }
 
 #[test]
 fn what_is_no_image_of_the_drive_is_refused_and_left_as_it_is() {
     let folder = tempfile::tempdir().unwrap();
-    Emulator::start(folder.path()).end();
+    ended(start(folder.path()));
     let path = file(folder.path());
     let good = fs::read(&path).unwrap();
     let mut damaged = good.clone();
@@ -151,11 +125,11 @@ fn a_directory_that_cannot_be_used_is_refused_with_its_name() {
 #[test]
 fn two_emulators_do_not_use_one_directory() {
     let folder = tempfile::tempdir().unwrap();
-    let first = Emulator::start(folder.path());
+    let first = start(folder.path());
     let line = refused(folder.path(), &["--drive", "6"]);
     assert!(line.contains("is used by another running emulator"), "{line}");
     drop(first);
-    Emulator::start(folder.path()).end();
+    ended(start(folder.path()));
 }
 
 #[test]
@@ -165,7 +139,7 @@ fn what_a_killed_emulator_left_half_written_is_removed_and_nothing_else() {
     for name in names {
         fs::write(folder.path().join(name), "half").unwrap();
     }
-    drop(Emulator::start(folder.path()));
+    drop(start(folder.path()));
     let left = names.map(|name| folder.path().join(name).exists());
     assert_eq!(left, [false, false, true, true]);
 }
@@ -244,8 +218,8 @@ fn a_disk_that_takes_nothing_refuses_writes_and_harms_neither_drive_nor_file() {
 fn a_write_error_is_said_once_and_so_is_its_end() {
     let folder = tempfile::tempdir().unwrap();
     let (directory, away) = (folder.path().join("state"), folder.path().join("away"));
-    let emulator = Emulator::start(&directory);
-    let mut master = Master::open(&emulator.terminal);
+    let emulator = start(&directory);
+    let mut master = Master::open(Path::new(emulator.link()));
     let mut write_v_pos = |value| {
         let job = Pkw::new(Pke::of_job(JobId::WriteWord, 1004), Ind::default(), value);
         master.job(job).unwrap().to_string()
@@ -256,7 +230,7 @@ fn a_write_error_is_said_once_and_so_is_its_end() {
     assert_eq!(write_v_pos(72), "73EC 0000 0000 0012");
     fs::rename(&away, &directory).unwrap();
     assert_eq!(write_v_pos(73), "13EC 0000 0000 0049");
-    let (code, stderr) = emulator.end();
+    let (code, stderr) = ended(emulator);
     assert_eq!(code, Some(0), "{stderr}");
     let lines = |says: &str| stderr.lines().filter(|line| line.contains(says)).count();
     let name = file(&directory).display().to_string();
@@ -291,7 +265,7 @@ fn lives_through(
     relief: impl FnOnce(u32),
 ) {
     let process = emulator.process.id();
-    let mut master = Master::open(&emulator.terminal);
+    let mut master = Master::open(Path::new(emulator.link()));
     let mut job = |id, value| {
         let job = Pkw::new(Pke::of_job(id, 1004), Ind::default(), value);
         master.job(job).unwrap().to_string()
@@ -306,12 +280,12 @@ fn lives_through(
     relief(process);
     assert_eq!(job(JobId::WriteWord, 73), "13EC 0000 0000 0049");
     assert_eq!(stored_v_pos(directory), 73);
-    let (code, stderr) = emulator.end();
+    let (code, stderr) = ended(emulator);
     assert_eq!(code, Some(0), "{stderr}");
     let name = file(directory).display().to_string();
     assert!(stderr.contains(&format!("ERROR cannot store {name}: {says}")), "{stderr}");
     assert!(stderr.contains(&format!("{name} is stored again")), "{stderr}");
-    assert_eq!(Emulator::start(directory).end().0, Some(0), "and it starts again");
+    assert_eq!(ended(start(directory)).0, Some(0), "and it starts again");
     assert_eq!(stored_v_pos(directory), 73);
 }
 
@@ -350,7 +324,7 @@ fn a_disk_that_fills_up_refuses_writes_until_there_is_room() {
         assert_eq!(filled.unwrap_err().kind(), std::io::ErrorKind::StorageFull);
     };
     let empty = |_| fs::remove_file(&ballast).unwrap();
-    lives_through(&state, "No space left on device", Emulator::start(&state), fill, empty);
+    lives_through(&state, "No space left on device", start(&state), fill, empty);
 }
 
 /// Permissions do not hold root back, but an immutable directory does, on file systems that know that.
@@ -359,7 +333,7 @@ fn a_directory_that_becomes_read_only_refuses_writes_until_it_can_be_written() {
     let folder = tempfile::tempdir().unwrap();
     let directory = folder.path().join("state");
     let path = directory.to_str().unwrap();
-    let emulator = Emulator::start(&directory);
+    let emulator = start(&directory);
     assert!(can("chmod", &["a-w", path]));
     let (says, undo) = if fs::write(directory.join("x"), "").is_err() {
         ("Permission denied", ["chmod", "u+w"])

@@ -1,7 +1,5 @@
 //! `emulate --station` and `gsd`: stations from device files, as their users run them.
 
-use std::time::Duration;
-
 use crate::emulator::{Emulator, output};
 
 fn file(name: &str) -> String {
@@ -13,7 +11,7 @@ fn emulated(arguments: &[&str]) -> (String, Option<i32>, String) {
     let emulator = Emulator::start(arguments);
     let ready = emulator.ready.clone();
     emulator.signal("TERM");
-    let (code, _, log) = emulator.end(Duration::from_secs(10));
+    let (code, _, log) = emulator.end();
     (ready, code, log)
 }
 

@@ -116,6 +116,56 @@ wait "$emulator_pid" || status=$?
 emulator_pid=
 ((status == 0)) || fail "emulator: expected exit status 0 after SIGTERM, got $status"
 [[ ! -L $port ]] || fail "emulator: left the link $port behind"
+
+# Stations from GSDs, which pyprofibus reads with its own parser: every kind on one line, over both links.
+stop_emulator() {
+    kill -TERM "$emulator_pid"
+    wait "$emulator_pid" || fail "emulator: expected exit status 0 after SIGTERM, got $?"
+    emulator_pid=
+}
+of_ready() { sed -n "s/^ready .*$1=\([^ ]*\).*/\1/p" "$work/ready"; }
+stations_py=("$venv/bin/python" "$here/stations.py" --gsd "$root/tests/gsd")
+kinds=()
+while read -r address file; do
+    kinds+=(--station "$address,strict,gsd=$root/tests/gsd/$file")
+done < <("$venv/bin/python" "$here/stations.py" --list)
+for link in "pty:$work/stations" tcp:127.0.0.1:0; do
+    echo "== stations over ${link%%:*}"
+    start_emulator "$emulator" --link "$link" "${kinds[@]}"
+    [[ $link == pty:* ]] || link=$(of_ready link)
+    "${stations_py[@]}" --link "$link" || fail "stations.py over ${link%%:*}"
+    stop_emulator
+done
+
+echo "== a configuration that the station does not take"
+start_emulator "$emulator" --link "pty:$work/stations" --station "10,gsd=$root/tests/gsd/remote_io.gsd"
+"${stations_py[@]}" --link "pty:$work/stations" --wrong >"$work/play" || fail "stations.py --wrong: $(tail -n 1 "$work/play")"
+stop_emulator
+words='refused the configuration of master 2: Chk_Cfg octet 9: 0x61: the station takes 8 modules (Max_Module): take the others out'
+grep -qF "$words" "$work/emulator.log" || fail "emulator: expected the words of the refusal in its log"
+
+echo "== the tank of examples/tank.py"
+start_emulator "$emulator" --link "pty:$work/stations" --panel 127.0.0.1:0 --station "7,gsd=$root/tests/gsd/remote_io.gsd"
+"$venv/bin/python" "$root/examples/tank.py" "$(of_ready panel)" 7 >"$work/tank" 2>&1 &
+master_pid=$!
+"${stations_py[@]}" --link "pty:$work/stations" --tank || fail "stations.py --tank; tank.py: $(tail -n 3 "$work/tank")"
+kill "$master_pid"
+wait "$master_pid" 2>/dev/null || true
+master_pid=
+stop_emulator
+
+echo "== a drive of the profile"
+start_emulator "$emulator" --link "pty:$work/ppo" \
+    --ppo-drive "7,gsd=$root/examples/ppo_drive.gsd,parameters=$root/examples/ppo_drive.toml"
+"$venv/bin/python" "$here/ppo_drive.py" --port "$work/ppo" --gsd "$root/examples/ppo_drive.gsd" || fail "ppo_drive.py"
+stop_emulator
+
+echo "== the plant of examples/plant"
+cp -r "$root/examples/plant" "$work/plant"
+start_emulator "$emulator" --line "$work/plant/plant.toml"
+"$venv/bin/python" "$here/stations.py" --gsd "$root/examples/plant" --link "pty:$work/plant/bus" --plant || fail "stations.py --plant"
+stop_emulator
+
 # A drive of one's own, if the example is built beside the emulator.
 example=$(dirname "$emulator")/examples/own_drive
 if [[ -x $example ]]; then

@@ -37,8 +37,10 @@ enum Op {
     Write(u8, usize),
     /// A job over the bus that writes the value it finds.
     WriteSame(u8, usize),
-    /// Past the bus.
+    /// Past the bus, as the panel does it, also while a job of the bus waits for its reply.
     Panel(u8, usize),
+    /// Past the bus, the value that is there already, perhaps from a job that waits.
+    PanelSame(u8, usize),
     Disk(Failing),
     /// The writer writes so many images.
     Writer(u8),
@@ -69,7 +71,8 @@ fn op() -> impl Strategy<Value = Op> {
         1 => unit.clone().prop_map(Op::SwitchOn),
         8 => (unit.clone(), parameter.clone()).prop_map(|(unit, which)| Op::Write(unit, which)),
         3 => (unit.clone(), parameter.clone()).prop_map(|(unit, which)| Op::WriteSame(unit, which)),
-        3 => (unit, parameter).prop_map(|(unit, which)| Op::Panel(unit, which)),
+        4 => (unit.clone(), parameter.clone()).prop_map(|(unit, which)| Op::Panel(unit, which)),
+        2 => (unit, parameter).prop_map(|(unit, which)| Op::PanelSame(unit, which)),
         2 => Just(Op::Disk(Failing::default())),
         1 => failing.prop_map(Op::Disk),
         2 => one.prop_map(Op::Disk),
@@ -99,10 +102,35 @@ struct Unit {
     count: FrameCount,
     /// In Data_Exchange.
     exchanging: bool,
-    /// The job that waits for its reply: parameter, value, and all values before it.
-    job: Option<(usize, i32, [i32; 3])>,
+    /// The job that waits for its reply.
+    job: Option<Job>,
     /// A job was given up before its reply: until the next acknowledgement what is in force may change by itself.
     given_up: bool,
+}
+
+struct Job {
+    which: usize,
+    value: i32,
+    /// All values before it.
+    before: [i32; 3],
+    /// What was written past the bus since, oldest first.
+    past_the_bus: [Vec<i32>; 3],
+}
+
+impl Job {
+    /// What is in force when the bus has changed these values: who writes past the bus, writes later.
+    fn with_later_writes(&self, mut values: [i32; 3]) -> [i32; 3] {
+        for (value, later) in values.iter_mut().zip(&self.past_the_bus) {
+            *value = later.last().copied().unwrap_or(*value);
+        }
+        values
+    }
+
+    fn when_acknowledged(&self) -> [i32; 3] {
+        let mut values = self.before;
+        values[self.which] = self.value;
+        values
+    }
 }
 
 struct World {
@@ -198,7 +226,11 @@ impl World {
                 self.write(key, which, Some(value));
             }
             Op::WriteSame(key, which) => self.write(key, which, None),
-            Op::Panel(key, which) => self.panel(key, which),
+            Op::Panel(key, which) => {
+                let value = self.new_value();
+                self.panel(key, which, Some(value));
+            }
+            Op::PanelSame(key, which) => self.panel(key, which, None),
             Op::Disk(failing) => self.disk.fail(failing),
             Op::Writer(images) => (0..images).for_each(|_| _ = self.state().write_next()),
             Op::Kill { calls, power } => self.kill(calls, power),
@@ -248,8 +280,8 @@ impl World {
 
     /// The reply to a job that waits is not waited for.
     fn open_job(&mut self, key: u8, unit: &Unit) {
-        if let Some((which, value, _)) = unit.job {
-            self.known.get_mut(&key).unwrap()[which].open.push(value);
+        if let Some(job) = &unit.job {
+            self.known.get_mut(&key).unwrap()[job.which].open.push(job.value);
         }
     }
 
@@ -297,56 +329,67 @@ impl World {
             for _ in 0..3 {
                 if unit.exchange(&mut self.now, Pkw::ZERO) == Pkw::ZERO {
                     let before = values_of(&unit.drive);
-                    unit.job = Some((which, value.unwrap_or(before[which]), before));
+                    let (value, past_the_bus) = (value.unwrap_or(before[which]), Default::default());
+                    unit.job = Some(Job { which, value, before, past_the_bus });
                     break;
                 }
             }
         }
-        let Some((which, value, before)) = unit.job else { return };
-        let pnu = PARAMETERS[which].0;
-        let job = Pkw::new(Pke::of_job(JobId::WriteDoubleWord, pnu), Ind::default(), value.cast_unsigned());
-        let mut reply = unit.exchange(&mut self.now, job);
+        let Some(job) = unit.job.take() else { return };
+        let pnu = PARAMETERS[job.which].0;
+        let octets = job.value.cast_unsigned();
+        let request = Pkw::new(Pke::of_job(JobId::WriteDoubleWord, pnu), Ind::default(), octets);
+        let mut reply = unit.exchange(&mut self.now, request);
         if reply == Pkw::ZERO {
-            reply = unit.exchange(&mut self.now, job);
+            reply = unit.exchange(&mut self.now, request);
         }
         if reply == Pkw::ZERO {
+            unit.job = Some(job);
             return;
         }
         assert_eq!(reply.pke.pnu(), pnu);
-        unit.job = None;
-        let known = self.known.get_mut(&key).unwrap();
+        let found = values_of(&unit.drive);
         match reply.pke.reply() {
             ReplyId::DoubleWord => {
-                assert_eq!(reply.double_word(), value.cast_unsigned());
-                assert_eq!(values_of(&unit.drive)[which], value);
-                known[which] = Known { acknowledged: value, open: Vec::new() };
+                assert_eq!(reply.double_word(), octets);
+                let values = job.when_acknowledged();
+                let in_force = job.with_later_writes(values)[job.which];
+                assert_eq!(found[job.which], in_force, "acknowledged");
+                // What an image holds is safe with it: all that was in force when the job was executed.
+                let known = self.known.get_mut(&key).unwrap().iter_mut();
+                for (which, (known, open)) in known.zip(job.past_the_bus).enumerate() {
+                    if which == job.which || !unit.given_up {
+                        *known = Known { acknowledged: values[which], open };
+                    }
+                }
                 unit.given_up = false;
             }
             ReplyId::NotExecutable => {
                 assert_eq!(reply.word(), 18);
-                let now = values_of(&unit.drive);
                 if !unit.given_up {
-                    assert!(now[which] != value || before[which] == value, "refused");
-                    assert_eq!(now, before, "nothing changes");
+                    let expected = job.with_later_writes(job.before);
+                    assert_eq!(found, expected, "nothing of a refused job stays, all that came later does");
                 }
             }
             other => panic!("{other:?}"),
         }
     }
 
-    fn panel(&mut self, key: u8, which: usize) {
-        let value = self.new_value();
+    fn panel(&mut self, key: u8, which: usize, value: Option<i32>) {
         let Some(unit) = self.units.get_mut(&key) else { return };
-        // What is written meanwhile goes back with a job that is refused.
-        if unit.job.is_some() || unit.given_up || unit.drive.device().power() != profidrive::device::Power::On
-        {
+        if unit.drive.device().power() != profidrive::device::Power::On {
             return;
         }
         let pnu = Pnu::new(PARAMETERS[which].0).unwrap();
+        let value = value.unwrap_or_else(|| values_of(&unit.drive)[which]);
         let value_written = Value::Double(value.cast_unsigned());
         unit.drive.device_mut().write_parameter(self.now, pnu, None, value_written).unwrap();
-        unit.drive.handle_timeout(self.now);
+        assert_eq!(values_of(&unit.drive)[which], value);
+        if let Some(job) = &mut unit.job {
+            job.past_the_bus[which].push(value);
+        }
         self.known.get_mut(&key).unwrap()[which].open.push(value);
+        unit.drive.handle_timeout(self.now);
     }
 
     fn kill(&mut self, calls: u32, power: Option<usize>) {

@@ -12,13 +12,18 @@
 mod common;
 #[cfg(feature = "std")]
 mod faulty_disk;
+mod gsd_image;
 #[path = "../long/mod.rs"]
 mod long;
 #[path = "../mirror/mod.rs"]
 mod mirror;
+#[path = "../said/mod.rs"]
+mod said;
 #[path = "../telegrams/mod.rs"]
 mod telegrams;
 
+#[cfg(feature = "std")]
+mod hints;
 #[cfg(target_os = "linux")]
 mod host_pty;
 #[cfg(feature = "std")]
@@ -26,6 +31,8 @@ mod host_run;
 #[cfg(all(target_os = "linux", feature = "std"))]
 mod host_tcp;
 mod interop_profirust;
+#[cfg(feature = "std")]
+mod interop_stations;
 #[cfg(feature = "std")]
 mod kept;
 #[cfg(feature = "std")]
@@ -38,9 +45,13 @@ mod line_faults;
 mod many_stations;
 #[cfg(target_os = "linux")]
 mod master_clients;
+mod new_device;
 mod own_master;
 mod plant;
+mod ppo_drive;
 #[cfg(target_os = "linux")]
 mod slcan;
 #[cfg(all(target_os = "linux", feature = "serial"))]
 mod slot_time;
+#[cfg(feature = "std")]
+mod what_it_says;

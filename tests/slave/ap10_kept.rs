@@ -161,13 +161,76 @@ fn an_image_of_the_host_brings_everything_back() {
     let mut other = Ap10::new(config);
     other.recall(rig.now, &image).unwrap();
     rig.device = other;
-    rig.device.turn_to(rig.now, Turns::from_revolutions(2.0));
     assert_eq!(rig.power_on(), ["77D#00"], "the number of the image");
-    assert_eq!(rig.position(), 510);
+    assert_eq!(rig.position(), 510, "with the shaft where it was");
     assert_eq!(rig.read(0x2002, 0), Ok(2));
     assert_eq!(rig.read(0x1003, 1), Ok(0x0081_FF12), "the history is kept (CN-134)");
     for len in 0..image.len() {
         assert!(Ap10::new(config).recall(rig.now, &image[..len]).is_err());
+    }
+}
+
+/// The device that begins with this image, switched on.
+fn recalled(image: &[u8]) -> Rig {
+    let mut rig = Rig::hosted(125);
+    let config = Config { memory: Memory::Host, ..Config::new(NodeId::new(125).unwrap()) };
+    rig.device = Ap10::new(config);
+    rig.device.recall(rig.now, image).unwrap();
+    assert_eq!(rig.power_on(), ["77D#00"]);
+    rig
+}
+
+#[test]
+fn the_encoder_and_the_battery_are_in_the_image_of_the_host() {
+    let mut rig = Rig::hosted(125);
+    rig.turns(-3.25);
+    rig.device.provoke(rig.now, Fault::BatteryEmpty);
+    let image = host_keeps(&mut rig);
+    let mut other = recalled(&image);
+    assert_eq!(other.position(), -2860);
+    assert_eq!(other.display().battery, Light::Steady);
+    assert_eq!((other.read(0x6503, 0), other.read(0x1001, 0)), (Ok(0x3001), Ok(0x81)));
+    other.device.make_nominal(other.now);
+    other.drain();
+    let image = host_keeps(&mut other);
+    let mut third = recalled(&image);
+    assert_eq!(third.display().battery, Light::Steady, "until somebody acknowledges");
+    third.tap(Key::Up);
+    assert_eq!((third.display().battery, third.read(0x1001, 0)), (Light::Off, Ok(0)));
+    let image = host_keeps(&mut third);
+    assert_eq!(recalled(&image).display().battery, Light::Off);
+    // The shaft turns without supply, too.
+    third.device.power_off();
+    third.device.turn_to(third.now, Turns::from_revolutions(1.0));
+    let image = host_keeps(&mut third);
+    assert_eq!(recalled(&image).position(), 880);
+}
+
+#[test]
+fn a_load_that_waits_for_the_restart_is_in_the_image_of_the_host_and_acts_once() {
+    for group in 1..=4 {
+        let mut rig = Rig::hosted(125);
+        change(&mut rig);
+        for (index, at) in [(0x1010_u16, 1), (0x1011, group)] {
+            let [low, high] = index.to_le_bytes();
+            let [a, b, c, d] = if index == 0x1010 { *b"save" } else { *b"load" };
+            rig.data(0x67D, &[0x23, low, high, at, a, b, c, d]);
+            let image = host_keeps(&mut rig);
+            assert_eq!(rig.drain().len(), 1, "answered when it is kept");
+            if index == 0x1010 {
+                continue;
+            }
+            let mut other = recalled(&image);
+            for (index, value, default, _, own) in ENTRIES {
+                let expected = if group == 1 || group == own { default } else { value };
+                assert_eq!(other.read(index, 0), Ok(expected), "{index:04X}h after load {group} and a kill");
+            }
+            let image = host_keeps(&mut other);
+            let mut third = recalled(&image);
+            for (index, value, ..) in ENTRIES {
+                assert_eq!(third.read(index, 0), Ok(value), "{index:04X}h: once, load {group} (CN-110)");
+            }
+        }
     }
 }
 

@@ -110,6 +110,7 @@ impl Play {
                 assert!(answers.contains(&(7, u32::from(code.number()))), "{job}: {code}, but {answers:?}");
             }
             Err(PkwError::NoControlRights | PkwError::TimedOut { .. } | PkwError::Interrupted) => {}
+            Err(other) => panic!("{job}: {other} is not checked"),
         }
     }
 

@@ -115,7 +115,8 @@ fn a_fault_is_named_acknowledged_and_left_behind() {
         };
         let text = outcome.result.unwrap_err().to_string();
         assert!(text.starts_with(
-            "move to 5000 is not possible: a fault is latched: acknowledge it (ZSW.3): D (output"
+            "move to 5000 is not possible: a fault is latched (ZSW.3 = 1): remove its cause, then \
+             acknowledge it (STW.7 from 0 to 1): D (output"
         ));
         rig.refused(Goal::Enable, &[Obstacle::Fault, Obstacle::ShaftTurns]);
         rig.refused(Goal::Acknowledge, &[Obstacle::FaultCause]);
@@ -138,7 +139,7 @@ fn what_is_missing_for_a_travel_is_said() {
         rig.pursue(Goal::Enable).unwrap();
         assert_eq!(
             rig.refused(Goal::MoveTo(1_200_000), &[Obstacle::TargetBeyondLimits]),
-            "move to 1200000 is not possible: the target is beyond a limit: the limits are -1000000 and 1000000"
+            "move to 1200000 is not possible: the target is beyond a limit (PNU 1016, 1017): the limits are -1000000 and 1000000"
         );
         rig.exchanges(2000);
         assert_eq!(rig.client.hiw(), 0, "nothing starts later");
@@ -179,8 +180,9 @@ fn without_data_exchange_the_diagnosis_says_why_and_after_a_loss_nothing_starts_
     rig.client.handle_timeout(due);
     assert_eq!(
         rig.client.poll_outcome().unwrap().result.unwrap_err().to_string(),
-        "enable was not done within 5s: there is no Data_Exchange with the drive; it refused Set_Prm, see the ident number \
-         (diagnosis, Prm_Fault); it is not ready for Data_Exchange (diagnosis)"
+        "enable was not done within 5s: there is no Data_Exchange with the drive; it refused Set_Prm (Slave_Diag octet 1 \
+         bit 6, Prm_Fault = 1): the ident number must be 0AC5; it is not ready for Data_Exchange (Slave_Diag octet 1 bit \
+         1, Station_Not_Ready = 1)"
     );
 
     rig.pursue(Goal::Enable).unwrap();

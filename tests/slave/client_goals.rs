@@ -136,13 +136,14 @@ impl Rig {
             Goal::Velocity(rpm) => assert_eq!(status.velocity.signum(), rpm.signum(), "{goal}"),
             Goal::Jog(Direction::Positive) => assert!(status.moving && status.velocity >= 0, "{goal}"),
             Goal::Jog(Direction::Negative) => assert!(status.moving && status.velocity <= 0, "{goal}"),
+            _ => panic!("{goal} is not checked"),
         }
     }
 }
 
 fn config() -> impl Strategy<Value = Config> {
     let model = prop_oneof![Just(Model::Ag03), Just(Model::Ag03_1)];
-    let quirk = proptest::sample::select(&QUIRKS[..])
+    let quirk = proptest::sample::select(QUIRKS)
         .prop_flat_map(|quirk| (Just(quirk.name), proptest::sample::select(quirk.values)));
     (model, proptest::collection::vec(quirk, 0..6)).prop_map(|(model, quirks)| {
         let mut config =

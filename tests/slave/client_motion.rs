@@ -322,8 +322,8 @@ fn what_ran_out_of_time_says_so() {
     let text = rig.refused(Goal::MoveTo(100_000), &[Obstacle::PositioningActive, Obstacle::ShaftTurns]);
     assert_eq!(
         text,
-        "move to 100000 was not done within 30s: a positioning is active (SSW.14); the shaft turns (ZSW.13 = 0 or \
-         SSW.4)"
+        "move to 100000 was not done within 30s: a positioning is active (SSW.14 = 1): wait for its end, or stop it (STW.4 = \
+         0); the shaft turns (ZSW.13 = 0 or SSW.4 = 1): wait until it stands"
     );
 }
 

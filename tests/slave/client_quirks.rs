@@ -107,7 +107,10 @@ fn the_letter_of_a_fault_says_where_it_was_read() {
         rig.set_inputs(Inputs::default().provoking(fault));
         rig.exchanges(50);
         let text = rig.refused(Goal::MoveTo(5), &[Obstacle::Fault, Obstacle::NotEnabled]);
-        assert!(text.contains("acknowledge it (ZSW.3): G (") && text.contains("says element 0 of PNU 945"));
+        assert!(
+            text.contains("acknowledge it (STW.7 from 0 to 1): G (")
+                && text.contains("says element 0 of PNU 945")
+        );
         rig.set_inputs(Inputs::default());
         rig.exchanges(50);
         rig.pursue(Goal::Acknowledge).unwrap();

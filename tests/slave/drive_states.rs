@@ -135,7 +135,10 @@ fn a_refused_start_says_every_reason_and_does_not_acknowledge() {
     assert_eq!(drive.say(0x007B, 1_200_000).0, before, "ZSW.12 unchanged");
     let refusals = drive.refusals();
     assert_eq!(refusals.len(), 1, "{refusals:?}");
-    assert!(refusals[0].contains("1200000") && refusals[0].contains("upper limit (1000000)"), "{refusals:?}");
+    assert!(
+        refusals[0].contains("1200000") && refusals[0].contains("upper limit (1000000 inc)"),
+        "{refusals:?}"
+    );
     drive.say(0x002B, 100);
     drive.say(0x006B, 100);
     let refusals = drive.refusals();

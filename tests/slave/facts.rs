@@ -7,9 +7,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use profidrive::device::bits::{Bit, Role, Word, bits};
-use profidrive::dp::DiagBit;
+use profidrive::dp::chk_cfg::{COUNT, IdentifierBit, LENGTH, NOT_COMPARED, SpecialBit};
+use profidrive::dp::{ControlBit, DiagBit, PrmBit, Service};
 use profidrive::drive::Mode;
-use profidrive::param::TABLE;
+use profidrive::param::{Model, TABLE};
 
 #[test]
 fn no_bit_of_a_word_is_named_by_its_number() {
@@ -59,8 +60,10 @@ fn names_a_raw_bit(line: &str) -> bool {
     });
     let word_after = |pattern: &str| {
         code.match_indices(pattern).any(|(at, _)| {
-            let digits = code[at + pattern.len()..].chars().take_while(char::is_ascii_hexdigit).count();
-            digits == 4
+            let rest = &code[at + pattern.len()..];
+            let digits = rest.chars().take_while(char::is_ascii_hexdigit).count();
+            // Eight digits are written in two groups.
+            digits == 4 && !rest[digits..].starts_with('_')
         })
     };
     let word = ["& 0x", "Some(0x", "from_raw(0x", "=> (0x", "= (0x"].into_iter().any(word_after);
@@ -103,6 +106,31 @@ fn the_dissector_has_the_tables_of_the_crate() {
     assert_eq!(found, tables, "run this test with WRITE_DISSECTOR=1");
 }
 
+#[test]
+fn the_page_has_the_models_of_the_crate() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/panel/page");
+    let text = fs::read_to_string(page.join("states.js")).unwrap();
+    let (_, rest) = text.split_once("export const MODELS = {\n").unwrap();
+    let (found, _) = rest.split_once("};").unwrap();
+    let models: Vec<(String, &str)> =
+        Model::ALL.iter().map(|model| (model.to_string(), model.product_name())).collect();
+    let found: Vec<(String, &str)> = found
+        .lines()
+        .map(|line| line.trim().trim_end_matches(',').split_once(": ").unwrap())
+        .map(|(key, name)| (key.trim_matches('"').to_owned(), name.trim_matches('"')))
+        .collect();
+    assert_eq!(found, models);
+    // Everywhere else the page takes the names from there.
+    for file in fs::read_dir(page).unwrap().map(|entry| entry.unwrap().path()) {
+        let is_script = file.extension().is_some_and(|ending| ending == "js");
+        if is_script && !file.ends_with("states.js") {
+            let text = fs::read_to_string(&file).unwrap();
+            let named = models.iter().find(|(_, name)| text.contains(&format!("\"{name}\"")));
+            assert_eq!(named, None, "{}", file.display());
+        }
+    }
+}
+
 /// The tables in Lua.
 fn tables() -> String {
     let mut lua = String::from("local PNU = {\n");
@@ -111,15 +139,24 @@ fn tables() -> String {
         writeln!(lua, "    [{pnu}] = \"{name}\",").unwrap();
     }
     lua.push_str("}\n");
-    for (octet, table) in (0..3).zip(["DIAG_BITS_1", "DIAG_BITS_2", "DIAG_BITS_3"]) {
-        writeln!(lua, "local {table} = {{").unwrap();
-        for bit in DiagBit::ALL.iter().rev().filter(|bit| bit.octet() == octet) {
-            let key = bit.name().to_lowercase().replace(' ', "_");
-            writeln!(lua, "    {{ {}, \"{key}\", \"{}\" }},", bit.number(), bit.name()).unwrap();
-        }
-        lua.push_str("}\n");
+    for (place, table) in (0..3).zip(["DIAG_BITS_1", "DIAG_BITS_2", "DIAG_BITS_3"]) {
+        let bits = DiagBit::ALL.iter().rev().filter(|bit| bit.octet() == place);
+        octet(&mut lua, table, bits.map(|bit| (bit.number(), bit.name())));
     }
-    for (word, table) in [(Word::Stw, "STW_BITS"), (Word::Zsw, "ZSW_BITS")] {
+    lua.push_str("local SERVICE_OF_SAP = {\n");
+    for service in Service::ALL {
+        if let Some(sap) = service.sap() {
+            writeln!(lua, "    [{sap}] = \"{}\",", service.name()).unwrap();
+        }
+    }
+    lua.push_str("}\n");
+    octet(&mut lua, "PRM_BITS", PrmBit::ALL.iter().map(|bit| (bit.number(), bit.name())));
+    octet(&mut lua, "CONTROL_BITS", ControlBit::ALL.iter().map(|bit| (bit.number(), bit.name())));
+    octet(&mut lua, "IDENTIFIER_BITS", IdentifierBit::ALL.iter().map(|bit| (bit.number(), bit.name())));
+    octet(&mut lua, "SPECIAL_BITS", SpecialBit::ALL.iter().map(|bit| (bit.number(), bit.name())));
+    writeln!(lua, "local COUNTS, LENGTHS, NOT_COMPARED = {}, {}, {NOT_COMPARED}", COUNT + 1, LENGTH + 1)
+        .unwrap();
+    for (word, table) in [(Word::Stw, "STW_BITS"), (Word::Zsw, "ZSW_BITS"), (Word::Ssw, "SSW_BITS")] {
         writeln!(lua, "local {table} = {{").unwrap();
         let modes = bits(word, Mode::Positioning, None).into_iter().zip(bits(word, Mode::Velocity, None));
         for (n, (positioning, velocity)) in modes.enumerate() {
@@ -130,6 +167,16 @@ fn tables() -> String {
         lua.push_str("}\n");
     }
     lua
+}
+
+/// The bits of an octet, the highest first.
+fn octet<'a>(lua: &mut String, table: &str, bits: impl Iterator<Item = (u8, &'a str)>) {
+    writeln!(lua, "local {table} = {{").unwrap();
+    for (number, name) in bits {
+        let key = name.to_lowercase().replace(' ', "_");
+        writeln!(lua, "    {{ {number}, \"{key}\", \"{name}\" }},").unwrap();
+    }
+    lua.push_str("}\n");
 }
 
 /// Name, text and words of a bit; the dissector does not know the operating mode.

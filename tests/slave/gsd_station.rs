@@ -375,7 +375,7 @@ fn every_file_of_ours_is_read_without_a_warning_and_brought_up_with_its_defaults
         assert_eq!(verdict(&gsd, Policy::STRICT, &user_prm, &cfg), Verdict::Ok, "{}", path.display());
     }
     revisions.sort_unstable();
-    assert_eq!(revisions, [1, 2, 3, 3, 4, 4, 5]);
+    assert_eq!(revisions, [1, 2, 3, 3, 4, 4, 5, 5]);
 }
 
 #[test]
@@ -393,4 +393,71 @@ fn no_panic_on_any_prefix_or_damage_of_a_file() {
             }
         }
     }
+}
+
+#[test]
+fn odd_spellings_of_real_files_are_read_without_a_warning() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gsd/oddities");
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let gsd = Gsd::read(&std::fs::read(&path).unwrap()).unwrap();
+        let warnings: Vec<_> = gsd.hints.iter().filter(|hint| hint.level == Level::Warning).collect();
+        assert!(warnings.is_empty(), "{}: {warnings:?}", path.display());
+        assert_eq!(gsd.modules[0].prm.len, Some(1), "{}: behind a data area in a module", path.display());
+        Station::new(gsd, Policy::PROPOSED).unwrap();
+    }
+}
+
+#[test]
+fn a_keyword_that_is_nearly_one_is_asked_about() {
+    for (line, words) in [
+        ("Max_Modul = 4", "'Max_Modul' is no keyword and has no effect; did you mean Max_Module?"),
+        (
+            "Modular_Satation = 1",
+            "'Modular_Satation' is no keyword and has no effect; did you mean Modular_Station?",
+        ),
+        (
+            "Max_Inputs_Len = 8",
+            "'Max_Inputs_Len' is no keyword and has no effect; did you mean Max_Input_Len?",
+        ),
+        ("Failsafe = 1", "'Failsafe' is no keyword and has no effect; did you mean Fail_Safe?"),
+    ] {
+        let gsd = read(&format!("{line}\nModule=\"a\" 0x10\nEndModule\n"));
+        let warnings: Vec<_> = gsd.hints.iter().filter(|hint| hint.level == Level::Warning).collect();
+        assert_eq!(warnings.len(), 1, "{warnings:?}");
+        assert_eq!(warnings[0].text, words);
+    }
+    // What makers add of their own is a note.
+    let gsd = read("DS248_FCT = 1\nIsMaster = 0\nETERDelay = 3\n");
+    assert!(gsd.hints.iter().all(|hint| hint.level == Level::Note), "{:?}", gsd.hints);
+}
+
+#[test]
+fn a_layout_tells_slots_octets_and_identifiers() {
+    let gsd = Gsd::read(include_bytes!("../gsd/modular.gsd")).unwrap();
+    let station = Station::new(gsd, Policy::PROPOSED).unwrap();
+    let layout = station.layout(&[0x21, 0x10, 0x00, 0x11, 0x11, 0x21]);
+    let rows: Vec<_> = layout
+        .iter()
+        .map(|placed| {
+            let slot = &placed.slot;
+            (
+                slot.number,
+                placed.name(station.gsd()),
+                placed.identifiers.clone(),
+                slot.inputs.clone(),
+                slot.outputs.clone(),
+            )
+        })
+        .collect();
+    assert_eq!(
+        rows,
+        [
+            (1, "2 out, 1 in", 0..2, 0..1, 0..2),
+            (2, "empty slot", 2..3, 1..1, 2..2),
+            (3, "2 inputs", 3..4, 1..3, 2..2),
+            (4, "2 in, 2 out", 4..6, 3..5, 2..4),
+        ]
+    );
+    assert!(station.layout(&[0x20]).is_empty());
 }

@@ -19,28 +19,51 @@ const TABLE: &[(&str, &[&str])] = &[
     // A powered device knows no bus.
     ("unit", &["time", "param", "drive"]),
     ("ap10", &["time"]),
+    ("ppo_drive", &[]),
     (
         "device",
         &[
-            "time", "fdl", "dp", "ppo", "pkw", "param", "drive", "unit", "can", "canopen", "cia402",
-            "asda_a2", "ap10",
+            "time",
+            "fdl",
+            "dp",
+            "ppo",
+            "pkw",
+            "param",
+            "drive",
+            "unit",
+            "can",
+            "canopen",
+            "cia402",
+            "asda_a2",
+            "ap10",
+            "ppo_drive",
         ],
     ),
     // The bits of the diagnosis.
-    ("client", &["time", "dp", "ppo", "param", "pkw", "drive", "device"]),
+    ("client", &["time", "dp", "ppo", "param", "pkw", "drive", "device", "can", "canopen", "cia402"]),
+    // A machine behind any slave.
+    ("process", &["fdl", "time"]),
     // A slave of any kind.
-    ("gsd", &["dp", "fdl", "time"]),
-    ("explain", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device"]),
+    ("gsd", &["dp", "fdl", "process", "time"]),
+    ("explain", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device", "can", "canopen", "cia402"]),
     // One framer for a bus, generic slaves, links that keep telegrams apart or corrupt them on purpose, and buses of CAN.
-    ("host", &["device", "time", "fdl", "dp", "ppo", "can", "canopen"]),
+    ("host", &["device", "time", "fdl", "dp", "ppo", "can", "canopen", "gsd", "process"]),
     ("bench", &["host", "device", "explain", "dp", "fdl", "time"]),
-    ("panel", &["host", "device", "explain", "drive", "dp", "param", "ppo", "fdl", "time"]),
+    // Stations on a line, live or simulated, and telegrams in words.
+    ("judge", &["bench", "host", "device", "explain", "gsd", "dp", "fdl", "time"]),
+    (
+        "panel",
+        &[
+            "host", "can", "canopen", "device", "explain", "drive", "dp", "param", "ppo", "gsd", "process",
+            "fdl", "time",
+        ],
+    ),
     ("master", &["bench", "host", "client", "device", "dp", "pkw", "ppo", "param", "fdl", "time"]),
 ];
 
 /// What no module but the buses and what stands on them may know, and who must not know it.
 const BUSES: &[&str] = &["fdl", "dp", "can", "canopen", "ppo", "pkw"];
-const DEVICES: &[&str] = &["param", "drive", "unit", "asda_a2", "ap10"];
+const DEVICES: &[&str] = &["param", "drive", "unit", "asda_a2", "ap10", "ppo_drive"];
 
 #[test]
 fn every_layer_imports_only_what_the_table_allows() {

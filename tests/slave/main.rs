@@ -22,6 +22,8 @@ mod common;
 mod drive_rig;
 #[path = "../long/mod.rs"]
 mod long;
+#[path = "../said/mod.rs"]
+mod said;
 #[path = "../slave_line/mod.rs"]
 mod slave_line;
 #[path = "../telegrams/mod.rs"]
@@ -52,7 +54,9 @@ mod client_faults;
 #[cfg(feature = "std")]
 mod client_goals;
 mod client_motion;
+mod client_node;
 mod client_quirks;
+mod co_ag03_bus;
 mod co_ag03_motion;
 mod co_ag03_node;
 mod conformance;
@@ -68,21 +72,28 @@ mod generic_slave;
 mod gsd;
 #[cfg(feature = "std")]
 mod gsd_station;
+mod hints;
 mod layers;
 mod modular;
+mod node_quirks;
 mod oracle;
 #[cfg(feature = "std")]
 mod own_drive;
 mod persistence;
 mod pkw_jobs;
 mod policy;
+#[cfg(feature = "std")]
+#[cfg(feature = "parameters")]
+mod ppo_drive;
 mod quirks;
 mod references;
 mod robustness;
 mod set_address;
 mod startup;
 mod story;
+mod told;
 mod travel_pictures;
+mod what_it_says;
 
 // The fuzz targets need it, too.
 use fuzz_corpus::invariants::canopen_device;

@@ -51,6 +51,7 @@ impl Stricter {
             | FrameError::ExtensionMissing
             | FrameError::BrokenOff { .. }
             | FrameError::Parity => None,
+            _ => panic!("is {error} checked by profirust?"),
         }
     }
 }

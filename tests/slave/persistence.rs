@@ -366,8 +366,8 @@ fn a_write_that_cannot_be_stored_is_refused_with_18_and_changes_nothing() {
     }
     assert_eq!(
         line.events.last().unwrap().to_string(),
-        "job 23EC 0000 0000 004D (write word, PNU 1004) refused with error 18, other error: the EEPROM did not store \
-         it, so nothing was changed"
+        "job 23EC 0000 0000 004D (write word, PNU 1004 v-Pos) refused with error 18, other error: the EEPROM did not \
+         store it, so nothing was changed; write it again, and check the place where the images are kept"
     );
 }
 

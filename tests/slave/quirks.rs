@@ -8,7 +8,9 @@ use std::path::Path;
 use std::time::Duration;
 
 use common::Line;
-use profidrive::device::{Config, DipSwitches, QUIRKS, Timing};
+use profidrive::device::{
+    Config, DipSwitches, QUIRKS, Quirk, Timing, ag03_canopen, ap10_canopen, asda_a2_canopen,
+};
 use profidrive::fdl::Address;
 use profidrive::param::Model;
 
@@ -216,7 +218,12 @@ fn the_document_lists_the_quirks_of_the_code_and_no_other() {
             [plain(cells[0]), plain(cells[1]), plain(cells[2])]
         })
         .collect();
-    let known = QUIRKS.iter();
-    let known = known.map(|quirk| [quirk.name.into(), quirk.register.into(), quirk.values.join(", ")]);
+    fn of<C>(quirks: &[Quirk<C>]) -> impl Iterator<Item = [String; 3]> + '_ {
+        quirks.iter().map(|quirk| [quirk.name.into(), quirk.register.into(), quirk.values.join(", ")])
+    }
+    let known = of(QUIRKS)
+        .chain(of(ag03_canopen::QUIRKS))
+        .chain(of(ap10_canopen::QUIRKS))
+        .chain(of(asda_a2_canopen::QUIRKS));
     assert_eq!(documented, known.collect());
 }

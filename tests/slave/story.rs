@@ -1,21 +1,18 @@
 //! A whole commissioning as `emulate` logs it at its default level: `docs/story.txt`, line by line.
 
-use crate::common;
+use crate::{common, told};
 
 use std::fmt::Write;
 use std::fs;
+use std::ops::{Deref, DerefMut};
 use std::path::Path;
 use std::time::Duration;
 
-use common::{CFG, IDENT, Line, MASTER, Reply};
+use common::{CFG, MASTER, Reply};
 use profidrive::device::{Event, UnitEvent};
 use profidrive::drive::{Fault, Inputs, Mode};
 use profidrive::param::{Pnu, Value};
-
-/// The outputs are sent this often, well below the watchdog time.
-const CYCLE: Duration = Duration::from_millis(20);
-/// Lock, watchdog 100 ms, Sync and Freeze enabled, min T_SDR 11, groups 1 and 3.
-const PRM: [u8; 7] = [0xB8, 10, 1, 11, IDENT[0], IDENT[1], 0x05];
+use told::{CYCLE, PRM, Told};
 
 #[test]
 fn a_commissioning_reads_as_the_committed_story() {
@@ -96,15 +93,15 @@ fn each_refusal_names_cause_place_and_cure() {
             0x004B,
             5,
             0x000B,
-            "travel to 5 refused: stop is given (STW.4 = 0); intermediate stop is given (STW.5 = 0); next: send STW 007B, \
+            "travel to 5 inc refused: stop is given (STW.4 = 0); intermediate stop is given (STW.5 = 0); next: send STW 007B, \
              then 003B",
         ),
         (
             0x007B,
             1_200_000,
             0x003B,
-            "travel to 1200000 refused: setpoint is above the upper limit (1000000): give a setpoint from -1000000 to \
-             1000000, or change the limits (PNU 1016, 1017)",
+            "travel to 1200000 inc refused: setpoint is above the upper limit (1000000 inc): give a setpoint from -1000000 inc to \
+             1000000 inc, or change the limits (PNU 1016, 1017)",
         ),
         (
             0x0200,
@@ -153,7 +150,8 @@ fn what_comes_in_every_cycle_is_detail() {
         plant.line.global_control(0x14, 0);
         plant.say(0x000B, 0, CYCLE);
         let v_pos = Pnu::new(1004).unwrap();
-        plant.line.device.write_parameter(plant.line.now, v_pos, None, Value::Word(30)).unwrap();
+        let line = &mut plant.line;
+        line.device.write_parameter(line.now, v_pos, None, Value::Word(30)).unwrap();
         plant.say(0x000B, 0, CYCLE);
     }
     assert!(plant.line.events.len() >= 40);
@@ -179,9 +177,22 @@ fn an_overflow_of_events_is_counted_and_said() {
 }
 
 struct Plant {
-    line: Line,
+    told: Told,
     story: String,
-    pkw: [u8; 8],
+}
+
+impl Deref for Plant {
+    type Target = Told;
+
+    fn deref(&self) -> &Told {
+        &self.told
+    }
+}
+
+impl DerefMut for Plant {
+    fn deref_mut(&mut self) -> &mut Told {
+        &mut self.told
+    }
 }
 
 impl Plant {
@@ -189,7 +200,7 @@ impl Plant {
         let mut story = String::new();
         story.push_str("# What the log of a drive says during a commissioning. '>' is what the user or the master does,\n");
         story.push_str("# indented what the drive says. Compared by tests/slave/story.rs.\n");
-        Self { line: Line::new(), story, pkw: [0; 8] }
+        Self { told: Told::new(), story }
     }
 
     fn exchanging() -> Self {
@@ -200,9 +211,11 @@ impl Plant {
 
     fn start_up(&mut self) {
         self.act("power off and on");
-        self.line.device.power_off(self.line.now);
+        let line = &mut self.line;
+        line.device.power_off(line.now);
         self.line.wait(CYCLE);
-        self.line.device.power_on(self.line.now);
+        let line = &mut self.line;
+        line.device.power_on(line.now);
         self.line.wait(CYCLE);
         self.act("Set_Prm with ident number 1234");
         self.line.request(MASTER, Some(61), &[0x88, 10, 1, 11, 0x12, 0x34, 0]);
@@ -275,12 +288,14 @@ impl Plant {
         self.say(0x003B, 16_000, CYCLE);
         self.act("panel: PNU 930 = 1, velocity mode");
         let mode = Pnu::new(930).unwrap();
-        self.line.device.write_parameter(self.line.now, mode, None, Value::Word(1)).unwrap();
+        let line = &mut self.line;
+        line.device.write_parameter(line.now, mode, None, Value::Word(1)).unwrap();
         self.pkw = [0; 8];
         self.say(0x003B, 0, CYCLE);
         assert_eq!(self.line.device.status().mode, Mode::Velocity);
-        self.act("STW 004B, setpoint 20; 000B");
+        self.act("STW 004B, setpoint 20, then 40; 000B");
         self.say(0x004B, 20, Duration::from_secs(1));
+        self.say(0x004B, 40, Duration::from_secs(1));
         self.say(0x000B, 20, Duration::from_secs(2));
         self.act("battery 2.4 V");
         self.inputs(Inputs { battery: 2.4, ..Inputs::default() });
@@ -294,7 +309,8 @@ impl Plant {
         self.act("the master is silent");
         self.line.wait(Duration::from_millis(300));
         self.act("power off");
-        self.line.device.power_off(self.line.now);
+        let line = &mut self.line;
+        line.device.power_off(line.now);
         self.line.wait(CYCLE);
         self.tell();
     }
@@ -306,26 +322,8 @@ impl Plant {
     }
 
     fn tell(&mut self) {
-        for event in self.line.events.drain(..).filter(|event| !event.is_detail()) {
-            writeln!(self.story, "  {event}").unwrap();
-        }
-    }
-
-    fn inputs(&mut self, inputs: Inputs) {
-        self.line.device.set_inputs(self.line.now, inputs);
-    }
-
-    /// Exchanges these outputs for `time`, at least twice.
-    fn say(&mut self, stw: u16, setpoint: i32, time: Duration) {
-        let mut outputs = [0; 14];
-        outputs[..8].copy_from_slice(&self.pkw);
-        outputs[8..10].copy_from_slice(&stw.to_be_bytes());
-        outputs[10..].copy_from_slice(&setpoint.to_be_bytes());
-        let end = self.line.now.saturating_add(time);
-        self.line.exchange(&outputs);
-        while self.line.now < end {
-            self.line.wait(CYCLE);
-            self.line.exchange(&outputs);
+        for text in self.told.texts() {
+            writeln!(self.story, "  {text}").unwrap();
         }
     }
 }

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Links a firmware with one slave and one with one drive for a Cortex-M4F, and compares what they take of flash and RAM
-# with sizes.txt: more than 5 % more is a failure. `check.sh --record` writes sizes.txt instead.
+# Links a firmware with one slave, one drive, one CANopen node, and AG03/1, AP10 and ASDA-A2 as nodes for a Cortex-M4F, and
+# compares what they take of flash and RAM with sizes.txt: more than 5 % more is a failure. `check.sh --record` writes sizes.txt instead.
 #
 # flash: .text, .rodata and .data, less those of a firmware with neither. ram: .bss and .data; the stack comes on top.
 set -euo pipefail
@@ -21,7 +21,7 @@ sizes() {
 
 read -r frame _ < <(sizes "")
 measured=""
-for part in slave drive; do
+for part in slave drive node ag03_node ap10_node asda_a2_node; do
     read -r flash ram < <(sizes "$part")
     measured+="$part flash $((flash - frame))"$'\n'"$part ram $ram"$'\n'
 done

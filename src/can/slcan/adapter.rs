@@ -62,6 +62,7 @@ pub enum Effect {
 
 /// Why a line is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum Refusal {
     /// More characters than any command has.
     #[error("a line has at most {MAX_COMMAND} characters, not {got}")]

@@ -62,6 +62,7 @@ impl core::fmt::Display for BusTiming {
 
 /// Why a line is no command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum CommandError {
     /// No command begins so.
     #[error("no command begins with {got:02X}h")]

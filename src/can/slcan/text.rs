@@ -23,6 +23,7 @@ const MAX_LINE: usize = 1 + EXTENDED_DIGITS + 1 + 2 * MAX_OCTETS + 4 + 1;
 
 /// What is wrong with the line of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum LineError {
     /// Too few or too many characters.
     #[error("a line of this kind has {expected} characters, not {got}")]

@@ -110,11 +110,9 @@ impl SdoClient {
     /// A frame was received.
     pub fn handle_frame(&mut self, now: Instant, frame: &Frame) -> Step<'_> {
         let own = frame.id() == cob_id::of_node(cob_id::SDO_SERVER, self.node) && !frame.is_remote();
-        let Some(response) = <[u8; FRAME_LEN]>::try_from(frame.octets()).ok().filter(|_| own).map(Answer)
-        else {
-            return Step::Wait;
-        };
-        if let (Some(at), Some(Response::Abort { at: about, code })) = (self.at(), response.addressed()) {
+        let octets = <[u8; FRAME_LEN]>::try_from(frame.octets()).ok().filter(|_| own);
+        let Some(response) = octets.and_then(Response::decode) else { return Step::Wait };
+        if let (Some(at), Response::Abort { at: about, code }) = (self.at(), response) {
             // A server that met a segment of nothing has no address to repeat.
             if about == at || about == Address::new(0, 0) {
                 self.transfer = Transfer::Idle;
@@ -129,27 +127,29 @@ impl SdoClient {
                 self.upload_segment(now, at, announced, toggle, response)
             }
             Transfer::Expedited { at } => {
-                if response.addressed() == Some(Response::Downloaded { at }) {
+                if response == (Response::Downloaded { at }) {
                     self.transfer = Transfer::Idle;
                     return Step::Written;
                 }
                 Step::Wait
             }
             Transfer::Download { at } => {
-                if response.addressed() == Some(Response::Downloaded { at }) {
+                if response == (Response::Downloaded { at }) {
                     return Step::Send(self.send_segment(now, at, 0, false));
                 }
                 Step::Wait
             }
-            Transfer::DownloadSegment { at, sent, toggle } => match response.taken() {
-                Some(answered) if answered != toggle => self.fail(at, Abort::TOGGLE),
-                Some(_) if sent >= self.len => {
-                    self.transfer = Transfer::Idle;
-                    Step::Written
+            Transfer::DownloadSegment { at, sent, toggle } => {
+                let Response::SegmentTaken { toggle: answered } = response else { return Step::Wait };
+                if answered != toggle {
+                    return self.fail(at, Abort::TOGGLE);
                 }
-                Some(_) => Step::Send(self.send_segment(now, at, sent, !toggle)),
-                None => Step::Wait,
-            },
+                if sent >= self.len {
+                    self.transfer = Transfer::Idle;
+                    return Step::Written;
+                }
+                Step::Send(self.send_segment(now, at, sent, !toggle))
+            }
         }
     }
 
@@ -177,9 +177,9 @@ impl SdoClient {
         }
     }
 
-    fn upload(&mut self, now: Instant, at: Address, response: Answer) -> Step<'_> {
-        match response.addressed() {
-            Some(Response::Expedited { at: about, octets, len }) if about == at => {
+    fn upload(&mut self, now: Instant, at: Address, response: Response) -> Step<'_> {
+        match response {
+            Response::Expedited { at: about, octets, len } if about == at => {
                 self.transfer = Transfer::Idle;
                 self.len = usize::from(len);
                 for (place, octet) in self.octets.iter_mut().zip(octets) {
@@ -187,11 +187,16 @@ impl SdoClient {
                 }
                 Step::Read(self.octets.get(..self.len).unwrap_or_default())
             }
-            Some(Response::Upload { at: about, len }) if about == at => {
+            Response::Upload { at: about, len } if about == at => {
                 self.wait_for(now, Transfer::UploadSegment { at, announced: len, toggle: false });
                 Step::Send(self.request([0x60, 0, 0, 0, 0, 0, 0, 0]))
             }
-            Some(_) | None => Step::Wait,
+            Response::Expedited { .. }
+            | Response::Upload { .. }
+            | Response::Downloaded { .. }
+            | Response::Segment { .. }
+            | Response::SegmentTaken { .. }
+            | Response::Abort { .. } => Step::Wait,
         }
     }
 
@@ -201,9 +206,10 @@ impl SdoClient {
         at: Address,
         announced: u32,
         expected: bool,
-        response: Answer,
+        response: Response,
     ) -> Step<'_> {
-        let Some((toggle, octets, len, last)) = response.segment() else { return Step::Wait };
+        let Response::Segment { toggle, octets, len, last } = response else { return Step::Wait };
+        let len = usize::from(len);
         if toggle != expected {
             return self.fail(at, Abort::TOGGLE);
         }
@@ -250,43 +256,5 @@ impl SdoClient {
 
     fn request(&self, octets: [u8; FRAME_LEN]) -> Frame {
         Frame::with(cob_id::of_node(cob_id::SDO_CLIENT, self.node), octets)
-    }
-}
-
-/// Eight octets of a server. What they mean depends on what is waited for: segments have no address.
-#[derive(Clone, Copy, Debug)]
-struct Answer([u8; FRAME_LEN]);
-
-impl Answer {
-    /// As an answer with an address.
-    const fn addressed(self) -> Option<Response> {
-        let [command, a, b, c, d, e, f, g] = self.0;
-        let at = Address::new(u16::from_le_bytes([a, b]), c);
-        let data = [d, e, f, g];
-        Some(match (command >> 5, command & 0x02 != 0, command & 0x01 != 0) {
-            (2, true, true) => Response::Expedited { at, octets: data, len: 4 - (command >> 2 & 3) },
-            (2, true, false) => Response::Expedited { at, octets: data, len: 4 },
-            (2, false, true) => Response::Upload { at, len: u32::from_le_bytes(data) },
-            (2, false, false) => Response::Upload { at, len: 0 },
-            (3, _, _) => Response::Downloaded { at },
-            (4, _, _) => Response::Abort { at, code: Abort::from_code(u32::from_le_bytes(data)) },
-            (0..=1 | 5.., _, _) => return None,
-        })
-    }
-
-    /// As a segment of a read: toggle, octets, how many, whether it is the last.
-    const fn segment(self) -> Option<(bool, [u8; 7], usize, bool)> {
-        let [command, a, b, c, d, e, f, g] = self.0;
-        if command >> 5 != 0 {
-            return None;
-        }
-        let unused = (command >> 1 & 7) as usize;
-        Some((command & 0x10 != 0, [a, b, c, d, e, f, g], 7 - unused, command & 1 == 1))
-    }
-
-    /// As the answer to a segment of a write: its toggle bit.
-    const fn taken(self) -> Option<bool> {
-        let [command, ..] = self.0;
-        if command >> 5 == 1 { Some(command & 0x10 != 0) } else { None }
     }
 }

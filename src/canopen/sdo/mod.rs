@@ -138,7 +138,7 @@ pub enum Response {
     Upload {
         /// Where.
         at: Address,
-        /// How many octets there are.
+        /// How many octets there are; 0 if that is not said.
         len: u32,
     },
     /// A segment of a read.
@@ -162,6 +162,27 @@ pub enum Response {
 }
 
 impl Response {
+    /// What eight octets of a server are; `None` for a command that is no answer here.
+    pub const fn decode(frame: [u8; FRAME_LEN]) -> Option<Self> {
+        let [command, a, b, c, d, e, f, g] = frame;
+        let at = Address::new(u16::from_le_bytes([a, b]), c);
+        let data = [d, e, f, g];
+        let toggle = command & 0x10 != 0;
+        Some(match (command >> 5, command & 0x02 != 0, command & 0x01 != 0) {
+            (0, _, last) => {
+                Self::Segment { toggle, octets: [a, b, c, d, e, f, g], len: 7 - (command >> 1 & 7), last }
+            }
+            (1, _, _) => Self::SegmentTaken { toggle },
+            (2, true, true) => Self::Expedited { at, octets: data, len: 4 - (command >> 2 & 3) },
+            (2, true, false) => Self::Expedited { at, octets: data, len: 4 },
+            (2, false, true) => Self::Upload { at, len: u32::from_le_bytes(data) },
+            (2, false, false) => Self::Upload { at, len: 0 },
+            (3, _, _) => Self::Downloaded { at },
+            (4, _, _) => Self::Abort { at, code: Abort::from_code(u32::from_le_bytes(data)) },
+            (5.., _, _) => return None,
+        })
+    }
+
     /// As on the bus.
     pub const fn encode(self) -> [u8; FRAME_LEN] {
         match self {

@@ -262,7 +262,13 @@ impl Node {
     }
 
     fn respond(&mut self, response: Response) {
-        self.send(Frame::with(cob_id::of_node(cob_id::SDO_SERVER, self.node_id), response.encode()));
+        let mut octets = response.encode();
+        if let (Response::Expedited { len: 4, .. }, false, [command, ..]) =
+            (response, self.policy.four_octets_say_size, &mut octets)
+        {
+            *command = 0x42;
+        }
+        self.send(Frame::with(cob_id::of_node(cob_id::SDO_SERVER, self.node_id), octets));
     }
 }
 

@@ -11,6 +11,7 @@ use crate::drive::{Direction, Mode};
 
 /// Something the drive shall do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Goal {
     /// Operation enabled: the motor holds its position. Done when ZSW shows it. Leaves turn-on disabled if need be.
     Enable,
@@ -121,6 +122,7 @@ pub struct GoalOutcome {
 
 /// Why a goal was not reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum GoalError {
     /// The drive did not do it. [`Obstacles`] says what is in the way, as far as it shows.
     #[error(transparent)]

@@ -3,6 +3,7 @@
 use core::fmt;
 use core::time::Duration;
 
+use strum::VariantArray;
 use thiserror::Error;
 
 use super::goal::Goal;
@@ -13,7 +14,8 @@ use crate::param::Gear;
 use crate::ppo::Zsw;
 
 /// What stands against a goal, and where it shows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, VariantArray)]
+#[non_exhaustive]
 pub enum Obstacle {
     /// No input image came: there is no Data_Exchange.
     NoDataExchange,
@@ -69,68 +71,64 @@ pub enum Obstacle {
 
 impl Obstacle {
     /// Every obstacle, in the order in which [`Obstacles`] prints them.
-    pub const ALL: [Self; 25] = [
-        Self::NoDataExchange,
-        Self::NoStation,
-        Self::ParameterFault,
-        Self::ConfigurationFault,
-        Self::OtherMaster,
-        Self::StationNotReady,
-        Self::VelocityMode,
-        Self::PositioningMode,
-        Self::NoSupply,
-        Self::Fault,
-        Self::FaultCause,
-        Self::TurnOnDisabled,
-        Self::NotEnabled,
-        Self::NoOutputStage,
-        Self::AboveUpperLimit,
-        Self::BelowLowerLimit,
-        Self::LimitExceeded,
-        Self::TargetBeyondLimits,
-        Self::LoopPoint,
-        Self::BeyondGear,
-        Self::PositioningActive,
-        Self::ShaftTurns,
-        Self::TorqueTripped,
-        Self::LagError,
-        Self::NoJob,
-    ];
+    pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
 
     const fn text(self) -> &'static str {
         match self {
             Self::NoDataExchange => "there is no Data_Exchange with the drive",
-            Self::NoStation => "no station answers at its address",
-            Self::ParameterFault => "it refused Set_Prm, see the ident number (diagnosis, Prm_Fault)",
-            Self::ConfigurationFault => "it refused Chk_Cfg (diagnosis, Cfg_Fault)",
-            Self::OtherMaster => "another master owns it (diagnosis, Master_Lock)",
-            Self::StationNotReady => "it is not ready for Data_Exchange (diagnosis)",
+            Self::NoStation => {
+                "no station answers at its address: check its DIP switches, the cable and the rate of the line"
+            }
+            Self::ParameterFault => {
+                "it refused Set_Prm (Slave_Diag octet 1 bit 6, Prm_Fault = 1): the ident number must be 0AC5"
+            }
+            Self::ConfigurationFault => {
+                "it refused Chk_Cfg (Slave_Diag octet 1 bit 2, Cfg_Fault = 1): the configuration must be F3 F2 or F6"
+            }
+            Self::OtherMaster => {
+                "another master owns it (Slave_Diag octet 1 bit 7, Master_Lock = 1): stop that master, or let it unlock the drive"
+            }
+            Self::StationNotReady => {
+                "it is not ready for Data_Exchange (Slave_Diag octet 1 bit 1, Station_Not_Ready = 1)"
+            }
             Self::VelocityMode => "the drive is in velocity mode: write 2 to PNU 930 first",
             Self::PositioningMode => "the drive is in positioning mode: write 1 to PNU 930 first",
-            Self::NoSupply => "a supply voltage is missing (ZSW.0 = 0)",
-            Self::Fault => "a fault is latched: acknowledge it (ZSW.3)",
-            Self::FaultCause => "the cause of the fault is still present (ZSW.3 after the acknowledge)",
-            Self::TurnOnDisabled => "turning on is disabled (ZSW.6)",
+            Self::NoSupply => "a supply voltage is missing (ZSW.0 = 0): switch it on",
+            Self::Fault => {
+                "a fault is latched (ZSW.3 = 1): remove its cause, then acknowledge it (STW.7 from 0 to 1)"
+            }
+            Self::FaultCause => {
+                "the cause of the fault is still present (ZSW.3 = 1 after the acknowledgement): remove it, then acknowledge again"
+            }
+            Self::TurnOnDisabled => "turning on is disabled (ZSW.6 = 1): give OFF1 once (STW.0 = 0)",
             Self::NotEnabled => "operation is not enabled (ZSW.2 = 0)",
             Self::NoOutputStage => {
-                "the supply of the output stage (AG03/1) or the enable input (AG03) is missing (SSW.10)"
+                "the supply of the output stage (AG03/1) or the enable input (AG03) is missing (SSW.10 = 1): switch it on"
             }
             Self::AboveUpperLimit => {
-                "the position is above the upper limit: only inching in negative direction is possible (SSW.5)"
+                "the position is above the upper limit: only inching in negative direction is possible (SSW.5 = 1), or change the limits (PNU 1016, 1017)"
             }
             Self::BelowLowerLimit => {
-                "the position is below the lower limit: only inching in positive direction is possible (SSW.6)"
+                "the position is below the lower limit: only inching in positive direction is possible (SSW.6 = 1), or change the limits (PNU 1016, 1017)"
             }
-            Self::LimitExceeded => "the position is beyond a limit: inch back (ZSW.14)",
-            Self::TargetBeyondLimits => "the target is beyond a limit",
+            Self::LimitExceeded => {
+                "the position is beyond a limit (ZSW.14 = 1): inch back, or change the limits (PNU 1016, 1017)"
+            }
+            Self::TargetBeyondLimits => "the target is beyond a limit (PNU 1016, 1017)",
             Self::LoopPoint => {
                 "the drive approaches in a loop (PNU 1014) whose turning point may be beyond a limit"
             }
             Self::BeyondGear => "the velocity is more than the gear allows (PNU 961)",
-            Self::PositioningActive => "a positioning is active (SSW.14)",
-            Self::ShaftTurns => "the shaft turns (ZSW.13 = 0 or SSW.4)",
-            Self::TorqueTripped => "the torque deactivation has tripped (PNU 1031.7)",
-            Self::LagError => "the load is too high, lag error (ZSW.8 = 0)",
+            Self::PositioningActive => {
+                "a positioning is active (SSW.14 = 1): wait for its end, or stop it (STW.4 = 0)"
+            }
+            Self::ShaftTurns => "the shaft turns (ZSW.13 = 0 or SSW.4 = 1): wait until it stands",
+            Self::TorqueTripped => {
+                "the torque deactivation has tripped (PNU 1031.7 = 1): resume the job, or stop it"
+            }
+            Self::LagError => {
+                "lag error, the load is too high for the commanded speed (ZSW.8 = 0): reduce load or speed (PNU 1004)"
+            }
             Self::NoJob => "there is no travel job",
         }
     }
@@ -187,7 +185,7 @@ impl Obstacles {
 
     /// Every obstacle, in the order of [`Obstacle::ALL`]. None: the drive shows no reason.
     pub fn iter(&self) -> impl Iterator<Item = Obstacle> {
-        Obstacle::ALL.into_iter().filter(|obstacle| self.contains(*obstacle))
+        Obstacle::ALL.iter().copied().filter(|obstacle| self.contains(*obstacle))
     }
 
     /// Whether this stands against the goal.
@@ -270,6 +268,11 @@ impl Obstacles {
             .is_some_and(|((target, a), b)| a != b && !(a.min(b)..=a.max(b)).contains(&target))
     }
 
+    /// One obstacle in words, with its numbers.
+    pub const fn text(&self, obstacle: Obstacle) -> impl fmt::Display + use<> {
+        Text { obstacles: *self, obstacle }
+    }
+
     fn write(&self, f: &mut fmt::Formatter<'_>, obstacle: Obstacle) -> fmt::Result {
         f.write_str(obstacle.text())?;
         let Findings { fault_code, limits, gear, .. } = self.findings;
@@ -291,6 +294,17 @@ impl Obstacles {
             write!(f, ": at most {} rpm", gear.max_rpm())?;
         }
         Ok(())
+    }
+}
+
+struct Text {
+    obstacles: Obstacles,
+    obstacle: Obstacle,
+}
+
+impl fmt::Display for Text {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.obstacles.write(f, self.obstacle)
     }
 }
 

@@ -4,7 +4,7 @@ use super::obstacle::{Findings, Obstacles};
 use crate::client::{Job, Reply};
 use crate::device::bits::ZswBit;
 use crate::drive::Mode;
-use crate::param::{Gear, Pnu, Subindex, Width};
+use crate::param::{Gear, Parameter, Reading, Subindex};
 
 /// A parameter the client reads. The reply also shows that the drive has seen the control word it was sent with:
 /// both travel in one image.
@@ -23,30 +23,26 @@ pub(super) enum Question {
 }
 
 impl Question {
-    pub(super) const fn job(self) -> Job {
-        match self {
-            Self::OperatingMode => word(930),
-            Self::HardwareVersion => word(961),
-            Self::Window => word(1009),
-            Self::DeltaInch => double(1019),
-            Self::SystemStatus => word(1020),
-            Self::GeneralStatus => word(1031),
-            Self::NewestFault => {
-                Job::read_element(Pnu::from_low_bits(945), Subindex(0)).expecting(Width::Word)
-            }
-            Self::Limit1 => double(1016),
-            Self::Limit2 => double(1017),
-            Self::PosType => word(1014),
-        }
+    /// The job that reads it, by the parameter table.
+    pub(super) fn job(self) -> Job {
+        let entry = match self {
+            Self::OperatingMode => Parameter::OperatingMode.entry(),
+            Self::HardwareVersion => Reading::HardwareVersion.entry(),
+            Self::Window => Parameter::PosWindow.entry(),
+            Self::DeltaInch => Parameter::DeltaInch.entry(),
+            Self::SystemStatus => Reading::SystemStatus.entry(),
+            Self::GeneralStatus => Reading::GeneralStatus.entry(),
+            Self::NewestFault => Reading::FaultBuffer.entry(),
+            Self::Limit1 => Parameter::Limit1.entry(),
+            Self::Limit2 => Parameter::Limit2.entry(),
+            Self::PosType => Parameter::PosType.entry(),
+        };
+        let read = match entry.elements {
+            None => Job::read(entry.pnu),
+            Some(_) => Job::read_element(entry.pnu, Subindex(0)),
+        };
+        read.expecting(entry.width)
     }
-}
-
-const fn word(number: u16) -> Job {
-    Job::read(Pnu::from_low_bits(number)).expecting(Width::Word)
-}
-
-const fn double(number: u16) -> Job {
-    Job::read(Pnu::from_low_bits(number)).expecting(Width::Double)
 }
 
 impl Findings {
@@ -59,13 +55,7 @@ impl Findings {
         let [_, _, high, low] = value.bits().to_be_bytes();
         let word = u16::from_be_bytes([high, low]);
         match question {
-            Question::OperatingMode => {
-                self.mode = match word {
-                    1 => Some(Mode::Velocity),
-                    2 => Some(Mode::Positioning),
-                    _neither => None,
-                };
-            }
+            Question::OperatingMode => self.mode = Mode::of_number(word),
             Question::HardwareVersion => {
                 self.gear = Gear::of_hardware_version(word);
             }

@@ -10,6 +10,7 @@ use crate::ppo::Pkw;
 
 /// Why a job was not carried out, or why that is not known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum PkwError {
     /// The drive refused it, reply 7. Nothing was changed.
     #[error("the drive refused the job: {0}")]

@@ -51,6 +51,7 @@ pub enum Reply {
 
 /// A job the client does not take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum NotSubmitted {
     /// A job is under way, or the outcome of the last one was not taken.
     #[error("the parameter channel is busy with another job")]

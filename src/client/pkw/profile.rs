@@ -2,7 +2,7 @@
 
 use core::time::Duration;
 
-use crate::param::Pnu;
+use crate::param::{LOAD_PARAMETER_SET, Pnu};
 
 /// How a kind of drive wants to be asked, and how long it may take to answer.
 ///
@@ -108,7 +108,7 @@ impl Profile {
     pub const AG03: Self = Self {
         writes: Some(Memory::Permanent),
         write_reply: WriteReply::Mirrored,
-        commands: &[Pnu::from_low_bits(970)],
+        commands: &[LOAD_PARAMETER_SET],
         ..Self::PROFIDRIVE
     };
 

@@ -3,22 +3,30 @@
 use std::ffi::OsString;
 
 use clap::ValueEnum;
+use profidrive::canopen::NodeId;
 use profidrive::drive::Mode;
 use profidrive::explain::{Sender, Taking};
+use profidrive::host::can::Product;
 
-/// Explains telegrams and words field by field: hexadecimal text, files, streams, captures
+use super::node::device;
+
+/// Explains telegrams and words of PROFIBUS and frames of CANopen field by field: text, files, streams, captures
 ///
 /// Takes octets in hexadecimal in any usual form: 68 05, 6805, 0x68, \x68, 16#68, W#16#6805, arrays of C, Rust and Python,
 /// dumps with offsets (xxd, hexdump -C, od -tx1, tcpdump -X, Wireshark), log lines with a time stamp, comments behind # or
 /// //. Or raw octets, or a pcapng capture with link type 257. One telegram a line or a stream; a line of 14, 8, 6 or 2
 /// octets that is no telegram is taken as PPO, PKW, PZD or one word, and the output says as which.
 ///
+/// Frames of CANopen are taken as candump -L or candump write them, as lines of slcan (t6058...), or from a pcapng capture with
+/// link type 227. --device and --node say which devices the nodes are: then objects, errors and bits have the names of the
+/// device, and what it refuses is a mistake; without them only what CiA 301 and CiA 402 say is used.
+///
 /// What is broken is shown with the octet and the reason, what is a mistake with what is wrong about it, and what a stream
 /// teaches is used: which request a reply answers, operating mode and unit as PNU 930 and 1012 tell.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Decode {
-    /// Octets in hexadecimal (an argument with spaces is a line of its own), or one file; - or nothing: stdin
+    /// Octets in hexadecimal or frames of CAN (an argument with spaces is a line of its own), or one file; - or nothing: stdin
     #[arg(value_name = "HEX|FILE")]
     pub(crate) input: Vec<OsString>,
 
@@ -39,9 +47,23 @@ pub(crate) struct Decode {
     #[arg(long, value_name = "MODE")]
     pub(crate) mode: Option<ModeSpec>,
 
+    /// Every node on CANopen is this device: ag03-1, ap10, asda-a2
+    #[arg(long, value_name = "DEVICE", value_parser = device)]
+    pub(crate) device: Option<&'static Product>,
+
+    /// This node on CANopen is this device; may be given for each node
+    #[arg(long, value_name = "N=DEVICE", value_parser = node_device)]
+    pub(crate) node: Vec<(NodeId, &'static Product)>,
+
     /// Mistakes fail too, not only what is invalid
     #[arg(long)]
     pub(crate) strict: bool,
+}
+
+fn node_device(text: &str) -> Result<(NodeId, &'static Product), String> {
+    let (node, name) = text.split_once('=').ok_or("expected N=DEVICE, for example 5=ag03-1")?;
+    let node = node.parse().ok().and_then(|number| NodeId::new(number).ok());
+    Ok((node.ok_or("expected a node number from 1 to 127 before =")?, device(name)?))
 }
 
 /// What octets are taken as.
@@ -99,5 +121,7 @@ Examples:
   profidrive decode 10 05 02 49 50 16
   profidrive decode 13FA 0000 0000 0000
   profidrive decode --brief bus.pcapng
+  profidrive decode --device ag03-1 605#4041600000000000
+  profidrive decode --brief --node 5=ag03-1 --node 7=asda-a2 candump.log
   profidrive decode --json - < trace.txt
   profidrive decode --as inputs --mode velocity 1E37";

@@ -11,7 +11,7 @@ use super::node::device;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  profidrive eds asda-a2 > asda-a2.eds\n  profidrive eds ap10")]
 pub(crate) struct Eds {
-    /// The device: ap10 or asda-a2
+    /// The device; a name that is unknown is answered with the list
     #[arg(value_name = "DEVICE", value_parser = device)]
     pub(crate) device: &'static Product,
 }

@@ -4,14 +4,18 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use profidrive::can::BitRate;
-use profidrive::host::can::{LinkSpec as CanLink, PRODUCTS};
+use profidrive::canopen::NodeId;
+use profidrive::canopen::faults::Faults;
+use profidrive::device::QuirkError;
+use profidrive::host::can::{Choices, LinkSpec as CanLink, NodeFault, PRODUCTS, Product};
 use profidrive::host::link::fault::Fault;
 
 use super::drive::RangeSpec;
 use super::link::expected_rates;
 use super::link::host_and_port;
+use super::quirk;
 use super::quirk::help as quirks_help;
-use super::{BaudSpec, DriveSpec, LinkSpec, NodeSpec, QuirkSpec, StationSpec};
+use super::{BaudSpec, DriveSpec, LinkSpec, NodeSpec, PpoDriveSpec, QuirkSpec, StationSpec};
 
 /// Puts emulated drives on a line, or CANopen nodes on a CAN bus, until SIGINT (Ctrl-C) or SIGTERM
 ///
@@ -29,9 +33,26 @@ pub(crate) struct Emulate {
             ("ranges", clap::builder::ArgPredicate::IsPresent, None),
             ("nodes", clap::builder::ArgPredicate::IsPresent, None),
             ("stations", clap::builder::ArgPredicate::IsPresent, None),
+            ("ppo_drives", clap::builder::ArgPredicate::IsPresent, None),
+            ("line", clap::builder::ArgPredicate::IsPresent, None),
         ])
     )]
-    single: Vec<DriveSpec>,
+    pub(crate) single: Vec<DriveSpec>,
+
+    /// Everything from a file, several lines too (docs/line.md); no other option goes with it but --check
+    #[arg(
+        long,
+        value_name = "FILE.toml",
+        conflicts_with_all = [
+            "single", "ranges", "nodes", "stations", "ppo_drives", "force_address", "link", "baud", "slot_time", "allow_remote",
+            "faults", "panel", "panel_allow_remote", "state_dir", "capture", "quirks",
+        ]
+    )]
+    pub(crate) line: Option<PathBuf>,
+
+    /// Reads the file of --line and all files that it names, says what is in them, and opens nothing
+    #[arg(long = "check", requires = "line")]
+    pub(crate) check_only: bool,
 
     /// A range of identical drives: FIRST-LAST[,model=ag03|ag03-1][,gear=24|48], as in 1-125,gear=24; may be repeated and mixed with --drive
     #[arg(long = "drives", id = "ranges", value_name = "SPECS")]
@@ -40,12 +61,18 @@ pub(crate) struct Emulate {
     /// A CANopen node: ID,device=ap10|asda-a2[,mode=full|half] (mode: ASDA-A2, full or half CANopen); repeat it for more
     /// nodes on the same CAN bus. Needs a link that begins with slcan
     #[arg(long = "node", id = "nodes", value_name = "SPEC")]
-    nodes: Vec<NodeSpec>,
+    pub(crate) nodes: Vec<NodeSpec>,
 
     /// A station that a device file (GSD) describes: ADDRESS,gsd=FILE; ADDRESS,strict,gsd=FILE accepts nothing that the
     /// file does not say; repeat it for more, beside drives
     #[arg(long = "station", id = "stations", value_name = "SPEC")]
     pub(crate) stations: Vec<StationSpec>,
+
+    /// Any drive with variable speed of PROFIDRIVE version 2: ADDRESS[,ppo=1..5][,ident=HEX][,gsd=FILE]
+    /// [,parameters=FILE.toml|FILE.csv]; without ppo it takes the PPO that the master chooses; repeat it for more
+    /// (docs/ppo-drive.md)
+    #[arg(long = "ppo-drive", id = "ppo_drives", value_name = "SPEC")]
+    pub(crate) ppo_drives: Vec<PpoDriveSpec>,
 
     /// Do not listen first whether another station on a serial line has the address of a drive
     #[arg(long)]
@@ -76,10 +103,10 @@ pub(crate) struct Emulate {
     pub(crate) allow_remote: bool,
 
     /// A fault on purpose, to test the master: FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS]
-    /// [,service=NAME][,state=NAME][,retry=N];
+    /// [,service=NAME][,state=NAME][,retry=N], of a node FAULT[=VALUE][,node=ID];
     /// repeat it for more
     #[arg(long = "fault", value_name = "SPEC")]
-    pub(crate) faults: Vec<Fault>,
+    pub(crate) faults: Vec<String>,
 
     /// Serves the panel for browsers, HTTP control and a live stream at ADDR:PORT, as in 127.0.0.1:8080 (port 0: a free
     /// one), and adds panel=URL to the line on stdout
@@ -102,15 +129,39 @@ pub(crate) struct Emulate {
 
     /// How all drives behave where the manuals leave it open; repeat it for more (--help lists the quirks)
     #[arg(long = "quirk", value_name = "NAME=VALUE", long_help = quirks_help())]
-    pub(crate) quirks: Vec<QuirkSpec>,
+    pub(crate) quirks: Vec<String>,
 }
 
 /// Host and port of the panel.
-fn panel_place(place: &str) -> Result<String, String> {
+pub(crate) fn panel_place(place: &str) -> Result<String, String> {
     host_and_port(place, "127.0.0.1:8080", "expected ADDR:PORT")
 }
 
 impl Emulate {
+    /// A line with nobody on it.
+    pub(crate) const fn on(link: LinkSpec) -> Self {
+        Self {
+            single: Vec::new(),
+            line: None,
+            check_only: false,
+            ranges: Vec::new(),
+            nodes: Vec::new(),
+            stations: Vec::new(),
+            ppo_drives: Vec::new(),
+            force_address: false,
+            link,
+            baud: None,
+            slot_time: None,
+            allow_remote: false,
+            faults: Vec::new(),
+            panel: None,
+            panel_allow_remote: false,
+            state_dir: None,
+            capture: None,
+            quirks: Vec::new(),
+        }
+    }
+
     /// Every drive asked for, those named one by one first.
     pub(crate) fn drives(&self) -> impl Iterator<Item = DriveSpec> + '_ {
         self.single.iter().copied().chain(self.ranges.iter().flat_map(RangeSpec::drives))
@@ -121,8 +172,55 @@ impl Emulate {
         &self.nodes
     }
 
+    /// The faults of a line of PROFIBUS.
+    pub(crate) fn faults(&self) -> Result<Vec<Fault>, String> {
+        let read = |text: &String| {
+            text.parse().map_err(|error| format!("invalid value '{text}' for '--fault <SPEC>': {error}"))
+        };
+        self.faults.iter().map(read).collect()
+    }
+
+    /// How all drives behave where the manuals leave it open.
+    pub(crate) fn quirks(&self) -> Result<Vec<QuirkSpec>, String> {
+        let read = |text: &String| {
+            text.parse()
+                .map_err(|error| format!("invalid value '{text}' for '--quirk <NAME=VALUE>': {error}"))
+        };
+        self.quirks.iter().map(read).collect()
+    }
+
+    /// What is chosen about a node, its quirks included.
+    pub(crate) fn choices_of(&self, node: &NodeSpec) -> Result<Choices, String> {
+        let mut choices = node.choices;
+        for text in &self.quirks {
+            let (name, value) = quirk::parts(text)?;
+            match node.product.choose(&mut choices, name, value) {
+                // Of another device.
+                Ok(()) | Err(QuirkError::Unknown) => {}
+                Err(error @ QuirkError::Value { .. }) => return Err(quirk::refusal(name, value, &error)),
+            }
+        }
+        Ok(choices)
+    }
+
+    /// What that node does wrong.
+    pub(crate) fn faults_of(&self, node: NodeId) -> Result<Faults, String> {
+        NodeFault::of(node, &self.node_faults()?).map_err(|error| format!("--fault: {error}"))
+    }
+
+    fn node_faults(&self) -> Result<Vec<NodeFault>, String> {
+        let read = |text: &String| {
+            text.parse().map_err(|error| format!("invalid value '{text}' for '--fault <SPEC>': {error}"))
+        };
+        self.faults.iter().map(read).collect()
+    }
+
     /// What no single argument shows.
-    pub(super) fn check(&self) -> Result<(), String> {
+    pub(crate) fn check(&self) -> Result<(), String> {
+        if self.line.is_some() {
+            // The file says it all.
+            return Ok(());
+        }
         match (&self.link, self.nodes.is_empty()) {
             (LinkSpec::Slcan(_), false) => self.check_nodes(),
             (LinkSpec::Pty(_) | LinkSpec::Serial(_) | LinkSpec::Tcp(_), true) => self.check_drives(),
@@ -139,7 +237,11 @@ impl Emulate {
     }
 
     fn check_nodes(&self) -> Result<(), String> {
-        if !self.single.is_empty() || !self.ranges.is_empty() || !self.stations.is_empty() {
+        if !self.single.is_empty()
+            || !self.ranges.is_empty()
+            || !self.stations.is_empty()
+            || !self.ppo_drives.is_empty()
+        {
             return Err(
                 "drives and stations are on PROFIBUS and nodes on CAN; start one emulator with --drive and another with \
                         --node"
@@ -150,15 +252,34 @@ impl Emulate {
         if let Some(twice) = self.nodes.iter().find(|node| !numbers.insert(node.id)) {
             return Err(format!("two nodes have the number {}; give each node its own", twice.id));
         }
-        for (given, option) in [
-            (self.force_address, "--force-address"),
-            (self.slot_time.is_some(), "--slot-time"),
-            (!self.faults.is_empty(), "--fault"),
-            (!self.quirks.is_empty(), "--quirk"),
-            (self.panel.is_some(), "--panel"),
-        ] {
+        for (given, option) in
+            [(self.force_address, "--force-address"), (self.slot_time.is_some(), "--slot-time")]
+        {
             if given {
                 return Err(format!("{option} is for drives on PROFIBUS; leave it out with --node"));
+            }
+        }
+        for fault in self.node_faults()? {
+            if let Some(node) = fault.node.filter(|node| !numbers.contains(node)) {
+                let there: Vec<_> = numbers.iter().map(NodeId::to_string).collect();
+                return Err(format!("--fault names node {node}; there are the nodes {}", there.join(", ")));
+            }
+        }
+        for node in &self.nodes {
+            self.faults_of(node.id)?;
+            self.choices_of(node)?;
+        }
+        let names: BTreeSet<_> = self.nodes.iter().map(|node| node.product.name).collect();
+        let quirks = |name: &str| Product::named(name).map(Product::quirks).unwrap_or_default();
+        for text in &self.quirks {
+            let (name, _) = quirk::parts(text)?;
+            if !names.iter().any(|product| quirks(product).iter().any(|row| row.name == name)) {
+                let known = |product: &&str| {
+                    let rows: Vec<_> = quirks(product).iter().map(|row| row.name).collect();
+                    format!("{product} has {}", rows.join(", "))
+                };
+                let known: Vec<_> = names.iter().map(known).collect();
+                return Err(format!("--quirk: no node has a quirk '{name}'; {}", known.join("; ")));
             }
         }
         if self.allow_remote && !matches!(self.link, LinkSpec::Slcan(CanLink::Tcp(_))) {
@@ -189,10 +310,14 @@ impl Emulate {
         if let Some(twice) = self.drives().find(|drive| !addresses.insert(drive.address)) {
             return Err(format!("two drives have address {}; give each drive its own", twice.address));
         }
+        if let Some(twice) = self.ppo_drives.iter().find(|drive| !addresses.insert(drive.address)) {
+            return Err(format!("two drives have address {}; give each drive its own", twice.address));
+        }
         if let Some(twice) = self.stations.iter().find(|station| !addresses.insert(station.address)) {
             return Err(format!("two stations have address {}; give each its own", twice.address));
         }
-        for fault in &self.faults {
+        self.quirks()?;
+        for fault in self.faults()? {
             fault.check(addresses.iter().copied()).map_err(|error| error.to_string())?;
         }
         if self.allow_remote && !matches!(self.link, LinkSpec::Tcp(_)) {
@@ -218,7 +343,8 @@ const EMULATE_EXAMPLES: &str = "\
 ADDRESS is 0 to 126; model defaults to ag03-1, gear to 48.
 ID is 1 to 127. An slcan adapter hears nothing until the master opens it (O): read then, the boot-up is over.
 On a serial line each drive listens up to two seconds before it takes part; one whose address is live stays silent.
-SIGUSR1 logs what was counted so far: telegrams, retries, refusals, times of replies.
+SIGUSR1 logs what was counted so far (telegrams, retries, refusals, times of replies), and of each drive what keeps it from
+moving.
 RATE is 9600, 19200, 93750, 187500, 500000, 1500000, 3000000, 6000000 or 12000000.
 
 Faults, and what they count:
@@ -227,6 +353,9 @@ Faults, and what they count:
   requests        drop-request, refuse-prm, refuse-cfg, not-ready=TIME (Chk_Cfg), lose-prm (Data_Exchange)
   Data_Exchange   diag-storm
   PKW answers     pkw-delay=EXCHANGES, pkw-wrong-ak, pkw-wrong-pnu, pkw-torn
+  of a node       boot-up-missing, boot-up-twice, sdo-late=TIME, sdo-lost, sdo-twice, sdo-other-index, sdo-wrong-toggle,
+                  sdo-abort=CODE, heartbeat-jitter=TIME, heartbeat-lost, heartbeat-stuck=OCTET, guarding-toggle-stuck,
+                  tpdo-short, tpdo-stale, emcy-storm=TIME; each at every occasion
 A fault is injected from number `at` on (1; a lone `at` means that one only), with probability `rate` (1), at most `count`
 times (no limit), the same for the same `seed` (1). TIME is for example 20ms. docs/faults.md explains each.
 
@@ -235,8 +364,11 @@ Examples:
   profidrive emulate --drives 1-125,model=ag03
   profidrive emulate --link pty:/tmp/bus --baud 500000
   profidrive emulate --drive 5 --station 7,gsd=valves.gsd --station 9,gsd=valves.gsd
+  profidrive emulate --ppo-drive 7,ppo=1,parameters=drive.toml
   profidrive emulate --state-dir ~/drives
+  profidrive emulate --line plant.toml
   profidrive emulate --node 5,device=ap10 --node 6,device=asda-a2 --link slcan-tcp:127.0.0.1:5000
+  profidrive emulate --node 5 --node 6,device=ap10 --fault sdo-late=20ms,node=5 --panel 127.0.0.1:8080
   profidrive emulate --capture bus.pcapng
   profidrive emulate --link serial:/dev/ttyUSB0 --baud 19200 -v
   profidrive emulate --link tcp:127.0.0.1:5050 --fault no-reply,rate=0.01 --fault late=20ms,at=100";

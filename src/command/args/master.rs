@@ -1,25 +1,31 @@
 //! `profidrive master`: which drive, and what is asked of it.
 
+use core::convert::Infallible;
 use core::ops::RangeInclusive;
 use core::str::FromStr;
 use core::time::Duration;
 use std::path::PathBuf;
 
 use clap::Subcommand;
+use profidrive::canopen::NodeId;
 use profidrive::fdl::Address;
-use profidrive::time::BaudRate;
 
 use super::link::{BaudSpec, expected_rates, tcp};
 use super::parameter::ParameterSpec;
+use super::quantity::Quantity;
 
 /// Commissions a drive, real or emulated: parameters, status, faults, motion
 ///
 /// Takes part in the line as a DP master, does one thing, and lets the drive go. The drive's DP watchdog runs meanwhile: a
 /// master that is killed or loses the line lets the drive release its motor.
+///
+/// On CANopen (--link slcan-..., --node) it reads and writes entries of the object dictionary, shows the status, and travels by
+/// the state machine of CiA 402; node guarding takes the place of the watchdog.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES, subcommand_required = true)]
 pub(crate) struct Master {
-    /// The line: what 'profidrive emulate' prints as link= (/dev/pts/N, pty:PATH, tcp:HOST:PORT), or serial:DEVICE
+    /// The line: what 'profidrive emulate' prints as link= (/dev/pts/N, pty:PATH, tcp:HOST:PORT), or serial:DEVICE; of CANopen
+    /// (with --node) also slcan-tty:PATH (a terminal or a USB adapter), slcan-tcp:HOST:PORT or socketcan:INTERFACE
     #[arg(long, global = true, value_name = "LINK", display_order = 90)]
     pub(crate) link: Option<MasterLink>,
 
@@ -27,9 +33,13 @@ pub(crate) struct Master {
     #[arg(long, global = true, value_name = "N", value_parser = station, display_order = 91)]
     pub(crate) address: Option<Address>,
 
+    /// The number of the drive on CANopen, 1 to 127
+    #[arg(long, global = true, value_name = "N", value_parser = node, display_order = 91)]
+    pub(crate) node: Option<NodeId>,
+
     /// The rate of the line in bit/s: of a serial line it must be given, elsewhere it is 500000
     #[arg(long, global = true, value_name = "RATE", value_parser = rate, display_order = 92)]
-    pub(crate) baud: Option<BaudRate>,
+    pub(crate) baud: Option<BaudSpec>,
 
     /// The address of this master, 0 to 125: none that another master on the line has. Other masters may take half a
     /// minute to let it in
@@ -60,6 +70,7 @@ Examples, with an emulator started by 'profidrive emulate --link pty:/tmp/bus':
   profidrive master --link /tmp/bus --address 5 write v-Pos 60
   profidrive master --link /tmp/bus --address 5 move 1600 --yes
   profidrive master --link serial:/dev/ttyUSB0 --baud 19200 --address 5 status
+  profidrive master --link slcan-tcp:127.0.0.1:5000 --node 5 read 6041
 
 Exit codes: 0 done, 1 it did not work, 2 the command line asks for something that cannot be.
 A drive that turns is dangerous. Ctrl-C stops it, but is no emergency stop: have one that switches the supply off.";
@@ -82,31 +93,36 @@ pub(crate) enum Action {
     /// Slave_Diag changes nothing and works whoever the master of the slave is.
     #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 diag")]
     Diag,
-    /// Reads one parameter
+    /// Reads one parameter, on CANopen one entry
     #[command(after_help = "\
 Examples:
   profidrive master --link /tmp/bus --address 5 read 1004
   profidrive master --link /tmp/bus --address 5 read v-Pos
-  profidrive master --link /tmp/bus --address 5 read 945.0")]
+  profidrive master --link /tmp/bus --address 5 read 945.0
+  profidrive master --link slcan-tcp:127.0.0.1:5000 --node 5 read 2410:05")]
     Read {
-        /// Number or name of the parameter, of an array with the element behind a point: 1004, 0x3EC, v-Pos, 945.0
+        /// Number or name of the parameter, of an array with the element behind a point: 1004, 0x3EC, v-Pos, 945.0. On CANopen
+        /// index and sub-index in hexadecimal, or the name of the object or parameter: 2410:05, 6041, Statusword, v-Pos
         #[arg(value_name = "PNU[.SUB]")]
-        parameter: ParameterSpec,
+        parameter: Asked,
     },
-    /// Writes one parameter and reads it back
+    /// Writes one parameter and reads it back, on CANopen one entry
     ///
     /// The drive keeps it in its EEPROM.
     #[command(after_help = "\
 Examples:
   profidrive master --link /tmp/bus --address 5 write v-Pos 60
-  profidrive master --link /tmp/bus --address 5 write 1017 -250000")]
+  profidrive master --link /tmp/bus --address 5 write limit2 -25.5mm
+  profidrive master --link /tmp/bus --address 5 write 970 2 --yes")]
     Write {
-        /// Number or name of the parameter: 1004, v-Pos
+        /// Number or name of the parameter: 1004, v-Pos; on CANopen as for read
         #[arg(value_name = "PNU[.SUB]")]
-        parameter: ParameterSpec,
-        /// The number to write, decimal or 0x...
-        #[arg(allow_hyphen_values = true, value_parser = number)]
-        value: i64,
+        parameter: Asked,
+        /// The number to write, decimal or 0x..., with its unit if you like: 60, 60rpm, 8.25mm, 800inc
+        #[arg(allow_hyphen_values = true)]
+        value: Quantity,
+        #[command(flatten)]
+        sure: Sure,
     },
     /// Reads all parameters of the drive
     #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 params --json")]
@@ -164,11 +180,13 @@ Examples:
     #[command(after_help = "\
 Examples:
   profidrive master --link /tmp/bus --address 5 calibrate
-  profidrive master --link /tmp/bus --address 5 calibrate 0")]
+  profidrive master --link /tmp/bus --address 5 calibrate 0 --yes")]
     Calibrate {
-        /// Write this calibration value first, decimal or 0x...
-        #[arg(allow_hyphen_values = true, value_parser = number)]
-        value: Option<i64>,
+        /// Write this calibration value first: decimal or 0x..., with its unit if you like
+        #[arg(allow_hyphen_values = true)]
+        value: Option<Quantity>,
+        #[command(flatten)]
+        sure: Sure,
     },
     /// Shows status and position until Ctrl-C: live on a terminal, else a line for each change
     #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 monitor --json > log")]
@@ -198,11 +216,11 @@ Examples:
     #[command(after_help = "\
 Examples:
   profidrive master --link /tmp/bus --address 5 move 1600
-  profidrive master --link /tmp/bus --address 5 move -500 --yes")]
+  profidrive master --link /tmp/bus --address 5 move -8.25mm --yes")]
     Move {
-        /// The position in increments, or 0.01 mm if a spindle pitch is set
-        #[arg(value_name = "POS", allow_negative_numbers = true)]
-        position: i32,
+        /// The position in increments, or 0.01 mm if a spindle pitch is set; or with its unit: 800inc, 8.25mm
+        #[arg(value_name = "POS", allow_hyphen_values = true)]
+        position: Quantity,
         #[command(flatten)]
         go: Go,
     },
@@ -246,6 +264,14 @@ pub(crate) struct Go {
     pub(crate) yes: bool,
 }
 
+/// Leave to destroy what the drive keeps.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub(crate) struct Sure {
+    /// Do not ask before what cannot be taken back: loading a parameter set (PNU 970), calibrating
+    #[arg(long, short)]
+    pub(crate) yes: bool,
+}
+
 impl Master {
     /// What no single argument shows.
     pub(super) fn check(&self) -> Result<(), String> {
@@ -254,6 +280,20 @@ impl Master {
                 "the line is missing; add --link with what 'profidrive emulate' prints as link=".into()
             );
         };
+        if self.can_place().is_some() {
+            return self.check_can();
+        }
+        if self.node.is_some() {
+            return Err("--node is for CANopen; its links are slcan-tty:PATH, slcan-tcp:HOST:PORT and \
+                        socketcan:INTERFACE"
+                .into());
+        }
+        if matches!(self.baud, Some(BaudSpec::Can(_))) {
+            return Err(format!("this rate is none of PROFIBUS; {}", fixed_rates()));
+        }
+        if let Action::Read { parameter } | Action::Write { parameter, .. } = &self.action {
+            parameter.parameter()?;
+        }
         if matches!(link, MasterLink::Serial(_)) && self.baud.is_none() {
             return Err("a serial line needs its rate; add for example --baud 19200".into());
         }
@@ -273,6 +313,51 @@ impl Master {
         Ok(())
     }
 
+    /// The bus of CAN that is asked for. A bare terminal is one of CAN if a node is named: emulators print it so.
+    pub(crate) fn can_place(&self) -> Option<CanPlace> {
+        match (&self.link, self.node) {
+            (Some(MasterLink::Can(place)), _) => Some(place.clone()),
+            (Some(MasterLink::Terminal(path)), Some(_)) => Some(CanPlace::Terminal(path.clone())),
+            (Some(MasterLink::Serial(device)), Some(_)) => Some(CanPlace::Terminal(device.into())),
+            (Some(MasterLink::Terminal(_) | MasterLink::Serial(_)), None)
+            | (Some(MasterLink::Tcp(_)) | None, _) => None,
+        }
+    }
+
+    fn check_can(&self) -> Result<(), String> {
+        self.can_node()?;
+        if self.address.is_some() {
+            return Err("--address is for PROFIBUS: a drive on CANopen has a --node".into());
+        }
+        if self.baud.is_some_and(|baud| baud.can().is_none()) {
+            return Err("this rate is none of CAN; expected 125000, 250000, 500000 or 1000000".into());
+        }
+        match self.action {
+            Action::Read { .. }
+            | Action::Write { .. }
+            | Action::Status
+            | Action::Stop
+            | Action::Motion(Motion::Move { .. }) => Ok(()),
+            Action::Scan { .. }
+            | Action::Diag
+            | Action::Params
+            | Action::Save { .. }
+            | Action::Restore { .. }
+            | Action::Motion(Motion::Enable { .. } | Motion::Jog { .. } | Motion::Velocity { .. })
+            | Action::Ack
+            | Action::Faults { .. }
+            | Action::Calibrate { .. }
+            | Action::Monitor { .. } => {
+                Err("this is for PROFIBUS; on CANopen there are read, write, status, move and stop".into())
+            }
+        }
+    }
+
+    /// The node that is asked for.
+    pub(crate) fn can_node(&self) -> Result<NodeId, String> {
+        self.node.ok_or_else(|| "the drive is missing; add --node N".into())
+    }
+
     /// The drive that is asked for, of every action but a scan.
     pub(crate) fn drive(&self) -> Result<Address, String> {
         self.address.ok_or_else(|| "the drive is missing; add --address N, or look for it with 'scan'".into())
@@ -286,9 +371,42 @@ pub(crate) enum MasterLink {
     Serial(String),
     /// Host and port.
     Tcp(String),
+    /// A bus of CAN.
+    Can(CanPlace),
 }
 
-const LINKS: &str = "expected a terminal such as /dev/pts/3, pty:PATH, serial:DEVICE or tcp:HOST:PORT";
+/// Where a master finds a bus of CAN.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum CanPlace {
+    /// A terminal or a port with an slcan adapter.
+    Terminal(PathBuf),
+    /// Host and port of an slcan adapter.
+    Tcp(String),
+    /// An interface of Linux.
+    Socket(String),
+}
+
+const LINKS: &str = "expected a terminal such as /dev/pts/3, pty:PATH, serial:DEVICE or tcp:HOST:PORT; of CANopen slcan-tty:PATH, \
+                     slcan-tcp:HOST:PORT or socketcan:INTERFACE";
+
+/// A parameter or an entry, as it was written: the link says which.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Asked(pub(crate) String);
+
+impl FromStr for Asked {
+    type Err = Infallible;
+
+    fn from_str(text: &str) -> Result<Self, Infallible> {
+        Ok(Self(text.into()))
+    }
+}
+
+impl Asked {
+    /// On PROFIBUS.
+    pub(crate) fn parameter(&self) -> Result<ParameterSpec, String> {
+        self.0.parse().map_err(|reason| format!("invalid value '{}' for '<PNU[.SUB]>': {reason}", self.0))
+    }
+}
 
 impl FromStr for MasterLink {
     type Err = String;
@@ -304,6 +422,13 @@ impl FromStr for MasterLink {
             Some(("pty", path)) => Ok(Self::Terminal(path.into())),
             Some(("serial", device)) => Ok(Self::Serial(device.into())),
             Some(("tcp", place)) => tcp(place).map(Self::Tcp),
+            Some(("slcan-tty" | "slcan-pty" | "socketcan", "")) => {
+                Err(format!("the name is missing; {LINKS}"))
+            }
+            // What an emulator prints.
+            Some(("slcan-tty" | "slcan-pty", path)) => Ok(Self::Can(CanPlace::Terminal(path.into()))),
+            Some(("slcan-tcp", place)) => tcp(place).map(|place| Self::Can(CanPlace::Tcp(place))),
+            Some(("socketcan", name)) => Ok(Self::Can(CanPlace::Socket(name.into()))),
             // A bare path is what an emulator prints. Is it a real port, its rate matters.
             None if spec.contains('/') => {
                 let target = std::fs::canonicalize(spec).unwrap_or_else(|_| spec.into());
@@ -366,10 +491,18 @@ fn master(text: &str) -> Result<Address, String> {
     address.ok_or_else(|| "expected an address from 0 to 125".into())
 }
 
-fn rate(text: &str) -> Result<BaudRate, String> {
+fn node(text: &str) -> Result<NodeId, String> {
+    let number = text.parse().ok().and_then(|number| NodeId::new(number).ok());
+    number.ok_or_else(|| "expected a node number from 1 to 127".into())
+}
+
+fn fixed_rates() -> String {
+    expected_rates().replace("auto or ", "")
+}
+
+fn rate(text: &str) -> Result<BaudSpec, String> {
     match text.parse() {
-        Ok(BaudSpec::Fixed(rate)) => Ok(rate),
-        Ok(BaudSpec::Can(_)) => Err(expected_rates().replace("auto or ", "")),
+        Ok(rate @ (BaudSpec::Fixed(_) | BaudSpec::Can(_))) => Ok(rate),
         Ok(BaudSpec::Auto) => Err("a master sets the rate; expected a number such as 19200".into()),
         Err(error) => Err(error.replace("auto or ", "")),
     }
@@ -401,20 +534,6 @@ fn time_within(text: &str, range: RangeInclusive<Duration>, expected: &str) -> R
     time(text).ok().filter(|time| range.contains(time)).ok_or_else(|| expected.into())
 }
 
-/// Decimal, or hexadecimal behind 0x and perhaps a sign.
-fn number(text: &str) -> Result<i64, String> {
-    let (sign, size) = text.strip_prefix('-').map_or((1, text), |size| (-1, size));
-    let number = match size.strip_prefix("0x") {
-        Some(digits) => hexadecimal(digits).map(|size| sign * i64::from(size)),
-        None => text.parse().ok(),
-    };
-    number.ok_or_else(|| "expected a number such as 60, -250000 or 0x1F4".into())
-}
-
-fn hexadecimal(digits: &str) -> Option<u32> {
-    u32::from_str_radix(digits, 16).ok().filter(|_| !digits.starts_with('+'))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -436,17 +555,12 @@ mod tests {
     }
 
     #[test]
-    fn times_and_numbers_are_read_as_they_are_written() {
+    fn times_are_read_as_they_are_written() {
         assert_eq!(time("1.5s"), Ok(Duration::from_millis(1500)));
         assert_eq!(time("20ms"), Ok(Duration::from_millis(20)));
         for wrong in ["", "5", "s", "-1s", "1e99s", "2m", "nans"] {
             assert!(time(wrong).is_err(), "{wrong}");
         }
         assert!(watchdog("9ms").is_err() && watchdog("651s").is_err() && watchdog("10ms").is_ok());
-        assert_eq!((number("-5"), number("0x1F4")), (Ok(-5), Ok(500)));
-        assert_eq!((number("-0x10"), number("0xFFFFFFFF")), (Ok(-16), Ok(0xFFFF_FFFF)));
-        for wrong in ["0x-5", "0x+5", "five", "--5", "-", "0x", "0x100000000", "-x"] {
-            assert!(number(wrong).is_err(), "{wrong}");
-        }
     }
 }

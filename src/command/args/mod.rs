@@ -1,38 +1,48 @@
 //! The command line: what may be asked for, and how a wrong question is answered.
 
 mod decode;
+mod demo;
 mod drive;
 mod eds;
 mod emulate;
 mod encode;
 mod gsd;
+mod judge;
 mod link;
 mod master;
 mod node;
 mod parameter;
+mod ppo_drive;
+mod quantity;
 mod quirk;
 mod station;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{ArgAction, CommandFactory, Parser, Subcommand};
 
 use super::{Failure, report};
 
 pub(crate) use decode::Decode;
+pub(crate) use demo::Demo;
 pub(crate) use drive::DriveSpec;
 pub(crate) use eds::Eds;
-pub(crate) use emulate::Emulate;
+pub(crate) use emulate::{Emulate, panel_place};
 pub(crate) use encode::{
     Control, Encode, Fcb, Octet, Parameter, Pkw, Service, Telegram, What, WidthSpec, Word,
 };
 pub(crate) use gsd::{Check as GsdCheck, Gsd as GsdArgs};
+pub(crate) use judge::{Judge, JudgedStation, millis as judge_millis};
 pub(crate) use link::{BaudSpec, LinkSpec};
-pub(crate) use master::{Action, AddressRange, Direction, Go, Master, MasterLink, Motion};
+#[cfg(test)]
+pub(crate) use master::Go;
+pub(crate) use master::{Action, AddressRange, CanPlace, Direction, Master, MasterLink, Motion};
 pub(crate) use node::NodeSpec;
-pub(crate) use parameter::{ParameterSpec, find as find_parameter};
+pub(crate) use parameter::{ParameterSpec, find as find_parameter, plain};
+pub(crate) use ppo_drive::PpoDriveSpec;
+pub(crate) use quantity::Quantity;
 pub(crate) use quirk::QuirkSpec;
 pub(crate) use station::StationSpec;
 
@@ -61,23 +71,20 @@ Examples:
   profidrive emulate --node 5,device=asda-a2 --link slcan-tcp:127.0.0.1:0
                                               a servo on CANopen, for masters that speak slcan
   profidrive eds asda-a2                      its electronic data sheet
-  profidrive gsd valves.gsd                   explains the device file of a slave";
+  profidrive gsd valves.gsd                   explains the device file of a slave
+  profidrive judge --station 5,ident=1234,cfg=2313
+                                              judges a DP master row by row";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Shows a master and a drive at work on a bus in memory: start-up, parameters, a travel job, a fault
-    ///
-    /// Needs no hardware and no arguments, and takes less than two seconds. Every telegram of the start-up is shown
-    /// with its meaning, then the words of the parameter channel, control word and status word, and why the drive
-    /// refuses what it refuses. Times are those on the bus.
-    #[command(after_help = "Examples:\n  profidrive demo\n  profidrive demo | less")]
-    Demo,
+    Demo(Demo),
     Emulate(Emulate),
     Master(Master),
     Decode(Decode),
     Encode(Encode),
     Eds(Eds),
     Gsd(GsdArgs),
+    Judge(Box<Judge>),
 }
 
 /// How much is logged.
@@ -114,26 +121,41 @@ impl Args {
     /// How much is logged: the demo tells its story without the master's log, unless that is asked for.
     pub(crate) fn log_verbosity(&self) -> Verbosity {
         match self.command {
-            Command::Demo if self.verbosity.verbose == 0 => Verbosity { quiet: true, ..self.verbosity },
-            Command::Demo
+            Command::Demo(_) if self.verbosity.verbose == 0 => Verbosity { quiet: true, ..self.verbosity },
+            Command::Demo(_)
             | Command::Emulate(_)
             | Command::Decode(_)
             | Command::Encode(_)
             | Command::Eds(_)
-            | Command::Gsd(_) => self.verbosity,
+            | Command::Gsd(_)
+            | Command::Judge(_) => self.verbosity,
             // What it says is its result, and a failure its last line.
             Command::Master(_) => Verbosity { quiet: self.verbosity.verbose == 0, ..self.verbosity },
+        }
+    }
+
+    /// Whether the result is JSON, for programs: then a failure is too.
+    pub(crate) fn wants_json(&self) -> bool {
+        match &self.command {
+            Command::Master(master) => master.json,
+            Command::Decode(decode) => decode.json,
+            Command::Gsd(gsd) => gsd.json,
+            Command::Encode(encode) => encode.json,
+            Command::Demo(_) | Command::Emulate(_) | Command::Eds(_) | Command::Judge(_) => false,
         }
     }
 
     /// What no single argument shows.
     fn check(&self) -> Result<(), String> {
         match &self.command {
-            Command::Demo | Command::Decode(_) | Command::Encode(_) | Command::Eds(_) | Command::Gsd(_) => {
-                Ok(())
-            }
+            Command::Demo(_)
+            | Command::Decode(_)
+            | Command::Encode(_)
+            | Command::Eds(_)
+            | Command::Gsd(_) => Ok(()),
             Command::Emulate(emulate) => emulate.check(),
             Command::Master(master) => master.check(),
+            Command::Judge(judge) => judge.check(),
         }
     }
 }
@@ -151,7 +173,7 @@ impl Refusal {
             true => format!("a command is missing; {}", read_on()),
             false => self.line(),
         };
-        report(&Failure::Usage(line))
+        report(&Failure::Usage(line), wants_json(std::env::args_os()))
     }
 
     /// The first paragraph of the parser's error as one line, and where to read on.
@@ -160,15 +182,38 @@ impl Refusal {
         let lines: Vec<&str> = text.lines().map(str::trim).take_while(|line| !line.is_empty()).collect();
         let line = lines.join(" ");
         let line = line.strip_prefix("error: ").unwrap_or(&line);
-        format!("{line}; {}", read_on())
+        format!("{line}{}; {}", self.suggested(), read_on())
     }
+
+    /// What was perhaps meant.
+    fn suggested(&self) -> String {
+        let kinds =
+            [ContextKind::SuggestedSubcommand, ContextKind::SuggestedArg, ContextKind::SuggestedValue];
+        let values = kinds.into_iter().find_map(|kind| self.0.get(kind));
+        let quoted = match values {
+            Some(ContextValue::String(one)) => format!("'{one}'"),
+            Some(ContextValue::Strings(some)) => {
+                some.iter().map(|one| format!("'{one}'")).collect::<Vec<_>>().join(" or ")
+            }
+            // A kind that is of no use here, or a newer one.
+            Some(_) | None => String::new(),
+        };
+        if quoted.is_empty() { quoted } else { format!("; did you mean {quoted}?") }
+    }
+}
+
+/// Whether a command line that was not understood asks for JSON. Of `judge` it names a file.
+fn wants_json(arguments: impl IntoIterator<Item = OsString>) -> bool {
+    let arguments: Vec<_> = arguments.into_iter().skip(1).collect();
+    let named = |name: &str| arguments.iter().any(|argument| argument == name);
+    named("--json") && !named("judge")
 }
 
 /// Where to read on, for who got the command line wrong.
 fn read_on() -> String {
     let named = |name: &str| std::env::args_os().any(|argument| argument == name);
     let command =
-        ["emulate", "master", "decode", "encode", "eds", "gsd"].into_iter().find(|name| named(name));
+        ["emulate", "master", "decode", "encode", "eds", "gsd", "judge"].into_iter().find(|name| named(name));
     format!("see 'profidrive{} --help'", command.map(|name| format!(" {name}")).unwrap_or_default())
 }
 

@@ -87,7 +87,8 @@ fn nearest(distance: impl Fn(&Entry) -> usize) -> String {
     names.collect::<Vec<_>>().join(", ")
 }
 
-fn plain(name: &str) -> String {
+/// Letters and digits of a name, in lower case.
+pub(crate) fn plain(name: &str) -> String {
     name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
 }
 
@@ -116,7 +117,7 @@ mod tests {
         ] {
             assert_eq!(pnu(text), Ok(found), "{text}");
         }
-        for entry in &TABLE {
+        for entry in TABLE {
             let suffix = if entry.elements.is_some() { ".0" } else { "" };
             assert_eq!(pnu(&format!("{}{suffix}", entry.name)).map(|found| found.0), Ok(entry.pnu.number()));
         }

@@ -4,6 +4,7 @@ use core::str::FromStr;
 
 use profidrive::device::{Config, QUIRKS, QuirkError};
 use profidrive::fdl::Address;
+use profidrive::host::can::{PRODUCTS, QuirkRow};
 
 /// A quirk, checked to exist.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -23,18 +24,28 @@ impl FromStr for QuirkSpec {
     type Err = String;
 
     fn from_str(spec: &str) -> Result<Self, String> {
-        let (name, value) = spec.split_once('=').ok_or("expected NAME=VALUE, for example off1=brake")?;
+        let (name, value) = parts(spec)?;
         let quirk = Self { name: name.into(), value: value.into() };
-        quirk.choose(&mut Config::new(Address::from_octet(0))).map_err(|error| match error {
-            QuirkError::Unknown => {
-                let names: Vec<_> = QUIRKS.iter().map(|quirk| quirk.name).collect();
-                format!("quirk '{name}' is unknown; expected one of {}", names.join(", "))
-            }
-            QuirkError::Value { name, values } => {
-                format!("quirk {name} cannot be '{value}'; expected {}", values.join(" or "))
-            }
-        })?;
+        let chosen = quirk.choose(&mut Config::new(Address::from_octet(0)));
+        chosen.map_err(|error| refusal(name, value, &error))?;
         Ok(quirk)
+    }
+}
+
+/// Name and value.
+pub(super) fn parts(spec: &str) -> Result<(&str, &str), String> {
+    spec.split_once('=').ok_or_else(|| "expected NAME=VALUE, for example off1=brake".into())
+}
+
+pub(super) fn refusal(name: &str, value: &str, error: &QuirkError) -> String {
+    match error {
+        QuirkError::Unknown => {
+            let names: Vec<_> = QUIRKS.iter().map(|quirk| quirk.name).collect();
+            format!("quirk '{name}' is unknown; expected one of {}", names.join(", "))
+        }
+        QuirkError::Value { name, values } => {
+            format!("quirk {name} cannot be '{value}'; expected {}", values.join(" or "))
+        }
     }
 }
 
@@ -46,6 +57,12 @@ pub(super) fn help() -> String {
     );
     for quirk in QUIRKS {
         text += &format!("\n  {}={}\n      {}", quirk.name, quirk.values.join("|"), quirk.about);
+    }
+    for product in PRODUCTS {
+        text += &format!("\n\nOf a node {}:", product.name);
+        for QuirkRow { name, values, about } in product.quirks() {
+            text += &format!("\n  {name}={}\n      {about}", values.join("|"));
+        }
     }
     text
 }

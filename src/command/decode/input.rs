@@ -1,13 +1,16 @@
-//! Where octets come from: arguments, text, raw octets, captures.
+//! Where octets and frames come from: arguments, text, raw octets, captures.
 
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Cursor, Read, Write};
 use std::path::PathBuf;
 
-use profidrive::explain::{Decoder, HexText};
-use profidrive::host::capture::Reader;
+use profidrive::can::Frame;
+use profidrive::explain::canopen::{FrameTextError, Network, frame_in};
+use profidrive::explain::{Explanation, HexText};
+use profidrive::host::capture::{LinkType, Packet, Reader, can};
 
+use super::Buses;
 use super::output::{Output, Place, Stopped};
 use super::utf16::Utf16;
 use crate::command::Failure;
@@ -17,6 +20,8 @@ use crate::command::Failure;
 pub(super) enum Input {
     /// Lines of octets.
     Octets(Vec<Vec<u8>>),
+    /// Frames of CAN.
+    Frames(Vec<Frame>),
     File(PathBuf),
     Stdin,
 }
@@ -37,6 +42,9 @@ impl Input {
     /// Octets if the arguments are hexadecimal, else the file that the only one names.
     pub(super) fn of(arguments: &[OsString]) -> Result<Self, Failure> {
         let lines: Vec<&str> = arguments.iter().filter_map(|argument| argument.to_str()).collect();
+        if let Some(frames) = frames(&lines).filter(|_| lines.len() == arguments.len()) {
+            return frames.map(Self::Frames).map_err(|error| Failure::Usage(error.to_string()));
+        }
         let error = match (arguments, octets(&lines)) {
             ([], _) => return Ok(Self::Stdin),
             ([argument], _) if argument == "-" => return Ok(Self::Stdin),
@@ -60,20 +68,23 @@ impl Input {
     /// Whether an octet has a line or packet worth naming.
     pub(super) const fn has_places(&self) -> bool {
         match self {
-            Self::Octets(_) => false,
+            Self::Octets(_) | Self::Frames(_) => false,
             Self::File(_) | Self::Stdin => true,
         }
     }
 
     /// Decodes all of it.
-    pub(super) fn read<W: Write>(self, decoder: &mut Decoder, output: &mut Output<W>) -> Result<(), Stopped> {
+    pub(super) fn read<W: Write>(self, decoder: &mut Buses, output: &mut Output<W>) -> Result<(), Stopped> {
         match self {
             Self::Octets(lines) => {
                 for octets in lines {
-                    output.explain(Place::Nowhere, |sink| decoder.line(&octets, sink))?;
+                    output.explain(Place::Nowhere, |sink| decoder.telegrams.line(&octets, sink))?;
                 }
-                output.explain(Place::Nowhere, |sink| decoder.finish(sink))
+                output.explain(Place::Nowhere, |sink| decoder.telegrams.finish(sink))
             }
+            Self::Frames(frames) => frames.iter().try_for_each(|frame| {
+                output.explain(Place::Nowhere, |sink| sink(0, decoder.network.frame(frame)))
+            }),
             Self::File(path) => {
                 let cannot = |error: io::Error| {
                     Stopped::In(Failure::Other(format!("cannot open {}: {error}", path.display())))
@@ -88,6 +99,16 @@ impl Input {
 /// Whether who wrote this meant a file: a dot among words is none of a file's name.
 fn resembles_path(argument: &str) -> bool {
     argument.contains('/') || (argument.contains('.') && !argument.contains(char::is_whitespace))
+}
+
+/// The frames of arguments; `None` if the first is none.
+fn frames(arguments: &[&str]) -> Option<Result<Vec<Frame>, FrameTextError>> {
+    let first = frame_in(arguments.first()?)?;
+    let others = arguments.iter().skip(1).map(|line| match frame_in(line) {
+        Some(frame) => frame,
+        None => Err(FrameTextError::Data { found: (*line).into() }),
+    });
+    Some(core::iter::once(first).chain(others).collect())
 }
 
 /// The octets of arguments: one with spaces is a line, those without make one together.
@@ -111,11 +132,7 @@ fn octets(arguments: &[&str]) -> Result<Vec<Vec<u8>>, String> {
 }
 
 /// A capture, raw octets or text, as its beginning tells.
-fn any<W: Write>(
-    mut source: impl Read,
-    decoder: &mut Decoder,
-    output: &mut Output<W>,
-) -> Result<(), Stopped> {
+fn any<W: Write>(mut source: impl Read, decoder: &mut Buses, output: &mut Output<W>) -> Result<(), Stopped> {
     let mut head = [0; 1024];
     let mut len = 0;
     while len < 4 {
@@ -149,13 +166,9 @@ fn is_raw(head: &[u8]) -> bool {
     broken || head.iter().any(control)
 }
 
-fn packets<W: Write>(
-    source: impl Read,
-    decoder: &mut Decoder,
-    output: &mut Output<W>,
-) -> Result<(), Stopped> {
+fn packets<W: Write>(source: impl Read, decoder: &mut Buses, output: &mut Output<W>) -> Result<(), Stopped> {
     let wrong = |error| Stopped::In(Failure::from_error(&error));
-    for (number, packet) in (1..).zip(Reader::new(source).map_err(wrong)?) {
+    for (number, packet) in (1..).zip(Reader::of_any(source).map_err(wrong)?) {
         // What came before is told before what is wrong with the rest.
         let packet = packet.map_err(wrong);
         if packet.is_err() {
@@ -163,18 +176,32 @@ fn packets<W: Write>(
         }
         let packet = packet?;
         let place = Place::Packet { number, time: packet.time };
-        // A packet is whole: what is unfinished in it was broken off.
-        output.explain(place, |sink| {
-            decoder.line(&packet.octets, sink);
-            decoder.finish(sink);
+        output.explain(place, |sink| match packet.link {
+            // A packet is whole: what is unfinished in it was broken off.
+            LinkType::ProfibusDl => {
+                decoder.telegrams.line(&packet.octets, sink);
+                decoder.telegrams.finish(sink);
+            }
+            LinkType::CanSocketCan => sink(0, frame_of(&packet, &mut decoder.network)),
         })?;
     }
     output.flush()
 }
 
+/// A packet of a CAN bus.
+fn frame_of(packet: &Packet, network: &mut Network) -> Explanation {
+    match can::frame(&packet.octets) {
+        Some(frame) => network.frame(&frame),
+        None if can::is_error(&packet.octets) => {
+            Network::error_frame(packet.comment.as_deref().unwrap_or("an error on the bus"))
+        }
+        None => Network::no_frame(&packet.octets, "no frame of CAN 2.0"),
+    }
+}
+
 fn raw_octets<W: Write>(
     mut source: impl Read,
-    decoder: &mut Decoder,
+    decoder: &mut Buses,
     output: &mut Output<W>,
 ) -> Result<(), Stopped> {
     let mut octets = [0; 4096];
@@ -186,16 +213,16 @@ fn raw_octets<W: Write>(
             Err(error) => return Err(unreadable(&error)),
         };
         let octets = octets.get(..len).unwrap_or_default();
-        output.explain(Place::Stream, |sink| decoder.octets(octets, sink))?;
+        output.explain(Place::Stream, |sink| decoder.telegrams.octets(octets, sink))?;
         output.flush()?;
     }
-    output.explain(Place::Stream, |sink| decoder.finish(sink))?;
+    output.explain(Place::Stream, |sink| decoder.telegrams.finish(sink))?;
     output.flush()
 }
 
 fn lines<W: Write>(
     mut source: BufReader<impl Read>,
-    decoder: &mut Decoder,
+    decoder: &mut Buses,
     output: &mut Output<W>,
 ) -> Result<(), Stopped> {
     let mut text = HexText::default();
@@ -215,21 +242,29 @@ fn lines<W: Write>(
         }
         let ended = line.ends_with(b"\n");
         let rest = if ended || line.len() < MOST_TEXT { Vec::new() } else { line.split_off(cut(&line)) };
-        match text.octets(&String::from_utf8_lossy(&line)) {
-            Ok(octets) if octets.is_empty() => {}
-            Ok(octets) => {
-                let place = Place::Line { number, from, before };
-                output.explain(place, |sink| decoder.line(&octets, sink))?;
-                from += u64::try_from(octets.len()).unwrap_or(0);
-                before = number;
+        let written = String::from_utf8_lossy(&line);
+        match frame_in(&written) {
+            Some(Ok(frame)) => {
+                let place = Place::Line { number, from: 0, before: number };
+                output.explain(place, |sink| sink(0, decoder.network.frame(&frame)))?;
             }
-            Err(error) => output.unreadable(number, &error)?,
+            Some(Err(error)) => output.unreadable(number, &error)?,
+            None => match text.octets(&written) {
+                Ok(octets) if octets.is_empty() => {}
+                Ok(octets) => {
+                    let place = Place::Line { number, from, before };
+                    output.explain(place, |sink| decoder.telegrams.line(&octets, sink))?;
+                    from += u64::try_from(octets.len()).unwrap_or(0);
+                    before = number;
+                }
+                Err(error) => output.unreadable(number, &error)?,
+            },
         }
         number += u64::from(ended);
         line = rest;
     }
     let place = Place::Line { number: before, from, before };
-    output.explain(place, |sink| decoder.finish(sink))?;
+    output.explain(place, |sink| decoder.telegrams.finish(sink))?;
     output.flush()
 }
 

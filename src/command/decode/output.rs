@@ -1,9 +1,10 @@
 //! Explanations on stdout: as trees, lines or JSON.
 
+use core::fmt::Display;
 use core::time::Duration;
 use std::io::{self, BufWriter, Write};
 
-use profidrive::explain::{Explanation, Mark, TextError};
+use profidrive::explain::{Explanation, Mark};
 use serde::Serialize;
 
 use crate::command::Failure;
@@ -100,7 +101,7 @@ impl<W: Write> Output<W> {
     }
 
     /// Writes that a line of text holds something else than octets.
-    pub(super) fn unreadable(&mut self, line: u64, error: &TextError) -> Result<(), Stopped> {
+    pub(super) fn unreadable(&mut self, line: u64, error: &dyn Display) -> Result<(), Stopped> {
         self.unreadable += 1;
         match self.form {
             Form::Json => {

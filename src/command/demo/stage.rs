@@ -1,9 +1,8 @@
-//! The bus of the demo, and the page it is written to.
+//! The PROFIBUS of the demo: profirust as master and a drive.
 
-use core::fmt::{Arguments, Display};
 use core::time::Duration;
 use std::collections::VecDeque;
-use std::io::{self, Write};
+use std::io::Write;
 
 use profidrive::bench::{Line, Sender};
 use profidrive::client::ZswPattern;
@@ -21,6 +20,7 @@ use profirust::dp::{DpMaster, PeripheralHandle};
 use profirust::fdl::{FdlActiveStation, ParametersBuilder};
 
 use super::chart::Recording;
+use super::page::{INDENT, Page, Trouble, WIDTH, unexpected};
 
 const DRIVE: u8 = 5;
 const MASTER: u8 = 2;
@@ -33,36 +33,11 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// How often the position is recorded.
 const SAMPLE: Duration = Duration::from_millis(10);
 
-/// The page is as wide as this.
-const WIDTH: usize = 80;
-/// Where text begins beside the time and the speaker.
-const INDENT: usize = 18;
-
-/// Why the story ends early.
-#[derive(Debug)]
-pub(super) enum Trouble {
-    /// The page cannot be written.
-    Out(io::Error),
-    /// Master or drive did something that does not belong to the story.
-    Unexpected(String),
-}
-
-impl From<io::Error> for Trouble {
-    fn from(error: io::Error) -> Self {
-        Self::Out(error)
-    }
-}
-
-fn unexpected(error: impl Display) -> Trouble {
-    Trouble::Unexpected(error.to_string())
-}
-
 /// Master, wire and drive, and the page.
 pub(super) struct Stage<'w> {
     bus: Line<Profirust<'static>>,
     drive: PeripheralHandle,
-    out: &'w mut dyn Write,
-    titles: u8,
+    pub(super) page: Page<'w>,
     pkw: Pkw,
     stw: Stw,
     setpoint: i32,
@@ -90,8 +65,7 @@ impl<'w> Stage<'w> {
         let mut stage = Self {
             bus,
             drive,
-            out,
-            titles: 0,
+            page: Page::new(out),
             pkw: Pkw::ZERO,
             stw: Stw::default(),
             setpoint: 0,
@@ -100,27 +74,11 @@ impl<'w> Stage<'w> {
             recording: None,
             sampled: Instant::ZERO,
         };
-        stage.text(&format!(
+        stage.page.text(&format!(
             "profidrive demo: profirust as DP master {MASTER} and an emulated SIKO AG03/1 as station {DRIVE} on a \
              wire at {BAUD}, all in memory. Times are milliseconds on the bus."
         ))?;
         Ok(stage)
-    }
-
-    /// Begins a part of the story.
-    pub(super) fn title(&mut self, title: &str) -> Result<(), Trouble> {
-        self.titles += 1;
-        let heading = format!("--- {} {title} ", self.titles);
-        writeln!(self.out, "\n{heading:-<WIDTH$}")?;
-        Ok(())
-    }
-
-    /// A paragraph.
-    pub(super) fn text(&mut self, text: &str) -> Result<(), Trouble> {
-        for line in wrap(text, WIDTH) {
-            writeln!(self.out, "{line}")?;
-        }
-        Ok(())
     }
 
     /// Shows every telegram between master and drive until the drive's first inputs have come.
@@ -147,10 +105,10 @@ impl<'w> Stage<'w> {
             let hex = hex.join(" ");
             let room = (WIDTH - INDENT).saturating_sub(words.chars().count());
             if hex.len() + 2 <= room {
-                self.line(heard.at, speaker, format_args!("{words}{hex:>room$}"))?;
+                self.page.line(heard.at, speaker, format_args!("{words}{hex:>room$}"))?;
             } else {
-                self.line(heard.at, speaker, format_args!("{words}"))?;
-                self.line_without_time("", format_args!("{hex}"))?;
+                self.page.line(heard.at, speaker, format_args!("{words}"))?;
+                self.page.line_without_time("", format_args!("{hex}"))?;
             }
         }
         outcome.map_err(|error| Trouble::Unexpected(format!("the drive does not start: {error}")))?;
@@ -168,7 +126,7 @@ impl<'w> Stage<'w> {
         expected: &str,
     ) -> Result<(), Trouble> {
         let request = Pkw::new(Pke::of_job(job, pnu), Ind::default(), value);
-        self.line(self.bus.now(), "job", format_args!("{request}  PNU {pnu}: {meaning}"))?;
+        self.page.line(self.bus.now(), "job", format_args!("{request}  PNU {pnu}: {meaning}"))?;
         self.pkw = request;
         self.exchange(&format!("a reply to job {request}"), |inputs| inputs.pkw() != Pkw::ZERO)?;
         let reply = self.inputs()?.pkw();
@@ -187,7 +145,7 @@ impl<'w> Stage<'w> {
             | ReplyId::NoControlRights
             | ReplyId::Reserved(_) => reply.pke.reply().to_string(),
         };
-        self.line(self.bus.now(), "reply", format_args!("{reply}  {answer}"))?;
+        self.page.line(self.bus.now(), "reply", format_args!("{reply}  {answer}"))?;
         if reply.to_string() != expected {
             return Err(Trouble::Unexpected(format!(
                 "job {request} was answered {reply}, expected {expected}"
@@ -208,7 +166,7 @@ impl<'w> Stage<'w> {
         let changes = words::changes(Word::Stw, MODE, self.stw.raw(), stw.raw());
         self.stw = stw;
         self.setpoint = setpoint;
-        self.line(self.bus.now(), "STW", format_args!("{stw}  {meaning}: {changes}"))?;
+        self.page.line(self.bus.now(), "STW", format_args!("{stw}  {meaning}: {changes}"))?;
         // The inputs answer the exchange before; with two cycles of the drive they are of these outputs.
         self.run_for(Duration::from_millis(5));
         self.observe(expected)
@@ -221,7 +179,7 @@ impl<'w> Stage<'w> {
         let (zsw, position) = (inputs.zsw(), inputs.hiw());
         let said = words::said(MODE, self.zsw.raw(), zsw.raw());
         self.zsw = zsw;
-        self.line(self.bus.now(), "ZSW", format_args!("{zsw}  {said}; at {position}"))
+        self.page.line(self.bus.now(), "ZSW", format_args!("{zsw}  {said}; at {position}"))
     }
 
     /// Says the reason for what has just happened, which the drive reported as an event.
@@ -230,7 +188,7 @@ impl<'w> Stage<'w> {
         let Some(event) = found else {
             return Err(Trouble::Unexpected("the drive gives no reason for what it did".into()));
         };
-        self.line_without_time("why", format_args!("{event}"))
+        self.page.line_without_time("why", format_args!("{event}"))
     }
 
     /// Changes what acts on the drive from outside.
@@ -254,11 +212,7 @@ impl<'w> Stage<'w> {
 
     /// Draws what was recorded.
     pub(super) fn draw_recording(&mut self) -> Result<(), Trouble> {
-        writeln!(self.out)?;
-        for line in self.recording.take().unwrap_or_default().lines() {
-            writeln!(self.out, "{line}")?;
-        }
-        Ok(())
+        self.page.picture(&self.recording.take().unwrap_or_default().lines())
     }
 
     /// Lets time pass on the bus.
@@ -304,24 +258,6 @@ impl Stage<'_> {
     fn inputs(&mut self) -> Result<Inputs<'_>, Trouble> {
         Inputs::parse(self.bus.master.dp.get_mut(self.drive).pi_i()).map_err(unexpected)
     }
-
-    fn line(&mut self, at: Instant, speaker: &str, text: Arguments<'_>) -> Result<(), Trouble> {
-        let micros = at.as_nanos() / 1_000;
-        self.entry(&format!("{:>5}.{:03}  {speaker:<7}", micros / 1_000, micros % 1_000), text)
-    }
-
-    fn line_without_time(&mut self, speaker: &str, text: Arguments<'_>) -> Result<(), Trouble> {
-        self.entry(&format!("{:>9}  {speaker:<7}", ""), text)
-    }
-
-    fn entry(&mut self, head: &str, text: Arguments<'_>) -> Result<(), Trouble> {
-        let mut head = head;
-        for line in wrap(&text.to_string(), WIDTH - INDENT) {
-            writeln!(self.out, "{head:<INDENT$}{line}")?;
-            head = "";
-        }
-        Ok(())
-    }
 }
 
 /// Whether a telegram belongs to the story: no token, and not for a station that is not there.
@@ -334,22 +270,4 @@ fn belongs(explanation: &Explanation) -> bool {
 fn is_inputs(explanation: &Explanation) -> bool {
     let exchange = explanation.service == Some("Data_Exchange") && explanation.sender == Some(Side::Slave);
     exchange && explanation.fields.iter().any(|field| field.name == "ZSW")
-}
-
-/// The words of `text` in lines of at most `width` characters; a longer word has a line for itself. Double spaces
-/// stay.
-fn wrap(text: &str, width: usize) -> Vec<String> {
-    let mut lines = Vec::new();
-    let mut line = String::new();
-    for word in text.split(' ') {
-        if !line.is_empty() && line.chars().count() + 1 + word.chars().count() > width {
-            lines.push(core::mem::take(&mut line));
-        }
-        if !line.is_empty() {
-            line.push(' ');
-        }
-        line.push_str(word);
-    }
-    lines.push(line);
-    lines
 }

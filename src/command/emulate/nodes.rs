@@ -1,20 +1,22 @@
 //! `profidrive emulate --node`: CANopen devices on a bus in memory until a signal.
 
 use core::sync::atomic::Ordering;
-use std::io::{self, Write};
 use std::path::PathBuf;
 
 use profidrive::can::BitRate;
+use profidrive::canopen::faults::Faults;
 use profidrive::canopen::storage::Memory;
 use profidrive::canopen::{Event, NodeId};
 use profidrive::device::CanopenEvent;
-use profidrive::host::can::{Event as BusEvent, Line, LinkSpec, News, Seat, Stay, StoredNode};
+use profidrive::host::can::{Event as BusEvent, Line, LinkSpec, News, Seat, StoredNode};
 use profidrive::host::capture::Capture;
 use profidrive::host::capture::can::Interface;
-use profidrive::host::{Clock, Error, Reach, StateDir};
+use profidrive::host::{Clock, Error, Reach, StateDir, Stop};
+use profidrive::panel::{NodeAccess, NodePanel, Seated};
+use profidrive::time::Instant;
 use tracing::{debug, info, warn};
 
-use super::Signals;
+use super::{Signals, Start, panel_reach, panel_started};
 use crate::command::Failure;
 use crate::command::args::{Emulate, NodeSpec};
 
@@ -22,39 +24,59 @@ use crate::command::args::{Emulate, NodeSpec};
 const DEFAULT_RATE: BitRate = BitRate::K500;
 
 /// Runs until SIGINT, SIGTERM or SIGHUP.
-pub(super) fn emulate(args: &Emulate, link: &LinkSpec) -> Result<(), Failure> {
+pub(super) fn emulate(args: &Emulate, link: &LinkSpec, start: &Start) -> Result<(), Failure> {
     // Before the link is made, so that no signal ends the process with the link left behind.
     let signals = Signals::register().map_err(|error| Failure::from_error(&error))?;
+    start.ends_with(&signals);
     let state = args.state_dir.as_deref().map(StateDir::open).transpose();
     let state = state.map_err(|error| Failure::from_error(&error))?;
+    // Before the link, so that a refusal leaves nothing behind.
+    let mut panel = start_panel(args, &signals.stop)?;
     let rate = args.baud.and_then(|baud| baud.can()).unwrap_or(DEFAULT_RATE);
     let mut line = open(args, link, rate)?;
     let mut nodes = Nodes::default();
     for &spec in args.nodes() {
-        nodes.connect(&mut line, spec, state.as_ref())?;
+        let spec = NodeSpec { choices: args.choices_of(&spec).map_err(Failure::Usage)?, ..spec };
+        nodes.connect(&mut line, spec, state.as_ref(), args.faults_of(spec.id).map_err(Failure::Usage)?)?;
     }
     nodes.warn_of_doubles();
     let mut capture = Recorder::start(args, &mut line, &nodes, rate)?;
+    if !start.all_are_open() {
+        return Ok(());
+    }
+    let (clock, seats) = (line.clock(), nodes.seats());
     // What the start brought is told whatever ends the process behind the ready line.
-    line.turn(Stay::Awake, &signals.stop, &mut |news| tell(news, &mut capture, &mut nodes))
-        .map_err(|error| Failure::from_error(&error))?;
-    nodes.announce(line.name());
+    while let Some(event) = line.bus_mut().poll_event() {
+        tell(News::Bus(event), &mut capture, &mut nodes, panel.as_ref(), clock.now());
+    }
+    nodes.announce(line.name(), panel.as_ref(), start);
     let outcome = loop {
-        let outcome = line.run(&signals.stop, &mut |news| tell(news, &mut capture, &mut nodes));
+        let outcome = line.run(&signals.stop, &mut |news| {
+            tell(news, &mut capture, &mut nodes, panel.as_ref(), clock.now());
+        });
         // First, so that a signal after the flags are read ends the next run.
         signals.stop.clear();
         let end = outcome.is_err() || signals.end.load(Ordering::SeqCst);
-        if signals.report.swap(false, Ordering::SeqCst) || end {
+        let asked = signals.report.swap(false, Ordering::SeqCst);
+        if asked || end {
             let counters = line.bus().counters();
             info!(
                 "bus: {} frames, {} of them remote requests, {} error frames",
                 counters.frames, counters.remote, counters.errors
             );
         }
+        if asked {
+            nodes.explain(&line);
+        }
         if end {
             break outcome;
         }
+        if let Some(panel) = &mut panel {
+            panel.serve(&mut NodeAccess { now: clock.now(), bus: line.bus_mut(), nodes: &seats });
+            line.bus_mut().watch(capture.is_on() || panel.wants_frames());
+        }
     };
+    drop(panel);
     // Switched off, the devices hand over their last images; the directory waits for them.
     drop(line);
     drop(state);
@@ -64,8 +86,18 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec) -> Result<(), Failure> {
 }
 
 /// Tells everybody who wants to know.
-fn tell(news: News<CanopenEvent>, capture: &mut Recorder, nodes: &mut Nodes) {
+fn tell(
+    news: News<CanopenEvent>,
+    capture: &mut Recorder,
+    nodes: &mut Nodes,
+    panel: Option<&NodePanel>,
+    now: Instant,
+) {
     capture.take(&news);
+    capture.remark(&news, nodes);
+    if let (Some(panel), News::Bus(event)) = (panel, &news) {
+        panel.tell(now, event);
+    }
     nodes.say(news);
 }
 
@@ -85,6 +117,12 @@ fn open(args: &Emulate, link: &LinkSpec, rate: BitRate) -> Result<Line<CanopenEv
     Ok(line)
 }
 
+fn start_panel(args: &Emulate, wake: &Stop) -> Result<Option<NodePanel>, Failure> {
+    let Some(place) = &args.panel else { return Ok(None) };
+    let panel = NodePanel::start(place, panel_reach(args), wake.clone());
+    panel_started(panel, NodePanel::address, "nodes").map(Some)
+}
+
 /// Who is on the bus, and what they are called in the log.
 #[derive(Default)]
 struct Nodes {
@@ -97,10 +135,11 @@ impl Nodes {
         line: &mut Line<CanopenEvent>,
         spec: NodeSpec,
         state: Option<&StateDir>,
+        faults: Faults,
     ) -> Result<(), Failure> {
         info!("{spec}");
         let now = line.clock().now();
-        let node = match state {
+        let mut node = match state {
             Some(state) => state
                 .load_node(spec.product, spec.id, spec.choices, now)
                 .map_err(|error| Failure::from_error(&error))?,
@@ -109,6 +148,10 @@ impl Nodes {
         let id = node.node_id();
         if id != spec.id {
             warn!("{spec}: its EEPROM says node {id}, which is in force");
+        }
+        if faults != Faults::NONE {
+            warn!("{spec}: faults on purpose in what it sends");
+            node.spoil(now, faults);
         }
         self.on_bus.push((line.add(Box::new(node)), id, spec));
         Ok(())
@@ -124,16 +167,16 @@ impl Nodes {
         }
     }
 
+    /// Where they are, for the panel.
+    fn seats(&self) -> Vec<Seated> {
+        self.on_bus.iter().map(|(seat, _, spec)| Seated { seat: *seat, product: spec.product }).collect()
+    }
+
     /// Says on stdout that a master can begin.
-    fn announce(&self, link: &str) {
+    fn announce(&self, link: &str, panel: Option<&NodePanel>, start: &Start) {
+        let panel = panel.map(|panel| format!(" panel=http://{}", panel.address())).unwrap_or_default();
         let numbers: Vec<_> = self.on_bus.iter().map(|(_, id, _)| id.to_string()).collect();
-        let mut stdout = io::stdout().lock();
-        let said =
-            writeln!(stdout, "ready link={link} nodes={}", numbers.join(",")).and_then(|()| stdout.flush());
-        if let Err(error) = said {
-            // Whoever started this may not care; the nodes are there all the same.
-            warn!("cannot say on stdout that link={link} is ready: {error}");
-        }
+        start.announce(&format!("ready link={link} nodes={}{panel}", numbers.join(",")));
     }
 
     /// What a station is called: the device and its node number, or a master.
@@ -142,6 +185,16 @@ impl Nodes {
             .iter()
             .find(|(place, ..)| *place == seat)
             .map_or_else(|| "a master".into(), |(_, id, spec)| format!("node {id} ({})", spec.product.name))
+    }
+
+    /// Logs of every node what keeps its drive from moving.
+    fn explain(&self, line: &Line<CanopenEvent>) {
+        for (seat, ..) in &self.on_bus {
+            if let Some(node) = line.bus().participant::<StoredNode>(*seat) {
+                let name = self.name(*seat);
+                node.why(&mut |hindrance| info!("{name}: it does not move: {hindrance}"));
+            }
+        }
     }
 
     fn say(&mut self, news: News<CanopenEvent>) {
@@ -153,6 +206,7 @@ impl Nodes {
             }
             News::Bus(BusEvent::Passed { frame, .. }) => debug!("{frame}"),
             News::Bus(BusEvent::Lost { events }) => warn!("{events} events came too fast for the log"),
+            News::Bus(later) => debug!("{later:?}"),
             News::Adapter { name, news } => info!("slcan {name}: {news}"),
         }
     }
@@ -201,6 +255,18 @@ impl Recorder {
         line.bus_mut().watch(true);
         info!("capturing to {}", file.display());
         Ok(Self { capture: Some((capture, file.clone())) })
+    }
+
+    /// What the log says of a node, as the comment of the next frame.
+    fn remark(&mut self, news: &News<CanopenEvent>, nodes: &Nodes) {
+        let News::Bus(BusEvent::Participant { seat, event }) = news else { return };
+        if let Some((capture, _)) = self.capture.as_mut().filter(|_| !event.is_detail()) {
+            capture.remark(&format!("{}: {event}", nodes.name(*seat)));
+        }
+    }
+
+    const fn is_on(&self) -> bool {
+        self.capture.is_some()
     }
 
     fn take(&mut self, news: &News<CanopenEvent>) {

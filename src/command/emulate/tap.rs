@@ -1,13 +1,18 @@
 //! Who sees what passes on the line: the capture of `--capture` and the stream of `--panel`.
 
+use std::sync::mpsc::{SyncSender, sync_channel};
+
 use profidrive::host::capture::{Capture, Interface};
 use profidrive::host::link::tap::{Batch, Tap};
-use profidrive::host::{Link, SystemClock};
+use profidrive::host::{BusEvent, Link, SystemClock};
 use profidrive::panel::Panel;
 use tracing::{info, warn};
 
 use super::super::Failure;
 use super::super::args::{BaudSpec, Emulate};
+
+/// What waits for the next packet at most.
+const REMARKS: usize = 64;
 
 /// The link, with a tap if somebody wants to see. `path` is what a master opens.
 pub(super) fn tapped(
@@ -16,15 +21,20 @@ pub(super) fn tapped(
     path: &str,
     clock: SystemClock,
     panel: Option<&Panel>,
-) -> Result<Box<dyn Link>, Failure> {
+) -> Result<(Box<dyn Link>, Remarks), Failure> {
     let mut capture = capture(args, path, clock)?;
+    let (remarks, waiting) = sync_channel::<String>(REMARKS);
+    let remarks = Remarks(capture.is_some().then_some(remarks));
     let mut stream = panel.map(Panel::observer);
     if capture.is_none() && stream.is_none() {
-        return Ok(link);
+        return Ok((link, remarks));
     }
     // A capture wants everything.
     let watchers = panel.filter(|_| capture.is_none()).map(Panel::watchers);
     let observer = move |batch: &Batch| {
+        if let Some(capture) = &mut capture {
+            waiting.try_iter().for_each(|text| capture.remark(&text));
+        }
         if let Some(Err(error)) = capture.as_mut().map(|capture| capture.write(batch)) {
             warn!("the capture ends here, the drives go on: {error}");
             capture = None;
@@ -34,10 +44,27 @@ pub(super) fn tapped(
         }
     };
     let tap = Tap::new(link, clock, observer);
-    Ok(match watchers {
+    let link: Box<dyn Link> = match watchers {
         Some(watchers) => Box::new(tap.only_for(watchers)),
         None => Box::new(tap),
-    })
+    };
+    Ok((link, remarks))
+}
+
+/// Says in the capture what happens.
+pub(super) struct Remarks(Option<SyncSender<String>>);
+
+impl Remarks {
+    /// What the log says of it, as the comment of the next packet. Octets that are no telegram are marked already.
+    pub(super) fn say(&self, event: &BusEvent) {
+        if matches!(event, BusEvent::TelegramRefused(_)) || event.is_detail() {
+            return;
+        }
+        if let Some(remarks) = &self.0 {
+            // A capture that has ended takes none.
+            let _ = remarks.try_send(event.to_string());
+        }
+    }
 }
 
 /// The capture, if one is wanted.

@@ -1,5 +1,6 @@
 //! Telegrams of any service.
 
+use profidrive::dp::{self, ControlBit, PrmBit};
 use profidrive::drive::Mode;
 use profidrive::fdl::telegram::Format;
 use profidrive::fdl::{
@@ -20,24 +21,20 @@ pub(super) fn build(args: &args::Telegram, mode: Mode) -> Result<Vec<u8>, Failur
         Carries::Token => return written(Telegram::Token { da: slave, sa: master }, None),
         Carries::ShortAcknowledge => return written(Telegram::ShortAcknowledge, None),
     };
-    let (dsap, ssap) = (content.dsap.and_then(Sap::new), content.ssap.and_then(Sap::new));
+    let Content { fc, dsap, ssap, data } = content;
     let format = match args.sd3 {
         true => Format::Sd3,
-        false => DataTelegram::customary_format(dsap, ssap, &content.data),
+        false => DataTelegram::customary_format(dsap, ssap, &data),
     };
-    let telegram =
-        DataTelegram { format, da: slave, sa: master, dsap, ssap, fc: content.fc, data: &content.data };
+    let telegram = DataTelegram { format, da: slave, sa: master, dsap, ssap, fc, data: &data };
     written(Telegram::Data(telegram), args.fcs)
 }
-
-/// The SAP of a master.
-const MASTER_SAP: u8 = 62;
 
 /// A telegram apart from its addresses.
 struct Content {
     fc: FunctionCode,
-    dsap: Option<u8>,
-    ssap: Option<u8>,
+    dsap: Option<Sap>,
+    ssap: Option<Sap>,
     data: Vec<u8>,
 }
 
@@ -58,33 +55,34 @@ fn content(args: &args::Telegram, mode: Mode) -> Result<Carries, Failure> {
         true => (fdl::Service::SrdLow, fdl::Service::SdnLow),
         false => (fdl::Service::SrdHigh, fdl::Service::SdnHigh),
     };
-    let request = |dsap: Option<u8>, data: Vec<u8>| {
-        let fc = FunctionCode::request(srd, count);
-        Carries::Data(Content { fc, dsap, ssap: dsap.map(|_| MASTER_SAP), data })
+    let carry = |fc, service: dp::Service, data| {
+        let dsap = service.sap();
+        Carries::Data(Content { fc, dsap, ssap: dsap.and(dp::MASTER_SAP), data })
     };
+    let request = |service, data| carry(FunctionCode::request(srd, count), service, data);
     Ok(match &args.service {
         Service::FdlStatus => {
             let fc = FunctionCode::request(fdl::Service::FdlStatus, FrameCount::Unused);
             Carries::Data(Content { fc, dsap: None, ssap: None, data: Vec::new() })
         }
-        Service::RdInp => request(Some(56), Vec::new()),
-        Service::RdOutp => request(Some(57), Vec::new()),
-        Service::GetCfg => request(Some(59), Vec::new()),
-        Service::Diag => request(Some(60), Vec::new()),
-        Service::SetPrm { .. } => request(Some(61), set_prm(&args.service)?),
+        Service::RdInp => request(dp::Service::RdInp, Vec::new()),
+        Service::RdOutp => request(dp::Service::RdOutp, Vec::new()),
+        Service::GetCfg => request(dp::Service::GetCfg, Vec::new()),
+        Service::Diag => request(dp::Service::SlaveDiag, Vec::new()),
+        Service::SetPrm { .. } => request(dp::Service::SetPrm, set_prm(&args.service)?),
         Service::ChkCfg { identifiers } if identifiers.is_empty() => {
-            request(Some(62), Vec::from([0xF3, 0xF2]))
+            request(dp::Service::ChkCfg, Vec::from([0xF3, 0xF2]))
         }
-        Service::ChkCfg { identifiers } => request(Some(62), octets_of(identifiers)?),
+        Service::ChkCfg { identifiers } => request(dp::Service::ChkCfg, octets_of(identifiers)?),
         Service::SetSlaveAdd { new, ident, no_change } => {
             let [high, low] = ident.to_be_bytes();
-            request(Some(55), Vec::from([*new, high, low, if *no_change { 0xFF } else { 0 }]))
+            request(dp::Service::SetSlaveAdd, Vec::from([*new, high, low, if *no_change { 0xFF } else { 0 }]))
         }
         Service::GlobalControl { commands, groups } => {
-            let command = commands.iter().fold(0, |octet, command| octet | bit_of(*command));
+            let command = commands.iter().fold(0, |octet, command| octet | bit_of(*command).mask());
             let fc = FunctionCode::request(sdn, FrameCount::Unused);
             let data = Vec::from([command, mask_of(groups)]);
-            Carries::Data(Content { fc, dsap: Some(58), ssap: Some(MASTER_SAP), data })
+            carry(fc, dp::Service::GlobalControl, data)
         }
         Service::DataExchange { data, pkw, stw, setpoint } => {
             let data = match data.is_empty() {
@@ -95,13 +93,14 @@ fn content(args: &args::Telegram, mode: Mode) -> Result<Carries, Failure> {
                     Outputs::octets(pkw, stw, *setpoint).into()
                 }
             };
-            request(None, data)
+            request(dp::Service::DataExchange, data)
         }
         Service::Token => Carries::Token,
         Service::ShortAcknowledge => Carries::ShortAcknowledge,
         Service::Raw { fc, dsap, ssap, data } => {
             let fc = FunctionCode::from_octet(*fc);
-            Carries::Data(Content { fc, dsap: *dsap, ssap: *ssap, data: octets_of(data)? })
+            let (dsap, ssap) = (dsap.and_then(Sap::new), ssap.and_then(Sap::new));
+            Carries::Data(Content { fc, dsap, ssap, data: octets_of(data)? })
         }
     })
 }
@@ -123,12 +122,14 @@ fn set_prm(service: &Service) -> Result<Vec<u8>, Failure> {
             Failure::Usage(format!("a watchdog of {millis} ms is too long; the longest is 650250 ms"))
         })?,
     };
-    let bit = |set: bool, bit: u8| if set { bit } else { 0 };
-    let status = bit(!no_lock && !unlock, 0x80)
-        | bit(*unlock, 0x40)
-        | bit(*sync, 0x20)
-        | bit(*freeze, 0x10)
-        | bit(*watchdog > 0, 0x08);
+    let bits = [
+        (PrmBit::LockReq, !no_lock && !unlock),
+        (PrmBit::UnlockReq, *unlock),
+        (PrmBit::SyncReq, *sync),
+        (PrmBit::FreezeReq, *freeze),
+        (PrmBit::WdOn, *watchdog > 0),
+    ];
+    let status = bits.iter().fold(0, |octet, (bit, set)| octet | if *set { bit.mask() } else { 0 });
     let [high, low] = ident.to_be_bytes();
     let mut data = Vec::from([status, factors.0, factors.1, *min_tsdr, high, low, mask_of(groups)]);
     data.extend(octets_of(user)?);
@@ -144,13 +145,13 @@ fn factors(product: u32) -> Option<(u8, u8)> {
     pairs.min_by_key(|(first, second)| (u32::from(*first) * u32::from(*second), first.abs_diff(*second)))
 }
 
-const fn bit_of(command: Control) -> u8 {
+const fn bit_of(command: Control) -> ControlBit {
     match command {
-        Control::Clear => 0x02,
-        Control::Unfreeze => 0x04,
-        Control::Freeze => 0x08,
-        Control::Unsync => 0x10,
-        Control::Sync => 0x20,
+        Control::Clear => ControlBit::ClearData,
+        Control::Unfreeze => ControlBit::Unfreeze,
+        Control::Freeze => ControlBit::Freeze,
+        Control::Unsync => ControlBit::Unsync,
+        Control::Sync => ControlBit::Sync,
     }
 }
 

@@ -1,16 +1,14 @@
 //! `diag`: the diagnosis of the slave in words.
 
+use profidrive::dp::{MASTER_SAP, Service};
 use profidrive::explain::{Context, Field, hex};
-use profidrive::fdl::{Address, DataTelegram, FunctionCode, MAX_TELEGRAM_LEN, ReplyStatus, Sap};
+use profidrive::fdl::{Address, DataTelegram, FunctionCode, MAX_TELEGRAM_LEN, ReplyStatus};
 use profidrive::host::{Clock, Link};
 use profidrive::master::Session;
 use serde_json::json;
 
 use super::say;
 use crate::command::Failure;
-
-const SLAVE_DIAG: u8 = 60;
-const MASTER_SAP: u8 = 62;
 
 /// Asks for it and shows every bit that is set, and the octets.
 pub(super) fn diag<L: Link, C: Clock>(
@@ -22,7 +20,7 @@ pub(super) fn diag<L: Link, C: Clock>(
     // As it was on the line, so that it is explained like every other telegram.
     let master = session.settings().master;
     let mut buf = [0; MAX_TELEGRAM_LEN];
-    let (dsap, ssap) = (Sap::new(MASTER_SAP), Sap::new(SLAVE_DIAG));
+    let (dsap, ssap) = (MASTER_SAP, Service::SlaveDiag.sap());
     let telegram = DataTelegram {
         format: DataTelegram::customary_format(dsap, ssap, &octets),
         da: master,
@@ -52,12 +50,15 @@ pub(super) fn diag<L: Link, C: Clock>(
     say(format_args!("{address}  {}", explained.summary))?;
     say(format_args!("    octets: {}", hex(&octets)))?;
     let mut lines = Vec::new();
-    explained.walk(&mut |_, field| lines.extend(line(field)));
+    // FCS and ED follow.
+    let first = telegram.len().saturating_sub(octets.len() + 2);
+    explained.walk(&mut |_, field| lines.extend(line(field, first)));
     lines.iter().try_for_each(say)
 }
 
-/// What a bit that is set says.
-fn line(field: &Field) -> Option<String> {
+/// What a bit that is set says, and where it is; `first` is the first octet of the diagnosis in the telegram.
+fn line(field: &Field, first: usize) -> Option<String> {
     let bits = field.bits.filter(|_| field.raw == "1" && !field.meaning.is_empty())?;
-    Some(format!("    {bits}  {}: {}", field.name, field.meaning))
+    let octet = field.at.saturating_sub(first) + 1;
+    Some(format!("    octet {octet} {bits}  {}: {}", field.name, field.meaning))
 }

@@ -3,25 +3,16 @@
 use profidrive::explain::value::Lengths;
 use profidrive::host::{Clock, Link};
 use profidrive::master::Drive;
-use profidrive::param::{Entry, Parameter, Pnu, Reading, Subindex, TABLE, Value, Width};
+use profidrive::param::{
+    CALIBRATE, CLEAR_FAULTS, LOAD_PARAMETER_SET, Parameter, Reading, Subindex, TABLE, Value,
+};
 use serde_json::json;
 
 use super::access::refusal;
 use super::say;
 use super::value::{Item, lengths};
 use crate::command::Failure;
-
-/// PNU 970 and its commands (`ag03.md` 3.3).
-const LOAD: Pnu = Pnu::from_low_bits(970);
-const CLEAR_FAULTS: u16 = 4;
-const CALIBRATE: u16 = 5;
-/// Position value.
-const POSITION: Pnu = Pnu::from_low_bits(1036);
-
-/// The row of the table that shows this.
-fn shows(reading: Reading) -> Option<&'static Entry> {
-    TABLE.iter().find(|entry| entry.kind == profidrive::param::Kind::Reading(reading))
-}
+use crate::command::args::Quantity;
 
 /// The fault buffer in words.
 pub(super) fn faults<L: Link, C: Clock>(
@@ -33,14 +24,12 @@ pub(super) fn faults<L: Link, C: Clock>(
         command(drive, CLEAR_FAULTS)?;
     }
     let mut faults = Vec::new();
-    let mut count = 0;
-    if let (Some(buffer), Some(counter)) = (shows(Reading::FaultBuffer), shows(Reading::FaultCount)) {
-        count = Item::read(drive, counter, None)?.number();
-        for element in 0..buffer.elements.unwrap_or_default() {
-            let item = Item::read(drive, buffer, Some(Subindex(element)))?;
-            if item.number() != 0 {
-                faults.push(item);
-            }
+    let buffer = Reading::FaultBuffer.entry();
+    let count = Item::read(drive, Reading::FaultCount.entry(), None)?.number();
+    for element in 0..buffer.elements.unwrap_or_default() {
+        let item = Item::read(drive, buffer, Some(Subindex(element)))?;
+        if item.number() != 0 {
+            faults.push(item);
         }
     }
     if json {
@@ -48,7 +37,8 @@ pub(super) fn faults<L: Link, C: Clock>(
         return say(json!({ "count": count, "faults": faults }));
     }
     let cleared = if clear { "cleared; " } else { "" };
-    say(format_args!("{cleared}{count} faults since the buffer was cleared, newest first:"))?;
+    let faults_of = if count == 1 { "fault" } else { "faults" };
+    say(format_args!("{cleared}{count} {faults_of} since the buffer was cleared, newest first:"))?;
     if faults.is_empty() {
         return say("  none");
     }
@@ -61,22 +51,25 @@ pub(super) fn faults<L: Link, C: Clock>(
 /// Sets the position to the calibration value.
 pub(super) fn calibrate<L: Link, C: Clock>(
     drive: &mut Drive<L, C>,
-    value: Option<i64>,
+    value: Option<Quantity>,
     json: bool,
 ) -> Result<(), Failure> {
     let calibration = Parameter::CalibrationValue.entry();
-    let before = drive.read(POSITION, None, Width::Double)?.bits().cast_signed();
-    if let Some(value) = value {
+    let position = Reading::Position.entry();
+    let before = drive.read(position.pnu, None, position.width)?.bits().cast_signed();
+    if let Some(wanted) = value {
+        wanted.fits(lengths(drive)?).map_err(Failure::Usage)?;
+        let number = wanted.number_of(calibration).map_err(Failure::Usage)?;
         drive
-            .write(calibration.pnu, Value::of(calibration.width, i32::try_from(value).unwrap_or(i32::MAX)))
-            .map_err(|trouble| refusal(drive, trouble, calibration, Some(value)))?;
+            .write(calibration.pnu, Value::of(calibration.width, i32::try_from(number).unwrap_or(i32::MAX)))
+            .map_err(|trouble| refusal(drive, trouble, calibration, Some(number)))?;
     }
     let wanted = drive.read(calibration.pnu, None, calibration.width)?.bits().cast_signed();
     command(drive, CALIBRATE)?;
     // The drive calibrates in one of its cycles and shows it in the next.
     drive.exchange()?;
     drive.exchange()?;
-    let after = drive.read(POSITION, None, Width::Double)?.bits().cast_signed();
+    let after = drive.read(position.pnu, None, position.width)?.bits().cast_signed();
     let lengths = lengths(drive)?;
     if json {
         return say(json!({ "before": before, "calibration_value": wanted, "position": after }));
@@ -86,8 +79,8 @@ pub(super) fn calibrate<L: Link, C: Clock>(
 }
 
 fn command<L: Link, C: Clock>(drive: &mut Drive<L, C>, command: u16) -> Result<(), Failure> {
-    let entry = TABLE.iter().find(|entry| entry.pnu == LOAD);
-    match (drive.write(LOAD, Value::Word(command)), entry) {
+    let entry = TABLE.iter().find(|entry| entry.pnu == LOAD_PARAMETER_SET);
+    match (drive.write(LOAD_PARAMETER_SET, Value::Word(command)), entry) {
         (Ok(_), _) => Ok(()),
         (Err(trouble), Some(entry)) => Err(refusal(drive, trouble, entry, Some(command.into()))),
         (Err(trouble), None) => Err(trouble.into()),

@@ -8,14 +8,17 @@ use profidrive::master::Settings;
 use profidrive::time::BaudRate;
 
 use crate::command::Failure;
-use crate::command::args::{Master, MasterLink};
+use crate::command::args::{BaudSpec, Master, MasterLink};
 
 /// The rate where there is none: it only says how long a telegram counts as being on its way.
 const UNTIMED_RATE: BaudRate = BaudRate::K500;
 
 /// The link, and how to take part in what is behind it.
 pub(super) fn open(args: &Master) -> Result<(Box<dyn Link>, Settings), Failure> {
-    let baud = args.baud.unwrap_or(UNTIMED_RATE);
+    let baud = match args.baud {
+        Some(BaudSpec::Fixed(rate)) => rate,
+        Some(BaudSpec::Auto | BaudSpec::Can(_)) | None => UNTIMED_RATE,
+    };
     let untimed = Settings::untimed(args.master_address, baud);
     let opened: Result<(Box<dyn Link>, Settings), _> = match &args.link {
         Some(MasterLink::Terminal(path)) => {
@@ -26,7 +29,9 @@ pub(super) fn open(args: &Master) -> Result<(Box<dyn Link>, Settings), Failure> 
         }
         Some(MasterLink::Serial(device)) => Serial::open(device, baud)
             .map(|link| (Box::new(link) as Box<dyn Link>, Settings::on_wire(args.master_address, baud))),
-        None => return Err(Failure::Usage("the line is missing; add --link LINK".into())),
+        Some(MasterLink::Can(_)) | None => {
+            return Err(Failure::Usage("a line of PROFIBUS is missing; add --link LINK".into()));
+        }
     };
     let (link, settings) = opened.map_err(|error| Failure::from_error(&error))?;
     let slot_time = args.slot_time.unwrap_or(settings.slot_time);

@@ -1,4 +1,4 @@
-//! `profidrive master`: one thing done with a drive, as a DP master.
+//! `profidrive master`: one thing done with a drive, as a DP master or as one of CANopen.
 //!
 //! | file | holds |
 //! | --- | --- |
@@ -6,9 +6,11 @@
 //! | `drive` | [`Drive`]: parameters by job, words by exchange |
 //! | `value` | values of parameters, read, with their unit and as JSON |
 //! | `file` | where a parameter set is written |
+//! | `canopen` | what is done with a node of CANopen |
 //! | the others | one group of subcommands each |
 
 mod access;
+mod canopen;
 mod diag;
 mod faults;
 mod file;
@@ -38,13 +40,18 @@ use trouble::Trouble;
 
 /// Does what is asked, once.
 pub(crate) fn master(args: &Master) -> Result<(), Failure> {
-    // What can be known without a drive is known before anything is sent.
-    if let Action::Write { parameter, value } = &args.action {
-        access::check(parameter, *value, "write")?;
+    if let Some(place) = args.can_place() {
+        return canopen::master(args, &place);
     }
-    if let Action::Calibrate { value: Some(value) } = args.action {
+    // What can be known without a drive is known before anything is sent.
+    if let Action::Write { parameter, value, .. } = &args.action {
+        let parameter = parameter.parameter().map_err(Failure::Usage)?;
+        access::check(&parameter, value.number_of(parameter.entry).map_err(Failure::Usage)?, "write")?;
+    }
+    if let Action::Calibrate { value: Some(value), .. } = args.action {
         let entry = Parameter::CalibrationValue.entry();
-        access::check(&ParameterSpec { entry, element: None }, value, "calibrate")?;
+        let number = value.number_of(entry).map_err(Failure::Usage)?;
+        access::check(&ParameterSpec { entry, element: None }, number, "calibrate")?;
     }
     let leave = motion::confirm(args)?;
     // Before the drive is taken, so that no signal ends the process with the drive moving.
@@ -65,9 +72,13 @@ fn act<L: Link, C: Clock>(
     match &args.action {
         Action::Scan { range } => scan::scan(&mut session, *range, json),
         Action::Diag => diag::diag(&mut session, address()?, json),
-        Action::Read { parameter } => with(session, address()?, |drive| access::read(drive, parameter, json)),
-        Action::Write { parameter, value } => {
-            with(session, address()?, |drive| access::write(drive, parameter, *value, json))
+        Action::Read { parameter } => {
+            let parameter = parameter.parameter().map_err(Failure::Usage)?;
+            with(session, address()?, |drive| access::read(drive, &parameter, json))
+        }
+        Action::Write { parameter, value, .. } => {
+            let parameter = parameter.parameter().map_err(Failure::Usage)?;
+            with(session, address()?, |drive| access::write(drive, &parameter, *value, json))
         }
         Action::Params => with(session, address()?, |drive| access::params(drive, json)),
         Action::Save { file } => with(session, address()?, |drive| set::save(drive, file, json)),
@@ -80,7 +91,7 @@ fn act<L: Link, C: Clock>(
         Action::Status => with(session, address()?, |drive| status::status(drive, json)),
         Action::Monitor { limit } => with(session, address()?, |drive| status::monitor(drive, *limit, json)),
         Action::Faults { clear } => with(session, address()?, |drive| faults::faults(drive, *clear, json)),
-        Action::Calibrate { value } => {
+        Action::Calibrate { value, .. } => {
             with(session, address()?, |drive| faults::calibrate(drive, *value, json))
         }
         Action::Stop => with(session, address()?, |drive| motion::stop(drive, json)),

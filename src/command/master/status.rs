@@ -3,26 +3,20 @@
 use core::time::Duration;
 use std::io::{self, IsTerminal, Write};
 
-use profidrive::device::bits::{Role, SswBit, Word, bits};
+use profidrive::client::{Findings, Why};
+use profidrive::device::bits::{Role, SswBit, Word, ZswBit, bits};
 use profidrive::drive::Mode;
 use profidrive::explain::value::Lengths;
 use profidrive::explain::words::said;
 use profidrive::host::{Clock, Link};
 use profidrive::master::{Drive, DriveError, Seen};
-use profidrive::param::{Model, Parameter, Pnu, Width};
+use profidrive::param::{Model, Parameter, Reading, Subindex};
 use serde_json::json;
 
 use super::say;
 use super::trouble::Trouble;
 use super::value::lengths;
 use crate::command::Failure;
-
-/// System status word SSW.
-const SSW: Pnu = Pnu::from_low_bits(1020);
-/// General status register.
-const GENERAL_STATUS: Pnu = Pnu::from_low_bits(1031);
-/// PNU 930 in velocity mode.
-const VELOCITY_MODE: u32 = 1;
 
 /// How often a live line is written at most.
 const LIVE: Duration = Duration::from_millis(100);
@@ -37,6 +31,7 @@ struct Words {
     seen: Seen,
     ssw: u16,
     general: u16,
+    why: Why,
 }
 
 impl Words {
@@ -44,9 +39,19 @@ impl Words {
         let mode = mode(drive)?;
         let lengths = lengths(drive)?;
         let model = drive.model()?;
-        let ssw = read_word(drive, SSW)?;
-        let general = read_word(drive, GENERAL_STATUS)?;
-        Ok(Self { model, mode, lengths, stw: drive.stw().raw(), seen: drive.exchange()?, ssw, general })
+        let ssw = read_word(drive, Reading::SystemStatus)?;
+        let general = read_word(drive, Reading::GeneralStatus)?;
+        let seen = drive.exchange()?;
+        let fault = ZswBit::Fault.is_set(seen.zsw).then(|| newest_fault(drive)).transpose()?;
+        let findings = Findings {
+            zsw: Some(seen.zsw),
+            ssw: Some(ssw),
+            general_status: Some(general),
+            mode: Some(mode),
+            fault_code: fault,
+            ..Findings::default()
+        };
+        Ok(Self { model, mode, lengths, stw: drive.stw().raw(), seen, ssw, general, why: findings.why() })
     }
 
     /// Every word with its heading and its 16 bits.
@@ -71,6 +76,10 @@ impl Words {
         }
         words.insert("mode".into(), mode_name(self.mode).into());
         words.insert(actual_name(self.mode).into(), self.seen.hiw.into());
+        let why = self.why;
+        let hindrances: Vec<_> = why.iter().map(|obstacle| why.text(obstacle).to_string()).collect();
+        let next = why.next().map(|next| next.to_string());
+        words.insert("why".into(), json!({ "hindrances": hindrances, "next": next }));
         words.insert("text".into(), said(self.mode, self.seen.zsw.raw(), self.seen.zsw.raw()).into());
         words.into()
     }
@@ -78,17 +87,25 @@ impl Words {
 
 /// Whether the shaft turns.
 pub(super) fn travels<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<bool, DriveError> {
-    Ok(SswBit::Travels.is_set(read_word(drive, SSW)?))
+    Ok(SswBit::Travels.is_set(read_word(drive, Reading::SystemStatus)?))
 }
 
-fn read_word<L: Link, C: Clock>(drive: &mut Drive<L, C>, pnu: Pnu) -> Result<u16, DriveError> {
-    Ok(u16::try_from(drive.read(pnu, None, Width::Word)?.bits()).unwrap_or_default())
+fn read_word<L: Link, C: Clock>(drive: &mut Drive<L, C>, reading: Reading) -> Result<u16, DriveError> {
+    let entry = reading.entry();
+    Ok(u16::try_from(drive.read(entry.pnu, None, entry.width)?.bits()).unwrap_or_default())
+}
+
+/// PNU 945, element 0.
+fn newest_fault<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<u8, DriveError> {
+    let entry = Reading::FaultBuffer.entry();
+    let code = drive.read(entry.pnu, Some(Subindex(0)), entry.width)?.bits();
+    Ok(u8::try_from(code).unwrap_or_default())
 }
 
 /// Which mode the drive is in.
 pub(super) fn mode<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<Mode, Trouble> {
     let mode = Parameter::OperatingMode.entry();
-    let velocity = drive.read(mode.pnu, None, mode.width)?.bits() == VELOCITY_MODE;
+    let velocity = drive.read(mode.pnu, None, mode.width)?.bits() == u32::from(Mode::Velocity.number());
     Ok(if velocity { Mode::Velocity } else { Mode::Positioning })
 }
 
@@ -101,6 +118,13 @@ pub(super) fn status<L: Link, C: Clock>(drive: &mut Drive<L, C>, json: bool) -> 
     let zsw = words.seen.zsw.raw();
     let actual = actual(words.mode, words.lengths, words.seen.hiw);
     say(format_args!("{}: {}; {actual}", mode_name(words.mode), said(words.mode, zsw, zsw)))?;
+    let why = words.why;
+    for obstacle in why.iter() {
+        say(format_args!("does not move: {}", why.text(obstacle)))?;
+    }
+    if let Some(next) = why.next() {
+        say(format_args!("next: {next}"))?;
+    }
     for (word, heading, raw) in words.all() {
         say(format_args!("\n{} {raw:04X}  {heading}", word.name()))?;
         for (n, bit) in

@@ -24,6 +24,13 @@ impl Application for Part {
     }
 
     fn read(&self, at: Address) -> Result<Value<'_>, Abort> {
+        // What the TPDOs carry needs no look into the dictionary.
+        match at.pair() {
+            (0x6041, 0) => return Ok(Value::U16(self.status_word())),
+            (0x6064, 0) => return Ok(Value::I32(self.unit.status().position)),
+            (0x606C, 0) => return Ok(Value::I32(self.unit.status().velocity)),
+            (0.., 0..) => {}
+        }
         let number = self.number(at)?;
         let data = dictionary::entry(self.objects(), at)?.data;
         Value::whole(data, number).ok_or(Abort::INTERNAL)
@@ -121,9 +128,6 @@ impl Part {
         let (status, measured) = (self.unit.status(), || self.unit.drive().measured());
         let store = self.unit.parameters();
         Ok(match at.pair() {
-            (0x6041, 0) => self.status_word().into(),
-            (0x6064, 0) => status.position.into(),
-            (0x606C, 0) => status.velocity.into(),
             (0x6040, 0) => self.word.0.into(),
             (0x607A, 0) => self.target.into(),
             (0x60FF, 0) => self.velocity.into(),

@@ -4,6 +4,7 @@ use core::fmt;
 
 use super::objects::MAX_TARGET;
 use super::state::State;
+use super::why::Refused;
 use crate::canopen;
 use crate::unit;
 
@@ -42,6 +43,7 @@ impl fmt::Display for Event {
                 let node = switches.node_id();
                 write!(f, "switched on at node number {node} (SW1 to SW10: {switches})")
             }
+            Self::Unit(unit::Event::CommandRefused(refusal)) => Refused(refusal).fmt(f),
             Self::Unit(event) => event.fmt(f),
             Self::State { from, to } => write!(f, "drive state {from} -> {to}"),
             Self::TargetRefused { got } => {

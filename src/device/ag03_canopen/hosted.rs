@@ -1,9 +1,11 @@
 //! The drive as hosts run it.
 
+use core::fmt;
+
 use super::Ag03Node;
 use crate::can::{ErrorState, Frame};
-use crate::canopen::NodeId;
 use crate::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
+use crate::canopen::{Abort, Address, Application, Node, NodeId};
 use crate::device::{CanopenDevice, CanopenEvent, RecallError};
 use crate::time::Instant;
 use crate::unit;
@@ -20,8 +22,24 @@ impl Ag03Node {
 }
 
 impl CanopenDevice for Ag03Node {
+    fn node(&self) -> &Node {
+        Self::node(self)
+    }
+
+    fn application(&self) -> &dyn Application {
+        &self.part
+    }
+
+    fn write_past_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Abort> {
+        Self::write_past_bus(self, now, at, octets)
+    }
+
     fn node_id(&self) -> NodeId {
         Self::node_id(self)
+    }
+
+    fn is_on(&self) -> bool {
+        self.power() != crate::unit::Power::Off
     }
 
     fn power_on(&mut self, now: Instant) {
@@ -46,6 +64,10 @@ impl CanopenDevice for Ag03Node {
 
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
         Self::poll_transmit(self, now)
+    }
+
+    fn why(&self, say: &mut dyn FnMut(&dyn fmt::Display)) {
+        Self::why(self).for_each(|hindrance| say(&hindrance));
     }
 
     fn poll_event(&mut self) -> Option<CanopenEvent> {

@@ -10,6 +10,8 @@
 //! | `access` | what reads and writes of objects do |
 //! | [`errors`] | the EMCY code and the bits of the error register of each fault |
 //! | `event` | [`Event`]: news for the host |
+//! | `surroundings` | inputs, faults, keys, LEDs |
+//! | `why` | [`Hindrance`]: what keeps it from moving |
 //! | `quirks` | [`QUIRKS`]: every named alternative |
 //!
 //! ```
@@ -38,6 +40,9 @@ pub mod objects;
 mod part;
 mod quirks;
 pub mod state;
+mod surroundings;
+mod vocabulary;
+mod why;
 pub mod words;
 
 use core::time::Duration;
@@ -45,7 +50,7 @@ use core::time::Duration;
 use super::Leds;
 use crate::can::{ErrorState, Frame};
 use crate::canopen::storage::{self, Memory};
-use crate::canopen::{NmtState, Node, NodeId};
+use crate::canopen::{Abort, Address, NmtState, Node, NodeId};
 use crate::drive::{Inputs, Status, StatusLed, leds};
 use crate::time::Instant;
 use crate::unit::{
@@ -56,6 +61,8 @@ use crate::unit::{
 pub use config::Config;
 pub use event::Event;
 pub use quirks::{QUIRKS, Quirks};
+pub use vocabulary::VOCABULARY;
+pub use why::Hindrance;
 
 use part::Part;
 use state::State;
@@ -253,6 +260,17 @@ impl Ag03Node {
             self.run_cycle(now);
         }
         self.finish(now);
+    }
+
+    /// Writes an entry past the bus: see [`Node::write_past_bus`].
+    ///
+    /// # Errors
+    /// The abort code that a client would get; nothing is changed then.
+    pub fn write_past_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Abort> {
+        self.advance(now);
+        let outcome = self.node.write_past_bus(now, at, octets, &mut self.part);
+        self.finish(now);
+        outcome
     }
 
     /// Time has passed. Spurious calls are harmless.

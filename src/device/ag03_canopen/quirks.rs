@@ -1,12 +1,9 @@
 //! Every named alternative of `canopen-ag03.md` 16 that can be chosen, as one table.
-//!
-//! Not here, because nobody could tell a difference or the bytes would be wrong for every master: CN-03 (42h as answer)
-//! and CN-10 (EMCY with its high octet first).
 
 use super::Config;
 use crate::canopen::Abort;
 use crate::canopen::policy::{TypeZero, WrongLength};
-use crate::device::{Quirk, QuirkError};
+use crate::device::quirk::{Quirk, QuirkError};
 use crate::unit::dip::ResetPatterns;
 
 /// Alternatives of the device; each is off by default.
@@ -26,12 +23,12 @@ impl Config {
     /// # Errors
     /// [`QuirkError`] if there is no such quirk or value.
     pub fn set_quirk(&mut self, name: &str, value: &str) -> Result<(), QuirkError> {
-        Quirk::set(&QUIRKS, self, name, value)
+        Quirk::set(QUIRKS, self, name, value)
     }
 }
 
 /// Every quirk, in the order of the register.
-pub const QUIRKS: [Quirk<Config>; 14] = [
+pub const QUIRKS: &[Quirk<Config>] = &[
     Quirk {
         name: "reset-patterns",
         register: "CN-01",
@@ -41,6 +38,20 @@ pub const QUIRKS: [Quirk<Config>; 14] = [
             config.reset_patterns =
                 if value == 1 { ResetPatterns::ONE_SWITCH } else { ResetPatterns::ASSUMED };
         },
+    },
+    Quirk {
+        name: "sdo-size",
+        register: "CN-03",
+        about: "the command of an answer of four octets: 43h, or 42h as one example prints it",
+        values: &["43", "42"],
+        choose: |config, value| config.policy.four_octets_say_size = value == 0,
+    },
+    Quirk {
+        name: "emcy-order",
+        register: "CN-10",
+        about: "which octet of the code comes first in EMCY frames",
+        values: &["low", "high"],
+        choose: |config, value| config.policy.emcy_high_octet_first = value == 1,
     },
     Quirk {
         name: "limit-order",
@@ -155,17 +166,7 @@ mod tests {
     use crate::canopen::NodeId;
 
     #[test]
-    fn the_first_value_of_each_quirk_is_the_default_and_every_other_one_changes_something() {
-        let default = Config::new(NodeId::MIN);
-        for quirk in QUIRKS {
-            for (place, value) in quirk.values.iter().enumerate() {
-                let mut config = default;
-                config.set_quirk(quirk.name, value).unwrap();
-                assert_eq!(config == default, place == 0, "{}={value}", quirk.name);
-            }
-        }
-        let mut config = default;
-        assert_eq!(config.set_quirk("none", "x"), Err(QuirkError::Unknown));
-        assert!(matches!(config.set_quirk("supply-loss", "x"), Err(QuirkError::Value { .. })));
+    fn every_value_of_every_quirk_makes_another_configuration_and_the_first_is_the_default() {
+        crate::device::quirk::check(QUIRKS, Config::new(NodeId::MIN));
     }
 }

@@ -13,10 +13,12 @@
 
 use core::fmt;
 
+use strum::VariantArray;
+
 use super::words::{ControlWord, CwBit, SwBit};
 
 /// A state of the drive on CANopen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, VariantArray)]
 pub enum State {
     /// The motor is released.
     SwitchOnDisabled,
@@ -73,14 +75,7 @@ impl Request {
 
 impl State {
     /// Every state.
-    pub const ALL: [Self; 6] = [
-        Self::SwitchOnDisabled,
-        Self::ReadyToSwitchOn,
-        Self::SwitchedOn,
-        Self::OperationEnabled,
-        Self::QuickStopActive,
-        Self::Fault,
-    ];
+    pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
 
     /// The state after a request. Only a listed transition changes it (CN-44).
     #[must_use]
@@ -189,7 +184,7 @@ mod tests {
             (S::OperationEnabled, R::QuickStop, S::QuickStopActive),
             (S::QuickStopActive, R::DisableVoltage, S::SwitchOnDisabled),
         ];
-        for state in S::ALL {
+        for &state in S::ALL {
             for word in 0..=0xFF {
                 let request = R::of(ControlWord(word));
                 let found = listed.iter().find(|row| (row.0, row.1) == (state, request));

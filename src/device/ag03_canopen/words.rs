@@ -8,11 +8,13 @@
 //!        moves job   0    ack    limit  target rem  ready  warning SOD    /quick   volt  fault  OE   SO   RTSO
 //! ```
 
+use strum::VariantArray;
+
 use super::state::State;
 use crate::drive::{Direction, Mode, State as DriveState, Status};
 
 /// A bit of the control word.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, VariantArray)]
 pub enum CwBit {
     /// Switch on.
     SwitchOn,
@@ -38,18 +40,7 @@ pub enum CwBit {
 
 impl CwBit {
     /// Every bit, the lowest first.
-    pub const ALL: [Self; 10] = [
-        Self::SwitchOn,
-        Self::EnableVoltage,
-        Self::NoQuickStop,
-        Self::EnableOperation,
-        Self::NewSetpoint,
-        Self::FaultReset,
-        Self::Stop,
-        Self::Inching1,
-        Self::Inching2Positive,
-        Self::Inching2Negative,
-    ];
+    pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
 
     /// The number of the bit, 0 to 15.
     pub const fn number(self) -> u8 {
@@ -64,6 +55,21 @@ impl CwBit {
             Self::Inching1 => 13,
             Self::Inching2Positive => 14,
             Self::Inching2Negative => 15,
+        }
+    }
+
+    /// Whether the bit means something in a mode.
+    pub const fn acts_in(self, mode: Mode) -> bool {
+        match self {
+            Self::SwitchOn
+            | Self::EnableVoltage
+            | Self::NoQuickStop
+            | Self::EnableOperation
+            | Self::FaultReset
+            | Self::Stop => true,
+            Self::NewSetpoint | Self::Inching1 | Self::Inching2Positive | Self::Inching2Negative => {
+                matches!(mode, Mode::Positioning)
+            }
         }
     }
 
@@ -85,7 +91,7 @@ impl CwBit {
 }
 
 /// A bit of the status word.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, VariantArray)]
 pub enum SwBit {
     /// Ready to switch on.
     ReadyToSwitchOn,
@@ -121,23 +127,7 @@ pub enum SwBit {
 
 impl SwBit {
     /// Every bit, the lowest first.
-    pub const ALL: [Self; 15] = [
-        Self::ReadyToSwitchOn,
-        Self::SwitchedOn,
-        Self::OperationEnabled,
-        Self::Fault,
-        Self::VoltageEnabled,
-        Self::NoQuickStop,
-        Self::SwitchOnDisabled,
-        Self::Warning,
-        Self::Ready,
-        Self::Remote,
-        Self::TargetReached,
-        Self::LimitExceeded,
-        Self::Acknowledge,
-        Self::JobActive,
-        Self::Moves,
-    ];
+    pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
 
     /// The number of the bit, 0 to 15.
     pub const fn number(self) -> u8 {

@@ -2,14 +2,26 @@
 
 use super::Ap10;
 use crate::can::{ErrorState, Frame};
-use crate::canopen::NodeId;
 use crate::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
+use crate::canopen::{Abort, Address, Application, Node};
 use crate::device::{CanopenDevice, CanopenEvent, RecallError};
 use crate::time::Instant;
 
 impl CanopenDevice for Ap10 {
-    fn node_id(&self) -> NodeId {
-        self.node.node_id()
+    fn node(&self) -> &Node {
+        Self::node(self)
+    }
+
+    fn application(&self) -> &dyn Application {
+        &self.unit
+    }
+
+    fn write_past_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Abort> {
+        self.node.write_past_bus(now, at, octets, &mut self.unit)
+    }
+
+    fn is_on(&self) -> bool {
+        self.power != super::Power::Off
     }
 
     fn power_on(&mut self, now: Instant) {

@@ -23,6 +23,7 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `hosted` | what a host asks of any device on CANopen |
+//! | `surroundings` | what surrounds it and what is seen of it |
 //! | `objects` | [`OBJECTS`]: the dictionary, and the parameter behind each entry |
 //! | `unit` | what objects read and do, EMCY, storage, external heartbeat, Auto-ID |
 //! | `quirks` | [`Quirks`]: doubts of the manual, the policy of the node |
@@ -30,17 +31,23 @@
 mod hosted;
 mod objects;
 mod quirks;
+mod spin;
+mod surroundings;
 mod unit;
+mod vocabulary;
 
 pub use objects::OBJECTS;
-pub use quirks::{Quirks, SdoCodes, SoftwareVersion};
+pub use quirks::{QUIRKS, Quirks, SdoCodes, SoftwareVersion};
+pub use spin::MAX_RPM;
+pub use vocabulary::VOCABULARY;
 
-use crate::ap10::{Display, Fault, Indicator, Key, Setting, Turns};
+use crate::ap10::{Backup, Display, Fault, Indicator, Key, Setting, Turns};
 use crate::can::Frame;
 use crate::canopen::eds::Sheet;
 use crate::canopen::storage::{Generation, ImageError, Memory, NotStored, StoreRequest};
 use crate::canopen::{Event, Node, NodeId};
 use crate::time::Instant;
+use spin::Spin;
 use unit::Unit;
 
 /// The node number at the factory.
@@ -73,6 +80,7 @@ pub struct Ap10 {
     node: Node,
     unit: Unit,
     power: Power,
+    spin: Option<Spin>,
 }
 
 /// The supply.
@@ -91,6 +99,7 @@ impl Ap10 {
             node: Node::new(config.quirks.policy()).with_memory(config.memory),
             unit: Unit::new(config.node, config.quirks),
             power: Power::Off,
+            spin: None,
         }
     }
 
@@ -125,6 +134,7 @@ impl Ap10 {
         if self.power != Power::Off {
             return;
         }
+        self.turn_on(now);
         let automatic = self.unit.kept_setting(Setting::BaudRate) == 0;
         if self.unit.quirks.listens_first && automatic {
             self.power = Power::Listening;
@@ -160,6 +170,9 @@ impl Ap10 {
     /// The deadline of [`poll_timeout`](Self::poll_timeout) has come, or any other instant.
     pub fn handle_timeout(&mut self, now: Instant) {
         if self.power == Power::On {
+            if self.spin_due().is_some_and(|due| due <= now) {
+                self.turn_on(now);
+            }
             self.timeouts(now);
             self.node.handle_timeout(now, &mut self.unit);
         }
@@ -169,7 +182,10 @@ impl Ap10 {
     pub fn poll_timeout(&self) -> Option<Instant> {
         match self.power {
             Power::Off | Power::Listening => None,
-            Power::On => Instant::first_of(self.node.poll_timeout(), self.unit.poll_timeout()),
+            Power::On => {
+                let due = Instant::first_of(self.node.poll_timeout(), self.unit.poll_timeout());
+                Instant::first_of(due, self.spin_due())
+            }
         }
     }
 
@@ -196,8 +212,18 @@ impl Ap10 {
         self.node.handle_stored(now, generation, outcome, &mut self.unit);
     }
 
-    /// The shaft is turned to that angle, with supply or without.
+    /// The shaft is turned to that angle, with supply or without, and stays there.
     pub fn turn_to(&mut self, now: Instant, shaft: Turns) {
+        if self.spin.take().is_some() {
+            self.end_fault(now, Fault::Speed);
+        }
+        if shaft != self.indicator().shaft() {
+            self.node.offer_image();
+        }
+        self.place(now, shaft);
+    }
+
+    fn place(&mut self, now: Instant, shaft: Turns) {
         match self.power {
             Power::Off => self.unit.indicator.turn_without_supply(shaft),
             Power::Listening | Power::On => {
@@ -213,8 +239,9 @@ impl Ap10 {
             Power::Off | Power::Listening => {}
             Power::On => {
                 self.timeouts(now);
+                let kept = self.indicator().backup();
                 self.unit.indicator.press(now, key);
-                self.change(now);
+                self.fault_changed(now, kept);
             }
         }
     }
@@ -228,18 +255,21 @@ impl Ap10 {
 
     /// A fault begins.
     pub fn provoke(&mut self, now: Instant, fault: Fault) {
+        let kept = self.indicator().backup();
         self.unit.indicator.begin(fault);
-        self.change(now);
+        self.fault_changed(now, kept);
     }
 
     /// The cause of a fault is gone.
     pub fn end_fault(&mut self, now: Instant, fault: Fault) {
+        let kept = self.indicator().backup();
         self.unit.indicator.end(fault);
-        self.change(now);
+        self.fault_changed(now, kept);
     }
 
     /// Nothing is wrong: battery, speed and bus.
     pub fn make_nominal(&mut self, now: Instant) {
+        self.spin(now, 0.0);
         for fault in Fault::ALL {
             self.end_fault(now, fault);
         }
@@ -255,6 +285,13 @@ impl Ap10 {
     /// The CAN controller was off the bus and is back.
     pub fn recover_from_bus_off(&mut self, now: Instant) {
         self.unit.bus_off_recovered();
+        self.change(now);
+    }
+
+    fn fault_changed(&mut self, now: Instant, before: Backup) {
+        if before != self.indicator().backup() {
+            self.node.offer_image();
+        }
         self.change(now);
     }
 

@@ -4,6 +4,7 @@ use crate::ap10;
 use crate::canopen::pdo::PdoNumber;
 use crate::canopen::policy::{ErrorControlRule, EventRule, LoadRule, OutOfRange, RtrAnswer, WrongLength};
 use crate::canopen::{Abort, Policy};
+use crate::device::Quirk;
 
 /// How the device reads where its manual contradicts itself or is silent.
 ///
@@ -56,6 +57,65 @@ impl SoftwareVersion {
     }
 }
 
+/// Every choice by its name, in the order of the reference.
+pub const QUIRKS: &[Quirk<Quirks>] = &[
+    Quirk {
+        name: "sdo-codes",
+        register: "CN-102",
+        about: "the answer to malformed SDO requests: 06010000h for all, or the codes of CiA 301",
+        values: &["06010000", "cia-301"],
+        choose: |quirks, value| {
+            quirks.sdo_codes = if value == 1 { SdoCodes::Cia301 } else { SdoCodes::Siko };
+        },
+    },
+    Quirk {
+        name: "ascii",
+        register: "CN-105",
+        about: "where the first octet of six characters is shown",
+        values: &["left", "right"],
+        choose: |quirks, value| quirks.indicator.ascii_reversed = value == 1,
+    },
+    Quirk {
+        name: "guarding",
+        register: "CN-106",
+        about: "guarding while 100Ch or 100Dh is 0: answered, or not",
+        values: &["always", "with-times"],
+        choose: |quirks, value| quirks.guarding_without_times = value == 0,
+    },
+    Quirk {
+        name: "load",
+        register: "CN-110",
+        about: "what `load` does: the next reset takes the defaults once, or what is kept is erased",
+        values: &["once", "erase"],
+        choose: |quirks, value| {
+            quirks.load = if value == 1 { LoadRule::Erase } else { LoadRule::OnceAfterReset };
+        },
+    },
+    Quirk {
+        name: "software-version",
+        register: "CN-114",
+        about: "what 100Ah says: as 6507h, or as printed",
+        values: &["V301", "V100"],
+        choose: |quirks, value| {
+            quirks.software_version = if value == 1 { SoftwareVersion::V100 } else { SoftwareVersion::V301 };
+        },
+    },
+    Quirk {
+        name: "save-mode",
+        register: "CN-118",
+        about: "whether `save` keeps the operating mode",
+        values: &["kept", "lost"],
+        choose: |quirks, value| quirks.keeps_mode = value == 0,
+    },
+    Quirk {
+        name: "auto-rate",
+        register: "5.6.1",
+        about: "with the rate on auto: sends at once, or only after it has heard a frame",
+        values: &["sends", "listens"],
+        choose: |quirks, value| quirks.listens_first = value == 1,
+    },
+];
+
 impl Quirks {
     /// The proposals of the reference.
     pub const DEFAULT: Self = Self {
@@ -107,3 +167,13 @@ const READ_OUT: &[RtrAnswer] = &[
     RtrAnswer { pdo: PdoNumber::P1, mapping: &[0x5F16_0320, 0x5F16_0410, 0x5F19_0010] },
     RtrAnswer { pdo: PdoNumber::P2, mapping: &[0x5F16_0120, 0x5F16_0210, 0x5F19_0010] },
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_value_of_every_quirk_makes_another_choice_and_the_first_is_the_default() {
+        crate::device::quirk::check(QUIRKS, Quirks::DEFAULT);
+    }
+}

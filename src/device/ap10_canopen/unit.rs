@@ -6,8 +6,11 @@ use heapless::Deque;
 
 use super::Quirks;
 use super::objects::{Alarm, BATTERY_WARNING, OBJECTS, TOTAL_STEPS, TOTAL_STEPS_RANGE, setting_at};
-use crate::ap10::{Battery, Control, Event, Fault, Indicator, RESOLUTION, Restore, Setting, Settings, Slot};
+use crate::ap10::{
+    Backup, Battery, Control, Event, Fault, Indicator, RESOLUTION, Restore, Setting, Settings, Slot,
+};
 use crate::canopen::dictionary::{self, Object};
+use crate::canopen::storage::MAX_BESIDE;
 use crate::canopen::{
     Abort, Address, Application, Emergency, NmtState, NodeId, Notice, PdoNumber, Request, Reset, Source, Sub,
     Value, Written,
@@ -23,6 +26,15 @@ const RESTART_DELAY: Duration = Duration::from_millis(100);
 /// Codes of EMCY (manual table 19).
 pub(super) const ERROR_PASSIVE: u16 = 0x8120;
 pub(super) const BUS_OFF_RECOVERED: u16 = 0x8140;
+
+/// The code of a fault.
+pub(super) const fn code(fault: Fault) -> u16 {
+    match fault {
+        Fault::BatteryCritical => 0xFF20,
+        Fault::BatteryEmpty => 0x3200,
+        Fault::Speed => 0xFF12,
+    }
+}
 
 /// Bits of the error register; the node adds bit 0 while any is set.
 const COMMUNICATION: u8 = 1 << 4;
@@ -87,12 +99,7 @@ impl Unit {
         while let Some(event) = self.indicator.poll_event() {
             match event {
                 Event::FaultBegan(fault) => {
-                    let code = match fault {
-                        Fault::BatteryCritical => 0xFF20,
-                        Fault::BatteryEmpty => 0x3200,
-                        Fault::Speed => 0xFF12,
-                    };
-                    self.raise(code, self.register());
+                    self.raise(code(fault), self.register());
                 }
                 Event::FaultEnded(_) => self.ask(Request::Emergency(Emergency::gone(self.register()))),
                 Event::Calibrated => self.ask(Request::Store),
@@ -182,7 +189,12 @@ impl Unit {
     /// Parameters after a restart: those of the EEPROM, or factory values once.
     fn loaded(&mut self) -> Settings {
         let mut settings = self.kept;
-        let [bus, profile, manufacturer] = core::mem::take(&mut self.load_pending);
+        let pending = core::mem::take(&mut self.load_pending);
+        if pending != [false; 3] {
+            // Once: the next image does not say it any more.
+            self.ask(Request::Store);
+        }
+        let [bus, profile, manufacturer] = pending;
         for (at, setting) in settings_of_dictionary() {
             let factory = match group_of_load(at) {
                 BUS => bus,
@@ -358,6 +370,8 @@ impl Application for Unit {
                 self.restart_due = None;
                 let settings = self.loaded();
                 self.indicator.restart(settings);
+                // What the battery kept is wrong from the beginning.
+                self.ask(Request::ErrorRegister(self.register()));
             }
             Notice::Reset(Reset::Communication) => self.indicator.offer_id(None),
             Notice::Nmt { to, .. } => {
@@ -417,6 +431,27 @@ impl Application for Unit {
                 Value::whole(dictionary::entry(OBJECTS, at)?.data, number).ok_or(Abort::INTERNAL)
             }
             None => self.read(at),
+        }
+    }
+
+    /// ```text
+    /// octets 0..9  what the battery keeps ([`Backup::octets`])
+    /// octet  10    the next restart takes factory values of: bit 0 bus, 1 profile, 2 manufacturer parameters
+    /// ```
+    fn kept_beside(&self, into: &mut [u8; MAX_BESIDE]) -> usize {
+        let [bus, profile, manufacturer] = self.load_pending;
+        let pending = u8::from(bus) | u8::from(profile) << 1 | u8::from(manufacturer) << 2;
+        let octets = self.indicator.backup().octets();
+        for (to, octet) in into.iter_mut().zip(octets.into_iter().chain([pending])) {
+            *to = octet;
+        }
+        Backup::LEN + 1
+    }
+
+    fn recall_beside(&mut self, octets: &[u8]) {
+        if let Some((backup, [pending])) = octets.split_first_chunk() {
+            self.indicator.restore(Backup::from_octets(*backup));
+            self.load_pending = [pending & 1 != 0, pending & 2 != 0, pending & 4 != 0];
         }
     }
 }

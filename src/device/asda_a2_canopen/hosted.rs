@@ -1,15 +1,26 @@
 //! The servo as hosts run it.
 
+use core::fmt;
+
 use super::AsdaA2;
 use crate::can::{ErrorState, Frame};
-use crate::canopen::NodeId;
 use crate::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
+use crate::canopen::{Abort, Address, Application, Node};
 use crate::device::{CanopenDevice, CanopenEvent, RecallError};
 use crate::time::Instant;
 
 impl CanopenDevice for AsdaA2 {
-    fn node_id(&self) -> NodeId {
-        Self::node_id(self)
+    fn node(&self) -> &Node {
+        Self::node(self)
+    }
+
+    fn application(&self) -> &dyn Application {
+        &self.drive
+    }
+
+    fn write_past_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Abort> {
+        self.drive.servo.advance(now);
+        self.node.write_past_bus(now, at, octets, &mut self.drive)
     }
 
     fn power_on(&mut self, now: Instant) {
@@ -33,6 +44,10 @@ impl CanopenDevice for AsdaA2 {
 
     fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
         Self::poll_transmit(self)
+    }
+
+    fn why(&self, say: &mut dyn FnMut(&dyn fmt::Display)) {
+        Self::why(self).for_each(|hindrance| say(&hindrance));
     }
 
     fn poll_event(&mut self) -> Option<CanopenEvent> {

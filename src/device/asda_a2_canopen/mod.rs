@@ -12,6 +12,8 @@
 //! | `links` | which setting of the drive an object is |
 //! | `application` | reads, writes, what the bus does to the drive |
 //! | `hosted` | what a host asks of any device on CANopen |
+//! | `surroundings` | what surrounds it and what is seen of it |
+//! | `why` | [`Hindrance`]: what keeps it from moving |
 //! | [`quirks`] | each doubt of the guide with its default |
 
 mod application;
@@ -19,12 +21,17 @@ mod hosted;
 mod links;
 mod objects;
 pub mod quirks;
+mod surroundings;
+mod vocabulary;
+mod why;
 
 use core::time::Duration;
 
 pub use crate::asda_a2::{Config, Level};
 pub use objects::SHEET;
-pub use quirks::Quirks;
+pub use quirks::{QUIRKS, Quirks};
+pub use vocabulary::VOCABULARY;
+pub use why::Hindrance;
 
 use crate::asda_a2::{Alarm, Inputs, Servo};
 use crate::can::{Frame, Id};

@@ -29,6 +29,7 @@
 use crate::canopen::Abort;
 use crate::canopen::Policy;
 use crate::canopen::policy::{ErrorControlRule, OutOfRange, WrongLength};
+use crate::device::Quirk;
 
 /// The choices.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -39,6 +40,24 @@ pub struct Quirks {
     /// CN-203: remote requests of TPDOs are answered. Off by default: the guide does not mention them.
     pub answers_rtr: bool,
 }
+
+/// Every choice by its name, in the order of the reference.
+pub const QUIRKS: &[Quirk<Quirks>] = &[
+    Quirk {
+        name: "rtr",
+        register: "CN-203",
+        about: "remote requests of TPDOs: ignored, or answered",
+        values: &["ignored", "answered"],
+        choose: |quirks, value| quirks.answers_rtr = value == 1,
+    },
+    Quirk {
+        name: "overrun-alarms",
+        register: "CN-222",
+        about: "two SDO requests, or two PDOs with one COB-ID, within 1 ms: accepted, or AL111 and AL112",
+        values: &["off", "on"],
+        choose: |quirks, value| quirks.overrun_alarms = value == 1,
+    },
+];
 
 impl Quirks {
     /// How the node behaves.
@@ -59,5 +78,15 @@ impl Quirks {
             heartbeat_error: BY_DEVICE,
             ..Policy::CIA_301
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_value_of_every_quirk_makes_another_choice_and_the_first_is_the_default() {
+        crate::device::quirk::check(QUIRKS, Quirks::default());
     }
 }

@@ -3,6 +3,8 @@
 use core::time::Duration;
 use std::string::ToString;
 
+use proptest::prelude::*;
+
 use super::super::Refusal;
 use super::*;
 use crate::device::bits::Word;
@@ -36,6 +38,7 @@ fn outside_data_exchange_everything_is_0_and_the_keys_are_free() {
     assert_eq!(words.stw(), Stw::default());
 }
 
+const MILLISECOND: Duration = Duration::from_millis(1);
 const READY: State = State::ReadyToRun(Motor::Released);
 const ENABLED: State = State::OperationEnabled(Motor::InControl);
 
@@ -134,12 +137,12 @@ fn a_refusal_names_the_bits_that_are_not_given() {
         (0x000A, "enabling operation refused: OFF1 is given (STW.0 = 0); next: send STW 000B"),
         (
             0x0040,
-            "travel to 0 refused: OFF2 is given (STW.1 = 0); OFF1 is given (STW.0 = 0); operation is not enabled \
+            "travel to 0 inc refused: OFF2 is given (STW.1 = 0); OFF1 is given (STW.0 = 0); operation is not enabled \
              (STW.3 = 0); stop is given (STW.4 = 0); intermediate stop is given (STW.5 = 0); next: send STW 007B, wait for ZSW.2 = 1, then 003B",
         ),
         (
             0x0073,
-            "travel to 0 refused: operation is not enabled (STW.3 = 0); next: send STW 007B, wait for ZSW.2 = 1, then 003B",
+            "travel to 0 inc refused: operation is not enabled (STW.3 = 0); next: send STW 007B, wait for ZSW.2 = 1, then 003B",
         ),
     ] {
         assert_eq!(Rig::new(Quirks::default()).stw(stw).refusal().unwrap().to_string(), text, "{stw:04X}");
@@ -275,5 +278,67 @@ fn quirk_c36_the_first_telegram_may_enable_or_off1_must_be_seen() {
         rig.run(1);
         rig.connected = true;
         assert_eq!(rig.run(1).state(), next, "each Data_Exchange anew");
+    }
+}
+
+proptest! {
+    /// What a device spares in its cycles: a held command is not composed, of the status of a travelling drive only what its
+    /// shaft changes, and no status word while nothing else has changed.
+    #[test]
+    fn a_held_command_does_what_the_same_command_does(
+        off1_needs_edge: bool, target_reached_live: bool,
+        outputs in proptest::collection::vec((
+            proptest::option::weighted(0.95, (
+                prop_oneof![
+                    4 => Just(0x003B), 4 => Just(0x007B), 1 => Just(0x005B), 1 => Just(0x006B), 1 => Just(0x000A),
+                    1 => Just(0x0000), 1 => Just(0x013B), 1 => Just(0x023B), 1 => Just(0x00BB), 1 => any::<u16>(),
+                ],
+                prop_oneof![-300..300i32, -3000..3000i32],
+            )),
+            proptest::option::weighted(0.1, (0.0..8.0f64, any::<bool>(), 0.0..30.0f64)),
+            1..300u32,
+        ), 1..30),
+    ) {
+        let quirks = Quirks { off1_needs_edge, target_reached_live, ..Quirks::default() };
+        let mut unit = Unit::new(Config::new(Model::Ag03_1, Gear::Ratio48));
+        let mut whole = unit.clone();
+        let (mut words, mut whole_words) = (Words::new(quirks), Words::new(quirks));
+        let mut shown = None;
+        for (asked, inputs, cycles) in outputs {
+            let asked = asked.map(|(stw, setpoint)| (Stw::from_raw(stw), setpoint));
+            if let Some((load_torque, blocked, output_supply)) = inputs {
+                let inputs = Inputs { load_torque, blocked, output_supply, ..Inputs::default() };
+                prop_assert_eq!(unit.set_inputs(inputs), whole.set_inputs(inputs));
+            }
+            for _ in 0..cycles {
+                let held = words.is_held(asked);
+                if held {
+                    unit.hold(MILLISECOND);
+                } else {
+                    let command = words.command(asked);
+                    unit.step(MILLISECOND, &command);
+                }
+                let command = whole_words.command(asked);
+                whole.step(MILLISECOND, &command);
+                words.accept(unit.status());
+                whole_words.accept(whole.status());
+
+                prop_assert_eq!(*unit.status(), whole.drive().status());
+                let zsw = whole_words.zsw(whole.status());
+                prop_assert_eq!(words.zsw(unit.status()), zsw);
+                if held && let Some((changes, before)) = shown && changes == unit.changes() {
+                    prop_assert_eq!(before, zsw);
+                }
+                shown = Some((unit.changes(), zsw));
+                prop_assert_eq!(unit.is_at_rest(), whole.is_at_rest());
+                loop {
+                    let event = unit.poll_event();
+                    prop_assert_eq!(&event, &whole.poll_event());
+                    if event.is_none() {
+                        break;
+                    }
+                }
+            }
+        }
     }
 }

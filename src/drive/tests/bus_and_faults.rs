@@ -68,7 +68,7 @@ fn row_3b_a_lost_enable_input_releases_an_ag03_at_once_and_keeps_operation_enabl
     rig.travel(0);
     assert_eq!(
         rig.refusal_text(),
-        "travel to 0 refused: the enable input is not active; the shaft still turns"
+        "travel to 0 inc refused: the enable input is not active; the shaft still turns"
     );
     rig.output_stage(true);
     assert_eq!((rig.state(), rig.status().ready_to_travel), (ENABLED, false));

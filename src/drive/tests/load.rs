@@ -26,7 +26,7 @@ fn without_load_the_shaft_is_exactly_on_the_profile() {
             assert!(!rig.status().lag_error);
             assert_eq!(rig.drive.shaft_position(), profile.position());
             rig.run(1);
-            profile.advance(MILLISECOND);
+            profile.advance(super::super::lapse::Lapse::of(MILLISECOND));
         }
         assert_eq!(rig.position(), 3000);
     }
@@ -209,7 +209,7 @@ fn the_position_jumps_at_the_end_of_the_encoder_and_no_travel_leads_there() {
     rig.stw(0x003b).travel(8001);
     assert_eq!(
         rig.refusal_text(),
-        "travel to 8001 refused: the way leads beyond the range of the absolute encoder"
+        "travel to 8001 inc refused: the way leads beyond the range of the absolute encoder"
     );
     rig.stw(0x023b);
     let mut last = rig.position();

@@ -68,26 +68,26 @@ fn row_21_each_missing_condition_refuses_the_job_and_says_why() {
     let refused = |rig: &mut Rig, setpoint: i32, text: &str| {
         let before = rig.status();
         rig.travel(setpoint);
-        assert_eq!(rig.refusal_text(), std::format!("travel to {setpoint} refused: {text}"));
+        assert_eq!(rig.refusal_text(), std::format!("travel to {setpoint} inc refused: {text}"));
         assert_eq!(rig.status().jobs, before.jobs);
         assert_eq!((rig.status().moving, rig.status().state), (false, before.state));
         assert_eq!(rig.run(3).drive.take_refusal(), None, "each edge reports once");
     };
-    refused(&mut Rig::enabled(), 1_200_000, "setpoint is above the upper limit (1000000)");
-    refused(&mut Rig::enabled(), -1_000_001, "setpoint is below the lower limit (-1000000)");
+    refused(&mut Rig::enabled(), 1_200_000, "setpoint is above the upper limit (1000000 inc)");
+    refused(&mut Rig::enabled(), -1_000_001, "setpoint is below the lower limit (-1000000 inc)");
     refused(Rig::enabled().stw(0x002b), 5, "stop is given");
     refused(Rig::enabled().stw(0x001b), 5, "intermediate stop is given");
     refused(Rig::enabled().stw(0x000b), 5, "stop is given; intermediate stop is given");
     refused(
         &mut Rig::enabled().calibrated(1_000_250),
         5,
-        "actual position 1000250 is above the upper limit (1000000): \
+        "actual position 1000250 inc is above the upper limit (1000000 inc): \
          only inching in negative direction is possible",
     );
     refused(
         &mut Rig::enabled().calibrated(-1_000_250),
         5,
-        "actual position -1000250 is below the lower limit (-1000000): \
+        "actual position -1000250 inc is below the lower limit (-1000000 inc): \
          only inching in positive direction is possible",
     );
     refused(
@@ -396,7 +396,7 @@ fn row_35_beyond_a_limit_only_inching_inward_is_possible() {
     let mut rig = prepared().calibrated(1_000_250);
     assert_eq!(
         rig.stw(0x010b).refusal_text(),
-        "inching 1 in positive direction refused: actual position 1000250 is above the upper limit (1000000): \
+        "inching 1 in positive direction refused: actual position 1000250 inc is above the upper limit (1000000 inc): \
          only inching in negative direction is possible"
     );
 }
@@ -483,7 +483,7 @@ fn a_loop_point_outside_the_limits_refuses_the_job() {
     rig.run(1).travel(-300);
     assert_eq!(
         rig.refusal_text(),
-        "travel to -300 refused: loop point -1100 is below the lower limit (-1000)"
+        "travel to -300 inc refused: loop point -1100 inc is below the lower limit (-1000 inc)"
     );
     assert_eq!(rig.travel(-200).state(), State::TravelActive);
 }

@@ -8,10 +8,11 @@ use std::format;
 use std::string::String;
 
 use super::{known, named, standard_name};
+use crate::device::JobText;
 use crate::explain::context::Learned;
 use crate::explain::field::{Field, Mark};
 use crate::param::{Entry, Gear, Kind, Model, Pnu, Store, Width, entry};
-use crate::pkw::{self, Config, Engine, ErrorNumber, JobError};
+use crate::pkw::{Config, Engine, ErrorNumber, JobError};
 use crate::ppo::{JobId, Pke, Pkw, ReplyId};
 
 /// Marks and hints on a job.
@@ -109,61 +110,33 @@ fn refusal(pkw: Pkw) -> Option<(ErrorNumber, String)> {
     let job = Pkw { pke: pkw.pke.without_spm(), ..pkw };
     let outcome = engine.cycle(job, &mut store);
     let refusal = outcome.refusal?;
-    Some((refusal.number, format!("{}{}", refusal.cause, instead(job, refusal.cause))))
-}
-
-/// What to send instead, as an addition to the cause; empty if that is anybody's guess.
-fn instead(job: Pkw, cause: JobError) -> String {
-    let pnu = job.pke.pnu();
-    let with = |id: JobId| format!("; use job {}, {id}: PKE {:04X}", id.ak(), Pke::of_job(id, pnu).raw());
-    match cause {
-        JobError::UnknownParameter { .. } => {
-            standard_name(pnu).map_or(String::new(), |name| format!(" (in the profile it is '{name}')"))
-        }
-        JobError::WrongWidth { expected, .. } => with(match expected {
-            pkw::Width::Word => JobId::WriteWord,
-            pkw::Width::Double => JobId::WriteDoubleWord,
-        }),
-        JobError::NotAnArray => match job.pke.job() {
-            JobId::ReadElement | JobId::ReadElementCount => with(JobId::Read),
-            JobId::WriteElementWord => with(JobId::WriteWord),
-            JobId::WriteElementDoubleWord => with(JobId::WriteDoubleWord),
-            JobId::NoJob
-            | JobId::Read
-            | JobId::WriteWord
-            | JobId::WriteDoubleWord
-            | JobId::ReadDescription
-            | JobId::WriteDescription
-            | JobId::Reserved(_) => String::new(),
-        },
-        JobError::IsArray { .. } => with(JobId::ReadElement),
-        // Somebody who writes no value wants to read: some texts call job 7 "read array".
-        JobError::ReadOnly if job.double_word() == 0 => match job.pke.job() {
-            JobId::WriteElementWord | JobId::WriteElementDoubleWord => {
-                format!(". Job {} writes; to read an element{}", job.pke.ak(), with(JobId::ReadElement))
-            }
-            JobId::WriteWord | JobId::WriteDoubleWord => format!(". To read{}", with(JobId::Read)),
-            JobId::NoJob
-            | JobId::Read
-            | JobId::ReadDescription
-            | JobId::WriteDescription
-            | JobId::ReadElement
-            | JobId::ReadElementCount
-            | JobId::Reserved(_) => String::new(),
-        },
-        JobError::UnknownJob(_) => {
-            ". Jobs end at 9 here; some vendors give 11 to 14 a meaning (write with, or without, EEPROM)"
-                .into()
-        }
-        JobError::ReadOnly
-        | JobError::OutOfRange { .. }
-        | JobError::SubindexOutOfRange { .. }
-        | JobError::NotNow(_)
+    let text = JobText { job, cause: refusal.cause };
+    let standard = match refusal.cause {
+        JobError::UnknownParameter { .. } => standard_name(job.pke.pnu()),
+        JobError::UnknownJob(_)
         | JobError::NoDescription
         | JobError::DescriptionReadOnly
         | JobError::WriteOnly
-        | JobError::NotStored => String::new(),
-    }
+        | JobError::NotStored
+        | JobError::ReadOnly
+        | JobError::OutOfRange { .. }
+        | JobError::SubindexOutOfRange { .. }
+        | JobError::NoElement { .. }
+        | JobError::Outside { .. }
+        | JobError::NameTooLong
+        | JobError::DescriptionTooLong
+        | JobError::NotAnArray
+        | JobError::IsArray { .. }
+        | JobError::WrongWidth { .. }
+        | JobError::NotNow(_) => None,
+    };
+    Some((
+        refusal.number,
+        match standard {
+            Some(name) => format!("{text} (in the profile it is '{name}')"),
+            None => format!("{text}"),
+        },
+    ))
 }
 
 /// A word job looks at word 4 only.

@@ -48,6 +48,8 @@ impl Reader {
                 self.end_block(Some(place));
                 self.block = Block::Slots { place };
             }
+            "data_area_beg" => self.data_area = true,
+            "data_area_end" => self.data_area = false,
             "unitdiagtype" => {
                 self.end_block(Some(place));
                 let number = line.first().and_then(|number| u8::try_from(number).ok()).unwrap_or_default();
@@ -116,6 +118,7 @@ impl Reader {
     }
 
     fn end_area(&mut self) {
+        self.data_area = false;
         let Some(area) = self.area.take() else { return };
         match &mut self.block {
             Block::DiagType { block, .. } => block.areas.push(area),

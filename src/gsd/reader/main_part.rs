@@ -6,7 +6,7 @@ use std::format;
 use super::prm::part;
 use super::{DIAG_BIT, DIAG_FIXED_LEN, MAX_DIAG_LEN, Reader, diag_bit};
 use crate::fdl::Rates;
-use crate::gsd::hint::{Level, Place, ReadError};
+use crate::gsd::hint::{Level, Place, ReadError, did_you_mean};
 use crate::gsd::parameter::MAX_USER_PRM_LEN;
 use crate::gsd::statement::Statement;
 use crate::gsd::text::trimmed;
@@ -39,9 +39,48 @@ const WITHOUT_EFFECT: &[&str] = &[
     "check_cfg_mode",
     "endpixmap",
     "31.25_supp",
+    "unit_diag_bit_help",
+    "x_unit_diag_bit_help",
     "maxtsdr_31.25",
 ];
-const WITHOUT_EFFECT_BEGINNINGS: &[&str] = &["bitmap_", "c1_", "c2_", "alarm_", "dpv1_", "isochron_", "dxb_"];
+const WITHOUT_EFFECT_BEGINNINGS: &[&str] =
+    &["bitmap_", "c1_", "c2_", "alarm_", "dpv1_", "isochron_", "dxb_", "f_"];
+
+/// What an author may have meant by a keyword that is none: those with an effect whose absence is not noticed at once.
+const KEYWORDS: &[&str] = &[
+    "Auto_Baud_supp",
+    "Set_Slave_Add_supp",
+    "Sync_Mode_supp",
+    "Freeze_Mode_supp",
+    "Fail_Safe",
+    "Fail_Safe_required",
+    "Modular_Station",
+    "FixPresetModules",
+    "DPV1_Slave",
+    "WD_Base_1ms_supp",
+    "Prm_Block_Structure_supp",
+    "Max_Diag_Data_Len",
+    "Min_Slave_Intervall",
+    "Max_Module",
+    "Max_Input_Len",
+    "Max_Output_Len",
+    "Max_Data_Len",
+    "Modul_Offset",
+    "User_Prm_Data_Len",
+    "User_Prm_Data",
+    "Max_User_Prm_Data_Len",
+    "Ext_User_Prm_Data_Const",
+    "Ext_User_Prm_Data_Ref",
+    "Ext_Module_Prm_Data_Len",
+    "Prm_Text_Ref",
+    "Unit_Diag_Bit",
+    "Unit_Diag_Area",
+    "Channel_Diag",
+    "EndModule",
+    "EndPrmText",
+    "EndExtUserPrmData",
+    "ExtUserPrmData",
+];
 
 impl Reader {
     pub(super) fn in_main(&mut self, line: &Statement<'_>) -> Result<(), ReadError> {
@@ -140,7 +179,19 @@ impl Reader {
         } else if !WITHOUT_EFFECT.contains(&keyword)
             && !WITHOUT_EFFECT_BEGINNINGS.iter().any(|beginning| keyword.starts_with(beginning))
         {
-            self.hint(Level::Note, line.place, format!("'{}' has no effect on the slave", line.spelled));
+            let near = || did_you_mean(&line.spelled, KEYWORDS.iter().copied());
+            // A file may have one of them in every second line.
+            match *self.unknown.entry(keyword.to_owned()).or_insert_with(near) {
+                Some(near) => {
+                    let text =
+                        format!("'{}' is no keyword and has no effect; did you mean {near}?", line.spelled);
+                    self.warn(line.place, text);
+                }
+                None => {
+                    let text = format!("'{}' has no effect on the slave", line.spelled);
+                    self.hint(Level::Note, line.place, text);
+                }
+            }
         }
     }
 

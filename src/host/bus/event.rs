@@ -3,10 +3,12 @@
 use core::fmt;
 use std::collections::VecDeque;
 
+use super::hint::LineHint;
 use super::join::Evidence;
 use crate::device::Event;
 use crate::dp;
 use crate::fdl::{Address, FrameError, RateChange, StationCounters};
+use crate::time::BaudRate;
 
 /// News kept at most. When nobody takes them, newer ones are counted and dropped.
 const CAPACITY: usize = 1024;
@@ -45,11 +47,36 @@ pub enum BusEvent {
     },
     /// The search for the rate of the line: set the link to a rate, or the rate was found.
     Rate(RateChange),
+    /// Nothing valid was heard at the rate that was found: it is searched for again.
+    RateLost {
+        /// The rate.
+        rate: BaudRate,
+    },
+    /// Something on the line is odd.
+    Hint(LineHint),
     /// Events were lost because nobody took them in time.
     Lost {
         /// How many.
         events: u64,
     },
+}
+
+impl BusEvent {
+    /// Whether it is cyclic detail: a log leaves it out unless asked for more.
+    pub const fn is_detail(&self) -> bool {
+        match self {
+            Self::Station { event, .. } => event.is_detail(),
+            Self::Rate(RateChange::Try(_)) => true,
+            Self::TelegramRefused(_)
+            | Self::Joined { .. }
+            | Self::AddressLive { .. }
+            | Self::MovedToTakenAddress { .. }
+            | Self::Rate(RateChange::Found(_))
+            | Self::RateLost { .. }
+            | Self::Hint(_)
+            | Self::Lost { .. } => false,
+        }
+    }
 }
 
 impl fmt::Display for BusEvent {
@@ -66,6 +93,13 @@ impl fmt::Display for BusEvent {
             }
             Self::Rate(RateChange::Try(rate)) => write!(f, "searching for the rate of the line at {rate}"),
             Self::Rate(RateChange::Found(rate)) => write!(f, "the rate of the line is {rate}"),
+            Self::RateLost { rate } => {
+                write!(
+                    f,
+                    "the rate of the line is lost: nothing valid was heard at {rate}; it is searched for again"
+                )
+            }
+            Self::Hint(hint) => hint.fmt(f),
             Self::Lost { events } => write!(f, "{events} more events were lost"),
         }
     }

@@ -20,6 +20,7 @@ const REQUESTS_IN_VAIN: u8 = 2;
 
 /// How it is known that somebody else has an address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Evidence {
     /// A request from it: a master.
     Asks,

@@ -5,6 +5,7 @@ use std::vec::Vec;
 
 use super::deadlines::Deadlines;
 use super::event::News;
+use super::hint::{Addresses, Watch};
 use super::join::{Joining, Verdict};
 use super::last_request::LastRequest;
 use super::{BusEvent, Presence, SlotTime};
@@ -39,6 +40,7 @@ pub(super) struct Stations {
     /// The master changed and has not said anything yet: what a station still sends answers the one before.
     pub(super) silenced: bool,
     pub(super) counters: LineCounters,
+    watch: Watch,
     pub(super) news: News,
 }
 
@@ -73,6 +75,7 @@ impl Stations {
             slot_time: None,
             silenced: false,
             counters: LineCounters::default(),
+            watch: Watch::new(),
             news: News::default(),
         }
     }
@@ -174,10 +177,16 @@ impl Stations {
         self.counters.hear(result);
         let telegram = match result {
             Ok(telegram) => telegram,
-            Err(error) => return self.news.push(BusEvent::TelegramRefused(*error)),
+            Err(error) => return self.refuse(now, *error),
         };
         if self.is_searching_after(now, telegram) {
             return;
+        }
+        let Self { watch, slots, order, .. } = self;
+        let is_there = |address| slots.get(index(address)).is_some_and(Option::is_some);
+        let there = || Addresses::of(order.iter().copied());
+        if let Some(hint) = watch.heard(now, telegram, is_there, there) {
+            self.news.push(BusEvent::Hint(hint));
         }
         if self.joining > 0 {
             self.hear_while_joining(telegram);
@@ -213,6 +222,17 @@ impl Stations {
                 self.deliver(now, to, telegram);
             }
             None => {}
+        }
+    }
+
+    /// Octets that are no telegram. While the rate is searched for they are to be expected.
+    fn refuse(&mut self, now: Instant, error: FrameError) {
+        self.news.push(BusEvent::TelegramRefused(error));
+        if self.search.is_some_and(|search| search.is_searching()) {
+            return;
+        }
+        if let Some(hint) = self.watch.refused(now, self.baud) {
+            self.news.push(BusEvent::Hint(hint));
         }
     }
 
@@ -263,29 +283,16 @@ impl Stations {
     }
 
     fn deliver(&mut self, now: Instant, to: Address, telegram: &Telegram<'_>) {
-        let Self { slots, news, .. } = self;
-        let Some(slot) = slots.get_mut(index(to)).and_then(Option::as_mut) else {
-            return;
-        };
-        if slot.presence != Presence::Active {
-            return;
+        if self.slot(to).is_some_and(|slot| slot.presence == Presence::Active) {
+            self.call(now, to, |station, news| station.receive(now, telegram, news));
         }
-        let Slot { station, counters, .. } = slot;
-        station.receive(now, telegram, &mut |event| news.tell(to, counters, event));
-        self.settle_at(now, to);
     }
 
     /// Calls every station whose deadline is reached.
     pub(super) fn wake(&mut self, now: Instant) {
-        let mut from = 0;
-        while let Some(address) = self.deadlines.due_from(from, now) {
-            from = address.number() + 1;
-            let Self { slots, news, .. } = self;
-            if let Some(slot) = slots.get_mut(index(address)).and_then(Option::as_mut) {
-                let Slot { station, counters, .. } = slot;
-                station.handle_timeout(now, &mut |event| news.tell(address, counters, event));
-            }
-            self.settle_at(now, address);
+        let mut due = self.deadlines.due(now);
+        while let Some(address) = due.next(&self.deadlines) {
+            self.call(now, address, |station, news| station.handle_timeout(now, news));
         }
     }
 
@@ -294,10 +301,9 @@ impl Stations {
         // Nearly always nobody is due.
         self.deadlines.first().filter(|first| *first <= now)?;
         let limit = self.slot_time.map(|slot_time| slot_time.at(self.baud));
-        let mut from = 0;
+        let mut due = self.deadlines.due(now);
         // A station that is due and has nothing to send waits for `handle_timeout`: go on behind it.
-        while let Some(address) = self.deadlines.due_from(from, now) {
-            from = address.number() + 1;
+        while let Some(address) = due.next(&self.deadlines) {
             let Self { slots, news, .. } = self;
             let slot = slots.get_mut(index(address)).and_then(Option::as_mut)?;
             let Slot { station, counters, asked, .. } = slot;
@@ -320,6 +326,28 @@ impl Stations {
             }
         }
         None
+    }
+
+    /// Lets the station at `address` do something.
+    #[inline]
+    fn call(
+        &mut self,
+        now: Instant,
+        address: Address,
+        act: impl FnOnce(&mut dyn Participant, &mut dyn FnMut(Event)),
+    ) {
+        let Self { slots, deadlines, news, search, .. } = self;
+        let Some(slot) = slots.get_mut(index(address)).and_then(Option::as_mut) else {
+            return;
+        };
+        let Slot { station, counters, .. } = slot;
+        act(station.as_mut(), &mut |event| news.tell(address, counters, event));
+        // As `settle_at`, with the slot at hand: this runs in each application cycle of each station.
+        if search.is_none() && station.address() == address {
+            deadlines.set(address, station.poll_timeout());
+        } else {
+            self.settle_at(now, address);
+        }
     }
 
     /// Puts the deadline of a station in its place after it was called, and tells the search for the rate whether a

@@ -12,6 +12,7 @@ use crate::host::chance::Chance;
 
 /// What happens to a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Kind {
     /// Its sender takes it for sent, and nobody hears it.
     Lose,

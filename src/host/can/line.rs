@@ -27,6 +27,7 @@ pub enum News<E> {
 
 /// Something that happened at an adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum AdapterNews {
     /// The master set a rate. The bus keeps its own.
     Rate(BusTiming),

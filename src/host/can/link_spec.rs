@@ -8,6 +8,7 @@ use thiserror::Error;
 
 /// Where masters find the bus: `slcan-pty[:PATH]` or `slcan-tcp:HOST:PORT`.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum LinkSpec {
     /// A pseudo-terminal; the path becomes a symbolic link to it, which replaces an old link and never a file.
     Pty(Option<PathBuf>),

@@ -12,8 +12,10 @@
 //! | [`fault`] | frames lost, late, doubled, damaged on purpose |
 //! | [`line`](Line) | the bus in real time with the adapters of its masters |
 //! | [`node`](StoredNode) | a CANopen device as a participant, and its EEPROM |
+//! | [`node_fault`](NodeFault) | what nodes do wrong, as text |
 //! | [`product`](PRODUCTS) | the list of CANopen devices |
 //! | [`link_spec`](LinkSpec) | where masters find the bus |
+//! | [`endpoint`](CanEndpoint) | the bus from a master's end |
 //! | `adapters` | pseudo-terminal and TCP port |
 //!
 //! A node that answers, in virtual time:
@@ -39,18 +41,26 @@
 #[cfg(unix)]
 mod adapters;
 pub mod bus;
+mod endpoint;
 pub mod fault;
 #[cfg(unix)]
 mod line;
 mod link_spec;
 mod node;
+mod node_fault;
 mod participant;
 mod product;
+#[cfg(all(target_os = "linux", feature = "socketcan"))]
+mod socket;
 
 pub use bus::{Bus, Event, Seat};
+pub use endpoint::{CanEndpoint, SlcanEndpoint};
 #[cfg(unix)]
 pub use line::{Line, News, Stay};
 pub use link_spec::{LinkSpec, LinkSpecError};
 pub use node::StoredNode;
+pub use node_fault::{NodeFault, NodeFaultError};
 pub use participant::CanParticipant;
-pub use product::{Choices, OptionName, PRODUCTS, Product};
+pub use product::{Choices, ChosenQuirks, OptionName, PRODUCTS, Product, QuirkRow};
+#[cfg(all(target_os = "linux", feature = "socketcan"))]
+pub use socket::SocketCanEndpoint;

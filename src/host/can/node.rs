@@ -1,6 +1,7 @@
 //! A CANopen device on a bus, and the file its EEPROM is kept in.
 
 use core::any::Any;
+use core::fmt;
 use std::boxed::Box;
 use std::format;
 use std::path::PathBuf;
@@ -11,6 +12,7 @@ use super::CanParticipant;
 use super::product::{Choices, Product};
 use crate::can::{ErrorState, Frame};
 use crate::canopen::NodeId;
+use crate::canopen::faults::{Faults, Spoiler};
 use crate::canopen::storage::{Generation, Memory, NotStored, StoreRequest};
 use crate::device::{CanopenDevice, CanopenEvent};
 use crate::host::state_dir::{ImageFile, Images, Newest, StateDir, StateDirError};
@@ -27,6 +29,8 @@ pub struct StoredNode {
     unit: Unit,
     file: Option<ImageFile<Kept>>,
     error_state: ErrorState,
+    /// Faults on purpose between the device and the bus.
+    spoiler: Option<Box<Spoiler>>,
     now: Instant,
 }
 
@@ -52,7 +56,7 @@ impl StoredNode {
     pub fn new(mut device: Box<dyn CanopenDevice>, now: Instant) -> Self {
         device.power_on(now);
         let unit = Unit { device, buffer: Vec::new(), recalled: None };
-        Self { unit, file: None, error_state: ErrorState::Active, now }
+        Self { unit, file: None, error_state: ErrorState::Active, spoiler: None, now }
     }
 
     /// The node number in force.
@@ -65,10 +69,33 @@ impl StoredNode {
         Some(self.file.as_ref()?.path())
     }
 
+    /// The device, whichever it is.
+    pub fn as_device(&self) -> &dyn CanopenDevice {
+        &*self.unit.device
+    }
+
+    /// Does something to the device, whichever it is.
+    pub fn act<R>(&mut self, now: Instant, act: impl FnOnce(&mut dyn CanopenDevice, Instant) -> R) -> R {
+        self.take_outcome(now);
+        let result = act(&mut *self.unit.device, now);
+        self.hand_over(now);
+        result
+    }
+
+    /// From now on what it sends is spoiled like this.
+    pub fn spoil(&mut self, now: Instant, faults: Faults) {
+        self.spoiler.get_or_insert_default().set(now, faults);
+    }
+
     /// The device, if it is a `D`.
     pub fn device<D: CanopenDevice>(&self) -> Option<&D> {
         let device: &dyn Any = &*self.unit.device;
         device.downcast_ref()
+    }
+
+    /// Says what keeps its drive from moving now ([`CanopenDevice::why`]).
+    pub fn why(&self, say: &mut dyn FnMut(&dyn fmt::Display)) {
+        self.unit.device.why(say);
     }
 
     /// Does something to the device, if it is a `D`: turns its shaft, say.
@@ -77,11 +104,10 @@ impl StoredNode {
         now: Instant,
         act: impl FnOnce(&mut D, Instant) -> R,
     ) -> Option<R> {
-        self.take_outcome(now);
-        let device: &mut dyn Any = &mut *self.unit.device;
-        let result = device.downcast_mut().map(|device| act(device, now));
-        self.hand_over(now);
-        result
+        self.act(now, |device, now| {
+            let device: &mut dyn Any = device;
+            device.downcast_mut().map(|device| act(device, now))
+        })
     }
 
     fn take_outcome(&mut self, now: Instant) {
@@ -128,7 +154,8 @@ impl StateDir {
         }
         device.power_on(now);
         let unit = Unit { device, buffer: vec![0; LONGEST_IMAGE], recalled };
-        let mut stored = StoredNode { unit, file: Some(file), error_state: ErrorState::Active, now };
+        let mut stored =
+            StoredNode { unit, file: Some(file), error_state: ErrorState::Active, spoiler: None, now };
         stored.hand_over(now);
         Ok(stored)
     }
@@ -174,6 +201,9 @@ impl CanParticipant for StoredNode {
     fn handle_timeout(&mut self, now: Instant) {
         self.take_outcome(now);
         self.unit.device.handle_timeout(now);
+        if let Some(spoiler) = &mut self.spoiler {
+            spoiler.handle_timeout(now, self.unit.device.node());
+        }
         self.hand_over(now);
     }
 
@@ -185,7 +215,12 @@ impl CanParticipant for StoredNode {
     }
 
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        self.unit.device.poll_transmit(now)
+        let device = &mut self.unit.device;
+        let Some(spoiler) = &mut self.spoiler else { return device.poll_transmit(now) };
+        while let Some(frame) = device.poll_transmit(now) {
+            spoiler.handle_frame(now, frame, device.node());
+        }
+        spoiler.poll_transmit()
     }
 
     fn poll_event(&mut self) -> Option<CanopenEvent> {
@@ -194,7 +229,8 @@ impl CanParticipant for StoredNode {
 
     fn poll_timeout(&self) -> Option<Instant> {
         let file = self.file.as_ref().and_then(ImageFile::poll_timeout);
-        Instant::first_of(self.unit.device.poll_timeout(), file)
+        let spoiled = self.spoiler.as_ref().and_then(|spoiler| spoiler.poll_timeout());
+        Instant::first_of(Instant::first_of(self.unit.device.poll_timeout(), file), spoiled)
     }
 }
 

@@ -3,6 +3,7 @@
 use core::fmt;
 use std::boxed::Box;
 use std::string::String;
+use std::vec::Vec;
 
 use crate::canopen::eds::{self, Sheet};
 use crate::canopen::storage::Memory;
@@ -11,7 +12,7 @@ use crate::device::CanopenDevice;
 use crate::device::ag03_canopen::{self, Ag03Node};
 use crate::device::ap10_canopen::{self, Ap10};
 use crate::device::asda_a2_canopen::{self, AsdaA2, Level};
-use crate::device::{Eeprom, Gear};
+use crate::device::{Eeprom, Gear, Quirk, QuirkError, Vocabulary};
 use crate::time::Instant;
 
 /// Every device that can be a node.
@@ -19,37 +20,48 @@ pub const PRODUCTS: &[Product] = &[
     Product {
         name: "ag03-1",
         sheet: ag03_canopen::objects::SHEET,
+        vocabulary: &ag03_canopen::VOCABULARY,
         options: &[OptionName::Gear],
         objects: |choices| ag03_canopen::objects::objects(choices.gear),
-        make: |node, Choices { gear, .. }, memory, now| {
+        quirks: || rows(ag03_canopen::QUIRKS),
+        make: |node, Choices { gear, quirks, .. }, memory, now| {
             let eeprom = match memory {
                 Memory::Internal => Eeprom::Internal,
                 Memory::Host => Eeprom::Host,
             };
-            let config = ag03_canopen::Config { gear, eeprom, ..ag03_canopen::Config::new(node) };
+            let mut config = ag03_canopen::Config { gear, eeprom, ..ag03_canopen::Config::new(node) };
+            quirks.apply(ag03_canopen::QUIRKS, &mut config);
             Box::new(Ag03Node::new(config, now).unsupplied(now))
         },
     },
     Product {
         name: "ap10",
         sheet: ap10_canopen::EDS,
+        vocabulary: &ap10_canopen::VOCABULARY,
         options: &[],
         objects: |_| ap10_canopen::OBJECTS,
-        make: |node, _, memory, _| {
-            Box::new(Ap10::new(ap10_canopen::Config { memory, ..ap10_canopen::Config::new(node) }))
+        quirks: || rows(ap10_canopen::QUIRKS),
+        make: |node, choices, memory, _| {
+            let mut config = ap10_canopen::Config { memory, ..ap10_canopen::Config::new(node) };
+            choices.quirks.apply(ap10_canopen::QUIRKS, &mut config.quirks);
+            Box::new(Ap10::new(config))
         },
     },
     Product {
         name: "asda-a2",
         sheet: asda_a2_canopen::SHEET,
+        vocabulary: &asda_a2_canopen::VOCABULARY,
         options: &[OptionName::Mode],
         objects: |choices| AsdaA2::objects(choices.level),
+        quirks: || rows(asda_a2_canopen::QUIRKS),
         make: |node, choices, memory, now| {
+            let mut quirks = asda_a2_canopen::Quirks::default();
+            choices.quirks.apply(asda_a2_canopen::QUIRKS, &mut quirks);
             let config = asda_a2_canopen::Config {
                 level: choices.level,
                 ..asda_a2_canopen::Config::new(node.number())
             };
-            Box::new(AsdaA2::new(config, asda_a2_canopen::Quirks::default(), now).with_memory(memory))
+            Box::new(AsdaA2::new(config, quirks, now).with_memory(memory))
         },
     },
 ];
@@ -60,14 +72,18 @@ pub struct Product {
     pub name: &'static str,
     /// What its electronic data sheet says besides the objects; with it vendor, product and rates.
     pub sheet: Sheet<'static>,
+    /// What it calls what it says.
+    pub vocabulary: &'static Vocabulary,
     /// What can be chosen about it.
     pub options: &'static [OptionName],
     objects: fn(&Choices) -> &'static [Object],
+    quirks: fn() -> Vec<QuirkRow>,
     make: fn(NodeId, Choices, Memory, Instant) -> Box<dyn CanopenDevice>,
 }
 
 /// Something that can be chosen about a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum OptionName {
     /// [`Choices::gear`].
     Gear,
@@ -82,11 +98,46 @@ pub struct Choices {
     pub gear: Gear,
     /// How much of CiA 402 the servo follows.
     pub level: Level,
+    /// What is chosen where a manual leaves it open.
+    pub quirks: ChosenQuirks,
+}
+
+/// A point on which the manual of a device contradicts itself or leaves a choice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct QuirkRow {
+    /// Its name in `NAME=VALUE`.
+    pub name: &'static str,
+    /// What it decides.
+    pub about: &'static str,
+    /// What it may be; the first is the default.
+    pub values: &'static [&'static str],
+}
+
+/// Quirks of one device at most.
+const MAX_QUIRKS: usize = 16;
+
+/// Which value of each quirk of a device is chosen, by [`Product::choose`]; at first the default of each.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ChosenQuirks([u8; MAX_QUIRKS]);
+
+impl ChosenQuirks {
+    fn apply<C>(self, table: &[Quirk<C>], config: &mut C) {
+        for (quirk, place) in table.iter().zip(self.0) {
+            if let Some(value) = quirk.values.get(usize::from(place)) {
+                // Both are of the table.
+                let _ = Quirk::set(table, config, quirk.name, value);
+            }
+        }
+    }
+}
+
+fn rows<C>(table: &'static [Quirk<C>]) -> Vec<QuirkRow> {
+    table.iter().map(|Quirk { name, about, values, .. }| QuirkRow { name, about, values }).collect()
 }
 
 impl Default for Choices {
     fn default() -> Self {
-        Self { gear: Gear::Ratio48, level: Level::Full }
+        Self { gear: Gear::Ratio48, level: Level::Full, quirks: ChosenQuirks::default() }
     }
 }
 
@@ -105,6 +156,25 @@ impl Product {
         now: Instant,
     ) -> Box<dyn CanopenDevice> {
         (self.make)(node, choices, memory, now)
+    }
+
+    /// Every point on which its manual leaves a choice.
+    pub fn quirks(&self) -> Vec<QuirkRow> {
+        (self.quirks)()
+    }
+
+    /// Chooses the value of a quirk.
+    ///
+    /// # Errors
+    /// [`QuirkError`] if the device has no such quirk, or the quirk no such value; nothing is changed then.
+    pub fn choose(&self, choices: &mut Choices, name: &str, value: &str) -> Result<(), QuirkError> {
+        let rows = self.quirks();
+        let mut both = rows.iter().zip(&mut choices.quirks.0);
+        let (row, place) = both.find(|(row, _)| row.name == name).ok_or(QuirkError::Unknown)?;
+        let found =
+            row.values.iter().position(|known| *known == value).and_then(|found| u8::try_from(found).ok());
+        *place = found.ok_or(QuirkError::Value { name: row.name, values: row.values })?;
+        Ok(())
     }
 
     /// Its object dictionary.
@@ -154,5 +224,40 @@ mod tests {
             assert!(product.eds().starts_with("[FileInfo]\n"), "{}", product.name);
             assert!(product.sheet.kilobits.contains(&500), "{}: the rate of the command", product.name);
         }
+    }
+
+    #[test]
+    fn every_value_of_every_quirk_can_be_chosen() {
+        for product in PRODUCTS {
+            let rows = product.quirks();
+            assert!(rows.len() <= MAX_QUIRKS, "{}", product.name);
+            let mut choices = Choices::default();
+            for row in &rows {
+                for value in row.values.iter().rev() {
+                    product.choose(&mut choices, row.name, value).unwrap();
+                    let chosen = choices.quirks != ChosenQuirks::default();
+                    assert_eq!(
+                        chosen,
+                        row.values.first() != Some(value),
+                        "{} {}={value}",
+                        product.name,
+                        row.name
+                    );
+                    product.make(NodeId::MIN, choices, Memory::Internal, Instant::ZERO);
+                }
+                assert!(product.choose(&mut choices, row.name, "no such value").is_err());
+            }
+            assert_eq!(product.choose(&mut choices, "none", "x"), Err(QuirkError::Unknown));
+        }
+    }
+
+    #[test]
+    fn a_quirk_of_a_product_acts() {
+        let product = Product::named("ap10").unwrap();
+        let mut choices = Choices::default();
+        product.choose(&mut choices, "auto-rate", "listens").unwrap();
+        let mut device = product.make(NodeId::MIN, choices, Memory::Internal, Instant::ZERO);
+        device.power_on(Instant::ZERO);
+        assert_eq!(device.poll_transmit(Instant::ZERO), None, "it listens first");
     }
 }

@@ -78,7 +78,8 @@ impl Capture {
             Event::Participant { .. } | Event::State { .. } | Event::Lost { .. } => return Ok(()),
         };
         let mut options = vec![EnhancedPacketOption::Flags(flags(direction))];
-        options.extend(comment.map(|comment| EnhancedPacketOption::Comment(Cow::Owned(comment))));
+        let comments = comment.into_iter().chain(self.remarks.drain(..));
+        options.extend(comments.map(|comment| EnhancedPacketOption::Comment(Cow::Owned(comment))));
         let packet = EnhancedPacketBlock {
             interface_id: 0,
             timestamp: self.epoch.saturating_add(at.saturating_since(Instant::ZERO)),
@@ -137,6 +138,12 @@ pub fn frame(octets: &[u8]) -> Option<Frame> {
     Frame::data(id_of, data.get(..usize::from(*length))?).ok()
 }
 
+/// Whether the octets of a packet are an error frame, which stands for an error that a controller has seen.
+#[must_use]
+pub fn is_error(octets: &[u8]) -> bool {
+    octets.first_chunk().is_some_and(|id| u32::from_be_bytes(*id) & ERROR != 0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -158,6 +165,7 @@ mod tests {
         assert_eq!(error_octets(Damage::NotAcknowledged)[..5], [0x20, 0, 0, 0x20, 8]);
         assert_eq!(error_octets(Damage::Bit)[..11], [0x20, 0, 0, 8, 8, 0, 0, 0, 0, 0, 1]);
         assert_eq!(frame(&error_octets(Damage::Bit)), None);
+        assert!(is_error(&error_octets(Damage::Bit)) && !is_error(&octets(&sdo)));
         for part in 0..16 {
             assert_eq!(frame(&octets(&sdo)[..part]), None, "{part} octets");
         }

@@ -1,6 +1,7 @@
 //! Reading captures, ours and those of others.
 
 use core::time::Duration;
+use std::format;
 use std::fs::File;
 use std::io::{self, Chain, Cursor, ErrorKind, Read};
 use std::path::Path;
@@ -37,12 +38,12 @@ pub enum ReadError {
     #[error("this capture has the older format pcap; convert it with: editcap -F pcapng OLD NEW")]
     Classic,
     /// Packets of another kind of line.
-    #[error("packet {packet} has link type {got}, expected {}", kind(*expected))]
+    #[error("packet {packet} has link type {got}, expected {}", names(*expected))]
     LinkType {
         /// Its number, from 1 on.
         packet: u64,
-        /// The link type that is read.
-        expected: u32,
+        /// The link type that is read; `None` for either.
+        expected: Option<LinkType>,
         /// The link type of its interface.
         got: u32,
     },
@@ -77,9 +78,41 @@ pub enum ReadError {
     },
 }
 
+/// What kind of line a packet is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum LinkType {
+    /// 257, PROFIBUS.
+    ProfibusDl,
+    /// 227, CAN.
+    CanSocketCan,
+}
+
+impl LinkType {
+    fn of(kind: DataLink) -> Option<Self> {
+        [Self::ProfibusDl, Self::CanSocketCan].into_iter().find(|this| this.kind() == kind)
+    }
+
+    const fn kind(self) -> DataLink {
+        match self {
+            Self::ProfibusDl => DataLink::PROFIBUS_DL,
+            Self::CanSocketCan => DataLink::CAN_SOCKETCAN,
+        }
+    }
+
+    /// The number in the registry of tcpdump.org, and its name.
+    const fn name(self) -> &'static str {
+        match self {
+            Self::ProfibusDl => "257 (PROFIBUS_DL)",
+            Self::CanSocketCan => "227 (CAN_SOCKETCAN)",
+        }
+    }
+}
+
 /// One packet of a capture: a telegram, or octets that are none.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Packet {
+    /// What kind of line it is of.
+    pub link: LinkType,
     /// When, since 1970-01-01 00:00:00 UTC.
     pub time: Duration,
     /// Which way it passed the one who captured, if that is said.
@@ -92,7 +125,7 @@ pub struct Packet {
 
 /// The packets of a capture in their order. After an error there is nothing more.
 pub struct Reader<R: Read> {
-    kind: DataLink,
+    expected: Option<LinkType>,
     blocks: PcapNgReader<Chain<Cursor<[u8; 4]>, R>>,
     packets: u64,
     failed: bool,
@@ -111,12 +144,14 @@ pub fn read(path: &Path) -> Result<Reader<File>, ReadError> {
 /// # Errors
 /// As [`Reader::new`].
 pub fn read_can(path: &Path) -> Result<Reader<File>, ReadError> {
-    Reader::of_kind(File::open(path)?, DataLink::CAN_SOCKETCAN)
+    Reader::of_kind(File::open(path)?, Some(LinkType::CanSocketCan))
 }
 
-/// The number and the name of a link type.
-fn kind(number: u32) -> &'static str {
-    if number == u32::from(DataLink::CAN_SOCKETCAN) { "227 (CAN_SOCKETCAN)" } else { "257 (PROFIBUS_DL)" }
+fn names(expected: Option<LinkType>) -> String {
+    match expected {
+        Some(link) => link.name().into(),
+        None => format!("{} or {}", LinkType::ProfibusDl.name(), LinkType::CanSocketCan.name()),
+    }
 }
 
 impl<R: Read> Reader<R> {
@@ -125,10 +160,18 @@ impl<R: Read> Reader<R> {
     /// # Errors
     /// [`ReadError`]; the most likely are [`ReadError::Foreign`] and [`ReadError::Classic`].
     pub fn new(source: R) -> Result<Self, ReadError> {
-        Self::of_kind(source, DataLink::PROFIBUS_DL)
+        Self::of_kind(source, Some(LinkType::ProfibusDl))
     }
 
-    fn of_kind(mut source: R, kind: DataLink) -> Result<Self, ReadError> {
+    /// The same for a capture of either bus; each packet says which.
+    ///
+    /// # Errors
+    /// As [`Reader::new`].
+    pub fn of_any(source: R) -> Result<Self, ReadError> {
+        Self::of_kind(source, None)
+    }
+
+    fn of_kind(mut source: R, expected: Option<LinkType>) -> Result<Self, ReadError> {
         let mut magic = [0; 4];
         match source.read_exact(&mut magic) {
             Ok(()) if magic == SECTION_HEADER => {}
@@ -139,12 +182,12 @@ impl<R: Read> Reader<R> {
         }
         let source = Cursor::new(magic).chain(source);
         let blocks = PcapNgReader::new(source).map_err(|error| damaged(error, 0))?;
-        Ok(Self { kind, blocks, packets: 0, failed: false })
+        Ok(Self { expected, blocks, packets: 0, failed: false })
     }
 
     fn next_packet(&mut self) -> Option<Result<Packet, ReadError>> {
         loop {
-            let Self { kind, blocks, packets, .. } = self;
+            let Self { expected, blocks, packets, .. } = self;
             let packet = match blocks.next_block()? {
                 Ok(Block::EnhancedPacket(packet)) => packet,
                 Ok(Block::Packet(_) | Block::SimplePacket(_)) => {
@@ -161,17 +204,19 @@ impl<R: Read> Reader<R> {
                 Err(error) => return Some(Err(damaged(error, *packets))),
             };
             let (id, ticks) = (packet.interface_id, packet.timestamp.as_nanos());
-            let packet = untimed(packet);
+            let (direction, octets, comment) = contents(packet);
             let interface = usize::try_from(id).ok().and_then(|id| blocks.interfaces().get(id));
             let Some(interface) = interface else {
                 return Some(Err(damaged(PcapError::InvalidInterfaceId(id), *packets)));
             };
             *packets += 1;
-            if interface.linktype != *kind {
-                let (expected, got) = ((*kind).into(), interface.linktype.into());
+            let time = time(interface, ticks);
+            let link = LinkType::of(interface.linktype);
+            let Some(link) = link.filter(|link| expected.is_none_or(|expected| expected == *link)) else {
+                let (expected, got) = (*expected, interface.linktype.into());
                 return Some(Err(ReadError::LinkType { packet: *packets, expected, got }));
-            }
-            return Some(Ok(Packet { time: time(interface, ticks), ..packet }));
+            };
+            return Some(Ok(Packet { link, time, direction, octets, comment }));
         }
     }
 }
@@ -189,11 +234,18 @@ impl<R: Read> Iterator for Reader<R> {
     }
 }
 
-fn untimed(packet: EnhancedPacketBlock<'_>) -> Packet {
+/// Direction, octets, comment.
+fn contents(packet: EnhancedPacketBlock<'_>) -> (Option<Direction>, Vec<u8>, Option<String>) {
     let (mut direction, mut comment) = (None, None);
     for option in packet.options {
         match option {
-            EnhancedPacketOption::Comment(text) => comment = comment.or(Some(text.into_owned())),
+            EnhancedPacketOption::Comment(text) => {
+                let all: &mut String = comment.get_or_insert_default();
+                if !all.is_empty() {
+                    all.push('\n');
+                }
+                all.push_str(&text);
+            }
             EnhancedPacketOption::Flags(flags) => {
                 direction = match flags & (INBOUND | OUTBOUND) {
                     INBOUND => Some(Direction::Heard),
@@ -208,7 +260,7 @@ fn untimed(packet: EnhancedPacketBlock<'_>) -> Packet {
             | EnhancedPacketOption::Unknown(_) => {}
         }
     }
-    Packet { time: Duration::ZERO, direction, octets: packet.data.into_owned(), comment }
+    (direction, packet.data.into_owned(), comment)
 }
 
 /// The time of `ticks` in the unit of an interface. `pcap-file` takes every unit for nanoseconds.

@@ -48,6 +48,7 @@ fn what_is_written_is_read_back_with_time_direction_and_reason() {
     });
     let at = |nanos| epoch + Duration::from_secs(1) + Duration::from_nanos(nanos);
     let packet = |nanos, direction, octets: &[u8], comment: Option<&str>| Packet {
+        link: LinkType::ProfibusDl,
         time: at(nanos),
         direction: Some(direction),
         octets: octets.to_vec(),

@@ -44,13 +44,16 @@ use crate::host::{Clock, Link, Received, Stop};
 use crate::ppo::Pkw;
 use crate::time::{BaudRate, Instant};
 
+mod gate;
 mod observed;
 mod reply;
 mod request;
+mod shape;
 mod spec;
 
+pub use gate::{Gate, Switch};
 use observed::{Observed, Occasion};
-pub use spec::{FORM, Fault, Kind, NoStation, PkwFault, SpecError};
+pub use spec::{DiagOctets, FORM, Fault, FramePart, Kind, NoStation, PkwFault, SpecError, duration};
 
 /// Late telegrams kept at most; more are lost.
 const MAX_LATE: usize = 256;
@@ -171,8 +174,13 @@ impl Faults {
 
     /// Adds a fault behind the others. Returns its number, by which it is removed.
     pub fn add(&mut self, fault: Fault) -> u32 {
+        self.add_gated(fault, Gate::default())
+    }
+
+    /// The same of a fault that acts only while its gate is open.
+    pub fn add_gated(&mut self, fault: Fault, gate: Gate) -> u32 {
         self.last = self.last.saturating_add(1);
-        self.active.push(Active::new(fault, self.last));
+        self.active.push(Active::new(fault, gate, self.last));
         self.last
     }
 
@@ -197,7 +205,10 @@ impl Faults {
         let Some(occasion) = self.observed.request(&telegram) else {
             return telegram;
         };
-        self.active.iter_mut().fold(telegram, |octets, active| active.corrupt_request(octets, occasion, now))
+        self.active.iter_mut().fold(telegram, |octets, active| {
+            active.open = active.gate.is_open(now);
+            active.corrupt_request(octets, occasion, now)
+        })
     }
 
     /// What the line hears instead of what a station sends.
@@ -321,6 +332,9 @@ impl Outgoing {
 struct Active {
     number: u32,
     fault: Fault,
+    gate: Gate,
+    /// What the gate was at the last request.
+    open: bool,
     chance: Chance,
     stations: BTreeMap<u8, Station>,
 }
@@ -351,8 +365,10 @@ struct HeldCfg {
 }
 
 impl Active {
-    fn new(fault: Fault, number: u32) -> Self {
-        Self { number, fault, chance: Chance::new(fault.seed), stations: BTreeMap::new() }
+    fn new(fault: Fault, gate: Gate, number: u32) -> Self {
+        // A reply that nobody asked for comes before any request.
+        let open = gate.is_open(Instant::ZERO);
+        Self { number, fault, gate, open, chance: Chance::new(fault.seed), stations: BTreeMap::new() }
     }
 
     /// Whether it is for this station, service, state and repetition.
@@ -364,8 +380,11 @@ impl Active {
             && retry.is_none_or(|retry| retry == occasion.retry)
     }
 
-    /// Counts an occasion and says whether the fault is injected now.
+    /// Counts an occasion while the gate is open and says whether the fault is injected now.
     fn is_due(&mut self) -> bool {
+        if !self.open {
+            return false;
+        }
         let Fault { at, count, rate, .. } = self.fault;
         let injected = self.chance.injected(at, count, rate);
         if injected {

@@ -1,6 +1,7 @@
 //! The octets of one sender, cut into telegrams and what is none.
 //!
-//! For links that must not mix the octets of two senders, or that act on whole telegrams. What is cut is what a
+//! For links that must not mix the octets of two senders, or that act on whole telegrams: noise is handed on as well,
+//! which a [`Framer`](crate::fdl::Framer) drops. What is cut is what a
 //! [`Framer`](crate::fdl::Framer) with [`Resync::SCAN`] finds in the same octets.
 
 use core::time::Duration;

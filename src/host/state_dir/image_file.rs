@@ -33,15 +33,15 @@ pub trait Images {
 pub struct ImageFile<G> {
     slots: Arc<Slots>,
     name: String,
-    /// The newest image handed over, and the one before it that was being written then.
-    newest: Option<(Ticket, G)>,
-    before: Option<(Ticket, G)>,
+    /// Images handed over whose outcome is not known, the newest last. Those before it were being written when the next
+    /// one came.
+    handed_over: Vec<(Ticket, G)>,
     look_again: Option<Instant>,
 }
 
 impl<G: Copy> ImageFile<G> {
     pub(super) const fn new(slots: Arc<Slots>, name: String) -> Self {
-        Self { slots, name, newest: None, before: None, look_again: None }
+        Self { slots, name, handed_over: Vec::new(), look_again: None }
     }
 
     /// Writes the first image of a unit, and returns when it is safe. There must be no file yet.
@@ -59,17 +59,14 @@ impl<G: Copy> ImageFile<G> {
 
     /// Tells the unit what became of its images. Call it before anything is done to the unit.
     pub fn report_to(&mut self, now: Instant, unit: &mut impl Images<Generation = G>) {
-        if self.newest.is_none() {
-            return;
-        }
-        let Some((ticket, stored)) = self.slots.outcome(&self.name) else {
-            return;
-        };
-        if let Some((_, generation)) = self.newest.take_if(|(newest, _)| *newest == ticket) {
-            self.before = None;
-            unit.handle_stored(now, generation, stored);
-        } else if let Some((_, generation)) = self.before.take_if(|(before, _)| *before == ticket) {
-            unit.handle_stored(now, generation, stored);
+        while !self.handed_over.is_empty()
+            && let Some((ticket, stored)) = self.slots.outcome(&self.name)
+        {
+            // One that is not here belongs to an owner before.
+            let known = self.handed_over.iter().position(|(handed_over, _)| *handed_over == ticket);
+            if let Some((_, generation)) = known.and_then(|place| self.handed_over.drain(..=place).last()) {
+                unit.handle_stored(now, generation, stored);
+            }
         }
     }
 
@@ -78,13 +75,12 @@ impl<G: Copy> ImageFile<G> {
     pub fn take_from(&mut self, now: Instant, unit: &mut impl Images<Generation = G>) {
         if let Some((generation, octets)) = unit.poll_image() {
             let (ticket, replaced) = self.slots.store(&self.name, octets);
-            if let Some(newest) = self.newest.replace((ticket, generation))
-                && !replaced
-            {
-                self.before = Some(newest);
+            if replaced {
+                self.handed_over.pop();
             }
+            self.handed_over.push((ticket, generation));
         }
-        self.look_again = self.newest.is_some().then(|| now.saturating_add(LOOK_AGAIN));
+        self.look_again = (!self.handed_over.is_empty()).then(|| now.saturating_add(LOOK_AGAIN));
     }
 
     /// When to call [`ImageFile::report_to`] again.

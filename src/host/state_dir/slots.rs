@@ -63,7 +63,9 @@ struct Slot {
     owned: bool,
     /// The newest image, until it is safe.
     newest: Option<Image>,
-    outcome: Option<(Ticket, bool)>,
+    /// The newest image that became safe, and one after it that failed: what the owner was not told yet.
+    stored: Option<Ticket>,
+    failed: Option<Ticket>,
     /// An image that was not acknowledged may be in the file or not.
     in_doubt: bool,
     /// The last write failed, which was said.
@@ -136,7 +138,7 @@ impl Slots {
         }
         slot.owned = true;
         // Of the owner before, who waits for it no more.
-        slot.outcome = None;
+        (slot.stored, slot.failed) = (None, None);
         if let Some(newest) = &slot.newest {
             return Ok(Some(Newest { octets: newest.octets.to_vec(), safe: false }));
         }
@@ -181,9 +183,12 @@ impl Slots {
         (ticket, replaced)
     }
 
-    /// What became of the image of a file that was written last, once.
+    /// What became of images of a file, each once, the oldest first.
     pub(super) fn outcome(&self, name: &str) -> Option<(Ticket, bool)> {
-        self.lock().slots.get_mut(name)?.outcome.take()
+        let mut state = self.lock();
+        let slot = state.slots.get_mut(name)?;
+        let stored = slot.stored.take().map(|ticket| (ticket, true));
+        stored.or_else(|| slot.failed.take().map(|ticket| (ticket, false)))
     }
 
     /// Writes an image now and waits for it, for the first image of a unit.
@@ -283,7 +288,7 @@ impl Slots {
         match written {
             Ok(()) => {
                 slot.in_doubt = false;
-                slot.outcome = Some((ticket, true));
+                (slot.stored, slot.failed) = (Some(ticket), None);
                 if newest.is_some() {
                     slot.newest = None;
                 }
@@ -298,7 +303,7 @@ impl Slots {
                         Stage::WaitsUntil(Instant::now() + RETRY)
                     };
                     if !slot.in_doubt {
-                        slot.outcome = Some((ticket, false));
+                        slot.failed = Some(ticket);
                     }
                 }
             }

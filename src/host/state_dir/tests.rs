@@ -154,6 +154,27 @@ fn a_failure_is_told_only_if_the_file_is_surely_as_before() {
 }
 
 #[test]
+fn an_image_that_is_safe_is_told_although_one_after_it_has_failed_meanwhile() {
+    let disk = Memory::default();
+    let state = state(&disk);
+    let (mut file, _) = state.file("a", 1).unwrap();
+    let mut unit = Number::default();
+    unit.set(&mut file, 1);
+    assert!(state.write_next());
+    unit.set(&mut file, 2);
+    assert!(state.write_next());
+    disk.fail(true, false);
+    unit.set(&mut file, 3);
+    assert!(state.write_next());
+    assert_eq!(disk.file("a.eeprom"), Some(vec![2]));
+    assert_eq!(unit.told(&mut file), [(2, true), (3, false)]);
+    disk.fail(false, false);
+    unit.set(&mut file, 4);
+    assert!(state.write_next());
+    assert_eq!(unit.told(&mut file), [(4, true)]);
+}
+
+#[test]
 fn what_the_last_owner_left_is_tried_until_it_is_stored() {
     let disk = Memory::default();
     let state = state(&disk);

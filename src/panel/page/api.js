@@ -39,18 +39,20 @@ export async function request(method, path, body) {
 }
 
 /**
- * What happens, as it happens. Connects again by itself when the stream ends; `on` holds functions by event (state,
- * news, telegram, lost), and `on.open()` and `on.closed(error)` for the connection itself.
+ * What happens, as it happens. Connects again by itself when the stream ends; `on` holds functions by event, `events` are
+ * those there are, and `on.open()` and `on.closed(error)` for the connection itself.
  */
 export class Stream {
   #source = null;
   #timer = 0;
   #silence = 0;
   #on;
+  #events;
   #query = "";
 
-  constructor(on) {
+  constructor(on, events = ["state", "news", "telegram", "lost"]) {
     this.#on = on;
+    this.#events = events;
     window.addEventListener("pagehide", () => this.#end());
     window.addEventListener("pageshow", ({ persisted }) => persisted && this.#connect());
   }
@@ -67,7 +69,7 @@ export class Stream {
     this.#source = source;
     source.addEventListener("open", () => this.#on.open());
     source.addEventListener("error", () => this.#retry());
-    for (const event of ["state", "news", "telegram", "lost"]) {
+    for (const event of this.#events) {
       source.addEventListener(event, ({ data }) => {
         this.#watch();
         this.#on[event](JSON.parse(data));
@@ -95,12 +97,17 @@ export class Stream {
     this.#timer = setTimeout(() => this.#connect(), RETRY_MS);
     const address = new URLSearchParams(query).get("address");
     // An EventSource does not say why it ended; requests do.
-    const reason = await request("GET", address === null ? "/bus" : `/drives/${address}/inputs`).then(
+    const reason = await (address === null ? request("GET", "/bus") : isThere(address)).then(
       () => whyRefused(query),
       (error) => error,
     );
     if (query === this.#query && this.#source === null) this.#on.closed(reason);
   }
+}
+
+/** Whether a drive or else a station from a GSD has an address; the reason of the drive if none has. */
+function isThere(address) {
+  return request("GET", `/drives/${address}/inputs`).catch((error) => request("GET", `/stations/${address}`).catch(() => Promise.reject(error)));
 }
 
 /** Why the stream is not to be had; one that is to be had after all is given up at once. */

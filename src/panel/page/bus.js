@@ -1,6 +1,7 @@
 // The bus: what was counted, faults on its line, drives that come and go.
 import { html, many, say, Rows } from "./dom.js";
 import { request } from "./api.js";
+import { MODELS } from "./states.js";
 
 /** How a fault on the line is written, and what the master gets (docs/faults.md). */
 const FAULTS = [
@@ -111,7 +112,7 @@ export class BusView {
     const message = html("p", { class: "refused", role: "alert" });
     const act = (...of) => this.#act(message, ...of);
     const address = html("input", { type: "number", min: 0, max: 126, required: true });
-    const model = html("select", {}, html("option", { value: "ag03-1" }, "AG03/1"), html("option", { value: "ag03" }, "AG03"));
+    const model = html("select", {}, ...Object.entries(MODELS).reverse().map(([value, name]) => html("option", { value }, name)));
     const gear = html("select", {}, html("option", { value: "48" }, "48:1"), html("option", { value: "24" }, "24:1"));
     const remove = html("button", { type: "button", onclick: () => address.reportValidity() && act("DELETE", `/drives/${address.valueAsNumber}`) }, "Remove");
     const form = html(

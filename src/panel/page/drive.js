@@ -86,9 +86,9 @@ export class DriveView {
     this.#showDevice(state);
     this.#showValues(state);
     this.#showWords(state);
-    this.inputs.show(modelName(state), state.inputs);
+    this.inputs.show(state.model, state.inputs);
     this.faults.show({
-      model: modelName(state),
+      model: state.model,
       gear: state.gear_ratio,
       inputs: state.inputs,
       latched: state.faults.latched,
@@ -151,17 +151,19 @@ export class DriveView {
   }
 
   #showWhy(state) {
-    const { possible, reasons } = state.start;
+    const { possible, reasons, next } = state.start;
     const busy = state.mode === "positioning" && state.motion.job_active && reasons.length === 1;
     const start = state.mode === "velocity" ? "STW.6 = 1 releases the setpoint" : "an edge of STW.6 starts a travel job";
     let title = possible ? `Ready: ${start}` : "It does not start, because";
     const doing = busy ? reasons[0].text : UNDER_WAY[state.state];
     if (doing !== undefined) title = `Under way: ${doing}`;
     const kind = state.fault !== null ? "fault" : possible || doing !== undefined ? "ready" : "waiting";
+    const texts = reasons.map(({ text }) => text);
+    if (!possible && next !== null) texts.push(`Next: ${next}`);
     const { last_refusal: refusal } = state;
     const ago = refusal === null ? 0 : Math.max(0, Math.round(state.time_seconds - refusal.time_seconds));
     const when = ago < 60 ? `${ago} s ago` : `${Math.round(ago / 60)} min ago`;
-    this.why.show({ title, kind, reasons: doing !== undefined ? [] : reasons.map(({ text }) => text), refused: refusal === null ? "" : `Last refusal, ${when}: ${refusal.text}` });
+    this.why.show({ title, kind, reasons: doing !== undefined ? [] : texts, refused: refusal === null ? "" : `Last refusal, ${when}: ${refusal.text}` });
   }
 
   #showDevice(state) {

@@ -7,7 +7,7 @@ const FRICTION_OF_C = 4.7 / 48;
 const FAULTS = {
   A: {
     title: "supply below 18 V and more than 200 mA, once the shaft is commanded to turn",
-    made: (inputs, model) => inputs.control_supply_volts < 18 || (model === "AG03/1" && inputs.output_supply_volts < 18),
+    made: (inputs, model) => inputs.control_supply_volts < 18 || (model === "ag03-1" && inputs.output_supply_volts < 18),
     healthy: { control_supply_volts: 24, output_supply_volts: 24 },
   },
   B: { title: "shaft blocked, once it shall turn", made: (inputs) => inputs.blocked, healthy: { blocked: false } },
@@ -17,10 +17,10 @@ const FAULTS = {
     healthy: { friction_torque_newton_metres: 0 },
   },
   D: { title: "output stage above 90 °C", made: (inputs) => inputs.stage_temperature_celsius > 90, healthy: { stage_temperature_celsius: null } },
-  E: { title: "SIN/COS monitoring", made: (inputs) => inputs.encoder_fault, healthy: { encoder_fault: false }, only: "AG03/1" },
+  E: { title: "SIN/COS monitoring", made: (inputs) => inputs.encoder_fault, healthy: { encoder_fault: false }, only: "ag03-1" },
   F: { title: "internal error", made: (inputs) => inputs.internal_fault, healthy: { internal_fault: false } },
   G: { title: "intermediate circuit above 35 V", made: (inputs) => inputs.dc_link_volts > 35, healthy: { dc_link_volts: null } },
-  J: { title: "battery below 2.2 V", made: (inputs) => inputs.battery_volts < 2.2, healthy: { battery_volts: 3 }, only: "AG03/1" },
+  J: { title: "battery below 2.2 V", made: (inputs) => inputs.battery_volts < 2.2, healthy: { battery_volts: 3 }, only: "ag03-1" },
 };
 const BUFFER_LENGTH = 10;
 
@@ -83,7 +83,7 @@ export class Faults {
       return;
     }
     const { output_supply_volts: output, ...both } = FAULTS[code].healthy;
-    const ofAg03_1 = output !== undefined && this.#model === "AG03/1";
+    const ofAg03_1 = output !== undefined && this.#model === "ag03-1";
     this.#act.takeBack(ofAg03_1 ? { ...both, output_supply_volts: output } : both);
   }
 }

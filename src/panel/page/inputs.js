@@ -12,8 +12,8 @@ const SETTLE_MS = 700;
  */
 const CONTROLS = [
   { field: "control_supply_volts", label: "Control supply", unit: "V", min: 0, max: 60, step: 0.5, normal: 24 },
-  { field: "output_supply_volts", label: "Output stage supply", unit: "V", min: 0, max: 60, step: 0.5, normal: 24, models: ["AG03/1"] },
-  { field: "enable", label: "Enable input", normal: true, models: ["AG03"] },
+  { field: "output_supply_volts", label: "Output stage supply", unit: "V", min: 0, max: 60, step: 0.5, normal: 24, models: ["ag03-1"] },
+  { field: "enable", label: "Enable input", normal: true, models: ["ag03"] },
   { field: "blocked", label: "Shaft blocked", normal: false },
   { field: "load_torque_newton_metres", label: "Load, pulls clockwise", unit: "Nm", min: -10, max: 10, step: 0.1, normal: 0 },
   { field: "friction_torque_newton_metres", label: "Friction", unit: "Nm", min: 0, max: 10, step: 0.1, normal: 0 },
@@ -21,7 +21,7 @@ const CONTROLS = [
   { field: "ambient_temperature_celsius", label: "Air", unit: "°C", min: -50, max: 120, step: 1, normal: 25 },
   { field: "stage_temperature_celsius", label: "Output stage temperature", unit: "°C", min: -50, max: 150, step: 1, normal: null, given: 95 },
   { field: "dc_link_volts", label: "Intermediate circuit", unit: "V", min: 0, max: 60, step: 0.5, normal: null, given: 36 },
-  { field: "encoder_fault", label: "SIN/COS error of the encoder", normal: false, models: ["AG03/1"] },
+  { field: "encoder_fault", label: "SIN/COS error of the encoder", normal: false, models: ["ag03-1"] },
   { field: "internal_fault", label: "Internal error", normal: false },
 ];
 

@@ -21,12 +21,13 @@ export class Log {
   #pending = [];
   #onChoice;
 
-  /** `onChoice(telegrams)` is called when telegrams are wanted or not any more. */
-  constructor(root, onChoice) {
+  /** `onChoice(telegrams)` is called when telegrams are wanted or not any more; `named` is what the bus calls them. */
+  constructor(root, onChoice, named = "telegrams", placeholder = "Set_Prm, -Data_Exchange ...") {
     this.#onChoice = onChoice;
-    this.list = html("ol", { class: "log mono", tabindex: 0, "aria-label": "Telegrams and events, newest last" });
-    const kind = html("select", { onchange: () => this.#choose(kind.value) }, ...KINDS.map(([value, name]) => html("option", { value, selected: value === this.#choice }, name)));
-    const filter = html("input", { type: "search", placeholder: "Set_Prm, -Data_Exchange ...", autocomplete: "off", spellcheck: "false", oninput: () => this.#filter(filter.value) });
+    const call = (name) => (name === "telegrams" ? named : name);
+    this.list = html("ol", { class: "log mono", tabindex: 0, "aria-label": `${named[0].toUpperCase()}${named.slice(1)} and events, newest last` });
+    const kind = html("select", { onchange: () => this.#choose(kind.value) }, ...KINDS.map(([value, name]) => html("option", { value, selected: value === this.#choice }, call(name))));
+    const filter = html("input", { type: "search", placeholder, autocomplete: "off", spellcheck: "false", oninput: () => this.#filter(filter.value) });
     this.pause = html("button", { type: "button", "aria-pressed": false, onclick: () => this.#pause() }, "Pause");
     this.count = html("span", { class: "muted" });
     this.nothing = html("p", { class: "muted nothing" }, "nothing yet");
@@ -59,7 +60,7 @@ export class Log {
   }
 
   /**
-   * A line `{ time_s, kind, text, stations, bad }`; kinds are telegram, refusal, fault, dp, power, line, lost; `stations`
+   * A line `{ time_s, kind, word, text, stations, bad }`; `word` is what a telegram is called; kinds are telegram, refusal, fault, hint, dp, power, line, lost; `stations`
    * are those it is of, none if it concerns all.
    */
   add(line) {
@@ -135,8 +136,8 @@ export class Log {
 }
 
 /** The kind of a line and the station; a telegram itself says whose it is. */
-function who({ kind, stations }) {
-  return kind === "telegram" ? kind : [kind, ...stations].join(" ");
+function who({ kind, word, stations }) {
+  return kind === "telegram" ? (word ?? kind) : [kind, ...stations].join(" ");
 }
 
 function row(line) {

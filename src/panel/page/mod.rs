@@ -19,6 +19,7 @@ const INDEX: File =
 
 const FILES: &[File] = &[
     INDEX,
+    NODES,
     File { name: "panel.css", media_type: "text/css; charset=utf-8", octets: include_bytes!("panel.css") },
     File { name: "icon.svg", media_type: "image/svg+xml", octets: include_bytes!("icon.svg") },
     script("api.js", include_bytes!("api.js")),
@@ -31,11 +32,16 @@ const FILES: &[File] = &[
     script("inputs.js", include_bytes!("inputs.js")),
     script("leds.js", include_bytes!("leds.js")),
     script("log.js", include_bytes!("log.js")),
+    script("node.js", include_bytes!("node.js")),
+    script("nodes.js", include_bytes!("nodes.js")),
     script("overview.js", include_bytes!("overview.js")),
     script("panel.js", include_bytes!("panel.js")),
     script("parameters.js", include_bytes!("parameters.js")),
     script("pkw.js", include_bytes!("pkw.js")),
     script("states.js", include_bytes!("states.js")),
+    script("station.js", include_bytes!("station.js")),
+    script("station_diagnosis.js", include_bytes!("station_diagnosis.js")),
+    script("station_module.js", include_bytes!("station_module.js")),
     script("values.js", include_bytes!("values.js")),
     script("why.js", include_bytes!("why.js")),
     script("words.js", include_bytes!("words.js")),
@@ -48,6 +54,14 @@ const fn script(name: &'static str, octets: &'static [u8]) -> File {
 /// Files of the page, requests to its server, and nothing else from anywhere.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; \
     base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+const NODES: File =
+    File { name: "nodes.html", media_type: "text/html; charset=utf-8", octets: include_bytes!("nodes.html") };
+
+/// The page of a bus of CAN.
+pub(super) async fn nodes() -> Response {
+    NODES.response()
+}
 
 pub(super) async fn index() -> Response {
     INDEX.response()

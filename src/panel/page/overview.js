@@ -8,8 +8,9 @@ export class Overview {
   #rows;
   #drives = [];
 
-  constructor({ tiles, filter, count, none }) {
-    Object.assign(this, { filter, count, none });
+  /** `thing` is what one of them is called. */
+  constructor({ tiles, filter, count, none }, thing = "drive") {
+    Object.assign(this, { filter, count, none, thing });
     this.tiles = tiles;
     this.#rows = new Rows(tiles, () => new Tile());
     filter.addEventListener("input", () => this.#update());
@@ -27,7 +28,7 @@ export class Overview {
     const shown = this.#drives.filter((drive) => matches(drive, wanted));
     this.#rows.show(shown, ({ address }) => address);
     const faults = this.#drives.filter(({ kind }) => kind === "fault").length;
-    const all = many(this.#drives.length, "drive");
+    const all = many(this.#drives.length, this.thing);
     const some = wanted.length === 0 ? all : `${shown.length} of ${all}`;
     say(this.count, faults === 0 ? some : `${some}, ${faults} in fault`);
     this.none.hidden = shown.length > 0 || wanted.length === 0;

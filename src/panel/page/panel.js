@@ -6,28 +6,33 @@ import { DriveView } from "./drive.js";
 import { Log } from "./log.js";
 import { Overview } from "./overview.js";
 import { modelName, positionOf, stateOf } from "./states.js";
+import { StationTiles, StationView } from "./station.js";
 
-const VIEWS = ["drives", "drive", "bus"];
+const VIEWS = ["drives", "drive", "station", "bus"];
 /** How often states come: of one drive, smooth enough for curves; of all, often enough to see what goes on. */
-const INTERVAL_MS = { drives: 250, drive: 50, bus: 1000 };
+const INTERVAL_MS = { drives: 250, drive: 50, station: 100, bus: 1000 };
 /** How often is asked for what is not in the stream: parameters, counters, which drives there are. */
 const ASK_MS = 2000;
 /** Of a drive that is not there, and of an address that no drive can have. */
 const NO_DRIVE = [400, 404];
 /** For so long a loss is told: who sees it later, thinks that it goes on. */
 const LOSS_TOLD_MS = 10_000;
-const KINDS = { command_refused: "refusal", job_refused: "refusal", fault: "fault", dp: "dp", drive: "drive", parameter: "drive", input: "drive", power: "power", line: "line" };
+const KINDS = { command_refused: "refusal", job_refused: "refusal", fault: "fault", dp: "dp", drive: "drive", parameter: "drive", input: "drive", power: "power", line: "line", hint: "hint" };
 
 class Panel {
   #by = (id) => document.getElementById(id);
   #view = null;
   #address = null;
+  /** The station from a GSD that is shown. */
+  #station = null;
   #losses = [];
   #gap = false;
 
   constructor() {
     const by = this.#by;
     this.drive = new DriveView();
+    this.station = new StationView();
+    this.stationTiles = new StationTiles();
     this.bus = new BusView();
     this.overview = new Overview({ tiles: by("tiles"), filter: by("drives-filter"), count: by("drives-count"), none: by("drives-none") });
     this.log = new Log(by("log-lines"), () => this.#subscribe());
@@ -55,9 +60,11 @@ class Panel {
   /** Shows what the address of the page says: #drives, #drive/5, #bus. Without any, the only drive or all of them. */
   async #route() {
     const [, view, address] = /^#(\w+)(?:\/(\d+))?$/.exec(location.hash) ?? [];
-    if (!VIEWS.includes(view) || (view === "drive" && address === undefined && this.#address === null)) {
-      const drives = await this.#drives();
-      location.replace(drives?.length === 1 ? `#drive/${drives[0].address}` : "#drives");
+    const nobody = (view === "drive" && this.#address === null) || (view === "station" && this.#station === null);
+    if (!VIEWS.includes(view) || (address === undefined && nobody)) {
+      const [drives, stations] = [await this.#drives(), await this.stationTiles.refresh()];
+      const only = drives?.length === 0 && stations?.length === 1 ? `#station/${stations[0].address}` : "#drives";
+      location.replace(drives?.length === 1 && !stations?.length ? `#drive/${drives[0].address}` : only);
       return;
     }
     this.#view = view;
@@ -68,14 +75,22 @@ class Panel {
       say(this.#by("to-drive"), `Drive ${this.#address}`);
       this.#by("to-drive").hidden = false;
     }
+    if (view === "station") {
+      this.#station = Number(address ?? this.#station);
+      this.station.choose(this.#station);
+      mark(this.#by("to-station"), "href", `#station/${this.#station}`);
+      say(this.#by("to-station"), `Station ${this.#station}`);
+      this.#by("to-station").hidden = false;
+    }
     for (const name of VIEWS) {
       this.#by(name).hidden = name !== view;
       if (name === view) mark(this.#by(`to-${name}`), "aria-current", "page");
       else this.#by(`to-${name}`).removeAttribute("aria-current");
     }
     this.#by("log").hidden = view === "drives";
-    document.title = view === "drive" ? `Drive ${this.#address} – profidrive` : "profidrive";
-    this.log.only(view === "drive" ? this.#address : null);
+    const shown = { drive: this.#address, station: this.#station }[view] ?? null;
+    document.title = shown === null ? "profidrive" : `${view === "drive" ? "Drive" : "Station"} ${shown} – profidrive`;
+    this.log.only(shown);
     this.#subscribe();
     this.#ask();
   }
@@ -84,13 +99,16 @@ class Panel {
     const kinds = ["state", "news", ...(this.log.wantsTelegrams && this.#view !== "drives" ? ["telegram"] : [])];
     const wanted = { kinds: kinds.join(","), interval_milliseconds: INTERVAL_MS[this.#view] };
     this.#gap = true;
-    this.stream.subscribe(this.#view === "drive" ? { ...wanted, address: this.#address } : wanted);
+    const address = { drive: this.#address, station: this.#station }[this.#view];
+    this.stream.subscribe(address === undefined ? wanted : { ...wanted, address });
   }
 
   #state(state) {
     if (this.#view === "drive" && state.address === this.#address) {
       this.drive.show(state, this.#gap);
       this.#gap = false;
+    } else if (this.#view === "station" && state.address === this.#station) {
+      this.station.show(state);
     } else if (state.drives) {
       this.#showDrives(state.drives);
     }
@@ -133,6 +151,7 @@ class Panel {
     const missing = this.#view === "drive" && NO_DRIVE.includes(status);
     say(this.#by("connection"), `not connected: ${missing ? "no such drive" : message}. Trying again ...`);
     if (missing) this.drive.gone(message);
+    if (this.#view === "station" && NO_DRIVE.includes(status)) this.station.gone(`there is no station from a GSD at address ${this.#station}`);
     this.#gap = true;
   }
 
@@ -141,6 +160,7 @@ class Panel {
     if (document.hidden) return;
     try {
       if (this.#view === "bus") await this.bus.refresh();
+      if (this.#view === "drives") await this.stationTiles.refresh();
       if (this.#view === "drive") {
         await this.#drives();
         const address = this.#address;

@@ -41,8 +41,17 @@ function warningOf({ ssw }) {
   return WARNINGS.find(([bit]) => (ssw >> bit) & 1)?.[1] ?? "warning";
 }
 
-export function modelName(drive) {
-  return drive.model === "ag03-1" ? "AG03/1" : "AG03";
+/**
+ * The models: what the API calls them, and the manuals. The test facts::the_page_has_the_models_of_the_crate compares
+ * them.
+ */
+export const MODELS = {
+  ag03: "AG03",
+  "ag03-1": "AG03/1",
+};
+
+export function modelName({ model }) {
+  return MODELS[model] ?? model;
 }
 
 /** What positions are counted in, and how they are told: in increments as they are, hundredths of mm as mm. */

@@ -7,8 +7,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::seconds;
-use crate::device::{Device, Power, Refusal};
-use crate::dp;
+use crate::device::{Device, Hindrance, Refusal, Why};
 use crate::drive::{self, Fault};
 use crate::time::Instant;
 
@@ -67,6 +66,8 @@ pub(super) struct Start {
     /// A start with the newest outputs would be carried out.
     possible: bool,
     reasons: Vec<ReasonText>,
+    /// The control words to send one after the other; `null`: none helps before the reasons are changed.
+    next: Option<String>,
 }
 
 /// One condition that is not met.
@@ -113,20 +114,19 @@ impl Faults {
 
 impl Start {
     pub(super) fn of(device: &Device) -> Self {
-        let own = |reason: &str, text: &str| ReasonText { reason: reason.into(), text: text.into() };
-        let mut reasons: Vec<_> = device.start_refusal().as_ref().map(reasons_of).unwrap_or_default();
-        match device.power() {
-            Power::Off => {}
-            Power::FactoryReset(_) => {
-                let text = "the drive is in a factory reset: switch it off, put SW8 to OFF and switch it on";
-                reasons = Vec::from([own("FactoryReset", text)]);
-            }
-            Power::On if device.dp_state() != dp::State::DataExch => {
-                reasons.insert(0, own("NoDataExchange", "no master exchanges data with the drive"));
-            }
-            Power::On => {}
-        }
-        Self { possible: reasons.is_empty(), reasons }
+        let why = device.why();
+        // A start is possible without a setpoint to turn with.
+        let stands_against =
+            |hindrance: &Hindrance| !matches!(hindrance, Hindrance::NotReleased | Hindrance::SetpointZero);
+        let reasons: Vec<_> =
+            why.against_start().filter(stands_against).map(|found| ReasonText::of(&why, found)).collect();
+        Self { possible: reasons.is_empty(), reasons, next: why.next().map(|next| next.to_string()) }
+    }
+}
+
+impl ReasonText {
+    pub(in crate::panel) fn of(why: &Why, hindrance: Hindrance) -> Self {
+        Self { reason: hindrance.name().to_string(), text: why.text(hindrance).to_string() }
     }
 }
 

@@ -48,6 +48,8 @@ enum NewsKind {
     Dp,
     /// Switched on or off, factory reset.
     Power,
+    /// Something is odd: a hint, said once.
+    Hint,
     /// Stations, rate, octets that are no telegram, replies too late.
     Line,
     /// The drive of a stream with an address is gone: the end of that stream.
@@ -106,9 +108,9 @@ impl From<Mark> for MarkName {
 /// What a subscriber did not get because it read too slowly, since it was told last.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
 pub(in crate::panel) struct Lost {
-    pub(super) states: u64,
-    pub(super) news: u64,
-    pub(super) telegrams: u64,
+    pub(in crate::panel) states: u64,
+    pub(in crate::panel) news: u64,
+    pub(in crate::panel) telegrams: u64,
 }
 
 /// A message to all subscribers that want it.
@@ -142,13 +144,15 @@ impl NewsEvent {
         )
     }
 
-    pub(super) fn item(at: Instant, event: &BusEvent) -> Item {
+    pub(super) fn item(at: Instant, event: &BusEvent, words: Option<&str>) -> Item {
         let (address, kind) = match event {
             BusEvent::Station { address, event } => (Some(*address), NewsKind::of(event)),
             BusEvent::Joined { address } | BusEvent::AddressLive { address, .. } => {
                 (Some(*address), NewsKind::Line)
             }
-            BusEvent::TelegramRefused(_)
+            BusEvent::Hint(_) => (None, NewsKind::Hint),
+            BusEvent::RateLost { .. }
+            | BusEvent::TelegramRefused(_)
             | BusEvent::MovedToTakenAddress { .. }
             | BusEvent::Rate(_)
             | BusEvent::Lost { .. } => (None, NewsKind::Line),
@@ -161,7 +165,7 @@ impl NewsEvent {
             time_seconds: seconds(at),
             address: address.map(Address::number),
             kind,
-            text: event.to_string(),
+            text: words.map_or_else(|| event.to_string(), |words| format!("{event}: {words}")),
             reasons,
         };
         Item { message: message_of("news", &news), about: [address, None] }
@@ -175,8 +179,9 @@ impl NewsKind {
             Event::JobRefused(_) => Self::JobRefused,
             Event::Fault(_) => Self::Fault,
             Event::Dp(_) => Self::Dp,
-            Event::Drive { .. } => Self::Drive,
+            Event::Drive { .. } | Event::PpoDrive(_) => Self::Drive,
             Event::Unit(event) => Self::of_unit(event),
+            Event::Hint(_) => Self::Hint,
             Event::SwitchedOff | Event::SwitchedOn(_) | Event::FactoryReset(_) => Self::Power,
             Event::TelegramRefused(_) | Event::ReplyTooLate(_) | Event::Lost { .. } => Self::Line,
         }
@@ -224,7 +229,7 @@ impl TelegramEvent {
 }
 
 /// One event of the stream.
-pub(super) fn message_of(event: &str, data: &impl Serialize) -> Bytes {
+pub(in crate::panel) fn message_of(event: &str, data: &impl Serialize) -> Bytes {
     // Nothing here has a key that is no string, so this always works.
     let data = serde_json::to_string(data).unwrap_or_default();
     Bytes::from(format!("event: {event}\ndata: {data}\n\n"))

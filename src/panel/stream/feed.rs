@@ -20,9 +20,8 @@ use crate::time::Instant;
 pub(super) const RING: usize = 1024;
 
 /// What the thread of the bus tells.
-#[expect(clippy::large_enum_variant, reason = "a ring of fixed size, so that telling never allocates")]
 pub(super) enum Entry {
-    News(Instant, BusEvent),
+    News(Instant, BusEvent, Option<Arc<str>>),
     Telegram {
         at: Instant,
         direction: Direction,
@@ -88,8 +87,8 @@ impl Feed {
         &self.shared.watchers
     }
 
-    pub(in crate::panel) fn tell(&self, now: Instant, event: &BusEvent) {
-        if self.ring.try_send(Entry::News(now, *event)).is_err() {
+    pub(in crate::panel) fn tell(&self, now: Instant, event: &BusEvent, words: Option<Arc<str>>) {
+        if self.ring.try_send(Entry::News(now, *event, words)).is_err() {
             self.shared.news_lost.fetch_add(1, Ordering::Relaxed);
         }
     }

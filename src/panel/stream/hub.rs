@@ -3,6 +3,7 @@
 use core::sync::atomic::{AtomicUsize, Ordering};
 use core::time::Duration;
 use std::collections::BTreeMap;
+use std::format;
 use std::prelude::v1::*;
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -25,7 +26,7 @@ use crate::time::Instant;
 const BEHIND: usize = 1024;
 
 /// Subscribers at most.
-pub(super) const MOST_SUBSCRIBERS: usize = 16;
+pub(in crate::panel) const MOST_SUBSCRIBERS: usize = 16;
 
 /// How often the ring is looked at while somebody subscribes, and while nobody does.
 const LOOK: Duration = Duration::from_millis(25);
@@ -51,13 +52,20 @@ struct Inner {
 struct Ring {
     entries: Receiver<Entry>,
     last_refusals: BTreeMap<u8, LastRefusal>,
+    /// Of stations from a GSD.
+    station_refusals: BTreeMap<u8, String>,
     context: explain::Context,
 }
 
 impl Hub {
     /// With the end of the ring.
     pub(super) fn new(entries: Receiver<Entry>, shared: Arc<Shared>) -> Self {
-        let ring = Ring { entries, last_refusals: BTreeMap::new(), context: explain::Context::default() };
+        let ring = Ring {
+            entries,
+            last_refusals: BTreeMap::new(),
+            station_refusals: BTreeMap::new(),
+            context: explain::Context::default(),
+        };
         Self(Arc::new(Inner {
             ring: Mutex::new(ring),
             shared,
@@ -102,6 +110,11 @@ impl Hub {
         self.drained().last_refusals.get(&address.number()).cloned()
     }
 
+    /// The newest request that a station from a GSD refused, in words.
+    pub(in crate::panel) fn last_station_refusal(&self, address: Address) -> Option<String> {
+        self.drained().station_refusals.get(&address.number()).cloned()
+    }
+
     fn drained(&self) -> MutexGuard<'_, Ring> {
         let Inner { ring, shared, news, telegrams, .. } = &*self.0;
         let mut ring = ring.lock().unwrap_or_else(PoisonError::into_inner);
@@ -110,9 +123,12 @@ impl Hub {
             let Ok(entry) = ring.entries.try_recv() else { break };
             // Whether somebody hears it is not our concern.
             let _ = match entry {
-                Entry::News(at, event) => {
+                Entry::News(at, event, words) => {
                     ring.remember(at, &event);
-                    news.send(NewsEvent::item(at, &event))
+                    if let (BusEvent::Station { address, .. }, Some(words)) = (&event, &words) {
+                        ring.station_refusals.insert(address.number(), format!("{event}: {words}"));
+                    }
+                    news.send(NewsEvent::item(at, &event, words.as_deref()))
                 }
                 Entry::Telegram { at, direction, len, octets } => {
                     let octets = octets.get(..len).unwrap_or_default();

@@ -1,6 +1,7 @@
 //! One reader of the stream.
 
 use core::time::Duration;
+use std::boxed::Box;
 use std::vec::Vec;
 
 use axum::body::Bytes;
@@ -11,13 +12,14 @@ use super::super::bus_access::Asking;
 use super::super::drives::{Drives, Snapshot};
 use super::super::problem::Problem;
 use super::super::state::{DriveState, DriveSummary};
+use super::super::stations::{GsdStationState, look};
 use super::Wanted;
 use super::event::{Item, Lost, NewsEvent, message_of};
 use super::hub::{Hub, Place};
 use crate::host::link::tap::Watch;
 
 /// A state that has not changed is sent again after this time, so that a reader knows that the stream lives.
-const HEARTBEAT: Duration = Duration::from_secs(1);
+pub(in crate::panel) const HEARTBEAT: Duration = Duration::from_secs(1);
 
 /// One reader of the stream.
 pub(super) struct Subscriber {
@@ -46,6 +48,12 @@ enum Look {
     There(Option<Bytes>),
     /// The drive is gone, with the last message about it.
     Removed(Bytes),
+}
+
+/// What is at an address.
+enum Seen {
+    Drive(Box<Snapshot>),
+    Station(Box<GsdStationState>),
 }
 
 impl Subscriber {
@@ -118,12 +126,17 @@ impl Subscriber {
             return Ok(Look::There(sent.drives(self.asking.ask(|bench| Drives::of(bench)).await?)));
         };
         let states = self.wanted.states;
-        let found = self.asking.ask(move |bench| {
-            let there = bench.drive(address).ok_or(bench.now)?;
-            Ok(states.then(|| Snapshot::of(bench, there)))
+        let found = self.asking.ask(move |bench| match (bench.drive(address), look(bench, address)) {
+            (Some(drive), _) => Ok(states.then(|| Seen::Drive(Box::new(Snapshot::of(bench, drive))))),
+            (None, Ok(station)) => Ok(states.then(|| Seen::Station(Box::new(station)))),
+            (None, Err(_)) => Err(bench.now),
         });
         Ok(match found.await? {
-            Ok(snapshot) => Look::There(snapshot.and_then(|snapshot| sent.drive(snapshot.state(&self.hub)))),
+            Ok(Some(Seen::Drive(snapshot))) => Look::There(sent.drive(snapshot.state(&self.hub))),
+            Ok(Some(Seen::Station(station))) => {
+                Look::There(sent.station(station.with_refusal(self.hub.last_station_refusal(address))))
+            }
+            Ok(None) => Look::There(None),
             Err(now) => Look::Removed(NewsEvent::removed(now, address)),
         })
     }
@@ -140,6 +153,7 @@ fn intervals(time: Duration, interval: Duration) -> u64 {
 struct Sent {
     drive: Option<DriveState>,
     drives: Option<Drives>,
+    station: Option<GsdStationState>,
     at: Option<Moment>,
 }
 
@@ -148,6 +162,13 @@ impl Sent {
         let still = self.drive.as_ref().is_some_and(|before| state.is_same(before));
         let message = self.due(still).then(|| message_of("state", &state))?;
         self.drive = Some(state);
+        Some(message)
+    }
+
+    fn station(&mut self, state: GsdStationState) -> Option<Bytes> {
+        let still = self.station.as_ref().is_some_and(|before| state.is_same(before));
+        let message = self.due(still).then(|| message_of("state", &state))?;
+        self.station = Some(state);
         Some(message)
     }
 

@@ -13,6 +13,7 @@ const MAX_EVENTS: usize = 16_384;
 
 /// Something that happened on a bus.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Event<E> {
     /// News of a participant.
     Participant {
@@ -61,6 +62,7 @@ pub enum Event<E> {
 
 /// What ends a frame in an error frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Damage {
     /// A bit is the other way round.
     Bit,

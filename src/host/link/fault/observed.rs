@@ -12,6 +12,8 @@ use crate::fdl::{self, Address, DataTelegram, FrameCount, Function, ReplyStatus}
 pub(super) struct Occasion {
     /// `None`: a reply that nobody asked for.
     pub(super) station: Option<Address>,
+    /// Who asked it last.
+    pub(super) master: Option<Address>,
     /// `None`: no service of a DP slave.
     pub(super) service: Option<Service>,
     /// Before the request.
@@ -26,6 +28,8 @@ pub(super) struct Observed {
     stations: BTreeMap<u8, Seen>,
     /// To whom the last request was addressed: SC does not say from whom it is.
     asked: Option<Address>,
+    /// From whom that request was.
+    master: Option<Address>,
 }
 
 /// One station.
@@ -46,6 +50,7 @@ impl Observed {
     pub(super) fn request(&mut self, octets: &[u8]) -> Option<Occasion> {
         let request = data_telegram(octets).filter(is_request)?;
         self.asked = Some(request.da);
+        self.master = Some(request.sa);
         let seen = self.stations.entry(request.da.number()).or_default();
         // With FCV the frame count tells; a first request is repeated only if nobody answered.
         let counted =
@@ -75,7 +80,8 @@ impl Observed {
     fn occasion(&self, station: Option<Address>) -> Occasion {
         match station.and_then(|station| self.stations.get(&station.number())) {
             Some(Seen { state, service, retry, .. }) => {
-                Occasion { station, service: *service, state: *state, retry: *retry }
+                let master = self.master;
+                Occasion { station, master, service: *service, state: *state, retry: *retry }
             }
             None => Occasion { station, ..Occasion::default() },
         }

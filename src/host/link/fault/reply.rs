@@ -83,6 +83,16 @@ impl Active {
                     reply.octets = encoded(&DataTelegram { fc, ..telegram });
                 }
             }
+            Kind::FunctionCode(_)
+            | Kind::ShortAck
+            | Kind::InputLength(_)
+            | Kind::WrongDestination(_)
+            | Kind::NoSaps
+            | Kind::WrongSaps
+            | Kind::BrokenFrame(_)
+            | Kind::Sd3
+            | Kind::Diagnosis(_)
+            | Kind::DiagLength(_) => self.reshape(reply, occasion),
             Kind::Pkw(fault) => {
                 if let Some(telegram) = inputs(&reply.octets)
                     && telegram.data.len() == PPO_LEN
@@ -93,7 +103,12 @@ impl Active {
                     reply.octets = encoded(&DataTelegram { data: &data, ..telegram });
                 }
             }
-            Kind::DropRequest | Kind::RefusePrm | Kind::RefuseCfg | Kind::NotReady(_) | Kind::LosePrm => {}
+            Kind::DropRequest
+            | Kind::RefusePrm
+            | Kind::RefuseCfg
+            | Kind::NotReady(_)
+            | Kind::LosePrm
+            | Kind::Reject => {}
         }
     }
 
@@ -153,12 +168,12 @@ const fn wrong_ak(ak: u8) -> u16 {
 }
 
 /// A reply to Data_Exchange with inputs.
-fn inputs(octets: &[u8]) -> Option<DataTelegram<'_>> {
+pub(super) fn inputs(octets: &[u8]) -> Option<DataTelegram<'_>> {
     response_of(octets, Service::DataExchange).filter(|telegram| !telegram.data.is_empty())
 }
 
 /// A reply with data whose SAPs are those of `service`, the other way round than in its request.
-fn response_of(octets: &[u8], service: Service) -> Option<DataTelegram<'_>> {
+pub(super) fn response_of(octets: &[u8], service: Service) -> Option<DataTelegram<'_>> {
     let telegram = data_telegram(octets)?;
     let data =
         matches!(telegram.fc.function(), Function::Response(_, ReplyStatus::DataLow | ReplyStatus::DataHigh));

@@ -16,6 +16,9 @@ const UNLOCK: [u8; 7] = [0x40, 1, 1, 0, 0, 0, 0];
 /// Set_Prm that neither locks nor releases the slave and keeps min T_SDR: acknowledged, and without effect.
 const NOTHING: [u8; 7] = [0; 7];
 
+/// A service access point that no slave has.
+const CLOSED_SAP: u8 = 1;
+
 /// Octets 5 and 6 of Set_Prm.
 const IDENT: core::ops::Range<usize> = 4..6;
 
@@ -79,6 +82,16 @@ impl Active {
                     return [encoded(&unlock), octets].concat();
                 }
             }
+            Kind::Reject => {
+                let srd = fdl::Service::SrdHigh as u8 & 0x0E;
+                if request.fc.octet() & 0x0E == srd && self.is_due() {
+                    // A SAP where nothing listens.
+                    let dsap = Sap::new(CLOSED_SAP);
+                    let ssap = request.ssap.or(Sap::new(62));
+                    let format = DataTelegram::customary_format(dsap, ssap, &[]);
+                    return encoded(&DataTelegram { format, dsap, ssap, data: &[], ..request });
+                }
+            }
             Kind::NotReady(time) => match self.keep_from_getting_ready(service, &request, now, time) {
                 Pass::Whole => {}
                 Pass::Instead(nothing) => return nothing,
@@ -94,6 +107,16 @@ impl Active {
             | Kind::WrongSource(_)
             | Kind::Noise(_)
             | Kind::DiagStorm
+            | Kind::FunctionCode(_)
+            | Kind::ShortAck
+            | Kind::InputLength(_)
+            | Kind::WrongDestination(_)
+            | Kind::NoSaps
+            | Kind::WrongSaps
+            | Kind::BrokenFrame(_)
+            | Kind::Sd3
+            | Kind::Diagnosis(_)
+            | Kind::DiagLength(_)
             | Kind::Pkw(_) => {}
         }
         octets

@@ -36,6 +36,17 @@ pub const FORM: &str = "FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,statio
 /// | `refuse-prm` | Set_Prm requests | Prm_Fault: the slave sees another ident number |
 /// | `refuse-cfg` | Chk_Cfg requests | Cfg_Fault: the slave sees another configuration |
 /// | `lose-prm` | Data_Exchange requests | RS: the slave is released right before, and waits for Set_Prm |
+/// | `reject` | SRD requests | RS: the station hears a request for a service that is closed |
+/// | `function-code=HH` | replies | the reply with this FC octet, without data if it is one of a status; in place of SC, too |
+/// | `short-ack` | replies | SC in place of the reply |
+/// | `input-length=N` | Data_Exchange replies | N octets of inputs, cut off or filled with zeros |
+/// | `wrong-destination[=ADDRESS]` | replies with DA | the reply to another master (the next address), with a right FCS |
+/// | `no-saps` | replies with SAPs | the reply without its SAPs |
+/// | `wrong-saps` | replies with SAPs | the reply from the next SAP |
+/// | `broken-frame=PART` | SD2 replies | one part wrong: `length` (LE and LEr 3), `repeated` (LEr), `start` (second 68), `end` (ED) |
+/// | `sd3` | replies with 8 octets and no SAPs | the reply as SD3 |
+/// | `diag=OCTETS` | Slave_Diag replies | these first octets in hex, `..` for one that stays: `diag=..0D` |
+/// | `diag-length=N` | Slave_Diag replies | N octets, cut off or filled with device-related blocks |
 /// | `pkw-delay=N` | PKW answers | the answer N exchanges later |
 /// | `pkw-wrong-ak` | PKW answers | 1 for 2, 4 for 5, 7 for 8 and the other way round; of others the lowest bit |
 /// | `pkw-wrong-pnu` | PKW answers | the PNU with its lowest bit the other way round |
@@ -169,8 +180,41 @@ pub enum Kind {
     RefusePrm,
     RefuseCfg,
     LosePrm,
+    Reject,
+    /// The octet.
+    FunctionCode(u8),
+    ShortAck,
+    /// How many octets.
+    InputLength(u8),
+    /// Which master; `None`: the next address.
+    WrongDestination(Option<Address>),
+    NoSaps,
+    WrongSaps,
+    BrokenFrame(FramePart),
+    Sd3,
+    Diagnosis(DiagOctets),
+    /// How many octets.
+    DiagLength(u8),
     Pkw(PkwFault),
 }
+
+/// Which part of an SD2 telegram is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the table of `Fault` describes them")]
+pub enum FramePart {
+    Length,
+    Repeated,
+    Start,
+    End,
+}
+
+impl FramePart {
+    const ALL: [(Self, &'static str); 4] =
+        [(Self::Length, "length"), (Self::Repeated, "repeated"), (Self::Start, "start"), (Self::End, "end")];
+}
+
+/// The first octets of a diagnosis: `None` stays.
+pub type DiagOctets = [Option<u8>; crate::dp::slave_diag::LEN];
 
 /// What can go wrong with an answer of the parameter channel. [`Fault`] has the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -186,8 +230,9 @@ pub enum PkwFault {
 
 /// Every fault as it is written, with its form.
 const KINDS: &str = "no-reply, late=TIME, duplicate, truncated, bit-errors[=N], wrong-fcs, wrong-length, wrong-source[=ADDRESS], \
-    noise[=N], drop-request, diag-storm, not-ready=TIME, refuse-prm, refuse-cfg, lose-prm, pkw-delay=N, pkw-wrong-ak, \
-    pkw-wrong-pnu or pkw-torn";
+    noise[=N], drop-request, diag-storm, not-ready=TIME, refuse-prm, refuse-cfg, lose-prm, reject, function-code=HH, \
+    short-ack, input-length=N, wrong-destination[=ADDRESS], no-saps, wrong-saps, broken-frame=PART, sd3, diag=OCTETS, \
+    diag-length=N, pkw-delay=N, pkw-wrong-ak, pkw-wrong-pnu or pkw-torn";
 
 /// Every service and every state as it is written.
 const SERVICES: &str = "Set_Slave_Add, RD_Inp, RD_Outp, Global_Control, Get_Cfg, Slave_Diag, Set_Prm, Chk_Cfg or \
@@ -237,6 +282,38 @@ impl Kind {
             "refuse-prm" => plain(Self::RefusePrm),
             "refuse-cfg" => plain(Self::RefuseCfg),
             "lose-prm" => plain(Self::LosePrm),
+            "reject" => plain(Self::Reject),
+            "function-code" => value
+                .and_then(hex_octet)
+                .map(Self::FunctionCode)
+                .ok_or_else(|| wrong("an octet in hex, 00 to FF")),
+            "short-ack" => plain(Self::ShortAck),
+            "input-length" => value
+                .and_then(octets)
+                .map(Self::InputLength)
+                .ok_or_else(|| wrong("a number of octets, 0 to 244")),
+            "wrong-destination" => match value {
+                None => Ok(Self::WrongDestination(None)),
+                Some(value) => station(value)
+                    .map(|master| Self::WrongDestination(Some(master)))
+                    .ok_or_else(|| wrong("an address, 0 to 126")),
+            },
+            "no-saps" => plain(Self::NoSaps),
+            "wrong-saps" => plain(Self::WrongSaps),
+            "broken-frame" => FramePart::ALL
+                .into_iter()
+                .find(|(_, name)| Some(*name) == value)
+                .map(|(part, _)| Self::BrokenFrame(part))
+                .ok_or_else(|| wrong("length, repeated, start or end")),
+            "sd3" => plain(Self::Sd3),
+            "diag" => value
+                .and_then(diag_octets)
+                .map(Self::Diagnosis)
+                .ok_or_else(|| wrong("1 to 6 octets in hex, such as 020C or ..0D")),
+            "diag-length" => value
+                .and_then(octets)
+                .map(Self::DiagLength)
+                .ok_or_else(|| wrong("a number of octets, 0 to 244")),
             "pkw-delay" => value
                 .and_then(number)
                 .map(|exchanges| Self::Pkw(PkwFault::Delay(exchanges)))
@@ -277,7 +354,8 @@ impl FromStr for Fault {
                     of.replace(station(value).ok_or_else(|| wrong("an address, 0 to 126"))?).is_some()
                 }
                 "service" => {
-                    let named = Service::ALL.into_iter().find(|one| one.name().eq_ignore_ascii_case(value));
+                    let named =
+                        Service::ALL.iter().copied().find(|one| one.name().eq_ignore_ascii_case(value));
                     service.replace(named.ok_or_else(|| wrong(SERVICES))?).is_some()
                 }
                 "state" => {
@@ -366,6 +444,20 @@ impl fmt::Display for Kind {
             Self::RefusePrm => ("refuse-prm", None),
             Self::RefuseCfg => ("refuse-cfg", None),
             Self::LosePrm => ("lose-prm", None),
+            Self::Reject => ("reject", None),
+            Self::FunctionCode(octet) => ("function-code", Some(std::format!("{octet:02X}"))),
+            Self::ShortAck => ("short-ack", None),
+            Self::InputLength(octets) => ("input-length", Some(octets.to_string())),
+            Self::WrongDestination(of) => ("wrong-destination", of.map(|master| master.to_string())),
+            Self::NoSaps => ("no-saps", None),
+            Self::WrongSaps => ("wrong-saps", None),
+            Self::BrokenFrame(part) => {
+                let name = FramePart::ALL.into_iter().find(|(one, _)| *one == part).map(|(_, name)| name);
+                ("broken-frame", name.map(ToString::to_string))
+            }
+            Self::Sd3 => ("sd3", None),
+            Self::Diagnosis(octets) => ("diag", Some(in_hex(octets))),
+            Self::DiagLength(octets) => ("diag-length", Some(octets.to_string())),
             Self::Pkw(PkwFault::Delay(exchanges)) => ("pkw-delay", Some(exchanges.to_string())),
             Self::Pkw(PkwFault::WrongAk) => ("pkw-wrong-ak", None),
             Self::Pkw(PkwFault::WrongPnu) => ("pkw-wrong-pnu", None),
@@ -417,6 +509,34 @@ fn digits(text: &str) -> Option<&str> {
     (!text.is_empty() && text.bytes().all(|octet| octet.is_ascii_digit())).then_some(text)
 }
 
+fn hex_octet(text: &str) -> Option<u8> {
+    let hex = text.len() == 2 && text.bytes().all(|digit| digit.is_ascii_hexdigit());
+    u8::from_str_radix(text, 16).ok().filter(|_| hex)
+}
+
+/// A number of octets that one telegram carries.
+fn octets(text: &str) -> Option<u8> {
+    digits(text)?.parse().ok().filter(|octets| usize::from(*octets) <= crate::fdl::station::MAX_USER_DATA)
+}
+
+fn diag_octets(text: &str) -> Option<DiagOctets> {
+    let mut octets = DiagOctets::default();
+    let mut places = octets.iter_mut();
+    let mut rest = text;
+    while !rest.is_empty() {
+        let (octet, behind) = rest.split_at_checked(2)?;
+        *places.next()? = if octet == ".." { None } else { Some(hex_octet(octet)?) };
+        rest = behind;
+    }
+    octets.iter().any(Option::is_some).then_some(octets)
+}
+
+fn in_hex(octets: DiagOctets) -> String {
+    let used = octets.iter().rposition(Option::is_some).map_or(0, |last| last + 1);
+    let octet = |octet: &Option<u8>| octet.map_or("..".into(), |octet| std::format!("{octet:02X}"));
+    octets.iter().take(used).map(octet).collect()
+}
+
 fn station(text: &str) -> Option<Address> {
     digits(text)?.parse().ok().and_then(|number| Address::station(number).ok())
 }
@@ -433,7 +553,8 @@ fn decimal(text: &str) -> Option<f64> {
     text.parse().ok()
 }
 
-fn duration(text: &str) -> Option<Duration> {
+/// A time as faults have it: a whole number of `us`, `ms` or `s`, above 0 and at most an hour. `None`: it is none.
+pub fn duration(text: &str) -> Option<Duration> {
     let unit = text.find(|c: char| !c.is_ascii_digit())?;
     let (value, unit) = text.split_at(unit);
     let value: u64 = value.parse().ok()?;
@@ -507,6 +628,9 @@ mod tests {
                 .replace("[=N]", "")
                 .replace("[=ADDRESS]", "")
                 .replace("TIME", "20ms")
+                .replace("HH", "1A")
+                .replace("PART", "end")
+                .replace("OCTETS", "02..0C")
                 .replace("=N", "=3");
             let fault: Fault = spec.parse().unwrap();
             assert_eq!(fault.to_string().parse(), Ok(fault), "{spec}");
@@ -529,7 +653,7 @@ mod tests {
 
     #[test]
     fn the_lists_of_the_messages_name_everything() {
-        assert!(Service::ALL.into_iter().all(|service| SERVICES.contains(service.name())));
+        assert!(Service::ALL.iter().all(|service| SERVICES.contains(service.name())));
         assert!(State::ALL.into_iter().all(|state| STATES.contains(state.name())));
     }
 
@@ -546,6 +670,11 @@ mod tests {
             ("no-reply=1", "'1' does not fit no-reply; expected no value"),
             ("noise=256", "'256' does not fit noise; expected a number, 1 to 255"),
             ("pkw-delay", "'' does not fit pkw-delay"),
+            ("function-code=1", "'1' does not fit function-code; expected an octet in hex"),
+            ("input-length=245", "'245' does not fit input-length; expected a number of octets, 0 to 244"),
+            ("broken-frame=middle", "'middle' does not fit broken-frame; expected length, repeated"),
+            ("diag=....", "'....' does not fit diag; expected 1 to 6 octets in hex"),
+            ("diag=020C0000FF123456", "does not fit diag"),
             ("no-reply,rate=0", "'0' does not fit rate; expected a probability above 0 and up to 1"),
             ("no-reply,rate=1.5", "does not fit rate"),
             ("no-reply,rate=nan", "does not fit rate"),

@@ -1,0 +1,274 @@
+//! `profidrive judge`: which master, which stations, what is judged.
+
+use core::str::FromStr;
+use core::time::Duration;
+use std::path::PathBuf;
+
+use clap::Args;
+use profidrive::fdl::Address;
+use profidrive::judge::{Row, Slave};
+use profidrive::time::BaudRate;
+
+use super::drive::address;
+use super::{BaudSpec, LinkSpec};
+
+/// Judges a DP master: plays its slaves, does things wrong on purpose, and says row by row what the master made of it
+///
+/// Prints `ready link=LINK stations=5,6`; then start the master under test, configured for exactly these stations. It
+/// needs to know nothing of the judge. Exit status: 0 no row failed, 1 a row failed, 2 wrong command line, 3 no master.
+///
+/// With a capture (FILE.pcapng) it judges what can be seen without provoking anything.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Judge {
+    /// A pcapng capture to judge instead of a live master
+    #[arg(value_name = "FILE.pcapng")]
+    pub(crate) capture_file: Option<PathBuf>,
+
+    /// Where the master is connected: pty, pty:PATH, serial:DEVICE or tcp:HOST:PORT
+    #[arg(long, value_name = "LINK", default_value = "pty")]
+    pub(crate) link: LinkSpec,
+
+    /// The rate of the line in bit/s
+    #[arg(long, value_name = "RATE")]
+    pub(crate) baud: Option<BaudSpec>,
+
+    /// A station as configured in the master:
+    /// ADDRESS,ident=HEX,cfg=HEX[,prm=HEX][,groups=HEX][,failsafe=1][,min-interval=MS][,absent], or ADDRESS,gsd=FILE
+    #[arg(long = "station", value_name = "SPEC")]
+    pub(crate) stations: Vec<JudgedStation>,
+
+    /// The address of the master
+    #[arg(long, value_name = "ADDRESS", value_parser = master_address)]
+    pub(crate) master: Option<Address>,
+
+    /// The watchdog time that the master is configured to, in milliseconds; 0 = off
+    #[arg(long, value_name = "MS")]
+    pub(crate) watchdog: Option<u64>,
+
+    /// How often the master repeats a request without reply
+    #[arg(long, value_name = "N")]
+    pub(crate) retries: Option<u32>,
+
+    /// How long the master waits for a reply, T_SL, in milliseconds
+    #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u64).range(1..=60_000))]
+    pub(crate) slot: Option<u64>,
+
+    /// The highest station address of the master
+    #[arg(long, value_name = "ADDRESS", value_parser = master_address)]
+    pub(crate) hsa: Option<Address>,
+
+    /// Min_Slave_Interval of stations that have none of their own, in milliseconds
+    #[arg(long, value_name = "MS")]
+    pub(crate) min_interval: Option<f64>,
+
+    /// A command that operates the master, run as COMMAND ACTION
+    #[arg(long, value_name = "COMMAND")]
+    pub(crate) ask: Option<String>,
+
+    /// Judge these rows only, as M-C03,M-E*
+    #[arg(long, value_name = "ROWS", value_delimiter = ',', value_parser = rows)]
+    pub(crate) only: Vec<Rows>,
+
+    /// Write the verdicts as JSON
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+
+    /// Write the verdicts as JUnit XML, for CI
+    #[arg(long, value_name = "FILE")]
+    pub(crate) junit: Option<PathBuf>,
+
+    /// Write the verdicts as one HTML page, with a diagram of the telegrams of each failure
+    #[arg(long, value_name = "FILE")]
+    pub(crate) html: Option<PathBuf>,
+
+    /// Also play the scenarios of this file
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) scenarios: Vec<PathBuf>,
+
+    /// Write everything that passes to a capture
+    #[arg(long, value_name = "FILE.pcapng")]
+    pub(crate) capture: Option<PathBuf>,
+
+    /// Let a TCP link be reached from other machines
+    #[arg(long)]
+    pub(crate) allow_remote: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  profidrive judge --link pty:/tmp/bus --station 5,ident=1234,cfg=2313 --slot 100 --retries 2
+                                              plays station 5 for the master on /tmp/bus
+  profidrive judge --station 5,gsd=valves.gsd --only 'M-C03,M-E*' --json verdicts.json
+  profidrive judge line.pcapng                judges a capture of a foreign bus";
+
+/// The rows of one pattern.
+#[derive(Clone, Debug)]
+pub(crate) struct Rows(pub(crate) Vec<Row>);
+
+fn rows(pattern: &str) -> Result<Rows, String> {
+    let rows: Vec<Row> = Row::matching(pattern.trim()).collect();
+    if rows.is_empty() {
+        return Err("no row has this name; expected names such as M-C03, or beginnings such as M-E*".into());
+    }
+    Ok(Rows(rows))
+}
+
+fn master_address(text: &str) -> Result<Address, String> {
+    address(text, "expected 0 to 126")
+}
+
+/// A station as configured in the master.
+#[derive(Clone, Debug)]
+pub(crate) struct JudgedStation {
+    pub(crate) slave: Slave,
+    pub(crate) gsd: Option<PathBuf>,
+}
+
+const FORM: &str = "expected ADDRESS,ident=HEX,cfg=HEX[,prm=HEX][,groups=HEX][,failsafe=1][,min-interval=MS][,absent], \
+    or ADDRESS,gsd=FILE with the same";
+
+/// The longest user parameters and configuration.
+const MOST_PRM: usize = 237;
+const MOST_CFG: usize = 244;
+
+impl FromStr for JudgedStation {
+    type Err = String;
+
+    fn from_str(spec: &str) -> Result<Self, String> {
+        let mut parts = spec.split(',');
+        let address = address(parts.next().unwrap_or_default(), FORM)?;
+        let (mut ident, mut cfg, mut gsd) = (None, None, None);
+        let mut slave = Slave::new(address, 0, Vec::new());
+        for part in parts {
+            let (key, value) = part.split_once('=').unwrap_or((part, ""));
+            let wrong = |expected: &str| format!("'{value}' does not fit {key}; expected {expected}");
+            match key {
+                "ident" => {
+                    let number = u16::from_str_radix(value, 16).ok().filter(|_| value.len() <= 4);
+                    ident = Some(number.ok_or_else(|| wrong("an ident number in hex, such as 0AC5"))?);
+                }
+                "cfg" => {
+                    let octets = octets(value, MOST_CFG).filter(|octets| !octets.is_empty());
+                    cfg = Some(octets.ok_or_else(|| wrong("identifiers in hex, such as F3F2"))?);
+                }
+                "prm" => {
+                    slave.prm =
+                        Some(octets(value, MOST_PRM).ok_or_else(|| wrong("octets in hex, such as 0102"))?);
+                }
+                "groups" => {
+                    let groups = octets(value, 1).and_then(|octets| octets.first().copied());
+                    slave.groups = Some(groups.ok_or_else(|| wrong("one octet in hex, such as 01"))?);
+                }
+                "failsafe" => {
+                    slave.fail_safe = match value {
+                        "1" => true,
+                        "0" => false,
+                        _ => return Err(wrong("0 or 1")),
+                    }
+                }
+                "min-interval" => {
+                    let time = value.parse().ok().and_then(millis);
+                    slave.min_interval = Some(time.ok_or_else(|| wrong("milliseconds"))?);
+                }
+                "absent" if value.is_empty() => slave.absent = true,
+                "gsd" if !value.is_empty() => gsd = Some(PathBuf::from(value)),
+                _ => return Err(format!("'{part}' is not understood; {FORM}")),
+            }
+        }
+        match (&gsd, ident, cfg) {
+            (None, Some(ident), Some(cfg)) => {
+                slave.ident = ident;
+                profidrive::dp::IoLengths::of(&cfg).map_err(|error| format!("cfg: {error}"))?;
+                slave.cfg = Some(cfg);
+            }
+            (Some(_), None, cfg) => slave.cfg = cfg,
+            (None, ..) => return Err(format!("ident and cfg must be given; {FORM}")),
+            (Some(_), Some(_), _) => return Err(format!("ident is in the device file already; {FORM}")),
+        }
+        Ok(Self { slave, gsd })
+    }
+}
+
+fn octets(text: &str, most: usize) -> Option<Vec<u8>> {
+    if !text.len().is_multiple_of(2)
+        || text.len() / 2 > most
+        || !text.bytes().all(|digit| digit.is_ascii_hexdigit())
+    {
+        return None;
+    }
+    text.as_bytes()
+        .chunks(2)
+        .map(|pair| u8::from_str_radix(core::str::from_utf8(pair).ok()?, 16).ok())
+        .collect()
+}
+
+/// A time in milliseconds, at most a minute.
+pub(crate) fn millis(millis: f64) -> Option<Duration> {
+    (0.0..=60_000.0).contains(&millis).then(|| Duration::from_secs_f64(millis / 1000.0))
+}
+
+impl Judge {
+    /// The rate of the line, if it is given.
+    pub(crate) fn rate(&self) -> Option<BaudRate> {
+        self.baud.and_then(BaudSpec::fixed)
+    }
+
+    pub(super) fn check(&self) -> Result<(), String> {
+        if let LinkSpec::Slcan(_) = self.link {
+            return Err("an slcan link is for CANopen; the judge plays slaves of PROFIBUS-DP".into());
+        }
+        if self.capture_file.is_none() && self.stations.is_empty() {
+            return Err(format!("a station is missing: --station SPEC; {FORM}"));
+        }
+        if self.capture_file.is_none() && self.stations.iter().all(|station| station.slave.absent) {
+            return Err("every station is absent; give one that is there".into());
+        }
+        for (at, station) in self.stations.iter().enumerate() {
+            let address = station.slave.address;
+            if self.stations.iter().take(at).any(|other| other.slave.address == address) {
+                return Err(format!("two stations have address {address}; give each its own"));
+            }
+            if self.master == Some(address) {
+                return Err(format!("station {address} has the address of the master"));
+            }
+        }
+        if self.min_interval.is_some_and(|interval| millis(interval).is_none()) {
+            return Err("--min-interval is outside 0 to 60000 ms".into());
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_station_is_what_is_configured() {
+        let station: JudgedStation =
+            "5,ident=1234,cfg=2313,prm=0102,groups=01,failsafe=1,min-interval=2.5,absent".parse().unwrap();
+        let Slave { address, ident, cfg, prm, groups, fail_safe, min_interval, absent, gsd: _ } =
+            station.slave;
+        assert_eq!(
+            (address.number(), ident, cfg, prm),
+            (5, 0x1234, Some(vec![0x23, 0x13]), Some(vec![1, 2]))
+        );
+        assert_eq!((groups, fail_safe, absent), (Some(1), true, true));
+        assert_eq!(min_interval, Some(Duration::from_micros(2500)));
+        for (spec, part) in [
+            ("5", "ident and cfg must be given"),
+            ("5,ident=12345,cfg=23", "does not fit ident"),
+            ("5,ident=1234,cfg=2", "does not fit cfg"),
+            ("5,ident=1234,cfg=", "does not fit cfg"),
+            ("5,ident=1234,cfg=C0", "cut off"),
+            ("5,ident=1234,cfg=23,groups=0102", "does not fit groups"),
+            ("5,ident=1234,cfg=23,often", "'often' is not understood"),
+            ("5,gsd=x,ident=1234", "in the device file already"),
+            ("127,ident=1234,cfg=23", "outside 0 to 126"),
+        ] {
+            let error = spec.parse::<JudgedStation>().unwrap_err();
+            assert!(error.contains(part), "{spec}: {error}");
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! `profidrive judge`: a master under test, live or recorded.
+
+use core::time::Duration;
+use std::io::{self, Write};
+use std::path::Path;
+use std::process::ExitCode;
+
+use profidrive::host::capture::{Capture, Interface};
+use profidrive::host::link::tap::{Batch, Tap};
+use profidrive::host::{Link, Stop, SystemClock};
+use profidrive::judge::{Ending, Judge, Operator, Progress, Report, Row, Setup, Slave, live};
+use tracing::{info, warn};
+
+use super::Failure;
+use super::args::{Judge as Args, JudgedStation, judge_millis};
+use super::emulate::{Opened, open_link};
+
+mod operated;
+mod recorded;
+mod scenarios;
+
+use operated::Operated;
+
+/// Judges, and says the verdicts.
+pub(crate) fn judge(args: &Args) -> Result<ExitCode, Failure> {
+    let setup = setup(args)?;
+    let rows = rows(args);
+    if let Some(file) = &args.capture_file {
+        let report = recorded::judge(file, setup, &rows)?;
+        return finish(args, &report);
+    }
+    let stop = Stop::new().map_err(|error| Failure::from_error(&error))?;
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM, signal_hook::consts::SIGHUP] {
+        let waker = stop.waker().map_err(|error| Failure::from_error(&error))?;
+        signal_hook::low_level::pipe::register(signal, waker).map_err(|error| Failure::from_error(&error))?;
+    }
+    let more = scenarios::read(&args.scenarios)?;
+    let Opened { rate, link, path } = open_link(&args.link, args.rate(), args.allow_remote)?;
+    let clock = SystemClock::new();
+    let link = captured(args, link, &path, clock)?;
+    announce(&path, &setup)?;
+    let mut judge = Judge::new(setup, &rows);
+    judge.add(more);
+    let mut operator = args.ask.as_deref().map(Operated::new);
+    if operator.is_some() {
+        judge = judge.operated();
+    }
+    let operator = operator.as_mut().map(|operator| -> &mut dyn Operator { operator });
+    let report = live(judge, link, &clock, rate, &stop, operator, &mut say)
+        .map_err(|error| Failure::from_error(&error))?;
+    finish(args, &report)
+}
+
+/// The link, written to a capture if one is wanted.
+fn captured(
+    args: &Args,
+    link: Box<dyn Link>,
+    path: &str,
+    clock: SystemClock,
+) -> Result<Box<dyn Link>, Failure> {
+    let Some(file) = &args.capture else {
+        return Ok(link);
+    };
+    let line = Interface { name: path, description: "PROFIBUS line of a judged master", baud: args.rate() };
+    let capture = Capture::create(file, &line, &clock).map_err(|error| Failure::from_error(&error))?;
+    let mut capture = Some(capture);
+    Ok(Box::new(Tap::new(link, clock, move |batch: &Batch| {
+        if let Some(Err(error)) = capture.as_mut().map(|capture| capture.write(batch)) {
+            warn!("the capture ends here: {error}");
+            capture = None;
+        }
+    })))
+}
+
+fn say(progress: &Progress) {
+    let Progress { number, of, name, left } = progress;
+    info!("{number} of {of}, about {} s left: {name}", left.as_secs());
+}
+
+/// Exit status where no master was heard.
+const NO_MASTER: u8 = 3;
+/// Exit status where a row failed.
+const FAILED: u8 = 1;
+
+fn finish(args: &Args, report: &Report) -> Result<ExitCode, Failure> {
+    write(args.json.as_deref(), || report.json())?;
+    write(args.junit.as_deref(), || report.junit())?;
+    write(args.html.as_deref(), || report.html(&subject(args)))?;
+    let mut stdout = io::stdout().lock();
+    // Nobody may read it any more.
+    let _ = write!(stdout, "{report}").and_then(|()| stdout.flush());
+    match &report.ending {
+        Some(Ending::NoMaster) => {
+            return Ok(no_master("no master was heard within 10 s; start it after the ready line"));
+        }
+        Some(ending @ Ending::Noise) if !report.has_failed() => {
+            return Ok(no_master(&ending.to_string()));
+        }
+        Some(_) | None => {}
+    }
+    Ok(if report.has_failed() { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
+}
+
+/// Writes a report, if it is wanted.
+fn write(file: Option<&Path>, text: impl FnOnce() -> String) -> Result<(), Failure> {
+    let Some(file) = file else { return Ok(()) };
+    std::fs::write(file, text())
+        .map_err(|error| Failure::Other(format!("cannot write {}: {error}", file.display())))
+}
+
+/// What was judged, for the page.
+fn subject(args: &Args) -> String {
+    match (&args.capture_file, args.master) {
+        (Some(file), _) => format!("Capture {}", file.display()),
+        (None, Some(master)) => format!("DP master {master}"),
+        (None, None) => "DP master".into(),
+    }
+}
+
+fn no_master(why: &str) -> ExitCode {
+    let _ = writeln!(io::stderr(), "profidrive: {why}");
+    ExitCode::from(NO_MASTER)
+}
+
+fn announce(path: &str, setup: &Setup) -> Result<(), Failure> {
+    let stations: Vec<String> = setup.stations.iter().map(|slave| slave.address.to_string()).collect();
+    let mut stdout = io::stdout().lock();
+    writeln!(stdout, "ready link={path} stations={}", stations.join(","))
+        .and_then(|()| stdout.flush())
+        .map_err(|error| Failure::from_error(&error))
+}
+
+fn rows(args: &Args) -> Vec<Row> {
+    if args.only.is_empty() {
+        return Row::ALL.to_vec();
+    }
+    let wanted = |row: &&Row| args.only.iter().any(|rows| rows.0.contains(row));
+    Row::ALL.iter().filter(wanted).copied().collect()
+}
+
+fn setup(args: &Args) -> Result<Setup, Failure> {
+    let stations = args.stations.iter().map(slave).collect::<Result<_, _>>()?;
+    let millis = |millis: Option<u64>| millis.map(Duration::from_millis);
+    Ok(Setup {
+        stations,
+        master: args.master,
+        watchdog: millis(args.watchdog),
+        retries: args.retries,
+        slot: millis(args.slot),
+        hsa: args.hsa,
+        min_interval: args.min_interval.and_then(judge_millis),
+    })
+}
+
+fn slave(station: &JudgedStation) -> Result<Slave, Failure> {
+    let mut slave = station.slave.clone();
+    let Some(file) = &station.gsd else {
+        return Ok(slave);
+    };
+    let gsd = super::gsd::read(file)?;
+    let described = profidrive::gsd::Station::new(gsd.clone(), profidrive::gsd::Policy::PROPOSED);
+    let described = described.map_err(|error| Failure::Usage(format!("{}: {error}", file.display())))?;
+    slave.ident = gsd.ident;
+    slave.fail_safe |= gsd.flags.fail_safe;
+    if slave.cfg.is_none() && !gsd.is_modular() {
+        let configuration = profidrive::dp::Application::configuration(&described, None);
+        slave.cfg = Some(configuration.to_vec());
+    }
+    slave.gsd = Some(Box::new(gsd));
+    Ok(slave)
+}

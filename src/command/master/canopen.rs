@@ -1,0 +1,501 @@
+//! A drive on CANopen: `read`, `write`, `status`, `move`, `stop`.
+
+use profidrive::can::{BitRate, Frame};
+use profidrive::canopen::cob_id;
+use profidrive::canopen::{Abort, Address, Entry, NodeId, Sub, Value, dictionary};
+use profidrive::client::{NodeClient, NodeGoal, NodeLimits, NodeOutcome, NodeTrouble};
+use profidrive::device::Vocabulary;
+use profidrive::device::vocabulary::CIA_402;
+use profidrive::explain::canopen::Network;
+use profidrive::explain::hex;
+use profidrive::host::can::{CanEndpoint, Choices, PRODUCTS, SlcanEndpoint};
+use profidrive::host::link::tcp::Connection;
+use profidrive::host::link::terminal::Terminal;
+use profidrive::host::{Clock, Stop, SystemClock};
+use profidrive::time::BaudRate;
+use serde_json::json;
+
+use super::{motion, say, signals};
+use crate::command::Failure;
+use crate::command::args::{Action, CanPlace, Master, Motion, find_parameter, plain};
+
+/// Octets of a value, at most as many as the client gives.
+type Octets = Vec<u8>;
+
+const DEVICE_TYPE: Address = Address::new(0x1000, 0);
+const VENDOR: Address = Address::new(0x1018, 1);
+const POSITION: Address = Address::new(0x6064, 0);
+const NEWEST_ERROR: Address = Address::new(0x1003, 1);
+/// What `status` shows besides the words of bits, as far as the device has it.
+const SHOWN: [Address; 7] = [
+    Address::new(0x1001, 0),
+    NEWEST_ERROR,
+    Address::new(0x6004, 0),
+    Address::new(0x6060, 0),
+    Address::new(0x6061, 0),
+    POSITION,
+    Address::new(0x606C, 0),
+];
+
+/// Does what is asked, once.
+pub(super) fn master(args: &Master, place: &CanPlace) -> Result<(), Failure> {
+    let node = args.can_node().map_err(Failure::Usage)?;
+    motion::confirm(args)?;
+    // Before the drive is enabled, so that no signal ends the process with the drive moving.
+    let stop = signals().map_err(|error| Failure::from_error(&error))?;
+    let rate = args.baud.and_then(|baud| baud.can()).unwrap_or(BitRate::K500);
+    let bus = open(place, rate)?;
+    let limits = NodeLimits { life: args.watchdog, ..NodeLimits::default() };
+    let mut drive = Drive {
+        bus,
+        clock: SystemClock::new(),
+        stop,
+        node,
+        client: NodeClient::new(node, limits),
+        network: Network::default(),
+        vocabulary: None,
+    };
+    drive.identify()?;
+    match &args.action {
+        Action::Read { parameter } => drive.show_entry(&parameter.0, args.json),
+        Action::Write { parameter, value, .. } => {
+            drive.write_entry(&parameter.0, value.plain().map_err(Failure::Usage)?, args.json)
+        }
+        Action::Status => drive.show_status(args.json),
+        Action::Motion(Motion::Move { position, .. }) => {
+            drive.travel(position.position().map_err(Failure::Usage)?, args.json)
+        }
+        Action::Stop => drive.halt(args.json),
+        Action::Scan { .. }
+        | Action::Diag
+        | Action::Params
+        | Action::Save { .. }
+        | Action::Restore { .. }
+        | Action::Motion(Motion::Enable { .. } | Motion::Jog { .. } | Motion::Velocity { .. })
+        | Action::Ack
+        | Action::Faults { .. }
+        | Action::Calibrate { .. }
+        | Action::Monitor { .. } => Err(Failure::Usage("this is for PROFIBUS".into())),
+    }
+}
+
+fn open(place: &CanPlace, rate: BitRate) -> Result<Box<dyn CanEndpoint>, Failure> {
+    let failed = |error: std::io::Error| Failure::Other(format!("cannot open the bus: {error}"));
+    Ok(match place {
+        // The rate of the terminal means nothing to an emulator and little to a USB adapter.
+        CanPlace::Terminal(path) => {
+            let link = Terminal::open(path, BaudRate::K500).map_err(|error| Failure::from_error(&error))?;
+            Box::new(SlcanEndpoint::open(link, rate).map_err(failed)?)
+        }
+        CanPlace::Tcp(place) => {
+            let link = Connection::open(place).map_err(|error| Failure::from_error(&error))?;
+            Box::new(SlcanEndpoint::open(link, rate).map_err(failed)?)
+        }
+        CanPlace::Socket(name) => socket(name)?,
+    })
+}
+
+#[cfg(all(target_os = "linux", feature = "socketcan"))]
+fn socket(name: &str) -> Result<Box<dyn CanEndpoint>, Failure> {
+    match profidrive::host::can::SocketCanEndpoint::open(name) {
+        Ok(socket) => Ok(Box::new(socket)),
+        Err(error) => Err(Failure::Other(format!(
+            "cannot open the CAN interface {name}: {error}; 'ip link show {name}' says whether it is there and up"
+        ))),
+    }
+}
+
+#[cfg(not(all(target_os = "linux", feature = "socketcan")))]
+fn socket(name: &str) -> Result<Box<dyn CanEndpoint>, Failure> {
+    let why = "this profidrive was built without the feature socketcan, or not for Linux; use slcan-tty or slcan-tcp";
+    Err(Failure::Other(format!("cannot open the CAN interface {name}: {why}")))
+}
+
+/// A node, and what is known of it.
+struct Drive {
+    bus: Box<dyn CanEndpoint>,
+    clock: SystemClock,
+    stop: Stop,
+    node: NodeId,
+    client: NodeClient,
+    network: Network,
+    vocabulary: Option<&'static Vocabulary>,
+}
+
+impl Drive {
+    /// Waits for what comes of the request; `None`: somebody wants it to end.
+    fn outcome(&mut self) -> Result<Option<NodeOutcome>, Failure> {
+        let lost = |error: std::io::Error| Failure::Other(format!("the bus is lost: {error}"));
+        loop {
+            while let Some(frame) = self.client.poll_transmit() {
+                self.network.frame(&frame);
+                self.bus.send(&frame).map_err(lost)?;
+            }
+            if let Some(outcome) = self.client.poll_outcome() {
+                return Ok(Some(outcome));
+            }
+            if self.stop.is_requested() {
+                return Ok(None);
+            }
+            match self.bus.receive().map_err(lost)? {
+                Some(frame) => {
+                    self.network.frame(&frame);
+                    self.client.handle_frame(self.clock.now(), &frame);
+                }
+                None => {
+                    let due = self.client.poll_timeout();
+                    let timeout = due.map(|due| due.saturating_since(self.clock.now()));
+                    self.bus.wait(timeout, &self.stop).map_err(lost)?;
+                }
+            }
+            self.client.handle_timeout(self.clock.now());
+        }
+    }
+
+    fn read(&mut self, at: Address) -> Result<Result<Octets, NodeTrouble>, Failure> {
+        self.client.read(self.clock.now(), at);
+        match self.outcome()? {
+            Some(NodeOutcome::Read(octets, len)) => Ok(Ok(octets.get(..len).unwrap_or_default().into())),
+            Some(NodeOutcome::Failed(trouble)) => Ok(Err(trouble)),
+            Some(NodeOutcome::Written | NodeOutcome::Done) => Ok(Ok(Vec::new())),
+            None => Err(interrupted()),
+        }
+    }
+
+    /// As [`read`](Self::read), for what must be there.
+    fn must_read(&mut self, at: Address) -> Result<Octets, Failure> {
+        self.read(at)?.map_err(|trouble| self.failure(trouble))
+    }
+
+    fn failure(&self, trouble: NodeTrouble) -> Failure {
+        Failure::Other(match trouble {
+            NodeTrouble::Refused { at, code } => {
+                format!("the node refuses {}: {code}", self.network.named(self.node, at))
+            }
+            other @ (NodeTrouble::NoAnswer { .. }
+            | NodeTrouble::NotOperational
+            | NodeTrouble::Fault { .. }
+            | NodeTrouble::Mode { .. }
+            | NodeTrouble::Stays { .. }
+            | NodeTrouble::NotAcknowledged { .. }
+            | NodeTrouble::NotReached { .. }
+            | NodeTrouble::Ended { .. }) => other.to_string(),
+        })
+    }
+
+    /// Which device it is: by device type and vendor. Also asks for the NMT state.
+    fn identify(&mut self) -> Result<(), Failure> {
+        if let Ok(frame) = Frame::remote(cob_id::of_node(cob_id::ERROR_CONTROL, self.node), 1) {
+            self.bus.send(&frame).map_err(|error| Failure::Other(format!("the bus is lost: {error}")))?;
+        }
+        let device_type = number(&self.must_read(DEVICE_TYPE)?);
+        let vendor = self.read(VENDOR)?.ok().map(|octets| number(&octets));
+        let product = PRODUCTS.iter().find(|product| {
+            let objects = product.objects(&Choices::default());
+            let default =
+                dictionary::entry(objects, DEVICE_TYPE).map(|entry| entry.default_value(self.node).number());
+            default == Ok(Some(device_type)) && vendor == Some(product.sheet.vendor_number.into())
+        });
+        if let Some(product) = product {
+            self.vocabulary = Some(product.vocabulary);
+            self.network.know(self.node, product.vocabulary);
+        }
+        Ok(())
+    }
+
+    fn words(&self) -> &'static Vocabulary {
+        self.vocabulary.unwrap_or(&CIA_402)
+    }
+
+    /// The entry by index and sub-index, by name, or by the name of the parameter of the drive.
+    fn place(&self, text: &str) -> Result<Address, Failure> {
+        if let Some(at) = address(text) {
+            return Ok(at);
+        }
+        let words = self.words();
+        let wanted = plain(text);
+        let entries = || {
+            words.objects.iter().flat_map(|object| {
+                object
+                    .entries
+                    .iter()
+                    .map(move |entry| (Address { index: object.index, sub: entry.sub }, entry))
+            })
+        };
+        let parameter = find_parameter(text).ok();
+        let is_parameter = |at| parameter.is_some() && (words.parameter)(at) == parameter;
+        let named: Vec<Address> = [
+            entries().filter(|(at, _)| is_parameter(*at)).map(|(at, _)| at).take(1).collect::<Vec<_>>(),
+            entries().filter(|(_, entry)| plain(entry.name) == wanted).map(|(at, _)| at).collect(),
+            entries().filter(|(_, entry)| plain(entry.name).starts_with(&wanted)).map(|(at, _)| at).collect(),
+        ]
+        .into_iter()
+        .find(|found| !found.is_empty() && !wanted.is_empty())
+        .unwrap_or_default();
+        match named[..] {
+            [at] => Ok(at),
+            [] => Err(Failure::Usage(format!(
+                "'{text}' is neither an index such as 6041 or 2410:05 nor the name of an object of the {}",
+                words.name
+            ))),
+            [..] => {
+                let which: Vec<_> =
+                    named.iter().take(5).map(|at| self.network.named(self.node, *at)).collect();
+                Err(Failure::Usage(format!("'{text}' is the name of several objects: {}", which.join(", "))))
+            }
+        }
+    }
+
+    fn say_entry(
+        &self,
+        at: Address,
+        octets: &[u8],
+        before: Option<&[u8]>,
+        json: bool,
+    ) -> Result<(), Failure> {
+        let name = self.network.named(self.node, at);
+        let text = self.network.in_words(self.node, at, octets);
+        let value = |octets: &[u8]| self.decoded(at, octets).and_then(Value::number);
+        if json {
+            let mut object = json!({
+                "object": at.to_string(),
+                "name": name.strip_prefix(&at.to_string()).unwrap_or_default().trim(),
+                "value": value(octets),
+                "octets": hex(octets),
+                "text": text,
+            });
+            if let (Some(before), Some(fields)) = (before, object.as_object_mut()) {
+                fields.insert("before".into(), value(before).into());
+            }
+            return say(object);
+        }
+        match before {
+            Some(before) => {
+                say(format_args!("{name} = {text}, was {}", self.network.in_words(self.node, at, before)))
+            }
+            None => say(format_args!("{name} = {text}")),
+        }
+    }
+
+    fn entry(&self, at: Address) -> Option<&'static Entry> {
+        dictionary::entry(self.words().objects, at).ok()
+    }
+
+    fn decoded<'a>(&self, at: Address, octets: &'a [u8]) -> Option<Value<'a>> {
+        self.entry(at)?.data.decode(octets)
+    }
+
+    fn show_entry(&mut self, text: &str, json: bool) -> Result<(), Failure> {
+        let at = self.place(text)?;
+        let octets = self.must_read(at)?;
+        self.say_entry(at, &octets, None, json)
+    }
+
+    /// Writes, reads back, and says both. A write-only entry is not read.
+    fn write_entry(&mut self, text: &str, value: i64, json: bool) -> Result<(), Failure> {
+        let at = self.place(text)?;
+        let before = match self.read(at)? {
+            Ok(octets) => Some(octets),
+            Err(NodeTrouble::Refused { code: Abort::WRITE_ONLY, .. }) => None,
+            Err(trouble) => return Err(self.failure(trouble)),
+        };
+        let octets = self.octets_of(at, value, before.as_deref())?;
+        self.client.write(self.clock.now(), at, &octets);
+        match self.outcome()? {
+            Some(NodeOutcome::Failed(trouble)) => return Err(self.failure(trouble)),
+            Some(NodeOutcome::Written | NodeOutcome::Done | NodeOutcome::Read(..)) => {}
+            None => return Err(interrupted()),
+        }
+        let Some(before) = before else {
+            return say(format_args!("{} written", self.network.named(self.node, at)));
+        };
+        let after = self.must_read(at)?;
+        if after != octets {
+            let name = self.network.named(self.node, at);
+            let got = self.network.in_words(self.node, at, &after);
+            return Err(Failure::Other(format!(
+                "{name} was written, but reads back as {got} instead of {value}"
+            )));
+        }
+        self.say_entry(at, &after, Some(&before), json)
+    }
+
+    /// The octets of a number: by the type in the dictionary, else as many as the entry has.
+    fn octets_of(&self, at: Address, value: i64, before: Option<&[u8]>) -> Result<Octets, Failure> {
+        let data = self.entry(at).map(|entry| entry.data);
+        let len = data.and_then(|data| data.octets()).or(before.map(<[u8]>::len)).unwrap_or(4).min(8);
+        let (low, high) = match (data.and_then(|data| data.range()), len) {
+            (Some(range), _) => range,
+            (None, 8) => (i64::MIN, i64::MAX),
+            (None, len) => (-1 << (8 * len - 1).min(62), (1 << (8 * len).min(62)) - 1),
+        };
+        if !(low..=high).contains(&value) {
+            let name = self.network.named(self.node, at);
+            return Err(Failure::Usage(format!("{name} takes {low} to {high}, got {value}")));
+        }
+        Ok(value.to_le_bytes().get(..len).unwrap_or_default().into())
+    }
+
+    /// Words of bits, bit by bit, and actual values.
+    fn show_status(&mut self, json: bool) -> Result<(), Failure> {
+        let words = self.words();
+        let bits = words
+            .objects
+            .iter()
+            .filter(|object| (words.bits)(Address { index: object.index, sub: Sub(0) }, 0).is_some());
+        let bits: Vec<Address> = bits.map(|object| Address { index: object.index, sub: Sub(0) }).collect();
+        let shown: Vec<Address> = SHOWN.into_iter().filter(|at| self.entry(*at).is_some()).collect();
+        let mut values = Vec::new();
+        for at in shown.into_iter().chain(bits) {
+            match self.read(at)? {
+                Ok(octets) => values.push((at, octets)),
+                Err(NodeTrouble::Refused { .. }) => {}
+                Err(trouble) => return Err(self.failure(trouble)),
+            }
+        }
+        let nmt = self.client.nmt().map_or_else(|| "not told".into(), |state| state.to_string());
+        if json {
+            let objects: Vec<_> = values
+                .iter()
+                .map(|(at, octets)| {
+                    json!({
+                        "object": at.to_string(),
+                        "value": self.decoded(*at, octets).and_then(Value::number),
+                        "field": self.network.value(self.node, *at, octets),
+                    })
+                })
+                .collect();
+            return say(
+                json!({ "node": self.node.number(), "device": self.device(), "nmt": nmt, "objects": objects }),
+            );
+        }
+        say(format_args!("node {}, {}, NMT {nmt}", self.node, self.device()))?;
+        for (at, octets) in values {
+            let field = self.network.value(self.node, at, &octets);
+            say(format_args!("{} = {}", self.network.named(self.node, at), field.meaning))?;
+            for bit in field.fields.iter().filter(|bit| bit.len == 2 && bit.raw.len() == 1) {
+                let place = bit.bits.map_or_else(String::new, |bits| bits.low.to_string());
+                say(format_args!("  {place:>2}  {}  {}", bit.raw, bit.name))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn device(&self) -> &'static str {
+        self.vocabulary.map_or("a device that is not known", |words| words.name)
+    }
+
+    /// Travels, and leaves the drive as it was.
+    fn travel(&mut self, position: i32, json: bool) -> Result<(), Failure> {
+        let reached = self.pursue(NodeGoal::MoveTo(position))?;
+        self.stop.clear();
+        let why = match reached {
+            Some(NodeOutcome::Failed(trouble)) => Some(self.reason(trouble)?),
+            Some(NodeOutcome::Done | NodeOutcome::Read(..) | NodeOutcome::Written) => None,
+            None => Some("interrupted".into()),
+        };
+        if why.is_some() {
+            self.pursue(NodeGoal::Stop)?;
+        }
+        let left = self.pursue(NodeGoal::Leave)?;
+        let at = self.position();
+        match (why, left) {
+            (Some(why), _) => Err(Failure::Other(format!("{why}; the drive is released, {at}"))),
+            (None, Some(NodeOutcome::Failed(trouble))) => Err(self.failure(trouble)),
+            (None, Some(NodeOutcome::Done | NodeOutcome::Read(..) | NodeOutcome::Written) | None) if json => {
+                let octets = self.must_read(POSITION)?;
+                say(
+                    json!({ "outcome": "reached", "position": self.decoded(POSITION, &octets).and_then(Value::number) }),
+                )
+            }
+            (None, Some(NodeOutcome::Done | NodeOutcome::Read(..) | NodeOutcome::Written) | None) => {
+                say(format_args!("reached; {at}"))
+            }
+        }
+    }
+
+    /// Quick stop, standstill, no torque.
+    fn halt(&mut self, json: bool) -> Result<(), Failure> {
+        match self.pursue(NodeGoal::Stop)? {
+            Some(NodeOutcome::Failed(trouble)) => Err(self.failure(trouble)),
+            None => Err(interrupted()),
+            Some(NodeOutcome::Done | NodeOutcome::Read(..) | NodeOutcome::Written) => {
+                let at = self.position();
+                if json { say(json!({ "outcome": "stopped" })) } else { say(format_args!("stopped; {at}")) }
+            }
+        }
+    }
+
+    fn pursue(&mut self, goal: NodeGoal) -> Result<Option<NodeOutcome>, Failure> {
+        self.client.pursue(self.clock.now(), goal);
+        self.outcome()
+    }
+
+    /// Why a travel is not done; of a fault the newest entry of the error history.
+    fn reason(&mut self, trouble: NodeTrouble) -> Result<String, Failure> {
+        let text = match self.failure(trouble) {
+            Failure::Other(text) | Failure::Usage(text) => text,
+        };
+        if !matches!(trouble, NodeTrouble::Fault { .. }) {
+            return Ok(text);
+        }
+        Ok(match self.read(NEWEST_ERROR)? {
+            Ok(octets) => format!("{text}: {}", self.network.in_words(self.node, NEWEST_ERROR, &octets)),
+            Err(_) => text,
+        })
+    }
+
+    fn position(&mut self) -> String {
+        match self.read(POSITION) {
+            Ok(Ok(octets)) => format!("position {}", self.network.in_words(self.node, POSITION, &octets)),
+            Ok(Err(_)) | Err(_) => "position not told".into(),
+        }
+    }
+}
+
+fn interrupted() -> Failure {
+    Failure::Other("interrupted".into())
+}
+
+/// Up to four octets, low octet first.
+fn number(octets: &[u8]) -> i64 {
+    octets.iter().take(4).rev().fold(0, |number, octet| number << 8 | i64::from(*octet))
+}
+
+/// `6041`, `6041h`, `0x6041`, `2410:05`, `2410h:0A`: in hexadecimal, the sub-index 0 if it is left out.
+fn address(text: &str) -> Option<Address> {
+    let (index, sub) = text.split_once(':').unwrap_or((text, "0"));
+    let plain = |text: &'_ str| {
+        let text = text.strip_prefix("0x").unwrap_or(text);
+        String::from(text.strip_suffix(['h', 'H']).unwrap_or(text))
+    };
+    let (index, sub) = (plain(index), plain(sub));
+    let is_hex = |text: &str| !text.is_empty() && text.bytes().all(|digit| digit.is_ascii_hexdigit());
+    if index.len() != 4 || !is_hex(&index) || !is_hex(&sub) {
+        return None;
+    }
+    Some(Address::new(u16::from_str_radix(&index, 16).ok()?, u8::from_str_radix(&sub, 16).ok()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_address_is_hexadecimal_with_or_without_sub_index() {
+        for (text, at) in [
+            ("6041", Some((0x6041, 0))),
+            ("6041h", Some((0x6041, 0))),
+            ("0x6041", Some((0x6041, 0))),
+            ("2410:05", Some((0x2410, 5))),
+            ("2410h:0A", Some((0x2410, 10))),
+            ("2410:A", Some((0x2410, 10))),
+            ("v-Pos", None),
+            ("604", None),
+            ("6041:", None),
+            ("6041:100", None),
+        ] {
+            assert_eq!(address(text).map(Address::pair), at, "{text}");
+        }
+    }
+}

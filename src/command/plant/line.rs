@@ -1,0 +1,208 @@
+//! A line: its link, drives, nodes and faults.
+
+use core::fmt::Display;
+use core::str::FromStr;
+use core::time::Duration;
+use std::path::{Path, PathBuf};
+
+use profidrive::fdl::Address;
+use profidrive::host::Condition;
+use profidrive::host::can::LinkSpec as CanLink;
+use profidrive::host::link::fault::{Fault, duration};
+use profidrive::process::Point;
+
+use super::station::{self, point};
+use super::tables::{At, Baud, DriveTable, FaultTable, LineTable, NodeTable, WhileTable};
+use super::wrong::Wrong;
+use crate::command::args::{DriveSpec, Emulate, LinkSpec, NodeSpec, QuirkSpec, panel_place};
+use crate::command::emulate::{FaultPlan, LinePlan, StationPlan};
+
+/// Reads a line. `folder` is where the file is: paths in it begin there.
+pub(super) fn plan(line: &At<LineTable>, folder: &Path) -> Result<LinePlan, Wrong> {
+    let table = line.get();
+    let mut args = Emulate::on(match parsed::<LinkSpec>(&table.link)? {
+        LinkSpec::Pty(Some(path)) => LinkSpec::Pty(Some(folder.join(path))),
+        LinkSpec::Slcan(CanLink::Pty(Some(path))) => LinkSpec::Slcan(CanLink::Pty(Some(folder.join(path)))),
+        link @ (LinkSpec::Pty(None) | LinkSpec::Serial(_) | LinkSpec::Tcp(_) | LinkSpec::Slcan(_)) => link,
+    });
+    if let Some(baud) = &table.baud {
+        let text = match baud.get() {
+            Baud::Rate(rate) => rate.to_string(),
+            Baud::Word(word) => word.clone(),
+        };
+        args.baud = Some(text.parse().map_err(|error| Wrong::at(baud.span(), error))?);
+    }
+    if let Some(bits) = &table.slot_time {
+        if !(37..=16383).contains(bits.get()) {
+            return Err(Wrong::at(bits.span(), format!("slot-time {} is outside 37 to 16383", bits.get())));
+        }
+        args.slot_time = Some(*bits.get());
+    }
+    let is = |flag: &Option<At<bool>>| flag.as_ref().is_some_and(|flag| *flag.get());
+    args.force_address = is(&table.force_address);
+    args.allow_remote = is(&table.allow_remote);
+    args.panel_allow_remote = is(&table.panel_allow_remote);
+    if let Some(panel) = &table.panel {
+        args.panel = Some(panel_place(panel.get()).map_err(|error| Wrong::at(panel.span(), error))?);
+    }
+    let path =
+        |path: &Option<At<String>>| -> Option<PathBuf> { path.as_ref().map(|path| folder.join(path.get())) };
+    (args.state_dir, args.capture) = (path(&table.state_dir), path(&table.capture));
+    let is_can = matches!(args.link, LinkSpec::Slcan(_));
+    for (name, value) in &table.quirks {
+        let quirk = format!("{name}={}", value.get());
+        if !is_can {
+            let _known: QuirkSpec = quirk.parse().map_err(|error| Wrong::at(value.span(), error))?;
+        }
+        args.quirks.push(quirk);
+    }
+    args.single = table.drive.iter().map(drive).collect::<Result<_, _>>()?;
+    args.nodes = table.node.iter().map(node).collect::<Result<_, _>>()?;
+    distinct(table)?;
+    let addresses: Vec<Address> = table
+        .drive
+        .iter()
+        .map(|drive| &drive.address)
+        .chain(table.station.iter().map(|station| &station.address))
+        .map(address)
+        .collect::<Result<_, _>>()?;
+    let stations = station::plans(&table.station, folder)?;
+    let mut faults = Vec::new();
+    for fault in &table.fault {
+        if is_can {
+            args.faults.push(node_fault(fault)?);
+        } else {
+            faults.push(fault_plan(fault, &addresses, &stations)?);
+        }
+    }
+    if addresses.is_empty() && table.node.is_empty() {
+        let words = "nobody is on the line; expected [[line.drive]], [[line.station]] or [[line.node]]";
+        return Err(Wrong::at(line.span(), words));
+    }
+    args.check().map_err(|words| contradiction(line, &words))?;
+    Ok(LinePlan { args, stations, faults })
+}
+
+/// What no single key shows, where the key that it begins with stands. Keys are called as options are.
+fn contradiction(line: &At<LineTable>, words: &str) -> Wrong {
+    let table = line.get();
+    let spans = [
+        ("--slot-time", table.slot_time.as_ref().map(At::span)),
+        ("--allow-remote", table.allow_remote.as_ref().map(At::span)),
+        ("--force-address", table.force_address.as_ref().map(At::span)),
+        ("--fault", table.fault.first().map(|fault| fault.fault.span())),
+        ("--quirk", table.quirks.values().next().map(At::span)),
+        ("--baud", table.baud.as_ref().map(At::span)),
+    ];
+    let span = spans.into_iter().find_map(|(option, span)| span.filter(|_| words.contains(option)));
+    Wrong::at(span.unwrap_or_else(|| line.span()), words.replace("--", ""))
+}
+
+fn parsed<T: FromStr<Err: Display>>(text: &At<String>) -> Result<T, Wrong> {
+    text.get().parse().map_err(|error| Wrong::at(text.span(), error))
+}
+
+/// An address of a station.
+pub(super) fn address(number: &At<u8>) -> Result<Address, Wrong> {
+    Address::station(*number.get())
+        .map_err(|_| Wrong::at(number.span(), format!("address {} is outside 0 to 126", number.get())))
+}
+
+/// A time such as `20ms`.
+pub(super) fn time(text: &At<String>) -> Result<Duration, Wrong> {
+    duration(text.get()).ok_or_else(|| {
+        let words =
+            format!("'{}' is no time; expected for example 500us, 20ms or 5s, at most 3600s", text.get());
+        Wrong::at(text.span(), words)
+    })
+}
+
+/// `key=value` of each key that is there, one more with each step, so that a refusal is that of the last key.
+fn spec<T: FromStr<Err = String>>(
+    number: &At<u8>,
+    options: [(&str, Option<At<String>>); 3],
+) -> Result<T, Wrong> {
+    let mut spec = number.get().to_string();
+    let mut read: T = spec.parse().map_err(|error| Wrong::at(number.span(), error))?;
+    for (key, value) in options {
+        if let Some(value) = value {
+            spec += &format!(",{key}={}", value.get());
+            read = spec.parse().map_err(|error| Wrong::at(value.span(), error))?;
+        }
+    }
+    Ok(read)
+}
+
+fn drive(table: &DriveTable) -> Result<DriveSpec, Wrong> {
+    let gear = table.gear.as_ref().map(At::in_words);
+    spec(&table.address, [("model", table.model.clone()), ("gear", gear), ("", None)])
+}
+
+fn node(table: &NodeTable) -> Result<NodeSpec, Wrong> {
+    let gear = table.gear.as_ref().map(At::in_words);
+    spec(&table.id, [("device", table.device.clone()), ("mode", table.mode.clone()), ("gear", gear)])
+}
+
+/// No two with one address, no two nodes with one number.
+fn distinct(table: &LineTable) -> Result<(), Wrong> {
+    let drives = table.drive.iter().map(|drive| &drive.address);
+    let stations = table.station.iter().map(|station| &station.address);
+    let nodes: Vec<_> = table.node.iter().map(|node| &node.id).collect();
+    let mut places: Vec<_> = drives.chain(stations).collect();
+    places.sort_by_key(|place| place.span().start);
+    for (numbers, words) in [(places, "stations have address"), (nodes, "nodes have the number")] {
+        for (place, number) in numbers.iter().enumerate() {
+            if numbers.iter().take(place).any(|before| before.get() == number.get()) {
+                let words = format!("two {words} {}; give each its own", number.get());
+                return Err(Wrong::at(number.span(), words));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn node_fault(table: &FaultTable) -> Result<String, Wrong> {
+    let timed = [
+        table.from.as_ref().map(At::span),
+        table.until.as_ref().map(At::span),
+        table.while_input.as_ref().map(At::span),
+    ];
+    match timed.into_iter().flatten().next() {
+        Some(span) => Err(Wrong::at(span, "faults of nodes have no time; leave from, until and while out")),
+        None => Ok(table.fault.get().clone()),
+    }
+}
+
+fn fault_plan(
+    table: &FaultTable,
+    addresses: &[Address],
+    stations: &[StationPlan],
+) -> Result<FaultPlan, Wrong> {
+    let fault: Fault = parsed(&table.fault)?;
+    fault.check(addresses.iter().copied()).map_err(|error| Wrong::at(table.fault.span(), error))?;
+    let from = table.from.as_ref().map(time).transpose()?;
+    let until = table.until.as_ref().map(time).transpose()?;
+    if let (Some(until), Some(end)) = (&table.until, until)
+        && from.is_some_and(|from| from >= end)
+    {
+        return Err(Wrong::at(until.span(), "until is not behind from"));
+    }
+    let while_input = table.while_input.as_ref().map(|table| condition(table, stations)).transpose()?;
+    Ok(FaultPlan { fault, from, until, while_input })
+}
+
+fn condition(table: &At<WhileTable>, stations: &[StationPlan]) -> Result<(Address, Point, Condition), Wrong> {
+    let WhileTable { station, slot, octet, kind, is, above, below } = table.get();
+    let address = station::known(station, stations.iter().map(|station| station.address))?;
+    let read = point(slot, octet.as_ref(), kind)?;
+    if let Some(plan) = stations.iter().find(|plan| plan.address == address) {
+        station::check(&plan.station, read, station::Direction::Input, slot, kind)?;
+    }
+    let condition = match (is, above, below) {
+        (Some(value), None, None) => Condition::Is(*value.get()),
+        (None, Some(limit), None) => Condition::Above(*limit.get()),
+        (None, None, Some(limit)) => Condition::Below(*limit.get()),
+        _ => return Err(Wrong::at(table.span(), "expected one of is, above, below")),
+    };
+    Ok((address, read, condition))
+}

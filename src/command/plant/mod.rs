@@ -1,0 +1,227 @@
+//! `emulate --line FILE`: whole lines from one file.
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | `tables.rs` | the tables and keys as they are written, and the JSON Schema of them |
+//! | `line.rs` | a line: its link, drives, nodes and faults |
+//! | `station.rs` | a station, its modules, what moves its inputs |
+//! | `wrong.rs` | what is wrong, with line and column |
+//!
+//! Everything is read and checked before anything is opened.
+
+mod line;
+mod station;
+mod tables;
+mod wrong;
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use self::tables::{At, LineTable, PlantFile};
+use self::wrong::Wrong;
+use super::Failure;
+use super::emulate::LinePlan;
+
+/// The lines of a file.
+pub(crate) fn read(file: &Path) -> Result<Vec<LinePlan>, Failure> {
+    let name = file.display();
+    let text = std::fs::read_to_string(file)
+        .map_err(|error| Failure::Usage(format!("cannot read {name}: {error}")))?;
+    let folder = file.parent().unwrap_or(Path::new(""));
+    plans(&text, folder).map_err(|wrong| wrong.in_file(&name, &text))
+}
+
+fn plans(text: &str, folder: &Path) -> Result<Vec<LinePlan>, Wrong> {
+    let plant: PlantFile = toml::from_str(text).map_err(|error| Wrong::of_toml(&error))?;
+    if plant.line.is_empty() {
+        return Err(Wrong::at(0..0, "there is no line; expected a table [[line]]"));
+    }
+    alone(&plant.line)?;
+    plant.line.iter().map(|line| line::plan(line, folder)).collect()
+}
+
+/// What two lines cannot share.
+fn alone(lines: &[At<LineTable>]) -> Result<(), Wrong> {
+    let mut taken: Vec<(&str, &str)> = Vec::new();
+    for line in lines {
+        let line = line.get();
+        let link = Some(&line.link).filter(|link| link.get().contains(':'));
+        for (key, value) in [
+            ("link", link),
+            ("panel", line.panel.as_ref()),
+            ("state-dir", line.state_dir.as_ref()),
+            ("capture", line.capture.as_ref()),
+        ] {
+            let Some(value) = value.filter(|value| !value.get().ends_with(":0")) else { continue };
+            if taken.contains(&(key, value.get())) {
+                let words = format!("two lines have {key} '{}'; give each its own", value.get());
+                return Err(Wrong::at(value.span(), words));
+            }
+            taken.push((key, value.get()));
+        }
+    }
+    Ok(())
+}
+
+/// Says what is in a file.
+pub(crate) fn say(file: &Path, plans: &[LinePlan]) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    let said = plans.iter().zip(1..).try_for_each(|(plan, number)| {
+        let LinePlan { args, stations, faults } = plan;
+        let inputs: usize = stations.iter().map(|station| station.signals.len()).sum();
+        let faults = faults.len() + args.faults.len();
+        let (drives, nodes) = (args.drives().count(), args.nodes().len());
+        let stations = stations.len();
+        writeln!(
+            out,
+            "{} line {number}: {drives} drives, {stations} stations with {inputs} moving inputs, {nodes} nodes, {faults} \
+             faults",
+            file.display()
+        )
+    });
+    said.map_err(|error| Failure::from_error(&error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_schema_in_the_repository_is_that_of_the_tables() {
+        let mut schema = serde_json::to_string_pretty(&schemars::schema_for!(PlantFile)).unwrap();
+        schema.push('\n');
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/line.schema.json");
+        if std::env::var_os("PROFIDRIVE_REWRITE").is_some() {
+            std::fs::write(file, &schema).unwrap();
+        }
+        let kept = std::fs::read_to_string(file).unwrap_or_default();
+        assert_eq!(kept, schema, "rewrite it with PROFIDRIVE_REWRITE=1");
+    }
+
+    #[test]
+    fn every_key_is_explained() {
+        let page = include_str!("../../../docs/line.md");
+        let schema = serde_json::to_value(schemars::schema_for!(PlantFile)).unwrap();
+        let tables = schema["$defs"].as_object().unwrap().values();
+        let keys = tables.filter_map(|table| table["properties"].as_object()).flat_map(|keys| keys.keys());
+        for key in keys {
+            assert!(page.contains(&format!("`{key}`")), "{key}");
+        }
+    }
+
+    /// Beside the GSDs of the tests.
+    fn refused(text: &str) -> String {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gsd");
+        let Err(wrong) = plans(text, &folder) else { panic!("accepted: {text}") };
+        wrong::words(wrong.in_file(&"plant.toml", text))
+    }
+
+    const STATION: &str = "[[line]]\nlink = 'pty'\n[[line.station]]\naddress = 7\ngsd = 'remote_io.gsd'\nmodules = ['8 DI', '2 AO']\n";
+
+    #[test]
+    fn what_is_wrong_is_told_with_line_column_and_cure() {
+        let line = |rest: &str| format!("[[line]]\nlink = 'pty'\n{rest}");
+        let station = |rest: &str| format!("{STATION}{rest}");
+        let input = |rest: &str| station(&format!("[[line.station.input]]\nslot = 1\ntype = 'bit0'\n{rest}"));
+        for (text, place, words) in [
+            (String::new(), "1, column 1", "missing field `line`"),
+            (line("buad = 500000"), "3, column 1", "did you mean `baud`?"),
+            (line("baud = 500001"), "3, column 8", "12000000"),
+            (line("baud = ["), "3, column", ""),
+            (line("slot-time = 'x'"), "3, column 13", "expected u16"),
+            (
+                line("slot-time = 40\n[[line.drive]]\naddress = 5"),
+                "3, column 13",
+                "slot-time needs a serial link",
+            ),
+            (line("quirks = { off2 = 'brake' }"), "3, column 19", "quirk 'off2' is unknown"),
+            (line("[[line.drive]]\naddress = 127"), "4, column 11", "address 127 is outside 0 to 126"),
+            (line("[[line.drive]]\naddress = 5\ngear = 36"), "5, column 8", "gear '36' is unknown"),
+            (
+                line("[[line.drive]]\naddress = 5\n[[line.drive]]\naddress = 5"),
+                "6, column 11",
+                "two stations have address 5",
+            ),
+            (line("[[line.node]]\nid = 5"), "1, column 1", "use link slcan-pty:PATH"),
+            ("[[line]]\nlink = 'usb'".into(), "2, column 8", "expected pty"),
+            (line("[[line.station]]\naddress = 7\ngsd = 'nowhere.gsd'"), "5, column 7", "cannot read"),
+            (station("[[line.drive]]\naddress = 7\n"), "8, column 11", "two stations have address 7"),
+            (
+                STATION.replace("2 AO", "2 AOO"),
+                "6, column 20",
+                "there is no module '2 AOO'; did you mean '2 AO'?",
+            ),
+            (
+                STATION
+                    .replace("'8 DI', ", "'8 DI', '8 DI', '8 DI', '8 DI', '8 DI', '8 DI', '8 DI', '8 DI', "),
+                "6, column 11",
+                "the station takes 8 modules (Max_Module)",
+            ),
+            (input("behaviour = 'rmp'"), "10, column 13", "did you mean `ramp`?"),
+            (input("behaviour = 'ramp'"), "10, column 13", "ramp needs 'from'"),
+            (
+                input("behaviour = 'ramp'\nmean = 1.0"),
+                "11, column 8",
+                "ramp has no 'mean'; expected from, to, time, then",
+            ),
+            (
+                input("behaviour = 'ramp'\nfrom = 0\nto = 1\ntime = '5 minutes'"),
+                "13, column 8",
+                "'5 minutes' is no time",
+            ),
+            (
+                input("behaviour = 'count'\nfrom = 0\nto = 1\nstep = -1\nevery = '1s'"),
+                "7, column 1",
+                "counts nothing",
+            ),
+            (input("behaviour = 'table'\nfile = 'no.csv'"), "11, column 8", "cannot read"),
+            (input("value = 2"), "10, column 9", "2 does not fit, expected 0 to 1"),
+            (
+                input("behaviour = 'mirror'\nof = { slot = 3, type = 'bit0' }"),
+                "11, column 15",
+                "there is no slot 3; expected 1 to 2",
+            ),
+            (
+                input("behaviour = 'follow'\nstation = 8\ndelay = '1s'\nof = { slot = 3, type = 'bit0' }"),
+                "11, column 11",
+                "there is no station 8",
+            ),
+            (
+                station("[[line.station.input]]\nslot = 2\ntype = 'unsigned16'\nvalue = 1"),
+                "8, column 8",
+                "needs 2 octets, the slot has 0",
+            ),
+            (station("[[line.station.input]]\nslot = 1\ntype = 'bit9'"), "9, column 8", "bit9"),
+            (station("[[line.fault]]\nfault = 'lat=20ms'"), "8, column 9", "'lat' is no fault"),
+            (
+                station("[[line.fault]]\nfault = 'no-reply,station=9'"),
+                "8, column 9",
+                "which is not on the line",
+            ),
+            (
+                station("[[line.fault]]\nfault = 'no-reply'\nfrom = '5s'\nuntil = '5s'"),
+                "10, column 9",
+                "until is not behind from",
+            ),
+            (
+                station(
+                    "[[line.fault]]\nfault = 'no-reply'\nwhile = { station = 7, slot = 1, type = 'bit0' }",
+                ),
+                "9, column 9",
+                "expected one of is, above, below",
+            ),
+            (
+                line(
+                    "panel = '127.0.0.1:8080'\n[[line.drive]]\naddress = 5\n[[line]]\nlink = 'pty'\npanel = '127.0.0.1:8080'",
+                ),
+                "8, column 9",
+                "two lines have panel",
+            ),
+        ] {
+            let said = refused(&text);
+            assert!(said.contains(&format!("line {place}")), "{text}\n{said}");
+            assert!(said.contains(words), "{text}\n{said}");
+            assert!(!said.contains('\n'), "{said}");
+        }
+    }
+}

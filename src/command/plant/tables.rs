@@ -1,0 +1,279 @@
+//! The tables and keys of the file. Their words are the descriptions of the JSON Schema.
+
+use core::ops::Range;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::Deserialize;
+use toml::Spanned;
+
+/// A value, and where it stands.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(transparent)]
+pub(super) struct At<T>(Spanned<T>);
+
+impl<T> At<T> {
+    pub(super) fn span(&self) -> Range<usize> {
+        self.0.span()
+    }
+
+    pub(super) fn get(&self) -> &T {
+        self.0.get_ref()
+    }
+}
+
+impl At<u16> {
+    /// The number as a person writes it.
+    pub(super) fn in_words(&self) -> At<String> {
+        At(Spanned::new(self.span(), self.get().to_string()))
+    }
+}
+
+impl<T: JsonSchema> JsonSchema for At<T> {
+    fn inline_schema() -> bool {
+        T::inline_schema()
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        T::schema_name()
+    }
+
+    fn schema_id() -> Cow<'static, str> {
+        T::schema_id()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        T::json_schema(generator)
+    }
+}
+
+/// A plant for `profidrive emulate --line`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub(super) struct PlantFile {
+    /// The lines, each with a master of its own.
+    pub(super) line: Vec<At<LineTable>>,
+}
+
+/// A line of PROFIBUS with drives and stations, or a CAN bus with nodes.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub(super) struct LineTable {
+    /// pty, pty:PATH, serial:DEVICE, tcp:HOST:PORT; of a CAN bus slcan-pty, slcan-pty:PATH, slcan-tcp:HOST:PORT.
+    pub(super) link: At<String>,
+    /// Bit/s, or "auto".
+    pub(super) baud: Option<At<Baud>>,
+    /// The slot time of the master on a serial line, 37 to 16383 bit times.
+    pub(super) slot_time: Option<At<u16>>,
+    /// Do not listen first whether another station has an address.
+    pub(super) force_address: Option<At<bool>>,
+    /// Lets other machines connect to a tcp link.
+    pub(super) allow_remote: Option<At<bool>>,
+    /// Where the panel is served, ADDR:PORT.
+    pub(super) panel: Option<At<String>>,
+    /// Lets other machines reach the panel.
+    pub(super) panel_allow_remote: Option<At<bool>>,
+    /// The directory in which the drives or nodes keep their EEPROMs.
+    pub(super) state_dir: Option<At<String>>,
+    /// The file for a capture, FILE.pcapng.
+    pub(super) capture: Option<At<String>>,
+    /// How all drives or nodes behave where the manuals leave it open: name and value (docs/quirks.md).
+    #[serde(default)]
+    pub(super) quirks: BTreeMap<String, At<String>>,
+    /// Drives on PROFIBUS.
+    #[serde(default)]
+    pub(super) drive: Vec<DriveTable>,
+    /// Stations that a GSD describes.
+    #[serde(default)]
+    pub(super) station: Vec<StationTable>,
+    /// CANopen nodes.
+    #[serde(default)]
+    pub(super) node: Vec<NodeTable>,
+    /// Faults on purpose.
+    #[serde(default)]
+    pub(super) fault: Vec<FaultTable>,
+}
+
+/// A rate.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub(super) enum Baud {
+    /// Bit/s.
+    Rate(u32),
+    /// "auto".
+    Word(String),
+}
+
+/// A drive.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub(super) struct DriveTable {
+    /// 0 to 126.
+    pub(super) address: At<u8>,
+    /// ag03 or ag03-1; ag03-1 unless given.
+    pub(super) model: Option<At<String>>,
+    /// 24 or 48; 48 unless given.
+    pub(super) gear: Option<At<u16>>,
+}
+
+/// A CANopen node.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub(super) struct NodeTable {
+    /// 1 to 127.
+    pub(super) id: At<u8>,
+    /// ag03-1, ap10 or asda-a2; ag03-1 unless given.
+    pub(super) device: Option<At<String>>,
+    /// Of an asda-a2: full or half.
+    pub(super) mode: Option<At<String>>,
+    /// Of an ag03-1: 24 or 48.
+    pub(super) gear: Option<At<u16>>,
+}
+
+/// A station that a GSD describes.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub(super) struct StationTable {
+    /// 0 to 126.
+    pub(super) address: At<u8>,
+    /// The device file.
+    pub(super) gsd: At<String>,
+    /// Refuses all that the file does not say.
+    #[serde(default)]
+    pub(super) strict: bool,
+    /// The names of the modules that are plugged in, slot by slot. Another configuration is refused. Without it the master
+    /// chooses.
+    pub(super) modules: Option<At<Vec<At<String>>>>,
+    /// What moves its inputs.
+    #[serde(default)]
+    pub(super) input: Vec<At<InputTable>>,
+}
+
+/// A value in a slot.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub(super) struct PointTable {
+    /// The number of the slot.
+    pub(super) slot: At<u16>,
+    /// Its first octet in the slot, from 0; 0 unless given.
+    pub(super) octet: Option<At<u8>>,
+    /// bit0 to bit7, unsigned8, unsigned16, unsigned32, signed8, signed16, signed32 or float32.
+    #[serde(rename = "type")]
+    pub(super) kind: At<String>,
+}
+
+/// An input and what it follows. Times are 500us, 20ms or 5s, at most 3600s.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub(super) struct InputTable {
+    /// The number of the slot.
+    pub(super) slot: At<u16>,
+    /// Its first octet in the slot, from 0; 0 unless given.
+    pub(super) octet: Option<At<u8>>,
+    /// bit0 to bit7, unsigned8, unsigned16, unsigned32, signed8, signed16, signed32 or float32.
+    #[serde(rename = "type")]
+    pub(super) kind: At<String>,
+    /// constant unless given.
+    pub(super) behaviour: Option<At<Behaviour>>,
+    /// constant: the value.
+    pub(super) value: Option<At<f64>>,
+    /// count, ramp: the first value.
+    pub(super) from: Option<At<f64>>,
+    /// count, ramp: the last value.
+    pub(super) to: Option<At<f64>>,
+    /// count: added each time; 1 unless given.
+    pub(super) step: Option<At<f64>>,
+    /// count: the time between two values.
+    pub(super) every: Option<At<String>>,
+    /// ramp: how long it takes.
+    pub(super) time: Option<At<String>>,
+    /// ramp: hold unless given.
+    pub(super) then: Option<At<Then>>,
+    /// sine: the value it swings around; 0 unless given.
+    pub(super) mean: Option<At<f64>>,
+    /// sine: how far it swings.
+    pub(super) amplitude: Option<At<f64>>,
+    /// sine: from one crest to the next.
+    pub(super) period: Option<At<String>>,
+    /// sine: how far into a period it begins; at 0 unless given.
+    pub(super) phase: Option<At<String>>,
+    /// table: a CSV file with the lines SECONDS;VALUE.
+    pub(super) file: Option<At<String>>,
+    /// table: starts anew after this time; unless given the last value stays.
+    pub(super) repeat: Option<At<String>>,
+    /// mirror, follow: the output.
+    pub(super) of: Option<PointTable>,
+    /// follow: the address of the other station on the same line.
+    pub(super) station: Option<At<u8>>,
+    /// follow: how much later.
+    pub(super) delay: Option<At<String>>,
+}
+
+/// What an input follows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Behaviour {
+    /// Always `value`.
+    Constant,
+    /// The output `of` of the same station.
+    Mirror,
+    /// From `from` to `to` by `step` `every` time, and anew.
+    Count,
+    /// Evenly `from` one value `to` another in `time`, `then` hold, repeat or return.
+    Ramp,
+    /// `mean` + `amplitude` * sin(2 pi (time + `phase`) / `period`).
+    Sine,
+    /// The rows of the CSV `file`.
+    Table,
+    /// The output `of` of another `station`, `delay` later.
+    Follow,
+}
+
+/// What a ramp does at its end.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Then {
+    /// Stays.
+    Hold,
+    /// Begins anew.
+    Repeat,
+    /// Goes back the same way, and so on.
+    Return,
+}
+
+/// A fault on purpose, and when it may act.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub(super) struct FaultTable {
+    /// As for `--fault` (docs/faults.md), for example "late=3ms,station=7,service=Data_Exchange,at=100".
+    pub(super) fault: At<String>,
+    /// Not earlier, counted from when the line is made, for example "10s".
+    pub(super) from: Option<At<String>>,
+    /// Not later.
+    pub(super) until: Option<At<String>>,
+    /// Only while this holds.
+    #[serde(rename = "while")]
+    pub(super) while_input: Option<At<WhileTable>>,
+}
+
+/// A condition on an input of a station: one of `is`, `above`, `below`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub(super) struct WhileTable {
+    /// The address of the station.
+    pub(super) station: At<u8>,
+    /// The number of the slot.
+    pub(super) slot: At<u16>,
+    /// Its first octet in the slot, from 0; 0 unless given.
+    pub(super) octet: Option<At<u8>>,
+    /// bit0 to bit7, unsigned8, unsigned16, unsigned32, signed8, signed16, signed32 or float32.
+    #[serde(rename = "type")]
+    pub(super) kind: At<String>,
+    /// It has this value.
+    pub(super) is: Option<At<f64>>,
+    /// It is greater.
+    pub(super) above: Option<At<f64>>,
+    /// It is less.
+    pub(super) below: Option<At<f64>>,
+}

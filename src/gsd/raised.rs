@@ -1,0 +1,360 @@
+//! A diagnosis that is raised on purpose, as blocks of Slave_Diag (`gsd.md` 5).
+//!
+//! ```text
+//! device      header, bits of Unit_Diag_Bit and Unit_Diag_Area from the lowest on; with DPV1 the first three octets
+//!             are type A1h, slot 0 and specifier 0 where no text lies in them
+//! identifier  header, one bit for each identifier of the configuration
+//! status      header, 82h, slot 0, specifier 0, two bits for each slot
+//! channel     three octets each
+//! ```
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::format;
+use std::string::String;
+use std::vec;
+use std::vec::Vec;
+
+use thiserror::Error;
+
+use super::{Gsd, Placed};
+use crate::dp::ExtDiag;
+use crate::dp::ext_diag::{Block, BlockError, Channel, ChannelError, Direction, Width};
+
+/// Octets of one block behind its header.
+const MAX_BLOCK: usize = 62;
+/// Type, slot and specifier.
+const TYPED_LEN: usize = 3;
+/// The type of the module status.
+const MODULE_STATUS: u8 = 0x82;
+/// The type of the first block of a status of the manufacturer.
+const MANUFACTURER_STATUS: u8 = 0xA1;
+
+/// What a station shall report besides what its slave reports by itself.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Raised {
+    /// Unit_Diag_Bit: the bits whose text applies. An inverted one (`Unit_Diag_!Bit`) is 0 then, else 1.
+    pub bits: BTreeSet<u16>,
+    /// Unit_Diag_Area: by its first bit, the value.
+    pub areas: BTreeMap<u16, u32>,
+    /// Slots of the identifier-related diagnosis.
+    pub identifiers: BTreeSet<u16>,
+    /// Slots of the module status.
+    pub modules: BTreeMap<u16, ModuleState>,
+    /// Channel-related diagnosis.
+    pub channels: Vec<ChannelFault>,
+    /// Stat_Diag: the inputs are not valid.
+    pub not_valid: bool,
+}
+
+/// The module status of a slot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum ModuleState {
+    /// The module works.
+    Valid = 0,
+    /// The module has a fault: its data are not valid.
+    Invalid = 1,
+    /// Another module is plugged than was configured.
+    Wrong = 2,
+    /// No module is plugged.
+    Missing = 3,
+}
+
+impl ModuleState {
+    /// Its words.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Valid => "data valid",
+            Self::Invalid => "data invalid",
+            Self::Wrong => "wrong module",
+            Self::Missing => "no module",
+        }
+    }
+}
+
+/// A fault of a channel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ChannelFault {
+    /// The number of the slot.
+    pub slot: u16,
+    /// The channel of the module, 0..=63.
+    pub channel: u8,
+    /// Whether it is an input or an output.
+    pub direction: Direction,
+    /// How wide it is.
+    pub width: Width,
+    /// What is wrong.
+    pub error: ChannelError,
+}
+
+/// Why a diagnosis cannot be raised.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum RaiseError {
+    /// The configuration has no such slot.
+    #[error("there is no slot {got}; the configuration has {first} to {last}")]
+    Slot {
+        /// The number.
+        got: u16,
+        /// The first one there is.
+        first: u16,
+        /// The last one there is.
+        last: u16,
+    },
+    /// A bit that lies behind the longest block.
+    #[error("bit {got} lies behind the longest block; expected 0 to {most}")]
+    Bit {
+        /// The bit.
+        got: u16,
+        /// The last one.
+        most: u16,
+    },
+    /// An area that the file does not have, or a value that does not fit.
+    #[error("the file has no Unit_Diag_Area from bit {first} on that holds {value}")]
+    Area {
+        /// Its first bit.
+        first: u16,
+        /// The value.
+        value: u32,
+    },
+    /// A block that cannot be written.
+    #[error("{0}")]
+    Block(#[from] BlockError),
+}
+
+impl Raised {
+    /// Whether nothing is raised.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Its blocks for the modules of a configuration, in the customary order.
+    ///
+    /// # Errors
+    /// [`RaiseError`] for what the configuration or the file does not have.
+    pub fn blocks(&self, gsd: &Gsd, layout: &[Placed]) -> Result<ExtDiag, RaiseError> {
+        if self.is_empty() {
+            return Ok(ExtDiag::NONE);
+        }
+        let mut diagnosis = ExtDiag::fault();
+        if self.not_valid {
+            diagnosis = diagnosis.with_stat_diag();
+        }
+        if !(self.bits.is_empty() && self.areas.is_empty()) {
+            diagnosis.push(Block::Device(&self.device(gsd)?))?;
+        }
+        if !self.identifiers.is_empty() {
+            let most = layout.iter().map(|placed| placed.identifiers.end).max().unwrap_or(0);
+            let mut octets = vec![0; most.div_ceil(8).clamp(1, MAX_BLOCK)];
+            for slot in &self.identifiers {
+                for bit in placed(layout, *slot)?.identifiers.clone() {
+                    set(&mut octets, bit);
+                }
+            }
+            diagnosis.push(Block::Modules(&octets))?;
+        }
+        if !self.modules.is_empty() {
+            diagnosis.push(Block::Device(&self.status(layout)?))?;
+        }
+        for fault in &self.channels {
+            let module = placed(layout, fault.slot)?.identifiers.start;
+            let ChannelFault { direction, channel, width, error, .. } = *fault;
+            let module = u8::try_from(module).unwrap_or(u8::MAX);
+            diagnosis.push(Block::Channel(Channel { module, direction, channel, width, error }))?;
+        }
+        Ok(diagnosis)
+    }
+
+    /// What is raised, in the texts of the file where it has some.
+    pub fn words(&self, gsd: &Gsd, layout: &[Placed]) -> Vec<String> {
+        let mut words = Vec::new();
+        for bit in &self.bits {
+            let text = gsd.diag_bits.iter().find(|known| known.bit == *bit).map(|known| known.text.as_str());
+            words.push(text.map_or_else(|| format!("bit {bit}"), Into::into));
+        }
+        for (first, value) in &self.areas {
+            let area = gsd.diag_areas.iter().find(|area| area.first == *first);
+            let text = area.and_then(|area| area.values.iter().find(|text| text.0 == i64::from(*value)));
+            words.push(text.map_or_else(|| format!("value {value} from bit {first}"), |text| text.1.clone()));
+        }
+        let named = |slot: &u16| {
+            let name = placed(layout, *slot).map(|placed| placed.name(gsd)).unwrap_or_default();
+            format!("slot {slot} '{name}'")
+        };
+        words.extend(self.identifiers.iter().map(|slot| format!("{}: has a diagnosis", named(slot))));
+        words.extend(self.modules.iter().map(|(slot, state)| format!("{}: {}", named(slot), state.words())));
+        for fault in &self.channels {
+            let number = fault.error.number();
+            let own = gsd.channel_diag.iter().find(|known| known.0 == number).map(|known| known.1.as_str());
+            let text = own.or(fault.error.words()).unwrap_or("error of the manufacturer");
+            words.push(format!("{}, channel {}: {text} ({number})", named(&fault.slot), fault.channel));
+        }
+        if self.not_valid {
+            words.push("the inputs are not valid".into());
+        }
+        words
+    }
+
+    /// The device-related block without its header.
+    fn device(&self, gsd: &Gsd) -> Result<Vec<u8>, RaiseError> {
+        let typed = gsd.flags.dpv1 && gsd.diag_bits.iter().all(|bit| usize::from(bit.bit) >= TYPED_LEN * 8);
+        let mut octets = vec![0; MAX_BLOCK];
+        let mut used = if typed { TYPED_LEN } else { 1 };
+        if let (true, Some(first)) = (typed, octets.first_mut()) {
+            *first = MANUFACTURER_STATUS;
+        }
+        for bit in gsd.diag_bits.iter().filter(|bit| bit.inverted && !self.bits.contains(&bit.bit)) {
+            set(&mut octets, bit.bit.into());
+            used = used.max(usize::from(bit.bit) / 8 + 1);
+        }
+        for got in &self.bits {
+            if usize::from(*got) >= MAX_BLOCK * 8 {
+                let most = u16::try_from(MAX_BLOCK * 8 - 1).unwrap_or(u16::MAX);
+                return Err(RaiseError::Bit { got: *got, most });
+            }
+            if !gsd.diag_bits.iter().any(|bit| bit.bit == *got && bit.inverted) {
+                set(&mut octets, (*got).into());
+            }
+            used = used.max(usize::from(*got) / 8 + 1);
+        }
+        for (first, value) in &self.areas {
+            let wrong = RaiseError::Area { first: *first, value: *value };
+            let area = gsd.diag_areas.iter().find(|area| area.first == *first).ok_or(wrong)?;
+            let bits = u32::from(area.last - area.first) + 1;
+            if u64::from(*value) >> bits.min(32) != 0 || usize::from(area.last) >= MAX_BLOCK * 8 {
+                return Err(wrong);
+            }
+            for bit in (0..bits.min(32)).filter(|bit| value >> bit & 1 == 1) {
+                set(&mut octets, usize::from(*first) + usize::try_from(bit).unwrap_or_default());
+            }
+            used = used.max(usize::from(area.last) / 8 + 1);
+        }
+        octets.truncate(used.min(MAX_BLOCK));
+        Ok(octets)
+    }
+
+    /// The module status without its header.
+    fn status(&self, layout: &[Placed]) -> Result<Vec<u8>, RaiseError> {
+        let mut octets = vec![MODULE_STATUS, 0, 0];
+        octets.resize(TYPED_LEN + layout.len().div_ceil(4).clamp(1, MAX_BLOCK - TYPED_LEN), 0);
+        for (slot, state) in &self.modules {
+            let wanted = placed(layout, *slot)?.slot.number;
+            let place = layout.iter().position(|placed| placed.slot.number == wanted).unwrap_or_default();
+            for bit in (0..2).filter(|bit| *state as u8 >> bit & 1 == 1) {
+                set(&mut octets, TYPED_LEN * 8 + place * 2 + bit);
+            }
+        }
+        Ok(octets)
+    }
+}
+
+fn placed(layout: &[Placed], slot: u16) -> Result<&Placed, RaiseError> {
+    layout.iter().find(|placed| placed.slot.number == slot).ok_or_else(|| {
+        let number = |placed: Option<&Placed>| placed.map_or(0, |placed| placed.slot.number);
+        RaiseError::Slot { got: slot, first: number(layout.first()), last: number(layout.last()) }
+    })
+}
+
+/// Sets a bit, counted from the lowest of the first octet. One behind the end is left out.
+fn set(octets: &mut [u8], bit: usize) {
+    if let Some(octet) = octets.get_mut(bit / 8) {
+        *octet |= 1 << (bit % 8);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gsd::{Policy, Station};
+
+    const MODULAR: &str = "#Profibus_DP\nIdent_Number=1\nModular_Station=1\nMax_Module=9\nModul_Offset=1\n\
+        Unit_Diag_Bit(0)=\"short\"\nUnit_Diag_Bit(9)=\"supply\"\nUnit_Diag_!Bit(1)=\"fan stands\"\n\
+        Unit_Diag_Area=4-6\nValue(5)=\"hot\"\nUnit_Diag_Area_End\nChannel_Diag(16)=\"broken\"\n\
+        Module=\"a\" 0x10,0x20\nEndModule\nModule=\"b\" 0x11\nEndModule\n";
+
+    fn station(file: &str) -> Station {
+        Station::new(Gsd::read(file.as_bytes()).unwrap(), Policy::PROPOSED).unwrap()
+    }
+
+    fn octets(raised: &Raised) -> Result<Vec<u8>, RaiseError> {
+        let station = station(MODULAR);
+        let layout = station.layout(&[0x11, 0x10, 0x20, 0x11, 0x00, 0x11]);
+        raised.blocks(station.gsd(), &layout).map(|diagnosis| diagnosis.octets().to_vec())
+    }
+
+    #[test]
+    fn golden_blocks_of_each_kind() {
+        let channel = ChannelFault {
+            slot: 2,
+            channel: 3,
+            direction: Direction::Input,
+            width: Width::Word,
+            error: ChannelError::numbered(16).unwrap(),
+        };
+        for (raised, expected) in [
+            (Raised::default(), &[][..]),
+            (Raised { bits: [0].into(), ..Raised::default() }, &[0x02, 0x03]),
+            (Raised { bits: [1, 9].into(), ..Raised::default() }, &[0x03, 0x00, 0x02]),
+            (Raised { areas: [(4, 5)].into(), ..Raised::default() }, &[0x02, 0x52]),
+            // Slot 2 has two identifiers, the second and the third.
+            (Raised { identifiers: [2, 5].into(), ..Raised::default() }, &[0x42, 0x26]),
+            (
+                Raised {
+                    modules: [(1, ModuleState::Missing), (5, ModuleState::Invalid)].into(),
+                    ..Raised::default()
+                },
+                &[0x06, 0x82, 0x00, 0x00, 0x03, 0x01],
+            ),
+            (Raised { channels: vec![channel], ..Raised::default() }, &[0x81, 0x43, 0xB0]),
+            (Raised { not_valid: true, ..Raised::default() }, &[]),
+        ] {
+            assert_eq!(octets(&raised).unwrap(), expected, "{raised:?}");
+        }
+        let all = Raised {
+            bits: [0].into(),
+            identifiers: [1].into(),
+            modules: [(1, ModuleState::Wrong)].into(),
+            channels: vec![channel],
+            areas: [(4, 5)].into(),
+            not_valid: true,
+        };
+        let station = station(MODULAR);
+        let layout = station.layout(&[0x11, 0x10, 0x20]);
+        assert_eq!(
+            all.words(station.gsd(), &layout),
+            [
+                "short",
+                "hot",
+                "slot 1 'b': has a diagnosis",
+                "slot 1 'b': wrong module",
+                "slot 2 'a', channel 3: broken (16)",
+                "the inputs are not valid",
+            ]
+        );
+        let diagnosis = all.blocks(station.gsd(), &layout).unwrap();
+        assert!(diagnosis.ext_diag() && diagnosis.stat_diag() && !diagnosis.overflow());
+    }
+
+    #[test]
+    fn with_dpv1_the_bits_lie_behind_type_slot_and_specifier() {
+        let station = station(
+            "#Profibus_DP\nIdent_Number=1\nDPV1_Slave=1\nUnit_Diag_Bit(24)=\"x\"\nModule=\"a\" 0x10\nEndModule\n",
+        );
+        let raised = Raised { bits: [24].into(), ..Raised::default() };
+        let diagnosis = raised.blocks(station.gsd(), &station.layout(&[0x10])).unwrap();
+        assert_eq!(diagnosis.octets(), [0x05, 0xA1, 0, 0, 0x01]);
+    }
+
+    #[test]
+    fn what_is_not_there_cannot_be_raised() {
+        let slot = RaiseError::Slot { got: 6, first: 1, last: 5 };
+        for (raised, error) in [
+            (Raised { identifiers: [6].into(), ..Raised::default() }, slot),
+            (Raised { modules: [(6, ModuleState::Valid)].into(), ..Raised::default() }, slot),
+            (Raised { bits: [496].into(), ..Raised::default() }, RaiseError::Bit { got: 496, most: 495 }),
+            (Raised { areas: [(4, 8)].into(), ..Raised::default() }, RaiseError::Area { first: 4, value: 8 }),
+            (Raised { areas: [(5, 1)].into(), ..Raised::default() }, RaiseError::Area { first: 5, value: 1 }),
+        ] {
+            assert_eq!(octets(&raised), Err(error));
+        }
+    }
+}

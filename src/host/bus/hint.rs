@@ -1,0 +1,286 @@
+//! What is odd on a line: said once, as a hint. A hint hides no event and changes nothing.
+
+use core::fmt;
+use core::time::Duration;
+
+use crate::device::hint::PAUSE;
+use crate::fdl::{Address, DataTelegram, Function, Service, Telegram};
+use crate::time::{BaudRate, Instant};
+
+/// So many runs of octets that are no telegram, and no telegram between them, are noise.
+const NOISE: u32 = 20;
+
+/// So many requests in vain to one address are no look-around.
+const IN_VAIN: u8 = 3;
+
+/// So many addresses are followed at a time; a master that asks more of them looks around.
+const FOLLOWED: usize = 4;
+
+/// Two masters that were both heard in this time are on the line at the same time.
+const TOGETHER: Duration = Duration::from_secs(1);
+
+/// Something odd about a line. `Display` is one line of plain English: what, where, and what to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LineHint {
+    /// Many octets, and no telegram among them.
+    OnlyNoise {
+        /// The rate listened at.
+        rate: BaudRate,
+    },
+    /// A master asks an address where nobody is.
+    NobodyThere {
+        /// The master.
+        master: Address,
+        /// Whom it asks.
+        asked: Address,
+        /// Who is there.
+        there: Addresses,
+    },
+    /// Another master is on the line.
+    SecondMaster {
+        /// Who was heard first.
+        first: Address,
+        /// Who came.
+        second: Address,
+    },
+}
+
+/// A set of addresses. `Display`: `3, 5 to 8`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Addresses(u128);
+
+impl Addresses {
+    const NONE: Self = Self(0);
+
+    /// These.
+    pub fn of(addresses: impl IntoIterator<Item = Address>) -> Self {
+        let mut all = Self::NONE;
+        addresses.into_iter().for_each(|address| all.add(address));
+        all
+    }
+
+    /// Whether this one is among them.
+    pub const fn contains(self, address: Address) -> bool {
+        self.0 >> address.number() & 1 == 1
+    }
+
+    const fn add(&mut self, address: Address) {
+        self.0 |= 1 << address.number();
+    }
+}
+
+/// What was heard on the line, and what was said of it. Where nothing is odd, each look costs a comparison.
+#[derive(Debug)]
+pub(super) struct Watch {
+    /// Refused octets since the last telegram.
+    noise: u32,
+    noise_said: Option<Instant>,
+    /// Who has replied.
+    heard: Addresses,
+    /// The addresses that were asked in vain last, and how often.
+    in_vain: [Option<(Address, u8)>; FOLLOWED],
+    /// Whose place the next one takes.
+    next: usize,
+    /// The addresses for which that was said, and when the last time.
+    missed: (Addresses, Option<Instant>),
+    /// The master heard last, and when.
+    master: Option<(Address, Instant)>,
+    second_said: Option<Instant>,
+}
+
+impl Watch {
+    pub(super) const fn new() -> Self {
+        Self {
+            noise: 0,
+            noise_said: None,
+            heard: Addresses::NONE,
+            in_vain: [None; FOLLOWED],
+            next: 0,
+            missed: (Addresses::NONE, None),
+            master: None,
+            second_said: None,
+        }
+    }
+
+    /// Octets that are no telegram.
+    pub(super) fn refused(&mut self, now: Instant, rate: BaudRate) -> Option<LineHint> {
+        self.noise = self.noise.saturating_add(1);
+        if self.noise != NOISE {
+            return None;
+        }
+        // Counts again, so that it is said again while it goes on.
+        self.noise = 0;
+        due(&mut self.noise_said, now).then_some(LineHint::OnlyNoise { rate })
+    }
+
+    /// A telegram. `there`: the stations of ours.
+    #[inline]
+    pub(super) fn heard(
+        &mut self,
+        now: Instant,
+        telegram: &Telegram<'_>,
+        is_there: impl FnOnce(Address) -> bool,
+        there: impl FnOnce() -> Addresses,
+    ) -> Option<LineHint> {
+        self.noise = 0;
+        let data = match telegram {
+            Telegram::Data(data) => data,
+            Telegram::Token { .. } | Telegram::ShortAcknowledge => return None,
+        };
+        let asks = match data.fc.function() {
+            Function::Request(service, _) => is_for_data(service),
+            Function::Response(..) | Function::Reserved => {
+                self.heard.add(data.sa);
+                return None;
+            }
+        };
+        match &mut self.master {
+            Some((master, at)) if *master == data.sa => *at = now,
+            Some(_) | None => {
+                if let Some(hint) = self.another_master(now, data.sa) {
+                    return Some(hint);
+                }
+            }
+        }
+        if asks && !is_there(data.da) { self.asked_in_vain(now, data, there) } else { None }
+    }
+
+    fn another_master(&mut self, now: Instant, second: Address) -> Option<LineHint> {
+        let before = self.master.replace((second, now));
+        let (first, at) = before?;
+        let together = now.saturating_since(at) < TOGETHER;
+        (together && due(&mut self.second_said, now)).then_some(LineHint::SecondMaster { first, second })
+    }
+
+    fn asked_in_vain(
+        &mut self,
+        now: Instant,
+        request: &DataTelegram<'_>,
+        there: impl FnOnce() -> Addresses,
+    ) -> Option<LineHint> {
+        let (asked, master) = (request.da, request.sa);
+        // A broadcast is for nobody in particular, and others may be on the line.
+        if asked.is_broadcast() || self.heard.contains(asked) {
+            return None;
+        }
+        if self.times_asked(asked) < IN_VAIN {
+            return None;
+        }
+        let (said, at) = &mut self.missed;
+        if due(at, now) {
+            *said = Addresses::NONE;
+        } else if said.contains(asked) {
+            return None;
+        }
+        said.add(asked);
+        Some(LineHint::NobodyThere { master, asked, there: there() })
+    }
+}
+
+impl Watch {
+    /// How often this address was asked, this time included, since it is followed.
+    fn times_asked(&mut self, asked: Address) -> u8 {
+        let known = self.in_vain.iter_mut().flatten().find(|(address, _)| *address == asked);
+        if let Some((_, times)) = known {
+            *times = times.saturating_add(1);
+            return *times;
+        }
+        if let Some(place) = self.in_vain.get_mut(self.next) {
+            *place = Some((asked, 1));
+        }
+        self.next = (self.next + 1) % FOLLOWED;
+        1
+    }
+}
+
+/// Whether the pause since it was said is over; it counts as said then.
+fn due(said: &mut Option<Instant>, now: Instant) -> bool {
+    let due = said.is_none_or(|said| now.saturating_since(said) >= PAUSE);
+    if due {
+        *said = Some(now);
+    }
+    due
+}
+
+/// Whether a request carries or wants data; a master looks for others with FDL_Status.
+const fn is_for_data(service: Service) -> bool {
+    match service {
+        Service::SrdLow | Service::SrdHigh | Service::SdaLow | Service::SdaHigh => true,
+        Service::TimeEvent
+        | Service::SdnLow
+        | Service::SdnHigh
+        | Service::Msrd
+        | Service::FdlStatus
+        | Service::Ident
+        | Service::LsapStatus => false,
+    }
+}
+
+impl fmt::Display for LineHint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::OnlyNoise { rate } => write!(
+                f,
+                "hint: only octets that are no telegram are heard at {rate}; set the rate of the master, and check \
+                 whether A and B are exchanged and the line is terminated at both ends"
+            ),
+            Self::NobodyThere { master, asked, there: Addresses(0) } => {
+                write!(f, "hint: master {master} asks for station {asked}, and no station is here")
+            }
+            Self::NobodyThere { master, asked, there } => write!(
+                f,
+                "hint: master {master} asks for station {asked}, which is not here; here is {there}: change the address \
+                 in the master's project or that of the station"
+            ),
+            Self::SecondMaster { first, second } => write!(
+                f,
+                "hint: master {second} is on the line with master {first}; only the master that locked a slave controls \
+                 it"
+            ),
+        }
+    }
+}
+
+impl fmt::Display for Addresses {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut rest = self.0;
+        let mut first = true;
+        while rest != 0 {
+            let begin = rest.trailing_zeros();
+            let count = (!(rest >> begin)).trailing_zeros();
+            let gap = if core::mem::take(&mut first) { "" } else { ", " };
+            let end = begin + count - 1;
+            match count {
+                1 => write!(f, "{gap}{begin}")?,
+                2 => write!(f, "{gap}{begin}, {end}")?,
+                _more => write!(f, "{gap}{begin} to {end}")?,
+            }
+            rest = rest.checked_shr(end + 1).unwrap_or(0).checked_shl(end + 1).unwrap_or(0);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::string::ToString;
+
+    #[test]
+    fn addresses_are_listed_in_ranges() {
+        let listed = |numbers: &[u8]| {
+            let addresses = numbers.iter().map(|number| Address::station(*number).unwrap());
+            Addresses::of(addresses).to_string()
+        };
+        for (numbers, text) in [
+            (&[][..], ""),
+            (&[5], "5"),
+            (&[3, 5, 6], "3, 5, 6"),
+            (&[1, 2, 3, 4, 126], "1 to 4, 126"),
+            (&[0, 124, 125, 126], "0, 124 to 126"),
+        ] {
+            assert_eq!(listed(numbers), text);
+        }
+    }
+}

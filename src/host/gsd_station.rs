@@ -1,0 +1,430 @@
+//! A station from a GSD on a bus: its process image, what moves its inputs, what its diagnosis reports.
+//!
+//! ```text
+//! outputs ──▶ processes ──▶ inputs ──▶ forced bits over them ──▶ slave
+//! ```
+
+use std::boxed::Box;
+use std::string::ToString;
+use std::vec::Vec;
+
+use super::link::fault::Switch;
+use super::refusals::Refusals;
+use super::{OutputBoard, Participant};
+use crate::device::{Event, MAX_TELEGRAM_LEN};
+use crate::dp::application::Application as _;
+use crate::dp::{self, CfgFault, PrmFault, Reason};
+use crate::fdl::{Address, Rates, Telegram};
+use crate::gsd::{Gsd, Placed, RaiseError, Raised, Station};
+use crate::process::{Image, Point, Process, Slot, ValueError};
+use crate::time::{BaudRate, Instant};
+
+/// The most inputs of a slave.
+const MAX_IO_LEN: usize = dp::chk_cfg::MAX_IO_LEN;
+
+/// Why the outputs are what they are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OutputsAre {
+    /// No master exchanges data: zeros.
+    #[default]
+    Unowned,
+    /// What the master sends.
+    Live,
+    /// The master cleared them (Global_Control with Clear_Data), and has sent none but zeros since.
+    Cleared,
+    /// The master sends no outputs (Fail_Safe).
+    FailSafe,
+    /// The watchdog expired: zeros, and the slave waits for Set_Prm.
+    WatchdogExpired,
+}
+
+/// What turns a switch on: a comparison with an input.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Condition {
+    /// It has this value.
+    Is(f64),
+    /// It is greater.
+    Above(f64),
+    /// It is less.
+    Below(f64),
+}
+
+impl Condition {
+    /// Whether it holds for a value.
+    pub fn holds(self, value: f64) -> bool {
+        match self {
+            Self::Is(wanted) => value == wanted,
+            Self::Above(limit) => value > limit,
+            Self::Below(limit) => value < limit,
+        }
+    }
+}
+
+/// A station that a GSD describes, with everything that a test bench does to it.
+pub struct GsdStation {
+    station: dp::Station<Station>,
+    /// The modules of the configuration in force, and the same for processes.
+    layout: Vec<Placed>,
+    slots: Vec<Slot>,
+    /// The inputs that processes write.
+    inputs: [u8; MAX_IO_LEN],
+    /// The bits that are forced, and what they are.
+    mask: [u8; MAX_IO_LEN],
+    forced: [u8; MAX_IO_LEN],
+    processes: Vec<(Box<dyn Process>, Option<Instant>)>,
+    /// `output_updates` of the slave when the processes ran last.
+    seen: Option<u32>,
+    outputs_are: OutputsAre,
+    raised: Raised,
+    refusals: Refusals,
+    board: Option<OutputBoard>,
+    watched: Vec<(Point, Condition, Switch)>,
+}
+
+impl core::fmt::Debug for GsdStation {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("GsdStation").field("address", &self.station.address()).finish_non_exhaustive()
+    }
+}
+
+impl GsdStation {
+    /// A station that has just been switched on. The words of what it refuses go into `refusals`.
+    pub fn new(address: Address, baud: BaudRate, station: Station, refusals: Refusals) -> Self {
+        let description = station.description();
+        let station = dp::Station::new(address, baud, None, description, station);
+        let mut this = Self {
+            station,
+            layout: Vec::new(),
+            slots: Vec::new(),
+            inputs: [0; MAX_IO_LEN],
+            mask: [0; MAX_IO_LEN],
+            forced: [0; MAX_IO_LEN],
+            processes: Vec::new(),
+            seen: None,
+            outputs_are: OutputsAre::Unowned,
+            raised: Raised::default(),
+            refusals,
+            board: None,
+            watched: Vec::new(),
+        };
+        this.lay_out();
+        this
+    }
+
+    /// The same station, whose outputs others can follow and that can follow those of others on the same board.
+    #[must_use]
+    pub fn on_board(mut self, board: OutputBoard) -> Self {
+        self.board = Some(board);
+        self
+    }
+
+    /// Connects a machine. Several run in the order in which they were connected, each over the inputs of those before.
+    pub fn connect(&mut self, process: impl Process + 'static) {
+        self.processes.push((Box::new(process), Some(Instant::ZERO)));
+        self.seen = None;
+    }
+
+    /// Has `switch` be on while a condition on an input holds, forced inputs as they are forced. It is off while there is
+    /// no such input.
+    pub fn watch(&mut self, point: Point, condition: Condition, switch: Switch) {
+        self.watched.push((point, condition, switch));
+        self.offer();
+    }
+
+    /// Its file.
+    pub const fn gsd(&self) -> &Gsd {
+        self.station.slave().application().gsd()
+    }
+
+    /// Its slave: state, owner, octets, diagnosis.
+    pub const fn slave(&self) -> &dp::Slave<Station> {
+        self.station.slave()
+    }
+
+    /// The modules of the configuration in force, else of the one that Get_Cfg reports.
+    pub fn layout(&self) -> &[Placed] {
+        &self.layout
+    }
+
+    /// Why the outputs are what they are.
+    pub const fn outputs_are(&self) -> OutputsAre {
+        self.outputs_are
+    }
+
+    /// The inputs of a slot, forced ones as they are forced; empty if there is no such slot.
+    pub fn inputs(&self, slot: &Slot) -> Vec<u8> {
+        slot.inputs.clone().map(|at| self.input_octet(at)).collect()
+    }
+
+    /// Which bits of the inputs of a slot are forced.
+    pub fn forced(&self, slot: &Slot) -> &[u8] {
+        self.mask.get(slot.inputs.clone()).unwrap_or_default()
+    }
+
+    /// The outputs of a slot: zeros in the safe state.
+    pub fn outputs(&self, slot: &Slot) -> &[u8] {
+        self.slave().outputs().get(slot.outputs.clone()).unwrap_or_default()
+    }
+
+    /// Has an input keep this value, whatever its process does, until [`GsdStation::release`].
+    ///
+    /// # Errors
+    /// [`ValueError`] if the slot does not have it, or the value does not fit. Nothing is changed then.
+    pub fn force(&mut self, point: Point, value: f64) -> Result<(), ValueError> {
+        let mut forced = self.forced;
+        self.write(&mut forced, point, |octets| point.kind.write(octets, point.offset, value))?;
+        let mut mask = self.mask;
+        self.write(&mut mask, point, |octets| cover(octets, point, true))?;
+        (self.forced, self.mask) = (forced, mask);
+        self.offer();
+        Ok(())
+    }
+
+    /// Gives an input back to its process.
+    ///
+    /// # Errors
+    /// [`ValueError`] if the slot does not have it.
+    pub fn release(&mut self, point: Point) -> Result<(), ValueError> {
+        let mut mask = self.mask;
+        self.write(&mut mask, point, |octets| cover(octets, point, false))?;
+        self.mask = mask;
+        self.offer();
+        Ok(())
+    }
+
+    /// Gives all inputs back to their processes.
+    pub fn release_all(&mut self) {
+        self.mask = [0; MAX_IO_LEN];
+        self.offer();
+    }
+
+    /// What is raised besides what the slave reports by itself.
+    pub const fn raised(&self) -> &Raised {
+        &self.raised
+    }
+
+    /// Has the diagnosis report this and nothing else, until it is raised anew.
+    ///
+    /// # Errors
+    /// [`RaiseError`] for what the configuration or the file does not have. Nothing is changed then.
+    pub fn raise(&mut self, raised: Raised) -> Result<(), RaiseError> {
+        let diagnosis = raised.blocks(self.gsd(), &self.layout)?;
+        self.station.file_diagnosis(&diagnosis);
+        self.raised = raised;
+        Ok(())
+    }
+
+    fn write(
+        &self,
+        octets: &mut [u8; MAX_IO_LEN],
+        point: Point,
+        act: impl FnOnce(&mut [u8]) -> Result<(), ValueError>,
+    ) -> Result<(), ValueError> {
+        let slot = self.slots.iter().find(|slot| slot.number == point.slot);
+        act(slot.and_then(|slot| octets.get_mut(slot.inputs.clone())).unwrap_or_default())
+    }
+
+    fn input_octet(&self, at: usize) -> u8 {
+        let of = |octets: &[u8; MAX_IO_LEN]| octets.get(at).copied().unwrap_or_default();
+        (of(&self.inputs) & !of(&self.mask)) | (of(&self.forced) & of(&self.mask))
+    }
+
+    /// The modules are those of the configuration that the slave reports now. What was forced in other octets means
+    /// nothing any more.
+    fn lay_out(&mut self) {
+        let layout = self.slave().application().layout(self.slave().configuration());
+        self.seen = None;
+        if layout == self.layout {
+            return;
+        }
+        self.layout = layout;
+        self.slots = self.layout.iter().map(|placed| placed.slot.clone()).collect();
+        (self.inputs, self.mask) = ([0; MAX_IO_LEN], [0; MAX_IO_LEN]);
+        for (_, due) in &mut self.processes {
+            *due = Some(Instant::ZERO);
+        }
+        // Slots that are gone have no diagnosis.
+        let blocks = self.raised.blocks(self.gsd(), &self.layout);
+        if blocks.is_err() {
+            self.raised = Raised::default();
+        }
+        self.station.file_diagnosis(&blocks.unwrap_or(dp::ExtDiag::NONE));
+        self.offer();
+    }
+
+    /// Runs the processes that are due, and all of them when outputs have come.
+    fn run(&mut self, now: Instant) {
+        let updates = self.slave().output_updates();
+        let news = self.seen != Some(updates);
+        if !news && self.due().is_none_or(|due| due > now) {
+            return;
+        }
+        self.seen = Some(updates);
+        if let (true, Some(board)) = (news, &self.board) {
+            board.publish(self.station.address(), &self.slots, self.station.slave().outputs());
+        }
+        if self.processes.is_empty() {
+            return;
+        }
+        let Self { station, slots, inputs, processes, board, .. } = self;
+        let others = |station: Address, point: Point| board.as_ref()?.output(station, point);
+        for (process, due) in processes {
+            if news || due.is_some_and(|due| due <= now) {
+                let outputs = station.slave().outputs();
+                let mut image = Image { slots, outputs, inputs: &mut inputs[..], others: &others };
+                *due = process.step(now, &mut image);
+            }
+        }
+        self.offer();
+    }
+
+    fn due(&self) -> Option<Instant> {
+        self.processes.iter().filter_map(|(_, due)| *due).min()
+    }
+
+    /// Offers the inputs to the slave.
+    fn offer(&mut self) {
+        let mut inputs = [0; MAX_IO_LEN];
+        for (at, octet) in inputs.iter_mut().enumerate() {
+            *octet = self.input_octet(at);
+        }
+        self.station.set_inputs(&inputs);
+        for (point, condition, switch) in &self.watched {
+            let slot = self.slots.iter().find(|slot| slot.number == point.slot);
+            let octets = slot.and_then(|slot| inputs.get(slot.inputs.clone()));
+            let value = octets.and_then(|octets| point.kind.read(octets, point.offset));
+            switch.set(value.is_some_and(|value| condition.holds(value)));
+        }
+    }
+
+    fn has_outputs_again(&self) -> bool {
+        let slave = self.slave();
+        match self.outputs_are {
+            OutputsAre::FailSafe => !slave.safe_state(),
+            OutputsAre::Cleared => slave.outputs().iter().any(|octet| *octet != 0),
+            OutputsAre::Unowned | OutputsAre::Live | OutputsAre::WatchdogExpired => false,
+        }
+    }
+
+    /// What an event of the slave means for the image and the log.
+    fn learn(&mut self, event: &dp::Event) {
+        match event {
+            dp::Event::PrmRejected { fault: PrmFault::UserPrm(refusal), .. }
+            | dp::Event::CfgRejected { fault: CfgFault::Refused(refusal), .. } => {
+                self.outputs_are = OutputsAre::Unowned;
+                if let Reason::Numbered(number) = refusal.reason {
+                    let words = Words(self.slave().application(), number).to_string();
+                    self.refusals.keep(self.station.address(), number, words);
+                }
+            }
+            dp::Event::PrmRejected { .. }
+            | dp::Event::CfgRejected { .. }
+            | dp::Event::Parameterised { .. }
+            | dp::Event::Released { .. }
+            | dp::Event::WrongOutputLength { .. }
+            | dp::Event::ApplicationSilent { .. }
+            | dp::Event::ApplicationAborted { .. } => self.outputs_are = OutputsAre::Unowned,
+            dp::Event::DataExchange { .. } => {
+                self.outputs_are = OutputsAre::Live;
+                self.lay_out();
+                let station = self.slave().application();
+                let modules: Vec<_> = self.layout.iter().map(|placed| placed.module).collect();
+                for remark in station.remarks(self.slave().user_prm(), &modules) {
+                    tracing::warn!("station {}: {remark}", self.station.address());
+                }
+            }
+            dp::Event::Controlled { command, .. } => {
+                self.outputs_are = if command.clear_data { OutputsAre::Cleared } else { OutputsAre::Live };
+            }
+            dp::Event::SafeState { .. } => self.outputs_are = OutputsAre::FailSafe,
+            dp::Event::WatchdogExpired { .. } => self.outputs_are = OutputsAre::WatchdogExpired,
+            dp::Event::PrmForeign { .. }
+            | dp::Event::CfgToJudge { .. }
+            | dp::Event::Read { .. }
+            | dp::Event::AddressSet { .. }
+            | dp::Event::AddressRefused { .. } => {}
+        }
+    }
+}
+
+/// The words of a refusal.
+struct Words<'a>(&'a Station, u16);
+
+impl core::fmt::Display for Words<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        self.0.words(self.1, f)
+    }
+}
+
+impl Drop for GsdStation {
+    fn drop(&mut self) {
+        if let Some(board) = &self.board {
+            board.withdraw(self.station.address());
+        }
+    }
+}
+
+/// Sets or clears the bits of a value.
+fn cover(octets: &mut [u8], point: Point, on: bool) -> Result<(), ValueError> {
+    let Point { offset, kind, .. } = point;
+    let got = octets.len();
+    let needed = offset.saturating_add(kind.octets());
+    let field = octets.get_mut(offset..).and_then(|rest| rest.get_mut(..kind.octets()));
+    let field = field.ok_or(ValueError::Outside { kind, offset, needed, got })?;
+    for (octet, mask) in field.iter_mut().rev().zip(kind.mask().to_le_bytes()) {
+        *octet = if on { *octet | mask } else { *octet & !mask };
+    }
+    Ok(())
+}
+
+impl Participant for GsdStation {
+    fn address(&self) -> Address {
+        self.station.address()
+    }
+
+    fn set_baud(&mut self, baud: BaudRate) {
+        self.station.set_baud(baud);
+    }
+
+    fn rates(&self) -> Rates {
+        self.slave().description().rates
+    }
+
+    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(Event)) {
+        let outcome = self.station.receive(now, telegram);
+        if let Some(event) = outcome.event {
+            self.learn(&event);
+            news(Event::Dp(event));
+        }
+        // No event tells that outputs are there again after Fail_Safe or Clear_Data.
+        if outcome.exchanged && self.has_outputs_again() {
+            self.outputs_are = OutputsAre::Live;
+        }
+        self.run(now);
+    }
+
+    fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(Event)) {
+        if let Some(event) = self.station.handle_timeout(now) {
+            self.learn(&event);
+            news(Event::Dp(event));
+        }
+        self.run(now);
+    }
+
+    fn poll_transmit(
+        &mut self,
+        now: Instant,
+        buf: &mut [u8; MAX_TELEGRAM_LEN],
+        news: &mut dyn FnMut(Event),
+    ) -> Option<usize> {
+        Participant::poll_transmit(&mut self.station, now, buf, news)
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        Instant::first_of(self.station.poll_timeout(), self.due())
+    }
+
+    fn watchdog_on(&self) -> bool {
+        self.slave().watchdog_on()
+    }
+}

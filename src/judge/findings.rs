@@ -1,0 +1,197 @@
+//! What was found of each row: how often it held, how it was broken, why it was not judged.
+
+use std::collections::BTreeMap;
+use std::format;
+use std::string::String;
+use std::vec::Vec;
+
+use super::moment::{Moment, Telegram, explained};
+use super::rows::{Place, Row};
+
+/// How much it takes for a breach to count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Weight {
+    /// One is proof.
+    Once,
+    /// So many: a process that slept explains fewer.
+    Times(u32),
+    /// So many, and more than this share of all occasions, in percent.
+    Share(u32, u32),
+}
+
+/// What is said of a row in the end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "snake_case"))]
+pub enum Verdict {
+    /// It held at every occasion.
+    Pass,
+    /// It was broken.
+    Fail,
+    /// It was broken, and the sources are not sure of it.
+    Warn,
+    /// There was no occasion, or it cannot be seen here.
+    NotJudged,
+}
+
+/// The verdict on a row.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Judgement {
+    /// The row.
+    pub row: Row,
+    /// What is said of it.
+    pub verdict: Verdict,
+    /// Why, in plain words.
+    pub reason: String,
+    /// The telegrams that show it.
+    pub telegrams: Vec<Telegram>,
+}
+
+/// The first breach that was seen of a row.
+#[derive(Clone, Debug)]
+struct Breach {
+    reason: String,
+    moments: Vec<Moment>,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Record {
+    held: u32,
+    broken: u32,
+    weight: Option<Weight>,
+    first: Option<Breach>,
+    obstacle: Option<String>,
+}
+
+/// Every row.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Findings {
+    records: BTreeMap<Row, Record>,
+}
+
+impl Findings {
+    /// One occasion at which a row held.
+    pub(super) fn held(&mut self, row: Row) {
+        let record = self.records.entry(row).or_default();
+        record.held = record.held.saturating_add(1);
+    }
+
+    /// One occasion at which a row was broken.
+    pub(super) fn broken(&mut self, row: Row, weight: Weight, reason: String, moments: Vec<Moment>) {
+        let record = self.records.entry(row).or_default();
+        record.broken = record.broken.saturating_add(1);
+        // What was proved once stays so.
+        if record.weight != Some(Weight::Once) {
+            record.weight = Some(weight);
+        }
+        if record.first.is_none() {
+            record.first = Some(Breach { reason, moments });
+        }
+    }
+
+    /// Why a row cannot be judged, if nothing else is said of it.
+    pub(super) fn obstacle(&mut self, row: Row, reason: impl Into<String>) {
+        self.records.entry(row).or_default().obstacle = Some(reason.into());
+    }
+
+    /// What was found against a row says nothing, for this reason.
+    pub(super) fn void(&mut self, row: Row, reason: &str) {
+        let record = self.records.entry(row).or_default();
+        if fails(record) {
+            *record = Record { obstacle: Some(reason.into()), ..Record::default() };
+        }
+    }
+
+    /// A reason for a row that has none.
+    pub(super) fn default_obstacle(&mut self, row: Row, reason: &str) {
+        self.records.entry(row).or_default().obstacle.get_or_insert_with(|| reason.into());
+    }
+
+    /// Whether anything was said of a row.
+    pub(super) fn is_judged(&self, row: Row) -> bool {
+        self.records.get(&row).is_some_and(|record| record.held > 0 || fails(record))
+    }
+
+    /// The verdict on a row.
+    pub(super) fn judgement(&self, row: Row) -> Judgement {
+        let none = Record::default();
+        let record = self.records.get(&row).unwrap_or(&none);
+        let judged = |verdict, reason, telegrams| Judgement { row, verdict, reason, telegrams };
+        match &record.first {
+            Some(Breach { reason, moments }) if fails(record) => {
+                let verdict = if row.only_warns() { Verdict::Warn } else { Verdict::Fail };
+                let times =
+                    if record.broken > 1 { format!(" ({} times)", record.broken) } else { String::new() };
+                judged(verdict, format!("{reason}{times}"), explained(moments.iter().cloned()))
+            }
+            _ if record.held > 0 => {
+                let times = if record.held == 1 { "once".into() } else { format!("{} times", record.held) };
+                judged(Verdict::Pass, format!("held {times}"), Vec::new())
+            }
+            _ => {
+                let doubtful = record.first.as_ref().map(|breach| {
+                    format!(
+                        "not proved: {} ({} times, which a delay may explain)",
+                        breach.reason, record.broken
+                    )
+                });
+                let reason =
+                    doubtful.or_else(|| record.obstacle.clone()).unwrap_or_else(|| no_occasion(row).into());
+                judged(Verdict::NotJudged, reason, Vec::new())
+            }
+        }
+    }
+}
+
+fn fails(record: &Record) -> bool {
+    match record.weight {
+        None => false,
+        Some(Weight::Once) => record.broken > 0,
+        Some(Weight::Times(least)) => record.broken >= least,
+        Some(Weight::Share(least, percent)) => {
+            let all = u64::from(record.broken) + u64::from(record.held);
+            record.broken >= least && u64::from(record.broken) * 100 > u64::from(percent) * all
+        }
+    }
+}
+
+/// Why a row that nothing was said of is not judged.
+fn no_occasion(row: Row) -> &'static str {
+    let places = row.about().places;
+    let seen_here = |place: &Place| matches!(place, Place::Pty | Place::Margin);
+    match places {
+        [] => "it is the user's business and never judged",
+        [Place::Ask] => "needs --ask: somebody who operates the master",
+        places if places.iter().any(seen_here) => "there was no occasion to see it",
+        [Place::Serial] => "needs a real line that shows parity and pauses",
+        [Place::Virtual] => "needs virtual time: the library function in a Rust test",
+        [..] => "needs a real line or virtual time: no bit times are seen on this link",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_breach_counts_when_its_weight_is_reached() {
+        let mut findings = Findings::default();
+        let broken = |findings: &mut Findings, weight| {
+            findings.broken(Row::C02, weight, "why".into(), Vec::new());
+            findings.judgement(Row::C02).verdict
+        };
+        assert_eq!(findings.judgement(Row::C02).verdict, Verdict::NotJudged);
+        findings.held(Row::C02);
+        assert_eq!(findings.judgement(Row::C02).verdict, Verdict::Pass);
+        assert_eq!(broken(&mut findings, Weight::Times(2)), Verdict::Pass);
+        assert_eq!(broken(&mut findings, Weight::Times(2)), Verdict::Fail);
+        assert_eq!(broken(&mut findings, Weight::Share(3, 75)), Verdict::Pass);
+        assert_eq!(broken(&mut findings, Weight::Share(3, 75)), Verdict::Fail);
+    }
+
+    #[test]
+    fn an_uncertain_row_only_warns() {
+        let mut findings = Findings::default();
+        findings.broken(Row::U07, Weight::Once, "why".into(), Vec::new());
+        assert_eq!(findings.judgement(Row::U07).verdict, Verdict::Warn);
+    }
+}

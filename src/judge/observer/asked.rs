@@ -1,0 +1,182 @@
+//! Rows that need somebody who operates the master: what it does after it was asked.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::format;
+use std::string::String;
+use std::vec::Vec;
+
+use super::Observer;
+use super::cycle::Cycle;
+use crate::dp::{self, SetPrm};
+use crate::explain::hex;
+use crate::fdl::{Address, FrameCount};
+use crate::judge::findings::Weight;
+use crate::judge::rows::Row;
+use crate::judge::scenario::Check;
+
+const CLEAR_DATA: u8 = 0x02;
+const UNFREEZE: u8 = 0x04;
+const UNSYNC: u8 = 0x10;
+/// Global_Control kept since the master was asked.
+const KEPT: usize = 256;
+
+/// What was seen since the master was asked for something.
+#[derive(Debug, Default)]
+pub(in crate::judge) struct Asked {
+    /// Global_Control: command and groups.
+    commands: Vec<(u8, u8)>,
+    /// Requests to slaves in all, and since the last look.
+    requests: u32,
+    /// Stations that were let go.
+    released: BTreeSet<u8>,
+    /// The last outputs of each station.
+    outputs: BTreeMap<u8, Vec<u8>>,
+    /// Stations whose next request must be a first one.
+    begins: BTreeSet<u8>,
+}
+
+impl Observer {
+    /// The master is asked for something: what comes now counts.
+    pub(in crate::judge) fn begin_asking(&mut self) {
+        let outputs = core::mem::take(&mut self.asked_for.outputs);
+        let begins = core::mem::take(&mut self.asked_for.begins);
+        self.asked_for = Asked { outputs, begins, ..Asked::default() };
+    }
+
+    /// The master has had time to stop: requests from now on count.
+    pub(in crate::judge) const fn count_requests(&mut self) {
+        self.asked_for.requests = 0;
+    }
+
+    /// The master begins anew: the next request to each station must be a first one.
+    pub(in crate::judge) fn expect_new_begin(&mut self) {
+        for (number, view) in &mut self.views {
+            view.last = None;
+            view.lose(super::view::Loss::None);
+            view.gave_up = false;
+            view.exchanging = false;
+            view.cfg = super::view::Step::None;
+            self.asked_for.begins.insert(*number);
+        }
+        self.open = None;
+    }
+
+    pub(super) fn note_command(&mut self, command: u8, groups: u8) {
+        if self.asked_for.commands.len() < KEPT {
+            self.asked_for.commands.push((command, groups));
+        }
+    }
+
+    pub(super) fn note_request(&mut self, cycle: &Cycle) {
+        let asked = &mut self.asked_for;
+        asked.requests = asked.requests.saturating_add(1);
+        match cycle.service {
+            Some(dp::Service::DataExchange) => {
+                asked.outputs.insert(cycle.to.number(), cycle.data().to_vec());
+            }
+            Some(dp::Service::SetPrm) if SetPrm::parse(cycle.data()).is_ok_and(SetPrm::unlock_req) => {
+                asked.released.insert(cycle.to.number());
+            }
+            Some(
+                dp::Service::SetPrm
+                | dp::Service::SetSlaveAdd
+                | dp::Service::RdInp
+                | dp::Service::RdOutp
+                | dp::Service::GlobalControl
+                | dp::Service::GetCfg
+                | dp::Service::SlaveDiag
+                | dp::Service::ChkCfg,
+            )
+            | None => {}
+        }
+    }
+
+    pub(super) fn judge_new_begin(&mut self, cycle: &Cycle) {
+        if !self.asked_for.begins.remove(&cycle.to.number()) {
+            return;
+        }
+        if cycle.count == FrameCount::First && cycle.service == Some(dp::Service::SlaveDiag) {
+            self.held(Row::Z04);
+        } else {
+            let reason = "the first request after a stop is not Slave_Diag with FCV = 0, FCB = 1";
+            self.broken(Row::Z04, Weight::Once, cycle.serial, Some(cycle.to), reason);
+        }
+    }
+
+    fn expect(&mut self, row: Row, holds: bool, reason: &str) {
+        if holds {
+            self.held(row);
+        } else {
+            self.show(row, Weight::Once, String::from(reason));
+        }
+    }
+
+    /// What the master has done since it was asked.
+    pub(in crate::judge) fn check(&mut self, check: &Check) {
+        match check {
+            Check::Clear => {
+                let announced = self.asked_for.commands.iter().any(|(command, _)| command & CLEAR_DATA != 0);
+                self.expect(
+                    Row::O02,
+                    announced,
+                    "asked for CLEAR, and no Global_Control with Clear_Data came",
+                );
+                let zero = self.asked_for.outputs.values().all(|data| data.iter().all(|octet| *octet == 0));
+                self.expect(Row::O03, zero, "asked for CLEAR, and outputs are not zero after a second");
+            }
+            Check::Operate => {
+                let last = self.asked_for.commands.last().map(|(command, _)| command & CLEAR_DATA == 0);
+                self.expect(
+                    Row::O10,
+                    last == Some(true),
+                    "asked for OPERATE, and no Global_Control without Clear_Data came",
+                );
+            }
+            Check::Outputs(wanted) => self.check_outputs(wanted),
+            Check::Stop => {
+                let requests = self.asked_for.requests;
+                let silent = requests == 0;
+                let reason = format!("{requests} requests to slaves after the master was asked to stop");
+                self.expect(Row::Z02, silent, &reason);
+                self.expect(Row::O11, silent, &reason);
+                let stations: Vec<u8> = self.setup.present().map(|slave| slave.address.number()).collect();
+                let released = stations.iter().all(|station| self.asked_for.released.contains(station));
+                self.expect(
+                    Row::Z01,
+                    released,
+                    "asked to stop, and not every slave got a Set_Prm with Unlock_Req",
+                );
+                if self.asked_for.commands.iter().any(|(command, _)| command & CLEAR_DATA != 0) {
+                    self.held(Row::Z03);
+                } else {
+                    let reason = "no Clear_Data was seen on the way to STOP; the sources are not sure that there must be one";
+                    self.findings.obstacle(Row::Z03, reason);
+                }
+            }
+            Check::Command { wanted, undo, groups } => self.check_command(*wanted, *undo, *groups),
+        }
+    }
+
+    fn check_outputs(&mut self, wanted: &[(Address, Vec<u8>)]) {
+        for (station, octets) in wanted {
+            let got = self.asked_for.outputs.get(&station.number()).cloned().unwrap_or_default();
+            let reason = format!("outputs of station {station} are {}, asked for {}", hex(&got), hex(octets));
+            self.expect(Row::X04, got == *octets, &reason);
+        }
+    }
+
+    fn check_command(&mut self, wanted: u8, undo: u8, groups: u8) {
+        let commands = self.asked_for.commands.clone();
+        let came =
+            commands.iter().any(|(command, group)| command & (wanted | undo) == wanted && *group == groups);
+        let reason =
+            format!("no Global_Control with command bit 0x{wanted:02X} to groups 0x{groups:02X} came");
+        self.expect(Row::S01, came, &reason);
+        // The cyclic ones that follow.
+        if wanted & (UNSYNC | UNFREEZE) == 0 {
+            let undone = commands.iter().any(|(command, _)| command & undo != 0);
+            let reason = format!("a Global_Control has the bit 0x{undo:02X} that undoes it");
+            self.expect(Row::S03, !undone, &reason);
+        }
+    }
+}

@@ -1,0 +1,198 @@
+//! Rows O: Global_Control, and what outputs say in CLEAR.
+
+use core::time::Duration;
+use std::format;
+
+use super::Observer;
+use super::cycle::Cycle;
+use crate::dp;
+use crate::fdl::{DataTelegram, FrameCount, Function};
+use crate::judge::findings::Weight;
+use crate::judge::rows::Row;
+use crate::judge::setup::Slave;
+use crate::time::Instant;
+
+const CLEAR_DATA: u8 = 0x02;
+/// Bits 0, 6 and 7.
+const RESERVED: u8 = 0xC1;
+/// Octets of Global_Control.
+const LEN: usize = 2;
+/// A session with data exchange shorter than this need not have shown OPERATE.
+const LEAST_SESSION: Duration = Duration::from_secs(3);
+/// Data_Exchange that may still carry outputs after CLEAR.
+const GRACE: u32 = 2;
+
+/// The operating mode that the master has announced.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Mode {
+    #[default]
+    Unknown,
+    Clear,
+    Operate,
+}
+
+/// What Global_Control has said.
+#[derive(Debug, Default)]
+pub(super) struct Control {
+    pub(super) mode: Mode,
+    /// OPERATE was announced at least once.
+    operated: bool,
+    clear_seen: bool,
+    /// The first Data_Exchange and the last one.
+    first_exchange: Option<Instant>,
+    last_exchange: Option<Instant>,
+    /// Data_Exchange with outputs since CLEAR, and without since OPERATE.
+    since_clear: u32,
+    operate_repeated: u32,
+    /// Somebody asked the master for CLEAR.
+    pub(super) clear_wanted: bool,
+}
+
+impl Observer {
+    /// Whether the master has announced OPERATE last.
+    pub(in crate::judge) fn is_operating(&self) -> bool {
+        self.control.mode == Mode::Operate
+    }
+
+    /// Somebody asks the master for CLEAR, or no longer does.
+    pub(in crate::judge) const fn want_clear(&mut self, wanted: bool) {
+        self.control.clear_wanted = wanted;
+    }
+
+    /// An SDN request.
+    pub(super) fn controlled(&mut self, serial: u64, now: Instant, data: &DataTelegram<'_>) {
+        self.judge_uncounted(serial, data);
+        if dp::Service::of(data.dsap, data.ssap) != Some(dp::Service::GlobalControl) {
+            return;
+        }
+        let &[command, groups] = data.data else {
+            let reason = format!("Global_Control has {} octets, expected {LEN}", data.data.len());
+            self.broken(Row::O04, Weight::Once, serial, None, reason);
+            return;
+        };
+        self.held(Row::O04);
+        if command & RESERVED == 0 {
+            self.held(Row::O05);
+        } else {
+            let reason = format!("command 0x{command:02X}: bits 0, 6 and 7 are reserved, expected 0");
+            self.broken(Row::O05, Weight::Once, serial, None, reason);
+        }
+        self.timing.controlled(now);
+        self.note_command(command, groups);
+        let control = &mut self.control;
+        if command & CLEAR_DATA == 0 {
+            if control.operated {
+                control.operate_repeated += 1;
+            }
+            control.operated = true;
+            control.mode = Mode::Operate;
+            return;
+        }
+        control.clear_seen = true;
+        let stays = control.mode == Mode::Operate && !control.clear_wanted;
+        if control.mode != Mode::Clear {
+            control.since_clear = 0;
+        }
+        control.mode = Mode::Clear;
+        if stays {
+            let reason = "Global_Control with Clear_Data, which nobody asked for";
+            self.broken(Row::O08, Weight::Once, serial.saturating_sub(8), None, reason);
+        }
+    }
+
+    /// FCV and FCB of a telegram that is not counted.
+    pub(super) fn judge_uncounted(&mut self, serial: u64, data: &DataTelegram<'_>) {
+        match data.fc.function() {
+            Function::Request(_, FrameCount::Unused) => self.held(Row::C09),
+            Function::Request(_, FrameCount::First | FrameCount::Even | FrameCount::Odd)
+            | Function::Response(..)
+            | Function::Reserved => {
+                let reason = format!("function code 0x{:02X}: FCV and FCB are not 0", data.fc.octet());
+                self.broken(Row::C09, Weight::Once, serial, None, reason);
+            }
+        }
+    }
+
+    /// A Global_Control that wants a reply.
+    pub(super) fn judge_control_service(&mut self, cycle: &Cycle) {
+        let reason = "Global_Control as SRD: it wants a reply";
+        self.broken(Row::O04, Weight::Once, cycle.serial, None, reason);
+    }
+
+    /// The outputs of a Data_Exchange beside the operating mode.
+    pub(super) fn judge_clear(&mut self, cycle: &Cycle, data: &[u8], slave: Option<&Slave>) {
+        let Self { control, .. } = self;
+        control.first_exchange.get_or_insert(cycle.end);
+        control.last_exchange = Some(cycle.end);
+        let has_outputs = slave.and_then(Slave::lengths).is_some_and(|lengths| lengths.outputs > 0);
+        let fail_safe = slave.is_some_and(|slave| slave.fail_safe);
+        let zero = data.iter().all(|octet| *octet == 0);
+        let (mode, operated) = (control.mode, control.operated);
+        if data.is_empty() && has_outputs {
+            let reason = match (fail_safe, mode) {
+                (true, Mode::Clear | Mode::Unknown) => return self.held(Row::O06),
+                (true, Mode::Operate) => "Data_Exchange without outputs in OPERATE",
+                (false, _) => "Data_Exchange without outputs to a station without Fail_Safe",
+            };
+            self.broken(Row::O06, Weight::Once, cycle.serial, Some(cycle.to), reason);
+            return;
+        }
+        match mode {
+            Mode::Unknown if self.sight != super::Sight::Recorded => {
+                if !zero {
+                    let reason =
+                        "outputs before OPERATE; the master shows no CLEAR phase, so this is left open";
+                    self.findings.obstacle(Row::U10, reason);
+                }
+            }
+            Mode::Unknown => {}
+            Mode::Operate => {
+                if self.control.since_clear == 0 && self.control.clear_seen {
+                    self.held(Row::U10);
+                }
+            }
+            Mode::Clear if zero => {
+                if operated {
+                    self.held(Row::O03);
+                } else {
+                    self.held(Row::U10);
+                }
+            }
+            Mode::Clear => {
+                let control = &mut self.control;
+                control.since_clear += 1;
+                let stations = u32::try_from(self.setup.present().count()).unwrap_or(1).max(1);
+                let (row, grace) = if operated { (Row::O03, GRACE * stations) } else { (Row::U10, 0) };
+                if self.control.since_clear > grace {
+                    let reason = "outputs that are not zero after Global_Control with Clear_Data";
+                    self.broken(row, Weight::Once, cycle.serial.saturating_sub(4), None, reason);
+                }
+            }
+        }
+    }
+
+    pub(super) fn finish_control(&mut self) {
+        let session = match (self.control.first_exchange, self.control.last_exchange) {
+            (Some(first), Some(last)) => last.saturating_since(first),
+            (None, _) | (_, None) => Duration::ZERO,
+        };
+        if self.control.operated {
+            self.held(Row::O01);
+        } else if session >= LEAST_SESSION {
+            let reason =
+                format!("{} s of data exchange, and no Global_Control without Clear_Data", session.as_secs());
+            self.broken(Row::O01, Weight::Once, self.serial.saturating_sub(4), None, reason);
+        } else {
+            self.findings.obstacle(Row::O01, "data were exchanged for less than three seconds");
+        }
+        for row in [Row::O07, Row::O09] {
+            self.findings.obstacle(row, "applies only if Auto_Clear is configured, which is not said");
+        }
+        let through = if self.control.clear_seen {
+            "CLEAR was announced; which transition the user asked for is not known without --ask"
+        } else {
+            "no CLEAR phase was seen on the way to OPERATE; the sources are not sure that there must be one"
+        };
+        self.findings.obstacle(Row::O12, through);
+    }
+}

@@ -1,0 +1,474 @@
+//! The observer: every telegram in, evidence for each row out. Sans-I/O, the same live, in virtual time and for captures.
+//!
+//! ```text
+//! telegram of the master ──▶ framing ──▶ timing ──▶ SD4, FDL status: token
+//!                                              ├──▶ SDN: control
+//!                                              └──▶ SRD: counting, start_up, contents, exchange
+//! telegrams of stations  ──▶ the open Cycle; what it led to is judged with the master's next telegram
+//! ```
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | `cycle` | a request and what came back |
+//! | `view` | what is known of one station |
+//! | `framing` | rows F |
+//! | `counting` | rows C and those of bad replies that the frame count bit shows |
+//! | `start_up` | rows U, D and L: what is asked when |
+//! | `contents` | rows P and G |
+//! | `exchange` | rows X, D and L of data exchange |
+//! | `control` | rows O |
+//! | `asked` | rows that need somebody who operates the master |
+//! | `token` | rows K |
+//! | `timing` | rows T and I |
+
+mod asked;
+mod contents;
+mod control;
+mod counting;
+mod cycle;
+mod exchange;
+mod framing;
+mod start_up;
+mod timing;
+mod token;
+mod view;
+
+use core::time::Duration;
+use std::collections::{BTreeMap, VecDeque};
+use std::string::String;
+use std::vec::Vec;
+
+use super::findings::{Findings, Weight};
+use super::moment::{Moment, Side, split};
+use super::rows::Row;
+use super::setup::Setup;
+use crate::dp;
+use crate::fdl::telegram::{Decoded, decode};
+use crate::fdl::{Address, DataTelegram, Function, Service, Telegram};
+use crate::time::{BaudRate, Instant};
+use control::Control;
+use cycle::{Answer, Cycle, Item};
+use timing::Timing;
+use token::Ring;
+use view::{Loss, View};
+
+/// So many sendings are kept to show.
+const KEPT: usize = 512;
+/// So many of them show one breach.
+const SHOWN: usize = 12;
+
+/// How the line is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sight {
+    /// A link whose times are those of a program that reads.
+    Untimed,
+    /// Virtual time: exact, at this rate.
+    Exact(BaudRate),
+    /// A recording: it may begin anywhere.
+    Recorded,
+}
+
+/// What was seen so far.
+#[derive(Debug)]
+pub(super) struct Observer {
+    pub(super) setup: Setup,
+    pub(super) findings: Findings,
+    sight: Sight,
+    recent: VecDeque<Moment>,
+    /// The number of the newest.
+    serial: u64,
+    /// The address of the master, once it is known.
+    master: Option<Address>,
+    open: Option<Cycle>,
+    views: BTreeMap<u8, View>,
+    control: Control,
+    ring: Ring,
+    timing: Timing,
+    noise: u32,
+    /// Octets of the master since its last telegram.
+    noise_octets: usize,
+    telegrams: u64,
+    last_heard: Option<Instant>,
+    /// FCB of the last counted request to any station, and how often it went on over all of them.
+    common: counting::Common,
+    /// Replies are held back on purpose.
+    pub(super) held_back: bool,
+    pub(super) asked_for: asked::Asked,
+    /// So much is wrong on purpose that only coming back is judged.
+    pub(super) blind: bool,
+    /// Nothing is wrong on purpose.
+    pub(super) watching: bool,
+}
+
+impl Observer {
+    pub(super) fn new(setup: Setup, sight: Sight) -> Self {
+        Self {
+            master: setup.master,
+            setup,
+            sight,
+            findings: Findings::default(),
+            recent: VecDeque::new(),
+            serial: 0,
+            open: None,
+            views: BTreeMap::new(),
+            control: Control::default(),
+            ring: Ring::default(),
+            timing: Timing::default(),
+            noise: 0,
+            noise_octets: 0,
+            telegrams: 0,
+            last_heard: None,
+            common: counting::Common::default(),
+            held_back: false,
+            blind: false,
+            asked_for: asked::Asked::default(),
+            watching: matches!(sight, Sight::Recorded),
+        }
+    }
+
+    /// When the master was heard last.
+    pub(super) const fn last_heard(&self) -> Option<Instant> {
+        self.last_heard
+    }
+
+    /// Whole telegrams of the master.
+    pub(super) const fn telegrams(&self) -> u64 {
+        self.telegrams
+    }
+
+    /// Octets of the master since its last whole telegram.
+    pub(super) const fn noise_octets(&self) -> usize {
+        self.noise_octets
+    }
+
+    /// Good exchanges in a row with a station.
+    pub(super) fn streak(&self, station: Address) -> u32 {
+        self.views.get(&station.number()).map_or(0, |view| view.streak)
+    }
+
+    /// Good exchanges with a station, all of them.
+    pub(super) fn exchanges(&self, station: Address) -> u32 {
+        self.views.get(&station.number()).map_or(0, |view| view.exchanges)
+    }
+
+    /// Complete start-ups of a station.
+    pub(super) fn start_ups(&self, station: Address) -> u32 {
+        self.views.get(&station.number()).map_or(0, |view| view.start_ups)
+    }
+
+    /// Data_Exchange requests to a station, retries apart.
+    pub(super) fn polled(&self, station: Address) -> u32 {
+        self.views.get(&station.number()).map_or(0, |view| view.polled)
+    }
+
+    /// When a station was asked last, FDL status included.
+    pub(super) fn last_asked(&self, station: Address) -> Option<Instant> {
+        self.views.get(&station.number())?.spoken_to
+    }
+
+    /// Whether a time is longer ago than that, seen from the last telegram.
+    pub(super) fn is_long_ago(&self, at: Instant, time: Duration) -> bool {
+        self.last_heard.is_some_and(|heard| heard.saturating_since(at) >= time)
+    }
+
+    /// A row was broken by what was seen over a longer time: the last telegrams show it.
+    pub(super) fn show(&mut self, row: Row, weight: Weight, reason: String) {
+        let shown = self.since(self.serial.saturating_sub(6), None);
+        self.findings.broken(row, weight, reason, shown);
+    }
+
+    /// A count of good exchanges begins anew.
+    pub(super) fn begin_streaks(&mut self) {
+        for view in self.views.values_mut() {
+            view.streak = 0;
+        }
+    }
+
+    /// The judge could not look at the line for a while: what waits then proves nothing.
+    pub(super) fn paused(&mut self) {
+        if let Some(open) = &mut self.open {
+            open.void = true;
+        }
+        self.timing.paused();
+    }
+
+    /// Takes a sending.
+    pub(super) fn take(&mut self, moment: Moment) {
+        match moment.side {
+            Side::Master => self.master_sent(moment),
+            Side::Station(_) => self.station_sent(&moment),
+        }
+    }
+
+    /// The recording or the judgement has come to its end.
+    pub(super) fn finish(&mut self) {
+        self.blind = false;
+        self.close();
+        self.finish_control();
+        self.finish_timing();
+        self.finish_token();
+        self.finish_counting();
+        self.finish_exchange();
+    }
+
+    fn keep(&mut self, moment: Moment) -> u64 {
+        if self.recent.len() == KEPT {
+            self.recent.pop_front();
+        }
+        self.recent.push_back(moment);
+        self.serial += 1;
+        self.serial
+    }
+
+    /// The sendings from one number on, those about `station` if there are many.
+    fn since(&self, serial: u64, station: Option<Address>) -> Vec<Moment> {
+        let count = usize::try_from(self.serial.saturating_sub(serial)).unwrap_or(KEPT) + 1;
+        let newest = self.recent.iter().skip(self.recent.len().saturating_sub(count));
+        let concerns = |moment: &&Moment| {
+            let Some(station) = station else { return true };
+            match (moment.side, decode(&moment.octets)) {
+                (Side::Station(from), _) => from == Some(station) || from.is_none(),
+                (Side::Master, Decoded::Telegram { telegram: Telegram::Data(data), .. }) => {
+                    data.da == station || data.da.is_broadcast()
+                }
+                (Side::Master, Decoded::Telegram { .. } | Decoded::Incomplete | Decoded::Invalid { .. }) => {
+                    false
+                }
+            }
+        };
+        let all: Vec<Moment> = newest.filter(concerns).cloned().collect();
+        if all.len() <= SHOWN {
+            return all;
+        }
+        let half = SHOWN / 2;
+        let (front, back) = (all.iter().take(half), all.iter().skip(all.len() - half));
+        front.chain(back).cloned().collect()
+    }
+
+    fn held(&mut self, row: Row) {
+        self.findings.held(row);
+    }
+
+    /// A row was broken; the telegrams from a number on show it.
+    fn broken(
+        &mut self,
+        row: Row,
+        weight: Weight,
+        from: u64,
+        station: Option<Address>,
+        reason: impl Into<String>,
+    ) {
+        // In a flood of errors a master may take noise for a reply, and is right.
+        if self.blind {
+            return;
+        }
+        let shown = self.since(from, station);
+        self.findings.broken(row, weight, reason.into(), shown);
+    }
+
+    fn view(&mut self, station: Address) -> &mut View {
+        self.views.entry(station.number()).or_default()
+    }
+
+    fn station_sent(&mut self, moment: &Moment) {
+        let side = Side::Station(self.open.as_ref().map(|open| open.to));
+        for octets in split(&moment.octets) {
+            let shown = Moment { side, octets: octets.to_vec(), ..*moment };
+            if let Some(open) = &mut self.open {
+                let item = open.classify(octets);
+                open.answered_at.get_or_insert(moment.at);
+                open.items.push(item);
+            }
+            self.keep(shown);
+        }
+        self.timing.heard(moment.end, self.open.is_some());
+    }
+
+    fn master_sent(&mut self, moment: Moment) {
+        self.last_heard = Some(moment.end);
+        let octets = moment.octets.clone();
+        let (at, end) = (moment.at, moment.end);
+        let serial = self.keep(moment);
+        let telegram = match decode(&octets) {
+            Decoded::Telegram { telegram, len } if len == octets.len() => telegram,
+            Decoded::Telegram { .. } => return self.not_framed(serial, &octets, None),
+            Decoded::Incomplete => {
+                let broken = u8::try_from(octets.len()).unwrap_or(u8::MAX);
+                return self.not_framed(
+                    serial,
+                    &octets,
+                    Some(crate::fdl::FrameError::BrokenOff { octets: broken }),
+                );
+            }
+            Decoded::Invalid { error, .. } => return self.not_framed(serial, &octets, Some(error)),
+        };
+        self.telegrams += 1;
+        self.noise_octets = 0;
+        let function = match &telegram {
+            Telegram::Data(data) => Some(data.fc.function()),
+            Telegram::Token { .. } | Telegram::ShortAcknowledge => None,
+        };
+        if !matches!(function, Some(Function::Response(..))) {
+            self.judge_pace(serial, at, &octets);
+        }
+        self.close();
+        self.timing.sent(at, end);
+        self.framed(serial, &telegram);
+        match telegram {
+            Telegram::Token { da, sa } => self.token(serial, da, sa),
+            Telegram::ShortAcknowledge => {}
+            Telegram::Data(data) => self.requested(serial, end, &octets, &data),
+        }
+    }
+
+    fn requested(&mut self, serial: u64, end: Instant, octets: &[u8], data: &DataTelegram<'_>) {
+        let Some(cycle) = Cycle::new(serial, end, octets, data) else {
+            return;
+        };
+        if self.master.is_some_and(|master| master != data.sa) {
+            return;
+        }
+        if let Some(view) = self.views.get_mut(&data.da.number()) {
+            view.spoken_to = Some(end);
+        }
+        match cycle.kind {
+            Service::SdnLow | Service::SdnHigh => self.controlled(serial, end, data),
+            Service::FdlStatus => {
+                self.master.get_or_insert(data.sa);
+                self.polled_status(serial, data.da);
+                self.open = Some(cycle);
+            }
+            Service::SrdLow | Service::SrdHigh => {
+                self.master.get_or_insert(data.sa);
+                self.asked(cycle);
+            }
+            // Counted as well: what follows has nothing to be compared with.
+            Service::SdaLow | Service::SdaHigh | Service::Msrd | Service::Ident | Service::LsapStatus => {
+                self.view(data.da).last = None;
+                self.open = Some(cycle);
+            }
+            Service::TimeEvent => {}
+        }
+    }
+
+    /// An SRD request.
+    fn asked(&mut self, mut cycle: Cycle) {
+        let station = cycle.to;
+        let known = self.setup.stations.is_empty() || self.setup.slave(station).is_some();
+        if !known {
+            self.stranger_asked(&cycle);
+            self.open = Some(cycle);
+            return;
+        }
+        if !self.setup.stations.is_empty() {
+            self.held(Row::U12);
+        }
+        self.judge_new_begin(&cycle);
+        self.note_request(&cycle);
+        let before = self.view(station).last.take();
+        // Behind noise the master asks again at once, and a retry cannot be told from a new request.
+        let disturbed = before.as_ref().is_some_and(|before| before.items.len() > 1 || before.has_bad_item());
+        self.judge_count(before.as_ref(), &mut cycle);
+        let retry = cycle.retry > 0;
+        self.judge_interval(&cycle, retry || disturbed);
+        if !retry {
+            match cycle.service {
+                Some(dp::Service::SetPrm) => self.judge_set_prm(&cycle),
+                Some(dp::Service::ChkCfg) => self.judge_chk_cfg(&cycle),
+                Some(dp::Service::DataExchange) => self.judge_exchange(&cycle),
+                Some(dp::Service::SlaveDiag) => self.judge_diagnosis(&cycle),
+                Some(dp::Service::GlobalControl) => self.judge_control_service(&cycle),
+                Some(
+                    dp::Service::SetSlaveAdd | dp::Service::RdInp | dp::Service::RdOutp | dp::Service::GetCfg,
+                )
+                | None => {}
+            }
+        }
+        let view = self.view(station);
+        if view.gave_up {
+            view.asked_since = view.asked_since.saturating_add(1);
+        }
+        self.open = Some(cycle);
+    }
+
+    /// The master goes on: the open request has led to what it has led to.
+    fn close(&mut self) {
+        let Some(cycle) = self.open.take() else {
+            return;
+        };
+        let sound = cycle.items.len() == 1 && !cycle.has_bad_item();
+        let view = self.view(cycle.to);
+        view.sound = if sound { view.sound.saturating_add(1) } else { 0 };
+        if cycle.kind == Service::FdlStatus {
+            let answered = cycle.items.iter().any(|item| matches!(item, Item::Status(_)));
+            self.status_answered(&cycle, answered);
+            if answered && let Some(view) = self.views.get_mut(&cycle.to.number()) {
+                view.gave_up = false;
+            }
+            return;
+        }
+        if !matches!(cycle.kind, Service::SrdLow | Service::SrdHigh) {
+            return;
+        }
+        let answer = cycle.answer();
+        self.settle(&cycle, &answer);
+        let station = cycle.to;
+        self.view(station).last = Some(cycle);
+    }
+
+    /// Takes over what a request has led to.
+    fn settle(&mut self, cycle: &Cycle, answer: &Answer) {
+        match answer {
+            Answer::ShortAck | Answer::Data { .. } | Answer::Status(_) => {
+                let view = self.view(cycle.to);
+                view.answered = true;
+                view.gave_up = false;
+                view.asked_since = 0;
+                view.first_run = 0;
+                if view.loss == Loss::Silent && cycle.service == Some(dp::Service::DataExchange) {
+                    view.loss = Loss::None;
+                }
+            }
+            Answer::Silence | Answer::Bad(_) => self.view(cycle.to).trouble(),
+            // It may have taken some of it for the reply.
+            Answer::Mixed => {
+                let view = self.view(cycle.to);
+                view.gave_up = false;
+                view.trouble();
+            }
+        }
+        match cycle.service {
+            Some(dp::Service::SlaveDiag) => self.diagnosed(cycle, answer),
+            Some(dp::Service::SetPrm) => self.parameterised(cycle, answer),
+            Some(dp::Service::ChkCfg) => self.configured(cycle, answer),
+            Some(dp::Service::DataExchange) => self.exchanged(cycle, answer),
+            Some(
+                dp::Service::SetSlaveAdd
+                | dp::Service::RdInp
+                | dp::Service::RdOutp
+                | dp::Service::GlobalControl
+                | dp::Service::GetCfg,
+            )
+            | None => {}
+        }
+    }
+
+    /// A request to a station that is not configured in the master.
+    fn stranger_asked(&mut self, cycle: &Cycle) {
+        let weight = match cycle.service {
+            Some(dp::Service::SetPrm | dp::Service::ChkCfg | dp::Service::DataExchange) => Weight::Once,
+            Some(dp::Service::SlaveDiag) => Weight::Times(5),
+            Some(
+                dp::Service::SetSlaveAdd
+                | dp::Service::RdInp
+                | dp::Service::RdOutp
+                | dp::Service::GlobalControl
+                | dp::Service::GetCfg,
+            )
+            | None => return,
+        };
+        let name = cycle.service.map_or("", dp::Service::name);
+        let reason = std::format!("{name} to station {}, which is not configured in the master", cycle.to);
+        self.broken(Row::U12, weight, cycle.serial, None, reason);
+    }
+}

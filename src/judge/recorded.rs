@@ -1,0 +1,66 @@
+//! The judgement of a recording of a bus: only what is seen without provoking anything.
+
+use super::moment::{Moment, Side};
+use super::observer::{Observer, Sight};
+use super::report::Report;
+use super::rows::Row;
+use super::setup::Setup;
+use crate::fdl::telegram::{Decoded, decode};
+use crate::fdl::{Address, Function, Telegram};
+use crate::time::Instant;
+
+/// Telegrams of a recording, one after the other.
+#[derive(Debug)]
+pub struct Recording {
+    observer: Observer,
+    origin: Option<Instant>,
+}
+
+impl Recording {
+    /// Nothing yet. `setup` may be empty: then what is configured is not judged.
+    pub fn new(setup: Setup) -> Self {
+        Self { observer: Observer::new(setup, Sight::Recorded), origin: None }
+    }
+
+    /// Takes a packet: a telegram or octets that are none. `from_master`: which way it passed, if that is known.
+    pub fn take(&mut self, at: Instant, octets: &[u8], from_master: Option<bool>) {
+        self.origin.get_or_insert(at);
+        let side = if from_master.unwrap_or_else(|| is_of_master(octets)) {
+            Side::Master
+        } else {
+            Side::Station(None::<Address>)
+        };
+        self.observer.take(Moment::new(at, side, octets));
+    }
+
+    /// The verdicts on these rows.
+    pub fn report(mut self, wanted: &[Row]) -> Report {
+        for row in Row::ALL {
+            self.observer.findings.obstacle(*row, NOT_PROVOKED);
+        }
+        self.observer.finish();
+        // What the end of a session would have shown need not be in a recording.
+        let judgements = wanted.iter().map(|row| self.observer.findings.judgement(*row)).collect();
+        Report { judgements, ending: None, origin: self.origin.unwrap_or(Instant::ZERO) }
+    }
+
+    /// How many telegrams of the master there were.
+    pub const fn telegrams(&self) -> u64 {
+        self.observer.telegrams()
+    }
+}
+
+const NOT_PROVOKED: &str = "the recording gives no occasion to see it";
+
+/// Requests and tokens are of a master; octets that are no telegram could be of anybody, and prove nothing.
+fn is_of_master(octets: &[u8]) -> bool {
+    match decode(octets) {
+        Decoded::Telegram { telegram: Telegram::Data(data), .. } => {
+            matches!(data.fc.function(), Function::Request(..))
+        }
+        Decoded::Telegram { telegram: Telegram::Token { .. }, .. } => true,
+        Decoded::Telegram { telegram: Telegram::ShortAcknowledge, .. }
+        | Decoded::Incomplete
+        | Decoded::Invalid { .. } => false,
+    }
+}

@@ -1,0 +1,169 @@
+//! What a judgement says.
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | here | [`Report`]: JSON for programs, a table for a terminal |
+//! | `junit` | JUnit XML, for CI |
+//! | `html` | one page for people |
+//! | `diagram` | the telegrams of a verdict as a drawing |
+//! | `markup` | texts inside XML and HTML |
+
+use core::fmt::{self, Write};
+use std::string::String;
+use std::vec::Vec;
+
+use super::findings::{Judgement, Verdict};
+use super::moment::Telegram;
+use super::play::Ending;
+use crate::time::Instant;
+
+mod diagram;
+mod html;
+mod junit;
+mod markup;
+
+/// The verdicts on the rows, and how the judgement ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Report {
+    /// One verdict a row, in the order of the table.
+    pub judgements: Vec<Judgement>,
+    /// How it ended; `None` for a recording.
+    pub ending: Option<Ending>,
+    /// Times of telegrams count from here.
+    pub origin: Instant,
+}
+
+impl Report {
+    /// Whether a row failed.
+    pub fn has_failed(&self) -> bool {
+        self.count(Verdict::Fail) > 0
+    }
+
+    /// How many rows have this verdict.
+    pub fn count(&self, verdict: Verdict) -> usize {
+        self.judgements.iter().filter(|judgement| judgement.verdict == verdict).count()
+    }
+
+    /// Seconds since the origin.
+    pub fn seconds(&self, telegram: &Telegram) -> f64 {
+        telegram.moment.at.saturating_since(self.origin).as_secs_f64()
+    }
+
+    /// The report as JSON: `{"version":1,"rows":[..]}`.
+    pub fn json(&self) -> String {
+        let mut text = String::from("{\"version\":1,");
+        if let Some(ending) = &self.ending {
+            let _ = write!(text, "\"ended\":{},", Quoted(&std::format!("{ending}")));
+        }
+        text.push_str("\"rows\":[");
+        for (number, judgement) in self.judgements.iter().enumerate() {
+            if number > 0 {
+                text.push(',');
+            }
+            self.write_row(&mut text, judgement);
+        }
+        text.push_str("\n]}\n");
+        text
+    }
+
+    fn write_row(&self, text: &mut String, judgement: &Judgement) {
+        let Judgement { row, verdict, reason, telegrams } = judgement;
+        let _ = write!(
+            text,
+            "\n{{\"id\":\"{}\",\"verdict\":\"{}\",\"reason\":{},\"text\":{},\"telegrams\":[",
+            row.id(),
+            verdict.name(),
+            Quoted(reason),
+            Quoted(row.about().text)
+        );
+        for (number, telegram) in telegrams.iter().enumerate() {
+            let Telegram { moment, explained } = telegram;
+            let _ = write!(
+                text,
+                "{}{{\"t\":{:.6},\"from\":\"{}\",\"hex\":\"{}\",\"explained\":{}}}",
+                if number > 0 { "," } else { "" },
+                self.seconds(telegram),
+                moment.side,
+                moment.hex(),
+                Quoted(explained)
+            );
+        }
+        text.push_str("]}");
+    }
+}
+
+impl Verdict {
+    /// As JSON has it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Fail => "fail",
+            Self::Warn => "warn",
+            Self::NotJudged => "not_judged",
+        }
+    }
+}
+
+/// Telegrams of one failure on a terminal.
+const SHOWN: usize = 8;
+
+impl fmt::Display for Report {
+    /// Failures and warnings first, with their telegrams; then a line a row.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for verdict in [Verdict::Fail, Verdict::Warn] {
+            for judgement in self.judgements.iter().filter(|judgement| judgement.verdict == verdict) {
+                let Judgement { row, reason, telegrams, .. } = judgement;
+                writeln!(f, "{} {}  {}", verdict.name().to_uppercase(), row.id(), row.about().text)?;
+                writeln!(f, "     {reason}")?;
+                for telegram in telegrams.iter().skip(telegrams.len().saturating_sub(SHOWN)) {
+                    let Telegram { moment, explained } = telegram;
+                    let at = self.seconds(telegram);
+                    writeln!(f, "     {at:>10.6}  {:<4} {explained}  [{}]", moment.side, moment.hex())?;
+                }
+                writeln!(f)?;
+            }
+        }
+        let mut group = None;
+        for Judgement { row, verdict, reason, .. } in &self.judgements {
+            let about = row.about();
+            if group.replace(about.group) != Some(about.group) {
+                writeln!(f, "{}", about.group.title())?;
+            }
+            writeln!(f, "  {:<10} {}  {}", verdict.name(), about.id, about.text)?;
+            if *verdict == Verdict::NotJudged {
+                writeln!(f, "             {reason}")?;
+            }
+        }
+        let count = |verdict| self.count(verdict);
+        writeln!(
+            f,
+            "\n{} passed, {} failed, {} warnings, {} not judged",
+            count(Verdict::Pass),
+            count(Verdict::Fail),
+            count(Verdict::Warn),
+            count(Verdict::NotJudged)
+        )?;
+        match &self.ending {
+            Some(ending) => writeln!(f, "ended: {ending}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A text as JSON has it.
+struct Quoted<'a>(&'a str);
+
+impl fmt::Display for Quoted<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_char('"')?;
+        for c in self.0.chars() {
+            match c {
+                '"' => f.write_str("\\\"")?,
+                '\\' => f.write_str("\\\\")?,
+                c if c.is_control() => write!(f, "\\u{:04x}", u32::from(c))?,
+                c => f.write_char(c)?,
+            }
+        }
+        f.write_char('"')
+    }
+}

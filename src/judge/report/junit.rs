@@ -1,0 +1,99 @@
+//! JUnit XML: a suite a group, a case a row.
+
+use core::fmt::Write;
+use std::string::String;
+
+use super::markup::Text;
+use super::{Report, Verdict};
+use crate::judge::findings::Judgement;
+use crate::judge::rows::Group;
+
+impl Report {
+    /// The report as JUnit XML, for CI. A row is a test case and its group the suite; a row that was not judged is
+    /// skipped, a warning passes and is told in `system-out`.
+    pub fn junit(&self) -> String {
+        let mut text = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
+        let all = Counts::of(self.judgements.iter());
+        let _ = writeln!(text, "<testsuites name=\"profidrive judge\"{all}>");
+        let mut groups: std::vec::Vec<Group> =
+            self.judgements.iter().map(|judgement| judgement.row.about().group).collect();
+        groups.dedup();
+        for group in groups {
+            let rows = || self.judgements.iter().filter(|judgement| judgement.row.about().group == group);
+            let _ = writeln!(text, "<testsuite name=\"{}\"{}>", Text(group.title()), Counts::of(rows()));
+            for judgement in rows() {
+                self.write_case(&mut text, judgement);
+            }
+            text.push_str("</testsuite>\n");
+        }
+        text.push_str("</testsuites>\n");
+        text
+    }
+
+    fn write_case(&self, text: &mut String, judgement: &Judgement) {
+        let Judgement { row, verdict, reason, .. } = judgement;
+        let about = row.about();
+        let _ = write!(
+            text,
+            "<testcase classname=\"judge.{}\" name=\"{} {}\"",
+            Text(about.group.title()),
+            about.id,
+            Text(about.text)
+        );
+        let reason = Text(reason);
+        let _ = match verdict {
+            Verdict::Pass => writeln!(text, "/>"),
+            Verdict::NotJudged => writeln!(text, "><skipped message=\"{reason}\"/></testcase>"),
+            Verdict::Fail => writeln!(
+                text,
+                "><failure type=\"{}\" message=\"{reason}\">{}</failure></testcase>",
+                about.id,
+                Text(&self.telegram_lines(judgement))
+            ),
+            Verdict::Warn => writeln!(
+                text,
+                "><system-out>warning: {reason}\n{}</system-out></testcase>",
+                Text(&self.telegram_lines(judgement))
+            ),
+        };
+    }
+
+    fn telegram_lines(&self, judgement: &Judgement) -> String {
+        let mut lines = String::new();
+        for telegram in &judgement.telegrams {
+            let (at, side) = (self.seconds(telegram), telegram.moment.side);
+            let _ =
+                writeln!(lines, "{at:>10.6}  {side:<4} {}  [{}]", telegram.explained, telegram.moment.hex());
+        }
+        lines
+    }
+}
+
+/// The figures of a suite.
+struct Counts {
+    tests: usize,
+    failures: usize,
+    skipped: usize,
+}
+
+impl Counts {
+    fn of<'a>(judgements: impl Iterator<Item = &'a Judgement>) -> Self {
+        let mut counts = Self { tests: 0, failures: 0, skipped: 0 };
+        for judgement in judgements {
+            counts.tests += 1;
+            match judgement.verdict {
+                Verdict::Fail => counts.failures += 1,
+                Verdict::NotJudged => counts.skipped += 1,
+                Verdict::Pass | Verdict::Warn => {}
+            }
+        }
+        counts
+    }
+}
+
+impl core::fmt::Display for Counts {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self { tests, failures, skipped } = self;
+        write!(f, " tests=\"{tests}\" failures=\"{failures}\" errors=\"0\" skipped=\"{skipped}\"")
+    }
+}

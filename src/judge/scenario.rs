@@ -1,0 +1,274 @@
+//! Scenarios: what the stations do on purpose, as data.
+//!
+//! A scenario is a list of [`Step`]s. A step does something to a station, injects faults, and lasts until its faults
+//! have acted or its time is over. Faults are written as for `--fault` ([`crate::host::link::fault::Fault`]), with three
+//! things more: `station=S` is the station of the scenario, `station=O` another one, and times may be given in slot times
+//! of the master, `late=1.5slot`. What the master makes of it the observer sees; a scenario says only which rows it is
+//! for.
+
+use core::time::Duration;
+use std::string::{String, ToString};
+use std::vec::Vec;
+use std::{format, vec};
+
+use super::rows::Row;
+use super::setup::{Setup, Slave};
+use super::station::Act;
+use crate::dp::IoLengths;
+use crate::fdl::Address;
+use crate::host::link::fault::{Fault, SpecError};
+
+mod list;
+
+pub use list::{asking, built_in};
+
+/// Something the stations do on purpose.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scenario {
+    /// What is tried, in words.
+    pub name: String,
+    /// The rows it gives an occasion to.
+    pub rows: Vec<Row>,
+    /// Which station.
+    pub station: Which,
+    /// What it needs.
+    pub needs: Vec<Need>,
+    /// One after the other.
+    pub steps: Vec<Step>,
+    /// Data exchange with every station must come back behind it, or these rows are broken.
+    pub returns: Vec<Row>,
+    /// While it lasts at least so many Data_Exchange with each other station, or the row is broken.
+    pub others: Option<(Row, u32)>,
+    /// The station must have been asked while it was silent, or the row is broken.
+    pub asked: Option<Row>,
+    /// Replies are held back: the master must wait for them.
+    pub holds: bool,
+}
+
+/// One step of a scenario.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Step {
+    /// What is done to the station first.
+    pub act: Option<Act>,
+    /// The faults, as they are written.
+    pub faults: Vec<String>,
+    /// How long it lasts at most.
+    pub lasts: Duration,
+    /// It ends earlier, once every fault with a count has acted so often.
+    pub until_injected: bool,
+    /// What the master is asked for, as `--ask` takes it; the time counts from when that is done.
+    pub ask: Option<String>,
+    /// What must have been seen at its end.
+    pub check: Option<Check>,
+    /// It lasts at least so many slot times, retries included: until the master has given the station up.
+    pub until_lost: bool,
+}
+
+/// What a master must have done after it was asked.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Check {
+    /// It is in CLEAR.
+    Clear,
+    /// It is in OPERATE.
+    Operate,
+    /// These outputs are sent.
+    Outputs(Vec<(Address, Vec<u8>)>),
+    /// It is silent.
+    Stop,
+    /// It has sent a Global_Control.
+    Command {
+        /// With this bit of the command.
+        wanted: u8,
+        /// Without this one.
+        undo: u8,
+        /// To these groups.
+        groups: u8,
+    },
+}
+
+/// The station of a scenario.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Which {
+    /// The first with inputs and outputs, or the first.
+    Any,
+    /// The last one.
+    Last,
+    /// Each one by itself.
+    At(Address),
+    /// The first with outputs only.
+    OutputsOnly,
+    /// The first with eight octets of inputs.
+    EightInputs,
+}
+
+/// What a scenario needs to say something.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Need {
+    /// The slot time of the master.
+    Slot,
+    /// The retries of the master.
+    Retries,
+    /// Another station.
+    Other,
+    /// A station with inputs.
+    Inputs,
+}
+
+impl Scenario {
+    /// The station it is about. `None`: there is none.
+    pub(super) fn subject<'a>(&self, setup: &'a Setup) -> Option<&'a Slave> {
+        let lengths = |slave: &Slave| slave.lengths().unwrap_or(IoLengths { outputs: 1, inputs: 1 });
+        match self.station {
+            Which::Any => setup
+                .present()
+                .find(|slave| lengths(slave).inputs > 0 && lengths(slave).outputs > 0)
+                .or(setup.present().find(|slave| lengths(slave).inputs > 0))
+                .or(setup.present().next()),
+            Which::Last => setup.present().last(),
+            Which::At(address) => setup.present().find(|slave| slave.address == address),
+            Which::OutputsOnly => setup.present().find(|slave| lengths(slave).inputs == 0),
+            Which::EightInputs => setup.present().find(|slave| lengths(slave).inputs == 8),
+        }
+    }
+
+    /// Why it cannot be played here; `None`: it can.
+    pub(super) fn obstacle(&self, setup: &Setup) -> Option<&'static str> {
+        let Some(subject) = self.subject(setup) else {
+            return Some(match self.station {
+                Which::OutputsOnly => "needs a station with outputs only",
+                Which::EightInputs => "needs a station with eight octets of inputs",
+                Which::Any | Which::Last | Which::At(_) => "needs a station that is there",
+            });
+        };
+        let inputs = subject.lengths().is_none_or(|lengths| lengths.inputs > 0);
+        self.needs.iter().find_map(|need| match need {
+            Need::Slot if setup.slot.is_none() => Some("needs --slot: how long the master waits for a reply"),
+            Need::Retries if setup.retries.is_none() => Some("needs --retries: how often the master repeats"),
+            Need::Other if setup.present().count() < 2 => Some("needs two stations"),
+            Need::Inputs if !inputs => Some("needs a station with inputs"),
+            Need::Slot | Need::Retries | Need::Other | Need::Inputs => None,
+        })
+    }
+
+    /// A scenario of one step, as a user writes it.
+    pub fn written(name: &str, rows: &[Row], station: Which, step: Step, returns: Vec<Row>) -> Self {
+        Self { station, returns, steps: vec![step], ..Self::one(name, rows, &[]) }
+    }
+
+    /// Whether its faults are faults.
+    ///
+    /// # Errors
+    /// The first that is none.
+    pub fn check(&self) -> Result<(), SpecError> {
+        let any = Address::from_octet(0);
+        self.steps.iter().try_for_each(|step| step.compiled(&Setup::default(), any).map(|_| ()))
+    }
+
+    /// A scenario about these rows, one step long.
+    pub(super) fn one(name: &str, rows: &[Row], faults: &[&str]) -> Self {
+        let faults = faults.iter().map(ToString::to_string).collect();
+        let step = Step { faults, lasts: Duration::from_secs(3), until_injected: true, ..Step::default() };
+        Self {
+            name: name.into(),
+            rows: rows.to_vec(),
+            station: Which::Any,
+            needs: Vec::new(),
+            steps: vec![step],
+            returns: Vec::new(),
+            others: None,
+            asked: None,
+            holds: false,
+        }
+    }
+}
+
+impl Step {
+    /// Its faults, for a station.
+    ///
+    /// # Errors
+    /// [`SpecError`]: one of them is none.
+    pub(super) fn compiled(&self, setup: &Setup, subject: Address) -> Result<Vec<Fault>, SpecError> {
+        self.faults.iter().map(|fault| compile(fault, setup, subject)?.parse()).collect()
+    }
+
+    /// How long it lasts at most with this master.
+    pub(super) fn time(&self, setup: &Setup) -> Duration {
+        if !self.until_lost {
+            return self.lasts;
+        }
+        let slot = setup.slot.unwrap_or(SLOT);
+        let attempts = setup.retries.unwrap_or(RETRIES) + 2;
+        self.lasts.max(slot * attempts * 2)
+    }
+}
+
+/// What a master is taken to wait if it is not said.
+const SLOT: Duration = Duration::from_millis(100);
+/// How often a master is taken to repeat if it is not said.
+const RETRIES: u32 = 3;
+
+/// A fault as `--fault` takes it.
+fn compile(fault: &str, setup: &Setup, subject: Address) -> Result<String, SpecError> {
+    let other = setup.present().find(|slave| slave.address != subject).map(|slave| slave.address);
+    let part = |part: &str| -> Result<String, SpecError> {
+        let wrong = || SpecError::Value {
+            key: part.into(),
+            expected: "a number of slot times, such as late=1.5slot, or lost for those until a slave is lost",
+            got: part.into(),
+        };
+        match part {
+            "station=S" => return Ok(format!("station={subject}")),
+            "station=O" => return Ok(format!("station={}", other.unwrap_or(subject))),
+            "count=RETRIES" => return Ok(format!("count={}", setup.retries.unwrap_or(RETRIES).max(1))),
+            _ => {}
+        }
+        let Some((key, slots)) = part.strip_suffix("slot").and_then(|part| part.split_once('=')) else {
+            return Ok(part.into());
+        };
+        let attempts = f64::from(setup.retries.unwrap_or(RETRIES) + 1);
+        let slots = match slots.strip_prefix("lost+") {
+            Some(more) => attempts + more.parse::<f64>().map_err(|_| wrong())?,
+            None => slots.parse::<f64>().map_err(|_| wrong())?,
+        };
+        if !(0.0..1e6).contains(&slots) {
+            return Err(wrong());
+        }
+        let time = setup.slot.unwrap_or(SLOT).mul_f64(slots);
+        Ok(format!("{key}={}us", time.as_micros().max(1)))
+    };
+    let parts: Vec<String> = fault.split(',').map(part).collect::<Result<_, _>>()?;
+    Ok(parts.join(","))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn setup() -> Setup {
+        let slave = |number| Slave::new(Address::from_octet(number), 0x1234, vec![0x23, 0x13]);
+        Setup {
+            stations: vec![slave(5), slave(6)],
+            slot: Some(Duration::from_millis(20)),
+            retries: Some(2),
+            ..Setup::default()
+        }
+    }
+
+    #[test]
+    fn times_in_slots_and_stations_are_put_in() {
+        let compiled = |fault| compile(fault, &setup(), Address::from_octet(5));
+        assert_eq!(compiled("late=1.5slot,station=S"), Ok("late=30000us,station=5".into()));
+        assert_eq!(compiled("late=lost+0.25slot,station=O"), Ok("late=65000us,station=6".into()));
+        assert!(compiled("late=xslot").is_err());
+    }
+
+    #[test]
+    fn every_fault_of_the_list_is_one() {
+        for scenario in built_in(&setup()) {
+            for step in &scenario.steps {
+                let faults = step.compiled(&setup(), Address::from_octet(5));
+                assert!(faults.is_ok(), "{}: {faults:?}", scenario.name);
+            }
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! What is configured in the master under test: its stations, and what it says of itself.
+
+use core::time::Duration;
+use std::boxed::Box;
+use std::vec::Vec;
+
+use crate::dp::IoLengths;
+use crate::fdl::Address;
+use crate::gsd::Gsd;
+
+/// What the master is configured to. What is `None` is not judged.
+#[derive(Clone, Debug, Default)]
+pub struct Setup {
+    /// The stations configured in the master.
+    pub stations: Vec<Slave>,
+    /// The address of the master.
+    pub master: Option<Address>,
+    /// The watchdog time of its stations.
+    pub watchdog: Option<Duration>,
+    /// How often it repeats a request.
+    pub retries: Option<u32>,
+    /// How long it waits for a reply, T_SL.
+    pub slot: Option<Duration>,
+    /// The highest station address, HSA.
+    pub hsa: Option<Address>,
+    /// Min_Slave_Interval of stations that have none of their own.
+    pub min_interval: Option<Duration>,
+}
+
+/// A station that is configured in the master.
+#[derive(Clone, Debug)]
+pub struct Slave {
+    /// Its address.
+    pub address: Address,
+    /// Ident_Number.
+    pub ident: u16,
+    /// The identifiers of Chk_Cfg; `None`: whatever the device file allows.
+    pub cfg: Option<Vec<u8>>,
+    /// User_Prm_Data; `None`: their content is not judged.
+    pub prm: Option<Vec<u8>>,
+    /// Group_Ident.
+    pub groups: Option<u8>,
+    /// Data_Exchange without outputs means the safe state.
+    pub fail_safe: bool,
+    /// Min_Slave_Interval.
+    pub min_interval: Option<Duration>,
+    /// It is configured in the master and never there.
+    pub absent: bool,
+    /// Its device file.
+    pub gsd: Option<Box<Gsd>>,
+}
+
+impl Slave {
+    /// A station given by numbers.
+    pub const fn new(address: Address, ident: u16, cfg: Vec<u8>) -> Self {
+        Self {
+            address,
+            ident,
+            cfg: Some(cfg),
+            prm: None,
+            groups: None,
+            fail_safe: false,
+            min_interval: None,
+            absent: false,
+            gsd: None,
+        }
+    }
+
+    /// How many octets it exchanges, if its configuration is known and can be exchanged.
+    pub fn lengths(&self) -> Option<IoLengths> {
+        IoLengths::of(self.cfg.as_deref()?).ok()
+    }
+}
+
+impl Setup {
+    /// The station at an address.
+    pub fn slave(&self, address: Address) -> Option<&Slave> {
+        self.stations.iter().find(|slave| slave.address == address)
+    }
+
+    /// The stations that are there.
+    pub fn present(&self) -> impl Iterator<Item = &Slave> {
+        self.stations.iter().filter(|slave| !slave.absent)
+    }
+
+    /// Min_Slave_Interval of a station.
+    pub fn min_interval(&self, address: Address) -> Option<Duration> {
+        self.slave(address).and_then(|slave| slave.min_interval).or(self.min_interval)
+    }
+}

@@ -1,0 +1,45 @@
+//! A judgement in virtual time, over any sans-I/O master.
+
+use core::time::Duration;
+
+use super::moment::{Moment, Side};
+use super::observer::Sight;
+use super::play::Judge;
+use super::report::Report;
+use super::rows::Row;
+use super::setup::Setup;
+use crate::bench::{Line, Master, Sender};
+use crate::fdl::Address;
+
+/// The longest judgement in virtual time.
+const LIMIT: Duration = Duration::from_secs(3600);
+
+/// Judges the master on `line` by these rows. The stations of `setup` are connected to the line here; the slot time, if
+/// `setup` names none, is that of the line. Timing is judged to the bit time.
+///
+/// The line should be new: what was on it before is not seen.
+pub fn simulated<M: Master>(line: &mut Line<M>, setup: Setup, wanted: &[Row]) -> Report {
+    let setup = Setup { slot: setup.slot.or(Some(line.slot_time())), ..setup };
+    let mut judge = Judge::seeing(setup, wanted, Sight::Exact(line.baud()));
+    let origin = line.now();
+    let (bus, faults) = line.stations_and_faults();
+    judge.begin(origin, bus, faults);
+    while judge.ending().is_none() && line.now().saturating_since(origin) < LIMIT {
+        let due = judge.poll_timeout().unwrap_or(line.now() + LIMIT);
+        let wait = due.saturating_since(line.now()).min(LIMIT);
+        // One thing at a time: faults begin and end at the telegram that they are for.
+        let _ = line.run_until(wait, |_| true);
+        while let Some(passed) = line.poll_telegram() {
+            let side = match passed.sender {
+                Sender::Master => Side::Master,
+                Sender::Test | Sender::Station => Side::Station(None::<Address>),
+            };
+            judge.hear(Moment { at: passed.at, end: passed.end, side, octets: passed.octets });
+        }
+        let now = line.now();
+        let (bus, faults) = line.stations_and_faults();
+        judge.step(now, bus, faults);
+    }
+    let ending = judge.ending().cloned();
+    Report { judgements: judge.judgements(), ending, origin }
+}

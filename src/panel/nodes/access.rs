@@ -1,0 +1,134 @@
+//! What the thread of a bus of CAN lends to the threads of HTTP.
+
+use std::format;
+use std::string::{String, ToString};
+use std::vec::Vec;
+
+use axum::extract::FromRequestParts;
+use axum::http::StatusCode;
+use axum::http::request::Parts;
+use strsim::levenshtein;
+
+use super::super::problem::{PathOf, Problem};
+use super::super::queue::{self, Lends};
+use crate::canopen::NodeId;
+use crate::device::{CanopenDevice, CanopenEvent};
+use crate::host::can::{Bus, Product, Seat, StoredNode};
+use crate::time::Instant;
+
+/// A node and where it is on the bus.
+#[derive(Clone, Copy, Debug)]
+pub struct Seated {
+    /// Its seat; a [`StoredNode`] is there.
+    pub seat: Seat,
+    /// Which device it is.
+    pub product: &'static Product,
+}
+
+/// What the panel may see and change, lent by the thread of the bus between two frames.
+pub struct NodeAccess<'a> {
+    /// The time now.
+    pub now: Instant,
+    /// The bus.
+    pub bus: &'a mut Bus<CanopenEvent>,
+    /// The nodes on it.
+    pub nodes: &'a [Seated],
+}
+
+/// The thread of a bus of CAN.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OfNodes;
+
+impl Lends for OfNodes {
+    type Access<'a> = NodeAccess<'a>;
+}
+
+/// The way to the thread of a bus of CAN.
+pub(super) type Asking = queue::Asking<OfNodes>;
+
+impl NodeAccess<'_> {
+    /// Every node, in the order of the command line.
+    pub(super) fn devices(&self) -> impl Iterator<Item = (&'static Product, &dyn CanopenDevice)> {
+        self.nodes.iter().filter_map(|Seated { seat, product }| {
+            Some((*product, self.bus.participant::<StoredNode>(*seat)?.as_device()))
+        })
+    }
+
+    /// The node with that number, by its EEPROM or its DIP switches; of two the first.
+    ///
+    /// # Errors
+    /// 404 if there is none, with those that are there.
+    pub(super) fn device(&self, node: NodeId) -> Result<(&'static Product, &dyn CanopenDevice), Problem> {
+        self.devices().find(|(_, device)| device.node_id() == node).ok_or_else(|| self.no_node(node))
+    }
+
+    /// Does something to the node with that number.
+    ///
+    /// # Errors
+    /// 404 if there is none; what `act` says.
+    pub(super) fn act<R>(
+        &mut self,
+        node: NodeId,
+        act: impl FnOnce(&'static Product, &mut dyn CanopenDevice, Instant) -> Result<R, Problem>,
+    ) -> Result<R, Problem> {
+        let is_it = |seated: &&Seated| {
+            let there = self.bus.participant::<StoredNode>(seated.seat);
+            there.is_some_and(|there| there.node_id() == node)
+        };
+        let Some(Seated { seat, product }) = self.nodes.iter().find(is_it) else {
+            return Err(self.no_node(node));
+        };
+        let done = self.bus.with(self.now, *seat, |stored: &mut StoredNode, now| {
+            stored.act(now, |device, now| act(product, device, now))
+        });
+        done.unwrap_or_else(|| Err(self.no_node(node)))
+    }
+
+    fn no_node(&self, node: NodeId) -> Problem {
+        let numbers: Vec<_> = self.devices().map(|(_, device)| device.node_id().to_string()).collect();
+        Problem::not_found(format!(
+            "there is no node {node} on this bus; there are the nodes {}",
+            numbers.join(", ")
+        ))
+    }
+}
+
+/// Says that a name is none of those that there are, and which is near.
+pub(super) fn unknown(what: &str, got: &str, of: &str, known: &[String]) -> Problem {
+    let nearest =
+        known.iter().map(|name| (levenshtein(&name.to_lowercase(), &got.to_lowercase()), name)).min();
+    let near = match nearest {
+        Some((distance, name)) if distance * 2 <= name.len().max(2) => format!("did you mean {name}? "),
+        Some(_) | None => String::new(),
+    };
+    let there = match known {
+        [] => "it has none".into(),
+        known => format!("it has {}", known.join(", ")),
+    };
+    Problem::value(format!("'{got}' is no {what} of this {of}; {near}{there}"))
+}
+
+/// The node that the path names.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Number(pub(super) NodeId);
+
+/// The number in the path.
+pub(super) fn number(text: &str) -> Result<NodeId, Problem> {
+    let number = text.parse().ok().and_then(|number| NodeId::new(number).ok());
+    number.ok_or_else(|| {
+        Problem::new(StatusCode::BAD_REQUEST, format!("'{text}' is no node number; expected 1 to 127"))
+    })
+}
+
+impl<S: Send + Sync> FromRequestParts<S> for Number {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
+        #[derive(serde::Deserialize)]
+        struct OfNode {
+            address: String,
+        }
+        let PathOf(OfNode { address }) = PathOf::from_request_parts(parts, state).await?;
+        number(&address).map(Self)
+    }
+}

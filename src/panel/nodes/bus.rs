@@ -1,0 +1,46 @@
+//! The bus as such: its rate and what has passed.
+
+use std::format;
+use std::prelude::v1::*;
+
+use axum::Json;
+use axum::extract::State;
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use super::super::problem::{Problem, Problems};
+use super::super::state::seconds;
+use super::access::Asking;
+
+/// The rate of the bus, and what has passed so far.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub(super) struct CanBus {
+    /// When this was so, since the bus was started.
+    time_seconds: f64,
+    rate_bits_per_second: u32,
+    /// Frames that ended without error.
+    frames: u64,
+    /// Remote requests among them.
+    remote_requests: u64,
+    error_frames: u64,
+    /// How long bits were on the wire.
+    busy_seconds: f64,
+}
+
+/// Rate and counters of the bus
+#[utoipa::path(get, path = "/api/v1/bus", tag = "bus", responses((status = 200, body = CanBus), Problems))]
+pub(super) async fn state(State(asking): State<Asking>) -> Result<Json<CanBus>, Problem> {
+    asking
+        .ask(|bench| {
+            let counters = bench.bus.counters();
+            Json(CanBus {
+                time_seconds: seconds(bench.now),
+                rate_bits_per_second: bench.bus.rate().bits_per_second(),
+                frames: counters.frames,
+                remote_requests: counters.remote,
+                error_frames: counters.errors,
+                busy_seconds: counters.busy.as_secs_f64(),
+            })
+        })
+        .await
+}

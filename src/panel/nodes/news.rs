@@ -1,0 +1,227 @@
+//! What happens on the bus, from its thread to the readers of the stream.
+//!
+//! The thread of the bus puts copies into a ring that the readers share; who is slow loses what is oldest, and is told how
+//! much. Words and JSON are made by the readers.
+
+use core::sync::atomic::{AtomicUsize, Ordering};
+use std::collections::BTreeMap;
+use std::format;
+use std::prelude::v1::*;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use axum::body::Bytes;
+use serde::Serialize;
+use tokio::sync::broadcast;
+use utoipa::ToSchema;
+
+use super::super::state::seconds;
+use super::super::stream::message_of;
+use super::access::NodeAccess;
+use crate::can::{ErrorState, Frame};
+use crate::canopen::{self, NodeId};
+use crate::device::CanopenEvent;
+use crate::host::can::{Event, Seat, StoredNode};
+use crate::time::Instant;
+
+/// Events a reader may be behind at most.
+const BEHIND: usize = 1024;
+
+/// What happened, in words.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub(in crate::panel) struct NodeNews {
+    time_seconds: f64,
+    /// The node it is about; `null`: the bus.
+    address: Option<u8>,
+    kind: NodeNewsKind,
+    /// One line.
+    text: String,
+}
+
+/// What happened, for filters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+enum NodeNewsKind {
+    /// Boot-up and changes of the NMT state.
+    Nmt,
+    /// An SDO that was refused or ended by its client, an entry that was written.
+    Sdo,
+    /// A PDO that was not as its mapping says.
+    Pdo,
+    /// An emergency message was sent.
+    Emcy,
+    /// Guarding and heartbeat.
+    ErrorControl,
+    /// What the device did: its states, faults, refused commands, supply.
+    Device,
+    /// The bus: error states, frames that were lost.
+    Bus,
+}
+
+/// A frame on the bus.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub(in crate::panel) struct FrameEvent {
+    time_seconds: f64,
+    /// The identifier, hexadecimal: three digits, or eight with 29 bits.
+    id: String,
+    remote: bool,
+    /// Octets apart.
+    octets_hex: String,
+    /// Of a node of this bus, and not of a master.
+    of_node: bool,
+}
+
+/// What the thread of the bus tells.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Told {
+    Node { at: Instant, node: Option<NodeId>, event: CanopenEvent },
+    State { at: Instant, node: Option<NodeId>, state: ErrorState },
+    Frame { at: Instant, of_node: bool, frame: Frame },
+    Lost { at: Instant, events: u64 },
+}
+
+/// The ring, and who has which seat.
+#[derive(Debug)]
+pub(super) struct Feed {
+    news: broadcast::Sender<Told>,
+    frames: AtomicUsize,
+    numbers: Mutex<BTreeMap<Seat, NodeId>>,
+}
+
+impl Default for Feed {
+    fn default() -> Self {
+        let (news, _) = broadcast::channel(BEHIND);
+        Self { news, frames: AtomicUsize::new(0), numbers: Mutex::default() }
+    }
+}
+
+impl Feed {
+    /// Learns which number is at which seat.
+    pub(super) fn know(&self, bench: &NodeAccess<'_>) {
+        let mut numbers = self.numbers.lock().unwrap_or_else(PoisonError::into_inner);
+        for seated in bench.nodes {
+            if let Some(stored) = bench.bus.participant::<StoredNode>(seated.seat) {
+                numbers.insert(seated.seat, stored.node_id());
+            }
+        }
+    }
+
+    pub(super) fn wants_frames(&self) -> bool {
+        self.frames.load(Ordering::Relaxed) > 0
+    }
+
+    pub(super) fn tell(&self, now: Instant, event: &Event<CanopenEvent>) {
+        if self.news.receiver_count() == 0 {
+            return;
+        }
+        let number = |seat: &Seat| {
+            let mut numbers = self.numbers.lock().unwrap_or_else(PoisonError::into_inner);
+            if let Event::Participant {
+                event: CanopenEvent::Node(canopen::Event::BootUp { node, .. }), ..
+            } = event
+            {
+                numbers.insert(*seat, *node);
+            }
+            numbers.get(seat).copied()
+        };
+        let told = match event {
+            Event::Participant { seat, event } => Told::Node { at: now, node: number(seat), event: *event },
+            Event::State { at, seat, state } => Told::State { at: *at, node: number(seat), state: *state },
+            Event::Passed { at, by_port, frame, .. } => {
+                Told::Frame { at: *at, of_node: !*by_port, frame: *frame }
+            }
+            // The bus counts them; the frame comes again.
+            Event::Damaged { .. } => return,
+            Event::Lost { events } => Told::Lost { at: now, events: *events },
+        };
+        // Whether somebody hears it is not our concern.
+        let _ = self.news.send(told);
+    }
+
+    pub(super) fn subscribe(&self) -> broadcast::Receiver<Told> {
+        self.news.subscribe()
+    }
+
+    pub(super) fn readers(&self) -> usize {
+        self.news.receiver_count()
+    }
+
+    /// Somebody reads frames as long as what this returns lives.
+    pub(super) fn watch_frames(self: Arc<Self>) -> FrameReader {
+        self.frames.fetch_add(1, Ordering::Relaxed);
+        FrameReader(self)
+    }
+}
+
+/// Somebody who reads frames.
+pub(super) struct FrameReader(Arc<Feed>);
+
+impl Drop for FrameReader {
+    fn drop(&mut self) {
+        self.0.frames.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
+impl Told {
+    /// Whether it is a frame.
+    pub(super) const fn is_frame(&self) -> bool {
+        matches!(self, Self::Frame { .. })
+    }
+
+    /// Whether it is about this node, or about the bus.
+    pub(super) fn concerns(&self, wanted: NodeId) -> bool {
+        match self {
+            Self::Node { node, .. } | Self::State { node, .. } => node.is_none_or(|node| node == wanted),
+            Self::Frame { .. } | Self::Lost { .. } => true,
+        }
+    }
+
+    /// As an event of the stream.
+    pub(super) fn message(&self) -> Bytes {
+        let (at, node, kind, text) = match self {
+            Self::Frame { at, of_node, frame } => return FrameEvent::message(*at, *of_node, frame),
+            Self::Node { at, node, event } => (*at, *node, NodeNewsKind::of(event), event.to_string()),
+            Self::State { at, node, state } => (*at, *node, NodeNewsKind::Bus, state.to_string()),
+            Self::Lost { at, events } => {
+                (*at, None, NodeNewsKind::Bus, format!("{events} events came too fast for the log"))
+            }
+        };
+        let address = node.map(NodeId::number);
+        message_of("news", &NodeNews { time_seconds: seconds(at), address, kind, text })
+    }
+}
+
+impl FrameEvent {
+    fn message(at: Instant, of_node: bool, frame: &Frame) -> Bytes {
+        let id = frame.id();
+        let digits = match id {
+            crate::can::Id::Base(_) => 3,
+            crate::can::Id::Extended(_) => 8,
+        };
+        let event = Self {
+            time_seconds: seconds(at),
+            id: format!("{:0digits$X}", id.number()),
+            remote: frame.is_remote(),
+            octets_hex: crate::explain::hex(frame.octets()),
+            of_node,
+        };
+        message_of("frame", &event)
+    }
+}
+
+impl NodeNewsKind {
+    const fn of(event: &CanopenEvent) -> Self {
+        use canopen::Event;
+        let CanopenEvent::Node(event) = event else { return Self::Device };
+        match event {
+            Event::BootUp { .. } | Event::State { .. } => Self::Nmt,
+            Event::SdoRefused { .. } | Event::SdoAbortedByClient { .. } | Event::Written { .. } => Self::Sdo,
+            Event::RpdoLength { .. } | Event::RpdoRefused { .. } => Self::Pdo,
+            Event::Emergency { .. } => Self::Emcy,
+            Event::LifeGuardingExpired
+            | Event::LifeGuardingBack
+            | Event::HeartbeatLost(_)
+            | Event::HeartbeatBack(_) => Self::ErrorControl,
+            Event::FramesLost { .. } => Self::Bus,
+        }
+    }
+}

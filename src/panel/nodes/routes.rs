@@ -1,0 +1,110 @@
+//! Every path of the panel of a bus of CAN, and the OpenAPI description of all of them.
+
+use axum::extract::FromRef;
+use axum::middleware;
+use axum::routing::{get, post, put};
+use axum::{Json, Router};
+use std::format;
+use std::prelude::v1::*;
+use std::sync::Arc;
+use utoipa::OpenApi;
+
+use super::super::problem::{Problem, Problems};
+use super::super::routes::{not_so, nothing_there, without_parameters};
+use super::super::stream::Lost;
+use super::access::Asking;
+use super::news::{Feed, FrameEvent, NodeNews};
+use super::{bench, bus, objects, state, stream};
+use crate::panel::page;
+
+/// What the handlers share.
+#[derive(Clone)]
+pub(super) struct App {
+    pub(super) asking: Asking,
+    pub(super) feed: Arc<Feed>,
+}
+
+impl FromRef<App> for Asking {
+    fn from_ref(app: &App) -> Self {
+        app.asking.clone()
+    }
+}
+
+impl FromRef<App> for Arc<Feed> {
+    fn from_ref(app: &App) -> Self {
+        Self::clone(&app.feed)
+    }
+}
+
+pub(super) fn router(app: App) -> Router {
+    Router::new()
+        .route("/api/v1/openapi.json", get(description))
+        .route("/api/v1/drives", get(state::list))
+        .route("/api/v1/drives/{address}", get(state::state))
+        .route(
+            "/api/v1/drives/{address}/inputs",
+            get(bench::read).patch(bench::change).delete(bench::nominal),
+        )
+        .route("/api/v1/drives/{address}/provoke", post(bench::provoke))
+        .route("/api/v1/drives/{address}/keys", post(bench::press))
+        .route("/api/v1/drives/{address}/power", put(bench::power))
+        .route("/api/v1/drives/{address}/objects", get(objects::list))
+        .route("/api/v1/drives/{address}/objects/{index}/{sub}", get(objects::read).put(objects::write))
+        .route("/api/v1/bus", get(bus::state))
+        .route_layer(middleware::from_fn(without_parameters))
+        // This refuses parameters that it does not know itself.
+        .route("/api/v1/events", get(stream::events))
+        .route("/", get(page::nodes))
+        .route("/page/{name}", get(page::file))
+        .fallback(nothing_there)
+        .method_not_allowed_fallback(not_so)
+        .with_state(app)
+}
+
+/// The description of the API.
+#[derive(OpenApi)]
+#[openapi(
+    info(
+        title = "profidrive",
+        description = "See emulated CANopen nodes and control what acts on them; the node number is the address. Values \
+            carry their unit in their name. A request that is refused changes nothing.",
+    ),
+    paths(
+        description,
+        state::list,
+        state::state,
+        bench::read,
+        bench::change,
+        bench::nominal,
+        bench::provoke,
+        bench::press,
+        bench::power,
+        objects::list,
+        objects::read,
+        objects::write,
+        bus::state,
+        stream::events,
+    ),
+    components(schemas(Problem, NodeNews, FrameEvent, Lost))
+)]
+pub(super) struct Description;
+
+/// The description of the API
+#[utoipa::path(get, path = "/api/v1/openapi.json", tag = "description",
+    responses((status = 200, description = "OpenAPI 3.1", body = serde_json::Value), Problems))]
+async fn description() -> Json<utoipa::openapi::OpenApi> {
+    Json(Description::openapi())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::panel::routes::tests::{described, routed};
+
+    #[test]
+    fn every_route_is_described_with_every_method() {
+        let routes = routed(include_str!("routes.rs"));
+        assert!(routes.len() >= 14, "{routes:?}");
+        assert_eq!(routes, described(&Description::openapi()));
+    }
+}

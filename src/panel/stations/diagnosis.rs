@@ -1,0 +1,240 @@
+//! A diagnosis that is raised by hand.
+
+use std::format;
+use std::prelude::v1::*;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::super::problem::Problem;
+use crate::dp::ext_diag::{ChannelError, Direction, Width};
+use crate::gsd::{ChannelFault, Gsd, ModuleState, Raised};
+use crate::host::GsdStation;
+
+/// The diagnosis that is raised, besides what the slave reports by itself.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub(in crate::panel) struct Diagnosis {
+    /// What was raised by hand.
+    raised: RaisedDiagnosis,
+    /// The same in the texts of the GSD.
+    texts: Vec<String>,
+    /// The octets of Slave_Diag, all of them.
+    octets: Vec<u8>,
+    /// Some blocks do not fit into Max_Diag_Data_Len and were left out.
+    overflow: bool,
+}
+
+/// What the diagnosis of a station shall report; what is left out is not reported.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(in crate::panel) struct RaisedDiagnosis {
+    /// Unit_Diag_Bit: the bits whose text applies.
+    #[schema(max_items = 496)]
+    bits: Vec<u16>,
+    /// Unit_Diag_Area.
+    areas: Vec<RaisedArea>,
+    /// Slots of the identifier-related diagnosis.
+    identifiers: Vec<u16>,
+    /// The module status.
+    modules: Vec<RaisedModule>,
+    /// Channel-related diagnosis.
+    channels: Vec<RaisedChannel>,
+    /// Stat_Diag: the inputs are not valid.
+    not_valid: bool,
+}
+
+/// A number in the diagnosis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+struct RaisedArea {
+    /// The first bit of the area.
+    first_bit: u16,
+    value: u32,
+}
+
+/// The module status of a slot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+struct RaisedModule {
+    slot: u16,
+    state: ModuleStateName,
+}
+
+/// The module status.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+enum ModuleStateName {
+    /// The module works.
+    Valid,
+    /// Its data are not valid.
+    Invalid,
+    /// Another module is plugged.
+    Wrong,
+    /// No module is plugged.
+    Missing,
+}
+
+/// A fault of a channel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+struct RaisedChannel {
+    slot: u16,
+    #[schema(maximum = 63)]
+    channel: u8,
+    direction: DirectionName,
+    width: WidthName,
+    /// 1 to 9 of the standard, 16 to 31 of the GSD.
+    #[schema(minimum = 1, maximum = 31)]
+    error: u8,
+}
+
+/// Whether a channel is an input or an output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+enum DirectionName {
+    Input,
+    Output,
+    Both,
+}
+
+/// How wide a channel is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+enum WidthName {
+    Bit,
+    TwoBits,
+    FourBits,
+    Octet,
+    Word,
+    TwoWords,
+}
+
+/// Rows of names on both sides: of the API and of the library.
+const MODULE_STATES: [(ModuleStateName, ModuleState); 4] = [
+    (ModuleStateName::Valid, ModuleState::Valid),
+    (ModuleStateName::Invalid, ModuleState::Invalid),
+    (ModuleStateName::Wrong, ModuleState::Wrong),
+    (ModuleStateName::Missing, ModuleState::Missing),
+];
+const DIRECTIONS: [(DirectionName, Direction); 3] = [
+    (DirectionName::Input, Direction::Input),
+    (DirectionName::Output, Direction::Output),
+    (DirectionName::Both, Direction::Both),
+];
+const WIDTHS: [(WidthName, Width); 6] = [
+    (WidthName::Bit, Width::Bit),
+    (WidthName::TwoBits, Width::TwoBits),
+    (WidthName::FourBits, Width::FourBits),
+    (WidthName::Octet, Width::Octet),
+    (WidthName::Word, Width::Word),
+    (WidthName::TwoWords, Width::TwoWords),
+];
+
+impl RaisedDiagnosis {
+    fn of(raised: &Raised) -> Self {
+        let channel = |fault: &ChannelFault| {
+            let direction = DIRECTIONS.iter().find(|row| row.1 == fault.direction)?.0;
+            let width = WIDTHS.iter().find(|row| row.1 == fault.width)?.0;
+            let ChannelFault { slot, channel, error, .. } = *fault;
+            Some(RaisedChannel { slot, channel, direction, width, error: error.number() })
+        };
+        let module = |(slot, state): (&u16, &ModuleState)| {
+            let state = MODULE_STATES.iter().find(|row| row.1 == *state)?.0;
+            Some(RaisedModule { slot: *slot, state })
+        };
+        let area = |(first_bit, value): (&u16, &u32)| RaisedArea { first_bit: *first_bit, value: *value };
+        Self {
+            bits: raised.bits.iter().copied().collect(),
+            areas: raised.areas.iter().map(area).collect(),
+            identifiers: raised.identifiers.iter().copied().collect(),
+            modules: raised.modules.iter().filter_map(module).collect(),
+            channels: raised.channels.iter().filter_map(channel).collect(),
+            not_valid: raised.not_valid,
+        }
+    }
+
+    /// As the station takes it.
+    pub(super) fn raised(&self) -> Result<Raised, Problem> {
+        let channel = |fault: &RaisedChannel| {
+            let RaisedChannel { slot, channel, direction, width, error } = *fault;
+            let direction = DIRECTIONS.iter().find(|row| row.0 == direction).map(|row| row.1);
+            let width = WIDTHS.iter().find(|row| row.0 == width).map(|row| row.1);
+            let known = ChannelError::numbered(error);
+            let ((Some(direction), Some(width)), Some(error)) = ((direction, width), known) else {
+                return Err(Problem::value(format!(
+                    "{error} is no error of a channel; expected 1 to 9 of the standard or 16 to 31 of the GSD"
+                )));
+            };
+            Ok(ChannelFault { slot, channel, direction, width, error })
+        };
+        let module = |module: &RaisedModule| {
+            let state = MODULE_STATES.iter().find(|row| row.0 == module.state)?.1;
+            Some((module.slot, state))
+        };
+        Ok(Raised {
+            bits: self.bits.iter().copied().collect(),
+            areas: self.areas.iter().map(|area| (area.first_bit, area.value)).collect(),
+            identifiers: self.identifiers.iter().copied().collect(),
+            modules: self.modules.iter().filter_map(module).collect(),
+            channels: self.channels.iter().map(channel).collect::<Result<_, _>>()?,
+            not_valid: self.not_valid,
+        })
+    }
+}
+
+impl Diagnosis {
+    pub(super) fn of(station: &GsdStation) -> Self {
+        let (slave, raised) = (station.slave(), station.raised());
+        let mut octets = slave.diagnosis().octets().to_vec();
+        octets.extend_from_slice(slave.ext_diag().octets());
+        Self {
+            raised: RaisedDiagnosis::of(raised),
+            texts: raised.words(station.gsd(), station.layout()),
+            octets,
+            overflow: slave.ext_diag().overflow(),
+        }
+    }
+}
+
+/// The texts that a GSD has for a diagnosis.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub(in crate::panel) struct Possible {
+    bits: Vec<TextOf>,
+    areas: Vec<TextsOfArea>,
+    /// The errors of channels, those of the standard first.
+    channel_errors: Vec<TextOf>,
+}
+
+/// A number and its text.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+struct TextOf {
+    number: i64,
+    text: String,
+}
+
+/// The texts of a number in the diagnosis.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+struct TextsOfArea {
+    first_bit: u16,
+    last_bit: u16,
+    values: Vec<TextOf>,
+}
+
+impl Possible {
+    pub(super) fn of(gsd: &Gsd) -> Self {
+        let text = |number: i64, text: &str| TextOf { number, text: text.into() };
+        let standard = (1..=9).filter_map(ChannelError::numbered);
+        let standard = standard.filter_map(|error| Some(text(error.number().into(), error.words()?)));
+        let own = gsd.channel_diag.iter().map(|(number, words)| text((*number).into(), words));
+        let areas = gsd.diag_areas.iter().map(|area| TextsOfArea {
+            first_bit: area.first,
+            last_bit: area.last,
+            values: area.values.iter().map(|(value, words)| text(*value, words)).collect(),
+        });
+        Self {
+            bits: gsd.diag_bits.iter().map(|bit| text(bit.bit.into(), &bit.text)).collect(),
+            areas: areas.collect(),
+            channel_errors: standard.chain(own).collect(),
+        }
+    }
+}

@@ -1,0 +1,106 @@
+// The page of CANopen nodes: state, words, PDOs, dictionary, errors; display, keys and shaft of the AP10; panel of the ASDA-A2.
+import assert from "node:assert/strict";
+import { once } from "node:events";
+import net from "node:net";
+import { test } from "node:test";
+
+import { CONNECTED, onStage, text } from "./stage.js";
+
+const NODES = ["--node", "5", "--node", "6,device=ap10", "--node", "7,device=asda-a2"];
+
+/** A master behind an slcan adapter that only sends. */
+async function master(emulator) {
+  const socket = net.connect(emulator.linkPort, "127.0.0.1");
+  await once(socket, "connect");
+  socket.resume();
+  const send = (line) => socket.write(`${line}\r`);
+  send("O");
+  return { send, end: () => socket.destroy() };
+}
+
+test("nodes are listed with their state and what their display shows", async () => {
+  await onStage({ drives: NODES, master: false, page: { view: "#drives" } }, async ({ page }) => {
+    await text(page, "#drives-count", "3 nodes");
+    await text(page, "#tiles li:nth-child(2)", "AP10");
+    await text(page, "#tiles li:nth-child(2)", "PRE-OPERATIONAL");
+    await text(page, "#tiles li:nth-child(2) .position", "0  ---");
+    await page.locator("#drives-filter").fill("asda");
+    await page.locator("#tiles li").nth(0).locator("a").click();
+    await text(page, "#drive-title", "Node 7");
+  });
+});
+
+test("an AG03/1 shows its words, PDOs and dictionary, why it does not move, and its faults", async () => {
+  await onStage({ drives: NODES, master: false, page: { view: "#drive/5" } }, async ({ page, emulator }) => {
+    const bus = await master(emulator);
+    await text(page, "#why-title", "It does not move, because");
+    await text(page, "#why-reasons", "PRE-OPERATIONAL");
+    bus.send("t00020105");
+    await text(page, "#drive-state", "OPERATIONAL");
+    bus.send("t60582B40600006000000");
+    await text(page, "#control .raw", "0006");
+    await page.locator("#status li[data-set=true]", { hasText: "ready to switch on" }).waitFor();
+    await text(page, "#pdos", "TPDO1");
+    await text(page, "#pdos", "6041h:00");
+    // An entry is found, written and read back.
+    await page.locator("#objects input[type=search]").fill("1017");
+    const heartbeat = page.locator("#objects tr[data-object='1017h:00']");
+    await heartbeat.locator("button").click();
+    await page.getByLabel("Value", { exact: true }).fill("250");
+    await page.getByRole("button", { name: "Write" }).click();
+    await text(page, "#objects [role=status]", "1017h:00 is 250");
+    await text(page, "#objects tr[data-object='1017h:00']", "250");
+
+    await page.getByRole("button", { name: /^Provoke D:/ }).click();
+    await text(page, "#drive-dp", "error register 09h");
+    await text(page, "#faults table", "4310h");
+    await page.locator("#faults [data-fault=D][aria-pressed=true]").waitFor();
+    await text(page, "#face .leds", "status green: blinks 4 times");
+    await page.getByRole("button", { name: "All as it should be" }).click();
+    await page.locator("#faults [data-fault=D][aria-pressed=false]").waitFor();
+    await page.locator("#log-lines li[data-kind=fault]", { hasText: "EMCY 4310h" }).waitFor();
+
+    await page.getByRole("button", { name: "Power off" }).click();
+    await text(page, "#drive-state", "switched off");
+    await page.getByRole("button", { name: "Power on" }).click();
+    await text(page, "#drive-state", "PRE-OPERATIONAL");
+    bus.end();
+  });
+});
+
+test("the display, the keys and the shaft of an AP10", async () => {
+  await onStage({ drives: NODES, master: false, page: { view: "#drive/6" } }, async ({ page }) => {
+    assert.equal(await page.locator("#why").isVisible(), false, "it cannot move, and has no reason not to");
+    await text(page, "#face .lcd p:nth-child(2)", "---");
+    const shaft = page.locator("#surroundings [data-input=shaft_revolutions]");
+    for (const step of [": 1", ": 1", ": -0.1"]) await shaft.getByRole("button", { name: step, exact: false }).last().click();
+    await shaft.locator("input[type=number]").fill("2.5");
+    await shaft.locator("input[type=number]").press("Enter");
+    await text(page, "#face .lcd p:nth-child(1)", "2200");
+    await page.locator("#face [data-key=up]").click();
+    await text(page, "#face .lcd p:nth-child(1)", "0");
+    const star = page.locator("#face [data-key=star]");
+    await star.hover();
+    await page.mouse.down();
+    await page.locator("#face [data-key=star][aria-pressed=true]").waitFor();
+    await text(page, "#face .lcd p:nth-child(1)", "ID 6");
+    await page.mouse.up();
+    await page.getByRole("button", { name: /^Provoke battery-empty:/ }).click();
+    await text(page, "#face .signs", "battery empty");
+    await text(page, "#faults table", "3200h");
+    await page.locator(CONNECTED).waitFor();
+  });
+});
+
+test("the five-digit panel of an ASDA-A2, its alarm and the blocked shaft", async () => {
+  await onStage({ drives: NODES, master: false, page: { view: "#drive/7" } }, async ({ page }) => {
+    await page.getByRole("button", { name: /^Provoke 011:/ }).click();
+    await text(page, "#face .lcd", "AL011");
+    await text(page, "#why-reasons", "alarm AL011: encoder error");
+    await text(page, "#faults table", "7305h");
+    await page.getByLabel("the shaft cannot turn").check();
+    await text(page, "#why-reasons", "the shaft is blocked");
+    await page.getByRole("button", { name: "All as it should be" }).click();
+    await page.locator("#surroundings [data-input=blocked] input:not(:checked)").waitFor();
+  });
+});

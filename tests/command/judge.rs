@@ -1,0 +1,172 @@
+//! `profidrive judge` as a process: ready line, exit codes, reports, captures, a master that never comes.
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::Path;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rustix::fs::OFlags;
+use serde_json::Value;
+use std::os::unix::fs::OpenOptionsExt;
+
+fn command(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_profidrive"));
+    command.arg("judge").args(arguments).env_remove("RUST_LOG");
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+/// Exit code, stdout, stderr.
+fn run(arguments: &[&str]) -> (Option<i32>, String, String) {
+    let output = command(arguments).output().unwrap();
+    (
+        output.status.code(),
+        String::from_utf8(output.stdout).unwrap(),
+        String::from_utf8(output.stderr).unwrap(),
+    )
+}
+
+/// Started, and its ready line read.
+fn start(arguments: &[&str]) -> (Child, String, BufReader<std::process::ChildStdout>) {
+    let mut child = command(arguments).spawn().unwrap();
+    let mut stdout = BufReader::new(child.stdout.take().unwrap());
+    let mut ready = String::new();
+    stdout.read_line(&mut ready).unwrap();
+    (child, ready, stdout)
+}
+
+/// Slave_Diag of station 5 by master 2, with FCV = 0, FCB = 1.
+const DIAG: [u8; 11] = [0x68, 0x05, 0x05, 0x68, 0x85, 0x82, 0x6D, 0x3C, 0x3E, 0xEE, 0x16];
+
+/// A master that asks some times, at first with this error in the checksum, and is silent then.
+fn ask(link: &Path, error: u8) {
+    let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits().cast_signed();
+    let mut bus = fs::OpenOptions::new().read(true).write(true).custom_flags(flags).open(link).unwrap();
+    let mut octets = [0; 256];
+    for spoilt in [error, error, 0, 0, 0] {
+        let mut diag = DIAG;
+        diag[9] ^= spoilt;
+        bus.write_all(&diag).unwrap();
+        thread::sleep(Duration::from_millis(150));
+        let _ = bus.read(&mut octets);
+    }
+    // The terminal stays open until the judge has read everything.
+    thread::sleep(Duration::from_millis(300));
+}
+
+const STATION: &str = "5,ident=1234,cfg=2313";
+
+#[test]
+fn wrong_command_lines_are_told_in_one_line_and_end_with_2() {
+    for (arguments, part) in [
+        (&[][..], "a station is missing"),
+        (&["--station", "5,ident=1234"], "ident and cfg must be given"),
+        (&["--station", STATION, "--station", STATION], "two stations have address 5"),
+        (&["--station", "5,ident=1234,cfg=2313,absent"], "every station is absent"),
+        (&["--station", STATION, "--only", "M-Q*"], "no row has this name"),
+        (&["--station", STATION, "--master", "5"], "station 5 has the address of the master"),
+    ] {
+        let (code, stdout, stderr) = run(arguments);
+        assert_eq!((code, stdout.as_str()), (Some(2), ""), "{arguments:?}: {stderr}");
+        assert!(stderr.contains(part), "{arguments:?}: {stderr}");
+    }
+}
+
+#[test]
+fn a_master_that_never_comes_ends_it_with_3_after_ten_seconds() {
+    let dir = tempfile::tempdir().unwrap();
+    let link = dir.path().join("bus");
+    let spec = format!("pty:{}", link.display());
+    let begin = Instant::now();
+    let (mut child, ready, _stdout) =
+        start(&["--link", &spec, "--station", STATION, "--station", "7,ident=1234,cfg=2313,absent"]);
+    assert_eq!(ready, format!("ready link={} stations=5,7\n", link.display()));
+    let mut stderr = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
+    let status: ExitStatus = child.wait().unwrap();
+    assert_eq!(status.code(), Some(3), "{stderr}");
+    assert!(stderr.contains("no master was heard within 10 s"), "{stderr}");
+    assert!((9..20).contains(&begin.elapsed().as_secs()));
+}
+
+#[test]
+fn a_failure_is_in_every_report_and_again_in_the_capture() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = |name: &str| dir.path().join(name).to_str().unwrap().to_owned();
+    let (link, json, junit, html, capture) =
+        (file("bus"), file("v.json"), file("v.xml"), file("v.html"), file("v.pcapng"));
+    let spec = format!("pty:{link}");
+    let (mut child, _, mut stdout) = start(&[
+        "--link",
+        &spec,
+        "--station",
+        STATION,
+        "--only",
+        "M-F*",
+        "--json",
+        &json,
+        "--junit",
+        &junit,
+        "--html",
+        &html,
+        "--capture",
+        &capture,
+    ]);
+    ask(Path::new(&link), 0x01);
+    let mut table = String::new();
+    stdout.read_to_string(&mut table).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(1), "{table}");
+    assert!(table.starts_with("FAIL M-F02"), "{table}");
+    check_json(&fs::read_to_string(&json).unwrap());
+    let junit = fs::read_to_string(&junit).unwrap();
+    assert!(junit.contains("<failure type=\"M-F02\"") && junit.contains("failures=\"1\""), "{junit}");
+    let html = fs::read_to_string(&html).unwrap();
+    assert!(html.contains("<section id=\"M-F02\" class=\"fail\">") && html.contains("<svg"), "{html}");
+    assert!(!html.contains("<script"));
+
+    let (code, table, stderr) = run(&[&capture, "--only", "M-F02"]);
+    assert_eq!(code, Some(1), "{table}{stderr}");
+    assert!(table.contains("FAIL M-F02"), "{table}");
+    let (code, table, stderr) = run(&[&capture, "--only", "M-F06"]);
+    assert_eq!(code, Some(0), "{table}{stderr}");
+    assert!(table.contains("pass       M-F06"), "{table}");
+}
+
+/// The contract for programs that read the verdicts.
+fn check_json(text: &str) {
+    let report: Value = serde_json::from_str(text).unwrap();
+    assert_eq!(report["version"], 1);
+    let rows = report["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 11);
+    for row in rows {
+        let verdict = row["verdict"].as_str().unwrap();
+        assert!(["pass", "fail", "warn", "not_judged"].contains(&verdict), "{row}");
+        assert!(
+            row["id"].as_str().unwrap().starts_with("M-F") && !row["reason"].as_str().unwrap().is_empty()
+        );
+        let telegrams = row["telegrams"].as_array().unwrap();
+        assert!(verdict != "fail" || !telegrams.is_empty(), "{row}");
+        for telegram in telegrams {
+            assert!(
+                telegram["t"].is_f64() && ["M", "S", "S5"].contains(&telegram["from"].as_str().unwrap()),
+                "{telegram}"
+            );
+            let hex = telegram["hex"].as_str().unwrap();
+            assert!(hex.split(' ').all(|octet| u8::from_str_radix(octet, 16).is_ok()), "{telegram}");
+        }
+    }
+    let failed: Vec<_> = rows.iter().filter(|row| row["verdict"] == "fail").map(|row| &row["id"]).collect();
+    assert_eq!(failed, ["M-F02"]);
+}
+
+#[test]
+fn a_file_that_is_no_capture_ends_it_with_1() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("text.pcapng");
+    fs::write(&file, "no capture").unwrap();
+    let (code, _, stderr) = run(&[file.to_str().unwrap()]);
+    assert_eq!(code, Some(1), "{stderr}");
+    assert_eq!(stderr.lines().count(), 1, "{stderr}");
+}

@@ -1,0 +1,148 @@
+//! `profidrive master` over CANopen, with `profidrive emulate` as another process; `decode` of what the emulator captured.
+
+use std::path::Path;
+use std::process::Output;
+
+use serde_json::Value;
+
+use crate::emulator::{Emulator, output};
+
+/// An emulator of an AG03/1 as node 5 and an ASDA-A2 as node 7.
+struct Bus(Emulator);
+
+impl Bus {
+    fn start(more: &[&str]) -> Self {
+        let arguments = ["--node", "5", "--node", "7,device=asda-a2", "--link", "slcan-tcp:127.0.0.1:0"];
+        Self(Emulator::start(&[&arguments[..], more].concat()))
+    }
+
+    fn run(&self, node: &str, arguments: &[&str]) -> Output {
+        output(&[&["master", "--link", self.0.link(), "--node", node], arguments].concat())
+    }
+
+    fn says(&self, node: &str, arguments: &[&str]) -> String {
+        let output = self.run(node, arguments);
+        assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    fn fails(&self, node: &str, arguments: &[&str], code: i32) -> String {
+        let output = self.run(node, arguments);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {output:?}");
+        String::from_utf8(output.stderr).unwrap()
+    }
+}
+
+fn decode(arguments: &[&str], file: &Path) -> Output {
+    output(&[&["decode"], arguments, &[file.to_str().unwrap()]].concat())
+}
+
+#[test]
+fn entries_are_read_and_written_by_index_by_name_and_by_the_name_of_the_parameter() {
+    let emulator = Bus::start(&[]);
+    for name in ["2410:05", "2410h:5", "v-Pos"] {
+        assert_eq!(
+            emulator.says("5", &["read", name]),
+            "2410h:05 Controller parameters: v-Pos rpm = 30 rpm\n",
+            "{name}"
+        );
+    }
+    assert!(
+        emulator
+            .says("5", &["read", "Statusword"])
+            .starts_with("6041h:00 Statusword = 0070h, switch on disabled")
+    );
+    assert_eq!(
+        emulator.says("5", &["write", "v-Pos", "60"]),
+        "2410h:05 Controller parameters: v-Pos rpm = 60 rpm, was 30 rpm\n"
+    );
+    let object: Value = serde_json::from_str(&emulator.says("5", &["read", "6060", "--json"])).unwrap();
+    assert_eq!((&object["object"], &object["value"]), (&"6060h:00".into(), &1.into()));
+    assert_eq!(object["text"], "1 (positioning mode)");
+    assert_eq!(emulator.says("5", &["write", "limit 1", "-5"]).lines().count(), 1, "a negative number");
+    assert_eq!(emulator.says("7", &["read", "6502"]), "6502h:00 Supported drive modes = 109\n");
+    let refused = emulator.fails("5", &["write", "2410:05", "0"], 1);
+    assert!(refused.contains("value range of the parameter exceeded (06090030h)"), "{refused}");
+    let refused = emulator.fails("5", &["read", "2410:07"], 1);
+    assert!(refused.contains("sub-index does not exist"), "{refused}");
+    let wide = emulator.fails("5", &["write", "2410:05", "256"], 2);
+    assert!(wide.contains("takes 0 to 255, got 256"), "{wide}");
+    let unknown = emulator.fails("5", &["read", "no such"], 2);
+    assert!(unknown.contains("neither an index such as 6041"), "{unknown}");
+    let many = emulator.fails("5", &["read", "COB-ID"], 2);
+    assert!(many.contains("is the name of several objects"), "{many}");
+    let nobody = emulator.fails("9", &["read", "6041"], 1);
+    assert!(nobody.contains("no answer to the access to 1000h:00"), "{nobody}");
+}
+
+#[test]
+fn both_drives_travel_and_are_left_as_they_were_and_the_capture_is_explained() {
+    let folder = tempfile::tempdir().unwrap();
+    let capture = folder.path().join("bus.pcapng");
+    let emulator = Bus::start(&["--capture", capture.to_str().unwrap()]);
+    emulator.says("5", &["write", "v-Pos", "100"]);
+    assert_eq!(emulator.says("5", &["move", "800", "--yes"]).split(';').next(), Some("reached"));
+    let object: Value = serde_json::from_str(&emulator.says("5", &["read", "6064", "--json"])).unwrap();
+    assert!((object["value"].as_i64().unwrap() - 800).abs() <= 10, "{object}");
+    let status = emulator.says("5", &["status"]);
+    assert!(status.starts_with("node 5, AG03/1, NMT PRE-OPERATIONAL\n"), "{status}");
+    assert!(status.contains("6041h:00 Statusword = ") && status.contains("ready to travel"), "{status}");
+    emulator.says("7", &["write", "6081", "12800000"]);
+    let moved: Value =
+        serde_json::from_str(&emulator.says("7", &["move", "1280000", "--yes", "--json"])).unwrap();
+    assert_eq!(moved["outcome"], "reached");
+    let beyond = emulator.fails("5", &["move", "2000000", "--yes"], 1);
+    assert!(beyond.contains("does not acknowledge the target"), "{beyond}");
+    assert!(emulator.says("5", &["stop"]).starts_with("stopped"), "nothing to stop");
+    let asked = emulator.fails("5", &["move", "0"], 2);
+    assert!(asked.contains("--yes"), "{asked}");
+    drop(emulator);
+
+    let output = decode(&["--brief", "--node", "5=ag03-1", "--node", "7=asda-a2"], &capture);
+    let text = String::from_utf8(output.stdout).unwrap();
+    for line in [
+        "605  SDO to 5: write 607Ah:00 Target position = 800 inc or 0.01 mm",
+        "000  NMT to node 5: start: to OPERATIONAL",
+        "705  guarding request to 5",
+        "605  SDO to 5: write 6040h:00 Controlword = 001Fh, enable operation, new setpoint",
+        "607  SDO to 7: write 6040h:00 Controlword = 001Fh, enable operation, new set-point",
+    ] {
+        assert!(text.contains(line), "{line}: {text}");
+    }
+    let output = decode(&["--json", "--device", "ag03-1"], &capture);
+    let first: Value =
+        serde_json::from_slice(output.stdout.split(|octet| *octet == b'\n').next().unwrap()).unwrap();
+    assert_eq!((&first["kind"], &first["packet"]), (&"frame".into(), &1.into()));
+}
+
+#[test]
+fn what_does_not_fit_together_on_the_command_line_is_said() {
+    let run = |arguments: &[&str]| {
+        let output = output(&[&["master"], arguments].concat());
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    for (arguments, says) in [
+        (&["--link", "slcan-tcp:127.0.0.1:1", "status"][..], "add --node N"),
+        (
+            &["--link", "slcan-tcp:127.0.0.1:1", "--node", "5", "--address", "5", "status"],
+            "--address is for PROFIBUS",
+        ),
+        (
+            &["--link", "slcan-tcp:127.0.0.1:1", "--node", "5", "params"],
+            "there are read, write, status, move and stop",
+        ),
+        (&["--link", "slcan-tcp:127.0.0.1:1", "--node", "0", "status"], "1 to 127"),
+        (&["--link", "slcan-tcp:127.0.0.1:1", "--node", "5", "--baud", "19200", "status"], "none of CAN"),
+        (&["--link", "slcan-tty:", "--node", "5", "status"], "the name is missing"),
+        (&["--link", "tcp:127.0.0.1:1", "--node", "5", "status"], "--node is for CANopen"),
+        (&["--link", "tcp:127.0.0.1:1", "--address", "5", "--baud", "250000", "status"], "none of PROFIBUS"),
+        (&["--link", "tcp:127.0.0.1:1", "--address", "5", "read", "6041:00"], "invalid value '6041:00'"),
+    ] {
+        let (code, stderr) = run(arguments);
+        assert_eq!(code, Some(2), "{arguments:?}: {stderr}");
+        assert!(stderr.contains(says), "{arguments:?}: {stderr}");
+    }
+    let (code, stderr) = run(&["--link", "socketcan:no-such0", "--node", "5", "status"]);
+    assert_eq!(code, Some(1));
+    assert!(stderr.contains("cannot open the CAN interface no-such0"), "{stderr}");
+}

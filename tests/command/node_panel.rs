@@ -1,0 +1,369 @@
+//! `emulate --node ... --panel`: what HTTP does to a node, seen on the bus, and what the bus does, seen by HTTP.
+
+use serde_json::{Value, json};
+
+use super::nodes::Master;
+use super::panel::Emulator;
+
+/// An emulator with a panel and nodes, and a master on their bus.
+struct Rig {
+    emulator: Emulator,
+    master: Master,
+}
+
+impl Rig {
+    fn start(nodes: &[&str]) -> Self {
+        let nodes = nodes.iter().flat_map(|node| ["--node", node]);
+        let arguments: Vec<_> = nodes.chain(["--link", "slcan-tcp:127.0.0.1:0"]).collect();
+        let emulator = Emulator::with(&arguments);
+        let place = emulator.terminal().to_str().unwrap().strip_prefix("slcan-tcp:").unwrap().to_owned();
+        Self { emulator, master: Master::open(&place) }
+    }
+
+    fn get(&self, path: &str) -> Value {
+        self.emulator.get(&format!("/api/v1/drives/{path}"))
+    }
+
+    fn set(&self, method: &str, path: &str, body: &Value) -> Value {
+        self.emulator.set(method, &format!("/api/v1/drives/{path}"), body)
+    }
+
+    fn refused(&self, method: &str, path: &str, body: &Value, status: u16, says: &str) {
+        let answer = self.emulator.send(method, &format!("/api/v1/drives/{path}"), body);
+        assert_eq!(answer.status, status, "{method} {path} {body}: {answer:?}");
+        assert!(answer.detail().contains(says), "{method} {path} {body}: {}", answer.detail());
+    }
+
+    /// The number that a node answers to an SDO read with.
+    fn read(&mut self, node: u16, object: &str) -> u32 {
+        let answer = self.master.sdo(node, &format!("40{object}00000000"));
+        assert!(answer.starts_with('4'), "{object}: {answer}");
+        u32::from_str_radix(&answer[8..16], 16).unwrap().swap_bytes()
+    }
+
+    /// Waits until the state is as wanted; the device runs in real time.
+    fn wait_for(&self, node: u16, what: &str, wanted: impl Fn(&Value) -> bool) -> Value {
+        let start = std::time::Instant::now();
+        loop {
+            let state = self.get(&node.to_string());
+            if wanted(&state) {
+                return state;
+            }
+            assert!(start.elapsed() < super::panel::PATIENCE, "never {what}: {state}");
+        }
+    }
+}
+
+#[test]
+fn every_node_is_listed_with_its_device_state_and_display() {
+    let rig = Rig::start(&["5", "6,device=ap10", "7,device=asda-a2"]);
+    let listed = rig.emulator.get("/api/v1/drives");
+    let drives = listed["drives"].as_array().unwrap();
+    let of = |name: &str| drives.iter().map(|drive| drive[name].clone()).collect::<Vec<_>>();
+    assert_eq!(of("address"), [5, 6, 7]);
+    assert_eq!(of("device"), ["ag03-1", "ap10", "asda-a2"]);
+    assert_eq!(of("nmt_state"), ["PRE-OPERATIONAL"; 3]);
+    assert_eq!(of("power"), ["on"; 3]);
+    let lines = |place: usize| &drives[place]["display"]["lines"];
+    assert_eq!(lines(0), &json!([]));
+    assert_eq!(drives[0]["display"]["leds"][1]["glow"], "blinking");
+    assert_eq!(lines(1)[0]["text"], "0");
+    assert_eq!(lines(1)[1]["text"], "---");
+    assert_eq!(lines(2)[0]["text"], "    0");
+    assert_eq!(rig.emulator.get("/api/v1/bus")["rate_bits_per_second"], 500_000);
+    rig.refused("PUT", "9/power", &json!({"on": true}), 404, "there are the nodes 5, 6, 7");
+    rig.refused("PUT", "0/power", &json!({"on": true}), 400, "expected 1 to 127");
+}
+
+/// Code and error register of an EMCY frame.
+fn emcy(frame: &str) -> (u16, u8) {
+    let code = u16::from_str_radix(&frame[..4], 16).unwrap().swap_bytes();
+    (code, u8::from_str_radix(&frame[4..6], 16).unwrap())
+}
+
+#[test]
+fn a_fault_of_an_ag03_is_an_emcy_and_in_1003h_and_goes_when_it_is_reset() {
+    // Those that follow at once; A, B and C need a shaft that is commanded to turn.
+    for (fault, code, register) in [
+        ("D", 0x4310, 0x09),
+        ("E", 0x7300, 0x81),
+        ("F", 0xFF01, 0x81),
+        ("G", 0x3210, 0x05),
+        ("J", 0xFF09, 0x05),
+    ] {
+        let mut rig = Rig::start(&["5"]);
+        rig.master.send("t00020105");
+        rig.set("POST", "5/provoke", &json!({"fault": fault}));
+        assert_eq!(emcy(&rig.master.frame(0x085)), (code, register), "fault {fault}");
+        assert_eq!(rig.read(5, "031001") & 0xFFFF, u32::from(code), "fault {fault}");
+        let state = rig.get("5");
+        assert_eq!(state["emcy_history"][0]["code"], format!("{code:04X}"));
+        assert_eq!(state["error_register"], register);
+        assert!(state["does_not_move"].to_string().contains("FAULT"), "{state}");
+        // It stays latched when its cause is gone, until the master resets it.
+        rig.set("DELETE", "5/inputs", &Value::Null);
+        assert_eq!(rig.read(5, "011000"), u32::from(register));
+        // The message comes before the answer.
+        rig.master.send("t60582B40600080000000");
+        assert_eq!(emcy(&rig.master.frame(0x085)), (0, 0), "fault {fault}");
+        assert_eq!(rig.read(5, "011000"), 0);
+    }
+}
+
+#[test]
+fn what_acts_on_an_ag03_while_it_shall_turn_makes_faults_a_b_and_c() {
+    for (fault, code, register) in [("A", 0x3120, 0x05), ("B", 0x7121, 0x21)] {
+        let mut rig = Rig::start(&["5"]);
+        rig.master.send("t00020105");
+        rig.set("POST", "5/provoke", &json!({"fault": fault}));
+        // Target 100000, then switch on, enable, start.
+        rig.master.sdo(5, "237A6000A0860100");
+        for word in ["0600", "0700", "0F01", "1F01"] {
+            let answer = rig.master.sdo(5, &format!("2B406000{word}0000"));
+            assert!(answer.starts_with("60"), "{word}: {answer}");
+        }
+        rig.master.sdo(5, "2B4060000F000000");
+        rig.master.sdo(5, "2B4060001F000000");
+        assert_eq!(emcy(&rig.master.frame(0x085)), (code, register), "fault {fault}");
+    }
+}
+
+#[test]
+fn keys_and_supplies_act_on_an_ag03() {
+    let mut rig = Rig::start(&["5"]);
+    let before = rig.read(5, "646000").cast_signed();
+    let keys = rig.set("POST", "5/keys", &json!({"key": "key_1", "pressed": true}));
+    assert_eq!(keys["keys"][0], json!({"key": "key_1", "pressed": true}));
+    let start = std::time::Instant::now();
+    while rig.read(5, "646000").cast_signed() == before {
+        assert!(start.elapsed() < super::panel::PATIENCE, "the key does not turn the shaft");
+    }
+    rig.set("POST", "5/keys", &json!({"key": "key_1", "pressed": false}));
+
+    let inputs =
+        rig.set("PATCH", "5/inputs", &json!({"output_supply_volts": 0, "stage_temperature_celsius": 50}));
+    assert_eq!(
+        (&inputs["output_supply_volts"], &inputs["stage_temperature_celsius"]),
+        (&json!(0.0), &json!(50.0))
+    );
+    // 6041h bit 4, voltage enabled.
+    assert_eq!(rig.read(5, "416000") & 0x10, 0);
+    let inputs = rig.set("DELETE", "5/inputs", &Value::Null);
+    assert_eq!(
+        (&inputs["output_supply_volts"], &inputs["stage_temperature_celsius"]),
+        (&json!(24.0), &Value::Null)
+    );
+    assert_eq!(rig.read(5, "416000") & 0x10, 0x10);
+
+    for (body, says) in [
+        (json!({"output_supply_volts": 61}), "output_supply_volts must be a number within 0 to 60, got 61"),
+        (json!({"blocked": 1}), "blocked must be true or false, got 1"),
+        (json!({"blocked": true, "bloked": true}), "did you mean blocked?"),
+        (json!({"enable": true}), "'enable' is no input of this ag03-1"),
+        (json!({"battery_volts": null}), "must be a number within 0 to 10, got null"),
+    ] {
+        rig.refused("PATCH", "5/inputs", &body, 422, says);
+    }
+    assert_eq!(rig.get("5/inputs")["blocked"], false, "refused as a whole");
+    rig.refused("POST", "5/provoke", &json!({"fault": "d"}), 422, "did you mean D?");
+    rig.refused("POST", "5/provoke", &json!({"fault": "H"}), 422, "it has A, B, C, D, E, F, G, J");
+    rig.refused("POST", "5/keys", &json!({"key": "key1", "pressed": true}), 422, "did you mean key_1?");
+}
+
+#[test]
+fn a_node_that_is_switched_off_is_silent_and_boots_when_it_is_switched_on() {
+    let mut rig = Rig::start(&["5", "6,device=ap10", "7,device=asda-a2"]);
+    for (node, boot_up) in [(5, 0x705), (6, 0x706), (7, 0x707)] {
+        let power = format!("{node}/power");
+        assert_eq!(rig.set("PUT", &power, &json!({"on": false}))["power"], "off");
+        let state = rig.get(&node.to_string());
+        assert_eq!((&state["nmt_state"], &state["power"]), (&Value::Null, &json!("off")));
+        rig.refused("PUT", &format!("{node}/objects/1017/0"), &json!({"value": 10}), 409, "switched off");
+        assert_eq!(rig.set("PUT", &power, &json!({"on": true}))["power"], "on");
+        assert_eq!(rig.master.frame(boot_up), "00");
+        // Not once more while it is on.
+        rig.set("PUT", &power, &json!({"on": true}));
+        assert_eq!(rig.get(&node.to_string())["nmt_state"], "PRE-OPERATIONAL");
+    }
+    rig.set("PUT", "7/power", &json!({"on": false}));
+    rig.refused("POST", "7/provoke", &json!({"fault": "011"}), 409, "switched off");
+}
+
+#[test]
+fn the_shaft_the_battery_and_the_keys_of_an_ap10_are_seen_on_the_bus_and_on_its_display() {
+    let mut rig = Rig::start(&["6,device=ap10"]);
+    rig.set("PATCH", "6/inputs", &json!({"shaft_revolutions": -2.5}));
+    assert_eq!(rig.read(6, "046000").cast_signed(), -2200);
+    assert_eq!(rig.get("6")["display"]["lines"][0]["text"], "-2200");
+    for (fault, code, shown) in [
+        ("battery-critical", 0xFF20, "battery critical"),
+        ("battery-empty", 0x3200, "battery empty"),
+        ("speed", 0xFF12, ""),
+    ] {
+        rig.set("POST", "6/provoke", &json!({"fault": fault}));
+        assert_eq!(emcy(&rig.master.frame(0x086)), (code, 0x81), "{fault}");
+        assert_eq!(rig.read(6, "031001") & 0xFFFF, u32::from(code), "{fault}");
+        let display = rig.get("6")["display"].clone();
+        assert!(display["text"].as_str().unwrap().contains(shown), "{fault}: {display}");
+        rig.set("DELETE", "6/inputs", &Value::Null);
+        assert_eq!(emcy(&rig.master.frame(0x086)), (0, 0), "{fault}");
+    }
+    assert_eq!(rig.get("6/inputs")["shaft_revolutions"], -2.5, "the shaft stays where it is");
+    // Acknowledged by hand; then the star key shows number and rate, and held it opens the menu.
+    let key = |rig: &Rig, key: &str, pressed: bool| {
+        rig.set("POST", "6/keys", &json!({"key": key, "pressed": pressed}))
+    };
+    key(&rig, "up", true);
+    key(&rig, "up", false);
+    key(&rig, "star", true);
+    assert_eq!(rig.read(6, "195F00") & 1 << 13, 1 << 13, "5F19h: star key");
+    assert_eq!(rig.get("6")["display"]["lines"][0]["text"], "ID 6");
+    let menu = rig.wait_for(6, "in the menu", |state| state["display"]["lines"][0]["text"] != "ID 6");
+    key(&rig, "star", false);
+    assert_ne!(menu["display"]["lines"][0]["text"], "-2200", "{menu}");
+    rig.refused("POST", "6/keys", &json!({"key": "down", "pressed": true}), 422, "it has left, up, star");
+    rig.refused("POST", "6/provoke", &json!({"fault": "battery-emty"}), 422, "did you mean battery-empty?");
+}
+
+#[test]
+fn an_alarm_of_an_asda_is_an_emcy_in_603fh_and_on_its_panel() {
+    let mut rig = Rig::start(&["7,device=asda-a2"]);
+    rig.set("POST", "7/provoke", &json!({"fault": "011"}));
+    let frame = rig.master.frame(0x087);
+    assert_eq!((emcy(&frame).0, &frame[6..10]), (0x7305, "1100"));
+    assert_eq!(rig.read(7, "3F6000") & 0xFFFF, 0x7305);
+    assert_eq!(rig.read(7, "031001"), 0x0011_7305);
+    let state = rig.get("7");
+    assert_eq!(state["display"]["lines"][0]["text"], "AL011");
+    assert_eq!(state["emcy_history"][0]["text"], "encoder error");
+    assert!(state["does_not_move"].to_string().contains("alarm AL011: encoder error"), "{state}");
+    rig.set("PATCH", "7/inputs", &json!({"blocked": true}));
+    assert_eq!(rig.get("7/inputs")["blocked"], true);
+    rig.set("DELETE", "7/inputs", &Value::Null);
+    assert_eq!(rig.get("7/inputs")["blocked"], false);
+    rig.master.sdo(7, "2B40600080000000");
+    rig.wait_for(7, "reset", |state| state["display"]["lines"][0]["text"] == "    0");
+    rig.refused("POST", "7/provoke", &json!({"fault": "010"}), 422, "did you mean 0");
+    rig.refused("POST", "7/keys", &json!({"key": "up", "pressed": true}), 422, "it has none");
+}
+
+#[test]
+fn the_dictionary_is_read_and_written_past_the_bus_by_the_rules_of_the_bus() {
+    let mut rig = Rig::start(&["5", "6,device=ap10"]);
+    let device_type = rig.get("5/objects/1000/0");
+    assert_eq!(
+        (&device_type["value"], &device_type["type"], &device_type["access"]),
+        (&json!(0x192), &json!("UNSIGNED32"), &json!("ro"))
+    );
+    assert_eq!(rig.get("5/objects/0x1000/00h"), device_type);
+    let written = rig.set("PUT", "6/objects/1017/0", &json!({"value": 250}));
+    assert_eq!((&written["value"], &written["octets_hex"]), (&json!(250), &json!("FA 00")));
+    assert_eq!(rig.read(6, "171000") & 0xFFFF, 250);
+    assert_eq!(rig.master.frame(0x706), "7F", "the heartbeat begins");
+    let all = rig.get("5/objects");
+    assert!(all["objects"].as_array().unwrap().len() > 130, "every entry");
+    for (path, body, status, says) in [
+        ("6/objects/6004/0", json!({"value": 1}), 422, "6004h:00 cannot be written"),
+        (
+            "6/objects/1017/0",
+            json!({"value": 65536}),
+            422,
+            "is UNSIGNED16: expected a whole number that fits",
+        ),
+        ("6/objects/1017/0", json!({"value": "x"}), 422, "expected a whole number, got \"x\""),
+        ("6/objects/1018/9", json!({"value": 1}), 404, "has no sub-index 09"),
+        ("6/objects/9999/0", json!({"value": 1}), 404, "there is no object 9999h"),
+        ("6/objects/10000/0", json!({"value": 1}), 400, "'10000' is no index"),
+        ("6/objects/1017/g", json!({"value": 1}), 400, "'g' is no sub-index"),
+    ] {
+        rig.refused("PUT", path, &body, status, says);
+    }
+}
+
+#[test]
+fn words_and_pdos_are_shown_bit_by_bit_with_what_they_carry() {
+    let mut rig = Rig::start(&["5"]);
+    rig.master.send("t00020105");
+    rig.master.sdo(5, "2B40600006000000");
+    let state = rig.wait_for(5, "OPERATIONAL", |state| state["nmt_state"] == "OPERATIONAL");
+    let status = &state["words"][1];
+    assert_eq!(status["object"], "6041h:00");
+    assert_eq!(status["bits"][0], json!({"bit": 0, "set": true, "name": "ready to switch on"}));
+    assert_eq!(state["words"][0]["value"], 6);
+    let first = state["pdos"].as_array().unwrap().iter().find(|pdo| pdo["pdo"] == "TPDO1").unwrap().clone();
+    assert_eq!((&first["cob_id"], &first["valid"]), (&json!("185"), &json!(true)));
+    assert_eq!(first["entries"][0]["object"], "6041h:00");
+    assert_eq!(first["entries"][0]["value"], status["value"]);
+}
+
+#[test]
+fn the_stream_tells_states_news_and_frames_of_a_node() {
+    let mut rig = Rig::start(&["5", "6,device=ap10"]);
+    let mut stream = rig.emulator.stream("?address=6&kinds=state,news,frame&interval_milliseconds=20");
+    assert_eq!(stream.find("state", |_| true)["address"], 6);
+    rig.set("POST", "6/provoke", &json!({"fault": "battery-critical"}));
+    let news = stream.find("news", |news| news["kind"] == "emcy");
+    assert_eq!((&news["address"], &news["text"]), (&json!(6), &json!("EMCY FF20h sent, error register 81h")));
+    stream.find("state", |state| state["error_register"] == 0x81);
+    rig.master.sdo(6, "4000100000000000");
+    let frame = stream.find("frame", |frame| frame["id"] == "606");
+    assert_eq!((&frame["octets_hex"], &frame["of_node"]), (&json!("40 00 10 00 00 00 00 00"), &json!(false)));
+    assert_eq!(stream.find("frame", |frame| frame["id"] == "586")["of_node"], true);
+    let mut all = rig.emulator.stream("");
+    assert_eq!(all.find("state", |_| true)["drives"].as_array().unwrap().len(), 2);
+    for query in ["?address=9", "?address=0", "?kinds=telegram", "?interval_milliseconds=1"] {
+        let answer = rig.emulator.request("GET", &format!("/api/v1/events{query}"), "", "");
+        assert!((400..500).contains(&answer.status), "{query}: {answer:?}");
+    }
+}
+
+#[test]
+fn what_an_ap10_has_confirmed_and_where_its_shaft_is_survive_a_kill() {
+    let folder = tempfile::tempdir().unwrap();
+    let state = folder.path().to_str().unwrap();
+    for round in 0..5_i32 {
+        let emulator = Emulator::with(&[
+            "--node",
+            "6,device=ap10",
+            "--link",
+            "slcan-tcp:127.0.0.1:0",
+            "--state-dir",
+            state,
+        ]);
+        let place = emulator.terminal().to_str().unwrap().strip_prefix("slcan-tcp:").unwrap().to_owned();
+        let mut rig = Rig { master: Master::open(&place), emulator };
+        if round > 0 {
+            assert_eq!(rig.get("6/inputs")["shaft_revolutions"], f64::from(round - 1) + 0.5, "round {round}");
+            assert_eq!(rig.read(6, "046000"), 0, "calibrated there, round {round}");
+        }
+        rig.set("PATCH", "6/inputs", &json!({"shaft_revolutions": f64::from(round) + 0.5}));
+        // 2002h = 1: the zero point is here. Confirmed, it is on the disk; dropped, the emulator is killed.
+        assert_eq!(rig.master.sdo(6, "2F02200001000000"), "6002200000000000");
+    }
+}
+
+#[test]
+fn faults_on_purpose_spoil_what_their_node_sends() {
+    let emulator = Emulator::with(&[
+        "--node",
+        "5",
+        "--node",
+        "6,device=ap10",
+        "--link",
+        "slcan-tcp:127.0.0.1:0",
+        "--fault",
+        "sdo-abort=08000020,node=6",
+        "--fault",
+        "boot-up-twice,node=6",
+        "--quirk",
+        "sdo-unknown=cia-301",
+    ]);
+    let place = emulator.terminal().to_str().unwrap().strip_prefix("slcan-tcp:").unwrap().to_owned();
+    let mut rig = Rig { master: Master::open(&place), emulator };
+    assert_eq!(rig.master.sdo(6, "4000100000000000"), "8000100020000008");
+    assert!(rig.master.sdo(5, "4000100000000000").starts_with("43"), "the other node is sound");
+    // An unknown command: 05040001h instead of 06010000h, and only of the device that has this quirk.
+    assert_eq!(rig.master.sdo(5, "E000100000000000"), "8000100001000405");
+    rig.master.send("t00028106");
+    assert_eq!((rig.master.frame(0x706), rig.master.frame(0x706)), ("00".to_owned(), "00".to_owned()));
+}

@@ -1,0 +1,154 @@
+//! HTTP control of a station from a GSD.
+
+use crate::panel;
+
+use panel::Emulator;
+use serde_json::{Value, json};
+
+fn emulator() -> Emulator {
+    let gsd = format!("{}/tests/gsd/remote_io.gsd", env!("CARGO_MANIFEST_DIR"));
+    Emulator::with(&["--drive", "5", "--station", &format!("7,gsd={gsd}")])
+}
+
+#[test]
+fn stations_are_listed_beside_drives_and_removed() {
+    let emulator = emulator();
+    let list = emulator.get("/api/v1/stations");
+    let station = &list["stations"][0];
+    assert_eq!((&station["address"], &station["model"]), (&json!(7), &json!("Remote I/O")));
+    assert_eq!((&station["dp_state"], &station["outputs_are"]), (&json!("WAIT-PRM"), &json!("unowned")));
+    let kinds: Vec<_> = emulator.get("/api/v1/bus")["stations"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|station| station["kind"].as_str().unwrap().to_owned())
+        .collect();
+    assert_eq!(kinds, ["drive", "gsd_station"]);
+    let texts = emulator.get("/api/v1/stations/7/texts");
+    assert_eq!(texts["bits"][0], json!({ "number": 0, "text": "no sensor supply" }));
+    assert_eq!(texts["channel_errors"].as_array().unwrap().len(), 10);
+    assert_eq!(emulator.request("DELETE", "/api/v1/stations/7", "", "").status, 204);
+    assert_eq!(emulator.get("/api/v1/stations")["stations"], json!([]));
+}
+
+#[test]
+fn inputs_are_forced_and_read_by_slot_or_name_and_type() {
+    let emulator = emulator();
+    // Before a master comes, the modules are those that Get_Cfg reports.
+    let state = emulator.get("/api/v1/stations/7");
+    assert_eq!((&state["modules"][0]["name"], &state["modules"][0]["inputs"]), (&json!("8 DI"), &json!([0])));
+    let forced = emulator.set("PUT", "/api/v1/stations/7/inputs/1/0/bit3", &json!({ "value": 1 }));
+    assert_eq!(forced, json!({ "value": 1.0, "forced": true }));
+    let named = emulator.get("/api/v1/stations/7/inputs/8%20DI/0/unsigned8");
+    assert_eq!(named, json!({ "value": 8.0, "forced": true }));
+    let state = emulator.get("/api/v1/stations/7");
+    assert_eq!((&state["modules"][0]["inputs"], &state["modules"][0]["forced"]), (&json!([8]), &json!([8])));
+    assert_eq!(emulator.request("DELETE", "/api/v1/stations/7/inputs/1/0/bit3", "", "").status, 204);
+    let free = emulator.get("/api/v1/stations/7/inputs/1/0/unsigned8");
+    assert_eq!(free, json!({ "value": 0.0, "forced": false }));
+}
+
+#[test]
+fn a_diagnosis_is_raised_and_ended() {
+    let emulator = emulator();
+    let wanted = json!({
+        "bits": [1],
+        "areas": [{ "first_bit": 4, "value": 2 }],
+        "channels": [{ "slot": 1, "channel": 0, "direction": "input", "width": "bit", "error": 16 }],
+    });
+    let state = emulator.set("PUT", "/api/v1/stations/7/diagnosis", &wanted);
+    let texts = json!(["no load supply", "hot", "slot 1 '8 DI', channel 0: sensor broken (16)"]);
+    assert_eq!((&state["diagnosis"]["texts"], &state["faulty"]), (&texts, &json!(true)));
+    let octets = state["diagnosis"]["octets"].as_array().unwrap();
+    assert_eq!(octets[6..], [0x02, 0x22, 0x80, 0x40, 0x30].map(Value::from));
+    let state = emulator.set("DELETE", "/api/v1/stations/7/diagnosis", &Value::Null);
+    assert_eq!(state["diagnosis"]["texts"], json!([]));
+}
+
+#[test]
+fn what_is_not_there_is_said_with_what_is() {
+    let emulator = emulator();
+    for (method, path, body, status, words) in [
+        (
+            "GET",
+            "/api/v1/stations/5",
+            None,
+            404,
+            "there is no station from a GSD at address 5; there are some at 7",
+        ),
+        (
+            "GET",
+            "/api/v1/stations/7/inputs/8%20DU/0/bit0",
+            None,
+            404,
+            "there is no slot '8 DU'; did you mean '8 DI'?; there are 1 '8 DI'",
+        ),
+        (
+            "GET",
+            "/api/v1/stations/7/inputs/1/0/word",
+            None,
+            400,
+            "'word' is no type; expected bit0 to bit7, unsigned8",
+        ),
+        (
+            "GET",
+            "/api/v1/stations/7/inputs/1/x/bit0",
+            None,
+            400,
+            "'x' is no octet of a slot; expected 0 to 243",
+        ),
+        (
+            "GET",
+            "/api/v1/stations/7/outputs/1/0/bit0",
+            None,
+            422,
+            "bit0 at octet 0 needs 1 octets, slot 1 has 0 of outputs",
+        ),
+        (
+            "PUT",
+            "/api/v1/stations/7/inputs/1/0/unsigned8",
+            Some(json!({ "value": 256 })),
+            422,
+            "256 does not fit, expected 0 to 255",
+        ),
+        (
+            "PUT",
+            "/api/v1/stations/7/inputs/1/1/unsigned8",
+            Some(json!({ "value": 1 })),
+            422,
+            "unsigned8 at octet 1 needs 2 octets, the slot has 1",
+        ),
+        (
+            "PUT",
+            "/api/v1/stations/7/diagnosis",
+            Some(json!({ "identifiers": [4] })),
+            422,
+            "there is no slot 4; the configuration has 1 to 1",
+        ),
+        ("PUT", "/api/v1/stations/7/diagnosis", Some(json!({ "colour": 1 })), 422, "unknown field"),
+    ] {
+        let answer = match body {
+            Some(body) => emulator.send(method, path, &body),
+            None => emulator.request(method, path, "", ""),
+        };
+        let detail = answer.detail();
+        assert_eq!(answer.status, status, "{path}: {detail}");
+        assert!(detail.contains(words), "{path}: {detail}");
+    }
+}
+
+#[test]
+fn the_stream_of_a_station_tells_its_state_and_ends_with_it() {
+    let emulator = emulator();
+    let mut stream = emulator.stream("?address=7&kinds=state,news");
+    let (event, state) = stream.next().unwrap();
+    assert_eq!((event.as_str(), &state["modules"][0]["inputs"]), ("state", &json!([0])));
+    emulator.set("PUT", "/api/v1/stations/7/inputs/1/0/unsigned8", &json!({ "value": 9 }));
+    while stream.next().unwrap().1["modules"][0]["inputs"] != json!([9]) {}
+    emulator.request("DELETE", "/api/v1/stations/7", "", "");
+    let mut last = Value::Null;
+    while let Some((_, data)) = stream.next() {
+        last = data;
+    }
+    assert_eq!(last["kind"], json!("removed"));
+}

@@ -1,0 +1,211 @@
+//! `emulate --line`: whole lines from a file, as their users run them, and profirust 0.6.0 as master of the example plant.
+
+use core::time::Duration;
+use std::path::{Path, PathBuf};
+
+use gsd_parser::PrmBuilder;
+use profidrive::host::link::serial::Serial;
+use profidrive::host::{Clock, Link, Stop, SystemClock};
+use profidrive::master::{LinkPhy, baudrate, instant, peripheral};
+use profidrive::time::BaudRate;
+use profirust::dp::{DpMaster, Peripheral, PeripheralOptions};
+use profirust::fdl::{FdlActiveStation, ParametersBuilder};
+
+use crate::emulator::{Emulator, output};
+
+const BAUD: BaudRate = BaudRate::K500;
+/// 50 ms at 500 kbit/s.
+const SLOT_BITS: u16 = 25_000;
+const PATIENCE: Duration = Duration::from_secs(60);
+
+fn example() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/plant")
+}
+
+/// A folder with a copy of the example, so that its links are nowhere else.
+fn copy() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for entry in std::fs::read_dir(example()).unwrap() {
+        let entry = entry.unwrap();
+        std::fs::copy(entry.path(), folder.path().join(entry.file_name())).unwrap();
+    }
+    folder
+}
+
+fn written(folder: &Path, text: &str) -> String {
+    let file = folder.join("plant.toml");
+    std::fs::write(&file, text).unwrap();
+    file.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn a_plant_is_checked_without_anything_being_opened() {
+    let folder = copy();
+    let file = folder.path().join("plant.toml");
+    let checked = output(&["emulate", "--line", file.to_str().unwrap(), "--check"]);
+    let said = String::from_utf8(checked.stdout).unwrap();
+    assert_eq!(checked.status.code(), Some(0), "{}", String::from_utf8_lossy(&checked.stderr));
+    assert!(
+        said.ends_with(" line 1: 2 drives, 10 stations with 7 moving inputs, 0 nodes, 2 faults\n"),
+        "{said}"
+    );
+    assert!(!folder.path().join("bus").exists());
+}
+
+#[test]
+fn what_is_wrong_is_one_line_with_its_place_and_nothing_is_started() {
+    let folder = copy();
+    let right = std::fs::read_to_string(folder.path().join("plant.toml")).unwrap();
+    for (text, words) in [
+        (
+            right.replacen("address = 4", "adress = 4", 1),
+            "plant.toml: line 11, column 1: unknown field `adress`",
+        ),
+        (right.replace("io.gsd", "no.gsd"), "no.gsd"),
+        (format!("{right}\n[[line]]\nlink = 'pty:bus'\n"), "two lines have link 'pty:bus'"),
+    ] {
+        let output = output(&["emulate", "--line", &written(folder.path(), &text)]);
+        let log = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{log}");
+        assert!(log.lines().last().unwrap().contains(words), "{log}");
+        assert!(output.stdout.is_empty() && !folder.path().join("bus").exists());
+    }
+    let file = written(folder.path(), &right);
+    let both = output(&["emulate", "--line", &file, "--drive", "5"]);
+    assert_eq!(both.status.code(), Some(2));
+    let none = output(&["emulate", "--line", "/nowhere.toml"]);
+    assert!(String::from_utf8(none.stderr).unwrap().contains("cannot read /nowhere.toml"));
+}
+
+#[test]
+fn each_line_has_its_ready_line_in_order_and_a_signal_ends_all() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "[[line]]\nlink = 'pty:one'\n[[line.drive]]\naddress = 5\n\
+                [[line]]\nlink = 'tcp:127.0.0.1:0'\n[[line.drive]]\naddress = 5\n[[line.drive]]\naddress = 6\n\
+                [[line]]\nlink = 'slcan-pty:can'\n[[line.node]]\nid = 5\ndevice = 'ap10'\n";
+    let emulator = Emulator::start(&["--line", &written(folder.path(), text)]);
+    assert!(emulator.ready.ends_with("/one drives=5\n"), "{}", emulator.ready);
+    while !folder.path().join("can").exists() {
+        std::thread::yield_now();
+    }
+    emulator.signal("TERM");
+    let (code, rest, log) = emulator.end();
+    assert_eq!(code, Some(0), "{log}");
+    let rest: Vec<_> = rest.lines().collect();
+    assert!(
+        matches!(rest[..], [tcp, can] if tcp.ends_with(" drives=5,6") && can.ends_with("/can nodes=5")),
+        "{rest:?}"
+    );
+    assert!(!folder.path().join("one").exists() && !folder.path().join("can").exists());
+}
+
+#[test]
+fn a_line_that_cannot_be_opened_keeps_the_others_from_starting() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "[[line]]\nlink = 'pty:one'\n[[line.drive]]\naddress = 5\n\
+                [[line]]\nlink = 'pty:missing/two'\n[[line.drive]]\naddress = 5\n";
+    let output = output(&["emulate", "--line", &written(folder.path(), text)]);
+    let log = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{log}");
+    assert!(output.stdout.is_empty() && log.contains("missing/two"), "{log}");
+    assert!(!folder.path().join("one").exists());
+}
+
+/// A station of the example and what a project of a master has of it: file, modules, octets out and in.
+const STATIONS: [(u8, &str, &[&str], usize, usize); 10] = [
+    (5, "io.gsd", IO, 1, 5),
+    (6, "io.gsd", IO, 1, 5),
+    (7, "io.gsd", IO, 1, 5),
+    (8, "io.gsd", IO, 1, 5),
+    (9, "io.gsd", IO, 1, 5),
+    (10, "io.gsd", IO, 1, 5),
+    (11, "valves.gsd", &["16 valves, 8 switches"], 2, 1),
+    (12, "valves.gsd", &["16 valves, 8 switches"], 2, 1),
+    (13, "scale.gsd", &["weight and status"], 1, 5),
+    (14, "scale.gsd", &["weight and status"], 1, 5),
+];
+const IO: &[&str] = &["8 DI", "8 DO", "2 AI"];
+
+#[test]
+fn profirust_exchanges_data_with_every_station_of_the_example() {
+    let folder = copy();
+    let file = folder.path().join("plant.toml");
+    let emulator = Emulator::start(&["--line", file.to_str().unwrap()]);
+    let ready = format!(
+        "ready link={} drives=3,4 stations=5,6,7,8,9,10,11,12,13,14\n",
+        folder.path().join("bus").display()
+    );
+    assert_eq!(emulator.ready, ready);
+
+    let projects: Vec<_> = STATIONS
+        .into_iter()
+        .map(|(address, name, modules, outputs, inputs)| {
+            let path = example().join(name);
+            let text = std::fs::read_to_string(&path).unwrap();
+            let description = gsd_parser::parser::parse(&path, &text).unwrap();
+            let module = |wanted: &&str| {
+                description
+                    .available_modules
+                    .iter()
+                    .find(|module| module.name == *wanted)
+                    .unwrap()
+                    .config
+                    .clone()
+            };
+            let config: Vec<u8> = modules.iter().flat_map(module).collect();
+            let prm = PrmBuilder::new(&description.user_prm_data).into_bytes();
+            (address, description, config, prm, outputs, inputs)
+        })
+        .collect();
+    let mut dp = DpMaster::new(Vec::new());
+    let drives = [3, 4].map(|address| dp.add(peripheral(address, BAUD)));
+    let handles: Vec<_> = projects
+        .iter()
+        .map(|(address, description, config, prm, outputs, inputs)| {
+            let options = PeripheralOptions {
+                ident_number: description.ident_number,
+                max_tsdr: description.max_tsdr.b500000,
+                user_parameters: Some(prm),
+                config: Some(config),
+                ..PeripheralOptions::default()
+            };
+            dp.add(Peripheral::new(*address, options, vec![0; *inputs], vec![0; *outputs]))
+        })
+        .collect();
+    dp.enter_operate();
+    let parameters = ParametersBuilder::new(2, baudrate(BAUD))
+        .slot_bits(SLOT_BITS)
+        .max_retry_limit(15)
+        .highest_station_address(20)
+        .build_verified(&dp);
+    let mut fdl = FdlActiveStation::new(parameters);
+    fdl.set_online();
+    let mut phy = LinkPhy::new(Serial::open(emulator.link(), BAUD).unwrap(), BAUD);
+    let (clock, stop) = (SystemClock::new(), Stop::new().unwrap());
+    let done = loop {
+        fdl.poll(instant(clock.now()), &mut phy, &mut dp);
+        assert!(phy.take_error().is_none());
+        // Outputs of stations 5 and 6: a mirrored bit, and what station 7 follows.
+        for (place, octet) in [(0, 1), (1, 0xA5)] {
+            dp.get_mut(handles[place]).pi_q_mut()[0] = octet;
+        }
+        let all = handles.iter().chain(&drives).all(|handle| dp.get_mut(*handle).is_running());
+        let mut input = |place: usize| dp.get_mut(handles[place]).pi_i().to_vec();
+        let moved = input(0)[0] == 1
+            && input(1)[0] > 0
+            && input(2)[0] == 0xA5
+            && input(6)[0] == 129
+            && f32::from_be_bytes(input(8)[..4].try_into().unwrap()) > 0.0;
+        if all && moved {
+            break true;
+        }
+        if u128::from(clock.now().as_nanos()) > PATIENCE.as_nanos() {
+            break false;
+        }
+        phy.link_mut().wait(Some(Duration::from_micros(200)), &stop).unwrap();
+    };
+    emulator.signal("TERM");
+    let (code, _, log) = emulator.end();
+    assert!(done, "{log}");
+    assert_eq!(code, Some(0), "{log}");
+}

@@ -1,0 +1,88 @@
+//! The judge in real time: the test master on a link in memory, on a thread of its own.
+
+use core::sync::atomic::{AtomicBool, Ordering};
+use core::time::Duration;
+use std::sync::Arc;
+
+use profidrive::bench::Master;
+use profidrive::fdl::MAX_TELEGRAM_LEN;
+use profidrive::host::link::memory::{End, Wire};
+use profidrive::host::{Clock, Link, Received, Stop, SystemClock};
+use profidrive::judge::{Judge, Report, Row, Verdict, live};
+use profidrive::time::BaudRate;
+
+use crate::fixture::TestMaster;
+use crate::mistakes::Mistake;
+use crate::virtual_time::{settings, setup};
+
+/// Lets the master work on a link until `end`.
+fn serve(mut master: TestMaster, mut link: End, end: &AtomicBool) {
+    let (clock, stop) = (SystemClock::new(), Stop::new().unwrap());
+    let mut buf = [0; MAX_TELEGRAM_LEN];
+    while !end.load(Ordering::Relaxed) {
+        while let Received::Octets(count) = link.receive(&mut buf).unwrap() {
+            master.handle_bytes(clock.now(), &buf[..count]);
+        }
+        master.handle_timeout(clock.now());
+        while let Some(len) = master.poll_transmit(clock.now(), &mut buf) {
+            link.send(&buf[..len]).unwrap();
+            master.handle_sent(clock.now());
+        }
+        let now = clock.now();
+        let due = master.poll_timeout().map_or(Duration::from_millis(5), |due| due.saturating_since(now));
+        link.wait(Some(due.min(Duration::from_millis(5))), &stop).unwrap();
+    }
+}
+
+fn judged(mistake: Option<Mistake>, rows: &[Row]) -> Report {
+    let settings = settings(&[5, 6, 9], Duration::from_millis(100));
+    let setup = setup(&settings, &[9]);
+    let wire = Wire::new();
+    let (master_end, judge_end) = (wire.end(), wire.end());
+    let end = Arc::new(AtomicBool::new(false));
+    let ends = Arc::clone(&end);
+    let master = TestMaster::new(settings, mistake);
+    let thread = std::thread::spawn(move || serve(master, master_end, &ends));
+    let judge = Judge::new(setup, rows);
+    let stop = Stop::new().unwrap();
+    let report =
+        live(judge, judge_end, &SystemClock::new(), BaudRate::K500, &stop, None, &mut |_| {}).unwrap();
+    end.store(true, Ordering::Relaxed);
+    thread.join().unwrap();
+    report
+}
+
+fn rows(patterns: &[&str]) -> Vec<Row> {
+    patterns.iter().flat_map(|pattern| Row::matching(pattern)).collect()
+}
+
+#[test]
+fn a_correct_master_is_not_accused_in_real_time() {
+    let all = std::env::var_os("PROFIDRIVE_LONG").is_some();
+    let rows = if all { Row::ALL.to_vec() } else { rows(&["M-C*", "M-T*", "M-E01", "M-E06", "M-P*"]) };
+    let report = judged(None, &rows);
+    let accused =
+        report.judgements.iter().any(|judged| matches!(judged.verdict, Verdict::Fail | Verdict::Warn));
+    assert!(!accused, "{report}");
+    assert!(report.count(Verdict::Pass) > 10, "{report}");
+}
+
+#[test]
+fn a_retry_that_toggles_is_found_in_real_time() {
+    let report = judged(Some(Mistake::RetryToggles), &[Row::C03]);
+    assert_eq!(report.judgements[0].verdict, Verdict::Fail, "{report}");
+    assert!(!report.judgements[0].telegrams.is_empty());
+}
+
+#[test]
+fn no_master_ends_the_judgement_after_ten_seconds() {
+    let settings = settings(&[5], Duration::from_millis(100));
+    let judge = Judge::new(setup(&settings, &[]), Row::ALL);
+    let wire = Wire::new();
+    let (_other, end) = (wire.end(), wire.end());
+    let begin = std::time::Instant::now();
+    let stop = Stop::new().unwrap();
+    let report = live(judge, end, &SystemClock::new(), BaudRate::K500, &stop, None, &mut |_| {}).unwrap();
+    assert_eq!(report.ending, Some(profidrive::judge::Ending::NoMaster));
+    assert!((9..13).contains(&begin.elapsed().as_secs()));
+}

@@ -1,0 +1,19 @@
+//! The judge of masters: correct masters are not accused, each mistake is found by its rows.
+
+#![allow(
+    missing_docs,
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::wildcard_enum_match_arm,
+    clippy::cast_possible_truncation,
+    clippy::std_instead_of_core,
+    clippy::alloc_instead_of_core
+)]
+
+mod fixture;
+mod live;
+mod mistakes;
+#[cfg(feature = "master")]
+mod profirust;
+mod reports;
+mod virtual_time;

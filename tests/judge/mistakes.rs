@@ -1,0 +1,183 @@
+//! The mistakes that the test master can make, and the rows that find each.
+
+macro_rules! mistakes {
+    ($($(#[$doc:meta])* $mistake:ident [$($row:literal),*])*) => {
+        /// What the master does wrong. One at a time.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub(crate) enum Mistake { $($(#[$doc])* $mistake,)* }
+
+        /// Each mistake, and the rows that may find it; the first must.
+        pub(crate) const MISTAKES: &[(Mistake, &[&str])] = &[$((Mistake::$mistake, &[$($row),*]),)*];
+    };
+}
+
+mistakes! {
+    /// A wrong sum in every fiftieth telegram.
+    WrongFcs ["M-F02"]
+    /// Set_Prm as SDA.
+    WrongFunction ["M-F05"]
+    /// FCB = 1 in Global_Control.
+    CountedControl ["M-C09"]
+    /// The first request has FCV = 1.
+    FirstCounted ["M-C01", "M-C07"]
+    /// The FCB never toggles.
+    NoToggle ["M-C02"]
+    /// A retry toggles.
+    RetryToggles ["M-C03", "M-C12", "M-E01", "M-E02", "M-E05", "M-E12", "M-E13", "M-E14", "M-E15"]
+    /// A retry carries newer outputs.
+    RetryChanges ["M-C04"]
+    /// No retries.
+    NoRetry ["M-C05", "M-C12"]
+    /// Retries without end.
+    EndlessRetries ["M-C06", "M-I02", "M-T08"]
+    /// After the retries the FCB goes on.
+    NoReset ["M-C07"]
+    /// One FCB for all stations.
+    CommonBit ["M-C08", "M-C02"]
+    /// Replies with a wrong sum are believed.
+    BelievesFcs ["M-E01"]
+    /// Replies of other stations are believed.
+    BelievesSource ["M-E05"]
+    /// No diagnosis before Set_Prm.
+    NoFirstDiag ["M-U01"]
+    /// No diagnosis behind Chk_Cfg.
+    NoSecondDiag ["M-U04"]
+    /// Chk_Cfg before Set_Prm.
+    CfgFirst ["M-U02"]
+    /// Data_Exchange though Station_Not_Ready.
+    IgnoresNotReady ["M-U05"]
+    /// A new Set_Prm when the slave is not ready twice.
+    Impatient ["M-U06"]
+    /// RS to Set_Prm is taken for SC.
+    IgnoresRefusal ["M-U08"]
+    /// Stat_Diag is ignored.
+    IgnoresStatDiag ["M-D03"]
+    /// Prm_Fault is ignored.
+    IgnoresPrmFault ["M-D04"]
+    /// Cfg_Fault is ignored.
+    IgnoresCfgFault ["M-D05"]
+    /// Another owner is ignored.
+    IgnoresOwner ["M-D07", "M-L05"]
+    /// Short diagnoses are taken for good ones.
+    TakesShortDiag ["M-D12"]
+    /// No Lock_Req.
+    NoLock ["M-P01"]
+    /// A factor of the watchdog is 0.
+    ZeroFactor ["M-P02"]
+    /// Reserved bits of Set_Prm.
+    ReservedPrm ["M-P04"]
+    /// The ident number the other way round.
+    SwappedIdent ["M-P05"]
+    /// min T_SDR of 5.
+    ShortTsdr ["M-P06"]
+    /// One octet of user parameters too many.
+    LongPrm ["M-P07"]
+    /// Other user parameters.
+    OtherPrm ["M-P08"]
+    /// Other groups.
+    OtherGroups ["M-P09"]
+    /// A watchdog ten times too short.
+    ShortWatchdog ["M-P03"]
+    /// An octet of outputs too many.
+    LongOutputs ["M-X01", "M-G02"]
+    /// The diagnosis is never read while data are exchanged.
+    IgnoresHigh ["M-D01", "M-D13"]
+    /// Prm_Req is ignored while data are exchanged.
+    IgnoresPrmReq ["M-D02", "M-D15"]
+    /// A diagnosis leads to a new start-up.
+    RestartsOnDiag ["M-D06", "M-D08", "M-D09"]
+    /// No Global_Control at all.
+    NoControl ["M-O01"]
+    /// Reserved bits in Global_Control.
+    ReservedControl ["M-O05"]
+    /// Global_Control with Clear_Data when a slave is lost.
+    ClearsOnLoss ["M-O08", "M-O03"]
+    /// Outputs while CLEAR is announced at the beginning.
+    OutputsInClear ["M-U10"]
+    /// A lost reply leads to a new start-up.
+    RestartsOnLoss ["M-L08"]
+    /// Data_Exchange goes on with a silent slave.
+    StaysInExchange ["M-L01"]
+    /// RS is ignored.
+    IgnoresRs ["M-L03", "M-E07"]
+    /// A lost slave is never asked again.
+    Forgets ["M-L06", "M-L02"]
+    /// A lost slave stops the others.
+    StopsOthers ["M-I02", "M-T08", "M-C11", "M-C10"]
+    /// Another slave's loss restarts every slave.
+    RestartsAll ["M-L04"]
+    /// SC for data is ignored.
+    IgnoresSc ["M-E03"]
+    /// Inputs of a wrong length are ignored.
+    IgnoresLength ["M-E04"]
+    /// It ends when RS comes.
+    DiesOnRs ["M-E07", "M-L03"]
+    /// It does not wait for replies.
+    DoesNotWait ["M-T02"]
+    /// It waits only for a third of the slot time.
+    ShortSlot ["M-T03"]
+    /// The second slave is asked every tenth time only.
+    Unequal ["M-I04"]
+    /// It asks stations that nobody configured.
+    Strangers ["M-U12"]
+    /// SC, which only answers.
+    SendsSc ["M-F01"]
+    /// LE and LEr differ.
+    BrokenLength ["M-F03"]
+    /// A wrong end delimiter.
+    WrongEnd ["M-F03"]
+    /// An empty telegram as SD2.
+    EmptySd2 ["M-F07"]
+    /// Slave_Diag without SSAP.
+    NoSsap ["M-F06", "M-U12"]
+    /// A telegram with another source address.
+    OtherSource ["M-F04"]
+    /// FDL status of its own address.
+    AsksItself ["M-F04"]
+    /// FDL status of address 127.
+    AsksEverybody ["M-F04"]
+    /// FCB = 1 in FDL status.
+    CountedPoll ["M-C09"]
+    /// The token to a slave.
+    TokenToSlave ["M-K02"]
+    /// A GAP address that did not answer is asked again.
+    GapRepeats ["M-K06"]
+    /// Two GAP addresses between two tokens.
+    GapTwice ["M-K03"]
+    /// GAP addresses in falling order.
+    GapFalls ["M-K04"]
+    /// A GAP address above HSA.
+    GapAboveHsa ["M-K04", "M-K06"]
+    /// Global_Control of three octets.
+    LongControl ["M-O04"]
+    /// 20 bit times of idle line after a reply.
+    ShortIdle ["M-T01", "M-T05"]
+    /// T_SYN only after Global_Control.
+    ShortAfterControl ["M-T06"]
+    /// It sends at once when it is switched on.
+    NoListening ["M-K07"]
+    /// Forty slot times of silence after no reply.
+    SlowAfterLoss ["M-T04", "M-I03"]
+    /// Min_Slave_Interval is ignored.
+    TooFast ["M-I01"]
+    /// The watchdog is off.
+    WatchdogOff ["M-P03"]
+    /// Unlock_Req in a start-up.
+    Unlocks ["M-P01"]
+    /// Another identifier in Chk_Cfg.
+    OtherCfg ["M-G01"]
+    /// Other user parameters in a later start-up.
+    ChangesPrm ["M-P12", "M-P08"]
+    /// No Chk_Cfg.
+    NoCfg ["M-U03", "M-U04"]
+    /// Chk_Cfg though Set_Prm was not answered.
+    IgnoresSilence ["M-U09"]
+    /// An octet of outputs too few.
+    ShortOutputs ["M-X01", "M-G02"]
+    /// It ends when UE comes.
+    DiesOnUserError ["M-E08"]
+    /// It ends when a diagnosis has Master_Lock.
+    DiesOnMasterBits ["M-D16"]
+    /// It ends after 200 octets of noise.
+    DiesOnFlood ["M-E16"]
+}

@@ -1,0 +1,161 @@
+//! The judge in virtual time, over the test master.
+
+use core::time::Duration;
+
+use profidrive::bench::Line;
+use profidrive::fdl::Address;
+use profidrive::judge::{Ending, Report, Row, Setup, Slave, Verdict, simulated};
+use profidrive::time::BaudRate;
+
+use crate::fixture::{Configured, Settings, TestMaster};
+use crate::mistakes::{MISTAKES, Mistake};
+
+const BAUD: BaudRate = BaudRate::K500;
+
+pub(crate) fn settings(stations: &[u8], slot: Duration) -> Settings {
+    let configured = |address: &u8| Configured {
+        address: *address,
+        ident: 0x1234,
+        cfg: vec![0x23, 0x13],
+        prm: vec![0x01, 0x02],
+        groups: 0x01,
+    };
+    Settings {
+        address: 2,
+        baud: BAUD,
+        slot,
+        retries: 2,
+        watchdog: Duration::from_millis(1000),
+        pause: Duration::from_millis(2),
+        stations: stations.iter().map(configured).collect(),
+    }
+}
+
+pub(crate) fn setup(settings: &Settings, absent: &[u8]) -> Setup {
+    let slave = |configured: &Configured| Slave {
+        prm: Some(configured.prm.clone()),
+        groups: Some(configured.groups),
+        absent: absent.contains(&configured.address),
+        ..Slave::new(Address::station(configured.address).unwrap(), configured.ident, configured.cfg.clone())
+    };
+    Setup {
+        stations: settings.stations.iter().map(slave).collect(),
+        master: Address::station(settings.address).ok(),
+        watchdog: Some(settings.watchdog),
+        retries: Some(settings.retries),
+        slot: Some(settings.slot),
+        ..Setup::default()
+    }
+}
+
+pub(crate) fn judged(mistake: Option<Mistake>) -> Report {
+    let slot = Duration::from_micros(600);
+    let settings = settings(&[5, 6, 9], slot);
+    let setup = Setup {
+        hsa: Address::station(60).ok(),
+        min_interval: (mistake == Some(Mistake::TooFast)).then_some(settings.pause * 2),
+        ..setup(&settings, &[9])
+    };
+    let mut line = Line::with(BAUD, TestMaster::new(settings, mistake));
+    line.set_slot_time(slot);
+    simulated(&mut line, setup, Row::ALL)
+}
+
+fn names(report: &Report, verdict: Verdict) -> Vec<&'static str> {
+    let of = report.judgements.iter().filter(|judgement| judgement.verdict == verdict);
+    of.map(|judgement| judgement.row.id()).collect()
+}
+
+#[test]
+fn a_correct_master_is_not_accused() {
+    let begin = std::time::Instant::now();
+    let report = judged(None);
+    println!("{report}\n{:?}", begin.elapsed());
+    assert_eq!(names(&report, Verdict::Fail), [""; 0], "{report}");
+    assert_eq!(names(&report, Verdict::Warn), [""; 0], "{report}");
+}
+
+#[test]
+fn each_mistake_is_found_by_its_rows_and_by_no_other() {
+    assert!(MISTAKES.len() >= 60, "{}", MISTAKES.len());
+    let only = std::env::var("MISTAKE").ok();
+    let wanted: Vec<_> = MISTAKES
+        .iter()
+        .filter(|(mistake, _)| only.as_ref().is_none_or(|only| format!("{mistake:?}") == *only))
+        .collect();
+    let wrong = in_threads(&wanted, |(mistake, rows)| {
+        let report = judged(Some(*mistake));
+        if only.is_some() {
+            println!("{report}");
+        }
+        let found = names(&report, Verdict::Fail);
+        let missed = !found.contains(&rows[0]);
+        let accused: Vec<_> = found.iter().filter(|row| !rows.contains(row)).collect();
+        let ending = &report.ending;
+        (missed || !accused.is_empty()).then(|| {
+            format!("{mistake:?}: missed {missed}, accused {accused:?}, found {found:?}, {ending:?}")
+        })
+    });
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// A correct master, configured in another way for each seed.
+fn varied(seed: u32) -> (Settings, Vec<u8>) {
+    const RATES: [BaudRate; 5] =
+        [BaudRate::K93_75, BaudRate::K187_5, BaudRate::K500, BaudRate::K1500, BaudRate::K12000];
+    // Any numbers that differ: a step of a linear congruential generator each.
+    let mut state = seed;
+    let mut below = |limit: u32| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 16) % limit
+    };
+    let baud = RATES[below(5) as usize];
+    let stations: Vec<u8> = (0..=below(5) as u8).map(|station| 5 + 3 * station).collect();
+    let slot = baud.bit_times(u32::from(baud.max_tsdr_bits()) + 100 + below(400));
+    let absent = if stations.len() > 2 && below(2) == 0 {
+        stations[stations.len() - 1..].to_vec()
+    } else {
+        Vec::new()
+    };
+    let settings = Settings {
+        baud,
+        retries: 1 + below(4),
+        watchdog: Duration::from_millis(u64::from(500 + 10 * below(200))),
+        pause: Duration::from_micros(u64::from(1500 + below(4000))),
+        ..settings(&stations, slot)
+    };
+    (settings, absent)
+}
+
+/// Ten configurations, fifty with `PROFIDRIVE_LONG`.
+#[test]
+fn correct_masters_of_many_configurations_are_not_accused() {
+    let runs = if std::env::var_os("PROFIDRIVE_LONG").is_some() { 50 } else { 10 };
+    let seeds: Vec<u32> = (1..=runs).collect();
+    let wrong = in_threads(&seeds, |seed| {
+        let (settings, absent) = varied(*seed);
+        let words = format!("seed {seed}: {settings:?}, absent {absent:?}");
+        let setup = Setup { min_interval: Some(settings.pause), ..setup(&settings, &absent) };
+        let (baud, slot) = (settings.baud, settings.slot);
+        let mut line = Line::with(baud, TestMaster::new(settings, None));
+        line.set_slot_time(slot);
+        let report = simulated(&mut line, setup, Row::ALL);
+        let accused = [names(&report, Verdict::Fail), names(&report, Verdict::Warn)].concat();
+        (!accused.is_empty() || report.ending != Some(Ending::Done))
+            .then(|| format!("{words}: {accused:?}, {:?}\n{report}", report.ending))
+    });
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// What `complaint` says of each, on every core.
+fn in_threads<T: Sync>(list: &[T], complaint: impl Fn(&T) -> Option<String> + Sync) -> Vec<String> {
+    let cores = std::thread::available_parallelism().map_or(1, core::num::NonZero::get);
+    std::thread::scope(|scope| {
+        let complaint = &complaint;
+        let of_core = |core: usize| {
+            move || list.iter().skip(core).step_by(cores).filter_map(complaint).collect::<Vec<_>>()
+        };
+        let threads: Vec<_> = (0..cores).map(|core| scope.spawn(of_core(core))).collect();
+        threads.into_iter().flat_map(|thread| thread.join().unwrap()).collect()
+    })
+}

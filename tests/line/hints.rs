@@ -1,0 +1,139 @@
+//! What is odd on a line is said once, and nothing is said of a line that is in order.
+
+use core::time::Duration;
+
+use profidrive::device::{Config, Device};
+use profidrive::fdl::{Address, FrameCount, FunctionCode, ReplyStatus, Service};
+use profidrive::host::{Bus, BusEvent};
+use profidrive::time::Instant;
+
+use crate::telegrams::telegram;
+
+/// Time passes from one telegram to the next.
+const CYCLE: Duration = Duration::from_millis(10);
+
+pub(crate) struct Line {
+    pub(crate) bus: Bus,
+    pub(crate) now: Instant,
+}
+
+impl Line {
+    pub(crate) fn with(addresses: &[u8]) -> Self {
+        let mut bus = Bus::new();
+        for number in addresses {
+            bus.add(Device::new(Config::new(Address::station(*number).unwrap()), Instant::ZERO)).unwrap();
+        }
+        Self { bus, now: Instant::ZERO }
+    }
+
+    pub(crate) fn hear(&mut self, octets: &[u8]) {
+        self.now = self.now.saturating_add(CYCLE);
+        self.bus.handle_timeout(self.now);
+        self.bus.handle_bytes(self.now, octets);
+        let mut buf = [0; 255];
+        while let Some(due) = self.bus.poll_timeout().filter(|due| *due < self.now.saturating_add(CYCLE)) {
+            self.bus.handle_timeout(due);
+            let _reply = self.bus.poll_transmit(due, &mut buf);
+        }
+    }
+
+    /// Octets that are no telegram, and a pause behind them.
+    pub(crate) fn hear_noise(&mut self, octet: u8) {
+        self.hear(&[octet; 3]);
+        self.bus.handle_broken_off(self.now);
+        self.now = self.now.saturating_add(Duration::from_secs(1));
+    }
+
+    /// A request of `master` to station `da` by this service.
+    pub(crate) fn ask(&mut self, master: u8, da: u8, service: Service, dsap: Option<u8>) {
+        self.hear(&telegram(da, master, FunctionCode::request(service, FrameCount::First), dsap, &[]));
+    }
+
+    /// What has happened, without detail.
+    pub(crate) fn texts(&mut self) -> Vec<String> {
+        let news = core::iter::from_fn(|| self.bus.poll_event());
+        news.filter(|event| !event.is_detail()).map(|event| event.to_string()).collect()
+    }
+
+    pub(crate) fn hints(&mut self) -> Vec<String> {
+        let news = core::iter::from_fn(|| self.bus.poll_event());
+        news.filter(|event| matches!(event, BusEvent::Hint(_))).map(|event| event.to_string()).collect()
+    }
+}
+
+#[test]
+fn requests_to_an_address_where_nobody_is_are_said_with_who_is_there() {
+    let mut line = Line::with(&[5, 7, 8, 9]);
+    for _ in 0..20 {
+        line.ask(2, 5, Service::SrdHigh, Some(60));
+        line.ask(2, 6, Service::SrdHigh, Some(60));
+    }
+    let text = "hint: master 2 asks for station 6, which is not here; here is 5, 7 to 9: change the address in the \
+                master's project or that of the station";
+    assert_eq!(line.hints(), [text]);
+    for _ in 0..3 {
+        line.ask(2, 4, Service::SrdLow, None);
+    }
+    assert_eq!(line.hints().len(), 1, "another address");
+    line.now = line.now.saturating_add(Duration::from_secs(60));
+    for _ in 0..3 {
+        line.ask(2, 6, Service::SrdHigh, Some(60));
+    }
+    assert_eq!(line.hints(), [text], "again after a minute");
+}
+
+#[test]
+fn a_master_that_looks_around_or_asks_a_station_of_others_is_no_hint() {
+    let mut line = Line::with(&[5]);
+    for _ in 0..5 {
+        // The GAP.
+        for da in (0..126).filter(|da| *da != 5) {
+            line.ask(2, da, Service::FdlStatus, None);
+        }
+        // A scan: each address once or twice.
+        for da in (0..126).filter(|da| *da != 5) {
+            line.ask(2, da, Service::SrdHigh, Some(60));
+            line.ask(2, da, Service::SrdHigh, Some(60));
+        }
+        // Another station of the line.
+        line.ask(2, 6, Service::SrdHigh, Some(60));
+        line.hear(&telegram(2, 6, FunctionCode::response(ReplyStatus::DataLow), Some(62), &[0; 6]));
+        line.ask(2, 5, Service::SrdHigh, Some(60));
+    }
+    assert_eq!(line.hints(), Vec::<String>::new());
+}
+
+#[test]
+fn noise_and_nothing_else_is_said_and_noise_between_telegrams_is_not() {
+    let mut line = Line::with(&[5]);
+    for octet in 0..30 {
+        line.hear_noise(0x40 + octet);
+    }
+    let text = "hint: only octets that are no telegram are heard at 500000 bit/s; set the rate of the master, and check \
+                whether A and B are exchanged and the line is terminated at both ends";
+    assert_eq!(line.hints(), [text]);
+    let mut line = Line::with(&[5]);
+    for _ in 0..20 {
+        for octet in 0..10 {
+            line.hear_noise(0x40 + octet);
+        }
+        line.ask(2, 5, Service::FdlStatus, None);
+    }
+    assert_eq!(line.hints(), Vec::<String>::new());
+}
+
+#[test]
+fn a_second_master_is_said_and_one_that_comes_after_the_other_is_not() {
+    let mut line = Line::with(&[5]);
+    for _ in 0..10 {
+        line.ask(2, 5, Service::SrdHigh, Some(60));
+        line.ask(3, 5, Service::SrdHigh, Some(60));
+    }
+    let text = "hint: master 3 is on the line with master 2; only the master that locked a slave controls it";
+    assert_eq!(line.hints(), [text]);
+    let mut line = Line::with(&[5]);
+    line.ask(2, 5, Service::SrdHigh, Some(60));
+    line.now = line.now.saturating_add(Duration::from_secs(5));
+    line.ask(3, 5, Service::SrdHigh, Some(60));
+    assert_eq!(line.hints(), Vec::<String>::new());
+}

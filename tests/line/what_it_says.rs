@@ -1,0 +1,70 @@
+//! Ways to fail on a line with many stations, and the words that appear: a section of `docs/what-it-says.md`.
+
+use core::time::Duration;
+
+use profidrive::device::{Config, Device};
+use profidrive::fdl::{Address, FunctionCode, ReplyStatus, Service};
+use profidrive::host::Bus;
+use profidrive::time::Instant;
+
+use crate::hints::Line;
+use crate::said::{Row, compare};
+use crate::telegrams::telegram;
+
+fn row<'a>(id: &'a str, done: &'a str, act: impl FnOnce() -> Vec<String> + 'a) -> Row<'a> {
+    (id, done, Box::new(act))
+}
+
+fn address(number: u8) -> Address {
+    Address::station(number).unwrap()
+}
+
+#[test]
+fn a_line() {
+    compare(
+        "Hints of a line",
+        vec![
+            row("B-01", "the master asks for station 6, the drives are 5, 7, 8 and 9", || {
+                let mut line = Line::with(&[5, 7, 8, 9]);
+                (0..3).for_each(|_| line.ask(2, 6, Service::SrdHigh, Some(60)));
+                line.texts()
+            }),
+            row("B-02", "only octets that are no telegram: wrong rate, or A and B exchanged", || {
+                let mut line = Line::with(&[5]);
+                (0..30).for_each(|octet| line.hear_noise(0x40 + octet));
+                line.hints()
+            }),
+            row("B-03", "two masters at the same time", || {
+                let mut line = Line::with(&[5]);
+                line.ask(2, 5, Service::SrdHigh, Some(60));
+                line.ask(3, 5, Service::SrdHigh, Some(60));
+                line.texts()
+            }),
+            row("B-04", "a drive comes on a line where another station has its address", || {
+                let mut line = Line::with(&[]);
+                let device = Device::new(Config::new(address(5)), Instant::ZERO);
+                line.bus.join(line.now, device).unwrap();
+                line.hear(&telegram(2, 5, FunctionCode::response(ReplyStatus::DataLow), Some(62), &[0; 6]));
+                line.texts()
+            }),
+            row("B-05", "two drives with one address", || {
+                let mut bus = Bus::new();
+                let drive = || Device::new(Config::new(address(5)), Instant::ZERO);
+                bus.add(drive()).unwrap();
+                vec![bus.add(drive()).unwrap_err().to_string()]
+            }),
+            row("B-06", "the rate is searched for and found, then the line falls silent", || {
+                let mut line = Line::with(&[5]);
+                line.bus.search_baud(line.now);
+                line.ask(2, 5, Service::FdlStatus, None);
+                let silent = line.now.saturating_add(Duration::from_secs(60));
+                while let Some(due) = line.bus.poll_timeout().filter(|due| *due < silent) {
+                    line.bus.handle_timeout(due);
+                }
+                let mut texts = line.texts();
+                texts.truncate(4);
+                texts
+            }),
+        ],
+    );
+}

@@ -1,0 +1,274 @@
+//! A drive of the profile on the bus, in virtual time: every PPO, the words of the profile, the parameter channel.
+
+use profidrive::client::{ErrorCode, Job, PkwClient, PkwError, Profile, Reply};
+use profidrive::device::ppo_drive::{CONFIGURATIONS, IDENT_NUMBER, PpoDrive, PpoOnly};
+use profidrive::dp::{Description, Fixed, State as DpState};
+use profidrive::fdl::telegram::{Decoded, decode};
+use profidrive::fdl::{
+    Address, DataTelegram, FrameCount, FunctionCode, MAX_TELEGRAM_LEN, Sap, Service, Telegram,
+};
+use profidrive::param::{Pnu, Subindex, Value};
+use profidrive::pkw::ErrorNumber;
+use profidrive::ppo::{Pkw, PpoType};
+use profidrive::ppo_drive::State;
+use profidrive::ppo_drive::table::Table;
+use profidrive::time::{BaudRate, Instant};
+use proptest::prelude::*;
+
+type Drive = PpoDrive<PpoOnly<Fixed<'static>>>;
+
+/// STW: OFF1, ON, run, and bit 10 each.
+const OFF1: u16 = 0x047E;
+const RUN: u16 = 0x047F;
+
+struct Rig {
+    drive: Drive,
+    now: Instant,
+    kind: PpoType,
+    said: Vec<String>,
+}
+
+impl Rig {
+    fn new(kind: PpoType, only: Option<PpoType>, table: Table) -> Self {
+        let description = Description { ident: IDENT_NUMBER, ..Description::PLAIN };
+        let application = PpoOnly { inner: Fixed { configurations: CONFIGURATIONS, ..Fixed::PLAIN }, only };
+        let now = Instant::from_millis(1);
+        let address = Address::station(7).unwrap();
+        let drive = PpoDrive::new(address, BaudRate::K500, (description, application), table, now).unwrap();
+        Self { drive, now, kind, said: Vec::new() }
+    }
+
+    /// In Data_Exchange.
+    fn started(kind: PpoType, table: Table) -> Self {
+        let mut rig = Self::new(kind, None, table);
+        rig.start();
+        assert_eq!(rig.drive.slave().state(), DpState::DataExch, "{kind}");
+        rig
+    }
+
+    fn start(&mut self) {
+        let [high, low] = IDENT_NUMBER.to_be_bytes();
+        self.ask(Some(61), &[0x88, 10, 10, 11, high, low, 0]);
+        self.ask(Some(62), self.kind.configuration());
+    }
+
+    /// The data of what comes back; a short acknowledgement has none.
+    fn ask(&mut self, sap: Option<u8>, data: &[u8]) -> Vec<u8> {
+        let (dsap, ssap) = (sap.and_then(Sap::new), sap.and(Sap::new(62)));
+        let request = DataTelegram {
+            format: DataTelegram::customary_format(dsap, ssap, data),
+            da: self.drive.address(),
+            sa: Address::from_octet(2),
+            dsap,
+            ssap,
+            fc: FunctionCode::request(Service::SrdHigh, FrameCount::First),
+            data,
+        };
+        let mut buf = [0; 255];
+        let octets = request.encode(&mut buf).unwrap();
+        let Decoded::Telegram { telegram, .. } = decode(octets) else { panic!("{octets:02X?}") };
+        let said = &mut self.said;
+        let mut news = |event: profidrive::device::Event| said.push(event.to_string());
+        self.drive.handle_telegram(self.now, &telegram, &mut news);
+        self.now = Instant::from_nanos(self.now.as_nanos() + 50_000);
+        let mut reply = [0; MAX_TELEGRAM_LEN];
+        let len = self.drive.poll_transmit(self.now, &mut reply, &mut news);
+        match len.map(|len| decode(&reply[..len])) {
+            Some(Decoded::Telegram { telegram: Telegram::Data(reply), .. }) => reply.data.to_vec(),
+            _short_acknowledgement => Vec::new(),
+        }
+    }
+
+    /// Exchanges every millisecond for so long; the last inputs.
+    fn exchange(&mut self, millis: u32, pkw: Pkw, pzd: &[u16]) -> Vec<u8> {
+        let mut outputs = if self.kind.has_pkw() { pkw.to_octets().to_vec() } else { Vec::new() };
+        outputs.extend(pzd.iter().flat_map(|word| word.to_be_bytes()));
+        outputs.resize(self.kind.len(), 0);
+        let mut inputs = Vec::new();
+        for _ in 0..millis {
+            self.now = Instant::from_nanos(self.now.as_nanos() + 950_000);
+            let said = &mut self.said;
+            self.drive.handle_timeout(self.now, &mut |event| said.push(event.to_string()));
+            inputs = self.ask(None, &outputs);
+        }
+        inputs
+    }
+
+    /// ZSW, actual value and the words behind after so long.
+    fn run(&mut self, millis: u32, pzd: &[u16]) -> Vec<u16> {
+        let inputs = self.exchange(millis, Pkw::ZERO, pzd);
+        assert_eq!(inputs.len(), self.kind.len());
+        let pkw = if self.kind.has_pkw() { 8 } else { 0 };
+        inputs[pkw..].as_chunks().0.iter().map(|word| u16::from_be_bytes(*word)).collect()
+    }
+
+    fn job(&mut self, job: Job) -> Result<Reply, PkwError> {
+        let mut client = PkwClient::new(Profile::PROFIDRIVE);
+        client.submit(self.now, job).unwrap();
+        loop {
+            let inputs = self.exchange(1, client.output(), &[OFF1, 0]);
+            client.handle_input(self.now, Pkw::from_octets(inputs[..8].try_into().unwrap()));
+            if let Some(outcome) = client.poll_outcome() {
+                return outcome.result;
+            }
+        }
+    }
+}
+
+#[cfg(feature = "parameters")]
+fn example() -> Table {
+    Table::from_toml(include_str!("../../examples/ppo_drive.toml")).unwrap()
+}
+
+#[test]
+fn each_ppo_commands_the_drive_and_shows_its_words() {
+    for kind in [PpoType::Ppo1, PpoType::Ppo2, PpoType::Ppo3, PpoType::Ppo4, PpoType::Ppo5] {
+        let mut rig = Rig::started(kind, Table::profile());
+        assert_eq!(rig.drive.ppo(), Some(kind));
+        // Bits 8 and 9 always at rest; S1 with OFF2, S2, S3 with enable = 0, S4.
+        assert_eq!(rig.run(5, &[0x0400, 0])[..2], [0x0340, 0], "{kind}");
+        assert_eq!(rig.run(5, &[OFF1, 0])[..2], [0x0331, 0], "{kind}");
+        assert_eq!(rig.run(5, &[RUN & !0x0008, 0])[..2], [0x0333, 0], "{kind}");
+        // The ramp of 10 s: a tenth of 4000h after a second.
+        let words = rig.run(1000, &[RUN, 0x4000]);
+        assert_eq!(words[0], 0x0337, "{kind}");
+        assert!(words[1].abs_diff(0x4000 / 10) < 30, "{kind}: {words:04X?}");
+        assert_eq!(words.len(), kind.pzd_words());
+    }
+}
+
+#[test]
+fn without_control_by_plc_the_command_before_holds() {
+    let mut rig = Rig::started(PpoType::Ppo3, Table::profile());
+    rig.run(5, &[OFF1, 0]);
+    let before = rig.run(500, &[RUN, 0x4000]);
+    let after = rig.run(500, &[0, 0]);
+    assert!(after[0] == before[0] && after[1] > before[1], "{before:04X?} {after:04X?}");
+}
+
+#[test]
+fn a_watchdog_is_a_fault_that_is_acknowledged() {
+    let mut rig = Rig::started(PpoType::Ppo3, Table::profile());
+    rig.run(5, &[OFF1, 0]);
+    rig.run(100, &[RUN, 0x4000]);
+    // 10 x 10 x 10 ms.
+    rig.now = Instant::from_nanos(rig.now.as_nanos() + 1_100_000_000);
+    rig.drive.handle_timeout(rig.now, &mut |_| {});
+    assert_eq!(
+        (rig.drive.slave().state(), rig.drive.drive().status().state),
+        (DpState::WaitPrm, State::Fault)
+    );
+    rig.start();
+    assert_eq!(rig.run(5, &[RUN, 0])[0] & 0x004F, 0x0008);
+    assert_eq!(rig.run(5, &[RUN | 0x0080, 0])[0] & 0x004F, 0x0040);
+    assert_eq!(rig.run(5, &[OFF1, 0])[0] & 0x004F, 0x0001);
+}
+
+#[test]
+fn another_ppo_than_the_one_it_is_set_to_is_refused_with_its_cure() {
+    let mut rig = Rig::new(PpoType::Ppo2, Some(PpoType::Ppo1), Table::profile());
+    rig.start();
+    assert_eq!(rig.drive.slave().state(), DpState::WaitPrm);
+    let said = rig.said.join("\n");
+    assert!(said.contains("choose the PPO it was started with"), "{said}");
+}
+
+#[cfg(feature = "parameters")]
+#[test]
+fn the_parameter_channel_reads_writes_and_describes_the_table() {
+    let mut rig = Rig::started(PpoType::Ppo1, example());
+    let pnu = |number| Pnu::new(number).unwrap();
+    let word = |word| Ok(Reply::Value(Value::Word(word)));
+    let double = |double| Ok(Reply::Value(Value::Double(double)));
+    let refused = |number| Err(PkwError::Refused(ErrorCode::Known(number)));
+    assert_eq!(rig.job(Job::read(pnu(2))), word(20));
+    assert!(rig.job(Job::write(pnu(2), Value::Word(5))).is_ok());
+    assert_eq!((rig.job(Job::read(pnu(2))), rig.drive.drive().settings().ramp_up), (word(5), 0.5));
+    assert_eq!(rig.job(Job::write(pnu(2), Value::Word(6501))), refused(ErrorNumber::LimitExceeded));
+    assert_eq!(rig.job(Job::write(pnu(2), Value::Double(5))), refused(ErrorNumber::WrongDataType));
+    assert_eq!(rig.job(Job::write(pnu(10), Value::Word(5))), refused(ErrorNumber::NotChangeable));
+    assert_eq!(rig.job(Job::read(pnu(999))), refused(ErrorNumber::IllegalParameterNumber));
+    assert_eq!(
+        rig.job(Job::write(pnu(4), Value::Double(f32::NAN.to_bits()))),
+        refused(ErrorNumber::LimitExceeded)
+    );
+    assert!(rig.job(Job::write(pnu(4), Value::Double(50.5_f32.to_bits()))).is_ok());
+    assert_eq!(rig.drive.drive().settings().load, 50.5);
+    // Arrays count from 1.
+    assert_eq!(rig.job(Job::read_element(pnu(30), Subindex(3))), double(70_000));
+    assert_eq!(rig.job(Job::read_element(pnu(30), Subindex(0))), refused(ErrorNumber::FaultySubindex));
+    assert_eq!(rig.job(Job::read_element(pnu(30), Subindex(4))), refused(ErrorNumber::FaultySubindex));
+    assert!(rig.job(Job::write_element(pnu(30), Subindex(1), Value::Double(7))).is_ok());
+    assert_eq!(rig.job(Job::read_element(pnu(30), Subindex(1))), double(7));
+    assert_eq!(rig.job(Job::read_element(pnu(2), Subindex(1))), refused(ErrorNumber::NoArray));
+    // Those of the profile.
+    assert_eq!((rig.job(Job::read(pnu(918))), rig.job(Job::read(pnu(929)))), (word(7), word(1)));
+    assert_eq!(rig.job(Job::read(pnu(967))), word(OFF1));
+    assert_eq!(rig.job(Job::read_element(pnu(980), Subindex(1))), word(1));
+    // Descriptions: identifier (array, factor 1, int32), elements, limits, factor, name, whole.
+    let mut describe = |number, element| rig.job(Job::description(pnu(number), Subindex(element)));
+    let described = |bits: u32| Ok(Reply::Description(bits));
+    assert_eq!(describe(30, 1), described(0x4104));
+    assert_eq!(describe(30, 2), described(3));
+    assert_eq!(describe(30, 8), described(100_000));
+    assert_eq!(describe(2, 3), described(0.1_f32.to_bits()));
+    assert_eq!(describe(10, 1), described(0x0303));
+    assert_eq!(describe(2, 6), refused(ErrorNumber::NameNotReadable));
+    assert_eq!(describe(2, 0), refused(ErrorNumber::DatumNotReadable));
+    assert_eq!(describe(2, 13), refused(ErrorNumber::FaultySubindex));
+    // A fault that is raised, its number, and the buffer cleared.
+    assert!(rig.job(Job::write(pnu(20), Value::Word(77))).is_ok());
+    assert_eq!(rig.job(Job::read_element(pnu(947), Subindex(1))), word(77));
+    assert_eq!(rig.run(1, &[OFF1, 0])[0] & 0x0008, 0x0008);
+    rig.run(3, &[OFF1 | 0x0080, 0]);
+    assert_eq!(rig.job(Job::read_element(pnu(945), Subindex(9))), word(77));
+    assert_eq!(rig.job(Job::read(pnu(952))), word(1));
+    assert!(rig.job(Job::write(pnu(952), Value::Word(0))).is_ok());
+    assert_eq!(rig.job(Job::read_element(pnu(945), Subindex(9))), word(0));
+}
+
+#[cfg(feature = "parameters")]
+#[test]
+fn words_of_process_data_show_and_set_the_parameters_assigned() {
+    let mut rig = Rig::started(PpoType::Ppo2, example());
+    let assign = |at: u8, number: u16, value: u16| {
+        Job::write_element(Pnu::new(number).unwrap(), Subindex(at), Value::Word(value))
+    };
+    // Shown: the ramp-up time, then the load, a double word, in two words. Set: the ramp-down time.
+    for (at, number, value) in [(1, 916, 2), (2, 916, 4), (3, 916, 4), (1, 915, 3)] {
+        assert!(rig.job(assign(at, number, value)).is_ok());
+    }
+    let words = rig.run(5, &[OFF1, 0, 42]);
+    let [high, low] = [10.0_f32.to_bits() >> 16, 10.0_f32.to_bits() & 0xFFFF].map(|half| half as u16);
+    assert_eq!(words[2..], [20, high, low, 0]);
+    assert_eq!(rig.drive.drive().settings().ramp_down, 4.2);
+}
+
+#[cfg(feature = "parameters")]
+#[test]
+fn the_examples_say_the_same() {
+    let csv = Table::from_csv(include_str!("../../examples/ppo_drive.csv")).unwrap();
+    assert!(example().rows().eq(csv.rows()));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn whatever_a_master_sends_a_drive_answers_in_its_ppo(
+        kind in 0..5_usize,
+        exchanges in proptest::collection::vec((proptest::collection::vec(any::<u8>(), 0..32), 0..20_u32), 0..60),
+    ) {
+        let mut rig = Rig::started(PpoType::ALL[kind], Table::profile());
+        for (octets, millis) in exchanges {
+            let lost = octets.len() != rig.kind.len();
+            let inputs = rig.ask(None, &octets);
+            if lost && rig.drive.slave().state() != DpState::DataExch {
+                rig.start();
+            } else if !lost {
+                prop_assert_eq!(inputs.len(), rig.kind.len());
+            }
+            rig.exchange(millis, Pkw::ZERO, &[u16::from_be_bytes([octets.first().copied().unwrap_or(0), 0x7F]), 0x4000]);
+        }
+    }
+}
