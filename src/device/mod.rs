@@ -398,14 +398,36 @@ impl Device {
     }
 
     /// Takes octets, the last of which ended at `now`. They may be cut anywhere. Never panics, never blocks.
-    pub fn handle_bytes(&mut self, now: Instant, octets: &[u8]) {
+    ///
+    /// Returns whether something has come of it: a telegram or a refusal ended, or an application cycle ran. While it is
+    /// `false`, as for most octets that come one by one, there is nothing to drain and no deadline is earlier than before.
+    pub fn handle_bytes(&mut self, now: Instant, octets: &[u8]) -> bool {
         let Self { framer, part } = self;
-        part.advance(now);
+        let mut news = part.advance(now);
         if !part.unit.is_working() {
-            return;
+            return news;
         }
         // What a scan finds among octets whose rest did not come counts from now: for the drive part, time has passed.
-        framer.receive(now, octets, |_, result| part.hear(now, result));
+        framer.receive(now, octets, |_, result| {
+            news = true;
+            part.hear(now, result);
+        });
+        news
+    }
+
+    /// An octet that ended at `now` came damaged: wrong parity, no stop bit, or lost because nobody took it in time. The
+    /// telegram around it is refused once (`dp-v0.md` 1). Returns as [`Device::handle_bytes`].
+    pub fn handle_damaged(&mut self, now: Instant) -> bool {
+        let Self { framer, part } = self;
+        let mut news = part.advance(now);
+        if !part.unit.is_working() {
+            return news;
+        }
+        framer.receive_damaged(now, |_, result| {
+            news = true;
+            part.hear(now, result);
+        });
+        news
     }
 
     /// Takes one telegram whose last octet ended at `now`, for hosts that frame the octets of many devices once.
@@ -525,12 +547,15 @@ impl Parts {
     }
 
     /// Lets everything happen that is due until `now`: application cycles and the watchdog, in the order of time.
+    /// Says whether anything was.
     #[inline(always)]
-    fn advance(&mut self, now: Instant) {
+    fn advance(&mut self, now: Instant) -> bool {
         self.watch.now = now;
-        if let Some(due) = self.first_due(now) {
+        let due = self.first_due(now);
+        if let Some(due) = due {
             self.catch_up(now, due);
         }
+        due.is_some()
     }
 
     /// As [`Parts::advance`], when something is due, the first of it at `due`. The watchdog comes before a cycle of the
