@@ -179,8 +179,12 @@ impl Device {
         Unit::restore(config.unit(), octets).map(|unit| Self::with(config, unit, now))
     }
 
+    /// Made where it will lie, on a stack as small as those of microcontrollers: nothing large is handed on and copied.
+    #[inline(never)]
     fn with(config: Config, unit: Unit, now: Instant) -> Self {
-        Self { framer: config.framer(), part: Parts::new(config, unit, now) }
+        let mut device = Self { framer: config.framer(), part: Parts::new(config, unit, now) };
+        device.part.start(now);
+        device
     }
 
     /// As [`Device::restore`], from an image that the host does not keep yet: [`Device::poll_image`] offers it again.
@@ -493,8 +497,9 @@ impl Device {
 }
 
 impl Parts {
+    #[inline]
     fn new(config: Config, unit: Unit, now: Instant) -> Self {
-        let mut part = Self {
+        Self {
             config,
             unit,
             shown: Shown { address: config.switches.address(), words: Words::new(config.words) },
@@ -509,11 +514,13 @@ impl Parts {
             zsw: None,
             watch: Watch::default(),
             events: Queue::default(),
-        };
-        part.watch.now = now;
-        part.look_at_address();
-        part.run_cycle();
-        part
+        }
+    }
+
+    fn start(&mut self, now: Instant) {
+        self.watch.now = now;
+        self.look_at_address();
+        self.run_cycle();
     }
 
     /// The unit was switched on or off: a new station that has heard nothing yet.

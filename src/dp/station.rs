@@ -87,8 +87,15 @@ impl<A: Application> Station<A> {
 
     /// The same station with another policy.
     #[must_use]
-    pub fn with_policy(self, policy: Policy) -> Self {
-        Self { fdl: self.fdl.with_policy(policy.fdl), slave: self.slave.with_policy(policy), ..self }
+    pub fn with_policy(mut self, policy: Policy) -> Self {
+        self.set_policy(policy);
+        self
+    }
+
+    /// As [`Station::with_policy`], where it lies.
+    pub const fn set_policy(&mut self, policy: Policy) {
+        self.fdl.set_policy(policy.fdl);
+        self.slave.set_policy(policy);
     }
 
     /// Its address.

@@ -251,8 +251,9 @@ impl Framer {
     }
 
     fn drop_front(&mut self, octets: usize) {
-        let octets = octets.min(self.len);
-        self.octets.copy_within(octets..self.len, 0);
+        let Some(held) = self.octets.get_mut(..self.len) else { return };
+        let octets = octets.min(held.len());
+        held.copy_within(octets.., 0);
         self.len -= octets;
     }
 }

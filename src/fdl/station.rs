@@ -239,6 +239,11 @@ impl Station {
         self
     }
 
+    /// As [`Station::with_policy`], where it lies.
+    pub const fn set_policy(&mut self, policy: Policy) {
+        self.policy = policy;
+    }
+
     /// The station's address.
     pub const fn address(&self) -> Address {
         self.address

@@ -9,7 +9,7 @@ use super::registers::{
 };
 
 /// 25 MHz.
-const NANOS_PER_TICK: u64 = 40;
+pub const NANOS_PER_TICK: u64 = 40;
 
 /// The 32 bit of the timer and how often they have come round: every 171 s. It must be read more often.
 pub(super) struct Clock {
@@ -47,8 +47,8 @@ impl Clock {
     }
 }
 
-/// The ticks now.
-pub(super) fn ticks() -> u32 {
+/// The ticks now, modulo 2³².
+pub fn ticks() -> u32 {
     !CLOCK_VALUE.read()
 }
 
@@ -56,9 +56,4 @@ pub(super) fn ticks() -> u32 {
 pub(super) extern "C" fn alarm() {
     ALARM_CTRL.write(0);
     ALARM_INT.write(1);
-}
-
-/// The ticks of the timer, to measure with: under QEMU's `-icount shift=10` there are 25.6 in each instruction.
-pub fn instructions_clock() -> u32 {
-    ticks()
 }

@@ -13,7 +13,6 @@ use core::time::Duration;
 
 use cortex_m::asm;
 use cortex_m::interrupt;
-use cortex_m_semihosting::hio;
 use profidrive::device::Timing;
 use profidrive::embedded::Slave;
 use profidrive::fdl::MAX_TELEGRAM_LEN;
@@ -21,9 +20,9 @@ use profidrive::time::Instant;
 
 use clock::Clock;
 
-pub use clock::instructions_clock;
+pub use clock::{NANOS_PER_TICK, ticks};
 pub use stack::{paint, painted_depth};
-pub use uart::{Heard, octets_of_interrupts_taken, send as uart_send};
+pub use uart::{Heard, hear, holds_octet, is_sending, octets_taken};
 
 /// What can be known of the time of octets: the simulator gets them when the host delivers them. On a chip: `Timing::True`.
 pub const TIMING: Timing = Timing::Untrue;
@@ -42,13 +41,6 @@ impl Board {
         Self { clock }
     }
 
-    /// Says on the host's side that the program runs.
-    pub fn say(&self, text: &str) {
-        if let Ok(mut out) = hio::hstdout() {
-            let _nobody_listens = out.write_all(text.as_bytes());
-        }
-    }
-
     /// The time since the start.
     pub fn now(&mut self) -> Instant {
         self.clock.now()
@@ -60,7 +52,7 @@ impl Board {
         Some((self.clock.at(ticks), heard))
     }
 
-    /// Sends these octets, each in the interrupt of the one before. What is still being sent is finished first.
+    /// Sends 1 to 255 octets, each in the interrupt of the one before. What is still being sent is finished first.
     pub fn send(&mut self, octets: &[u8]) {
         while !uart::send(octets) {
             asm::nop();
@@ -87,30 +79,44 @@ impl Board {
     /// Serves a slave for ever. `turn` has the application's say whenever something has come of an octet or of time.
     pub fn serve<S: Slave>(&mut self, slave: &mut S, mut turn: impl FnMut(Instant, &mut S)) -> ! {
         let mut due = Some(Instant::ZERO);
-        let mut buf = [0; MAX_TELEGRAM_LEN];
         loop {
-            let mut news = false;
-            while let Some((at, heard)) = self.receive() {
-                news |= match heard {
-                    Heard::Octet(octet) => slave.handle_bytes(at, &[octet]),
-                    Heard::Damaged => slave.handle_damaged(at),
-                };
-            }
-            let now = self.now();
-            if due.is_some_and(|due| due <= now) {
-                slave.handle_timeout(now);
-                news = true;
-            }
-            // Most octets end no telegram: nothing to take, and no deadline comes nearer.
-            if news {
-                turn(now, slave);
-                if let Some(reply) = slave.poll_transmit(now, &mut buf) {
-                    self.send(reply);
-                }
+            if self.pass(slave, &mut turn, due) {
                 due = slave.poll_timeout();
             }
             self.sleep(due);
         }
+    }
+
+    /// One pass: octets, time if it is `due`, a reply. Whether something has come of it.
+    #[inline(never)]
+    pub fn pass<S: Slave>(
+        &mut self,
+        slave: &mut S,
+        turn: &mut impl FnMut(Instant, &mut S),
+        due: Option<Instant>,
+    ) -> bool {
+        let mut news = false;
+        while let Some((at, heard)) = self.receive() {
+            news |= match heard {
+                Heard::Octet(octet) => slave.handle_bytes(at, &[octet]),
+                Heard::Damaged => slave.handle_damaged(at),
+            };
+        }
+        let now = self.now();
+        if due.is_some_and(|due| due <= now) {
+            slave.handle_timeout(now);
+            news = true;
+        }
+        // Most octets end no telegram: nothing to take, and no deadline comes nearer.
+        if news {
+            // The reply first: it was ready before its outputs are looked at.
+            let mut buf = [0; MAX_TELEGRAM_LEN];
+            if let Some(reply) = slave.poll_transmit(now, &mut buf) {
+                self.send(reply);
+            }
+            turn(now, slave);
+        }
+        news
     }
 }
 

@@ -6,21 +6,21 @@ use cortex_m::register::msp;
 
 const PAINT: u32 = 0xA5A5_5A5A;
 
-/// Under the frame of whoever calls, which may still push.
-const MARGIN: u32 = 256;
-
-/// Paints so many octets under the stack of the caller. Returns where the paint begins, for [`painted_depth`].
+/// Paints so many octets under the stack. Returns where the paint begins, for [`painted_depth`].
 #[inline(never)]
 pub fn paint(octets: u32) -> u32 {
-    let top = (msp::read() - MARGIN) & !3;
-    for place in (top - octets..top).step_by(4) {
+    // Nothing is called below, so nothing below this is in use.
+    let top = msp::read() & !3;
+    let mut place = top - octets;
+    while place < top {
         // SAFETY: RAM between statics and stack that nobody uses: the statics end far below (memory.x).
         unsafe { ptr::write_volatile(place as *mut u32, PAINT) };
+        place += 4;
     }
     top
 }
 
-/// How many of the octets painted under `top` were used since, the margin included.
+/// How many of the octets painted under `top` were used since.
 #[inline(never)]
 pub fn painted_depth(top: u32, octets: u32) -> u32 {
     let mut place = top - octets;
@@ -28,5 +28,5 @@ pub fn painted_depth(top: u32, octets: u32) -> u32 {
     while place < top && unsafe { ptr::read_volatile(place as *const u32) } == PAINT {
         place += 4;
     }
-    top - place + MARGIN
+    top - place
 }

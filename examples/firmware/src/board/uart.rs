@@ -40,27 +40,29 @@ pub(super) fn start() {
     UART_CTRL.write(UART_ON);
 }
 
-/// An octet has come.
+/// An octet has come. This UART holds one.
 pub(super) extern "C" fn received() {
     let ticks = ticks();
     UART_INT.write(RX_INT);
-    while UART_STATE.read() & RX_FULL != 0 {
-        let overrun = UART_STATE.read() & RX_OVERRUN;
-        let octet = UART_DATA.read() & 0xFF;
-        let mut heard = octet;
-        if overrun != 0 {
-            UART_STATE.write(RX_OVERRUN);
-            heard = DAMAGED;
-        }
-        let written = RX_WRITTEN.load(Ordering::Relaxed);
-        if written.wrapping_sub(RX_READ.load(Ordering::Acquire)) >= ROOM {
-            // Nobody has read 256 octets: the newest says that some are missing.
-            RX[written.wrapping_sub(1) % ROOM].store(DAMAGED, Ordering::Relaxed);
-            return;
-        }
+    let mut heard = UART_DATA.read() & 0xFF;
+    if UART_STATE.read() & RX_OVERRUN != 0 {
+        UART_STATE.write(RX_OVERRUN);
+        heard = DAMAGED;
+    }
+    put(heard, ticks);
+}
+
+/// Hands an octet over to the program.
+#[inline(always)]
+fn put(heard: u32, ticks: u32) {
+    let written = RX_WRITTEN.load(Ordering::Relaxed);
+    if written.wrapping_sub(RX_READ.load(Ordering::Acquire)) < ROOM {
         RX[written % ROOM].store(heard, Ordering::Relaxed);
         RX_TICKS[written % ROOM].store(ticks, Ordering::Relaxed);
         RX_WRITTEN.store(written.wrapping_add(1), Ordering::Release);
+    } else {
+        // Nobody has read 256 octets: the newest says that some are missing.
+        RX[written.wrapping_sub(1) % ROOM].store(DAMAGED, Ordering::Relaxed);
     }
 }
 
@@ -95,8 +97,8 @@ pub(super) fn is_silent() -> bool {
 }
 
 /// Begins to send 1 to 256 octets; `false` while others are being sent.
-pub fn send(octets: &[u8]) -> bool {
-    if TX_LEN.load(Ordering::Acquire) != 0 {
+pub(super) fn send(octets: &[u8]) -> bool {
+    if is_sending() {
         return false;
     }
     let Some(first) = octets.first() else { return true };
@@ -109,7 +111,22 @@ pub fn send(octets: &[u8]) -> bool {
     true
 }
 
+/// Whether a telegram is on its way out.
+pub fn is_sending() -> bool {
+    TX_LEN.load(Ordering::Acquire) != 0
+}
+
+/// Hands an octet over as the receive interrupt does, to measure with.
+pub fn hear(octet: u8) {
+    put(u32::from(octet), ticks());
+}
+
 /// How many octets the receive interrupt has taken, to measure with.
-pub fn octets_of_interrupts_taken() -> usize {
+pub fn octets_taken() -> usize {
     RX_WRITTEN.load(Ordering::Acquire)
+}
+
+/// An octet waits in the UART, as while interrupts are masked, to measure with.
+pub fn holds_octet() -> bool {
+    UART_STATE.read() & RX_FULL != 0
 }

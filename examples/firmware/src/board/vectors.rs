@@ -4,6 +4,7 @@ use cortex_m::peripheral::NVIC;
 use cortex_m_rt::exception;
 
 use super::{clock, uart};
+use crate::ended;
 
 const UART_RX: u16 = 0;
 const UART_TX: u16 = 1;
@@ -40,11 +41,12 @@ pub(super) fn enable() {
     }
 }
 
+/// Nobody has enabled it.
 extern "C" fn unexpected() {
-    panic!("an interrupt that nobody has enabled");
+    ended("an interrupt that nobody has enabled\n");
 }
 
 #[exception]
 unsafe fn HardFault(_: &cortex_m_rt::ExceptionFrame) -> ! {
-    panic!("hard fault");
+    ended("hard fault\n")
 }
