@@ -18,11 +18,13 @@ cd "$here"
 build --bins
 
 work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
+octets=
+trap '[[ -z $octets ]] || kill "$octets" 2>/dev/null; rm -rf "$work"' EXIT
 # Some octets for the receive interrupt, nobody for the replies.
 mkfifo "$work/line.in" "$work/line.out"
 cat "$work/line.out" >/dev/null &
-head -c 16 /dev/zero >"$work/line.in" &
+(while sleep 0.05 && printf .; do :; done) >"$work/line.in" 2>/dev/null &
+octets=$!
 
 firmwares=(ag03 io canopen)
 for firmware in "${firmwares[@]}"; do

@@ -75,9 +75,7 @@ impl Config {
             Timing::Untrue => None,
         };
         let address = self.switches.address();
-        let mut station = dp::Station::new(address, self.baud, max_tsdr, DESCRIPTION, APPLICATION);
-        station.set_policy(self.dp);
-        station
+        dp::Station::under(self.dp, address, self.baud, max_tsdr, DESCRIPTION, APPLICATION)
     }
 
     pub(super) fn framer(&self) -> Framer {

@@ -179,8 +179,6 @@ impl Device {
         Unit::restore(config.unit(), octets).map(|unit| Self::with(config, unit, now))
     }
 
-    /// Made where it will lie, on a stack as small as those of microcontrollers: nothing large is handed on and copied.
-    #[inline(never)]
     fn with(config: Config, unit: Unit, now: Instant) -> Self {
         let mut device = Self { framer: config.framer(), part: Parts::new(config, unit, now) };
         device.part.start(now);
@@ -497,7 +495,8 @@ impl Device {
 }
 
 impl Parts {
-    #[inline]
+    // Not inlined: made where it will lie, see `dp::Slave::under`.
+    #[inline(never)]
     fn new(config: Config, unit: Unit, now: Instant) -> Self {
         Self {
             config,

@@ -84,14 +84,19 @@ pub struct Handled<'a> {
 
 impl<A: Application> Slave<A> {
     /// A slave that has just been switched on.
+    pub fn new(description: Description, application: A) -> Self {
+        Self::under(Policy::PROPOSED, description, application)
+    }
+
+    /// As [`Slave::new`] with another policy from the start.
     // Not inlined: made where it will lie, instead of copied there by each caller that builds more around it.
     #[inline(never)]
-    pub fn new(description: Description, application: A) -> Self {
+    pub fn under(policy: Policy, description: Description, application: A) -> Self {
         let lengths = IoLengths::of(application.configuration(None)).unwrap_or_default();
         Self {
             description,
             application,
-            policy: Policy::PROPOSED,
+            policy,
             state: State::WaitPrm,
             owner: None,
             watchdog: None,
@@ -120,11 +125,6 @@ impl<A: Application> Slave<A> {
     pub const fn with_policy(mut self, policy: Policy) -> Self {
         self.policy = policy;
         self
-    }
-
-    /// As [`Slave::with_policy`], where it lies.
-    pub const fn set_policy(&mut self, policy: Policy) {
-        self.policy = policy;
     }
 
     /// The same slave with what an earlier Set_Slave_Add left behind: the lock bit and Rem_Slave_Data.

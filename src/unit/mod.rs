@@ -142,7 +142,7 @@ impl Unit {
         Ok(unit)
     }
 
-    // Not inlined: see `dp::Slave::new`.
+    // Not inlined: see `dp::Slave::under`.
     #[inline(never)]
     fn with(config: Config, kept: Option<Image>) -> Self {
         let fresh = kept.is_none();

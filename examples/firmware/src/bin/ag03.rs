@@ -12,7 +12,7 @@ use profidrive_firmware::say;
 fn main() -> ! {
     let mut board = Board::start();
     let config = Config { baud: BaudRate::K1500, timing: TIMING, ..Config::new(DipSwitches::from_bits(5)) };
-    // Made where it stays: this frame is never left.
+    // It lies in this frame, which is never left.
     let mut drive = Device::new(config, Instant::ZERO);
     say("ready\n");
     // A firmware with a log would write the events there.

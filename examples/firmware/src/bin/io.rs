@@ -3,17 +3,14 @@
 #![no_main]
 
 use cortex_m_rt::entry;
-use profidrive::dp::Framed;
 use profidrive_firmware::board::Board;
-use profidrive_firmware::{ended, io_station, say};
-use static_cell::StaticCell;
-
-static SLAVE: StaticCell<Framed> = StaticCell::new();
+use profidrive_firmware::{io_station, say};
 
 #[entry]
 fn main() -> ! {
     let mut board = Board::start();
-    let Some(slave) = SLAVE.try_init_with(io_station::slave) else { ended("main was called twice\n") };
+    // It lies in this frame, which is never left.
+    let mut slave = io_station::slave();
     say("ready\n");
-    board.serve(slave, io_station::application)
+    board.serve(&mut slave, io_station::application)
 }
