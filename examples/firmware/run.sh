@@ -70,10 +70,10 @@ echo "ready link=$path $who"
 while kill -0 "$qemu_pid" 2>/dev/null; do
     [[ $(stty -F "$terminal" speed) != 9600 ]] || stty -F "$terminal" 38400
     # A signal ends the wait at once, not the sleep.
-    sleep 0.5 &
+    sleep 0.1 &
     wait $! || true
 done
-sed -n '/^panic/p' "$work/out" >&2
+cat "$work/out" >&2
 echo "$0: the firmware has ended" >&2
 qemu_pid=
 exit 1
