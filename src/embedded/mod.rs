@@ -6,6 +6,7 @@
 //! | `mod` | [`Slave`]: octets and time in, octets and a deadline out |
 //! | `rs485` | [`Rs485`]: a UART and the direction pin of a transceiver (feature `embedded-io` or `embedded-io-async`) |
 //! | `blocking` | one pass of a loop over `embedded_io::{Read, ReadReady, Write}` (feature `embedded-io`) |
+//! | `log` | errors and events for `defmt` (feature `defmt`) |
 //! | `asynchronous` | a loop over `embedded_io_async::{Read, Write}` (feature `embedded-io-async`) |
 //!
 //! A loop of your own, fed by the interrupt of a UART, is not longer: `examples/firmware.rs` shows it, and
@@ -16,6 +17,8 @@
 mod asynchronous;
 #[cfg(feature = "embedded-io")]
 mod blocking;
+#[cfg(feature = "defmt")]
+mod log;
 #[cfg(any(feature = "embedded-io", feature = "embedded-io-async"))]
 mod rs485;
 

@@ -67,9 +67,9 @@ impl Board {
         if time.is_zero() {
             return;
         }
-        self.clock.alarm_in(time);
-        // An octet that comes between the look and the sleep ends the sleep.
+        // An octet or an alarm that comes between the look and the sleep ends the sleep.
         interrupt::free(|_| {
+            self.clock.alarm_in(time);
             if uart::is_silent() {
                 asm::wfi();
             }
