@@ -8,14 +8,13 @@
 //! | `board/uart` | the UART between its interrupts and the program |
 //! | `board/clock` | free-running ticks and an alarm |
 //! | `bin/ag03` | the drive AG03/1 |
-//! | [`io_station`], `bin/io` | an I/O station of our own, `gsd/PDRV494F.GSD` |
+//! | `bin/io` | an I/O station of our own, `gsd/PDRV494F.GSD`, the one of `examples/own_station.rs` |
 //! | `bin/canopen` | the drive AG03/1 on CANopen, an adapter of slcan in front of it |
 //! | `bin/measure` | instructions and stack, for `measure.sh` |
 #![no_std]
 #![deny(missing_docs)]
 
 pub mod board;
-pub mod io_station;
 
 use core::panic::PanicInfo;
 

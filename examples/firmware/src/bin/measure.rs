@@ -3,6 +3,9 @@
 #![no_std]
 #![no_main]
 
+#[path = "../../../own_station.rs"]
+mod own_station;
+
 use core::time::Duration;
 
 use cortex_m::interrupt;
@@ -13,7 +16,7 @@ use profidrive::embedded::Slave;
 use profidrive::fdl::{Address, DataTelegram, FunctionCode, Sap};
 use profidrive::time::{BaudRate, Instant};
 use profidrive_firmware::board::{self, Board, NANOS_PER_TICK, TIMING, ticks};
-use profidrive_firmware::{done, ended, io_station, say};
+use profidrive_firmware::{done, ended, say};
 
 /// `-icount shift=10`.
 const NANOS_PER_INSTRUCTION: u64 = 1024;
@@ -125,7 +128,7 @@ fn drive() -> Device {
 
 #[inline(never)]
 fn measure_station(board: &mut Board, paint: u32) {
-    let slave = &mut io_station::slave();
+    let slave = &mut own_station::slave(BaudRate::K1500, TIMING.resync(BaudRate::K1500));
     tell("station_stack_making", board::painted_depth(paint, PAINTED));
     tell("station_octets", size_of::<Framed>() as u32);
     let paint = board::paint(PAINTED);
@@ -137,7 +140,7 @@ fn measure_station(board: &mut Board, paint: u32) {
     let (_, reply) = bench.request(0x5D, None, &[0x8F]);
     tell("station_reply", reply);
     let Bench { slave, now, .. } = bench;
-    let application = instructions(|| io_station::application(now, slave));
+    let application = instructions(|| own_station::application(now, slave));
     if slave.station().slave().outputs() != [0x8F] {
         ended("the station has no outputs\n");
     }

@@ -5,10 +5,12 @@
 #![no_std]
 #![no_main]
 
+#[path = "../../../../own_station.rs"]
+mod own_station;
+
 use panic_halt as _;
-use profidrive::dp::{Description, Fixed, Framed, Rates, Station};
 use profidrive::embedded::Rs485;
-use profidrive::fdl::{Address, Resync};
+use profidrive::fdl::Resync;
 use profidrive::time::{BaudRate, Instant};
 use rp2040_hal::clocks::init_clocks_and_plls;
 use rp2040_hal::fugit::RateExtU32;
@@ -22,22 +24,6 @@ static BOOT2: [u8; 256] = rp2040_boot2::BOOT_LOADER_GENERIC_03H;
 
 const BAUD: BaudRate = BaudRate::K500;
 const CRYSTAL_HZ: u32 = 12_000_000;
-const DESCRIPTION: Description = Description {
-    ident: 0x494F,
-    rates: Rates::CUSTOMARY
-        .without(BaudRate::K45_45)
-        .without(BaudRate::K3000)
-        .without(BaudRate::K6000)
-        .without(BaudRate::K12000),
-    sync_mode: true,
-    freeze_mode: true,
-    user_prm_len: 1,
-    max_diag_len: 9,
-    ..Description::PLAIN
-};
-const APPLICATION: Fixed<'static> =
-    Fixed { configurations: &[&[0x20, 0x10, 0x50]], user_prm: &[0..=1], ..Fixed::PLAIN };
-
 #[rp2040_hal::entry]
 fn main() -> ! {
     let Some(mut chip) = pac::Peripherals::take() else { panic!("main was called twice") };
@@ -68,19 +54,14 @@ fn main() -> ! {
     let direction = pins.gpio2.into_function::<FunctionSioOutput>().into_pull_type::<PullDown>();
     let Ok(mut port) = Rs485::new(uart, direction);
 
-    let max_tsdr = Some(BAUD.max_tsdr_bits());
-    let station = Station::new(Address::from_octet(7), BAUD, max_tsdr, DESCRIPTION, APPLICATION);
-    // The UART tells idle time: whatever is no telegram is ignored until the line was silent.
-    let mut slave = Framed::new(Resync::Idle(BAUD), station);
+    // Whatever is no telegram is ignored until the line was silent.
+    let mut slave = own_station::slave(BAUD, Resync::Idle(BAUD));
     let clock = || Instant::from_micros(timer.get_counter().ticks());
     loop {
         // Neither the UART nor the pin of this chip has errors of its own.
         if let Ok(true) = port.pass(&mut slave, clock) {
             while slave.poll_news().is_some() {}
-            let station = slave.station_mut();
-            let outputs = station.slave().outputs().first().copied().unwrap_or(0);
-            let [.., high, low] = clock().as_nanos().to_be_bytes();
-            station.set_inputs(&[outputs, high, low]);
+            own_station::application(clock(), &mut slave);
         }
     }
 }

@@ -25,7 +25,7 @@ bind_interrupts!(struct Interrupts {
 const BAUD: BaudRate = BaudRate::K500;
 
 #[embassy_executor::main]
-async fn main(_: Spawner) {
+async fn main(_spawner: Spawner) {
     let chip = embassy_stm32::init(embassy_stm32::Config::default());
 
     let mut settings = UartConfig::default();
