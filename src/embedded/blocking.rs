@@ -143,7 +143,10 @@ mod tests {
 
     fn drive() -> Device {
         let address = Address::station(5).unwrap();
-        Device::new(Config { baud: BaudRate::K500, timing: Timing::True, ..Config::new(address) }, Instant::ZERO)
+        Device::new(
+            Config { baud: BaudRate::K500, timing: Timing::True, ..Config::new(address) },
+            Instant::ZERO,
+        )
     }
 
     fn station() -> Framed {

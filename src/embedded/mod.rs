@@ -69,7 +69,11 @@ macro_rules! slave {
         }
 
         #[inline]
-        fn poll_transmit<'b>(&mut self, now: Instant, buf: &'b mut [u8; MAX_TELEGRAM_LEN]) -> Option<&'b [u8]> {
+        fn poll_transmit<'b>(
+            &mut self,
+            now: Instant,
+            buf: &'b mut [u8; MAX_TELEGRAM_LEN],
+        ) -> Option<&'b [u8]> {
             Self::poll_transmit(self, now, buf)
         }
 

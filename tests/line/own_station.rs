@@ -8,7 +8,9 @@ use std::path::Path;
 
 use own_station::{application, slave};
 use profidrive::dp::{Framed, State};
-use profidrive::fdl::{Address, DataTelegram, FrameCount, FunctionCode, MAX_TELEGRAM_LEN, Resync, Sap, Service};
+use profidrive::fdl::{
+    Address, DataTelegram, FrameCount, FunctionCode, MAX_TELEGRAM_LEN, Resync, Sap, Service,
+};
 use profidrive::gsd::Gsd;
 use profidrive::time::{BaudRate, Instant};
 

@@ -5,7 +5,8 @@ use core::time::Duration;
 use profidrive::time::Instant;
 
 use super::registers::{
-    ALARM_CTRL, ALARM_INT, ALARM_RELOAD, ALARM_VALUE, CLOCK_CTRL, CLOCK_RELOAD, CLOCK_VALUE, TIMER_INT, TIMER_ON,
+    ALARM_CTRL, ALARM_INT, ALARM_RELOAD, ALARM_VALUE, CLOCK_CTRL, CLOCK_RELOAD, CLOCK_VALUE, TIMER_INT,
+    TIMER_ON,
 };
 
 /// 25 MHz.

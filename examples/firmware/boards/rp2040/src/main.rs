@@ -45,8 +45,8 @@ fn main() -> ! {
     let line = (pins.gpio0.into_function::<FunctionUart>(), pins.gpio1.into_function::<FunctionUart>());
     let settings =
         UartConfig::new(BAUD.bits_per_second().Hz(), DataBits::Eight, Some(Parity::Even), StopBits::One);
-    let Ok(mut uart) =
-        UartPeripheral::new(chip.UART0, line, &mut chip.RESETS).enable(settings, clocks.peripheral_clock.freq())
+    let Ok(mut uart) = UartPeripheral::new(chip.UART0, line, &mut chip.RESETS)
+        .enable(settings, clocks.peripheral_clock.freq())
     else {
         panic!("no such rate")
     };

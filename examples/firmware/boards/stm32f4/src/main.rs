@@ -10,7 +10,9 @@ use defmt::{error, info};
 use defmt_rtt as _;
 use embassy_executor::Spawner;
 use embassy_stm32::gpio::{Level, Output, Speed};
-use embassy_stm32::usart::{BufferedInterruptHandler, BufferedUart, Config as UartConfig, DataBits, Parity, StopBits};
+use embassy_stm32::usart::{
+    BufferedInterruptHandler, BufferedUart, Config as UartConfig, DataBits, Parity, StopBits,
+};
 use embassy_stm32::{bind_interrupts, peripherals};
 use embassy_time::Delay;
 use panic_probe as _;
@@ -36,8 +38,15 @@ async fn main(_spawner: Spawner) {
     settings.stop_bits = StopBits::STOP1;
     // A longest telegram each way.
     let (mut to_line, mut from_line) = ([0; 256], [0; 256]);
-    let uart =
-        BufferedUart::new(chip.USART2, chip.PA3, chip.PA2, &mut to_line, &mut from_line, Interrupts, settings);
+    let uart = BufferedUart::new(
+        chip.USART2,
+        chip.PA3,
+        chip.PA2,
+        &mut to_line,
+        &mut from_line,
+        Interrupts,
+        settings,
+    );
     let Ok(uart) = uart else { defmt::panic!("no such rate") };
     let Ok(mut port) = Rs485::new(uart, Output::new(chip.PA1, Level::Low, Speed::VeryHigh));
 
