@@ -19,7 +19,7 @@ build --bins
 
 work=$(mktemp -d)
 octets=
-trap '[[ -z $octets ]] || kill "$octets" 2>/dev/null; rm -rf "$work"' EXIT
+trap 'kill $octets 2>/dev/null || true; rm -rf "$work"' EXIT
 # Some octets for the receive interrupt, nobody for the replies.
 mkfifo "$work/line.in" "$work/line.out"
 cat "$work/line.out" >/dev/null &

@@ -1,18 +1,18 @@
 //! The station of `examples/own_station.rs`, its GSD, and `docs/build-your-own-slave.md`, which explains both.
 
 #[path = "../../examples/own_station.rs"]
-mod own_station;
+mod station;
 
 use std::fs;
 use std::path::Path;
 
-use own_station::{application, slave};
 use profidrive::dp::{Framed, State};
 use profidrive::fdl::{
     Address, DataTelegram, FrameCount, FunctionCode, MAX_TELEGRAM_LEN, Resync, Sap, Service,
 };
 use profidrive::gsd::Gsd;
 use profidrive::time::{BaudRate, Instant};
+use station::{application, slave};
 
 const BAUD: BaudRate = BaudRate::K1500;
 
@@ -61,7 +61,7 @@ fn the_station_does_what_its_gsd_says() {
 
     let gsd = Gsd::read(read("gsd/PDRV494F.GSD").as_bytes()).unwrap();
     assert!(gsd.hints.is_empty(), "gsd check: {:?}", gsd.hints);
-    let said = profidrive::gsd::Station::new(gsd, profidrive::dp::Policy::PROPOSED).unwrap().description();
+    let said = profidrive::gsd::Station::new(gsd, profidrive::gsd::Policy::PROPOSED).unwrap().description();
     let has = own.station().slave().description();
     assert_eq!(
         (said.ident, said.rates, said.sync_mode, said.freeze_mode, said.user_prm_len, said.max_diag_len),
