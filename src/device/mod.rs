@@ -162,6 +162,8 @@ struct Parts {
     /// The status word offered to the master under the same outputs as now, and what [`Unit::changes`] counted then.
     zsw: Option<(u32, Zsw)>,
     watch: Watch,
+    /// Something has come of the octets taken last.
+    news: bool,
     events: Queue<Event, MAX_EVENTS>,
 }
 
@@ -405,31 +407,25 @@ impl Device {
     /// `false`, as for most octets that come one by one, there is nothing to drain and no deadline is earlier than before.
     pub fn handle_bytes(&mut self, now: Instant, octets: &[u8]) -> bool {
         let Self { framer, part } = self;
-        let mut news = part.advance(now);
-        if !part.unit.is_working() {
-            return news;
+        part.news = false;
+        part.advance(now);
+        if part.unit.is_working() {
+            // What a scan finds among octets whose rest did not come counts from now: for the drive part, time has passed.
+            framer.receive(now, octets, |_, result| part.hear(now, result));
         }
-        // What a scan finds among octets whose rest did not come counts from now: for the drive part, time has passed.
-        framer.receive(now, octets, |_, result| {
-            news = true;
-            part.hear(now, result);
-        });
-        news
+        part.news
     }
 
     /// An octet that ended at `now` came damaged: wrong parity, no stop bit, or lost because nobody took it in time. The
     /// telegram around it is refused once (`dp-v0.md` 1). Returns as [`Device::handle_bytes`].
     pub fn handle_damaged(&mut self, now: Instant) -> bool {
         let Self { framer, part } = self;
-        let mut news = part.advance(now);
-        if !part.unit.is_working() {
-            return news;
+        part.news = false;
+        part.advance(now);
+        if part.unit.is_working() {
+            framer.receive_damaged(now, |_, result| part.hear(now, result));
         }
-        framer.receive_damaged(now, |_, result| {
-            news = true;
-            part.hear(now, result);
-        });
-        news
+        part.news
     }
 
     /// Takes one telegram whose last octet ended at `now`, for hosts that frame the octets of many devices once.
@@ -512,6 +508,7 @@ impl Parts {
             pkw_reply: Pkw::ZERO,
             zsw: None,
             watch: Watch::default(),
+            news: false,
             events: Queue::default(),
         }
     }
@@ -554,21 +551,19 @@ impl Parts {
     }
 
     /// Lets everything happen that is due until `now`: application cycles and the watchdog, in the order of time.
-    /// Says whether anything was.
     #[inline(always)]
-    fn advance(&mut self, now: Instant) -> bool {
+    fn advance(&mut self, now: Instant) {
         self.watch.now = now;
-        let due = self.first_due(now);
-        if let Some(due) = due {
+        if let Some(due) = self.first_due(now) {
             self.catch_up(now, due);
         }
-        due.is_some()
     }
 
     /// As [`Parts::advance`], when something is due, the first of it at `due`. The watchdog comes before a cycle of the
     /// same moment.
     #[inline(never)]
     fn catch_up(&mut self, now: Instant, due: Instant) {
+        self.news = true;
         let mut next = if self.cycles.forfeit(now) { self.first_due(now) } else { Some(due) };
         while let Some(due) = next {
             if self.station.watchdog_timeout() == Some(due) {
@@ -599,6 +594,7 @@ impl Parts {
 
     /// A telegram or a refusal from the line.
     fn hear(&mut self, now: Instant, result: Result<Telegram<'_>, FrameError>) {
+        self.news = true;
         let telegram = match result {
             Ok(telegram) => telegram,
             Err(error) => return self.events.push(Event::TelegramRefused(error)),

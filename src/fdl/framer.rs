@@ -111,7 +111,7 @@ impl Framer {
             && let Decoded::Telegram { telegram, len } = decode(octets)
             && len == octets.len()
         {
-            self.last_octet = now;
+            // `last_octet` is of no use while nothing is unfinished.
             return sink(now, Ok(telegram));
         }
         self.receive_pieces(now, octets, &mut sink);
