@@ -162,6 +162,8 @@ struct Parts {
     /// The status word offered to the master under the same outputs as now, and what [`Unit::changes`] counted then.
     zsw: Option<(u32, Zsw)>,
     watch: Watch,
+    /// Something has come of the octets taken last.
+    news: bool,
     events: Queue<Event, MAX_EVENTS>,
 }
 
@@ -180,7 +182,9 @@ impl Device {
     }
 
     fn with(config: Config, unit: Unit, now: Instant) -> Self {
-        Self { framer: config.framer(), part: Parts::new(config, unit, now) }
+        let mut device = Self { framer: config.framer(), part: Parts::new(config, unit, now) };
+        device.part.start(now);
+        device
     }
 
     /// As [`Device::restore`], from an image that the host does not keep yet: [`Device::poll_image`] offers it again.
@@ -398,14 +402,30 @@ impl Device {
     }
 
     /// Takes octets, the last of which ended at `now`. They may be cut anywhere. Never panics, never blocks.
-    pub fn handle_bytes(&mut self, now: Instant, octets: &[u8]) {
+    ///
+    /// Returns whether something has come of it: a telegram or a refusal ended, or an application cycle ran. While it is
+    /// `false`, as for most octets that come one by one, there is nothing to drain and no deadline is earlier than before.
+    pub fn handle_bytes(&mut self, now: Instant, octets: &[u8]) -> bool {
         let Self { framer, part } = self;
+        part.news = false;
         part.advance(now);
-        if !part.unit.is_working() {
-            return;
+        if part.unit.is_working() {
+            // What a scan finds among octets whose rest did not come counts from now: for the drive part, time has passed.
+            framer.receive(now, octets, |_, result| part.hear(now, result));
         }
-        // What a scan finds among octets whose rest did not come counts from now: for the drive part, time has passed.
-        framer.receive(now, octets, |_, result| part.hear(now, result));
+        part.news
+    }
+
+    /// An octet that ended at `now` came damaged: wrong parity, no stop bit, or lost because nobody took it in time. The
+    /// telegram around it is refused once (`dp-v0.md` 1). Returns as [`Device::handle_bytes`].
+    pub fn handle_damaged(&mut self, now: Instant) -> bool {
+        let Self { framer, part } = self;
+        part.news = false;
+        part.advance(now);
+        if part.unit.is_working() {
+            framer.receive_damaged(now, |_, result| part.hear(now, result));
+        }
+        part.news
     }
 
     /// Takes one telegram whose last octet ended at `now`, for hosts that frame the octets of many devices once.
@@ -471,8 +491,10 @@ impl Device {
 }
 
 impl Parts {
+    // Not inlined: made where it will lie, see `dp::Slave::under`.
+    #[inline(never)]
     fn new(config: Config, unit: Unit, now: Instant) -> Self {
-        let mut part = Self {
+        Self {
             config,
             unit,
             shown: Shown { address: config.switches.address(), words: Words::new(config.words) },
@@ -486,12 +508,15 @@ impl Parts {
             pkw_reply: Pkw::ZERO,
             zsw: None,
             watch: Watch::default(),
+            news: false,
             events: Queue::default(),
-        };
-        part.watch.now = now;
-        part.look_at_address();
-        part.run_cycle();
-        part
+        }
+    }
+
+    fn start(&mut self, now: Instant) {
+        self.watch.now = now;
+        self.look_at_address();
+        self.run_cycle();
     }
 
     /// The unit was switched on or off: a new station that has heard nothing yet.
@@ -538,6 +563,7 @@ impl Parts {
     /// same moment.
     #[inline(never)]
     fn catch_up(&mut self, now: Instant, due: Instant) {
+        self.news = true;
         let mut next = if self.cycles.forfeit(now) { self.first_due(now) } else { Some(due) };
         while let Some(due) = next {
             if self.station.watchdog_timeout() == Some(due) {
@@ -568,6 +594,7 @@ impl Parts {
 
     /// A telegram or a refusal from the line.
     fn hear(&mut self, now: Instant, result: Result<Telegram<'_>, FrameError>) {
+        self.news = true;
         let telegram = match result {
             Ok(telegram) => telegram,
             Err(error) => return self.events.push(Event::TelegramRefused(error)),

@@ -166,19 +166,25 @@ start_emulator "$emulator" --line "$work/plant/plant.toml"
 "$venv/bin/python" "$here/stations.py" --gsd "$root/examples/plant" --link "pty:$work/plant/bus" --plant || fail "stations.py --plant"
 stop_emulator
 
-# A drive of one's own, if the example is built beside the emulator.
-example=$(dirname "$emulator")/examples/own_drive
-if [[ -x $example ]]; then
-    own=$work/own
-    "$example" "$own" >"$work/ready" 2>"$work/emulator.log" &
+# Examples of one's own, if they are built beside the emulator.
+play_example() {
+    local example gsd
+    example=$(dirname "$emulator")/examples/$1
+    gsd=$root/$3
+    if [[ ! -x $example ]]; then
+        echo "$2: not played, $example is not built (cargo build --example $1)"
+        return
+    fi
+    "$example" "$work/$1" >"$work/ready" 2>"$work/emulator.log" &
     emulator_pid=$!
     for ((tenths = 0; ; tenths++)); do
         grep -q '^ready ' "$work/ready" && break
-        ((tenths < READY_LIMIT * 10)) || fail "own_drive: no ready line within $READY_LIMIT s"
+        ((tenths < READY_LIMIT * 10)) || fail "$1: no ready line within $READY_LIMIT s"
         sleep 0.1
     done
-    "$venv/bin/python" "$here/own_drive.py" --port "$own" --gsd "$root/examples/own_drive.gsd" || fail "own_drive.py"
-else
-    echo "own_drive.py: not played, $example is not built (cargo build --example own_drive)"
-fi
+    "$venv/bin/python" "$here/$2" --port "$work/$1" --gsd "$gsd" || fail "$2"
+    stop_emulator
+}
+play_example own_drive own_drive.py examples/own_drive.gsd
+play_example own_station io_station.py gsd/PDRV494F.GSD
 echo "OK: all plays passed"
