@@ -49,11 +49,11 @@ mod bus;
 pub mod can;
 #[cfg(feature = "capture")]
 pub mod capture;
-mod chance;
 mod clock;
 mod gsd_station;
 pub mod link;
 mod lock;
+mod occasions;
 mod output_board;
 mod participant;
 mod ppo_drive;

@@ -156,6 +156,16 @@ impl<E: 'static> Bus<E> {
         self.settle(now);
     }
 
+    /// Every seat that is taken.
+    pub fn seats(&self) -> impl Iterator<Item = Seat> + '_ {
+        self.seats.iter().enumerate().filter(|(_, place)| place.is_some()).map(|(index, _)| Seat(index))
+    }
+
+    /// The faults that strike frames.
+    pub const fn faults(&self) -> &Faults {
+        &self.faults
+    }
+
     /// The faults that strike frames, to change them while the bus runs.
     pub const fn faults_mut(&mut self) -> &mut Faults {
         &mut self.faults
