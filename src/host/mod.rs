@@ -246,6 +246,14 @@ pub enum Error {
         /// The address that is not of this machine alone.
         address: SocketAddr,
     },
+    /// The CAN interface cannot be opened.
+    #[error("cannot open the CAN interface {name} ('ip link show {name}' says whether it is there and up)")]
+    CanInterface {
+        /// Its name.
+        name: String,
+        /// What the operating system says.
+        source: io::Error,
+    },
     /// The link failed while drives were running on it.
     #[error("the link failed")]
     Link {

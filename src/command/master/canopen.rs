@@ -8,11 +8,9 @@ use profidrive::device::Vocabulary;
 use profidrive::device::vocabulary::CIA_402;
 use profidrive::explain::canopen::Network;
 use profidrive::explain::hex;
-use profidrive::host::can::{CanEndpoint, Choices, PRODUCTS, SlcanEndpoint};
+use profidrive::host::can::{CanEndpoint, Choices, PRODUCTS, SlcanEndpoint, open_slcan, open_socketcan};
 use profidrive::host::link::tcp::Connection;
-use profidrive::host::link::terminal::Terminal;
 use profidrive::host::{Clock, Stop, SystemClock};
-use profidrive::time::BaudRate;
 use serde_json::json;
 
 use super::{motion, say, signals};
@@ -78,33 +76,13 @@ pub(super) fn master(args: &Master, place: &CanPlace) -> Result<(), Failure> {
 fn open(place: &CanPlace, rate: BitRate) -> Result<Box<dyn CanEndpoint>, Failure> {
     let failed = |error: std::io::Error| Failure::Other(format!("cannot open the bus: {error}"));
     Ok(match place {
-        // The rate of the terminal means nothing to an emulator and little to a USB adapter.
-        CanPlace::Terminal(path) => {
-            let link = Terminal::open(path, BaudRate::K500).map_err(|error| Failure::from_error(&error))?;
-            Box::new(SlcanEndpoint::open(link, rate).map_err(failed)?)
-        }
+        CanPlace::Terminal(path) => open_slcan(path, rate).map_err(|error| Failure::from_error(&error))?,
         CanPlace::Tcp(place) => {
             let link = Connection::open(place).map_err(|error| Failure::from_error(&error))?;
             Box::new(SlcanEndpoint::open(link, rate).map_err(failed)?)
         }
-        CanPlace::Socket(name) => socket(name)?,
+        CanPlace::Socket(name) => open_socketcan(name).map_err(|error| Failure::from_error(&error))?,
     })
-}
-
-#[cfg(all(target_os = "linux", feature = "socketcan"))]
-fn socket(name: &str) -> Result<Box<dyn CanEndpoint>, Failure> {
-    match profidrive::host::can::SocketCanEndpoint::open(name) {
-        Ok(socket) => Ok(Box::new(socket)),
-        Err(error) => Err(Failure::Other(format!(
-            "cannot open the CAN interface {name}: {error}; 'ip link show {name}' says whether it is there and up"
-        ))),
-    }
-}
-
-#[cfg(not(all(target_os = "linux", feature = "socketcan")))]
-fn socket(name: &str) -> Result<Box<dyn CanEndpoint>, Failure> {
-    let why = "this profidrive was built without the feature socketcan, or not for Linux; use slcan-tty or slcan-tcp";
-    Err(Failure::Other(format!("cannot open the CAN interface {name}: {why}")))
 }
 
 /// A node, and what is known of it.

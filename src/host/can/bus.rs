@@ -45,6 +45,11 @@ const AGAIN: Duration = Duration::from_micros(100);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Seat(usize);
 
+impl Seat {
+    /// The seat that nobody has.
+    pub(super) const NOBODY: Self = Self(usize::MAX);
+}
+
 /// A bus, and the stations at it. `E` is the news of its participants.
 ///
 /// Calls: `handle_timeout` when [`Bus::poll_timeout`] has come, others when there is something to do; then drain

@@ -107,6 +107,13 @@ impl Faults {
         Some(self.active.remove(place).fault)
     }
 
+    /// The fault of that number is for the frames of this station now.
+    pub(super) fn is_of(&mut self, number: u32, seat: Seat) {
+        if let Some(active) = self.active.iter_mut().find(|active| active.number == number) {
+            active.fault.from = Some(seat);
+        }
+    }
+
     /// Ends every fault.
     pub fn clear(&mut self) {
         self.active.clear();

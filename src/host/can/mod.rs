@@ -18,6 +18,8 @@
 //! | [`link_spec`](LinkSpec) | where masters find the bus |
 //! | [`endpoint`](CanEndpoint) | the bus from a master's end |
 //! | `adapters` | pseudo-terminal and TCP port |
+//! | `interface` | a bus that goes on behind an adapter or an interface of Linux |
+//! | `socket` | CAN interfaces of Linux (feature `socketcan`) |
 //!
 //! A node that answers, in virtual time:
 //!
@@ -45,6 +47,8 @@ pub mod bus;
 mod endpoint;
 pub mod fault;
 #[cfg(unix)]
+mod interface;
+#[cfg(unix)]
 mod line;
 mod link_spec;
 mod node;
@@ -57,6 +61,8 @@ mod socket;
 
 pub use bus::{Bus, Event, Seat};
 pub use endpoint::{CanEndpoint, SlcanEndpoint};
+#[cfg(unix)]
+pub use interface::{open_slcan, open_socketcan};
 #[cfg(unix)]
 pub use line::{Line, News, Stay};
 pub use link_spec::{LinkSpec, LinkSpecError};

@@ -3,7 +3,7 @@
 use core::fmt;
 use core::str::FromStr;
 use core::time::Duration;
-use std::string::{String, ToString};
+use std::string::String;
 
 use thiserror::Error;
 
@@ -336,6 +336,7 @@ fn identifier(text: &str) -> Option<Id> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::string::ToString;
 
     #[test]
     fn every_name_is_read_and_written_and_what_is_wrong_is_said() {

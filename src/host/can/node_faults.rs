@@ -43,7 +43,7 @@ impl NodeFaults {
         let number = self.last;
         let seats = nodes(bus);
         let of_bus = fault.of_frames().map(|of_frames| {
-            let from = seats.iter().find(|(_, node)| Some(*node) == fault.node).map(|(seat, _)| *seat);
+            let from = fault.node.map(|node| seat_of(&seats, node));
             bus.faults_mut().add(super::fault::Fault { from, ..of_frames })
         });
         self.active.push(Active { number, fault, of_bus });
@@ -62,6 +62,16 @@ impl NodeFaults {
         for Active { number, fault, .. } in &self.active {
             if let Some(of_node) = fault.of_node().filter(|_| fault.node.is_none_or(|wanted| wanted == id)) {
                 let _ = node.spoil(now, *number, of_node);
+            }
+        }
+    }
+
+    /// Nodes have come, gone, or changed their numbers: faults of the frames of one are for whoever has its number now.
+    pub fn reseat(&self, bus: &mut Bus<CanopenEvent>) {
+        let seats = nodes(bus);
+        for Active { fault, of_bus, .. } in &self.active {
+            if let (Some(node), Some(of_bus)) = (fault.node, of_bus) {
+                bus.faults_mut().is_of(*of_bus, seat_of(&seats, node));
             }
         }
     }
@@ -116,6 +126,11 @@ impl NodeFaults {
     pub fn is_empty(&self) -> bool {
         self.active.is_empty()
     }
+}
+
+/// The seat of the node with that number.
+fn seat_of(seats: &[(Seat, NodeId)], node: NodeId) -> Seat {
+    seats.iter().find(|(_, there)| *there == node).map_or(Seat::NOBODY, |(seat, _)| *seat)
 }
 
 /// The nodes of a bus with the numbers they have now.
