@@ -81,7 +81,13 @@ pub struct Config {
 impl Config {
     /// A drive with full CANopen.
     pub const fn new(node: u8) -> Self {
-        Self { level: Level::Full, node, constants: Constants::DEFAULT, early_sync_alarm: false, bus_error_coasts: false }
+        Self {
+            level: Level::Full,
+            node,
+            constants: Constants::DEFAULT,
+            early_sync_alarm: false,
+            bus_error_coasts: false,
+        }
     }
 }
 

@@ -242,7 +242,9 @@ impl Spoiler {
             }
             Some((Kind::Tpdo(TpdoFault::Stale), stale)) => {
                 let first = match service {
-                    Some(Service::Tpdo(pdo)) => stale.get_mut(pdo.place()).map(|first| *first.get_or_insert(frame)),
+                    Some(Service::Tpdo(pdo)) => {
+                        stale.get_mut(pdo.place()).map(|first| *first.get_or_insert(frame))
+                    }
                     Some(_) | None => None,
                 };
                 self.pass(service, first.unwrap_or(frame));

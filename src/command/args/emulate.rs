@@ -246,7 +246,10 @@ impl Emulate {
         }
         let mut numbers = BTreeSet::new();
         if let Some(twice) = self.nodes.iter().find(|node| !numbers.insert(node.id) && !node.twin) {
-            return Err(format!("two nodes have the number {}; give each node its own, or say that one is a twin: --node {},twin", twice.id, twice.id));
+            return Err(format!(
+                "two nodes have the number {}; give each node its own, or say that one is a twin: --node {},twin",
+                twice.id, twice.id
+            ));
         }
         for (given, option) in
             [(self.force_address, "--force-address"), (self.slot_time.is_some(), "--slot-time")]

@@ -152,7 +152,10 @@ mod tests {
         assert_eq!("slcan-pty".parse(), Ok(LinkSpec::Can(CanLink::Pty(None))));
         assert_eq!("slcan-pty:/tmp/can".parse(), Ok(LinkSpec::Can(CanLink::Pty(Some("/tmp/can".into())))));
         assert_eq!("slcan-tcp:[::1]:0".parse(), Ok(LinkSpec::Can(CanLink::Tcp("[::1]:0".into()))));
-        assert_eq!("slcan-tty:/dev/ttyACM0".parse(), Ok(LinkSpec::Can(CanLink::Terminal("/dev/ttyACM0".into()))));
+        assert_eq!(
+            "slcan-tty:/dev/ttyACM0".parse(),
+            Ok(LinkSpec::Can(CanLink::Terminal("/dev/ttyACM0".into())))
+        );
         assert_eq!("socketcan:can0".parse(), Ok(LinkSpec::Can(CanLink::Socket("can0".into()))));
         for wrong in [
             "slcan-tty",

@@ -40,7 +40,9 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec, start: &Start) -> Result<
     for fault in args.node_faults().map_err(Failure::Usage)? {
         warn!("fault on purpose: {fault}");
         let now = line.clock().now();
-        faults.add(now, line.bus_mut(), fault).map_err(|error| Failure::Usage(format!("--fault: {error}")))?;
+        faults
+            .add(now, line.bus_mut(), fault)
+            .map_err(|error| Failure::Usage(format!("--fault: {error}")))?;
     }
     for &spec in args.nodes() {
         let mut choices = spec.choices;
@@ -130,7 +132,9 @@ fn open(args: &Emulate, link: &LinkSpec, rate: BitRate) -> Result<Line<CanopenEv
         false => Failure::from_error(&error),
     })?;
     match link {
-        LinkSpec::Terminal(_) | LinkSpec::Socket(_) => info!("a CAN bus at {rate} that goes on at {}", line.name()),
+        LinkSpec::Terminal(_) | LinkSpec::Socket(_) => {
+            info!("a CAN bus at {rate} that goes on at {}", line.name())
+        }
         LinkSpec::Pty(_) | LinkSpec::Tcp(_) | _ => info!("a CAN bus at {rate}, adapters speak slcan"),
     }
     if args.allow_remote {
@@ -185,7 +189,8 @@ impl Nodes {
         if !is_same {
             let known = |seated: &Seated| Some((*seated, number(seated.seat)?));
             self.on_bus = seats.iter().filter_map(known).collect();
-            let nodes: Vec<_> = self.on_bus.iter().map(|(seated, id)| format!("{id} ({})", seated.product.name)).collect();
+            let nodes: Vec<_> =
+                self.on_bus.iter().map(|(seated, id)| format!("{id} ({})", seated.product.name)).collect();
             info!("on the bus now: {}", if nodes.is_empty() { "no node".into() } else { nodes.join(", ") });
         }
     }

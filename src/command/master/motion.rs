@@ -39,6 +39,7 @@ pub(super) fn confirm(args: &Master) -> Result<Confirmed, Failure> {
     let (go, what) = match motion {
         Motion::Enable { go, .. } => (go, "take its motor into control".into()),
         Motion::Move { go, position, .. } => (go, format!("travel to {position}")),
+        Motion::Home { go } => (go, "seek its home position".into()),
         Motion::Jog { go, direction, .. } => (go, format!("turn in {} direction", way(*direction))),
         Motion::Velocity { go, rpm, .. } => {
             let fastest = i32::from(Gear::FASTEST.max_rpm());
@@ -167,6 +168,8 @@ fn turn<L: Link, C: Clock>(
         Motion::Enable { limit, .. } => (None, limit, "held enabled"),
         Motion::Jog { direction, limit, .. } => (Some(Goal::Jog(way(direction))), limit, "turned"),
         Motion::Velocity { rpm, limit, .. } => (Some(Goal::Velocity(rpm)), limit, "turned"),
+        // Refused before: this is PROFIBUS.
+        Motion::Home { .. } => return Ok(End::Interrupted),
         Motion::Move { position, .. } => {
             return Ok(match drive.reach(Goal::MoveTo(position))? {
                 Reached::Done(_) => End::Done("reached"),

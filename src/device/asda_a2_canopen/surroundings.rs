@@ -65,8 +65,15 @@ impl Surroundings for AsdaA2 {
     }
 
     fn each_input(&self, tell: &mut dyn FnMut(&Input, Level)) {
-        let Inputs { blocked, load_torque, friction_torque, main_circuit, emergency_stop_released, pressed, .. } =
-            *self.inputs();
+        let Inputs {
+            blocked,
+            load_torque,
+            friction_torque,
+            main_circuit,
+            emergency_stop_released,
+            pressed,
+            ..
+        } = *self.inputs();
         tell(&BLOCKED, Level::Switch(blocked));
         tell(&LOAD, Level::Number(load_torque));
         tell(&FRICTION, Level::Number(friction_torque));

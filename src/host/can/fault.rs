@@ -123,8 +123,8 @@ impl Faults {
     pub(super) fn strike(&mut self, frame: &Frame, sender: Seat) -> Strike {
         let mut strike = Strike::None;
         for Active { fault, chance, .. } in &mut self.active {
-            let concerned = fault.id.is_none_or(|id| id == frame.id())
-                && fault.from.is_none_or(|from| from == sender);
+            let concerned =
+                fault.id.is_none_or(|id| id == frame.id()) && fault.from.is_none_or(|from| from == sender);
             if concerned && chance.injected(fault.at, fault.count, fault.rate) && strike == Strike::None {
                 strike = match fault.kind {
                     Kind::Lose => Strike::Lose,

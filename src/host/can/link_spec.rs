@@ -42,7 +42,9 @@ impl FromStr for LinkSpec {
 
 /// A text that is no link of a CAN bus.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("'{got}' is no link of a CAN bus; expected slcan-pty:PATH, slcan-tcp:HOST:PORT, slcan-tty:PATH or socketcan:INTERFACE")]
+#[error(
+    "'{got}' is no link of a CAN bus; expected slcan-pty:PATH, slcan-tcp:HOST:PORT, slcan-tty:PATH or socketcan:INTERFACE"
+)]
 pub struct LinkSpecError {
     /// The text found.
     pub got: String,

@@ -191,7 +191,10 @@ impl FromStr for NodeFault {
                     node.replace(number.ok_or_else(|| wrong("a node number, 1 to 127"))?).is_some()
                 }
                 ("id", None) => id
-                    .replace(identifier(value).ok_or_else(|| wrong("three hexadecimal digits, or eight with 29 bits"))?)
+                    .replace(
+                        identifier(value)
+                            .ok_or_else(|| wrong("three hexadecimal digits, or eight with 29 bits"))?,
+                    )
                     .is_some(),
                 (_, None) => return Err(NodeFaultError::UnknownKey { got: part.into() }),
             };
@@ -252,7 +255,8 @@ impl Spoiled {
             "sdo-other-index" => Kind::Sdo(SdoFault::OtherIndex),
             "sdo-wrong-toggle" => Kind::Sdo(SdoFault::WrongToggle),
             "sdo-abort" => {
-                let code = hexadecimal(8).ok_or_else(|| wrong("an abort code in hexadecimal, as 06090011"))?;
+                let code =
+                    hexadecimal(8).ok_or_else(|| wrong("an abort code in hexadecimal, as 06090011"))?;
                 Kind::Sdo(SdoFault::Abort(Abort::from_code(code)))
             }
             "heartbeat-jitter" => Kind::Heartbeat(HeartbeatFault::Jitter(time()?)),

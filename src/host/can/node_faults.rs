@@ -48,7 +48,8 @@ impl NodeFaults {
         });
         self.active.push(Active { number, fault, of_bus });
         if let Some(of_node) = fault.of_node() {
-            for (seat, _) in seats.iter().filter(|(_, node)| fault.node.is_none_or(|wanted| wanted == *node)) {
+            for (seat, _) in seats.iter().filter(|(_, node)| fault.node.is_none_or(|wanted| wanted == *node))
+            {
                 // A node has those of this list only.
                 let _ = bus.with(now, *seat, |node: &mut StoredNode, now| node.spoil(now, number, of_node));
             }

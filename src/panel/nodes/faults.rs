@@ -121,7 +121,9 @@ impl NodeAccess<'_> {
         match fault.node {
             Some(node) => match self.device(node) {
                 Ok(_) => Ok(()),
-                Err(_) => Err(Problem::value(format!("fault '{fault}' is for node {node}, which is not on the bus"))),
+                Err(_) => Err(Problem::value(format!(
+                    "fault '{fault}' is for node {node}, which is not on the bus"
+                ))),
             },
             None => Ok(()),
         }

@@ -56,10 +56,7 @@ enum LevelName {
 /// A new one with factory settings, or, where EEPROMs are kept, the one of this device that had this number. It boots.
 #[utoipa::path(post, path = "/api/v1/drives", tag = "nodes", request_body = NewNode,
     responses((status = 201, body = NodeSummary, headers(("location" = String, description = "Where its state is"))), Problems))]
-pub(super) async fn add(
-    State(asking): State<Asking>,
-    Body(new): Body<NewNode>,
-) -> Result<Response, Problem> {
+pub(super) async fn add(State(asking): State<Asking>, Body(new): Body<NewNode>) -> Result<Response, Problem> {
     let node = number(&new.address.to_string())?;
     let (product, choices) = new.product()?;
     let summary = asking.ask(move |bench| bench.add(node, product, choices, new.twin)).await??;

@@ -59,6 +59,9 @@ impl NodeWhy {
 /// The most important first.
 #[utoipa::path(get, path = "/api/v1/drives/{address}/why", tag = "nodes",
     params(("address" = u8, Path, minimum = 1, maximum = 127)), responses((status = 200, body = NodeWhy), Problems))]
-pub(super) async fn why(State(asking): State<Asking>, Number(node): Number) -> Result<Json<NodeWhy>, Problem> {
+pub(super) async fn why(
+    State(asking): State<Asking>,
+    Number(node): Number,
+) -> Result<Json<NodeWhy>, Problem> {
     asking.ask(move |bench| Ok(Json(NodeWhy::of(bench.device(node)?.1, bench.now)))).await?
 }

@@ -100,17 +100,7 @@ impl Fault {
     /// This fault at every occasion.
     pub const fn always(kind: Kind) -> Self {
         let Occasions { at, count, rate, seed } = Occasions::ALWAYS;
-        Self {
-            kind,
-            at,
-            count,
-            rate,
-            seed,
-            station: None,
-            service: None,
-            state: None,
-            retry: None,
-        }
+        Self { kind, at, count, rate, seed, station: None, service: None, state: None, retry: None }
     }
 
     /// Whether the station that this fault is for is one of `stations`.
@@ -366,17 +356,7 @@ impl FromStr for Fault {
             }
         }
         let Occasions { at, count, rate, seed } = occasions.occasions();
-        Ok(Self {
-            kind,
-            at,
-            count,
-            rate,
-            seed,
-            station: of,
-            service,
-            state,
-            retry,
-        })
+        Ok(Self { kind, at, count, rate, seed, station: of, service, state, retry })
     }
 }
 
