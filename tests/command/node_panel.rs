@@ -411,8 +411,8 @@ fn a_node_leaves_operational_and_browns_out_by_itself() {
 #[test]
 fn nodes_come_and_go_while_the_bus_runs() {
     let mut rig = Rig::start(&["5"]);
-    let add = |body: &Value| rig.emulator.send("POST", "/api/v1/drives", body);
-    let added = add(&json!({"address": 6, "device": "asda-a2", "mode": "half"}));
+    let add = |rig: &Rig, body: &Value| rig.emulator.send("POST", "/api/v1/drives", body);
+    let added = add(&rig, &json!({"address": 6, "device": "asda-a2", "mode": "half"}));
     assert_eq!(added.status, 201, "{added:?}");
     assert!(added.head.contains("location: /api/v1/drives/6"), "{added:?}");
     for (body, status, says) in [
@@ -422,7 +422,7 @@ fn nodes_come_and_go_while_the_bus_runs() {
         (json!({"address": 7, "gear_ratio": 12}), 422, "must be 24 or 48"),
         (json!({"address": 128}), 400, "expected 1 to 127"),
     ] {
-        let answer = add(&body);
+        let answer = add(&rig, &body);
         assert_eq!(answer.status, status, "{body}: {answer:?}");
         assert!(answer.detail().contains(says), "{body}: {}", answer.detail());
     }
@@ -431,7 +431,7 @@ fn nodes_come_and_go_while_the_bus_runs() {
     assert_eq!(rig.read(6, "012100"), 0x0B, "P1-01");
     assert_eq!(rig.emulator.get("/api/v1/drives")["drives"].as_array().unwrap().len(), 2);
     // Two of one number: both answer.
-    assert_eq!(add(&json!({"address": 6, "device": "ap10", "twin": true})).status, 201);
+    assert_eq!(add(&rig, &json!({"address": 6, "device": "ap10", "twin": true})).status, 201);
     assert_eq!(rig.master.frame(0x706), "00");
     rig.master.send("t60684000100000000000");
     let answers = [rig.master.frame(0x586), rig.master.frame(0x586)];
