@@ -196,16 +196,16 @@ fn a_node_has_so_many_faults_and_no_more() {
 #[test]
 fn two_tpdos_change_places() {
     let mut node = Spoiled::with(Fault::once(Kind::Tpdo(TpdoFault::Swapped), 1));
-    assert!(node.data(0x000, &[0x01, 5]).is_empty(), "the first waits");
+    assert_eq!(node.data(0x000, &[0x01, 5]), ["285#00 00 00 00 00 00 00 00", "185#00 00"]);
     node.rig.device.set(Address::new(0x6000, 1), Value::U8(7));
     node.rig.node.handle_change(node.rig.now, &mut node.rig.device);
-    assert_eq!(node.drain(), ["185#07 00", "185#00 00"]);
+    assert_eq!(node.drain(), ["185#07 00"]);
 }
 
 #[test]
 fn what_the_host_is_asked_to_do() {
     let mut node = Spoiled::with(Fault::once(Kind::LeaveOperational, 1));
-    assert_eq!(node.data(0x000, &[0x01, 5]), ["185#00 00"]);
+    assert_eq!(node.data(0x000, &[0x01, 5]).len(), 2);
     assert_eq!(node.spoiler.poll_action(node.rig.now), Some(Action::LeaveOperational));
     assert_eq!(node.spoiler.poll_action(node.rig.now), None);
 

@@ -30,7 +30,8 @@ const FAULTS = [
   ["frame-not-acknowledged", "no acknowledge: 16 lead to error passive"],
 ];
 
-const DEVICES = { "ag03-1": "AG03/1", ap10: "AP10", "asda-a2": "ASDA-A2" };
+/** As on the command line. */
+const DEVICES = ["ag03-1", "ap10", "asda-a2"];
 
 export class CanBusView {
   #counters;
@@ -89,7 +90,7 @@ export class CanBusView {
     const message = html("p", { class: "refused", role: "alert" });
     const act = (...of) => this.#act(message, ...of);
     const address = html("input", { type: "number", min: 1, max: 127, required: true });
-    const device = html("select", {}, ...Object.entries(DEVICES).map(([value, name]) => html("option", { value }, name)));
+    const device = html("select", {}, ...DEVICES.map((value) => html("option", { value }, value)));
     const remove = html("button", { type: "button", onclick: () => address.reportValidity() && act("DELETE", `/drives/${address.valueAsNumber}`) }, "Remove");
     const form = html(
       "form",
