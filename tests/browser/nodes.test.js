@@ -106,7 +106,7 @@ test("the five-digit panel of an ASDA-A2, its alarm and the blocked shaft", asyn
 });
 
 test("the bus has its counters, faults on purpose, and nodes that come and go", async () => {
-  await onStage({ drives: NODES, master: false, page: { view: "#bus" } }, async ({ page }) => {
+  await onStage({ drives: NODES, master: false, refusals: true, page: { view: "#bus" } }, async ({ page }) => {
     await text(page, "#counters", "500 kbit/s");
     await text(page, "#counters", "error active");
     await page.getByLabel("Fault", { exact: true }).selectOption("sdo-lost");
@@ -117,14 +117,14 @@ test("the bus has its counters, faults on purpose, and nodes that come and go", 
     await page.getByRole("button", { name: "Take all off" }).click();
     await text(page, "#line-faults", "None.");
 
-    await page.getByLabel("Number").fill("9");
-    await page.getByLabel("Device").selectOption("ap10");
+    await page.locator("#stations input").fill("9");
+    await page.locator("#stations select").selectOption("ap10");
     await page.locator("#stations button[type=submit]").click();
     await text(page, "#counters", "9");
     await page.locator("#to-drives").click();
     await text(page, "#drives-count", "4 nodes");
     await page.locator("#to-bus").click();
-    await page.getByLabel("Number").fill("5");
+    await page.locator("#stations input").fill("5");
     await page.locator("#stations button[type=submit]").click();
     await text(page, "#stations [role=alert]", "the number 5 is taken");
   });
