@@ -97,11 +97,11 @@ impl LinePlan {
 /// Runs one line until its end.
 fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
     let LinePlan { args, stations, faults } = &plan;
-    if let LinkSpec::Slcan(link) = &args.link {
+    if let LinkSpec::Can(link) = &args.link {
         #[cfg(unix)]
         return nodes::emulate(args, link, start);
         #[cfg(not(unix))]
-        return Err(Failure::Other(format!("{link:?}: slcan links need Unix")));
+        return Err(Failure::Other(format!("{link:?}: a CAN bus needs Unix")));
     }
     let ppo_drives = ppo_drive::load(&args.ppo_drives)?;
     // Before the link is made, so that no signal ends the process with the link left behind.
@@ -458,8 +458,8 @@ fn open(
             }
             Ok((opened, Box::new(serial), device.clone()))
         }
-        LinkSpec::Slcan(_) => {
-            Err(Failure::Usage("an slcan link is for nodes; see 'profidrive emulate --help'".into()))
+        LinkSpec::Can(_) => {
+            Err(Failure::Usage("a link of a CAN bus is for nodes; see 'profidrive emulate --help'".into()))
         }
         LinkSpec::Tcp(place) => open_tcp(place, rate.unwrap_or(UNTIMED_RATE), allow_remote),
     }

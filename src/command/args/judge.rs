@@ -215,8 +215,8 @@ impl Judge {
     }
 
     pub(super) fn check(&self) -> Result<(), String> {
-        if let LinkSpec::Slcan(_) = self.link {
-            return Err("an slcan link is for CANopen; the judge plays slaves of PROFIBUS-DP".into());
+        if let LinkSpec::Can(_) = self.link {
+            return Err("a link of a CAN bus is for CANopen; the judge plays slaves of PROFIBUS-DP".into());
         }
         if self.capture_file.is_none() && self.stations.is_empty() {
             return Err(format!("a station is missing: --station SPEC; {FORM}"));
