@@ -34,7 +34,12 @@ pub(crate) fn judge(args: &Args) -> Result<ExitCode, Failure> {
         let waker = stop.waker().map_err(|error| Failure::from_error(&error))?;
         signal_hook::low_level::pipe::register(signal, waker).map_err(|error| Failure::from_error(&error))?;
     }
-    let more = scenarios::read(&args.scenarios)?;
+    let more = scenarios::read(&args.scenarios, &setup)?;
+    for scenario in &more {
+        if !scenario.is_for(&rows) {
+            warn!("scenario '{}' is not played: --only names none of its rows", scenario.name);
+        }
+    }
     let Opened { rate, link, path } = open_link(&args.link, args.rate(), args.allow_remote)?;
     let clock = SystemClock::new();
     let link = captured(args, link, &path, clock)?;
@@ -149,6 +154,7 @@ fn setup(args: &Args) -> Result<Setup, Failure> {
         slot: millis(args.slot),
         hsa: args.hsa,
         min_interval: args.min_interval.and_then(judge_millis),
+        auto_clear: millis(args.auto_clear),
     })
 }
 

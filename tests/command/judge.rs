@@ -11,6 +11,8 @@ use rustix::fs::OFlags;
 use serde_json::Value;
 use std::os::unix::fs::OpenOptionsExt;
 
+mod masters;
+
 fn command(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_profidrive"));
     command.arg("judge").args(arguments).env_remove("RUST_LOG");

@@ -47,7 +47,7 @@ pub(crate) struct Judge {
     pub(crate) watchdog: Option<u64>,
 
     /// How often the master repeats a request without reply
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=15))]
     pub(crate) retries: Option<u32>,
 
     /// How long the master waits for a reply, T_SL, in milliseconds
@@ -61,6 +61,10 @@ pub(crate) struct Judge {
     /// Min_Slave_Interval of stations that have none of their own, in milliseconds
     #[arg(long, value_name = "MS")]
     pub(crate) min_interval: Option<f64>,
+
+    /// Auto_Clear is configured in the master, with this Data_Control_Time in milliseconds
+    #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u64).range(1..=20_000))]
+    pub(crate) auto_clear: Option<u64>,
 
     /// A command that operates the master, run as COMMAND ACTION
     #[arg(long, value_name = "COMMAND")]

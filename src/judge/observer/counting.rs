@@ -7,7 +7,7 @@ use super::Observer;
 use super::cycle::{Answer, Bad, Cycle, Relation};
 use super::view::{Disturbance, Loss};
 use crate::dp;
-use crate::fdl::{FrameCount, Service};
+use crate::fdl::{Address, FrameCount, Service};
 use crate::judge::findings::Weight;
 use crate::judge::rows::Row;
 use crate::judge::setup::Slave;
@@ -200,10 +200,7 @@ impl Observer {
                     self.held(Row::C12);
                 }
                 self.judge_retries(before, cycle);
-                if self.view(station).exchanging {
-                    let what = if bad.is_none() { Disturbance::LostReply } else { Disturbance::BadReply };
-                    self.view(station).disturbed = Some((what, 0));
-                }
+                self.note_lost_reply(station, bad);
                 return;
             }
             Relation::First if before.is_counted() => {
@@ -250,9 +247,16 @@ impl Observer {
                 broken(self, row, reason);
             }
             Relation::SameBit if same_service => {
+                self.held(Row::C03);
+                self.held(Row::C05);
+                if let Some(row) = bad_row {
+                    self.held(row);
+                    self.held(Row::C12);
+                }
                 let reason =
                     format!("{name} with the FCB of the request that got {what}, and with other octets");
                 broken(self, Row::C04, reason);
+                self.note_lost_reply(station, bad);
             }
             Relation::SameBit => {
                 let reason = format!(
@@ -273,6 +277,15 @@ impl Observer {
             if before.service == Some(dp::Service::SetPrm) {
                 view.prm = prm;
             }
+        }
+    }
+
+    /// From now on a new start-up shows whether one lost reply is a reason for it.
+    fn note_lost_reply(&mut self, station: Address, bad: Option<Bad>) {
+        let view = self.view(station);
+        if view.exchanging {
+            let what = if bad.is_none() { Disturbance::LostReply } else { Disturbance::BadReply };
+            view.disturbed = Some((what, 0));
         }
     }
 
