@@ -77,6 +77,8 @@ pub enum Check {
     Outputs(Vec<(Address, Vec<u8>)>),
     /// It is silent.
     Stop,
+    /// It has started every station anew.
+    Begun,
     /// It has sent a Global_Control.
     Command {
         /// With this bit of the command.

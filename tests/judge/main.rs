@@ -18,4 +18,6 @@ mod live;
 #[cfg(feature = "master")]
 mod profirust;
 mod reports;
+#[cfg(feature = "master")]
+mod session;
 mod virtual_time;

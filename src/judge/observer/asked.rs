@@ -8,7 +8,7 @@ use std::vec::Vec;
 use super::Observer;
 use super::contents::{FREEZE_REQ, SYNC_REQ};
 use super::cycle::Cycle;
-use super::view::View;
+use super::view::{Loss, Step, View};
 use crate::dp::{self, SetPrm};
 use crate::explain::hex;
 use crate::fdl::{Address, FrameCount};
@@ -55,17 +55,11 @@ impl Observer {
         self.asked_for.requests = 0;
     }
 
-    /// The master begins anew: the next request to each station must be a first one.
+    /// The master is to begin anew. It may still go on for a while: the first request with FCV = 0 to a station is of its
+    /// new life.
     pub(in crate::judge) fn expect_new_begin(&mut self) {
-        for (number, view) in &mut self.views {
-            view.last = None;
-            view.lose(super::view::Loss::None);
-            view.gave_up = false;
-            view.exchanging = false;
-            view.cfg = super::view::Step::None;
-            self.asked_for.begins.insert(*number);
-        }
-        self.open = None;
+        let stations = self.setup.present().map(|slave| slave.address.number());
+        self.asked_for.begins = stations.collect();
     }
 
     pub(super) fn note_command(&mut self, command: u8, groups: u8) {
@@ -99,16 +93,45 @@ impl Observer {
     }
 
     pub(super) fn judge_new_begin(&mut self, cycle: &Cycle) {
-        if !self.asked_for.begins.remove(&cycle.to.number()) {
+        let number = cycle.to.number();
+        let begins = cycle.count == FrameCount::First;
+        let parameterises = cycle.service == Some(dp::Service::SetPrm)
+            && SetPrm::parse(cycle.data()).is_ok_and(SetPrm::lock_req);
+        if !(begins || parameterises) || !self.asked_for.begins.remove(&number) {
             return;
         }
-        self.asked_for.begun.insert(cycle.to.number());
-        if cycle.count == FrameCount::First && cycle.service == Some(dp::Service::SlaveDiag) {
+        self.asked_for.begun.insert(number);
+        // What was before is of another life.
+        let view = self.view(cycle.to);
+        view.last = None;
+        view.lose(Loss::None);
+        view.gave_up = false;
+        view.exchanging = false;
+        view.cfg = Step::None;
+        if begins && cycle.service == Some(dp::Service::SlaveDiag) {
             self.held(Row::Z04);
         } else {
             let reason = "the first request after a stop is not Slave_Diag with FCV = 0, FCB = 1";
             self.broken(Row::Z04, Weight::Once, cycle.serial, Some(cycle.to), reason);
         }
+    }
+
+    /// The master says it has begun anew. One that exchanges data as before has not.
+    fn check_new_begin(&mut self) {
+        let goes_on: Vec<u8> = self
+            .asked_for
+            .begins
+            .iter()
+            .copied()
+            .filter(|number| self.views.get(number).is_some_and(|view| view.exchanging && view.streak > 0))
+            .collect();
+        for number in goes_on {
+            let reason = format!(
+                "asked for a restart, and Data_Exchange with station {number} goes on without a start-up"
+            );
+            self.show(Row::Z04, Weight::Once, reason);
+        }
+        self.asked_for.begins.clear();
     }
 
     fn expect(&mut self, row: Row, holds: bool, reason: &str) {
@@ -167,6 +190,7 @@ impl Observer {
                     self.findings.obstacle(Row::Z03, reason);
                 }
             }
+            Check::Begun => self.check_new_begin(),
             Check::Command { wanted, undo, groups } => self.check_command(*wanted, *undo, *groups),
         }
     }

@@ -83,10 +83,14 @@ impl Observer {
             Answer::Silence | Answer::Bad(_) => before.tries + 1,
             Answer::ShortAck | Answer::Data { .. } | Answer::Status(_) | Answer::Mixed => 0,
         };
+        let relation = Relation::of(before, cycle);
         if before.void || before.answered_at.is_some_and(|at| self.is_late(before, at)) {
+            // The reply may have come in the moment in which the master asked again.
+            if relation == Relation::Repeated {
+                cycle.retry = before.retry + 1;
+            }
             return;
         }
-        let relation = Relation::of(before, cycle);
         match before.answer() {
             Answer::ShortAck | Answer::Data { .. } if self.is_plain(before) => {
                 self.judge_confirmed(before, cycle, relation, common);

@@ -391,7 +391,7 @@ pub fn asking(setup: &Setup) -> Vec<Scenario> {
     list.push(stop);
     list.push(Scenario {
         returns: vec![Row::Z06],
-        ..ask("a restart of the master", &[Row::Z04, Row::Z06], "restart", None, 1000)
+        ..ask("a restart of the master", &[Row::Z04, Row::Z06], "restart", Some(Check::Begun), 3000)
     });
     list
 }
