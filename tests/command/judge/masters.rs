@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use profidrive::host::link::pty::Pty;
 use profidrive::host::link::tcp::Connection;
@@ -43,11 +43,16 @@ struct Running {
 
 impl Running {
     /// `actions`: a folder in which a file `action` says what the user asks for. It is gone when that is done.
-    fn start(mut link: Box<dyn Link + Send>, actions: Option<PathBuf>) -> Self {
+    fn start(link: Box<dyn Link + Send>, actions: Option<PathBuf>) -> Self {
+        Self::of_stations(&[5, 6], link, actions)
+    }
+
+    fn of_stations(stations: &[u8], mut link: Box<dyn Link + Send>, actions: Option<PathBuf>) -> Self {
+        let settings = Settings::new(stations, Duration::from_millis(100));
         let end = Arc::new(AtomicBool::new(false));
         let ends = Arc::clone(&end);
         let thread = thread::spawn(move || {
-            let master = TestMaster::new(Settings::new(&[5, 6], Duration::from_millis(100)), None);
+            let master = TestMaster::new(settings, None);
             serve(master, &mut *link, &ends, |master, now| {
                 let Some(file) = actions.as_ref().map(|folder| folder.join("action")) else { return };
                 if let Ok(action) = fs::read_to_string(&file)
@@ -167,6 +172,25 @@ fn a_master_that_cannot_be_operated_is_not_accused() {
     assert_eq!(child.wait().unwrap().code(), Some(0), "{table}");
     assert!(table.contains("the command of --ask could not do: clear"), "{table}");
     assert!(table.contains("the command of --ask could not do: stop"), "{table}");
+}
+
+/// Every row with `PROFIDRIVE_LONG`.
+#[test]
+fn a_correct_master_with_an_absent_station_passes_over_a_terminal() {
+    let dir = TempDir::new().unwrap();
+    let bus = dir.path().join("bus");
+    let link = format!("pty:{}", text(&bus));
+    let more = ["--station", "9,ident=1234,cfg=2313,absent", "--link", &link];
+    let all = std::env::var_os("PROFIDRIVE_LONG").is_some();
+    let rows: &[&str] = if all { &[] } else { &["--only", "M-C10,M-I03,M-T0*,M-E05"] };
+    let (child, _, stdout) = start(&[STATIONS, &more, rows].concat());
+    let begin = Instant::now();
+    let terminal = Terminal::open(&bus, BaudRate::K500).unwrap();
+    let _master = Running::of_stations(&[5, 6, 9], Box::new(terminal), None);
+    passed(stdout, child, &["M-C10", "M-I03", "M-T02", "M-T03", "M-E05"]);
+    let took = begin.elapsed();
+    println!("{} s", took.as_secs());
+    assert!(took < Duration::from_secs(200), "{took:?}");
 }
 
 #[test]
