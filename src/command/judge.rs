@@ -25,6 +25,10 @@ use operated::Operated;
 pub(crate) fn judge(args: &Args) -> Result<ExitCode, Failure> {
     let setup = setup(args)?;
     let rows = rows(args);
+    for file in [&args.json, &args.junit, &args.html].into_iter().flatten() {
+        // Before minutes of work.
+        std::fs::File::create(file).map_err(|error| unwritable(file, &error))?;
+    }
     if let Some(file) = &args.capture_file {
         let report = recorded::judge(file, setup, &rows)?;
         return finish(args, &report);
@@ -109,8 +113,11 @@ fn finish(args: &Args, report: &Report) -> Result<ExitCode, Failure> {
 /// Writes a report, if it is wanted.
 fn write(file: Option<&Path>, text: impl FnOnce() -> String) -> Result<(), Failure> {
     let Some(file) = file else { return Ok(()) };
-    std::fs::write(file, text())
-        .map_err(|error| Failure::Other(format!("cannot write {}: {error}", file.display())))
+    std::fs::write(file, text()).map_err(|error| unwritable(file, &error))
+}
+
+fn unwritable(file: &Path, error: &io::Error) -> Failure {
+    Failure::Other(format!("cannot write {}: {error}", file.display()))
 }
 
 /// What was judged, for the page.

@@ -55,7 +55,7 @@ pub(crate) struct Judge {
     pub(crate) slot: Option<u64>,
 
     /// The highest station address of the master
-    #[arg(long, value_name = "ADDRESS", value_parser = master_address)]
+    #[arg(long, value_name = "ADDRESS", value_parser = station_address)]
     pub(crate) hsa: Option<Address>,
 
     /// Min_Slave_Interval of stations that have none of their own, in milliseconds
@@ -118,8 +118,19 @@ fn rows(pattern: &str) -> Result<Rows, String> {
     Ok(Rows(rows))
 }
 
-fn master_address(text: &str) -> Result<Address, String> {
+fn station_address(text: &str) -> Result<Address, String> {
     address(text, "expected 0 to 126")
+}
+
+/// 126 is for slaves that have no address yet.
+fn master_address(text: &str) -> Result<Address, String> {
+    let expected = "expected 0 to 125";
+    let address = address(text, expected)?;
+    if address.number() == 126 {
+        Err(format!("126 is no address of a master; {expected}"))
+    } else {
+        Ok(address)
+    }
 }
 
 /// A station as configured in the master.

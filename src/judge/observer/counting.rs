@@ -15,6 +15,8 @@ use crate::time::Instant;
 
 /// A master never repeats more often than this.
 const MOST_RETRIES: u32 = 15;
+/// Octets of the shortest diagnosis.
+const LEAST_DIAG: usize = 6;
 /// Cycles in a row with a good reply each, before a bit that stays is a mistake.
 const SOUND: u32 = 3;
 
@@ -102,24 +104,32 @@ impl Observer {
         }
     }
 
-    /// Whether a reply is the one that the service has.
+    /// Whether a reply is the one that the service has: a master may reject any other.
     fn is_plain(&self, cycle: &Cycle) -> bool {
-        if cycle.service != Some(dp::Service::DataExchange) {
-            return true;
+        let answer = cycle.answer();
+        match cycle.service {
+            Some(dp::Service::DataExchange) => {}
+            Some(dp::Service::SlaveDiag) => {
+                return matches!(answer, Answer::Data { octets, .. } if octets.len() >= LEAST_DIAG);
+            }
+            Some(
+                dp::Service::SetSlaveAdd
+                | dp::Service::RdInp
+                | dp::Service::RdOutp
+                | dp::Service::GlobalControl
+                | dp::Service::GetCfg
+                | dp::Service::SetPrm
+                | dp::Service::ChkCfg,
+            )
+            | None => return true,
         }
-        let inputs = self.setup.slave(cycle.to).and_then(Slave::lengths).map(|lengths| lengths.inputs);
-        match (cycle.answer(), inputs) {
-            (Answer::Data { octets, .. }, Some(inputs)) => octets.len() == usize::from(inputs),
-            (Answer::ShortAck, Some(inputs)) => inputs == 0,
-            (
-                Answer::Data { .. }
-                | Answer::ShortAck
-                | Answer::Silence
-                | Answer::Status(_)
-                | Answer::Bad(_)
-                | Answer::Mixed,
-                _,
-            ) => true,
+        let configured = self.setup.slave(cycle.to).and_then(Slave::lengths);
+        let sent = self.views.get(&cycle.to.number()).and_then(|view| view.lengths);
+        let inputs = configured.or(sent).map(|lengths| usize::from(lengths.inputs));
+        match answer {
+            Answer::Data { octets, .. } => inputs.is_none_or(|inputs| octets.len() == inputs),
+            Answer::ShortAck => inputs == Some(0),
+            Answer::Silence | Answer::Status(_) | Answer::Bad(_) | Answer::Mixed => true,
         }
     }
 

@@ -52,6 +52,8 @@ pub(super) struct Timing {
     ever_doubled: bool,
     /// Telegrams before the time of a reply that was held back.
     early: u32,
+    /// The longest time before a request was repeated.
+    usual_wait: Option<Duration>,
 }
 
 impl Timing {
@@ -109,11 +111,8 @@ impl Observer {
             return;
         }
         let waited = at.saturating_since(end);
-        if waited < LEAST_WAIT
-            && !matches!(self.sight, Sight::Exact(_))
-            && let Some(open) = &mut self.open
-        {
-            open.void = true;
+        if !foreign {
+            self.judge_wait(waited, repeats);
         }
         let Some(slot) = self.setup.slot else {
             let reason = "needs --slot: how long the master waits for a reply";
@@ -167,6 +166,23 @@ impl Observer {
             self.broken(Row::T03, Weight::Times(2), from, None, reason);
         } else if !is_within {
             self.judge_patience(from, to, waited, slot);
+        }
+    }
+
+    /// Whether it has waited so long that it missed a reply. How long it waits its repetitions show; a recording may have
+    /// missed the reply itself.
+    fn judge_wait(&mut self, waited: Duration, repeats: bool) {
+        let usual = self.timing.usual_wait;
+        let proved = match (self.sight, usual) {
+            (Sight::Exact(_), _) => true,
+            (Sight::Untimed | Sight::Recorded, Some(usual)) => waited * 4 >= usual,
+            (Sight::Untimed, None) => waited >= LEAST_WAIT,
+            (Sight::Recorded, None) => false,
+        };
+        if repeats {
+            self.timing.usual_wait = usual.max(Some(waited));
+        } else if !proved && let Some(open) = &mut self.open {
+            open.void = true;
         }
     }
 

@@ -120,6 +120,10 @@ fn a_correct_master_passes_a_scenario_of_the_user_and_so_does_the_capture() {
     for row in ["M-F02", "M-C02", "M-U01", "M-P08", "M-G01", "M-X01"] {
         assert!(table.contains(&format!("  pass       {row}")), "{row}: {table}");
     }
+    // Nothing but the capture is known.
+    let (code, table, stderr) = run(&[text(&capture)]);
+    assert_eq!(code, Some(0), "{table}{stderr}");
+    assert!(table.contains("  pass       M-C02"), "{table}");
 }
 
 #[test]
