@@ -13,13 +13,14 @@ mod master;
 mod node;
 mod parameter;
 mod ppo_drive;
+mod quantity;
 mod quirk;
 mod station;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{ArgAction, CommandFactory, Parser, Subcommand};
 
 use super::{Failure, report};
@@ -35,10 +36,13 @@ pub(crate) use encode::{
 pub(crate) use gsd::{Check as GsdCheck, Gsd as GsdArgs};
 pub(crate) use judge::{Judge, JudgedStation, millis as judge_millis};
 pub(crate) use link::{BaudSpec, LinkSpec};
-pub(crate) use master::{Action, AddressRange, CanPlace, Direction, Go, Master, MasterLink, Motion};
+#[cfg(test)]
+pub(crate) use master::Go;
+pub(crate) use master::{Action, AddressRange, CanPlace, Direction, Master, MasterLink, Motion};
 pub(crate) use node::NodeSpec;
 pub(crate) use parameter::{ParameterSpec, find as find_parameter, plain};
 pub(crate) use ppo_drive::PpoDriveSpec;
+pub(crate) use quantity::Quantity;
 pub(crate) use quirk::QuirkSpec;
 pub(crate) use station::StationSpec;
 
@@ -130,6 +134,17 @@ impl Args {
         }
     }
 
+    /// Whether the result is JSON, for programs: then a failure is too.
+    pub(crate) fn wants_json(&self) -> bool {
+        match &self.command {
+            Command::Master(master) => master.json,
+            Command::Decode(decode) => decode.json,
+            Command::Gsd(gsd) => gsd.json,
+            Command::Encode(encode) => encode.json,
+            Command::Demo(_) | Command::Emulate(_) | Command::Eds(_) | Command::Judge(_) => false,
+        }
+    }
+
     /// What no single argument shows.
     fn check(&self) -> Result<(), String> {
         match &self.command {
@@ -158,7 +173,7 @@ impl Refusal {
             true => format!("a command is missing; {}", read_on()),
             false => self.line(),
         };
-        report(&Failure::Usage(line))
+        report(&Failure::Usage(line), wants_json(std::env::args_os()))
     }
 
     /// The first paragraph of the parser's error as one line, and where to read on.
@@ -167,8 +182,31 @@ impl Refusal {
         let lines: Vec<&str> = text.lines().map(str::trim).take_while(|line| !line.is_empty()).collect();
         let line = lines.join(" ");
         let line = line.strip_prefix("error: ").unwrap_or(&line);
-        format!("{line}; {}", read_on())
+        format!("{line}{}; {}", self.suggested(), read_on())
     }
+
+    /// What was perhaps meant.
+    fn suggested(&self) -> String {
+        let kinds =
+            [ContextKind::SuggestedSubcommand, ContextKind::SuggestedArg, ContextKind::SuggestedValue];
+        let values = kinds.into_iter().find_map(|kind| self.0.get(kind));
+        let quoted = match values {
+            Some(ContextValue::String(one)) => format!("'{one}'"),
+            Some(ContextValue::Strings(some)) => {
+                some.iter().map(|one| format!("'{one}'")).collect::<Vec<_>>().join(" or ")
+            }
+            // A kind that is of no use here, or a newer one.
+            Some(_) | None => String::new(),
+        };
+        if quoted.is_empty() { quoted } else { format!("; did you mean {quoted}?") }
+    }
+}
+
+/// Whether a command line that was not understood asks for JSON. Of `judge` it names a file.
+fn wants_json(arguments: impl IntoIterator<Item = OsString>) -> bool {
+    let arguments: Vec<_> = arguments.into_iter().skip(1).collect();
+    let named = |name: &str| arguments.iter().any(|argument| argument == name);
+    named("--json") && !named("judge")
 }
 
 /// Where to read on, for who got the command line wrong.
