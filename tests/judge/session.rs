@@ -17,11 +17,11 @@ use profidrive::ppo::PPO_LEN;
 use profidrive::time::BaudRate;
 
 /// What it gets wrong, as docs/judged-masters.md says.
-const KNOWN: &[&str] =
-    &["M-F04", "M-C07", "M-D02", "M-D03", "M-D07", "M-L05", "M-E03", "M-E04", "M-E13", "M-E15"];
+const KNOWN: &[&str] = &["M-C07", "M-D02", "M-D03", "M-D07", "M-L05", "M-E03", "M-E04", "M-E13", "M-E15"];
 
-/// Outputs that are written while a request has no reply yet go out with its repetition: it depends on the moment.
-const SOMETIMES: &str = "M-C04";
+/// Found only in some runs. C04: outputs that are written while a request has no reply yet go out with its repetition,
+/// which depends on the moment. F04: its own address comes late in the GAP.
+const SOMETIMES: &[&str] = &["M-C04", "M-F04"];
 
 fn serve(link: End, end: &AtomicBool, stop: Stop) {
     let master = Address::from_octet(2);
@@ -85,7 +85,7 @@ fn our_session_is_judged_as_the_page_says() {
     let report = judged(&rows);
     println!("{report}");
     let failed = report.judgements.iter().filter(|judged| judged.verdict == Verdict::Fail);
-    let failed: Vec<_> = failed.map(|judged| judged.row.id()).filter(|id| *id != SOMETIMES).collect();
+    let failed: Vec<_> = failed.map(|judged| judged.row.id()).filter(|id| !SOMETIMES.contains(id)).collect();
     let known: Vec<_> = KNOWN.iter().filter(|id| rows.iter().any(|row| row.id() == **id)).copied().collect();
     assert_eq!(failed, known, "{report}");
     assert!(report.count(Verdict::Pass) > 10, "{report}");
