@@ -422,7 +422,11 @@ impl Observer {
         if !matches!(cycle.kind, Service::SrdLow | Service::SrdHigh) {
             return;
         }
-        let answer = cycle.answer();
+        let answer = match cycle.answer() {
+            // Who did not wait may have got the reply later.
+            Answer::Silence if cycle.void => Answer::Mixed,
+            answer => answer,
+        };
         self.settle(&cycle, &answer);
         let station = cycle.to;
         self.view(station).last = Some(cycle);
