@@ -422,11 +422,9 @@ impl Observer {
         if !matches!(cycle.kind, Service::SrdLow | Service::SrdHigh) {
             return;
         }
-        let answer = match cycle.answer() {
-            // Who did not wait may have got the reply later.
-            Answer::Silence if cycle.void => Answer::Mixed,
-            answer => answer,
-        };
+        // Who did not wait may have got the reply later. In virtual time it is known that there was none.
+        let may_come = cycle.void && cycle.items.is_empty() && !matches!(self.sight, Sight::Exact(_));
+        let answer = if may_come { Answer::Mixed } else { cycle.answer() };
         self.settle(&cycle, &answer);
         let station = cycle.to;
         self.view(station).last = Some(cycle);
