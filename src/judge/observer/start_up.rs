@@ -249,7 +249,8 @@ impl Observer {
         view.shown.cfg_fault |= diag.cfg_fault;
         view.shown.other_ident |= known.is_some_and(|ident| ident != diag.ident);
         view.shown.other_master |= owned_by_other;
-        let begins = view.cfg == Step::Acknowledged && !view.exchanging && view.loss == Loss::None;
+        let configured = view.cfg == Step::Acknowledged && !view.cfg_in_doubt;
+        let begins = configured && !view.exchanging && view.loss == Loss::None;
         if begins && diag.station_not_ready && !diag.prm_req && !faults {
             view.not_ready.get_or_insert(cycle.end);
         }
@@ -327,6 +328,7 @@ impl Observer {
     pub(super) fn configured(&mut self, cycle: &Cycle, answer: &Answer) {
         let view = self.view(cycle.to);
         view.cfg = step(answer);
+        view.cfg_in_doubt = *answer == Answer::Mixed;
         view.exchanging = false;
         view.lengths = dp::IoLengths::of(cycle.data()).ok();
         view.not_ready = None;
