@@ -250,7 +250,8 @@ impl Observer {
         view.shown.other_ident |= known.is_some_and(|ident| ident != diag.ident);
         view.shown.other_master |= owned_by_other;
         let configured = view.cfg == Step::Acknowledged && !view.cfg_in_doubt;
-        let begins = configured && !view.exchanging && view.loss == Loss::None;
+        // With FCV = 0 the master begins anew already.
+        let begins = configured && cycle.is_counted() && !view.exchanging && view.loss == Loss::None;
         if begins && diag.station_not_ready && !diag.prm_req && !faults {
             view.not_ready.get_or_insert(cycle.end);
         }
