@@ -192,7 +192,7 @@ impl Emulate {
     /// What is chosen about a node, its quirks included.
     pub(crate) fn choices_of(&self, node: &NodeSpec) -> Result<Choices, String> {
         let mut choices = node.choices;
-        for text in &self.quirks {
+        for text in self.quirks.iter().chain(&node.quirks) {
             let (name, value) = quirk::parts(text)?;
             match node.product.choose(&mut choices, name, value) {
                 // Of another device.

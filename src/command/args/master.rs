@@ -9,9 +9,11 @@ use std::path::PathBuf;
 use clap::Subcommand;
 use profidrive::canopen::NodeId;
 use profidrive::fdl::Address;
+use profidrive::ppo::PpoType;
 
 use super::link::{BaudSpec, expected_rates, tcp};
 use super::parameter::ParameterSpec;
+use super::ppo_drive::{ident, ppo};
 
 /// Commissions a drive, real or emulated: parameters, status, faults, motion
 ///
@@ -35,6 +37,28 @@ pub(crate) struct Master {
     /// The number of the drive on CANopen, 1 to 127
     #[arg(long, global = true, value_name = "N", value_parser = node, display_order = 91)]
     pub(crate) node: Option<NodeId>,
+
+    /// The drive is one of PROFIDRIVE version 2 with this PPO, 1 to 5 (docs/ppo-drive.md): read, write, params, status, monitor,
+    /// faults, ack, enable, velocity, stop
+    #[arg(long, global = true, value_name = "1..5", value_parser = ppo, display_order = 92)]
+    pub(crate) ppo: Option<PpoType>,
+
+    /// The device file of the drive with --ppo; without it the customary configuration of the PPO
+    #[arg(long, global = true, value_name = "FILE", display_order = 92)]
+    pub(crate) gsd: Option<PathBuf>,
+
+    /// The ident number of the drive with --ppo and without --gsd, four hexadecimal digits; 5044 unless given
+    #[arg(long, global = true, value_name = "HEX", value_parser = ident, display_order = 92)]
+    pub(crate) ident: Option<u16>,
+
+    /// The table of parameters of the drive with --ppo, .toml or .csv: names, units, widths
+    #[arg(long, global = true, value_name = "FILE", display_order = 92)]
+    pub(crate) parameters: Option<PathBuf>,
+
+    /// The speed of 100 % (setpoint 4000h) of the drive with --ppo in rpm, unless its table has a parameter tied to
+    /// reference-speed
+    #[arg(long, global = true, value_name = "RPM", display_order = 92, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) reference_speed: Option<u16>,
 
     /// The rate of the line in bit/s: of a serial line it must be given, elsewhere it is 500000
     #[arg(long, global = true, value_name = "RATE", value_parser = rate, display_order = 92)]
@@ -70,6 +94,7 @@ Examples, with an emulator started by 'profidrive emulate --link pty:/tmp/bus':
   profidrive master --link /tmp/bus --address 5 move 1600 --yes
   profidrive master --link serial:/dev/ttyUSB0 --baud 19200 --address 5 status
   profidrive master --link slcan-tcp:127.0.0.1:5000 --node 5 read 6041
+  profidrive master --link /tmp/bus --address 7 --ppo 1 --parameters drive.toml velocity 750 --for 5s --yes
 
 Exit codes: 0 done, 1 it did not work, 2 the command line asks for something that cannot be.
 A drive that turns is dangerous. Ctrl-C stops it, but is no emergency stop: have one that switches the supply off.";
@@ -266,8 +291,26 @@ impl Master {
                 "the line is missing; add --link with what 'profidrive emulate' prints as link=".into()
             );
         };
+        let of_ppo = [
+            (self.gsd.is_some(), "--gsd"),
+            (self.ident.is_some(), "--ident"),
+            (self.parameters.is_some(), "--parameters"),
+            (self.reference_speed.is_some(), "--reference-speed"),
+        ];
+        if let Some((_, option)) = of_ppo.into_iter().find(|(given, _)| *given && self.ppo.is_none()) {
+            return Err(format!("{option} is for a drive of PROFIDRIVE version 2; add --ppo with 1 to 5"));
+        }
+        if self.gsd.is_some() && self.ident.is_some() {
+            return Err("the ident number is that of the GSD; leave --ident out".into());
+        }
         if self.can_place().is_some() {
+            if self.ppo.is_some() {
+                return Err("--ppo is for PROFIBUS; leave it out on CANopen".into());
+            }
             return self.check_can();
+        }
+        if self.ppo.is_some() {
+            self.check_ppo()?;
         }
         if self.node.is_some() {
             return Err("--node is for CANopen; its links are slcan-tty:PATH, slcan-tcp:HOST:PORT and \
@@ -277,7 +320,8 @@ impl Master {
         if matches!(self.baud, Some(BaudSpec::Can(_))) {
             return Err(format!("this rate is none of PROFIBUS; {}", fixed_rates()));
         }
-        if let Action::Read { parameter } | Action::Write { parameter, .. } = &self.action {
+        if let (Action::Read { parameter } | Action::Write { parameter, .. }, None) = (&self.action, self.ppo)
+        {
             parameter.parameter()?;
         }
         if matches!(link, MasterLink::Serial(_)) && self.baud.is_none() {
@@ -307,6 +351,30 @@ impl Master {
             (Some(MasterLink::Serial(device)), Some(_)) => Some(CanPlace::Terminal(device.into())),
             (Some(MasterLink::Terminal(_) | MasterLink::Serial(_)), None)
             | (Some(MasterLink::Tcp(_)) | None, _) => None,
+        }
+    }
+
+    fn check_ppo(&self) -> Result<(), String> {
+        match self.action {
+            Action::Scan { .. }
+            | Action::Diag
+            | Action::Read { .. }
+            | Action::Write { .. }
+            | Action::Params
+            | Action::Status
+            | Action::Monitor { .. }
+            | Action::Stop
+            | Action::Ack
+            | Action::Faults { .. }
+            | Action::Motion(Motion::Enable { .. } | Motion::Velocity { .. }) => Ok(()),
+            Action::Save { .. }
+            | Action::Restore { .. }
+            | Action::Calibrate { .. }
+            | Action::Motion(Motion::Move { .. } | Motion::Jog { .. }) => {
+                Err("this is for the AG03; with --ppo there are read, write, params, status, monitor, faults, ack, enable, \
+                     velocity and stop"
+                    .into())
+            }
         }
     }
 

@@ -39,7 +39,7 @@ pub(crate) use master::{Action, AddressRange, CanPlace, Direction, Go, Master, M
 pub(crate) use node::NodeSpec;
 pub(crate) use parameter::{ParameterSpec, find as find_parameter, plain};
 pub(crate) use ppo_drive::PpoDriveSpec;
-pub(crate) use quirk::QuirkSpec;
+pub(crate) use quirk::{QuirkSpec, refusal as quirk_refusal};
 pub(crate) use station::StationSpec;
 
 /// Emulated fieldbus drives, on PROFIBUS-DP and CANopen, to test masters against.

@@ -35,9 +35,10 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec, start: &Start) -> Result<
     let rate = args.baud.and_then(|baud| baud.can()).unwrap_or(DEFAULT_RATE);
     let mut line = open(args, link, rate)?;
     let mut nodes = Nodes::default();
-    for &spec in args.nodes() {
-        let spec = NodeSpec { choices: args.choices_of(&spec).map_err(Failure::Usage)?, ..spec };
-        nodes.connect(&mut line, spec, state.as_ref(), args.faults_of(spec.id).map_err(Failure::Usage)?)?;
+    for spec in args.nodes() {
+        let spec = NodeSpec { choices: args.choices_of(spec).map_err(Failure::Usage)?, ..spec.clone() };
+        let faults = args.faults_of(spec.id).map_err(Failure::Usage)?;
+        nodes.connect(&mut line, spec, state.as_ref(), faults)?;
     }
     nodes.warn_of_doubles();
     let mut capture = Recorder::start(args, &mut line, &nodes, rate)?;

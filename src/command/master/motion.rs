@@ -42,7 +42,8 @@ pub(super) fn confirm(args: &Master) -> Result<Confirmed, Failure> {
         Motion::Jog { go, direction, .. } => (go, format!("turn in {} direction", way(*direction))),
         Motion::Velocity { go, rpm, .. } => {
             let fastest = i32::from(Gear::FASTEST.max_rpm());
-            if rpm.abs() > fastest {
+            // How fast another drive turns its parameters say.
+            if rpm.abs() > fastest && args.ppo.is_none() {
                 return Err(Failure::Usage(format!(
                     "a drive turns with at most {fastest} rpm, got {rpm}; see 'profidrive master velocity --help'"
                 )));
