@@ -506,7 +506,8 @@ impl Parts {
         (self.exchanging, self.interrupted) = (false, false);
         self.engine.reset();
         (self.held, self.zsw) = (None, None);
-        self.publish(Pkw::ZERO);
+        self.pkw_reply = Pkw::ZERO;
+        self.publish();
         self.look_at_address();
     }
 
@@ -571,24 +572,34 @@ impl Parts {
             Ok(telegram) => telegram,
             Err(error) => return self.events.push(Event::TelegramRefused(error)),
         };
-        if self.watch.awaits_master() {
-            self.look_at_request(&telegram);
-        }
         let outcome = self.station.receive(now, &telegram);
         if let Some(event) = outcome.event {
             self.events.push(Event::Dp(event));
         }
-        if outcome.exchanged && self.outputs_seen == self.station.slave().output_updates() {
-            let hint = self.watch.held_back(self.station.slave().owner());
-            self.hint(hint);
+        let passed = self.wake_for_outputs(now);
+        if !outcome.exchanged {
+            if self.watch.awaits_master() {
+                self.look_at_request(&telegram);
+            }
+            return;
         }
-        self.wake_for_outputs(now);
-        if outcome.exchanged && self.cycles.is_manual() {
+        if !passed {
+            self.look_at_sync();
+        }
+        if self.cycles.is_manual() {
             self.run_cycle();
         }
     }
 
+    /// An exchange whose outputs were not passed.
+    #[inline(never)]
+    fn look_at_sync(&mut self) {
+        let hint = self.watch.held_back(self.station.slave().owner());
+        self.hint(hint);
+    }
+
     /// A request for us after a watchdog expired: its master is not gone.
+    #[inline(never)]
     fn look_at_request(&mut self, telegram: &Telegram<'_>) {
         match telegram {
             Telegram::Data(request) if request.da == self.shown.address => {
@@ -599,16 +610,16 @@ impl Parts {
         }
     }
 
-    /// Wakes the drive part if outputs were passed that it has not seen.
+    /// Wakes the drive part if outputs were passed that it has not seen. Returns whether there were any.
     #[inline]
-    fn wake_for_outputs(&mut self, now: Instant) {
+    fn wake_for_outputs(&mut self, now: Instant) -> bool {
         let passed = self.station.slave().output_updates();
         if self.outputs_seen == passed {
-            return;
+            return false;
         }
         self.outputs_seen = passed;
         self.watch.passed();
-        if self.exchanging && self.station.slave().state() != dp::State::DataExch {
+        if self.station.slave().state() != dp::State::DataExch && self.exchanging {
             self.exchanging = false;
             self.interrupted = true;
             if self.cycles.is_manual() {
@@ -616,6 +627,7 @@ impl Parts {
             }
         }
         self.cycles.wake(now);
+        true
     }
 
     /// One application cycle: newest outputs in, one step, new inputs out.
@@ -626,14 +638,13 @@ impl Parts {
         let octets =
             self.station.slave().outputs().first_chunk::<PPO_LEN>().copied().filter(|_| self.exchanging);
         // Most cycles: a master repeats itself until the drive is there.
-        let reply = if octets.is_some() && octets == self.held {
+        if octets.is_some() && octets == self.held {
             self.unit.hold(self.cycles.step());
             self.shown.words.accept(self.unit.status());
-            self.pkw_reply
-        } else {
-            self.follow_outputs(octets)
-        };
-        self.publish(reply);
+            return self.publish();
+        }
+        self.pkw_reply = self.follow_outputs(octets);
+        self.publish();
         self.watch.note(self.shown.words.stw());
     }
 
@@ -660,45 +671,58 @@ impl Parts {
     }
 
     /// Offers new inputs to the master and what has happened in the unit to the host.
-    fn publish(&mut self, pkw_reply: Pkw) {
-        self.pkw_reply = pkw_reply;
+    #[inline]
+    fn publish(&mut self) {
         let (status, changes) = (self.unit.status(), self.unit.changes());
         let zsw = match self.zsw {
             Some((shown, zsw)) if shown == changes => zsw,
             Some(_) | None => self.shown.words.zsw(status),
         };
         self.zsw = Some((changes, zsw));
-        let inputs = ppo::Inputs::octets(pkw_reply, zsw, words::hiw(status));
+        let inputs = ppo::Inputs::octets(self.pkw_reply, zsw, words::hiw(status));
         self.station.set_inputs(&inputs);
         self.pass_events();
     }
 
     /// Passes on what has happened in the unit.
-    #[inline]
+    #[inline(always)]
     fn pass_events(&mut self) {
-        while let Some(event) = self.unit.poll_event() {
-            let hint = match &event {
-                UnitEvent::Drive(event) => {
-                    let limit = |limit| self.unit.parameters().value(limit);
-                    let limits = (limit(Parameter::Limit1), limit(Parameter::Limit2));
-                    let mode = self.unit.status().mode;
-                    self.watch.told(event, self.shown.words.stw(), mode, limits)
-                }
-                UnitEvent::CommandRefused(_)
-                | UnitEvent::Fault(_)
-                | UnitEvent::FaultCauseGone(_)
-                | UnitEvent::Written { .. }
-                | UnitEvent::Stored
-                | UnitEvent::NotStored { .. }
-                | UnitEvent::Input(_)
-                | UnitEvent::SwitchesSet(_)
-                | UnitEvent::SwitchedOff
-                | UnitEvent::SwitchedOn(_)
-                | UnitEvent::FactoryReset(_)
-                | UnitEvent::Lost { .. } => None,
-            };
+        if let Some(event) = self.unit.poll_event() {
+            self.pass_waiting(event);
+        }
+    }
+
+    #[inline(never)]
+    fn pass_waiting(&mut self, first: UnitEvent) {
+        let mut next = Some(first);
+        while let Some(event) = next {
+            let hint = self.hint_of(&event);
             self.events.push(Event::of_unit(event, &self.shown.words, self.exchanging));
             self.hint(hint);
+            next = self.unit.poll_event();
+        }
+    }
+
+    fn hint_of(&mut self, event: &UnitEvent) -> Option<Hint> {
+        match event {
+            UnitEvent::Drive(event) => {
+                let limit = |limit| self.unit.parameters().value(limit);
+                let limits = (limit(Parameter::Limit1), limit(Parameter::Limit2));
+                let mode = self.unit.status().mode;
+                self.watch.told(event, self.shown.words.stw(), mode, limits)
+            }
+            UnitEvent::CommandRefused(_)
+            | UnitEvent::Fault(_)
+            | UnitEvent::FaultCauseGone(_)
+            | UnitEvent::Written { .. }
+            | UnitEvent::Stored
+            | UnitEvent::NotStored { .. }
+            | UnitEvent::Input(_)
+            | UnitEvent::SwitchesSet(_)
+            | UnitEvent::SwitchedOff
+            | UnitEvent::SwitchedOn(_)
+            | UnitEvent::FactoryReset(_)
+            | UnitEvent::Lost { .. } => None,
         }
     }
 

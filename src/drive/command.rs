@@ -7,7 +7,7 @@ use super::Direction;
 pub struct Command {
     /// What the motor shall do.
     pub operation: Operation,
-    /// Operation was asked for just now: if something stands against it, that is reported as a [`Refusal`].
+    /// Operation was asked for just now: if something stands against it, that is reported as a [`Refusal`](super::Refusal).
     pub enable: bool,
     /// Positioning: a travel job to `setpoint` is asked for just now.
     pub travel: bool,

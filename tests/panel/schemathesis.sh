@@ -21,7 +21,7 @@ cd "$work"
 judge() {
     start_emulator "$emulator" "$@" --panel 127.0.0.1:0
     url=$(sed -n 's/.* panel=//p' "$work/ready")
-    "$work/venv/bin/schemathesis" run "$url/api/v1/openapi.json" \
+    "$work/venv/bin/schemathesis" --config-file "$here/schemathesis.toml" run "$url/api/v1/openapi.json" \
         --max-time "${SCHEMATHESIS_SECONDS:-45}" --max-examples 40 --continue-on-failure --no-color --warnings off \
         --request-timeout 10 --generation-database none --exclude-path /api/v1/events \
         --exclude-checks positive_data_acceptance,use_after_free

@@ -14,7 +14,7 @@ use crate::host::GsdStation;
 /// The diagnosis that is raised, besides what the slave reports by itself.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub(in crate::panel) struct Diagnosis {
-    #[serde(flatten)]
+    /// What was raised by hand.
     raised: RaisedDiagnosis,
     /// The same in the texts of the GSD.
     texts: Vec<String>,
