@@ -10,6 +10,7 @@ mod gsd;
 mod judge;
 mod link;
 mod master;
+mod master_link;
 mod node;
 mod parameter;
 mod ppo_drive;
@@ -35,7 +36,8 @@ pub(crate) use encode::{
 pub(crate) use gsd::{Check as GsdCheck, Gsd as GsdArgs};
 pub(crate) use judge::{Judge, JudgedStation, millis as judge_millis};
 pub(crate) use link::{BaudSpec, LinkSpec};
-pub(crate) use master::{Action, AddressRange, CanPlace, Direction, Go, Master, MasterLink, Motion};
+pub(crate) use master::{Action, AddressRange, Direction, Go, Master, Motion};
+pub(crate) use master_link::{CanPlace, MasterLink};
 pub(crate) use node::NodeSpec;
 pub(crate) use parameter::{ParameterSpec, find as find_parameter, plain};
 pub(crate) use ppo_drive::PpoDriveSpec;

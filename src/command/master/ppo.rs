@@ -4,6 +4,8 @@
 //! Whatever ends a motion, OFF1 is given before, and the drive brakes on its ramp. If the line is lost, the drive has a fault of
 //! its own for it.
 
+mod place;
+
 use core::time::Duration;
 use std::path::Path;
 
@@ -20,10 +22,11 @@ use profidrive::ppo_drive::Quantity;
 use profidrive::ppo_drive::table::{Row, Table, Tie};
 use serde_json::json;
 
+use self::place::Place;
 use super::{link, motion, say, signals};
 use crate::command::Failure;
 use crate::command::args::{Action, Master, Motion};
-use crate::command::{emulate, gsd, named};
+use crate::command::{emulate, gsd};
 
 /// The fault numbers, of which the first eight are those that stand.
 const FAULT_NUMBERS: Pnu = Pnu::from_low_bits(947);
@@ -32,6 +35,9 @@ const STANDING: u8 = 8;
 const FAULT_COUNT: Pnu = Pnu::from_low_bits(952);
 /// Two arrays of the profile that list all parameters; the first ends with 0.
 const LIST: Pnu = Pnu::from_low_bits(980);
+
+/// Arrays of so many elements are named and not read with all parameters.
+const LONG: u8 = 17;
 
 /// Exchanges until the drive shows what it is, not what it was.
 const LOOKS: usize = 5;
@@ -141,88 +147,6 @@ fn of_gsd(file: &Path, kind: PpoType) -> Result<Slave, Failure> {
     Ok(Slave { configuration, user_prm, sync_mode, freeze_mode, ..Slave::ppo(ident, kind) })
 }
 
-/// A parameter as it was asked for, with its row if the table has it.
-struct Place<'t> {
-    pnu: Pnu,
-    element: Option<Subindex>,
-    row: Option<&'t Row>,
-}
-
-impl<'t> Place<'t> {
-    /// By number or name; a number need not be in the table.
-    fn find(table: &'t Table, text: &str) -> Result<Self, Failure> {
-        let error = match named::find(table, text) {
-            Ok((row, element)) => return Ok(Self::of(row, element)),
-            Err(error) => error,
-        };
-        let (number, element) = text.split_once('.').map_or((text, None), |(pnu, sub)| (pnu, Some(sub)));
-        let pnu = number.parse().ok().filter(|pnu| table.row(*pnu).is_none());
-        let element = element.map(str::parse).transpose();
-        match (pnu.and_then(|pnu| Pnu::new(pnu).ok()), element) {
-            (Some(pnu), Ok(element)) => Ok(Self { pnu, element: element.map(Subindex), row: None }),
-            (Some(_) | None, _) => Err(Failure::Usage(error)),
-        }
-    }
-
-    fn of(row: &'t Row, element: Option<u8>) -> Self {
-        Self { pnu: Pnu::from_low_bits(row.pnu), element: element.map(Subindex), row: Some(row) }
-    }
-
-    /// Whether a write can be right.
-    fn check(&self, value: i64) -> Result<(), Failure> {
-        let Some(row) = self.row else { return Ok(()) };
-        if !row.writable {
-            return Err(Failure::Usage(format!("{} (PNU {}) can only be read", row.name, row.pnu)));
-        }
-        if !(row.low..=row.high).contains(&(value as f64)) {
-            let (low, high) = (row.low, row.high);
-            return Err(Failure::Usage(format!(
-                "{} (PNU {}) takes {low} to {high}, got {value}",
-                row.name, row.pnu
-            )));
-        }
-        Ok(())
-    }
-
-    /// `2`, `30.1`
-    fn number(&self) -> String {
-        self.element.map_or_else(|| self.pnu.to_string(), |element| format!("{}.{element}", self.pnu))
-    }
-
-    fn name(&self) -> &str {
-        self.row.map_or("", |row| row.name.as_str())
-    }
-
-    /// The number on the bus, and with its unit.
-    fn shown(&self, value: Value) -> (f64, String) {
-        let Some(row) = self.row else {
-            let bits = value.bits();
-            return (bits.into(), bits.to_string());
-        };
-        let number = row.kind.value(value.bits());
-        if row.scale == 1.0 {
-            return (number, format!("{number} {}", row.unit).trim_end().to_owned());
-        }
-        // As many digits as the scale has say nothing that is not so.
-        let scaled = (number * row.scale * 1e6).round() / 1e6;
-        (number, format!("{number} ({scaled} {})", row.unit).replace(" )", ")"))
-    }
-
-    fn line(&self, value: Value) -> String {
-        format!("{:<6} {:<27} {}", self.number(), self.name(), self.shown(value).1)
-    }
-
-    fn json(&self, value: Value) -> serde_json::Value {
-        let (number, text) = self.shown(value);
-        let mut object =
-            json!({ "pnu": self.pnu.number(), "name": self.name(), "value": number, "text": text });
-        if let (Some(element), Some(fields)) = (self.element, object.as_object_mut()) {
-            fields.insert("element".into(), element.0.into());
-        }
-        object
-    }
-}
-
 fn reference_row(table: &Table) -> Option<&Row> {
     table.tied(Tie::Drive(Quantity::ReferenceSpeed))
 }
@@ -283,10 +207,19 @@ impl<L: Link, C: Clock> Taken<'_, L, C> {
         let mut items = Vec::new();
         for pnu in numbers {
             let row = self.table.row(pnu);
-            // The list itself, and what is one value a fault.
-            let long = row.and_then(|row| row.elements).unwrap_or(0) > 16;
             let places: Vec<Place<'_>> = match (row, row.and_then(|row| row.elements)) {
-                (Some(_), Some(_)) if long => Vec::new(),
+                // The list itself, and the fault buffer.
+                (Some(row), Some(count @ LONG..)) => {
+                    let name = &row.name;
+                    if self.json {
+                        items.push(json!({ "pnu": pnu, "name": name, "elements": count }));
+                    } else {
+                        say(format_args!(
+                            "{pnu:<6} {name:<27} array of {count}: read {pnu}.1 to {pnu}.{count}"
+                        ))?;
+                    }
+                    continue;
+                }
                 (Some(row), Some(count)) => {
                     (1..=count).map(|element| Place::of(row, Some(element))).collect()
                 }
