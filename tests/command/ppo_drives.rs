@@ -102,7 +102,7 @@ fn the_master_commissions_a_drive_of_the_profile() {
         (&["read", "rampup tim"][..], 2, "did you mean 'ramp-up time'?"),
         (&["write", "2", "6501"], 2, "takes 0 to 6500, got 6501"),
         (&["write", "10", "1"], 2, "can only be read"),
-        (&["read", "999"], 1, "illegal parameter number"),
+        (&["read", "999"], 1, "no such parameter number"),
         (&["velocity", "9999", "--yes"], 1, "199.99 %"),
         (&["velocity", "9"], 2, "needs --yes"),
         (&["move", "9", "--yes"], 2, "with --ppo there are read"),

@@ -160,7 +160,7 @@ mod tests {
                 "'v-Pos': the value must be within",
             ),
             (
-                line("[[line.drive]]\naddress = 5\nvalues = { 1028 = 5 }"),
+                line("[[line.drive]]\naddress = 5\nvalues = { 1027 = 5 }"),
                 "5, column 19",
                 "is no setting; leave it out",
             ),
