@@ -30,7 +30,7 @@ export class PpoView {
     });
     this.#pkw = new Rows(this.#by("ppo-pkw"), () => line("p"));
     const body = html("tbody");
-    const head = html("tr", {}, ...["PNU", "Name", "Value", "Unit"].map((name) => html("th", { scope: "col" }, name)));
+    const head = html("tr", {}, ...["PNU", "Name", "Value", "Unit"].map((name) => html("th", { scope: "col", class: name === "Value" ? "right" : undefined }, name)));
     this.#by("ppo-parameters").replaceChildren(html("table", { class: "table" }, html("thead", {}, head), body));
     this.#parameters = new Rows(body, (row) => this.#parameterRow(row));
     this.#drawActs(this.#by("ppo-acts"));
@@ -54,6 +54,7 @@ export class PpoView {
     say(this.#by("ppo-about"), `ident 0x${hex(state.ident_number)}, ${owner}, ${watchdog}`);
     say(this.#by("ppo-refusal"), state.dp_state === "DATA-EXCH" ? "" : (state.last_refusal ?? ""));
     say(this.#by("ppo-why-title"), state.why.length === 0 ? "Nothing stands against turning" : "Why it does not turn");
+    mark(this.#by("ppo-reasons"), "data-kind", state.fault ? "fault" : state.why.length === 0 ? "ready" : "waiting");
     this.#why.show(state.why.map((text) => ({ text })), ({ text }) => text);
     this.#stw.show({ raw: state.stw, mode: "", bits: state.stw_bits.map(word) });
     this.#zsw.show({ raw: state.zsw, mode: "", bits: state.zsw_bits.map((bit) => ({ ...word(bit), alarm: bit.bit === 3 && bit.set })) });
