@@ -79,6 +79,7 @@ fn the_master_commissions_a_drive_of_the_profile() {
     assert_eq!((&written["value"], &written["before"]), (&3.0.into(), &20.0.into()));
     assert_eq!(done(&["read", "2"])["text"], "3 (0.3 s)");
     assert_eq!(done(&["read", "fixed speeds.3"])["value"], 70000.0);
+    assert_eq!(done(&["write", "load", "12.5"])["value"], 12.5);
     let params = done(&["params"]);
     assert!(params["parameters"].as_array().unwrap().len() > 20, "{params}");
     let turned = done(&["velocity", "750", "--for", "1s", "--yes"]);
@@ -101,6 +102,7 @@ fn the_master_commissions_a_drive_of_the_profile() {
     for (arguments, code, words) in [
         (&["read", "rampup tim"][..], 2, "did you mean 'ramp-up time'?"),
         (&["write", "2", "6501"], 2, "takes 0 to 6500, got 6501"),
+        (&["write", "2", "0.5"], 2, "takes a whole number"),
         (&["write", "10", "1"], 2, "can only be read"),
         (&["read", "999"], 1, "no such parameter number"),
         (&["velocity", "9999", "--yes"], 1, "199.99 %"),

@@ -25,6 +25,7 @@ mod status;
 mod trouble;
 mod value;
 
+use core::time::Duration;
 use std::io::{self, Write};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -40,6 +41,9 @@ use super::args::{Action, Master, ParameterSpec};
 use profidrive::master::{Drive, DriveError};
 use trouble::Trouble;
 
+/// How often a wait that is shown is shown anew.
+const TICK: Duration = Duration::from_millis(500);
+
 /// Does what is asked, once.
 pub(crate) fn master(args: &Master) -> Result<(), Failure> {
     if let Some(place) = args.can_place() {
@@ -49,12 +53,14 @@ pub(crate) fn master(args: &Master) -> Result<(), Failure> {
         return ppo::master(args, kind);
     }
     // What can be known without a drive is known before anything is sent.
-    if let Action::Write { parameter, value } = &args.action {
-        access::check(&parameter.parameter().map_err(Failure::Usage)?, *value, "write")?;
+    if let Action::Write { parameter, value, .. } = &args.action {
+        let parameter = parameter.parameter().map_err(Failure::Usage)?;
+        access::check(&parameter, value.number_of(parameter.entry).map_err(Failure::Usage)?, "write")?;
     }
-    if let Action::Calibrate { value: Some(value) } = args.action {
+    if let Action::Calibrate { value: Some(value), .. } = args.action {
         let entry = Parameter::CalibrationValue.entry();
-        access::check(&ParameterSpec { entry, element: None }, value, "calibrate")?;
+        let number = value.number_of(entry).map_err(Failure::Usage)?;
+        access::check(&ParameterSpec { entry, element: None }, number, "calibrate")?;
     }
     let leave = motion::confirm(args)?;
     // Before the drive is taken, so that no signal ends the process with the drive moving.
@@ -79,7 +85,7 @@ fn act<L: Link, C: Clock>(
             let parameter = parameter.parameter().map_err(Failure::Usage)?;
             with(session, address()?, |drive| access::read(drive, &parameter, json))
         }
-        Action::Write { parameter, value } => {
+        Action::Write { parameter, value, .. } => {
             let parameter = parameter.parameter().map_err(Failure::Usage)?;
             with(session, address()?, |drive| access::write(drive, &parameter, *value, json))
         }
@@ -94,7 +100,7 @@ fn act<L: Link, C: Clock>(
         Action::Status => with(session, address()?, |drive| status::status(drive, json)),
         Action::Monitor { limit } => with(session, address()?, |drive| status::monitor(drive, *limit, json)),
         Action::Faults { clear } => with(session, address()?, |drive| faults::faults(drive, *clear, json)),
-        Action::Calibrate { value } => {
+        Action::Calibrate { value, .. } => {
             with(session, address()?, |drive| faults::calibrate(drive, *value, json))
         }
         Action::Stop => with(session, address()?, |drive| motion::stop(drive, json)),
@@ -111,11 +117,28 @@ fn with<L: Link, C: Clock>(
     address: Address,
     act: impl FnOnce(&mut Drive<L, C>) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    let mut drive = Drive::take(session, address)?;
+    let drive = wait(address, || Drive::take(session, address));
+    let mut drive = drive?;
     let outcome = act(&mut drive);
     // Ctrl-C has ended what was under way, not this. If the drive is lost, its watchdog lets it go.
     drive.session.stop().clear();
     let _ = drive.session.release();
+    outcome
+}
+
+/// Says on a terminal what is waited for, and for how long by now.
+fn wait<T>(address: Address, done: impl FnOnce() -> T) -> T {
+    let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
+        bar.set_style(style);
+    }
+    bar.set_message(format!(
+        "drive {address} is taken over: beside other masters this one waits for the token, up to half a minute; Ctrl-C ends it"
+    ));
+    bar.set_draw_target(ProgressDrawTarget::stderr());
+    bar.enable_steady_tick(TICK);
+    let outcome = done();
+    bar.finish_and_clear();
     outcome
 }
 

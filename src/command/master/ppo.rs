@@ -19,11 +19,11 @@ use profidrive::master::{DriveError, ProfileDrive, ProfileReached, Session, Sess
 use profidrive::param::{Pnu, Subindex, Value, Width};
 use profidrive::ppo::{PpoType, Zsw};
 use profidrive::ppo_drive::Quantity;
-use profidrive::ppo_drive::table::{Row, Table, Tie};
+use profidrive::ppo_drive::table::{Kind, Row, Table, Tie};
 use serde_json::json;
 
 use self::place::Place;
-use super::{link, motion, say, signals};
+use super::{link, motion, say, signals, wait};
 use crate::command::Failure;
 use crate::command::args::{Action, Master, Motion};
 use crate::command::{emulate, gsd};
@@ -57,10 +57,11 @@ pub(super) fn master(args: &Master, kind: PpoType) -> Result<(), Failure> {
     // What can be known without a drive is known before anything is sent.
     let asked = match &args.action {
         Action::Read { parameter } => Some((Place::find(&table, &parameter.0)?, None)),
-        Action::Write { parameter, value } => {
+        Action::Write { parameter, value, .. } => {
             let place = Place::find(&table, &parameter.0)?;
-            place.check(*value)?;
-            Some((place, Some(*value)))
+            let value = value.number().map_err(Failure::Usage)?;
+            place.check(value)?;
+            Some((place, Some(value)))
         }
         Action::Motion(Motion::Velocity { .. })
             if args.reference_speed.is_none() && reference_row(&table).is_none() =>
@@ -94,7 +95,8 @@ pub(super) fn master(args: &Master, kind: PpoType) -> Result<(), Failure> {
     let (link, settings) = link::open(args)?;
     let session = Session::new(link, SystemClock::new(), stop, settings);
     let session = session.map_err(|error| Failure::from_error(&error))?;
-    let drive = ProfileDrive::take(session, address, &slave, kind, Profile::PROFIDRIVE)?;
+    let take = || ProfileDrive::take(session, address, &slave, kind, Profile::PROFIDRIVE);
+    let drive = wait(address, take)?;
     let mut taken =
         Taken { drive, table: &table, own, reference: args.reference_speed.map(f64::from), json: args.json };
     let outcome = match (&args.action, asked) {
@@ -173,11 +175,13 @@ impl<L: Link, C: Clock> Taken<'_, L, C> {
         if self.json { say(place.json(value)) } else { say(place.line(value)) }
     }
 
-    fn write(&mut self, place: &Place<'_>, number: i64) -> Result<(), Failure> {
+    fn write(&mut self, place: &Place<'_>, number: f64) -> Result<(), Failure> {
         let before = self.value(place)?;
         let bits = match place.row {
-            Some(row) => row.kind.bits(number as f64),
-            None => u32::try_from(number & 0xFFFF_FFFF).unwrap_or_default(),
+            Some(row) => row.kind.bits(number),
+            // Whole, and of 32 bits: that is checked.
+            None if number < 0.0 => Kind::Int32.bits(number),
+            None => Kind::Uint32.bits(number),
         };
         let [_, _, high, low] = bits.to_be_bytes();
         let value = match before {

@@ -1,7 +1,7 @@
 //! A parameter as it was asked for.
 
 use profidrive::param::{Pnu, Subindex, Value};
-use profidrive::ppo_drive::table::{Row, Table};
+use profidrive::ppo_drive::table::{Kind, Row, Table};
 use serde_json::json;
 
 use crate::command::{Failure, named};
@@ -34,12 +34,20 @@ impl<'t> Place<'t> {
     }
 
     /// Whether a write can be right.
-    pub(super) fn check(&self, value: i64) -> Result<(), Failure> {
-        let Some(row) = self.row else { return Ok(()) };
+    pub(super) fn check(&self, value: f64) -> Result<(), Failure> {
+        let whole =
+            || Failure::Usage(format!("PNU {} takes a whole number of 32 bits, got {value}", self.pnu));
+        let Some(row) = self.row else {
+            let fits = value.fract() == 0.0 && (-2_147_483_648.0..=4_294_967_295.0).contains(&value);
+            return if fits { Ok(()) } else { Err(whole()) };
+        };
+        if row.kind != Kind::Float && value.fract() != 0.0 {
+            return Err(whole());
+        }
         if !row.writable {
             return Err(Failure::Usage(format!("{} (PNU {}) can only be read", row.name, row.pnu)));
         }
-        if !(row.low..=row.high).contains(&(value as f64)) {
+        if !(row.low..=row.high).contains(&value) {
             let (low, high) = (row.low, row.high);
             return Err(Failure::Usage(format!(
                 "{} (PNU {}) takes {low} to {high}, got {value}",
