@@ -72,7 +72,10 @@ class Process:
     """The command while it runs. What it logs is kept, the last 1000 lines."""
 
     def __init__(self, arguments: Sequence[str]) -> None:
-        flags = subprocess.CREATE_NEW_PROCESS_GROUP if sys.platform == "win32" else 0
+        flags = 0
+        if sys.platform == "win32":
+            # Ctrl-Break reaches a whole group: one of its own.
+            flags = subprocess.CREATE_NEW_PROCESS_GROUP
         self._process = subprocess.Popen(
             [str(binary()), *arguments],
             stdin=subprocess.DEVNULL,

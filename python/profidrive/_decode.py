@@ -33,7 +33,9 @@ class Telegram:
     data: dict[str, Any]
 
     def __str__(self) -> str:
-        return self.summary
+        sender, receiver = self.data.get("from"), self.data.get("to")
+        way = "" if sender is None else f"{sender} -> {'all' if receiver is None else receiver}  "
+        return f"{way}{self.summary}" if self.mark == "plain" else f"{way}{self.mark}: {self.summary}"
 
 
 def decode(octets: bytes | str | Iterable[bytes | str], *options: str) -> list[Telegram]:

@@ -1,6 +1,6 @@
 """Faults on the line."""
 
-from typing import Self
+from typing import Any, Self
 
 from ._api import Api, ApiError
 
@@ -34,6 +34,6 @@ class LineFault:
             if error.status != 404:
                 raise
 
-    def _all(self) -> list[dict[str, object]]:
-        faults: list[dict[str, object]] = self._api.get("/bus/faults")["faults"]
+    def _all(self) -> list[dict[str, Any]]:
+        faults: list[dict[str, Any]] = self._api.get("/bus/faults")["faults"]
         return faults

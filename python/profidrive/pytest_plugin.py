@@ -62,6 +62,6 @@ def _story(emulator: Emulator) -> str:
         except (ProfidriveError, OSError) as error:
             lines.append(f"the telegrams cannot be explained: {error}")
         else:
-            lines += [f"telegram: {telegram.summary}" for telegram in telegrams[-_TELEGRAMS_SHOWN:]]
+            lines += [f"telegram: {telegram}" for telegram in telegrams[-_TELEGRAMS_SHOWN:]]
             lines.append(f"all {len(telegrams)} telegrams: {emulator.capture}")
     return "\n".join(lines)
