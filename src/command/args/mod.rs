@@ -9,6 +9,7 @@ mod encode;
 mod gsd;
 mod judge;
 mod link;
+mod manual;
 mod master;
 mod node;
 mod parameter;
@@ -35,6 +36,7 @@ pub(crate) use encode::{
 pub(crate) use gsd::{Check as GsdCheck, Gsd as GsdArgs};
 pub(crate) use judge::{Judge, JudgedStation, millis as judge_millis};
 pub(crate) use link::{BaudSpec, LinkSpec};
+pub(crate) use manual::{Completions, Man};
 pub(crate) use master::{Action, AddressRange, CanPlace, Direction, Go, Master, MasterLink, Motion};
 pub(crate) use node::NodeSpec;
 pub(crate) use parameter::{ParameterSpec, find as find_parameter, plain};
@@ -81,6 +83,8 @@ pub(crate) enum Command {
     Eds(Eds),
     Gsd(GsdArgs),
     Judge(Box<Judge>),
+    Completions(Completions),
+    Man(Man),
 }
 
 /// How much is logged.
@@ -124,7 +128,9 @@ impl Args {
             | Command::Encode(_)
             | Command::Eds(_)
             | Command::Gsd(_)
-            | Command::Judge(_) => self.verbosity,
+            | Command::Judge(_)
+            | Command::Completions(_)
+            | Command::Man(_) => self.verbosity,
             // What it says is its result, and a failure its last line.
             Command::Master(_) => Verbosity { quiet: self.verbosity.verbose == 0, ..self.verbosity },
         }
@@ -137,7 +143,9 @@ impl Args {
             | Command::Decode(_)
             | Command::Encode(_)
             | Command::Eds(_)
-            | Command::Gsd(_) => Ok(()),
+            | Command::Gsd(_)
+            | Command::Completions(_)
+            | Command::Man(_) => Ok(()),
             Command::Emulate(emulate) => emulate.check(),
             Command::Master(master) => master.check(),
             Command::Judge(judge) => judge.check(),
