@@ -329,10 +329,13 @@ local WRONG_LENGTH = expert_info("profibus.expert.length", "Wrong length", "PROT
 local REFUSED = expert_info("profibus.expert.refused", "Refused", "RESPONSE_CODE", "NOTE")
 local ALONE = expert_info("profibus.expert.alone", "Response without request", "SEQUENCE", "NOTE")
 local RETRY = expert_info("profibus.expert.retry", "Retry", "SEQUENCE", "NOTE")
+local PRM_FAULT = expert_info("profibus.expert.prm_fault", "Prm_Fault: Set_Prm was refused", "RESPONSE_CODE", "WARN")
+local CFG_FAULT = expert_info("profibus.expert.cfg_fault", "Cfg_Fault: Chk_Cfg was refused", "RESPONSE_CODE", "WARN")
+local WATCHDOG = expert_info("profibus.expert.watchdog", "The DP watchdog has expired", "SEQUENCE", "WARN")
 local JOB_REFUSED = expert_info("ppo.expert.refused", "Job not executable", "RESPONSE_CODE", "NOTE")
 local FAULT = expert_info("ppo.expert.fault", "The drive has a fault", "RESPONSE_CODE", "WARN")
 
-fdl.experts = { INVALID, WRONG_FCS, WRONG_LENGTH, REFUSED, ALONE, RETRY }
+fdl.experts = { INVALID, WRONG_FCS, WRONG_LENGTH, REFUSED, ALONE, RETRY, PRM_FAULT, CFG_FAULT, WATCHDOG }
 ppo.experts = { JOB_REFUSED, FAULT }
 
 local fdl_fields, ppo_fields = {}, {}
@@ -342,18 +345,32 @@ end
 fdl.fields = fdl_fields
 ppo.fields = ppo_fields
 
+local function is_set(value, number)
+    return math.floor(value / 2 ^ number) % 2 == 1
+end
+
+-- Whether the bit of this name is 1.
+local function has(value, rows, name)
+    for _, row in ipairs(rows) do
+        if row[2] == name then return is_set(value, row[1]) end
+    end
+end
+
 ------------------------------------------------------------------------------- what is remembered between packets
 
 -- By packet number, filled when a packet is seen for the first time: request_in, response_in, response_time, service,
--- retry, configuration. Wireshark asks for packets again and in any order, so nothing else is read later.
+-- retry, configuration, silence (seconds and watchdog in ms of a master that was too late). Wireshark asks for packets again and in any order, so nothing else is read later.
 local packets
 -- The request that waits for its response.
 local pending
 -- By station: its last request, for retries, and the configuration it was last checked for.
 local last_request, configuration
+-- By station: who owns it, its watchdog in ms, and when the owner was answered last. From a Set_Prm that was acknowledged
+-- and whose watchdog is on.
+local watched
 
 function fdl.init()
-    packets, pending, last_request, configuration = {}, nil, {}, {}
+    packets, pending, last_request, configuration, watched = {}, nil, {}, {}, {}
 end
 
 local function octets(range)
@@ -371,11 +388,26 @@ local function remember_request(packet, request)
     if request.service == "Chk_Cfg" then
         configuration[station] = request.data
     end
+    local owner = watched[station]
+    if owner and owner.master == request.sa and (request.time - owner.time) * 1000 > owner.watchdog then
+        packet.silence = { seconds = request.time - owner.time, watchdog = owner.watchdog }
+        watched[station] = nil
+    end
     pending = not UNANSWERED[request.func] and station ~= 127 and request or nil
 end
 
+-- The owner of a station has got a response: its watchdog begins anew.
+local function feed_watchdog(request, time, ok)
+    local owner = watched[request.da]
+    if request.service == "Set_Prm" and ok and request.watchdog then
+        watched[request.da] = request.watchdog.on and { master = request.sa, watchdog = request.watchdog.time, time = time } or nil
+    elseif owner and owner.master == request.sa and ok then
+        owner.time = time
+    end
+end
+
 -- A response was seen for the first time. sa and da are nil for a short acknowledge, which says no address.
-local function remember_response(packet, number, time, sa, da)
+local function remember_response(packet, number, time, sa, da, ok, data)
     if not pending or sa and (sa ~= pending.da or da ~= pending.sa) then
         return
     end
@@ -386,30 +418,51 @@ local function remember_response(packet, number, time, sa, da)
     packet.configuration = configuration[pending.da]
     local request = packets[pending.number]
     if request then request.response_in = number end
+    feed_watchdog(pending, time, ok)
+    -- It belongs to nobody: what was acknowledged was refused, or given back.
+    if pending.service == "Slave_Diag" and data and data:len() >= 2 and has(data(1, 1):uint(), DIAG_BITS_2, "prm_req") then
+        watched[pending.da] = nil
+    end
     pending = nil
 end
 
 -------------------------------------------------------------------------------------------------------------- PPO
 
-local function is_set(value, number)
-    return math.floor(value / 2 ^ number) % 2 == 1
-end
-
--- Whether the bit of this name is 1.
-local function has(value, rows, name)
-    for _, row in ipairs(rows) do
-        if row[2] == name then return is_set(value, row[1]) end
-    end
-end
-
-local function parameter(pnu)
-    return PNU[pnu] and string.format("%d %s", pnu, PNU[pnu]) or tostring(pnu)
+-- With a sub-index that of an array: "945.3 Fault buffer".
+local function parameter(pnu, element)
+    local number = element and string.format("%d.%d", pnu, element) or tostring(pnu)
+    return PNU[pnu] and number .. " " .. PNU[pnu] or number
 end
 
 -- The high octet of IND, where that is 0 the low one.
 local function sub_index(range)
     local high = range(2, 1):uint()
     return high > 0 and high or range(3, 1):uint()
+end
+
+-- The bits of a word that are to be said: by the name of the bit, the words for 1 and for 0, if there are any. true is what
+-- the table of the bit has.
+local STW_SAID = {
+    on = { true, true }, no_off2 = { nil, true }, off3 = { "OFF3" }, enable_operation = { true },
+    no_stop = { nil, true }, no_intermediate_stop = { nil, true }, start = { "start" }, acknowledge = { true },
+    inch1 = { true }, inch2 = { true },
+}
+local ZSW_SAID = {
+    ready_to_turn_on = { nil, true }, operation_enabled = { true }, fault = { true }, no_off2 = { nil, true },
+    turn_on_disabled = { true }, warning = { true }, target_reached = { "target reached" }, standstill = { true, true },
+    limit_exceeded = { "limit exceeded" }, ready_to_travel = { nil, true },
+}
+
+-- Without `said` the words of each bit that is 1.
+local function said_bits(value, rows, said)
+    local words = {}
+    for _, row in ipairs(rows) do
+        local known = said == nil and { true } or said and said[row[2]]
+        local word = known and known[is_set(value, row[1]) and 1 or 2]
+        if word == true then word = row[is_set(value, row[1]) and 4 or 5] or row[3] end
+        if word then table.insert(words, word) end
+    end
+    return table.concat(words, ", ")
 end
 
 -- Answers above the last of ANSWER up to this one are spontaneous messages of the profile.
@@ -420,7 +473,11 @@ local function pkw(range, tree, is_job)
     local pke, pwe = range(0, 2):uint(), range(4, 4)
     local ak, pnu = math.floor(pke / 0x1000), pke % 0x800
     local names = is_job and JOB or ANSWER
-    local branch = tree:add(ppo, range, string.format("PKW: %s %s", names[ak] or "undefined " .. ak, ak > 0 and parameter(pnu) or ""))
+    -- Of an array: reading and writing elements, and what answers them; a refusal shows none.
+    local of_array = is_job and (ak == 6 or ak == 7 or ak == 8) or not is_job and (ak == 4 or ak == 5)
+    local element = of_array and sub_index(range) or nil
+    local branch = tree:add(ppo, range,
+        string.format("PKW: %s %s", names[ak] or "undefined " .. ak, ak > 0 and parameter(pnu, element) or ""))
     branch:add(is_job and field.job or field.answer, range(0, 2))
     branch:add(field["ppo.pkw.spm"], range(0, 2))
     branch:add(field["ppo.pkw.pnu"], range(0, 2))
@@ -457,10 +514,13 @@ local function pkw(range, tree, is_job)
     local value = double and pwe:int() or range(6, 2):uint()
     if not is_job then
         local letter = pnu == 945 and ak == 4 and value > 0x20 and value < 0x7F and string.char(value)
-        return string.format("%s = %d%s", parameter(pnu), value, letter and " (" .. letter .. ")" or "")
+        if PNU[pnu] == "System status word" then
+            return string.format("%s = %04X (%s)", parameter(pnu), value, said_bits(value, SSW_BITS))
+        end
+        return string.format("%s = %d%s", parameter(pnu, element), value, letter and " (" .. letter .. ")" or "")
     end
     local writes = ak == 2 or ak == 3 or ak == 7 or ak == 8
-    return string.format("%s %s%s", JOB[ak] or "job " .. ak, parameter(pnu), writes and " = " .. value or "")
+    return string.format("%s %s%s", JOB[ak] or "job " .. ak, parameter(pnu, element), writes and " = " .. value or "")
 end
 
 -- The seven words of one Data_Exchange: PKE, IND, PWE, PWE, STW or ZSW, HSW or HIW in two words.
@@ -477,8 +537,9 @@ local function dissect_ppo(range, tree, is_output)
         item:add_proto_expert_info(FAULT)
     end
     branch:add(field[is_output and "ppo.hsw" or "ppo.hiw"], value)
-    return string.format("%s%s %04X%s, %s %d", words == "" and "" or words .. ", ", name:upper(), word:uint(),
-        fault and " fault" or "", is_output and "HSW" or "HIW", value:int())
+    local said = is_output and said_bits(word:uint(), STW_BITS, STW_SAID) or said_bits(word:uint(), ZSW_BITS, ZSW_SAID)
+    return string.format("%s%s %04X (%s), %s %d", words == "" and "" or words .. ", ", name:upper(), word:uint(), said,
+        is_output and "HSW" or "HIW", value:int())
 end
 
 ------------------------------------------------------------------------------------------------------ DP services
@@ -494,6 +555,11 @@ local function too_short(range, tree, needed)
     return words
 end
 
+-- WD_Fact_1 and 2 of a Set_Prm, in units of 10 ms; a DP-V1 slave may have been told to count in units of 1 ms.
+local function watchdog_time(range)
+    return 10 * range(1, 1):uint() * range(2, 1):uint()
+end
+
 local function set_prm(range, tree)
     local refusal = too_short(range, tree, 7)
     if refusal then return refusal end
@@ -501,8 +567,7 @@ local function set_prm(range, tree)
     prm_bits(tree, range(0, 1))
     tree:add(field["profibus.dp.prm.wd_fact_1"], range(1, 1))
     tree:add(field["profibus.dp.prm.wd_fact_2"], range(2, 1))
-    -- In units of 10 ms; a DP-V1 slave may have been told to count in units of 1 ms.
-    local watchdog = 10 * range(1, 1):uint() * range(2, 1):uint()
+    local watchdog = watchdog_time(range)
     tree:add(field["profibus.dp.prm.watchdog"], range(1, 2), watchdog):set_generated()
     tree:add(field["profibus.dp.prm.min_tsdr"], range(3, 1))
     tree:add(field["profibus.dp.prm.ident"], range(4, 2))
@@ -552,6 +617,9 @@ local function slave_diag(range, tree)
     tree:add(field["profibus.dp.diag.ident"], range(4, 2))
     if range:len() > 6 then
         diagnosis_blocks(range(6), tree)
+    end
+    for name, info in pairs({ prm_fault = PRM_FAULT, cfg_fault = CFG_FAULT }) do
+        if has(range(0, 1):uint(), DIAG_BITS_1, name) then tree:add_proto_expert_info(info) end
     end
     local words = {}
     for _, row in ipairs(DIAGNOSIS_WORDS) do
@@ -782,9 +850,13 @@ local function data_telegram(tvb, pinfo, tree, frame)
                 number = pinfo.number, time = pinfo.rel_ts, da = to, sa = from, func = func, fcv = is_set(fc, 4),
                 fcb = is_set(fc, 5), service = packet.service, octets = octets(tvb(0, frame.total)),
                 data = data and octets(data) or "",
+                watchdog = packet.service == "Set_Prm" and data and data:len() >= 3 and {
+                    on = has(data(0, 1):uint(), PRM_BITS, "wd_on") and not has(data(0, 1):uint(), PRM_BITS, "unlock_req"),
+                    time = watchdog_time(data),
+                },
             })
         elseif good then
-            remember_response(packet, pinfo.number, pinfo.rel_ts, from, to)
+            remember_response(packet, pinfo.number, pinfo.rel_ts, from, to, func == 0x0 or func == 0x8 or func == 0xA, data)
         end
     end
 
@@ -801,6 +873,12 @@ local function data_telegram(tvb, pinfo, tree, frame)
     end
     local words = { service or "response" }
     link(tree, packet)
+    if packet.silence then
+        local late = string.format("%.0f ms without an answered request of the owner, the watchdog is %d ms",
+            packet.silence.seconds * 1000, packet.silence.watchdog)
+        tree:add_proto_expert_info(WATCHDOG, "The DP watchdog has expired: " .. late)
+        table.insert(words, "[watchdog expired]")
+    end
     if packet.retry then
         tree:add(field["profibus.fdl.retry"], true):set_generated()
         tree:add_proto_expert_info(RETRY)
@@ -832,7 +910,7 @@ local function short_acknowledge(tvb, pinfo, tree)
     if not packet then
         packet = {}
         packets[pinfo.number] = packet
-        remember_response(packet, pinfo.number, pinfo.rel_ts, nil, nil)
+        remember_response(packet, pinfo.number, pinfo.rel_ts, nil, nil, true)
     end
     tree:add(field["profibus.fdl.sd"], tvb(0, 1))
     if packet.service then

@@ -54,6 +54,7 @@ pub(crate) fn main() -> ExitCode {
         Ok(args) => args,
         Err(refusal) => return refusal.print(),
     };
+    let json = args.wants_json();
     let log = log::start(args.log_verbosity());
     let outcome = match args.command {
         Command::Demo(args) => demo::demo(&args),
@@ -68,25 +69,28 @@ pub(crate) fn main() -> ExitCode {
         Command::Judge(args) => {
             let outcome = judge::judge(&args);
             log.finish();
-            return outcome.unwrap_or_else(|failure| report(&failure));
+            return outcome.unwrap_or_else(|failure| report(&failure, json));
         }
     };
     // What was logged comes before the line that says how it ended.
     log.finish();
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => report(&failure),
+        Err(failure) => report(&failure, json),
     }
 }
 
-/// Prints the one line and says the exit code.
-pub(crate) fn report(failure: &Failure) -> ExitCode {
-    let (line, code) = match failure {
+/// Prints the one line, for programs that read JSON an object on stdout too, and says the exit code.
+pub(crate) fn report(failure: &Failure, json: bool) -> ExitCode {
+    let (line, code): (_, u8) = match failure {
         Failure::Usage(line) => (line, 2),
         Failure::Other(line) => (line, 1),
     };
     // Paths and arguments may hold line breaks; nobody is left to tell if this fails.
     let line: String = line.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
     let _ = writeln!(io::stderr(), "profidrive: {line}");
+    if json {
+        let _ = writeln!(io::stdout(), "{}", serde_json::json!({ "error": line, "exit_code": code }));
+    }
     ExitCode::from(code)
 }

@@ -25,6 +25,8 @@ mod capture;
 mod command;
 mod decode_encode;
 mod demo;
+#[cfg(target_os = "linux")]
+mod documents;
 mod emulator;
 #[cfg(target_os = "linux")]
 mod judge;

@@ -69,7 +69,7 @@ fn save_and_restore(emulator: &Emulator) {
     emulator.works("5", &["write", "v-Pos", "60"]);
     emulator.works("5", &["write", "1017", "-250000"]);
     assert!(emulator.works("5", &["save", &before]).contains("25 parameters of drive 5 saved"));
-    emulator.works("5", &["write", "970", "1"]);
+    emulator.works("5", &["write", "970", "1", "--yes"]);
     assert!(emulator.works("5", &["read", "1004"]).contains("30 rpm"), "a factory reset");
     let dry = emulator.works("5", &["restore", &before, "--dry-run"]);
     assert!(dry.contains("v-Pos                       30 rpm -> 60 rpm") && dry.contains("2 of 25"), "{dry}");
@@ -89,8 +89,15 @@ fn travel(emulator: &Emulator) {
     assert!(jogged["position"].as_i64().unwrap() < 300, "{jogged}");
     assert_eq!(emulator.json("5", &["jog", "+", "--yes", "--for", "300ms"])["outcome"], "turned");
     assert!(emulator.works("5", &["stop"]).contains("the drive stands"));
-    assert!(emulator.works("5", &["calibrate", "-7"]).contains("calibrated: position -7 inc"));
-    assert_eq!(emulator.json("5", &["calibrate"])["position"], -7);
+    emulator.fails("5", &["move", "--yes", "3mm"], 2, "the drive counts positions in increments");
+    emulator.works("5", &["write", "spindle pitch", "4mm"]);
+    assert!(emulator.works("5", &["write", "limit1", "800.5mm"]).contains("800.50 mm"));
+    assert!(emulator.works("5", &["move", "--yes", "1.25mm"]).contains("reached; position 1.2"));
+    emulator.fails("5", &["move", "--yes", "300inc"], 2, "the drive counts positions in 0.01 mm");
+    emulator.fails("5", &["write", "limit1", "9inc"], 2, "the drive counts positions in 0.01 mm");
+    emulator.works("5", &["write", "spindle pitch", "0"]);
+    assert!(emulator.works("5", &["calibrate", "-7inc", "--yes"]).contains("calibrated: position -7 inc"));
+    assert_eq!(emulator.json("5", &["calibrate", "--yes"])["position"], -7);
 }
 
 fn command_and_turn(emulator: &Emulator) {
@@ -142,13 +149,19 @@ fn what_cannot_be_is_refused_with_2_before_anything_is_sent() {
         (&["write", "1004", "fast"], "expected a number such as 60"),
         (&["write", "1004", "-x"], "expected a number such as 60"),
         (&["calibrate", "9999999"], "Calibration value (PNU 1018) takes -999999 to 999999, got 9999999"),
-        (&["move", "5"], "needs --yes"),
+        (&["calibrate"], "replaces what the drive keeps needs --yes"),
+        (&["write", "970", "1"], "replaces what the drive keeps needs --yes"),
+        (&["write", "v-Pos", "60mm"], "v-Pos (PNU 1004) has not the unit mm; expected rpm, got 60 mm"),
+        (&["move", "0.005mm", "--yes"], "the smallest step is 0.01 mm"),
+        (&["move", "5"], "can turn a shaft needs --yes"),
         (&["velocity", "30"], "needs --yes"),
         (&["velocity", "201", "--yes"], "a drive turns with at most 200 rpm, got 201"),
         (&["jog", "up", "--yes"], "expected + or -"),
         (&["scan", "9-1"], "the range 9-1 is empty"),
         (&["monitor", "--for", "5"], "expected a time such as 500ms or 2s"),
         (&["fly"], "'fly'"),
+        (&["stauts"], "did you mean 'faults' or 'status'?"),
+        (&["status", "--watchdgo", "1s"], "did you mean '--watchdog'?"),
         (&["status", "--master-address", "5"], "address 5 is that of this master"),
         (&["status", "--baud", "115200"], "expected one of 9600, 19200"),
     ] {
@@ -225,6 +238,23 @@ fn every_subcommand_has_help_with_an_example() {
         assert!(all.contains(&format!("\n  {action} ")), "{action}: {all}");
         let help = help(&[action]);
         assert!(help.contains("Example") && help.contains(&format!(" {action}")), "{help}");
+    }
+}
+
+/// A program that reads JSON gets JSON from a failure too.
+#[test]
+fn with_json_a_failure_is_an_object() {
+    let nowhere = Emulator::nowhere("/dev/pts/none");
+    for (arguments, code, says) in [
+        (&["status"][..], 1, "check the name"),
+        (&["read", "v-Poss"], 2, "close to it are 1004 v-Pos"),
+        (&["stauts"], 2, "did you mean 'faults' or 'status'?"),
+    ] {
+        let (ended, stdout, stderr) = nowhere.master("5", &[arguments, &["--json"]].concat());
+        let object: serde_json::Value = serde_json::from_str(&stdout).unwrap();
+        assert_eq!((ended, &object["exit_code"]), (Some(code), &code.into()), "{stdout}{stderr}");
+        let line = object["error"].as_str().unwrap();
+        assert!(line.contains(says) && stderr.contains(line), "{line}: {stderr}");
     }
 }
 

@@ -50,13 +50,13 @@ def block(kind, body):
     return struct.pack("<II", kind, len(body) + 12) + body + struct.pack("<I", len(body) + 12)
 
 
-def write(path, packets):
-    """A capture of link type 257, a nanosecond between two packets."""
+def write(path, packets, apart=1):
+    """A capture of link type 257, `apart` microseconds between two packets."""
     with open(path, "wb") as file:
         file.write(block(0x0A0D0D0A, struct.pack("<IHHq", 0x1A2B3C4D, 1, 0, -1)))
         file.write(block(1, struct.pack("<HHI", 257, 0, 0)))
         for number, data in enumerate(packets):
-            file.write(block(6, struct.pack("<IIIII", 0, 0, number, len(data), len(data)) + data))
+            file.write(block(6, struct.pack("<IIIII", 0, 0, number * apart, len(data), len(data)) + data))
 
 
 def main():

@@ -114,13 +114,40 @@ write(sys.argv[2], [telegram(2, 5, 0x08, pkw + bytes((0x2B, 0x23, 0, 0, 0, 0))) 
 PYTHON
 dissected -2 -r "$work/answers.pcapng" -T fields -e _ws.col.Info >"$work/answers"
 diff -u - "$work/answers" >"$work/difference" <<'ANSWERS' || fail "answers read otherwise: $(<"$work/difference")"
-Data_Exchange description of 1018 Calibration value, element 2: 00000009, ZSW 2B23, HIW 0
-Data_Exchange spontaneous answer 10 to 1018 Calibration value, ZSW 2B23, HIW 0
-Data_Exchange reserved answer 15 to 1018 Calibration value, ZSW 2B23, HIW 0
-Data_Exchange 1018 Calibration value = 9, ZSW 2B23, HIW 0
-Data_Exchange ZSW 2B23, HIW 0
+Data_Exchange description of 1018 Calibration value, element 2: 00000009, ZSW 2B23 (OFF2 given, stands still, not ready to travel), HIW 0
+Data_Exchange spontaneous answer 10 to 1018 Calibration value, ZSW 2B23 (OFF2 given, stands still, not ready to travel), HIW 0
+Data_Exchange reserved answer 15 to 1018 Calibration value, ZSW 2B23 (OFF2 given, stands still, not ready to travel), HIW 0
+Data_Exchange 1018 Calibration value = 9, ZSW 2B23 (OFF2 given, stands still, not ready to travel), HIW 0
+Data_Exchange ZSW 2B23 (OFF2 given, stands still, not ready to travel), HIW 0
 ANSWERS
 cat "$work/answers"
+
+echo "== a watchdog that expired, and words of the system status word"
+python3 -B - "$here" "$work/watchdog.pcapng" <<'PYTHON'
+import sys
+sys.path.insert(0, sys.argv[1])
+from garbage import write
+from master import SRD, telegram
+acknowledge = b"\xe5"
+def exchange(job, reply):
+    return [telegram(5, 2, SRD, bytes(job) + bytes(6)), telegram(2, 5, 0x08, bytes(reply) + bytes((0x2B, 0x23, 0, 0, 0, 0)))]
+prm = telegram(0x85, 0x82, SRD, bytes((61, 62, 0x88, 1, 6, 11, 0x0A, 0xC5, 0)))
+nothing, read = bytes(8), bytes((0x13, 0xFC)) + bytes(6)
+word = bytes((0x13, 0xFC, 0, 0, 0, 0, 0x09, 0x80))
+# 25 ms apart, a watchdog of 60 ms: the owner is late once behind the three requests of another master.
+foreign = [telegram(0x85, 0x83, SRD, bytes((60, 62))), telegram(0x83, 0x85, 0x08, bytes((62, 60, 0, 0x0C, 0, 2, 0x0A, 0xC5)))]
+packets = [prm, acknowledge] + exchange(nothing, nothing) + exchange(read, word) + foreign + exchange(nothing, nothing)
+write(sys.argv[2], packets, 25000)
+PYTHON
+dissected -2 -r "$work/watchdog.pcapng" -T fields -e frame.number -e _ws.expert.message -e _ws.col.Info |
+    sed -n '/watchdog\|1020/p' >"$work/watchdog"
+diff -u - "$work/watchdog" >"$work/difference" <<'WATCHDOG' || fail "the watchdog reads otherwise: $(<"$work/difference")"
+1		Set_Prm lock, watchdog 60 ms, ident 0AC5
+5		Data_Exchange read 1020 System status word, STW 0000 (OFF1, OFF2, stop, intermediate stop), HSW 0
+6		Data_Exchange 1020 System status word = 0980 (motor released, FAULT, not ready to travel), ZSW 2B23 (OFF2 given, stands still, not ready to travel), HIW 0
+9	The DP watchdog has expired: 75 ms without an answered request of the owner, the watchdog is 60 ms	Data_Exchange [watchdog expired] STW 0000 (OFF1, OFF2, stop, intermediate stop), HSW 0
+WATCHDOG
+cat "$work/watchdog"
 
 echo "== garbage through profibus.lua"
 python3 "$here/garbage.py" "$work/garbage.pcapng" "${GARBAGE[@]}"

@@ -12,6 +12,7 @@ use profidrive::fdl::Address;
 
 use super::link::{BaudSpec, expected_rates, tcp};
 use super::parameter::ParameterSpec;
+use super::quantity::Quantity;
 
 /// Commissions a drive, real or emulated: parameters, status, faults, motion
 ///
@@ -111,14 +112,17 @@ Examples:
     #[command(after_help = "\
 Examples:
   profidrive master --link /tmp/bus --address 5 write v-Pos 60
-  profidrive master --link /tmp/bus --address 5 write 1017 -250000")]
+  profidrive master --link /tmp/bus --address 5 write limit2 -25.5mm
+  profidrive master --link /tmp/bus --address 5 write 970 2 --yes")]
     Write {
         /// Number or name of the parameter: 1004, v-Pos; on CANopen as for read
         #[arg(value_name = "PNU[.SUB]")]
         parameter: Asked,
-        /// The number to write, decimal or 0x...
-        #[arg(allow_hyphen_values = true, value_parser = number)]
-        value: i64,
+        /// The number to write, decimal or 0x..., with its unit if you like: 60, 60rpm, 8.25mm, 800inc
+        #[arg(allow_hyphen_values = true)]
+        value: Quantity,
+        #[command(flatten)]
+        sure: Sure,
     },
     /// Reads all parameters of the drive
     #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 params --json")]
@@ -176,11 +180,13 @@ Examples:
     #[command(after_help = "\
 Examples:
   profidrive master --link /tmp/bus --address 5 calibrate
-  profidrive master --link /tmp/bus --address 5 calibrate 0")]
+  profidrive master --link /tmp/bus --address 5 calibrate 0 --yes")]
     Calibrate {
-        /// Write this calibration value first, decimal or 0x...
-        #[arg(allow_hyphen_values = true, value_parser = number)]
-        value: Option<i64>,
+        /// Write this calibration value first: decimal or 0x..., with its unit if you like
+        #[arg(allow_hyphen_values = true)]
+        value: Option<Quantity>,
+        #[command(flatten)]
+        sure: Sure,
     },
     /// Shows status and position until Ctrl-C: live on a terminal, else a line for each change
     #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 monitor --json > log")]
@@ -210,11 +216,11 @@ Examples:
     #[command(after_help = "\
 Examples:
   profidrive master --link /tmp/bus --address 5 move 1600
-  profidrive master --link /tmp/bus --address 5 move -500 --yes")]
+  profidrive master --link /tmp/bus --address 5 move -8.25mm --yes")]
     Move {
-        /// The position in increments, or 0.01 mm if a spindle pitch is set
-        #[arg(value_name = "POS", allow_negative_numbers = true)]
-        position: i32,
+        /// The position in increments, or 0.01 mm if a spindle pitch is set; or with its unit: 800inc, 8.25mm
+        #[arg(value_name = "POS", allow_hyphen_values = true)]
+        position: Quantity,
         #[command(flatten)]
         go: Go,
     },
@@ -254,6 +260,14 @@ Examples:
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(crate) struct Go {
     /// Do not ask before the drive moves
+    #[arg(long, short)]
+    pub(crate) yes: bool,
+}
+
+/// Leave to destroy what the drive keeps.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub(crate) struct Sure {
+    /// Do not ask before what cannot be taken back: loading a parameter set (PNU 970), calibrating
     #[arg(long, short)]
     pub(crate) yes: bool,
 }
@@ -520,20 +534,6 @@ fn time_within(text: &str, range: RangeInclusive<Duration>, expected: &str) -> R
     time(text).ok().filter(|time| range.contains(time)).ok_or_else(|| expected.into())
 }
 
-/// Decimal, or hexadecimal behind 0x and perhaps a sign.
-fn number(text: &str) -> Result<i64, String> {
-    let (sign, size) = text.strip_prefix('-').map_or((1, text), |size| (-1, size));
-    let number = match size.strip_prefix("0x") {
-        Some(digits) => hexadecimal(digits).map(|size| sign * i64::from(size)),
-        None => text.parse().ok(),
-    };
-    number.ok_or_else(|| "expected a number such as 60, -250000 or 0x1F4".into())
-}
-
-fn hexadecimal(digits: &str) -> Option<u32> {
-    u32::from_str_radix(digits, 16).ok().filter(|_| !digits.starts_with('+'))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -555,17 +555,12 @@ mod tests {
     }
 
     #[test]
-    fn times_and_numbers_are_read_as_they_are_written() {
+    fn times_are_read_as_they_are_written() {
         assert_eq!(time("1.5s"), Ok(Duration::from_millis(1500)));
         assert_eq!(time("20ms"), Ok(Duration::from_millis(20)));
         for wrong in ["", "5", "s", "-1s", "1e99s", "2m", "nans"] {
             assert!(time(wrong).is_err(), "{wrong}");
         }
         assert!(watchdog("9ms").is_err() && watchdog("651s").is_err() && watchdog("10ms").is_ok());
-        assert_eq!((number("-5"), number("0x1F4")), (Ok(-5), Ok(500)));
-        assert_eq!((number("-0x10"), number("0xFFFFFFFF")), (Ok(-16), Ok(0xFFFF_FFFF)));
-        for wrong in ["0x-5", "0x+5", "five", "--5", "-", "0x", "0x100000000", "-x"] {
-            assert!(number(wrong).is_err(), "{wrong}");
-        }
     }
 }

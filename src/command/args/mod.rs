@@ -14,13 +14,14 @@ mod master;
 mod node;
 mod parameter;
 mod ppo_drive;
+mod quantity;
 mod quirk;
 mod station;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{ArgAction, CommandFactory, Parser, Subcommand};
 
 use super::{Failure, report};
@@ -37,10 +38,13 @@ pub(crate) use gsd::{Check as GsdCheck, Gsd as GsdArgs};
 pub(crate) use judge::{Judge, JudgedStation, millis as judge_millis};
 pub(crate) use link::{BaudSpec, LinkSpec};
 pub(crate) use manual::{Completions, Man};
-pub(crate) use master::{Action, AddressRange, CanPlace, Direction, Go, Master, MasterLink, Motion};
+#[cfg(test)]
+pub(crate) use master::Go;
+pub(crate) use master::{Action, AddressRange, CanPlace, Direction, Master, MasterLink, Motion};
 pub(crate) use node::NodeSpec;
 pub(crate) use parameter::{ParameterSpec, find as find_parameter, plain};
 pub(crate) use ppo_drive::PpoDriveSpec;
+pub(crate) use quantity::Quantity;
 pub(crate) use quirk::QuirkSpec;
 pub(crate) use station::StationSpec;
 
@@ -136,6 +140,17 @@ impl Args {
         }
     }
 
+    /// Whether the result is JSON, for programs: then a failure is too.
+    pub(crate) fn wants_json(&self) -> bool {
+        match &self.command {
+            Command::Master(master) => master.json,
+            Command::Decode(decode) => decode.json,
+            Command::Gsd(gsd) => gsd.json,
+            Command::Encode(encode) => encode.json,
+            Command::Demo(_) | Command::Emulate(_) | Command::Eds(_) | Command::Judge(_) => false,
+        }
+    }
+
     /// What no single argument shows.
     fn check(&self) -> Result<(), String> {
         match &self.command {
@@ -166,7 +181,7 @@ impl Refusal {
             true => format!("a command is missing; {}", read_on()),
             false => self.line(),
         };
-        report(&Failure::Usage(line))
+        report(&Failure::Usage(line), wants_json(std::env::args_os()))
     }
 
     /// The first paragraph of the parser's error as one line, and where to read on.
@@ -175,8 +190,31 @@ impl Refusal {
         let lines: Vec<&str> = text.lines().map(str::trim).take_while(|line| !line.is_empty()).collect();
         let line = lines.join(" ");
         let line = line.strip_prefix("error: ").unwrap_or(&line);
-        format!("{line}; {}", read_on())
+        format!("{line}{}; {}", self.suggested(), read_on())
     }
+
+    /// What was perhaps meant.
+    fn suggested(&self) -> String {
+        let kinds =
+            [ContextKind::SuggestedSubcommand, ContextKind::SuggestedArg, ContextKind::SuggestedValue];
+        let values = kinds.into_iter().find_map(|kind| self.0.get(kind));
+        let quoted = match values {
+            Some(ContextValue::String(one)) => format!("'{one}'"),
+            Some(ContextValue::Strings(some)) => {
+                some.iter().map(|one| format!("'{one}'")).collect::<Vec<_>>().join(" or ")
+            }
+            // A kind that is of no use here, or a newer one.
+            Some(_) | None => String::new(),
+        };
+        if quoted.is_empty() { quoted } else { format!("; did you mean {quoted}?") }
+    }
+}
+
+/// Whether a command line that was not understood asks for JSON. Of `judge` it names a file.
+fn wants_json(arguments: impl IntoIterator<Item = OsString>) -> bool {
+    let arguments: Vec<_> = arguments.into_iter().skip(1).collect();
+    let named = |name: &str| arguments.iter().any(|argument| argument == name);
+    named("--json") && !named("judge")
 }
 
 /// Where to read on, for who got the command line wrong.
@@ -239,5 +277,47 @@ mod tests {
             let error = numbers(overlap).unwrap_err();
             assert!(error.contains("two drives have address"), "{error}");
         }
+    }
+
+    /// The command lines of a page: in blocks, behind `$` or not, of `profidrive` or `cargo run`.
+    fn command_lines(page: &str) -> Vec<String> {
+        let whole = page.replace("\\\n", " ");
+        let lines = whole.lines().map(|line| line.trim_start().trim_start_matches("$ "));
+        let of_us = lines.filter_map(|line| match line.split_once(" -- ") {
+            Some((cargo, arguments)) if cargo.starts_with("cargo run") && !cargo.contains("--example") => {
+                Some(arguments)
+            }
+            Some(_) | None => line.strip_prefix("profidrive "),
+        });
+        of_us
+            .map(|line| line.split(['#', '>', '<', '|', '&']).next().unwrap_or_default().trim().to_owned())
+            .collect()
+    }
+
+    #[test]
+    fn every_command_line_of_a_document_is_one() {
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+        let docs = std::fs::read_dir(root.join("docs")).unwrap().map(|entry| entry.unwrap().path());
+        let pages =
+            docs.chain([root.join("README.md")]).filter(|page| page.extension().is_some_and(|md| md == "md"));
+        let mut checked = 0;
+        for page in pages {
+            for line in command_lines(&std::fs::read_to_string(&page).unwrap()) {
+                // The form of a command, with places to fill in.
+                if line.contains('[') || line.contains("...") {
+                    continue;
+                }
+                let words = line.split_whitespace().map(|word| OsString::from(word.trim_matches('\'')));
+                if let Err(refusal) =
+                    Args::from_arguments([OsString::from("profidrive")].into_iter().chain(words))
+                {
+                    let asked =
+                        matches!(refusal.0.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion);
+                    assert!(asked, "{}: profidrive {line}: {}", page.display(), refusal.0);
+                }
+                checked += 1;
+            }
+        }
+        assert!(checked > 25, "{checked}");
     }
 }

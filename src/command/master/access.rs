@@ -12,7 +12,7 @@ use super::trouble::Trouble;
 use super::value::{Item, is_length, lengths, lengths_in};
 use super::{say, watch};
 use crate::command::Failure;
-use crate::command::args::ParameterSpec;
+use crate::command::args::{ParameterSpec, Quantity};
 
 /// Whether a write can be right for any drive. `command` is whose help says more.
 pub(super) fn check(parameter: &ParameterSpec, value: i64, command: &str) -> Result<(), Failure> {
@@ -50,10 +50,14 @@ pub(super) fn read<L: Link, C: Clock>(
 pub(super) fn write<L: Link, C: Clock>(
     drive: &mut Drive<L, C>,
     parameter: &ParameterSpec,
-    number: i64,
+    wanted: Quantity,
     json: bool,
 ) -> Result<(), Failure> {
     let entry = parameter.entry;
+    let number = wanted.number_of(entry).map_err(Failure::Usage)?;
+    if is_length(entry) {
+        wanted.fits(lengths(drive)?).map_err(Failure::Usage)?;
+    }
     let is_command = entry.access() == Access::WriteOnly;
     let before = if is_command { None } else { Some(Item::read(drive, entry, None)) };
     let before = before.transpose().map_err(|trouble| refusal(drive, trouble, entry, Some(number)))?;

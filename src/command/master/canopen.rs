@@ -59,9 +59,13 @@ pub(super) fn master(args: &Master, place: &CanPlace) -> Result<(), Failure> {
     drive.identify()?;
     match &args.action {
         Action::Read { parameter } => drive.show_entry(&parameter.0, args.json),
-        Action::Write { parameter, value } => drive.write_entry(&parameter.0, *value, args.json),
+        Action::Write { parameter, value, .. } => {
+            drive.write_entry(&parameter.0, value.plain().map_err(Failure::Usage)?, args.json)
+        }
         Action::Status => drive.show_status(args.json),
-        Action::Motion(Motion::Move { position, .. }) => drive.travel(*position, args.json),
+        Action::Motion(Motion::Move { position, .. }) => {
+            drive.travel(position.position().map_err(Failure::Usage)?, args.json)
+        }
         Action::Stop => drive.halt(args.json),
         Action::Scan { .. }
         | Action::Diag

@@ -12,6 +12,7 @@ use super::access::refusal;
 use super::say;
 use super::value::{Item, lengths};
 use crate::command::Failure;
+use crate::command::args::Quantity;
 
 /// The fault buffer in words.
 pub(super) fn faults<L: Link, C: Clock>(
@@ -36,7 +37,8 @@ pub(super) fn faults<L: Link, C: Clock>(
         return say(json!({ "count": count, "faults": faults }));
     }
     let cleared = if clear { "cleared; " } else { "" };
-    say(format_args!("{cleared}{count} faults since the buffer was cleared, newest first:"))?;
+    let faults_of = if count == 1 { "fault" } else { "faults" };
+    say(format_args!("{cleared}{count} {faults_of} since the buffer was cleared, newest first:"))?;
     if faults.is_empty() {
         return say("  none");
     }
@@ -49,16 +51,18 @@ pub(super) fn faults<L: Link, C: Clock>(
 /// Sets the position to the calibration value.
 pub(super) fn calibrate<L: Link, C: Clock>(
     drive: &mut Drive<L, C>,
-    value: Option<i64>,
+    value: Option<Quantity>,
     json: bool,
 ) -> Result<(), Failure> {
     let calibration = Parameter::CalibrationValue.entry();
     let position = Reading::Position.entry();
     let before = drive.read(position.pnu, None, position.width)?.bits().cast_signed();
-    if let Some(value) = value {
+    if let Some(wanted) = value {
+        wanted.fits(lengths(drive)?).map_err(Failure::Usage)?;
+        let number = wanted.number_of(calibration).map_err(Failure::Usage)?;
         drive
-            .write(calibration.pnu, Value::of(calibration.width, i32::try_from(value).unwrap_or(i32::MAX)))
-            .map_err(|trouble| refusal(drive, trouble, calibration, Some(value)))?;
+            .write(calibration.pnu, Value::of(calibration.width, i32::try_from(number).unwrap_or(i32::MAX)))
+            .map_err(|trouble| refusal(drive, trouble, calibration, Some(number)))?;
     }
     let wanted = drive.read(calibration.pnu, None, calibration.width)?.bits().cast_signed();
     command(drive, CALIBRATE)?;

@@ -43,12 +43,14 @@ pub(crate) fn master(args: &Master) -> Result<(), Failure> {
         return canopen::master(args, &place);
     }
     // What can be known without a drive is known before anything is sent.
-    if let Action::Write { parameter, value } = &args.action {
-        access::check(&parameter.parameter().map_err(Failure::Usage)?, *value, "write")?;
+    if let Action::Write { parameter, value, .. } = &args.action {
+        let parameter = parameter.parameter().map_err(Failure::Usage)?;
+        access::check(&parameter, value.number_of(parameter.entry).map_err(Failure::Usage)?, "write")?;
     }
-    if let Action::Calibrate { value: Some(value) } = args.action {
+    if let Action::Calibrate { value: Some(value), .. } = args.action {
         let entry = Parameter::CalibrationValue.entry();
-        access::check(&ParameterSpec { entry, element: None }, value, "calibrate")?;
+        let number = value.number_of(entry).map_err(Failure::Usage)?;
+        access::check(&ParameterSpec { entry, element: None }, number, "calibrate")?;
     }
     let leave = motion::confirm(args)?;
     // Before the drive is taken, so that no signal ends the process with the drive moving.
@@ -73,7 +75,7 @@ fn act<L: Link, C: Clock>(
             let parameter = parameter.parameter().map_err(Failure::Usage)?;
             with(session, address()?, |drive| access::read(drive, &parameter, json))
         }
-        Action::Write { parameter, value } => {
+        Action::Write { parameter, value, .. } => {
             let parameter = parameter.parameter().map_err(Failure::Usage)?;
             with(session, address()?, |drive| access::write(drive, &parameter, *value, json))
         }
@@ -88,7 +90,7 @@ fn act<L: Link, C: Clock>(
         Action::Status => with(session, address()?, |drive| status::status(drive, json)),
         Action::Monitor { limit } => with(session, address()?, |drive| status::monitor(drive, *limit, json)),
         Action::Faults { clear } => with(session, address()?, |drive| faults::faults(drive, *clear, json)),
-        Action::Calibrate { value } => {
+        Action::Calibrate { value, .. } => {
             with(session, address()?, |drive| faults::calibrate(drive, *value, json))
         }
         Action::Stop => with(session, address()?, |drive| motion::stop(drive, json)),

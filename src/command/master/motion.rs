@@ -14,7 +14,7 @@ use profidrive::explain::value::Lengths;
 use profidrive::explain::words::said;
 use profidrive::host::{Clock, Link};
 use profidrive::master::{Drive, DriveError, Reached, Seen};
-use profidrive::param::Gear;
+use profidrive::param::{Gear, LOAD_PARAMETER_SET, TABLE};
 use serde_json::json;
 
 use super::say;
@@ -22,7 +22,7 @@ use super::status::{actual, mode, travels};
 use super::trouble::Trouble;
 use super::value::lengths;
 use crate::command::Failure;
-use crate::command::args::{Action, Direction, Go, Master, Motion};
+use crate::command::args::{Action, Direction, Master, Motion};
 
 /// How long a drive that runs out is waited for.
 const RUN_OUT: Duration = Duration::from_secs(30);
@@ -33,12 +33,37 @@ pub(super) struct Confirmed(());
 
 /// Asks for confirmation, before anything is sent.
 pub(super) fn confirm(args: &Master) -> Result<Confirmed, Failure> {
-    let Action::Motion(motion) = &args.action else {
-        return Ok(Confirmed(()));
+    let motion = match &args.action {
+        Action::Motion(motion) => motion,
+        Action::Write { parameter, value, sure } if args.can_place().is_none() => {
+            let loads = parameter.parameter().is_ok_and(|spec| spec.entry.pnu == LOAD_PARAMETER_SET);
+            return if loads { ask(args, sure.yes, &loading(value.plain())) } else { Ok(Confirmed(())) };
+        }
+        Action::Calibrate { sure, .. } => {
+            return ask(args, sure.yes, "take another zero for its positions. Is that meant?");
+        }
+        Action::Scan { .. }
+        | Action::Diag
+        | Action::Read { .. }
+        | Action::Write { .. }
+        | Action::Params
+        | Action::Save { .. }
+        | Action::Restore { .. }
+        | Action::Status
+        | Action::Stop
+        | Action::Ack
+        | Action::Faults { .. }
+        | Action::Monitor { .. } => return Ok(Confirmed(())),
     };
     let (go, what) = match motion {
         Motion::Enable { go, .. } => (go, "take its motor into control".into()),
-        Motion::Move { go, position, .. } => (go, format!("travel to {position}")),
+        Motion::Move { go, position } => {
+            let checked = position
+                .position()
+                .and_then(|_| if args.can_place().is_some() { position.plain() } else { Ok(0) });
+            checked.map_err(Failure::Usage)?;
+            (go, format!("travel to {position}"))
+        }
         Motion::Jog { go, direction, .. } => (go, format!("turn in {} direction", way(*direction))),
         Motion::Velocity { go, rpm, .. } => {
             let fastest = i32::from(Gear::FASTEST.max_rpm());
@@ -50,20 +75,49 @@ pub(super) fn confirm(args: &Master) -> Result<Confirmed, Failure> {
             (go, format!("turn with {rpm} rpm"))
         }
     };
-    let Go { yes } = go;
-    if *yes {
+    ask(args, go.yes, &format!("{what}. Is everybody out of reach?"))
+}
+
+/// What a command of PNU 970 does to the drive.
+fn loading(command: Result<i64, String>) -> String {
+    let command = command.unwrap_or_default();
+    let entry = TABLE.iter().find(|entry| entry.pnu == LOAD_PARAMETER_SET);
+    let words = entry.map(|entry| entry.in_words(command, Lengths::Unknown).to_string()).unwrap_or_default();
+    format!(
+        "carry out the command {words} of PNU {LOAD_PARAMETER_SET}; what it replaces is lost. Is that meant?"
+    )
+}
+
+fn ask(args: &Master, yes: bool, what: &str) -> Result<Confirmed, Failure> {
+    if yes {
         return Ok(Confirmed(()));
     }
     if !io::stdin().is_terminal() || !io::stderr().is_terminal() {
-        return Err(Failure::Usage(
-            "a command that can turn a shaft needs --yes, or somebody at a terminal who confirms it".into(),
-        ));
+        let needs = match args.action {
+            Action::Motion(_) => "can turn a shaft",
+            Action::Scan { .. }
+            | Action::Diag
+            | Action::Read { .. }
+            | Action::Write { .. }
+            | Action::Params
+            | Action::Save { .. }
+            | Action::Restore { .. }
+            | Action::Status
+            | Action::Stop
+            | Action::Ack
+            | Action::Faults { .. }
+            | Action::Calibrate { .. }
+            | Action::Monitor { .. } => "replaces what the drive keeps",
+        };
+        return Err(Failure::Usage(format!(
+            "a command that {needs} needs --yes, or somebody at a terminal who confirms it"
+        )));
     }
     let number = match args.node {
         Some(node) => node.number(),
         None => args.drive().map_err(Failure::Usage)?.number(),
     };
-    let asked = write!(io::stderr(), "Drive {number} will {what}. Is everybody out of reach? [y/N] ");
+    let asked = write!(io::stderr(), "Drive {number} will {what} [y/N] ");
     let mut answer = String::new();
     let answered = asked.and_then(|()| io::stdin().lock().read_line(&mut answer));
     match (answered, answer.trim()) {
@@ -115,6 +169,9 @@ pub(super) fn motion<L: Link, C: Clock>(
     json: bool,
 ) -> Result<(), Failure> {
     let reading = Reading::of(drive, json)?;
+    if let Motion::Move { position, .. } = motion {
+        position.fits(reading.lengths).map_err(Failure::Usage)?;
+    }
     let outcome = turn(drive, motion, &reading);
     let Rest { hiw, refused } = match wind_down(drive) {
         Ok(rest) => rest,
@@ -168,6 +225,7 @@ fn turn<L: Link, C: Clock>(
         Motion::Jog { direction, limit, .. } => (Some(Goal::Jog(way(direction))), limit, "turned"),
         Motion::Velocity { rpm, limit, .. } => (Some(Goal::Velocity(rpm)), limit, "turned"),
         Motion::Move { position, .. } => {
+            let position = position.position().map_err(Trouble::Ended)?;
             return Ok(match drive.reach(Goal::MoveTo(position))? {
                 Reached::Done(_) => End::Done("reached"),
                 Reached::Interrupted => End::Interrupted,
@@ -266,6 +324,7 @@ mod tests {
     use profidrive::param::{Model, Parameter, Value};
 
     use super::*;
+    use crate::command::args::Go;
     use crate::command::master::rig::{Cut, Rig};
 
     const GO: Go = Go { yes: true };
@@ -282,12 +341,12 @@ mod tests {
         let rig = Rig::new(Model::Ag03_1);
         let mut drive = rig.drive();
         rig.set_inputs(Inputs::default().provoking(Fault::B));
-        let blocked = ends(&mut drive, Motion::Move { position: 1000, go: GO });
+        let blocked = ends(&mut drive, Motion::Move { position: "1000".parse().unwrap(), go: GO });
         assert!(blocked.contains("; the drive stands, position 0 inc"), "{blocked}");
         rig.set_inputs(Inputs::default());
         for asked in [
             Motion::Enable { go: GO, limit: Some(Duration::from_secs(1)) },
-            Motion::Move { position: 0, go: GO },
+            Motion::Move { position: "0".parse().unwrap(), go: GO },
         ] {
             let line = ends(&mut drive, asked);
             assert!(line.contains("fault") && line.contains("; the drive stands, position 0 inc"), "{line}");
@@ -302,7 +361,7 @@ mod tests {
             let rig = Rig::new(Model::Ag03_1);
             let mut drive = rig.drive();
             rig.cut(telegrams, Cut::Heat);
-            let line = ends(&mut drive, Motion::Move { position: 100_000, go: GO });
+            let line = ends(&mut drive, Motion::Move { position: "100000".parse().unwrap(), go: GO });
             assert!(line.contains("; the drive stands, position "), "{telegrams}: {line}");
             assert!(!rig.turns() && !rig.is_whole(), "{telegrams}: {line}");
             turning += usize::from(!line.contains("position 0 inc"));
@@ -328,7 +387,7 @@ mod tests {
         let rig = Rig::new(Model::Ag03_1);
         let mut drive = rig.drive();
         rig.cut(200, Cut::Answers);
-        let line = ends(&mut drive, Motion::Move { position: 100_000, go: GO });
+        let line = ends(&mut drive, Motion::Move { position: "100000".parse().unwrap(), go: GO });
         assert!(line.contains("its watchdog releases the motor within 1s, and it runs out"), "{line}");
     }
 }

@@ -4,6 +4,7 @@ use axum::extract::FromRef;
 use axum::middleware;
 use axum::routing::{get, post, put};
 use axum::{Json, Router};
+use std::format;
 use std::prelude::v1::*;
 use std::sync::Arc;
 use utoipa::OpenApi;

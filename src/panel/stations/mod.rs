@@ -10,6 +10,7 @@ mod diagnosis;
 mod state;
 pub(super) mod values;
 
+use std::format;
 use std::prelude::v1::*;
 
 use axum::Json;
