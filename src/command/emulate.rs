@@ -3,14 +3,17 @@
 use core::net::SocketAddr;
 use core::sync::atomic::Ordering;
 use core::time::Duration;
+use std::path::Path;
 
 use profidrive::device::{Config, Device, DipSwitches, Timing};
 use profidrive::fdl::{Address, RateChange};
 use profidrive::gsd::Station;
 use profidrive::host::link::fault::{Fault, Faults, Faulty, Gate, Switch};
+use profidrive::host::link::pty::Pty;
 use profidrive::host::link::serial::Serial;
+use profidrive::host::link::tcp::Tcp;
 use profidrive::host::{
-    Bus, BusEvent, Clock, Condition, Link, OutputBoard, Reach, Refusals, SlotTime, StateDir, Stop,
+    Bus, BusEvent, Clock, Condition, Error, Link, OutputBoard, Reach, Refusals, SlotTime, StateDir, Stop,
     StoredDevice, SystemClock, run,
 };
 use profidrive::panel::{BusAccess, Panel, PanelError};
@@ -426,9 +429,6 @@ fn open_tcp(
     rate: BaudRate,
     allow_remote: bool,
 ) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
-    use profidrive::host::Error;
-    use profidrive::host::link::tcp::{Reach, Tcp};
-
     let reach = if allow_remote { Reach::Network } else { Reach::ThisMachine };
     let tcp = Tcp::bind(place, rate, reach).map_err(|error| match matches!(error, Error::TcpReach { .. }) {
         true => Failure::Usage(format!(
@@ -444,13 +444,10 @@ fn open_tcp(
     Ok((rate, Box::new(tcp), format!("tcp:{address}")))
 }
 
-#[cfg(target_os = "linux")]
 fn open_pty(
-    path: Option<&std::path::Path>,
+    path: Option<&Path>,
     rate: Option<BaudRate>,
 ) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
-    use profidrive::host::link::pty::Pty;
-
     let mut pty = Pty::open(path).map_err(|error| Failure::from_error(&error))?;
     pty.follow_rate(rate.is_none());
     match rate {
@@ -459,17 +456,6 @@ fn open_pty(
     }
     let opened = pty.path().display().to_string();
     Ok((rate.unwrap_or(UNTIMED_RATE), Box::new(pty), opened))
-}
-
-#[cfg(not(target_os = "linux"))]
-use super::NO_PTY;
-
-#[cfg(not(target_os = "linux"))]
-fn open_pty(
-    _: Option<&std::path::Path>,
-    _: Option<BaudRate>,
-) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
-    Err(Failure::Other(NO_PTY.into()))
 }
 
 /// What every drive is made of, but for address, model and gear.

@@ -11,9 +11,9 @@ use profidrive::host::{Link, SystemClock};
 use profidrive::judge::{Ending, Judge, Operator, Progress, Report, Row, Setup, Slave, live};
 use tracing::{info, warn};
 
-use super::{Failure, signals};
 use super::args::{Judge as Args, JudgedStation, judge_millis};
 use super::emulate::{Opened, open_link};
+use super::{Failure, signals};
 
 mod operated;
 mod recorded;

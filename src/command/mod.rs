@@ -20,11 +20,6 @@ use std::process::ExitCode;
 
 use args::{Args, Command};
 
-/// Why there is no `pty:` link here, and what there is instead.
-#[cfg(not(target_os = "linux"))]
-pub(crate) const NO_PTY: &str = "pseudo-terminals (pty) are for Linux only; use tcp:127.0.0.1:PORT, or serial:PORT, on Windows of a \
-                                 pair of ports of com0com; see docs/platforms.md";
-
 /// Why the command ends without success, in one line that says what to do.
 #[derive(Debug)]
 pub(crate) enum Failure {

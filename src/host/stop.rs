@@ -3,12 +3,12 @@
 use std::io::{self, Read, Write};
 use std::sync::Arc;
 
+#[cfg(windows)]
+use std::net::TcpStream as Socket;
 #[cfg(unix)]
 use std::os::fd::{AsFd, BorrowedFd};
 #[cfg(unix)]
 use std::os::unix::net::UnixStream as Socket;
-#[cfg(windows)]
-use std::net::TcpStream as Socket;
 #[cfg(windows)]
 use std::os::windows::io::{AsSocket, BorrowedSocket};
 

@@ -17,9 +17,9 @@ use profidrive::time::Instant;
 use tracing::{debug, info, warn};
 
 use super::{Start, panel_reach, panel_started};
-use crate::command::signals::Signals;
 use crate::command::Failure;
 use crate::command::args::{Emulate, NodeSpec};
+use crate::command::signals::Signals;
 
 /// Every device knows it.
 const DEFAULT_RATE: BitRate = BitRate::K500;

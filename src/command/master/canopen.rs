@@ -16,9 +16,9 @@ use profidrive::time::BaudRate;
 use serde_json::json;
 
 use super::{motion, say};
-use crate::command::signals;
 use crate::command::Failure;
 use crate::command::args::{Action, CanPlace, Master, Motion, find_parameter, plain};
+use crate::command::signals;
 
 /// Octets of a value, at most as many as the client gives.
 type Octets = Vec<u8>;

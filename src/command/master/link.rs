@@ -24,7 +24,10 @@ pub(super) fn open(args: &Master) -> Result<(Box<dyn Link>, Settings), Failure> 
     let opened: Result<(Box<dyn Link>, Settings), _> = match &args.link {
         #[cfg(not(unix))]
         Some(MasterLink::Terminal(path)) => {
-            return Err(Failure::Usage(format!("{}: {}", path.display(), crate::command::NO_PTY)));
+            let path = path.display();
+            return Err(Failure::Usage(format!(
+                "{path} is no link on Windows; name a port as serial:COM3, or use tcp:HOST:PORT"
+            )));
         }
         #[cfg(unix)]
         Some(MasterLink::Terminal(path)) => {

@@ -32,8 +32,8 @@ use profidrive::host::{Clock, Link, SystemClock};
 use profidrive::master::{Session, SessionError};
 use profidrive::param::Parameter;
 
-use super::{Failure, signals};
 use super::args::{Action, Master, ParameterSpec};
+use super::{Failure, signals};
 use profidrive::master::{Drive, DriveError};
 use trouble::Trouble;
 

@@ -40,7 +40,8 @@ impl Com {
     pub(super) fn open(device: &str, rate: BaudRate, parity: Parity) -> Result<Self, Error> {
         let not_open =
             |source: io::Error| Error::SerialOpen { device: device.into(), advice: advice(&source), source };
-        let mut port = SerialPort::open(Path::new(device), |settings: Settings| Ok(settings)).map_err(not_open)?;
+        let mut port =
+            SerialPort::open(Path::new(device), |settings: Settings| Ok(settings)).map_err(not_open)?;
         set(&mut port, rate, parity).map_err(|source| Error::SerialSettings {
             device: device.into(),
             rate,
@@ -58,7 +59,8 @@ impl Com {
         arrived.set_nonblocking(true)?;
         let end = Arc::new(AtomicBool::new(false));
         let (reads, ends) = (port.try_clone()?, Arc::clone(&end));
-        let reader = thread::Builder::new().name("serial".into()).spawn(move || forward(&reads, tell, &ends))?;
+        let reader =
+            thread::Builder::new().name("serial".into()).spawn(move || forward(&reads, tell, &ends))?;
         Ok(Self { port, arrived, end, reader: Some(reader) })
     }
 
@@ -136,7 +138,9 @@ fn forward(port: &SerialPort, mut tell: TcpStream, end: &AtomicBool) {
 )]
 fn advice(error: &io::Error) -> &'static str {
     match error.kind() {
-        ErrorKind::NotFound => "check the name, such as COM3, in the Device Manager, and that the adapter is plugged in",
+        ErrorKind::NotFound => {
+            "check the name, such as COM3, in the Device Manager, and that the adapter is plugged in"
+        }
         ErrorKind::PermissionDenied => "it is in use by another program; end that one first",
         _ => "check the adapter",
     }

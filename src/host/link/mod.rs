@@ -5,7 +5,7 @@ mod com;
 pub mod fault;
 pub mod memory;
 mod pieces;
-#[cfg(target_os = "linux")]
+#[cfg_attr(not(target_os = "linux"), path = "no_pty.rs")]
 pub mod pty;
 #[cfg(feature = "serial")]
 pub mod serial;

@@ -177,11 +177,7 @@ impl Link for Serial {
         };
         let sent = match written {
             Ok(sent) => sent,
-            Err(error)
-                if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted) =>
-            {
-                0
-            }
+            Err(error) if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted) => 0,
             Err(error) => {
                 self.unplugged(error)?;
                 0
@@ -198,9 +194,7 @@ impl Link for Serial {
         }
         let stopped = PollFd::new(stop, PollFlags::IN);
         match &self.port {
-            State::Open(port) => {
-                poll_readable(&mut [port.watch(), stopped], timeout)
-            }
+            State::Open(port) => poll_readable(&mut [port.watch(), stopped], timeout),
             State::Gone { next, .. } => {
                 let pause = next.saturating_since(self.clock.now());
                 poll_readable(&mut [stopped], timeout.into_iter().chain([pause]).min())
