@@ -147,7 +147,12 @@ impl Args {
             Command::Decode(decode) => decode.json,
             Command::Gsd(gsd) => gsd.json,
             Command::Encode(encode) => encode.json,
-            Command::Demo(_) | Command::Emulate(_) | Command::Eds(_) | Command::Judge(_) => false,
+            Command::Demo(_)
+            | Command::Emulate(_)
+            | Command::Eds(_)
+            | Command::Judge(_)
+            | Command::Completions(_)
+            | Command::Man(_) => false,
         }
     }
 
