@@ -1,33 +1,33 @@
 //! `profidrive emulate`: drives on a line until a signal.
 
 use core::net::SocketAddr;
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::sync::atomic::Ordering;
 use core::time::Duration;
-use std::io;
-use std::sync::Arc;
+use std::path::Path;
 
 use profidrive::device::{Config, Device, DipSwitches, Timing};
 use profidrive::fdl::{Address, RateChange};
 use profidrive::gsd::Station;
 use profidrive::host::link::fault::{Fault, Faults, Faulty, Gate, Switch};
+use profidrive::host::link::pty::Pty;
 use profidrive::host::link::serial::Serial;
+use profidrive::host::link::tcp::Tcp;
 use profidrive::host::{
-    Bus, BusEvent, Clock, Condition, Link, OutputBoard, Reach, Refusals, SlotTime, StateDir, Stop,
+    Bus, BusEvent, Clock, Condition, Error, Link, OutputBoard, Reach, Refusals, SlotTime, StateDir, Stop,
     StoredDevice, SystemClock, run,
 };
 use profidrive::panel::{BusAccess, Panel, PanelError};
 use profidrive::param::{ParamError, Pnu, Value};
 use profidrive::process::{Point, Signal};
 use profidrive::time::{BaudRate, Instant};
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
 use tracing::{debug, info, warn};
 
 use super::args::{BaudSpec, DriveSpec, Emulate, LinkSpec, QuirkSpec};
+use super::signals::Signals;
 use super::{Failure, plant};
 pub(crate) use ppo_drive::PpoDrivePlan;
 
 mod lines;
-#[cfg(unix)]
 mod nodes;
 pub(crate) mod ppo_drive;
 pub(crate) mod station;
@@ -139,10 +139,7 @@ impl LinePlan {
 fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
     let LinePlan { args, drives, stations, faults, .. } = &plan;
     if let LinkSpec::Can(link) = &args.link {
-        #[cfg(unix)]
         return nodes::emulate(args, link, start);
-        #[cfg(not(unix))]
-        return Err(Failure::Other(format!("{link:?}: a CAN bus needs Unix")));
     }
     // Before the link is made, so that no signal ends the process with the link left behind.
     let signals = Signals::register().map_err(|error| Failure::from_error(&error))?;
@@ -255,44 +252,6 @@ fn arm(faults: &mut Faults, plans: &[FaultPlan], now: Instant) -> Vec<Watched> {
         faults.add_gated(*fault, gate);
     }
     watched
-}
-
-/// How signals reach the loop: each ends the run, and the flag says what for.
-struct Signals {
-    stop: Stop,
-    /// SIGINT, SIGTERM or SIGHUP came.
-    end: Arc<AtomicBool>,
-    /// SIGUSR1 came.
-    report: Arc<AtomicBool>,
-}
-
-impl Signals {
-    fn register() -> io::Result<Self> {
-        let stop = Stop::new()?;
-        let (end, report) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
-        let ends = [SIGINT, SIGTERM, SIGHUP].map(|signal| (signal, &end));
-        let asked = ends.into_iter().chain([(SIGUSR1, &report)]);
-        for (signal, flag) in asked.filter(|(signal, _)| *signal != SIGHUP || !hangup_is_ignored()) {
-            // Before what ends the run, so that it is seen then.
-            signal_hook::flag::register(signal, Arc::clone(flag))?;
-            signal_hook::low_level::pipe::register(signal, stop.waker()?)?;
-        }
-        Ok(Self { stop, end, report })
-    }
-
-    fn end(&self) {
-        self.end.store(true, Ordering::SeqCst);
-        self.stop.request();
-    }
-}
-
-/// Whether whoever started this process had it ignore SIGHUP, as `nohup` does. Told only by Linux.
-fn hangup_is_ignored() -> bool {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    let ignored = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);
-    // The lowest bit is signal 1.
-    ignored >> (SIGHUP - 1) & 1 == 1
 }
 
 /// Says what happens: the ready line on stdout, the rest in the log.
@@ -505,15 +464,11 @@ fn open(
     }
 }
 
-#[cfg(unix)]
 fn open_tcp(
     place: &str,
     rate: BaudRate,
     allow_remote: bool,
 ) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
-    use profidrive::host::Error;
-    use profidrive::host::link::tcp::{Reach, Tcp};
-
     let reach = if allow_remote { Reach::Network } else { Reach::ThisMachine };
     let tcp = Tcp::bind(place, rate, reach).map_err(|error| match matches!(error, Error::TcpReach { .. }) {
         true => Failure::Usage(format!(
@@ -529,18 +484,10 @@ fn open_tcp(
     Ok((rate, Box::new(tcp), format!("tcp:{address}")))
 }
 
-#[cfg(not(unix))]
-fn open_tcp(_: &str, _: BaudRate, _: bool) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
-    Err(Failure::Other("tcp links need Unix; use --link serial:DEVICE --baud RATE".into()))
-}
-
-#[cfg(target_os = "linux")]
 fn open_pty(
-    path: Option<&std::path::Path>,
+    path: Option<&Path>,
     rate: Option<BaudRate>,
 ) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
-    use profidrive::host::link::pty::Pty;
-
     let mut pty = Pty::open(path).map_err(|error| Failure::from_error(&error))?;
     pty.follow_rate(rate.is_none());
     match rate {
@@ -549,14 +496,6 @@ fn open_pty(
     }
     let opened = pty.path().display().to_string();
     Ok((rate.unwrap_or(UNTIMED_RATE), Box::new(pty), opened))
-}
-
-#[cfg(not(target_os = "linux"))]
-fn open_pty(
-    _: Option<&std::path::Path>,
-    _: Option<BaudRate>,
-) -> Result<(BaudRate, Box<dyn Link>, String), Failure> {
-    Err(Failure::Other("pty links need Linux; use --link serial:DEVICE --baud RATE".into()))
 }
 
 /// What every drive is made of, but for address, model and gear.

@@ -7,13 +7,13 @@ use std::process::ExitCode;
 
 use profidrive::host::capture::{Capture, Interface};
 use profidrive::host::link::tap::{Batch, Tap};
-use profidrive::host::{Link, Stop, SystemClock};
+use profidrive::host::{Link, SystemClock};
 use profidrive::judge::{Ending, Judge, Operator, Progress, Report, Row, Setup, Slave, live};
 use tracing::{info, warn};
 
-use super::Failure;
 use super::args::{Judge as Args, JudgedStation, judge_millis};
 use super::emulate::{Opened, open_link};
+use super::{Failure, signals};
 
 mod operated;
 mod recorded;
@@ -33,11 +33,7 @@ pub(crate) fn judge(args: &Args) -> Result<ExitCode, Failure> {
         let report = recorded::judge(file, setup, &rows)?;
         return finish(args, &report);
     }
-    let stop = Stop::new().map_err(|error| Failure::from_error(&error))?;
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM, signal_hook::consts::SIGHUP] {
-        let waker = stop.waker().map_err(|error| Failure::from_error(&error))?;
-        signal_hook::low_level::pipe::register(signal, waker).map_err(|error| Failure::from_error(&error))?;
-    }
+    let stop = signals::stop_at_end().map_err(|error| Failure::from_error(&error))?;
     let more = scenarios::read(&args.scenarios, &setup)?;
     for scenario in &more {
         if !scenario.is_for(&rows) {

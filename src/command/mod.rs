@@ -9,9 +9,11 @@ mod encode;
 mod gsd;
 mod judge;
 mod log;
+mod manual;
 mod master;
 mod named;
 mod plant;
+mod signals;
 
 use core::error::Error;
 use std::io::{self, Write};
@@ -58,6 +60,8 @@ pub(crate) fn main() -> ExitCode {
         Command::Eds(args) => eds::eds(&args),
         Command::Encode(args) => encode::encode(&args),
         Command::Gsd(args) => gsd::gsd(&args),
+        Command::Completions(args) => manual::completions(args),
+        Command::Man(args) => manual::man(&args),
         Command::Judge(args) => {
             let outcome = judge::judge(&args);
             log.finish();

@@ -48,7 +48,14 @@ pub(super) fn is_locked(file: &File) -> io::Result<bool> {
     }
 }
 
-#[cfg(not(unix))]
-pub(super) fn locked(_: &File) -> io::Result<bool> {
-    Ok(true)
+/// Locks a file for this process until it is closed; `false`: another has locked it.
+#[cfg(windows)]
+pub(super) fn locked(file: &File) -> io::Result<bool> {
+    use fs4::{FileExt, TryLockError};
+
+    match FileExt::try_lock(file) {
+        Ok(()) => Ok(true),
+        Err(TryLockError::WouldBlock) => Ok(false),
+        Err(TryLockError::Error(error)) => Err(error),
+    }
 }

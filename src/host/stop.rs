@@ -1,46 +1,39 @@
 //! How a run loop is told to end.
 
-use std::io;
+use std::io::{self, Read, Write};
 use std::sync::Arc;
 
+#[cfg(windows)]
+use std::net::TcpStream as Socket;
 #[cfg(unix)]
 use std::os::fd::{AsFd, BorrowedFd};
 #[cfg(unix)]
-use std::os::unix::net::UnixStream;
-
-#[cfg(not(unix))]
-use core::sync::atomic::{AtomicBool, Ordering};
+use std::os::unix::net::UnixStream as Socket;
+#[cfg(windows)]
+use std::os::windows::io::{AsSocket, BorrowedSocket};
 
 /// Asks [`super::run()`] to end, from a signal handler, another thread or a test. Clones are the same request.
 ///
-/// On Unix this is a socket pair: a request makes one end readable for good, so a link can sleep in `poll` on its
-/// own descriptor and on this one, and no request can fall between a look and the sleep after it.
+/// This is a socket pair: a request makes one end readable for good, so a link can sleep in `poll` on its own
+/// descriptor and on this one, and no request can fall between a look and the sleep after it.
 #[derive(Clone, Debug)]
 pub struct Stop {
     inner: Arc<Inner>,
 }
 
-#[cfg(unix)]
 #[derive(Debug)]
 struct Inner {
-    readable_when_requested: UnixStream,
-    waker: UnixStream,
+    readable_when_requested: Socket,
+    waker: Socket,
 }
 
-#[cfg(not(unix))]
-#[derive(Debug)]
-struct Inner {
-    requested: AtomicBool,
-}
-
-#[cfg(unix)]
 impl Stop {
     /// Not yet requested.
     ///
     /// # Errors
     /// The process has no file descriptors left.
     pub fn new() -> io::Result<Self> {
-        let (readable_when_requested, waker) = UnixStream::pair()?;
+        let (readable_when_requested, waker) = pair()?;
         waker.set_nonblocking(true)?;
         Ok(Self { inner: Arc::new(Inner { readable_when_requested, waker }) })
     }
@@ -48,7 +41,7 @@ impl Stop {
     /// Requests the end. Asking twice changes nothing.
     pub fn request(&self) {
         // A full socket means that the request was made long ago.
-        let _ = rustix::io::write(&self.inner.waker, &[1]);
+        let _ = (&self.inner.waker).write(&[1]);
     }
 
     /// Whether the end was requested.
@@ -65,7 +58,7 @@ impl Stop {
         let mut octets = [0; 64];
         while self.is_requested() {
             // The socket was readable just now and nobody else reads it: this does not block.
-            if rustix::io::read(&self.inner.readable_when_requested, &mut octets).is_err() {
+            if (&self.inner.readable_when_requested).read(&mut octets).is_err() {
                 return;
             }
         }
@@ -75,9 +68,20 @@ impl Stop {
     ///
     /// # Errors
     /// The process has no file descriptors left.
-    pub fn waker(&self) -> io::Result<UnixStream> {
+    #[cfg(unix)]
+    pub fn waker(&self) -> io::Result<Socket> {
         self.inner.waker.try_clone()
     }
+}
+
+#[cfg(unix)]
+fn pair() -> io::Result<(Socket, Socket)> {
+    Socket::pair()
+}
+
+#[cfg(windows)]
+fn pair() -> io::Result<(Socket, Socket)> {
+    super::link::socket_pair()
 }
 
 #[cfg(unix)]
@@ -88,36 +92,17 @@ impl AsFd for Stop {
     }
 }
 
-#[cfg(not(unix))]
-impl Stop {
-    /// Not yet requested.
-    ///
-    /// # Errors
-    /// None on this operating system.
-    pub fn new() -> io::Result<Self> {
-        Ok(Self { inner: Arc::new(Inner { requested: AtomicBool::new(false) }) })
-    }
-
-    /// Requests the end. Asking twice changes nothing.
-    pub fn request(&self) {
-        self.inner.requested.store(true, Ordering::SeqCst);
-    }
-
-    /// Whether the end was requested.
-    pub fn is_requested(&self) -> bool {
-        self.inner.requested.load(Ordering::SeqCst)
-    }
-
-    /// Takes the request back, for a loop that goes on. A request that is made at the same time may go with it.
-    pub fn clear(&self) {
-        self.inner.requested.store(false, Ordering::SeqCst);
+#[cfg(windows)]
+impl AsSocket for Stop {
+    /// A socket that becomes readable with the request. Do not read from it.
+    fn as_socket(&self) -> BorrowedSocket<'_> {
+        self.inner.readable_when_requested.as_socket()
     }
 }
 
-#[cfg(all(test, unix))]
+#[cfg(test)]
 mod tests {
     use super::*;
-    use std::io::Write;
 
     #[test]
     fn a_request_stays_and_reaches_every_clone() {
@@ -144,6 +129,7 @@ mod tests {
         assert!(clone.is_requested());
     }
 
+    #[cfg(unix)]
     #[test]
     fn an_octet_from_a_signal_handler_is_a_request() {
         let stop = Stop::new().unwrap();

@@ -50,7 +50,6 @@ const HEAD_OCTETS: usize = 16 * 1024;
 const BODY_OCTETS: usize = 16 * 1024;
 
 /// Octets that the kernel keeps for a reader at most; it doubles what it is told.
-#[cfg(unix)]
 const SEND_BUFFER: usize = 64 * 1024;
 
 /// After the operating system could not accept a connection (no descriptor is left, say).
@@ -107,7 +106,6 @@ fn refuse(stream: TcpStream) {
 async fn connection(stream: TcpStream, service: Router, _place: OwnedSemaphorePermit) {
     // States are small and shall come when they are; what nobody reads shall not fill the memory of the kernel.
     let _ = stream.set_nodelay(true);
-    #[cfg(unix)]
     let _ = rustix::net::sockopt::set_socket_send_buffer_size(&stream, SEND_BUFFER);
     let served = http1::Builder::new()
         .timer(TokioTimer::new())

@@ -37,6 +37,8 @@ mod kill;
 #[cfg(target_os = "linux")]
 mod left_behind;
 #[cfg(target_os = "linux")]
+mod manual;
+#[cfg(target_os = "linux")]
 mod master_can;
 #[cfg(target_os = "linux")]
 mod master_command;

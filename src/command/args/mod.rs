@@ -9,6 +9,7 @@ mod encode;
 mod gsd;
 mod judge;
 mod link;
+mod manual;
 mod master;
 mod master_link;
 mod node;
@@ -37,6 +38,7 @@ pub(crate) use encode::{
 pub(crate) use gsd::{Check as GsdCheck, Gsd as GsdArgs};
 pub(crate) use judge::{Judge, JudgedStation, millis as judge_millis};
 pub(crate) use link::{BaudSpec, LinkSpec};
+pub(crate) use manual::{Completions, Man};
 #[cfg(test)]
 pub(crate) use master::Go;
 pub(crate) use master::{Action, AddressRange, Direction, Master, Motion};
@@ -87,6 +89,8 @@ pub(crate) enum Command {
     Eds(Eds),
     Gsd(GsdArgs),
     Judge(Box<Judge>),
+    Completions(Completions),
+    Man(Man),
 }
 
 /// How much is logged.
@@ -130,7 +134,9 @@ impl Args {
             | Command::Encode(_)
             | Command::Eds(_)
             | Command::Gsd(_)
-            | Command::Judge(_) => self.verbosity,
+            | Command::Judge(_)
+            | Command::Completions(_)
+            | Command::Man(_) => self.verbosity,
             // What it says is its result, and a failure its last line.
             Command::Master(_) => Verbosity { quiet: self.verbosity.verbose == 0, ..self.verbosity },
         }
@@ -143,7 +149,12 @@ impl Args {
             Command::Decode(decode) => decode.json,
             Command::Gsd(gsd) => gsd.json,
             Command::Encode(encode) => encode.json,
-            Command::Demo(_) | Command::Emulate(_) | Command::Eds(_) | Command::Judge(_) => false,
+            Command::Demo(_)
+            | Command::Emulate(_)
+            | Command::Eds(_)
+            | Command::Judge(_)
+            | Command::Completions(_)
+            | Command::Man(_) => false,
         }
     }
 
@@ -154,7 +165,9 @@ impl Args {
             | Command::Decode(_)
             | Command::Encode(_)
             | Command::Eds(_)
-            | Command::Gsd(_) => Ok(()),
+            | Command::Gsd(_)
+            | Command::Completions(_)
+            | Command::Man(_) => Ok(()),
             Command::Emulate(emulate) => emulate.check(),
             Command::Master(master) => master.check(),
             Command::Judge(judge) => judge.check(),

@@ -8,8 +8,9 @@ use std::thread;
 use profidrive::host::Stop;
 use tracing::{error_span, warn};
 
-use super::{LinePlan, Signals, run_line};
+use super::{LinePlan, run_line};
 use crate::command::Failure;
+use crate::command::signals::Signals;
 
 /// Runs all lines until a signal, or until one of them fails.
 pub(super) fn run(mut plans: Vec<LinePlan>) -> Result<(), Failure> {

@@ -17,9 +17,10 @@ use profidrive::panel::{NodeAccess, NodePanel, Seated};
 use profidrive::time::Instant;
 use tracing::{debug, info, warn};
 
-use super::{Signals, Start, panel_reach, panel_started};
+use super::{Start, panel_reach, panel_started};
 use crate::command::Failure;
 use crate::command::args::{Emulate, NodeSpec};
+use crate::command::signals::Signals;
 
 /// Every device knows it.
 const DEFAULT_RATE: BitRate = BitRate::K500;

@@ -13,9 +13,10 @@ use profidrive::host::link::tcp::Connection;
 use profidrive::host::{Clock, Stop, SystemClock};
 use serde_json::json;
 
-use super::{motion, say, signals};
+use super::{motion, say};
 use crate::command::Failure;
 use crate::command::args::{Action, CanPlace, Master, Motion, find_parameter, plain};
+use crate::command::signals;
 
 mod status;
 
@@ -31,7 +32,7 @@ pub(super) fn master(args: &Master, place: &CanPlace) -> Result<(), Failure> {
     let node = args.can_node().map_err(Failure::Usage)?;
     motion::confirm(args)?;
     // Before the drive is enabled, so that no signal ends the process with the drive moving.
-    let stop = signals().map_err(|error| Failure::from_error(&error))?;
+    let stop = signals::stop_at_end().map_err(|error| Failure::from_error(&error))?;
     let rate = args.baud.and_then(|baud| baud.can()).unwrap_or(BitRate::K500);
     let bus = open(place, rate)?;
     let limits = NodeLimits { life: args.watchdog, ..NodeLimits::default() };

@@ -2,10 +2,16 @@
 
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, ErrorKind, Write};
-use std::os::unix::fs::{FileTypeExt, MetadataExt, OpenOptionsExt, fchown};
 use std::path::{Path, PathBuf};
 
-use rustix::fs::OFlags;
+#[cfg(unix)]
+#[path = "file/unix.rs"]
+mod special;
+#[cfg(not(unix))]
+#[path = "file/windows.rs"]
+mod special;
+
+use special::{keep, write_to_device};
 
 /// Writes `text` to `file`, which may be there or not. Symbolic links are followed. A plain file keeps its owner and its
 /// permissions, and a read-only one is refused, also if this user could replace it.
@@ -20,7 +26,7 @@ pub(super) fn put(file: &Path, text: &str) -> io::Result<()> {
             replace(&fs::canonicalize(file)?, text, Some(&found))
         }
         Ok(found) if found.is_dir() => Err(ErrorKind::IsADirectory.into()),
-        Ok(found) => write_to_device(file, text, found.file_type().is_fifo()),
+        Ok(found) => write_to_device(file, text, &found),
         Err(error) if error.kind() == ErrorKind::NotFound => replace(&end_of_links(file), text, None),
         Err(error) => Err(error),
     }
@@ -55,35 +61,12 @@ fn replace(file: &Path, text: &str, before: Option<&Metadata>) -> io::Result<()>
     outcome
 }
 
-/// Gives the new file the owner and the permissions of the old one.
-fn keep(part: &File, before: &Metadata) -> io::Result<()> {
-    let now = part.metadata()?;
-    if (now.uid(), now.gid()) != (before.uid(), before.gid()) {
-        // Only root can give a file away: somebody else who may write it owns the new one.
-        let _ = fchown(part, Some(before.uid()), Some(before.gid()));
-    }
-    part.set_permissions(before.permissions())
-}
-
-/// Writes into a device or a FIFO.
-fn write_to_device(file: &Path, text: &str, fifo: bool) -> io::Result<()> {
-    // To open a FIFO nobody reads would wait for ever and ignore Ctrl-C.
-    let flags = OFlags::NOCTTY | OFlags::NONBLOCK;
-    let opened = OpenOptions::new().write(true).custom_flags(flags.bits().cast_signed()).open(file);
-    let mut file = opened.map_err(|error| match rustix::io::Errno::from_io_error(&error) {
-        Some(rustix::io::Errno::NXIO) if fifo => io::Error::other("nobody reads this FIFO"),
-        _ => error,
-    })?;
-    if !fifo {
-        rustix::io::ioctl_fionbio(&file, false)?;
-    }
-    file.write_all(text.as_bytes())
-}
-
-#[cfg(test)]
+#[cfg(all(test, unix))]
 mod tests {
     use std::io::Read;
-    use std::os::unix::fs::{PermissionsExt, symlink};
+    use std::os::unix::fs::{FileTypeExt, OpenOptionsExt, PermissionsExt, symlink};
+
+    use rustix::fs::OFlags;
 
     use super::*;
 

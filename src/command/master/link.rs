@@ -3,6 +3,7 @@
 use profidrive::host::Link;
 use profidrive::host::link::serial::Serial;
 use profidrive::host::link::tcp::Connection;
+#[cfg(unix)]
 use profidrive::host::link::terminal::Terminal;
 use profidrive::master::Settings;
 use profidrive::time::BaudRate;
@@ -21,6 +22,14 @@ pub(super) fn open(args: &Master) -> Result<(Box<dyn Link>, Settings), Failure> 
     };
     let untimed = Settings::untimed(args.master_address, baud);
     let opened: Result<(Box<dyn Link>, Settings), _> = match &args.link {
+        #[cfg(not(unix))]
+        Some(MasterLink::Terminal(path)) => {
+            let path = path.display();
+            return Err(Failure::Usage(format!(
+                "{path} is no link on Windows; name a port as serial:COM3, or use tcp:HOST:PORT"
+            )));
+        }
+        #[cfg(unix)]
         Some(MasterLink::Terminal(path)) => {
             Terminal::open(path, baud).map(|link| (Box::new(link) as Box<dyn Link>, untimed))
         }

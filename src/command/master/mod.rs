@@ -31,13 +31,12 @@ use std::io::{self, Write};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use profidrive::client::PkwError;
 use profidrive::fdl::Address;
-use profidrive::host::{Clock, Link, Stop, SystemClock};
+use profidrive::host::{Clock, Link, SystemClock};
 use profidrive::master::{Session, SessionError};
 use profidrive::param::Parameter;
-use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
 
-use super::Failure;
 use super::args::{Action, Master, ParameterSpec};
+use super::{Failure, signals};
 use profidrive::master::{Drive, DriveError};
 use trouble::Trouble;
 
@@ -64,7 +63,7 @@ pub(crate) fn master(args: &Master) -> Result<(), Failure> {
     }
     let leave = motion::confirm(args)?;
     // Before the drive is taken, so that no signal ends the process with the drive moving.
-    let stop = signals().map_err(|error| Failure::from_error(&error))?;
+    let stop = signals::stop_at_end().map_err(|error| Failure::from_error(&error))?;
     let (link, settings) = link::open(args)?;
     let session = Session::new(link, SystemClock::new(), stop, settings);
     let session = session.map_err(|error| Failure::from_error(&error))?;
@@ -140,15 +139,6 @@ fn wait<T>(address: Address, done: impl FnOnce() -> T) -> T {
     let outcome = done();
     bar.finish_and_clear();
     outcome
-}
-
-/// Signals end what is under way; also those of a terminal that is closed.
-fn signals() -> io::Result<Stop> {
-    let stop = Stop::new()?;
-    for signal in [SIGINT, SIGTERM, SIGHUP, SIGQUIT] {
-        signal_hook::low_level::pipe::register(signal, stop.waker()?)?;
-    }
-    Ok(stop)
 }
 
 /// Prints a result. Whoever reads it may have closed the pipe after the first lines (`| head`): that is no failure.

@@ -23,9 +23,10 @@ use profidrive::ppo_drive::table::{Kind, Row, Table, Tie};
 use serde_json::json;
 
 use self::place::Place;
-use super::{link, motion, say, signals, wait};
+use super::{link, motion, say, wait};
 use crate::command::Failure;
 use crate::command::args::{Action, Master, Motion};
+use crate::command::signals;
 use crate::command::{emulate, gsd};
 
 /// The fault numbers, of which the first eight are those that stand.
@@ -91,7 +92,7 @@ pub(super) fn master(args: &Master, kind: PpoType) -> Result<(), Failure> {
     motion::confirm(args)?;
     let address = args.drive().map_err(Failure::Usage)?;
     // Before the drive is taken, so that no signal ends the process with the drive moving.
-    let stop = signals().map_err(|error| Failure::from_error(&error))?;
+    let stop = signals::stop_at_end().map_err(|error| Failure::from_error(&error))?;
     let (link, settings) = link::open(args)?;
     let session = Session::new(link, SystemClock::new(), stop, settings);
     let session = session.map_err(|error| Failure::from_error(&error))?;

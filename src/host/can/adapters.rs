@@ -44,7 +44,6 @@ struct Port {
 
 impl Adapters {
     /// One adapter at a pseudo-terminal.
-    #[cfg(target_os = "linux")]
     pub(super) fn at_pty<E: 'static>(
         path: Option<&PathBuf>,
         bus: &mut Bus<E>,

@@ -8,11 +8,16 @@ use std::format;
 use std::io;
 use std::string::String;
 
-use super::{Bus, CanEndpoint, LinkSpec, Seat, SlcanEndpoint};
+#[cfg(any(unix, feature = "serial"))]
+use super::SlcanEndpoint;
+use super::{Bus, CanEndpoint, LinkSpec, Seat};
 use crate::can::BitRate;
+#[cfg(any(unix, feature = "serial"))]
 use crate::host::link::terminal::Terminal;
 use crate::host::{Error, Stop};
-use crate::time::{BaudRate, Instant};
+#[cfg(any(unix, feature = "serial"))]
+use crate::time::BaudRate;
+use crate::time::Instant;
 
 /// What a bus goes on behind.
 pub(super) type AnyEndpoint = Box<dyn CanEndpoint + Send>;
@@ -92,8 +97,20 @@ fn socket(_: &str) -> io::Result<AnyEndpoint> {
 /// Opens the channel of the slcan adapter at the terminal or port of that path.
 ///
 /// # Errors
-/// Those of [`Terminal::open`]; [`Error::Link`] if the adapter has no number for `rate`.
+/// Those of opening a terminal; [`Error::Link`] if the adapter has no number for `rate`, or if this build has no terminals (Windows
+/// without the feature `serial`).
 pub fn open_slcan(path: &std::path::Path, rate: BitRate) -> Result<Box<dyn CanEndpoint + Send>, Error> {
+    adapter(path, rate)
+}
+
+#[cfg(not(any(unix, feature = "serial")))]
+fn adapter(_: &std::path::Path, _: BitRate) -> Result<AnyEndpoint, Error> {
+    let why = "this build has no feature serial; use slcan-tcp:HOST:PORT";
+    Err(Error::Link { source: io::Error::new(io::ErrorKind::Unsupported, why) })
+}
+
+#[cfg(any(unix, feature = "serial"))]
+fn adapter(path: &std::path::Path, rate: BitRate) -> Result<AnyEndpoint, Error> {
     // The rate of the terminal means nothing to an emulator and little to a USB adapter.
     let terminal = Terminal::open(path, BaudRate::K500)?;
     match SlcanEndpoint::open(terminal, rate) {

@@ -100,10 +100,7 @@ impl<E: 'static> Line<E> {
         let clock = SystemClock::new();
         let mut bus = Bus::new(rate);
         let adapters = match spec {
-            #[cfg(target_os = "linux")]
             LinkSpec::Pty(path) => Adapters::at_pty(path.as_ref(), &mut bus, clock.now())?,
-            #[cfg(not(target_os = "linux"))]
-            LinkSpec::Pty(_) => return Err(Error::Pty { source: std::io::ErrorKind::Unsupported.into() }),
             LinkSpec::Tcp(place) => Adapters::at_tcp(place, reach)?,
             LinkSpec::Terminal(_) | LinkSpec::Socket(_) => {
                 return Err(Error::Link { source: std::io::ErrorKind::Unsupported.into() });

@@ -41,14 +41,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-#[cfg(unix)]
 mod adapters;
 pub mod bus;
 mod endpoint;
 pub mod fault;
-#[cfg(unix)]
 mod interface;
-#[cfg(unix)]
 mod line;
 mod link_spec;
 mod node;
@@ -61,9 +58,7 @@ mod socket;
 
 pub use bus::{Bus, Event, Seat};
 pub use endpoint::{CanEndpoint, SlcanEndpoint};
-#[cfg(unix)]
 pub use interface::{open_slcan, open_socketcan};
-#[cfg(unix)]
 pub use line::{Line, News, Stay};
 pub use link_spec::{LinkSpec, LinkSpecError};
 pub use node::StoredNode;

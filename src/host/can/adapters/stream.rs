@@ -6,7 +6,6 @@ use std::vec::Vec;
 
 use rustix::event::{PollFd, PollFlags};
 
-#[cfg(target_os = "linux")]
 use crate::host::link::pty::Pty;
 use crate::host::{Link, Received};
 
@@ -14,7 +13,6 @@ use crate::host::{Link, Received};
 const KERNEL_BUFFER: usize = 64 * 1024;
 
 pub(super) enum Stream {
-    #[cfg(target_os = "linux")]
     Pty(Pty),
     Tcp(TcpStream),
 }
@@ -39,7 +37,6 @@ impl Stream {
 
     pub(super) fn read(&mut self, buf: &mut [u8]) -> io::Result<Arrival> {
         match self {
-            #[cfg(target_os = "linux")]
             Self::Pty(pty) => Ok(match pty.receive(buf)? {
                 Received::Octets(count) | Received::BrokenOff(count) => Arrival::Octets(count),
                 Received::Reset => Arrival::Another,
@@ -59,7 +56,6 @@ impl Stream {
     /// How many octets were taken; `None`: nobody is there.
     pub(super) fn write(&mut self, octets: &[u8]) -> io::Result<Option<usize>> {
         match self {
-            #[cfg(target_os = "linux")]
             Self::Pty(pty) => pty.write(octets),
             Self::Tcp(stream) => Ok(match stream.write(octets) {
                 Ok(count) => Some(count),
@@ -74,7 +70,6 @@ impl Stream {
     /// Throws away what the master has not read, as far as that is possible.
     pub(super) fn discard_output(&self) -> io::Result<()> {
         match self {
-            #[cfg(target_os = "linux")]
             Self::Pty(pty) => pty.discard_output(),
             Self::Tcp(_) => Ok(()),
         }
@@ -83,7 +78,6 @@ impl Stream {
     /// What to sleep on; with `full` until there is room again, with `reads` until something comes.
     pub(super) fn watch<'a>(&'a self, reads: bool, full: bool, fds: &mut Vec<PollFd<'a>>) {
         match self {
-            #[cfg(target_os = "linux")]
             Self::Pty(pty) => pty.watch(reads, full, fds),
             Self::Tcp(stream) => {
                 let mut flags = PollFlags::empty();
@@ -99,7 +93,6 @@ impl Stream {
     /// How long a sleep may last at most; `None`: for ever.
     pub(super) fn patience(&mut self) -> Option<core::time::Duration> {
         match self {
-            #[cfg(target_os = "linux")]
             Self::Pty(pty) => pty.patience(),
             Self::Tcp(_) => None,
         }

@@ -1,0 +1,42 @@
+"""Emulated drives on PROFIBUS-DP and CANopen, to test masters against: the command `profidrive`, from Python.
+
+| name | is |
+| --- | --- |
+| `Emulator` | one run of `profidrive emulate`: drives and stations on a line |
+| `Drive`, `Station` | what is on the line, seen and changed past the bus |
+| `Judge` | one run of `profidrive judge`: a master under test, row by row |
+| `decode` | telegrams explained |
+"""
+
+from ._api import ApiError
+from ._binary import ProfidriveError, binary
+from ._decode import Field, Telegram, decode, decode_file
+from ._drive import Drive, InputsChange, Word
+from ._emulator import Emulator, Line
+from ._events import Event, Events, Kind
+from ._faults import LineFault
+from ._judge import Judge, Report, Row
+from ._station import Station
+
+__all__ = [
+    "ApiError",
+    "Drive",
+    "Emulator",
+    "Event",
+    "Events",
+    "Field",
+    "InputsChange",
+    "Judge",
+    "Kind",
+    "Line",
+    "LineFault",
+    "ProfidriveError",
+    "Report",
+    "Row",
+    "Station",
+    "Telegram",
+    "Word",
+    "binary",
+    "decode",
+    "decode_file",
+]

@@ -1,0 +1,44 @@
+import socket
+from pathlib import Path
+
+import pytest
+
+from profidrive import Emulator
+
+pytest_plugins = ["pytester"]
+
+
+@pytest.mark.profibus(drives=[5, 6])
+def test_the_marker_says_what_is_on_the_line(profibus_line: Emulator) -> None:
+    assert list(profibus_line.drives) == [5, 6]
+
+
+FAILS = """
+    import socket
+    import pytest
+
+    @pytest.mark.profibus(drives=[5], link="tcp:127.0.0.1:0")
+    def test_of_a_master(profibus_line):
+        host, port = profibus_line.link.removeprefix("tcp:").rsplit(":", 1)
+        with socket.create_connection((host, int(port)), timeout=10) as line:
+            line.sendall(bytes.fromhex("10 05 02 49 50 16"))
+            assert len(line.recv(6)) == 6
+        assert profibus_line.drives[5].dp_state == "DATA-EXCH"
+"""
+
+
+def test_a_failed_test_shows_the_last_telegrams_and_leaves_the_capture(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(FAILS)
+    result = pytester.runpytest_subprocess()
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*profibus line, call*", "*telegram: 2 -> 5*who is there?*", "*all 2 telegrams: *"])
+    (last,) = [line for line in result.stdout.lines if line.startswith("all 2 telegrams: ")]
+    assert Path(last.removeprefix("all 2 telegrams: ")).stat().st_size > 0
+
+
+def test_a_port_that_is_free_again() -> None:
+    with Emulator(link="tcp:127.0.0.1:0") as emulator:
+        port = int(emulator.link.rsplit(":", 1)[1])
+    with socket.socket() as free:
+        free.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        free.bind(("127.0.0.1", port))
