@@ -120,6 +120,8 @@ extern crate std;
 
 pub mod time;
 
+mod chance;
+
 pub mod fdl;
 
 pub mod dp;

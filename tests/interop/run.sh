@@ -166,6 +166,32 @@ start_emulator "$emulator" --line "$work/plant/plant.toml"
 "$venv/bin/python" "$here/stations.py" --gsd "$root/examples/plant" --link "pty:$work/plant/bus" --plant || fail "stations.py --plant"
 stop_emulator
 
+# It gets some rows wrong (docs/judged-masters.md). The judge must find these and accuse it of nothing else.
+echo "== pyprofibus under the judge"
+known='M-C04 M-C07 M-O01 M-E13'
+: >"$work/ready"
+"$emulator" judge --link "pty:$work/judged" --station 5,ident=1234,cfg=2313,groups=01 --master 2 --watchdog 1000 --slot 100 \
+    --only 'M-C*,M-F*,M-P*,M-O01,M-E01,M-E13' --json "$work/verdicts.json" >"$work/ready" 2>"$work/emulator.log" &
+emulator_pid=$!
+for ((tenths = 0; ; tenths++)); do
+    grep -q '^ready ' "$work/ready" && break
+    ((tenths < READY_LIMIT * 10)) || fail "judge: no ready line within $READY_LIMIT s"
+    sleep 0.1
+done
+"$venv/bin/python" "$root/examples/python/judged_master.py" "$work/judged" 5 2>"$work/judged.log" &
+master_pid=$!
+status=0
+wait "$emulator_pid" || status=$?
+emulator_pid=
+kill "$master_pid" 2>/dev/null || true
+wait "$master_pid" 2>/dev/null || true
+master_pid=
+((status == 1)) || fail "judge: expected exit status 1, got $status"
+failed=$("$python" -c 'import json, sys; print(*[row["id"] for row in json.load(open(sys.argv[1]))["rows"] if row["verdict"] == "fail"])' \
+    "$work/verdicts.json")
+[[ $failed == "$known" ]] || fail "judge: expected the rows $known to fail, got $failed: $(cat "$work/ready")"
+echo "judge: $failed fail, as known"
+
 # Examples of one's own, if they are built beside the emulator.
 play_example() {
     local example gsd

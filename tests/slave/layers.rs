@@ -6,10 +6,12 @@ use std::path::{Path, PathBuf};
 /// Module and what it may import of ours.
 const TABLE: &[(&str, &[&str])] = &[
     ("time", &[]),
+    // When a fault on purpose is injected.
+    ("chance", &[]),
     ("fdl", &["time"]),
     ("dp", &["fdl", "time"]),
     ("can", &["time"]),
-    ("canopen", &["can", "time"]),
+    ("canopen", &["can", "chance", "time"]),
     ("cia402", &[]),
     ("asda_a2", &["cia402", "time"]),
     ("ppo", &[]),
@@ -49,15 +51,28 @@ const TABLE: &[(&str, &[&str])] = &[
     ("gsd", &["dp", "fdl", "process", "time"]),
     ("explain", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device", "can", "canopen", "cia402"]),
     // One framer for a bus, generic slaves, links that keep telegrams apart or corrupt them on purpose, and buses of CAN.
-    ("host", &["device", "time", "fdl", "dp", "ppo", "can", "canopen", "gsd", "process"]),
+    ("host", &["chance", "device", "time", "fdl", "dp", "ppo", "can", "canopen", "gsd", "process"]),
     ("bench", &["host", "device", "explain", "dp", "fdl", "time"]),
     // Stations on a line, live or simulated, and telegrams in words.
     ("judge", &["bench", "host", "device", "explain", "gsd", "dp", "fdl", "time"]),
     (
         "panel",
         &[
-            "host", "can", "canopen", "device", "explain", "drive", "dp", "param", "ppo", "gsd", "process",
-            "fdl", "time",
+            "host",
+            "can",
+            "canopen",
+            "device",
+            "explain",
+            "drive",
+            "dp",
+            "param",
+            "pkw",
+            "ppo",
+            "ppo_drive",
+            "gsd",
+            "process",
+            "fdl",
+            "time",
         ],
     ),
     ("master", &["bench", "host", "client", "device", "dp", "pkw", "ppo", "param", "fdl", "time"]),
