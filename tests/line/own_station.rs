@@ -6,9 +6,10 @@ mod station;
 use std::fs;
 use std::path::Path;
 
+use profidrive::device::{Config, Device, Event, Timing};
 use profidrive::dp::{Framed, State};
 use profidrive::fdl::{
-    Address, DataTelegram, FrameCount, FunctionCode, MAX_TELEGRAM_LEN, Resync, Sap, Service,
+    Address, DataTelegram, FrameCount, FrameError, FunctionCode, MAX_TELEGRAM_LEN, Resync, Sap, Service,
 };
 use profidrive::gsd::Gsd;
 use profidrive::time::{BaudRate, Instant};
@@ -67,6 +68,38 @@ fn the_station_does_what_its_gsd_says() {
         (said.ident, said.rates, said.sync_mode, said.freeze_mode, said.user_prm_len, said.max_diag_len),
         (has.ident, has.rates, has.sync_mode, has.freeze_mode, has.user_prm_len, has.max_diag_len),
     );
+}
+
+/// The firmware of the drive drains it only when something has come of an octet.
+#[test]
+fn a_drive_says_which_octets_bring_news_and_answers_no_damaged_request() {
+    const STATUS: [u8; 6] = [0x10, 5, 2, 0x49, 0x50, 0x16];
+    let at = |octet: u64| {
+        Instant::from_millis(1).saturating_add(BAUD.octet_times(1) * u32::try_from(octet).unwrap())
+    };
+    for damaged in (0..STATUS.len()).map(Some).chain([None]) {
+        let address = Address::station(5).unwrap();
+        let config = Config { baud: BAUD, timing: Timing::True, ..Config::new(address) };
+        let mut drive = Device::new(config, Instant::ZERO);
+        drive.handle_timeout(at(0));
+        let mut news = Vec::new();
+        for (number, octet) in STATUS.iter().enumerate() {
+            let now = at(1 + number as u64);
+            let heard = if damaged == Some(number) {
+                drive.handle_damaged(now)
+            } else {
+                drive.handle_bytes(now, &[*octet])
+            };
+            news.extend(heard.then_some(number));
+        }
+        assert_eq!(news, [damaged.unwrap_or(STATUS.len() - 1)]);
+        let mut buf = [0; MAX_TELEGRAM_LEN];
+        let reply = drive.poll_transmit(at(6).saturating_add(BAUD.bit_times(11)), &mut buf);
+        assert_eq!(reply.is_some(), damaged.is_none(), "{damaged:?}");
+        let refused = std::iter::from_fn(|| drive.poll_event())
+            .filter(|event| matches!(event, Event::TelegramRefused(FrameError::Parity)));
+        assert_eq!(refused.count(), usize::from(damaged.is_some()));
+    }
 }
 
 /// Whitespace does not count: the page indents less.
