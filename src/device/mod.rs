@@ -153,7 +153,9 @@ impl Device {
     }
 
     fn with(config: Config, unit: Unit, now: Instant) -> Self {
-        Self { framer: config.framer(), part: Parts::new(config, unit, now) }
+        let mut device = Self { framer: config.framer(), part: Parts::new(config, unit, now) };
+        device.part.start(now);
+        device
     }
 
     /// As [`Device::restore`], from an image that the host does not keep yet: [`Device::poll_image`] offers it again.
@@ -371,14 +373,30 @@ impl Device {
     }
 
     /// Takes octets, the last of which ended at `now`. They may be cut anywhere. Never panics, never blocks.
-    pub fn handle_bytes(&mut self, now: Instant, octets: &[u8]) {
+    ///
+    /// Returns whether something has come of it: a telegram or a refusal ended, or an application cycle ran. While it is
+    /// `false`, as for most octets that come one by one, there is nothing to drain and no deadline is earlier than before.
+    pub fn handle_bytes(&mut self, now: Instant, octets: &[u8]) -> bool {
         let Self { framer, part } = self;
+        part.news = false;
         part.advance(now);
-        if !part.unit.is_working() {
-            return;
+        if part.unit.is_working() {
+            // What a scan finds among octets whose rest did not come counts from now: for the drive part, time has passed.
+            framer.receive(now, octets, |_, result| part.hear(now, result));
         }
-        // What a scan finds among octets whose rest did not come counts from now: for the drive part, time has passed.
-        framer.receive(now, octets, |_, result| part.hear(now, result));
+        part.news
+    }
+
+    /// An octet that ended at `now` came damaged: wrong parity, no stop bit, or lost because nobody took it in time. The
+    /// telegram around it is refused once (`dp-v0.md` 1). Returns as [`Device::handle_bytes`].
+    pub fn handle_damaged(&mut self, now: Instant) -> bool {
+        let Self { framer, part } = self;
+        part.news = false;
+        part.advance(now);
+        if part.unit.is_working() {
+            framer.receive_damaged(now, |_, result| part.hear(now, result));
+        }
+        part.news
     }
 
     /// Takes one telegram whose last octet ended at `now`, for hosts that frame the octets of many devices once.

@@ -37,12 +37,16 @@ pub(super) struct Parts {
     /// The status word offered to the master under the same outputs as now, and what [`Unit::changes`] counted then.
     zsw: Option<(u32, Zsw)>,
     watch: Watch,
+    /// Something has come of the octets taken last.
+    pub(super) news: bool,
     pub(super) events: Queue<Event, MAX_EVENTS>,
 }
 
 impl Parts {
+    // Not inlined: made where it will lie, see `dp::Slave::under`.
+    #[inline(never)]
     pub(super) fn new(config: Config, unit: Unit, now: Instant) -> Self {
-        let mut part = Self {
+        Self {
             config,
             unit,
             shown: Shown { address: config.switches.address(), words: Words::new(config.words) },
@@ -56,12 +60,15 @@ impl Parts {
             pkw_reply: Pkw::ZERO,
             zsw: None,
             watch: Watch::default(),
+            news: false,
             events: Queue::default(),
-        };
-        part.watch.now = now;
-        part.look_at_address();
-        part.run_cycle();
-        part
+        }
+    }
+
+    pub(super) fn start(&mut self, now: Instant) {
+        self.watch.now = now;
+        self.look_at_address();
+        self.run_cycle();
     }
 
     /// The unit was switched on or off: a new station that has heard nothing yet.
@@ -108,6 +115,7 @@ impl Parts {
     /// same moment.
     #[inline(never)]
     fn catch_up(&mut self, now: Instant, due: Instant) {
+        self.news = true;
         let mut next = if self.cycles.forfeit(now) { self.first_due(now) } else { Some(due) };
         while let Some(due) = next {
             if self.station.watchdog_timeout() == Some(due) {
@@ -138,6 +146,7 @@ impl Parts {
 
     /// A telegram or a refusal from the line.
     pub(super) fn hear(&mut self, now: Instant, result: Result<Telegram<'_>, FrameError>) {
+        self.news = true;
         let telegram = match result {
             Ok(telegram) => telegram,
             Err(error) => return self.events.push(Event::TelegramRefused(error)),

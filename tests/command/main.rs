@@ -18,6 +18,8 @@ mod pty;
 mod said;
 #[path = "../telegrams/mod.rs"]
 mod telegrams;
+#[path = "../test_master/mod.rs"]
+mod test_master;
 
 #[cfg(target_os = "linux")]
 mod capture;
@@ -25,6 +27,8 @@ mod capture;
 mod command;
 mod decode_encode;
 mod demo;
+#[cfg(target_os = "linux")]
+mod documents;
 mod emulator;
 #[cfg(target_os = "linux")]
 mod judge;

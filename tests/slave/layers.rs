@@ -41,6 +41,8 @@ const TABLE: &[(&str, &[&str])] = &[
             "ppo_drive",
         ],
     ),
+    // A slave at a UART: a drive, or a station of one's own. And the words of every layer for its log.
+    ("embedded", &["can", "canopen", "device", "dp", "drive", "fdl", "param", "pkw", "ppo", "time", "unit"]),
     // The bits of the diagnosis.
     ("client", &["time", "dp", "ppo", "param", "pkw", "drive", "device", "can", "canopen", "cia402"]),
     // A machine behind any slave.

@@ -270,4 +270,46 @@ mod tests {
             assert!(error.contains("two drives have address"), "{error}");
         }
     }
+
+    /// The command lines of a page: in blocks, behind `$` or not, of `profidrive` or `cargo run`.
+    fn command_lines(page: &str) -> Vec<String> {
+        let whole = page.replace("\\\n", " ");
+        let lines = whole.lines().map(|line| line.trim_start().trim_start_matches("$ "));
+        let of_us = lines.filter_map(|line| match line.split_once(" -- ") {
+            Some((cargo, arguments)) if cargo.starts_with("cargo run") && !cargo.contains("--example") => {
+                Some(arguments)
+            }
+            Some(_) | None => line.strip_prefix("profidrive "),
+        });
+        of_us
+            .map(|line| line.split(['#', '>', '<', '|', '&']).next().unwrap_or_default().trim().to_owned())
+            .collect()
+    }
+
+    #[test]
+    fn every_command_line_of_a_document_is_one() {
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+        let docs = std::fs::read_dir(root.join("docs")).unwrap().map(|entry| entry.unwrap().path());
+        let pages =
+            docs.chain([root.join("README.md")]).filter(|page| page.extension().is_some_and(|md| md == "md"));
+        let mut checked = 0;
+        for page in pages {
+            for line in command_lines(&std::fs::read_to_string(&page).unwrap()) {
+                // The form of a command, with places to fill in.
+                if line.contains('[') || line.contains("...") {
+                    continue;
+                }
+                let words = line.split_whitespace().map(|word| OsString::from(word.trim_matches('\'')));
+                if let Err(refusal) =
+                    Args::from_arguments([OsString::from("profidrive")].into_iter().chain(words))
+                {
+                    let asked =
+                        matches!(refusal.0.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion);
+                    assert!(asked, "{}: profidrive {line}: {}", page.display(), refusal.0);
+                }
+                checked += 1;
+            }
+        }
+        assert!(checked > 25, "{checked}");
+    }
 }
