@@ -199,22 +199,25 @@ fn a_bus_of_125_drives_allocates_nothing_from_octets_to_the_reply_and_in_its_cyc
     assert_eq!(travelling.count(), 125);
 }
 
-/// The longest station of a GSD, with an input that mirrors an output: Data_Exchange is told on the board, moves the
-/// input, and allocates nothing.
+/// 125 of the longest stations of a GSD, each with an input that mirrors an output: Data_Exchange is told on the board, moves
+/// the input, and allocates nothing.
 #[test]
-fn the_exchange_of_a_station_from_a_gsd_allocates_nothing() {
+fn the_exchange_of_125_stations_from_gsds_allocates_nothing() {
     let file = format!(
         "#Profibus_DP\nIdent_Number=0x0ABC\nModule=\"long\" {}\nEndModule\n",
         ["0x5F,0x5F,0x5F,0x5F,0x5F,0x5F,0x5F,0x59", "0x6F,0x6F,0x6F,0x6F,0x6F,0x6F,0x6F,0x69"].join(",")
     );
-    let station = Station::new(Gsd::read(file.as_bytes()).unwrap(), Policy::PROPOSED).unwrap();
-    let cfg = station.configuration(None).to_vec();
-    let mut station =
-        GsdStation::new(address(7), BAUD, station, Refusals::default()).on_board(OutputBoard::default());
-    let last = Point { slot: 1, offset: 242, kind: ValueType::Unsigned16 };
-    station.connect(Signal::new(last, Source::Mirror(last)).unwrap());
+    let (last, board) = (Point { slot: 1, offset: 242, kind: ValueType::Unsigned16 }, OutputBoard::default());
     let mut bus = Bus::on(BAUD, Timing::Untrue);
-    bus.add(station).unwrap();
+    let mut cfg = Vec::new();
+    for number in 1..=125 {
+        let station = Station::new(Gsd::read(file.as_bytes()).unwrap(), Policy::PROPOSED).unwrap();
+        cfg = station.configuration(None).to_vec();
+        let mut station =
+            GsdStation::new(address(number), BAUD, station, Refusals::default()).on_board(board.clone());
+        station.connect(Signal::new(last, Source::Mirror(last)).unwrap());
+        bus.add(station).unwrap();
+    }
     let mut buf = [0; MAX_TELEGRAM_LEN];
     let mut now = Instant::ZERO;
     let mut say = |bus: &mut Bus, octets: &[u8]| {
@@ -225,16 +228,20 @@ fn the_exchange_of_a_station_from_a_gsd_allocates_nothing() {
         while bus.poll_event().is_some() {}
         reply
     };
-    say(&mut bus, &telegram(7, 0x6D, Some(61), &[0x80, 1, 1, 11, 0x0A, 0xBC, 0]));
-    say(&mut bus, &telegram(7, 0x5D, Some(62), &cfg));
-    let exchanges: Vec<_> = (0..50)
-        .map(|n: u8| telegram(7, if n.is_multiple_of(2) { 0x7D } else { 0x5D }, None, &[n; 244]))
-        .collect();
-    // The board learns the length with the first one.
-    assert_eq!(say(&mut bus, &exchanges[0]), Some(253));
+    for number in 1..=125 {
+        say(&mut bus, &telegram(number, 0x6D, Some(61), &[0x80, 1, 1, 11, 0x0A, 0xBC, 0]));
+        say(&mut bus, &telegram(number, 0x5D, Some(62), &cfg));
+    }
+    let round = |n: u8| -> Vec<Vec<u8>> {
+        let fc = if n.is_multiple_of(2) { 0x7D } else { 0x5D };
+        (1..=125).map(|number| telegram(number, fc, None, &[n; 244])).collect()
+    };
+    // The board learns the lengths with the first ones.
+    assert!(round(0).iter().all(|octets| say(&mut bus, octets) == Some(253)));
+    let rounds: Vec<_> = (1..10).flat_map(round).collect();
     let (count, replies) =
-        allocations(|| exchanges[1..].iter().filter(|octets| say(&mut bus, octets).is_some()).count());
-    assert_eq!((count, replies), (0, 49));
-    let station = bus.station::<GsdStation>(address(7)).unwrap();
-    assert_eq!(station.slave().inputs()[242..], [49, 49]);
+        allocations(|| rounds.iter().filter(|octets| say(&mut bus, octets).is_some()).count());
+    assert_eq!((count, replies), (0, 9 * 125));
+    let station = bus.station::<GsdStation>(address(125)).unwrap();
+    assert_eq!(station.slave().inputs()[242..], [9, 9]);
 }

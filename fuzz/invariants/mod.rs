@@ -13,6 +13,8 @@ pub(crate) mod framer;
 #[cfg(feature = "std")]
 pub(crate) mod gsd;
 pub(crate) mod pkw_ops;
+#[cfg(feature = "parameters")]
+pub(crate) mod ppo_drive;
 pub(crate) mod sdo_server;
 pub(crate) mod slave_ops;
 pub(crate) mod slcan;

@@ -7,11 +7,13 @@
 //! | --- | --- |
 //! | `pkw` | [`PkwClient`]: one job of the parameter channel at a time, held until its own reply |
 //! | [`node`] | [`NodeClient`]: the same end of a drive on CANopen |
+//! | `ppo` | [`PpoClient`]: a drive with variable speed of PROFIDRIVE version 2, the same way |
 //! | `drive` | [`DriveClient`]: enable, move to, jog and the like as goals, with the reasons if the drive refuses |
 
 mod drive;
 pub mod node;
 mod pkw;
+mod ppo;
 
 pub use drive::{
     Ag03Channel, DriveClient, Findings, Goal, GoalError, GoalOutcome, Limits, Obstacle, Obstacles, Why,
@@ -22,3 +24,4 @@ pub use pkw::{
     ArrayJobs, ErrorCode, Images, Job, Limit, Memory, NotSubmitted, Outcome, PkwClient, PkwError, Profile,
     Reply, Stage, SubindexPlace, WriteReply,
 };
+pub use ppo::{PpoClient, PpoGoal, PpoGoalError, PpoLimits, PpoOutcome};

@@ -16,6 +16,7 @@ use profidrive::host::{
     StoredDevice, SystemClock, run,
 };
 use profidrive::panel::{BusAccess, Panel, PanelError};
+use profidrive::param::{ParamError, Pnu, Value};
 use profidrive::process::{Point, Signal};
 use profidrive::time::{BaudRate, Instant};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
@@ -23,11 +24,12 @@ use tracing::{debug, info, warn};
 
 use super::args::{BaudSpec, DriveSpec, Emulate, LinkSpec, QuirkSpec};
 use super::{Failure, plant};
+pub(crate) use ppo_drive::PpoDrivePlan;
 
 mod lines;
 #[cfg(unix)]
 mod nodes;
-mod ppo_drive;
+pub(crate) mod ppo_drive;
 pub(crate) mod station;
 mod tap;
 
@@ -61,10 +63,39 @@ pub(crate) fn emulate(args: Emulate) -> Result<(), Failure> {
 
 /// A line and everybody on it: the general form, which a file or the flags fill.
 pub(crate) struct LinePlan {
-    /// All but what flags cannot say; its stations and faults are those below.
+    /// All but what flags cannot say; its drives, stations and faults are those below.
     pub(crate) args: Emulate,
+    pub(crate) drives: Vec<DrivePlan>,
+    pub(crate) ppo_drives: Vec<PpoDrivePlan>,
     pub(crate) stations: Vec<StationPlan>,
     pub(crate) faults: Vec<FaultPlan>,
+}
+
+/// A drive, how it differs from the others of the line, and what its parameters begin with.
+pub(crate) struct DrivePlan {
+    pub(crate) spec: DriveSpec,
+    pub(crate) quirks: Vec<QuirkSpec>,
+    pub(crate) values: Vec<(Pnu, Value)>,
+}
+
+impl DrivePlan {
+    /// With what all drives of the line have.
+    pub(crate) fn config(&self, common: Config) -> Result<Config, Failure> {
+        let DriveSpec { address, model, gear } = self.spec;
+        let mut config = Config { switches: address.into(), model, gear, ..common };
+        for quirk in &self.quirks {
+            quirk.choose(&mut config).map_err(|error| Failure::from_error(&error))?;
+        }
+        Ok(config)
+    }
+
+    /// Writes what its parameters begin with.
+    pub(crate) fn set_up(&self, device: &mut Device, now: Instant) -> Result<(), (Pnu, ParamError)> {
+        let mut values = self.values.iter();
+        values.try_for_each(|(pnu, value)| {
+            device.write_parameter(now, *pnu, None, *value).map_err(|error| (*pnu, error))
+        })
+    }
 }
 
 /// A station that a GSD describes, and what moves its inputs.
@@ -85,25 +116,34 @@ pub(crate) struct FaultPlan {
 }
 
 impl LinePlan {
+    /// The addresses of all on the line.
+    fn addresses(&self) -> Vec<Address> {
+        let drives = self.drives.iter().map(|drive| drive.spec.address);
+        let ppo_drives = self.ppo_drives.iter().map(|drive| drive.address);
+        drives.chain(ppo_drives).chain(self.stations.iter().map(|station| station.address)).collect()
+    }
+
     fn of_flags(args: Emulate) -> Result<Self, Failure> {
         let stations = station::load(&args.stations)?;
+        let ppo_drives = ppo_drive::load(&args.ppo_drives)?;
+        let drive = |spec| DrivePlan { spec, quirks: Vec::new(), values: Vec::new() };
+        let drives = args.drives().map(drive).collect();
         let faults = if args.nodes.is_empty() { args.faults().map_err(Failure::Usage)? } else { Vec::new() };
         let faults =
             faults.into_iter().map(|fault| FaultPlan { fault, from: None, until: None, while_input: None });
-        Ok(Self { args, stations, faults: faults.collect() })
+        Ok(Self { args, drives, ppo_drives, stations, faults: faults.collect() })
     }
 }
 
 /// Runs one line until its end.
 fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
-    let LinePlan { args, stations, faults } = &plan;
+    let LinePlan { args, drives, stations, faults, .. } = &plan;
     if let LinkSpec::Can(link) = &args.link {
         #[cfg(unix)]
         return nodes::emulate(args, link, start);
         #[cfg(not(unix))]
         return Err(Failure::Other(format!("{link:?}: a CAN bus needs Unix")));
     }
-    let ppo_drives = ppo_drive::load(&args.ppo_drives)?;
     // Before the link is made, so that no signal ends the process with the link left behind.
     let signals = Signals::register().map_err(|error| Failure::from_error(&error))?;
     start.ends_with(&signals);
@@ -115,7 +155,7 @@ fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
     let Opened { rate, link, path } =
         open_link(&args.link, args.baud.and_then(BaudSpec::fixed), args.allow_remote)?;
     // Next to the line, so that what faults do is seen.
-    let (link, remarks) = tap::tapped(link, args, &path, clock, panel.as_ref())?;
+    let (link, remarks) = tap::tapped(link, (args, &plan.addresses()), &path, clock, panel.as_ref())?;
     let mut link = Faulty::new(link, clock, &[]);
     let switches = arm(link.faults_mut(), faults, clock.now());
 
@@ -128,7 +168,7 @@ fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
     let serial = matches!(args.link, LinkSpec::Serial(_));
     let (listen, search) = (serial && !args.force_address, serial && args.baud == Some(BaudSpec::Auto));
     let config = config(&args.quirks().map_err(Failure::Usage)?)?;
-    for drive in args.drives() {
+    for drive in drives {
         connect(&mut bus, drive, config, clock.now(), listen, state.as_ref())?;
     }
     let (refusals, board) = (Refusals::default(), OutputBoard::default());
@@ -136,7 +176,7 @@ fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
     for described in plan.stations {
         station::connect(&mut bus, described, rate, clock.now(), listen, (&refusals, &board), &switches)?;
     }
-    for drive in ppo_drives {
+    for drive in plan.ppo_drives {
         ppo_drive::connect(&mut bus, drive, rate, clock.now(), listen, &refusals)?;
     }
     if !start.all_are_open() {
@@ -530,14 +570,14 @@ fn config(quirks: &[QuirkSpec]) -> Result<Config, Failure> {
 
 fn connect(
     bus: &mut Bus,
-    drive: DriveSpec,
-    config: Config,
+    drive: &DrivePlan,
+    common: Config,
     now: Instant,
     listen: bool,
     state: Option<&StateDir>,
 ) -> Result<(), Failure> {
-    let DriveSpec { address, model, gear } = drive;
-    info!("{drive}");
+    let address = drive.spec.address;
+    info!("{}", drive.spec);
     match address.number() {
         126 => warn!(
             "address 126 is for stations that have none yet: the drive answers FDL status, Slave_Diag and Get_Cfg \
@@ -546,11 +586,13 @@ fn connect(
         0 => warn!("address 0 is customarily a master's, often of a programming device"),
         _ => {}
     }
-    let config = Config { switches: address.into(), model, gear, ..config };
-    let device: StoredDevice = match state {
+    let config = drive.config(common)?;
+    let mut device: StoredDevice = match state {
         Some(state) => state.load(config, now).map_err(|error| Failure::from_error(&error))?,
         None => Device::new(config, now).into(),
     };
+    let begun = drive.set_up(device.device_mut(), now);
+    begun.map_err(|(pnu, error)| Failure::Other(format!("drive {address}: PNU {pnu}: {error}")))?;
     let connected = if listen { bus.join(now, device) } else { bus.add(device) };
     connected.map_err(|error| Failure::from_error(&error))
 }

@@ -10,6 +10,7 @@ mod gsd;
 mod judge;
 mod log;
 mod master;
+mod named;
 mod plant;
 
 use core::error::Error;

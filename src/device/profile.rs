@@ -1,6 +1,11 @@
 //! The bits of STW and ZSW as PROFIDRIVE version 2 has them for a speed drive (`profidrive-v2.md` 8), once.
 //!
-//! The AG03 departs from them in places; its words are in [`bits`](super::bits).
+//! The AG03 departs from them in places; its words are in [`bits`](super::bits). [`hindrances`] says what the words of a drive
+//! say against turning.
+
+mod hindrance;
+
+pub use hindrance::{Hindrance, hindrances};
 
 use crate::ppo::{Stw, Zsw};
 use crate::ppo_drive::{Command, State, Status};

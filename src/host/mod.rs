@@ -69,7 +69,7 @@ pub use clock::{ManualClock, SystemClock};
 pub use gsd_station::{Condition, GsdStation, OutputsAre};
 pub use output_board::OutputBoard;
 pub use participant::Participant;
-pub use ppo_drive::HostedPpoDrive;
+pub use ppo_drive::{HostedPpoDrive, PpoJudge};
 pub use reach::Reach;
 pub use refusals::Refusals;
 pub use run::run;

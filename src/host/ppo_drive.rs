@@ -1,31 +1,77 @@
 //! A drive of the profile on a bus.
 
 use core::fmt;
+use std::boxed::Box;
 use std::string::ToString;
 
 use super::{Participant, Refusals};
-use crate::device::ppo_drive::PpoDrive;
+use crate::device::ppo_drive::{PpoDrive, PpoOnly};
 use crate::device::{Event, MAX_TELEGRAM_LEN};
-use crate::dp::{self, Application, CfgFault, PrmFault, Reason};
+use crate::dp::{self, Application, CfgFault, Fixed, PrmFault, Reason, Refusal};
 use crate::fdl::{Address, Rates, Telegram};
+use crate::gsd::Station;
 use crate::time::{BaudRate, Instant};
+
+/// Who judges what the master of such a drive says, beside that a configuration must be a PPO.
+#[derive(Clone, Debug)]
+pub enum PpoJudge {
+    /// The configurations of the profile.
+    Profile(Fixed<'static>),
+    /// The device file of a drive.
+    Gsd(Box<Station>),
+}
+
+impl Application for PpoJudge {
+    fn judge_prm(&self, user_prm: &[u8]) -> Result<(), Refusal> {
+        match self {
+            Self::Profile(fixed) => fixed.judge_prm(user_prm),
+            Self::Gsd(station) => station.judge_prm(user_prm),
+        }
+    }
+
+    fn judge_cfg(&self, configuration: &[u8], user_prm: &[u8]) -> Result<(), Refusal> {
+        match self {
+            Self::Profile(fixed) => fixed.judge_cfg(configuration, user_prm),
+            Self::Gsd(station) => station.judge_cfg(configuration, user_prm),
+        }
+    }
+
+    fn configuration<'a>(&'a self, accepted: Option<&'a [u8]>) -> &'a [u8] {
+        match self {
+            Self::Profile(fixed) => fixed.configuration(accepted),
+            Self::Gsd(station) => station.configuration(accepted),
+        }
+    }
+
+    fn words(&self, number: u16, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Profile(fixed) => fixed.words(number, f),
+            Self::Gsd(station) => station.words(number, f),
+        }
+    }
+}
 
 /// A drive of the profile that says why it refuses what its device file does not admit.
 #[derive(Debug)]
-pub struct HostedPpoDrive<A> {
-    drive: PpoDrive<A>,
+pub struct HostedPpoDrive {
+    drive: PpoDrive<PpoOnly<PpoJudge>>,
     refusals: Refusals,
 }
 
-impl<A: Application> HostedPpoDrive<A> {
+impl HostedPpoDrive {
     /// A drive whose words of refusals go into `refusals`.
-    pub const fn new(drive: PpoDrive<A>, refusals: Refusals) -> Self {
+    pub const fn new(drive: PpoDrive<PpoOnly<PpoJudge>>, refusals: Refusals) -> Self {
         Self { drive, refusals }
     }
 
     /// The drive.
-    pub const fn drive(&self) -> &PpoDrive<A> {
+    pub const fn drive(&self) -> &PpoDrive<PpoOnly<PpoJudge>> {
         &self.drive
+    }
+
+    /// The drive, to change what acts on it: through [`Bus::with`](super::Bus::with).
+    pub const fn drive_mut(&mut self) -> &mut PpoDrive<PpoOnly<PpoJudge>> {
+        &mut self.drive
     }
 }
 
@@ -38,7 +84,7 @@ impl<A: Application> fmt::Display for Words<'_, A> {
     }
 }
 
-impl<A: Application + Send + 'static> Participant for HostedPpoDrive<A> {
+impl Participant for HostedPpoDrive {
     fn address(&self) -> Address {
         self.drive.address()
     }

@@ -5,6 +5,7 @@ use std::io;
 
 use thiserror::Error;
 
+use crate::device::IDENT_NUMBER;
 use crate::fdl::Address;
 
 /// What went wrong between a [`Session`](super::Session) and its drive. `Display` says what to do about it.
@@ -57,8 +58,8 @@ pub enum SessionError {
     },
     /// The slave is another device.
     #[error(
-        "station {address} is another device: its ident number is {got:04X}, expected {expected:04X} (SIKO AG03 and \
-         AG03/1); look for the drive with 'scan'"
+        "station {address} is another device: its ident number is {got:04X}, expected {expected:04X}{}; look for the \
+         drive with 'scan'", if *.expected == IDENT_NUMBER { " (SIKO AG03 and AG03/1)" } else { "" }
     )]
     Ident {
         /// The address asked.
@@ -81,7 +82,7 @@ pub enum SessionError {
     },
     /// The drive does not accept Set_Prm.
     #[error(
-        "drive {address} refuses its parameters (Set_Prm): it is no AG03 as in gsd/SIKO0AC5.GSD; see 'diag'"
+        "drive {address} refuses its parameters (Set_Prm): it is not what its GSD says (an AG03: gsd/SIKO0AC5.GSD); see 'diag'"
     )]
     PrmRefused {
         /// The drive.
@@ -89,7 +90,8 @@ pub enum SessionError {
     },
     /// The drive does not accept Chk_Cfg.
     #[error(
-        "drive {address} refuses the configuration F3 F2 (Chk_Cfg): it is no AG03 as in gsd/SIKO0AC5.GSD; see 'diag'"
+        "drive {address} refuses its configuration (Chk_Cfg): it is not what its GSD says (an AG03: F3 F2, gsd/SIKO0AC5.GSD); see \
+         'diag'"
     )]
     CfgRefused {
         /// The drive.

@@ -11,7 +11,7 @@
 //!   drives, faults on purpose, and a clock that jumps from one thing that happens to the next.
 //! - [`Session`] is one drive or several on a line that somebody else serves, for programs that do one thing after the
 //!   other; [`Plant`] gives each of them a queue of goals, [`Drive`] reads, saves and restores
-//!   the parameters of one.
+//!   the parameters of one. [`ProfileDrive`] is the same for any drive of PROFIDRIVE version 2.
 //!
 //! What profirust 0.6.0 wants, and where it differs from other masters:
 //!
@@ -37,14 +37,16 @@ mod parameters;
 mod peripheral;
 mod phy;
 mod plant;
+mod profile_drive;
 mod session;
 mod simulated;
 
 pub use drive::{Drive, DriveError, Identity, Reached, Seen};
 pub use error::SessionError;
 pub use parameters::{Change, Restored, Wanted, WriteOutcome, changes};
-pub use peripheral::{options, peripheral};
+pub use peripheral::{Slave, options, peripheral};
 pub use phy::{LinkPhy, baudrate, instant};
 pub use plant::Plant;
+pub use profile_drive::{ProfileDrive, ProfileReached, Values};
 pub use session::{Session, Settings};
 pub use simulated::Profirust;

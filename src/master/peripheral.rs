@@ -1,14 +1,73 @@
-//! An AG03 or AG03/1 in profirust's words.
+//! A slave in profirust's words, first of all an AG03 or AG03/1.
 
 use std::vec;
 
 use profirust::dp::{Peripheral, PeripheralOptions};
 
-use crate::device::{CONFIGURATIONS, DESCRIPTION};
+use crate::device::{CONFIGURATIONS, DESCRIPTION, IDENT_NUMBER};
+use crate::ppo::PpoType;
 use crate::time::BaudRate;
 
 /// Octets of outputs and of inputs that [`CONFIGURATIONS`] stand for: seven words.
 const DATA_LEN: usize = 14;
+
+/// What a master must know of a slave to exchange data with it: what its GSD says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Slave {
+    /// The ident number.
+    pub ident: u16,
+    /// The identifiers of Chk_Cfg.
+    pub configuration: &'static [u8],
+    /// The user parameters of Set_Prm, DPV1_Status included.
+    pub user_prm: &'static [u8],
+    /// Octets from the master.
+    pub outputs: usize,
+    /// Octets to the master.
+    pub inputs: usize,
+    /// It knows Sync.
+    pub sync_mode: bool,
+    /// It knows Freeze.
+    pub freeze_mode: bool,
+}
+
+impl Slave {
+    /// An AG03 or AG03/1, as [`peripheral()`].
+    pub const AG03: Self = Self {
+        ident: IDENT_NUMBER,
+        configuration: PpoType::Ag03.configuration(),
+        user_prm: &[],
+        outputs: DATA_LEN,
+        inputs: DATA_LEN,
+        sync_mode: DESCRIPTION.sync_mode,
+        freeze_mode: DESCRIPTION.freeze_mode,
+    };
+
+    /// A drive with this ident number, in this PPO with its customary configuration and without user parameters.
+    pub const fn ppo(ident: u16, kind: PpoType) -> Self {
+        let (configuration, len) = (kind.configuration(), kind.len());
+        Self {
+            ident,
+            configuration,
+            outputs: len,
+            inputs: len,
+            sync_mode: false,
+            freeze_mode: false,
+            ..Self::AG03
+        }
+    }
+
+    pub(super) fn peripheral(&self, address: u8, baud: BaudRate) -> Peripheral<'static> {
+        let options = PeripheralOptions {
+            ident_number: self.ident,
+            sync_mode: self.sync_mode,
+            freeze_mode: self.freeze_mode,
+            user_parameters: Some(self.user_prm),
+            config: Some(self.configuration),
+            ..options(baud)
+        };
+        Peripheral::new(address, options, vec![0; self.inputs], vec![0; self.outputs])
+    }
+}
 
 /// What the master sends in Set_Prm and Chk_Cfg, as the GSD has it: the ident number, no user parameters, the first
 /// configuration of [`CONFIGURATIONS`] (F3 F2), no group, no fail-safe.

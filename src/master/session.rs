@@ -13,9 +13,8 @@ use profirust::fdl::{
 
 use super::error::SessionError;
 use super::inquiry::{Answer, Inquiry, Question};
-use super::peripheral;
+use super::peripheral::Slave;
 use super::phy::{LinkPhy, baudrate, instant};
-use crate::device::IDENT_NUMBER;
 use crate::dp::Diagnosis;
 use crate::fdl::{Address, StationType};
 use crate::host::{Clock, Link, Stop};
@@ -258,11 +257,19 @@ impl<L: Link, C: Clock> Session<L, C> {
     /// [`SessionError::Ident`] and [`SessionError::Locked`] before anything is sent that changes the slave;
     /// [`SessionError::PrmRefused`], [`SessionError::CfgRefused`], [`SessionError::NotReady`].
     pub fn start(&mut self, address: Address) -> Result<(), SessionError> {
+        self.start_slave(address, &Slave::AG03)
+    }
+
+    /// [`Session::start`] with any slave.
+    ///
+    /// # Errors
+    /// As [`Session::start`].
+    pub fn start_slave(&mut self, address: Address, slave: &Slave) -> Result<(), SessionError> {
         if self.drive(address).is_some_and(|drive| drive.started) {
             return Ok(());
         }
         let (diagnosis, _) = self.diagnosis(address)?;
-        let (got, expected) = (diagnosis.ident, IDENT_NUMBER);
+        let (got, expected) = (diagnosis.ident, slave.ident);
         if got != expected {
             return Err(SessionError::Ident { address, got, expected });
         }
@@ -273,7 +280,8 @@ impl<L: Link, C: Clock> Session<L, C> {
         let handle = match self.drive(address) {
             Some(drive) => drive.handle,
             None => {
-                let handle = self.dp.borrow_mut().add(peripheral(address.number(), self.settings.baud));
+                let peripheral = slave.peripheral(address.number(), self.settings.baud);
+                let handle = self.dp.borrow_mut().add(peripheral);
                 let next_exchange = self.now();
                 self.drives.push(Drive { handle, address, started: false, next_exchange });
                 handle
@@ -344,10 +352,26 @@ impl<L: Link, C: Clock> Session<L, C> {
         address: Address,
         outputs: &[u8; PPO_LEN],
     ) -> Result<[u8; PPO_LEN], SessionError> {
+        let mut inputs = [0; PPO_LEN];
+        self.exchange_octets(address, outputs, &mut inputs)?;
+        Ok(inputs)
+    }
+
+    /// [`Session::exchange_with`] a slave with any number of octets. What is short is filled up with zeros, what is too long
+    /// left out.
+    ///
+    /// # Errors
+    /// As [`Session::exchange_with`].
+    pub fn exchange_octets(
+        &mut self,
+        address: Address,
+        outputs: &[u8],
+        inputs: &mut [u8],
+    ) -> Result<(), SessionError> {
         let Some(Drive { handle, started: true, next_exchange, .. }) = self.drive(address) else {
             return Err(SessionError::NotStarted);
         };
-        self.dp.borrow_mut().get_mut(handle).pi_q_mut().copy_from_slice(outputs);
+        fill(self.dp.borrow_mut().get_mut(handle).pi_q_mut(), outputs);
         loop {
             let left = next_exchange.saturating_since(self.now());
             if left.is_zero() {
@@ -368,10 +392,9 @@ impl<L: Link, C: Clock> Session<L, C> {
                 drop(dp);
                 return Err(self.explain_loss(handle, address)?);
             }
-            if events.peripheral == Some((handle, PeripheralEvent::DataExchanged))
-                && let Some(inputs) = drive.pi_i().first_chunk()
-            {
-                return Ok(*inputs);
+            if events.peripheral == Some((handle, PeripheralEvent::DataExchanged)) {
+                fill(inputs, drive.pi_i());
+                return Ok(());
             }
             drop(dp);
             if self.now().saturating_since(begun) > self.patience() {
@@ -394,7 +417,7 @@ impl<L: Link, C: Clock> Session<L, C> {
         }
         let mut outcome = Ok(());
         for drive in drives.iter().filter(|drive| drive.started) {
-            outcome = outcome.and(self.exchange_with(drive.address, &[0; PPO_LEN]).map(|_| ()));
+            outcome = outcome.and(self.exchange_octets(drive.address, &[], &mut []));
         }
         self.dp_pauses = true;
         for drive in &drives {
@@ -526,6 +549,12 @@ impl<L: Link, C: Clock> Session<L, C> {
         let token = slot.saturating_add(self.settings.cycle.saturating_mul(cycles));
         self.patience().saturating_add(token.saturating_mul(2 * 126))
     }
+}
+
+/// As many octets as there is room for, and zeros behind them.
+fn fill(room: &mut [u8], octets: &[u8]) {
+    let octets = octets.iter().copied().chain(core::iter::repeat(0));
+    room.iter_mut().zip(octets).for_each(|(place, octet)| *place = octet);
 }
 
 /// One turn of the DP master while it has the token. Several of them are several cycles.

@@ -13,8 +13,8 @@ use super::bus_access::{Asking, BusAccess};
 use super::problem::{Body, PathOf, Problem, Problems};
 use super::state::{Counters, PresenceState, seconds};
 use crate::fdl::Address;
-use crate::host::GsdStation;
 use crate::host::link::fault::{Fault, Faults};
+use crate::host::{GsdStation, HostedPpoDrive};
 
 /// Faults on the line at most.
 const MOST_FAULTS: usize = 32;
@@ -58,6 +58,8 @@ enum StationKind {
     Drive,
     /// From a GSD.
     GsdStation,
+    /// A drive of PROFIDRIVE version 2.
+    PpoDrive,
     Other,
 }
 
@@ -238,6 +240,8 @@ impl StationKind {
             Self::Drive
         } else if bench.bus.station::<GsdStation>(address).is_some() {
             Self::GsdStation
+        } else if bench.bus.station::<HostedPpoDrive>(address).is_some() {
+            Self::PpoDrive
         } else {
             Self::Other
         }

@@ -45,6 +45,7 @@
 //! | `bus_access` | what the thread of a bus of PROFIBUS lends |
 //! | `drives`, `inputs`, `switches`, `parameters`, `why`, `bus` | the handlers, by what they are about |
 //! | `stations` | the same for stations from GSDs |
+//! | `ppo_drives` | the same for drives of PROFIDRIVE version 2 |
 //! | `state`, `words` | a drive as JSON |
 //! | `stream` | server-sent events |
 //! | `nodes` | all of this for a bus of CAN: [`NodePanel`] |
@@ -58,6 +59,7 @@ mod inputs;
 mod nodes;
 mod page;
 mod parameters;
+mod ppo_drives;
 mod problem;
 mod queue;
 mod routes;

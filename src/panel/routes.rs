@@ -11,10 +11,11 @@ use std::prelude::v1::*;
 use utoipa::OpenApi;
 
 use super::bus_access::Asking;
+use super::ppo_drives::parameters as ppo_parameters;
 use super::problem::{Problem, Problems};
 use super::stations::values;
 use super::stream::{Hub, Lost, NewsEvent, TelegramEvent};
-use super::{bus, drives, inputs, page, parameters, stations, stream, switches, why};
+use super::{bus, drives, inputs, page, parameters, ppo_drives, stations, stream, switches, why};
 
 /// What the handlers share.
 #[derive(Clone)]
@@ -59,6 +60,12 @@ pub(super) fn router(app: App) -> Router {
             get(values::read_input).put(values::force).delete(values::release),
         )
         .route("/api/v1/stations/{address}/outputs/{slot}/{octet}/{type}", get(values::read_output))
+        .route("/api/v1/ppo-drives", get(ppo_drives::list))
+        .route("/api/v1/ppo-drives/{address}", get(ppo_drives::state).delete(ppo_drives::remove))
+        .route("/api/v1/ppo-drives/{address}/fault", post(ppo_drives::fault))
+        .route("/api/v1/ppo-drives/{address}/warning", put(ppo_drives::warning))
+        .route("/api/v1/ppo-drives/{address}/load", put(ppo_drives::load))
+        .route("/api/v1/ppo-drives/{address}/parameters", get(ppo_parameters::list))
         .route("/api/v1/drives/{address}/why", get(why::why))
         .route("/api/v1/bus", get(bus::state))
         .route(
@@ -69,6 +76,10 @@ pub(super) fn router(app: App) -> Router {
         .route_layer(middleware::from_fn(without_parameters))
         // These refuse parameters that they do not know themselves.
         .route("/api/v1/drives/{address}/parameters/{pnu}", get(parameters::read).put(parameters::write))
+        .route(
+            "/api/v1/ppo-drives/{address}/parameters/{pnu}",
+            get(ppo_parameters::read).put(ppo_parameters::write),
+        )
         .route("/api/v1/events", get(stream::events))
         .route("/", get(page::index))
         .route("/page/{name}", get(page::file))
@@ -113,6 +124,15 @@ pub(super) fn router(app: App) -> Router {
         values::force,
         values::release,
         values::read_output,
+        ppo_drives::list,
+        ppo_drives::state,
+        ppo_drives::remove,
+        ppo_drives::fault,
+        ppo_drives::warning,
+        ppo_drives::load,
+        ppo_parameters::list,
+        ppo_parameters::read,
+        ppo_parameters::write,
         why::why,
         bus::state,
         bus::faults,

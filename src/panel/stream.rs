@@ -84,13 +84,13 @@ struct Wanted {
 
 /// The live stream, as server-sent events
 ///
-/// `event: state` with a DriveState without parameters or a GsdStationState if an address is given, else with Drives: when it has changed,
+/// `event: state` with a DriveState without parameters, a GsdStationState or a PpoDriveState if an address is given, else with Drives: when it has changed,
 /// at most once per interval, and once a second at least. `event: news` with a NewsEvent. `event: telegram` with a
 /// TelegramEvent. `event: lost` with what a slow reader did not get. The stream of a drive that is removed ends, its last
 /// news says so.
 #[utoipa::path(get, path = "/api/v1/events", tag = "stream",
     params(
-        ("address" = Option<u8>, Query, maximum = 126, description = "Only this drive or station from a GSD; telegrams from and to it"),
+        ("address" = Option<u8>, Query, maximum = 126, description = "Only this drive or station; telegrams from and to it"),
         ("kinds" = Option<String>, Query, pattern = "^(state|news|telegram)(,(state|news|telegram))*$", description = "state, news, telegram, with commas; without it state,news"),
         ("interval_milliseconds" = Option<u64>, Query, minimum = 20, maximum = 60000, description = "Between two states, 100 without it"),
     ),
@@ -113,6 +113,7 @@ pub(super) async fn events(
     asking
         .ask(move |bench| match wanted.address {
             Some(address) if super::stations::look(bench, address).is_ok() => Ok(()),
+            Some(address) if super::ppo_drives::look(bench, address).is_ok() => Ok(()),
             Some(address) => bench.drive(address).map(drop).ok_or_else(|| bench.no_drive(address)),
             None => Ok(()),
         })

@@ -49,6 +49,8 @@ mod panel_api;
 #[cfg(target_os = "linux")]
 mod panel_inputs;
 #[cfg(target_os = "linux")]
+mod panel_ppo;
+#[cfg(target_os = "linux")]
 mod panel_robustness;
 mod panel_stations;
 #[cfg(target_os = "linux")]

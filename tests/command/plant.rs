@@ -11,7 +11,8 @@ use profidrive::time::BaudRate;
 use profirust::dp::{DpMaster, Peripheral, PeripheralOptions};
 use profirust::fdl::{FdlActiveStation, ParametersBuilder};
 
-use crate::emulator::{Emulator, output};
+use crate::emulator::{Emulator, output, profidrive};
+use crate::panel;
 
 const BAUD: BaudRate = BaudRate::K500;
 /// 50 ms at 500 kbit/s.
@@ -100,6 +101,35 @@ fn each_line_has_its_ready_line_in_order_and_a_signal_ends_all() {
 }
 
 #[test]
+fn two_lines_with_the_same_addresses_have_a_master_each_at_the_same_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let line = |name: &str, model: &str| {
+        format!("[[line]]\nlink = 'pty:{name}'\n[[line.drive]]\naddress = 5\nmodel = '{model}'\n")
+    };
+    let text = [line("one", "ag03"), line("two", "ag03-1")].concat();
+    let emulator = Emulator::start(&["--line", &written(folder.path(), &text)]);
+    while !folder.path().join("two").exists() {
+        std::thread::yield_now();
+    }
+    let masters = ["one", "two"].map(|name| {
+        let link = folder.path().join(name);
+        let arguments =
+            ["master", "--link", link.to_str().unwrap(), "--address", "5", "--json", "read", "d-Pos"];
+        let mut command = profidrive(&arguments);
+        command.stdout(std::process::Stdio::piped()).stderr(std::process::Stdio::piped()).spawn().unwrap()
+    });
+    let [first, second] = masters.map(|master| {
+        let output = master.wait_with_output().unwrap();
+        (output.status.code(), String::from_utf8([output.stdout, output.stderr].concat()).unwrap())
+    });
+    // Only the AG03/1 has d-Pos: each master has met the drive of its own line.
+    assert!(first.0 == Some(1) && first.1.contains("only the AG03/1 has d-Pos"), "{first:?}");
+    assert_eq!(second.0, Some(0), "{second:?}");
+    emulator.signal("TERM");
+    assert_eq!(emulator.end().0, Some(0));
+}
+
+#[test]
 fn a_line_that_cannot_be_opened_keeps_the_others_from_starting() {
     let folder = tempfile::tempdir().unwrap();
     let text = "[[line]]\nlink = 'pty:one'\n[[line.drive]]\naddress = 5\n\
@@ -109,6 +139,55 @@ fn a_line_that_cannot_be_opened_keeps_the_others_from_starting() {
     assert_eq!(output.status.code(), Some(1), "{log}");
     assert!(output.stdout.is_empty() && log.contains("missing/two"), "{log}");
     assert!(!folder.path().join("one").exists());
+}
+
+#[test]
+fn a_line_has_what_its_file_says_of_drives_faults_and_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = env!("CARGO_MANIFEST_DIR");
+    let text = format!(
+        "[[line]]\nlink = 'pty:bus'\npanel = '127.0.0.1:0'\nstate-dir = 'kept'\ncapture = 'bus.pcapng'\n\
+         quirks = {{ off1 = 'brake' }}\n\
+         [[line.drive]]\naddress = 5\nmodel = 'ag03'\nvalues = {{ v-Pos = 20 }}\n\
+         [[line.drive]]\naddress = 6\nquirks = {{ off1 = 'release' }}\n\
+         [[line.ppo-drive]]\naddress = 8\nppo = 1\nparameters = '{root}/examples/ppo_drive.toml'\n\
+         values = {{ 'ramp-up time' = 7, 'fixed speeds.2' = -1 }}\n\
+         [[line.station]]\naddress = 7\ngsd = '{root}/tests/gsd/remote_io.gsd'\nmodules = ['8 DI', '8 DO']\n\
+         [[line.fault]]\nfault = 'no-reply,station=7'\nwhile = {{ station = 7, slot = 1, type = 'bit0', is = 1 }}\n\
+         [[line.fault]]\nfault = 'no-reply,station=8,service=Slave_Diag,at=2'\n\
+         [[line.fault]]\nfault = 'no-reply,station=5'\nfrom = '3600s'\n\
+         [[line.fault]]\nfault = 'no-reply,station=6'\nuntil = '3600s'\n"
+    );
+    let emulator = panel::Emulator::of_file(&written(folder.path(), &text));
+    let value = |path: &str| emulator.get(&format!("/api/v1/{path}"))["value"].as_f64();
+    assert_eq!(value("drives/5/parameters/1004"), Some(20.0));
+    assert_eq!(value("ppo-drives/8/parameters/2"), Some(7.0));
+    assert_eq!(value("ppo-drives/8/parameters/30?subindex=2"), Some(-1.0));
+    let diagnosis = |address: &str| {
+        let link = emulator.terminal().to_str().unwrap();
+        let asked = output(&["master", "--link", link, "--address", address, "--slot-time", "5ms", "diag"]);
+        (asked.status.code(), String::from_utf8(asked.stderr).unwrap())
+    };
+    let answers = |address: &str| diagnosis(address).0 == Some(0);
+    let injected = |place: usize| emulator.get("/api/v1/bus")["faults"][place]["injected"].as_u64().unwrap();
+    // While an input has a value.
+    assert!(answers("7"), "{:?}", diagnosis("7"));
+    let bit = "/api/v1/stations/7/inputs/1/0/bit0";
+    emulator.set("PUT", bit, &serde_json::json!({ "value": 1 }));
+    let silent = diagnosis("7");
+    assert!(silent.0 == Some(1) && silent.1.contains("no answer from station 7"), "{silent:?}");
+    assert_eq!(emulator.request("DELETE", bit, "", "").status, 204);
+    assert!(answers("7") && injected(0) > 0);
+    // At the second request of a service, which is repeated.
+    assert!(answers("8") && injected(1) == 0);
+    assert!(answers("8") && injected(1) == 1);
+    assert!(answers("8") && injected(1) == 1);
+    // Not yet; and for an hour.
+    assert!(answers("5") && injected(2) == 0);
+    assert!(!answers("6") && injected(3) > 0);
+    let kept = std::fs::read_dir(folder.path().join("kept")).unwrap().count();
+    assert!(kept >= 2, "{kept}");
+    assert!(std::fs::metadata(folder.path().join("bus.pcapng")).unwrap().len() > 0);
 }
 
 /// A station of the example and what a project of a master has of it: file, modules, octets out and in.

@@ -5,7 +5,7 @@ use core::time::Duration;
 use profidrive::device::ppo_drive::{CONFIGURATIONS, IDENT_NUMBER, PpoDrive, PpoOnly};
 use profidrive::dp::{Description, Fixed};
 use profidrive::fdl::Address;
-use profidrive::host::{HostedPpoDrive, Refusals};
+use profidrive::host::{HostedPpoDrive, PpoJudge, Refusals};
 use profidrive::master::{Profirust, baudrate};
 use profidrive::ppo::PpoType;
 use profidrive::ppo_drive::table::Table;
@@ -16,8 +16,9 @@ use profirust::fdl::{FdlActiveStation, ParametersBuilder};
 const BAUD: BaudRate = BaudRate::K500;
 const KINDS: [PpoType; 5] = [PpoType::Ppo1, PpoType::Ppo2, PpoType::Ppo3, PpoType::Ppo4, PpoType::Ppo5];
 
-fn drive(address: u8) -> HostedPpoDrive<PpoOnly<Fixed<'static>>> {
-    let application = PpoOnly { inner: Fixed { configurations: CONFIGURATIONS, ..Fixed::PLAIN }, only: None };
+fn drive(address: u8) -> HostedPpoDrive {
+    let fixed = Fixed { configurations: CONFIGURATIONS, ..Fixed::PLAIN };
+    let application = PpoOnly { inner: PpoJudge::Profile(fixed), only: None };
     let description = Description { ident: IDENT_NUMBER, ..Description::PLAIN };
     let address = Address::station(address).unwrap();
     let drive =

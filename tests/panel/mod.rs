@@ -30,6 +30,11 @@ impl Emulator {
         Self::run(&[&["--panel", "127.0.0.1:0"], arguments].concat())
     }
 
+    /// The one line of a file, which has a panel.
+    pub(crate) fn of_file(file: &str) -> Self {
+        Self::run(&["--line", file])
+    }
+
     /// For comparison: nobody listens at `panel`.
     pub(crate) fn without_panel() -> Self {
         Self::run(&[])

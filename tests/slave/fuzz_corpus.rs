@@ -15,6 +15,8 @@ fn every_input_of_every_corpus_keeps_the_invariants() {
         ("decode_cli", invariants::decode_cli::check),
         #[cfg(feature = "std")]
         ("gsd", invariants::gsd::check),
+        #[cfg(feature = "parameters")]
+        ("ppo_drive", invariants::ppo_drive::check),
         ("telegram", invariants::telegram::check),
         ("framer", invariants::framer::check),
         ("slave_ops", invariants::slave_ops::check),

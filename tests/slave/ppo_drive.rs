@@ -1,6 +1,8 @@
 //! A drive of the profile on the bus, in virtual time: every PPO, the words of the profile, the parameter channel.
 
-use profidrive::client::{ErrorCode, Job, PkwClient, PkwError, Profile, Reply};
+use profidrive::client::{
+    ErrorCode, Job, PkwClient, PkwError, PpoClient, PpoGoal, PpoGoalError, PpoLimits, Profile, Reply,
+};
 use profidrive::device::ppo_drive::{CONFIGURATIONS, IDENT_NUMBER, PpoDrive, PpoOnly};
 use profidrive::dp::{Description, Fixed, State as DpState};
 use profidrive::fdl::telegram::{Decoded, decode};
@@ -242,6 +244,65 @@ fn words_of_process_data_show_and_set_the_parameters_assigned() {
     let [high, low] = [10.0_f32.to_bits() >> 16, 10.0_f32.to_bits() & 0xFFFF].map(|half| half as u16);
     assert_eq!(words[2..], [20, high, low, 0]);
     assert_eq!(rig.drive.drive().settings().ramp_down, 4.2);
+}
+
+#[cfg(feature = "parameters")]
+#[test]
+fn a_word_that_its_parameter_refuses_is_told_once_until_it_takes_one() {
+    let mut rig = Rig::started(PpoType::Ppo2, example());
+    let assign =
+        |at: u8, value: u16| Job::write_element(Pnu::new(915).unwrap(), Subindex(at), Value::Word(value));
+    // The ramp-up time, to 6500; a parameter that can only be read; one that is not there.
+    for (at, number) in [(1, 2), (2, 10), (3, 99)] {
+        assert!(rig.job(assign(at, number)).is_ok());
+    }
+    rig.said.clear();
+    rig.run(50, &[OFF1, 0, 7000, 5, 5]);
+    rig.run(50, &[OFF1, 0, 7001, 6, 6]);
+    let not_set =
+        |rig: &Rig| rig.said.iter().filter(|said| said.contains("is not set")).cloned().collect::<Vec<_>>();
+    let said = not_set(&rig);
+    assert_eq!(said.len(), 3, "{said:?}");
+    assert!(said[0].starts_with("process data word 3 (7000) is not set in PNU 2"), "{}", said[0]);
+    assert!(said[0].ends_with("name another parameter in PNU 915.1"), "{}", said[0]);
+    assert!(said[1].contains("read-only") && said[2].contains("no parameter 99"), "{said:?}");
+    assert_eq!(rig.drive.drive().settings().ramp_up, 2.0);
+    rig.run(5, &[OFF1, 0, 30, 0, 0]);
+    rig.run(5, &[OFF1, 0, 7000, 0, 0]);
+    assert_eq!((not_set(&rig).len(), rig.drive.drive().settings().ramp_up), (4, 3.0));
+}
+
+/// The client over this drive, until its goal is over.
+fn pursue(rig: &mut Rig, client: &mut PpoClient, goal: PpoGoal) -> Result<i16, PpoGoalError> {
+    client.pursue(rig.now, goal);
+    loop {
+        rig.now = Instant::from_nanos(rig.now.as_nanos() + 950_000);
+        rig.drive.handle_timeout(rig.now, &mut |_| {});
+        let inputs = rig.ask(None, client.outputs(&mut [0; PpoClient::MOST]));
+        assert!(client.handle_inputs(rig.now, &inputs));
+        if let Some(outcome) = client.poll_outcome() {
+            return outcome.result;
+        }
+    }
+}
+
+#[test]
+fn the_client_runs_stops_and_acknowledges_a_drive_of_each_ppo() {
+    for kind in [PpoType::Ppo1, PpoType::Ppo2, PpoType::Ppo3, PpoType::Ppo4, PpoType::Ppo5] {
+        let mut rig = Rig::started(kind, Table::profile());
+        let mut client = PpoClient::new(kind, Profile::PROFIDRIVE, PpoLimits::default());
+        assert_eq!(pursue(&mut rig, &mut client, PpoGoal::Enable), Ok(0), "{kind}");
+        assert_eq!(rig.drive.drive().status().state, State::Operation);
+        let speed = pursue(&mut rig, &mut client, PpoGoal::Run(-0x1000)).unwrap();
+        assert!((i32::from(speed) + 0x1000).abs() < 0x200, "{kind}: {speed}");
+        rig.drive.raise_fault(rig.now, 77);
+        let fault = pursue(&mut rig, &mut client, PpoGoal::Run(0x1000));
+        assert_eq!((fault, rig.drive.drive().faults().number(1)), (Err(PpoGoalError::Fault), Some(77)));
+        assert!(pursue(&mut rig, &mut client, PpoGoal::Acknowledge).is_ok(), "{kind}");
+        assert!(pursue(&mut rig, &mut client, PpoGoal::Run(0x0800)).is_ok(), "{kind}");
+        assert!(pursue(&mut rig, &mut client, PpoGoal::Disable).is_ok(), "{kind}");
+        assert_eq!(rig.drive.drive().status().state, State::ReadyToSwitchOn, "{kind}");
+    }
 }
 
 #[cfg(feature = "parameters")]

@@ -189,9 +189,14 @@ impl Emulate {
         self.quirks.iter().map(read).collect()
     }
 
-    /// Chooses the quirks of a node.
-    pub(crate) fn choose(&self, product: &Product, choices: &mut Choices) -> Result<(), String> {
-        for text in &self.quirks {
+    /// Chooses the quirks of a node: those of all, then its own.
+    pub(crate) fn choose(
+        &self,
+        product: &Product,
+        own: &[String],
+        choices: &mut Choices,
+    ) -> Result<(), String> {
+        for text in self.quirks.iter().chain(own) {
             let (name, value) = quirk::parts(text)?;
             match product.choose(choices, name, value) {
                 // Of another device.
@@ -265,7 +270,7 @@ impl Emulate {
             }
         }
         for node in &self.nodes {
-            self.choose(node.product, &mut node.choices.clone())?;
+            self.choose(node.product, &node.quirks, &mut node.choices.clone())?;
         }
         let names: BTreeSet<_> = self.nodes.iter().map(|node| node.product.name).collect();
         let quirks = |name: &str| Product::named(name).map(Product::quirks).unwrap_or_default();

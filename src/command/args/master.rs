@@ -9,9 +9,12 @@ use std::path::PathBuf;
 use clap::Subcommand;
 use profidrive::canopen::NodeId;
 use profidrive::fdl::Address;
+use profidrive::ppo::PpoType;
 
-use super::link::{BaudSpec, expected_rates, tcp};
+use super::link::{BaudSpec, expected_rates};
+use super::master_link::{CanPlace, MasterLink};
 use super::parameter::ParameterSpec;
+use super::ppo_drive::{ident, ppo};
 use super::quantity::Quantity;
 
 /// Commissions a drive, real or emulated: parameters, status, faults, motion
@@ -36,6 +39,28 @@ pub(crate) struct Master {
     /// The number of the drive on CANopen, 1 to 127
     #[arg(long, global = true, value_name = "N", value_parser = node, display_order = 91)]
     pub(crate) node: Option<NodeId>,
+
+    /// The drive is one of PROFIDRIVE version 2 with this PPO, 1 to 5 (docs/ppo-drive.md): read, write, params, status, monitor,
+    /// faults, ack, enable, velocity, stop
+    #[arg(long, global = true, value_name = "1..5", value_parser = ppo, display_order = 92)]
+    pub(crate) ppo: Option<PpoType>,
+
+    /// The device file of the drive with --ppo; without it the customary configuration of the PPO
+    #[arg(long, global = true, value_name = "FILE", display_order = 92)]
+    pub(crate) gsd: Option<PathBuf>,
+
+    /// The ident number of the drive with --ppo and without --gsd, four hexadecimal digits; 5044 unless given
+    #[arg(long, global = true, value_name = "HEX", value_parser = ident, display_order = 92)]
+    pub(crate) ident: Option<u16>,
+
+    /// The table of parameters of the drive with --ppo, .toml or .csv: names, units, widths
+    #[arg(long, global = true, value_name = "FILE", display_order = 92)]
+    pub(crate) parameters: Option<PathBuf>,
+
+    /// The speed of 100 % (setpoint 4000h) of the drive with --ppo in rpm, unless its table has a parameter tied to
+    /// reference-speed
+    #[arg(long, global = true, value_name = "RPM", display_order = 92, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) reference_speed: Option<u16>,
 
     /// The rate of the line in bit/s: of a serial line it must be given, elsewhere it is 500000
     #[arg(long, global = true, value_name = "RATE", value_parser = rate, display_order = 92)]
@@ -71,6 +96,7 @@ Examples, with an emulator started by 'profidrive emulate --link pty:/tmp/bus':
   profidrive master --link /tmp/bus --address 5 move 1600 --yes
   profidrive master --link serial:/dev/ttyUSB0 --baud 19200 --address 5 status
   profidrive master --link slcan-tcp:127.0.0.1:5000 --node 5 read 6041
+  profidrive master --link /tmp/bus --address 7 --ppo 1 --parameters drive.toml velocity 750 --for 5s --yes
 
 Exit codes: 0 done, 1 it did not work, 2 the command line asks for something that cannot be.
 A drive that turns is dangerous. Ctrl-C stops it, but is no emergency stop: have one that switches the supply off.";
@@ -291,8 +317,26 @@ impl Master {
                 "the line is missing; add --link with what 'profidrive emulate' prints as link=".into()
             );
         };
+        let of_ppo = [
+            (self.gsd.is_some(), "--gsd"),
+            (self.ident.is_some(), "--ident"),
+            (self.parameters.is_some(), "--parameters"),
+            (self.reference_speed.is_some(), "--reference-speed"),
+        ];
+        if let Some((_, option)) = of_ppo.into_iter().find(|(given, _)| *given && self.ppo.is_none()) {
+            return Err(format!("{option} is for a drive of PROFIDRIVE version 2; add --ppo with 1 to 5"));
+        }
+        if self.gsd.is_some() && self.ident.is_some() {
+            return Err("the ident number is that of the GSD; leave --ident out".into());
+        }
         if self.can_place().is_some() {
+            if self.ppo.is_some() {
+                return Err("--ppo is for PROFIBUS; leave it out on CANopen".into());
+            }
             return self.check_can();
+        }
+        if self.ppo.is_some() {
+            self.check_ppo()?;
         }
         if self.node.is_some() {
             return Err("--node is for CANopen; its links are slcan-tty:PATH, slcan-tcp:HOST:PORT and \
@@ -302,7 +346,8 @@ impl Master {
         if matches!(self.baud, Some(BaudSpec::Can(_))) {
             return Err(format!("this rate is none of PROFIBUS; {}", fixed_rates()));
         }
-        if let Action::Read { parameter } | Action::Write { parameter, .. } = &self.action {
+        if let (Action::Read { parameter } | Action::Write { parameter, .. }, None) = (&self.action, self.ppo)
+        {
             parameter.parameter()?;
         }
         if let Action::Motion(Motion::Home { .. }) = self.action {
@@ -335,6 +380,30 @@ impl Master {
             (Some(MasterLink::Serial(device)), Some(_)) => Some(CanPlace::Terminal(device.into())),
             (Some(MasterLink::Terminal(_) | MasterLink::Serial(_)), None)
             | (Some(MasterLink::Tcp(_)) | None, _) => None,
+        }
+    }
+
+    fn check_ppo(&self) -> Result<(), String> {
+        match self.action {
+            Action::Scan { .. }
+            | Action::Diag
+            | Action::Read { .. }
+            | Action::Write { .. }
+            | Action::Params
+            | Action::Status
+            | Action::Monitor { .. }
+            | Action::Stop
+            | Action::Ack
+            | Action::Faults { .. }
+            | Action::Motion(Motion::Enable { .. } | Motion::Velocity { .. }) => Ok(()),
+            Action::Save { .. }
+            | Action::Restore { .. }
+            | Action::Calibrate { .. }
+            | Action::Motion(Motion::Move { .. } | Motion::Jog { .. } | Motion::Home { .. }) => {
+                Err("this is for the AG03; with --ppo there are read, write, params, status, monitor, faults, ack, enable, \
+                     velocity and stop"
+                    .into())
+            }
         }
     }
 
@@ -378,31 +447,6 @@ impl Master {
     }
 }
 
-/// Where a master finds the line.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum MasterLink {
-    Terminal(PathBuf),
-    Serial(String),
-    /// Host and port.
-    Tcp(String),
-    /// A bus of CAN.
-    Can(CanPlace),
-}
-
-/// Where a master finds a bus of CAN.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum CanPlace {
-    /// A terminal or a port with an slcan adapter.
-    Terminal(PathBuf),
-    /// Host and port of an slcan adapter.
-    Tcp(String),
-    /// An interface of Linux.
-    Socket(String),
-}
-
-const LINKS: &str = "expected a terminal such as /dev/pts/3, pty:PATH, serial:DEVICE or tcp:HOST:PORT; of CANopen slcan-tty:PATH, \
-                     slcan-tcp:HOST:PORT or socketcan:INTERFACE";
-
 /// A parameter or an entry, as it was written: the link says which.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Asked(pub(crate) String);
@@ -419,40 +463,6 @@ impl Asked {
     /// On PROFIBUS.
     pub(crate) fn parameter(&self) -> Result<ParameterSpec, String> {
         self.0.parse().map_err(|reason| format!("invalid value '{}' for '<PNU[.SUB]>': {reason}", self.0))
-    }
-}
-
-impl FromStr for MasterLink {
-    type Err = String;
-
-    fn from_str(spec: &str) -> Result<Self, String> {
-        if spec.chars().any(char::is_control) {
-            return Err(format!("a link has no control characters; {LINKS}"));
-        }
-        match spec.split_once(':') {
-            Some(("pty" | "serial", "")) | None if matches!(spec, "pty:" | "pty" | "serial:" | "serial") => {
-                Err(format!("the path is missing; {LINKS}"))
-            }
-            Some(("pty", path)) => Ok(Self::Terminal(path.into())),
-            Some(("serial", device)) => Ok(Self::Serial(device.into())),
-            Some(("tcp", place)) => tcp(place).map(Self::Tcp),
-            Some(("slcan-tty" | "slcan-pty" | "socketcan", "")) => {
-                Err(format!("the name is missing; {LINKS}"))
-            }
-            // What an emulator prints.
-            Some(("slcan-tty" | "slcan-pty", path)) => Ok(Self::Can(CanPlace::Terminal(path.into()))),
-            Some(("slcan-tcp", place)) => tcp(place).map(|place| Self::Can(CanPlace::Tcp(place))),
-            Some(("socketcan", name)) => Ok(Self::Can(CanPlace::Socket(name.into()))),
-            // A bare path is what an emulator prints. Is it a real port, its rate matters.
-            None if spec.contains('/') => {
-                let target = std::fs::canonicalize(spec).unwrap_or_else(|_| spec.into());
-                Ok(match target.starts_with("/dev") && !target.starts_with("/dev/pts") {
-                    true => Self::Serial(spec.into()),
-                    false => Self::Terminal(spec.into()),
-                })
-            }
-            Some(_) | None => Err(LINKS.into()),
-        }
     }
 }
 
@@ -551,22 +561,6 @@ fn time_within(text: &str, range: RangeInclusive<Duration>, expected: &str) -> R
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_link_is_what_an_emulator_prints_or_a_kind_and_a_place() {
-        let terminal = |path: &str| Ok(MasterLink::Terminal(path.into()));
-        assert_eq!("/dev/pts/3".parse(), terminal("/dev/pts/3"));
-        assert_eq!("/tmp/no-such/bus".parse(), terminal("/tmp/no-such/bus"));
-        assert_eq!("pty:bus".parse(), terminal("bus"));
-        assert_eq!("/dev/null".parse(), Ok(MasterLink::Serial("/dev/null".into())));
-        assert_eq!("serial:/dev/ttyS0".parse(), Ok(MasterLink::Serial("/dev/ttyS0".into())));
-        assert_eq!("tcp:127.0.0.1:5050".parse(), Ok(MasterLink::Tcp("127.0.0.1:5050".into())));
-        for wrong in ["", "pty", "pty:", "serial", "serial:", "tcp", "tcp:5050", "usb", "usb:1", "/tmp/a\nb"]
-        {
-            let error = wrong.parse::<MasterLink>().unwrap_err();
-            assert!(error.contains("tcp:HOST:PORT"), "{wrong}: {error}");
-        }
-    }
 
     #[test]
     fn times_are_read_as_they_are_written() {

@@ -10,6 +10,7 @@ mod gsd;
 mod judge;
 mod link;
 mod master;
+mod master_link;
 mod node;
 mod parameter;
 mod ppo_drive;
@@ -38,12 +39,13 @@ pub(crate) use judge::{Judge, JudgedStation, millis as judge_millis};
 pub(crate) use link::{BaudSpec, LinkSpec};
 #[cfg(test)]
 pub(crate) use master::Go;
-pub(crate) use master::{Action, AddressRange, CanPlace, Direction, Master, MasterLink, Motion};
+pub(crate) use master::{Action, AddressRange, Direction, Master, Motion};
+pub(crate) use master_link::{CanPlace, MasterLink};
 pub(crate) use node::NodeSpec;
 pub(crate) use parameter::{ParameterSpec, find as find_parameter, plain};
 pub(crate) use ppo_drive::PpoDriveSpec;
 pub(crate) use quantity::Quantity;
-pub(crate) use quirk::QuirkSpec;
+pub(crate) use quirk::{QuirkSpec, refusal as quirk_refusal};
 pub(crate) use station::StationSpec;
 
 /// Emulated fieldbus drives, on PROFIBUS-DP and CANopen, to test masters against.

@@ -13,13 +13,15 @@ use strsim::levenshtein;
 const DEFAULT_DEVICE: &str = "ag03-1";
 
 /// One emulated node, as asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct NodeSpec {
     pub(crate) id: NodeId,
     pub(crate) product: &'static Product,
     pub(crate) choices: Choices,
     /// Another node may have its number.
     pub(crate) twin: bool,
+    /// Its own quirks, NAME=VALUE, which go before those of all.
+    pub(crate) quirks: Vec<String>,
 }
 
 impl FromStr for NodeSpec {
@@ -57,7 +59,7 @@ impl FromStr for NodeSpec {
         let mut choices = Choices::default();
         choices.level = mode.unwrap_or(choices.level);
         choices.gear = gear.unwrap_or(choices.gear);
-        Ok(Self { id, product, choices, twin })
+        Ok(Self { id, product, choices, twin, quirks: Vec::new() })
     }
 }
 

@@ -42,14 +42,23 @@ impl FromStr for PpoDriveSpec {
                 return Err(format!("'{key}' is given twice; {FORM}"));
             }
         }
-        if this.gsd.is_some() && this.ident.is_some() {
-            return Err("the ident number is that of the GSD; leave ident out".into());
-        }
+        this.check()?;
         Ok(this)
     }
 }
 
-fn ppo(value: &str) -> Result<PpoType, String> {
+impl PpoDriveSpec {
+    /// What no single part shows.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        match (&self.gsd, self.ident) {
+            (Some(_), Some(_)) => Err("the ident number is that of the GSD; leave ident out".into()),
+            (Some(_) | None, _) => Ok(()),
+        }
+    }
+}
+
+/// The type of a PPO by its number.
+pub(super) fn ppo(value: &str) -> Result<PpoType, String> {
     match value {
         "1" => Ok(PpoType::Ppo1),
         "2" => Ok(PpoType::Ppo2),
@@ -60,7 +69,8 @@ fn ppo(value: &str) -> Result<PpoType, String> {
     }
 }
 
-fn ident(value: &str) -> Result<u16, String> {
+/// An ident number.
+pub(super) fn ident(value: &str) -> Result<u16, String> {
     let digits = value.strip_prefix("0x").unwrap_or(value);
     u16::from_str_radix(digits, 16).map_err(|_| {
         format!("ident '{value}' is no ident number; expected four hexadecimal digits, for example 5044")

@@ -165,6 +165,19 @@ impl Quantity {
         }
     }
 
+    /// A number without unit, with what is behind the point.
+    ///
+    /// # Errors
+    /// There is a unit.
+    pub(crate) fn number(&self) -> Result<f64, String> {
+        match self.unit {
+            None => Ok(self.thousandths as f64 / 1000.0),
+            Some(unit) => {
+                Err(format!("a value is given without unit here; leave {} out of {}", unit.name(), self))
+            }
+        }
+    }
+
     /// In steps of its unit, of 0.01 mm if these are millimetres.
     fn steps(&self) -> Result<i64, String> {
         let (step, name) = match self.unit {

@@ -37,7 +37,8 @@ pub(super) fn parts(spec: &str) -> Result<(&str, &str), String> {
     spec.split_once('=').ok_or_else(|| "expected NAME=VALUE, for example off1=brake".into())
 }
 
-pub(super) fn refusal(name: &str, value: &str, error: &QuirkError) -> String {
+/// Why a quirk of a drive cannot be set.
+pub(crate) fn refusal(name: &str, value: &str, error: &QuirkError) -> String {
     match error {
         QuirkError::Unknown => {
             let names: Vec<_> = QUIRKS.iter().map(|quirk| quirk.name).collect();

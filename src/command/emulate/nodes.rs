@@ -44,10 +44,10 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec, start: &Start) -> Result<
             .add(now, line.bus_mut(), fault)
             .map_err(|error| Failure::Usage(format!("--fault: {error}")))?;
     }
-    for &spec in args.nodes() {
+    for spec in args.nodes() {
         let mut choices = spec.choices;
-        args.choose(spec.product, &mut choices).map_err(Failure::Usage)?;
-        nodes.connect(&mut line, NodeSpec { choices, ..spec }, state.as_ref(), &faults)?;
+        args.choose(spec.product, &spec.quirks, &mut choices).map_err(Failure::Usage)?;
+        nodes.connect(&mut line, NodeSpec { choices, ..spec.clone() }, state.as_ref(), &faults)?;
     }
     faults.reseat(line.bus_mut());
     nodes.warn_of_doubles();
@@ -57,7 +57,7 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec, start: &Start) -> Result<
     }
     let (clock, mut seats) = (line.clock(), nodes.seats());
     // Known to be right: the nodes of the command line have them.
-    let choose = |product: &'static Product, choices: &mut Choices| _ = args.choose(product, choices);
+    let choose = |product: &'static Product, choices: &mut Choices| _ = args.choose(product, &[], choices);
     // What the start brought is told whatever ends the process behind the ready line.
     while let Some(event) = line.bus_mut().poll_event() {
         tell(News::Bus(event), &mut capture, &mut nodes, panel.as_ref(), clock.now());

@@ -7,53 +7,50 @@ use profidrive::device::ppo_drive::{CONFIGURATIONS, IDENT_NUMBER, PpoDrive, PpoO
 use profidrive::dp::{Description, Fixed};
 use profidrive::fdl::Address;
 use profidrive::gsd::{Policy, Station};
-use profidrive::host::{Bus, HostedPpoDrive, Refusals};
+use profidrive::host::{Bus, HostedPpoDrive, PpoJudge, Refusals};
 use profidrive::ppo::PpoType;
 use profidrive::ppo_drive::table::{Row, Table};
 use profidrive::ppo_drive::{Drive, Settings};
 use profidrive::time::{BaudRate, Instant};
 use tracing::info;
 
+use super::station;
 use crate::command::Failure;
-use crate::command::args::PpoDriveSpec;
-use crate::command::gsd::read;
+use crate::command::args::{PpoDriveSpec, StationSpec};
 
 /// A drive whose files are right.
-pub(super) struct Loaded {
-    address: Address,
-    description: Description,
-    judge: Judge,
-    only: Option<PpoType>,
-    table: Table,
+pub(crate) struct PpoDrivePlan {
+    pub(crate) address: Address,
+    pub(crate) slave: Slave,
+    pub(crate) only: Option<PpoType>,
+    pub(crate) table: Table,
 }
 
-enum Judge {
-    Profile,
+/// What the drive is to its master: as the profile has it, with this ident number, or as a device file describes it.
+pub(crate) enum Slave {
+    Profile(u16),
     Gsd(Box<Station>),
 }
 
 /// The drives asked for. Nothing is started before all of their files are right.
-pub(super) fn load(drives: &[PpoDriveSpec]) -> Result<Vec<Loaded>, Failure> {
+pub(super) fn load(drives: &[PpoDriveSpec]) -> Result<Vec<PpoDrivePlan>, Failure> {
+    let one = |spec: &PpoDriveSpec| {
+        let table = spec.parameters.as_deref().map(parameters).transpose()?;
+        let table = table.unwrap_or_else(Table::profile);
+        Ok(PpoDrivePlan { address: spec.address, slave: slave(spec)?, only: spec.ppo, table })
+    };
     drives.iter().map(one).collect()
 }
 
-fn one(spec: &PpoDriveSpec) -> Result<Loaded, Failure> {
-    let table = spec.parameters.as_deref().map(parameters).transpose()?.unwrap_or_else(Table::profile);
-    let (description, judge) = match &spec.gsd {
-        None => {
-            let ident = spec.ident.unwrap_or(IDENT_NUMBER);
-            (Description { ident, sync_mode: true, freeze_mode: true, ..Description::PLAIN }, Judge::Profile)
-        }
-        Some(file) => {
-            let station = Station::new(read(file)?, Policy::PROPOSED)
-                .map_err(|error| Failure::Usage(format!("{}: {error}", file.display())))?;
-            (station.description(), Judge::Gsd(Box::new(station)))
-        }
-    };
-    Ok(Loaded { address: spec.address, description, judge, only: spec.ppo, table })
+/// What the drive is to its master.
+pub(crate) fn slave(spec: &PpoDriveSpec) -> Result<Slave, Failure> {
+    let Some(file) = &spec.gsd else { return Ok(Slave::Profile(spec.ident.unwrap_or(IDENT_NUMBER))) };
+    let spec = StationSpec { address: spec.address, file: file.clone(), policy: Policy::PROPOSED };
+    Ok(Slave::Gsd(Box::new(station::station(&spec)?)))
 }
 
-fn parameters(file: &Path) -> Result<Table, Failure> {
+/// A table of parameters from its file.
+pub(crate) fn parameters(file: &Path) -> Result<Table, Failure> {
     let name = file.display();
     let text =
         fs::read_to_string(file).map_err(|error| Failure::Usage(format!("cannot read {name}: {error}")))?;
@@ -66,53 +63,43 @@ fn parameters(file: &Path) -> Result<Table, Failure> {
         }
     };
     let table = table.map_err(|error| Failure::Usage(format!("{name}: {error}")))?;
-    let tried = table.set_up(&mut Drive::new(Settings::DEFAULT));
-    tried.map_err(|row| Failure::Usage(format!("{name}: {}", default_refused(row))))?;
+    try_out(&table).map_err(|words| Failure::Usage(format!("{name}: {words}")))?;
     Ok(table)
+}
+
+/// Whether the drive takes what its parameters begin with.
+pub(crate) fn try_out(table: &Table) -> Result<(), String> {
+    table.set_up(&mut Drive::new(Settings::DEFAULT)).map_err(default_refused)
 }
 
 /// Puts a drive on the bus.
 pub(super) fn connect(
     bus: &mut Bus,
-    loaded: Loaded,
+    PpoDrivePlan { address, slave, only, table }: PpoDrivePlan,
     rate: BaudRate,
     now: Instant,
     listen: bool,
     refusals: &Refusals,
 ) -> Result<(), Failure> {
-    let Loaded { address, description, judge, only, table } = loaded;
-    let ppo = only.map_or_else(|| "PPO 1 to 5".into(), |kind| kind.to_string());
-    info!("drive of PROFIDRIVE version 2, {ppo}, ident 0x{:04X}, at address {address}", description.ident);
-    let place = (address, rate, now);
-    let connected = match judge {
-        Judge::Gsd(station) => {
-            let hosted = hosted(place, description, PpoOnly { inner: *station, only }, table, refusals)?;
-            if listen { bus.join(now, hosted) } else { bus.add(hosted) }
-        }
-        Judge::Profile => {
+    let (description, inner) = match slave {
+        Slave::Gsd(station) => (station.description(), PpoJudge::Gsd(station)),
+        Slave::Profile(ident) => {
             let place_of = |kind: PpoType| CONFIGURATIONS.iter().position(|own| *own == kind.configuration());
             let configurations = match only.and_then(place_of) {
                 Some(at) => CONFIGURATIONS.get(at..=at).unwrap_or(CONFIGURATIONS),
                 None => CONFIGURATIONS,
             };
-            let inner = Fixed { configurations, ..Fixed::PLAIN };
-            let hosted = hosted(place, description, PpoOnly { inner, only }, table, refusals)?;
-            if listen { bus.join(now, hosted) } else { bus.add(hosted) }
+            let description = Description { ident, sync_mode: true, freeze_mode: true, ..Description::PLAIN };
+            (description, PpoJudge::Profile(Fixed { configurations, ..Fixed::PLAIN }))
         }
     };
-    connected.map_err(|error| Failure::from_error(&error))
-}
-
-fn hosted<A: profidrive::dp::Application>(
-    (address, rate, now): (Address, BaudRate, Instant),
-    description: Description,
-    application: A,
-    table: Table,
-    refusals: &Refusals,
-) -> Result<HostedPpoDrive<A>, Failure> {
-    let drive = PpoDrive::new(address, rate, (description, application), table, now)
+    let ppo = only.map_or_else(|| "PPO 1 to 5".into(), |kind| kind.to_string());
+    info!("drive of PROFIDRIVE version 2, {ppo}, ident 0x{:04X}, at address {address}", description.ident);
+    let drive = PpoDrive::new(address, rate, (description, PpoOnly { inner, only }), table, now)
         .map_err(|row| Failure::Usage(default_refused(&row)))?;
-    Ok(HostedPpoDrive::new(drive, refusals.clone()))
+    let hosted = HostedPpoDrive::new(drive, refusals.clone());
+    let connected = if listen { bus.join(now, hosted) } else { bus.add(hosted) };
+    connected.map_err(|error| Failure::from_error(&error))
 }
 
 fn default_refused(row: &Row) -> String {

@@ -2,6 +2,7 @@
 
 use std::sync::mpsc::{SyncSender, sync_channel};
 
+use profidrive::fdl::Address;
 use profidrive::host::capture::{Capture, Interface};
 use profidrive::host::link::tap::{Batch, Tap};
 use profidrive::host::{BusEvent, Link, SystemClock};
@@ -14,15 +15,15 @@ use super::super::args::{BaudSpec, Emulate};
 /// What waits for the next packet at most.
 const REMARKS: usize = 64;
 
-/// The link, with a tap if somebody wants to see. `path` is what a master opens.
+/// The link, with a tap if somebody wants to see. `stations` are all on the line, `path` is what a master opens.
 pub(super) fn tapped(
     link: Box<dyn Link>,
-    args: &Emulate,
+    (args, stations): (&Emulate, &[Address]),
     path: &str,
     clock: SystemClock,
     panel: Option<&Panel>,
 ) -> Result<(Box<dyn Link>, Remarks), Failure> {
-    let mut capture = capture(args, path, clock)?;
+    let mut capture = capture(args, stations, path, clock)?;
     let (remarks, waiting) = sync_channel::<String>(REMARKS);
     let remarks = Remarks(capture.is_some().then_some(remarks));
     let mut stream = panel.map(Panel::observer);
@@ -68,14 +69,17 @@ impl Remarks {
 }
 
 /// The capture, if one is wanted.
-fn capture(args: &Emulate, path: &str, clock: SystemClock) -> Result<Option<Capture>, Failure> {
+fn capture(
+    args: &Emulate,
+    stations: &[Address],
+    path: &str,
+    clock: SystemClock,
+) -> Result<Option<Capture>, Failure> {
     let Some(file) = &args.capture else {
         return Ok(None);
     };
     let baud = args.baud.and_then(BaudSpec::fixed);
-    let stations = args.stations.iter().map(|station| station.address);
-    let addresses = args.drives().map(|drive| drive.address).chain(stations);
-    let addresses: Vec<_> = addresses.map(|address| address.to_string()).collect();
+    let addresses: Vec<_> = stations.iter().map(Address::to_string).collect();
     let description = format!("PROFIBUS line with the emulated stations {}", addresses.join(", "));
     let line = Interface { name: path, description: &description, baud };
     let capture = Capture::create(file, &line, &clock).map_err(|error| Failure::from_error(&error))?;

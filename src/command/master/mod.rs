@@ -7,6 +7,7 @@
 //! | `value` | values of parameters, read, with their unit and as JSON |
 //! | `file` | where a parameter set is written |
 //! | `canopen` | what is done with a node of CANopen |
+//! | `ppo` | what is done with a drive of PROFIDRIVE version 2 |
 //! | the others | one group of subcommands each |
 
 mod access;
@@ -16,6 +17,7 @@ mod faults;
 mod file;
 mod link;
 mod motion;
+mod ppo;
 mod restore;
 mod scan;
 mod set;
@@ -46,6 +48,9 @@ const TICK: Duration = Duration::from_millis(500);
 pub(crate) fn master(args: &Master) -> Result<(), Failure> {
     if let Some(place) = args.can_place() {
         return canopen::master(args, &place);
+    }
+    if let Some(kind) = args.ppo.filter(|_| !matches!(args.action, Action::Scan { .. } | Action::Diag)) {
+        return ppo::master(args, kind);
     }
     // What can be known without a drive is known before anything is sent.
     if let Action::Write { parameter, value, .. } = &args.action {

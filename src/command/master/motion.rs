@@ -35,7 +35,7 @@ pub(super) struct Confirmed(());
 pub(super) fn confirm(args: &Master) -> Result<Confirmed, Failure> {
     let motion = match &args.action {
         Action::Motion(motion) => motion,
-        Action::Write { parameter, value, sure } if args.can_place().is_none() => {
+        Action::Write { parameter, value, sure } if args.can_place().is_none() && args.ppo.is_none() => {
             let loads = parameter.parameter().is_ok_and(|spec| spec.entry.pnu == LOAD_PARAMETER_SET);
             return if loads { ask(args, sure.yes, &loading(value.plain())) } else { Ok(Confirmed(())) };
         }
@@ -68,7 +68,8 @@ pub(super) fn confirm(args: &Master) -> Result<Confirmed, Failure> {
         Motion::Jog { go, direction, .. } => (go, format!("turn in {} direction", way(*direction))),
         Motion::Velocity { go, rpm, .. } => {
             let fastest = i32::from(Gear::FASTEST.max_rpm());
-            if rpm.abs() > fastest {
+            // How fast another drive turns its parameters say.
+            if rpm.abs() > fastest && args.ppo.is_none() {
                 return Err(Failure::Usage(format!(
                     "a drive turns with at most {fastest} rpm, got {rpm}; see 'profidrive master velocity --help'"
                 )));

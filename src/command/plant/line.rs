@@ -1,4 +1,4 @@
-//! A line: its link, drives, nodes and faults.
+//! A line: its link, who is on it, faults.
 
 use core::fmt::Display;
 use core::str::FromStr;
@@ -11,10 +11,11 @@ use profidrive::host::can::{LinkSpec as CanLink, NodeFault};
 use profidrive::host::link::fault::{Fault, duration};
 use profidrive::process::Point;
 
+use super::drive;
 use super::station::{self, point};
-use super::tables::{At, Baud, DriveTable, FaultTable, LineTable, NodeTable, WhileTable};
+use super::tables::{At, Baud, FaultTable, LineTable, WhileTable};
 use super::wrong::Wrong;
-use crate::command::args::{DriveSpec, Emulate, LinkSpec, NodeSpec, QuirkSpec, panel_place};
+use crate::command::args::{Emulate, LinkSpec, panel_place};
 use crate::command::emulate::{FaultPlan, LinePlan, StationPlan};
 
 /// Reads a line. `folder` is where the file is: paths in it begin there.
@@ -50,23 +51,16 @@ pub(super) fn plan(line: &At<LineTable>, folder: &Path) -> Result<LinePlan, Wron
         |path: &Option<At<String>>| -> Option<PathBuf> { path.as_ref().map(|path| folder.join(path.get())) };
     (args.state_dir, args.capture) = (path(&table.state_dir), path(&table.capture));
     let is_can = matches!(args.link, LinkSpec::Can(_));
-    for (name, value) in &table.quirks {
-        let quirk = format!("{name}={}", value.get());
-        if !is_can {
-            let _known: QuirkSpec = quirk.parse().map_err(|error| Wrong::at(value.span(), error))?;
-        }
-        args.quirks.push(quirk);
-    }
-    args.single = table.drive.iter().map(drive).collect::<Result<_, _>>()?;
-    args.nodes = table.node.iter().map(node).collect::<Result<_, _>>()?;
+    args.quirks = table.quirks.iter().map(|(name, value)| format!("{name}={}", value.get())).collect();
+    let common = if is_can { Vec::new() } else { drive::quirks(&table.quirks)? };
+    let drives: Vec<_> =
+        table.drive.iter().map(|drive| drive::plan(drive, &common)).collect::<Result<_, _>>()?;
+    args.single = drives.iter().map(|drive| drive.spec).collect();
+    let ppo_drives: Vec<_> =
+        table.ppo_drive.iter().map(|drive| drive::ppo_plan(drive, folder)).collect::<Result<_, _>>()?;
+    args.nodes = table.node.iter().map(drive::node).collect::<Result<_, _>>()?;
     distinct(table)?;
-    let addresses: Vec<Address> = table
-        .drive
-        .iter()
-        .map(|drive| &drive.address)
-        .chain(table.station.iter().map(|station| &station.address))
-        .map(address)
-        .collect::<Result<_, _>>()?;
+    let addresses: Vec<Address> = places(table).map(address).collect::<Result<_, _>>()?;
     let stations = station::plans(&table.station, folder)?;
     let mut faults = Vec::new();
     for fault in &table.fault {
@@ -77,11 +71,15 @@ pub(super) fn plan(line: &At<LineTable>, folder: &Path) -> Result<LinePlan, Wron
         }
     }
     if addresses.is_empty() && table.node.is_empty() {
-        let words = "nobody is on the line; expected [[line.drive]], [[line.station]] or [[line.node]]";
+        let words = "nobody is on the line; expected [[line.drive]], [[line.ppo-drive]], [[line.station]] or [[line.node]]";
         return Err(Wrong::at(line.span(), words));
     }
+    if let Some(place) = places(table).next().filter(|_| is_can) {
+        let words = "drives and stations are on PROFIBUS and an slcan link is a CAN bus; give them a line of their own";
+        return Err(Wrong::at(place.span(), words));
+    }
     args.check().map_err(|words| contradiction(line, &words))?;
-    Ok(LinePlan { args, stations, faults })
+    Ok(LinePlan { args, drives, ppo_drives, stations, faults })
 }
 
 /// What no single key shows, where the key that it begins with stands. Keys are called as options are.
@@ -119,7 +117,7 @@ pub(super) fn time(text: &At<String>) -> Result<Duration, Wrong> {
 }
 
 /// `key=value` of each key that is there, one more with each step, so that a refusal is that of the last key.
-fn spec<T: FromStr<Err = String>>(
+pub(super) fn spec<T: FromStr<Err = String>>(
     number: &At<u8>,
     options: [(&str, Option<At<String>>); 3],
 ) -> Result<T, Wrong> {
@@ -134,22 +132,17 @@ fn spec<T: FromStr<Err = String>>(
     Ok(read)
 }
 
-fn drive(table: &DriveTable) -> Result<DriveSpec, Wrong> {
-    let gear = table.gear.as_ref().map(At::in_words);
-    spec(&table.address, [("model", table.model.clone()), ("gear", gear), ("", None)])
-}
-
-fn node(table: &NodeTable) -> Result<NodeSpec, Wrong> {
-    let gear = table.gear.as_ref().map(At::in_words);
-    spec(&table.id, [("device", table.device.clone()), ("mode", table.mode.clone()), ("gear", gear)])
+/// The addresses of all on a line of PROFIBUS.
+fn places(table: &LineTable) -> impl Iterator<Item = &At<u8>> {
+    let drives = table.drive.iter().map(|drive| &drive.address);
+    let ppo_drives = table.ppo_drive.iter().map(|drive| &drive.address);
+    drives.chain(ppo_drives).chain(table.station.iter().map(|station| &station.address))
 }
 
 /// No two with one address, no two nodes with one number.
 fn distinct(table: &LineTable) -> Result<(), Wrong> {
-    let drives = table.drive.iter().map(|drive| &drive.address);
-    let stations = table.station.iter().map(|station| &station.address);
     let nodes: Vec<_> = table.node.iter().map(|node| &node.id).collect();
-    let mut places: Vec<_> = drives.chain(stations).collect();
+    let mut places: Vec<_> = places(table).collect();
     places.sort_by_key(|place| place.span().start);
     for (numbers, words) in [(places, "stations have address"), (nodes, "nodes have the number")] {
         for (place, number) in numbers.iter().enumerate() {

@@ -3,12 +3,14 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `tables.rs` | the tables and keys as they are written, and the JSON Schema of them |
-//! | `line.rs` | a line: its link, drives, nodes and faults |
+//! | `line.rs` | a line: its link, who is on it, faults |
+//! | `drive.rs` | drives and nodes, their quirks, what their parameters begin with |
 //! | `station.rs` | a station, its modules, what moves its inputs |
 //! | `wrong.rs` | what is wrong, with line and column |
 //!
 //! Everything is read and checked before anything is opened.
 
+mod drive;
 mod line;
 mod station;
 mod tables;
@@ -67,10 +69,10 @@ fn alone(lines: &[At<LineTable>]) -> Result<(), Wrong> {
 pub(crate) fn say(file: &Path, plans: &[LinePlan]) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     let said = plans.iter().zip(1..).try_for_each(|(plan, number)| {
-        let LinePlan { args, stations, faults } = plan;
+        let LinePlan { args, drives, ppo_drives, stations, faults } = plan;
         let inputs: usize = stations.iter().map(|station| station.signals.len()).sum();
         let faults = faults.len() + args.faults.len();
-        let (drives, nodes) = (args.drives().count(), args.nodes().len());
+        let (drives, nodes) = (drives.len() + ppo_drives.len(), args.nodes().len());
         let stations = stations.len();
         writeln!(
             out,
@@ -141,6 +143,64 @@ mod tests {
                 line("[[line.drive]]\naddress = 5\n[[line.drive]]\naddress = 5"),
                 "6, column 11",
                 "two stations have address 5",
+            ),
+            (
+                line("[[line.drive]]\naddress = 5\nquirks = { off2 = 'x' }"),
+                "5, column 19",
+                "quirk 'off2' is unknown",
+            ),
+            (
+                line("[[line.drive]]\naddress = 5\nvalues = { v-Poss = 5 }"),
+                "5, column 21",
+                "close to it are 1004 v-Pos",
+            ),
+            (
+                line("[[line.drive]]\naddress = 5\nvalues = { v-Pos = 5000 }"),
+                "5, column 20",
+                "'v-Pos': the value must be within",
+            ),
+            (
+                line("[[line.drive]]\naddress = 5\nvalues = { 1027 = 5 }"),
+                "5, column 19",
+                "is no setting; leave it out",
+            ),
+            (
+                line("[[line.drive]]\naddress = 5\nmodel = 'ag03'\nvalues = { d-Pos = 5 }"),
+                "6, column 20",
+                "an AG03 has no d-Pos",
+            ),
+            (line("[[line.ppo-drive]]\naddress = 5\nppo = 6"), "5, column 7", "expected 1, 2, 3, 4 or 5"),
+            (line("[[line.ppo-drive]]\naddress = 5\nident = 'x'"), "5, column 9", "'x' is no ident number"),
+            (
+                line("[[line.ppo-drive]]\naddress = 5\nident = '5044'\ngsd = 'compact.gsd'"),
+                "5, column 9",
+                "leave ident out",
+            ),
+            (line("[[line.ppo-drive]]\naddress = 5\ngsd = 'no.gsd'"), "5, column 7", "cannot read"),
+            (
+                line("[[line.ppo-drive]]\naddress = 5\nparameters = 'compact.gsd'"),
+                "5, column 14",
+                "ends in .toml or .csv",
+            ),
+            (
+                line("[[line.ppo-drive]]\naddress = 5\nparameters = '../../examples/ppo_drive.toml'\nvalues = { 99 = 1 }"),
+                "6, column 17",
+                "no parameter '99'",
+            ),
+            (
+                line("[[line.ppo-drive]]\naddress = 5\nparameters = '../../examples/ppo_drive.toml'\nvalues = { 1 = 50 }"),
+                "6, column 16",
+                "'1': 50 is outside 100 to 6000",
+            ),
+            (
+                line("[[line.ppo-drive]]\naddress = 5\n[[line.station]]\naddress = 5\ngsd = 'compact.gsd'"),
+                "6, column 11",
+                "two stations have address 5",
+            ),
+            (
+                "[[line]]\nlink = 'slcan-pty:x'\n[[line.node]]\nid = 5\ndevice = 'ap10'\nquirks = { x = 'y' }".into(),
+                "6, column 16",
+                "an ap10 has no quirk 'x'",
             ),
             (line("[[line.node]]\nid = 5"), "1, column 1", "use link slcan-pty:PATH"),
             ("[[line]]\nlink = 'usb'".into(), "2, column 8", "expected pty"),

@@ -23,8 +23,8 @@ impl<T> At<T> {
     }
 }
 
-impl At<u16> {
-    /// The number as a person writes it.
+impl<T: ToString> At<T> {
+    /// The value as a person writes it.
     pub(super) fn in_words(&self) -> At<String> {
         At(Spanned::new(self.span(), self.get().to_string()))
     }
@@ -84,6 +84,9 @@ pub(super) struct LineTable {
     /// Drives on PROFIBUS.
     #[serde(default)]
     pub(super) drive: Vec<DriveTable>,
+    /// Drives with variable speed of PROFIDRIVE version 2 (docs/ppo-drive.md).
+    #[serde(default)]
+    pub(super) ppo_drive: Vec<PpoDriveTable>,
     /// Stations that a GSD describes.
     #[serde(default)]
     pub(super) station: Vec<StationTable>,
@@ -115,6 +118,31 @@ pub(super) struct DriveTable {
     pub(super) model: Option<At<String>>,
     /// 24 or 48; 48 unless given.
     pub(super) gear: Option<At<u16>>,
+    /// How this drive behaves where the manuals leave it open; goes before the quirks of the line.
+    #[serde(default)]
+    pub(super) quirks: BTreeMap<String, At<String>>,
+    /// What its parameters begin with, by number or name.
+    #[serde(default)]
+    pub(super) values: BTreeMap<String, At<i64>>,
+}
+
+/// A drive with variable speed of PROFIDRIVE version 2.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub(super) struct PpoDriveTable {
+    /// 0 to 126.
+    pub(super) address: At<u8>,
+    /// 1 to 5: only this PPO is accepted; unless given the master chooses.
+    pub(super) ppo: Option<At<u8>>,
+    /// The ident number without a GSD, four hexadecimal digits; 5044 unless given.
+    pub(super) ident: Option<At<String>>,
+    /// The device file of the drive.
+    pub(super) gsd: Option<At<String>>,
+    /// The table of its parameters, .toml or .csv.
+    pub(super) parameters: Option<At<String>>,
+    /// What its parameters begin with, by number or name, of an array with the element: numbers on the bus.
+    #[serde(default)]
+    pub(super) values: BTreeMap<String, At<f64>>,
 }
 
 /// A CANopen node.
@@ -129,6 +157,9 @@ pub(super) struct NodeTable {
     pub(super) mode: Option<At<String>>,
     /// Of an ag03-1: 24 or 48.
     pub(super) gear: Option<At<u16>>,
+    /// How this node behaves where the manuals leave it open; goes before the quirks of the line.
+    #[serde(default)]
+    pub(super) quirks: BTreeMap<String, At<String>>,
 }
 
 /// A station that a GSD describes.

@@ -20,17 +20,17 @@ use super::{MAX_TELEGRAM_LEN, profile};
 use crate::dp::chk_cfg::{Identifier, Units, identifiers};
 use crate::dp::{self, Application, Description};
 use crate::fdl::{Address, Telegram};
-use crate::pkw::{self, Engine, JobError, Value, Written};
+use crate::pkw::{self, Engine, JobError, Value};
 use crate::ppo::{Pkw, PpoType, Stw, Zsw};
 use crate::ppo_drive::table::{Channel, Row, Table, Tie};
-use crate::ppo_drive::{Command, Drive, Settings};
+use crate::ppo_drive::{Command, Drive, Fault, Quantity, SetError, Settings};
 use crate::time::{BaudRate, Instant};
 use crate::unit::{ApplicationCycle, Cycles};
 
 pub use application::PpoOnly;
 pub use event::Event;
 
-use parameters::Access;
+use parameters::{Access, Known, View};
 
 /// The ident number of a drive that is nobody's in particular.
 pub const IDENT_NUMBER: u16 = 0x5044;
@@ -47,6 +47,9 @@ pub const CONFIGURATIONS: &[&[u8]] = &[
 /// Octets of the parameter channel.
 const PKW_LEN: usize = 8;
 
+/// Words of process data behind the first two, of PPO 5.
+const MORE_WORDS: usize = 8;
+
 /// A drive of the profile on PROFIBUS: telegrams and time in, telegrams, news and a deadline out.
 #[derive(Debug)]
 pub struct PpoDrive<A> {
@@ -60,6 +63,10 @@ pub struct PpoDrive<A> {
     /// The outputs the drive was woken for, as counted by the slave.
     outputs_seen: u32,
     exchanging: bool,
+    /// Of each word of process data from the third on: the parameter that refused it last, told once.
+    refused: [Option<u16>; MORE_WORDS],
+    /// The words of the parameter channel: what the master sent last, and the answer.
+    channel: (Pkw, Pkw),
 }
 
 impl<A: Application> PpoDrive<A> {
@@ -87,6 +94,8 @@ impl<A: Application> PpoDrive<A> {
             command: Default::default(),
             outputs_seen: 0,
             exchanging: false,
+            refused: [None; MORE_WORDS],
+            channel: (Pkw::ZERO, Pkw::ZERO),
         })
     }
 
@@ -113,6 +122,70 @@ impl<A: Application> PpoDrive<A> {
     /// The status word as it is offered to the master.
     pub fn zsw(&self) -> Zsw {
         profile::zsw(&self.drive.status())
+    }
+
+    /// The control word that was seen last; 0 without Data_Exchange.
+    pub const fn stw(&self) -> Stw {
+        self.command.1
+    }
+
+    /// What is commanded now: with bit 10 = 0 what was commanded before.
+    pub const fn command(&self) -> &Command {
+        &self.command.0
+    }
+
+    /// The words of the parameter channel: what the master sent last, and what the drive answers. Zero without one.
+    pub const fn channel(&self) -> (Pkw, Pkw) {
+        self.channel
+    }
+
+    /// A parameter as the channel would answer it: of an array the element from 1.
+    ///
+    /// # Errors
+    /// [`JobError`]: no such parameter or element.
+    pub fn read_parameter(&self, pnu: u16, element: Option<u8>) -> Result<Value, JobError> {
+        View { table: &self.table, drive: &self.drive, known: self.known(self.ppo()) }.read(pnu, element)
+    }
+
+    /// Writes a parameter without the channel, by the same rules: no master sees it.
+    ///
+    /// # Errors
+    /// [`JobError`]; nothing is changed then.
+    pub fn write_parameter(
+        &mut self,
+        now: Instant,
+        pnu: u16,
+        element: Option<u8>,
+        value: Value,
+    ) -> Result<(), JobError> {
+        pkw::Parameters::write(&mut self.access(self.ppo()), pnu, element, value)?;
+        self.cycles.wake(now);
+        Ok(())
+    }
+
+    /// A fault with this number comes, from 1: the motor is released. 0 raises none.
+    pub fn raise_fault(&mut self, now: Instant, number: u16) {
+        if number != 0 {
+            self.drive.raise(Fault::Raised(number));
+            self.cycles.wake(now);
+        }
+    }
+
+    /// A warning with this number stands from now on; 0 ends it.
+    pub fn raise_warning(&mut self, now: Instant, number: u16) {
+        // Every number of 16 bits is one.
+        let _set: Result<(), SetError> = self.drive.set_quantity(Quantity::Warning, number.into());
+        self.cycles.wake(now);
+    }
+
+    /// The machine takes this torque, in % of the rated torque, 0 and more.
+    ///
+    /// # Errors
+    /// [`SetError::Value`] below 0 and for what is no number; nothing is changed then.
+    pub fn set_load(&mut self, now: Instant, percent: f64) -> Result<(), SetError> {
+        self.drive.set_quantity(Quantity::Load, percent)?;
+        self.cycles.wake(now);
+        Ok(())
     }
 
     /// The type of PPO in use; `None`: no configuration is accepted, or it has other octets.
@@ -207,9 +280,10 @@ impl<A: Application> PpoDrive<A> {
         let pkw_len = if ppo.is_some_and(PpoType::has_pkw) { PKW_LEN } else { 0 };
         let (job, pzd) = outputs.split_at_checked(pkw_len).unwrap_or_default();
         let words: Vec<u16> = pzd.as_chunks().0.iter().map(|word| u16::from_be_bytes(*word)).collect();
-        let settled = self.follow(ppo, &words);
+        let settled = self.follow(ppo, &words, news);
         let job = job.first_chunk().map(|job| Pkw::from_octets(*job));
         let reply = self.run_job(ppo, job, news);
+        self.channel = (job.unwrap_or(Pkw::ZERO), reply.unwrap_or(Pkw::ZERO));
         let mut inputs = Vec::from(reply.map(Pkw::to_octets).as_ref().map_or(&[][..], |octets| octets));
         for word in self.shown_words(ppo) {
             inputs.extend(word.to_be_bytes());
@@ -222,7 +296,7 @@ impl<A: Application> PpoDrive<A> {
     }
 
     /// One step under these process data. Says whether they ask nothing new.
-    fn follow(&mut self, ppo: Option<PpoType>, words: &[u16]) -> bool {
+    fn follow(&mut self, ppo: Option<PpoType>, words: &[u16], news: &mut dyn FnMut(super::Event)) -> bool {
         let before = self.command;
         match words {
             [stw, setpoint, more @ ..] => {
@@ -234,7 +308,7 @@ impl<A: Application> PpoDrive<A> {
                     None => self.command.0.acknowledge = false,
                 }
                 if profile::StwBit::ByPlc.is_set(stw) {
-                    self.set_more(ppo, more);
+                    self.set_more(ppo, more, news);
                 }
                 self.drive.step(self.cycles.step(), Some(&self.command.0));
             }
@@ -247,31 +321,37 @@ impl<A: Application> PpoDrive<A> {
     }
 
     /// Sets the parameters that PNU 915 ties to the words of process data from the third on. What a parameter refuses is
-    /// not set: its value stays.
-    fn set_more(&mut self, ppo: Option<PpoType>, words: &[u16]) {
+    /// not set: its value stays, which is told once until it takes one again.
+    fn set_more(&mut self, ppo: Option<PpoType>, words: &[u16], news: &mut dyn FnMut(super::Event)) {
         let assigned = self.assigned(Channel::PzdSetpoint);
-        for (word, (pnu, element)) in words.iter().zip(assigned) {
+        let before = core::mem::replace(&mut self.refused, [None; MORE_WORDS]);
+        for (place, (word, (pnu, element))) in words.iter().zip(assigned).enumerate().take(MORE_WORDS) {
             let mut access = self.access(ppo);
             let value = Value::Word(*word);
             // A write with the value it has would be one more.
-            let present = pkw::Parameters::read(&access, pnu, element);
-            if pnu != 0 && present.is_ok_and(|present| present != value) {
-                let _refused: Result<Written, JobError> =
-                    pkw::Parameters::write(&mut access, pnu, element, value);
+            if pnu == 0 || pkw::Parameters::read(&access, pnu, element) == Ok(value) {
+                continue;
+            }
+            if let Err(cause) = pkw::Parameters::write(&mut access, pnu, element, value) {
+                let same = |refused: &[Option<u16>]| refused.get(place).copied().flatten() == Some(pnu);
+                if !same(&before) {
+                    news(super::Event::PpoDrive(Event::NotSet { place, pnu, value: *word, cause }));
+                }
+                self.refused.iter_mut().skip(place).take(1).for_each(|refused| *refused = Some(pnu));
             }
         }
     }
 
     /// The words of process data: ZSW, the actual value, and what PNU 916 ties to those behind.
-    fn shown_words(&mut self, ppo: Option<PpoType>) -> Vec<u16> {
+    fn shown_words(&self, ppo: Option<PpoType>) -> Vec<u16> {
         let Some(kind) = ppo else { return Vec::new() };
         let mut words = Vec::from([self.zsw().raw(), self.drive.status().actual.cast_unsigned()]);
         let assigned = self.assigned(Channel::PzdActual);
-        let access = self.access(ppo);
+        let view = View { table: &self.table, drive: &self.drive, known: self.known(ppo) };
         // A parameter of two words has its high word in the first place that names it, its low word in the next.
         let mut low_of = None;
         for (pnu, element) in assigned.into_iter().take(kind.pzd_words().saturating_sub(2)) {
-            let word = match pkw::Parameters::read(&access, pnu, element) {
+            let word = match view.read(pnu, element) {
                 Ok(Value::Word(word)) => word,
                 Ok(Value::Double(double)) => {
                     let [a, b, c, d] = double.to_be_bytes();
@@ -297,9 +377,13 @@ impl<A: Application> PpoDrive<A> {
         places.map(pnu).map(|pnu| (pnu, element(pnu))).collect()
     }
 
+    fn known(&self, ppo: Option<PpoType>) -> Known {
+        Known { address: self.address(), ppo, stw: self.command.1, zsw: self.zsw() }
+    }
+
     fn access(&mut self, ppo: Option<PpoType>) -> Access<'_> {
-        let (address, stw, zsw) = (self.address(), self.command.1, self.zsw());
-        Access { table: &mut self.table, drive: &mut self.drive, address, ppo, stw, zsw }
+        let known = self.known(ppo);
+        Access { table: &mut self.table, drive: &mut self.drive, known }
     }
 
     /// Runs the parameter channel; `None` without one.
@@ -313,9 +397,9 @@ impl<A: Application> PpoDrive<A> {
             self.engine.reset();
             return None;
         };
-        let (address, stw, zsw) = (self.address(), self.command.1, self.zsw());
+        let known = self.known(ppo);
         let Self { table, drive, engine, .. } = self;
-        let outcome = engine.cycle(job, &mut Access { table, drive, address, ppo, stw, zsw });
+        let outcome = engine.cycle(job, &mut Access { table, drive, known });
         if let Some(refusal) = outcome.refusal {
             news(super::Event::PpoDrive(Event::JobRefused(refusal)));
         }

@@ -6,19 +6,46 @@ use crate::ppo::{PpoType, Stw, Zsw};
 use crate::ppo_drive::table::{Channel, Row, Table, Tie};
 use crate::ppo_drive::{Drive, SetError};
 
-/// The parameters, the drive, and what the channel knows.
-pub(super) struct Access<'a> {
-    pub(super) table: &'a mut Table,
-    pub(super) drive: &'a mut Drive,
+/// What the channel knows and the drive does not.
+#[derive(Clone, Copy)]
+pub(super) struct Known {
     pub(super) address: Address,
     pub(super) ppo: Option<PpoType>,
     pub(super) stw: Stw,
     pub(super) zsw: Zsw,
 }
 
+/// The parameters to be read.
+#[derive(Clone, Copy)]
+pub(super) struct View<'a> {
+    pub(super) table: &'a Table,
+    pub(super) drive: &'a Drive,
+    pub(super) known: Known,
+}
+
+/// The parameters to be read and written.
+pub(super) struct Access<'a> {
+    pub(super) table: &'a mut Table,
+    pub(super) drive: &'a mut Drive,
+    pub(super) known: Known,
+}
+
 impl Access<'_> {
+    const fn view(&self) -> View<'_> {
+        View { table: self.table, drive: self.drive, known: self.known }
+    }
+}
+
+impl View<'_> {
     fn row(&self, pnu: u16) -> Result<&Row, JobError> {
         self.table.row(pnu).ok_or(JobError::UnknownParameter { got: pnu })
+    }
+
+    /// The value of a parameter, or of one element of an array, from 1.
+    pub(super) fn read(&self, pnu: u16, element: Option<u8>) -> Result<Value, JobError> {
+        let row = self.row(pnu)?;
+        let place = Self::place(row, element)?;
+        Ok(value_of(row, self.bits(row, place, element)))
     }
 
     /// The place of an element, which counts from 1, of a parameter.
@@ -40,10 +67,10 @@ impl Access<'_> {
                 row.kind.bits(self.drive.quantity(quantity, row.shown_element(element)) / row.scale)
             }
             Tie::Channel(channel) => match channel {
-                Channel::ControlWord => self.stw.raw().into(),
-                Channel::StatusWord => self.zsw.raw().into(),
-                Channel::Address => self.address.number().into(),
-                Channel::PpoType => self.ppo.map_or(0, number),
+                Channel::ControlWord => self.known.stw.raw().into(),
+                Channel::StatusWord => self.known.zsw.raw().into(),
+                Channel::Address => self.known.address.number().into(),
+                Channel::PpoType => self.known.ppo.map_or(0, number),
                 Channel::PzdSetpoint | Channel::PzdActual => self.table.kept(row.pnu, place).unwrap_or(0),
                 Channel::List => self.table.rows().nth(place).map_or(0, |row| row.pnu.into()),
             },
@@ -70,18 +97,17 @@ fn value_of(row: &Row, bits: u32) -> Value {
 
 impl Parameters for Access<'_> {
     fn elements(&self, pnu: u16) -> Result<Option<u8>, JobError> {
-        self.row(pnu).map(|row| row.elements)
+        self.view().row(pnu).map(|row| row.elements)
     }
 
     fn read(&self, pnu: u16, element: Option<u8>) -> Result<Value, JobError> {
-        let row = self.row(pnu)?;
-        let place = Self::place(row, element)?;
-        Ok(value_of(row, self.bits(row, place, element)))
+        self.view().read(pnu, element)
     }
 
     fn write(&mut self, pnu: u16, element: Option<u8>, value: Value) -> Result<Written, JobError> {
-        let row = self.row(pnu)?;
-        let place = Self::place(row, element)?;
+        let view = self.view();
+        let row = view.row(pnu)?;
+        let place = View::place(row, element)?;
         if !row.writable {
             return Err(JobError::ReadOnly);
         }
@@ -109,7 +135,8 @@ impl Parameters for Access<'_> {
     }
 
     fn describe(&self, pnu: u16, element: u8) -> Result<u32, JobError> {
-        let row = self.row(pnu)?;
+        let view = self.view();
+        let row = view.row(pnu)?;
         match element {
             1 => Ok(row.identifier().into()),
             2 => Ok(row.elements.unwrap_or(0).into()),

@@ -105,9 +105,10 @@ export class Stream {
   }
 }
 
-/** Whether a drive or else a station from a GSD has an address; the reason of the drive if none has. */
+/** Whether a drive or a station of any kind has an address; the reason of the drive if none has. */
 function isThere(address) {
-  return request("GET", `/drives/${address}/inputs`).catch((error) => request("GET", `/stations/${address}`).catch(() => Promise.reject(error)));
+  const other = () => request("GET", `/stations/${address}`).catch(() => request("GET", `/ppo-drives/${address}`));
+  return request("GET", `/drives/${address}/inputs`).catch((error) => other().catch(() => Promise.reject(error)));
 }
 
 /** Why the stream is not to be had; one that is to be had after all is given up at once. */

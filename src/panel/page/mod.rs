@@ -41,6 +41,7 @@ const FILES: &[File] = &[
     script("parameters.js", include_bytes!("parameters.js")),
     script("pkw.js", include_bytes!("pkw.js")),
     script("states.js", include_bytes!("states.js")),
+    script("ppo.js", include_bytes!("ppo.js")),
     script("station.js", include_bytes!("station.js")),
     script("station_diagnosis.js", include_bytes!("station_diagnosis.js")),
     script("station_module.js", include_bytes!("station_module.js")),

@@ -5,12 +5,13 @@ import { BusView } from "./bus.js";
 import { DriveView } from "./drive.js";
 import { Log } from "./log.js";
 import { Overview } from "./overview.js";
+import { PpoTiles, PpoView } from "./ppo.js";
 import { modelName, positionOf, stateOf } from "./states.js";
 import { StationTiles, StationView } from "./station.js";
 
-const VIEWS = ["drives", "drive", "station", "bus"];
+const VIEWS = ["drives", "drive", "station", "ppo", "bus"];
 /** How often states come: of one drive, smooth enough for curves; of all, often enough to see what goes on. */
-const INTERVAL_MS = { drives: 250, drive: 50, station: 100, bus: 1000 };
+const INTERVAL_MS = { drives: 250, drive: 50, station: 100, ppo: 100, bus: 1000 };
 /** How often is asked for what is not in the stream: parameters, counters, which drives there are. */
 const ASK_MS = 2000;
 /** Of a drive that is not there, and of an address that no drive can have. */
@@ -25,6 +26,8 @@ class Panel {
   #address = null;
   /** The station from a GSD that is shown. */
   #station = null;
+  /** The drive of PROFIDRIVE version 2 that is shown. */
+  #ppo = null;
   #losses = [];
   #gap = false;
 
@@ -33,6 +36,8 @@ class Panel {
     this.drive = new DriveView();
     this.station = new StationView();
     this.stationTiles = new StationTiles();
+    this.ppo = new PpoView();
+    this.ppoTiles = new PpoTiles();
     this.bus = new BusView();
     this.overview = new Overview({ tiles: by("tiles"), filter: by("drives-filter"), count: by("drives-count"), none: by("drives-none") });
     this.log = new Log(by("log-lines"), () => this.#subscribe());
@@ -60,11 +65,12 @@ class Panel {
   /** Shows what the address of the page says: #drives, #drive/5, #bus. Without any, the only drive or all of them. */
   async #route() {
     const [, view, address] = /^#(\w+)(?:\/(\d+))?$/.exec(location.hash) ?? [];
-    const nobody = (view === "drive" && this.#address === null) || (view === "station" && this.#station === null);
+    const last = { drive: this.#address, station: this.#station, ppo: this.#ppo };
+    const nobody = view in last && last[view] === null;
     if (!VIEWS.includes(view) || (address === undefined && nobody)) {
-      const [drives, stations] = [await this.#drives(), await this.stationTiles.refresh()];
-      const only = drives?.length === 0 && stations?.length === 1 ? `#station/${stations[0].address}` : "#drives";
-      location.replace(drives?.length === 1 && !stations?.length ? `#drive/${drives[0].address}` : only);
+      const [drives, stations, ppo] = [await this.#drives(), await this.stationTiles.refresh(), await this.ppoTiles.refresh()];
+      const all = [["drive", drives], ["station", stations], ["ppo", ppo]].flatMap(([kind, list]) => (list ?? []).map(({ address }) => `#${kind}/${address}`));
+      location.replace(all.length === 1 ? all[0] : "#drives");
       return;
     }
     this.#view = view;
@@ -82,14 +88,21 @@ class Panel {
       say(this.#by("to-station"), `Station ${this.#station}`);
       this.#by("to-station").hidden = false;
     }
+    if (view === "ppo") {
+      this.#ppo = Number(address ?? this.#ppo);
+      this.ppo.choose(this.#ppo);
+      mark(this.#by("to-ppo"), "href", `#ppo/${this.#ppo}`);
+      say(this.#by("to-ppo"), `Drive ${this.#ppo}`);
+      this.#by("to-ppo").hidden = false;
+    }
     for (const name of VIEWS) {
       this.#by(name).hidden = name !== view;
       if (name === view) mark(this.#by(`to-${name}`), "aria-current", "page");
       else this.#by(`to-${name}`).removeAttribute("aria-current");
     }
     this.#by("log").hidden = view === "drives";
-    const shown = { drive: this.#address, station: this.#station }[view] ?? null;
-    document.title = shown === null ? "profidrive" : `${view === "drive" ? "Drive" : "Station"} ${shown} – profidrive`;
+    const shown = { drive: this.#address, station: this.#station, ppo: this.#ppo }[view] ?? null;
+    document.title = shown === null ? "profidrive" : `${view === "station" ? "Station" : "Drive"} ${shown} – profidrive`;
     this.log.only(shown);
     this.#subscribe();
     this.#ask();
@@ -99,7 +112,7 @@ class Panel {
     const kinds = ["state", "news", ...(this.log.wantsTelegrams && this.#view !== "drives" ? ["telegram"] : [])];
     const wanted = { kinds: kinds.join(","), interval_milliseconds: INTERVAL_MS[this.#view] };
     this.#gap = true;
-    const address = { drive: this.#address, station: this.#station }[this.#view];
+    const address = { drive: this.#address, station: this.#station, ppo: this.#ppo }[this.#view];
     this.stream.subscribe(address === undefined ? wanted : { ...wanted, address });
   }
 
@@ -109,6 +122,8 @@ class Panel {
       this.#gap = false;
     } else if (this.#view === "station" && state.address === this.#station) {
       this.station.show(state);
+    } else if (this.#view === "ppo" && state.address === this.#ppo) {
+      this.ppo.show(state);
     } else if (state.drives) {
       this.#showDrives(state.drives);
     }
@@ -152,6 +167,7 @@ class Panel {
     say(this.#by("connection"), `not connected: ${missing ? "no such drive" : message}. Trying again ...`);
     if (missing) this.drive.gone(message);
     if (this.#view === "station" && NO_DRIVE.includes(status)) this.station.gone(`there is no station from a GSD at address ${this.#station}`);
+    if (this.#view === "ppo" && NO_DRIVE.includes(status)) this.ppo.gone(`there is no drive of the profile at address ${this.#ppo}`);
     this.#gap = true;
   }
 
@@ -160,7 +176,8 @@ class Panel {
     if (document.hidden) return;
     try {
       if (this.#view === "bus") await this.bus.refresh();
-      if (this.#view === "drives") await this.stationTiles.refresh();
+      if (this.#view === "drives") await Promise.all([this.stationTiles.refresh(), this.ppoTiles.refresh()]);
+      if (this.#view === "ppo") await this.ppo.refresh();
       if (this.#view === "drive") {
         await this.#drives();
         const address = this.#address;

@@ -10,6 +10,7 @@ use tokio::time::{Instant as Moment, MissedTickBehavior, interval};
 
 use super::super::bus_access::Asking;
 use super::super::drives::{Drives, Snapshot};
+use super::super::ppo_drives::{self, PpoDriveState};
 use super::super::problem::Problem;
 use super::super::state::{DriveState, DriveSummary};
 use super::super::stations::{GsdStationState, look};
@@ -54,6 +55,7 @@ enum Look {
 enum Seen {
     Drive(Box<Snapshot>),
     Station(Box<GsdStationState>),
+    PpoDrive(Box<PpoDriveState>),
 }
 
 impl Subscriber {
@@ -129,12 +131,18 @@ impl Subscriber {
         let found = self.asking.ask(move |bench| match (bench.drive(address), look(bench, address)) {
             (Some(drive), _) => Ok(states.then(|| Seen::Drive(Box::new(Snapshot::of(bench, drive))))),
             (None, Ok(station)) => Ok(states.then(|| Seen::Station(Box::new(station)))),
-            (None, Err(_)) => Err(bench.now),
+            (None, Err(_)) => match ppo_drives::look(bench, address) {
+                Ok(drive) => Ok(states.then(|| Seen::PpoDrive(Box::new(drive)))),
+                Err(_) => Err(bench.now),
+            },
         });
         Ok(match found.await? {
             Ok(Some(Seen::Drive(snapshot))) => Look::There(sent.drive(snapshot.state(&self.hub))),
             Ok(Some(Seen::Station(station))) => {
                 Look::There(sent.station(station.with_refusal(self.hub.last_station_refusal(address))))
+            }
+            Ok(Some(Seen::PpoDrive(drive))) => {
+                Look::There(sent.ppo_drive(drive.with_refusal(self.hub.last_station_refusal(address))))
             }
             Ok(None) => Look::There(None),
             Err(now) => Look::Removed(NewsEvent::removed(now, address)),
@@ -154,6 +162,7 @@ struct Sent {
     drive: Option<DriveState>,
     drives: Option<Drives>,
     station: Option<GsdStationState>,
+    ppo_drive: Option<PpoDriveState>,
     at: Option<Moment>,
 }
 
@@ -169,6 +178,13 @@ impl Sent {
         let still = self.station.as_ref().is_some_and(|before| state.is_same(before));
         let message = self.due(still).then(|| message_of("state", &state))?;
         self.station = Some(state);
+        Some(message)
+    }
+
+    fn ppo_drive(&mut self, state: PpoDriveState) -> Option<Bytes> {
+        let still = self.ppo_drive.as_ref().is_some_and(|before| state.is_same(before));
+        let message = self.due(still).then(|| message_of("state", &state))?;
+        self.ppo_drive = Some(state);
         Some(message)
     }
 

@@ -3,6 +3,7 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `fields` | a row from its named fields as text, each checked |
+//! | `first` | another first value for one drive |
 //! | `file` | the fields of TOML and of CSV files (feature `parameters`) |
 //! | `profile` | the parameters of the profile that every drive has |
 //!
@@ -19,6 +20,7 @@
 mod fields;
 #[cfg(feature = "parameters")]
 mod file;
+mod first;
 mod profile;
 
 use core::fmt;
@@ -29,6 +31,7 @@ use std::vec::Vec;
 use thiserror::Error;
 
 pub use fields::{FIELDS, Fields};
+pub use first::FirstValueError;
 
 use super::{Drive, Quantity};
 

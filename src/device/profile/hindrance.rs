@@ -1,0 +1,119 @@
+//! What the control word and the status word of such a drive say against turning.
+
+use core::fmt;
+
+use super::{StwBit, ZswBit};
+use crate::ppo::{Stw, Zsw};
+
+/// A reason why the drive does not turn, and what to do about it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Hindrance {
+    /// STW bit 10 = 0.
+    NotByPlc,
+    /// ZSW bit 3.
+    Fault,
+    /// STW bit 1 = 0, or ZSW bit 4 = 0.
+    Off2,
+    /// STW bit 2 = 0, or ZSW bit 5 = 0.
+    Off3,
+    /// ZSW bit 6.
+    Inhibited,
+    /// Not ready to switch on.
+    NotReadyToSwitchOn,
+    /// STW bit 0 = 0.
+    NotOn,
+    /// STW bit 3 = 0.
+    NotEnabled,
+    /// All is commanded, and operation is not enabled.
+    NotInOperation,
+    /// STW bit 4 = 0.
+    RampDisabled,
+    /// STW bit 5 = 0.
+    RampFrozen,
+    /// STW bit 6 = 0.
+    SetpointDisabled,
+}
+
+impl fmt::Display for Hindrance {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NotByPlc => "the drive does not look at the control word: set STW bit 10 (control by PLC)",
+            Self::Fault => "a fault: remove its cause and acknowledge it (STW bit 7 from 0 to 1)",
+            Self::Off2 => "OFF2: set STW bit 1, and look for an OFF2 at the terminals of the drive",
+            Self::Off3 => "OFF3: set STW bit 2, and look for an OFF3 at the terminals of the drive",
+            Self::Inhibited => "switching on is inhibited: give OFF1 once (STW bit 0 = 0, bits 1 and 2 = 1)",
+            Self::NotReadyToSwitchOn => "not ready to switch on: look at the supplies of the drive",
+            Self::NotOn => "OFF1: set STW bit 0 (ON)",
+            Self::NotEnabled => "operation is not enabled: set STW bit 3",
+            Self::NotInOperation => {
+                "all is commanded and the drive does not enable operation: look at its inputs for releases"
+            }
+            Self::RampDisabled => "the output of the ramp generator is 0: set STW bit 4",
+            Self::RampFrozen => "the ramp generator is held: set STW bit 5",
+            Self::SetpointDisabled => "the setpoint is not enabled: set STW bit 6",
+        })
+    }
+}
+
+/// What stands against turning, the first thing to do first. A drive against which nothing stands turns with its setpoint.
+pub fn hindrances(stw: Stw, zsw: Zsw) -> impl Iterator<Item = Hindrance> {
+    let (stw_has, zsw_has) = (|bit: StwBit| bit.is_set(stw), |bit: ZswBit| bit.is_set(zsw));
+    let stopped = zsw_has(ZswBit::Fault) || zsw_has(ZswBit::SwitchingOnInhibited);
+    let commanded = stw_has(StwBit::On) && stw_has(StwBit::EnableOperation) && stw_has(StwBit::ByPlc);
+    let off = !stw_has(StwBit::NoOff2)
+        || !stw_has(StwBit::NoOff3)
+        || !zsw_has(ZswBit::NoOff2)
+        || !zsw_has(ZswBit::NoOff3);
+    [
+        (!stw_has(StwBit::ByPlc), Hindrance::NotByPlc),
+        (zsw_has(ZswBit::Fault), Hindrance::Fault),
+        (!stw_has(StwBit::NoOff2) || !zsw_has(ZswBit::NoOff2), Hindrance::Off2),
+        (!stw_has(StwBit::NoOff3) || !zsw_has(ZswBit::NoOff3), Hindrance::Off3),
+        (zsw_has(ZswBit::SwitchingOnInhibited), Hindrance::Inhibited),
+        (!stopped && !off && !zsw_has(ZswBit::ReadyToSwitchOn), Hindrance::NotReadyToSwitchOn),
+        (!stw_has(StwBit::On) && !zsw_has(ZswBit::SwitchingOnInhibited), Hindrance::NotOn),
+        (!stw_has(StwBit::EnableOperation), Hindrance::NotEnabled),
+        (
+            commanded
+                && !stopped
+                && !off
+                && zsw_has(ZswBit::ReadyToSwitchOn)
+                && !zsw_has(ZswBit::OperationEnabled),
+            Hindrance::NotInOperation,
+        ),
+        (!stw_has(StwBit::EnableRamp), Hindrance::RampDisabled),
+        (!stw_has(StwBit::RunRamp), Hindrance::RampFrozen),
+        (!stw_has(StwBit::EnableSetpoint), Hindrance::SetpointDisabled),
+    ]
+    .into_iter()
+    .filter_map(|(stands, hindrance)| stands.then_some(hindrance))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::vec::Vec;
+
+    use super::*;
+
+    #[test]
+    fn each_hindrance_is_found_by_its_bits() {
+        for (stw, zsw, expected) in [
+            (0x047F, 0x0337, &[][..]),
+            (0x047F, 0x0240, &[Hindrance::Off2, Hindrance::Off3, Hindrance::Inhibited]),
+            (0x047F, 0x0270, &[Hindrance::Inhibited]),
+            (0x047F, 0x0238, &[Hindrance::Fault]),
+            (0x007F, 0x0231, &[Hindrance::NotByPlc]),
+            (0x047E, 0x0231, &[Hindrance::NotOn]),
+            (0x0477, 0x0233, &[Hindrance::NotEnabled]),
+            (0x047F, 0x0233, &[Hindrance::NotInOperation]),
+            (0x047F, 0x0230, &[Hindrance::NotReadyToSwitchOn]),
+            (0x046F, 0x0337, &[Hindrance::RampDisabled]),
+            (0x045F, 0x0337, &[Hindrance::RampFrozen]),
+            (0x043F, 0x0337, &[Hindrance::SetpointDisabled]),
+        ] {
+            let found: Vec<_> = hindrances(Stw::from_raw(stw), Zsw::from_raw(zsw)).collect();
+            assert_eq!(found, expected, "{stw:04X} {zsw:04X}");
+        }
+    }
+}
