@@ -287,7 +287,7 @@ impl OnBus {
             let node = NodeId::new(number).unwrap();
             let device = product.make(node, Choices::default(), Memory::Internal, this.now);
             let mut stored = StoredNode::new(device, this.now);
-            stored.act(this.now, |device, now| turn_by_hand(device, now));
+            stored.act(this.now, turn_by_hand);
             this.bus.add(this.now, Box::new(stored));
             this.millisecond();
             for (id, octets) in commands(product.name, number, kind) {
