@@ -165,7 +165,7 @@ fn largest() -> String {
             n = n % 200
         );
         for place in 0..8 {
-            let _ = write!(text, "Ext_User_Prm_Data_Ref({place})={}\n", n * 2 + place);
+            let _ = writeln!(text, "Ext_User_Prm_Data_Ref({place})={}", n * 2 + place);
         }
         text += "EndModule\n";
     }
