@@ -124,8 +124,8 @@ struct Listed {
 
 #[cfg(feature = "std")]
 impl Listed {
-    /// `requests` are SDO writes before the start.
-    fn new(product: &profidrive::host::can::Product, number: u8, requests: &[[u8; 8]]) -> Self {
+    /// Switched on and turning with 60 rpm.
+    fn turning(product: &profidrive::host::can::Product, number: u8, kind: u8) -> Self {
         use profidrive::canopen::storage::Memory;
         use profidrive::host::can::Choices;
 
@@ -135,10 +135,14 @@ impl Listed {
         let mut this = Self { now, device };
         this.device.power_on(now);
         this.drain();
-        for request in requests {
-            assert_eq!(this.data(0x600 + u16::from(number), request), 1);
+        turn_by_hand(&mut *this.device, now);
+        for (id, octets) in commands(product.name, number, kind) {
+            this.data(id, &octets);
         }
-        this.data(0x000, &[0x01, number]);
+        (0..2000).for_each(|_| _ = this.millisecond());
+        let before = position(&*this.device);
+        (0..100).for_each(|_| _ = this.millisecond());
+        assert_ne!(position(&*this.device), before, "{}: it turns", product.name);
         this
     }
 
@@ -167,24 +171,74 @@ impl Listed {
     }
 }
 
-/// The other devices alone, and all of them by turns.
+/// What a master sends so that a device sends a TPDO after every `kind`-th SYNC and turns with 60 rpm: TPDO 2 of an AP10,
+/// TPDO 3 of an AG03/1, TPDO 1 of an ASDA-A2 with 6041h and 6064h.
+#[cfg(feature = "std")]
+fn commands(product: &str, number: u8, kind: u8) -> Vec<(u16, Vec<u8>)> {
+    let sdo = |octets: [u8; 8]| (0x600 + u16::from(number), octets.to_vec());
+    let start = (0x000, vec![0x01, number]);
+    match product {
+        "ap10" => vec![sdo([0x2F, 0x01, 0x18, 2, kind, 0, 0, 0]), start],
+        "ag03-1" => {
+            let mut frames = vec![
+                sdo([0x2F, 0x02, 0x18, 2, kind, 0, 0, 0]),
+                // Velocity mode.
+                sdo([0x2F, 0x60, 0x60, 0, 2, 0, 0, 0]),
+                start,
+            ];
+            for word in [0x06, 0x07, 0x0F, 0x10F, 0x0F] {
+                let [low, high] = u16::to_le_bytes(word);
+                frames.push((0x500 + u16::from(number), vec![low, high, 60, 0, 0, 0]));
+            }
+            frames
+        }
+        _ => {
+            let mut frames = vec![
+                sdo([0x23, 0x00, 0x18, 1, 0x80 + number, 0x01, 0, 0x80]),
+                sdo([0x2F, 0x00, 0x1A, 0, 0, 0, 0, 0]),
+                sdo([0x23, 0x00, 0x1A, 1, 0x10, 0, 0x41, 0x60]),
+                sdo([0x23, 0x00, 0x1A, 2, 0x20, 0, 0x64, 0x60]),
+                sdo([0x2F, 0x00, 0x1A, 0, 2, 0, 0, 0]),
+                sdo([0x2F, 0x00, 0x18, 2, kind, 0, 0, 0]),
+                sdo([0x23, 0x00, 0x18, 1, 0x80 + number, 0x01, 0, 0]),
+                // Profile velocity.
+                sdo([0x2F, 0x60, 0x60, 0, 3, 0, 0, 0]),
+                start,
+            ];
+            frames.extend([0x06, 0x07, 0x0F].map(|word| sdo([0x2B, 0x40, 0x60, 0, word, 0, 0, 0])));
+            // 60 rpm.
+            frames.push(sdo([0x23, 0xFF, 0x60, 0, 0x58, 0x02, 0, 0]));
+            frames
+        }
+    }
+}
+
+/// The shaft of what has no drive.
+#[cfg(feature = "std")]
+fn turn_by_hand(device: &mut dyn profidrive::device::CanopenDevice, now: Instant) {
+    use profidrive::device::surroundings::Level;
+
+    if !device.is_drive() {
+        device.set_input(now, "shaft_rpm", Level::Number(60.0));
+    }
+}
+
+/// 6064h or 6004h.
+#[cfg(feature = "std")]
+fn position(device: &dyn profidrive::device::CanopenDevice) -> Vec<u8> {
+    use profidrive::canopen::Address;
+
+    let at = Address::new(if device.is_drive() { 0x6064 } else { 0x6004 }, 0);
+    device.node().read_with(at, device.application(), |octets| Ok(octets.to_vec())).unwrap()
+}
+
+/// The other devices alone, and all of them by turns, turning; the same on a bus with arbitration and bit times.
 #[cfg(feature = "std")]
 fn listed(criterion: &mut Criterion) {
     use profidrive::host::can::{PRODUCTS, Product};
 
-    // After every SYNC TPDO 2 of the AP10 as it is; TPDO 1 of the ASDA-A2 with 6041h and 6064h, which has no mapping at first.
-    let indicator: &[[u8; 8]] = &[[0x2F, 0x01, 0x18, 2, 1, 0, 0, 0]];
-    let servo: &[[u8; 8]] = &[
-        [0x23, 0x00, 0x18, 1, 0x85, 0x01, 0, 0x80],
-        [0x2F, 0x00, 0x1A, 0, 0, 0, 0, 0],
-        [0x23, 0x00, 0x1A, 1, 0x10, 0, 0x41, 0x60],
-        [0x23, 0x00, 0x1A, 2, 0x20, 0, 0x64, 0x60],
-        [0x2F, 0x00, 0x1A, 0, 2, 0, 0, 0],
-        [0x2F, 0x00, 0x18, 2, 1, 0, 0, 0],
-        [0x23, 0x00, 0x18, 1, 0x85, 0x01, 0, 0],
-    ];
-    for (name, requests) in [("ap10", indicator), ("asda-a2", servo)] {
-        let mut one = Listed::new(Product::named(name).unwrap(), 5, requests);
+    for name in ["ap10", "asda-a2"] {
+        let mut one = Listed::turning(Product::named(name).unwrap(), 5, 1);
         criterion.bench_function(&format!("{name}_sdo_answer"), |bencher| {
             bencher.iter(|| one.data(0x605, black_box(&[0x40, 0x18, 0x10, 1, 0, 0, 0, 0])));
         });
@@ -194,11 +248,68 @@ fn listed(criterion: &mut Criterion) {
             bencher.iter(|| one.data(SYNC, black_box(&[])));
         });
     }
-    let mut all: Vec<Listed> =
-        (1..=127).zip(PRODUCTS.iter().cycle()).map(|(n, product)| Listed::new(product, n, &[])).collect();
+    let turning =
+        |kind| (1..).zip(PRODUCTS.iter().cycle()).map(move |(n, product)| Listed::turning(product, n, kind));
+    let mut three: Vec<Listed> = turning(1).take(3).collect();
+    criterion.bench_function("three_devices_sync_to_last_tpdo", |bencher| {
+        bencher.iter(|| three.iter_mut().map(|one| one.data(SYNC, black_box(&[]))).sum::<usize>());
+    });
+    let mut all: Vec<Listed> = turning(20).take(127).collect();
     criterion.bench_function("127_mixed_nodes_millisecond", |bencher| {
         bencher.iter(|| all.iter_mut().map(Listed::millisecond).sum::<usize>());
     });
+    let mut bus = OnBus::new(127, 20);
+    criterion
+        .bench_function("bus_of_127_mixed_nodes_millisecond", |bencher| bencher.iter(|| bus.millisecond()));
+}
+
+/// Devices on a bus of 1 Mbit/s, and a master that sends SYNC and hears everything.
+#[cfg(feature = "std")]
+struct OnBus {
+    now: Instant,
+    bus: profidrive::host::can::Bus<profidrive::device::CanopenEvent>,
+    master: profidrive::host::can::Seat,
+}
+
+#[cfg(feature = "std")]
+impl OnBus {
+    /// So many devices by turns, turning.
+    fn new(count: usize, kind: u8) -> Self {
+        use profidrive::can::BitRate;
+        use profidrive::canopen::storage::Memory;
+        use profidrive::host::can::{Bus, Choices, PRODUCTS, StoredNode};
+
+        let now = Instant::from_millis(1);
+        let mut bus = Bus::new(BitRate::K1000);
+        let master = bus.connect(now);
+        let mut this = Self { now, bus, master };
+        for (number, product) in (1..).zip(PRODUCTS.iter().cycle()).take(count) {
+            let node = NodeId::new(number).unwrap();
+            let device = product.make(node, Choices::default(), Memory::Internal, this.now);
+            let mut stored = StoredNode::new(device, this.now);
+            stored.act(this.now, |device, now| turn_by_hand(device, now));
+            this.bus.add(this.now, Box::new(stored));
+            this.millisecond();
+            for (id, octets) in commands(product.name, number, kind) {
+                let frame = Frame::data(Id::base(id).unwrap(), &octets).unwrap();
+                this.bus.send(this.now, this.master, frame).unwrap();
+                this.millisecond();
+            }
+        }
+        let heard: usize = (0..100).map(|_| this.millisecond()).sum();
+        assert!(heard >= count * 100 / usize::from(kind), "{heard} frames in 100 ms");
+        this
+    }
+
+    fn millisecond(&mut self) -> usize {
+        let end = self.now.saturating_add(Duration::from_millis(1));
+        let sync = Frame::data(Id::base(SYNC).unwrap(), &[]).unwrap();
+        self.bus.send(self.now, self.master, sync).unwrap();
+        self.bus.handle_timeout(end);
+        self.now = end;
+        while self.bus.poll_event().is_some() {}
+        std::iter::from_fn(|| self.bus.poll_heard(self.master)).count()
+    }
 }
 
 #[cfg(not(feature = "std"))]

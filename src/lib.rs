@@ -32,6 +32,7 @@
 //! | [`asda_a2`] | the servo ASDA-A2, without a bus: parameters, modes of motion, alarms | the machine of CiA 402 |
 //! | [`ppo_drive`] | a drive with variable speed of the profile, without a bus; its parameters from a table | states, ramps, faults |
 //! | [`device`] | a unit on a bus as one object | every bit of STW, ZSW and SSW |
+//! | [`embedded`] | a slave at the UART of a microcontroller, for `embedded-io` too | direction pins, deadlines |
 //! | [`client`] | the master's side: parameters and control words of a drive, without I/O | PKW, STW and ZSW patterns |
 //! | [`process`] | values in inputs and outputs, inputs that move by themselves (feature `std`) | what a machine does |
 //! | [`gsd`] | device files, and the slave that one describes (feature `std`) | what a GSD says |
@@ -102,6 +103,8 @@
 //! * `alloc`: telegrams built into `bytes::BufMut`.
 //! * `serial`: an RS-485 serial port as link.
 //! * `master`: profirust as DP master over our links and on a bench, sessions with one drive or several.
+//! * `embedded-io`, `embedded-io-async`: loops over UARTs behind these traits ([`embedded`]).
+//! * `defmt`: errors and events are `defmt::Format`.
 //! * `serde`: explanations as data for `serde`.
 //! * `capture`: what passes on a line in pcapng files, written and read.
 //! * `parameters`: the parameters of a PPO drive from TOML and CSV files.
@@ -116,6 +119,8 @@
 extern crate std;
 
 pub mod time;
+
+mod chance;
 
 pub mod fdl;
 
@@ -144,6 +149,8 @@ pub mod ap10;
 pub mod ppo_drive;
 
 pub mod device;
+
+pub mod embedded;
 
 pub mod client;
 

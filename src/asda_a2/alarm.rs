@@ -135,6 +135,11 @@ impl Alarm {
         Self::of(u16::from_str_radix(digits, 16).ok()?)
     }
 
+    /// Whether it is an error of the bus, whose effect P3-10.Y chooses.
+    pub const fn is_of_bus(self) -> bool {
+        matches!(self, Self::GuardingServoOn | Self::GuardingServoOff | Self::CanErrors | Self::BusOff)
+    }
+
     /// How it is cleared.
     pub const fn clearing(self) -> Clearing {
         match self.number() {

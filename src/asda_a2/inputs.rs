@@ -17,6 +17,8 @@ pub struct Inputs {
     pub emergency_stop_released: bool,
     /// Where the switches of the axis are.
     pub switches: Switches,
+    /// Switches that are closed wherever the shaft is.
+    pub pressed: Closed,
 }
 
 impl Inputs {
@@ -28,6 +30,7 @@ impl Inputs {
         main_circuit: true,
         emergency_stop_released: true,
         switches: Switches::WhileHoming,
+        pressed: Closed { negative_limit: false, positive_limit: false, home: false },
     };
 }
 
@@ -112,6 +115,16 @@ pub(super) enum HomeSwitch {
 }
 
 impl Closed {
+    /// What is closed here or there.
+    #[must_use]
+    pub const fn or(self, other: Self) -> Self {
+        Self {
+            negative_limit: self.negative_limit || other.negative_limit,
+            positive_limit: self.positive_limit || other.positive_limit,
+            home: self.home || other.home,
+        }
+    }
+
     /// 60FDh (CiA 402).
     pub const fn word(self) -> u32 {
         self.negative_limit as u32 | (self.positive_limit as u32) << 1 | (self.home as u32) << 2

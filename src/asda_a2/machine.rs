@@ -1,7 +1,6 @@
 //! States and alarms, and what they do to the motion.
 
 use super::alarm::{Alarm, Clearing, Effect};
-use super::inputs::Switches;
 use super::profile::{Demand, acceleration};
 use super::settings::{Digit, Setting};
 use super::{Event, Level, Servo};
@@ -296,7 +295,18 @@ impl Servo {
         self.tell(Event::Raised(alarm));
         match self.effect(alarm) {
             Effect::Fault => self.go(state::Event::Fault),
+            // The servo goes off without a ramp (CN-224).
+            Effect::Warning if alarm.is_of_bus() && self.config.bus_error_coasts => {
+                self.go(state::Event::Command(Command::DisableVoltage));
+            }
             Effect::Warning => {}
+        }
+    }
+
+    /// The cause of an alarm that needs no reset is gone.
+    pub fn end(&mut self, alarm: Alarm) {
+        if self.effect(alarm) == Effect::Warning {
+            self.clear(|present| present == alarm);
         }
     }
 
@@ -307,18 +317,10 @@ impl Servo {
 
     /// What an alarm does to this drive. P3-10.Y = 0: errors of the bus leave the servo on (CN-224).
     fn effect(&self, alarm: Alarm) -> Effect {
-        match (alarm, self.settings.digit(Setting::CanEnable, Digit::Y)) {
-            (
-                Alarm::GuardingServoOn | Alarm::GuardingServoOff | Alarm::CanErrors | Alarm::BusOff,
-                servo_off,
-            ) => {
-                if servo_off == 1 {
-                    Effect::Fault
-                } else {
-                    Effect::Warning
-                }
-            }
-            (alarm, _) => alarm.effect(),
+        match (alarm.is_of_bus(), self.settings.digit(Setting::CanEnable, Digit::Y)) {
+            (true, 1) => Effect::Fault,
+            (true, _) => Effect::Warning,
+            (false, _) => alarm.effect(),
         }
     }
 
@@ -361,10 +363,11 @@ impl Servo {
             self.raise(Alarm::Undervoltage);
         }
         let closed = self.switches_closed();
-        let on_axis = matches!(self.inputs.switches, Switches::Fixed(_)) && !self.is_homing();
+        // A homing looks for them.
+        let minded = !self.is_homing();
         let now = Causes {
-            reverse_limit: on_axis && closed.negative_limit,
-            forward_limit: on_axis && closed.positive_limit,
+            reverse_limit: minded && closed.negative_limit,
+            forward_limit: minded && closed.positive_limit,
             overload: self.plant.heat > 0.5,
             ..self.causes
         };

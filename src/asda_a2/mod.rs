@@ -73,12 +73,21 @@ pub struct Config {
     pub constants: Constants,
     /// AL302 where a SYNC comes too early for P3-09.E. Off by default: masters on a PC are not punctual.
     pub early_sync_alarm: bool,
+    /// What P3-10.Y = 0 ("free run") means for an error of the bus (CN-224): the servo goes off and the motor coasts. Off
+    /// by default: the motor keeps running under the last command.
+    pub bus_error_coasts: bool,
 }
 
 impl Config {
     /// A drive with full CANopen.
     pub const fn new(node: u8) -> Self {
-        Self { level: Level::Full, node, constants: Constants::DEFAULT, early_sync_alarm: false }
+        Self {
+            level: Level::Full,
+            node,
+            constants: Constants::DEFAULT,
+            early_sync_alarm: false,
+            bus_error_coasts: false,
+        }
     }
 }
 

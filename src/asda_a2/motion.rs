@@ -137,12 +137,13 @@ impl Servo {
     }
 
     pub(super) fn switches_closed(&self) -> Closed {
-        match (self.inputs.switches, self.bench) {
+        let by_position = match (self.inputs.switches, self.bench) {
             (Switches::Fixed(axis), _) | (Switches::WhileHoming, Some(axis)) => {
                 axis.closed(self.plant.position)
             }
             (Switches::WhileHoming, None) => Closed::default(),
-        }
+        };
+        by_position.or(self.inputs.pressed)
     }
 
     /// Whether the demand is a position.
@@ -292,11 +293,8 @@ impl Servo {
         self.keep_off_switches(before);
     }
 
-    /// A limit switch of an axis stops the motion towards it.
+    /// A limit switch stops the motion towards it.
     fn keep_off_switches(&mut self, before: Demand) {
-        if !matches!(self.inputs.switches, Switches::Fixed(_)) {
-            return;
-        }
         let closed = self.switches_closed();
         let velocity = self.demand.velocity;
         if velocity > 0.0 && closed.positive_limit || velocity < 0.0 && closed.negative_limit {

@@ -97,7 +97,7 @@ impl LinePlan {
 /// Runs one line until its end.
 fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
     let LinePlan { args, stations, faults } = &plan;
-    if let LinkSpec::Slcan(link) = &args.link {
+    if let LinkSpec::Can(link) = &args.link {
         return nodes::emulate(args, link, start);
     }
     let ppo_drives = ppo_drive::load(&args.ppo_drives)?;
@@ -417,8 +417,8 @@ fn open(
             }
             Ok((opened, Box::new(serial), device.clone()))
         }
-        LinkSpec::Slcan(_) => {
-            Err(Failure::Usage("an slcan link is for nodes; see 'profidrive emulate --help'".into()))
+        LinkSpec::Can(_) => {
+            Err(Failure::Usage("a link of a CAN bus is for nodes; see 'profidrive emulate --help'".into()))
         }
         LinkSpec::Tcp(place) => open_tcp(place, rate.unwrap_or(UNTIMED_RATE), allow_remote),
     }

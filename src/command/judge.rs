@@ -25,12 +25,21 @@ use operated::Operated;
 pub(crate) fn judge(args: &Args) -> Result<ExitCode, Failure> {
     let setup = setup(args)?;
     let rows = rows(args);
+    for file in [&args.json, &args.junit, &args.html].into_iter().flatten() {
+        // Before minutes of work.
+        std::fs::File::create(file).map_err(|error| unwritable(file, &error))?;
+    }
     if let Some(file) = &args.capture_file {
         let report = recorded::judge(file, setup, &rows)?;
         return finish(args, &report);
     }
     let stop = signals::stop_at_end().map_err(|error| Failure::from_error(&error))?;
-    let more = scenarios::read(&args.scenarios)?;
+    let more = scenarios::read(&args.scenarios, &setup)?;
+    for scenario in &more {
+        if !scenario.is_for(&rows) {
+            warn!("scenario '{}' is not played: --only names none of its rows", scenario.name);
+        }
+    }
     let Opened { rate, link, path } = open_link(&args.link, args.rate(), args.allow_remote)?;
     let clock = SystemClock::new();
     let link = captured(args, link, &path, clock)?;
@@ -100,8 +109,11 @@ fn finish(args: &Args, report: &Report) -> Result<ExitCode, Failure> {
 /// Writes a report, if it is wanted.
 fn write(file: Option<&Path>, text: impl FnOnce() -> String) -> Result<(), Failure> {
     let Some(file) = file else { return Ok(()) };
-    std::fs::write(file, text())
-        .map_err(|error| Failure::Other(format!("cannot write {}: {error}", file.display())))
+    std::fs::write(file, text()).map_err(|error| unwritable(file, &error))
+}
+
+fn unwritable(file: &Path, error: &io::Error) -> Failure {
+    Failure::Other(format!("cannot write {}: {error}", file.display()))
 }
 
 /// What was judged, for the page.
@@ -145,6 +157,7 @@ fn setup(args: &Args) -> Result<Setup, Failure> {
         slot: millis(args.slot),
         hsa: args.hsa,
         min_interval: args.min_interval.and_then(judge_millis),
+        auto_clear: millis(args.auto_clear),
     })
 }
 

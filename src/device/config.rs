@@ -68,13 +68,14 @@ impl Config {
 
 impl Config {
     /// A station at the address of the DIP switches that has just been switched on.
+    #[inline(never)]
     pub(super) fn station(&self) -> dp::Station {
         let max_tsdr = match self.timing {
             Timing::True => Some(self.baud.max_tsdr_bits()),
             Timing::Untrue => None,
         };
         let address = self.switches.address();
-        dp::Station::new(address, self.baud, max_tsdr, DESCRIPTION, APPLICATION).with_policy(self.dp)
+        dp::Station::under(self.dp, address, self.baud, max_tsdr, DESCRIPTION, APPLICATION)
     }
 
     pub(super) fn framer(&self) -> Framer {

@@ -85,11 +85,18 @@ pub struct Handled<'a> {
 impl<A: Application> Slave<A> {
     /// A slave that has just been switched on.
     pub fn new(description: Description, application: A) -> Self {
+        Self::under(Policy::PROPOSED, description, application)
+    }
+
+    /// As [`Slave::new`] with another policy from the start.
+    // Not inlined: made where it will lie, instead of copied there by each caller that builds more around it.
+    #[inline(never)]
+    pub fn under(policy: Policy, description: Description, application: A) -> Self {
         let lengths = IoLengths::of(application.configuration(None)).unwrap_or_default();
         Self {
             description,
             application,
-            policy: Policy::PROPOSED,
+            policy,
             state: State::WaitPrm,
             owner: None,
             watchdog: None,

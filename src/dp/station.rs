@@ -66,6 +66,18 @@ impl<A: Application> Station<A> {
         Self::of(address, baud, max_tsdr, Slave::new(description, application))
     }
 
+    /// As [`Station::new`] with another policy from the start, on less stack than [`Station::with_policy`] takes.
+    pub fn under(
+        policy: Policy,
+        address: Address,
+        baud: BaudRate,
+        max_tsdr: Option<u16>,
+        description: Description,
+        application: A,
+    ) -> Self {
+        Self::of(address, baud, max_tsdr, Slave::under(policy, description, application))
+    }
+
     /// A slave that has just been switched on and remembers an earlier Set_Slave_Add: its address and lock bit, and
     /// its Rem_Slave_Data of up to 240 octets.
     pub fn restored(
@@ -80,9 +92,11 @@ impl<A: Application> Station<A> {
         Self::of(stored.address, baud, max_tsdr, slave)
     }
 
+    #[inline(always)]
     const fn of(address: Address, baud: BaudRate, max_tsdr: Option<u16>, slave: Slave<A>) -> Self {
         let knows_rate = slave.description().rates.contains(baud);
-        Self { fdl: fdl::Station::new(address, baud, max_tsdr), slave, knows_rate, fed: false }
+        let fdl = fdl::Station::under(slave.policy().fdl, address, baud, max_tsdr);
+        Self { fdl, slave, knows_rate, fed: false }
     }
 
     /// The same station with another policy.

@@ -87,6 +87,12 @@ impl Context {
         learned.own_ident = Some(IDENT_NUMBER);
     }
 
+    /// Takes the Ident_Number of a station from who knows it, until the station says its own: words of other devices are
+    /// not taken for those of these drives.
+    pub fn know_ident(&mut self, station: Address, ident: u16) {
+        self.stations.entry(station.number()).or_default().own_ident = Some(ident);
+    }
+
     /// Explains words without a telegram: a PPO (14 octets), PKW (8), PZD (6) or one word (2), from the master or
     /// the drive. Without a `sender` the words must tell; `None` for another number of octets.
     pub fn bare(&mut self, octets: &[u8], sender: Option<Sender>) -> Option<Explanation> {

@@ -104,6 +104,10 @@ fn exchange(data: &[u8], sender: Sender, at: usize, learned: &mut Learned) -> (S
             (format!("{head}: {words}"), fields)
         }
         Err(_) if data.is_empty() => (format!("{head}: no {what}"), Vec::new()),
+        Err(_) if learned.ident().is_some_and(|ident| ident != IDENT_NUMBER) => {
+            let text = format!("{} octets of {what}", data.len());
+            (format!("{head}: {text}"), Vec::from([Field::octets(what, at, data, text)]))
+        }
         Err(_) => {
             let text = format!("{} octets of {what}, not the 14 of these drives", data.len());
             let mut field = Field::octets(what, at, data, text.clone());

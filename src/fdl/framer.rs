@@ -8,7 +8,7 @@
 use core::time::Duration;
 
 use super::telegram::{Decoded, FrameError, MAX_TELEGRAM_LEN, Telegram, decode, extent};
-use crate::time::{BITS_PER_OCTET, BaudRate, Instant, SYN_BITS};
+use crate::time::{BITS_PER_OCTET, BaudRate, Instant, SYN_BITS, nanos};
 
 /// How to find the next telegram after octets that are none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,6 +41,10 @@ impl Resync {
 #[derive(Clone, Debug)]
 pub struct Framer {
     resync: Resync,
+    /// In ns, as [`Instant`] counts: on a small processor each [`Duration`] and each bit time is a long division.
+    silence: u64,
+    /// How long an octet takes on the line, where that is known, in ns.
+    octet: u64,
     /// The unfinished telegram.
     octets: [u8; MAX_TELEGRAM_LEN],
     len: usize,
@@ -77,8 +81,14 @@ impl Refused {
 impl Framer {
     /// A framer that has heard nothing yet.
     pub const fn new(resync: Resync) -> Self {
+        let octet = match resync {
+            Resync::Idle(baud) => nanos(baud.bit_times(BITS_PER_OCTET)),
+            Resync::Scan(_) => 0,
+        };
         Self {
             resync,
+            silence: nanos(resync.silence()),
+            octet,
             octets: [0; MAX_TELEGRAM_LEN],
             len: 0,
             last_octet: Instant::ZERO,
@@ -101,7 +111,7 @@ impl Framer {
             && let Decoded::Telegram { telegram, len } = decode(octets)
             && len == octets.len()
         {
-            self.last_octet = now;
+            // `last_octet` is of no use while nothing is unfinished.
             return sink(now, Ok(telegram));
         }
         self.receive_pieces(now, octets, &mut sink);
@@ -171,7 +181,7 @@ impl Framer {
     /// When to call [`Framer::handle_timeout`]. Changes with every call that takes octets or time.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
-        (self.len > 0).then(|| self.last_octet.saturating_add(self.resync.silence()))
+        (self.len > 0).then(|| Instant::from_nanos(self.last_octet.as_nanos().saturating_add(self.silence)))
     }
 
     /// Forgets an unfinished telegram: the other end of the line has changed.
@@ -198,13 +208,12 @@ impl Framer {
         if self.is_clear() {
             return;
         }
+        let passed = now.as_nanos().saturating_sub(self.last_octet.as_nanos());
         match self.resync {
-            Resync::Idle(baud) => {
-                let arrived = u32::try_from(arrived).unwrap_or(u32::MAX);
-                let silence = now
-                    .saturating_since(self.last_octet)
-                    .saturating_sub(baud.bit_times(arrived.saturating_mul(BITS_PER_OCTET)));
-                if silence >= self.resync.silence() {
+            Resync::Idle(_) => {
+                let arrived = u64::try_from(arrived).unwrap_or(u64::MAX);
+                let silence = passed.saturating_sub(arrived.saturating_mul(self.octet));
+                if silence >= self.silence {
                     self.wait_for_idle = false;
                     if self.len > 0 {
                         let error = broken_off(self.octets.get(..self.len).unwrap_or_default());
@@ -213,8 +222,8 @@ impl Framer {
                     }
                 }
             }
-            Resync::Scan(limit) => {
-                if now.saturating_since(self.last_octet) < limit {
+            Resync::Scan(_) => {
+                if passed < self.silence {
                     return;
                 }
                 while self.len > 0 {
@@ -251,8 +260,13 @@ impl Framer {
     }
 
     fn drop_front(&mut self, octets: usize) {
-        let octets = octets.min(self.len);
-        self.octets.copy_within(octets..self.len, 0);
+        // Nearly always: an octet that does not end its telegram.
+        if octets == 0 {
+            return;
+        }
+        let Some(held) = self.octets.get_mut(..self.len) else { return };
+        let octets = octets.min(held.len());
+        held.copy_within(octets.., 0);
         self.len -= octets;
     }
 }

@@ -215,8 +215,14 @@ impl Station {
     /// `max_tsdr` is the time in T_bit after which a reply is dropped instead of sent. `None` for links without
     /// true timing, where the master's patience is all there is.
     pub const fn new(address: Address, baud: BaudRate, max_tsdr: Option<u16>) -> Self {
+        Self::under(Policy::PROPOSED, address, baud, max_tsdr)
+    }
+
+    /// As [`Station::new`] with another policy from the start.
+    #[inline]
+    pub const fn under(policy: Policy, address: Address, baud: BaudRate, max_tsdr: Option<u16>) -> Self {
         Self {
-            policy: Policy::PROPOSED,
+            policy,
             address,
             former: None,
             baud,

@@ -49,11 +49,11 @@ mod bus;
 pub mod can;
 #[cfg(feature = "capture")]
 pub mod capture;
-mod chance;
 mod clock;
 mod gsd_station;
 pub mod link;
 mod lock;
+mod occasions;
 mod output_board;
 mod participant;
 mod ppo_drive;
@@ -245,6 +245,14 @@ pub enum Error {
         place: String,
         /// The address that is not of this machine alone.
         address: SocketAddr,
+    },
+    /// The CAN interface cannot be opened.
+    #[error("cannot open the CAN interface {name} ('ip link show {name}' says whether it is there and up)")]
+    CanInterface {
+        /// Its name.
+        name: String,
+        /// What the operating system says.
+        source: io::Error,
     },
     /// The link failed while drives were running on it.
     #[error("the link failed")]

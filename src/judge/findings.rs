@@ -7,6 +7,7 @@ use std::vec::Vec;
 
 use super::moment::{Moment, Telegram, explained};
 use super::rows::{Place, Row};
+use crate::fdl::Address;
 
 /// How much it takes for a breach to count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,6 +47,13 @@ pub struct Judgement {
     pub telegrams: Vec<Telegram>,
 }
 
+impl Judgement {
+    /// A row of which nothing can be said, and why.
+    pub(super) const fn not_judged(row: Row, reason: String) -> Self {
+        Self { row, verdict: Verdict::NotJudged, reason, telegrams: Vec::new() }
+    }
+}
+
 /// The first breach that was seen of a row.
 #[derive(Clone, Debug)]
 struct Breach {
@@ -66,9 +74,16 @@ struct Record {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Findings {
     records: BTreeMap<Row, Record>,
+    /// Ident numbers of the stations, for the words beside their telegrams.
+    idents: BTreeMap<u8, u16>,
 }
 
 impl Findings {
+    /// Takes the ident number of a station, unless it is known.
+    pub(super) fn identify(&mut self, station: Address, ident: u16) {
+        self.idents.entry(station.number()).or_insert(ident);
+    }
+
     /// One occasion at which a row held.
     pub(super) fn held(&mut self, row: Row) {
         let record = self.records.entry(row).or_default();
@@ -101,6 +116,11 @@ impl Findings {
         }
     }
 
+    /// A row is about something that this master does not do: what was found of it says nothing.
+    pub(super) fn inapplicable(&mut self, row: Row, reason: &str) {
+        self.records.insert(row, Record { obstacle: Some(reason.into()), ..Record::default() });
+    }
+
     /// A reason for a row that has none.
     pub(super) fn default_obstacle(&mut self, row: Row, reason: &str) {
         self.records.entry(row).or_default().obstacle.get_or_insert_with(|| reason.into());
@@ -121,7 +141,7 @@ impl Findings {
                 let verdict = if row.only_warns() { Verdict::Warn } else { Verdict::Fail };
                 let times =
                     if record.broken > 1 { format!(" ({} times)", record.broken) } else { String::new() };
-                judged(verdict, format!("{reason}{times}"), explained(moments.iter().cloned()))
+                judged(verdict, format!("{reason}{times}"), explained(moments.iter().cloned(), &self.idents))
             }
             _ if record.held > 0 => {
                 let times = if record.held == 1 { "once".into() } else { format!("{} times", record.held) };

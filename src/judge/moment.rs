@@ -1,6 +1,7 @@
 //! One sending on the line.
 
 use core::fmt;
+use std::collections::BTreeMap;
 use std::string::String;
 use std::vec::Vec;
 
@@ -63,9 +64,15 @@ pub struct Telegram {
     pub explained: String,
 }
 
-/// Sendings with their meaning. A stream explains itself: the reply by its request.
-pub(super) fn explained(moments: impl IntoIterator<Item = Moment>) -> Vec<Telegram> {
+/// Sendings with their meaning, beside the ident numbers of the stations. A stream explains itself: the reply by its request.
+pub(super) fn explained(
+    moments: impl IntoIterator<Item = Moment>,
+    idents: &BTreeMap<u8, u16>,
+) -> Vec<Telegram> {
     let mut context = Context::default();
+    for (station, ident) in idents {
+        context.know_ident(Address::from_octet(*station), *ident);
+    }
     let explain = |moment: Moment| {
         let explained = context.telegram(&moment.octets).line();
         Telegram { moment, explained }

@@ -3,15 +3,20 @@
 //! ```text
 //! Waiting ─▶ (the station that joins late) ─▶ Returning ─▶ Watching ─▶ Playing ─▶ Returning ─▶ Playing … ─▶ Over
 //! ```
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | here | [`Judge`]: what is played when |
+//! | `outcome` | what a scenario has shown, and why a row is not judged |
+//! | `ending` | [`Progress`], [`Ending`] |
 
-use core::fmt;
 use core::time::Duration;
 use std::collections::BTreeMap;
 use std::format;
-use std::string::String;
+use std::string::{String, ToString};
 use std::vec::Vec;
 
-use super::findings::{Judgement, Weight};
+use super::findings::Judgement;
 use super::moment::Moment;
 use super::observer::{Observer, Sight};
 use super::rows::Row;
@@ -22,6 +27,11 @@ use crate::fdl::Address;
 use crate::host::Bus;
 use crate::host::link::fault::Faults;
 use crate::time::Instant;
+
+mod ending;
+mod outcome;
+
+pub use ending::{Ending, Progress};
 
 /// Good exchanges in a row with each station: nothing is wrong.
 const BASELINE: u32 = 8;
@@ -35,49 +45,13 @@ const WATCH: Duration = Duration::from_secs(3);
 const SILENCE: Duration = Duration::from_secs(10);
 /// Octets without a telegram among them: another rate, or no master.
 const NOISE: usize = 8192;
+/// So many telegrams, and it is a master.
+const LEAST_TELEGRAMS: u64 = 2;
 /// The whole judgement, and that of one row.
 const TOTAL: Duration = Duration::from_secs(192);
 const ONE_ROW: Duration = Duration::from_secs(56);
-/// A lost station must be asked in this time.
-const ASK_LIMIT: Duration = Duration::from_secs(3);
-/// Exchanges at least to say something of random errors, and how many of a hundred must be good.
-const RANDOM_CYCLES: u32 = 1000;
-const RANDOM_SHARE: u32 = 90;
-/// Rows that hold if nothing was seen against them at their occasion.
-const BY_NOTHING_SEEN: &[Row] = &[
-    Row::D02,
-    Row::D07,
-    Row::D12,
-    Row::D14,
-    Row::D15,
-    Row::E14,
-    Row::L01,
-    Row::L05,
-    Row::U05,
-    Row::U06,
-    Row::U07,
-    Row::U08,
-];
-/// Why rows that nothing here gives an occasion to are not judged.
-const NEVER: &[(Row, &str)] = &[
-    (
-        Row::E11,
-        "needs a second slave in start-up at the same moment; the data link layer cannot tell whose SC it is",
-    ),
-    (Row::K08, "needs many slaves in virtual time"),
-    (Row::I06, "needs 32 stations"),
-    (Row::I07, "needs a line on which half of the stations are absent"),
-    (Row::R09, "needs a line on which a second master may speak"),
-    (Row::R01, "the judge plays no second master"),
-    (Row::R02, "the judge plays no second master"),
-    (Row::R03, "the judge plays no second master"),
-    (Row::R04, "the judge plays no second master"),
-    (Row::B01, "a judgement is at one rate; repeat it at each"),
-    (Row::B02, "a judgement is at one rate; repeat it at each"),
-    (Row::B03, "a judgement is at one rate; repeat it at each"),
-    (Row::Z05, "needs --ask with restart"),
-    (Row::Z06, "needs --ask with restart"),
-];
+/// What a master may be asked for that leads to CLEAR, or through it.
+const CLEARING: &[&str] = &["clear", "stop", "restart", "operate"];
 /// As many stations as row I06 asks for.
 const MANY: usize = 32;
 
@@ -141,64 +115,6 @@ enum Phase {
     Over,
 }
 
-/// What is being tried.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Progress {
-    /// The number of the scenario, from 1 on.
-    pub number: usize,
-    /// How many there are.
-    pub of: usize,
-    /// What is tried.
-    pub name: String,
-    /// How long all that is left takes, about.
-    pub left: Duration,
-}
-
-/// How a judgement ended.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Ending {
-    /// Everything was tried.
-    Done,
-    /// No master came.
-    NoMaster,
-    /// The master said nothing more.
-    Silent {
-        /// What was being tried.
-        during: String,
-    },
-    /// Nothing but octets that are no telegrams.
-    Noise,
-    /// Data exchange with a station was not reached, or did not come back.
-    NoExchange {
-        /// Which station.
-        station: Address,
-        /// What had been tried.
-        after: String,
-    },
-    /// The time was over.
-    TimeOver,
-    /// Somebody stopped it.
-    Stopped,
-}
-
-impl fmt::Display for Ending {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Done => f.write_str("everything was tried"),
-            Self::NoMaster => f.write_str("no master was heard"),
-            Self::Silent { during } => write!(f, "the master said nothing more for ten seconds: {during}"),
-            Self::Noise => f.write_str(
-                "only octets that are no telegrams were heard: the master has another rate or no even parity, or is none",
-            ),
-            Self::NoExchange { station, after } => {
-                write!(f, "data exchange with station {station} was not reached within the time: {after}")
-            }
-            Self::TimeOver => f.write_str("the time for the judgement was over"),
-            Self::Stopped => f.write_str("the judgement was stopped"),
-        }
-    }
-}
-
 impl Judge {
     /// A judge of these rows, live.
     pub fn new(setup: Setup, wanted: &[Row]) -> Self {
@@ -207,10 +123,7 @@ impl Judge {
 
     pub(super) fn seeing(setup: Setup, wanted: &[Row], sight: Sight) -> Self {
         let mut scenarios = built_in(&setup);
-        scenarios.retain(|scenario| {
-            let mut rows = scenario.rows.iter().chain(&scenario.returns);
-            rows.any(|row| wanted.contains(row))
-        });
+        scenarios.retain(|scenario| scenario.is_for(wanted));
         let limit = if wanted.len() == 1 { ONE_ROW } else { TOTAL };
         let mut observer = Observer::new(setup, sight);
         scenarios.retain(|scenario| {
@@ -285,9 +198,7 @@ impl Judge {
 
     /// More scenarios, behind those of the judge itself.
     pub fn add(&mut self, scenarios: impl IntoIterator<Item = Scenario>) {
-        let wanted = |scenario: &Scenario| {
-            scenario.rows.is_empty() || scenario.rows.iter().any(|row| self.wanted.contains(row))
-        };
+        let wanted = |scenario: &Scenario| scenario.is_for(&self.wanted);
         let playable: Vec<Scenario> = scenarios
             .into_iter()
             .filter(wanted)
@@ -355,7 +266,7 @@ impl Judge {
             return;
         }
         if self.observer.noise_octets() > NOISE {
-            return self.end(Ending::Noise);
+            return self.end(if self.is_master_known() { Ending::Flood } else { Ending::Noise });
         }
         let heard = self.observer.last_heard();
         let begun = self.started.or(self.begun).unwrap_or(now);
@@ -384,6 +295,12 @@ impl Judge {
 
     /// The verdicts on the rows wanted.
     pub fn judgements(mut self) -> Vec<Judgement> {
+        // Octets at another rate say nothing of the rows.
+        if let Some(ending @ (Ending::Noise | Ending::NoMaster)) = &self.ending {
+            let reason = ending.to_string();
+            let not_judged = |row: &Row| Judgement::not_judged(*row, reason.clone());
+            return self.wanted.iter().map(not_judged).collect();
+        }
         if self.observer.telegrams() > 0 {
             self.observer.finish();
         }
@@ -391,8 +308,13 @@ impl Judge {
         self.wanted.iter().map(|row| self.observer.findings.judgement(*row)).collect()
     }
 
+    /// Whether somebody speaks as a master does. In noise some octets may look like a short telegram.
+    const fn is_master_known(&self) -> bool {
+        self.observer.telegrams() >= LEAST_TELEGRAMS
+    }
+
     fn wait(&mut self, now: Instant, heard: Option<Instant>, faults: &mut Faults) {
-        if self.observer.telegrams() == 0 {
+        if !self.is_master_known() {
             let waited = now.saturating_since(self.begun.unwrap_or(now));
             if waited >= SILENCE {
                 self.end(if heard.is_some() { Ending::Noise } else { Ending::NoMaster });
@@ -458,82 +380,19 @@ impl Judge {
         };
     }
 
+    /// How long nothing is disturbed: rows that scenarios are for are seen later.
+    fn watch(&self) -> Duration {
+        let later = |row: &Row| {
+            let mut of =
+                self.scenarios.iter().flat_map(|scenario| scenario.rows.iter().chain(&scenario.returns));
+            of.any(|other| other == row)
+        };
+        if self.wanted.iter().all(later) { Duration::ZERO } else { WATCH }
+    }
+
     /// The first time takes longer: the master begins.
     fn return_limit(&self, scenario: usize) -> Duration {
         if scenario == 0 && self.next == 1 { FIRST_LIMIT } else { LIMIT }
-    }
-
-    /// A step is over: what was to be seen during it.
-    fn step_ended(&mut self, now: Instant, scenario: usize, step: usize) {
-        let Some(played) = self.scenarios.get(scenario).cloned() else {
-            return;
-        };
-        if let Some(check) = played.steps.get(step).and_then(|step| step.check.clone()) {
-            self.observer.check(&check);
-        }
-        let Some(subject) = played.subject(&self.observer.setup).map(|slave| slave.address) else {
-            return;
-        };
-        if let Some(row) = played.asked.filter(|_| step == 0) {
-            let asked = self.observer.last_asked(subject);
-            if asked.is_some_and(|asked| now.saturating_since(asked) < ASK_LIMIT) {
-                self.observer.findings.held(row);
-            } else {
-                let reason = format!(
-                    "station {subject} is silent, and is not asked again for {} s",
-                    ASK_LIMIT.as_secs()
-                );
-                self.observer.show(row, Weight::Once, reason);
-            }
-        }
-        if step > 0 {
-            return;
-        }
-        let others: Vec<Address> = self.others(subject);
-        for other in others {
-            let counts = self.counts(other);
-            let before = self.before.get(&other.number()).copied().unwrap_or_default();
-            let exchanges = counts.exchanges.saturating_sub(before.exchanges);
-            if let Some((row, least)) = played.others {
-                if exchanges >= least {
-                    self.observer.findings.held(row);
-                } else {
-                    let reason = format!(
-                        "only {exchanges} Data_Exchange with station {other} meanwhile: {}",
-                        played.name
-                    );
-                    self.observer.show(row, Weight::Once, reason);
-                }
-            }
-            if played.rows.contains(&Row::L04) && counts.start_ups == before.start_ups {
-                self.observer.findings.held(Row::L04);
-            }
-        }
-        if played.rows.contains(&Row::O08) && self.observer.is_operating() {
-            self.observer.findings.held(Row::O08);
-        }
-        if played.rows.contains(&Row::E17) {
-            self.judge_random(subject);
-        }
-    }
-
-    fn judge_random(&mut self, subject: Address) {
-        let (counts, before) =
-            (self.counts(subject), self.before.get(&subject.number()).copied().unwrap_or_default());
-        let polled = counts.polled.saturating_sub(before.polled);
-        let good = counts.exchanges.saturating_sub(before.exchanges);
-        if polled < RANDOM_CYCLES {
-            let reason = format!(
-                "only {polled} cycles with random errors were seen; expected at least {RANDOM_CYCLES}"
-            );
-            self.observer.findings.obstacle(Row::E17, reason);
-        } else if good * 100 >= polled * RANDOM_SHARE {
-            self.observer.findings.held(Row::E17);
-        } else {
-            let reason =
-                format!("only {good} of {polled} Data_Exchange were good with one per cent of random errors");
-            self.observer.show(Row::E17, Weight::Once, reason);
-        }
     }
 
     fn come_back(
@@ -559,7 +418,7 @@ impl Judge {
             if first {
                 self.observer.watching = true;
                 self.remember();
-                self.phase = Phase::Watching { until: now + WATCH };
+                self.phase = Phase::Watching { until: now + self.watch() };
             } else {
                 self.go_on(now, bus, faults);
             }
@@ -587,99 +446,6 @@ impl Judge {
         self.end(Ending::NoExchange { station, after });
     }
 
-    /// Data exchange has come back.
-    fn returned(&mut self, scenario: &Scenario) {
-        let acted = scenario.steps.iter().any(|step| step.act.is_some() || step.ask.is_some());
-        if self.struck == 0 && !acted {
-            for row in &scenario.rows {
-                if !self.observer.findings.is_judged(*row) {
-                    let reason = format!("the master gave no occasion: {}", scenario.name);
-                    self.observer.findings.obstacle(*row, reason);
-                }
-            }
-            return;
-        }
-        for row in scenario.returns.iter().filter(|row| **row != Row::E17) {
-            self.observer.findings.held(*row);
-        }
-        // It had its occasion, and nothing was seen against it.
-        for row in scenario.rows.iter().filter(|row| BY_NOTHING_SEEN.contains(row)) {
-            self.observer.findings.held(*row);
-        }
-    }
-
-    /// It has not.
-    fn did_not_return(&mut self, scenario: &Scenario, station: Address) {
-        if scenario.rows.contains(&Row::L09) {
-            let others = self.others(station);
-            let works =
-                !others.is_empty() && others.iter().all(|other| self.observer.streak(*other) >= BASELINE);
-            if !works {
-                return;
-            }
-        }
-        let reason = format!(
-            "no data exchange with station {station} within {} s after: {}",
-            LIMIT.as_secs(),
-            scenario.name
-        );
-        for row in &scenario.returns {
-            self.observer.show(*row, Weight::Once, reason.clone());
-        }
-        let asked = self.observer.last_asked(station);
-        if scenario.returns.is_empty() && asked.is_none_or(|asked| self.observer.is_long_ago(asked, LIMIT)) {
-            self.observer.show(
-                Row::L06,
-                Weight::Once,
-                format!("station {station} is never asked again after: {}", scenario.name),
-            );
-        }
-    }
-
-    fn lost_master(&mut self) {
-        let scenario = match self.phase {
-            Phase::Playing { scenario, .. } | Phase::Returning { scenario: Some(scenario), .. } => {
-                self.scenarios.get(scenario).cloned()
-            }
-            Phase::Waiting
-            | Phase::Watching { .. }
-            | Phase::Returning { scenario: None, .. }
-            | Phase::Over => None,
-        };
-        let during =
-            scenario.as_ref().map_or("nothing was disturbed".into(), |scenario| scenario.name.clone());
-        if let Some(scenario) = scenario {
-            for row in &scenario.returns {
-                let reason = format!("the master said nothing more after: {}", scenario.name);
-                self.observer.show(*row, Weight::Once, reason);
-            }
-        }
-        self.end(Ending::Silent { during });
-    }
-
-    /// What was seen while nothing was wrong.
-    fn watched(&mut self) {
-        self.observer.watching = false;
-        let stations: Vec<Address> = self.observer.setup.present().map(|slave| slave.address).collect();
-        let counts: Vec<(Address, u32)> = stations
-            .iter()
-            .map(|station| {
-                let before = self.before.get(&station.number()).copied().unwrap_or_default();
-                (*station, self.counts(*station).polled.saturating_sub(before.polled))
-            })
-            .collect();
-        let most = counts.iter().map(|(_, count)| *count).max().unwrap_or(0);
-        for (station, count) in counts {
-            if count > 0 {
-                self.observer.findings.held(Row::X03);
-            } else if most >= BASELINE {
-                let reason =
-                    format!("no Data_Exchange with station {station} for three seconds; another had {most}");
-                self.observer.show(Row::X03, Weight::Once, reason);
-            }
-        }
-    }
-
     /// The next scenario, or the end.
     fn go_on(&mut self, now: Instant, bus: &mut Bus, faults: &mut Faults) {
         let scenario = self.next;
@@ -704,10 +470,11 @@ impl Judge {
             act(wanted, &subject.clone(), bus, now);
         }
         let (ask, until) = (begun.ask.clone(), now + begun.time(&self.observer.setup));
+        // A master passes through CLEAR on its way from STOP to OPERATE, too.
+        let may_clear = ask.as_deref().is_some_and(|ask| CLEARING.contains(&ask));
+        self.observer.want_clear(may_clear);
         if let Some(action) = ask {
-            let clear = action == "clear" || action == "stop";
             self.observer.begin_asking();
-            self.observer.want_clear(clear || action == "restart");
             if action == "restart" || (action == "operate" && step > 0) {
                 self.observer.expect_new_begin();
             }
@@ -746,22 +513,6 @@ impl Judge {
             self.ending = Some(ending);
         }
         self.phase = Phase::Over;
-    }
-
-    /// Why what was not tried is not judged.
-    fn explain_the_rest(&mut self) {
-        for (row, reason) in NEVER {
-            self.observer.findings.default_obstacle(*row, reason);
-        }
-        let Some(ending) = self.ending.clone().filter(|ending| *ending != Ending::Done) else {
-            return;
-        };
-        let left: Vec<Scenario> = self.scenarios.iter().skip(self.next).cloned().collect();
-        for row in left.iter().flat_map(|scenario| scenario.rows.iter().chain(&scenario.returns)) {
-            if !self.observer.findings.is_judged(*row) {
-                self.observer.findings.obstacle(*row, format!("not tried: {ending}"));
-            }
-        }
     }
 
     fn tell(&mut self, scenario: usize) {

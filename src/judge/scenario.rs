@@ -11,6 +11,8 @@ use std::string::{String, ToString};
 use std::vec::Vec;
 use std::{format, vec};
 
+use thiserror::Error;
+
 use super::rows::Row;
 use super::setup::{Setup, Slave};
 use super::station::Act;
@@ -75,6 +77,8 @@ pub enum Check {
     Outputs(Vec<(Address, Vec<u8>)>),
     /// It is silent.
     Stop,
+    /// It has started every station anew.
+    Begun,
     /// It has sent a Global_Control.
     Command {
         /// With this bit of the command.
@@ -112,6 +116,20 @@ pub enum Need {
     Other,
     /// A station with inputs.
     Inputs,
+}
+
+/// A scenario names a station that is not there.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("station {station} is not one of those that are there: {}", listed(there))]
+pub struct MissingStation {
+    /// The station.
+    pub station: Address,
+    /// Those that are there.
+    pub there: Vec<Address>,
+}
+
+fn listed(stations: &[Address]) -> String {
+    stations.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
 }
 
 impl Scenario {
@@ -164,6 +182,30 @@ impl Scenario {
         self.steps.iter().try_for_each(|step| step.compiled(&Setup::default(), any).map(|_| ()))
     }
 
+    /// Whether it says something of one of these rows. One that is for no row in particular says something of all.
+    pub fn is_for(&self, wanted: &[Row]) -> bool {
+        let mut rows = self.rows.iter().chain(&self.returns).peekable();
+        rows.peek().is_none() || rows.any(|row| wanted.contains(row))
+    }
+
+    /// Whether the stations that it names are there.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn check_stations(&self, setup: &Setup) -> Result<(), MissingStation> {
+        let there: Vec<Address> = setup.present().map(|slave| slave.address).collect();
+        let missing = |station| MissingStation { station, there: there.clone() };
+        if let Which::At(station) = self.station
+            && !there.contains(&station)
+        {
+            return Err(missing(station));
+        }
+        let any = there.first().copied().unwrap_or(Address::from_octet(0));
+        let faults = self.steps.iter().filter_map(|step| step.compiled(setup, any).ok()).flatten();
+        let mut stations = faults.filter_map(|fault| fault.station);
+        stations.find(|station| !there.contains(station)).map_or(Ok(()), |station| Err(missing(station)))
+    }
+
     /// A scenario about these rows, one step long.
     pub(super) fn one(name: &str, rows: &[Row], faults: &[&str]) -> Self {
         let faults = faults.iter().map(ToString::to_string).collect();
@@ -197,7 +239,7 @@ impl Step {
             return self.lasts;
         }
         let slot = setup.slot.unwrap_or(SLOT);
-        let attempts = setup.retries.unwrap_or(RETRIES) + 2;
+        let attempts = setup.retries.unwrap_or(RETRIES).min(MOST_RETRIES) + 2;
         self.lasts.max(slot * attempts * 2)
     }
 }
@@ -206,6 +248,9 @@ impl Step {
 const SLOT: Duration = Duration::from_millis(100);
 /// How often a master is taken to repeat if it is not said.
 const RETRIES: u32 = 3;
+
+/// More retries than this are not waited for.
+const MOST_RETRIES: u32 = 15;
 
 /// A fault as `--fault` takes it.
 fn compile(fault: &str, setup: &Setup, subject: Address) -> Result<String, SpecError> {
@@ -225,7 +270,7 @@ fn compile(fault: &str, setup: &Setup, subject: Address) -> Result<String, SpecE
         let Some((key, slots)) = part.strip_suffix("slot").and_then(|part| part.split_once('=')) else {
             return Ok(part.into());
         };
-        let attempts = f64::from(setup.retries.unwrap_or(RETRIES) + 1);
+        let attempts = f64::from(setup.retries.unwrap_or(RETRIES)) + 1.0;
         let slots = match slots.strip_prefix("lost+") {
             Some(more) => attempts + more.parse::<f64>().map_err(|_| wrong())?,
             None => slots.parse::<f64>().map_err(|_| wrong())?,

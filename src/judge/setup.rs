@@ -25,6 +25,9 @@ pub struct Setup {
     pub hsa: Option<Address>,
     /// Min_Slave_Interval of stations that have none of their own.
     pub min_interval: Option<Duration>,
+    /// Auto_Clear is configured (Error_Action_Flag): within twice this time, Data_Control_Time, the master goes to CLEAR
+    /// when data exchange with a station is not possible. `None`: it is not configured.
+    pub auto_clear: Option<Duration>,
 }
 
 /// A station that is configured in the master.

@@ -65,17 +65,17 @@ enum StationKind {
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub(super) struct FaultState {
     /// By which it is removed.
-    number: u32,
+    pub(super) number: u32,
     /// As on the command line, `emulate --fault`.
-    fault: String,
+    pub(super) fault: String,
     /// How often it was injected.
-    injected: u32,
+    pub(super) injected: u32,
 }
 
 /// The faults on the line.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub(super) struct FaultList {
-    faults: Vec<FaultState>,
+    pub(super) faults: Vec<FaultState>,
 }
 
 /// A fault to add.
@@ -175,16 +175,22 @@ pub(super) struct OfFault {
     number: String,
 }
 
+impl OfFault {
+    pub(super) fn number(&self) -> Result<u32, Problem> {
+        let Self { number } = self;
+        let wrong = |_| Problem::new(StatusCode::BAD_REQUEST, format!("'{number}' is no number of a fault"));
+        number.parse().map_err(wrong)
+    }
+}
+
 /// Takes one fault off the line
 #[utoipa::path(delete, path = "/api/v1/bus/faults/{number}", tag = "bus", params(("number" = u32, Path)),
     responses((status = 204), Problems))]
 pub(super) async fn remove_fault(
     State(asking): State<Asking>,
-    PathOf(OfFault { number }): PathOf<OfFault>,
+    PathOf(of): PathOf<OfFault>,
 ) -> Result<StatusCode, Problem> {
-    let number: u32 = number
-        .parse()
-        .map_err(|_| Problem::new(StatusCode::BAD_REQUEST, format!("'{number}' is no number of a fault")))?;
+    let number = of.number()?;
     asking
         .ask(move |bench| match line(bench)?.remove(number) {
             Some(_) => Ok(StatusCode::NO_CONTENT),

@@ -109,7 +109,7 @@ impl BusAccess<'_> {
 }
 
 /// An error and its causes.
-fn in_one_line(error: &dyn Error) -> String {
+pub(super) fn in_one_line(error: &dyn Error) -> String {
     let mut line = error.to_string();
     let mut cause = error.source();
     while let Some(error) = cause {

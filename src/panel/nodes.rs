@@ -7,7 +7,10 @@
 //! | --- | --- |
 //! | `access` | what the thread of the bus lends |
 //! | `routes` | every path, the OpenAPI description |
-//! | `bench` | inputs, faults, keys, power |
+//! | `bench` | inputs, faults of the device, keys, power |
+//! | `faults` | faults on purpose of the bus and of what nodes send |
+//! | `fleet` | nodes that come and go |
+//! | `why` | what keeps a drive from moving |
 //! | `objects` | the object dictionary |
 //! | `state` | a node as JSON |
 //! | `words` | words of bits, PDOs, the error history |
@@ -18,11 +21,14 @@
 mod access;
 mod bench;
 mod bus;
+mod faults;
+mod fleet;
 mod news;
 mod objects;
 mod routes;
 mod state;
 mod stream;
+mod why;
 mod words;
 
 use core::net::SocketAddr;
@@ -44,7 +50,7 @@ pub use access::{NodeAccess, Seated};
 /// ```no_run
 /// use profidrive::can::BitRate;
 /// use profidrive::canopen::{NodeId, storage::Memory};
-/// use profidrive::host::can::{Choices, Line, News, Product, StoredNode};
+/// use profidrive::host::can::{Choices, Line, News, NodeFaults, Product, StoredNode};
 /// use profidrive::host::{Clock, Reach, Stop};
 /// use profidrive::panel::{NodeAccess, NodePanel, Seated};
 ///
@@ -54,7 +60,8 @@ pub use access::{NodeAccess, Seated};
 /// let product = Product::named("ap10").expect("it is in the list");
 /// let device = product.make(NodeId::new(5)?, Choices::default(), Memory::Internal, clock.now());
 /// let seat = line.add(Box::new(StoredNode::new(device, clock.now())));
-/// let nodes = [Seated { seat, product }];
+/// let mut nodes = vec![Seated { seat, product }];
+/// let mut faults = NodeFaults::default();
 ///
 /// let mut panel = NodePanel::start("127.0.0.1:8080", Reach::ThisMachine, stop.clone())?;
 /// println!("http://{}/", panel.address());
@@ -67,7 +74,14 @@ pub use access::{NodeAccess, Seated};
 ///     })?;
 ///     // In this order: what is asked from now on ends the next run.
 ///     stop.clear();
-///     panel.serve(&mut NodeAccess { now: clock.now(), bus: line.bus_mut(), nodes: &nodes });
+///     panel.serve(&mut NodeAccess {
+///         now: clock.now(),
+///         bus: line.bus_mut(),
+///         nodes: &mut nodes,
+///         faults: &mut faults,
+///         state: None,
+///         choose: &|_, _| {},
+///     });
 /// }
 /// # #[allow(unreachable_code)]
 /// # Ok::<(), Box<dyn std::error::Error>>(())

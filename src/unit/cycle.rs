@@ -1,5 +1,6 @@
 //! When the next application cycle runs.
 
+use core::num::NonZeroU64;
 use core::time::Duration;
 
 use thiserror::Error;
@@ -100,9 +101,11 @@ impl Cycles {
         if self.next.is_some() {
             return;
         }
-        let Some(length) = self.cycle.period().map(nanos) else { return };
+        let Some(length) = self.cycle.period().and_then(|period| NonZeroU64::new(nanos(period))) else {
+            return;
+        };
         let elapsed = nanos(now.saturating_since(self.start));
-        let next = (elapsed / length + 1).saturating_mul(length);
+        let next = (elapsed / length + 1).saturating_mul(length.get());
         self.next = Some(self.start.saturating_add(Duration::from_nanos(next)));
     }
 

@@ -142,6 +142,8 @@ impl Unit {
         Ok(unit)
     }
 
+    // Not inlined: see `dp::Slave::under`.
+    #[inline(never)]
     fn with(config: Config, kept: Option<Image>) -> Self {
         let fresh = kept.is_none();
         let Image { mut store, memory, bus } =

@@ -104,3 +104,28 @@ test("the five-digit panel of an ASDA-A2, its alarm and the blocked shaft", asyn
     await page.locator("#surroundings [data-input=blocked] input:not(:checked)").waitFor();
   });
 });
+
+test("the bus has its counters, faults on purpose, and nodes that come and go", async () => {
+  await onStage({ drives: NODES, master: false, refusals: true, page: { view: "#bus" } }, async ({ page }) => {
+    await text(page, "#counters", "500 kbit/s");
+    await text(page, "#counters", "error active");
+    await page.getByLabel("Fault", { exact: true }).selectOption("sdo-lost");
+    await page.getByLabel("When and where").fill("node=6,count=3");
+    await page.locator("#line-faults button[type=submit]").click();
+    await text(page, "#line-faults li", "sdo-lost,count=3,node=6");
+    await text(page, "#line-faults li", "injected 0 times");
+    await page.getByRole("button", { name: "Take all off" }).click();
+    await text(page, "#line-faults", "None.");
+
+    await page.locator("#stations input").fill("9");
+    await page.locator("#stations select").selectOption("ap10");
+    await page.locator("#stations button[type=submit]").click();
+    await text(page, "#counters", "9");
+    await page.locator("#to-drives").click();
+    await text(page, "#drives-count", "4 nodes");
+    await page.locator("#to-bus").click();
+    await page.locator("#stations input").fill("5");
+    await page.locator("#stations button[type=submit]").click();
+    await text(page, "#stations [role=alert]", "the number 5 is taken");
+  });
+});

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Drive a CAN bus and CANopen devices of ours with python-can, python-canopen and canopen-asyncio over slcan:
+# Drive a CAN bus and CANopen devices of ours with python-can, python-canopen and canopen-asyncio over slcan, and have
+# python-canopen and the dcf-tools of Lely CANopen read their data sheets:
 #
 #   tests/canopen/run.sh [PATH-OF-PROFIDRIVE]
 #
@@ -35,6 +36,7 @@ cargo build --quiet --manifest-path "$root/Cargo.toml" --example can_node --exam
 "$venv/bin/python" "$here/asda_402.py" "$target/debug/examples/asda_a2_node"
 for device in ag03-1 ap10 asda-a2; do
     "$venv/bin/python" "$here/nodes.py" "$profidrive" "$device"
+    "$venv/bin/python" "$here/sheets.py" "$profidrive" "$device"
 done
 
 "$profidrive" eds asda-a2 >"$work/asda-a2.eds"

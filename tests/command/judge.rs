@@ -11,6 +11,8 @@ use rustix::fs::OFlags;
 use serde_json::Value;
 use std::os::unix::fs::OpenOptionsExt;
 
+mod masters;
+
 fn command(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_profidrive"));
     command.arg("judge").args(arguments).env_remove("RUST_LOG");
@@ -67,6 +69,9 @@ fn wrong_command_lines_are_told_in_one_line_and_end_with_2() {
         (&["--station", "5,ident=1234,cfg=2313,absent"], "every station is absent"),
         (&["--station", STATION, "--only", "M-Q*"], "no row has this name"),
         (&["--station", STATION, "--master", "5"], "station 5 has the address of the master"),
+        (&["--station", STATION, "--master", "126"], "126 is no address of a master; expected 0 to 125"),
+        (&["--station", STATION, "--retries", "16"], "16 is not in 0..=15"),
+        (&["--station", "5,gsd=missing.gsd"], "cannot read missing.gsd"),
     ] {
         let (code, stdout, stderr) = run(arguments);
         assert_eq!((code, stdout.as_str()), (Some(2), ""), "{arguments:?}: {stderr}");
@@ -159,6 +164,13 @@ fn check_json(text: &str) {
     }
     let failed: Vec<_> = rows.iter().filter(|row| row["verdict"] == "fail").map(|row| &row["id"]).collect();
     assert_eq!(failed, ["M-F02"]);
+}
+
+#[test]
+fn a_report_that_cannot_be_written_is_told_at_the_beginning() {
+    let (code, stdout, stderr) = run(&["--station", STATION, "--html", "/nowhere/report.html"]);
+    assert_eq!((code, stdout.as_str()), (Some(1), ""), "{stderr}");
+    assert!(stderr.contains("cannot write /nowhere/report.html"), "{stderr}");
 }
 
 #[test]

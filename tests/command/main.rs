@@ -18,6 +18,8 @@ mod pty;
 mod said;
 #[path = "../telegrams/mod.rs"]
 mod telegrams;
+#[path = "../test_master/mod.rs"]
+mod test_master;
 
 #[cfg(target_os = "linux")]
 mod capture;

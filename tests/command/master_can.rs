@@ -1,5 +1,7 @@
 //! `profidrive master` over CANopen, with `profidrive emulate` as another process; `decode` of what the emulator captured.
 
+use std::io::{Read, Write};
+use std::net::TcpStream;
 use std::path::Path;
 use std::process::Output;
 
@@ -30,6 +32,32 @@ impl Bus {
         let output = self.run(node, arguments);
         assert_eq!(output.status.code(), Some(code), "{arguments:?}: {output:?}");
         String::from_utf8(output.stderr).unwrap()
+    }
+}
+
+impl Bus {
+    /// Asks the panel.
+    fn http(&self, method: &str, path: &str, body: &str) {
+        let (_, place) = self.0.ready.trim_end().split_once("panel=http://").unwrap();
+        let mut stream = TcpStream::connect(place).unwrap();
+        let head = format!("Host: {place}\r\nConnection: close\r\nContent-Type: application/json");
+        let length = body.len();
+        write!(
+            stream,
+            "{method} /api/v1/drives/{path} HTTP/1.1\r\n{head}\r\nContent-Length: {length}\r\n\r\n{body}"
+        )
+        .unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
+    }
+
+    fn provoke(&self, node: &str, fault: &str) {
+        self.http("POST", &format!("{node}/provoke"), &format!("{{\"fault\":\"{fault}\"}}"));
+    }
+
+    fn nominal(&self, node: &str) {
+        self.http("DELETE", &format!("{node}/inputs"), "");
     }
 }
 
@@ -116,6 +144,37 @@ fn both_drives_travel_and_are_left_as_they_were_and_the_capture_is_explained() {
 }
 
 #[test]
+fn a_person_sees_why_nothing_moves_homes_and_acknowledges() {
+    let emulator = Bus::start(&["--node", "6,device=ap10", "--panel", "127.0.0.1:0"]);
+    let status = emulator.says("7", &["status"]);
+    assert!(status.contains("it does not move: NMT state PRE-OPERATIONAL"), "{status}");
+    assert!(status.contains("it does not move: no mode of operation is chosen: write 6060h"), "{status}");
+    assert!(status.contains("'switch on disabled': send 6040h = 0006h, then 0007h, then 000Fh"), "{status}");
+    let status: Value = serde_json::from_str(&emulator.says("6", &["status", "--json"])).unwrap();
+    assert_eq!((&status["device"], &status["does_not_move"]), (&"AP10".into(), &Value::Null));
+
+    let none = emulator.fails("7", &["home", "--yes"], 1);
+    assert!(none.contains("the homing failed"), "{none}");
+    emulator.says("7", &["write", "6098", "35"]);
+    emulator.says("7", &["write", "607C", "5000"]);
+    let homed: Value = serde_json::from_str(&emulator.says("7", &["home", "--yes", "--json"])).unwrap();
+    assert_eq!((&homed["outcome"], &homed["position"]), (&"reached".into(), &5000.into()));
+
+    for (node, fault) in [("5", "F"), ("7", "011")] {
+        emulator.provoke(node, fault);
+        let status = emulator.says(node, &["status"]);
+        assert!(status.contains("it does not move: fault (bit 3 of 6041h)"), "{status}");
+        assert!(emulator.says(node, &["faults"]).starts_with("1 errors in 1003h"), "{node}");
+        emulator.nominal(node);
+        let state = emulator.says(node, &["ack"]);
+        assert_eq!(state, "acknowledged; the drive is in 'switch on disabled'\n", "{node}");
+        assert_eq!(emulator.says(node, &["faults", "--clear"]).lines().count(), 2, "{node}");
+    }
+    let indicator = emulator.fails("6", &["ack"], 2);
+    assert!(indicator.contains("the AP10 has no control word"), "{indicator}");
+}
+
+#[test]
 fn what_does_not_fit_together_on_the_command_line_is_said() {
     let run = |arguments: &[&str]| {
         let output = output(&[&["master"], arguments].concat());
@@ -129,7 +188,7 @@ fn what_does_not_fit_together_on_the_command_line_is_said() {
         ),
         (
             &["--link", "slcan-tcp:127.0.0.1:1", "--node", "5", "params"],
-            "there are read, write, status, move and stop",
+            "there are read, write, status, move, home, stop, ack and faults",
         ),
         (&["--link", "slcan-tcp:127.0.0.1:1", "--node", "0", "status"], "1 to 127"),
         (&["--link", "slcan-tcp:127.0.0.1:1", "--node", "5", "--baud", "19200", "status"], "none of CAN"),

@@ -343,6 +343,140 @@ fn what_an_ap10_has_confirmed_and_where_its_shaft_is_survive_a_kill() {
 }
 
 #[test]
+fn faults_come_and_go_while_the_bus_runs_and_are_counted() {
+    let mut rig = Rig::start(&["5", "6,device=ap10"]);
+    let bus = "/api/v1/bus/faults";
+    assert_eq!(rig.emulator.get(bus), json!({"faults": []}));
+    let added = rig.emulator.send("POST", bus, &json!({"fault": "sdo-abort=08000020,node=6,count=2"}));
+    assert_eq!(added.status, 201, "{added:?}");
+    let refusal = "8000100020000008";
+    let read = "4000100000000000";
+    assert_eq!((rig.master.sdo(6, read), rig.master.sdo(6, read)), (refusal.to_owned(), refusal.to_owned()));
+    assert!(rig.master.sdo(6, read).starts_with("43"), "twice and no more");
+    assert!(rig.master.sdo(5, read).starts_with("43"));
+    let listed = json!({"number": 1, "fault": "sdo-abort=08000020,count=2,node=6", "injected": 2});
+    assert_eq!(rig.emulator.get(bus)["faults"], json!([listed]));
+    assert_eq!(rig.emulator.get("/api/v1/bus")["faults"], json!([listed]));
+
+    let all = json!({"faults": ["tpdo-short,rate=0.5,seed=3", "frame-lost,id=585"]});
+    let replaced = rig.emulator.set("PUT", bus, &all);
+    assert_eq!(replaced["faults"].as_array().unwrap().len(), 2, "{replaced}");
+    rig.master.send(&format!("t6058{read}"));
+    assert!(rig.master.sdo(6, read).starts_with("43"), "of node 5 nobody hears an answer");
+    assert_eq!(rig.emulator.get(bus)["faults"][1]["injected"], 1);
+    let number = rig.emulator.get(bus)["faults"][1]["number"].clone();
+    assert_eq!(rig.emulator.send("DELETE", &format!("{bus}/{number}"), &Value::Null).status, 204);
+    assert!(rig.master.sdo(5, read).starts_with("43"));
+    assert_eq!(rig.emulator.send("DELETE", bus, &Value::Null).status, 204);
+
+    // 32 damaged frames in a row take a node off the bus; it comes back.
+    rig.emulator.set("PUT", bus, &json!({"faults": ["frame-damaged,node=5,count=32"]}));
+    rig.master.send(&format!("t6058{read}"));
+    let start = std::time::Instant::now();
+    while rig.emulator.get(bus)["faults"][0]["injected"] != 32 {
+        assert!(start.elapsed() < super::panel::PATIENCE);
+    }
+    assert!(rig.emulator.get("/api/v1/bus")["error_frames"].as_u64().unwrap() >= 32);
+
+    for (body, says) in [
+        (json!({"fault": "no-reply"}), "'no-reply' is no fault of a node"),
+        (json!({"fault": "sdo-lost,node=9"}), "is for node 9, which is not on the bus"),
+    ] {
+        let answer = rig.emulator.send("POST", bus, &body);
+        assert_eq!(answer.status, 422, "{answer:?}");
+        assert!(answer.detail().contains(says), "{}", answer.detail());
+    }
+    assert_eq!(rig.emulator.send("DELETE", &format!("{bus}/99"), &Value::Null).status, 404);
+}
+
+#[test]
+fn a_node_leaves_operational_and_browns_out_by_itself() {
+    let mut rig = Rig::start(&["7,device=ap10"]);
+    let bus = "/api/v1/bus/faults";
+    rig.master.send("t00020107");
+    rig.wait_for(7, "OPERATIONAL", |state| state["nmt_state"] == "OPERATIONAL");
+    rig.emulator.set("PUT", bus, &json!({"faults": ["pre-operational,at=2"]}));
+    // TPDO 2 after each SYNC.
+    rig.master.send("t0800");
+    rig.master.frame(0x287);
+    assert_eq!(rig.get("7")["nmt_state"], "OPERATIONAL");
+    rig.master.send("t0800");
+    rig.wait_for(7, "PRE-OPERATIONAL", |state| state["nmt_state"] == "PRE-OPERATIONAL");
+    rig.emulator.set("PUT", bus, &json!({"faults": ["brown-out=20ms,at=1"]}));
+    rig.master.send("t60784000100000000000");
+    assert_eq!(rig.master.frame(0x707), "00", "no answer, but a boot-up");
+    assert!(rig.master.sdo(7, "4000100000000000").starts_with("43"));
+}
+
+#[test]
+fn nodes_come_and_go_while_the_bus_runs() {
+    let mut rig = Rig::start(&["5"]);
+    let add = |rig: &Rig, body: &Value| rig.emulator.send("POST", "/api/v1/drives", body);
+    let added = add(&rig, &json!({"address": 6, "device": "asda-a2", "mode": "half"}));
+    assert_eq!(added.status, 201, "{added:?}");
+    assert!(added.head.contains("location: /api/v1/drives/6"), "{added:?}");
+    for (body, status, says) in [
+        (json!({"address": 6}), 409, "the number 6 is taken"),
+        (json!({"address": 7, "device": "ap11"}), 422, "did you mean ap10?"),
+        (json!({"address": 7, "device": "ap10", "gear_ratio": 24}), 422, "gear_ratio is not for ap10"),
+        (json!({"address": 7, "gear_ratio": 12}), 422, "must be 24 or 48"),
+        (json!({"address": 128}), 400, "expected 1 to 127"),
+    ] {
+        let answer = add(&rig, &body);
+        assert_eq!(answer.status, status, "{body}: {answer:?}");
+        assert!(answer.detail().contains(says), "{body}: {}", answer.detail());
+    }
+    // The boot-up of a node that comes is on the bus.
+    assert_eq!(rig.master.frame(0x706), "00");
+    assert_eq!(rig.read(6, "012100"), 0x0B, "P1-01");
+    assert_eq!(rig.emulator.get("/api/v1/drives")["drives"].as_array().unwrap().len(), 2);
+    // Two of one number: both answer.
+    assert_eq!(add(&rig, &json!({"address": 6, "device": "ap10", "twin": true})).status, 201);
+    assert_eq!(rig.master.frame(0x706), "00");
+    rig.master.send("t60684000100000000000");
+    let answers = [rig.master.frame(0x586), rig.master.frame(0x586)];
+    assert_ne!(answers[0], answers[1], "{answers:?}");
+    for _ in 0..2 {
+        assert_eq!(rig.emulator.send("DELETE", "/api/v1/drives/6", &Value::Null).status, 204);
+    }
+    rig.refused("DELETE", "6", &Value::Null, 404, "there are the nodes 5");
+}
+
+#[test]
+fn nodes_take_part_in_a_bus_that_another_process_has() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("can0").display().to_string();
+    let host = Emulator::with(&["--node", "5", "--link", &format!("slcan-pty:{path}")]);
+    let guest = Emulator::with(&["--node", "6,device=ap10", "--link", &format!("slcan-tty:{path}")]);
+    assert_eq!(guest.terminal().display().to_string(), format!("slcan-tty:{path}"));
+    for (node, here, there) in [("6", &guest, &host), ("5", &host, &guest)] {
+        let frames = || there.get("/api/v1/bus")["frames"].as_u64().unwrap();
+        let before = frames();
+        for on in [false, true] {
+            here.set("PUT", &format!("/api/v1/drives/{node}/power"), &json!({"on": on}));
+        }
+        let start = std::time::Instant::now();
+        while frames() == before {
+            assert!(start.elapsed() < super::panel::PATIENCE, "the boot-up of node {node} is not heard");
+        }
+    }
+}
+
+#[test]
+fn why_a_node_does_not_move_is_said_on_request() {
+    let rig = Rig::start(&["5", "6,device=ap10", "7,device=asda-a2"]);
+    for (node, says) in [("5", "PRE-OPERATIONAL"), ("7", "no mode of operation is chosen")] {
+        let why = rig.get(&format!("{node}/why"));
+        assert_eq!(why["is_drive"], true);
+        assert!(why["text"].as_str().unwrap().contains(says), "{why}");
+        assert!(!why["hindrances"].as_array().unwrap().is_empty());
+    }
+    let why = rig.get("6/why");
+    assert_eq!((&why["is_drive"], &why["hindrances"]), (&json!(false), &json!([])));
+    rig.refused("GET", "9/why", &Value::Null, 404, "there are the nodes 5, 6, 7");
+}
+
+#[test]
 fn faults_on_purpose_spoil_what_their_node_sends() {
     let emulator = Emulator::with(&[
         "--node",

@@ -91,10 +91,7 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
             &["--node", "5,device=ap10", "--fault", "sdo-lost,node=6"],
             "--fault names node 6; there are the nodes 5",
         ),
-        (
-            &["--node", "5,device=ap10", "--fault", "sdo-lost", "--fault", "sdo-late=1ms,node=5"],
-            "two faults of the same frames of one node",
-        ),
+        (&["--node", "5,device=ap10", "--fault", "sdo-lost,id=585"], "id is for faults of frames"),
         (
             &["--node", "5,device=ap10", "--quirk", "x=y"],
             "no node has a quirk 'x'; ap10 has sdo-codes, ascii",
@@ -116,7 +113,7 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
     }
     refused(
         &["emulate", "--node", "5,device=ap10", "--link", "pty"],
-        "CANopen nodes are on a CAN bus; use --link slcan-pty:PATH or --link slcan-tcp:HOST:PORT",
+        "CANopen nodes are on a CAN bus; use --link slcan-pty:PATH, slcan-tcp:HOST:PORT, slcan-tty:PATH or socketcan:INTERFACE",
     );
     refused(&["emulate", "--link", "slcan-pty:"], "the path is missing");
     refused(
@@ -180,6 +177,16 @@ fn each_node_answers_for_itself_and_boots_when_it_is_told() {
         master.send("t0002817F");
         assert_eq!(master.frame(0x77F), "00", "{}", product.name);
     }
+}
+
+#[test]
+fn a_can_interface_that_is_not_there_is_an_error_that_says_where_to_look() {
+    let output = crate::emulator::output(&["emulate", "--node", "5", "--link", "socketcan:no-such0"]);
+    assert_eq!(output.status.code(), Some(1));
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    let says =
+        "cannot open the CAN interface no-such0 ('ip link show no-such0' says whether it is there and up)";
+    assert!(stderr.contains(says), "{stderr}");
 }
 
 /// A value with its own row: a write that the device keeps by itself or by 1010h.

@@ -4,45 +4,24 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use core::time::Duration;
 use std::sync::Arc;
 
-use profidrive::bench::Master;
-use profidrive::fdl::MAX_TELEGRAM_LEN;
-use profidrive::host::link::memory::{End, Wire};
-use profidrive::host::{Clock, Link, Received, Stop, SystemClock};
+use profidrive::host::link::memory::Wire;
+use profidrive::host::{Stop, SystemClock};
 use profidrive::judge::{Judge, Report, Row, Verdict, live};
 use profidrive::time::BaudRate;
 
-use crate::fixture::TestMaster;
-use crate::mistakes::Mistake;
-use crate::virtual_time::{settings, setup};
-
-/// Lets the master work on a link until `end`.
-fn serve(mut master: TestMaster, mut link: End, end: &AtomicBool) {
-    let (clock, stop) = (SystemClock::new(), Stop::new().unwrap());
-    let mut buf = [0; MAX_TELEGRAM_LEN];
-    while !end.load(Ordering::Relaxed) {
-        while let Received::Octets(count) = link.receive(&mut buf).unwrap() {
-            master.handle_bytes(clock.now(), &buf[..count]);
-        }
-        master.handle_timeout(clock.now());
-        while let Some(len) = master.poll_transmit(clock.now(), &mut buf) {
-            link.send(&buf[..len]).unwrap();
-            master.handle_sent(clock.now());
-        }
-        let now = clock.now();
-        let due = master.poll_timeout().map_or(Duration::from_millis(5), |due| due.saturating_since(now));
-        link.wait(Some(due.min(Duration::from_millis(5))), &stop).unwrap();
-    }
-}
+use crate::test_master::mistakes::Mistake;
+use crate::test_master::{Settings, TestMaster, serve};
+use crate::virtual_time::setup;
 
 fn judged(mistake: Option<Mistake>, rows: &[Row]) -> Report {
-    let settings = settings(&[5, 6, 9], Duration::from_millis(100));
+    let settings = Settings::new(&[5, 6, 9], Duration::from_millis(100));
     let setup = setup(&settings, &[9]);
     let wire = Wire::new();
-    let (master_end, judge_end) = (wire.end(), wire.end());
+    let (mut master_end, judge_end) = (wire.end(), wire.end());
     let end = Arc::new(AtomicBool::new(false));
     let ends = Arc::clone(&end);
     let master = TestMaster::new(settings, mistake);
-    let thread = std::thread::spawn(move || serve(master, master_end, &ends));
+    let thread = std::thread::spawn(move || serve(master, &mut master_end, &ends, |_, _| {}));
     let judge = Judge::new(setup, rows);
     let stop = Stop::new().unwrap();
     let report =
@@ -76,7 +55,7 @@ fn a_retry_that_toggles_is_found_in_real_time() {
 
 #[test]
 fn no_master_ends_the_judgement_after_ten_seconds() {
-    let settings = settings(&[5], Duration::from_millis(100));
+    let settings = Settings::new(&[5], Duration::from_millis(100));
     let judge = Judge::new(setup(&settings, &[]), Row::ALL);
     let wire = Wire::new();
     let (_other, end) = (wire.end(), wire.end());

@@ -10,10 +10,14 @@
     clippy::alloc_instead_of_core
 )]
 
-mod fixture;
+#[path = "../test_master/mod.rs"]
+mod test_master;
+
+mod endings;
 mod live;
-mod mistakes;
 #[cfg(feature = "master")]
 mod profirust;
 mod reports;
+#[cfg(feature = "master")]
+mod session;
 mod virtual_time;

@@ -4,7 +4,7 @@ use profidrive::judge::rows::{Confidence, Place};
 use profidrive::judge::{Report, Row, Verdict};
 use roxmltree::{Document, Node};
 
-use crate::mistakes::Mistake;
+use crate::test_master::mistakes::Mistake;
 use crate::virtual_time::judged;
 
 fn failed() -> Report {

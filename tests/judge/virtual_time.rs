@@ -7,29 +7,8 @@ use profidrive::fdl::Address;
 use profidrive::judge::{Ending, Report, Row, Setup, Slave, Verdict, simulated};
 use profidrive::time::BaudRate;
 
-use crate::fixture::{Configured, Settings, TestMaster};
-use crate::mistakes::{MISTAKES, Mistake};
-
-const BAUD: BaudRate = BaudRate::K500;
-
-pub(crate) fn settings(stations: &[u8], slot: Duration) -> Settings {
-    let configured = |address: &u8| Configured {
-        address: *address,
-        ident: 0x1234,
-        cfg: vec![0x23, 0x13],
-        prm: vec![0x01, 0x02],
-        groups: 0x01,
-    };
-    Settings {
-        address: 2,
-        baud: BAUD,
-        slot,
-        retries: 2,
-        watchdog: Duration::from_millis(1000),
-        pause: Duration::from_millis(2),
-        stations: stations.iter().map(configured).collect(),
-    }
-}
+use crate::test_master::mistakes::{MISTAKES, Mistake};
+use crate::test_master::{BAUD, Configured, Settings, TestMaster};
 
 pub(crate) fn setup(settings: &Settings, absent: &[u8]) -> Setup {
     let slave = |configured: &Configured| Slave {
@@ -50,7 +29,7 @@ pub(crate) fn setup(settings: &Settings, absent: &[u8]) -> Setup {
 
 pub(crate) fn judged(mistake: Option<Mistake>) -> Report {
     let slot = Duration::from_micros(600);
-    let settings = settings(&[5, 6, 9], slot);
+    let settings = Settings::new(&[5, 6, 9], slot);
     let setup = Setup {
         hsa: Address::station(60).ok(),
         min_interval: (mistake == Some(Mistake::TooFast)).then_some(settings.pause * 2),
@@ -122,15 +101,16 @@ fn varied(seed: u32) -> (Settings, Vec<u8>) {
         retries: 1 + below(4),
         watchdog: Duration::from_millis(u64::from(500 + 10 * below(200))),
         pause: Duration::from_micros(u64::from(1500 + below(4000))),
-        ..settings(&stations, slot)
+        token: below(2) == 0,
+        ..Settings::new(&stations, slot)
     };
     (settings, absent)
 }
 
-/// Ten configurations, fifty with `PROFIDRIVE_LONG`.
+/// Fifty configurations, five hundred with `PROFIDRIVE_LONG`.
 #[test]
 fn correct_masters_of_many_configurations_are_not_accused() {
-    let runs = if std::env::var_os("PROFIDRIVE_LONG").is_some() { 50 } else { 10 };
+    let runs = if std::env::var_os("PROFIDRIVE_LONG").is_some() { 500 } else { 50 };
     let seeds: Vec<u32> = (1..=runs).collect();
     let wrong = in_threads(&seeds, |seed| {
         let (settings, absent) = varied(*seed);

@@ -47,6 +47,7 @@ mod many_stations;
 mod master_clients;
 mod new_device;
 mod own_master;
+mod own_station;
 mod plant;
 mod ppo_drive;
 #[cfg(target_os = "linux")]

@@ -2,6 +2,7 @@
 
 use profidrive::ap10::{Key, StatusBit};
 use profidrive::canopen::NmtState;
+use profidrive::device::ap10_canopen::Quirks;
 
 use crate::ap10_device::Rig;
 
@@ -202,6 +203,22 @@ fn pp_05_the_silence_of_the_master_ends_operational() {
         rig.pass(1_000_000);
         assert_eq!(rig.device.node().state(), Some(NmtState::Operational));
     }
+}
+
+#[test]
+fn the_supervision_of_the_master_can_begin_with_its_first_rpdo() {
+    let quirks = Quirks { heartbeat_from_first: true, ..Quirks::DEFAULT };
+    let mut rig = Rig::with(125, quirks);
+    rig.write(0x1801, 2, 0xFC, 1).unwrap();
+    rig.write(0x5F09, 1, 100, 2).unwrap();
+    rig.start();
+    rig.pass(10_000);
+    assert_eq!(rig.device.node().state(), Some(NmtState::Operational), "nothing came yet (CN-130)");
+    rig.data(0x27D, &[0; 8]);
+    rig.pass(99);
+    assert_eq!(rig.device.node().state(), Some(NmtState::Operational));
+    rig.pass(1);
+    assert_eq!(rig.device.node().state(), Some(NmtState::PreOperational));
 }
 
 #[test]

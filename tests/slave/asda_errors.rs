@@ -1,9 +1,10 @@
 //! Alarms that the bus causes in the ASDA-A2 (`canopen-asda-a2.md` 4 to 7, 15).
 
-use profidrive::asda_a2::{Alarm, Config, Effect};
-use profidrive::can::{Frame, Id};
+use profidrive::asda_a2::inputs::Closed;
+use profidrive::asda_a2::{Alarm, Config, Effect, Inputs};
+use profidrive::can::{ErrorState, Frame, Id};
 use profidrive::canopen::NmtState;
-use profidrive::cia402::{Mode, State};
+use profidrive::cia402::{Mode, State, Statusword};
 use profidrive::device::asda_a2_canopen::Quirks;
 
 use crate::asda::{NODE, Rig, millis};
@@ -63,6 +64,71 @@ fn digit_y_of_p3_10_switches_the_servo_off_when_the_master_is_lost() {
     assert_eq!((rig.servo().state(), rig.servo().panel().to_string()), (State::Fault, "AL170".to_owned()));
     rig.control(0x80);
     assert_eq!(rig.servo().state(), State::SwitchOnDisabled);
+}
+
+#[test]
+fn the_free_run_after_an_error_of_the_bus_can_be_coasting() {
+    let quirks = Quirks { bus_error_coasts: true, ..Quirks::default() };
+    let mut rig = Rig::with(Config::new(NODE), quirks);
+    rig.start();
+    rig.enable(Mode::ProfilePosition);
+    guard(&mut rig);
+    rig.pass(millis(40));
+    assert_eq!(
+        (rig.servo().state(), rig.servo().panel().to_string()),
+        (State::SwitchOnDisabled, "AL170".to_owned()),
+        "P3-10.Y = 0 (CN-224)"
+    );
+}
+
+#[test]
+fn cn_205_error_passive_is_al185_and_bus_off_al186() {
+    let mut rig = Rig::full();
+    rig.device.set_error_state(rig.now, ErrorState::Passive);
+    assert_eq!(rig.drain(), ["0FF#20 81 11 85 01 00 00 00"]);
+    assert!(rig.device.statusword().has(Statusword::WARNING));
+    rig.device.set_error_state(rig.now, ErrorState::Active);
+    assert_eq!(rig.drain(), ["0FF#00 00 00 00 00 00 00 00"]);
+    rig.device.set_error_state(rig.now, ErrorState::BusOff);
+    rig.device.set_error_state(rig.now, ErrorState::Active);
+    assert_eq!(rig.drain(), ["0FF#00 81 11 86 01 00 00 00"]);
+    assert_eq!(rig.servo().alarms(), [Alarm::BusOff], "until a reset");
+    rig.control(0x80);
+    assert!(rig.servo().alarms().is_empty());
+}
+
+#[test]
+fn a_limit_switch_that_is_pressed_stops_the_way_to_it() {
+    let mut rig = Rig::full();
+    rig.start();
+    rig.enable(Mode::ProfileVelocity);
+    rig.set(0x60FF, 0, 1000);
+    rig.pass(millis(500));
+    assert!(rig.signed(0x606C) > 900);
+    let pressed = Closed { positive_limit: true, ..Closed::default() };
+    let inputs = Inputs { pressed, ..*rig.device.inputs() };
+    rig.device.set_inputs(rig.now, inputs);
+    rig.pass(millis(500));
+    assert_eq!((rig.signed(0x606C), rig.read(0x60FD, 0)), (0, Ok(2)));
+    assert_eq!(rig.servo().alarms(), [Alarm::ForwardLimit]);
+    rig.set(0x60FF, 0, -1000);
+    rig.pass(millis(500));
+    assert!(rig.signed(0x606C) < -900, "away from it");
+    rig.device.set_inputs(rig.now, Inputs::NOMINAL);
+    rig.pass(millis(2));
+    assert!(rig.servo().alarms().is_empty());
+}
+
+#[test]
+fn a_foreign_frame_is_no_overrun() {
+    let quirks = Quirks { overrun_alarms: true, ..Quirks::default() };
+    let mut rig = Rig::with(Config::new(NODE), quirks);
+    rig.start();
+    for _ in 0..3 {
+        // A TPDO of node 1.
+        rig.data(0x181, &[]);
+    }
+    assert!(rig.servo().alarms().is_empty());
 }
 
 #[test]

@@ -3,7 +3,9 @@
 use std::time::Duration;
 
 use profidrive::can::{Frame, Id};
-use profidrive::canopen::faults::{BootUpFault, Faults, HeartbeatFault, SdoFault, Spoiler, TpdoFault};
+use profidrive::canopen::faults::{
+    Action, BootUpFault, Fault, HeartbeatFault, Kind, MAX_FAULTS, SdoFault, Spoiler, TooMany, TpdoFault,
+};
 use profidrive::canopen::{Abort, Address, Policy, Value};
 use profidrive::time::Instant;
 
@@ -16,9 +18,11 @@ struct Spoiled {
 }
 
 impl Spoiled {
-    fn new(faults: Faults) -> Self {
+    fn new(faults: &[Fault]) -> Self {
         let mut spoiled = Self { rig: Rig::off(Policy::CIA_301, Plain::new(5)), spoiler: Spoiler::new() };
-        spoiled.spoiler.set(spoiled.rig.now, faults);
+        for (number, fault) in (1..).zip(faults) {
+            spoiled.spoiler.add(spoiled.rig.now, number, *fault).unwrap();
+        }
         spoiled
     }
 
@@ -27,8 +31,12 @@ impl Spoiled {
         self.drain()
     }
 
-    fn on(faults: Faults) -> Self {
-        let mut spoiled = Self::new(faults);
+    fn on(kind: Kind) -> Self {
+        Self::with(Fault::always(kind))
+    }
+
+    fn with(fault: Fault) -> Self {
+        let mut spoiled = Self::new(&[fault]);
         spoiled.power_on();
         spoiled
     }
@@ -75,7 +83,7 @@ const ANSWER: &str = "585#4F 01 10 00 00 00 00 00";
 
 #[test]
 fn without_faults_everything_passes() {
-    let mut node = Spoiled::new(Faults::NONE);
+    let mut node = Spoiled::new(&[]);
     assert_eq!(node.power_on(), ["705#00"]);
     assert_eq!(node.data(0x605, &READ), [ANSWER]);
     assert_eq!(node.remote(0x705), ["705#7F"]);
@@ -84,15 +92,15 @@ fn without_faults_everything_passes() {
 
 #[test]
 fn boot_up_missing_or_twice() {
-    let mut node = Spoiled::new(Faults { boot_up: Some(BootUpFault::Missing), ..Faults::NONE });
+    let mut node = Spoiled::new(&[Fault::always(Kind::BootUp(BootUpFault::Missing))]);
     assert!(node.power_on().is_empty());
-    let mut node = Spoiled::new(Faults { boot_up: Some(BootUpFault::Twice), ..Faults::NONE });
+    let mut node = Spoiled::new(&[Fault::always(Kind::BootUp(BootUpFault::Twice))]);
     assert_eq!(node.power_on(), ["705#00", "705#00"]);
 }
 
 #[test]
 fn sdo_answers() {
-    let with = |fault| Spoiled::on(Faults { sdo: Some(fault), ..Faults::NONE });
+    let with = |fault| Spoiled::on(Kind::Sdo(fault));
     let mut node = with(SdoFault::Late(Duration::from_millis(500)));
     assert!(node.data(0x605, &READ).is_empty());
     assert_eq!(node.pass(Duration::from_secs(1)), [(500, ANSWER.to_owned())]);
@@ -111,7 +119,7 @@ fn sdo_answers() {
 #[test]
 fn heartbeats() {
     let with = |fault| {
-        let mut node = Spoiled::on(Faults { heartbeat: Some(fault), ..Faults::NONE });
+        let mut node = Spoiled::on(Kind::Heartbeat(fault));
         node.data(0x605, &[0x2B, 0x17, 0x10, 0, 100, 0, 0, 0]);
         node.pass(Duration::from_millis(450))
     };
@@ -124,7 +132,7 @@ fn heartbeats() {
 
 #[test]
 fn the_toggle_bit_of_guarding() {
-    let mut node = Spoiled::on(Faults { guarding_toggle_stuck: true, ..Faults::NONE });
+    let mut node = Spoiled::on(Kind::GuardingToggleStuck);
     for _ in 0..3 {
         assert_eq!(node.remote(0x705), ["705#7F"]);
     }
@@ -133,7 +141,7 @@ fn the_toggle_bit_of_guarding() {
 #[test]
 fn tpdos() {
     for (fault, expected) in [(TpdoFault::Short, "185#07"), (TpdoFault::Stale, "185#00 00")] {
-        let mut node = Spoiled::on(Faults { tpdo: Some(fault), ..Faults::NONE });
+        let mut node = Spoiled::on(Kind::Tpdo(fault));
         node.data(0x000, &[0x01, 5]);
         node.rig.device.set(Address::new(0x6000, 1), Value::U8(7));
         node.rig.node.handle_change(node.rig.now, &mut node.rig.device);
@@ -144,8 +152,69 @@ fn tpdos() {
 #[test]
 fn an_emcy_storm() {
     let period = Duration::from_millis(10);
-    let mut node = Spoiled::on(Faults { emcy_storm: Some(period), ..Faults::NONE });
+    let mut node = Spoiled::on(Kind::EmcyStorm(period));
     let seen = node.pass(Duration::from_millis(100));
     assert_eq!(seen.len(), 10);
     assert!(seen.iter().all(|(_, frame)| frame == "085#00 FF 81 00 00 00 00 00"));
+}
+
+#[test]
+fn occasions_are_counted_and_the_first_fault_of_a_frame_acts() {
+    let lost = Kind::Sdo(SdoFault::Lost);
+    let mut node = Spoiled::with(Fault::once(lost, 3));
+    let answers: Vec<_> = (0..5).map(|_| node.data(0x605, &READ).len()).collect();
+    assert_eq!((answers, node.spoiler.injected(1)), (vec![1, 1, 0, 1, 1], 1));
+
+    let mut node = Spoiled::with(Fault { at: 2, count: Some(2), ..Fault::always(lost) });
+    let answers: Vec<_> = (0..5).map(|_| node.data(0x605, &READ).len()).collect();
+    assert_eq!(answers, [1, 0, 0, 1, 1]);
+
+    let by_chance = |seed| {
+        let mut node = Spoiled::with(Fault { rate: 0.5, seed, ..Fault::always(lost) });
+        (0..64).map(|_| node.data(0x605, &READ).len()).collect::<Vec<_>>()
+    };
+    assert_eq!(by_chance(7), by_chance(7));
+    assert_ne!(by_chance(7), by_chance(8));
+    let lost_of_64 = by_chance(7).iter().filter(|answers| **answers == 0).count();
+    assert!((16..=48).contains(&lost_of_64), "{lost_of_64}");
+
+    let mut node = Spoiled::new(&[Fault::once(lost, 1), Fault::always(Kind::Sdo(SdoFault::Twice))]);
+    node.power_on();
+    assert!(node.data(0x605, &READ).is_empty());
+    assert_eq!(node.data(0x605, &READ).len(), 2, "the next in the list");
+    node.spoiler.remove(2);
+    assert_eq!((node.data(0x605, &READ).len(), node.spoiler.injected(2)), (1, 0));
+}
+
+#[test]
+fn a_node_has_so_many_faults_and_no_more() {
+    let mut node = Spoiled::new(&[Fault::always(Kind::GuardingToggleStuck); MAX_FAULTS]);
+    let more = node.spoiler.add(node.rig.now, 99, Fault::always(Kind::GuardingToggleStuck));
+    assert_eq!(more, Err(TooMany));
+}
+
+#[test]
+fn two_tpdos_change_places() {
+    let mut node = Spoiled::with(Fault::once(Kind::Tpdo(TpdoFault::Swapped), 1));
+    assert_eq!(node.data(0x000, &[0x01, 5]), ["285#00 00 00 00 00 00 00 00", "185#00 00"]);
+    node.rig.device.set(Address::new(0x6000, 1), Value::U8(7));
+    node.rig.node.handle_change(node.rig.now, &mut node.rig.device);
+    assert_eq!(node.drain(), ["185#07 00"]);
+}
+
+#[test]
+fn what_the_host_is_asked_to_do() {
+    let mut node = Spoiled::with(Fault::once(Kind::LeaveOperational, 1));
+    assert_eq!(node.data(0x000, &[0x01, 5]).len(), 2);
+    assert_eq!(node.spoiler.poll_action(node.rig.now), Some(Action::LeaveOperational));
+    assert_eq!(node.spoiler.poll_action(node.rig.now), None);
+
+    let mut node = Spoiled::with(Fault::once(Kind::BrownOut(Duration::from_millis(30)), 2));
+    assert!(node.data(0x605, &READ).is_empty());
+    let now = node.rig.now;
+    assert_eq!(node.spoiler.poll_action(now), Some(Action::Off));
+    assert_eq!(node.spoiler.poll_timeout(), Some(now.saturating_add(Duration::from_millis(30))));
+    assert_eq!(node.spoiler.poll_action(now.saturating_add(Duration::from_millis(29))), None);
+    assert_eq!(node.spoiler.poll_action(now.saturating_add(Duration::from_millis(30))), Some(Action::On));
+    assert_eq!(node.data(0x605, &READ), [ANSWER]);
 }

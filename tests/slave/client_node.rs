@@ -214,6 +214,37 @@ fn there_is_nothing_to_stop_outside_operational() {
 }
 
 #[test]
+fn the_asda_a2_is_homed_and_its_mode_put_back() {
+    let mut rig = Rig::asda();
+    rig.write(0x6060, 0, &[3]);
+    rig.write(0x607C, 0, &5000_i32.to_le_bytes());
+    let without = rig.pursue(NodeGoal::Home);
+    assert!(matches!(without, NodeOutcome::Failed(NodeTrouble::Homing { .. })), "no method: {without:?}");
+    rig.pursue(NodeGoal::Leave);
+    rig.write(0x6098, 0, &[35]);
+    assert_eq!(rig.pursue(NodeGoal::Home), NodeOutcome::Done);
+    assert_eq!((rig.read(0x6061, 0) & 0xFF, rig.read(0x6064, 0)), (6, 5000));
+    assert_eq!(rig.pursue(NodeGoal::Leave), NodeOutcome::Done);
+    assert_eq!(rig.read(0x6060, 0) & 0xFF, 3);
+    let mut drive = Rig::ag03();
+    let refused = drive.pursue(NodeGoal::Home);
+    assert!(matches!(refused, NodeOutcome::Failed(NodeTrouble::Refused { .. })), "{refused:?}");
+}
+
+#[test]
+fn a_fault_is_acknowledged_when_its_cause_is_gone() {
+    for (mut rig, fault) in [(Rig::ag03(), "F"), (Rig::asda(), "011")] {
+        rig.device.provoke(rig.now, fault).unwrap();
+        rig.settle();
+        assert_eq!(rig.read(0x6041, 0) & 0x4F, 8, "a fault");
+        rig.device.make_nominal(rig.now);
+        assert_eq!(rig.pursue(NodeGoal::Acknowledge), NodeOutcome::Done);
+        assert_eq!(rig.pursue(NodeGoal::Leave), NodeOutcome::Done);
+        assert_eq!(rig.read(0x6041, 0) & 0x4F, 0x40, "SWITCH ON DISABLED");
+    }
+}
+
+#[test]
 fn the_asda_a2_travels_by_the_same_words() {
     let mut rig = Rig::asda();
     let turn: i32 = 1_280_000;

@@ -6,10 +6,12 @@ use std::path::{Path, PathBuf};
 /// Module and what it may import of ours.
 const TABLE: &[(&str, &[&str])] = &[
     ("time", &[]),
+    // When a fault on purpose is injected.
+    ("chance", &[]),
     ("fdl", &["time"]),
     ("dp", &["fdl", "time"]),
     ("can", &["time"]),
-    ("canopen", &["can", "time"]),
+    ("canopen", &["can", "chance", "time"]),
     ("cia402", &[]),
     ("asda_a2", &["cia402", "time"]),
     ("ppo", &[]),
@@ -39,6 +41,8 @@ const TABLE: &[(&str, &[&str])] = &[
             "ppo_drive",
         ],
     ),
+    // A slave at a UART: a drive, or a station of one's own. And the words of every layer for its log.
+    ("embedded", &["can", "canopen", "device", "dp", "drive", "fdl", "param", "pkw", "ppo", "time", "unit"]),
     // The bits of the diagnosis.
     ("client", &["time", "dp", "ppo", "param", "pkw", "drive", "device", "can", "canopen", "cia402"]),
     // A machine behind any slave.
@@ -47,7 +51,7 @@ const TABLE: &[(&str, &[&str])] = &[
     ("gsd", &["dp", "fdl", "process", "time"]),
     ("explain", &["time", "fdl", "dp", "ppo", "param", "pkw", "drive", "device", "can", "canopen", "cia402"]),
     // One framer for a bus, generic slaves, links that keep telegrams apart or corrupt them on purpose, and buses of CAN.
-    ("host", &["device", "time", "fdl", "dp", "ppo", "can", "canopen", "gsd", "process"]),
+    ("host", &["chance", "device", "time", "fdl", "dp", "ppo", "can", "canopen", "gsd", "process"]),
     ("bench", &["host", "device", "explain", "dp", "fdl", "time"]),
     // Stations on a line, live or simulated, and telegrams in words.
     ("judge", &["bench", "host", "device", "explain", "gsd", "dp", "fdl", "time"]),

@@ -49,6 +49,11 @@ impl Node {
         PdoNumber::ALL.get(place).copied()
     }
 
+    /// Whether this is the identifier of an RPDO that is on, whatever it carries.
+    pub fn takes_rpdo(&self, id: Id) -> bool {
+        PdoNumber::ALL.iter().any(|pdo| CobId(self.values.rpdo(*pdo).cob_id).active() == Some(id))
+    }
+
     /// A data frame for an RPDO in OPERATIONAL.
     pub(in crate::canopen) fn rpdo_received(
         &mut self,

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 
 use profidrive::can::BitRate;
 use profidrive::canopen::NodeId;
-use profidrive::canopen::faults::Faults;
 use profidrive::device::QuirkError;
 use profidrive::host::can::{Choices, LinkSpec as CanLink, NodeFault, PRODUCTS, Product};
 use profidrive::host::link::fault::Fault;
@@ -58,8 +57,8 @@ pub(crate) struct Emulate {
     #[arg(long = "drives", id = "ranges", value_name = "SPECS")]
     ranges: Vec<RangeSpec>,
 
-    /// A CANopen node: ID,device=ap10|asda-a2[,mode=full|half] (mode: ASDA-A2, full or half CANopen); repeat it for more
-    /// nodes on the same CAN bus. Needs a link that begins with slcan
+    /// A CANopen node: ID[,device=ag03-1|ap10|asda-a2][,gear=24|48][,mode=full|half][,twin] (gear: AG03/1; mode: ASDA-A2, full or
+    /// half CANopen; twin: another node may have its number, a fault on purpose); repeat it for more nodes on the same CAN bus. Needs a link of a CAN bus
     #[arg(long = "node", id = "nodes", value_name = "SPEC")]
     pub(crate) nodes: Vec<NodeSpec>,
 
@@ -80,7 +79,8 @@ pub(crate) struct Emulate {
 
     /// The line: pty (a new pseudo-terminal), pty:PATH (with a symbolic link PATH to it), serial:DEVICE or
     /// tcp:HOST:PORT (raw octets, several clients; port 0: a free one). With --node the adapters of the CAN bus: slcan-pty,
-    /// slcan-pty:PATH or slcan-tcp:HOST:PORT, where each connection is an adapter
+    /// slcan-pty:PATH or slcan-tcp:HOST:PORT, where each connection is an adapter; or a real bus in which the nodes take part:
+    /// slcan-tty:PATH (a USB adapter that speaks slcan) or socketcan:INTERFACE (Linux, feature socketcan)
     #[arg(
         long,
         default_value = "pty",
@@ -103,7 +103,7 @@ pub(crate) struct Emulate {
     pub(crate) allow_remote: bool,
 
     /// A fault on purpose, to test the master: FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS]
-    /// [,service=NAME][,state=NAME][,retry=N], of a node FAULT[=VALUE][,node=ID];
+    /// [,service=NAME][,state=NAME][,retry=N], on a CAN bus FAULT[=VALUE][,node=ID][,id=HEX][,rate=P][,count=N][,at=N][,seed=N];
     /// repeat it for more
     #[arg(long = "fault", value_name = "SPEC")]
     pub(crate) faults: Vec<String>,
@@ -189,26 +189,21 @@ impl Emulate {
         self.quirks.iter().map(read).collect()
     }
 
-    /// What is chosen about a node, its quirks included.
-    pub(crate) fn choices_of(&self, node: &NodeSpec) -> Result<Choices, String> {
-        let mut choices = node.choices;
+    /// Chooses the quirks of a node.
+    pub(crate) fn choose(&self, product: &Product, choices: &mut Choices) -> Result<(), String> {
         for text in &self.quirks {
             let (name, value) = quirk::parts(text)?;
-            match node.product.choose(&mut choices, name, value) {
+            match product.choose(choices, name, value) {
                 // Of another device.
                 Ok(()) | Err(QuirkError::Unknown) => {}
                 Err(error @ QuirkError::Value { .. }) => return Err(quirk::refusal(name, value, &error)),
             }
         }
-        Ok(choices)
+        Ok(())
     }
 
-    /// What that node does wrong.
-    pub(crate) fn faults_of(&self, node: NodeId) -> Result<Faults, String> {
-        NodeFault::of(node, &self.node_faults()?).map_err(|error| format!("--fault: {error}"))
-    }
-
-    fn node_faults(&self) -> Result<Vec<NodeFault>, String> {
+    /// The faults of a CAN bus.
+    pub(crate) fn node_faults(&self) -> Result<Vec<NodeFault>, String> {
         let read = |text: &String| {
             text.parse().map_err(|error| format!("invalid value '{text}' for '--fault <SPEC>': {error}"))
         };
@@ -222,15 +217,16 @@ impl Emulate {
             return Ok(());
         }
         match (&self.link, self.nodes.is_empty()) {
-            (LinkSpec::Slcan(_), false) => self.check_nodes(),
+            (LinkSpec::Can(_), false) => self.check_nodes(),
             (LinkSpec::Pty(_) | LinkSpec::Serial(_) | LinkSpec::Tcp(_), true) => self.check_drives(),
-            (LinkSpec::Slcan(_), true) => Err(format!(
-                "an slcan link is a CAN bus and the drives of --drive are on PROFIBUS; name CANopen nodes, for example \
+            (LinkSpec::Can(_), true) => Err(format!(
+                "this link is a CAN bus and the drives of --drive are on PROFIBUS; name CANopen nodes, for example \
                  --node 5,device={}, or use --link pty",
                 PRODUCTS.first().map_or("", |product| product.name)
             )),
             (LinkSpec::Pty(_) | LinkSpec::Serial(_) | LinkSpec::Tcp(_), false) => {
-                Err("CANopen nodes are on a CAN bus; use --link slcan-pty:PATH or --link slcan-tcp:HOST:PORT"
+                Err("CANopen nodes are on a CAN bus; use --link slcan-pty:PATH, slcan-tcp:HOST:PORT, \
+                     slcan-tty:PATH or socketcan:INTERFACE"
                     .into())
             }
         }
@@ -249,8 +245,11 @@ impl Emulate {
             );
         }
         let mut numbers = BTreeSet::new();
-        if let Some(twice) = self.nodes.iter().find(|node| !numbers.insert(node.id)) {
-            return Err(format!("two nodes have the number {}; give each node its own", twice.id));
+        if let Some(twice) = self.nodes.iter().find(|node| !numbers.insert(node.id) && !node.twin) {
+            return Err(format!(
+                "two nodes have the number {}; give each node its own, or say that one is a twin: --node {},twin",
+                twice.id, twice.id
+            ));
         }
         for (given, option) in
             [(self.force_address, "--force-address"), (self.slot_time.is_some(), "--slot-time")]
@@ -266,8 +265,7 @@ impl Emulate {
             }
         }
         for node in &self.nodes {
-            self.faults_of(node.id)?;
-            self.choices_of(node)?;
+            self.choose(node.product, &mut node.choices.clone())?;
         }
         let names: BTreeSet<_> = self.nodes.iter().map(|node| node.product.name).collect();
         let quirks = |name: &str| Product::named(name).map(Product::quirks).unwrap_or_default();
@@ -282,7 +280,7 @@ impl Emulate {
                 return Err(format!("--quirk: no node has a quirk '{name}'; {}", known.join("; ")));
             }
         }
-        if self.allow_remote && !matches!(self.link, LinkSpec::Slcan(CanLink::Tcp(_))) {
+        if self.allow_remote && !matches!(self.link, LinkSpec::Can(CanLink::Tcp(_))) {
             return Err("--allow-remote needs an slcan-tcp link".into());
         }
         let Some(baud) = self.baud else { return Ok(()) };
@@ -334,7 +332,7 @@ impl Emulate {
             (LinkSpec::Serial(_), None) => {
                 Err("a serial line needs its rate; add for example --baud 19200, or --baud auto".into())
             }
-            (LinkSpec::Serial(_), Some(_)) | (LinkSpec::Pty(_) | LinkSpec::Slcan(_), _) => Ok(()),
+            (LinkSpec::Serial(_), Some(_)) | (LinkSpec::Pty(_) | LinkSpec::Can(_), _) => Ok(()),
         }
     }
 }
@@ -353,9 +351,15 @@ Faults, and what they count:
   requests        drop-request, refuse-prm, refuse-cfg, not-ready=TIME (Chk_Cfg), lose-prm (Data_Exchange)
   Data_Exchange   diag-storm
   PKW answers     pkw-delay=EXCHANGES, pkw-wrong-ak, pkw-wrong-pnu, pkw-torn
-  of a node       boot-up-missing, boot-up-twice, sdo-late=TIME, sdo-lost, sdo-twice, sdo-other-index, sdo-wrong-toggle,
-                  sdo-abort=CODE, heartbeat-jitter=TIME, heartbeat-lost, heartbeat-stuck=OCTET, guarding-toggle-stuck,
-                  tpdo-short, tpdo-stale, emcy-storm=TIME; each at every occasion
+Of a node:
+  boot-ups        boot-up-missing, boot-up-twice
+  SDO answers     sdo-late=TIME, sdo-lost, sdo-twice, sdo-other-index, sdo-wrong-toggle, sdo-abort=CODE
+  error control   heartbeat-jitter=TIME, heartbeat-lost, heartbeat-stuck=OCTET, guarding-toggle-stuck
+  TPDOs           tpdo-short, tpdo-stale, tpdo-swapped, pre-operational (the node goes there by itself)
+  frames          brown-out=TIME
+  periods         emcy-storm=TIME
+Of the frames on a CAN bus, with node=ID of this node, with id=HEX with this identifier:
+  frames          frame-lost, frame-late=TIME, frame-twice, frame-damaged, frame-not-acknowledged
 A fault is injected from number `at` on (1; a lone `at` means that one only), with probability `rate` (1), at most `count`
 times (no limit), the same for the same `seed` (1). TIME is for example 20ms. docs/faults.md explains each.
 

@@ -47,7 +47,7 @@ pub(crate) struct Judge {
     pub(crate) watchdog: Option<u64>,
 
     /// How often the master repeats a request without reply
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=15))]
     pub(crate) retries: Option<u32>,
 
     /// How long the master waits for a reply, T_SL, in milliseconds
@@ -55,12 +55,16 @@ pub(crate) struct Judge {
     pub(crate) slot: Option<u64>,
 
     /// The highest station address of the master
-    #[arg(long, value_name = "ADDRESS", value_parser = master_address)]
+    #[arg(long, value_name = "ADDRESS", value_parser = station_address)]
     pub(crate) hsa: Option<Address>,
 
     /// Min_Slave_Interval of stations that have none of their own, in milliseconds
     #[arg(long, value_name = "MS")]
     pub(crate) min_interval: Option<f64>,
+
+    /// Auto_Clear is configured in the master, with this Data_Control_Time in milliseconds
+    #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u64).range(1..=20_000))]
+    pub(crate) auto_clear: Option<u64>,
 
     /// A command that operates the master, run as COMMAND ACTION
     #[arg(long, value_name = "COMMAND")]
@@ -114,8 +118,19 @@ fn rows(pattern: &str) -> Result<Rows, String> {
     Ok(Rows(rows))
 }
 
-fn master_address(text: &str) -> Result<Address, String> {
+fn station_address(text: &str) -> Result<Address, String> {
     address(text, "expected 0 to 126")
+}
+
+/// 126 is for slaves that have no address yet.
+fn master_address(text: &str) -> Result<Address, String> {
+    let expected = "expected 0 to 125";
+    let address = address(text, expected)?;
+    if address.number() == 126 {
+        Err(format!("126 is no address of a master; {expected}"))
+    } else {
+        Ok(address)
+    }
 }
 
 /// A station as configured in the master.
@@ -215,8 +230,8 @@ impl Judge {
     }
 
     pub(super) fn check(&self) -> Result<(), String> {
-        if let LinkSpec::Slcan(_) = self.link {
-            return Err("an slcan link is for CANopen; the judge plays slaves of PROFIBUS-DP".into());
+        if let LinkSpec::Can(_) = self.link {
+            return Err("a link of a CAN bus is for CANopen; the judge plays slaves of PROFIBUS-DP".into());
         }
         if self.capture_file.is_none() && self.stations.is_empty() {
             return Err(format!("a station is missing: --station SPEC; {FORM}"));

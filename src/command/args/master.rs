@@ -19,8 +19,8 @@ use super::quantity::Quantity;
 /// Takes part in the line as a DP master, does one thing, and lets the drive go. The drive's DP watchdog runs meanwhile: a
 /// master that is killed or loses the line lets the drive release its motor.
 ///
-/// On CANopen (--link slcan-..., --node) it reads and writes entries of the object dictionary, shows the status, and travels by
-/// the state machine of CiA 402; node guarding takes the place of the watchdog.
+/// On CANopen (--link slcan-..., --node) it reads and writes entries of the object dictionary, shows the status and what keeps the
+/// drive from moving, acknowledges faults, and travels and homes by the state machine of CiA 402; node guarding takes the place of the watchdog.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES, subcommand_required = true)]
 pub(crate) struct Master {
@@ -224,6 +224,17 @@ Examples:
         #[command(flatten)]
         go: Go,
     },
+    /// Seeks the home position of a drive on CANopen by its method (6098h), in homing mode. Ctrl-C stops the drive
+    ///
+    /// The position is 607Ch then. Method, speeds (6099h) and ramp (609Ah) are those in the drive: write them first.
+    #[command(after_help = "\
+Examples:
+  profidrive master --link slcan-tcp:127.0.0.1:5000 --node 7 write 6098 35
+  profidrive master --link slcan-tcp:127.0.0.1:5000 --node 7 home --yes")]
+    Home {
+        #[command(flatten)]
+        go: Go,
+    },
     /// Turns with v-Inch (positioning mode, inching 2) until Ctrl-C, which stops the drive
     #[command(after_help = "\
 Examples:
@@ -294,6 +305,9 @@ impl Master {
         if let Action::Read { parameter } | Action::Write { parameter, .. } = &self.action {
             parameter.parameter()?;
         }
+        if let Action::Motion(Motion::Home { .. }) = self.action {
+            return Err("home is for drives on CANopen with a homing mode; here there is calibrate".into());
+        }
         if matches!(link, MasterLink::Serial(_)) && self.baud.is_none() {
             return Err("a serial line needs its rate; add for example --baud 19200".into());
         }
@@ -337,19 +351,19 @@ impl Master {
             | Action::Write { .. }
             | Action::Status
             | Action::Stop
-            | Action::Motion(Motion::Move { .. }) => Ok(()),
+            | Action::Ack
+            | Action::Faults { .. }
+            | Action::Motion(Motion::Move { .. } | Motion::Home { .. }) => Ok(()),
             Action::Scan { .. }
             | Action::Diag
             | Action::Params
             | Action::Save { .. }
             | Action::Restore { .. }
             | Action::Motion(Motion::Enable { .. } | Motion::Jog { .. } | Motion::Velocity { .. })
-            | Action::Ack
-            | Action::Faults { .. }
             | Action::Calibrate { .. }
-            | Action::Monitor { .. } => {
-                Err("this is for PROFIBUS; on CANopen there are read, write, status, move and stop".into())
-            }
+            | Action::Monitor { .. } => Err(
+                "this is for PROFIBUS; on CANopen there are read, write, status, move, home, stop, ack and faults".into()
+            ),
         }
     }
 

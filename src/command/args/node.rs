@@ -18,6 +18,8 @@ pub(crate) struct NodeSpec {
     pub(crate) id: NodeId,
     pub(crate) product: &'static Product,
     pub(crate) choices: Choices,
+    /// Another node may have its number.
+    pub(crate) twin: bool,
 }
 
 impl FromStr for NodeSpec {
@@ -27,7 +29,12 @@ impl FromStr for NodeSpec {
         let mut parts = spec.split(',');
         let id = node_id(parts.next().unwrap_or_default())?;
         let (mut product, mut mode, mut gear) = (None, None, None);
+        let mut twin = false;
         for part in parts {
+            if part == "twin" && !twin {
+                twin = true;
+                continue;
+            }
             let (key, value) =
                 part.split_once('=').ok_or_else(|| format!("'{part}' is not understood; {}", form()))?;
             let again = match key {
@@ -50,7 +57,7 @@ impl FromStr for NodeSpec {
         let mut choices = Choices::default();
         choices.level = mode.unwrap_or(choices.level);
         choices.gear = gear.unwrap_or(choices.gear);
-        Ok(Self { id, product, choices })
+        Ok(Self { id, product, choices, twin })
     }
 }
 
@@ -101,7 +108,7 @@ fn node_id(text: &str) -> Result<NodeId, String> {
 }
 
 fn form() -> String {
-    format!("expected ID[,device={}][,gear=24|48][,mode=full|half]", devices("|"))
+    format!("expected ID[,device={}][,gear=24|48][,mode=full|half][,twin]", devices("|"))
 }
 
 #[cfg(test)]

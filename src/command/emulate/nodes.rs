@@ -4,11 +4,12 @@ use core::sync::atomic::Ordering;
 use std::path::PathBuf;
 
 use profidrive::can::BitRate;
-use profidrive::canopen::faults::Faults;
 use profidrive::canopen::storage::Memory;
 use profidrive::canopen::{Event, NodeId};
 use profidrive::device::CanopenEvent;
-use profidrive::host::can::{Event as BusEvent, Line, LinkSpec, News, Seat, StoredNode};
+use profidrive::host::can::{
+    Choices, Event as BusEvent, Line, LinkSpec, News, NodeFaults, Product, Seat, StoredNode,
+};
 use profidrive::host::capture::Capture;
 use profidrive::host::capture::can::Interface;
 use profidrive::host::{Clock, Error, Reach, StateDir, Stop};
@@ -36,16 +37,28 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec, start: &Start) -> Result<
     let rate = args.baud.and_then(|baud| baud.can()).unwrap_or(DEFAULT_RATE);
     let mut line = open(args, link, rate)?;
     let mut nodes = Nodes::default();
-    for &spec in args.nodes() {
-        let spec = NodeSpec { choices: args.choices_of(&spec).map_err(Failure::Usage)?, ..spec };
-        nodes.connect(&mut line, spec, state.as_ref(), args.faults_of(spec.id).map_err(Failure::Usage)?)?;
+    let mut faults = NodeFaults::default();
+    for fault in args.node_faults().map_err(Failure::Usage)? {
+        warn!("fault on purpose: {fault}");
+        let now = line.clock().now();
+        faults
+            .add(now, line.bus_mut(), fault)
+            .map_err(|error| Failure::Usage(format!("--fault: {error}")))?;
     }
+    for &spec in args.nodes() {
+        let mut choices = spec.choices;
+        args.choose(spec.product, &mut choices).map_err(Failure::Usage)?;
+        nodes.connect(&mut line, NodeSpec { choices, ..spec }, state.as_ref(), &faults)?;
+    }
+    faults.reseat(line.bus_mut());
     nodes.warn_of_doubles();
     let mut capture = Recorder::start(args, &mut line, &nodes, rate)?;
     if !start.all_are_open() {
         return Ok(());
     }
-    let (clock, seats) = (line.clock(), nodes.seats());
+    let (clock, mut seats) = (line.clock(), nodes.seats());
+    // Known to be right: the nodes of the command line have them.
+    let choose = |product: &'static Product, choices: &mut Choices| _ = args.choose(product, choices);
     // What the start brought is told whatever ends the process behind the ready line.
     while let Some(event) = line.bus_mut().poll_event() {
         tell(News::Bus(event), &mut capture, &mut nodes, panel.as_ref(), clock.now());
@@ -73,7 +86,15 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec, start: &Start) -> Result<
             break outcome;
         }
         if let Some(panel) = &mut panel {
-            panel.serve(&mut NodeAccess { now: clock.now(), bus: line.bus_mut(), nodes: &seats });
+            panel.serve(&mut NodeAccess {
+                now: clock.now(),
+                bus: line.bus_mut(),
+                nodes: &mut seats,
+                faults: &mut faults,
+                state: state.as_ref(),
+                choose: &choose,
+            });
+            nodes.follow(&seats, &line);
             line.bus_mut().watch(capture.is_on() || panel.wants_frames());
         }
     };
@@ -111,7 +132,12 @@ fn open(args: &Emulate, link: &LinkSpec, rate: BitRate) -> Result<Line<CanopenEv
         )),
         false => Failure::from_error(&error),
     })?;
-    info!("a CAN bus at {rate}, adapters speak slcan");
+    match link {
+        LinkSpec::Terminal(_) | LinkSpec::Socket(_) => {
+            info!("a CAN bus at {rate} that goes on at {}", line.name())
+        }
+        LinkSpec::Pty(_) | LinkSpec::Tcp(_) | _ => info!("a CAN bus at {rate}, adapters speak slcan"),
+    }
     if args.allow_remote {
         warn!("other machines can connect to {} and command the nodes", line.name());
     }
@@ -127,7 +153,7 @@ fn start_panel(args: &Emulate, wake: &Stop) -> Result<Option<NodePanel>, Failure
 /// Who is on the bus, and what they are called in the log.
 #[derive(Default)]
 struct Nodes {
-    on_bus: Vec<(Seat, NodeId, NodeSpec)>,
+    on_bus: Vec<(Seated, NodeId)>,
 }
 
 impl Nodes {
@@ -136,7 +162,7 @@ impl Nodes {
         line: &mut Line<CanopenEvent>,
         spec: NodeSpec,
         state: Option<&StateDir>,
-        faults: Faults,
+        faults: &NodeFaults,
     ) -> Result<(), Failure> {
         info!("{spec}");
         let now = line.clock().now();
@@ -150,33 +176,43 @@ impl Nodes {
         if id != spec.id {
             warn!("{spec}: its EEPROM says node {id}, which is in force");
         }
-        if faults != Faults::NONE {
-            warn!("{spec}: faults on purpose in what it sends");
-            node.spoil(now, faults);
-        }
-        self.on_bus.push((line.add(Box::new(node)), id, spec));
+        // Before it is on the bus: its boot-up is concerned.
+        faults.join(now, &mut node);
+        let seat = line.add(Box::new(node));
+        self.on_bus.push((Seated { seat, product: spec.product }, id));
         Ok(())
     }
 
+    /// Nodes were added and removed.
+    fn follow(&mut self, seats: &[Seated], line: &Line<CanopenEvent>) {
+        let number = |seat| line.bus().participant::<StoredNode>(seat).map(StoredNode::node_id);
+        let is_same = self.on_bus.iter().map(|(seated, _)| seated).eq(seats);
+        if !is_same {
+            let known = |seated: &Seated| Some((*seated, number(seated.seat)?));
+            self.on_bus = seats.iter().filter_map(known).collect();
+            let nodes: Vec<_> =
+                self.on_bus.iter().map(|(seated, id)| format!("{id} ({})", seated.product.name)).collect();
+            info!("on the bus now: {}", if nodes.is_empty() { "no node".into() } else { nodes.join(", ") });
+        }
+    }
+
     fn warn_of_doubles(&self) {
-        for (place, (_, id, _)) in self.on_bus.iter().enumerate() {
-            if self.on_bus.iter().take(place).any(|(_, before, _)| before == id) {
-                warn!(
-                    "two devices have the node number {id} in their EEPROMs: their frames collide in meaning"
-                );
+        for (place, (_, id)) in self.on_bus.iter().enumerate() {
+            if self.on_bus.iter().take(place).any(|(_, before)| before == id) {
+                warn!("two devices have the node number {id}: their frames collide in meaning");
             }
         }
     }
 
     /// Where they are, for the panel.
     fn seats(&self) -> Vec<Seated> {
-        self.on_bus.iter().map(|(seat, _, spec)| Seated { seat: *seat, product: spec.product }).collect()
+        self.on_bus.iter().map(|(seated, _)| *seated).collect()
     }
 
     /// Says on stdout that a master can begin.
     fn announce(&self, link: &str, panel: Option<&NodePanel>, start: &Start) {
         let panel = panel.map(|panel| format!(" panel=http://{}", panel.address())).unwrap_or_default();
-        let numbers: Vec<_> = self.on_bus.iter().map(|(_, id, _)| id.to_string()).collect();
+        let numbers: Vec<_> = self.on_bus.iter().map(|(_, id)| id.to_string()).collect();
         start.announce(&format!("ready link={link} nodes={}{panel}", numbers.join(",")));
     }
 
@@ -184,13 +220,13 @@ impl Nodes {
     fn name(&self, seat: Seat) -> String {
         self.on_bus
             .iter()
-            .find(|(place, ..)| *place == seat)
-            .map_or_else(|| "a master".into(), |(_, id, spec)| format!("node {id} ({})", spec.product.name))
+            .find(|(seated, _)| seated.seat == seat)
+            .map_or_else(|| "a master".into(), |(seated, id)| format!("node {id} ({})", seated.product.name))
     }
 
     /// Logs of every node what keeps its drive from moving.
     fn explain(&self, line: &Line<CanopenEvent>) {
-        for (seat, ..) in &self.on_bus {
+        for (Seated { seat, .. }, _) in &self.on_bus {
             if let Some(node) = line.bus().participant::<StoredNode>(*seat) {
                 let name = self.name(*seat);
                 node.why(&mut |hindrance| info!("{name}: it does not move: {hindrance}"));
@@ -214,7 +250,7 @@ impl Nodes {
 
     fn say_of_node(&mut self, seat: Seat, event: &CanopenEvent) {
         if let CanopenEvent::Node(Event::BootUp { node, .. }) = event
-            && let Some((_, id, _)) = self.on_bus.iter_mut().find(|(place, ..)| *place == seat)
+            && let Some((_, id)) = self.on_bus.iter_mut().find(|(seated, _)| seated.seat == seat)
         {
             *id = *node;
         }
@@ -248,7 +284,7 @@ impl Recorder {
         rate: BitRate,
     ) -> Result<Self, Failure> {
         let Some(file) = &args.capture else { return Ok(Self { capture: None }) };
-        let numbers: Vec<_> = nodes.on_bus.iter().map(|(_, id, _)| id.to_string()).collect();
+        let numbers: Vec<_> = nodes.on_bus.iter().map(|(_, id)| id.to_string()).collect();
         let description = format!("CAN bus with the emulated CANopen nodes {}", numbers.join(", "));
         let bus = Interface { name: line.name(), description: &description, rate };
         let capture = Capture::create_can(file, &bus, &line.clock());

@@ -1,14 +1,19 @@
 //! `--ask`: a command of the user that operates the master.
 
+use core::time::Duration;
 use std::process::{Child, Command, Stdio};
+use std::time::Instant;
 
 use profidrive::judge::Operator;
 use tracing::{info, warn};
 
+/// An action takes so long at most.
+const LIMIT: Duration = Duration::from_secs(10);
+
 /// The command, and what it is doing.
 pub(super) struct Operated {
     command: String,
-    running: Option<Child>,
+    running: Option<(Child, Instant)>,
     /// It could not be started.
     failed: bool,
 }
@@ -33,7 +38,7 @@ impl Operator for Operated {
             .stdin(Stdio::null())
             .stdout(Stdio::null());
         match command.spawn() {
-            Ok(child) => self.running = Some(child),
+            Ok(child) => self.running = Some((child, Instant::now())),
             Err(error) => {
                 warn!("cannot run {}: {error}", self.command);
                 self.failed = true;
@@ -45,8 +50,18 @@ impl Operator for Operated {
         if core::mem::take(&mut self.failed) {
             return Some(false);
         }
-        let status = self.running.as_mut()?.try_wait().ok()??;
+        let (child, begun) = self.running.as_mut()?;
+        let success = match child.try_wait() {
+            Ok(Some(status)) => status.success(),
+            Ok(None) if begun.elapsed() < LIMIT => return None,
+            Ok(None) | Err(_) => {
+                warn!("{} does not end within {} s", self.command, LIMIT.as_secs());
+                // It may have ended just now.
+                let _ = child.kill().and_then(|()| child.wait());
+                false
+            }
+        };
         self.running = None;
-        Some(status.success())
+        Some(success)
     }
 }

@@ -15,8 +15,8 @@ use core::time::Duration;
 use std::path::{Path, PathBuf};
 
 use profidrive::fdl::Address;
-use profidrive::judge::scenario::{Scenario, Step, Which};
-use profidrive::judge::{Act, Row};
+use profidrive::judge::scenario::{MissingStation, Scenario, Step, Which};
+use profidrive::judge::{Act, Row, Setup};
 use serde::Deserialize;
 
 use crate::command::Failure;
@@ -46,15 +46,17 @@ struct Written {
     returns: Vec<String>,
 }
 
-/// The scenarios of these files.
-pub(super) fn read(files: &[PathBuf]) -> Result<Vec<Scenario>, Failure> {
+/// The scenarios of these files, for these stations.
+pub(super) fn read(files: &[PathBuf], setup: &Setup) -> Result<Vec<Scenario>, Failure> {
     let mut scenarios = Vec::new();
     for file in files {
         let text = std::fs::read_to_string(file)
             .map_err(|error| Failure::Other(format!("cannot read {}: {error}", file.display())))?;
         let parsed: File = toml::from_str(&text).map_err(|error| wrong(file, &error.to_string()))?;
         for written in &parsed.scenario {
-            scenarios.push(scenario(written).map_err(|error| wrong(file, &error))?);
+            let scenario = scenario(written).map_err(|error| wrong(file, &error))?;
+            scenario.check_stations(setup).map_err(|error| wrong(file, &missing(&scenario.name, &error)))?;
+            scenarios.push(scenario);
         }
     }
     Ok(scenarios)
@@ -63,6 +65,14 @@ pub(super) fn read(files: &[PathBuf]) -> Result<Vec<Scenario>, Failure> {
 fn wrong(file: &Path, error: &str) -> Failure {
     let line = error.lines().map(str::trim).collect::<Vec<_>>().join(" ");
     Failure::Usage(format!("{}: {line}", file.display()))
+}
+
+/// Names the station that is near.
+fn missing(name: &str, error: &MissingStation) -> String {
+    let distance = |station: &&Address| station.number().abs_diff(error.station.number());
+    let near = error.there.iter().min_by_key(distance);
+    let near = near.map(|near| format!("; did you mean {near}?")).unwrap_or_default();
+    format!("{name}: {error}{near}")
 }
 
 fn scenario(written: &Written) -> Result<Scenario, String> {

@@ -1,24 +1,24 @@
-//! A drive on CANopen: `read`, `write`, `status`, `move`, `stop`.
+//! A drive on CANopen: `read`, `write`, `status`, `move`, `home`, `stop`, `ack`, `faults`.
 
 use profidrive::can::{BitRate, Frame};
 use profidrive::canopen::cob_id;
-use profidrive::canopen::{Abort, Address, Entry, NodeId, Sub, Value, dictionary};
+use profidrive::canopen::{Abort, Address, Entry, NodeId, Value, dictionary};
 use profidrive::client::{NodeClient, NodeGoal, NodeLimits, NodeOutcome, NodeTrouble};
 use profidrive::device::Vocabulary;
 use profidrive::device::vocabulary::CIA_402;
 use profidrive::explain::canopen::Network;
 use profidrive::explain::hex;
-use profidrive::host::can::{CanEndpoint, Choices, PRODUCTS, SlcanEndpoint};
+use profidrive::host::can::{CanEndpoint, Choices, PRODUCTS, SlcanEndpoint, open_slcan, open_socketcan};
 use profidrive::host::link::tcp::Connection;
-use profidrive::host::link::terminal::Terminal;
 use profidrive::host::{Clock, Stop, SystemClock};
-use profidrive::time::BaudRate;
 use serde_json::json;
 
 use super::{motion, say};
 use crate::command::Failure;
 use crate::command::args::{Action, CanPlace, Master, Motion, find_parameter, plain};
 use crate::command::signals;
+
+mod status;
 
 /// Octets of a value, at most as many as the client gives.
 type Octets = Vec<u8>;
@@ -27,17 +27,6 @@ const DEVICE_TYPE: Address = Address::new(0x1000, 0);
 const VENDOR: Address = Address::new(0x1018, 1);
 const POSITION: Address = Address::new(0x6064, 0);
 const NEWEST_ERROR: Address = Address::new(0x1003, 1);
-/// What `status` shows besides the words of bits, as far as the device has it.
-const SHOWN: [Address; 7] = [
-    Address::new(0x1001, 0),
-    NEWEST_ERROR,
-    Address::new(0x6004, 0),
-    Address::new(0x6060, 0),
-    Address::new(0x6061, 0),
-    POSITION,
-    Address::new(0x606C, 0),
-];
-
 /// Does what is asked, once.
 pub(super) fn master(args: &Master, place: &CanPlace) -> Result<(), Failure> {
     let node = args.can_node().map_err(Failure::Usage)?;
@@ -63,9 +52,12 @@ pub(super) fn master(args: &Master, place: &CanPlace) -> Result<(), Failure> {
             drive.write_entry(&parameter.0, value.plain().map_err(Failure::Usage)?, args.json)
         }
         Action::Status => drive.show_status(args.json),
+        Action::Faults { clear } => drive.show_faults(*clear, args.json),
+        Action::Ack => drive.acknowledge(args.json),
         Action::Motion(Motion::Move { position, .. }) => {
-            drive.travel(position.position().map_err(Failure::Usage)?, args.json)
+            drive.travel(NodeGoal::MoveTo(position.position().map_err(Failure::Usage)?), args.json)
         }
+        Action::Motion(Motion::Home { .. }) => drive.travel(NodeGoal::Home, args.json),
         Action::Stop => drive.halt(args.json),
         Action::Scan { .. }
         | Action::Diag
@@ -73,8 +65,6 @@ pub(super) fn master(args: &Master, place: &CanPlace) -> Result<(), Failure> {
         | Action::Save { .. }
         | Action::Restore { .. }
         | Action::Motion(Motion::Enable { .. } | Motion::Jog { .. } | Motion::Velocity { .. })
-        | Action::Ack
-        | Action::Faults { .. }
         | Action::Calibrate { .. }
         | Action::Monitor { .. } => Err(Failure::Usage("this is for PROFIBUS".into())),
     }
@@ -83,33 +73,13 @@ pub(super) fn master(args: &Master, place: &CanPlace) -> Result<(), Failure> {
 fn open(place: &CanPlace, rate: BitRate) -> Result<Box<dyn CanEndpoint>, Failure> {
     let failed = |error: std::io::Error| Failure::Other(format!("cannot open the bus: {error}"));
     Ok(match place {
-        // The rate of the terminal means nothing to an emulator and little to a USB adapter.
-        CanPlace::Terminal(path) => {
-            let link = Terminal::open(path, BaudRate::K500).map_err(|error| Failure::from_error(&error))?;
-            Box::new(SlcanEndpoint::open(link, rate).map_err(failed)?)
-        }
+        CanPlace::Terminal(path) => open_slcan(path, rate).map_err(|error| Failure::from_error(&error))?,
         CanPlace::Tcp(place) => {
             let link = Connection::open(place).map_err(|error| Failure::from_error(&error))?;
             Box::new(SlcanEndpoint::open(link, rate).map_err(failed)?)
         }
-        CanPlace::Socket(name) => socket(name)?,
+        CanPlace::Socket(name) => open_socketcan(name).map_err(|error| Failure::from_error(&error))?,
     })
-}
-
-#[cfg(all(target_os = "linux", feature = "socketcan"))]
-fn socket(name: &str) -> Result<Box<dyn CanEndpoint>, Failure> {
-    match profidrive::host::can::SocketCanEndpoint::open(name) {
-        Ok(socket) => Ok(Box::new(socket)),
-        Err(error) => Err(Failure::Other(format!(
-            "cannot open the CAN interface {name}: {error}; 'ip link show {name}' says whether it is there and up"
-        ))),
-    }
-}
-
-#[cfg(not(all(target_os = "linux", feature = "socketcan")))]
-fn socket(name: &str) -> Result<Box<dyn CanEndpoint>, Failure> {
-    let why = "this profidrive was built without the feature socketcan, or not for Linux; use slcan-tty or slcan-tcp";
-    Err(Failure::Other(format!("cannot open the CAN interface {name}: {why}")))
 }
 
 /// A node, and what is known of it.
@@ -180,6 +150,7 @@ impl Drive {
             | NodeTrouble::Stays { .. }
             | NodeTrouble::NotAcknowledged { .. }
             | NodeTrouble::NotReached { .. }
+            | NodeTrouble::Homing { .. }
             | NodeTrouble::Ended { .. }) => other.to_string(),
         })
     }
@@ -337,58 +308,13 @@ impl Drive {
         Ok(value.to_le_bytes().get(..len).unwrap_or_default().into())
     }
 
-    /// Words of bits, bit by bit, and actual values.
-    fn show_status(&mut self, json: bool) -> Result<(), Failure> {
-        let words = self.words();
-        let bits = words
-            .objects
-            .iter()
-            .filter(|object| (words.bits)(Address { index: object.index, sub: Sub(0) }, 0).is_some());
-        let bits: Vec<Address> = bits.map(|object| Address { index: object.index, sub: Sub(0) }).collect();
-        let shown: Vec<Address> = SHOWN.into_iter().filter(|at| self.entry(*at).is_some()).collect();
-        let mut values = Vec::new();
-        for at in shown.into_iter().chain(bits) {
-            match self.read(at)? {
-                Ok(octets) => values.push((at, octets)),
-                Err(NodeTrouble::Refused { .. }) => {}
-                Err(trouble) => return Err(self.failure(trouble)),
-            }
-        }
-        let nmt = self.client.nmt().map_or_else(|| "not told".into(), |state| state.to_string());
-        if json {
-            let objects: Vec<_> = values
-                .iter()
-                .map(|(at, octets)| {
-                    json!({
-                        "object": at.to_string(),
-                        "value": self.decoded(*at, octets).and_then(Value::number),
-                        "field": self.network.value(self.node, *at, octets),
-                    })
-                })
-                .collect();
-            return say(
-                json!({ "node": self.node.number(), "device": self.device(), "nmt": nmt, "objects": objects }),
-            );
-        }
-        say(format_args!("node {}, {}, NMT {nmt}", self.node, self.device()))?;
-        for (at, octets) in values {
-            let field = self.network.value(self.node, at, &octets);
-            say(format_args!("{} = {}", self.network.named(self.node, at), field.meaning))?;
-            for bit in field.fields.iter().filter(|bit| bit.len == 2 && bit.raw.len() == 1) {
-                let place = bit.bits.map_or_else(String::new, |bits| bits.low.to_string());
-                say(format_args!("  {place:>2}  {}  {}", bit.raw, bit.name))?;
-            }
-        }
-        Ok(())
-    }
-
     fn device(&self) -> &'static str {
         self.vocabulary.map_or("a device that is not known", |words| words.name)
     }
 
     /// Travels, and leaves the drive as it was.
-    fn travel(&mut self, position: i32, json: bool) -> Result<(), Failure> {
-        let reached = self.pursue(NodeGoal::MoveTo(position))?;
+    fn travel(&mut self, goal: NodeGoal, json: bool) -> Result<(), Failure> {
+        let reached = self.pursue(goal)?;
         self.stop.clear();
         let why = match reached {
             Some(NodeOutcome::Failed(trouble)) => Some(self.reason(trouble)?),

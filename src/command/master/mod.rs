@@ -23,6 +23,7 @@ mod status;
 mod trouble;
 mod value;
 
+use core::time::Duration;
 use std::io::{self, Write};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -36,6 +37,9 @@ use super::args::{Action, Master, ParameterSpec};
 use super::{Failure, signals};
 use profidrive::master::{Drive, DriveError};
 use trouble::Trouble;
+
+/// How often a wait that is shown is shown anew.
+const TICK: Duration = Duration::from_millis(500);
 
 /// Does what is asked, once.
 pub(crate) fn master(args: &Master) -> Result<(), Failure> {
@@ -107,11 +111,28 @@ fn with<L: Link, C: Clock>(
     address: Address,
     act: impl FnOnce(&mut Drive<L, C>) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    let mut drive = Drive::take(session, address)?;
+    let drive = wait(address, || Drive::take(session, address));
+    let mut drive = drive?;
     let outcome = act(&mut drive);
     // Ctrl-C has ended what was under way, not this. If the drive is lost, its watchdog lets it go.
     drive.session.stop().clear();
     let _ = drive.session.release();
+    outcome
+}
+
+/// Says on a terminal what is waited for, and for how long by now.
+fn wait<T>(address: Address, done: impl FnOnce() -> T) -> T {
+    let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
+        bar.set_style(style);
+    }
+    bar.set_message(format!(
+        "drive {address} is taken over: beside other masters this one waits for the token, up to half a minute; Ctrl-C ends it"
+    ));
+    bar.set_draw_target(ProgressDrawTarget::stderr());
+    bar.enable_steady_tick(TICK);
+    let outcome = done();
+    bar.finish_and_clear();
     outcome
 }
 

@@ -57,6 +57,7 @@ pub(super) fn confirm(args: &Master) -> Result<Confirmed, Failure> {
     };
     let (go, what) = match motion {
         Motion::Enable { go, .. } => (go, "take its motor into control".into()),
+        Motion::Home { go } => (go, "seek its home position".into()),
         Motion::Move { go, position } => {
             let checked = position
                 .position()
@@ -224,6 +225,8 @@ fn turn<L: Link, C: Clock>(
         Motion::Enable { limit, .. } => (None, limit, "held enabled"),
         Motion::Jog { direction, limit, .. } => (Some(Goal::Jog(way(direction))), limit, "turned"),
         Motion::Velocity { rpm, limit, .. } => (Some(Goal::Velocity(rpm)), limit, "turned"),
+        // Refused before: this is PROFIBUS.
+        Motion::Home { .. } => return Ok(End::Interrupted),
         Motion::Move { position, .. } => {
             let position = position.position().map_err(Trouble::Ended)?;
             return Ok(match drive.reach(Goal::MoveTo(position))? {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use profidrive::fdl::Address;
 use profidrive::host::Condition;
-use profidrive::host::can::LinkSpec as CanLink;
+use profidrive::host::can::{LinkSpec as CanLink, NodeFault};
 use profidrive::host::link::fault::{Fault, duration};
 use profidrive::process::Point;
 
@@ -22,8 +22,9 @@ pub(super) fn plan(line: &At<LineTable>, folder: &Path) -> Result<LinePlan, Wron
     let table = line.get();
     let mut args = Emulate::on(match parsed::<LinkSpec>(&table.link)? {
         LinkSpec::Pty(Some(path)) => LinkSpec::Pty(Some(folder.join(path))),
-        LinkSpec::Slcan(CanLink::Pty(Some(path))) => LinkSpec::Slcan(CanLink::Pty(Some(folder.join(path)))),
-        link @ (LinkSpec::Pty(None) | LinkSpec::Serial(_) | LinkSpec::Tcp(_) | LinkSpec::Slcan(_)) => link,
+        LinkSpec::Can(CanLink::Pty(Some(path))) => LinkSpec::Can(CanLink::Pty(Some(folder.join(path)))),
+        LinkSpec::Can(CanLink::Terminal(path)) => LinkSpec::Can(CanLink::Terminal(folder.join(path))),
+        link @ (LinkSpec::Pty(None) | LinkSpec::Serial(_) | LinkSpec::Tcp(_) | LinkSpec::Can(_)) => link,
     });
     if let Some(baud) = &table.baud {
         let text = match baud.get() {
@@ -48,7 +49,7 @@ pub(super) fn plan(line: &At<LineTable>, folder: &Path) -> Result<LinePlan, Wron
     let path =
         |path: &Option<At<String>>| -> Option<PathBuf> { path.as_ref().map(|path| folder.join(path.get())) };
     (args.state_dir, args.capture) = (path(&table.state_dir), path(&table.capture));
-    let is_can = matches!(args.link, LinkSpec::Slcan(_));
+    let is_can = matches!(args.link, LinkSpec::Can(_));
     for (name, value) in &table.quirks {
         let quirk = format!("{name}={}", value.get());
         if !is_can {
@@ -169,7 +170,10 @@ fn node_fault(table: &FaultTable) -> Result<String, Wrong> {
     ];
     match timed.into_iter().flatten().next() {
         Some(span) => Err(Wrong::at(span, "faults of nodes have no time; leave from, until and while out")),
-        None => Ok(table.fault.get().clone()),
+        None => {
+            let _known: NodeFault = parsed(&table.fault)?;
+            Ok(table.fault.get().clone())
+        }
     }
 }
 

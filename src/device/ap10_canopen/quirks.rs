@@ -9,7 +9,7 @@ use crate::device::Quirk;
 /// How the device reads where its manual contradicts itself or is silent.
 ///
 /// Not a choice, as only one reading can be built or one is printed twice: CN-101, 103, 104, 107, 109, 111 to 113, 115
-/// to 117, 119 to 122 and 124 to 138 follow the proposals of the reference.
+/// to 117, 119 to 122, 124 to 129 and 131 to 138 follow the proposals of the reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Quirks {
     /// CN-105 and CN-108.
@@ -24,6 +24,9 @@ pub struct Quirks {
     pub software_version: SoftwareVersion,
     /// CN-118: `save` keeps the operating mode.
     pub keeps_mode: bool,
+    /// CN-130: the external heartbeat (5F09h) is supervised from its first event on. Off by default: from the entry into
+    /// OPERATIONAL on, so that a master that never sends is noticed, too.
+    pub heartbeat_from_first: bool,
     /// Section 5.6.1: with the rate on auto the device is silent until it hears a frame. Off by default: a bus in
     /// memory has one rate and no errors, so the search is over before a master could notice it.
     pub listens_first: bool,
@@ -108,6 +111,13 @@ pub const QUIRKS: &[Quirk<Quirks>] = &[
         choose: |quirks, value| quirks.keeps_mode = value == 0,
     },
     Quirk {
+        name: "external-heartbeat",
+        register: "CN-130",
+        about: "when the time of 5F09h begins: with OPERATIONAL, or with the first RPDO or SYNC",
+        values: &["operational", "first"],
+        choose: |quirks, value| quirks.heartbeat_from_first = value == 1,
+    },
+    Quirk {
         name: "auto-rate",
         register: "5.6.1",
         about: "with the rate on auto: sends at once, or only after it has heard a frame",
@@ -125,6 +135,7 @@ impl Quirks {
         load: LoadRule::OnceAfterReset,
         software_version: SoftwareVersion::V301,
         keeps_mode: true,
+        heartbeat_from_first: false,
         listens_first: false,
     };
 

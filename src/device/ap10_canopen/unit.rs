@@ -208,6 +208,14 @@ impl Unit {
         settings
     }
 
+    /// The supervision of the master begins without an event of it, unless it waits for the first (CN-130).
+    fn expect(&mut self, now: Instant) {
+        self.silence_ends = None;
+        if !self.quirks.heartbeat_from_first {
+            self.listen(now);
+        }
+    }
+
     /// The supervision of the master begins anew, or not at all.
     fn listen(&mut self, now: Instant) {
         let millis = self.indicator.settings().value(Setting::ExternalHeartbeatTime).unsigned_abs();
@@ -295,7 +303,7 @@ impl Unit {
                     return Err(Abort::RANGE);
                 }
                 if index == 0x5F09 {
-                    self.listen(now);
+                    self.expect(now);
                 }
                 Ok(Written::Done)
             }
@@ -376,7 +384,7 @@ impl Application for Unit {
             Notice::Reset(Reset::Communication) => self.indicator.offer_id(None),
             Notice::Nmt { to, .. } => {
                 self.operational = to == NmtState::Operational;
-                self.listen(now);
+                self.expect(now);
             }
             Notice::Sync => self.heard(now, true),
             Notice::RpdoTaken(pdo) => {

@@ -39,8 +39,9 @@ impl CanopenDevice for AsdaA2 {
         Self::handle_timeout(self, now);
     }
 
-    /// The guide names no reaction but AL185, which is for lines that are broken (CN-205).
-    fn handle_error_state(&mut self, _: Instant, _: ErrorState, _: ErrorState) {}
+    fn handle_error_state(&mut self, now: Instant, _: ErrorState, to: ErrorState) {
+        Self::set_error_state(self, now, to);
+    }
 
     fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
         Self::poll_transmit(self)

@@ -34,9 +34,9 @@ pub use vocabulary::VOCABULARY;
 pub use why::Hindrance;
 
 use crate::asda_a2::{Alarm, Inputs, Servo};
-use crate::can::{Frame, Id};
+use crate::can::{ErrorState, Frame, Id};
 use crate::canopen::storage::Memory;
-use crate::canopen::{Event, Node, NodeId, Object};
+use crate::canopen::{Event, Node, NodeId, Object, cob_id};
 use crate::cia402::Statusword;
 use crate::time::Instant;
 use application::Drive;
@@ -63,6 +63,8 @@ pub struct AsdaA2 {
 impl AsdaA2 {
     /// A drive that is switched off.
     pub fn new(config: Config, quirks: Quirks, now: Instant) -> Self {
+        let coasts = config.bus_error_coasts || quirks.bus_error_coasts;
+        let config = Config { bus_error_coasts: coasts, ..config };
         Self {
             node: Node::new(quirks.policy()),
             drive: Drive::new(config, now),
@@ -175,15 +177,27 @@ impl AsdaA2 {
         self.node.handle_change(now, &mut self.drive);
     }
 
-    /// AL111: two SDO requests within 1 ms; AL112: two PDOs with one COB-ID within 1 ms.
+    /// The error counters of its CAN controller have taken it to another state: AL185 while it is error passive, AL186
+    /// once it was bus off (CN-205).
+    pub fn set_error_state(&mut self, now: Instant, state: ErrorState) {
+        self.drive.servo.advance(now);
+        match state {
+            ErrorState::Active => self.drive.servo.end(Alarm::CanErrors),
+            ErrorState::Passive => self.drive.servo.raise(Alarm::CanErrors),
+            ErrorState::BusOff => self.drive.servo.raise(Alarm::BusOff),
+        }
+        self.node.handle_change(now, &mut self.drive);
+    }
+
+    /// AL111: two SDO requests within 1 ms; AL112: two RPDOs with one COB-ID within 1 ms.
     fn watch_overrun(&mut self, now: Instant, frame: &Frame) {
         let id = frame.id();
-        let Id::Base(base) = id else { return };
-        let node = u16::from(self.node.node_id().number());
-        let alarm = match base.number() {
-            number if number == 0x600 + node => Alarm::SdoOverrun,
-            0x181..=0x57F => Alarm::PdoOverrun,
-            0.. => return,
+        let alarm = if id == cob_id::of_node(cob_id::SDO_CLIENT, self.node.node_id()) {
+            Alarm::SdoOverrun
+        } else if !frame.is_remote() && self.node.takes_rpdo(id) {
+            Alarm::PdoOverrun
+        } else {
+            return;
         };
         if let Some(place) = self.seen.iter_mut().find(|(seen, _)| *seen == id) {
             let before = core::mem::replace(&mut place.1, now);

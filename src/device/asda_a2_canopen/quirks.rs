@@ -6,7 +6,7 @@
 //! | CN-202 | 6083h, 6084h, 6087h are P1-34, P1-35, P1-36 | fixed: the names of the parameters say so |
 //! | CN-203 | transmission types 241 to 253 are out of range, remote requests are ignored | [`Quirks::answers_rtr`] |
 //! | CN-204, CN-234 | one AL132, one AL201 | fixed: texts only |
-//! | CN-205 | AL185 and AL186 can be provoked; a bus without electrical faults causes neither | fixed |
+//! | CN-205 | AL185 while the controller is error passive, AL186 once it was bus off | fixed |
 //! | CN-206 | bit 2 = 0 is the quick stop | fixed: CiA 402 |
 //! | CN-207, CN-215 to CN-217, CN-220, CN-226, CN-236 | misprints | fixed |
 //! | CN-208 to CN-213, CN-219 | as the overview says | fixed |
@@ -15,7 +15,7 @@
 //! | CN-221 | device type and product of the A2 | fixed: the other models are other devices |
 //! | CN-222 | AL111 and AL112 | [`Quirks::overrun_alarms`] |
 //! | CN-223 | P1-01 decides, P3-10.X is stored only | fixed |
-//! | CN-224 | P3-10.Y = 0: the motor keeps running | fixed: the parameter is the choice |
+//! | CN-224 | P3-10.Y = 0: the motor keeps running | [`Quirks::bus_error_coasts`] |
 //! | CN-225 | units and ranges of 6099h by level | fixed |
 //! | CN-227 | 1014h is read-only, EMCY always on | fixed |
 //! | CN-228 | the difference is 60C1h:2 in full CANopen | fixed |
@@ -39,6 +39,9 @@ pub struct Quirks {
     pub overrun_alarms: bool,
     /// CN-203: remote requests of TPDOs are answered. Off by default: the guide does not mention them.
     pub answers_rtr: bool,
+    /// CN-224: P3-10.Y = 0 and an error of the bus: the servo goes off and the motor coasts. Off by default: the motor keeps
+    /// running under the last command.
+    pub bus_error_coasts: bool,
 }
 
 /// Every choice by its name, in the order of the reference.
@@ -56,6 +59,13 @@ pub const QUIRKS: &[Quirk<Quirks>] = &[
         about: "two SDO requests, or two PDOs with one COB-ID, within 1 ms: accepted, or AL111 and AL112",
         values: &["off", "on"],
         choose: |quirks, value| quirks.overrun_alarms = value == 1,
+    },
+    Quirk {
+        name: "bus-error",
+        register: "CN-224",
+        about: "the motor after an error of the bus while P3-10.Y is 0: runs under the last command, or coasts with the servo off",
+        values: &["runs", "coasts"],
+        choose: |quirks, value| quirks.bus_error_coasts = value == 1,
     },
 ];
 

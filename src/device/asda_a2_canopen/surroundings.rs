@@ -31,6 +31,21 @@ const EMERGENCY_STOP: Input = Input {
     about: "the emergency stop is released",
     kind: InputKind::Switch,
 };
+const NEGATIVE_LIMIT: Input = Input {
+    name: "negative_limit_switch",
+    about: "the negative limit switch is pressed, wherever the shaft is",
+    kind: InputKind::Switch,
+};
+const POSITIVE_LIMIT: Input = Input {
+    name: "positive_limit_switch",
+    about: "the positive limit switch is pressed, wherever the shaft is",
+    kind: InputKind::Switch,
+};
+const HOME: Input = Input {
+    name: "home_switch",
+    about: "the home switch is pressed, wherever the shaft is",
+    kind: InputKind::Switch,
+};
 
 impl Surroundings for AsdaA2 {
     fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
@@ -50,13 +65,23 @@ impl Surroundings for AsdaA2 {
     }
 
     fn each_input(&self, tell: &mut dyn FnMut(&Input, Level)) {
-        let Inputs { blocked, load_torque, friction_torque, main_circuit, emergency_stop_released, .. } =
-            *self.inputs();
+        let Inputs {
+            blocked,
+            load_torque,
+            friction_torque,
+            main_circuit,
+            emergency_stop_released,
+            pressed,
+            ..
+        } = *self.inputs();
         tell(&BLOCKED, Level::Switch(blocked));
         tell(&LOAD, Level::Number(load_torque));
         tell(&FRICTION, Level::Number(friction_torque));
         tell(&MAIN_CIRCUIT, Level::Switch(main_circuit));
         tell(&EMERGENCY_STOP, Level::Switch(emergency_stop_released));
+        tell(&NEGATIVE_LIMIT, Level::Switch(pressed.negative_limit));
+        tell(&POSITIVE_LIMIT, Level::Switch(pressed.positive_limit));
+        tell(&HOME, Level::Switch(pressed.home));
     }
 
     fn set_input(&mut self, now: Instant, name: &str, level: Level) {
@@ -65,6 +90,9 @@ impl Surroundings for AsdaA2 {
             Level::Switch(on) if name == BLOCKED.name => inputs.blocked = on,
             Level::Switch(on) if name == MAIN_CIRCUIT.name => inputs.main_circuit = on,
             Level::Switch(on) if name == EMERGENCY_STOP.name => inputs.emergency_stop_released = on,
+            Level::Switch(on) if name == NEGATIVE_LIMIT.name => inputs.pressed.negative_limit = on,
+            Level::Switch(on) if name == POSITIVE_LIMIT.name => inputs.pressed.positive_limit = on,
+            Level::Switch(on) if name == HOME.name => inputs.pressed.home = on,
             Level::Number(torque) if name == LOAD.name => {
                 inputs.load_torque = torque.clamp(-MOST_TORQUE, MOST_TORQUE);
             }

@@ -45,6 +45,11 @@ const AGAIN: Duration = Duration::from_micros(100);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Seat(usize);
 
+impl Seat {
+    /// The seat that nobody has.
+    pub(super) const NOBODY: Self = Self(usize::MAX);
+}
+
 /// A bus, and the stations at it. `E` is the news of its participants.
 ///
 /// Calls: `handle_timeout` when [`Bus::poll_timeout`] has come, others when there is something to do; then drain
@@ -154,6 +159,16 @@ impl<E: 'static> Bus<E> {
         let now = self.now;
         self.change_confinement(now, seat, |confinement| *confinement = Confinement::in_state(state));
         self.settle(now);
+    }
+
+    /// Every seat that is taken.
+    pub fn seats(&self) -> impl Iterator<Item = Seat> + '_ {
+        self.seats.iter().enumerate().filter(|(_, place)| place.is_some()).map(|(index, _)| Seat(index))
+    }
+
+    /// The faults that strike frames.
+    pub const fn faults(&self) -> &Faults {
+        &self.faults
     }
 
     /// The faults that strike frames, to change them while the bus runs.

@@ -6,9 +6,9 @@
 use core::time::Duration;
 use std::vec::Vec;
 
-use super::bus::Damage;
+use super::bus::{Damage, Seat};
 use crate::can::{Frame, Id};
-use crate::host::chance::Chance;
+use crate::chance::Chance;
 
 /// What happens to a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,12 +41,14 @@ pub struct Fault {
     pub seed: u64,
     /// Only frames with this identifier; `None`: any.
     pub id: Option<Id>,
+    /// Only frames of this station; `None`: of any.
+    pub from: Option<Seat>,
 }
 
 impl Fault {
     /// This fault at every frame.
     pub const fn always(kind: Kind) -> Self {
-        Self { kind, at: 1, count: None, rate: 1.0, seed: 1, id: None }
+        Self { kind, at: 1, count: None, rate: 1.0, seed: 1, id: None, from: None }
     }
 
     /// This fault at one frame, counted from 1.
@@ -105,16 +107,24 @@ impl Faults {
         Some(self.active.remove(place).fault)
     }
 
+    /// The fault of that number is for the frames of this station now.
+    pub(super) fn is_of(&mut self, number: u32, seat: Seat) {
+        if let Some(active) = self.active.iter_mut().find(|active| active.number == number) {
+            active.fault.from = Some(seat);
+        }
+    }
+
     /// Ends every fault.
     pub fn clear(&mut self) {
         self.active.clear();
     }
 
-    /// What happens to the frame that begins now.
-    pub(super) fn strike(&mut self, frame: &Frame) -> Strike {
+    /// What happens to the frame of `sender` that begins now.
+    pub(super) fn strike(&mut self, frame: &Frame, sender: Seat) -> Strike {
         let mut strike = Strike::None;
         for Active { fault, chance, .. } in &mut self.active {
-            let concerned = fault.id.is_none_or(|id| id == frame.id());
+            let concerned =
+                fault.id.is_none_or(|id| id == frame.id()) && fault.from.is_none_or(|from| from == sender);
             if concerned && chance.injected(fault.at, fault.count, fault.rate) && strike == Strike::None {
                 strike = match fault.kind {
                     Kind::Lose => Strike::Lose,

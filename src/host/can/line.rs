@@ -6,7 +6,8 @@ use std::string::String;
 
 use super::adapters::Adapters;
 use super::bus::Event;
-use super::{Bus, CanParticipant, LinkSpec, Seat};
+use super::interface::{self, Interface};
+use super::{Bus, CanEndpoint, CanParticipant, LinkSpec, Seat};
 use crate::can::BitRate;
 use crate::can::slcan::{BusTiming, Channel, Refusal};
 use crate::host::{Clock, Error, Reach, Stop, SystemClock};
@@ -64,8 +65,16 @@ impl fmt::Display for AdapterNews {
 /// ```
 pub struct Line<E> {
     bus: Bus<E>,
-    adapters: Adapters,
+    masters: Masters,
     clock: SystemClock,
+}
+
+/// How masters reach the bus.
+enum Masters {
+    /// Each at an adapter of this process.
+    Adapters(Adapters),
+    /// All behind one interface.
+    Outside(Interface),
 }
 
 /// Whether [`Line::turn`] may sleep.
@@ -82,20 +91,40 @@ impl<E: 'static> Line<E> {
     ///
     /// # Errors
     /// [`Error::Pty`], [`Error::PathTaken`], [`Error::Symlink`] of a pseudo-terminal, [`Error::Tcp`], [`Error::TcpReach`] of
-    /// a TCP port.
+    /// a TCP port, [`Error::TerminalOpen`], [`Error::LinkLeftBehind`] of a terminal, [`Error::CanInterface`].
     pub fn open(spec: &LinkSpec, rate: BitRate, reach: Reach) -> Result<Self, Error> {
+        if let Some(outside) = interface::of_link(spec, rate) {
+            let (endpoint, name) = outside?;
+            return Ok(Self::over(endpoint, name, rate));
+        }
         let clock = SystemClock::new();
         let mut bus = Bus::new(rate);
         let adapters = match spec {
             LinkSpec::Pty(path) => Adapters::at_pty(path.as_ref(), &mut bus, clock.now())?,
             LinkSpec::Tcp(place) => Adapters::at_tcp(place, reach)?,
+            LinkSpec::Terminal(_) | LinkSpec::Socket(_) => {
+                return Err(Error::Link { source: std::io::ErrorKind::Unsupported.into() });
+            }
         };
-        Ok(Self { bus, adapters, clock })
+        Ok(Self { bus, masters: Masters::Adapters(adapters), clock })
     }
 
-    /// What a master opens: the path of a terminal, or `slcan-tcp:HOST:PORT` with the port that was found.
+    /// A bus without stations that goes on behind `endpoint`: masters and other nodes are there. `rate` is what the bus
+    /// outside has; it times the frames here.
+    pub fn over(endpoint: Box<dyn CanEndpoint + Send>, name: String, rate: BitRate) -> Self {
+        let clock = SystemClock::new();
+        let mut bus = Bus::new(rate);
+        let outside = Interface::new(endpoint, name, &mut bus, clock.now());
+        Self { bus, masters: Masters::Outside(outside), clock }
+    }
+
+    /// What a master opens: the path of a terminal, or `slcan-tcp:HOST:PORT` with the port that was found; of a bus that
+    /// goes on outside where it does.
     pub fn name(&self) -> &str {
-        self.adapters.name()
+        match &self.masters {
+            Masters::Adapters(adapters) => adapters.name(),
+            Masters::Outside(outside) => outside.name(),
+        }
     }
 
     /// Puts a station on the bus now.
@@ -127,9 +156,13 @@ impl<E: 'static> Line<E> {
         self.clock
     }
 
-    /// The seats of the masters' adapters.
+    /// The seats of the masters' adapters, or of everybody outside.
     pub fn masters(&self) -> impl Iterator<Item = Seat> + '_ {
-        self.adapters.seats()
+        let (adapters, outside) = match &self.masters {
+            Masters::Adapters(adapters) => (Some(adapters.seats()), None),
+            Masters::Outside(outside) => (None, Some(outside.seat())),
+        };
+        adapters.into_iter().flatten().chain(outside)
     }
 
     /// Runs the bus until `stop` is requested. `on_news` gets what happens. It can be called again afterwards.
@@ -138,7 +171,7 @@ impl<E: 'static> Line<E> {
     /// otherwise.
     ///
     /// # Errors
-    /// [`Error::Link`] when the terminal no longer works. A connection that breaks is no error.
+    /// [`Error::Link`] when the terminal or the interface no longer works. A connection that breaks is no error.
     pub fn run(&mut self, stop: &Stop, on_news: &mut dyn FnMut(News<E>)) -> Result<(), Error> {
         while !stop.is_requested() {
             self.turn(Stay::Sleep, stop, on_news)?;
@@ -154,17 +187,30 @@ impl<E: 'static> Line<E> {
         let failed = |source| Error::Link { source };
         let now = self.clock.now();
         self.bus.handle_timeout(now);
-        let more = self.adapters.read(&mut self.bus, now, on_news).map_err(failed)?;
+        let more = match &mut self.masters {
+            Masters::Adapters(adapters) => adapters.read(&mut self.bus, now, on_news).map_err(failed)?,
+            Masters::Outside(outside) => {
+                outside.read(&mut self.bus, now).map_err(failed)?;
+                false
+            }
+        };
         self.bus.handle_timeout(self.clock.now());
         // Before a master reads of it: what a master knows, the one who watches has seen.
         while let Some(event) = self.bus.poll_event() {
             on_news(News::Bus(event));
         }
         let now = self.clock.now();
-        self.adapters.write(&mut self.bus, now).map_err(failed)?;
+        match &mut self.masters {
+            Masters::Adapters(adapters) => adapters.write(&mut self.bus, now).map_err(failed)?,
+            Masters::Outside(outside) => outside.write(&mut self.bus).map_err(failed)?,
+        }
         if more || stay == Stay::Awake {
             return Ok(());
         }
-        self.adapters.wait(&self.bus, self.clock.now(), stop).map_err(failed)
+        let now = self.clock.now();
+        match &mut self.masters {
+            Masters::Adapters(adapters) => adapters.wait(&self.bus, now, stop).map_err(failed),
+            Masters::Outside(outside) => outside.wait(&self.bus, now, stop).map_err(failed),
+        }
     }
 }

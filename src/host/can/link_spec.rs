@@ -6,7 +6,8 @@ use std::string::String;
 
 use thiserror::Error;
 
-/// Where masters find the bus: `slcan-pty[:PATH]` or `slcan-tcp:HOST:PORT`.
+/// Where masters find the bus: `slcan-pty[:PATH]` or `slcan-tcp:HOST:PORT`; or where the bus goes on: `slcan-tty:PATH` or
+/// `socketcan:INTERFACE`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LinkSpec {
@@ -14,6 +15,10 @@ pub enum LinkSpec {
     Pty(Option<PathBuf>),
     /// A TCP port, `HOST:PORT`; port 0 is a free one. Each connection is an adapter of its own.
     Tcp(String),
+    /// The terminal or port of an slcan adapter: the nodes take part in the bus behind it.
+    Terminal(PathBuf),
+    /// A CAN interface of Linux: the nodes take part in the bus behind it.
+    Socket(String),
 }
 
 impl FromStr for LinkSpec {
@@ -28,6 +33,8 @@ impl FromStr for LinkSpec {
             ("slcan-pty", None) => Ok(Self::Pty(None)),
             ("slcan-pty", Some(path)) if !path.is_empty() => Ok(Self::Pty(Some(path.into()))),
             ("slcan-tcp", Some(place)) if place.contains(':') => Ok(Self::Tcp(place.into())),
+            ("slcan-tty", Some(path)) if !path.is_empty() => Ok(Self::Terminal(path.into())),
+            ("socketcan", Some(name)) if !name.is_empty() => Ok(Self::Socket(name.into())),
             _ => Err(LinkSpecError { got: text.into() }),
         }
     }
@@ -35,7 +42,9 @@ impl FromStr for LinkSpec {
 
 /// A text that is no link of a CAN bus.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("'{got}' is no link of a CAN bus; expected slcan-pty:PATH or slcan-tcp:HOST:PORT")]
+#[error(
+    "'{got}' is no link of a CAN bus; expected slcan-pty:PATH, slcan-tcp:HOST:PORT, slcan-tty:PATH or socketcan:INTERFACE"
+)]
 pub struct LinkSpecError {
     /// The text found.
     pub got: String,

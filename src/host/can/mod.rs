@@ -12,11 +12,14 @@
 //! | [`fault`] | frames lost, late, doubled, damaged on purpose |
 //! | [`line`](Line) | the bus in real time with the adapters of its masters |
 //! | [`node`](StoredNode) | a CANopen device as a participant, and its EEPROM |
-//! | [`node_fault`](NodeFault) | what nodes do wrong, as text |
+//! | [`node_fault`](NodeFault) | faults of a bus with nodes, as text |
+//! | [`node_faults`](NodeFaults) | those that act, by number |
 //! | [`product`](PRODUCTS) | the list of CANopen devices |
 //! | [`link_spec`](LinkSpec) | where masters find the bus |
 //! | [`endpoint`](CanEndpoint) | the bus from a master's end |
 //! | `adapters` | pseudo-terminal and TCP port |
+//! | `interface` | a bus that goes on behind an adapter or an interface of Linux |
+//! | `socket` | CAN interfaces of Linux (feature `socketcan`) |
 //!
 //! A node that answers, in virtual time:
 //!
@@ -42,10 +45,12 @@ mod adapters;
 pub mod bus;
 mod endpoint;
 pub mod fault;
+mod interface;
 mod line;
 mod link_spec;
 mod node;
 mod node_fault;
+mod node_faults;
 mod participant;
 mod product;
 #[cfg(all(target_os = "linux", feature = "socketcan"))]
@@ -53,10 +58,12 @@ mod socket;
 
 pub use bus::{Bus, Event, Seat};
 pub use endpoint::{CanEndpoint, SlcanEndpoint};
+pub use interface::{open_slcan, open_socketcan};
 pub use line::{Line, News, Stay};
 pub use link_spec::{LinkSpec, LinkSpecError};
 pub use node::StoredNode;
-pub use node_fault::{NodeFault, NodeFaultError};
+pub use node_fault::{NodeFault, NodeFaultError, Spoiled};
+pub use node_faults::NodeFaults;
 pub use participant::CanParticipant;
 pub use product::{Choices, ChosenQuirks, OptionName, PRODUCTS, Product, QuirkRow};
 #[cfg(all(target_os = "linux", feature = "socketcan"))]

@@ -11,9 +11,10 @@ use std::vec::Vec;
 use super::CanParticipant;
 use super::product::{Choices, Product};
 use crate::can::{ErrorState, Frame};
-use crate::canopen::NodeId;
-use crate::canopen::faults::{Faults, Spoiler};
+use crate::canopen::faults::{Action, Fault, Spoiler, TooMany};
+use crate::canopen::nmt::Command;
 use crate::canopen::storage::{Generation, Memory, NotStored, StoreRequest};
+use crate::canopen::{NmtState, NodeId};
 use crate::device::{CanopenDevice, CanopenEvent};
 use crate::host::state_dir::{ImageFile, Images, Newest, StateDir, StateDirError};
 use crate::time::Instant;
@@ -82,9 +83,24 @@ impl StoredNode {
         result
     }
 
-    /// From now on what it sends is spoiled like this.
-    pub fn spoil(&mut self, now: Instant, faults: Faults) {
-        self.spoiler.get_or_insert_default().set(now, faults);
+    /// From now on what it sends is spoiled by this fault, too. `number` is for [`unspoil`](Self::unspoil).
+    ///
+    /// # Errors
+    /// [`TooMany`].
+    pub fn spoil(&mut self, now: Instant, number: u32, fault: Fault) -> Result<(), TooMany> {
+        self.spoiler.get_or_insert_default().add(now, number, fault)
+    }
+
+    /// Ends the fault of that number.
+    pub fn unspoil(&mut self, number: u32) {
+        if let Some(spoiler) = &mut self.spoiler {
+            spoiler.remove(number);
+        }
+    }
+
+    /// How often the fault of that number was injected.
+    pub fn injected(&self, number: u32) -> u32 {
+        self.spoiler.as_ref().map_or(0, |spoiler| spoiler.injected(number))
     }
 
     /// The device, if it is a `D`.
@@ -108,6 +124,23 @@ impl StoredNode {
             let device: &mut dyn Any = device;
             device.downcast_mut().map(|device| act(device, now))
         })
+    }
+
+    /// Carries out what faults ask for.
+    fn follow_faults(&mut self, now: Instant) {
+        while let Some(action) = self.spoiler.as_mut().and_then(|spoiler| spoiler.poll_action(now)) {
+            let device = &mut self.unit.device;
+            match action {
+                Action::Off => device.power_off(now),
+                Action::On if device.is_on() => {}
+                Action::On => device.power_on(now),
+                // As if it had heard the command.
+                Action::LeaveOperational => {
+                    let command = Command::Enter(NmtState::PreOperational).frame(Some(device.node_id()));
+                    device.handle_frame(now, &command);
+                }
+            }
+        }
     }
 
     fn take_outcome(&mut self, now: Instant) {
@@ -204,6 +237,7 @@ impl CanParticipant for StoredNode {
         if let Some(spoiler) = &mut self.spoiler {
             spoiler.handle_timeout(now, self.unit.device.node());
         }
+        self.follow_faults(now);
         self.hand_over(now);
     }
 
@@ -220,7 +254,11 @@ impl CanParticipant for StoredNode {
         while let Some(frame) = device.poll_transmit(now) {
             spoiler.handle_frame(now, frame, device.node());
         }
-        spoiler.poll_transmit()
+        let frame = spoiler.poll_transmit();
+        self.take_outcome(now);
+        self.follow_faults(now);
+        self.hand_over(now);
+        frame
     }
 
     fn poll_event(&mut self) -> Option<CanopenEvent> {

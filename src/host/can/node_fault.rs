@@ -1,33 +1,89 @@
-//! Faults on purpose as text: what nodes do wrong, as `sdo-late=20ms,node=5`.
+//! Faults on purpose of a bus with nodes, as text: `sdo-late=20ms,node=5,at=100`.
 
+use core::fmt;
 use core::str::FromStr;
 use core::time::Duration;
 use std::string::String;
-use std::vec::Vec;
 
 use thiserror::Error;
 
-use crate::canopen::faults::{BootUpFault, Faults, HeartbeatFault, SdoFault, TpdoFault};
+use super::fault::{self, Kind as FrameKind};
+use crate::can::Id;
+use crate::canopen::faults::{BootUpFault, Fault as OfNode, HeartbeatFault, Kind, SdoFault, TpdoFault};
 use crate::canopen::{Abort, NodeId};
-use crate::host::link::fault::duration;
+use crate::host::occasions::{Occasions, Reading, Wrong, duration, in_micros};
 
-/// What nodes do wrong: `FAULT[=VALUE][,node=ID]`.
+/// How a fault is written, see [`NodeFault`].
+const FORM: &str = "FAULT[=VALUE][,node=ID][,id=HEX][,rate=P][,count=N][,at=N][,seed=N]";
+
+/// A fault on purpose of a bus with nodes:
+/// `FAULT[=VALUE][,node=ID][,id=HEX][,rate=P][,count=N][,at=N][,seed=N]`.
+///
+/// What a node does wrong, each node counting its own occasions:
+///
+/// | FAULT | an occasion is | what the master gets |
+/// | --- | --- | --- |
+/// | `boot-up-missing`, `boot-up-twice` | a boot-up | none, or two |
+/// | `sdo-late=TIME`, `sdo-lost`, `sdo-twice` | an SDO answer | it so much later, not, twice |
+/// | `sdo-other-index` | an SDO answer that is no segment | bit 0 of the index inverted |
+/// | `sdo-wrong-toggle` | an SDO answer to a segment | its toggle bit inverted |
+/// | `sdo-abort=CODE` | an SDO answer | this abort code (hexadecimal) in its place |
+/// | `heartbeat-jitter=TIME` | every second heartbeat | it so much later |
+/// | `heartbeat-lost`, `heartbeat-stuck=OCTET` | a heartbeat | none, or this octet (hexadecimal) |
+/// | `guarding-toggle-stuck` | a guarding answer | bit 7 is 0 |
+/// | `tpdo-short`, `tpdo-stale` | a TPDO | without its last octet; the data of the first one spoiled |
+/// | `tpdo-swapped` | a TPDO | it comes behind the next TPDO |
+/// | `emcy-storm=TIME` | such a period | EMCY FF00h |
+/// | `pre-operational` | a TPDO | behind it the node goes to PRE-OPERATIONAL by itself |
+/// | `brown-out=TIME` | a frame of the node | instead of it nothing for so long, then a boot-up |
+///
+/// What happens to frames on the bus, whoever sends them; `node` names the sender, `id` the identifier (hexadecimal, three
+/// digits, or eight with 29 bits):
+///
+/// | FAULT | an occasion is | what happens |
+/// | --- | --- | --- |
+/// | `frame-lost`, `frame-late=TIME`, `frame-twice` | a frame | nobody hears it; it comes so much later; twice |
+/// | `frame-damaged` | a frame, each repetition anew | an error frame, and its sender repeats it: 32 in a row take it off the bus |
+/// | `frame-not-acknowledged` | a frame, each repetition anew | the same; 16 in a row make the sender error passive |
+///
+/// `rate`, `count`, `at`, `seed` as in [`host::link::fault::Fault`](crate::host::link::fault::Fault). Of the faults of a frame
+/// the first given acts. `Display` writes what is read.
 ///
 /// ```
-/// use profidrive::canopen::{NodeId, faults::SdoFault};
-/// use profidrive::host::can::NodeFault;
+/// use profidrive::canopen::NodeId;
+/// use profidrive::canopen::faults::{Kind, SdoFault};
+/// use profidrive::host::can::{NodeFault, Spoiled};
 ///
-/// let fault: NodeFault = "sdo-late=20ms,node=5".parse()?;
-/// assert_eq!(fault.node, Some(NodeId::new(5)?));
-/// assert_eq!(fault.faults.sdo, Some(SdoFault::Late(core::time::Duration::from_millis(20))));
+/// let fault: NodeFault = "sdo-late=20ms,node=5,at=100".parse()?;
+/// assert_eq!((fault.node, fault.at, fault.count), (Some(NodeId::new(5)?), 100, Some(1)));
+/// assert_eq!(fault.what, Spoiled::Node(Kind::Sdo(SdoFault::Late(core::time::Duration::from_millis(20)))));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodeFault {
-    /// Which node; `None`: every one.
+    /// What goes wrong.
+    pub what: Spoiled,
+    /// Of which node; `None`: every one, of frames also those of masters.
     pub node: Option<NodeId>,
-    /// What it does wrong.
-    pub faults: Faults,
+    /// Only frames with this identifier; `None`: any. Of [`Spoiled::Frame`] only.
+    pub id: Option<Id>,
+    /// From which occasion on, counted from 1.
+    pub at: u32,
+    /// How often at most; `None`: without limit.
+    pub count: Option<u32>,
+    /// With which probability at each occasion, above 0 and at most 1.
+    pub rate: f64,
+    /// What chance begins with.
+    pub seed: u64,
+}
+
+/// What goes wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Spoiled {
+    /// What a node sends.
+    Node(Kind),
+    /// A frame on the bus.
+    Frame(FrameKind),
 }
 
 /// Why a text is no fault of a node.
@@ -50,15 +106,21 @@ pub enum NodeFaultError {
         /// The value found.
         got: String,
     },
-    /// There is no such selector.
-    #[error("'{got}' is unknown; expected FAULT[=VALUE][,node=ID]")]
+    /// There is no such condition.
+    #[error("'{got}' is unknown; expected {FORM}")]
     UnknownKey {
         /// The name found.
         got: String,
     },
-    /// Two faults of the same frames of one node.
-    #[error("two faults of the same frames of one node: only one can act")]
-    Twice,
+    /// A condition is given twice.
+    #[error("'{key}' is given twice")]
+    Twice {
+        /// Which.
+        key: String,
+    },
+    /// `id` is for faults of frames.
+    #[error("id is for faults of frames (frame-lost, ...); a fault of a node has a service of its own")]
+    IdOfNode,
 }
 
 /// Every name, with what its value is.
@@ -77,112 +139,201 @@ const NAMES: &[&str] = &[
     "guarding-toggle-stuck",
     "tpdo-short",
     "tpdo-stale",
+    "tpdo-swapped",
     "emcy-storm=TIME",
+    "pre-operational",
+    "brown-out=TIME",
+    "frame-lost",
+    "frame-late=TIME",
+    "frame-twice",
+    "frame-damaged",
+    "frame-not-acknowledged",
 ];
 
 const A_TIME: &str = "a time up to one hour, for example 20ms";
+
+impl NodeFault {
+    /// For the node, if it is one of a node.
+    pub(super) const fn of_node(&self) -> Option<OfNode> {
+        let &Self { what, at, count, rate, seed, .. } = self;
+        match what {
+            Spoiled::Node(kind) => Some(OfNode { kind, at, count, rate, seed }),
+            Spoiled::Frame(_) => None,
+        }
+    }
+
+    /// For the bus, if it is one of frames.
+    pub(super) const fn of_frames(&self) -> Option<fault::Fault> {
+        let &Self { what, id, at, count, rate, seed, .. } = self;
+        match what {
+            Spoiled::Node(_) => None,
+            Spoiled::Frame(kind) => Some(fault::Fault { kind, at, count, rate, seed, id, from: None }),
+        }
+    }
+}
 
 impl FromStr for NodeFault {
     type Err = NodeFaultError;
 
     fn from_str(spec: &str) -> Result<Self, NodeFaultError> {
         let mut parts = spec.split(',');
-        let faults = faults(parts.next().unwrap_or_default())?;
-        let mut node = None;
+        let what = Spoiled::parse(parts.next().unwrap_or_default())?;
+        let (mut node, mut id, mut occasions) = (None, None, Reading::default());
         for part in parts {
             let (key, value) = part.split_once('=').unwrap_or((part, ""));
-            if key != "node" || node.is_some() {
-                return Err(NodeFaultError::UnknownKey { got: part.into() });
+            let wrong = |expected| NodeFaultError::Value { key: key.into(), expected, got: value.into() };
+            let again = match (key, occasions.take(key, value)) {
+                (_, Some(Ok(()))) => false,
+                (_, Some(Err(Wrong::Value(expected)))) => return Err(wrong(expected)),
+                (_, Some(Err(Wrong::Twice))) => true,
+                ("node", None) => {
+                    let number = value.parse().ok().and_then(|number| NodeId::new(number).ok());
+                    node.replace(number.ok_or_else(|| wrong("a node number, 1 to 127"))?).is_some()
+                }
+                ("id", None) => id
+                    .replace(
+                        identifier(value)
+                            .ok_or_else(|| wrong("three hexadecimal digits, or eight with 29 bits"))?,
+                    )
+                    .is_some(),
+                (_, None) => return Err(NodeFaultError::UnknownKey { got: part.into() }),
+            };
+            if again {
+                return Err(NodeFaultError::Twice { key: key.into() });
             }
-            let number = value.parse().ok().and_then(|number| NodeId::new(number).ok());
-            node = Some(number.ok_or_else(|| NodeFaultError::Value {
-                key: key.into(),
-                expected: "a node number, 1 to 127",
-                got: value.into(),
-            })?);
         }
-        Ok(Self { node, faults })
+        if let (Spoiled::Node(_), Some(_)) = (what, id) {
+            return Err(NodeFaultError::IdOfNode);
+        }
+        let Occasions { at, count, rate, seed } = occasions.occasions();
+        Ok(Self { what, node, id, at, count, rate, seed })
     }
 }
 
-fn faults(text: &str) -> Result<Faults, NodeFaultError> {
-    let (name, value) = match text.split_once('=') {
-        Some((name, value)) => (name, Some(value)),
-        None => (text, None),
-    };
-    let wrong = |expected| NodeFaultError::Value {
-        key: name.into(),
-        expected,
-        got: value.unwrap_or_default().into(),
-    };
-    let time =
-        || -> Result<Duration, NodeFaultError> { value.and_then(duration).ok_or_else(|| wrong(A_TIME)) };
-    let hexadecimal = |most: usize| {
-        let digits = value.map(|value| value.trim_end_matches('h')).unwrap_or_default();
-        let are_digits = digits.bytes().all(|octet| octet.is_ascii_hexdigit()) && digits.len() <= most;
-        u32::from_str_radix(digits, 16).ok().filter(|_| are_digits)
-    };
-    let none = Faults::NONE;
-    let takes_value = NAMES.iter().any(|known| known.split_once('=').is_some_and(|(known, _)| known == name));
-    if value.is_some() && !takes_value && NAMES.contains(&name) {
-        return Err(wrong("no value"));
-    }
-    Ok(match name {
-        "boot-up-missing" => Faults { boot_up: Some(BootUpFault::Missing), ..none },
-        "boot-up-twice" => Faults { boot_up: Some(BootUpFault::Twice), ..none },
-        "sdo-late" => Faults { sdo: Some(SdoFault::Late(time()?)), ..none },
-        "sdo-lost" => Faults { sdo: Some(SdoFault::Lost), ..none },
-        "sdo-twice" => Faults { sdo: Some(SdoFault::Twice), ..none },
-        "sdo-other-index" => Faults { sdo: Some(SdoFault::OtherIndex), ..none },
-        "sdo-wrong-toggle" => Faults { sdo: Some(SdoFault::WrongToggle), ..none },
-        "sdo-abort" => {
-            let code = hexadecimal(8).ok_or_else(|| wrong("an abort code in hexadecimal, as 06090011"))?;
-            Faults { sdo: Some(SdoFault::Abort(Abort::from_code(code))), ..none }
+impl fmt::Display for NodeFault {
+    /// As it is written, with everything that differs from "always".
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let &Self { what, node, id, at, count, rate, seed } = self;
+        write!(f, "{what}{}", Occasions { at, count, rate, seed })?;
+        if let Some(node) = node {
+            write!(f, ",node={node}")?;
         }
-        "heartbeat-jitter" => Faults { heartbeat: Some(HeartbeatFault::Jitter(time()?)), ..none },
-        "heartbeat-lost" => Faults { heartbeat: Some(HeartbeatFault::Lost), ..none },
-        "heartbeat-stuck" => {
-            let octet = hexadecimal(2).and_then(|octet| u8::try_from(octet).ok());
-            let octet = octet.ok_or_else(|| wrong("an octet in hexadecimal, as 7F"))?;
-            Faults { heartbeat: Some(HeartbeatFault::Stuck(octet)), ..none }
+        match id {
+            Some(id) => write!(f, ",id={id}"),
+            None => Ok(()),
         }
-        "guarding-toggle-stuck" => Faults { guarding_toggle_stuck: true, ..none },
-        "tpdo-short" => Faults { tpdo: Some(TpdoFault::Short), ..none },
-        "tpdo-stale" => Faults { tpdo: Some(TpdoFault::Stale), ..none },
-        "emcy-storm" => Faults { emcy_storm: Some(time()?), ..none },
-        _ => return Err(NodeFaultError::Unknown { got: name.into() }),
-    })
-}
-
-impl NodeFault {
-    /// Everything that node does wrong.
-    ///
-    /// # Errors
-    /// [`NodeFaultError::Twice`].
-    pub fn of(node: NodeId, faults: &[Self]) -> Result<Faults, NodeFaultError> {
-        let of_node = |fault: &&Self| fault.node.is_none_or(|of| of == node);
-        let faults: Vec<_> = faults.iter().filter(of_node).map(|fault| fault.faults).collect();
-        let mut all = Faults::NONE;
-        for fault in faults {
-            add(&mut all.boot_up, fault.boot_up)?;
-            add(&mut all.sdo, fault.sdo)?;
-            add(&mut all.heartbeat, fault.heartbeat)?;
-            add(&mut all.tpdo, fault.tpdo)?;
-            add(&mut all.emcy_storm, fault.emcy_storm)?;
-            all.guarding_toggle_stuck |= fault.guarding_toggle_stuck;
-        }
-        Ok(all)
     }
 }
 
-fn add<T>(all: &mut Option<T>, one: Option<T>) -> Result<(), NodeFaultError> {
-    match (&all, one) {
-        (_, None) => Ok(()),
-        (None, one) => {
-            *all = one;
-            Ok(())
+impl Spoiled {
+    fn parse(text: &str) -> Result<Self, NodeFaultError> {
+        let (name, value) = match text.split_once('=') {
+            Some((name, value)) => (name, Some(value)),
+            None => (text, None),
+        };
+        let wrong = |expected| NodeFaultError::Value {
+            key: name.into(),
+            expected,
+            got: value.unwrap_or_default().into(),
+        };
+        let time =
+            || -> Result<Duration, NodeFaultError> { value.and_then(duration).ok_or_else(|| wrong(A_TIME)) };
+        let hexadecimal = |most: usize| {
+            let digits = value.map(|value| value.trim_end_matches('h')).unwrap_or_default();
+            let are_digits = digits.bytes().all(|octet| octet.is_ascii_hexdigit()) && digits.len() <= most;
+            u32::from_str_radix(digits, 16).ok().filter(|_| are_digits)
+        };
+        if value.is_some() && NAMES.contains(&name) {
+            return Err(wrong("no value"));
         }
-        (Some(_), Some(_)) => Err(NodeFaultError::Twice),
+        let kind = match name {
+            "boot-up-missing" => Kind::BootUp(BootUpFault::Missing),
+            "boot-up-twice" => Kind::BootUp(BootUpFault::Twice),
+            "sdo-late" => Kind::Sdo(SdoFault::Late(time()?)),
+            "sdo-lost" => Kind::Sdo(SdoFault::Lost),
+            "sdo-twice" => Kind::Sdo(SdoFault::Twice),
+            "sdo-other-index" => Kind::Sdo(SdoFault::OtherIndex),
+            "sdo-wrong-toggle" => Kind::Sdo(SdoFault::WrongToggle),
+            "sdo-abort" => {
+                let code =
+                    hexadecimal(8).ok_or_else(|| wrong("an abort code in hexadecimal, as 06090011"))?;
+                Kind::Sdo(SdoFault::Abort(Abort::from_code(code)))
+            }
+            "heartbeat-jitter" => Kind::Heartbeat(HeartbeatFault::Jitter(time()?)),
+            "heartbeat-lost" => Kind::Heartbeat(HeartbeatFault::Lost),
+            "heartbeat-stuck" => {
+                let octet = hexadecimal(2).and_then(|octet| u8::try_from(octet).ok());
+                let octet = octet.ok_or_else(|| wrong("an octet in hexadecimal, as 7F"))?;
+                Kind::Heartbeat(HeartbeatFault::Stuck(octet))
+            }
+            "guarding-toggle-stuck" => Kind::GuardingToggleStuck,
+            "tpdo-short" => Kind::Tpdo(TpdoFault::Short),
+            "tpdo-stale" => Kind::Tpdo(TpdoFault::Stale),
+            "tpdo-swapped" => Kind::Tpdo(TpdoFault::Swapped),
+            "emcy-storm" => Kind::EmcyStorm(time()?),
+            "pre-operational" => Kind::LeaveOperational,
+            "brown-out" => Kind::BrownOut(time()?),
+            "frame-lost" => return Ok(Self::Frame(FrameKind::Lose)),
+            "frame-late" => return Ok(Self::Frame(FrameKind::Delay(time()?))),
+            "frame-twice" => return Ok(Self::Frame(FrameKind::Double)),
+            "frame-damaged" => return Ok(Self::Frame(FrameKind::Damage)),
+            "frame-not-acknowledged" => return Ok(Self::Frame(FrameKind::NotAcknowledged)),
+            _ => return Err(NodeFaultError::Unknown { got: name.into() }),
+        };
+        Ok(Self::Node(kind))
+    }
+}
+
+impl fmt::Display for Spoiled {
+    /// As it is written.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (name, value) = match *self {
+            Self::Node(Kind::BootUp(BootUpFault::Missing)) => ("boot-up-missing", None),
+            Self::Node(Kind::BootUp(BootUpFault::Twice)) => ("boot-up-twice", None),
+            Self::Node(Kind::Sdo(SdoFault::Late(time))) => ("sdo-late", Some(in_micros(time))),
+            Self::Node(Kind::Sdo(SdoFault::Lost)) => ("sdo-lost", None),
+            Self::Node(Kind::Sdo(SdoFault::Twice)) => ("sdo-twice", None),
+            Self::Node(Kind::Sdo(SdoFault::OtherIndex)) => ("sdo-other-index", None),
+            Self::Node(Kind::Sdo(SdoFault::WrongToggle)) => ("sdo-wrong-toggle", None),
+            Self::Node(Kind::Sdo(SdoFault::Abort(code))) => {
+                ("sdo-abort", Some(std::format!("{:08X}", code.code())))
+            }
+            Self::Node(Kind::Heartbeat(HeartbeatFault::Jitter(time))) => {
+                ("heartbeat-jitter", Some(in_micros(time)))
+            }
+            Self::Node(Kind::Heartbeat(HeartbeatFault::Lost)) => ("heartbeat-lost", None),
+            Self::Node(Kind::Heartbeat(HeartbeatFault::Stuck(octet))) => {
+                ("heartbeat-stuck", Some(std::format!("{octet:02X}")))
+            }
+            Self::Node(Kind::GuardingToggleStuck) => ("guarding-toggle-stuck", None),
+            Self::Node(Kind::Tpdo(TpdoFault::Short)) => ("tpdo-short", None),
+            Self::Node(Kind::Tpdo(TpdoFault::Stale)) => ("tpdo-stale", None),
+            Self::Node(Kind::Tpdo(TpdoFault::Swapped)) => ("tpdo-swapped", None),
+            Self::Node(Kind::EmcyStorm(period)) => ("emcy-storm", Some(in_micros(period))),
+            Self::Node(Kind::LeaveOperational) => ("pre-operational", None),
+            Self::Node(Kind::BrownOut(time)) => ("brown-out", Some(in_micros(time))),
+            Self::Frame(FrameKind::Lose) => ("frame-lost", None),
+            Self::Frame(FrameKind::Delay(time)) => ("frame-late", Some(in_micros(time))),
+            Self::Frame(FrameKind::Double) => ("frame-twice", None),
+            Self::Frame(FrameKind::Damage) => ("frame-damaged", None),
+            Self::Frame(FrameKind::NotAcknowledged) => ("frame-not-acknowledged", None),
+        };
+        match value {
+            Some(value) => write!(f, "{name}={value}"),
+            None => f.write_str(name),
+        }
+    }
+}
+
+fn identifier(text: &str) -> Option<Id> {
+    if !text.bytes().all(|digit| digit.is_ascii_hexdigit()) {
+        return None;
+    }
+    let number = u32::from_str_radix(text, 16).ok()?;
+    match text.len() {
+        3 => Id::base(u16::try_from(number).ok()?).ok(),
+        8 => Id::extended(number).ok(),
+        _ => None,
     }
 }
 
@@ -192,12 +343,20 @@ mod tests {
     use std::string::ToString;
 
     #[test]
-    fn every_name_is_read_and_what_is_wrong_is_said() {
+    fn every_name_is_read_and_written_and_what_is_wrong_is_said() {
         for name in NAMES {
             let spec = name.replace("TIME", "5ms").replace("CODE", "06090011").replace("OCTET", "05");
             let fault: NodeFault = spec.parse().unwrap();
-            assert_ne!(fault.faults, Faults::NONE, "{name}");
-            assert_eq!(fault.node, None);
+            assert_eq!((fault.node, fault.at, fault.count), (None, 1, None), "{name}");
+            assert_eq!(fault.to_string(), spec);
+        }
+        for spec in [
+            "sdo-lost,rate=0.5,count=3,at=7,seed=2,node=5",
+            "frame-lost,node=5,id=185",
+            "frame-damaged,count=32,id=00000185",
+            "sdo-lost,count=1,at=9",
+        ] {
+            assert_eq!(spec.parse::<NodeFault>().unwrap().to_string(), spec);
         }
         for (spec, says) in [
             ("no-reply", "'no-reply' is no fault of a node; expected boot-up-missing, "),
@@ -207,21 +366,17 @@ mod tests {
             ("sdo-abort=060900111", "does not fit sdo-abort"),
             ("heartbeat-stuck=100", "does not fit heartbeat-stuck"),
             ("sdo-lost,node=0", "'0' does not fit node; expected a node number"),
-            ("sdo-lost,rate=0.1", "'rate=0.1' is unknown"),
+            ("sdo-lost,rate=0", "'0' does not fit rate; expected a probability"),
+            ("sdo-lost,count=1,count=2", "'count' is given twice"),
+            ("sdo-lost,node=1,node=2", "'node' is given twice"),
+            ("sdo-lost,station=5", "'station=5' is unknown; expected FAULT"),
+            ("sdo-lost,id=585", "id is for faults of frames"),
+            ("frame-lost,id=800", "'800' does not fit id; expected three hexadecimal digits"),
+            ("frame-lost,id=+85", "does not fit id"),
             ("", "'' is no fault of a node"),
         ] {
             let error = spec.parse::<NodeFault>().unwrap_err().to_string();
             assert!(error.contains(says), "{spec}: {error}");
         }
-    }
-
-    #[test]
-    fn the_faults_of_a_node_are_those_of_all_and_its_own() {
-        let read =
-            |specs: &[&str]| specs.iter().map(|spec| spec.parse().unwrap()).collect::<Vec<NodeFault>>();
-        let five = NodeId::new(5).unwrap();
-        let all = NodeFault::of(five, &read(&["sdo-lost,node=5", "tpdo-short", "sdo-twice,node=6"])).unwrap();
-        assert_eq!((all.sdo, all.tpdo), (Some(SdoFault::Lost), Some(TpdoFault::Short)));
-        assert_eq!(NodeFault::of(five, &read(&["sdo-lost", "sdo-twice,node=5"])), Err(NodeFaultError::Twice));
     }
 }

@@ -37,9 +37,9 @@ use std::io;
 use std::vec::Vec;
 
 use super::pieces::{Piece, Pieces};
+use crate::chance::Chance;
 use crate::fdl::telegram::{Decoded, decode};
 use crate::fdl::{Address, DataTelegram, Function, MAX_TELEGRAM_LEN, Telegram};
-use crate::host::chance::Chance;
 use crate::host::{Clock, Link, Received, Stop};
 use crate::ppo::Pkw;
 use crate::time::{BaudRate, Instant};
@@ -51,9 +51,10 @@ mod request;
 mod shape;
 mod spec;
 
+pub use crate::host::occasions::duration;
 pub use gate::{Gate, Switch};
 use observed::{Observed, Occasion};
-pub use spec::{DiagOctets, FORM, Fault, FramePart, Kind, NoStation, PkwFault, SpecError, duration};
+pub use spec::{DiagOctets, FORM, Fault, FramePart, Kind, NoStation, PkwFault, SpecError};
 
 /// Late telegrams kept at most; more are lost.
 const MAX_LATE: usize = 256;

@@ -6,15 +6,20 @@ use std::string::String;
 use std::vec::Vec;
 
 use super::Observer;
+use super::contents::{FREEZE_REQ, SYNC_REQ};
 use super::cycle::Cycle;
+use super::view::{Loss, Step, View};
 use crate::dp::{self, SetPrm};
 use crate::explain::hex;
 use crate::fdl::{Address, FrameCount};
 use crate::judge::findings::Weight;
 use crate::judge::rows::Row;
 use crate::judge::scenario::Check;
+use crate::judge::setup::Slave;
 
 const CLEAR_DATA: u8 = 0x02;
+const FREEZE: u8 = 0x08;
+const SYNC: u8 = 0x20;
 const UNFREEZE: u8 = 0x04;
 const UNSYNC: u8 = 0x10;
 /// Global_Control kept since the master was asked.
@@ -33,6 +38,8 @@ pub(in crate::judge) struct Asked {
     outputs: BTreeMap<u8, Vec<u8>>,
     /// Stations whose next request must be a first one.
     begins: BTreeSet<u8>,
+    /// Stations whose first request since a stop was seen.
+    begun: BTreeSet<u8>,
 }
 
 impl Observer {
@@ -48,17 +55,11 @@ impl Observer {
         self.asked_for.requests = 0;
     }
 
-    /// The master begins anew: the next request to each station must be a first one.
+    /// The master is to begin anew. It may still go on for a while: the first request with FCV = 0 to a station is of its
+    /// new life.
     pub(in crate::judge) fn expect_new_begin(&mut self) {
-        for (number, view) in &mut self.views {
-            view.last = None;
-            view.lose(super::view::Loss::None);
-            view.gave_up = false;
-            view.exchanging = false;
-            view.cfg = super::view::Step::None;
-            self.asked_for.begins.insert(*number);
-        }
-        self.open = None;
+        let stations = self.setup.present().map(|slave| slave.address.number());
+        self.asked_for.begins = stations.collect();
     }
 
     pub(super) fn note_command(&mut self, command: u8, groups: u8) {
@@ -92,15 +93,45 @@ impl Observer {
     }
 
     pub(super) fn judge_new_begin(&mut self, cycle: &Cycle) {
-        if !self.asked_for.begins.remove(&cycle.to.number()) {
+        let number = cycle.to.number();
+        let begins = cycle.count == FrameCount::First;
+        let parameterises = cycle.service == Some(dp::Service::SetPrm)
+            && SetPrm::parse(cycle.data()).is_ok_and(SetPrm::lock_req);
+        if !(begins || parameterises) || !self.asked_for.begins.remove(&number) {
             return;
         }
-        if cycle.count == FrameCount::First && cycle.service == Some(dp::Service::SlaveDiag) {
+        self.asked_for.begun.insert(number);
+        // What was before is of another life.
+        let view = self.view(cycle.to);
+        view.last = None;
+        view.lose(Loss::None);
+        view.gave_up = false;
+        view.exchanging = false;
+        view.cfg = Step::None;
+        if begins && cycle.service == Some(dp::Service::SlaveDiag) {
             self.held(Row::Z04);
         } else {
             let reason = "the first request after a stop is not Slave_Diag with FCV = 0, FCB = 1";
             self.broken(Row::Z04, Weight::Once, cycle.serial, Some(cycle.to), reason);
         }
+    }
+
+    /// The master says it has begun anew. One that exchanges data as before has not.
+    fn check_new_begin(&mut self) {
+        let goes_on: Vec<u8> = self
+            .asked_for
+            .begins
+            .iter()
+            .copied()
+            .filter(|number| self.views.get(number).is_some_and(|view| view.exchanging && view.streak > 0))
+            .collect();
+        for number in goes_on {
+            let reason = format!(
+                "asked for a restart, and Data_Exchange with station {number} goes on without a start-up"
+            );
+            self.show(Row::Z04, Weight::Once, reason);
+        }
+        self.asked_for.begins.clear();
     }
 
     fn expect(&mut self, row: Row, holds: bool, reason: &str) {
@@ -131,6 +162,12 @@ impl Observer {
                     last == Some(true),
                     "asked for OPERATE, and no Global_Control without Clear_Data came",
                 );
+                // Only after a stop is the way to OPERATE that of row O12.
+                let cleared =
+                    self.asked_for.commands.first().is_some_and(|(command, _)| command & CLEAR_DATA != 0);
+                if !self.asked_for.begun.is_empty() && last == Some(true) && cleared {
+                    self.held(Row::O12);
+                }
             }
             Check::Outputs(wanted) => self.check_outputs(wanted),
             Check::Stop => {
@@ -153,6 +190,7 @@ impl Observer {
                     self.findings.obstacle(Row::Z03, reason);
                 }
             }
+            Check::Begun => self.check_new_begin(),
             Check::Command { wanted, undo, groups } => self.check_command(*wanted, *undo, *groups),
         }
     }
@@ -172,11 +210,38 @@ impl Observer {
         let reason =
             format!("no Global_Control with command bit 0x{wanted:02X} to groups 0x{groups:02X} came");
         self.expect(Row::S01, came, &reason);
+        if came && wanted & (SYNC | FREEZE) != 0 {
+            self.judge_prepared(if wanted & SYNC != 0 { SYNC_REQ } else { FREEZE_REQ }, groups);
+        }
         // The cyclic ones that follow.
         if wanted & (UNSYNC | UNFREEZE) == 0 {
             let undone = commands.iter().any(|(command, _)| command & undo != 0);
             let reason = format!("a Global_Control has the bit 0x{undo:02X} that undoes it");
             self.expect(Row::S03, !undone, &reason);
+        }
+    }
+
+    /// Whether the stations of these groups were told in Set_Prm that Sync or Freeze may come.
+    fn judge_prepared(&mut self, bit: u8, groups: u8) {
+        let told = |view: &View| {
+            view.prm_data.as_ref().and_then(|prm| prm.first()).is_some_and(|status| status & bit != 0)
+        };
+        let meant = |slave: &&Slave| groups == 0 || slave.groups.unwrap_or(0) & groups != 0;
+        let untold = self
+            .setup
+            .present()
+            .filter(meant)
+            .map(|slave| slave.address)
+            .find(|station| self.views.get(&station.number()).is_some_and(|view| !told(view)));
+        match untold {
+            None => self.held(Row::S02),
+            Some(station) => self.findings.obstacle(
+                Row::S02,
+                format!(
+                    "the command went to station {station}, whose Set_Prm does not have the bit for it; the sources are not \
+                     sure that this is wrong"
+                ),
+            ),
         }
     }
 }

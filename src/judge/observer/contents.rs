@@ -14,8 +14,8 @@ use crate::judge::setup::Slave;
 
 const LOCK_REQ: u8 = 0x80;
 const UNLOCK_REQ: u8 = 0x40;
-const SYNC_REQ: u8 = 0x20;
-const FREEZE_REQ: u8 = 0x10;
+pub(super) const SYNC_REQ: u8 = 0x20;
+pub(super) const FREEZE_REQ: u8 = 0x10;
 const WD_ON: u8 = 0x08;
 const RESERVED: u8 = 0x07;
 /// DPV1_Status_1: the watchdog counts milliseconds.
@@ -45,6 +45,7 @@ impl Observer {
             // It lets the slave go.
             return;
         }
+        self.findings.identify(cycle.to, u16::from_be_bytes([high, low]));
         let slave = self.setup.slave(cycle.to).cloned();
         self.content(cycle, Row::P01, status & (LOCK_REQ | UNLOCK_REQ) == LOCK_REQ, || {
             format!("octet 1 is 0x{status:02X}; expected Lock_Req = 1, Unlock_Req = 0")

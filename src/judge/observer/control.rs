@@ -6,7 +6,7 @@ use std::format;
 use super::Observer;
 use super::cycle::Cycle;
 use crate::dp;
-use crate::fdl::{DataTelegram, FrameCount, Function};
+use crate::fdl::{Address, DataTelegram, FrameCount, Function};
 use crate::judge::findings::Weight;
 use crate::judge::rows::Row;
 use crate::judge::setup::Slave;
@@ -49,14 +49,26 @@ pub(super) struct Control {
 }
 
 impl Observer {
-    /// Whether the master has announced OPERATE last.
-    pub(in crate::judge) fn is_operating(&self) -> bool {
-        self.control.mode == Mode::Operate
-    }
-
     /// Somebody asks the master for CLEAR, or no longer does.
     pub(in crate::judge) const fn want_clear(&mut self, wanted: bool) {
         self.control.clear_wanted = wanted;
+    }
+
+    /// A station was silent until the master had given it up: OPERATE stays, or CLEAR comes if Auto_Clear is configured.
+    pub(in crate::judge) fn judge_mode_at_loss(&mut self, station: Address) {
+        match (self.setup.auto_clear, self.control.mode) {
+            (None, Mode::Operate) => self.held(Row::O08),
+            (Some(_), Mode::Clear) => self.held(Row::O07),
+            (Some(time), Mode::Operate) => {
+                let reason = format!(
+                    "Auto_Clear is configured, station {station} was silent for more than twice {} ms, and no \
+                     Global_Control with Clear_Data came",
+                    time.as_millis()
+                );
+                self.show(Row::O07, Weight::Once, reason);
+            }
+            (_, Mode::Unknown) | (None, Mode::Clear) => {}
+        }
     }
 
     /// An SDN request.
@@ -89,7 +101,7 @@ impl Observer {
             return;
         }
         control.clear_seen = true;
-        let stays = control.mode == Mode::Operate && !control.clear_wanted;
+        let stays = control.mode == Mode::Operate && !control.clear_wanted && self.setup.auto_clear.is_none();
         if control.mode != Mode::Clear {
             control.since_clear = 0;
         }
@@ -185,8 +197,15 @@ impl Observer {
         } else {
             self.findings.obstacle(Row::O01, "data were exchanged for less than three seconds");
         }
-        for row in [Row::O07, Row::O09] {
-            self.findings.obstacle(row, "applies only if Auto_Clear is configured, which is not said");
+        if self.setup.auto_clear.is_some() {
+            self.findings.obstacle(Row::O07, "no station was silent while the master was in OPERATE");
+            self.findings.obstacle(Row::O08, "does not apply: Auto_Clear is configured");
+            let reason = "needs two stations that come back one after the other; the judge lets them come back together";
+            self.findings.obstacle(Row::O09, reason);
+        } else {
+            for row in [Row::O07, Row::O09] {
+                self.findings.obstacle(row, "applies only if Auto_Clear is configured: --auto-clear MS");
+            }
         }
         let through = if self.control.clear_seen {
             "CLEAR was announced; which transition the user asked for is not known without --ask"

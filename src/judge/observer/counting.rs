@@ -7,7 +7,7 @@ use super::Observer;
 use super::cycle::{Answer, Bad, Cycle, Relation};
 use super::view::{Disturbance, Loss};
 use crate::dp;
-use crate::fdl::{FrameCount, Service};
+use crate::fdl::{Address, FrameCount, Service};
 use crate::judge::findings::Weight;
 use crate::judge::rows::Row;
 use crate::judge::setup::Slave;
@@ -15,6 +15,8 @@ use crate::time::Instant;
 
 /// A master never repeats more often than this.
 const MOST_RETRIES: u32 = 15;
+/// Octets of the shortest diagnosis.
+const LEAST_DIAG: usize = 6;
 /// Cycles in a row with a good reply each, before a bit that stays is a mistake.
 const SOUND: u32 = 3;
 
@@ -83,10 +85,14 @@ impl Observer {
             Answer::Silence | Answer::Bad(_) => before.tries + 1,
             Answer::ShortAck | Answer::Data { .. } | Answer::Status(_) | Answer::Mixed => 0,
         };
+        let relation = Relation::of(before, cycle);
         if before.void || before.answered_at.is_some_and(|at| self.is_late(before, at)) {
+            // The reply may have come in the moment in which the master asked again.
+            if relation == Relation::Repeated {
+                cycle.retry = before.retry + 1;
+            }
             return;
         }
-        let relation = Relation::of(before, cycle);
         match before.answer() {
             Answer::ShortAck | Answer::Data { .. } if self.is_plain(before) => {
                 self.judge_confirmed(before, cycle, relation, common);
@@ -98,24 +104,32 @@ impl Observer {
         }
     }
 
-    /// Whether a reply is the one that the service has.
+    /// Whether a reply is the one that the service has: a master may reject any other.
     fn is_plain(&self, cycle: &Cycle) -> bool {
-        if cycle.service != Some(dp::Service::DataExchange) {
-            return true;
+        let answer = cycle.answer();
+        match cycle.service {
+            Some(dp::Service::DataExchange) => {}
+            Some(dp::Service::SlaveDiag) => {
+                return matches!(answer, Answer::Data { octets, .. } if octets.len() >= LEAST_DIAG);
+            }
+            Some(
+                dp::Service::SetSlaveAdd
+                | dp::Service::RdInp
+                | dp::Service::RdOutp
+                | dp::Service::GlobalControl
+                | dp::Service::GetCfg
+                | dp::Service::SetPrm
+                | dp::Service::ChkCfg,
+            )
+            | None => return true,
         }
-        let inputs = self.setup.slave(cycle.to).and_then(Slave::lengths).map(|lengths| lengths.inputs);
-        match (cycle.answer(), inputs) {
-            (Answer::Data { octets, .. }, Some(inputs)) => octets.len() == usize::from(inputs),
-            (Answer::ShortAck, Some(inputs)) => inputs == 0,
-            (
-                Answer::Data { .. }
-                | Answer::ShortAck
-                | Answer::Silence
-                | Answer::Status(_)
-                | Answer::Bad(_)
-                | Answer::Mixed,
-                _,
-            ) => true,
+        let configured = self.setup.slave(cycle.to).and_then(Slave::lengths);
+        let sent = self.views.get(&cycle.to.number()).and_then(|view| view.lengths);
+        let inputs = configured.or(sent).map(|lengths| usize::from(lengths.inputs));
+        match answer {
+            Answer::Data { octets, .. } => inputs.is_none_or(|inputs| octets.len() == inputs),
+            Answer::ShortAck => inputs == Some(0),
+            Answer::Silence | Answer::Status(_) | Answer::Bad(_) | Answer::Mixed => true,
         }
     }
 
@@ -200,10 +214,7 @@ impl Observer {
                     self.held(Row::C12);
                 }
                 self.judge_retries(before, cycle);
-                if self.view(station).exchanging {
-                    let what = if bad.is_none() { Disturbance::LostReply } else { Disturbance::BadReply };
-                    self.view(station).disturbed = Some((what, 0));
-                }
+                self.note_lost_reply(station, bad);
                 return;
             }
             Relation::First if before.is_counted() => {
@@ -250,9 +261,16 @@ impl Observer {
                 broken(self, row, reason);
             }
             Relation::SameBit if same_service => {
+                self.held(Row::C03);
+                self.held(Row::C05);
+                if let Some(row) = bad_row {
+                    self.held(row);
+                    self.held(Row::C12);
+                }
                 let reason =
                     format!("{name} with the FCB of the request that got {what}, and with other octets");
                 broken(self, Row::C04, reason);
+                self.note_lost_reply(station, bad);
             }
             Relation::SameBit => {
                 let reason = format!(
@@ -273,6 +291,15 @@ impl Observer {
             if before.service == Some(dp::Service::SetPrm) {
                 view.prm = prm;
             }
+        }
+    }
+
+    /// From now on a new start-up shows whether one lost reply is a reason for it.
+    fn note_lost_reply(&mut self, station: Address, bad: Option<Bad>) {
+        let view = self.view(station);
+        if view.exchanging {
+            let what = if bad.is_none() { Disturbance::LostReply } else { Disturbance::BadReply };
+            view.disturbed = Some((what, 0));
         }
     }
 

@@ -10,7 +10,7 @@ use crate::dp;
 use crate::fdl::ReplyStatus;
 use crate::fdl::telegram::{Decoded, Format, decode};
 use crate::fdl::{FrameCount, Telegram};
-use crate::judge::findings::Weight;
+use crate::judge::findings::{Verdict, Weight};
 use crate::judge::rows::Row;
 use crate::judge::setup::Slave;
 
@@ -294,6 +294,7 @@ impl Observer {
     }
 
     pub(super) fn finish_exchange(&mut self) {
+        self.finish_absent();
         let with = |observer: &Self, fits: &dyn Fn(&Slave) -> bool| observer.setup.present().any(fits);
         let lengths = |slave: &Slave| slave.lengths().unwrap_or_default();
         for (row, there, what) in [
@@ -314,6 +315,23 @@ impl Observer {
             if !there {
                 self.findings.obstacle(row, format!("needs {what}"));
             }
+        }
+    }
+
+    /// With half of the stations absent the watchdogs of the others are at stake.
+    fn finish_absent(&mut self) {
+        let (all, present) = (self.setup.stations.len(), self.setup.present().count());
+        if all == 0 || present * 2 > all {
+            return;
+        }
+        let watchdogs = self.findings.judgement(Row::T08);
+        match watchdogs.verdict {
+            Verdict::Pass => self.held(Row::I07),
+            Verdict::Fail | Verdict::Warn => {
+                let moments = watchdogs.telegrams.into_iter().map(|telegram| telegram.moment).collect();
+                self.findings.broken(Row::I07, Weight::Once, watchdogs.reason, moments);
+            }
+            Verdict::NotJudged => {}
         }
     }
 }

@@ -102,11 +102,15 @@ pub(super) struct Observer {
 
 impl Observer {
     pub(super) fn new(setup: Setup, sight: Sight) -> Self {
+        let mut findings = Findings::default();
+        for slave in &setup.stations {
+            findings.identify(slave.address, slave.ident);
+        }
         Self {
             master: setup.master,
             setup,
             sight,
-            findings: Findings::default(),
+            findings,
             recent: VecDeque::new(),
             serial: 0,
             open: None,
@@ -302,12 +306,20 @@ impl Observer {
             }
             Decoded::Invalid { error, .. } => return self.not_framed(serial, &octets, Some(error)),
         };
-        self.telegrams += 1;
-        self.noise_octets = 0;
         let function = match &telegram {
             Telegram::Data(data) => Some(data.fc.function()),
             Telegram::Token { .. } | Telegram::ShortAcknowledge => None,
         };
+        // In noise one octet may look like SC, and three like a token.
+        let is_sure = match &telegram {
+            Telegram::Data(_) => true,
+            Telegram::Token { da, sa } => da == sa,
+            Telegram::ShortAcknowledge => false,
+        };
+        if is_sure {
+            self.telegrams += 1;
+            self.noise_octets = 0;
+        }
         if !matches!(function, Some(Function::Response(..))) {
             self.judge_pace(serial, at, &octets);
         }
@@ -410,7 +422,9 @@ impl Observer {
         if !matches!(cycle.kind, Service::SrdLow | Service::SrdHigh) {
             return;
         }
-        let answer = cycle.answer();
+        // Who did not wait may have got the reply later. In virtual time it is known that there was none.
+        let may_come = cycle.void && cycle.items.is_empty() && !matches!(self.sight, Sight::Exact(_));
+        let answer = if may_come { Answer::Mixed } else { cycle.answer() };
         self.settle(&cycle, &answer);
         let station = cycle.to;
         self.view(station).last = Some(cycle);

@@ -95,11 +95,13 @@ impl Observer {
         view.short_diag = false;
     }
 
-    /// Whether the master has lost another station.
+    /// Whether the master has lost another station, or still looks for one that is switched on late.
     fn is_other_lost(&self, station: crate::fdl::Address) -> bool {
-        self.views
-            .iter()
-            .any(|(other, view)| *other != station.number() && (view.gave_up || view.loss != Loss::None))
+        let lost = |view: &super::view::View| view.gave_up || view.loss != Loss::None;
+        let others = self.views.iter().filter(|(other, _)| **other != station.number());
+        let mut present = self.setup.present().filter(|slave| slave.address != station);
+        let unseen = |number: u8| self.views.get(&number).is_none_or(|view| !view.answered);
+        others.map(|(_, view)| view).any(lost) || present.any(|slave| unseen(slave.address.number()))
     }
 
     /// A new start-up without a reason of its own, while another station is lost.
@@ -247,7 +249,9 @@ impl Observer {
         view.shown.cfg_fault |= diag.cfg_fault;
         view.shown.other_ident |= known.is_some_and(|ident| ident != diag.ident);
         view.shown.other_master |= owned_by_other;
-        let begins = view.cfg == Step::Acknowledged && !view.exchanging && view.loss == Loss::None;
+        let configured = view.cfg == Step::Acknowledged && !view.cfg_in_doubt;
+        // With FCV = 0 the master begins anew already.
+        let begins = configured && cycle.is_counted() && !view.exchanging && view.loss == Loss::None;
         if begins && diag.station_not_ready && !diag.prm_req && !faults {
             view.not_ready.get_or_insert(cycle.end);
         }
@@ -325,6 +329,7 @@ impl Observer {
     pub(super) fn configured(&mut self, cycle: &Cycle, answer: &Answer) {
         let view = self.view(cycle.to);
         view.cfg = step(answer);
+        view.cfg_in_doubt = *answer == Answer::Mixed;
         view.exchanging = false;
         view.lengths = dp::IoLengths::of(cycle.data()).ok();
         view.not_ready = None;

@@ -12,12 +12,15 @@ use crate::fdl::telegram::{Decoded, decode};
 use crate::fdl::{Address, Function, Telegram};
 use crate::judge::findings::Weight;
 use crate::judge::rows::Row;
-use crate::time::{Instant, SYN_BITS};
+use crate::judge::setup::Slave;
+use crate::time::{BaudRate, Instant, SYN_BITS};
 
 /// Waiting longer than so many slot times after no reply is too long.
 const MOST_SLOTS: u32 = 6;
 /// And longer than this: a master may pause between two cycles.
 const PAUSE: Duration = Duration::from_millis(20);
+/// A slave may need so long for a reply on a link without true timing. A master that sends earlier did not wait for it.
+const LEAST_WAIT: Duration = Duration::from_millis(2);
 /// Telegrams nearer to each other were read at once.
 const TOGETHER: Duration = Duration::from_micros(50);
 /// Telegrams of one cycle: fewer exchanges of one station than a quarter of another's are not equal.
@@ -49,6 +52,8 @@ pub(super) struct Timing {
     ever_doubled: bool,
     /// Telegrams before the time of a reply that was held back.
     early: u32,
+    /// The longest time before a request was repeated.
+    usual_wait: Option<Duration>,
 }
 
 impl Timing {
@@ -105,6 +110,10 @@ impl Observer {
             }
             return;
         }
+        let waited = at.saturating_since(end);
+        if !foreign {
+            self.judge_wait(waited, repeats);
+        }
         let Some(slot) = self.setup.slot else {
             let reason = "needs --slot: how long the master waits for a reply";
             for row in [Row::T02, Row::T03, Row::T04, Row::I03, Row::E06, Row::E10] {
@@ -112,7 +121,6 @@ impl Observer {
             }
             return;
         };
-        let waited = at.saturating_since(end);
         // It did not wait for the reply: what it sends next says nothing of a lost one.
         if waited * 100 < slot * 45
             && let Some(open) = &mut self.open
@@ -158,6 +166,23 @@ impl Observer {
             self.broken(Row::T03, Weight::Times(2), from, None, reason);
         } else if !is_within {
             self.judge_patience(from, to, waited, slot);
+        }
+    }
+
+    /// Whether it has waited so long that it missed a reply. How long it waits its repetitions show; a recording may have
+    /// missed the reply itself.
+    fn judge_wait(&mut self, waited: Duration, repeats: bool) {
+        let usual = self.timing.usual_wait;
+        let proved = match (self.sight, usual) {
+            (Sight::Exact(_), _) => true,
+            (Sight::Untimed | Sight::Recorded, Some(usual)) => waited * 4 >= usual,
+            (Sight::Untimed, None) => waited >= LEAST_WAIT,
+            (Sight::Recorded, None) => false,
+        };
+        if repeats {
+            self.timing.usual_wait = usual.max(Some(waited));
+        } else if !proved && let Some(open) = &mut self.open {
+            open.void = true;
         }
     }
 
@@ -260,7 +285,7 @@ impl Observer {
         let syn = rate.bit_times(SYN_BITS);
         judge(self, Row::T01, syn, "T_SYN");
         if self.timing.controlled.is_some() {
-            let least = rate.bit_times(rate.max_tsdr_bits().into()).max(syn);
+            let least = rate.bit_times(self.longest_tsdr(rate).into()).max(syn);
             judge(self, Row::T06, least, "T_ID2 with max T_SDR");
         } else if self.open.as_ref().is_some_and(|open| !open.items.is_empty()) {
             judge(self, Row::T05, syn, "T_ID1");
@@ -351,17 +376,21 @@ impl Observer {
         }
     }
 
+    /// The longest max T_SDR of the stations, in T_bit.
+    fn longest_tsdr(&self, rate: BaudRate) -> u16 {
+        let max_tsdr = |slave: &Slave| match &slave.gsd {
+            Some(gsd) => gsd.rates.max_tsdr(rate),
+            None => Some(rate.max_tsdr_bits()),
+        };
+        self.setup.stations.iter().filter_map(max_tsdr).max().unwrap_or(rate.max_tsdr_bits())
+    }
+
     /// The slot time beside max T_SDR of the slaves.
     fn finish_slot(&mut self) {
         let (Sight::Exact(rate), Some(slot)) = (self.sight, self.setup.slot) else {
             return;
         };
-        let max_tsdr = |slave: &crate::judge::setup::Slave| match &slave.gsd {
-            Some(gsd) => gsd.rates.max_tsdr(rate),
-            None => Some(rate.max_tsdr_bits()),
-        };
-        let longest = self.setup.stations.iter().filter_map(max_tsdr).max().unwrap_or(rate.max_tsdr_bits());
-        let least = rate.bit_times(u32::from(longest) + 15);
+        let least = rate.bit_times(u32::from(self.longest_tsdr(rate)) + 15);
         if slot < least {
             let reason =
                 format!("the slot time is {} us, expected {} us", slot.as_micros(), least.as_micros());

@@ -131,7 +131,7 @@ impl Observer {
         if !self.ring.seen() {
             let reason = "not applicable: the master never passes a token, so it works alone";
             for row in [Row::K01, Row::K02, Row::K03, Row::K04, Row::K05, Row::K06, Row::K07, Row::K08] {
-                self.findings.obstacle(row, reason);
+                self.findings.inapplicable(row, reason);
             }
             for row in Row::ALL.iter().filter(|row| row.id().starts_with("M-R") && **row != Row::R09) {
                 self.findings.obstacle(*row, reason);

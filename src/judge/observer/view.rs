@@ -19,6 +19,8 @@ pub(super) struct View {
     pub(super) diag_read: bool,
     pub(super) prm: Step,
     pub(super) cfg: Step,
+    /// It may have been acknowledged, or not.
+    pub(super) cfg_in_doubt: bool,
     /// Its diagnosis was read since Chk_Cfg.
     pub(super) diag_after_cfg: bool,
     /// The last diagnosis was too short.

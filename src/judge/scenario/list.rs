@@ -22,7 +22,7 @@ pub fn built_in(setup: &Setup) -> Vec<Scenario> {
     list.extend(bad_replies(setup));
     list.extend(waiting());
     list.extend(diagnoses());
-    list.extend(losses());
+    list.extend(losses(setup));
     list.extend(start_ups().into_iter().skip(1));
     list.extend(persistent_replies(setup));
     list.extend(negative_replies());
@@ -195,12 +195,16 @@ fn diagnoses() -> Vec<Scenario> {
 }
 
 /// Stations that are silent, reset or taken.
-fn losses() -> Vec<Scenario> {
+fn losses(setup: &Setup) -> Vec<Scenario> {
     let drop = "drop-request,station=S";
+    let silent = setup
+        .auto_clear
+        .map_or(0, |time| u64::try_from(time.as_millis()).unwrap_or(u64::MAX))
+        .saturating_mul(2);
     let lost = |millis| Step { until_lost: true, ..step(None, &[drop], millis) };
     vec![
         Scenario {
-            steps: vec![lost(3500), step(Some(Act::PowerOn), &[], 50)],
+            steps: vec![lost(silent.max(3500)), step(Some(Act::PowerOn), &[], 50)],
             returns: vec![Row::L02],
             others: Some((Row::I02, 5)),
             asked: Some(Row::L06),
@@ -217,6 +221,7 @@ fn losses() -> Vec<Scenario> {
                     Row::I02,
                     Row::I03,
                     Row::I07,
+                    Row::O07,
                     Row::O08,
                     Row::T04,
                 ],
@@ -377,7 +382,7 @@ pub fn asking(setup: &Setup) -> Vec<Scenario> {
         let groups = setup.present().find_map(|slave| slave.groups).unwrap_or(1);
         let check = Some(Check::Command { wanted, undo, groups });
         let action = format!("{action} {groups:02X}");
-        list.push(ask(&action, &[Row::S01, Row::S03], &action, check, 1000));
+        list.push(ask(&action, &[Row::S01, Row::S02, Row::S03], &action, check, 1000));
     }
     let mut stop = ask("STOP", &[Row::Z01, Row::Z02, Row::Z03, Row::O11], "stop", Some(Check::Stop), 2500);
     let operate = Step { ask: Some("operate".into()), check: Some(Check::Operate), ..step(None, &[], 1000) };
@@ -386,7 +391,7 @@ pub fn asking(setup: &Setup) -> Vec<Scenario> {
     list.push(stop);
     list.push(Scenario {
         returns: vec![Row::Z06],
-        ..ask("a restart of the master", &[Row::Z04, Row::Z06], "restart", None, 1000)
+        ..ask("a restart of the master", &[Row::Z04, Row::Z06], "restart", Some(Check::Begun), 3000)
     });
     list
 }

@@ -13,11 +13,12 @@ use super::super::problem::{PathOf, Problem};
 use super::super::queue::{self, Lends};
 use crate::canopen::NodeId;
 use crate::device::{CanopenDevice, CanopenEvent};
-use crate::host::can::{Bus, Product, Seat, StoredNode};
+use crate::host::StateDir;
+use crate::host::can::{Bus, Choices, NodeFaults, Product, Seat, StoredNode};
 use crate::time::Instant;
 
 /// A node and where it is on the bus.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Seated {
     /// Its seat; a [`StoredNode`] is there.
     pub seat: Seat,
@@ -32,7 +33,13 @@ pub struct NodeAccess<'a> {
     /// The bus.
     pub bus: &'a mut Bus<CanopenEvent>,
     /// The nodes on it.
-    pub nodes: &'a [Seated],
+    pub nodes: &'a mut Vec<Seated>,
+    /// The faults on purpose.
+    pub faults: &'a mut NodeFaults,
+    /// Where a node that is added keeps its EEPROM; `None`: in itself.
+    pub state: Option<&'a StateDir>,
+    /// What is chosen about every node that is added: its quirks.
+    pub choose: &'a dyn Fn(&'static Product, &mut Choices),
 }
 
 /// The thread of a bus of CAN.
@@ -84,7 +91,7 @@ impl NodeAccess<'_> {
         done.unwrap_or_else(|| Err(self.no_node(node)))
     }
 
-    fn no_node(&self, node: NodeId) -> Problem {
+    pub(super) fn no_node(&self, node: NodeId) -> Problem {
         let numbers: Vec<_> = self.devices().map(|(_, device)| device.node_id().to_string()).collect();
         Problem::not_found(format!(
             "there is no node {node} on this bus; there are the nodes {}",

@@ -98,7 +98,7 @@ impl Feed {
     /// Learns which number is at which seat.
     pub(super) fn know(&self, bench: &NodeAccess<'_>) {
         let mut numbers = self.numbers.lock().unwrap_or_else(PoisonError::into_inner);
-        for seated in bench.nodes {
+        for seated in bench.nodes.iter() {
             if let Some(stored) = bench.bus.participant::<StoredNode>(seated.seat) {
                 numbers.insert(seated.seat, stored.node_id());
             }

@@ -2,7 +2,7 @@
 
 use axum::extract::FromRef;
 use axum::middleware;
-use axum::routing::{get, post, put};
+use axum::routing::{delete, get, post, put};
 use axum::{Json, Router};
 use std::format;
 use std::prelude::v1::*;
@@ -14,7 +14,7 @@ use super::super::routes::{not_so, nothing_there, without_parameters};
 use super::super::stream::Lost;
 use super::access::Asking;
 use super::news::{Feed, FrameEvent, NodeNews};
-use super::{bench, bus, objects, state, stream};
+use super::{bench, bus, faults, fleet, objects, state, stream, why};
 use crate::panel::page;
 
 /// What the handlers share.
@@ -39,8 +39,9 @@ impl FromRef<App> for Arc<Feed> {
 pub(super) fn router(app: App) -> Router {
     Router::new()
         .route("/api/v1/openapi.json", get(description))
-        .route("/api/v1/drives", get(state::list))
-        .route("/api/v1/drives/{address}", get(state::state))
+        .route("/api/v1/drives", get(state::list).post(fleet::add))
+        .route("/api/v1/drives/{address}", get(state::state).delete(fleet::remove))
+        .route("/api/v1/drives/{address}/why", get(why::why))
         .route(
             "/api/v1/drives/{address}/inputs",
             get(bench::read).patch(bench::change).delete(bench::nominal),
@@ -51,6 +52,11 @@ pub(super) fn router(app: App) -> Router {
         .route("/api/v1/drives/{address}/objects", get(objects::list))
         .route("/api/v1/drives/{address}/objects/{index}/{sub}", get(objects::read).put(objects::write))
         .route("/api/v1/bus", get(bus::state))
+        .route(
+            "/api/v1/bus/faults",
+            get(faults::list).post(faults::add).put(faults::replace).delete(faults::clear),
+        )
+        .route("/api/v1/bus/faults/{number}", delete(faults::remove))
         .route_layer(middleware::from_fn(without_parameters))
         // This refuses parameters that it does not know itself.
         .route("/api/v1/events", get(stream::events))
@@ -73,6 +79,9 @@ pub(super) fn router(app: App) -> Router {
         description,
         state::list,
         state::state,
+        fleet::add,
+        fleet::remove,
+        why::why,
         bench::read,
         bench::change,
         bench::nominal,
@@ -83,6 +92,11 @@ pub(super) fn router(app: App) -> Router {
         objects::read,
         objects::write,
         bus::state,
+        faults::list,
+        faults::add,
+        faults::replace,
+        faults::clear,
+        faults::remove,
         stream::events,
     ),
     components(schemas(Problem, NodeNews, FrameEvent, Lost))
@@ -104,7 +118,7 @@ mod tests {
     #[test]
     fn every_route_is_described_with_every_method() {
         let routes = routed(include_str!("routes.rs"));
-        assert!(routes.len() >= 14, "{routes:?}");
+        assert!(routes.len() >= 22, "{routes:?}");
         assert_eq!(routes, described(&Description::openapi()));
     }
 }

@@ -140,7 +140,7 @@ impl Nodes {
 }
 
 impl NodeSummary {
-    fn of(product: &'static Product, device: &dyn CanopenDevice, now: Instant) -> Self {
+    pub(super) fn of(product: &'static Product, device: &dyn CanopenDevice, now: Instant) -> Self {
         let state = device.node().state();
         let register = state.and_then(|_| whole(device, Address::new(0x1001, 0)));
         Self {

@@ -1,6 +1,7 @@
 // The bus: what was counted, faults on its line, drives that come and go.
-import { html, many, say, Rows } from "./dom.js";
+import { html, say, Rows } from "./dom.js";
 import { request } from "./api.js";
+import { LineFaults } from "./line_faults.js";
 import { MODELS } from "./states.js";
 
 /** How a fault on the line is written, and what the master gets (docs/faults.md). */
@@ -29,12 +30,13 @@ const FAULTS = [
 export class BusView {
   #line;
   #stations;
-  #faults;
 
   constructor() {
     const by = (id) => document.getElementById(id);
     this.#drawCounters(by("counters"));
-    this.#drawFaults(by("line-faults"));
+    const message = html("p", { class: "refused", role: "alert" });
+    const act = (...of) => this.#act(message, ...of);
+    this.faults = new LineFaults(by("line-faults"), { kinds: FAULTS, placeholder: "rate=0.1,station=5", message, act });
     this.#drawStations(by("stations"));
   }
 
@@ -53,9 +55,7 @@ export class BusView {
       ({ what }) => what,
     );
     this.#stations.show(bus.stations, ({ address }) => address);
-    this.#faults.show(bus.faults, ({ number }) => number);
-    this.none.hidden = bus.faults.length > 0;
-    this.clear.hidden = bus.faults.length === 0;
+    this.faults.show(bus.faults);
   }
 
   #drawCounters(root) {
@@ -83,28 +83,6 @@ export class BusView {
           [address, requests, retries, replies, replies_too_late, watchdog_expiries].forEach((value, index) => say(cells[index], String(value)));
         },
       };
-    });
-  }
-
-  #drawFaults(root) {
-    const message = html("p", { class: "refused", role: "alert" });
-    const act = (...of) => this.#act(message, ...of);
-    const kind = html("select", { "aria-label": "Fault" }, ...FAULTS.map(([value, text]) => html("option", { value }, `${value}: ${text}`)));
-    const more = html("input", { type: "text", "aria-label": "When and where", placeholder: "rate=0.1,station=5", autocomplete: "off", spellcheck: "false" });
-    const form = html("form", { class: "form" }, kind, html("span", { class: "group" }, more, html("button", { type: "submit" }, "Add")));
-    form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      act("POST", "/bus/faults", { fault: [kind.value, more.value.trim()].filter(Boolean).join(",") });
-    });
-    const list = html("ul", { class: "line" });
-    this.none = html("p", { class: "muted" }, "None.");
-    this.clear = html("p", {}, html("button", { type: "button", onclick: () => act("DELETE", "/bus/faults") }, "Take all off"));
-    root.replaceChildren(this.none, list, this.clear, form, message);
-    this.#faults = new Rows(list, ({ number, fault }) => {
-      const injected = html("span", { class: "muted" });
-      const remove = html("button", { type: "button", "aria-label": `Take ${fault} off`, onclick: () => act("DELETE", `/bus/faults/${number}`) }, "Take off");
-      const element = html("li", {}, html("span", { class: "mono" }, fault), html("span", { class: "group" }, injected, remove));
-      return { element, show: (fault) => say(injected, `injected ${many(fault.injected, "time")}`) };
     });
   }
 

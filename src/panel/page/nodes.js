@@ -1,13 +1,14 @@
 // The panel of a bus of CAN: which view is shown, and what comes from the stream to it.
 import { say, mark } from "./dom.js";
 import { Stream, request } from "./api.js";
+import { CanBusView } from "./can_bus.js";
 import { Log } from "./log.js";
 import { NodeView } from "./node.js";
 import { Overview } from "./overview.js";
 
-const VIEWS = ["drives", "drive"];
+const VIEWS = ["drives", "drive", "bus"];
 /** How often states come. */
-const INTERVAL_MS = { drives: 250, drive: 50 };
+const INTERVAL_MS = { drives: 250, drive: 50, bus: 250 };
 /** How often is asked for what is not in the stream: the dictionary, which nodes there are. */
 const ASK_MS = 2000;
 /** What the log calls news that stand out. */
@@ -21,6 +22,7 @@ class Panel {
   constructor() {
     const by = this.#by;
     this.node = new NodeView();
+    this.bus = new CanBusView();
     this.overview = new Overview({ tiles: by("tiles"), filter: by("drives-filter"), count: by("drives-count"), none: by("drives-none") }, "node");
     this.log = new Log(by("log-lines"), () => this.#subscribe(), "frames", "585, -705 ...");
     this.stream = new Stream(
@@ -68,14 +70,14 @@ class Panel {
       else this.#by(`to-${name}`).removeAttribute("aria-current");
     }
     this.#by("log").hidden = view === "drives";
-    document.title = view === "drive" ? `Node ${this.#address} – profidrive` : "profidrive";
+    document.title = view === "drive" ? `Node ${this.#address} – profidrive` : view === "bus" ? "Bus – profidrive" : "profidrive";
     this.log.only(view === "drive" ? this.#address : null);
     this.#subscribe();
     this.#ask();
   }
 
   #subscribe() {
-    const kinds = ["state", "news", ...(this.log.wantsTelegrams && this.#view === "drive" ? ["frame"] : [])];
+    const kinds = ["state", "news", ...(this.log.wantsTelegrams && this.#view !== "drives" ? ["frame"] : [])];
     const wanted = { kinds: kinds.join(","), interval_milliseconds: INTERVAL_MS[this.#view] };
     this.stream.subscribe(this.#view === "drive" ? { ...wanted, address: this.#address } : wanted);
   }
@@ -98,7 +100,10 @@ class Panel {
 
   /** What is not in the stream. */
   async #ask() {
-    if (document.hidden || this.#view !== "drive") return;
+    if (document.hidden) return;
+    // That it failed, the stream says.
+    if (this.#view === "bus") await this.bus.refresh().catch(() => {});
+    if (this.#view !== "drive") return;
     const address = this.#address;
     try {
       const { objects } = await request("GET", `/drives/${address}/objects`);

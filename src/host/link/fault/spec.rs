@@ -10,6 +10,7 @@ use thiserror::Error;
 
 use crate::dp::{Service, State};
 use crate::fdl::Address;
+use crate::host::occasions::{Occasions, Reading, Wrong, digits, duration, in_micros, number};
 
 /// How a fault is written, see [`Fault`].
 pub const FORM: &str = "FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS]\
@@ -98,17 +99,8 @@ pub struct Fault {
 impl Fault {
     /// This fault at every occasion.
     pub const fn always(kind: Kind) -> Self {
-        Self {
-            kind,
-            at: 1,
-            count: None,
-            rate: 1.0,
-            seed: DEFAULT_SEED,
-            station: None,
-            service: None,
-            state: None,
-            retry: None,
-        }
+        let Occasions { at, count, rate, seed } = Occasions::ALWAYS;
+        Self { kind, at, count, rate, seed, station: None, service: None, state: None, retry: None }
     }
 
     /// Whether the station that this fault is for is one of `stations`.
@@ -128,8 +120,6 @@ impl Fault {
         Self { at, count: Some(1), ..Self::always(kind) }
     }
 }
-
-const DEFAULT_SEED: u64 = 1;
 
 /// A fault is for a station that is not on the line.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -239,9 +229,6 @@ const SERVICES: &str = "Set_Slave_Add, RD_Inp, RD_Outp, Global_Control, Get_Cfg,
     Data_Exchange";
 const STATES: &str = "WAIT-PRM, WAIT-CFG or DATA-EXCH";
 
-/// The longest time that can be asked for.
-const LONGEST: Duration = Duration::from_secs(3600);
-
 /// Bits and octets that can be asked for at most: those of a telegram.
 const MOST: u32 = 255;
 
@@ -332,24 +319,18 @@ impl FromStr for Fault {
     fn from_str(spec: &str) -> Result<Self, SpecError> {
         let mut parts = spec.split(',');
         let kind = Kind::parse(parts.next().unwrap_or_default())?;
-        let (mut rate, mut count, mut at, mut seed) = (None, None, None, None);
+        let mut occasions = Reading::default();
         let (mut of, mut service, mut state, mut retry) = (None, None, None, None);
         for part in parts {
             let (key, value) = part.split_once('=').unwrap_or((part, ""));
             let wrong = |expected| SpecError::Value { key: key.into(), expected, got: value.into() };
-            let positive = || number(value).ok_or_else(|| wrong("a number, 1 or more"));
+            match occasions.take(key, value) {
+                Some(Ok(())) => continue,
+                Some(Err(Wrong::Value(expected))) => return Err(wrong(expected)),
+                Some(Err(Wrong::Twice)) => return Err(SpecError::Twice { key: key.into() }),
+                None => {}
+            }
             let again = match key {
-                "rate" => {
-                    let probability = decimal(value).filter(|rate| *rate > 0.0 && *rate <= 1.0);
-                    rate.replace(probability.ok_or_else(|| wrong("a probability above 0 and up to 1"))?)
-                        .is_some()
-                }
-                "count" => count.replace(positive()?).is_some(),
-                "at" => at.replace(positive()?).is_some(),
-                "seed" => {
-                    let number = digits(value).and_then(|value| value.parse().ok());
-                    seed.replace(number.ok_or_else(|| wrong("a number"))?).is_some()
-                }
                 "station" => {
                     of.replace(station(value).ok_or_else(|| wrong("an address, 0 to 126"))?).is_some()
                 }
@@ -374,19 +355,8 @@ impl FromStr for Fault {
                 return Err(SpecError::Twice { key: key.into() });
             }
         }
-        // "At the hundredth" means that one; "at random from the hundredth on" does not.
-        let once = at.is_some() && rate.is_none();
-        Ok(Self {
-            kind,
-            at: at.unwrap_or(1),
-            count: count.or(once.then_some(1)),
-            rate: rate.unwrap_or(1.0),
-            seed: seed.unwrap_or(DEFAULT_SEED),
-            station: of,
-            service,
-            state,
-            retry,
-        })
+        let Occasions { at, count, rate, seed } = occasions.occasions();
+        Ok(Self { kind, at, count, rate, seed, station: of, service, state, retry })
     }
 }
 
@@ -394,22 +364,8 @@ impl fmt::Display for Fault {
     /// As it is written, with everything that differs from "always".
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { kind, at, count, rate, seed, station, service, state, retry } = self;
-        write!(f, "{kind}")?;
-        if *rate < 1.0 {
-            write!(f, ",rate={rate}")?;
-        }
-        match count {
-            Some(count) => write!(f, ",count={count}")?,
-            // A lone `at` would mean that one only.
-            None if *at > 1 && *rate >= 1.0 => write!(f, ",count={}", u32::MAX)?,
-            None => {}
-        }
-        if *at > 1 {
-            write!(f, ",at={at}")?;
-        }
-        if *seed != DEFAULT_SEED {
-            write!(f, ",seed={seed}")?;
-        }
+        let (at, count, rate, seed) = (*at, *count, *rate, *seed);
+        write!(f, "{kind}{}", Occasions { at, count, rate, seed })?;
         if let Some(station) = station {
             write!(f, ",station={station}")?;
         }
@@ -504,11 +460,6 @@ pub enum SpecError {
     },
 }
 
-/// A text of digits only: numbers have no sign here.
-fn digits(text: &str) -> Option<&str> {
-    (!text.is_empty() && text.bytes().all(|octet| octet.is_ascii_digit())).then_some(text)
-}
-
 fn hex_octet(text: &str) -> Option<u8> {
     let hex = text.len() == 2 && text.bytes().all(|digit| digit.is_ascii_hexdigit());
     u8::from_str_radix(text, 16).ok().filter(|_| hex)
@@ -539,41 +490,6 @@ fn in_hex(octets: DiagOctets) -> String {
 
 fn station(text: &str) -> Option<Address> {
     digits(text)?.parse().ok().and_then(|number| Address::station(number).ok())
-}
-
-fn number(text: &str) -> Option<u32> {
-    digits(text)?.parse().ok().filter(|number| *number > 0)
-}
-
-/// A number such as 0.01; no exponents, no names.
-fn decimal(text: &str) -> Option<f64> {
-    let (whole, fraction) = text.split_once('.').unwrap_or((text, "0"));
-    digits(whole)?;
-    digits(fraction)?;
-    text.parse().ok()
-}
-
-/// A time as faults have it: a whole number of `us`, `ms` or `s`, above 0 and at most an hour. `None`: it is none.
-pub fn duration(text: &str) -> Option<Duration> {
-    let unit = text.find(|c: char| !c.is_ascii_digit())?;
-    let (value, unit) = text.split_at(unit);
-    let value: u64 = value.parse().ok()?;
-    let duration = match unit {
-        "us" => Duration::from_micros(value),
-        "ms" => Duration::from_millis(value),
-        "s" => Duration::from_secs(value),
-        _ => return None,
-    };
-    (!duration.is_zero() && duration <= LONGEST).then_some(duration)
-}
-
-fn in_micros(time: Duration) -> String {
-    let micros = time.as_micros();
-    match (micros % 1_000_000, micros % 1_000) {
-        (0, _) => std::format!("{}s", micros / 1_000_000),
-        (_, 0) => std::format!("{}ms", micros / 1_000),
-        (_, _) => std::format!("{micros}us"),
-    }
 }
 
 #[cfg(test)]

@@ -129,7 +129,7 @@ mistakes! {
     /// An empty telegram as SD2.
     EmptySd2 ["M-F07"]
     /// Slave_Diag without SSAP.
-    NoSsap ["M-F06", "M-U12"]
+    NoSsap ["M-F06"]
     /// A telegram with another source address.
     OtherSource ["M-F04"]
     /// FDL status of its own address.

@@ -2,21 +2,21 @@
 
 /// The occasions of one fault.
 #[derive(Clone, Debug)]
-pub(super) struct Chance {
-    pub(super) random: Random,
+pub(crate) struct Chance {
+    pub(crate) random: Random,
     occasions: u32,
     injected: u32,
 }
 
 impl Chance {
     /// No occasion yet; chance begins with `seed`.
-    pub(super) const fn new(seed: u64) -> Self {
+    pub(crate) const fn new(seed: u64) -> Self {
         Self { random: Random(seed), occasions: 0, injected: 0 }
     }
 
     /// Counts an occasion, and says whether the fault injected that does so from number `at` on, at most `count` times,
     /// with probability `rate`.
-    pub(super) fn injected(&mut self, at: u32, count: Option<u32>, rate: f64) -> bool {
+    pub(crate) fn injected(&mut self, at: u32, count: Option<u32>, rate: f64) -> bool {
         self.occasions = self.occasions.saturating_add(1);
         if self.occasions < at || count.is_some_and(|count| self.injected >= count) {
             return false;
@@ -29,14 +29,14 @@ impl Chance {
     }
 
     /// How often it was injected.
-    pub(super) const fn struck(&self) -> u32 {
+    pub(crate) const fn struck(&self) -> u32 {
         self.injected
     }
 }
 
 /// A sequence of numbers that looks random and is always the same for one seed (SplitMix64).
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Random(u64);
+pub(crate) struct Random(u64);
 
 impl Random {
     fn next(&mut self) -> u64 {
@@ -47,17 +47,19 @@ impl Random {
     }
 
     /// 0 to below 1.
-    pub(super) fn fraction(&mut self) -> f64 {
+    pub(crate) fn fraction(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
+    #[cfg(feature = "std")]
     /// 0 to below `end`, 0 if that is 0.
-    pub(super) fn below(&mut self, end: usize) -> usize {
+    pub(crate) fn below(&mut self, end: usize) -> usize {
         let end = u64::try_from(end).unwrap_or(u64::MAX);
         usize::try_from(self.next().checked_rem(end).unwrap_or(0)).unwrap_or(0)
     }
 
-    pub(super) fn octet(&mut self) -> u8 {
+    #[cfg(feature = "std")]
+    pub(crate) fn octet(&mut self) -> u8 {
         let [octet, ..] = self.next().to_be_bytes();
         octet
     }

@@ -1,0 +1,423 @@
+//! A small correct DP-V0 master, and switches for its mistakes: what the judge must find and what it must not.
+//!
+//! Sans-I/O: on a [`bench::Line`](profidrive::bench::Line) in virtual time, or on any link with [`serve`].
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | here | [`TestMaster`]: whose turn it is |
+//! | `slave` | a slave as the master sees it |
+//! | `requests` | what is sent |
+//! | `replies` | what is made of replies |
+//! | `operator` | what a user asks of it |
+//! | `serve` | the master on a link |
+//! | `mistakes` | what it can do wrong |
+
+#![allow(dead_code, reason = "each test program uses its part")]
+
+use core::time::Duration;
+use std::collections::VecDeque;
+
+use profidrive::bench::Master;
+use profidrive::fdl::telegram::{Decoded, decode};
+use profidrive::fdl::{Address, MAX_TELEGRAM_LEN};
+use profidrive::time::{BaudRate, Instant, SYN_BITS};
+
+pub(crate) mod mistakes;
+mod operator;
+mod replies;
+mod requests;
+mod serve;
+mod slave;
+
+use mistakes::Mistake;
+pub(crate) use serve::serve;
+use slave::{Slave, State};
+
+/// A station as configured.
+#[derive(Clone, Debug)]
+pub(crate) struct Configured {
+    pub(crate) address: u8,
+    pub(crate) ident: u16,
+    pub(crate) cfg: Vec<u8>,
+    pub(crate) prm: Vec<u8>,
+    pub(crate) groups: u8,
+}
+
+/// How the master is configured.
+#[derive(Clone, Debug)]
+pub(crate) struct Settings {
+    pub(crate) address: u8,
+    pub(crate) baud: BaudRate,
+    pub(crate) slot: Duration,
+    pub(crate) retries: u32,
+    pub(crate) watchdog: Duration,
+    /// Pause between two cycles.
+    pub(crate) pause: Duration,
+    /// It passes the token to itself and looks for stations in the GAP.
+    pub(crate) token: bool,
+    pub(crate) stations: Vec<Configured>,
+}
+
+/// The rate, unless another one is set.
+pub(crate) const BAUD: BaudRate = BaudRate::K500;
+
+impl Settings {
+    /// A master of stations with four octets each way.
+    pub(crate) fn new(stations: &[u8], slot: Duration) -> Self {
+        let configured = |address: &u8| Configured {
+            address: *address,
+            ident: 0x1234,
+            cfg: vec![0x23, 0x13],
+            prm: vec![0x01, 0x02],
+            groups: 0x01,
+        };
+        Self {
+            address: 2,
+            baud: BAUD,
+            slot,
+            retries: 2,
+            watchdog: Duration::from_millis(1000),
+            pause: Duration::from_millis(2),
+            token: false,
+            stations: stations.iter().map(configured).collect(),
+        }
+    }
+}
+
+/// The master.
+#[derive(Debug)]
+pub(crate) struct TestMaster {
+    settings: Settings,
+    mistake: Option<Mistake>,
+    slaves: Vec<Slave>,
+    /// Whose turn it is.
+    turn: usize,
+    /// Controls to be sent in this cycle: command and groups.
+    controls: VecDeque<(u8, u8)>,
+    cycles: u32,
+    operate: bool,
+    /// The user wants CLEAR.
+    cleared: bool,
+    stop: Stop,
+    /// Telegrams of the ring, to be sent before the next cycle.
+    ring: VecDeque<Beside>,
+    /// The GAP address that was asked last.
+    gap: u8,
+    /// It waits for the reply to a GAP poll.
+    polling: bool,
+    common: bool,
+    waits: Option<Wait>,
+    /// Not before.
+    next: Instant,
+    heard: Vec<u8>,
+    sent: u32,
+    /// Telegrams beside the cycle.
+    extras: u32,
+    /// Octets since the last request that were no telegram.
+    junk: usize,
+    pub(crate) dead: bool,
+    sending: bool,
+}
+
+/// On the way to STOP.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stop {
+    No,
+    /// Outputs are zero for a cycle.
+    Clearing,
+    /// Each slave is let go.
+    Releasing,
+    Stopped,
+}
+
+/// A telegram of the ring.
+#[derive(Clone, Copy, Debug)]
+enum Beside {
+    Token,
+    Poll,
+}
+
+/// Clear_Data of Global_Control.
+const CLEAR: u8 = 0x02;
+
+/// The highest address of the GAP, and how many rotations are between two polls.
+const HSA: u8 = 30;
+const GAP_FACTOR: u32 = 5;
+
+#[derive(Clone, Copy, Debug)]
+struct Wait {
+    slave: usize,
+    /// When the slot time is over; `None` while it is being sent.
+    until: Option<Instant>,
+}
+
+impl TestMaster {
+    pub(crate) fn new(settings: Settings, mistake: Option<Mistake>) -> Self {
+        let slaves = settings.stations.iter().map(Slave::new).collect();
+        let ring = if settings.token { vec![Beside::Token, Beside::Token] } else { Vec::new() };
+        Self {
+            next: match mistake {
+                Some(Mistake::NoListening) => Instant::ZERO,
+                _ => Instant::ZERO + settings.slot * (6 + 2 * u32::from(settings.address)),
+            },
+            gap: settings.address,
+            settings,
+            mistake,
+            slaves,
+            turn: 0,
+            controls: VecDeque::from([(CLEAR, 0)]),
+            cycles: 0,
+            operate: false,
+            cleared: false,
+            stop: Stop::No,
+            ring: ring.into(),
+            polling: false,
+            common: false,
+            waits: None,
+            heard: Vec::new(),
+            sent: 0,
+            extras: 0,
+            junk: 0,
+            dead: false,
+            sending: false,
+        }
+    }
+
+    fn does(&self, mistake: Mistake) -> bool {
+        self.mistake == Some(mistake)
+    }
+
+    fn syn(&self) -> Duration {
+        self.settings.baud.bit_times(SYN_BITS)
+    }
+
+    fn slot(&self) -> Duration {
+        match self.mistake {
+            Some(Mistake::DoesNotWait) => self.settings.slot / 100,
+            Some(Mistake::ShortSlot) => self.settings.slot * 3 / 10,
+            _ => self.settings.slot,
+        }
+    }
+
+    fn address(&self) -> Address {
+        Address::station(self.settings.address).unwrap()
+    }
+
+    /// The next telegram, if it is time for one.
+    fn next_telegram(&mut self, now: Instant) -> Option<Vec<u8>> {
+        let silent = self.dead || self.stop == Stop::Stopped;
+        if silent || self.sending || self.waits.is_some() || now < self.next {
+            return None;
+        }
+        if let Some(beside) = self.ring.pop_front() {
+            return Some(self.of_ring(beside));
+        }
+        if self.turn >= self.slaves.len() {
+            self.next = now + if self.does(Mistake::TooFast) { self.syn() } else { self.settings.pause };
+            self.end_cycle();
+            return if self.cycles.is_multiple_of(7) { self.extra() } else { None };
+        }
+        if let Some((control, groups)) = self.controls.pop_front()
+            && !self.does(Mistake::NoControl)
+        {
+            self.next = now
+                + self.settings.baud.octet_times(13)
+                + if self.does(Mistake::ShortAfterControl) {
+                    self.syn()
+                } else {
+                    self.settings.baud.bit_times(self.settings.baud.max_tsdr_bits().into()).max(self.syn())
+                }
+                + self.settings.baud.bit_times(2);
+            return Some(self.control(control, groups));
+        }
+        let turn = self.turn;
+        let mistake = self.mistake;
+        let slave = &mut self.slaves[turn];
+        slave.turns += 1;
+        let skipped = mistake == Some(Mistake::Unequal) && turn == 1 && !slave.turns.is_multiple_of(10);
+        if slave.forgotten || skipped {
+            self.turn += 1;
+            return self.next_telegram(now);
+        }
+        let octets = match slave.open.clone() {
+            Some(open) => self.again(turn, open),
+            None => self.ask(turn),
+        };
+        self.slaves[turn].open = Some(octets.clone());
+        self.waits = Some(Wait { slave: turn, until: None });
+        Some(octets)
+    }
+
+    fn end_cycle(&mut self) {
+        self.turn = 0;
+        self.cycles += 1;
+        self.stop = match self.stop {
+            Stop::No => Stop::No,
+            Stop::Clearing => Stop::Releasing,
+            Stop::Releasing | Stop::Stopped => Stop::Stopped,
+        };
+        if self.cycles == 20 && !self.cleared && self.stop == Stop::No {
+            self.operate = true;
+        }
+        if self.cycles >= 20 && self.cycles.is_multiple_of(20) {
+            self.controls.push_back((if self.operate { 0 } else { CLEAR }, 0));
+        }
+        if self.settings.token {
+            if self.cycles.is_multiple_of(GAP_FACTOR) {
+                self.ring.push_back(Beside::Poll);
+            }
+            self.ring.push_back(Beside::Token);
+        }
+    }
+
+    /// The same request again.
+    fn again(&mut self, turn: usize, open: Vec<u8>) -> Vec<u8> {
+        let slave = &mut self.slaves[turn];
+        match self.mistake {
+            Some(Mistake::RetryToggles) => {
+                slave.count = slave.count.map(|bit| !bit);
+                self.ask(turn)
+            }
+            Some(Mistake::RetryChanges) if slave.state == State::Exchange && !slave.wants_diag => {
+                slave.output = slave.output.wrapping_add(1);
+                self.ask(turn)
+            }
+            _ => open,
+        }
+    }
+
+    /// The slot time is over.
+    fn timed_out(&mut self, now: Instant) {
+        let Some(Wait { slave: turn, .. }) = self.waits.take() else { return };
+        self.next = if self.does(Mistake::SlowAfterLoss) { now + self.settings.slot * 40 } else { now };
+        self.heard.clear();
+        let mistake = self.mistake;
+        let slave = &mut self.slaves[turn];
+        let limit = match mistake {
+            Some(Mistake::NoRetry) => 0,
+            Some(Mistake::EndlessRetries) => u32::MAX,
+            _ => self.settings.retries,
+        };
+        if slave.operational && slave.retries < limit {
+            slave.retries += 1;
+            slave.restarts = mistake == Some(Mistake::RestartsOnLoss) && slave.state == State::Exchange;
+            return;
+        }
+        let stops = mistake == Some(Mistake::StopsOthers) && slave.configured.address != 9;
+        if stops && slave.operational {
+            slave.retries = 0;
+            slave.operational = false;
+            slave.state = State::Diag1;
+            slave.open = None;
+            return;
+        }
+        if stops && slave.turns > 1 {
+            slave.open = None;
+            return;
+        }
+        let was_there = slave.operational;
+        slave.open = None;
+        slave.retries = 0;
+        slave.wants_diag = false;
+        if mistake != Some(Mistake::NoReset) {
+            slave.operational = false;
+        }
+        if mistake == Some(Mistake::Forgets) && was_there {
+            slave.forgotten = true;
+        }
+        if mistake == Some(Mistake::StaysInExchange) && slave.state == State::Exchange {
+            self.turn += 1;
+            return;
+        }
+        if mistake == Some(Mistake::IgnoresSilence) && slave.state == State::Prm {
+            slave.state = State::Cfg;
+        } else {
+            slave.restart(mistake);
+        }
+        self.turn += 1;
+        if was_there && mistake == Some(Mistake::ClearsOnLoss) {
+            self.controls.push_back((CLEAR, 0));
+        }
+        if was_there && mistake == Some(Mistake::RestartsAll) {
+            for slave in &mut self.slaves {
+                slave.restart(mistake);
+            }
+        }
+    }
+}
+
+impl Master for TestMaster {
+    fn handle_bytes(&mut self, now: Instant, octets: &[u8]) {
+        let Some(wait) = &mut self.waits else {
+            self.next = self.next.max(now + self.settings.baud.bit_times(SYN_BITS));
+            return;
+        };
+        // What has begun is heard to its end.
+        wait.until = wait.until.map(|until| until.max(now + self.settings.slot));
+        self.heard.extend_from_slice(octets);
+        loop {
+            let (len, whole) = match decode(&self.heard) {
+                Decoded::Telegram { len, .. } => (len, true),
+                Decoded::Incomplete => break,
+                Decoded::Invalid { skip, .. } => (skip, skip > 5),
+            };
+            if !whole {
+                self.junk += len;
+                self.dead |= self.junk > 200 && self.does(Mistake::DiesOnFlood);
+            }
+            let telegram: Vec<u8> = self.heard.drain(..len).collect();
+            if whole {
+                self.take_reply(now, &telegram);
+            }
+            if self.heard.is_empty() || self.waits.is_none() {
+                break;
+            }
+        }
+        if self.waits.is_none() {
+            self.heard.clear();
+        }
+    }
+
+    fn handle_sent(&mut self, now: Instant) {
+        self.sending = false;
+        self.heard.clear();
+        self.junk = 0;
+        let slot = self.slot();
+        if let Some(wait) = &mut self.waits {
+            wait.until = Some(now + slot);
+        } else if core::mem::take(&mut self.polling) {
+            self.next = self.next.max(now + slot);
+        } else {
+            self.next = self.next.max(now + self.syn());
+        }
+    }
+
+    fn handle_timeout(&mut self, now: Instant) {
+        let over = self.waits.is_some_and(|wait| wait.until.is_some_and(|until| until <= now));
+        if over {
+            self.timed_out(now);
+        }
+    }
+
+    fn poll_transmit(&mut self, now: Instant, buf: &mut [u8; MAX_TELEGRAM_LEN]) -> Option<usize> {
+        let mut octets = self.next_telegram(now)?;
+        self.sent += 1;
+        if self.does(Mistake::WrongFcs) && self.sent.is_multiple_of(50) && octets.len() > 5 {
+            let fcs = octets.len() - 2;
+            octets[fcs] ^= 0x01;
+        }
+        self.sending = true;
+        buf[..octets.len()].copy_from_slice(&octets);
+        Some(octets.len())
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        if self.dead || self.stop == Stop::Stopped {
+            return None;
+        }
+        match self.waits {
+            Some(wait) => wait.until,
+            None => Some(self.next),
+        }
+    }
+}

@@ -1,0 +1,164 @@
+//! What the test master makes of replies.
+
+use profidrive::dp::Diagnosis;
+use profidrive::fdl::telegram::{Decoded, decode};
+use profidrive::fdl::{Address, Function, ReplyStatus, StationType, Telegram};
+use profidrive::time::Instant;
+
+use super::mistakes::Mistake;
+use super::slave::State;
+use super::{Stop, TestMaster, Wait};
+
+impl TestMaster {
+    /// A whole reply to the request that is open.
+    pub(super) fn take_reply(&mut self, now: Instant, octets: &[u8]) {
+        let Some(Wait { slave: turn, .. }) = self.waits else { return };
+        let expected = self.slaves[turn].configured.address;
+        let reply = match decode(octets) {
+            Decoded::Telegram { telegram, .. } => telegram,
+            Decoded::Incomplete => return,
+            Decoded::Invalid { .. } if self.does(Mistake::BelievesFcs) && octets.len() > 5 => {
+                self.waits = None;
+                self.confirm(turn);
+                self.turn += 1;
+                self.next = now + self.syn();
+                return;
+            }
+            Decoded::Invalid { .. } => return,
+        };
+        let answer = match reply {
+            Telegram::ShortAcknowledge => Some((None, Vec::new())),
+            Telegram::Token { .. } => None,
+            Telegram::Data(data) => match data.fc.function() {
+                Function::Response(StationType::Slave, status)
+                    if data.da == self.address()
+                        && (data.sa.number() == expected || self.does(Mistake::BelievesSource)) =>
+                {
+                    let asked = self.slaves[turn].open.as_deref().map(decode);
+                    let saps = match asked {
+                        Some(Decoded::Telegram { telegram: Telegram::Data(asked), .. }) => {
+                            data.data.is_empty() || (asked.dsap, asked.ssap) == (data.ssap, data.dsap)
+                        }
+                        _ => false,
+                    };
+                    saps.then(|| (Some(status), data.data.to_vec()))
+                }
+                _ => None,
+            },
+        };
+        // What is no reply to this request does not end the waiting.
+        let Some((status, data)) = answer else { return };
+        self.waits = None;
+        self.confirm(turn);
+        self.react(turn, status, &data);
+        self.turn += 1;
+        self.next =
+            now + if self.does(Mistake::ShortIdle) { self.settings.baud.bit_times(20) } else { self.syn() };
+    }
+
+    /// The request was answered.
+    fn confirm(&mut self, turn: usize) {
+        let stuck = self.does(Mistake::NoToggle);
+        let slave = &mut self.slaves[turn];
+        slave.open = None;
+        slave.retries = 0;
+        slave.count = Some(match slave.count {
+            None => false,
+            Some(_) if !slave.operational => false,
+            Some(bit) => bit ^ !stuck,
+        });
+        slave.operational = true;
+    }
+
+    fn react(&mut self, turn: usize, status: Option<ReplyStatus>, data: &[u8]) {
+        let own = self.settings.address;
+        let mistake = self.mistake;
+        let slave = &mut self.slaves[turn];
+        if self.stop == Stop::Releasing {
+            return slave.restart(mistake);
+        }
+        match slave.state {
+            State::Diag1 | State::Diag2 => {
+                let diag = Diagnosis::parse(data).or((mistake == Some(Mistake::TakesShortDiag)).then(|| {
+                    Diagnosis {
+                        ident: slave.configured.ident,
+                        master: Address::station(own).ok(),
+                        ..Diagnosis::default()
+                    }
+                }));
+                let Some(diag) = diag else { return };
+                if mistake == Some(Mistake::DiesOnMasterBits) && data[0] & 0x80 != 0 {
+                    self.dead = true;
+                }
+                let owned = diag.master.is_some_and(|owner| owner.number() != own);
+                if owned && mistake != Some(Mistake::IgnoresOwner) {
+                    slave.state = State::Diag1;
+                } else if slave.state == State::Diag1 {
+                    slave.state = if mistake == Some(Mistake::CfgFirst) { State::Cfg } else { State::Prm };
+                    slave.not_ready = 0;
+                } else {
+                    slave.judge_second(diag, mistake);
+                }
+            }
+            State::Prm if status.is_none() || mistake == Some(Mistake::IgnoresRefusal) => {
+                slave.state = State::Cfg;
+                slave.start_ups += 1;
+                if mistake == Some(Mistake::CfgFirst) {
+                    slave.state = State::Diag2;
+                } else if mistake == Some(Mistake::NoCfg) {
+                    slave.state = State::Exchange;
+                }
+            }
+            State::Cfg if mistake == Some(Mistake::CfgFirst) => slave.state = State::Prm,
+            State::Cfg if status.is_none() => {
+                let next = mistake == Some(Mistake::NoSecondDiag);
+                slave.state = if next { State::Exchange } else { State::Diag2 };
+            }
+            State::Prm | State::Cfg => slave.restart(mistake),
+            State::Exchange if slave.wants_diag => {
+                slave.wants_diag = false;
+                if mistake == Some(Mistake::DiesOnMasterBits)
+                    && data.first().is_some_and(|octet| octet & 0x80 != 0)
+                {
+                    self.dead = true;
+                }
+                let Some(diag) = Diagnosis::parse(data) else { return };
+                let owned = diag.master.is_none_or(|owner| owner.number() != own);
+                let asks =
+                    diag.prm_req || diag.station_not_ready || diag.prm_fault || diag.cfg_fault || owned;
+                if asks && mistake != Some(Mistake::IgnoresPrmReq) || mistake == Some(Mistake::RestartsOnDiag)
+                {
+                    slave.restart(mistake);
+                }
+            }
+            State::Exchange => self.exchanged(turn, status, data.len()),
+        }
+    }
+
+    fn exchanged(&mut self, turn: usize, status: Option<ReplyStatus>, len: usize) {
+        let mistake = self.mistake;
+        let slave = &mut self.slaves[turn];
+        if core::mem::take(&mut slave.restarts) {
+            return slave.restart(mistake);
+        }
+        let inputs = usize::from(slave.lengths.inputs);
+        match status {
+            Some(ReplyStatus::UserError) if mistake == Some(Mistake::DiesOnUserError) => self.dead = true,
+            Some(ReplyStatus::NotActivated) if mistake == Some(Mistake::DiesOnRs) => self.dead = true,
+            Some(ReplyStatus::NotActivated) if mistake == Some(Mistake::IgnoresRs) => {}
+            Some(ReplyStatus::NotActivated | ReplyStatus::UserError | ReplyStatus::NoResource) => {
+                slave.restart(mistake);
+            }
+            Some(ReplyStatus::DataHigh | ReplyStatus::NoResourceDataHigh) if len == inputs => {
+                slave.wants_diag = mistake != Some(Mistake::IgnoresHigh);
+                slave.spoilt = 0;
+            }
+            None if inputs == 0 => slave.spoilt = 0,
+            None if mistake == Some(Mistake::IgnoresSc) => {}
+            None => slave.spoil(),
+            Some(_) if len == inputs => slave.spoilt = 0,
+            Some(_) if mistake == Some(Mistake::IgnoresLength) => {}
+            Some(_) => slave.spoil(),
+        }
+    }
+}
