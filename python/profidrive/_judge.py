@@ -107,9 +107,11 @@ class Judge:
 
 
 def _report(verdicts: Path, status: int, log: list[str]) -> Report:
-    if status in (_NO_MASTER, _WRONG_ARGUMENTS) or not verdicts.exists():
+    # The file is made before the work, and stays empty where that does not end.
+    text = verdicts.read_text(encoding="utf-8") if verdicts.exists() else ""
+    if status in (_NO_MASTER, _WRONG_ARGUMENTS) or not text:
         raise ProfidriveError("\n".join(log) or f"profidrive judge ended with {status}")
-    rows = json.loads(verdicts.read_text(encoding="utf-8"))["rows"]
+    rows = json.loads(text)["rows"]
     return Report(
         tuple(
             Row(row["id"], row["verdict"], row["reason"], row["text"], tuple(row.get("telegrams", ()))) for row in rows

@@ -8,15 +8,9 @@ use std::format;
 use std::io;
 use std::string::String;
 
-#[cfg(any(unix, feature = "serial"))]
-use super::SlcanEndpoint;
-use super::{Bus, CanEndpoint, LinkSpec, Seat};
+use super::{Bus, CanEndpoint, LinkSpec, Seat, SlcanEndpoint};
 use crate::can::BitRate;
-#[cfg(any(unix, feature = "serial"))]
-use crate::host::link::terminal::Terminal;
 use crate::host::{Error, Stop};
-#[cfg(any(unix, feature = "serial"))]
-use crate::time::BaudRate;
 use crate::time::Instant;
 
 /// What a bus goes on behind.
@@ -97,26 +91,24 @@ fn socket(_: &str) -> io::Result<AnyEndpoint> {
 /// Opens the channel of the slcan adapter at the terminal or port of that path.
 ///
 /// # Errors
-/// Those of opening a terminal; [`Error::Link`] if the adapter has no number for `rate`, or if this build has no terminals (Windows
-/// without the feature `serial`).
+/// Those of [`Terminal::open`]; [`Error::Link`] if the adapter has no number for `rate`.
 pub fn open_slcan(path: &std::path::Path, rate: BitRate) -> Result<Box<dyn CanEndpoint + Send>, Error> {
-    adapter(path, rate)
-}
-
-#[cfg(not(any(unix, feature = "serial")))]
-fn adapter(_: &std::path::Path, _: BitRate) -> Result<AnyEndpoint, Error> {
-    let why = "this build has no feature serial; use slcan-tcp:HOST:PORT";
-    Err(Error::Link { source: io::Error::new(io::ErrorKind::Unsupported, why) })
-}
-
-#[cfg(any(unix, feature = "serial"))]
-fn adapter(path: &std::path::Path, rate: BitRate) -> Result<AnyEndpoint, Error> {
-    // The rate of the terminal means nothing to an emulator and little to a USB adapter.
-    let terminal = Terminal::open(path, BaudRate::K500)?;
-    match SlcanEndpoint::open(terminal, rate) {
+    match SlcanEndpoint::open(terminal(path)?, rate) {
         Ok(endpoint) => Ok(Box::new(endpoint)),
         Err(source) => Err(Error::Link { source }),
     }
+}
+
+#[cfg(any(unix, feature = "serial"))]
+fn terminal(path: &std::path::Path) -> Result<crate::host::link::terminal::Terminal, Error> {
+    // The rate of the terminal means nothing to an emulator and little to a USB adapter.
+    crate::host::link::terminal::Terminal::open(path, crate::time::BaudRate::K500)
+}
+
+#[cfg(not(any(unix, feature = "serial")))]
+fn terminal(path: &std::path::Path) -> Result<crate::host::link::memory::End, Error> {
+    let source = io::Error::new(io::ErrorKind::Unsupported, "this build has no feature serial");
+    Err(Error::TerminalOpen { path: path.into(), advice: "use a TCP port", source })
 }
 
 /// The endpoint of a link that leads outside, and its name; `None`: the link has adapters here.
