@@ -299,7 +299,12 @@ fn a_drive_that_is_not_there_or_refuses_is_explained() {
             fails(emulator.patiently("5", &["move", "101", "--yes"]), 1, "the target is beyond a limit");
         }),
         (&["--fault", "refuse-cfg"], |emulator| {
-            emulator.fails("5", &["status"], 1, "drive 5 refuses the configuration F3 F2 (Chk_Cfg)");
+            emulator.fails(
+                "5",
+                &["status"],
+                1,
+                "drive 5 refuses its configuration (Chk_Cfg): it is not what its GSD says",
+            );
         }),
         (&["--fault", "refuse-prm"], |emulator| {
             emulator.fails("5", &["status"], 1, "drive 5 refuses its parameters (Set_Prm)");

@@ -146,9 +146,10 @@ impl Args {
     pub(crate) fn wants_json(&self) -> bool {
         match &self.command {
             Command::Master(master) => master.json,
-            Command::Decode(decode) => decode.json,
             Command::Gsd(gsd) => gsd.json,
             Command::Encode(encode) => encode.json,
+            // Each line of its input has its object, with what is wrong in it.
+            Command::Decode(_) => false,
             Command::Demo(_)
             | Command::Emulate(_)
             | Command::Eds(_)
