@@ -72,14 +72,11 @@ fn the_worked_start_up_of_the_reference_reads_as_a_conversation() {
             "2 -> all  Global_Control: no command, the master is in Operate",
         ),
         ("68 07 07 68 05 02 7D 04 7E 00 00 06 16", "2 -> 5  Data_Exchange: 4 octets of outputs"),
-        (
-            "68 07 07 68 02 05 08 02 31 00 00 42 16",
-            "5 -> 2  inputs: 4 octets of inputs, not the 14 of these drives",
-        ),
+        ("68 07 07 68 02 05 08 02 31 00 00 42 16", "5 -> 2  inputs: 4 octets of inputs"),
         ("68 07 07 68 05 02 5D 04 7F 00 00 E7 16", "2 -> 5  Data_Exchange: 4 octets of outputs"),
         (
             "68 07 07 68 02 05 0A 02 37 00 00 4A 16",
-            "5 -> 2  inputs: 4 octets of inputs, not the 14 of these drives; a new diagnosis waits",
+            "5 -> 2  inputs: 4 octets of inputs; a new diagnosis waits",
         ),
         ("10 02 05 03 0A 16", "5 -> 2  refused: RS: service or SAP not active now, or not for this master"),
         ("10 02 05 02 09 16", "5 -> 2  refused: RR: no resource for the data, or their length is wrong"),

@@ -91,7 +91,7 @@ fn socket(_: &str) -> io::Result<AnyEndpoint> {
 /// Opens the channel of the slcan adapter at the terminal or port of that path.
 ///
 /// # Errors
-/// Those of [`Terminal::open`]; [`Error::Link`] if the adapter has no number for `rate`.
+/// Those of opening a terminal; [`Error::Link`] if the adapter has no number for `rate`.
 pub fn open_slcan(path: &std::path::Path, rate: BitRate) -> Result<Box<dyn CanEndpoint + Send>, Error> {
     match SlcanEndpoint::open(terminal(path)?, rate) {
         Ok(endpoint) => Ok(Box::new(endpoint)),
