@@ -62,6 +62,8 @@ done
 terminal=$(sed -n 's/^char device redirected to \(.*\) (label line)$/\1/p' "$work/out")
 # Held open here, so that QEMU never takes the line for cut when a master goes.
 exec 9<>"$terminal"
+# It looks once a second whether somebody has the terminal open, and passes nothing before.
+sleep 1.2
 ln -sfn "$terminal" "$path"
 echo "ready link=$path $who"
 
