@@ -209,7 +209,10 @@ play_example() {
         sleep 0.1
     done
     "$venv/bin/python" "$here/$2" --port "$work/$1" --gsd "$gsd" || fail "$2"
-    stop_emulator
+    # An example looks after no signals.
+    kill "$emulator_pid"
+    wait "$emulator_pid" 2>/dev/null || true
+    emulator_pid=
 }
 play_example own_drive own_drive.py examples/own_drive.gsd
 play_example own_station io_station.py gsd/PDRV494F.GSD
