@@ -1,5 +1,6 @@
 //! What keeps the drive of a node from moving, on request.
 
+use std::format;
 use std::prelude::v1::*;
 
 use axum::Json;
