@@ -160,9 +160,9 @@ fn largest() -> String {
     for n in 1..=302 {
         let _ = write!(
             text,
-            "Module=\"electronic module number {n}\" 0x42,0x0{:X},0x{n:02X}\n{n}\nExt_Module_Prm_Data_Len=20\n",
+            "Module=\"electronic module number {n}\" 0x41,0x0{:X},0x{:02X}\n{n}\nExt_Module_Prm_Data_Len=20\n",
             n % 8,
-            n = n % 200
+            n % 200
         );
         for place in 0..8 {
             let _ = writeln!(text, "Ext_User_Prm_Data_Ref({place})={}", n * 2 + place);
