@@ -72,7 +72,7 @@ echo "ready link=$path $who"
 while kill -0 "$qemu_pid" 2>/dev/null; do
     [[ $(stty -F "$terminal" speed) != 9600 ]] || stty -F "$terminal" 38400
     # A signal ends the wait at once, not the sleep.
-    sleep 0.1 &
+    sleep 0.02 &
     wait $! || true
 done
 cat "$work/out" >&2
