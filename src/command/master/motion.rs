@@ -27,6 +27,10 @@ use crate::command::args::{Action, Direction, Master, Motion};
 /// How long a drive that runs out is waited for.
 const RUN_OUT: Duration = Duration::from_secs(30);
 
+/// Kinds of commands that somebody has to confirm.
+const TURNS: &str = "can turn a shaft";
+const REPLACES: &str = "replaces what the drive keeps";
+
 /// Somebody has confirmed that a shaft may turn; also for commands that turn none.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Confirmed(());
@@ -37,10 +41,14 @@ pub(super) fn confirm(args: &Master) -> Result<Confirmed, Failure> {
         Action::Motion(motion) => motion,
         Action::Write { parameter, value, sure } if args.can_place().is_none() && args.ppo.is_none() => {
             let loads = parameter.parameter().is_ok_and(|spec| spec.entry.pnu == LOAD_PARAMETER_SET);
-            return if loads { ask(args, sure.yes, &loading(value.plain())) } else { Ok(Confirmed(())) };
+            return if loads {
+                ask(args, sure.yes, REPLACES, &loading(value.plain()))
+            } else {
+                Ok(Confirmed(()))
+            };
         }
         Action::Calibrate { sure, .. } => {
-            return ask(args, sure.yes, "take another zero for its positions. Is that meant?");
+            return ask(args, sure.yes, REPLACES, "take another zero for its positions. Is that meant?");
         }
         Action::Scan { .. }
         | Action::Diag
@@ -59,10 +67,10 @@ pub(super) fn confirm(args: &Master) -> Result<Confirmed, Failure> {
         Motion::Enable { go, .. } => (go, "take its motor into control".into()),
         Motion::Home { go } => (go, "seek its home position".into()),
         Motion::Move { go, position } => {
-            let checked = position
-                .position()
-                .and_then(|_| if args.can_place().is_some() { position.plain() } else { Ok(0) });
-            checked.map_err(Failure::Usage)?;
+            position.position().map_err(Failure::Usage)?;
+            if args.can_place().is_some() {
+                position.plain().map_err(Failure::Usage)?;
+            }
             (go, format!("travel to {position}"))
         }
         Motion::Jog { go, direction, .. } => (go, format!("turn in {} direction", way(*direction))),
@@ -77,7 +85,7 @@ pub(super) fn confirm(args: &Master) -> Result<Confirmed, Failure> {
             (go, format!("turn with {rpm} rpm"))
         }
     };
-    ask(args, go.yes, &format!("{what}. Is everybody out of reach?"))
+    ask(args, go.yes, TURNS, &format!("{what}. Is everybody out of reach?"))
 }
 
 /// What a command of PNU 970 does to the drive.
@@ -90,29 +98,13 @@ fn loading(command: Result<i64, String>) -> String {
     )
 }
 
-fn ask(args: &Master, yes: bool, what: &str) -> Result<Confirmed, Failure> {
+fn ask(args: &Master, yes: bool, kind: &str, what: &str) -> Result<Confirmed, Failure> {
     if yes {
         return Ok(Confirmed(()));
     }
     if !io::stdin().is_terminal() || !io::stderr().is_terminal() {
-        let needs = match args.action {
-            Action::Motion(_) => "can turn a shaft",
-            Action::Scan { .. }
-            | Action::Diag
-            | Action::Read { .. }
-            | Action::Write { .. }
-            | Action::Params
-            | Action::Save { .. }
-            | Action::Restore { .. }
-            | Action::Status
-            | Action::Stop
-            | Action::Ack
-            | Action::Faults { .. }
-            | Action::Calibrate { .. }
-            | Action::Monitor { .. } => "replaces what the drive keeps",
-        };
         return Err(Failure::Usage(format!(
-            "a command that {needs} needs --yes, or somebody at a terminal who confirms it"
+            "a command that {kind} needs --yes, or somebody at a terminal who confirms it"
         )));
     }
     let number = match args.node {
