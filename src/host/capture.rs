@@ -203,6 +203,36 @@ impl Capture {
     }
 }
 
+/// A whole capture in memory: what a batch holds, with what `happened`, in the order of time. A happening is a comment of
+/// the packet after it, or of the last one; of many at one packet the newest 32 are kept. `epoch` is the time since 1970 at
+/// [`Instant::ZERO`].
+///
+/// # Errors
+/// Never for a reason of the operating system's.
+pub fn to_octets(
+    line: &Interface<'_>,
+    epoch: Duration,
+    batch: &Batch,
+    happened: impl IntoIterator<Item = (Instant, String)>,
+) -> io::Result<Vec<u8>> {
+    let speed = line.baud.map(BaudRate::bits_per_second);
+    let mut blocks = begun(DataLink::PROFIBUS_DL, line.name, line.description, speed).map_err(io_error)?;
+    let mut happened = happened.into_iter().peekable();
+    let mut packets = batch.iter().peekable();
+    while let Some(seen) = packets.next() {
+        let last = packets.peek().is_none();
+        let mut remarks = Vec::new();
+        while let Some((_, text)) = happened.next_if(|(at, _)| last || *at <= seen.at) {
+            remarks.push(short(&text));
+        }
+        let newest = remarks.len().saturating_sub(MOST_REMARKS);
+        blocks
+            .write_pcapng_block(packet(&seen, epoch, remarks.into_iter().skip(newest)))
+            .map_err(io_error)?;
+    }
+    Ok(blocks.into_inner())
+}
+
 /// Section header and interface description.
 fn begun(
     kind: DataLink,

@@ -1,5 +1,6 @@
 //! The bus: its stations, its counters, the faults on its line.
 
+use core::time::Duration;
 use std::format;
 use std::prelude::v1::*;
 
@@ -12,7 +13,7 @@ use utoipa::ToSchema;
 use super::bus_access::{Asking, BusAccess};
 use super::problem::{Body, PathOf, Problem, Problems};
 use super::state::{Counters, PresenceState, seconds};
-use crate::fdl::Address;
+use crate::fdl::{Address, StationCounters};
 use crate::host::link::fault::{Fault, Faults};
 use crate::host::{GsdStation, HostedPpoDrive};
 
@@ -48,7 +49,19 @@ struct StationState {
     address: u8,
     kind: StationKind,
     presence: PresenceState,
+    /// The master that owns the slave; `null`: none does, or it is no DP slave of ours.
+    owner_address: Option<u8>,
     counters: Counters,
+    /// How many replies took how long from the last octet of the request, the shortest first.
+    reply_times: Vec<ReplyTime>,
+}
+
+/// Replies that took about as long.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+struct ReplyTime {
+    /// Up to and including this, and longer than the one before; `null`: any longer time.
+    up_to_microseconds: Option<u64>,
+    count: u64,
 }
 
 /// What a station is.
@@ -254,8 +267,29 @@ impl StationState {
             address: address.number(),
             kind: StationKind::of(bench, address),
             presence: bench.bus.presence(address).into(),
+            owner_address: owner(bench, address).map(Address::number),
             counters: bench.bus.station_counters(address).map(Counters::from).unwrap_or_default(),
+            reply_times: bench.bus.station_counters(address).map(ReplyTime::of).unwrap_or_default(),
         }
+    }
+}
+
+impl ReplyTime {
+    fn of(counters: &StationCounters) -> Vec<Self> {
+        let microseconds = |limit: Duration| u64::try_from(limit.as_micros()).unwrap_or(u64::MAX);
+        let times = counters.latency.buckets();
+        times.map(|(limit, count)| Self { up_to_microseconds: limit.map(microseconds), count }).collect()
+    }
+}
+
+/// The master that owns a slave of this bus.
+fn owner(bench: &BusAccess<'_>, address: Address) -> Option<Address> {
+    if let Some(station) = bench.bus.station::<GsdStation>(address) {
+        station.slave().owner()
+    } else if let Some(hosted) = bench.bus.station::<HostedPpoDrive>(address) {
+        hosted.drive().slave().owner()
+    } else {
+        bench.drive(address)?.slave().owner()
     }
 }
 

@@ -48,6 +48,7 @@
 //! | `ppo_drives` | the same for drives of PROFIDRIVE version 2 |
 //! | `state`, `words` | a drive as JSON |
 //! | `stream` | server-sent events |
+//! | `history` | events, curves and telegrams of the last minutes |
 //! | `nodes` | all of this for a bus of CAN: [`NodePanel`] |
 //! | `problem` | refusals |
 //! | `page` | the files of the page |
@@ -55,6 +56,7 @@
 mod bus;
 mod bus_access;
 mod drives;
+mod history;
 mod inputs;
 mod nodes;
 mod page;

@@ -15,7 +15,7 @@ use super::ppo_drives::parameters as ppo_parameters;
 use super::problem::{Problem, Problems};
 use super::stations::values;
 use super::stream::{Hub, Lost, NewsEvent, TelegramEvent};
-use super::{bus, drives, inputs, page, parameters, ppo_drives, stations, stream, switches, why};
+use super::{bus, drives, history, inputs, page, parameters, ppo_drives, stations, stream, switches, why};
 
 /// What the handlers share.
 #[derive(Clone)]
@@ -67,6 +67,9 @@ pub(super) fn router(app: App) -> Router {
         .route("/api/v1/ppo-drives/{address}/load", put(ppo_drives::load))
         .route("/api/v1/ppo-drives/{address}/parameters", get(ppo_parameters::list))
         .route("/api/v1/drives/{address}/why", get(why::why))
+        .route("/api/v1/drives/{address}/samples", get(history::samples))
+        .route("/api/v1/drives/{address}/samples.csv", get(history::samples_csv))
+        .route("/api/v1/capture.pcapng", get(history::capture))
         .route("/api/v1/bus", get(bus::state))
         .route(
             "/api/v1/bus/faults",
@@ -81,6 +84,7 @@ pub(super) fn router(app: App) -> Router {
             get(ppo_parameters::read).put(ppo_parameters::write),
         )
         .route("/api/v1/events", get(stream::events))
+        .route("/api/v1/events/recent", get(history::events))
         .route("/", get(page::index))
         .route("/page/{name}", get(page::file))
         .fallback(nothing_there)
@@ -134,6 +138,10 @@ pub(super) fn router(app: App) -> Router {
         ppo_parameters::read,
         ppo_parameters::write,
         why::why,
+        history::events,
+        history::samples,
+        history::samples_csv,
+        history::capture,
         bus::state,
         bus::faults,
         bus::add_fault,

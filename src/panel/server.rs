@@ -6,11 +6,14 @@
 //! | time for the head of a request, also of the next on a kept connection | [`HEAD_TIME`] |
 //! | time for everything else of a request | [`REQUEST_TIME`] |
 //! | octets of the head and of the body | [`HEAD_OCTETS`], [`BODY_OCTETS`] |
+//! | time in which a client must take some of what waits for it | [`TAKE_TIME`] |
 //! | octets that wait for a reader | [`SEND_BUFFER`] and [`stream`](super::stream) |
 //!
 //! A web site on the same machine's browser can send requests here, and with a name that leads to 127.0.0.1 (DNS
 //! rebinding) even read the answers. So `Host` must be `localhost` or an address in numbers, and `Origin`, which
 //! browsers add to what could change something, must be this very server.
+
+mod timed;
 
 use core::net::IpAddr;
 use core::time::Duration;
@@ -33,6 +36,7 @@ use tokio::time::{sleep, timeout};
 
 use super::problem::Problem;
 use crate::host::Reach;
+use timed::Timed;
 
 /// Connections served at a time.
 pub(super) const MOST_CONNECTIONS: usize = 64;
@@ -42,6 +46,9 @@ pub(super) const HEAD_TIME: Duration = Duration::from_secs(5);
 
 /// From the end of a request's head to its answer.
 const REQUEST_TIME: Duration = Duration::from_secs(5);
+
+/// A client that takes nothing for so long, although something waits for it, is cut off.
+const TAKE_TIME: Duration = Duration::from_secs(10);
 
 /// The head of a request at most.
 const HEAD_OCTETS: usize = 16 * 1024;
@@ -111,7 +118,7 @@ async fn connection(stream: TcpStream, service: Router, _place: OwnedSemaphorePe
         .timer(TokioTimer::new())
         .header_read_timeout(HEAD_TIME)
         .max_buf_size(HEAD_OCTETS)
-        .serve_connection(TokioIo::new(stream), TowerToHyperService::new(service))
+        .serve_connection(TokioIo::new(Timed::new(stream, TAKE_TIME)), TowerToHyperService::new(service))
         .await;
     if let Err(error) = served {
         tracing::debug!("panel: a connection ended: {error}");

@@ -22,12 +22,12 @@ use crate::host::Presence;
 use crate::time::Instant;
 use fault::{Faults, Start, Warnings};
 use led::Led;
-use motion::{Measured, Motion};
+use motion::Measured;
 use names::{EepromName, ModeName};
 use slave::Dp;
 
 pub(super) use fault::{FaultName, LastRefusal, ReasonText, reasons_of};
-pub(super) use motion::lengths;
+pub(super) use motion::{Motion, lengths};
 pub(super) use names::{ModelName, PowerState, gear};
 pub(super) use slave::{Counters, DpState, PresenceState};
 

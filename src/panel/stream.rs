@@ -13,6 +13,8 @@
 //! | `subscriber` | one reader |
 //! | `event` | the events and how they are written |
 //!
+//! The middle also keeps what was, for who comes late: [`History`](super::history::History).
+//!
 //! The thread of the bus only puts fixed-size entries into a ring that was allocated before, and nothing of telegrams
 //! unless somebody watches them; then it also tells mode and unit of the drives, in which telegrams are to be read. A subscriber whose reader is slow falls behind in the broadcast, asks for no states
 //! meanwhile, and is told how many of each it lost as soon as it can be told.

@@ -18,6 +18,31 @@ test("a server that goes is missed, and found again when it is back", async () =
   });
 });
 
+test("a server that is frozen is missed at once, its values look old, and it is found again when it goes on", async () => {
+  await onStage({ master: false, refusals: true }, async ({ page, emulator }) => {
+    await text(page, "#drive-state", "ready-to-run");
+    const dimmed = () => page.locator("#values").evaluate((values) => Number(getComputedStyle(values.closest("main > section")).opacity));
+    assert.equal(await dimmed(), 1);
+    emulator.freeze();
+    await page.locator("#connection[data-kind=lost]").waitFor({ timeout: 15_000 });
+    await text(page, "#connection", "not connected: the emulator does not answer. The values are old");
+    assert.ok((await dimmed()) < 0.6, "values of before look so");
+    // Longer than every limit of the page: nothing that it asks meanwhile makes it live again.
+    const live = page.locator(CONNECTED).waitFor({ timeout: 7_000 }).then(() => "live", () => "gone");
+    assert.equal(await live, "gone");
+    const refused = await page.evaluate(async () => {
+      const { request } = await import("/page/api.js");
+      return request("GET", "/bus").catch(({ message }) => message);
+    });
+    assert.equal(refused, "the emulator does not answer");
+    emulator.thaw();
+    await page.locator(CONNECTED).waitFor();
+    assert.equal(await dimmed(), 1);
+    await page.getByRole("button", { name: "Provoke fault D:" }).click();
+    await text(page, "#drive-state", "fault D");
+  });
+});
+
 test("a drive that is taken away is said to be gone, and is there again when it is back", async () => {
   await onStage({ drives: ["--drives", "5-6"], master: false, refusals: true }, async ({ page }) => {
     const act = (method, path, body) => page.evaluate(([method, path, body]) => fetch(path, { method, headers: { "content-type": "application/json" }, body }).then(({ status }) => status), [method, path, body]);

@@ -46,8 +46,19 @@ export class Emulator {
     return Emulator.#start(String(this.linkPort), new URL(this.panel).port, this.options);
   }
 
+  /** Stops the program where it is, as a computer does that hangs: its port stays open, and nobody answers. */
+  freeze() {
+    this.child.kill("SIGSTOP");
+  }
+
+  /** Lets it go on. */
+  thaw() {
+    this.child.kill("SIGCONT");
+  }
+
   /** Ends the program and says what it logged if that was not as it should be. */
   async stop() {
+    this.thaw();
     this.child.kill("SIGTERM");
     const code = await this.ended;
     if (code !== 0) throw new Error(`the emulator ended with ${code}\n${this.log.join("")}`);

@@ -259,35 +259,6 @@ test("master and drive are heard on the parameter channel", async () => {
   });
 });
 
-test("telegrams are explained in words and can be filtered", async () => {
-  await onStage({}, async ({ page, master }) => {
-    await master.exchanging(5);
-    await page.locator("#log-lines select").selectOption("telegram");
-    await page.locator("#log-lines .log li[data-kind=telegram]").first().waitFor();
-    await page.locator("#log-lines input[type=search]").fill("nothing says this");
-    await text(page, "#log-lines .toolbar", "0 lines");
-    await page.locator("#log-lines select").selectOption("no telegrams");
-    await page.locator("#log-lines input[type=search]").fill("switched");
-    await page.getByRole("button", { name: "Power off" }).click();
-    await text(page, "#log-lines .log", "switched off");
-  });
-});
-
-test("the log of a drive holds no telegrams of another one", async () => {
-  await onStage({ drives: ["--drives", "5-6"] }, async ({ page, master }) => {
-    await text(page, "#log-lines", "nothing yet");
-    await master.exchanging(5);
-    await page.locator("#log-lines select").selectOption("telegram");
-    await page.locator("#log-lines .log li[data-kind=telegram]").first().waitFor();
-    await page.locator("#choose").selectOption("6");
-    await text(page, "#drive-title", "Drive 6");
-    await text(page, "#log-lines", "nothing matches");
-    assert.equal(await page.locator("#log-lines .log li").count(), 0);
-    await page.locator("#choose").selectOption("5");
-    await page.locator("#log-lines .log li[data-kind=telegram]").first().waitFor();
-  });
-});
-
 test("the keys turn the shaft as long as they are held, with the mouse and with the keyboard", async () => {
   await onStage({ master: false }, async ({ page }) => {
     await page.locator("[data-lamp=bus][data-lit=false]").waitFor();

@@ -1,7 +1,9 @@
 // What a test of the panel needs: an emulator, a master beside it, and a page in headless Chromium.
 import { chromium } from "playwright-core";
 import assert from "node:assert/strict";
+import { existsSync } from "node:fs";
 import { mkdir } from "node:fs/promises";
+import { basename, join } from "node:path";
 import { after } from "node:test";
 
 import { Emulator } from "./emulator.js";
@@ -17,6 +19,8 @@ const FLAGS = [
   "--disable-component-update",
   "--disable-sync",
 ];
+/** A folder with the files of the page, for those who edit them: they are taken from there and not from the program. */
+const PAGE = process.env.PROFIDRIVE_PAGE;
 /** Generous: a loaded machine is no failure. */
 export const LIMIT_MS = 60_000;
 /** On a loaded machine the page may lose samples; it is connected all the same. */
@@ -65,6 +69,7 @@ class Stage {
     page.on("request", (request) => {
       if (!request.url().startsWith(this.emulator.panel.replace(/\/$/, ""))) this.strangers.push(request.url());
     });
+    if (PAGE) await page.route("**/*", (route) => fromFolder(route));
     await page.goto(new URL(view, this.emulator.panel).href);
     await page.locator(CONNECTED).waitFor();
     return page;
@@ -84,6 +89,14 @@ class Stage {
     await this.master?.close();
     await this.emulator?.stop();
   }
+}
+
+/** A file of the page from the folder; what is no file of the page is asked of the program. */
+function fromFolder(route) {
+  const { pathname } = new URL(route.request().url());
+  const path = join(PAGE, pathname === "/" ? "index.html" : basename(pathname));
+  const isFile = pathname === "/" || pathname.startsWith("/page/");
+  return isFile && existsSync(path) ? route.fulfill({ path }) : route.fallback();
 }
 
 /** Waits until an element has a text. */

@@ -49,6 +49,8 @@ mod nodes;
 #[cfg(target_os = "linux")]
 mod panel_api;
 #[cfg(target_os = "linux")]
+mod panel_history;
+#[cfg(target_os = "linux")]
 mod panel_inputs;
 #[cfg(target_os = "linux")]
 mod panel_ppo;

@@ -332,6 +332,24 @@ fn there_are_only_so_many_readers_of_the_stream() {
 }
 
 #[test]
+fn readers_that_never_read_lose_their_places() {
+    let emulator = Emulator::start();
+    let busy =
+        Busy::start(emulator.terminal().into(), |exchange| if exchange % 2 == 0 { 0x0000 } else { 0x0008 });
+    let ask = "?kinds=state,news,telegram&address=5&interval_milliseconds=20";
+    let silent: Vec<_> = (0..16).map(|_| emulator.stream(ask)).collect();
+    let start = Instant::now();
+    // None of them goes by itself: only that nobody reads frees a place.
+    while emulator.request("GET", "/api/v1/events?address=99", "", "").status == 503 {
+        assert!(start.elapsed() < PATIENCE, "no place is free again");
+        thread::sleep(Duration::from_millis(200));
+    }
+    drop(silent);
+    assert!(memory_of(&emulator) < 64 << 20, "{} octets", memory_of(&emulator));
+    assert!(busy.end() > 0);
+}
+
+#[test]
 fn the_emulator_ends_at_once_whoever_is_connected() {
     let mut emulator = Emulator::start();
     let mut stream = emulator.stream("");

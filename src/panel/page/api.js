@@ -3,7 +3,10 @@
 const ROOT = "/api/v1";
 const RETRY_MS = 1000;
 /** Nothing for so long, and the stream is taken for dead: a state comes once a second at least. */
-const SILENCE_MS = 10_000;
+const SILENCE_MS = 4000;
+/** An answer comes within this, or none does. */
+const ANSWER_MS = 5000;
+const NO_ANSWER = "the emulator does not answer";
 
 /** A request that was refused, or reached nobody (`status` 0). `message` is a sentence for a person. */
 export class Refused extends Error {
@@ -13,9 +16,10 @@ export class Refused extends Error {
   }
 }
 
-/** Asks the server; the body and the answer are JSON. */
+/** Asks the server; the body and the answer are JSON. A server that is frozen reaches nobody either. */
 export async function request(method, path, body) {
   let response;
+  let text;
   try {
     response = await fetch(ROOT + path, {
       method,
@@ -23,11 +27,12 @@ export async function request(method, path, body) {
       body: body === undefined ? undefined : JSON.stringify(body),
       // The release of a key arrives even if the page goes at the same time.
       keepalive: body !== undefined,
+      signal: AbortSignal.timeout(ANSWER_MS),
     });
+    text = await response.text();
   } catch {
-    throw new Refused("the emulator does not answer");
+    throw new Refused(NO_ANSWER);
   }
-  const text = await response.text();
   let answer = null;
   try {
     answer = text === "" ? null : JSON.parse(text);
@@ -46,6 +51,8 @@ export class Stream {
   #source = null;
   #timer = 0;
   #silence = 0;
+  /** Whether the server has taken the subscription. */
+  #open = false;
   #on;
   #events;
   #query = "";
@@ -67,7 +74,11 @@ export class Stream {
     this.#end();
     const source = new EventSource(`${ROOT}/events?${this.#query}`);
     this.#source = source;
-    source.addEventListener("open", () => this.#on.open());
+    source.addEventListener("open", () => {
+      this.#open = true;
+      this.#watch();
+      this.#on.open();
+    });
     source.addEventListener("error", () => this.#retry());
     for (const event of this.#events) {
       source.addEventListener(event, ({ data }) => {
@@ -81,7 +92,11 @@ export class Stream {
   /** A stream that says nothing for long is dead, even if nobody has said so. */
   #watch() {
     clearTimeout(this.#silence);
-    this.#silence = setTimeout(() => this.#retry(), SILENCE_MS);
+    this.#silence = setTimeout(() => {
+      // Said at once: who asks a frozen server why gets no answer.
+      this.#on.closed(new Refused(NO_ANSWER));
+      this.#retry();
+    }, SILENCE_MS);
   }
 
   #end() {
@@ -89,6 +104,7 @@ export class Stream {
     clearTimeout(this.#silence);
     this.#source?.close();
     this.#source = null;
+    this.#open = false;
   }
 
   async #retry() {
@@ -101,7 +117,7 @@ export class Stream {
       () => whyRefused(query),
       (error) => error,
     );
-    if (query === this.#query && this.#source === null) this.#on.closed(reason);
+    if (query === this.#query && !this.#open) this.#on.closed(reason);
   }
 }
 
@@ -114,13 +130,15 @@ function isThere(address) {
 /** Why the stream is not to be had; one that is to be had after all is given up at once. */
 async function whyRefused(query) {
   const asking = new AbortController();
+  const limit = setTimeout(() => asking.abort(), ANSWER_MS);
   try {
     const response = await fetch(`${ROOT}/events?${query}`, { signal: asking.signal });
     if (response.ok) return new Refused("the stream ended");
     return new Refused((await response.json()).detail, response.status);
   } catch {
-    return new Refused("the emulator does not answer");
+    return new Refused(NO_ANSWER);
   } finally {
+    clearTimeout(limit);
     asking.abort();
   }
 }

@@ -1,6 +1,7 @@
 // The bus: what was counted, faults on its line, drives that come and go.
 import { html, say, Rows } from "./dom.js";
 import { request } from "./api.js";
+import { BusRates } from "./bus_rates.js";
 import { LineFaults } from "./line_faults.js";
 import { MODELS } from "./states.js";
 
@@ -33,6 +34,7 @@ export class BusView {
 
   constructor() {
     const by = (id) => document.getElementById(id);
+    this.rates = new BusRates(by("rates"));
     this.#drawCounters(by("counters"));
     const message = html("p", { class: "refused", role: "alert" });
     const act = (...of) => this.#act(message, ...of);
@@ -43,6 +45,7 @@ export class BusView {
   /** Asks for the state of the bus and shows it. */
   async refresh() {
     const bus = await request("GET", "/bus");
+    this.rates.show(bus);
     const rejected = bus.rejected.filter(({ count }) => count > 0);
     this.#line.show(
       [

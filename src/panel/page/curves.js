@@ -15,6 +15,9 @@ const LANES = [
   { name: "Speed", unit: "rpm", lines: [{ key: "speed_setpoint_rpm", class: "setpoint" }, { key: "speed_rpm", class: "speed" }], least: 10 },
   { name: "Current", unit: "mA", lines: [{ key: "current_ma", class: "current" }], least: 200 },
 ];
+/** What happened, so many at most; how near the cursor must be in pixels to tell of it. */
+const MARKS = 500;
+const NEAR = 6;
 const LEFT = 64;
 const RIGHT = 20;
 const TOP = 22;
@@ -33,8 +36,11 @@ export class Curves {
   #drag = null;
   #dirty = true;
   #colors = {};
+  /** What happened, by number. */
+  #marks = new Map();
 
-  constructor(root) {
+  /** `save` is a link that saves them. */
+  constructor(root, save) {
     this.canvas = html("canvas", {
       class: "curves",
       tabindex: 0,
@@ -42,9 +48,10 @@ export class Curves {
       "aria-label": "Position, speed and current against time",
       "aria-describedby": "curves-keys",
     });
-    this.readout = html("output", { class: "readout" });
+    this.readout = html("p", { class: "readout" });
     this.follow = html("button", { type: "button", "aria-pressed": true, onclick: () => this.#go(this.#end === null ? this.#newest() : null) }, "Follow");
-    this.scale = html("output", { class: "scale" });
+    this.scale = html("span", { class: "scale" });
+    this.happened = html("p", { class: "happened" });
     root.replaceChildren(
       html(
         "div",
@@ -58,9 +65,11 @@ export class Curves {
           this.scale,
           html("button", { type: "button", "aria-label": "Show less time", onclick: () => this.#zoom(-1) }, "+"),
           this.follow,
+          save,
         ),
       ),
       this.canvas,
+      this.happened,
       html("p", { class: "hint", id: "curves-keys" }, "Point at the curves or use ← → for a cursor, drag or Page Up and Page Down for the time before, + − to zoom, Home to follow."),
     );
     this.#listen();
@@ -75,8 +84,26 @@ export class Curves {
   /** Another drive: its curves begin anew. */
   clear() {
     this.#samples = [];
+    this.#marks.clear();
     this.#cursor = null;
     this.#go(null);
+  }
+
+  /** Samples of before; of those that are there already none comes twice. */
+  addBefore(samples) {
+    const first = this.#samples[0];
+    const older = first ? samples.filter(({ time_s, unit }) => time_s < first.time_s && unit === first.unit) : samples;
+    const unit = older.at(-1)?.unit;
+    this.#samples.unshift(...older.filter((sample) => sample.unit === unit).map((sample) => ({ ...sample, gap: false })));
+    this.#dirty = true;
+  }
+
+  /** Something that happened: `{ number, time_s, kind, text }`. */
+  mark({ number, time_s, kind, text }) {
+    if (number === undefined || time_s === null) return;
+    this.#marks.set(number, { time_s, kind, text });
+    if (this.#marks.size > MARKS) this.#marks.delete(this.#marks.keys().next().value);
+    this.#dirty = true;
   }
 
   /**
@@ -86,7 +113,10 @@ export class Curves {
   add(sample, lost = false) {
     // A position in another unit is another position, and time that goes back is another clock.
     const before = this.#samples.at(-1);
-    if (before && (before.unit !== sample.unit || before.time_s > sample.time_s)) this.clear();
+    // What the server has kept may be newer than a state on its way.
+    if (before && sample.time_s < before.time_s && before.time_s - sample.time_s < SILENCE_S) return;
+    if (before && before.time_s > sample.time_s) this.clear();
+    else if (before && before.unit !== sample.unit) this.#samples = [];
     const last = this.#samples.at(-1);
     if (last && sample.time_s === last.time_s) return;
     const stood = last && [last, sample].every(({ speed_rpm }) => speed_rpm === 0) && last.position === sample.position;
@@ -249,10 +279,11 @@ export class Curves {
       return;
     }
     const { unit } = sample;
+    const target = sample.setpoint;
     const of = (setpoint) => (setpoint === null ? "" : ` (setpoint ${setpoint})`);
     const parts = [
       ...(time === null ? [] : [`${sample.time_s.toFixed(2)} s`]),
-      `${inUnit(sample.position, unit)} ${unit.name}${of(sample.setpoint === null ? null : inUnit(sample.setpoint, unit))}`,
+      `${inUnit(sample.position, unit)} ${unit.name}${target === null ? "" : ` (target ${inUnit(target, unit)}, ${inUnit(target - sample.position, unit)} to go)`}`,
       `${sample.speed_rpm} rpm${of(sample.speed_setpoint_rpm)}`,
       `${sample.current_ma} mA`,
     ];
@@ -267,6 +298,7 @@ export class Curves {
     const shown = this.#samples.slice(first, this.#at(right) + 2);
     const share = (height - TOP - BOTTOM - GAP * (LANES.length - 1)) / (LANES.length + 1);
     this.#paintTime(context, x, left, right, height);
+    this.#paintMarks(context, x, left, right, height);
     let top = TOP;
     LANES.forEach((lane, index) => {
       // Where the shaft is matters most: it gets twice the height.
@@ -294,6 +326,26 @@ export class Curves {
       line(context, at, TOP, at, height - BOTTOM);
       context.fillText(`${Number(time.toFixed(2))} s`, at, height - 7);
     }
+  }
+
+  /** A line with a head for each thing that happened; in words below if the cursor is on it, else the newest. */
+  #paintMarks(context, x, left, right, height) {
+    const shown = [...this.#marks.values()].filter(({ time_s }) => time_s >= left && time_s <= right);
+    for (const { time_s, kind } of shown) {
+      const at = Math.round(x(time_s)) + 0.5;
+      context.strokeStyle = context.fillStyle = this.#colors[kind] ?? this.#colors.muted;
+      context.setLineDash([1, 4]);
+      line(context, at, TOP, at, height - BOTTOM);
+      context.setLineDash([]);
+      context.beginPath();
+      context.moveTo(at - 4, TOP - 6);
+      context.lineTo(at + 4, TOP - 6);
+      context.lineTo(at, TOP);
+      context.fill();
+    }
+    const cursor = this.#time();
+    const near = shown.filter(({ time_s }) => cursor === null || Math.abs(x(time_s) - x(cursor)) <= NEAR);
+    say(this.happened, (cursor === null ? near.slice(-1) : near).map(({ time_s, text }) => `${time_s.toFixed(2)} s: ${text}`).join("; "));
   }
 
   #paintLane(context, lane, samples, x, { top, bottom, width }) {
@@ -390,5 +442,7 @@ function colors(element) {
     setpoint: color("muted"),
     speed: color("curve-speed"),
     current: color("curve-current"),
+    fault: color("fault"),
+    refusal: color("warn"),
   };
 }

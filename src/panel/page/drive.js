@@ -2,7 +2,7 @@
 import { html, say, mark } from "./dom.js";
 import { DeviceDrawing, switchesText } from "./device.js";
 import { Curves } from "./curves.js";
-import { Faults } from "./faults.js";
+import { Faults, causeIsThere, wayOut } from "./faults.js";
 import { Inputs } from "./inputs.js";
 import { Parameters } from "./parameters.js";
 import { Pkw } from "./pkw.js";
@@ -43,7 +43,8 @@ export class DriveView {
       flip: (index, on) => this.#flip(index, on),
       key: (name, pressed) => this.#act("POST", "/keys", { key: KEYS[name], pressed }),
     });
-    this.curves = new Curves(by("curves"));
+    this.saveCurves = html("a", { class: "button" }, "Save as CSV");
+    this.curves = new Curves(by("curves"), this.saveCurves);
     this.values = new Values(by("values"));
     this.why = new Why(by("why"));
     this.inputs = new Inputs(by("inputs"), (changes) => this.#request("PATCH", "/inputs", changes));
@@ -60,9 +61,9 @@ export class DriveView {
     by("power").replaceChildren(this.powerText, this.powerButton, this.message);
   }
 
-  /** Another drive is chosen; nothing of the last one stays. */
+  /** Another drive is chosen; nothing of the last one stays. Says whether it is another. */
   choose(address) {
-    if (this.#address === address) return;
+    if (this.#address === address) return false;
     this.drawing.releaseKeys();
     this.#address = address;
     this.#state = null;
@@ -73,6 +74,29 @@ export class DriveView {
     say(this.message, "");
     say(this.#by("drive-title"), `Drive ${address}`);
     mark(this.#by("drive"), "data-known", "asked");
+    mark(this.saveCurves, "href", `/api/v1/drives/${address}/samples.csv`);
+    mark(this.saveCurves, "download", `drive-${address}.csv`);
+    return true;
+  }
+
+  /** What the server has kept of the chosen drive, as curves. */
+  recall(samples) {
+    this.curves.addBefore(
+      samples.map((sample) => ({
+        time_s: sample.time_seconds,
+        position: sample.position_user_units,
+        setpoint: sample.target_user_units,
+        speed_setpoint_rpm: sample.setpoint_rpm,
+        speed_rpm: sample.velocity_rpm,
+        current_ma: sample.current_milliamperes,
+        unit: unitOf(sample),
+      })),
+    );
+  }
+
+  /** Something that happened, as a mark in the curves if it is of the chosen drive. */
+  mark(line) {
+    if (line.stations.includes(this.#address)) this.curves.mark(line);
   }
 
   /** A complete state of the chosen drive; `gap`: states before it were lost. */
@@ -92,8 +116,7 @@ export class DriveView {
       gear: state.gear_ratio,
       inputs: state.inputs,
       latched: state.faults.latched,
-      causes: state.faults.causes.map(({ code }) => code),
-      provoked: state.faults.provoked.map(({ code }) => code),
+      present: causeIsThere(state.faults),
       turnOnDisabled: state.state === "turn-on disabled",
       buffer: state.faults.buffer,
       count: state.faults.count,
@@ -157,13 +180,20 @@ export class DriveView {
     let title = possible ? `Ready: ${start}` : "It does not start, because";
     const doing = busy ? reasons[0].text : UNDER_WAY[state.state];
     if (doing !== undefined) title = `Under way: ${doing}`;
+    const { latched } = state.faults;
+    let way = "";
+    if (latched !== null) {
+      const present = causeIsThere(state.faults);
+      title = `Fault ${latched.text}. ${present ? "Its cause is still there." : "Its cause is gone."}`;
+      way = wayOut(present, next);
+    }
     const kind = state.fault !== null ? "fault" : possible || doing !== undefined ? "ready" : "waiting";
     const texts = reasons.map(({ text }) => text);
-    if (!possible && next !== null) texts.push(`Next: ${next}`);
+    if (!possible && next !== null && latched === null) texts.push(`Next: ${next}`);
     const { last_refusal: refusal } = state;
     const ago = refusal === null ? 0 : Math.max(0, Math.round(state.time_seconds - refusal.time_seconds));
     const when = ago < 60 ? `${ago} s ago` : `${Math.round(ago / 60)} min ago`;
-    this.why.show({ title, kind, reasons: doing !== undefined ? [] : texts, refused: refusal === null ? "" : `Last refusal, ${when}: ${refusal.text}` });
+    this.why.show({ title, kind, reasons: doing !== undefined ? [] : texts, way, refused: refusal === null ? "" : `Last refusal, ${when}: ${refusal.text}` });
   }
 
   #showDevice(state) {
@@ -188,6 +218,8 @@ export class DriveView {
       { name: "Position", value: inUnit(motion.position_user_units, unit), unit: unit.name, main: true },
       { name: "Speed", value: String(motion.velocity_rpm), unit: "rpm", main: true },
       { name: "Current", value: String(measured.current_milliamperes), unit: "mA", main: true },
+      { name: "Target", value: motion.target_user_units === null ? "–" : inUnit(motion.target_user_units, unit), unit: motion.target_user_units === null ? "" : unit.name },
+      { name: "To go", value: motion.distance_to_go_user_units === null ? "–" : inUnit(motion.distance_to_go_user_units, unit), unit: motion.distance_to_go_user_units === null ? "" : unit.name },
       { name: "Output stage", value: measured.stage_temperature_celsius.toFixed(1), unit: "°C" },
       { name: "Intermediate circuit", ...volts(measured.dc_link_volts) },
       ...(model === "ag03-1" ? [{ name: "Output supply", ...volts(measured.output_supply_volts) }] : []),
@@ -213,14 +245,13 @@ export class DriveView {
 
   #addSample(state, gap) {
     const { motion, measured } = state;
-    // A setpoint of no job is a number on the bus and no target.
-    const target = state.mode === "positioning" && motion.job_active;
     const released = state.state === "travelling with velocity";
     this.curves.add(
       {
         time_s: state.time_seconds,
         position: motion.position_user_units,
-        setpoint: target ? motion.setpoint_user_units : null,
+        // Of the job in progress: what HSW is meanwhile is a number on the bus and no target.
+        setpoint: motion.target_user_units,
         speed_setpoint_rpm: released ? motion.setpoint_rpm : null,
         speed_rpm: motion.velocity_rpm,
         current_ma: measured.current_milliamperes,

@@ -57,14 +57,11 @@ export class Faults {
   }
 
   /**
-   * The `model`, its `gear` and its `inputs`, the fault `latched` or null, the codes whose `causes` are there, those that
-   * the inputs make as soon as the shaft is commanded to turn (`provoked`), whether turn-on is disabled, the `buffer` of PNU 945, and
-   * the `count` of PNU 952.
+   * The `model`, its `gear` and its `inputs`, the fault `latched` or null, whether its cause is `present`, whether turn-on
+   * is disabled, the `buffer` of PNU 945, and the `count` of PNU 952.
    */
-  show({ model, gear, inputs, latched, causes, provoked, turnOnDisabled, buffer, count }) {
+  show({ model, gear, inputs, latched, present, turnOnDisabled, buffer, count }) {
     this.#model = model;
-    // Blocked shaft and friction are causes only while the motor turns, and in the way as long as they are there.
-    const present = causes.length > 0 || (latched !== null && provoked.includes(latched.code));
     for (const [code, button] of this.#buttons) {
       const { only } = FAULTS[code];
       button.hidden = only !== undefined && only !== model;
@@ -86,6 +83,20 @@ export class Faults {
     const ofAg03_1 = output !== undefined && this.#model === "ag03-1";
     this.#act.takeBack(ofAg03_1 ? { ...both, output_supply_volts: output } : both);
   }
+}
+
+/**
+ * Whether the cause of the latched fault persists. Blocked shaft and friction are causes only while the motor turns, and
+ * in the way as long as they are there.
+ */
+export function causeIsThere({ latched, causes, provoked }) {
+  return causes.length > 0 || (latched !== null && provoked.some(({ code }) => code === latched.code));
+}
+
+/** The way out of a fault; `next` are the control words to send, null if none helps yet. */
+export function wayOut(present, next) {
+  if (present) return "Way out: take its cause away. Then the master acknowledges with STW.7 from 0 to 1 and gives OFF1 (STW.0 = 0) once.";
+  return `Way out: ${next ?? "the master acknowledges with STW.7 from 0 to 1 and gives OFF1 (STW.0 = 0) once"}.`;
 }
 
 function advice(latched, present, turnOnDisabled) {

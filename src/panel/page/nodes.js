@@ -1,10 +1,13 @@
 // The panel of a bus of CAN: which view is shown, and what comes from the stream to it.
 import { say, mark } from "./dom.js";
+import { announceFault } from "./announce.js";
 import { Stream, request } from "./api.js";
 import { CanBusView } from "./can_bus.js";
+import { Connection } from "./connection.js";
 import { Log } from "./log.js";
 import { NodeView } from "./node.js";
 import { Overview } from "./overview.js";
+import { Telegrams } from "./telegrams.js";
 
 const VIEWS = ["drives", "drive", "bus"];
 /** How often states come. */
@@ -21,19 +24,20 @@ class Panel {
 
   constructor() {
     const by = this.#by;
+    this.connection = new Connection();
     this.node = new NodeView();
     this.bus = new CanBusView();
     this.overview = new Overview({ tiles: by("tiles"), filter: by("drives-filter"), count: by("drives-count"), none: by("drives-none") }, "node");
-    this.log = new Log(by("log-lines"), () => this.#subscribe(), "frames", "585, -705 ...");
+    this.log = new Log(by("log-lines"));
+    this.frames = new Telegrams(by("telegram-lines"), () => this.#subscribe(), { named: "frames", placeholder: "585, -705 ..." });
     this.stream = new Stream(
       {
-        open: () => this.#connection("live", "live"),
+        open: () => this.connection.live(),
         closed: (error) => this.#closed(error),
         state: (state) => this.#state(state),
-        news: ({ time_seconds: time_s, address, kind, text }) =>
-          this.log.add({ time_s, kind: KINDS[kind] ?? kind, text, stations: address === null ? [] : [address] }),
+        news: (news) => this.#news(news),
         frame: ({ time_seconds: time_s, id, remote, octets_hex: octets, of_node: own }) =>
-          this.log.add({ time_s, kind: "telegram", word: own ? "node" : "master", text: `${id}  ${remote ? "remote request" : octets}`, stations: [] }),
+          this.frames.add({ time_s, kind: "telegram", word: own ? "node" : "master", text: `${id}  ${remote ? "remote request" : octets}`, stations: [], route: id }),
         lost: ({ news }) => this.log.add({ time_s: null, kind: "lost", text: `${news} events and frames lost: this page reads too slowly`, stations: [] }),
       },
       ["state", "news", "frame", "lost"],
@@ -43,6 +47,7 @@ class Panel {
     setInterval(() => this.#ask(), ASK_MS);
     const paint = () => {
       this.log.paint();
+      this.frames.paint();
       requestAnimationFrame(paint);
     };
     requestAnimationFrame(paint);
@@ -69,7 +74,7 @@ class Panel {
       if (name === view) mark(this.#by(`to-${name}`), "aria-current", "page");
       else this.#by(`to-${name}`).removeAttribute("aria-current");
     }
-    this.#by("log").hidden = view === "drives";
+    this.#by("telegrams").hidden = view === "drives";
     document.title = view === "drive" ? `Node ${this.#address} – profidrive` : view === "bus" ? "Bus – profidrive" : "profidrive";
     this.log.only(view === "drive" ? this.#address : null);
     this.#subscribe();
@@ -77,9 +82,17 @@ class Panel {
   }
 
   #subscribe() {
-    const kinds = ["state", "news", ...(this.log.wantsTelegrams && this.#view !== "drives" ? ["frame"] : [])];
+    const kinds = ["state", "news", ...(this.frames.wanted && this.#view !== "drives" ? ["frame"] : [])];
     const wanted = { kinds: kinds.join(","), interval_milliseconds: INTERVAL_MS[this.#view] };
     this.stream.subscribe(this.#view === "drive" ? { ...wanted, address: this.#address } : wanted);
+  }
+
+  #news({ time_seconds: time_s, address, kind, text }) {
+    const line = { time_s, kind: KINDS[kind] ?? kind, text, stations: address === null ? [] : [address] };
+    this.log.add(line);
+    if (line.kind !== "fault") return;
+    this.frames.fault(line);
+    announceFault(address === null ? text : `Node ${address}: ${text}`);
   }
 
   #state(state) {
@@ -87,14 +100,9 @@ class Panel {
     else if (this.#view === "drives" && state.drives) this.overview.show(state.drives.map(tile));
   }
 
-  #connection(kind, text) {
-    mark(this.#by("connection"), "data-kind", kind);
-    say(this.#by("connection"), text);
-  }
-
   #closed({ message, status }) {
     const missing = this.#view === "drive" && status === 404;
-    this.#connection("lost", `not connected: ${missing ? "no such node" : message}. Trying again ...`);
+    this.connection.gone(missing ? "no such node" : message);
     if (missing) this.node.gone(message);
   }
 

@@ -1,13 +1,18 @@
 // The panel: which view is shown, and what comes from the stream to it.
-import { html, many, say, mark } from "./dom.js";
+import { html, say, mark } from "./dom.js";
+import { Alarms } from "./alarms.js";
+import { announceRefusal } from "./announce.js";
 import { Stream, request } from "./api.js";
 import { BusView } from "./bus.js";
+import { Connection } from "./connection.js";
 import { DriveView } from "./drive.js";
 import { Log } from "./log.js";
 import { Overview } from "./overview.js";
 import { PpoTiles, PpoView } from "./ppo.js";
 import { modelName, positionOf, stateOf } from "./states.js";
+import { Recall } from "./recall.js";
 import { StationTiles, StationView } from "./station.js";
+import { Telegrams } from "./telegrams.js";
 
 const VIEWS = ["drives", "drive", "station", "ppo", "bus"];
 /** How often states come: of one drive, smooth enough for curves; of all, often enough to see what goes on. */
@@ -16,8 +21,6 @@ const INTERVAL_MS = { drives: 250, drive: 50, station: 100, ppo: 100, bus: 1000 
 const ASK_MS = 2000;
 /** Of a drive that is not there, and of an address that no drive can have. */
 const NO_DRIVE = [400, 404];
-/** For so long a loss is told: who sees it later, thinks that it goes on. */
-const LOSS_TOLD_MS = 10_000;
 const KINDS = { command_refused: "refusal", job_refused: "refusal", fault: "fault", dp: "dp", drive: "drive", parameter: "drive", input: "drive", power: "power", line: "line", hint: "hint" };
 
 class Panel {
@@ -28,11 +31,13 @@ class Panel {
   #station = null;
   /** The drive of PROFIDRIVE version 2 that is shown. */
   #ppo = null;
-  #losses = [];
   #gap = false;
 
   constructor() {
     const by = this.#by;
+    this.connection = new Connection();
+    this.alarms = new Alarms(by("alarms"));
+    this.recall = new Recall();
     this.drive = new DriveView();
     this.station = new StationView();
     this.stationTiles = new StationTiles();
@@ -40,7 +45,8 @@ class Panel {
     this.ppoTiles = new PpoTiles();
     this.bus = new BusView();
     this.overview = new Overview({ tiles: by("tiles"), filter: by("drives-filter"), count: by("drives-count"), none: by("drives-none") });
-    this.log = new Log(by("log-lines"), () => this.#subscribe());
+    this.log = new Log(by("log-lines"));
+    this.telegrams = new Telegrams(by("telegram-lines"), () => this.#subscribe(), { file: "/api/v1/capture.pcapng" });
     this.stream = new Stream({
       open: () => this.#connected(),
       closed: (error) => this.#disconnected(error),
@@ -56,7 +62,8 @@ class Panel {
     const paint = () => {
       this.drive.paint();
       this.log.paint();
-      this.#forgetLosses();
+      this.telegrams.paint();
+      this.connection.paint();
       requestAnimationFrame(paint);
     };
     requestAnimationFrame(paint);
@@ -76,7 +83,7 @@ class Panel {
     this.#view = view;
     if (view === "drive") {
       this.#address = Number(address ?? this.#address);
-      this.drive.choose(this.#address);
+      this.#chooseDrive();
       mark(this.#by("to-drive"), "href", `#drive/${this.#address}`);
       say(this.#by("to-drive"), `Drive ${this.#address}`);
       this.#by("to-drive").hidden = false;
@@ -100,16 +107,24 @@ class Panel {
       if (name === view) mark(this.#by(`to-${name}`), "aria-current", "page");
       else this.#by(`to-${name}`).removeAttribute("aria-current");
     }
-    this.#by("log").hidden = view === "drives";
+    this.#by("telegrams").hidden = view === "drives";
     const shown = { drive: this.#address, station: this.#station, ppo: this.#ppo }[view] ?? null;
     document.title = shown === null ? "profidrive" : `${view === "station" ? "Station" : "Drive"} ${shown} – profidrive`;
     this.log.only(shown);
+    this.telegrams.only(shown);
     this.#subscribe();
     this.#ask();
   }
 
+  async #chooseDrive() {
+    const address = this.#address;
+    if (!this.drive.choose(address)) return;
+    const samples = await this.recall.samples(address).catch(() => []);
+    if (address === this.#address) this.drive.recall(samples);
+  }
+
   #subscribe() {
-    const kinds = ["state", "news", ...(this.log.wantsTelegrams && this.#view !== "drives" ? ["telegram"] : [])];
+    const kinds = ["state", "news", ...(this.telegrams.wanted && this.#view !== "drives" ? ["telegram"] : [])];
     const wanted = { kinds: kinds.join(","), interval_milliseconds: INTERVAL_MS[this.#view] };
     this.#gap = true;
     const address = { drive: this.#address, station: this.#station, ppo: this.#ppo }[this.#view];
@@ -119,6 +134,7 @@ class Panel {
   #state(state) {
     if (this.#view === "drive" && state.address === this.#address) {
       this.drive.show(state, this.#gap);
+      this.alarms.showOne(state);
       this.#gap = false;
     } else if (this.#view === "station" && state.address === this.#station) {
       this.station.show(state);
@@ -129,42 +145,48 @@ class Panel {
     }
   }
 
-  #news({ time_seconds: time_s, address, kind, text }) {
-    // Of a station the text begins with which.
-    this.log.add({ time_s, kind: KINDS[kind] ?? kind, text, stations: listed(address) });
+  #news(news) {
+    if (!this.recall.isNew(news)) return;
+    const line = lineOf(news);
+    this.log.add(line);
+    this.drive.mark(line);
+    if (line.kind === "fault") this.telegrams.fault(line);
+    if (line.kind === "refusal") announceRefusal(line.text);
+  }
+
+  #connected() {
+    this.connection.live();
+    this.#recallEvents();
+  }
+
+  /** What happened before, or meanwhile. */
+  async #recallEvents() {
+    const shown = { drive: this.#address, station: this.#station, ppo: this.#ppo }[this.#view] ?? null;
+    // Without it there is less to see, and nothing that is wrong; the stream says what is.
+    const recalled = await this.recall.events(shown).catch(() => null);
+    if (recalled === null) return;
+    if (recalled.again) {
+      this.log.beginAnew();
+      this.log.add({ time_s: null, kind: "line", text: "the emulator was started again; its time begins anew", stations: [] });
+    }
+    this.log.merge(recalled.fresh.map(lineOf));
+    for (const news of recalled.all) this.drive.mark(lineOf(news));
   }
 
   #telegram({ time_seconds: time_s, text, octets_hex: octets, mark: kind, from_address: from, to_address: to }) {
     const said = kind === "invalid" ? `${text}  [${octets}]` : text;
-    this.log.add({ time_s, kind: "telegram", text: said, stations: listed(from, to), bad: kind === "invalid" || kind === "mistake" });
+    this.telegrams.add({ time_s, kind: "telegram", text: said, stations: listed(from, to), bad: kind === "invalid" || kind === "mistake", route: `${from} ${to}` });
   }
 
   #loses(lost) {
-    this.#losses.push({ ...lost, at: performance.now() });
     this.#gap ||= lost.states > 0;
-    const told = counts(lost);
+    const told = this.connection.loses(lost);
     if (lost.news + lost.telegrams > 0) this.log.add({ time_s: null, kind: "lost", text: `${told} lost: this page reads too slowly`, stations: [] });
-    this.#connected();
-  }
-
-  /** What was lost some time ago is not told any more. */
-  #forgetLosses() {
-    if (this.#losses.length === 0 || performance.now() - this.#losses[0].at < LOSS_TOLD_MS) return;
-    this.#losses.shift();
-    if (this.#by("connection").dataset.kind !== "lost") this.#connected();
-  }
-
-  #connected() {
-    const sum = (what) => this.#losses.reduce((sum, loss) => sum + (loss[what] ?? 0), 0);
-    const lost = counts({ states: sum("states"), news: sum("news"), telegrams: sum("telegrams") });
-    mark(this.#by("connection"), "data-kind", lost === "" ? "live" : "lossy");
-    say(this.#by("connection"), lost === "" ? "live" : `live, ${lost} lost`);
   }
 
   #disconnected({ message, status }) {
-    mark(this.#by("connection"), "data-kind", "lost");
     const missing = this.#view === "drive" && NO_DRIVE.includes(status);
-    say(this.#by("connection"), `not connected: ${missing ? "no such drive" : message}. Trying again ...`);
+    this.connection.gone(missing ? "no such drive" : message);
     if (missing) this.drive.gone(message);
     if (this.#view === "station" && NO_DRIVE.includes(status)) this.station.gone(`there is no station from a GSD at address ${this.#station}`);
     if (this.#view === "ppo" && NO_DRIVE.includes(status)) this.ppo.gone(`there is no drive of the profile at address ${this.#ppo}`);
@@ -177,6 +199,7 @@ class Panel {
     try {
       if (this.#view === "bus") await this.bus.refresh();
       if (this.#view === "drives") await Promise.all([this.stationTiles.refresh(), this.ppoTiles.refresh()]);
+      if (this.#view === "station" || this.#view === "ppo") await this.#drives();
       if (this.#view === "ppo") await this.ppo.refresh();
       if (this.#view === "drive") {
         await this.#drives();
@@ -201,6 +224,7 @@ class Panel {
   }
 
   #showDrives(drives) {
+    this.alarms.show(drives);
     const sorted = [...drives].sort((a, b) => a.address - b.address);
     if (this.#view === "drives") {
       this.overview.show(
@@ -217,18 +241,14 @@ class Panel {
   }
 }
 
+/** An event as a line. Of a station the text begins with which. */
+function lineOf({ number, time_seconds: time_s, address, kind, text }) {
+  return { number: number ?? undefined, time_s, kind: KINDS[kind] ?? kind, text, stations: listed(address) };
+}
+
 /** The addresses that are known. */
 function listed(...addresses) {
   return addresses.filter((address) => address !== null && address !== undefined);
-}
-
-/** What was lost, in words; "" if nothing was. */
-function counts(lost) {
-  const words = { states: "sample", news: "event", telegrams: "telegram" };
-  return Object.entries(lost)
-    .filter(([, count]) => count > 0)
-    .map(([what, count]) => many(count, words[what] ?? what))
-    .join(", ");
 }
 
 new Panel();

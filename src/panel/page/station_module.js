@@ -47,7 +47,7 @@ class Side {
   #list = html("ul", { class: "octets" });
   #type = html("select", {}, ...Object.keys(TYPES).map((type) => html("option", { value: type }, type)));
   #octet = html("input", { type: "number", min: 0, value: 0 });
-  #value = html("output", { class: "mono" });
+  #value = html("span", { class: "mono" });
 
   /** `actions` is null where nothing can be forced. */
   constructor(name, actions) {

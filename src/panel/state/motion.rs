@@ -8,13 +8,13 @@ use utoipa::ToSchema;
 
 use super::super::words;
 use crate::device::Device;
-use crate::drive::{self, INCREMENTS_PER_REVOLUTION, Mode, Motor};
+use crate::drive::{self, INCREMENTS_PER_REVOLUTION, Mode, Motor, State};
 use crate::explain::value::Lengths;
 use crate::param::Parameter;
 
 /// Where the shaft is and what moves it.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-pub(super) struct Motion {
+pub(in crate::panel) struct Motion {
     position_user_units: i32,
     /// `increments`, or `hundredth_millimetres` with a spindle pitch (PNU 1012).
     user_unit: &'static str,
@@ -25,6 +25,10 @@ pub(super) struct Motion {
     setpoint_user_units: Option<i32>,
     /// HSW of the master in velocity mode.
     setpoint_rpm: Option<i32>,
+    /// The target of the job in progress or paused, whatever HSW is meanwhile; `null`: there is none.
+    target_user_units: Option<i32>,
+    /// From the position to that target, with its sign.
+    distance_to_go_user_units: Option<i64>,
     upper_limit_user_units: i32,
     lower_limit_user_units: i32,
     motor: MotorName,
@@ -67,6 +71,7 @@ impl Motion {
             Mode::Positioning => (Some(setpoint), None),
             Mode::Velocity => (None, Some(setpoint)),
         };
+        let target = device.drive().target();
         let [low, high] = if limits.is_sorted() { limits } else { [limits[1], limits[0]] };
         Self {
             position_user_units: status.position,
@@ -75,6 +80,8 @@ impl Motion {
             velocity_rpm: status.velocity,
             setpoint_user_units,
             setpoint_rpm,
+            target_user_units: target,
+            distance_to_go_user_units: target.map(|target| i64::from(target) - i64::from(status.position)),
             upper_limit_user_units: high,
             lower_limit_user_units: low,
             motor: status.motor.into(),
@@ -84,6 +91,17 @@ impl Motion {
             in_window: status.in_window,
             target_reached: status.target_reached,
         }
+    }
+
+    /// What the drive counts positions in, for programs.
+    pub(in crate::panel) fn unit_of(device: &Device) -> &'static str {
+        user_unit(device)
+    }
+
+    /// The setpoint of velocity mode while it is released.
+    pub(in crate::panel) fn released_rpm(device: &Device) -> Option<i32> {
+        let released = device.status().state == State::VelocityTravelling;
+        released.then(|| words::outputs(device).hsw())
     }
 }
 

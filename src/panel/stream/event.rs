@@ -18,6 +18,8 @@ use crate::time::Instant;
 /// What happened, in words.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub(in crate::panel) struct NewsEvent {
+    /// Counts up since the panel was started; `null`: the last news of a stream.
+    number: Option<u64>,
     time_seconds: f64,
     /// The station it is about; `null`: the line.
     address: Option<u8>,
@@ -135,6 +137,7 @@ impl NewsEvent {
         message_of(
             "news",
             &Self {
+                number: None,
                 time_seconds: seconds(at),
                 address: Some(address.number()),
                 kind: NewsKind::Removed,
@@ -144,7 +147,7 @@ impl NewsEvent {
         )
     }
 
-    pub(super) fn item(at: Instant, event: &BusEvent, words: Option<&str>) -> Item {
+    pub(super) fn of(number: u64, at: Instant, event: &BusEvent, words: Option<&str>) -> Self {
         let (address, kind) = match event {
             BusEvent::Station { address, event } => (Some(*address), NewsKind::of(event)),
             BusEvent::Joined { address } | BusEvent::AddressLive { address, .. } => {
@@ -161,14 +164,30 @@ impl NewsEvent {
         if let BusEvent::Station { event: Event::CommandRefused(refusal), .. } = event {
             reasons = reasons_of(refusal);
         }
-        let news = Self {
+        Self {
+            number: Some(number),
             time_seconds: seconds(at),
             address: address.map(Address::number),
             kind,
             text: words.map_or_else(|| event.to_string(), |words| format!("{event}: {words}")),
             reasons,
-        };
-        Item { message: message_of("news", &news), about: [address, None] }
+        }
+    }
+
+    /// For subscribers.
+    pub(super) fn item(&self) -> Item {
+        Item { message: message_of("news", self), about: [self.address.map(Address::from_octet), None] }
+    }
+
+    /// Whether it is about this station, or the line.
+    pub(in crate::panel) fn concerns(&self, address: Option<Address>) -> bool {
+        let of = |address: Address| self.address.is_none_or(|about| about == address.number());
+        address.is_none_or(of)
+    }
+
+    /// One line.
+    pub(in crate::panel) fn text(&self) -> &str {
+        &self.text
     }
 }
 

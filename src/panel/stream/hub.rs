@@ -7,11 +7,13 @@ use std::format;
 use std::prelude::v1::*;
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::SystemTime;
 
 use tokio::sync::broadcast;
 use tokio::time::{Instant as Moment, sleep};
 
 use super::super::bus_access::Asking;
+use super::super::history::{EVERY, History, Sampled};
 use super::super::state::LastRefusal;
 use super::event::{Item, Lost, NewsEvent, TelegramEvent, message_of};
 use super::feed::{Entry, RING, Settings, Shared};
@@ -46,6 +48,7 @@ struct Inner {
     news: broadcast::Sender<Item>,
     telegrams: broadcast::Sender<Item>,
     subscribers: AtomicUsize,
+    started: SystemTime,
 }
 
 /// The ring, and what was learned from what was in it.
@@ -55,6 +58,7 @@ struct Ring {
     /// Of stations from a GSD.
     station_refusals: BTreeMap<u8, String>,
     context: explain::Context,
+    history: History,
 }
 
 impl Hub {
@@ -65,6 +69,7 @@ impl Hub {
             last_refusals: BTreeMap::new(),
             station_refusals: BTreeMap::new(),
             context: explain::Context::default(),
+            history: History::default(),
         };
         Self(Arc::new(Inner {
             ring: Mutex::new(ring),
@@ -72,11 +77,27 @@ impl Hub {
             news: broadcast::channel(BEHIND).0,
             telegrams: broadcast::channel(BEHIND).0,
             subscribers: AtomicUsize::new(0),
+            started: SystemTime::now(),
         }))
     }
 
-    /// Passes on what the bus tells, for ever. Settings of drives that the line does not tell are asked for.
+    /// Passes on what the bus tells and keeps samples, for ever.
     pub(in crate::panel) async fn run(self, asking: Asking) {
+        tokio::join!(self.pass_on(&asking), self.sample(&asking));
+    }
+
+    async fn sample(&self, asking: &Asking) {
+        loop {
+            sleep(EVERY).await;
+            // A bus without time is sampled the next time.
+            if let Ok(sampled) = asking.ask(|bench| Sampled::of(bench)).await {
+                self.drained().history.samples.keep(sampled);
+            }
+        }
+    }
+
+    /// Settings of drives that the line does not tell are asked for.
+    async fn pass_on(&self, asking: &Asking) {
         let mut settled = Moment::now();
         loop {
             let idle = self.0.subscribers.load(Ordering::SeqCst) == 0;
@@ -115,6 +136,16 @@ impl Hub {
         self.drained().station_refusals.get(&address.number()).cloned()
     }
 
+    /// What `look` finds in what was.
+    pub(in crate::panel) fn history<T>(&self, look: impl FnOnce(&History) -> T) -> T {
+        look(&self.drained().history)
+    }
+
+    /// When the panel was started.
+    pub(in crate::panel) fn started(&self) -> SystemTime {
+        self.0.started
+    }
+
     fn drained(&self) -> MutexGuard<'_, Ring> {
         let Inner { ring, shared, news, telegrams, .. } = &*self.0;
         let mut ring = ring.lock().unwrap_or_else(PoisonError::into_inner);
@@ -128,10 +159,14 @@ impl Hub {
                     if let (BusEvent::Station { address, .. }, Some(words)) = (&event, &words) {
                         ring.station_refusals.insert(address.number(), format!("{event}: {words}"));
                     }
-                    news.send(NewsEvent::item(at, &event, words.as_deref()))
+                    let told = NewsEvent::of(ring.history.next_number(), at, &event, words.as_deref());
+                    let item = told.item();
+                    ring.history.keep(at, told);
+                    news.send(item)
                 }
                 Entry::Telegram { at, direction, len, octets } => {
                     let octets = octets.get(..len).unwrap_or_default();
+                    ring.history.recording.keep(at, direction, octets);
                     telegrams.send(TelegramEvent::item(at, direction, octets, &mut ring.context))
                 }
                 Entry::Settings(address, Settings { model, mode, lengths }) => {

@@ -1,0 +1,158 @@
+// A list of lines, newest at the bottom, with a filter, a pause and a count.
+import { html, many, say } from "./dom.js";
+
+/** Lines in the document. */
+const SHOWN = 1000;
+/** The address of a telegram to all stations. */
+const BROADCAST = 127;
+
+export class Lines {
+  #lines = [];
+  #paused = false;
+  #words = [];
+  #station = null;
+  #pending = [];
+  #wanted;
+  #kept;
+
+  /**
+   * `label` names the list for those who do not see it, `tools` stand before the filter, `wanted(line)` says whether to
+   * show a line, `kept` is how many are kept.
+   */
+  constructor(root, { label, placeholder, tools = [], wanted, kept = SHOWN }) {
+    this.#wanted = wanted;
+    this.#kept = kept;
+    this.list = html("ol", { class: "log mono", tabindex: 0, "aria-label": `${label}, newest last` });
+    const filter = html("input", { type: "search", placeholder, autocomplete: "off", spellcheck: "false", oninput: () => this.#filter(filter.value) });
+    this.pause = html("button", { type: "button", "aria-pressed": false, onclick: () => this.#pause() }, "Pause");
+    this.count = html("span", { class: "muted" });
+    this.nothing = html("p", { class: "muted nothing" }, "nothing yet");
+    root.replaceChildren(
+      html(
+        "div",
+        { class: "toolbar" },
+        ...tools,
+        html("label", { class: "field" }, "Filter ", filter),
+        this.pause,
+        html("button", { type: "button", onclick: () => this.clear() }, "Clear"),
+        html("span", { class: "spacer" }),
+        this.count,
+      ),
+      this.list,
+      this.nothing,
+    );
+    this.#empty();
+  }
+
+  /** Only what concerns one station, or `null` for all. */
+  only(station) {
+    if (this.#station === station) return;
+    this.#station = station;
+    this.again();
+  }
+
+  /**
+   * A line `{ time_s, kind, word, text, stations, bad }`: `time_s` is null if it has none, `word` is what a telegram is
+   * called, `stations` are those it is of, none if it concerns all.
+   */
+  add(line) {
+    this.#lines.push(line);
+    if (this.#lines.length > 2 * this.#kept) this.#lines.splice(0, this.#kept);
+    if (this.#matches(line)) this.#pending.push(line);
+    if (this.#pending.length > SHOWN) this.#pending.splice(0, this.#pending.length - SHOWN);
+  }
+
+  /** Puts lines with a `number` where they belong among those that are there. */
+  merge(lines) {
+    for (const line of lines) {
+      const before = this.#lines.findLastIndex(({ number }) => number !== undefined && number < line.number);
+      this.#lines.splice(before + 1, 0, line);
+    }
+    this.again();
+  }
+
+  /** The lines that are there are older than all that come; their numbers mean nothing any more. */
+  forgetNumbers() {
+    for (const line of this.#lines) delete line.number;
+  }
+
+  clear() {
+    this.#lines = [];
+    this.again();
+  }
+
+  /** Chooses anew what is shown. */
+  again() {
+    this.list.replaceChildren();
+    this.#pending = this.#lines.filter((line) => this.#matches(line)).slice(-SHOWN);
+    say(this.count, many(0, "line"));
+    this.#empty();
+    this.paint();
+  }
+
+  /** Puts the new lines into the document. */
+  paint() {
+    if (this.#paused) {
+      say(this.count, this.#pending.length === 0 ? "" : `${this.#pending.length} more`);
+      return;
+    }
+    if (this.#pending.length === 0 || this.pause.offsetParent === null) return;
+    this.list.hidden = false;
+    const atEnd = this.list.scrollHeight - this.list.scrollTop - this.list.clientHeight < 30;
+    this.list.append(...this.#pending.map(row));
+    this.#pending = [];
+    while (this.list.childElementCount > SHOWN) this.list.firstElementChild.remove();
+    if (atEnd) this.list.scrollTop = this.list.scrollHeight;
+    say(this.count, many(this.list.childElementCount, "line"));
+    this.#empty();
+  }
+
+  #filter(text) {
+    this.#words = wordsOf(text);
+    this.again();
+  }
+
+  #pause() {
+    this.#paused = !this.#paused;
+    this.pause.setAttribute("aria-pressed", this.#paused);
+    this.paint();
+  }
+
+  /** An empty list says that it is one. */
+  #empty() {
+    this.list.hidden = this.list.childElementCount === 0;
+    this.nothing.hidden = !this.list.hidden;
+    say(this.nothing, this.#lines.length === 0 ? "nothing yet" : "nothing matches");
+  }
+
+  #matches(line) {
+    const concerned = line.stations.length === 0 || line.stations.some((station) => station === this.#station || station === BROADCAST);
+    return (this.#station === null || concerned) && this.#wanted(line) && hasWords(line, this.#words);
+  }
+}
+
+/** What to look for: words that must be in a line, with - before them words that must not. */
+export function wordsOf(text) {
+  return text.toLowerCase().split(/\s+/).filter(Boolean);
+}
+
+export function hasWords(line, words) {
+  const text = `${who(line)} ${line.text}`.toLowerCase();
+  return words.every((word) => (word.length > 1 && word.startsWith("-") ? !text.includes(word.slice(1)) : text.includes(word)));
+}
+
+/** The kind of a line and the station; a telegram itself says whose it is. */
+function who({ kind, word, stations }) {
+  return kind === "telegram" ? (word ?? kind) : [kind, ...stations].join(" ");
+}
+
+function row(line) {
+  const { time_s, kind, text, bad } = line;
+  return html(
+    "li",
+    { "data-kind": kind, "data-bad": Boolean(bad) },
+    html("span", { class: "time" }, time_s === null ? "" : `${time_s.toFixed(3)} s`),
+    html("span", { class: "kind" }, who(line)),
+    html("span", { class: "text" }, text),
+  );
+}
