@@ -164,7 +164,7 @@ impl Answer {
         let _ = stream.read_to_end(&mut octets);
         // A capture is no text.
         let text = String::from_utf8_lossy(&octets);
-        let (head, body) = text.split_once("\r\n\r\n").unwrap_or((&text, ""));
+        let (head, body) = text.split_once("\r\n\r\n").unwrap_or((text.as_ref(), ""));
         let status = head.split_whitespace().nth(1).and_then(|status| status.parse().ok()).unwrap_or(0);
         Self { status, head: head.to_ascii_lowercase(), body: body.to_owned() }
     }
