@@ -15,6 +15,7 @@
 //! | `state` | a node as JSON |
 //! | `words` | words of bits, PDOs, the error history |
 //! | `bus` | counters of the bus |
+//! | `history` | the newest events, for who comes late |
 //! | `news` | what happens, as events of the stream |
 //! | `stream` | server-sent events |
 
@@ -23,6 +24,7 @@ mod bench;
 mod bus;
 mod faults;
 mod fleet;
+mod history;
 mod news;
 mod objects;
 mod routes;
