@@ -48,13 +48,15 @@ def reply_in(octets):
 class Line:
     """One process with its drives, and the connection of the master to it."""
 
-    def __init__(self, program, folder, number, drives, panel):
+    def __init__(self, program, folder, number, drives, panel, core):
         text = '[[line]]\nlink = "tcp:127.0.0.1:0"\n' + ('panel = "127.0.0.1:0"\n' if panel else "")
         self.drives = [address for address in range(126) if address != 2][-drives:]
         text += "".join(f"\n[[line.drive]]\naddress = {address}\n" for address in self.drives)
         file = Path(folder, f"line{number}.toml")
         file.write_text(text)
         arguments = [program, "emulate", "--quiet", "--line", str(file)]
+        if core is not None:
+            arguments = ["taskset", "--cpu-list", str(core), *arguments]
         self.process = subprocess.Popen(arguments, stdout=subprocess.PIPE, text=True)
         place = re.search(r"link=tcp:(\S+):(\d+)", self.process.stdout.readline())
         self.place = place[1], int(place[2])
@@ -140,10 +142,10 @@ def poll(lines, cycle, travelling):
         time.sleep(max(0.0, goal - time.monotonic()))
 
 
-def measure(program, count, drives, cycle, panel=False):
-    """One row: `count` lines of `drives` drives; without a cycle no master is there."""
+def measure(program, count, drives, cycle, panel=False, core=None):
+    """Rows of `count` lines of `drives` drives, all on one core if it is named; without a cycle no master is there."""
     with tempfile.TemporaryDirectory() as folder:
-        lines = [Line(program, folder, number, drives, panel) for number in range(count)]
+        lines = [Line(program, folder, number, drives, panel, core) for number in range(count)]
         row = [f"{count}", f"{drives}", "yes" if panel else "no"]
         if cycle is None:
             time.sleep(0.5)
@@ -183,6 +185,9 @@ def main():
     for count, drives, cycle in [(1, 1, 0.01), (1, 5, 0.01), (1, 25, 0.05), (1, 125, 0.25), (20, 5, 0.1)]:
         measure(program, count, drives, cycle)
     measure(program, 1, 5, 0.01, panel=True)
+    # More and more lines on one core, until it carries no more: the exchanges say so.
+    for count in 4, 8, 12, 16, 24:
+        measure(program, count, 5, 0.01, core=0)
 
 
 main()

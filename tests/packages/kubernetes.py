@@ -45,8 +45,9 @@ assert sorted(files) == [f"{name}.toml" for name in names], sorted(files)
 with tempfile.TemporaryDirectory() as folder:
     for name in names:
         text = files[f"{name}.toml"]
-        (line,) = tomllib.loads(text)["line"]
-        places = {"link": line["link"].removeprefix("tcp:"), "panel": line["panel"], "metrics": line["metrics"]}
+        plant = tomllib.loads(text)
+        (line,) = plant["line"]
+        places = {"link": line["link"].removeprefix("tcp:"), "panel": line["panel"], "metrics": plant["metrics"]}
         assert places == {place: f"0.0.0.0:{port}" for place, port in ports.items()}, places
         assert line["state-dir"].startswith(mounts["state"] + "/")
 
