@@ -69,6 +69,9 @@ for target in sorted(TARGETS):
     assert place == program, (place, program)
     print(f"{matrix[target]:18} {name}")
 
+windows = made("x86_64-pc-windows-msvc")[0].replace(package["version"], "VERSION")
+assert windows in Path("README.md").read_text(), f"the README tells technicians to download {windows}"
+
 # And of this machine's, what is in it.
 host = archive.name.removeprefix(f"{package['name']}-{package['version']}-").removesuffix(".tgz")
 assert archive.name == made(host)[0]
