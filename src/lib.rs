@@ -158,6 +158,10 @@ pub mod client;
 #[doc = include_str!("../docs/first-drive.md")]
 pub mod first_drive {}
 
+#[cfg(all(doctest, feature = "std"))]
+#[doc = include_str!("../README.md")]
+mod readme {}
+
 #[cfg(feature = "std")]
 pub mod process;
 
