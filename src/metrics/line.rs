@@ -1,6 +1,7 @@
 //! The numbers of a line and of who is on it, as its thread copies them.
 
 use core::fmt::Debug;
+use std::boxed::Box;
 use std::string::String;
 use std::vec::Vec;
 
@@ -42,7 +43,7 @@ pub(super) struct Line {
 /// What passed on a line.
 #[derive(Debug)]
 pub(super) enum Counters {
-    Profibus(LineCounters),
+    Profibus(Box<LineCounters>),
     Can(can::bus::Counters),
 }
 
@@ -91,7 +92,7 @@ impl Line {
         };
         Self {
             rate: bus.baud().bits_per_second(),
-            counters: Counters::Profibus(*bus.counters()),
+            counters: Counters::Profibus(Box::new(*bus.counters())),
             members: bus.addresses().filter_map(member).collect(),
         }
     }

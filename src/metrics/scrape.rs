@@ -104,15 +104,12 @@ impl Scrape {
 
     /// Every station and node with what it is known by.
     pub(super) fn members(&self) -> impl Iterator<Item = (Labels, &Member)> {
-        let of_line = |found: &'_ Found| (found.number, found.line.members.iter());
-        self.lines.iter().map(of_line).flat_map(|(number, members)| {
-            members.map(move |member| {
-                let mut labels = Labels::of_line(number).and("address", member.address);
-                if member.twin > 0 {
-                    labels = labels.and("twin", member.twin);
-                }
-                (labels, member)
-            })
+        let of_line = |found: &Found, member: &Member| {
+            let labels = Labels::of_line(found.number).and("address", member.address);
+            if member.twin > 0 { labels.and("twin", member.twin) } else { labels }
+        };
+        self.lines.iter().flat_map(move |found| {
+            found.line.members.iter().map(move |member| (of_line(found, member), member))
         })
     }
 }
@@ -184,7 +181,7 @@ async fn metrics(State(app): State<App>) -> Result<Response, Problem> {
         let line = asked.ask().await?;
         scrape.add(number, link, line, &mut twins);
     }
-    let text = families::text(&scrape)
+    let text = families::text(scrape)
         .map_err(|error| Problem::new(StatusCode::INTERNAL_SERVER_ERROR, format!("no metrics: {error}")))?;
     Ok(([(header::CONTENT_TYPE, MEDIA_TYPE)], text).into_response())
 }

@@ -81,7 +81,8 @@ impl Series<'_> {
     }
 
     pub(super) fn histogram(&mut self, labels: &Labels, latency: &Latency) -> fmt::Result {
-        let bound = |limit: Option<core::time::Duration>| limit.map_or(f64::INFINITY, |limit| limit.as_secs_f64());
+        let bound =
+            |limit: Option<core::time::Duration>| limit.map_or(f64::INFINITY, |limit| limit.as_secs_f64());
         let buckets: Vec<_> = latency.buckets().map(|(limit, times)| (bound(limit), times)).collect();
         let count = buckets.iter().map(|(_, times)| times).sum();
         let sum = latency.sum().as_secs_f64();

@@ -34,9 +34,9 @@ mod words;
 use core::net::SocketAddr;
 use std::sync::Arc;
 
-use super::{PanelError, at};
 use super::queue;
 use super::running::Running;
+use super::{PanelError, at};
 use crate::device::CanopenEvent;
 use crate::host::can::Event;
 use crate::host::{Reach, Stop};

@@ -87,7 +87,7 @@ impl<L: Lends> Asking<L> {
     }
 
     /// Whether the thread of the bus is gone.
-    pub(super) fn has_ended(&self) -> bool {
+    pub(crate) fn has_ended(&self) -> bool {
         self.queue.is_closed()
     }
 }
