@@ -138,7 +138,7 @@ impl Participant for HostedPpoDrive {
 
     fn appearance(&self) -> Appearance<'_> {
         let model = match &self.drive.slave().application().inner {
-            PpoJudge::Profile(_) => "",
+            PpoJudge::Profile(_) => "profile",
             PpoJudge::Gsd(station) => &station.gsd().model,
         };
         Appearance {
