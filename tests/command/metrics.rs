@@ -153,9 +153,9 @@ fn each_number_is_what_the_panel_says_and_a_power_cycle_takes_none_back() {
     assert_eq!(series.at("faults_total", nine), 1);
     assert_eq!(series.at("drive_state", &format!("{nine},state=\"fault\"")), 1);
 
-    // A watchdog of 10 ms, and a master that is silent.
+    // A watchdog of 1 s, and a master that is silent.
     drop(master);
-    let master = Master::parameterised(emulator.terminal(), 0x88);
+    let master = Master::parameterised(emulator.terminal(), [0x88, 100, 1]);
     let series = Series::wait(place, "watchdog_expiries_total", five, 1);
     compare(&series, &emulator.get("/api/v1/bus"));
     drop(master);

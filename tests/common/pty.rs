@@ -28,16 +28,16 @@ pub(crate) struct Master {
 impl Master {
     pub(crate) fn open(terminal: &Path) -> Self {
         // No watchdog.
-        Self::parameterised(terminal, 0x80)
+        Self::parameterised(terminal, [0x80, 1, 1])
     }
 
-    /// The same with another first octet of Set_Prm: 88h is with a watchdog of 10 ms.
-    pub(crate) fn parameterised(terminal: &Path, station_status: u8) -> Self {
+    /// The same with other first octets of Set_Prm: WD_On and the factors of the watchdog.
+    pub(crate) fn parameterised(terminal: &Path, [station_status, wd1, wd2]: [u8; 3]) -> Self {
         let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits().cast_signed();
         let terminal = OpenOptions::new().read(true).write(true).custom_flags(flags).open(terminal).unwrap();
         let (framer, count, log) = (Framer::new(Resync::SCAN), FrameCount::First, Vec::new());
         let mut master = Self { terminal, framer, count, log };
-        let prm = [station_status, 1, 1, 11, IDENT[0], IDENT[1], 0];
+        let prm = [station_status, wd1, wd2, 11, IDENT[0], IDENT[1], 0];
         assert_eq!(master.request(Some(61), &prm), Some(Vec::new()), "Set_Prm");
         assert_eq!(master.request(Some(62), &CFG), Some(Vec::new()), "Chk_Cfg");
         assert_eq!(master.request(Some(60), &[]).unwrap()[..2], [0, 4], "ready for Data_Exchange");
