@@ -17,6 +17,7 @@
 //! | `canopen` | [`CanopenDevice`]: what a host asks of any device on CANopen |
 //! | `config` | [`Config`]: what a device is made of |
 //! | `drive_state` | [`DriveState`]: the state of a drive in the words that all devices share |
+//! | `error_kind` | [`ErrorKind`]: what goes wrong at a station, by kind (feature `std`) |
 //! | `bits` | every bit of STW, ZSW, SSW and the general status register: number, name, meaning |
 //! | `words` | those words from and to what the drive knows |
 //! | `flow_charts` | the control words that the manual prints |
@@ -46,6 +47,8 @@ pub mod bits;
 mod canopen;
 mod config;
 mod drive_state;
+#[cfg(feature = "std")]
+mod error_kind;
 mod event;
 pub mod flow_charts;
 pub mod hint;
@@ -84,6 +87,8 @@ pub use crate::unit::{
 pub use canopen::{CanopenDevice, CanopenEvent, RecallError};
 pub use config::{Config, Timing};
 pub use drive_state::DriveState;
+#[cfg(feature = "std")]
+pub use error_kind::ErrorKind;
 pub use event::Event;
 pub use hint::Hint;
 pub use job::JobText;

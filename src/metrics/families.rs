@@ -14,7 +14,7 @@ use super::scrape::Scrape;
 use super::series::{Labels, Series};
 use crate::can::ErrorState;
 use crate::canopen::NmtState;
-use crate::device::DriveState;
+use crate::device::{DriveState, ErrorKind};
 use crate::dp;
 use crate::fdl::{LineCounters, StationCounters};
 use crate::host::can::{self, NodeCounters};
@@ -256,7 +256,7 @@ pub(super) const FAMILIES: &[Family] = &[
                 series.count(
                     &labels,
                     match &member.of {
-                        Of::Profibus { errors, .. } => errors.faults,
+                        Of::Profibus { errors, .. } => errors.of(ErrorKind::Fault),
                         Of::Can { counters, .. } => counters.faults,
                     },
                 )
@@ -272,7 +272,11 @@ pub(super) const FAMILIES: &[Family] = &[
             members(scrape, |labels, member| match &member.of {
                 Of::Profibus { counters, errors, .. } => {
                     series.counts(&labels, "kind", &[("reply too late", counters.too_late)])?;
-                    series.counts(&labels, "kind", &errors.kinds())
+                    // Faults have a metric of their own.
+                    let mut kinds = ErrorKind::ALL.into_iter().filter(|kind| *kind != ErrorKind::Fault);
+                    kinds.try_for_each(|kind| {
+                        series.counts(&labels, "kind", &[(kind.name(), errors.of(kind))])
+                    })
                 }
                 Of::Can { counters, .. } => series.counts(&labels, "kind", &counters.errors()),
             })
