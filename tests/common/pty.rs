@@ -40,7 +40,9 @@ impl Master {
         let prm = [station_status, wd1, wd2, 11, IDENT[0], IDENT[1], 0];
         assert_eq!(master.request(Some(61), &prm), Some(Vec::new()), "Set_Prm");
         assert_eq!(master.request(Some(62), &CFG), Some(Vec::new()), "Chk_Cfg");
-        assert_eq!(master.request(Some(60), &[]).unwrap()[..2], [0, 4], "ready for Data_Exchange");
+        // WD_On is said where it was asked for.
+        let ready = [0, 0x04 | station_status & 0x08];
+        assert_eq!(master.request(Some(60), &[]).unwrap()[..2], ready, "ready for Data_Exchange");
         master
     }
 

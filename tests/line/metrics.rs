@@ -620,7 +620,7 @@ fn owner(series: &str, known: &Known, rig: &Rig, twins: &mut BTreeMap<(u8, u8), 
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 16, ..ProptestConfig::default() })]
 
     /// Whoever comes, goes, is switched, or fails: a counter of one that stays never falls, one that comes begins at 0, and
     /// one that goes leaves nothing behind.
