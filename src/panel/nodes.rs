@@ -36,9 +36,9 @@ mod words;
 use core::net::SocketAddr;
 use std::sync::Arc;
 
-use super::PanelError;
 use super::queue;
 use super::running::Running;
+use super::{PanelError, at};
 use crate::device::CanopenEvent;
 use crate::host::can::Event;
 use crate::host::{Reach, Stop};
@@ -105,7 +105,8 @@ impl NodePanel {
         let (asking, requests) = queue::queue(wake);
         let feed = Arc::new(news::Feed::default());
         let app = routes::App { asking, feed: Arc::clone(&feed) };
-        let running = Running::start(place, reach, routes::router(app), async {})?;
+        let running = Running::start(at(place, reach), routes::router(app), async {})
+            .map_err(|error| PanelError::of(place, error))?;
         Ok(Self { running, requests, feed })
     }
 
