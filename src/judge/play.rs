@@ -186,7 +186,7 @@ impl Judge {
         if !done {
             begun.check = None;
             let reason =
-                format!("the command of --ask could not do: {}", begun.ask.clone().unwrap_or_default());
+                format!("the command of --ask failed: {}", begun.ask.clone().unwrap_or_default());
             for row in &played.rows {
                 self.observer.findings.default_obstacle(*row, &reason);
             }

@@ -451,7 +451,7 @@ fn a_lost_line_is_said_and_so_is_what_the_drive_does_then() {
         (
             &["jog", "+", "--yes"],
             "turning; Ctrl-C",
-            "its watchdog releases the motor within 30s, and it runs out",
+            "its watchdog releases the motor within 30s, and the shaft coasts",
         ),
     ] {
         let mut emulator = Emulator::start("tcp:127.0.0.1:0", &[]);

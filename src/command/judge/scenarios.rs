@@ -79,13 +79,13 @@ fn scenario(written: &Written) -> Result<Scenario, String> {
     let Written { name, station, first, faults, seconds, rows, returns } = written;
     let named = |rows: &[String]| -> Result<Vec<Row>, String> {
         let row =
-            |id: &String| Row::named(id).ok_or_else(|| format!("{name}: '{id}' is no row, such as M-C03"));
+            |id: &String| Row::named(id).ok_or_else(|| format!("{name}: '{id}' is no row; a row is for example M-C03"));
         rows.iter().map(row).collect()
     };
     let act = first.as_ref().map(|first| {
         let act = Act::ALL.into_iter().find(|(act, _)| act == first).map(|(_, act)| act);
         let names = Act::ALL.map(|(act, _)| act).join(", ");
-        act.ok_or_else(|| format!("{name}: '{first}' is nothing that is done to a station; expected {names}"))
+        act.ok_or_else(|| format!("{name}: '{first}' is no first step of a scenario; expected {names}"))
     });
     let station = match station {
         None => Which::Any,

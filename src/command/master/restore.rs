@@ -55,7 +55,7 @@ pub(super) fn restore<L: Link, C: Clock>(
     }
     if let Some(other) = other.filter(|_| !yes) {
         return Err(Failure::Other(format!(
-            "{other}; nothing was written; add --yes to write it all the same"
+            "{other}; nothing was written; add --yes to write it nevertheless"
         )));
     }
     wait_for_standstill(drive)?;
@@ -103,12 +103,12 @@ fn fits(identity: Identity, wanted: &ParameterSet) -> Result<(), Failure> {
     for (parameter, value) in &wanted.values {
         let name = format!("{} (PNU {})", parameter.name, parameter.pnu);
         if entry(model, parameter.pnu).is_none() {
-            return Err(Failure::Other(format!("{name} is unknown to {drive}")));
+            return Err(Failure::Other(format!("{drive} does not have {name}")));
         }
         if let Some(range) =
             parameter.range(model, gear, Quirks::default()).filter(|range| !range.contains(*value))
         {
-            return Err(Failure::Other(format!("{name} shall be {value}, but takes {range} on {drive}")));
+            return Err(Failure::Other(format!("{name} is {value} in the file, but takes {range} on {drive}")));
         }
     }
     Ok(())
@@ -215,12 +215,12 @@ impl Report {
         let all = self.restored.outcomes.len();
         let written = self.count(|outcome| *outcome == WriteOutcome::Written);
         let unconfirmed = self.count(|outcome| *outcome == WriteOutcome::Unconfirmed);
-        let mut line = format!("{written} of {all} differing parameters were written");
+        let mut line = format!("{written} of {all} parameters that differ were written");
         if unconfirmed > 0 {
-            line += &format!(", {unconfirmed} perhaps");
+            line += &format!(", {unconfirmed} not confirmed");
         }
         line += &format!(", {} not", all - written - unconfirmed);
-        line + "; restore again to complete it"
+        line + "; run restore again to write the rest"
     }
 
     fn show(&self) -> Result<(), Failure> {

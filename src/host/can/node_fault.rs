@@ -119,7 +119,7 @@ pub enum NodeFaultError {
         key: String,
     },
     /// `id` is for faults of frames.
-    #[error("id is for faults of frames (frame-lost, ...); a fault of a node has a service of its own")]
+    #[error("id is only for faults of frames (frame-lost, ...); leave it out")]
     IdOfNode,
 }
 

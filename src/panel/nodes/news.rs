@@ -182,7 +182,7 @@ impl Told {
             Self::Node { at, node, event } => (*at, *node, NodeNewsKind::of(event), event.to_string()),
             Self::State { at, node, state } => (*at, *node, NodeNewsKind::Bus, state.to_string()),
             Self::Lost { at, events } => {
-                (*at, None, NodeNewsKind::Bus, format!("{events} events came too fast for the log"))
+                (*at, None, NodeNewsKind::Bus, format!("{events} events were too many for the log and are lost"))
             }
         };
         let address = node.map(NodeId::number);

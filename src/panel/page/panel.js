@@ -167,7 +167,7 @@ class Panel {
     if (recalled === null) return;
     if (recalled.again) {
       this.log.beginAnew();
-      this.log.add({ time_s: null, kind: "line", text: "the emulator was started again; its time begins anew", stations: [] });
+      this.log.add({ time_s: null, kind: "line", text: "the emulator was started again; its time begins at 0", stations: [] });
     }
     this.log.merge(recalled.fresh.map(lineOf));
     for (const news of recalled.all) this.drive.mark(lineOf(news));
@@ -189,7 +189,7 @@ class Panel {
     this.connection.gone(missing ? "no such drive" : message);
     if (missing) this.drive.gone(message);
     if (this.#view === "station" && NO_DRIVE.includes(status)) this.station.gone(`there is no station from a GSD at address ${this.#station}`);
-    if (this.#view === "ppo" && NO_DRIVE.includes(status)) this.ppo.gone(`there is no drive of the profile at address ${this.#ppo}`);
+    if (this.#view === "ppo" && NO_DRIVE.includes(status)) this.ppo.gone(`there is no PROFIDRIVE drive at address ${this.#ppo}`);
     this.#gap = true;
   }
 
