@@ -247,7 +247,9 @@ impl fmt::Display for Event {
             Self::ApplicationSilent { master, after } => {
                 write!(f, "left master {master}: nothing from the application for {after:?}")
             }
-            Self::ApplicationAborted { master } => write!(f, "left master {master}: the application ended the data exchange"),
+            Self::ApplicationAborted { master } => {
+                write!(f, "left master {master}: the application ended the data exchange")
+            }
             Self::Read { master, service } => write!(f, "{} by master {master}", service.name()),
             Self::AddressSet { master, stored: StoredAddress { address, no_add_chg } } => {
                 let change = if *no_add_chg { ", not to be changed again" } else { "" };

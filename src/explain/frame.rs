@@ -70,18 +70,18 @@ fn short_acknowledge(context: &mut Context) -> Explanation {
     let (meaning, summary) = match service {
         Some(service) => {
             let name = service.name();
-            (
-                format!("short acknowledge: {name} was received"),
-                format!("short acknowledge: {name} received"),
-            )
+            (format!("short acknowledge: {name} was received"), format!("short acknowledge: {name} received"))
         }
-        None => {
-            ("short acknowledge: the request was received".into(), "short acknowledge: request received".into())
-        }
+        None => (
+            "short acknowledge: the request was received".into(),
+            "short acknowledge: request received".into(),
+        ),
     };
     let mut field = Field::octet("SC", 0, SC, meaning);
     if matches!(service, Some(dp::Service::SetPrm | dp::Service::ChkCfg)) {
-        field = field.hinted("this is no answer to the contents: the next Slave_Diag shows whether the slave accepts them");
+        field = field.hinted(
+            "this is no answer to the contents: the next Slave_Diag shows whether the slave accepts them",
+        );
     }
     Explanation {
         kind: Kind::Telegram,
@@ -180,7 +180,8 @@ fn judge_da(field: Field, telegram: &DataTelegram<'_>, function: Function) -> Fi
         Function::Response(..) | Function::Reserved => false,
     };
     if wants_reply && telegram.da.is_broadcast() {
-        field.mistaken("this request needs a reply, and no station replies to a request to all stations (127)")
+        field
+            .mistaken("this request needs a reply, and no station replies to a request to all stations (127)")
     } else if telegram.da == telegram.sa {
         field.mistaken(format!("station {} sends it to itself: no other station accepts it", telegram.sa))
     } else {

@@ -173,8 +173,11 @@ fn set_slave_add(data: &[u8], at: usize, learned: &Learned) -> (String, Vec<Fiel
         let text = "an AG03 refuses it with RS: its address is set with switches, not over the bus";
         new = new.mistaken(text);
     }
-    let change =
-        if no_change == 0 { "may be changed again" } else { "cannot be changed again until the hardware is reset" };
+    let change = if no_change == 0 {
+        "may be changed again"
+    } else {
+        "cannot be changed again until the hardware is reset"
+    };
     let mut fields = Vec::from([
         new,
         Field::word("Ident_Number", at + 1, ident, "of the addressed slave"),

@@ -91,11 +91,7 @@ pub(super) enum Problems {
         content_type = "application/problem+json"
     )]
     Forbidden(Problem),
-    #[response(
-        status = 404,
-        description = "It does not exist",
-        content_type = "application/problem+json"
-    )]
+    #[response(status = 404, description = "It does not exist", content_type = "application/problem+json")]
     NotFound(Problem),
     #[response(
         status = 408,

@@ -443,7 +443,8 @@ impl Master {
 
     /// The drive that is asked for, of every action but a scan.
     pub(crate) fn drive(&self) -> Result<Address, String> {
-        self.address.ok_or_else(|| "the drive is missing; add --address N, or search for it with 'scan'".into())
+        self.address
+            .ok_or_else(|| "the drive is missing; add --address N, or search for it with 'scan'".into())
     }
 }
 

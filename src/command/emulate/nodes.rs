@@ -242,7 +242,9 @@ impl Nodes {
                 debug!("{}: {damage}: {frame}", self.name(from));
             }
             News::Bus(BusEvent::Passed { frame, .. }) => debug!("{frame}"),
-            News::Bus(BusEvent::Lost { events }) => warn!("{events} events were too many for the log and are lost"),
+            News::Bus(BusEvent::Lost { events }) => {
+                warn!("{events} events were too many for the log and are lost")
+            }
             News::Bus(later) => debug!("{later:?}"),
             News::Adapter { name, news } => info!("slcan {name}: {news}"),
         }

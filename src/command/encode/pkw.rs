@@ -90,7 +90,9 @@ impl Target {
                 Ok(pnu) => (pnu.number(), None),
                 Err(error) => return Err(Failure::Usage(error.to_string())),
             },
-            (Err(error), Ok(_)) => return Err(Failure::Usage(format!("{error}; --force builds it nevertheless"))),
+            (Err(error), Ok(_)) => {
+                return Err(Failure::Usage(format!("{error}; --force builds it nevertheless")));
+            }
             (Err(error), Err(_)) => return Err(Failure::Usage(error)),
         };
         let subindex: u8 = element.unwrap_or(0);
@@ -136,7 +138,9 @@ impl Target {
                 Some(Range { low, high }) => format!("takes {low} to {high}"),
                 None => "is never negative".into(),
             };
-            return Err(Failure::Usage(format!("{name} {takes}, got {value}; --force builds it nevertheless")));
+            return Err(Failure::Usage(format!(
+                "{name} {takes}, got {value}; --force builds it nevertheless"
+            )));
         }
         let fits = match width {
             Width::Word => {

@@ -78,8 +78,9 @@ fn missing(name: &str, error: &MissingStation) -> String {
 fn scenario(written: &Written) -> Result<Scenario, String> {
     let Written { name, station, first, faults, seconds, rows, returns } = written;
     let named = |rows: &[String]| -> Result<Vec<Row>, String> {
-        let row =
-            |id: &String| Row::named(id).ok_or_else(|| format!("{name}: '{id}' is no row; a row is for example M-C03"));
+        let row = |id: &String| {
+            Row::named(id).ok_or_else(|| format!("{name}: '{id}' is no row; a row is for example M-C03"))
+        };
         rows.iter().map(row).collect()
     };
     let act = first.as_ref().map(|first| {

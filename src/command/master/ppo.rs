@@ -139,7 +139,10 @@ fn of_gsd(file: &Path, kind: PpoType) -> Result<Slave, Failure> {
     let others = [fixed, customary.to_vec(), [&[0], customary].concat()];
     let fits = |octets: &Vec<u8>| ppo_of(octets) == Some(kind) && station.judge_cfg(octets, &[]).is_ok();
     let configuration = modules.chain(others).find(fits).ok_or_else(|| {
-        usage(format!("none of its modules is a {kind}; see 'profidrive gsd {}' for its modules", file.display()))
+        usage(format!(
+            "none of its modules is a {kind}; see 'profidrive gsd {}' for its modules",
+            file.display()
+        ))
     })?;
     let modules: Vec<usize> = station.modules(&configuration).ok().into_iter().flatten().flatten().collect();
     let user_prm = station.gsd().default_user_prm(&modules);
@@ -418,7 +421,9 @@ impl<L: Link, C: Clock> Taken<'_, L, C> {
             ProfileReached::Done(actual) => self.done("no active fault, operation can be enabled", actual),
             ProfileReached::Failed(error) => {
                 let standing = self.standing()?;
-                Err(Failure::Other(format!("the fault stays, {standing:?}: its cause is still present; {error}")))
+                Err(Failure::Other(format!(
+                    "the fault stays, {standing:?}: its cause is still present; {error}"
+                )))
             }
             ProfileReached::Interrupted => Err(Failure::Other("interrupted".into())),
         }
@@ -459,18 +464,16 @@ impl<L: Link, C: Clock> Taken<'_, L, C> {
                     let faults = self.standing()?;
                     let faults =
                         if faults.is_empty() { String::new() } else { format!(" (faults {faults:?})") };
-                    Err(Failure::Other(format!(
-                        "{error}{faults}; OFF1 is given, operation is disabled"
-                    )))
+                    Err(Failure::Other(format!("{error}{faults}; OFF1 is given, operation is disabled")))
                 }
             },
             (Err(error), _) | (Ok(_), Err(error)) => Err(Failure::Other(format!(
                 "{error}; the drive did not report that operation is disabled: without this master it has a fault and releases \
                  the motor"
             ))),
-            (Ok(_), Ok(ProfileReached::Failed(_) | ProfileReached::Interrupted)) => {
-                Err(Failure::Other("the drive did not report that operation is disabled; switch its supply off".into()))
-            }
+            (Ok(_), Ok(ProfileReached::Failed(_) | ProfileReached::Interrupted)) => Err(Failure::Other(
+                "the drive did not report that operation is disabled; switch its supply off".into(),
+            )),
         }
     }
 

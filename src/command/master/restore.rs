@@ -108,7 +108,9 @@ fn fits(identity: Identity, wanted: &ParameterSet) -> Result<(), Failure> {
         if let Some(range) =
             parameter.range(model, gear, Quirks::default()).filter(|range| !range.contains(*value))
         {
-            return Err(Failure::Other(format!("{name} is {value} in the file, but takes {range} on {drive}")));
+            return Err(Failure::Other(format!(
+                "{name} is {value} in the file, but takes {range} on {drive}"
+            )));
         }
     }
     Ok(())

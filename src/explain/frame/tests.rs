@@ -57,10 +57,7 @@ fn the_worked_start_up_of_the_reference_reads_as_a_conversation() {
             "2 -> 5  Set_Prm: lock the slave, watchdog 1000 ms, reply after 11 bit times",
         ),
         ("E5", "5 -> 2  short acknowledge: Set_Prm received"),
-        (
-            "68 07 07 68 85 82 7D 3E 3E 23 13 36 16",
-            "2 -> 5  Chk_Cfg: 4 octets of outputs and 4 of inputs",
-        ),
+        ("68 07 07 68 85 82 7D 3E 3E 23 13 36 16", "2 -> 5  Chk_Cfg: 4 octets of outputs and 4 of inputs"),
         ("E5", "5 -> 2  short acknowledge: Chk_Cfg received"),
         ("68 05 05 68 85 82 5D 3C 3E DE 16", "2 -> 5  Slave_Diag request"),
         (

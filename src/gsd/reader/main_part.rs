@@ -87,7 +87,11 @@ impl Reader {
         let place = line.place;
         let keyword = line.keyword.as_str();
         if line.argument.is_none() && !keyword.is_empty() && !self.seen.insert(keyword.to_owned()) {
-            self.hint(Level::Warning, place, format!("{} is there twice; the last one is used", line.spelled));
+            self.hint(
+                Level::Warning,
+                place,
+                format!("{} is there twice; the last one is used", line.spelled),
+            );
         }
         let text = || trimmed(line.text().unwrap_or_default());
         let (gsd, flags) = (&mut self.gsd, line.is_on());

@@ -181,9 +181,12 @@ impl Told {
             Self::Frame { at, of_node, frame } => return FrameEvent::message(*at, *of_node, frame),
             Self::Node { at, node, event } => (*at, *node, NodeNewsKind::of(event), event.to_string()),
             Self::State { at, node, state } => (*at, *node, NodeNewsKind::Bus, state.to_string()),
-            Self::Lost { at, events } => {
-                (*at, None, NodeNewsKind::Bus, format!("{events} events were too many for the log and are lost"))
-            }
+            Self::Lost { at, events } => (
+                *at,
+                None,
+                NodeNewsKind::Bus,
+                format!("{events} events were too many for the log and are lost"),
+            ),
         };
         let address = node.map(NodeId::number);
         message_of("news", &NodeNews { time_seconds: seconds(at), address, kind, text })
