@@ -414,7 +414,7 @@ rows! {
     R03 "M-R03" SecondMaster 1 A [Pty]
         "after passing the token: silence until it comes back"
     R04 "M-R04" SecondMaster 1 B [Pty]
-        "a token nobody takes is passed again (twice more), then the station is dropped and the next one, or itself, gets it"
+        "a token that no station takes is passed again (twice more), then the station is dropped and the next one, or itself, gets it"
     R05 "M-R05" SecondMaster 1 C [Virtual]
         "a token from an unknown predecessor is taken at the second attempt only"
     R06 "M-R06" SecondMaster 1 C [Virtual]
@@ -444,7 +444,7 @@ rows! {
     Z04 "M-Z04" Stop 1 A [Ask]
         "after STOP or power cycle: complete start-up, FCV = 0, FCB = 1"
     Z05 "M-Z05" Stop 1 B [Pty]
-        "power off at any octet leaves no half telegram repeated, nothing sent by itself"
+        "power off at any octet: no part of the telegram is sent later, nothing is sent without a command"
     Z06 "M-Z06" Stop 2 B [Pty]
         "a second start while its slaves still run with the old watchdog works at once"
 }
