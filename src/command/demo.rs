@@ -192,7 +192,7 @@ mod tests {
             "23F8 0000 0003 D090",
             "error 2, value outside the limits",
             "enabled, ready to travel",
-            "job taken over",
+            "job accepted",
             "^start",
             "^there",
             "setpoint is above the upper",
