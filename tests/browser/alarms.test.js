@@ -40,7 +40,7 @@ test("live regions are silent during a travel, and speak once of a refusal and o
 
     await page.getByRole("button", { name: "Provoke fault D:" }).click();
     await until("the fault", () => announced(page, "alert"), (said) => said === "Drive 5: fault D (output stage too hot)");
-    await text(page, "#faults .steps", "Take its cause back");
+    await text(page, "#faults .steps", "Remove its cause");
     await master.travel(5, 0);
     await until("the refusal", () => announced(page, "status"), (said) => said.includes("travel to 0 inc refused: fault D"));
     // As a screen reader has it: roles and texts.

@@ -152,13 +152,13 @@ fn mistakes_that_public_texts_spread_are_explained_as_wrong() {
         // Job 7 as "read array".
         ("73B1 0300 0000 0000", "Job 7 writes; to read an element; use job 6, read array element: PKE 63B1"),
         // A job of another vendor.
-        ("E3E8 0000 0000 0064", "Jobs end at 9 here"),
+        ("E3E8 0000 0000 0064", "The highest job is 9 here"),
         ("13B1 0000 0000 0000", "use job 6, read array element: PKE 63B1"),
         ("63FA 0100 0000 0000", "the parameter is no array; use job 1, read value: PKE 13FA"),
         ("73E8 0000 0000 0064", "the parameter is no array; use job 2, write word: PKE 23E8"),
         ("83F8 0000 0000 0064", "the parameter is no array; use job 3, write double word: PKE 33F8"),
         ("23EB 0000 0032 0000", "the value is in word 3; a word belongs in word 4"),
-        ("23EB 0000 0001 0032", "word 3 is not looked at"),
+        ("23EB 0000 0001 0032", "word 3 is ignored"),
         (
             "63B1 0A00 0000 0000",
             "error 3, wrong sub-index: the array has 10 elements counted from 0, got sub-index 10",
