@@ -212,7 +212,7 @@ impl Report {
         self.restored.outcomes.iter().filter(|(_, outcome)| of(outcome)).count()
     }
 
-    /// `2 of 5 differing parameters were written, 1 is not confirmed, 2 were not written; ...`
+    /// `2 of 5 parameters that differ were written, 1 not confirmed, 2 not written; ...`
     pub(super) fn sum(&self) -> String {
         let all = self.restored.outcomes.len();
         let written = self.count(|outcome| *outcome == WriteOutcome::Written);
@@ -221,7 +221,7 @@ impl Report {
         if unconfirmed > 0 {
             line += &format!(", {unconfirmed} not confirmed");
         }
-        line += &format!(", {} not", all - written - unconfirmed);
+        line += &format!(", {} not written", all - written - unconfirmed);
         line + "; run restore again to write the rest"
     }
 
@@ -365,7 +365,7 @@ mod tests {
             let report = restored(&rig, &set(&values), None);
             assert_true(&rig, &report, &format!("refused {refused}"));
             assert_eq!(report.count(|outcome| matches!(outcome, WriteOutcome::Refused(_))), 1);
-            assert!(report.sum().starts_with(&format!("{refused} of 6 differing")), "{}", report.sum());
+            assert!(report.sum().starts_with(&format!("{refused} of 6 parameters that differ")), "{}", report.sum());
             assert!(report.restored.trouble.unwrap().contains("error 2"));
         }
     }
