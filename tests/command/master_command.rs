@@ -485,7 +485,10 @@ fn interrupted_restore(signal: &str) {
     restore.signal(signal);
     let (code, stdout, stderr) = restore.end();
     assert_eq!(code, Some(1), "{stderr}");
-    assert!(stderr.contains("profidrive: interrupted: ") && stderr.contains("of 6 parameters that differ"), "{stderr}");
+    assert!(
+        stderr.contains("profidrive: interrupted: ") && stderr.contains("of 6 parameters that differ"),
+        "{stderr}"
+    );
     let written = stdout.lines().filter(|line| line.starts_with("written ")).count();
     let not = stdout.lines().filter(|line| line.starts_with("not written ")).count();
     assert_eq!(written + not, 6, "{stdout}");

@@ -365,7 +365,11 @@ mod tests {
             let report = restored(&rig, &set(&values), None);
             assert_true(&rig, &report, &format!("refused {refused}"));
             assert_eq!(report.count(|outcome| matches!(outcome, WriteOutcome::Refused(_))), 1);
-            assert!(report.sum().starts_with(&format!("{refused} of 6 parameters that differ")), "{}", report.sum());
+            assert!(
+                report.sum().starts_with(&format!("{refused} of 6 parameters that differ")),
+                "{}",
+                report.sum()
+            );
             assert!(report.restored.trouble.unwrap().contains("error 2"));
         }
     }
