@@ -125,7 +125,7 @@ mod tests {
         assert_eq!((scenario.rows, scenario.steps[0].act), (vec![Row::C03], Some(Act::PowerOn)));
         for (from, to, part) in [
             ("M-C03", "M-Q03", "'M-Q03' is no row"),
-            ("power-on", "explode", "'explode' is nothing that is done"),
+            ("power-on", "explode", "'explode' is no first step of a scenario"),
             ("late=1.5slot", "later=1.5slot", "'later'"),
             ("station = 6", "station = 127", "outside 0..126"),
             ("station = 6", "stations = 6", "unknown field"),

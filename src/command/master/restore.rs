@@ -103,7 +103,7 @@ fn fits(identity: Identity, wanted: &ParameterSet) -> Result<(), Failure> {
     for (parameter, value) in &wanted.values {
         let name = format!("{} (PNU {})", parameter.name, parameter.pnu);
         if entry(model, parameter.pnu).is_none() {
-            return Err(Failure::Other(format!("{drive} does not have {name}")));
+            return Err(Failure::Other(format!("{name} does not exist on {drive}")));
         }
         if let Some(range) =
             parameter.range(model, gear, Quirks::default()).filter(|range| !range.contains(*value))
@@ -405,9 +405,9 @@ mod tests {
         for (values, says) in [
             (
                 [(Parameter::DPos, 50)],
-                "d-Pos (PNU 1039) is unknown to this AG03 with gear 48:1; nothing was written",
+                "d-Pos (PNU 1039) does not exist on this AG03 with gear 48:1; nothing was written",
             ),
-            ([(Parameter::VPos, 150)], "v-Pos (PNU 1004) shall be 150, but takes 1..100 on this AG03"),
+            ([(Parameter::VPos, 150)], "v-Pos (PNU 1004) is 150 in the file, but takes 1..100 on this AG03"),
         ] {
             let Err(Failure::Other(line)) = fits(Identity { model, gear }, &set(&values)) else {
                 panic!("fits")
