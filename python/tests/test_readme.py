@@ -23,7 +23,7 @@ def test_the_second_block_runs(
     (tmp_path / "examples").symlink_to(HERE.parents[1] / "examples")
     monkeypatch.chdir(tmp_path)
     exec(BLOCKS[1], {})
-    assert capsys.readouterr().out.endswith("2 -> 5  FDL status: who is there?\n")
+    assert capsys.readouterr().out.endswith("2 -> 5  FDL status request\n")
 
 
 def test_the_block_of_the_projects_readme_runs(profibus_line: Emulator, monkeypatch: pytest.MonkeyPatch) -> None:

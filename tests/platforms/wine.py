@@ -82,7 +82,7 @@ demo = run("demo")
 check("Data_Exchange" in demo or len(demo) > 500, f"demo: {demo}")
 step("demo")
 
-check("who is there?" in run("decode", "10", "05", "02", "49", "50", "16"), "decode")
+check("FDL status request" in run("decode", "10", "05", "02", "49", "50", "16"), "decode")
 check("invalid" in run("decode", "10", "05", "02", "49", "51", "16", status=1), "decode of what is broken")
 step("decode")
 
