@@ -263,9 +263,9 @@ test("125 drives are seen at a glance, filtered and chosen", async () => {
     await page.setViewportSize({ width: 1360, height: 1030 });
     assert.deepEqual(await faint(page), []);
 
-    await page.getByRole("searchbox", { name: "Filter" }).fill("fault");
+    await page.getByRole("searchbox", { name: "Filter drives" }).fill("fault");
     await until("faults", () => tiles.count(), (count) => count === 3);
-    await page.getByRole("searchbox", { name: "Filter" }).fill("52 98");
+    await page.getByRole("searchbox", { name: "Filter drives" }).fill("52 98");
     await until("two", () => tiles.count(), (count) => count === 2);
     await page.getByRole("link", { name: "98", exact: false }).last().click();
     await text(page, "#drive-title", "Drive 98");
