@@ -26,6 +26,7 @@ WINE, EXE, NATIVE = sys.argv[1:]
 WINDOWS = (WINE, EXE)
 LIMIT = 60
 OPENER = build_opener(ProxyHandler({}))
+GSD = Path(__file__).resolve().parents[2] / "gsd" / "SIKO0AC5.GSD"
 # What Wine takes for COM1: a link to the terminal that a step wants there.
 COM1 = Path(os.environ["WINEPREFIX"]) / "com1"
 
@@ -129,7 +130,8 @@ step("demo")
 check("who is there?" in run("decode", "10", "05", "02", "49", "50", "16"), "decode")
 check("invalid" in run("decode", "10", "05", "02", "49", "51", "16", status=1), "decode of what is broken")
 check("33F8" in run("encode", "pkw", "write", "limit1", "250000"), "encode")
-step("decode, encode")
+check("0AC5" in run("gsd", windows(GSD)) and "[DeviceInfo]" in run("eds", "ap10"), "gsd, eds")
+step("decode, encode, gsd, eds")
 
 says = run("emulate", status=1)
 check("pseudo-terminal" in says and "tcp:127.0.0.1" in says and "com0com" in says, f"pty: {says}")
@@ -195,6 +197,9 @@ for name in ("tcp", "COM1"):
         com1(native.link)
         link, rate = "serial:COM1", ("--baud", "19200")
     check("1004" in master(link, "read", "1004", *rate, program=WINDOWS), f"read on {name}")
+    for _ in range(2):
+        master(link, "save", windows(folder / "axis.json"), *rate, program=WINDOWS)
+    check("v-Pos" in (folder / "axis.json").read_text(), "a file is written, and replaced")
     moves = Process("master", "--link", link, "--address", "5", *rate, "move", "100000", "--yes", is_ready=False)
     drive = lambda: native.http("GET", "/drives/5")
     within(20, lambda: drive()["velocity_rpm"] != 0, "the drive turns")
