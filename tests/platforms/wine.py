@@ -179,13 +179,13 @@ step("Ctrl-C; a capture explained and judged")
 verdicts = folder / "verdicts.json"
 judge = Process(
     *("judge", "--link", "tcp:127.0.0.1:0", "--station", "5,ident=0AC5,cfg=F3F2", "--master", "0"),
-    *("--only", "M-F02,M-C03,M-U01,M-P05", "--json", windows(verdicts)),
+    *("--only", "M-F02,M-F05,M-U01,M-P05", "--json", windows(verdicts)),
 )
 # The judge plays a station that takes no PKW job: the master gives up after its exchanges.
 master(judge.link, "monitor", status=1)
 check(judge.end(signal.SIGINT) == 0, f"judge: {judge.said()}")
 rows = {row["id"]: row["verdict"] for row in json.loads(verdicts.read_text())["rows"]}
-check(rows == dict.fromkeys(("M-F02", "M-C03", "M-U01", "M-P05"), "pass"), f"judge: {rows}")
+check(rows == dict.fromkeys(("M-F02", "M-F05", "M-U01", "M-P05"), "pass"), f"judge: {rows}")
 step("a master outside, judged")
 
 for name in ("tcp", "COM1"):
