@@ -1,6 +1,7 @@
 import socket
 import sys
 from pathlib import Path
+from urllib.request import ProxyHandler, build_opener
 
 import pytest
 
@@ -88,6 +89,14 @@ def test_a_line_file_says_everything(tmp_path: Path) -> None:
         assert emulator.drives[5].position == 0
     with pytest.raises(ValueError, match="line file says everything"):
         Emulator(drives=[5], line=file)
+
+
+def test_metrics_are_an_option() -> None:
+    with Emulator(options=["--metrics", "127.0.0.1:0"]) as emulator:
+        assert emulator.link.startswith(("/dev/pts/", "tcp:")) and emulator.panel
+        assert emulator.metrics is not None
+        with build_opener(ProxyHandler({})).open(emulator.metrics, timeout=10) as answer:
+            assert answer.read().rstrip().endswith(b"# EOF")
 
 
 def test_nodes_are_drives() -> None:

@@ -143,7 +143,7 @@ for link in ("COM1", "/dev/pts/3"):
 step("what there is not says what there is instead")
 
 state, capture = folder / "state", folder / "line.pcapng"
-keeps = ("--state-dir", windows(state), "--panel", "127.0.0.1:0", "--capture", windows(capture))
+keeps = ("--state-dir", windows(state), "--panel", "127.0.0.1:0", "--metrics", "127.0.0.1:0", "--capture", windows(capture))
 emulated = emulator(*keeps)
 master(emulated.link, "write", "1004", "41")
 check("41" in master(emulated.link, "read", "1004"), "what was written is read")
@@ -155,7 +155,9 @@ check(emulated.http("GET", "/drives/5/inputs")["blocked"] is True, "an input set
 emulated.http("PATCH", "/drives/5/inputs", {"blocked": False})
 with OPENER.open(emulated.ready["panel"], timeout=20) as page:
     check(b"<html" in page.read().lower(), "the page")
-step("panel by HTTP")
+with OPENER.open(emulated.ready["metrics"], timeout=20) as metrics:
+    check(metrics.read().rstrip().endswith(b"# EOF"), "the metrics")
+step("panel and metrics by HTTP")
 
 says = run("emulate", "--link", "tcp:127.0.0.1:0", *keeps[:2], status=1)
 check("in use" in says or "another" in says, f"a state directory in use: {says}")
