@@ -122,7 +122,7 @@ def test_the_process_ends_with_its_block() -> None:
 
 def test_telegrams_are_explained() -> None:
     request, reply = decode([FDL_STATUS, "10 02 05 00 07 16"])
-    assert "who is there" in request.summary
+    assert "FDL status request" in request.summary
     assert (reply.mark, reply.octets[0]) == ("plain", 0x10)
     assert [field.name for field in request.fields][:3] == ["SD1", "DA", "SA"]
     (broken,) = decode("10 05 02 49 51 16")

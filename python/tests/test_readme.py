@@ -31,7 +31,7 @@ def test_the_second_block_runs(
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     monkeypatch.chdir(tmp_path)
     exec(BLOCKS[1], {})
-    assert capsys.readouterr().out.endswith("2 -> 5  FDL status: who is there?\n")
+    assert capsys.readouterr().out.endswith("2 -> 5  FDL status request\n")
 
 
 def test_the_test_in_the_readme_of_the_repository_passes(

@@ -6,6 +6,7 @@ use core::time::Duration;
 use super::global_control::Latch;
 use super::{AddressFault, CfgFault, CfgTicket, GlobalControl, IoLengths, PrmFault, Service, StoredAddress};
 use crate::fdl::Address;
+use crate::fdl::station::DEFAULT_MIN_TSDR;
 
 /// What the slave tells the application.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -188,6 +189,9 @@ impl fmt::Display for Event {
                 }
                 if let Some(bits) = min_tsdr {
                     write!(f, ", min T_SDR {bits} T_bit")?;
+                    if *bits < DEFAULT_MIN_TSDR {
+                        write!(f, " (taken as {DEFAULT_MIN_TSDR})")?;
+                    }
                 }
                 let mut groups = (0..8).filter(|group| groups >> group & 1 == 1);
                 if let Some(first) = groups.next() {
@@ -247,7 +251,9 @@ impl fmt::Display for Event {
             Self::ApplicationSilent { master, after } => {
                 write!(f, "left master {master}: nothing from the application for {after:?}")
             }
-            Self::ApplicationAborted { master } => write!(f, "left master {master}: the application gave up"),
+            Self::ApplicationAborted { master } => {
+                write!(f, "left master {master}: the application ended the data exchange")
+            }
             Self::Read { master, service } => write!(f, "{} by master {master}", service.name()),
             Self::AddressSet { master, stored: StoredAddress { address, no_add_chg } } => {
                 let change = if *no_add_chg { ", not to be changed again" } else { "" };

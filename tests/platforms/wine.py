@@ -127,7 +127,7 @@ check(re.search(r"profidrive \d", run("--version")), "--version")
 check("Data_Exchange" in run("demo"), "demo")
 step("demo")
 
-check("who is there?" in run("decode", "10", "05", "02", "49", "50", "16"), "decode")
+check("FDL status request" in run("decode", "10", "05", "02", "49", "50", "16"), "decode")
 check("invalid" in run("decode", "10", "05", "02", "49", "51", "16", status=1), "decode of what is broken")
 check("33F8" in run("encode", "pkw", "write", "limit1", "250000"), "encode")
 check("0AC5" in run("gsd", windows(GSD)) and "[DeviceInfo]" in run("eds", "ap10"), "gsd, eds")

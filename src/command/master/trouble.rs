@@ -9,7 +9,7 @@ pub(super) enum Trouble {
     #[error(transparent)]
     Drive(#[from] DriveError),
     /// What the drive says, which is not what was asked of it.
-    #[error("the drive has stopped doing it: {0}")]
+    #[error("the drive no longer does it: {0}")]
     Ended(String),
     /// It was not seen to stand.
     #[error("{0}")]
