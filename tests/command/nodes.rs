@@ -4,7 +4,7 @@ use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use profidrive::host::can::PRODUCTS;
 
@@ -30,6 +30,8 @@ impl Master {
         stream.set_nodelay(true).unwrap();
         let mut master = Self { stream: BufReader::new(stream) };
         master.send("O");
+        // What happens before the adapter is open is not seen.
+        assert_eq!(master.line(), "\r");
         master
     }
 
@@ -40,15 +42,22 @@ impl Master {
     /// The next frame with this identifier: its octets in hexadecimal.
     pub(super) fn frame(&mut self, id: u16) -> String {
         let head = format!("t{id:03X}");
+        let start = Instant::now();
         loop {
-            let mut line = Vec::new();
-            self.stream.read_until(b'\r', &mut line).unwrap();
-            let line = String::from_utf8_lossy(&line);
+            assert!(start.elapsed() < PATIENCE, "no frame {id:03X}");
+            let line = self.line();
             // Behind acknowledgements of what was sent.
             if let Some((_, frame)) = line.split_once(&head) {
                 return frame.trim_end()[1..].to_owned();
             }
         }
+    }
+
+    /// What comes up to the next CR, with it.
+    fn line(&mut self) -> String {
+        let mut line = Vec::new();
+        self.stream.read_until(b'\r', &mut line).unwrap();
+        String::from_utf8_lossy(&line).into_owned()
     }
 
     /// The answer to an SDO request of 8 octets.
