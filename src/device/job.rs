@@ -61,7 +61,8 @@ impl fmt::Display for JobText {
             // Somebody who writes no value wants to read: some texts call job 7 "read array".
             JobError::ReadOnly if job.double_word() == 0 => match job.pke.job() {
                 JobId::WriteElementWord | JobId::WriteElementDoubleWord => {
-                    write!(f, ". Job {} writes; to read an element{}", job.pke.ak(), with(JobId::ReadElement))
+                    write!(f, ". Job {} writes; to read an element", job.pke.ak())?;
+                    with(JobId::ReadElement).fmt(f)
                 }
                 JobId::WriteWord | JobId::WriteDoubleWord => write!(f, ". To read{}", with(JobId::Read)),
                 JobId::NoJob
@@ -114,7 +115,7 @@ impl fmt::Display for With {
 }
 
 /// What the values of a parameter count or mean, as the end of a sentence.
-struct Values(&'static Entry);
+pub(crate) struct Values(pub(crate) &'static Entry);
 
 impl fmt::Display for Values {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -126,14 +127,16 @@ impl fmt::Display for Values {
             unit @ (Unit::Percent
             | Unit::PercentOfAcceleration
             | Unit::Rpm
-            | Unit::Position
-            | Unit::Window
             | Unit::Increments
-            | Unit::SpindlePitch
-            | Unit::TenthDegrees
-            | Unit::Milliamperes
-            | Unit::TenthVolts
-            | Unit::HundredthVolts) => write!(f, " {unit}"),
+            | Unit::Milliamperes) => write!(f, " {unit}"),
+            // What they count depends on another parameter.
+            unit @ (Unit::Position | Unit::Window) => {
+                write!(f, ", counted in {unit}: mm if the spindle pitch is not 0 (PNU {})", Parameter::SpindlePitch.entry().pnu)
+            }
+            // A number stands before the unit.
+            unit @ (Unit::SpindlePitch | Unit::TenthDegrees | Unit::TenthVolts | Unit::HundredthVolts) => {
+                write!(f, ", counted in {unit}")
+            }
         }
     }
 }

@@ -95,7 +95,7 @@ pub(crate) struct Emulate {
 
     /// The slot time of the master on a serial line in bit times: a reply that cannot begin within it is dropped and
     /// counted. Without it the customary one of the rate, 100 at 9600 to 1000 at 12000000
-    #[arg(long, value_name = "BITS", value_parser = clap::value_parser!(u16).range(37..=16383))]
+    #[arg(long, value_name = "BITS", value_parser = slot_time)]
     pub(crate) slot_time: Option<u16>,
 
     /// Lets other machines connect to a tcp link. There is no password: whoever connects commands the drives
@@ -266,7 +266,11 @@ impl Emulate {
         for fault in self.node_faults()? {
             if let Some(node) = fault.node.filter(|node| !numbers.contains(node)) {
                 let there: Vec<_> = numbers.iter().map(NodeId::to_string).collect();
-                return Err(format!("--fault names node {node}; there are the nodes {}", there.join(", ")));
+                let expected = if there.len() == 1 { "expected node " } else { "expected one of the nodes " };
+                return Err(format!(
+                    "--fault names node {node}, which is not on the bus; {expected}{}",
+                    there.join(", ")
+                ));
             }
         }
         for node in &self.nodes {
@@ -381,3 +385,9 @@ Examples:
   profidrive emulate --capture bus.pcapng
   profidrive emulate --link serial:/dev/ttyUSB0 --baud 19200 -v
   profidrive emulate --link tcp:127.0.0.1:5050 --fault no-reply,rate=0.01 --fault late=20ms,at=100";
+
+/// The slot time of a master in bit times.
+fn slot_time(text: &str) -> Result<u16, String> {
+    let bits = text.parse().ok().filter(|bits| (37..=16383).contains(bits));
+    bits.ok_or_else(|| "expected 37 to 16383 bit times".into())
+}

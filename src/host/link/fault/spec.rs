@@ -8,6 +8,7 @@ use std::vec::Vec;
 
 use thiserror::Error;
 
+use crate::gsd::did_you_mean;
 use crate::dp::{Service, State};
 use crate::fdl::Address;
 use crate::host::occasions::{Occasions, Reading, Wrong, digits, duration, in_micros, number};
@@ -431,7 +432,7 @@ impl fmt::Display for Kind {
 #[non_exhaustive]
 pub enum SpecError {
     /// There is no such fault.
-    #[error("'{got}' is no fault; expected {KINDS}")]
+    #[error("'{got}' is no fault; {}expected {KINDS}", near(got))]
     Unknown {
         /// The name found.
         got: String,
@@ -458,6 +459,13 @@ pub enum SpecError {
         /// Which.
         key: String,
     },
+}
+
+/// `did you mean no-reply? ` if a fault is near to this name, else nothing.
+fn near(name: &str) -> String {
+    let names = KINDS.split(", ").flat_map(|kinds| kinds.split(" or "));
+    let names = names.map(|kind| kind.split(['=', '[']).next().unwrap_or(kind));
+    did_you_mean(name, names).map(|near| std::format!("did you mean {near}? ")).unwrap_or_default()
 }
 
 fn hex_octet(text: &str) -> Option<u8> {
