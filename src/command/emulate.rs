@@ -14,8 +14,8 @@ use profidrive::host::link::pty::Pty;
 use profidrive::host::link::serial::Serial;
 use profidrive::host::link::tcp::Tcp;
 use profidrive::host::{
-    Bus, BusEvent, Clock, Condition, Error, HostedPpoDrive, Link, OutputBoard, Reach, Refusals, SlotTime, StateDir, Stop,
-    StoredDevice, SystemClock, run,
+    Bus, BusEvent, Clock, Condition, Error, HostedPpoDrive, Link, OutputBoard, Reach, Refusals, SlotTime,
+    StateDir, Stop, StoredDevice, SystemClock, run,
 };
 use profidrive::panel::{BusAccess, Panel, PanelError};
 use profidrive::param::{ParamError, Pnu, Value};
@@ -422,7 +422,8 @@ fn explain(bus: &Bus) {
             info!("station {address}: {}", device.device().why());
         } else if let Some(hosted) = bus.station::<HostedPpoDrive>(address) {
             let drive = hosted.drive();
-            let why: Vec<_> = hindrances(drive.stw(), drive.zsw()).map(|hindrance| hindrance.to_string()).collect();
+            let why: Vec<_> =
+                hindrances(drive.stw(), drive.zsw()).map(|hindrance| hindrance.to_string()).collect();
             let why = if why.is_empty() { "nothing keeps it from turning".into() } else { why.join("; ") };
             info!("station {address}: {why}");
         }

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::param::{Entry, Model, Pnu, Unit, entry};
+use crate::param::{Parameter, Entry, Model, Pnu, Unit, entry};
 use crate::pkw::{self, JobError};
 use crate::ppo::{JobId, Pke, Pkw};
 
@@ -131,7 +131,11 @@ impl fmt::Display for Values {
             | Unit::Milliamperes) => write!(f, " {unit}"),
             // What they count depends on another parameter.
             unit @ (Unit::Position | Unit::Window) => {
-                write!(f, ", counted in {unit}: mm if the spindle pitch is not 0 (PNU {})", Parameter::SpindlePitch.entry().pnu)
+                write!(
+                    f,
+                    ", counted in {unit}: mm if the spindle pitch is not 0 (PNU {})",
+                    Parameter::SpindlePitch.entry().pnu
+                )
             }
             // A number stands before the unit.
             unit @ (Unit::SpindlePitch | Unit::TenthDegrees | Unit::TenthVolts | Unit::HundredthVolts) => {

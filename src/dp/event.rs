@@ -5,7 +5,8 @@ use core::time::Duration;
 
 use super::global_control::Latch;
 use super::{
-    AddressFault, CfgFault, CfgTicket, DiagBit, GlobalControl, IoLengths, MASTER_SAP, PrmBit, PrmFault, Service, StoredAddress,
+    AddressFault, CfgFault, CfgTicket, DiagBit, GlobalControl, IoLengths, MASTER_SAP, PrmBit, PrmFault,
+    Service, StoredAddress,
 };
 use crate::fdl::{Address, Sap};
 
@@ -347,15 +348,16 @@ impl fmt::Display for Event {
                         bit.name()
                     )
                 } else {
-                    write!(f, "the slave has no {latch}; take it out of the {latch} groups of the master's project")
+                    write!(
+                        f,
+                        "the slave has no {latch}; take it out of the {latch} groups of the master's project"
+                    )
                 }
             }
-            Self::NotServed { master, service, why } => {
-                match service {
-                    Some(service) => write!(f, "refused {} of master {master}: {why}", service.name()),
-                    None => write!(f, "refused a request of master {master}: {why}"),
-                }
-            }
+            Self::NotServed { master, service, why } => match service {
+                Some(service) => write!(f, "refused {} of master {master}: {why}", service.name()),
+                None => write!(f, "refused a request of master {master}: {why}"),
+            },
             Self::SafeState { master } => write!(f, "safe state: master {master} sends no outputs"),
             Self::ApplicationSilent { master, after } => {
                 write!(f, "left master {master}: nothing from the application for {after:?}")

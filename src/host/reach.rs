@@ -48,7 +48,9 @@ pub(crate) fn advice(error: &io::Error) -> &'static str {
 )]
 pub(crate) fn connect_advice(error: &io::Error) -> &'static str {
     match error.kind() {
-        io::ErrorKind::ConnectionRefused | io::ErrorKind::ConnectionReset => "check that the emulator runs there",
+        io::ErrorKind::ConnectionRefused | io::ErrorKind::ConnectionReset => {
+            "check that the emulator runs there"
+        }
         io::ErrorKind::TimedOut
         | io::ErrorKind::HostUnreachable
         | io::ErrorKind::NetworkUnreachable

@@ -115,7 +115,7 @@ pub(super) async fn remove(
             bench.drive(address).ok_or_else(|| bench.no_drive(address))?;
             let removed = bench.bus.remove(address).ok_or_else(|| bench.no_drive(address))?;
             bench.announce();
-            Ok(removed)
+            Ok::<_, Problem>(removed)
         })
         .await??;
     // Here, because its shaft runs out and its last image is handed over.

@@ -108,14 +108,7 @@ fn every_wrong_request_is_refused_with_a_sentence_and_changes_nothing() {
             422,
             "must have 10 values",
         ),
-        (
-            "POST",
-            "/api/v1/drives",
-            json_type,
-            r#"{"address": 127}"#,
-            422,
-            "address 127 is outside 0 to 126",
-        ),
+        ("POST", "/api/v1/drives", json_type, r#"{"address": 127}"#, 422, "address 127 is outside 0 to 126"),
         ("POST", "/api/v1/drives", json_type, r#"{"address": 300}"#, 422, "invalid value"),
         ("POST", "/api/v1/drives", json_type, r#"{"address": 9, "gear_ratio": 36}"#, 422, "must be 24 or 48"),
         (

@@ -151,7 +151,10 @@ fn http() {
         .iter()
         .enumerate()
         .map(|(number, (method, path, body))| {
-            (format!("Q-{:02}", number + 1), format!("`{method} /api/v1/{path}` {body}").trim_end().to_owned())
+            (
+                format!("Q-{:02}", number + 1),
+                format!("`{method} /api/v1/{path}` {body}").trim_end().to_owned(),
+            )
         })
         .collect();
     let mut rows: Vec<Row<'_>> = Vec::new();

@@ -561,7 +561,9 @@ fn time_within(text: &str, range: RangeInclusive<Duration>, expected: &str) -> R
 /// A velocity in whole rpm, with its unit if one is written.
 fn rpm(text: &str) -> Result<i32, String> {
     let number = text.strip_suffix("rpm").unwrap_or(text).trim_end();
-    number.parse().map_err(|_| format!("'{text}' is no velocity; expected whole rpm such as 30, -30 or 30rpm"))
+    number
+        .parse()
+        .map_err(|_| format!("'{text}' is no velocity; expected whole rpm such as 30, -30 or 30rpm"))
 }
 
 #[cfg(test)]

@@ -8,6 +8,8 @@ use profidrive::canopen::NodeId;
 use profidrive::device::Gear;
 use profidrive::host::can::{Choices, OptionName, PRODUCTS, Product};
 
+use super::nearest;
+
 /// The device of a node that names none.
 const DEFAULT_DEVICE: &str = "ag03-1";
 

@@ -45,7 +45,7 @@ pub(crate) fn refusal(name: &str, value: &str, error: &QuirkError) -> String {
         QuirkError::Unknown => {
             let names: Vec<_> = QUIRKS.iter().map(|quirk| quirk.name).collect();
             let near = nearest(name, names.iter().copied());
-            let of_node = PRODUCTS.iter().find(|node| node.quirks().any(|quirk| quirk.name == name));
+            let of_node = PRODUCTS.iter().find(|node| node.quirks().iter().any(|quirk| quirk.name == name));
             let cure = match of_node {
                 Some(node) => format!("it is one of a node {}; ", node.name),
                 None => near,
@@ -87,7 +87,10 @@ mod tests {
             ("off1", "expected NAME=VALUE"),
             ("off2=brake", "expected one of i-gain, "),
             ("of1=brake", "did you mean off1? expected one of"),
-            ("sdo-size=42", "quirk 'sdo-size' is unknown; it is one of a node ag03-1; expected one of i-gain, "),
+            (
+                "sdo-size=42",
+                "quirk 'sdo-size' is unknown; it is one of a node ag03-1; expected one of i-gain, ",
+            ),
             ("off1=x", "quirk off1 cannot be 'x'; expected release or brake"),
         ] {
             let error = wrong.parse::<QuirkSpec>().unwrap_err();

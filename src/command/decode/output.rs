@@ -127,11 +127,16 @@ impl<W: Write> Output<W> {
         }
         let Self { explained, invalid, mistakes, unreadable, .. } = self;
         if explained == 0 && unreadable == 0 {
-            return Err(Failure::Other("there are no octets in the input; see 'profidrive decode --help'".into()));
+            return Err(Failure::Other(
+                "there are no octets in the input; see 'profidrive decode --help'".into(),
+            ));
         }
         let mut wrong = Vec::new();
         if invalid > 0 {
-            wrong.push(format!("{invalid} of {explained} {} invalid", if invalid == 1 { "is" } else { "are" }));
+            wrong.push(format!(
+                "{invalid} of {explained} {} invalid",
+                if invalid == 1 { "is" } else { "are" }
+            ));
         }
         if strict && mistakes > 0 {
             wrong.push(format!(

@@ -347,7 +347,8 @@ mod tests {
     fn a_spindle_pitch_that_was_changed_meanwhile_moves_nothing() {
         let rig = Rig::new(Model::Ag03_1);
         let mut drive = rig.drive();
-        let checked = Reading { mode: Mode::Positioning, lengths: Lengths::HundredthMillimetres, json: false };
+        let checked =
+            Reading { mode: Mode::Positioning, lengths: Lengths::HundredthMillimetres, json: false };
         let asked = Motion::Move { position: "8mm".parse().unwrap(), go: GO };
         let Err(trouble) = turn(&mut drive, asked, &checked) else { panic!("it was moved") };
         assert_eq!(

@@ -2,7 +2,8 @@
 
 use super::Slave;
 use crate::dp::{
-    Application, Event, MASTER_SAP, NotServed, Policy, PrmBit, Service, State, StoredAddress, policy::DefaultAddress,
+    Application, Event, MASTER_SAP, NotServed, Policy, PrmBit, Service, State, StoredAddress,
+    policy::DefaultAddress,
 };
 use crate::fdl::{Address, Request};
 
@@ -30,7 +31,9 @@ enum Topic {
 impl Topic {
     fn mask(self) -> u16 {
         let place = match self {
-            Self::Service(service) => Service::ALL.iter().position(|known| *known == service).unwrap_or_default(),
+            Self::Service(service) => {
+                Service::ALL.iter().position(|known| *known == service).unwrap_or_default()
+            }
             Self::NoService => 12,
             Self::Data => 13,
             Self::Sync => 14,

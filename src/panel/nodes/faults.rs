@@ -131,15 +131,13 @@ impl NodeAccess<'_> {
 
     /// Whether the node that a fault is for is on the bus.
     fn knows(&self, fault: &NodeFault) -> Result<(), Problem> {
-        match fault.node {
-            Some(node) => match self.device(node) {
-                Ok(_) => Ok(()),
-                Err(_) => Err(Problem::value(format!(
-                    "fault '{fault}' is for node {node}, which is not on the bus"
-                ))),
-            },
-            None => Ok(()),
-        }
+        self.absent(fault).map_or(Ok(()), |words| Err(Problem::value(words)))
+    }
+
+    /// Says so if the node that a fault is for is not on the bus.
+    pub(super) fn absent(&self, fault: &NodeFault) -> Option<String> {
+        let node = fault.node.filter(|node| self.device(*node).is_err())?;
+        Some(format!("fault '{fault}' is for node {node}, which is not on the bus"))
     }
 }
 

@@ -134,7 +134,9 @@ fn start_up() {
             row("S-34", "Set_Slave_Add to a drive, which has DIP switches", || {
                 service(55, &[7, IDENT[0], IDENT[1], 0])
             }),
-            row("S-35", "a request to SAP 51, where a slave of DP-V1 listens", || service(51, &[0x5E, 0, 0, 1])),
+            row("S-35", "a request to SAP 51, where a slave of DP-V1 listens", || {
+                service(51, &[0x5E, 0, 0, 1])
+            }),
             row("S-36", "Slave_Diag with two octets of data", || service(60, &[1, 2])),
             row("S-37", "Set_Prm to a station at address 126", || {
                 slave_asked(126, 61, &[0x88, 10, 1, 11, 0x12, 0x34, 0])

@@ -8,9 +8,9 @@ use std::vec::Vec;
 
 use thiserror::Error;
 
-use crate::gsd::did_you_mean;
 use crate::dp::{Service, State};
 use crate::fdl::Address;
+use crate::gsd::did_you_mean;
 use crate::host::occasions::{Occasions, Reading, Wrong, digits, duration, in_micros, number};
 
 /// How a fault is written, see [`Fault`].
