@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::param::{Parameter, Entry, Model, Pnu, Unit, entry};
+use crate::param::{Entry, Model, Parameter, Pnu, Unit, entry};
 use crate::pkw::{self, JobError};
 use crate::ppo::{JobId, Pke, Pkw};
 
