@@ -75,10 +75,11 @@ impl Emulator {
         (status.code(), stdout, stderr)
     }
 
-    /// Memory it holds now, KiB.
+    /// Memory of its own that it holds now, KiB. Without the pages of the program's file: how many of those of a debug
+    /// build are in memory is the system's choice.
     pub(crate) fn resident(&self) -> u64 {
         let status = fs::read_to_string(format!("/proc/{}/status", self.process.id())).unwrap();
-        let line = status.lines().find(|line| line.starts_with("VmRSS")).unwrap();
+        let line = status.lines().find(|line| line.starts_with("RssAnon")).unwrap();
         line.split_whitespace().nth(1).unwrap().parse().unwrap()
     }
 
