@@ -84,6 +84,7 @@ pub use config::{Config, Timing};
 pub use event::Event;
 pub use hint::Hint;
 pub use job::JobText;
+#[cfg(feature = "panel")]
 pub(crate) use job::Values;
 pub use plain_node::PlainNode;
 pub use quirk::{Quirk, QuirkError};
