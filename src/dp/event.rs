@@ -193,6 +193,8 @@ pub enum NotServed {
         /// The SAP asked for.
         got: Option<Sap>,
     },
+    /// It asks for a reply; the service has none.
+    NoReply,
     /// A service that only reads came with data.
     WithData {
         /// Octets found.
@@ -396,6 +398,7 @@ impl fmt::Display for NotServed {
             Self::NoSuchSap { got } => {
                 write!(f, "no service listens at {}; a slave of DP-V0 has SAP 55 to 62", Place(*got))
             }
+            Self::NoReply => f.write_str("it asks for a reply, expected a request without one (SDN)"),
             Self::WithData { got } => {
                 let octets = if *got == 1 { "octet" } else { "octets" };
                 write!(f, "it has {got} {octets} of data, expected none")

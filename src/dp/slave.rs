@@ -363,7 +363,10 @@ impl<A: Application> Slave<A> {
             Service::RdInp => Handled::read(request, service, self.read(self.process_data.inputs())),
             Service::RdOutp => Handled::read(request, service, self.read(self.process_data.outputs())),
             // Global_Control is an SDN service.
-            Service::GlobalControl => Handled::reply(Reply::NotActivated),
+            Service::GlobalControl => {
+                let event = self.without_reply(service, request);
+                Handled { event, ..Handled::reply(Reply::NotActivated) }
+            }
         }
     }
 

@@ -347,10 +347,7 @@ fn a_bus_full_of_drives_is_small_and_sleeps_while_no_master_talks() {
     // 1 % of a core; the system counts in ticks of 10 ms.
     assert!(used <= Duration::from_millis(20), "{used:?} in 2 s");
     assert!(emulator.resident() < 8 * 1024, "{} KiB", emulator.resident());
-    println!(
-        "125 drives: {} KiB, {used:?} of processor time in 2 s without a master",
-        emulator.resident()
-    );
+    println!("125 drives: {} KiB, {used:?} of processor time in 2 s without a master", emulator.resident());
 }
 
 /// Random octets that are no telegram by the laws of chance: the sequence is fixed, and holds none.

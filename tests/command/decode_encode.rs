@@ -320,7 +320,10 @@ fn the_mistakes_of_public_texts_are_explained_as_wrong_and_not_built_without_for
         ("pkw read 999", "there is no parameter 999; near it are 1000 Controller parameter P"),
         ("pkw read v-Poss", "there is no parameter 'v-Poss'; close to it are 1004 v-Pos"),
         ("pkw write 918 5", "the parameter is read-only; --force"),
-        ("pkw write limit1 99999999999", "99999999999 does not fit Limit 1, which is a double word: expected -2147483648 to 4294967295"),
+        (
+            "pkw write limit1 99999999999",
+            "99999999999 does not fit Limit 1, which is a double word: expected -2147483648 to 4294967295",
+        ),
         ("pkw read 945", "Fault buffer is an array of 10: name the element, for example 945.0; --force"),
         ("pkw write 945 1", "name the element, for example 945.0; --force"),
         ("pkw write v-Pos -5", "v-Pos takes 1 to 200, got -5; --force"),

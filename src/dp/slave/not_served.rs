@@ -70,6 +70,16 @@ impl<A: Application> Slave<A> {
         })
     }
 
+    /// A request with a reply for a service that has none.
+    #[inline(never)]
+    pub(super) fn without_reply(&mut self, service: Service, request: &Request<'_>) -> Option<Event> {
+        self.first(Topic::Service(service)).then_some(Event::NotServed {
+            master: request.sa,
+            service: Some(service),
+            why: NotServed::NoReply,
+        })
+    }
+
     /// Sync or Freeze without the bit of Set_Prm that opens it.
     pub(super) fn latch_closed(&mut self, master: Address, bit: PrmBit) -> Option<Event> {
         let topic = if bit == PrmBit::SyncReq { Topic::Sync } else { Topic::Freeze };

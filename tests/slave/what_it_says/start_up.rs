@@ -159,6 +159,11 @@ fn start_up() {
                 told.line.wait(Duration::from_millis(200));
                 told.texts()
             }),
+            row("S-41", "Global_Control as a request with a reply", || {
+                let mut told = Told::exchanging();
+                told.line.request(MASTER, Some(58), &[2, 0]);
+                told.texts()
+            }),
         ],
     );
 }
