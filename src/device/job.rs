@@ -40,15 +40,17 @@ impl fmt::Display for JobText {
                 Some(entry) => Values(entry).fmt(f),
                 None => Ok(()),
             },
-            JobError::WrongWidth { expected, .. } => with(match expected {
-                pkw::Width::Word => JobId::WriteWord,
-                pkw::Width::Double => JobId::WriteDoubleWord,
-            })
-            .fmt(f),
+            JobError::WrongWidth { expected, .. } => {
+                let id = match expected {
+                    pkw::Width::Word => JobId::WriteWord,
+                    pkw::Width::Double => JobId::WriteDoubleWord,
+                };
+                write!(f, "; {}", with(id))
+            }
             JobError::NotAnArray => match job.pke.job() {
-                JobId::ReadElement | JobId::ReadElementCount => with(JobId::Read).fmt(f),
-                JobId::WriteElementWord => with(JobId::WriteWord).fmt(f),
-                JobId::WriteElementDoubleWord => with(JobId::WriteDoubleWord).fmt(f),
+                JobId::ReadElement | JobId::ReadElementCount => write!(f, "; {}", with(JobId::Read)),
+                JobId::WriteElementWord => write!(f, "; {}", with(JobId::WriteWord)),
+                JobId::WriteElementDoubleWord => write!(f, "; {}", with(JobId::WriteDoubleWord)),
                 JobId::NoJob
                 | JobId::Read
                 | JobId::WriteWord
@@ -57,14 +59,18 @@ impl fmt::Display for JobText {
                 | JobId::WriteDescription
                 | JobId::Reserved(_) => Ok(()),
             },
-            JobError::IsArray { .. } => with(JobId::ReadElement).fmt(f),
+            JobError::IsArray { .. } => write!(f, "; {}", with(JobId::ReadElement)),
             // Somebody who writes no value wants to read: some texts call job 7 "read array".
             JobError::ReadOnly if job.double_word() == 0 => match job.pke.job() {
                 JobId::WriteElementWord | JobId::WriteElementDoubleWord => {
-                    write!(f, ". Job {} writes; to read an element", job.pke.ak())?;
-                    with(JobId::ReadElement).fmt(f)
+                    write!(
+                        f,
+                        ". Job {} writes; to read an element {}",
+                        job.pke.ak(),
+                        with(JobId::ReadElement)
+                    )
                 }
-                JobId::WriteWord | JobId::WriteDoubleWord => write!(f, ". To read{}", with(JobId::Read)),
+                JobId::WriteWord | JobId::WriteDoubleWord => write!(f, "; to read it {}", with(JobId::Read)),
                 JobId::NoJob
                 | JobId::Read
                 | JobId::ReadDescription
@@ -110,7 +116,7 @@ struct With {
 impl fmt::Display for With {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { id, pnu } = self;
-        write!(f, "; use job {}, {id}: PKE {:04X}", id.ak(), Pke::of_job(*id, *pnu).raw())
+        write!(f, "use job {}, {id}: PKE {:04X}", id.ak(), Pke::of_job(*id, *pnu).raw())
     }
 }
 

@@ -296,7 +296,7 @@ fn the_mistakes_of_public_texts_are_explained_as_wrong_and_not_built_without_for
         ),
         ("13BB 0000 0000 0000", "3BBh is 955; a widespread text means PNU 947 by it, which is 3B3h"),
         ("1BFA 0000 0000 0000", "bit 11 is the toggle bit of spontaneous messages (SPM)"),
-        ("73B1 0300 0000 0000", "Job 7 writes; to read an element; use job 6"),
+        ("73B1 0300 0000 0000", "Job 7 writes; to read an element use job 6"),
         ("AC1A 0000 0000 0001", "which would be AA1A (538 = 21Ah)"),
         ("1C08 0000 0000 0001", "which would be 1A08 with bit 11 set"),
     ] {
