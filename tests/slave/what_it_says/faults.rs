@@ -5,7 +5,7 @@ use std::time::Duration;
 use profidrive::drive::{Fault, Inputs};
 
 use super::row;
-use crate::said::compare;
+use crate::said::{Row, compare};
 use crate::told::{CYCLE, Told};
 
 /// A drive in this fault, operation was enabled.

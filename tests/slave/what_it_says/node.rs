@@ -78,6 +78,14 @@ fn the_node() {
                 }),
             ),
             row("N-08", "why: switched off", why(|rig| rig.node.power_off(rig.now))),
+            row("N-09", "SDO: read an object that is not there", after(|rig| _ = rig.read(0x9999, 0))),
+            row("N-10", "SDO: write the status word", after(|rig| _ = rig.write(0x6041, 0, 1, 2))),
+            row("N-11", "SDO: write mode of operation 99", after(|rig| _ = rig.write(0x6060, 0, 99, 1))),
+            row(
+                "N-12",
+                "SDO: another COB-ID for an RPDO in operation",
+                after(|rig| _ = rig.write(0x1400, 1, 0x205, 4)),
+            ),
         ],
     );
 }

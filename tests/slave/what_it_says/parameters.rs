@@ -24,7 +24,7 @@ fn standing(pke: u16, pwe: u32) -> Vec<String> {
     let mut told = Told::exchanging();
     told.pkw[..2].copy_from_slice(&pke.to_be_bytes());
     told.pkw[4..].copy_from_slice(&pwe.to_be_bytes());
-    told.say(0, 0, CYCLE * 2);
+    told.say(0, 0, CYCLE * 20);
     told.texts()
 }
 

@@ -11,7 +11,7 @@ use thiserror::Error;
 use crate::dp::{Service, State};
 use crate::fdl::Address;
 use crate::gsd::did_you_mean;
-use crate::host::occasions::{Occasions, Reading, Wrong, digits, duration, in_micros, number};
+use crate::host::occasions::{Occasions, Reading, Wrong, digits, duration, in_micros, misfit, number};
 
 /// How a fault is written, see [`Fault`].
 pub const FORM: &str = "FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS]\
@@ -444,7 +444,7 @@ pub enum SpecError {
         got: String,
     },
     /// A value does not fit.
-    #[error("'{got}' does not fit {key}; expected {expected}")]
+    #[error("{}; expected {expected}", misfit(key, got))]
     Value {
         /// Whose value.
         key: String,
