@@ -91,10 +91,9 @@ fn parameters() {
             row("P-19", "change PNU 1016 to 2147483647", || job(pke(3, 1016), 0, 0x7FFF_FFFF)),
             row("P-20", "job 7 instead of job 6 to read an element", || job(pke(7, 945), 0, 0)),
             row("P-21", "change PNU 970 to 9", || standing(pke(2, 970), 9)),
-            row("P-22", "change PNU 970 to 1, load all defaults", || standing(pke(2, 970), 1)),
-            row("P-23", "read the number of elements of PNU 1004", || job(pke(9, 1004), 0, 0)),
-            row("P-24", "change PNU 918 (address)", || job(pke(2, 918), 0, 9)),
-            row("P-25", "change PNU 1009 (position window) to 5000", || job(pke(2, 1009), 0, 5000)),
+            row("P-22", "read the number of elements of PNU 1004", || job(pke(9, 1004), 0, 0)),
+            row("P-23", "change PNU 918 (address)", || job(pke(2, 918), 0, 9)),
+            row("P-24", "change PNU 1009 (position window) to 5000", || job(pke(2, 1009), 0, 5000)),
         ],
     );
 }
