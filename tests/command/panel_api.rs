@@ -159,7 +159,7 @@ fn every_fault_can_be_provoked_by_its_letter() {
     }
     let refused = emulator.send("POST", "/api/v1/drives/5/provoke", &json!({ "fault": "H" }));
     assert_eq!(refused.status, 422);
-    assert!(refused.detail().contains("unknown variant `H`"), "{}", refused.body);
+    assert!(refused.detail().contains("unknown value `H`"), "{}", refused.body);
 }
 
 #[test]

@@ -82,7 +82,7 @@ fn every_wrong_request_is_refused_with_a_sentence_and_changes_nothing() {
             json_type,
             r#"{"key": "key_3", "pressed": true}"#,
             422,
-            "unknown variant",
+            "unknown value",
         ),
         ("POST", "/api/v1/drives/5/keys", json_type, r#"{"key": "key_1"}"#, 422, "missing field `pressed`"),
         // Out of range; the right half of a wrong change is not made.
@@ -117,7 +117,7 @@ fn every_wrong_request_is_refused_with_a_sentence_and_changes_nothing() {
             json_type,
             r#"{"address": 9, "model": "ag04"}"#,
             422,
-            "unknown variant `ag04`",
+            "unknown value `ag04`",
         ),
         // Drives and things that are not there.
         ("PATCH", "/api/v1/drives/6/inputs", json_type, r#"{"blocked": true}"#, 404, "there are drives at 5"),
