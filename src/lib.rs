@@ -41,6 +41,7 @@
 //! | [`bench`](mod@bench) | a simulated line to test masters on (feature `std`) | the rules of the bus |
 //! | [`judge`](mod@judge) | plays slaves and judges a master row by row (feature `std`) | what is required of a master |
 //! | `panel` | HTTP control, live stream and a page (feature `panel`) | what a bench around a bus needs |
+//! | `metrics` | what was counted, for Prometheus (feature `metrics`) | OpenMetrics |
 //!
 //! Everything above [`process`] is `no_std`, allocates nothing, and never panics whatever octets it is given.
 //!
@@ -109,6 +110,7 @@
 //! * `capture`: what passes on a line in pcapng files, written and read.
 //! * `parameters`: the parameters of a PPO drive from TOML and CSV files.
 //! * `panel`: HTTP control, a live stream and a page for browsers.
+//! * `metrics`: what was counted, as OpenMetrics for Prometheus.
 //! * `cli`: the command.
 #![no_std]
 #![cfg_attr(docsrs, feature(doc_cfg))]
@@ -158,6 +160,10 @@ pub mod client;
 #[doc = include_str!("../docs/first-drive.md")]
 pub mod first_drive {}
 
+#[cfg(all(doctest, feature = "std"))]
+#[doc = include_str!("../README.md")]
+mod readme {}
+
 #[cfg(feature = "std")]
 pub mod process;
 
@@ -181,3 +187,6 @@ pub mod master;
 
 #[cfg(feature = "panel")]
 pub mod panel;
+
+#[cfg(feature = "metrics")]
+pub mod metrics;

@@ -23,7 +23,7 @@ use profidrive::process::{Point, Signal};
 use profidrive::time::{BaudRate, Instant};
 use tracing::{debug, info, warn};
 
-use super::args::{BaudSpec, DriveSpec, Emulate, LinkSpec, QuirkSpec};
+use super::args::{BaudSpec, DriveSpec, Emulate, LinkSpec, MetricsSpec, QuirkSpec};
 use super::signals::Signals;
 use super::{Failure, plant};
 pub(crate) use ppo_drive::PpoDrivePlan;
@@ -49,17 +49,24 @@ const NOISE_PAUSE: Duration = Duration::from_secs(1);
 /// Runs what the arguments ask for, until SIGINT, SIGTERM, or SIGHUP, which comes when the window of its terminal is
 /// closed.
 pub(crate) fn emulate(args: Emulate) -> Result<(), Failure> {
-    let plans = match &args.line {
+    let plan = match &args.line {
         Some(file) => {
-            let plans = plant::read(file)?;
+            let plan = plant::read(file)?;
             if args.check_only {
-                return plant::say(file, &plans);
+                return plant::say(file, &plan.lines);
             }
-            plans
+            plan
         }
-        None => vec![LinePlan::of_flags(args)?],
+        None => PlantPlan { metrics: args.metrics(), lines: vec![LinePlan::of_flags(args)?] },
     };
-    lines::run(plans)
+    lines::run(plan)
+}
+
+/// All lines of the process.
+pub(crate) struct PlantPlan {
+    pub(crate) lines: Vec<LinePlan>,
+    /// Where the metrics of all of them are.
+    pub(crate) metrics: Option<MetricsSpec>,
 }
 
 /// A line and everybody on it: the general form, which a file or the flags fill.
@@ -177,6 +184,7 @@ fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
     for drive in plan.ppo_drives {
         ppo_drive::connect(&mut bus, drive, rate, clock.now(), listen, &refusals)?;
     }
+    let mut metrics = start.line_metrics(&path, &signals.stop);
     if !start.all_are_open() {
         return Ok(());
     }
@@ -213,6 +221,9 @@ fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
         }
         if end {
             break outcome;
+        }
+        if let Some(metrics) = &mut metrics {
+            metrics.serve(&bus);
         }
         if let Some(panel) = &mut panel {
             let (now, faults) = (clock.now(), Some(link.faults_mut()));

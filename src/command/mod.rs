@@ -42,6 +42,13 @@ impl Failure {
         }
         Self::Other(line)
     }
+
+    /// What it says.
+    pub(crate) fn into_line(self) -> String {
+        match self {
+            Self::Usage(line) | Self::Other(line) => line,
+        }
+    }
 }
 
 /// Runs the command with the arguments of this process.

@@ -16,6 +16,8 @@
 //! | `address` | the station address that the DIP switches show |
 //! | `canopen` | [`CanopenDevice`]: what a host asks of any device on CANopen |
 //! | `config` | [`Config`]: what a device is made of |
+//! | `drive_state` | [`DriveState`]: the state of a drive in the words that all devices share |
+//! | `error_kind` | [`ErrorKind`]: what goes wrong at a station, by kind (feature `std`) |
 //! | `bits` | every bit of STW, ZSW, SSW and the general status register: number, name, meaning |
 //! | `words` | those words from and to what the drive knows |
 //! | `flow_charts` | the control words that the manual prints |
@@ -44,6 +46,9 @@ pub mod asda_a2_canopen;
 pub mod bits;
 mod canopen;
 mod config;
+mod drive_state;
+#[cfg(feature = "std")]
+mod error_kind;
 mod event;
 pub mod flow_charts;
 pub mod hint;
@@ -81,6 +86,9 @@ pub use crate::unit::{
 };
 pub use canopen::{CanopenDevice, CanopenEvent, RecallError};
 pub use config::{Config, Timing};
+pub use drive_state::DriveState;
+#[cfg(feature = "std")]
+pub use error_kind::ErrorKind;
 pub use event::Event;
 pub use hint::Hint;
 pub use job::JobText;
@@ -206,6 +214,11 @@ impl Device {
     /// The drive as the last application cycle left it.
     pub const fn status(&self) -> &Status {
         self.part.unit.status()
+    }
+
+    /// The state of the drive in the words that all devices share.
+    pub fn drive_state(&self) -> DriveState {
+        self.status().state.into()
     }
 
     /// The drive itself: its faults and their causes.

@@ -1,7 +1,7 @@
 //! A device on CANopen that has no clock of its own: an application behind a node.
 
 use super::surroundings::{Declined, Face, Input, Level, Provocable, Surroundings};
-use super::{CanopenDevice, CanopenEvent, RecallError};
+use super::{CanopenDevice, CanopenEvent, DriveState, RecallError};
 use crate::can::Frame;
 use crate::canopen::storage::{Generation, ImageError, Memory, NotStored, StoreRequest};
 use crate::canopen::{Abort, Address, Application, Node, Policy};
@@ -131,5 +131,9 @@ impl<A: Application + Surroundings> Surroundings for PlainNode<A> {
 
     fn is_drive(&self) -> bool {
         self.application.is_drive()
+    }
+
+    fn drive_state(&self) -> Option<DriveState> {
+        self.application.drive_state()
     }
 }

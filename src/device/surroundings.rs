@@ -7,6 +7,7 @@ use core::fmt;
 
 use heapless::{String, Vec};
 
+use super::DriveState;
 use crate::canopen::Address;
 use crate::time::Instant;
 
@@ -222,5 +223,10 @@ pub trait Surroundings {
     /// Whether it can move by itself.
     fn is_drive(&self) -> bool {
         false
+    }
+
+    /// The state of its drive in the words that all devices share; `None`: it has none, or does not say it.
+    fn drive_state(&self) -> Option<DriveState> {
+        None
     }
 }

@@ -20,6 +20,9 @@ pub struct LineCounters {
     pub resyncs: u64,
     /// Telegrams that stations at this end sent.
     pub sent: u64,
+    /// From the last octet of a request, as it was heard, to the start of its reply, for replies sent. Those of stations
+    /// that are gone count on.
+    pub latency: Latency,
     /// The last thing heard was a refusal.
     searching: bool,
 }
@@ -40,6 +43,12 @@ impl LineCounters {
                 self.searching = true;
             }
         }
+    }
+
+    /// Counts a reply that one of our stations began `after` the end of its request.
+    pub fn reply(&mut self, after: Duration) {
+        self.sent = self.sent.saturating_add(1);
+        self.latency.count(after);
     }
 }
 
@@ -244,6 +253,8 @@ impl fmt::Display for StationCounters {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Latency {
     buckets: [u64; LATENCY_LIMITS.len() + 1],
+    /// All of the times together, in ns.
+    sum: u64,
 }
 
 /// The upper bounds of the buckets of [`Latency`], each counting the times up to and including its own and above the
@@ -274,6 +285,12 @@ impl Latency {
         if let Some(bucket) = self.buckets.get_mut(place) {
             *bucket = bucket.saturating_add(1);
         }
+        self.sum = self.sum.saturating_add(crate::time::nanos(time));
+    }
+
+    /// All of the times together.
+    pub const fn sum(&self) -> Duration {
+        Duration::from_nanos(self.sum)
     }
 
     /// The buckets with their upper bounds, shortest first; the last has none.
@@ -370,6 +387,12 @@ mod tests {
         });
         assert_eq!(station.latency.buckets, filled);
         assert_eq!(station.latency.to_string(), "after <=1µs: 2, <=2µs: 1, <=100ms: 1, longer: 2");
+        // Of 584 years more are not told apart.
+        assert_eq!(station.latency.sum(), Duration::from_nanos(u64::MAX));
+        let mut line = LineCounters::default();
+        line.reply(Duration::from_micros(22));
+        line.reply(Duration::from_micros(30));
+        assert_eq!((line.sent, line.latency.sum()), (2, Duration::from_micros(52)));
         assert_eq!(Latency::default().to_string(), "none");
     }
 }

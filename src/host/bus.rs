@@ -6,7 +6,7 @@ use core::time::Duration;
 use std::boxed::Box;
 use std::vec::Vec;
 
-use super::{Error, Participant};
+use super::{Appearance, Error, Participant};
 use crate::device::{MAX_TELEGRAM_LEN, Timing};
 use crate::fdl::baud_search::CONTROL_TIME;
 use crate::fdl::{Address, BaudSearch, Framer, LineCounters, RateChange, StationCounters};
@@ -17,11 +17,13 @@ mod event;
 mod hint;
 mod join;
 mod last_request;
+mod station_errors;
 mod stations;
 
 pub use event::BusEvent;
 pub use hint::{Addresses, LineHint};
 pub use join::{Evidence, LISTEN_TIME};
+pub use station_errors::StationErrors;
 use stations::Stations;
 
 /// The stations on one line: up to 127, drives and others, each with its own state.
@@ -154,6 +156,16 @@ impl Bus {
     /// What the station at `address` was asked and answered; `None`: there is none.
     pub fn station_counters(&self, address: Address) -> Option<&StationCounters> {
         self.stations.slot(address).map(|slot| &slot.counters)
+    }
+
+    /// What went wrong at the station at `address`; `None`: there is none.
+    pub fn station_errors(&self, address: Address) -> Option<&StationErrors> {
+        self.stations.slot(address).map(|slot| &slot.errors)
+    }
+
+    /// What the station at `address` is and how it is; `None`: there is none.
+    pub fn appearance(&self, address: Address) -> Option<Appearance<'_>> {
+        self.stations.slot(address).map(|slot| slot.station.appearance())
     }
 
     /// The rate of the line, or the one listened at while it is being searched for.

@@ -10,7 +10,7 @@ use std::vec::Vec;
 
 use super::link::fault::Switch;
 use super::refusals::Refusals;
-use super::{OutputBoard, Participant};
+use super::{Appearance, OutputBoard, Participant, StationKind};
 use crate::device::{Event, MAX_TELEGRAM_LEN};
 use crate::dp::application::Application as _;
 use crate::dp::{self, CfgFault, PrmFault, Reason};
@@ -429,5 +429,14 @@ impl Participant for GsdStation {
 
     fn watchdog_on(&self) -> bool {
         self.slave().watchdog_on()
+    }
+
+    fn appearance(&self) -> Appearance<'_> {
+        Appearance {
+            kind: StationKind::GsdStation,
+            model: self.gsd().model.as_str().into(),
+            slave: Some(self.slave().state()),
+            drive: None,
+        }
     }
 }

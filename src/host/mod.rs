@@ -64,11 +64,11 @@ mod state_dir;
 mod stop;
 mod stored_device;
 
-pub use bus::{Addresses, Bus, BusEvent, Evidence, LISTEN_TIME, LineHint, Presence, SlotTime};
+pub use bus::{Addresses, Bus, BusEvent, Evidence, LISTEN_TIME, LineHint, Presence, SlotTime, StationErrors};
 pub use clock::{ManualClock, SystemClock};
 pub use gsd_station::{Condition, GsdStation, OutputsAre};
 pub use output_board::OutputBoard;
-pub use participant::Participant;
+pub use participant::{Appearance, Participant, StationKind};
 pub use ppo_drive::{HostedPpoDrive, PpoJudge};
 pub use reach::Reach;
 pub use refusals::Refusals;

@@ -1,9 +1,11 @@
 //! What a [`Bus`](super::Bus) carries: anything that is a passive station.
 
 use core::any::Any;
+use std::borrow::Cow;
+use std::string::ToString;
 
 use super::StoredDevice;
-use crate::device::{DESCRIPTION, Device, Event, MAX_TELEGRAM_LEN};
+use crate::device::{DESCRIPTION, Device, DriveState, Event, MAX_TELEGRAM_LEN};
 use crate::dp;
 use crate::fdl::{Address, Rates, Telegram};
 use crate::time::{BaudRate, Instant};
@@ -47,6 +49,49 @@ pub trait Participant: Any + Send {
 
     /// Whether its DP watchdog minds its master (WD_On of Slave_Diag).
     fn watchdog_on(&self) -> bool;
+
+    /// What it is and how it is, for who watches the line.
+    fn appearance(&self) -> Appearance<'_> {
+        Appearance::default()
+    }
+}
+
+/// What a station is and how it is.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Appearance<'a> {
+    /// What it is.
+    pub kind: StationKind,
+    /// Which of its kind, as `ag03-1`, or the model name of its GSD; empty: nobody says it.
+    pub model: Cow<'a, str>,
+    /// The state of its DP slave.
+    pub slave: Option<dp::State>,
+    /// The state of its drive.
+    pub drive: Option<DriveState>,
+}
+
+/// What a station is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum StationKind {
+    /// An AG03 or AG03/1.
+    Drive,
+    /// What a GSD describes.
+    GsdStation,
+    /// A drive of PROFIDRIVE version 2.
+    PpoDrive,
+    /// Somebody else's.
+    #[default]
+    Other,
+}
+
+impl<'a> Appearance<'a> {
+    fn of(device: &Device) -> Self {
+        Self {
+            kind: StationKind::Drive,
+            model: device.config().model.to_string().into(),
+            slave: Some(device.dp_state()),
+            drive: Some(device.drive_state()),
+        }
+    }
 }
 
 impl Participant for Device {
@@ -89,6 +134,10 @@ impl Participant for Device {
 
     fn watchdog_on(&self) -> bool {
         Self::watchdog_on(self)
+    }
+
+    fn appearance(&self) -> Appearance<'_> {
+        Appearance::of(self)
     }
 }
 
@@ -136,6 +185,10 @@ impl Participant for StoredDevice {
 
     fn watchdog_on(&self) -> bool {
         self.device().watchdog_on()
+    }
+
+    fn appearance(&self) -> Appearance<'_> {
+        Appearance::of(self.device())
     }
 }
 
@@ -189,5 +242,9 @@ impl<A: dp::Application + Send + 'static> Participant for dp::Station<A> {
 
     fn watchdog_on(&self) -> bool {
         self.slave().watchdog_on()
+    }
+
+    fn appearance(&self) -> Appearance<'_> {
+        Appearance { slave: Some(self.slave().state()), ..Appearance::default() }
     }
 }

@@ -4,7 +4,7 @@ use core::fmt;
 use std::boxed::Box;
 use std::string::ToString;
 
-use super::{Participant, Refusals};
+use super::{Appearance, Participant, Refusals, StationKind};
 use crate::device::ppo_drive::{PpoDrive, PpoOnly};
 use crate::device::{Event, MAX_TELEGRAM_LEN};
 use crate::dp::{self, Application, CfgFault, Fixed, PrmFault, Reason, Refusal};
@@ -134,5 +134,18 @@ impl Participant for HostedPpoDrive {
 
     fn watchdog_on(&self) -> bool {
         self.drive.slave().watchdog_on()
+    }
+
+    fn appearance(&self) -> Appearance<'_> {
+        let model = match &self.drive.slave().application().inner {
+            PpoJudge::Profile(_) => "profile",
+            PpoJudge::Gsd(station) => &station.gsd().model,
+        };
+        Appearance {
+            kind: StationKind::PpoDrive,
+            model: model.into(),
+            slave: Some(self.drive.slave().state()),
+            drive: Some(self.drive.drive().status().state.into()),
+        }
     }
 }

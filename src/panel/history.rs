@@ -22,7 +22,7 @@ pub(super) use routes::*;
 pub(super) use samples::{EVERY, Sampled};
 
 /// Events kept.
-const MOST_EVENTS: usize = 1000;
+pub(super) const MOST_EVENTS: usize = 1000;
 
 /// What was.
 #[derive(Debug, Default)]

@@ -62,11 +62,11 @@ mod nodes;
 mod page;
 mod parameters;
 mod ppo_drives;
-mod problem;
-mod queue;
+pub(crate) mod problem;
+pub(crate) mod queue;
 mod routes;
-mod running;
-mod server;
+pub(crate) mod running;
+pub(crate) mod server;
 mod state;
 mod stations;
 mod stream;
@@ -76,13 +76,13 @@ mod words;
 
 use core::net::SocketAddr;
 use std::io;
-use std::string::String;
+use std::string::{String, ToString};
 use std::sync::Arc;
 
 use thiserror::Error;
 
 use crate::host::link::tap::{Batch, Watchers};
-use crate::host::reach::advice;
+use crate::host::reach::{ListenError, advice};
 use crate::host::{BusEvent, Reach, Stop};
 use crate::time::Instant;
 
@@ -90,7 +90,8 @@ pub use bus_access::BusAccess;
 pub use nodes::{NodeAccess, NodePanel, Seated};
 
 use bus_access::OfBus;
-use running::Running;
+use running::{Place, Running, StartError};
+use server::Names;
 
 /// A running panel of a bus of PROFIBUS. Dropped, it closes its port and every connection.
 #[derive(Debug)]
@@ -130,6 +131,22 @@ pub enum PanelError {
     },
 }
 
+/// Where a panel listens.
+const fn at(place: &str, reach: Reach) -> Place<'_> {
+    Place { name: "panel", place, reach, names: Names::Numbers }
+}
+
+impl PanelError {
+    fn of(place: &str, error: StartError) -> Self {
+        let place = place.to_string();
+        match error {
+            StartError::Listen(ListenError::Failed(source)) => Self::Listen { place, source },
+            StartError::Listen(ListenError::TooFar(address)) => Self::TooFar { place, address },
+            StartError::Thread(source) => Self::Thread { source },
+        }
+    }
+}
+
 impl Panel {
     /// Listens at `place`, `HOST:PORT` (port 0: a free one). `wake` is what ends a run of the bus.
     ///
@@ -139,7 +156,8 @@ impl Panel {
         let (asking, requests) = queue::queue(wake);
         let (feed, hub) = stream::stream();
         let app = routes::App { asking: asking.clone(), hub: hub.clone() };
-        let running = Running::start(place, reach, routes::router(app), hub.run(asking))?;
+        let running = Running::start(at(place, reach), routes::router(app), hub.run(asking))
+            .map_err(|error| PanelError::of(place, error))?;
         Ok(Self { running, requests, feed, sent: stream::SentSettings::default() })
     }
 

@@ -15,6 +15,7 @@
 //! | `state` | a node as JSON |
 //! | `words` | words of bits, PDOs, the error history |
 //! | `bus` | counters of the bus |
+//! | `history` | the newest events, for who comes late |
 //! | `news` | what happens, as events of the stream |
 //! | `stream` | server-sent events |
 
@@ -23,6 +24,7 @@ mod bench;
 mod bus;
 mod faults;
 mod fleet;
+mod history;
 mod news;
 mod objects;
 mod routes;
@@ -34,9 +36,9 @@ mod words;
 use core::net::SocketAddr;
 use std::sync::Arc;
 
-use super::PanelError;
 use super::queue;
 use super::running::Running;
+use super::{PanelError, at};
 use crate::device::CanopenEvent;
 use crate::host::can::Event;
 use crate::host::{Reach, Stop};
@@ -103,7 +105,8 @@ impl NodePanel {
         let (asking, requests) = queue::queue(wake);
         let feed = Arc::new(news::Feed::default());
         let app = routes::App { asking, feed: Arc::clone(&feed) };
-        let running = Running::start(place, reach, routes::router(app), async {})?;
+        let running = Running::start(at(place, reach), routes::router(app), async {})
+            .map_err(|error| PanelError::of(place, error))?;
         Ok(Self { running, requests, feed })
     }
 

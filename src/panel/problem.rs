@@ -19,7 +19,7 @@ use crate::fdl::Address;
 
 /// Why a request was refused. Nothing was changed.
 #[derive(Clone, Debug, Serialize, ToSchema)]
-pub(super) struct Problem {
+pub(crate) struct Problem {
     /// The HTTP status.
     status: u16,
     /// The HTTP status in words.
@@ -29,7 +29,7 @@ pub(super) struct Problem {
 }
 
 impl Problem {
-    pub(super) fn new(status: StatusCode, detail: impl ToString) -> Self {
+    pub(crate) fn new(status: StatusCode, detail: impl ToString) -> Self {
         let title = status.canonical_reason().unwrap_or_default().into();
         Self { status: status.as_u16(), title, detail: detail.to_string() }
     }
@@ -44,7 +44,7 @@ impl Problem {
         Self::new(StatusCode::CONFLICT, detail)
     }
 
-    pub(super) fn not_found(detail: impl ToString) -> Self {
+    pub(crate) fn not_found(detail: impl ToString) -> Self {
         Self::new(StatusCode::NOT_FOUND, detail)
     }
 

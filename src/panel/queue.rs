@@ -16,7 +16,7 @@ const QUEUE: usize = 64;
 const AT_ONCE: usize = 4;
 
 /// The thread of a bus, by what it lends between two telegrams.
-pub(super) trait Lends: Copy + Debug + 'static {
+pub(crate) trait Lends: Copy + Debug + 'static {
     /// What it lends.
     type Access<'a>;
 }
@@ -26,14 +26,14 @@ type Request<L> = Box<dyn FnOnce(&mut <L as Lends>::Access<'_>) + Send>;
 
 /// The end of the queue at the thread of the bus.
 #[derive(Debug)]
-pub(super) struct Requests<L: Lends> {
+pub(crate) struct Requests<L: Lends> {
     waiting: mpsc::Receiver<Request<L>>,
     wake: Stop,
 }
 
 impl<L: Lends> Requests<L> {
     /// Carries out some of what waits. If more waits, the next run of the bus ends at once.
-    pub(super) fn serve(&mut self, bench: &mut L::Access<'_>) {
+    pub(crate) fn serve(&mut self, bench: &mut L::Access<'_>) {
         for _ in 0..AT_ONCE {
             match self.waiting.try_recv() {
                 Ok(request) => request(bench),
@@ -48,13 +48,13 @@ impl<L: Lends> Requests<L> {
 
 /// The end of the queue at the threads of HTTP.
 #[derive(Clone, Debug)]
-pub(super) struct Asking<L: Lends> {
+pub(crate) struct Asking<L: Lends> {
     queue: mpsc::Sender<Request<L>>,
     wake: Arc<Stop>,
 }
 
 /// A queue whose requests end a run of the bus by `wake`.
-pub(super) fn queue<L: Lends>(wake: Stop) -> (Asking<L>, Requests<L>) {
+pub(crate) fn queue<L: Lends>(wake: Stop) -> (Asking<L>, Requests<L>) {
     let (queue, waiting) = mpsc::channel(QUEUE);
     (Asking { queue, wake: Arc::new(wake.clone()) }, Requests { waiting, wake })
 }
@@ -64,7 +64,7 @@ impl<L: Lends> Asking<L> {
     ///
     /// # Errors
     /// 503 if the bus has ended, or has no time.
-    pub(super) async fn ask<R: Send + 'static>(
+    pub(crate) async fn ask<R: Send + 'static>(
         &self,
         act: impl FnOnce(&mut L::Access<'_>) -> R + Send + 'static,
     ) -> Result<R, Problem> {
@@ -87,7 +87,7 @@ impl<L: Lends> Asking<L> {
     }
 
     /// Whether the thread of the bus is gone.
-    pub(super) fn has_ended(&self) -> bool {
+    pub(crate) fn has_ended(&self) -> bool {
         self.queue.is_closed()
     }
 }

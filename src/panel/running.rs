@@ -1,23 +1,40 @@
 //! The thread of HTTP.
 
 use core::net::SocketAddr;
-use std::string::ToString;
+use std::io;
 use std::thread::{self, JoinHandle};
 
 use axum::Router;
 use tokio::runtime;
 use tokio::sync::oneshot;
 
-use super::{PanelError, server};
+use super::server::{self, Names};
 use crate::host::Reach;
 use crate::host::reach::{ListenError, listen};
 
 /// A thread that serves HTTP. Dropped, it closes its port and every connection.
 #[derive(Debug)]
-pub(super) struct Running {
+pub(crate) struct Running {
     address: SocketAddr,
     end: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
+}
+
+/// Where a thread of HTTP listens, and what it is called in the log.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place<'a> {
+    pub(crate) name: &'static str,
+    /// `HOST:PORT`.
+    pub(crate) place: &'a str,
+    pub(crate) reach: Reach,
+    pub(crate) names: Names,
+}
+
+/// Why a thread of HTTP cannot be started.
+#[derive(Debug)]
+pub(crate) enum StartError {
+    Listen(ListenError),
+    Thread(io::Error),
 }
 
 /// How much this thread steps back (`nice`).
@@ -25,35 +42,32 @@ pub(super) struct Running {
 const STEP_BACK: i32 = 10;
 
 impl Running {
-    /// Listens at `place` and serves; `beside` runs on the same thread.
-    pub(super) fn start(
-        place: &str,
-        reach: Reach,
+    /// Listens and serves; `beside` runs on the same thread.
+    pub(crate) fn start(
+        at: Place<'_>,
         router: Router,
         beside: impl Future<Output = ()> + Send + 'static,
-    ) -> Result<Self, PanelError> {
-        let (listener, address) = listen(place, reach).map_err(|error| match error {
-            ListenError::Failed(source) => PanelError::Listen { place: place.to_string(), source },
-            ListenError::TooFar(address) => PanelError::TooFar { place: place.to_string(), address },
-        })?;
-        let failed = |source| PanelError::Thread { source };
+    ) -> Result<Self, StartError> {
+        let Place { name, place, reach, names } = at;
+        let (listener, address) = listen(place, reach).map_err(StartError::Listen)?;
+        let failed = StartError::Thread;
         let runtime = runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
         let (end, ended) = oneshot::channel();
         let serve = move || {
             yield_to_the_bus();
             let served = runtime.block_on(async {
                 tokio::spawn(beside);
-                server::serve(listener, reach, router, ended).await
+                server::serve(listener, (reach, names), router, ended).await
             });
             if let Err(error) = served {
-                tracing::warn!("panel: {error}");
+                tracing::warn!("{name}: {error}");
             }
         };
-        let thread = thread::Builder::new().name("panel".into()).spawn(serve).map_err(failed)?;
+        let thread = thread::Builder::new().name(name.into()).spawn(serve).map_err(failed)?;
         Ok(Self { address, end: Some(end), thread: Some(thread) })
     }
 
-    pub(super) const fn address(&self) -> SocketAddr {
+    pub(crate) const fn address(&self) -> SocketAddr {
         self.address
     }
 }

@@ -67,17 +67,27 @@ const FULL: &[u8] = b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: applicat
     content-length: 108\r\nconnection: close\r\nretry-after: 5\r\n\r\n\
     {\"status\":503,\"title\":\"Service Unavailable\",\"detail\":\"too many connections; close some, or try again later\"}";
 
+/// Which names `Host` may have where others than this machine are let in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Names {
+    /// `localhost` and addresses in numbers, wherever it listens.
+    Numbers,
+    #[cfg_attr(not(feature = "metrics"), expect(dead_code, reason = "only metrics have it"))]
+    /// Any: nothing can be changed here, and whom the network reaches may read.
+    Any,
+}
+
 /// Serves until `end` is dropped.
 pub(super) async fn serve(
     listener: TcpListener,
-    reach: Reach,
+    trust: (Reach, Names),
     router: Router,
     end: oneshot::Receiver<()>,
 ) -> io::Result<()> {
     let listener = tokio::net::TcpListener::from_std(listener)?;
     let service = router
         .layer(DefaultBodyLimit::max(BODY_OCTETS))
-        .layer(middleware::from_fn(move |request: Request, next: Next| guarded(reach, request, next)));
+        .layer(middleware::from_fn(move |request: Request, next: Next| guarded(trust, request, next)));
     let places = Arc::new(Semaphore::new(MOST_CONNECTIONS));
     let accepting = async {
         loop {
@@ -89,7 +99,7 @@ pub(super) async fn serve(
                 // That client has gone again.
                 Err(error) if error.kind() == io::ErrorKind::ConnectionAborted => {}
                 Err(error) => {
-                    tracing::warn!("panel: cannot accept a connection: {error}");
+                    tracing::warn!("HTTP: cannot accept a connection: {error}");
                     sleep(ACCEPT_PAUSE).await;
                 }
             }
@@ -121,13 +131,13 @@ async fn connection(stream: TcpStream, service: Router, _place: OwnedSemaphorePe
         .serve_connection(TokioIo::new(Timed::new(stream, TAKE_TIME)), TowerToHyperService::new(service))
         .await;
     if let Err(error) = served {
-        tracing::debug!("panel: a connection ended: {error}");
+        tracing::debug!("HTTP: a connection ended: {error}");
     }
 }
 
 /// Answers a request of whom we trust, in time.
-async fn guarded(reach: Reach, request: Request, next: Next) -> Response {
-    let mut response = match untrusted_origin(reach, &request).or_else(|| too_large(&request)) {
+async fn guarded(trust: (Reach, Names), request: Request, next: Next) -> Response {
+    let mut response = match untrusted_origin(trust, &request).or_else(|| too_large(&request)) {
         Some(problem) => problem.into_response(),
         None => match timeout(REQUEST_TIME, next.run(request)).await {
             Ok(response) => response,
@@ -153,12 +163,12 @@ fn too_large(request: &Request) -> Option<Problem> {
 }
 
 /// Why the sender is not trusted.
-fn untrusted_origin(reach: Reach, request: &Request) -> Option<Problem> {
+fn untrusted_origin(trust: (Reach, Names), request: &Request) -> Option<Problem> {
     let headers = request.headers();
     let host = only(headers, &header::HOST);
     let authority = request.uri().authority().map(|authority| authority.as_str());
-    let ours = host.is_some_and(|host| is_ours(reach, host))
-        && authority.is_none_or(|authority| is_ours(reach, authority));
+    let ours = host.is_some_and(|host| is_ours(trust, host))
+        && authority.is_none_or(|authority| is_ours(trust, authority));
     if !ours {
         let detail = "Host must be localhost or an address of this machine in numbers, with the port";
         return Some(Problem::new(StatusCode::FORBIDDEN, detail));
@@ -183,7 +193,7 @@ fn only<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Option<&'a str> {
 }
 
 /// Whether a `Host` names this machine such that no other web site can have chosen it.
-fn is_ours(reach: Reach, host: &str) -> bool {
+fn is_ours(trust: (Reach, Names), host: &str) -> bool {
     let name = match host.rsplit_once(':') {
         Some((name, port)) if port.parse::<u16>().is_ok() => name,
         Some(_) | None => host,
@@ -192,10 +202,12 @@ fn is_ours(reach: Reach, host: &str) -> bool {
         Some(v6) => v6.parse().ok().map(IpAddr::V6),
         None => name.parse().ok().map(IpAddr::V4),
     };
-    match (address, reach) {
-        (Some(_), Reach::Network) => true,
-        (Some(address), Reach::ThisMachine) => address.to_canonical().is_loopback(),
-        (None, _) => name.eq_ignore_ascii_case("localhost"),
+    match (address, trust) {
+        (Some(_), (Reach::Network, _)) | (None, (Reach::Network, Names::Any)) => true,
+        (Some(address), (Reach::ThisMachine, _)) => address.to_canonical().is_loopback(),
+        (None, (Reach::ThisMachine, _) | (Reach::Network, Names::Numbers)) => {
+            name.eq_ignore_ascii_case("localhost")
+        }
     }
 }
 
@@ -224,8 +236,10 @@ mod tests {
             ("2130706433", false, false),
             ("localhost:8080:8080", false, false),
         ] {
-            assert_eq!(is_ours(Reach::ThisMachine, host), this_machine, "{host}");
-            assert_eq!(is_ours(Reach::Network, host), network, "{host}");
+            assert_eq!(is_ours((Reach::ThisMachine, Names::Numbers), host), this_machine, "{host}");
+            assert_eq!(is_ours((Reach::ThisMachine, Names::Any), host), this_machine, "{host}");
+            assert_eq!(is_ours((Reach::Network, Names::Numbers), host), network, "{host}");
+            assert!(is_ours((Reach::Network, Names::Any), host), "{host}");
         }
     }
 

@@ -98,6 +98,8 @@ test("the five-digit panel of an ASDA-A2, its alarm and the blocked shaft", asyn
     await text(page, "#face .lcd", "AL011");
     await text(page, "#why-reasons", "alarm AL011: encoder error");
     await text(page, "#faults table", "7305h");
+    await page.reload();
+    await text(page, "#log-lines", "7305h");
     await page.getByLabel("the shaft cannot turn").check();
     await text(page, "#why-reasons", "the shaft is blocked");
     await page.getByRole("button", { name: "All as it should be" }).click();

@@ -53,6 +53,14 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
             "others than this machine can connect and control the drives; add --panel-allow-remote",
         ),
         (&["emulate", "--panel-allow-remote"], "--panel"),
+        (&["emulate", "--metrics", "9187"], "for example 127.0.0.1:9187; expected ADDR:PORT"),
+        (&["emulate", "--metrics", "127.0.0.1:66000"], "port 66000 is outside 0 to 65535"),
+        (
+            &["emulate", "--metrics", "0.0.0.0:0"],
+            "others than this machine can connect and read the metrics; add --metrics-allow-remote",
+        ),
+        (&["emulate", "--metrics-allow-remote"], "--metrics"),
+        (&["emulate", "--line", "plant.toml", "--metrics", "127.0.0.1:0"], "--metrics"),
         (&["emulate", "--link", "pty:"], "the path is missing"),
         (&["emulate", "--link", "serial"], "the device is missing"),
         (&["emulate", "--link", "tcp"], "host and port are missing"),
@@ -368,10 +376,12 @@ impl Noise {
 fn a_port_that_another_program_has_is_refused_with_what_to_do() {
     let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let place = taken.local_addr().unwrap().to_string();
-    for arguments in [["--link", &format!("tcp:{place}")], ["--panel", &place]] {
+    for (arguments, code) in
+        [(["--link", &format!("tcp:{place}")], 1), (["--panel", &place], 1), (["--metrics", &place], 2)]
+    {
         let output = profidrive(&["emulate"]).args(arguments).output().unwrap();
         let stderr = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(1), "{stderr}");
+        assert_eq!(output.status.code(), Some(code), "{stderr}");
         assert!(stderr.contains(&place) && stderr.contains("another program listens there"), "{stderr}");
     }
 }

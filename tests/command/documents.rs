@@ -148,6 +148,31 @@ fn every_command_of_a_document_prints_what_the_document_shows() {
 }
 
 #[test]
+fn the_readme_is_short_and_each_user_has_a_first_minute_in_it() {
+    let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap();
+    assert!(readme.lines().count() < 200, "{} lines", readme.lines().count());
+    let minute = readme.split("\n## Your first minute\n").nth(1).unwrap().split("\n## ").next().unwrap();
+    for user in ["Technician on Windows", "Test engineer", "Rust developer", "Embedded developer"] {
+        let part = minute.split(&format!("### {user}\n")).nth(1).unwrap().split("\n### ").next().unwrap();
+        assert!(part.contains("```"), "{user} has something to type");
+    }
+    assert_eq!(readme.matches("![").count(), 2, "one picture of a judged master, one of the panel");
+}
+
+/// A link in a document to a file of the repository leads there.
+#[test]
+fn every_link_of_a_document_leads_to_a_file() {
+    for page in pages() {
+        let text = fs::read_to_string(&page).unwrap();
+        for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            let file = link.split('#').next().unwrap_or_default();
+            let there = file.is_empty() || file.contains("://") || page.parent().unwrap().join(file).exists();
+            assert!(there, "{}: {link}", page.display());
+        }
+    }
+}
+
+#[test]
 fn what_is_printed_is_compared_with_what_is_shown() {
     let shown = |lines: &[&str]| lines.iter().map(|&line| line.into()).collect::<Vec<String>>();
     for (printed, lines, same) in [

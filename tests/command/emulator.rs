@@ -48,6 +48,13 @@ impl Emulator {
         Self { process, stdout, ready }
     }
 
+    /// The next line that it says: of another line of PROFIBUS.
+    pub(crate) fn line(&mut self) -> String {
+        let mut line = String::new();
+        self.stdout.read_line(&mut line).unwrap();
+        line
+    }
+
     /// What a master opens.
     pub(crate) fn link(&self) -> &str {
         let link = self.ready.split(' ').nth(1).and_then(|word| word.strip_prefix("link="));

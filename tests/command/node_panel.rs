@@ -318,6 +318,41 @@ fn the_stream_tells_states_news_and_frames_of_a_node() {
 }
 
 #[test]
+fn events_of_before_are_told_to_who_comes_late() {
+    let rig = Rig::start(&["5", "7,device=asda-a2"]);
+    let news = |query: &str| -> Vec<Value> {
+        rig.emulator.get(&format!("/api/v1/events/recent{query}"))["events"].as_array().unwrap().clone()
+    };
+    rig.set("POST", "7/provoke", &json!({"fault": "011"}));
+    let start = std::time::Instant::now();
+    while !news("?address=7").iter().any(|event| event["kind"] == "emcy") {
+        assert!(start.elapsed() < super::panel::PATIENCE, "{:?}", news(""));
+    }
+    let all = news("");
+    let numbers: Vec<_> = all.iter().map(|event| event["number"].as_u64().unwrap()).collect();
+    assert!(numbers.is_sorted_by(|one, next| one < next), "{numbers:?}");
+    assert!(all.iter().any(|event| event["address"] == 5 && event["kind"] == "nmt"), "{all:?}");
+    let emcy = news("?address=7").into_iter().find(|event| event["kind"] == "emcy").unwrap();
+    assert!(emcy["text"].as_str().unwrap().contains("7305h"), "{emcy}");
+    assert!(news("?address=5").iter().all(|event| event["address"] != 7));
+    // The stream tells them with the same numbers.
+    let mut stream = rig.emulator.stream("?kinds=news");
+    rig.set("PUT", "5/power", &json!({"on": false}));
+    rig.set("PUT", "5/power", &json!({"on": true}));
+    let (_, told) = stream.next().unwrap();
+    assert!(
+        news("").iter().any(|event| event["number"] == told["number"] && event["text"] == told["text"]),
+        "{told}"
+    );
+    for (query, status) in
+        [("?address=0", 422), ("?address=128", 422), ("?since=3", 400), ("?address=x", 400)]
+    {
+        let answer = rig.emulator.request("GET", &format!("/api/v1/events/recent{query}"), "", "");
+        assert_eq!(answer.status, status, "{query}: {answer:?}");
+    }
+}
+
+#[test]
 fn what_an_ap10_has_confirmed_and_where_its_shaft_is_survive_a_kill() {
     let folder = tempfile::tempdir().unwrap();
     let state = folder.path().to_str().unwrap();

@@ -27,14 +27,22 @@ pub(crate) struct Master {
 
 impl Master {
     pub(crate) fn open(terminal: &Path) -> Self {
+        // No watchdog.
+        Self::parameterised(terminal, [0x80, 1, 1])
+    }
+
+    /// The same with other first octets of Set_Prm: WD_On and the factors of the watchdog.
+    pub(crate) fn parameterised(terminal: &Path, [station_status, wd1, wd2]: [u8; 3]) -> Self {
         let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits().cast_signed();
         let terminal = OpenOptions::new().read(true).write(true).custom_flags(flags).open(terminal).unwrap();
         let (framer, count, log) = (Framer::new(Resync::SCAN), FrameCount::First, Vec::new());
         let mut master = Self { terminal, framer, count, log };
-        let prm = [0x80, 1, 1, 11, IDENT[0], IDENT[1], 0];
+        let prm = [station_status, wd1, wd2, 11, IDENT[0], IDENT[1], 0];
         assert_eq!(master.request(Some(61), &prm), Some(Vec::new()), "Set_Prm");
         assert_eq!(master.request(Some(62), &CFG), Some(Vec::new()), "Chk_Cfg");
-        assert_eq!(master.request(Some(60), &[]).unwrap()[..2], [0, 4], "ready for Data_Exchange");
+        // WD_On is said where it was asked for.
+        let ready = [0, 0x04 | station_status & 0x08];
+        assert_eq!(master.request(Some(60), &[]).unwrap()[..2], ready, "ready for Data_Exchange");
         master
     }
 
@@ -45,7 +53,22 @@ impl Master {
             FrameCount::First | FrameCount::Odd | FrameCount::Unused => FrameCount::Even,
             FrameCount::Even => FrameCount::Odd,
         };
-        let request = telegram(SLAVE, MASTER, fc, dsap, data);
+        self.send(telegram(SLAVE, MASTER, fc, dsap, data))
+    }
+
+    /// The last request once more, as if its reply was lost.
+    pub(crate) fn retry(&mut self) -> Option<Vec<u8>> {
+        let (_, last) = self.log.iter().rev().find(|(sent, _)| *sent).unwrap();
+        self.send(last.clone())
+    }
+
+    /// Octets to which nobody replies.
+    pub(crate) fn noise(&mut self, octets: &[u8]) {
+        self.terminal.write_all(octets).unwrap();
+    }
+
+    /// Sends a request; the data of the reply.
+    fn send(&mut self, request: Vec<u8>) -> Option<Vec<u8>> {
         self.terminal.write_all(&request).ok()?;
         self.log.push((true, request));
         let mut octets = [0; 256];

@@ -45,6 +45,8 @@ mod line_faults;
 mod many_stations;
 #[cfg(target_os = "linux")]
 mod master_clients;
+#[cfg(feature = "metrics")]
+mod metrics;
 mod new_device;
 mod own_master;
 mod own_station;

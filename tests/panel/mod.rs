@@ -17,6 +17,8 @@ pub(crate) const PATIENCE: Duration = Duration::from_secs(30);
 pub(crate) struct Emulator {
     pub(crate) process: Child,
     pub(crate) panel: SocketAddr,
+    /// Of the metrics, if they were asked for.
+    pub(crate) metrics: Option<SocketAddr>,
     terminal: PathBuf,
 }
 
@@ -56,7 +58,9 @@ impl Emulator {
         let panel =
             part("panel=http://").map_or(SocketAddr::from(([0; 4], 0)), |panel| panel.parse().unwrap());
         let terminal = part("link=").unwrap_or_else(|| panic!("not ready: {ready:?}")).into();
-        Self { process, panel, terminal }
+        let metrics =
+            part("metrics=http://").map(|url| url.strip_suffix("/metrics").unwrap().parse().unwrap());
+        Self { process, panel, metrics, terminal }
     }
 
     pub(crate) fn terminal(&self) -> &Path {

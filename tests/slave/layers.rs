@@ -75,6 +75,8 @@ const TABLE: &[(&str, &[&str])] = &[
             "time",
         ],
     ),
+    // The numbers of lines, served as the panel is.
+    ("metrics", &["panel", "host", "device", "canopen", "can", "dp", "fdl"]),
     ("master", &["bench", "host", "client", "device", "dp", "pkw", "ppo", "param", "fdl", "time"]),
 ];
 

@@ -44,7 +44,7 @@ pub(crate) struct Emulate {
         value_name = "FILE.toml",
         conflicts_with_all = [
             "single", "ranges", "nodes", "stations", "ppo_drives", "force_address", "link", "baud", "slot_time", "allow_remote",
-            "faults", "panel", "panel_allow_remote", "state_dir", "capture", "quirks",
+            "faults", "panel", "panel_allow_remote", "metrics", "metrics_allow_remote", "state_dir", "capture", "quirks",
         ]
     )]
     pub(crate) line: Option<PathBuf>,
@@ -117,6 +117,15 @@ pub(crate) struct Emulate {
     #[arg(long, requires = "panel")]
     pub(crate) panel_allow_remote: bool,
 
+    /// Serves what was counted to Prometheus at http://ADDR:PORT/metrics, as in 127.0.0.1:9187 (port 0: a free one), and
+    /// adds metrics=URL to the line on stdout (docs/metrics.md)
+    #[arg(long, value_name = "ADDR:PORT", value_parser = metrics_place)]
+    pub(crate) metrics: Option<String>,
+
+    /// Lets other machines read the metrics. There is no password
+    #[arg(long, requires = "metrics")]
+    pub(crate) metrics_allow_remote: bool,
+
     /// Keeps the EEPROM of each drive or node in a file in DIR, which is made if it is missing; without it the EEPROM lives as long
     /// as the process
     #[arg(long, value_name = "DIR")]
@@ -137,7 +146,25 @@ pub(crate) fn panel_place(place: &str) -> Result<String, String> {
     host_and_port(place, "127.0.0.1:8080", "expected ADDR:PORT")
 }
 
+/// Host and port of the metrics.
+pub(crate) fn metrics_place(place: &str) -> Result<String, String> {
+    host_and_port(place, "127.0.0.1:9187", "expected ADDR:PORT")
+}
+
+/// Where Prometheus reads what was counted, and who may.
+#[derive(Clone, Debug)]
+pub(crate) struct MetricsSpec {
+    pub(crate) place: String,
+    pub(crate) allow_remote: bool,
+}
+
 impl Emulate {
+    /// Where its metrics are.
+    pub(crate) fn metrics(&self) -> Option<MetricsSpec> {
+        let place = self.metrics.clone()?;
+        Some(MetricsSpec { place, allow_remote: self.metrics_allow_remote })
+    }
+
     /// A line with nobody on it.
     pub(crate) const fn on(link: LinkSpec) -> Self {
         Self {
@@ -156,6 +183,8 @@ impl Emulate {
             faults: Vec::new(),
             panel: None,
             panel_allow_remote: false,
+            metrics: None,
+            metrics_allow_remote: false,
             state_dir: None,
             capture: None,
             quirks: Vec::new(),
@@ -383,6 +412,7 @@ Examples:
   profidrive emulate --node 5,device=ap10 --node 6,device=asda-a2 --link slcan-tcp:127.0.0.1:5000
   profidrive emulate --node 5 --node 6,device=ap10 --fault sdo-late=20ms,node=5 --panel 127.0.0.1:8080
   profidrive emulate --capture bus.pcapng
+  profidrive emulate --drives 1-10 --link pty:/tmp/bus --metrics 127.0.0.1:9187
   profidrive emulate --link serial:/dev/ttyUSB0 --baud 19200 -v
   profidrive emulate --link tcp:127.0.0.1:5050 --fault no-reply,rate=0.01 --fault late=20ms,at=100";
 

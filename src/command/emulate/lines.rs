@@ -5,16 +5,22 @@ use std::io::{self, Write};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
-use profidrive::host::Stop;
-use tracing::{error_span, warn};
+use profidrive::host::{Reach, Stop};
+use profidrive::metrics::{LineMetrics, Metrics, MetricsError, NodeMetrics, PATH};
+use tracing::{error_span, info, warn};
 
-use super::{LinePlan, run_line};
+use super::{LinePlan, PlantPlan, run_line};
 use crate::command::Failure;
+use crate::command::args::MetricsSpec;
 use crate::command::signals::Signals;
 
 /// Runs all lines until a signal, or until one of them fails.
-pub(super) fn run(mut plans: Vec<LinePlan>) -> Result<(), Failure> {
-    let common = Arc::new(Common { count: plans.len(), state: Mutex::default(), changed: Condvar::new() });
+pub(super) fn run(plan: PlantPlan) -> Result<(), Failure> {
+    let PlantPlan { lines: mut plans, metrics } = plan;
+    // Before any line, so that a refusal leaves nothing behind.
+    let metrics = metrics.as_ref().map(start_metrics).transpose()?;
+    let common =
+        Arc::new(Common { count: plans.len(), metrics, state: Mutex::default(), changed: Condvar::new() });
     let starts = |number| Start { number, common: Arc::clone(&common) };
     if plans.len() == 1
         && let Some(plan) = plans.pop()
@@ -40,6 +46,26 @@ pub(super) fn run(mut plans: Vec<LinePlan>) -> Result<(), Failure> {
     outcomes.into_iter().try_for_each(|outcome| outcome.unwrap_or_else(panicked))
 }
 
+/// Says where the metrics are, or why there are none.
+fn start_metrics(spec: &MetricsSpec) -> Result<Metrics, Failure> {
+    let reach = if spec.allow_remote { Reach::Network } else { Reach::ThisMachine };
+    let metrics = Metrics::start(&spec.place, reach).map_err(|error| match error {
+        MetricsError::TooFar { .. } => Failure::Usage(format!(
+            "{error}; add --metrics-allow-remote if that is wanted, or use --metrics 127.0.0.1:PORT; see 'profidrive \
+             emulate --help'"
+        )),
+        // The address is wrong, or taken.
+        MetricsError::Listen { .. } => Failure::Usage(Failure::from_error(&error).into_line()),
+        MetricsError::Thread { .. } | _ => Failure::from_error(&error),
+    })?;
+    let address = metrics.address();
+    info!("the metrics are at http://{address}{PATH}");
+    if !address.ip().is_loopback() {
+        warn!("other machines can connect to {address} and read the metrics");
+    }
+    Ok(metrics)
+}
+
 /// What a line knows of the others.
 pub(super) struct Start {
     /// From 0.
@@ -49,6 +75,7 @@ pub(super) struct Start {
 
 struct Common {
     count: usize,
+    metrics: Option<Metrics>,
     state: Mutex<State>,
     changed: Condvar,
 }
@@ -72,6 +99,16 @@ impl Start {
         self.common.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// The place of this line among the metrics, if there are any. `link` is what a master opens.
+    pub(super) fn line_metrics(&self, link: &str, wake: &Stop) -> Option<LineMetrics> {
+        Some(self.common.metrics.as_ref()?.line(self.number + 1, link, wake.clone()))
+    }
+
+    /// The same for a bus of CAN.
+    pub(super) fn node_metrics(&self, link: &str, wake: &Stop) -> Option<NodeMetrics> {
+        Some(self.common.metrics.as_ref()?.can_line(self.number + 1, link, wake.clone()))
+    }
+
     /// These end this line when another one fails.
     pub(super) fn ends_with(&self, signals: &Signals) {
         self.state().ends.push((Arc::clone(&signals.end), signals.stop.clone()));
@@ -90,8 +127,10 @@ impl Start {
 
     /// Says on stdout that a master can begin, behind the lines before it.
     pub(super) fn announce(&self, ready: &str) {
+        let metrics = self.common.metrics.as_ref();
+        let metrics = metrics.map(|metrics| format!(" metrics=http://{}{PATH}", metrics.address()));
         let mut state = self.state();
-        state.ready.push((self.number, ready.to_owned()));
+        state.ready.push((self.number, format!("{ready}{}", metrics.unwrap_or_default())));
         while let Some(place) = state.ready.iter().position(|(number, _)| *number == state.said) {
             let (_, ready) = state.ready.swap_remove(place);
             state.said += 1;

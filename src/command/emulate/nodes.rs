@@ -56,6 +56,7 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec, start: &Start) -> Result<
     if !start.all_are_open() {
         return Ok(());
     }
+    let mut metrics = start.node_metrics(line.name(), &signals.stop);
     let (clock, mut seats) = (line.clock(), nodes.seats());
     // Known to be right: the nodes of the command line have them.
     let choose = |product: &'static Product, choices: &mut Choices| _ = args.choose(product, &[], choices);
@@ -84,6 +85,9 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec, start: &Start) -> Result<
         }
         if end {
             break outcome;
+        }
+        if let Some(metrics) = &mut metrics {
+            metrics.serve(line.bus(), &seats);
         }
         if let Some(panel) = &mut panel {
             panel.serve(&mut NodeAccess {

@@ -22,24 +22,43 @@ use std::path::Path;
 use self::tables::{At, LineTable, PlantFile};
 use self::wrong::Wrong;
 use super::Failure;
-use super::emulate::LinePlan;
+use super::args::{MetricsSpec, metrics_place};
+use super::emulate::{LinePlan, PlantPlan};
 
-/// The lines of a file.
-pub(crate) fn read(file: &Path) -> Result<Vec<LinePlan>, Failure> {
+/// What is in a file.
+pub(crate) fn read(file: &Path) -> Result<PlantPlan, Failure> {
     let name = file.display();
     let text = std::fs::read_to_string(file)
         .map_err(|error| Failure::Usage(format!("cannot read {name}: {error}")))?;
     let folder = file.parent().unwrap_or(Path::new(""));
-    plans(&text, folder).map_err(|wrong| wrong.in_file(&name, &text))
+    plan(&text, folder).map_err(|wrong| wrong.in_file(&name, &text))
 }
 
-fn plans(text: &str, folder: &Path) -> Result<Vec<LinePlan>, Wrong> {
+fn plan(text: &str, folder: &Path) -> Result<PlantPlan, Wrong> {
     let plant: PlantFile = toml::from_str(text).map_err(|error| Wrong::of_toml(&error))?;
     if plant.line.is_empty() {
         return Err(Wrong::at(0..0, "there is no line; expected a table [[line]]"));
     }
     alone(&plant.line)?;
-    plant.line.iter().map(|line| line::plan(line, folder)).collect()
+    let lines = plant.line.iter().map(|line| line::plan(line, folder)).collect::<Result<_, _>>()?;
+    Ok(PlantPlan { lines, metrics: metrics(&plant)? })
+}
+
+/// Where the metrics are.
+fn metrics(plant: &PlantFile) -> Result<Option<MetricsSpec>, Wrong> {
+    let allow_remote = plant.metrics_allow_remote.as_ref();
+    match (&plant.metrics, allow_remote) {
+        (Some(place), _) => {
+            let allow_remote = allow_remote.is_some_and(|allowed| *allowed.get());
+            let checked = metrics_place(place.get()).map_err(|error| Wrong::at(place.span(), error))?;
+            Ok(Some(MetricsSpec { place: checked, allow_remote }))
+        }
+        (None, Some(allowed)) => Err(Wrong::at(
+            allowed.span(),
+            "metrics-allow-remote needs metrics, as in metrics = \"0.0.0.0:9187\"",
+        )),
+        (None, None) => Ok(None),
+    }
 }
 
 /// What two lines cannot share.
@@ -114,7 +133,7 @@ mod tests {
     /// Beside the GSDs of the tests.
     fn refused(text: &str) -> String {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gsd");
-        let Err(wrong) = plans(text, &folder) else { panic!("accepted: {text}") };
+        let Err(wrong) = plan(text, &folder) else { panic!("accepted: {text}") };
         wrong::words(wrong.in_file(&"plant.toml", text))
     }
 
@@ -127,6 +146,8 @@ mod tests {
         let input = |rest: &str| station(&format!("[[line.station.input]]\nslot = 1\ntype = 'bit0'\n{rest}"));
         for (text, place, words) in [
             (String::new(), "1, column 1", "missing field `line`"),
+            (format!("metrics = '9187'\n{STATION}"), "1, column 11", "for example 127.0.0.1:9187"),
+            (format!("metrics-allow-remote = true\n{STATION}"), "1, column 24", "needs metrics"),
             (line("buad = 500000"), "3, column 1", "did you mean `baud`?"),
             (line("baud = 500001"), "3, column 8", "12000000"),
             (line("baud = ["), "3, column", ""),

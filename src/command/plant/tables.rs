@@ -54,6 +54,10 @@ impl<T: JsonSchema> JsonSchema for At<T> {
 pub(super) struct PlantFile {
     /// The lines, each with a master of its own.
     pub(super) line: Vec<At<LineTable>>,
+    /// Where the metrics of all lines are served to Prometheus, ADDR:PORT.
+    pub(super) metrics: Option<At<String>>,
+    /// Lets other machines read the metrics.
+    pub(super) metrics_allow_remote: Option<At<bool>>,
 }
 
 /// A line of PROFIBUS with drives and stations, or a CAN bus with nodes.

@@ -2,6 +2,7 @@
 
 use super::Ag03Node;
 use crate::canopen::{Address, NmtState};
+use crate::device::DriveState;
 use crate::device::surroundings::{Declined, Face, Glow, Input, InputKind, Level, Provocable, Surroundings};
 use crate::drive::{Fault, Inputs, Mode, StatusLed};
 use crate::param::Model;
@@ -168,6 +169,13 @@ impl Surroundings for Ag03Node {
 
     fn is_drive(&self) -> bool {
         true
+    }
+
+    fn drive_state(&self) -> Option<DriveState> {
+        Some(match self.power() {
+            Power::On => self.state().into(),
+            Power::Off | Power::FactoryReset(_) => DriveState::Off,
+        })
     }
 }
 

@@ -4,6 +4,7 @@ use super::AsdaA2;
 use crate::asda_a2::{Alarm, Inputs};
 use crate::canopen::Address;
 use crate::cia402::Mode;
+use crate::device::DriveState;
 use crate::device::surroundings::{Declined, Face, Input, InputKind, Level, Provocable, Surroundings};
 use crate::time::Instant;
 
@@ -133,5 +134,12 @@ impl Surroundings for AsdaA2 {
 
     fn is_drive(&self) -> bool {
         true
+    }
+
+    fn drive_state(&self) -> Option<DriveState> {
+        Some(match self.node().state() {
+            Some(_) => self.servo().state().into(),
+            None => DriveState::Off,
+        })
     }
 }

@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 
 use super::hint::LineHint;
 use super::join::Evidence;
+use super::station_errors::StationErrors;
 use crate::device::Event;
 use crate::dp;
 use crate::fdl::{Address, FrameError, RateChange, StationCounters};
@@ -114,7 +115,13 @@ pub(super) struct News {
 
 impl News {
     /// News of a station, counted where they count.
-    pub(super) fn tell(&mut self, address: Address, counters: &mut StationCounters, event: Event) {
+    pub(super) fn tell(
+        &mut self,
+        address: Address,
+        (counters, errors): (&mut StationCounters, &mut StationErrors),
+        event: Event,
+    ) {
+        errors.count(&event);
         if matches!(event, Event::ReplyTooLate(_)) {
             counters.too_late = counters.too_late.saturating_add(1);
         }

@@ -8,6 +8,7 @@ use super::event::News;
 use super::hint::{Addresses, Watch};
 use super::join::{Joining, Verdict};
 use super::last_request::LastRequest;
+use super::station_errors::StationErrors;
 use super::{BusEvent, Presence, SlotTime};
 use crate::device::{Event, MAX_TELEGRAM_LEN, Timing};
 use crate::fdl::station::TooLate;
@@ -52,6 +53,7 @@ pub(super) struct Slot {
     joining: Joining,
     supervised: bool,
     pub(super) counters: StationCounters,
+    pub(super) errors: StationErrors,
     /// The newest request to it, to tell retries, and when its last octet was handed over.
     last: LastRequest,
     asked: Instant,
@@ -128,6 +130,7 @@ impl Stations {
             joining: Joining::from(Instant::ZERO),
             supervised: false,
             counters: StationCounters::default(),
+            errors: StationErrors::default(),
             last: LastRequest::NONE,
             asked: Instant::ZERO,
         });
@@ -306,18 +309,19 @@ impl Stations {
         while let Some(address) = due.next(&self.deadlines) {
             let Self { slots, news, .. } = self;
             let slot = slots.get_mut(index(address)).and_then(Option::as_mut)?;
-            let Slot { station, counters, asked, .. } = slot;
-            let len = station.poll_transmit(now, buf, &mut |event| news.tell(address, counters, event));
+            let Slot { station, counters, errors, asked, .. } = slot;
+            let len = station
+                .poll_transmit(now, buf, &mut |event| news.tell(address, (&mut *counters, errors), event));
             let after = now.saturating_since(*asked);
             let searching = self.search.is_some_and(|search| search.is_searching());
             let too_late = limit.filter(|limit| len.is_some() && after > *limit);
             let silent = self.silenced || searching || too_late.is_some();
             if let Some(limit) = too_late {
-                news.tell(address, counters, Event::ReplyTooLate(TooLate { after, limit }));
+                news.tell(address, (&mut *counters, errors), Event::ReplyTooLate(TooLate { after, limit }));
             }
             if let (Some(_), false) = (len, silent) {
                 counters.reply(after);
-                self.counters.sent = self.counters.sent.saturating_add(1);
+                self.counters.reply(after);
             }
             self.awaited = self.awaited.filter(|awaited| *awaited != address || len.is_none());
             self.settle_at(now, address);
@@ -340,8 +344,8 @@ impl Stations {
         let Some(slot) = slots.get_mut(index(address)).and_then(Option::as_mut) else {
             return;
         };
-        let Slot { station, counters, .. } = slot;
-        act(station.as_mut(), &mut |event| news.tell(address, counters, event));
+        let Slot { station, counters, errors, .. } = slot;
+        act(station.as_mut(), &mut |event| news.tell(address, (&mut *counters, &mut *errors), event));
         // As `settle_at`, with the slot at hand: this runs in each application cycle of each station.
         if search.is_none() && station.address() == address {
             deadlines.set(address, station.poll_timeout());
@@ -386,6 +390,7 @@ impl Stations {
                 self.joining += usize::from(presence == Presence::Joining);
                 if let Some(moved) = self.slot_mut(to) {
                     moved.counters = slot.counters;
+                    moved.errors = slot.errors;
                     moved.joining = slot.joining;
                     moved.last = slot.last;
                     moved.asked = slot.asked;

@@ -12,6 +12,7 @@
 //! | [`fault`] | frames lost, late, doubled, damaged on purpose |
 //! | [`line`](Line) | the bus in real time with the adapters of its masters |
 //! | [`node`](StoredNode) | a CANopen device as a participant, and its EEPROM |
+//! | [`node_counters`](NodeCounters) | what a node has heard and sent, what went wrong |
 //! | [`node_fault`](NodeFault) | faults of a bus with nodes, as text |
 //! | [`node_faults`](NodeFaults) | those that act, by number |
 //! | [`product`](PRODUCTS) | the list of CANopen devices |
@@ -49,6 +50,7 @@ mod interface;
 mod line;
 mod link_spec;
 mod node;
+mod node_counters;
 mod node_fault;
 mod node_faults;
 mod participant;
@@ -62,6 +64,7 @@ pub use interface::{open_slcan, open_socketcan};
 pub use line::{Line, News, Stay};
 pub use link_spec::{LinkSpec, LinkSpecError};
 pub use node::StoredNode;
+pub use node_counters::NodeCounters;
 pub use node_fault::{NodeFault, NodeFaultError, Spoiled};
 pub use node_faults::NodeFaults;
 pub use participant::CanParticipant;

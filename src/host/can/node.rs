@@ -9,6 +9,7 @@ use std::vec;
 use std::vec::Vec;
 
 use super::CanParticipant;
+use super::node_counters::NodeCounters;
 use super::product::{Choices, Product};
 use crate::can::{ErrorState, Frame};
 use crate::canopen::faults::{Action, Fault, Spoiler, TooMany};
@@ -32,6 +33,7 @@ pub struct StoredNode {
     error_state: ErrorState,
     /// Faults on purpose between the device and the bus.
     spoiler: Option<Box<Spoiler>>,
+    counters: NodeCounters,
     now: Instant,
 }
 
@@ -57,7 +59,17 @@ impl StoredNode {
     pub fn new(mut device: Box<dyn CanopenDevice>, now: Instant) -> Self {
         device.power_on(now);
         let unit = Unit { device, buffer: Vec::new(), recalled: None };
-        Self { unit, file: None, error_state: ErrorState::Active, spoiler: None, now }
+        Self::over(unit, None, now)
+    }
+
+    fn over(unit: Unit, file: Option<ImageFile<Kept>>, now: Instant) -> Self {
+        let counters = NodeCounters::default();
+        Self { unit, file, error_state: ErrorState::Active, spoiler: None, counters, now }
+    }
+
+    /// What it has heard and sent since it was made.
+    pub const fn counters(&self) -> &NodeCounters {
+        &self.counters
     }
 
     /// The node number in force.
@@ -143,6 +155,20 @@ impl StoredNode {
         }
     }
 
+    /// The next frame to send, with what faults do to it.
+    fn next_frame(&mut self, now: Instant) -> Option<Frame> {
+        let device = &mut self.unit.device;
+        let Some(spoiler) = &mut self.spoiler else { return device.poll_transmit(now) };
+        while let Some(frame) = device.poll_transmit(now) {
+            spoiler.handle_frame(now, frame, device.node());
+        }
+        let frame = spoiler.poll_transmit();
+        self.take_outcome(now);
+        self.follow_faults(now);
+        self.hand_over(now);
+        frame
+    }
+
     fn take_outcome(&mut self, now: Instant) {
         self.now = now;
         if let Some(file) = &mut self.file {
@@ -187,8 +213,7 @@ impl StateDir {
         }
         device.power_on(now);
         let unit = Unit { device, buffer: vec![0; LONGEST_IMAGE], recalled };
-        let mut stored =
-            StoredNode { unit, file: Some(file), error_state: ErrorState::Active, spoiler: None, now };
+        let mut stored = StoredNode::over(unit, Some(file), now);
         stored.hand_over(now);
         Ok(stored)
     }
@@ -227,6 +252,7 @@ impl CanParticipant for StoredNode {
 
     fn receive(&mut self, now: Instant, frame: &Frame) {
         self.take_outcome(now);
+        self.counters.hear(self.unit.device.node(), frame);
         self.unit.device.handle_frame(now, frame);
         self.hand_over(now);
     }
@@ -244,25 +270,21 @@ impl CanParticipant for StoredNode {
     fn set_error_state(&mut self, now: Instant, state: ErrorState) {
         self.take_outcome(now);
         let before = core::mem::replace(&mut self.error_state, state);
+        self.counters.enter(before, state);
         self.unit.device.handle_error_state(now, before, state);
         self.hand_over(now);
     }
 
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        let device = &mut self.unit.device;
-        let Some(spoiler) = &mut self.spoiler else { return device.poll_transmit(now) };
-        while let Some(frame) = device.poll_transmit(now) {
-            spoiler.handle_frame(now, frame, device.node());
-        }
-        let frame = spoiler.poll_transmit();
-        self.take_outcome(now);
-        self.follow_faults(now);
-        self.hand_over(now);
-        frame
+        let frame = self.next_frame(now)?;
+        self.counters.send(self.unit.device.node(), &frame);
+        Some(frame)
     }
 
     fn poll_event(&mut self) -> Option<CanopenEvent> {
-        self.unit.device.poll_event()
+        let event = self.unit.device.poll_event()?;
+        self.counters.tell(&event);
+        Some(event)
     }
 
     fn poll_timeout(&self) -> Option<Instant> {

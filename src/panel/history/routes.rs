@@ -43,7 +43,7 @@ pub(in crate::panel) struct RecentSamples {
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(in crate::panel) struct OfWhom {
-    address: Option<u8>,
+    pub(in crate::panel) address: Option<u8>,
 }
 
 /// The newest events
@@ -130,7 +130,8 @@ async fn samples_of(asking: &Asking, hub: &Hub, address: Address) -> Result<Vec<
     Ok(hub.history(|history| history.samples.of(address).cloned().collect()))
 }
 
-fn since_1970(time: SystemTime) -> Duration {
+/// How long a time is after the beginning of 1970.
+pub(in crate::panel) fn since_1970(time: SystemTime) -> Duration {
     time.duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default()
 }
 

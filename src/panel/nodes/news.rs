@@ -4,16 +4,18 @@
 //! much. Words and JSON are made by the readers.
 
 use core::sync::atomic::{AtomicUsize, Ordering};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::format;
 use std::prelude::v1::*;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::SystemTime;
 
 use axum::body::Bytes;
 use serde::Serialize;
 use tokio::sync::broadcast;
 use utoipa::ToSchema;
 
+use super::super::history::MOST_EVENTS;
 use super::super::state::seconds;
 use super::super::stream::message_of;
 use super::access::NodeAccess;
@@ -29,6 +31,8 @@ const BEHIND: usize = 1024;
 /// What happened, in words.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub(in crate::panel) struct NodeNews {
+    /// Counts up since the panel was started.
+    number: u64,
     time_seconds: f64,
     /// The node it is about; `null`: the bus.
     address: Option<u8>,
@@ -79,18 +83,41 @@ pub(super) enum Told {
     Lost { at: Instant, events: u64 },
 }
 
-/// The ring, and who has which seat.
+/// What the thread of the bus told, and as which event of all.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Numbered {
+    /// Frames have that of the event before.
+    number: u64,
+    pub(super) told: Told,
+}
+
+/// The ring, who has which seat, and the newest events.
 #[derive(Debug)]
 pub(super) struct Feed {
-    news: broadcast::Sender<Told>,
+    news: broadcast::Sender<Numbered>,
+    started: SystemTime,
+    newest: Mutex<Newest>,
     frames: AtomicUsize,
     numbers: Mutex<BTreeMap<Seat, NodeId>>,
+}
+
+/// The events that are kept for who comes late, oldest first.
+#[derive(Debug, Default)]
+struct Newest {
+    told: u64,
+    events: VecDeque<Numbered>,
 }
 
 impl Default for Feed {
     fn default() -> Self {
         let (news, _) = broadcast::channel(BEHIND);
-        Self { news, frames: AtomicUsize::new(0), numbers: Mutex::default() }
+        Self {
+            news,
+            started: SystemTime::now(),
+            newest: Mutex::default(),
+            frames: AtomicUsize::new(0),
+            numbers: Mutex::default(),
+        }
     }
 }
 
@@ -110,9 +137,6 @@ impl Feed {
     }
 
     pub(super) fn tell(&self, now: Instant, event: &Event<CanopenEvent>) {
-        if self.news.receiver_count() == 0 {
-            return;
-        }
         let number = |seat: &Seat| {
             let mut numbers = self.numbers.lock().unwrap_or_else(PoisonError::into_inner);
             if let Event::Participant {
@@ -126,18 +150,36 @@ impl Feed {
         let told = match event {
             Event::Participant { seat, event } => Told::Node { at: now, node: number(seat), event: *event },
             Event::State { at, seat, state } => Told::State { at: *at, node: number(seat), state: *state },
-            Event::Passed { at, by_port, frame, .. } => {
+            Event::Passed { at, by_port, frame, .. } if self.wants_frames() => {
                 Told::Frame { at: *at, of_node: !*by_port, frame: *frame }
             }
+            // Nobody reads frames.
+            Event::Passed { .. } => return,
             // The bus counts them; the frame comes again.
             Event::Damaged { .. } => return,
             Event::Lost { events } => Told::Lost { at: now, events: *events },
         };
         // Whether somebody hears it is not our concern.
-        let _ = self.news.send(told);
+        let _ = self.news.send(self.newest().keep(told));
     }
 
-    pub(super) fn subscribe(&self) -> broadcast::Receiver<Told> {
+    /// The events that are kept, oldest first; `wanted`: only those about this node or the bus.
+    pub(super) fn recent(&self, wanted: Option<NodeId>) -> Vec<NodeNews> {
+        let events: Vec<Numbered> = self.newest().events.iter().copied().collect();
+        let concerned = events.iter().filter(|event| wanted.is_none_or(|node| event.told.concerns(node)));
+        concerned.filter_map(Numbered::news).collect()
+    }
+
+    /// When the panel was started.
+    pub(super) const fn started(&self) -> SystemTime {
+        self.started
+    }
+
+    fn newest(&self) -> MutexGuard<'_, Newest> {
+        self.newest.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(super) fn subscribe(&self) -> broadcast::Receiver<Numbered> {
         self.news.subscribe()
     }
 
@@ -174,19 +216,45 @@ impl Told {
             Self::Frame { .. } | Self::Lost { .. } => true,
         }
     }
+}
 
+impl Newest {
+    /// Numbers it, and keeps it unless it is a frame.
+    fn keep(&mut self, told: Told) -> Numbered {
+        if told.is_frame() {
+            return Numbered { number: self.told, told };
+        }
+        self.told = self.told.saturating_add(1);
+        let event = Numbered { number: self.told, told };
+        if self.events.len() >= MOST_EVENTS {
+            self.events.pop_front();
+        }
+        self.events.push_back(event);
+        event
+    }
+}
+
+impl Numbered {
     /// As an event of the stream.
     pub(super) fn message(&self) -> Bytes {
-        let (at, node, kind, text) = match self {
-            Self::Frame { at, of_node, frame } => return FrameEvent::message(*at, *of_node, frame),
-            Self::Node { at, node, event } => (*at, *node, NodeNewsKind::of(event), event.to_string()),
-            Self::State { at, node, state } => (*at, *node, NodeNewsKind::Bus, state.to_string()),
-            Self::Lost { at, events } => {
+        match (&self.told, self.news()) {
+            (Told::Frame { at, of_node, frame }, _) => FrameEvent::message(*at, *of_node, frame),
+            (_, news) => message_of("news", &news),
+        }
+    }
+
+    /// In words; `None`: a frame.
+    fn news(&self) -> Option<NodeNews> {
+        let (at, node, kind, text) = match &self.told {
+            Told::Frame { .. } => return None,
+            Told::Node { at, node, event } => (*at, *node, NodeNewsKind::of(event), event.to_string()),
+            Told::State { at, node, state } => (*at, *node, NodeNewsKind::Bus, state.to_string()),
+            Told::Lost { at, events } => {
                 (*at, None, NodeNewsKind::Bus, format!("{events} events came too fast for the log"))
             }
         };
         let address = node.map(NodeId::number);
-        message_of("news", &NodeNews { time_seconds: seconds(at), address, kind, text })
+        Some(NodeNews { number: self.number, time_seconds: seconds(at), address, kind, text })
     }
 }
 

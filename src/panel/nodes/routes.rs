@@ -14,7 +14,7 @@ use super::super::routes::{not_so, nothing_there, without_parameters};
 use super::super::stream::Lost;
 use super::access::Asking;
 use super::news::{Feed, FrameEvent, NodeNews};
-use super::{bench, bus, faults, fleet, objects, state, stream, why};
+use super::{bench, bus, faults, fleet, history, objects, state, stream, why};
 use crate::panel::page;
 
 /// What the handlers share.
@@ -58,8 +58,9 @@ pub(super) fn router(app: App) -> Router {
         )
         .route("/api/v1/bus/faults/{number}", delete(faults::remove))
         .route_layer(middleware::from_fn(without_parameters))
-        // This refuses parameters that it does not know itself.
+        // These refuse parameters that they do not know themselves.
         .route("/api/v1/events", get(stream::events))
+        .route("/api/v1/events/recent", get(history::events))
         .route("/", get(page::nodes))
         .route("/page/{name}", get(page::file))
         .fallback(nothing_there)
@@ -98,6 +99,7 @@ pub(super) fn router(app: App) -> Router {
         faults::clear,
         faults::remove,
         stream::events,
+        history::events,
     ),
     components(schemas(Problem, NodeNews, FrameEvent, Lost))
 )]
@@ -118,7 +120,7 @@ mod tests {
     #[test]
     fn every_route_is_described_with_every_method() {
         let routes = routed(include_str!("routes.rs"));
-        assert!(routes.len() >= 22, "{routes:?}");
+        assert!(routes.len() >= 23, "{routes:?}");
         assert_eq!(routes, described(&Description::openapi()));
     }
 }

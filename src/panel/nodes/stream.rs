@@ -17,7 +17,7 @@ use tokio::time::{Instant as Moment, MissedTickBehavior, interval};
 use super::super::problem::{Problem, Problems, QueryOf};
 use super::super::stream::{self, HEARTBEAT, Lost, WRITTEN_AHEAD, message_of};
 use super::access::Asking;
-use super::news::{Feed, FrameReader, Told};
+use super::news::{Feed, FrameReader, Numbered};
 use super::state::{NodeState, Nodes};
 use crate::canopen::NodeId;
 
@@ -103,7 +103,7 @@ impl Subscription {
 struct Reader {
     asking: Asking,
     wanted: Wanted,
-    news: broadcast::Receiver<Told>,
+    news: broadcast::Receiver<Numbered>,
     out: mpsc::Sender<Bytes>,
     lost: Lost,
     _frames: Option<FrameReader>,
@@ -150,10 +150,10 @@ impl Reader {
         }
     }
 
-    fn told(&self, told: &Told) -> Option<Bytes> {
-        let kind = if told.is_frame() { self.wanted.frames } else { self.wanted.news };
-        let concerns = self.wanted.node.is_none_or(|node| told.concerns(node));
-        (kind && concerns).then(|| told.message())
+    fn told(&self, event: &Numbered) -> Option<Bytes> {
+        let kind = if event.told.is_frame() { self.wanted.frames } else { self.wanted.news };
+        let concerns = self.wanted.node.is_none_or(|node| event.told.concerns(node));
+        (kind && concerns).then(|| event.message())
     }
 
     /// The state, if it has changed or was not sent for a while.

@@ -7,6 +7,7 @@ import { Connection } from "./connection.js";
 import { Log } from "./log.js";
 import { NodeView } from "./node.js";
 import { Overview } from "./overview.js";
+import { Recall, recallInto } from "./recall.js";
 import { Telegrams } from "./telegrams.js";
 
 const VIEWS = ["drives", "drive", "bus"];
@@ -25,6 +26,7 @@ class Panel {
   constructor() {
     const by = this.#by;
     this.connection = new Connection();
+    this.recall = new Recall();
     this.node = new NodeView();
     this.bus = new CanBusView();
     this.overview = new Overview({ tiles: by("tiles"), filter: by("drives-filter"), count: by("drives-count"), none: by("drives-none") }, "node");
@@ -32,7 +34,7 @@ class Panel {
     this.frames = new Telegrams(by("telegram-lines"), () => this.#subscribe(), { named: "frames", placeholder: "585, -705 ..." });
     this.stream = new Stream(
       {
-        open: () => this.connection.live(),
+        open: () => this.#connected(),
         closed: (error) => this.#closed(error),
         state: (state) => this.#state(state),
         news: (news) => this.#news(news),
@@ -87,12 +89,18 @@ class Panel {
     this.stream.subscribe(this.#view === "drive" ? { ...wanted, address: this.#address } : wanted);
   }
 
-  #news({ time_seconds: time_s, address, kind, text }) {
-    const line = { time_s, kind: KINDS[kind] ?? kind, text, stations: address === null ? [] : [address] };
+  #news(news) {
+    if (!this.recall.isNew(news)) return;
+    const line = lineOf(news);
     this.log.add(line);
     if (line.kind !== "fault") return;
     this.frames.fault(line);
-    announceFault(address === null ? text : `Node ${address}: ${text}`);
+    announceFault(news.address === null ? line.text : `Node ${news.address}: ${line.text}`);
+  }
+
+  #connected() {
+    this.connection.live();
+    recallInto(this.log, this.recall, this.#view === "drive" ? this.#address : null, lineOf);
   }
 
   #state(state) {
@@ -121,6 +129,11 @@ class Panel {
       if (address === this.#address) this.node.showObjects([]);
     }
   }
+}
+
+/** An event as a line of the log. */
+function lineOf({ number, time_seconds: time_s, address, kind, text }) {
+  return { number, time_s, kind: KINDS[kind] ?? kind, text, stations: address === null ? [] : [address] };
 }
 
 /** A node as a tile: what its display shows, or what its LEDs say. */

@@ -10,7 +10,7 @@ import { Log } from "./log.js";
 import { Overview } from "./overview.js";
 import { PpoTiles, PpoView } from "./ppo.js";
 import { modelName, positionOf, stateOf } from "./states.js";
-import { Recall } from "./recall.js";
+import { Recall, recallInto } from "./recall.js";
 import { StationTiles, StationView } from "./station.js";
 import { Telegrams } from "./telegrams.js";
 
@@ -162,15 +162,7 @@ class Panel {
   /** What happened before, or meanwhile. */
   async #recallEvents() {
     const shown = { drive: this.#address, station: this.#station, ppo: this.#ppo }[this.#view] ?? null;
-    // Without it there is less to see, and nothing that is wrong; the stream says what is.
-    const recalled = await this.recall.events(shown).catch(() => null);
-    if (recalled === null) return;
-    if (recalled.again) {
-      this.log.beginAnew();
-      this.log.add({ time_s: null, kind: "line", text: "the emulator was started again; its time begins anew", stations: [] });
-    }
-    this.log.merge(recalled.fresh.map(lineOf));
-    for (const news of recalled.all) this.drive.mark(lineOf(news));
+    for (const line of await recallInto(this.log, this.recall, shown, lineOf)) this.drive.mark(line);
   }
 
   #telegram({ time_seconds: time_s, text, octets_hex: octets, mark: kind, from_address: from, to_address: to }) {

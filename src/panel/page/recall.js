@@ -36,3 +36,19 @@ export class Recall {
     return samples;
   }
 }
+
+/**
+ * What happened before or meanwhile, into the log; `address` is null for everybody's, `lineOf` makes a line of an event.
+ * Resolves to all lines that the server has kept.
+ */
+export async function recallInto(log, recall, address, lineOf) {
+  // Without it there is less to see, and nothing that is wrong; the stream says what is.
+  const recalled = await recall.events(address).catch(() => null);
+  if (recalled === null) return [];
+  if (recalled.again) {
+    log.beginAnew();
+    log.add({ time_s: null, kind: "line", text: "the emulator was started again; its time begins anew", stations: [] });
+  }
+  log.merge(recalled.fresh.map(lineOf));
+  return recalled.all.map(lineOf);
+}

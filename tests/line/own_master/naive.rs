@@ -214,11 +214,11 @@ impl Master for Naive {
     }
 }
 
-/// What the README shows is in the test.
+/// What the document shows is in the test.
 #[test]
-fn the_readme_shows_lines_of_the_test() {
-    let (readme, test) = (include_str!("../../../README.md"), include_str!("../own_master.rs"));
-    let block = readme.split("## A conformance test of your own master in Rust").nth(1).unwrap();
+fn the_document_shows_lines_of_the_test() {
+    let (page, test) = (include_str!("../../../docs/test-your-master.md"), include_str!("../own_master.rs"));
+    let block = page.split("## In Rust, in virtual time").nth(1).unwrap();
     let block = block.split("```rust\n").nth(1).unwrap().split("```").next().unwrap();
     let mut lines = test.lines().map(str::trim);
     for shown in block.lines().map(str::trim).filter(|line| !line.is_empty()) {

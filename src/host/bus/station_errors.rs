@@ -1,0 +1,24 @@
+//! What went wrong at a station, counted by kind.
+
+use crate::device::{ErrorKind, Event};
+
+/// How often which error happened at a station, beside what [`StationCounters`](crate::fdl::StationCounters) have: numbers
+/// that only grow. They begin at 0 when the station is connected, and a power cycle leaves them as they are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StationErrors {
+    counts: [u64; ErrorKind::ALL.len()],
+}
+
+impl StationErrors {
+    /// How often this happened.
+    pub fn of(&self, kind: ErrorKind) -> u64 {
+        self.counts.get(kind as usize).copied().unwrap_or_default()
+    }
+
+    /// Counts what a station tells, if it is an error.
+    pub(super) fn count(&mut self, event: &Event) {
+        if let Some(count) = event.error().and_then(|kind| self.counts.get_mut(kind as usize)) {
+            *count = count.saturating_add(1);
+        }
+    }
+}
