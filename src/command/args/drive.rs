@@ -146,8 +146,9 @@ mod tests {
             ("5,", "'' is not understood; expected ADDRESS"),
             ("5,gear", "'gear' is not understood"),
             ("5,gear=36", "gear '36' is unknown; expected 24 or 48"),
-            ("5,model=ag04", "model 'ag04' is unknown; expected ag03 or ag03-1"),
-            ("5,color=red", "'color' is unknown"),
+            ("5,model=ag04", "model 'ag04' is unknown; did you mean ag03? expected ag03 or ag03-1"),
+            ("5,color=red", "'color' is unknown; expected ADDRESS"),
+            ("5,gera=24", "'gera' is unknown; did you mean gear? expected ADDRESS"),
             ("5,gear=24,gear=48", "'gear' is given twice"),
             ("5,gear=24,gear=24", "'gear' is given twice"),
         ] {

@@ -225,7 +225,7 @@ fn turn<L: Link, C: Clock>(
             // Somebody else may have changed it while the drive was enabled.
             let now = lengths(drive)?;
             if now != reading.lengths {
-                return Err(Trouble::Ended(format!(
+                return Err(Trouble::Changed(format!(
                     "the spindle pitch (PNU {}) was changed meanwhile: positions are counted in {} now, expected {}; \
                      nothing was moved, give the command again",
                     Parameter::SpindlePitch.entry().pnu,
