@@ -105,7 +105,7 @@
 //! * `serial`: an RS-485 serial port as link.
 //! * `master`: profirust as DP master over our links and on a bench, sessions with one drive or several.
 //! * `embedded-io`, `embedded-io-async`: loops over UARTs behind these traits ([`embedded`]).
-//! * `defmt`: errors and events are `defmt::Format`.
+//! * `defmt`: errors and events are `defmt::Format`. Does nothing on Windows, where only a program with a logger would link.
 //! * `serde`: explanations as data for `serde`.
 //! * `capture`: what passes on a line in pcapng files, written and read.
 //! * `parameters`: the parameters of a PPO drive from TOML and CSV files.

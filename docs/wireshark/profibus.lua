@@ -175,7 +175,7 @@ local STW_BITS = {
     { 4, "no_stop", "stop (positioning)", "no stop", "stop" },
     { 5, "no_intermediate_stop", "intermediate stop (positioning)", "no intermediate stop", "intermediate stop" },
     { 6, "start", "positioning: activate travel job; velocity: enable target value" },
-    { 7, "acknowledge", "acknowledge", "acknowledge", "acknowledge over" },
+    { 7, "acknowledge", "acknowledge", "acknowledge", "acknowledge bit 0" },
     { 8, "inch1", "inching 1 (positioning)", "inching 1", "inching 1 off" },
     { 9, "inch2", "inching 2 (positioning)", "inching 2", "inching 2 off" },
     { 15, "inch2_negative", "direction of inching 2 (positioning)", "negative direction", "positive direction" },

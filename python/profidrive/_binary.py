@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Final
 
 _LOG_LINES: Final = 1000
-_READY: Final = re.compile(r"ready link=(?P<link>.*?)(?P<rest>(?: (?:drives|stations|nodes|panel)=\S+)*)$")
+_READY: Final = re.compile(r"ready link=(?P<link>.*?)(?P<rest>(?: (?:drives|stations|nodes|panel|metrics)=\S+)*)$")
 
 
 class ProfidriveError(Exception):
@@ -47,7 +47,7 @@ def run(*arguments: str, stdin: str | None = None) -> subprocess.CompletedProces
 
 
 class Ready:
-    """A ready line: `ready link=... drives=5,6 stations=7 panel=http://...`."""
+    """A ready line: `ready link=... drives=5,6 stations=7 panel=http://... metrics=http://...`."""
 
     def __init__(self, line: str) -> None:
         found = _READY.match(line.strip())
@@ -56,6 +56,7 @@ class Ready:
         words = dict(word.split("=", 1) for word in found["rest"].split())
         self.link: str = found["link"]
         self.panel: str | None = words.get("panel")
+        self.metrics: str | None = words.get("metrics")
         self.drives: tuple[int, ...] = _addresses(words.get("drives", words.get("nodes", "")))
         self.stations: tuple[int, ...] = _addresses(words.get("stations", ""))
 

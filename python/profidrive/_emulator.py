@@ -22,6 +22,8 @@ class Line:
         """What a master opens: a terminal such as `/dev/pts/3`, or `tcp:HOST:PORT`."""
         self.panel = ready.panel
         """The page for browsers; `None` if a line file asks for none."""
+        self.metrics = ready.metrics
+        """What Prometheus reads (docs/metrics.md); `None` without `options=["--metrics", "127.0.0.1:0"]`."""
         described = set(ready.stations)
         self.drives: Mapping[int, Drive] = {
             address: Drive(self._known, address) for address in ready.drives if address not in described

@@ -1,10 +1,11 @@
 import socket
 import sys
 from pathlib import Path
+from urllib.request import ProxyHandler, build_opener
 
 import pytest
 
-from profidrive import ApiError, Emulator, Judge, ProfidriveError, decode
+from profidrive import ApiError, Emulator, ProfidriveError, decode
 
 ROOT = Path(__file__).parents[2]
 OWN_DRIVE = ROOT / "examples" / "own_drive.gsd"
@@ -41,6 +42,7 @@ def test_drives_and_stations_are_objects() -> None:
         assert station.state["modules"][0]["name"] == "PPO 1"
         station.set_input(1, 0, "unsigned8", 17)
         assert station.input(1, 0, "unsigned8") == 17
+        assert station.output(1, 0, "unsigned8") == 0
         station.release_input(1, 0, "unsigned8")
         assert station.input(1, 0, "unsigned8") == 0
 
@@ -76,7 +78,6 @@ def test_events_are_an_iterator_and_the_capture_is_explained(tmp_path: Path) -> 
         assert (heard.octets, heard.data["direction"]) == (FDL_STATUS, "heard")
         assert "here, a slave" in sent.text
         assert [telegram.octets for telegram in emulator.telegrams()] == [heard.octets, sent.octets]
-    assert not list(Judge.of_capture(tmp_path / "line.pcapng").failed)
 
 
 def test_a_line_file_says_everything(tmp_path: Path) -> None:
@@ -88,6 +89,14 @@ def test_a_line_file_says_everything(tmp_path: Path) -> None:
         assert emulator.drives[5].position == 0
     with pytest.raises(ValueError, match="line file says everything"):
         Emulator(drives=[5], line=file)
+
+
+def test_metrics_are_an_option() -> None:
+    with Emulator(options=["--metrics", "127.0.0.1:0"]) as emulator:
+        assert emulator.link.startswith(("/dev/pts/", "tcp:")) and emulator.panel
+        assert emulator.metrics is not None
+        with build_opener(ProxyHandler({})).open(emulator.metrics, timeout=10) as answer:
+            assert answer.read().rstrip().endswith(b"# EOF")
 
 
 def test_nodes_are_drives() -> None:
@@ -113,15 +122,8 @@ def test_the_process_ends_with_its_block() -> None:
 
 def test_telegrams_are_explained() -> None:
     request, reply = decode([FDL_STATUS, "10 02 05 00 07 16"])
-    assert "who is there" in request.summary
+    assert "FDL status request" in request.summary
     assert (reply.mark, reply.octets[0]) == ("plain", 0x10)
     assert [field.name for field in request.fields][:3] == ["SD1", "DA", "SA"]
     (broken,) = decode("10 05 02 49 51 16")
     assert broken.mark == "invalid"
-
-
-def test_the_judge_says_that_no_master_came() -> None:
-    with Judge(["5,ident=1234,cfg=2313"], link="tcp:127.0.0.1:0") as judge:
-        assert judge.link.startswith("tcp:")
-        with pytest.raises(ProfidriveError, match="no master was heard"):
-            judge.report(timeout=60)

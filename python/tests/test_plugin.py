@@ -31,7 +31,7 @@ def test_a_failed_test_shows_the_last_telegrams_and_leaves_the_capture(pytester:
     pytester.makepyfile(FAILS)
     result = pytester.runpytest_subprocess()
     result.assert_outcomes(failed=1)
-    result.stdout.fnmatch_lines(["*profibus line, call*", "*telegram: 2 -> 5*who is there?*", "*all 2 telegrams: *"])
+    result.stdout.fnmatch_lines(["*profibus line, call*", "*telegram: 2 -> 5*FDL status request*", "*all 2 telegrams: *"])
     (last,) = [line for line in result.stdout.lines if line.startswith("all 2 telegrams: ")]
     assert Path(last.removeprefix("all 2 telegrams: ")).stat().st_size > 0
 

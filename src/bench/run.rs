@@ -10,7 +10,7 @@ use crate::time::{Instant, SYN_BITS};
 
 /// What was waited for did not come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("waited {limit:?} in vain")]
+#[error("not within {limit:?}")]
 pub struct TimedOut {
     /// How long was waited, in virtual time.
     pub limit: Duration,

@@ -30,7 +30,7 @@ impl Display for Story<'_> {
             if place < first {
                 continue;
             }
-            let words = words.as_deref().unwrap_or("collision: nobody understands it");
+            let words = words.as_deref().unwrap_or("collision: no station can read it");
             write!(f, "{at} {sender:<7} {words}  [{}]", hex(octets))?;
             if let Damage::Parity(octet) = damage {
                 write!(f, "  wrong parity in octet {octet}")?;

@@ -86,7 +86,7 @@ fn play(out: &mut dyn Write) -> Result<(), Trouble> {
 }
 
 fn start_up(stage: &mut Stage<'_>) -> Result<(), Trouble> {
-    stage.page.title("Start-up: what master and drive say until data flow")?;
+    stage.page.title("Start-up: the telegrams of master and drive until Data_Exchange")?;
     stage.page.text(
         "The master asks for a diagnosis until the drive answers, sends parameters and configuration, and asks \
          again whether the drive agrees. (FDL status is asked of every address now and then, to find masters.)",
@@ -143,20 +143,20 @@ fn travel(stage: &mut Stage<'_>) -> Result<(), Trouble> {
 fn refused_travel(stage: &mut Stage<'_>) -> Result<(), Trouble> {
     stage.page.title("A travel job that does not start")?;
     stage.command("start to 300000", MAY_TRAVEL, TOO_FAR, READY_TO_TRAVEL)?;
-    stage.page.text("A real drive says no more: no job was taken over. The emulated one tells why:")?;
+    stage.page.text("A real drive shows only that no job was accepted. The emulated one says why:")?;
     stage.reason(|event| matches!(event, Event::CommandRefused(_)))
 }
 
 fn fault_and_recovery(stage: &mut Stage<'_>) -> Result<(), Trouble> {
     let acknowledge = MAY_TRAVEL.with_bit(StwBit::Acknowledge.number(), true);
-    stage.page.title("A fault, and the way back")?;
-    stage.page.text("Something breaks inside the drive, which needs no screwdriver here.")?;
+    stage.page.title("A fault, and how to leave it")?;
+    stage.page.text("An internal error of the drive is simulated.")?;
     stage.surround(Inputs::default().provoking(Fault::F));
     stage.observe(FAULT)?;
     stage.reason(|event| matches!(event, Event::Fault(_)))?;
     stage.command("too early", acknowledge, TARGET, FAULT)?;
     stage.reason(|event| matches!(event, Event::CommandRefused(_)))?;
-    stage.page.text("It is repaired.")?;
+    stage.page.text("The cause is removed.")?;
     stage.surround(Inputs::default());
     stage.command("again", MAY_TRAVEL, TARGET, FAULT)?;
     stage.command("now", acknowledge, TARGET, TURN_ON_DISABLED)?;
@@ -192,7 +192,7 @@ mod tests {
             "23F8 0000 0003 D090",
             "error 2, value outside the limits",
             "enabled, ready to travel",
-            "job taken over",
+            "job accepted",
             "^start",
             "^there",
             "setpoint is above the upper",

@@ -537,10 +537,10 @@ fn connect(
     info!("{}", drive.spec);
     match address.number() {
         126 => warn!(
-            "address 126 is for stations that have none yet: the drive answers FDL status, Slave_Diag and Get_Cfg \
+            "address 126 is for stations that have no address yet: the drive answers FDL status, Slave_Diag and Get_Cfg \
              there and exchanges no data; give it another address, for example --drive 5"
         ),
-        0 => warn!("address 0 is customarily a master's, often of a programming device"),
+        0 => warn!("address 0 is usually that of a master, often of a programming device"),
         _ => {}
     }
     let config = drive.config(common)?;

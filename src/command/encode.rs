@@ -75,7 +75,7 @@ fn build(args: &Encode) -> Result<Explanation, Failure> {
         }
     };
     match reason_against(&explanation) {
-        Some(why) if !args.force => Err(Failure::Usage(format!("{why}; --force builds it anyway"))),
+        Some(why) if !args.force => Err(Failure::Usage(format!("{why}; --force builds it nevertheless"))),
         Some(_) | None => Ok(explanation),
     }
 }

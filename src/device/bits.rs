@@ -254,10 +254,10 @@ bits_of_word! {
         Off3 = 2: always("off3", "OFF3", false);
         EnableOperation = 3: both("enable-operation", "enable operation", "enable operation", "disable operation", "0 brakes with maximum deceleration; the motor stays in control");
         NoStop = 4: both("no-stop", "stop", "no stop", "stop", "0 brakes with maximum deceleration and discards the job").velocity(UNUSED);
-        NoIntermediateStop = 5: both("no-intermediate-stop", "intermediate stop", "no intermediate stop", "intermediate stop", "0 brakes as programmed and keeps the job, 1 continues it").velocity(UNUSED);
+        NoIntermediateStop = 5: both("no-intermediate-stop", "intermediate stop", "no intermediate stop", "intermediate stop", "0 brakes with the programmed ramp and keeps the job, 1 continues it").velocity(UNUSED);
         Start = 6: both("start", "activate travel job", "start bit 1", "start bit 0", "each change starts a job to the setpoint").edge()
-            .velocity(bit("start", "enable target value", "setpoint released", "setpoint not released", "1 turns with the setpoint, 0 runs down as programmed"));
-        Acknowledge = 7: both("acknowledge", "acknowledge", "acknowledge", "acknowledge over", "0 to 1 acknowledges a fault; turn-on disabled follows");
+            .velocity(bit("start", "enable target value", "setpoint released", "setpoint not released", "1 turns with the setpoint, 0 brakes with the programmed ramp"));
+        Acknowledge = 7: both("acknowledge", "acknowledge", "acknowledge", "acknowledge bit 0", "0 to 1 acknowledges a fault; turn-on disabled follows");
         Inching1 = 8: both("inch1", "inching 1", "inching 1", "inching 1 off", "travels once by delta inch").velocity(UNUSED);
         Inching2 = 9: both("inch2", "inching 2", "inching 2", "inching 2 off", "travels while 1").velocity(UNUSED);
         Inching2Negative = 15: both("inch2-negative", "direction of inching 2", "negative direction", "positive direction", "").velocity(UNUSED);
@@ -282,7 +282,7 @@ bits_of_word! {
             .velocity(fixed("n-reached", "f or n reached", true));
         ReferencePointSet = 11: always("reference-point-set", "reference point set", true)
             .velocity(fixed("device-specific-11", "device-specific", true));
-        JobToggle = 12: both("job-toggle", "acknowledgement of target value", "job bit 1", "job bit 0", "each change tells that a job was taken over").edge()
+        JobToggle = 12: both("job-toggle", "acknowledgement of target value", "job bit 1", "job bit 0", "each change shows that the drive has accepted a job").edge()
             .velocity(fixed("device-specific-12", "device-specific", true));
         Standstill = 13: both("standstill", "drive stands still", "stands still", "travels", "");
         LimitExceeded = 14: both("limit-exceeded", "limiting value exceeded", "beyond a limit", "within the limits", "")
@@ -306,7 +306,7 @@ bits_of_word! {
             bit("no-output-stage", "enable input", "enable input not active", "enable input active", ""),
             bit("no-output-stage", "supply of the output stage", "output stage not supplied", "output stage supplied", ""),
         );
-        NotReadyToTravel = 11: both("not-ready-to-travel", "ready to travel", "not ready to travel", "ready to travel", "1 means not");
+        NotReadyToTravel = 11: both("not-ready-to-travel", "ready to travel", "not ready to travel", "ready to travel", "1: not ready");
         BatteryLow = 12: both("battery-low", "battery voltage", "battery low", "battery in order", "replace it within half a year");
         CurrentOutOfRange = 13: both("current-out-of-range", "motor current", "motor current out of range", "motor current in range", "fault C after 4 s");
         PositioningActive = 14: both("positioning-active", "positioning", "positioning active", "no positioning active", "").velocity(UNUSED);

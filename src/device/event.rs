@@ -99,7 +99,11 @@ impl fmt::Display for Event {
                     write!(f, "switched on at address {}", switches.address())?;
                     // The highest number is no address.
                     if switches.number() != switches.address().number() {
-                        write!(f, " (SW1 to SW7 are set to {}, which is none)", switches.number())?;
+                        write!(
+                            f,
+                            " (SW1 to SW7 are set to {}, which is no address of a station)",
+                            switches.number()
+                        )?;
                     }
                     write!(f, ", bus terminator {terminator}")
                 }

@@ -27,7 +27,7 @@ pub const PAUSE: Duration = Duration::from_secs(60);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Hint {
-    /// The drive is at the address of stations that have none yet.
+    /// The drive is at the address of stations that have no address yet.
     AddressNotSet,
     /// Sync holds the outputs back for a long time.
     SyncHolds {
@@ -119,7 +119,7 @@ impl fmt::Display for Hint {
         match self {
             Self::AddressNotSet => write!(
                 f,
-                "address {} is for stations that have none yet, there is no Data_Exchange at it; set another address \
+                "address {} is for stations that have no address yet, there is no Data_Exchange at it; set another address \
                  with SW1 to SW7 and switch off and on",
                 StoredAddress::DELIVERED.address
             ),

@@ -80,7 +80,7 @@ impl fmt::Display for JobText {
                 | JobId::Reserved(_) => Ok(()),
             },
             JobError::UnknownJob(_) => f.write_str(
-                ". Jobs end at 9 here; some vendors give 11 to 14 a meaning (write with, or without, EEPROM)",
+                ". The highest job is 9 here; some manufacturers use 11 to 14 (write with, or without, EEPROM)",
             ),
             JobError::NotNow(_) => {
                 f.write_str("; write it again when the shaft stands and no job is active (ZSW.13 = 1)")

@@ -54,21 +54,21 @@ pub const QUIRKS: &[Quirk<Config>] = &[
     Quirk {
         name: "paused",
         register: "C-05",
-        about: "what a paused travel job counts as (ZSW.15, SSW.14)",
+        about: "state of a paused travel job in ZSW.15 and SSW.14",
         values: &["ready", "active"],
         choose: |config, value| config.words.paused_is_active = value == 1,
     },
     Quirk {
         name: "off1-release",
         register: "C-06",
-        about: "what of STW.0 leaves turn-on disabled: 0, or a change from 1 to 0",
+        about: "what ends turn-on disabled: STW.0 = 0, or a change of STW.0 from 1 to 0",
         values: &["level", "edge"],
         choose: |config, value| config.words.off1_needs_edge = value == 1,
     },
     Quirk {
         name: "zsw12",
         register: "C-07",
-        about: "how ZSW.12 acknowledges a job: toggling, or with the level of STW.6",
+        about: "how ZSW.12 acknowledges a job: it toggles, or it follows STW.6",
         values: &["toggle", "mirror"],
         choose: |config, value| config.words.acknowledge_mirrors_start = value == 1,
     },
@@ -130,7 +130,7 @@ pub const QUIRKS: &[Quirk<Config>] = &[
     Quirk {
         name: "read-970",
         register: "C-17",
-        about: "what reading PNU 970 is answered with: value 0, or error 18",
+        about: "the reply to reading PNU 970: value 0, or error 18",
         values: &["0", "refuse"],
         choose: |config, value| config.parameters.refuse_command_read = value == 1,
     },
@@ -151,7 +151,7 @@ pub const QUIRKS: &[Quirk<Config>] = &[
     Quirk {
         name: "stw2",
         register: "C-21",
-        about: "STW.2 = 1: without effect, or takes operation enabled away",
+        about: "STW.2 = 1: without effect, or operation is disabled",
         values: &["ignored", "must-be-0"],
         choose: |config, value| config.words.bit_2_must_be_0 = value == 1,
     },
@@ -186,7 +186,7 @@ pub const QUIRKS: &[Quirk<Config>] = &[
     Quirk {
         name: "first-enable",
         register: "C-36",
-        about: "when Data_Exchange may enable: with its first telegram, or after STW.0 = 0 was seen",
+        about: "when operation can be enabled in Data_Exchange: from the first telegram on, or after STW.0 = 0",
         values: &["at-once", "after-off1"],
         choose: |config, value| config.words.off1_must_be_seen = value == 1,
     },

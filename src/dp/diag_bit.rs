@@ -72,7 +72,7 @@ diag_bits! {
     PrmFault = 1 . 6: "Prm_Fault", "parameter fault", "the last Set_Prm was refused: ident number, length or values", Trouble;
     MasterLock = 1 . 7: "Master_Lock", "locked by another master", "set by the master", Trouble;
     PrmReq = 2 . 0: "Prm_Req", "wants parameters", "must be parameterised", State;
-    StatDiag = 2 . 1: "Stat_Diag", "cannot deliver valid data", "the master shall go on asking", State;
+    StatDiag = 2 . 1: "Stat_Diag", "cannot deliver valid data", "the master must read the diagnosis again", State;
     Always1 = 2 . 2: "always 1", "1", "", Nothing;
     WdOn = 2 . 3: "WD_On", "watchdog on", "", State;
     FreezeMode = 2 . 4: "Freeze_Mode", "inputs frozen", "", State;

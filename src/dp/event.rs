@@ -8,6 +8,7 @@ use super::{
     AddressFault, CfgFault, CfgTicket, DiagBit, GlobalControl, IoLengths, MASTER_SAP, PrmBit, PrmFault,
     Service, StoredAddress,
 };
+use crate::fdl::station::DEFAULT_MIN_TSDR;
 use crate::fdl::{Address, Sap};
 
 /// What the slave tells the application.
@@ -261,6 +262,9 @@ impl fmt::Display for Event {
                 }
                 if let Some(bits) = min_tsdr {
                     write!(f, ", min T_SDR {bits} T_bit")?;
+                    if *bits < DEFAULT_MIN_TSDR {
+                        write!(f, " (taken as {DEFAULT_MIN_TSDR})")?;
+                    }
                 }
                 let mut groups = (0..8).filter(|group| groups >> group & 1 == 1);
                 if let Some(first) = groups.next() {
@@ -364,7 +368,9 @@ impl fmt::Display for Event {
             Self::ApplicationSilent { master, after } => {
                 write!(f, "left master {master}: nothing from the application for {after:?}")
             }
-            Self::ApplicationAborted { master } => write!(f, "left master {master}: the application gave up"),
+            Self::ApplicationAborted { master } => {
+                write!(f, "left master {master}: the application ended the data exchange")
+            }
             Self::Read { master, service } => write!(f, "{} by master {master}", service.name()),
             Self::AddressSet { master, stored: StoredAddress { address, no_add_chg } } => {
                 let change = if *no_add_chg { ", not to be changed again" } else { "" };

@@ -70,7 +70,7 @@ pub enum News {
     #[error("a reply was not sent: ready {} us after the request, allowed are {} us", .0.after.as_micros(), .0.limit.as_micros())]
     TooLate(TooLate),
     /// So many news came when there was no room for them.
-    #[error("{0} more news are lost: take them more often")]
+    #[error("{0} more events are lost: read them more often")]
     Lost(u32),
 }
 

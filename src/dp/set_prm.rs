@@ -46,7 +46,7 @@ const WD_BASE: Duration = Duration::from_millis(10);
 octet_bits! {
     /// A bit of octet 1, Station_Status.
     PrmBit {
-        LockReq = 7: "Lock_Req", "the slave is for this master alone", "no lock";
+        LockReq = 7: "Lock_Req", "the slave is locked for other masters", "no lock";
         UnlockReq = 6: "Unlock_Req", "the slave is released", "no release";
         SyncReq = 5: "Sync_Req", "Sync will be used", "no Sync";
         FreezeReq = 4: "Freeze_Req", "Freeze will be used", "no Freeze";

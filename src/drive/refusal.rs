@@ -224,7 +224,7 @@ impl Refusal {
             Reason::NotEnabled => f.write_str("operation is not enabled"),
             Reason::Stop => f.write_str("stop is given"),
             Reason::IntermediateStop => f.write_str("intermediate stop is given"),
-            Reason::StartHeld => f.write_str("the operating mode changed: take start back once"),
+            Reason::StartHeld => f.write_str("the operating mode has changed: set the start bit to 0 once"),
             Reason::JobActive => f.write_str("a travel job is active"),
             Reason::JobPaused => f.write_str("a paused travel job must be continued or stopped first"),
             Reason::InchingActive => f.write_str("inching is active"),
@@ -249,7 +249,7 @@ impl Refusal {
             Reason::LoopPointBelowLowerLimit => {
                 write!(f, "loop point {loop_point} is below the lower limit ({lower_limit})")
             }
-            Reason::BeyondEncoder => f.write_str("the way leads beyond the range of the absolute encoder"),
+            Reason::BeyondEncoder => f.write_str("the travel would leave the range of the absolute encoder"),
         }
     }
 }

@@ -17,7 +17,7 @@
 mod asynchronous;
 #[cfg(feature = "embedded-io")]
 mod blocking;
-#[cfg(feature = "defmt")]
+#[cfg(all(feature = "defmt", not(windows)))]
 mod log;
 #[cfg(any(feature = "embedded-io", feature = "embedded-io-async"))]
 mod rs485;

@@ -25,7 +25,7 @@ use crate::fdl::telegram::{Decoded, Telegram, decode};
 /// decoder.line(&[0x49, 0x50, 0x16], &mut |_, said| lines.push(said.line()));
 /// decoder.line(&[0x13, 0xFA, 0, 0, 0, 0, 0, 0], &mut |_, said| lines.push(said.line()));
 /// decoder.finish(&mut |_, said| lines.push(said.line()));
-/// assert_eq!(lines, ["2 -> 5  FDL status: who is there?", "PKW job: read PNU 1018 Calibration value"]);
+/// assert_eq!(lines, ["2 -> 5  FDL status request", "PKW job: read PNU 1018 Calibration value"]);
 /// ```
 #[derive(Clone, Debug)]
 pub struct Decoder {
@@ -296,7 +296,7 @@ mod tests {
         assert_eq!(
             said,
             [
-                (0, "2 -> 5  FDL status: who is there?"),
+                (0, "2 -> 5  FDL status request"),
                 (6, "5 -> 2  here, a slave"),
                 (12, "PKW job: read PNU 1018 Calibration value"),
                 (20, "STW 000B (ON, no OFF2, enable operation)"),
@@ -304,12 +304,12 @@ mod tests {
                     22,
                     "2 -> 5  invalid at octet 9: frame check sequence is 0xEF, expected 0xEE; Slave_Diag request"
                 ),
-                (33, "short acknowledge: it has arrived"),
+                (33, "short acknowledge: request received"),
                 (34, "invalid at octet 0: octet 0xFF starts no telegram, expected 10, 68, A2, DC or E5"),
-                (36, "2 -> 5  FDL status: who is there?"),
+                (36, "2 -> 5  FDL status request"),
                 (
                     42,
-                    "2 -> 5  invalid at octet 4: frame check sequence is 0x51, expected 0x50; FDL status: who is there?"
+                    "2 -> 5  invalid at octet 4: frame check sequence is 0x51, expected 0x50; FDL status request"
                 ),
                 (48, "invalid at octet 0: octet 0xFF starts no telegram, expected 10, 68, A2, DC or E5"),
             ]
@@ -328,7 +328,7 @@ mod tests {
             [
                 "2 -> 5  Slave_Diag request",
                 "invalid at octet 5: telegram broken off after 5 octets, 6 more are missing",
-                "2 -> 5  FDL status: who is there?",
+                "2 -> 5  FDL status request",
                 "invalid at octet 2: telegram broken off after 2 octets, 9 more are missing",
             ]
         );

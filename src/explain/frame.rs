@@ -70,18 +70,18 @@ fn short_acknowledge(context: &mut Context) -> Explanation {
     let (meaning, summary) = match service {
         Some(service) => {
             let name = service.name();
-            (
-                format!("short acknowledge of {name}: it has arrived"),
-                format!("short acknowledge: {name} has arrived"),
-            )
+            (format!("short acknowledge: {name} was received"), format!("short acknowledge: {name} received"))
         }
-        None => {
-            ("short acknowledge: the request has arrived".into(), "short acknowledge: it has arrived".into())
-        }
+        None => (
+            "short acknowledge: the request was received".into(),
+            "short acknowledge: request received".into(),
+        ),
     };
     let mut field = Field::octet("SC", 0, SC, meaning);
     if matches!(service, Some(dp::Service::SetPrm | dp::Service::ChkCfg)) {
-        field = field.hinted("whether the slave agrees is in the next Slave_Diag, not in this");
+        field = field.hinted(
+            "this is no answer to the contents: the next Slave_Diag shows whether the slave accepts them",
+        );
     }
     Explanation {
         kind: Kind::Telegram,
@@ -116,7 +116,7 @@ fn data_telegram(telegram: &DataTelegram<'_>, octets: &[u8], context: &mut Conte
         [("DSAP", telegram.dsap, !masters_is_ssap), ("SSAP", telegram.ssap, masters_is_ssap)]
     {
         if let Some(sap) = sap {
-            let of = if masters { format!("SAP {sap}, the master's own") } else { service::sap_name(sap) };
+            let of = if masters { format!("SAP {sap} of the master") } else { service::sap_name(sap) };
             fields.push(Field::octet(name, data_at, sap.number(), of));
             data_at += 1;
         }
@@ -180,9 +180,10 @@ fn judge_da(field: Field, telegram: &DataTelegram<'_>, function: Function) -> Fi
         Function::Response(..) | Function::Reserved => false,
     };
     if wants_reply && telegram.da.is_broadcast() {
-        field.mistaken("this request wants a reply, which no station gives to one for all (127)")
+        field
+            .mistaken("this request needs a reply, and no station replies to a request to all stations (127)")
     } else if telegram.da == telegram.sa {
-        field.mistaken(format!("station {} sends it to itself: no other takes it", telegram.sa))
+        field.mistaken(format!("station {} sends it to itself: no other station accepts it", telegram.sa))
     } else {
         field
     }
@@ -216,7 +217,7 @@ fn fc_field(at: usize, octet: u8, function: Function, repeats: bool) -> Field {
             bits("status", 3, 0, status_name(status).into()).marked_if(Mark::Trouble, refuses(status)),
         ])),
         Function::Reserved => Field::octet("FC", at, octet, "reserved function code")
-            .mistaken("the standard keeps this code for itself"),
+            .mistaken("the standard reserves this code"),
     }
 }
 
@@ -262,9 +263,9 @@ fn request(fdl: Service, telegram: &DataTelegram<'_>, at: usize, context: &mut C
     context.asked = asks.then_some(Asked { master: telegram.sa.number(), station, service, fdl });
     let mut learned = context.station(station);
     let carried = match fdl {
-        Service::FdlStatus => plain("FDL status: who is there?", telegram.data, at),
-        Service::Ident => plain("ident: what are you?", telegram.data, at),
-        Service::LsapStatus => plain("LSAP status: is this SAP open?", telegram.data, at),
+        Service::FdlStatus => plain("FDL status request", telegram.data, at),
+        Service::Ident => plain("Ident request", telegram.data, at),
+        Service::LsapStatus => plain("LSAP status request", telegram.data, at),
         Service::TimeEvent => plain("time event", telegram.data, at),
         Service::SdaLow
         | Service::SdnLow

@@ -36,7 +36,7 @@
 //! assert_eq!(broken.mark(), Mark::Invalid);
 //! assert_eq!(
 //!     broken.line(),
-//!     "2 -> 5  invalid at octet 4: frame check sequence is 0x51, expected 0x50; FDL status: who is there?",
+//!     "2 -> 5  invalid at octet 4: frame check sequence is 0x51, expected 0x50; FDL status request",
 //! );
 //!
 //! // The job of the manual's example (chapter 7.6.1) alone.

@@ -156,7 +156,7 @@ const fn mode_name(mode: Mode) -> &'static str {
 fn judge_stw(mut field: Field, mode: Mode, raw: u16) -> Field {
     if flow_charts::PRINTED.contains(&raw.swap_bytes()) && !flow_charts::PRINTED.contains(&raw) {
         let text = format!(
-            "with its octets the other way round it is {:04X}: words go high octet first",
+            "with its octets exchanged it is {:04X}: the high octet of a word comes first",
             raw.swap_bytes()
         );
         field = field.mistaken(text);
@@ -191,7 +191,7 @@ fn judge_zsw(field: Field, raw: u16) -> Field {
     if is_status(raw) || raw == 0 {
         field
     } else {
-        field.mistaken("bits 5, 9 and 11 are always 1 in the status word of these drives: is this one?")
+        field.mistaken("bits 5, 9 and 11 are always 1 in the status word of these drives: check that this is a status word")
     }
 }
 

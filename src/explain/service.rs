@@ -39,13 +39,13 @@ pub(super) fn raw_data(data: &[u8], at: usize) -> Vec<Field> {
 pub(super) fn request(service: Option<Service>, data: &[u8], at: usize, learned: &mut Learned) -> Carried {
     let (summary, fields) = match service {
         Some(Service::SlaveDiag) => no_data("Slave_Diag request", data, at),
-        Some(Service::GetCfg) => no_data("Get_Cfg: what do you exchange?", data, at),
-        Some(Service::RdInp) => no_data("RD_Inp: which inputs?", data, at),
-        Some(Service::RdOutp) => no_data("RD_Outp: which outputs?", data, at),
+        Some(Service::GetCfg) => no_data("Get_Cfg request", data, at),
+        Some(Service::RdInp) => no_data("RD_Inp request", data, at),
+        Some(Service::RdOutp) => no_data("RD_Outp request", data, at),
         Some(Service::SetPrm) => set_prm::explain(data, at, learned),
         Some(Service::ChkCfg) => {
             let (summary, fields) = cfg::explain(data, at, cfg::Said::Asked, learned.ident());
-            (format!("Chk_Cfg: {summary}, agreed?"), fields)
+            (format!("Chk_Cfg: {summary}"), fields)
         }
         Some(Service::SetSlaveAdd) => set_slave_add(data, at, learned),
         Some(Service::GlobalControl) => global_control(data, at),
@@ -173,15 +173,18 @@ fn set_slave_add(data: &[u8], at: usize, learned: &Learned) -> (String, Vec<Fiel
         let text = "an AG03 refuses it with RS: its address is set with switches, not over the bus";
         new = new.mistaken(text);
     }
-    let change =
-        if no_change == 0 { "may be changed again" } else { "for good, until the hardware is reset" };
+    let change = if no_change == 0 {
+        "may be changed again"
+    } else {
+        "cannot be changed again until the hardware is reset"
+    };
     let mut fields = Vec::from([
         new,
-        Field::word("Ident_Number", at + 1, ident, "of the slave that is meant"),
+        Field::word("Ident_Number", at + 1, ident, "of the addressed slave"),
         Field::octet("No_Add_Chg", at + 3, no_change, change),
     ]);
     if !rest.is_empty() {
         fields.push(Field::octets("Rem_Slave_Data", at + 4, rest, "kept by the slave"));
     }
-    (format!("Set_Slave_Add: be station {address}"), fields)
+    (format!("Set_Slave_Add: new address {address}"), fields)
 }

@@ -8,7 +8,7 @@
 //! use profidrive::explain::words::{changes, said};
 //!
 //! assert_eq!(changes(Word::Stw, Mode::Positioning, 0x007B, 0x005B), "intermediate stop");
-//! assert_eq!(said(Mode::Positioning, 0xAB37, 0x1B37), "enabled, job taken over");
+//! assert_eq!(said(Mode::Positioning, 0xAB37, 0x1B37), "enabled, job accepted");
 //! ```
 
 use std::format;
@@ -53,7 +53,7 @@ pub fn said(mode: Mode, before: u16, now: u16) -> String {
         .filter_map(|bit| of(*bit).map(|bit| bit.one))
         .collect();
     if mode == Mode::Positioning && ZswBit::JobToggle.is_set(before ^ now) {
-        words.push("job taken over");
+        words.push("job accepted");
     }
     if words.is_empty() { "nothing".into() } else { words.join(", ") }
 }
@@ -131,7 +131,7 @@ mod tests {
         for (mode, before, now, words) in [
             (Mode::Positioning, 0x0000, 0x2B23, "ready to turn on, stands still"),
             (Mode::Positioning, 0x2B23, 0xAB37, "enabled, ready to travel"),
-            (Mode::Positioning, 0xAB37, 0x1B37, "enabled, job taken over"),
+            (Mode::Positioning, 0xAB37, 0x1B37, "enabled, job accepted"),
             (Mode::Positioning, 0x3F3B, 0x3F3B, "FAULT, target reached, stands still"),
             (Mode::Positioning, 0x0A20, 0x0A20, "nothing"),
             (Mode::Velocity, 0x3E23, 0xBE37, "enabled, ready to travel"),

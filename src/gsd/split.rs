@@ -193,7 +193,7 @@ impl<'a> Splitter<'a> {
             return Stuck { index: at, expected: None, words: "the file has no module".into() };
         };
         if fixed.is_none() && agreed == 0 {
-            let words = format!("{place}: no module begins so; expected {}", self.choice(slot));
+            let words = format!("{place}: no module begins with this; expected {}", self.choice(slot));
             return Stuck { index: at, expected: None, words };
         }
         let what = if fixed.is_some() { "the preset module is" } else { "the nearest module is" };

@@ -477,7 +477,7 @@ impl Application for Station {
         let said = self.said.borrow();
         match said.1.iter().rev().find(|(said, _)| *said == number) {
             Some((_, words)) => f.write_str(words),
-            None => f.write_str("the words of this refusal are no longer kept"),
+            None => f.write_str("the text of this refusal is no longer kept"),
         }
     }
 }

@@ -93,7 +93,7 @@ pub struct Interface<'a> {
 #[non_exhaustive]
 pub enum CaptureError {
     /// The path is a directory, a pipe or a device. Who reads a pipe too slowly would stop the bus.
-    #[error("cannot capture to {}: it is no regular file; name one", path.display())]
+    #[error("cannot capture to {}: it is no regular file; name a regular file", path.display())]
     NoFile {
         /// The path.
         path: PathBuf,

@@ -36,7 +36,7 @@ pub(crate) fn advice(error: &io::Error) -> &'static str {
         io::ErrorKind::AddrInUse => {
             "another program listens there; end it, or choose another port; port 0 takes a free one"
         }
-        io::ErrorKind::AddrNotAvailable => "this machine does not have that address; choose 127.0.0.1",
+        io::ErrorKind::AddrNotAvailable => "this machine does not have that address; use 127.0.0.1",
         _ => "check the name of the host, or choose 127.0.0.1",
     }
 }

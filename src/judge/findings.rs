@@ -150,7 +150,7 @@ impl Findings {
             _ => {
                 let doubtful = record.first.as_ref().map(|breach| {
                     format!(
-                        "not proved: {} ({} times, which a delay may explain)",
+                        "not proved: {} ({} times, which a delay of the process may explain)",
                         breach.reason, record.broken
                     )
                 });
@@ -179,9 +179,9 @@ fn no_occasion(row: Row) -> &'static str {
     let places = row.about().places;
     let seen_here = |place: &Place| matches!(place, Place::Pty | Place::Margin);
     match places {
-        [] => "it is the user's business and never judged",
-        [Place::Ask] => "needs --ask: somebody who operates the master",
-        places if places.iter().any(seen_here) => "there was no occasion to see it",
+        [] => "the user is responsible for it; it is never judged",
+        [Place::Ask] => "needs --ask: a command that operates the master",
+        places if places.iter().any(seen_here) => "no telegram gave an occasion to judge it",
         [Place::Serial] => "needs a real line that shows parity and pauses",
         [Place::Virtual] => "needs virtual time: the library function in a Rust test",
         [..] => "needs a real line or virtual time: no bit times are seen on this link",

@@ -185,8 +185,7 @@ impl Judge {
         let Some(begun) = played.steps.get_mut(step) else { return };
         if !done {
             begun.check = None;
-            let reason =
-                format!("the command of --ask could not do: {}", begun.ask.clone().unwrap_or_default());
+            let reason = format!("the command of --ask failed: {}", begun.ask.clone().unwrap_or_default());
             for row in &played.rows {
                 self.observer.findings.default_obstacle(*row, &reason);
             }

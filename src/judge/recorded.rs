@@ -50,7 +50,7 @@ impl Recording {
     }
 }
 
-const NOT_PROVOKED: &str = "the recording gives no occasion to see it";
+const NOT_PROVOKED: &str = "the capture gives no occasion to judge it";
 
 /// Requests and tokens are of a master; octets that are no telegram could be of anybody, and prove nothing.
 fn is_of_master(octets: &[u8]) -> bool {

@@ -67,7 +67,7 @@ impl Group {
             Self::Diagnosis => "Diagnosis",
             Self::Modes => "Operating modes, Global_Control",
             Self::SyncFreeze => "Sync, Freeze",
-            Self::Loss => "Slave lost, back, reset, taken",
+            Self::Loss => "Slave lost, returned, reset, taken by another master",
             Self::BadReplies => "Bad replies",
             Self::Several => "Several slaves",
             Self::SecondMaster => "Second master",
@@ -136,11 +136,11 @@ rows! {
     F06 "M-F06" Framing 1 B [Pty]
         "SAPs: 62 to 60, 61, 62, 59, 58 (55, 56, 57 optional); both extension bits; Data_Exchange has none"
     F07 "M-F07" Framing 2 B [Pty]
-        "no PDU: SD1 (LE = 3 does not exist); 8-octet PDU: SD2 or SD3, both fine"
+        "no PDU: SD1 (LE = 3 does not exist); 8-octet PDU: SD2 or SD3, both are right"
     F08 "M-F08" Framing 1 B [Pty]
         "PDU at most 246 octets with SAPs, 244 user octets"
     F09 "M-F09" Framing 1 B [Serial, Virtual]
-        "characters of a telegram back to back"
+        "no pause between the characters of a telegram"
     F10 "M-F10" Framing 1 B [Serial]
         "even parity, one stop bit, rate within 0.3 %"
     F11 "M-F11" Framing 2 A [Pty, Serial]
@@ -178,7 +178,7 @@ rows! {
     K07 "M-K07" Token 1 B [Serial, Virtual]
         "before it sends anything a master listens for T_TO = T_SL (6 + 2 address)"
     K08 "M-K08" Token 1 A [Virtual]
-        "T_TH: data traffic and GAP do not block each other for ever"
+        "T_TH: data traffic and GAP do not block each other permanently"
     C01 "M-C01" FrameCount 1 A [Pty]
         "the first request to a station: FCV = 0, FCB = 1"
     C02 "M-C02" FrameCount 1 A [Pty]
@@ -204,7 +204,7 @@ rows! {
     C12 "M-C12" FrameCount 1 A [Pty]
         "a corrupt reply is answered with a retry, like a missing one"
     U01 "M-U01" StartUp 1 A [Pty]
-        "Slave_Diag answered before Set_Prm (otherwise Master_Lock goes unseen)"
+        "Slave_Diag answered before Set_Prm (otherwise the master does not see Master_Lock)"
     U02 "M-U02" StartUp 1 B [Pty]
         "Chk_Cfg only after an acknowledged Set_Prm"
     U03 "M-U03" StartUp 1 B [Pty]
@@ -212,9 +212,9 @@ rows! {
     U04 "M-U04" StartUp 1 B [Pty]
         "Slave_Diag answered between Chk_Cfg and the first Data_Exchange (SC says nothing about acceptance)"
     U05 "M-U05" StartUp 1 B [Pty]
-        "Station_Not_Ready: Slave_Diag again and again, no Data_Exchange"
+        "Station_Not_Ready: Slave_Diag is repeated, no Data_Exchange"
     U06 "M-U06" StartUp 2 B [Pty, Virtual]
-        "patience: no new Set_Prm only because the slave is not ready yet (up to seconds)"
+        "the master waits: no new Set_Prm only because the slave is not ready yet (up to some seconds)"
     U07 "M-U07" StartUp 2 U [Pty]
         "ident number in the diagnosis differs: no Data_Exchange, error to the user"
     U08 "M-U08" StartUp 1 B [Pty]
@@ -258,7 +258,7 @@ rows! {
     G02 "M-G02" Contents 1 B [Pty]
         "Data_Exchange lengths are those of the identifiers sent"
     G03 "M-G03" Contents 2 A [Pty]
-        "the master copes with special formats, 244 octets of configuration"
+        "special formats and 244 octets of configuration work"
     X01 "M-X01" DataExchange 1 B [Pty]
         "exactly the configured number of output octets (exception: M-O06)"
     X02 "M-X02" DataExchange 2 B [Pty]
@@ -266,7 +266,7 @@ rows! {
     X03 "M-X03" DataExchange 1 B [Pty]
         "every slave in data exchange is polled in every cycle as long as nothing is wrong"
     X04 "M-X04" DataExchange 1 A [Ask]
-        "the outputs are the user's, of this slave, of one moment"
+        "the outputs are those of the user, for this slave, all of the same time"
     X05 "M-X05" DataExchange 1 B [Pty]
         "input-only slave: SRD without PDU (SD1)"
     X06 "M-X06" DataExchange 1 B [Pty]
@@ -284,19 +284,19 @@ rows! {
     D03 "M-D03" Diagnosis 1 B [Pty]
         "Stat_Diag: the diagnosis is read until the bit is cleared; before the first Data_Exchange that means waiting"
     D04 "M-D04" Diagnosis 1 B [Pty]
-        "Prm_Fault: no Data_Exchange, start again (at any pace above once in some seconds)"
+        "Prm_Fault: no Data_Exchange, start again, at least every few seconds"
     D05 "M-D05" Diagnosis 1 B [Pty]
         "Cfg_Fault: the same"
     D06 "M-D06" Diagnosis 1 B [Pty]
         "a diagnosis without faults is no reason to restart: Data_Exchange goes on"
     D07 "M-D07" Diagnosis 1 B [Pty]
-        "Master_Add neither 255 nor own (the requester derives Master_Lock): no Set_Prm with lock, no Chk_Cfg, no Data_Exchange; look again later"
+        "Master_Add neither 255 nor own (the requester derives Master_Lock): no Set_Prm with lock, no Chk_Cfg, no Data_Exchange; read the diagnosis again later"
     D08 "M-D08" Diagnosis 1 B [Pty]
         "diagnosis up to 244 octets"
     D09 "M-D09" Diagnosis 2 B [Pty]
-        "Ext_Diag_Overflow: taken; the master sets it itself when its buffer is too small"
+        "Ext_Diag_Overflow: accepted; the master sets it itself when its buffer is too small"
     D10 "M-D10" Diagnosis 2 B [Pty]
-        "Not_Supported: told to the user; no endless restart"
+        "Not_Supported: reported to the user; no endless restart"
     D11 "M-D11" Diagnosis 2 C [Pty]
         "data-less DH (SD1 0x0A) of a slave without inputs counts as DH"
     D12 "M-D12" Diagnosis 1 B [Pty]
@@ -304,11 +304,11 @@ rows! {
     D13 "M-D13" Diagnosis 2 C [Pty]
         "'fault gone' (DH with Ext_Diag = 0) is fetched as well"
     D14 "M-D14" Diagnosis 2 B [Pty]
-        "DH in every reply: data exchange still gets a fair share, other slaves are untouched"
+        "DH in every reply: data exchange goes on between the diagnoses, other slaves are not affected"
     D15 "M-D15" Diagnosis 1 U [Pty]
         "Station_Not_Ready or Master_Add = 255 in a diagnosis during data exchange: start again"
     D16 "M-D16" Diagnosis 1 B [Pty]
-        "master-only bits in a slave's diagnosis (1.0, 1.5, 1.7, 2.7) do not confuse: taken as zero or as an invalid reply"
+        "master-only bits in a slave's diagnosis (1.0, 1.5, 1.7, 2.7) have no effect: taken as zero or as an invalid reply"
     O01 "M-O01" Modes 1 B [Pty]
         "OPERATE is announced by Global_Control without Clear_Data, then cyclically (Data_Control_Time, or three watchdog times)"
     O02 "M-O02" Modes 1 B [Ask]
@@ -340,21 +340,21 @@ rows! {
     S03 "M-S03" SyncFreeze 2 B [Ask]
         "the cyclic Operate Global_Control does not undo a mode (00 = no action)"
     S04 "M-S04" SyncFreeze 3 A []
-        "Min_Slave_Interval between Global_Control and the next request is the user's business"
+        "Min_Slave_Interval between Global_Control and the next request is the responsibility of the user"
     L01 "M-L01" Loss 1 A [Pty]
-        "a silent slave leaves data exchange after its retries; then Slave_Diag (or FDL status) only. Exception: a master told to 'stay in data exchange'"
+        "a silent slave leaves data exchange after its retries; then Slave_Diag (or FDL status) only. Exception: a master that is configured to stay in data exchange"
     L02 "M-L02" Loss 1 A [Pty]
         "a slave that comes back unparameterised gets the full start-up"
     L03 "M-L03" Loss 1 B [Pty]
         "a slave that lost its state without silence (answers RS): Slave_Diag, then start-up"
     L04 "M-L04" Loss 1 A [Pty]
-        "the other slaves notice nothing but time"
+        "the other slaves are not affected, except that the cycle takes longer"
     L05 "M-L05" Loss 1 B [Pty]
-        "a slave taken by another master (RS, Master_Add = other) is left alone and watched"
+        "a slave taken by another master (RS, Master_Add = other) is not taken back; its diagnosis is read again later"
     L06 "M-L06" Loss 2 A [Pty, Virtual]
-        "a lost slave is asked again at least every few seconds, for ever"
+        "a lost slave is asked again at least every few seconds, without end"
     L07 "M-L07" Loss 1 A [Pty]
-        "slave back with its state kept (cable): start-up or data exchange, both fine; FCB as M-C07"
+        "slave back with its state kept (cable): start-up or data exchange, both are right; FCB as M-C07"
     L08 "M-L08" Loss 1 A [Pty]
         "one lost reply is no reason for a new start-up"
     L09 "M-L09" Loss 2 A [Pty]
@@ -396,7 +396,7 @@ rows! {
     I01 "M-I01" Several 1 A [Margin, Virtual]
         "between two requests to one slave at least Min_Slave_Interval, for every function except Global_Control; retries and FDL status (no DP function) excepted"
     I02 "M-I02" Several 1 A [Pty]
-        "a dead slave does not stop the others"
+        "a silent slave does not stop the others"
     I03 "M-I03" Several 2 A [Margin, Virtual]
         "it costs one slot time per attempt (loss itself: 1 + retries)"
     I04 "M-I04" Several 2 B [Pty]
@@ -406,7 +406,7 @@ rows! {
     I06 "M-I06" Several 2 U [Pty, Virtual]
         "32 slaves; 125 where claimed; sum of cycle times as computed in the reference 1.1"
     I07 "M-I07" Several 2 B [Margin, Virtual]
-        "half of the slaves dead: cycle grows by at most one T_SL each, watchdogs of the living survive"
+        "half of the slaves silent: the cycle grows by at most one T_SL for each, the watchdogs of the others do not expire"
     R01 "M-R01" SecondMaster 1 A [Pty]
         "without the token it answers FDL status requests with station type master (1, 2 or 3)"
     R02 "M-R02" SecondMaster 1 A [Pty]
@@ -414,7 +414,7 @@ rows! {
     R03 "M-R03" SecondMaster 1 A [Pty]
         "after passing the token: silence until it comes back"
     R04 "M-R04" SecondMaster 1 B [Pty]
-        "a token nobody takes is passed again (twice more), then the station is dropped and the next one, or itself, gets it"
+        "a token that no station takes is passed again (twice more), then the station is dropped and the next one, or itself, gets it"
     R05 "M-R05" SecondMaster 1 C [Virtual]
         "a token from an unknown predecessor is taken at the second attempt only"
     R06 "M-R06" SecondMaster 1 C [Virtual]
@@ -424,7 +424,7 @@ rows! {
     R08 "M-R08" SecondMaster 1 A [Virtual]
         "the token is given back within the target rotation time; one high-priority cycle is always allowed"
     R09 "M-R09" SecondMaster 2 B [Pty]
-        "a class-2 master's requests to its slaves (Slave_Diag, RD_Inp) disturb nothing"
+        "a class-2 master's requests to its slaves (Slave_Diag, RD_Inp) have no effect on its operation"
     R10 "M-R10" SecondMaster 2 A [Virtual]
         "LAS built by listening to two rotations before 'ready'"
     B01 "M-B01" Rates 2 B [Serial, Virtual]
@@ -434,9 +434,9 @@ rows! {
     B03 "M-B03" Rates 1 A [Pty]
         "watchdog independent of the rate"
     B04 "M-B04" Rates 3 C [Pty]
-        "the master copes with a slave still searching its rate: about 10 unanswered requests"
+        "a slave that still searches for the rate (about 10 unanswered requests) is started"
     Z01 "M-Z01" Stop 2 U [Ask]
-        "orderly stop: Set_Prm with Unlock_Req (Lock = 0) to each slave it owns, so that another master need not wait for the watchdog"
+        "stop by command: Set_Prm with Unlock_Req (Lock = 0) to each slave it owns, so that another master does not wait for the watchdog"
     Z02 "M-Z02" Stop 1 B [Ask]
         "after STOP no request to any slave; token and FDL status may go on"
     Z03 "M-Z03" Stop 2 B [Ask]
@@ -444,7 +444,7 @@ rows! {
     Z04 "M-Z04" Stop 1 A [Ask]
         "after STOP or power cycle: complete start-up, FCV = 0, FCB = 1"
     Z05 "M-Z05" Stop 1 B [Pty]
-        "power off at any octet leaves no half telegram repeated, nothing sent by itself"
+        "power off at any octet: no part of the telegram is sent later, nothing is sent without a command"
     Z06 "M-Z06" Stop 2 B [Pty]
         "a second start while its slaves still run with the old watchdog works at once"
 }

@@ -120,7 +120,7 @@ pub enum Need {
 
 /// A scenario names a station that is not there.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("station {station} is not one of those that are there: {}", listed(there))]
+#[error("station {station} is not one of those that are present: {}", listed(there))]
 pub struct MissingStation {
     /// The station.
     pub station: Address,
@@ -155,7 +155,7 @@ impl Scenario {
             return Some(match self.station {
                 Which::OutputsOnly => "needs a station with outputs only",
                 Which::EightInputs => "needs a station with eight octets of inputs",
-                Which::Any | Which::Last | Which::At(_) => "needs a station that is there",
+                Which::Any | Which::Last | Which::At(_) => "needs a station that is present",
             });
         };
         let inputs = subject.lengths().is_none_or(|lengths| lengths.inputs > 0);

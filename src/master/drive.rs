@@ -42,7 +42,7 @@ pub enum DriveError {
     #[error(transparent)]
     Goal(#[from] GoalError),
     /// The drive sent a reply of another kind.
-    #[error("the drive answered {job} with something else: {reply:?}")]
+    #[error("the drive answered {job} with another reply: {reply:?}")]
     OtherReply {
         /// The job.
         job: Job,

@@ -36,21 +36,21 @@ pub enum SessionError {
     /// Nobody answers at the drive's address.
     #[error(
         "no answer from station {address}; check that it is switched on, its address (DIP switches), the cable and \
-         the rate, or look who is there with 'scan'"
+         the rate, or search the line with 'scan'"
     )]
     NoAnswer {
         /// The address asked.
         address: Address,
     },
     /// A master answers at the drive's address.
-    #[error("station {address} is a master, not a drive; look for the drive with 'scan'")]
+    #[error("station {address} is a master, not a drive; search for the drive with 'scan'")]
     Master {
         /// The address asked.
         address: Address,
     },
     /// What answers has no diagnosis.
     #[error(
-        "station {address} answers, but is no DP slave: it refuses Slave_Diag; look for the drive with 'scan'"
+        "station {address} answers, but is no DP slave: it refuses Slave_Diag; search for the drive with 'scan'"
     )]
     NoSlave {
         /// The address asked.
@@ -109,7 +109,7 @@ pub enum SessionError {
         waited: Duration,
     },
     /// Nothing can be exchanged with a drive that was not taken over.
-    #[error("no drive was taken over: Session::start comes first")]
+    #[error("no drive was taken over: call Session::start first")]
     NotStarted,
     /// The drive no longer answers.
     #[error("lost the connection: drive {address} no longer answers")]

@@ -182,7 +182,7 @@ mod tests {
         let limit = Duration::from_nanos(7);
         assert_eq!(line.run_until(limit, |_| false), Err(TimedOut { limit }));
         assert_eq!(line.now(), Instant::from_nanos(1_234_574));
-        assert_eq!(TimedOut { limit }.to_string(), "waited 7ns in vain");
+        assert_eq!(TimedOut { limit }.to_string(), "not within 7ns");
     }
 
     #[test]

@@ -79,7 +79,7 @@ enum StationKind {
 /// A fault on the line.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub(super) struct FaultState {
-    /// By which it is removed.
+    /// Its number, with which it is removed.
     pub(super) number: u32,
     /// As on the command line, `emulate --fault`.
     pub(super) fault: String,
@@ -102,7 +102,7 @@ pub(super) struct NewFault {
     fault: String,
 }
 
-/// All faults there shall be.
+/// All faults that are to act.
 #[derive(Clone, Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct NewFaults {
@@ -123,7 +123,7 @@ pub(super) async fn faults(State(asking): State<Asking>) -> Result<Json<FaultLis
     asking.ask(|bench| Ok(Json(FaultList::of(line(bench)?)))).await?
 }
 
-/// Puts a fault on the line, behind those that are there
+/// Adds a fault to the line
 #[utoipa::path(post, path = "/api/v1/bus/faults", tag = "bus", request_body = NewFault,
     responses((status = 201, body = FaultState), Problems))]
 pub(super) async fn add_fault(
@@ -175,7 +175,7 @@ pub(super) async fn replace_faults(
         .await?
 }
 
-/// Takes all faults off the line
+/// Removes all faults of the line
 #[utoipa::path(delete, path = "/api/v1/bus/faults", tag = "bus", responses((status = 204), Problems))]
 pub(super) async fn clear_faults(State(asking): State<Asking>) -> Result<StatusCode, Problem> {
     asking
@@ -201,7 +201,7 @@ impl OfFault {
     }
 }
 
-/// Takes one fault off the line
+/// Removes one fault of the line
 #[utoipa::path(delete, path = "/api/v1/bus/faults/{number}", tag = "bus", params(("number" = u32, Path)),
     responses((status = 204), Problems))]
 pub(super) async fn remove_fault(

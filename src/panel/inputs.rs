@@ -72,11 +72,11 @@ pub(super) struct InputsChange {
     #[serde(default, deserialize_with = "not_null")]
     #[schema(value_type = f64, required = false, minimum = -50, maximum = 200)]
     ambient_temperature_celsius: Option<f64>,
-    /// `null` gives it back to the plant.
+    /// `null`: it is calculated from the plant again.
     #[serde(default, deserialize_with = "given")]
     #[schema(value_type = Option<f64>, minimum = -50, maximum = 200)]
     stage_temperature_celsius: Option<Option<f64>>,
-    /// `null` gives it back to the plant.
+    /// `null`: it is calculated from the plant again.
     #[serde(default, deserialize_with = "given")]
     #[schema(value_type = Option<f64>, minimum = 0, maximum = 100)]
     dc_link_volts: Option<Option<f64>>,
@@ -345,8 +345,8 @@ fn not_null<'de, T: Deserialize<'de>, D: serde::Deserializer<'de>>(
     let value = Option::deserialize(deserializer)?;
     value.map(Some).ok_or_else(|| {
         D::Error::custom(
-            "null is no value of this input; leave it out to keep it as it is. Only stage_temperature_celsius and \
-             dc_link_volts can be null, which gives them back to the plant",
+            "null is not possible for this input; leave it out to keep its value. Only stage_temperature_celsius and \
+             dc_link_volts can be null: they are calculated again",
         )
     })
 }

@@ -95,7 +95,7 @@ pub(super) struct ParameterValue {
     /// The value with its unit, or what it stands for.
     text: String,
     unit: String,
-    /// Always `bench`: read and written past the bus. No master sees a reply to it.
+    /// Always `bench`: read and written, not over the bus. No master sees a reply to it.
     source: Source,
 }
 
@@ -130,7 +130,7 @@ pub(super) async fn list(
     Ok(Json(Parameters { parameters }))
 }
 
-/// Reads a parameter past the bus
+/// Reads a parameter, not over the bus
 #[utoipa::path(get, path = "/api/v1/drives/{address}/parameters/{pnu}", tag = "parameters",
     params(("address" = u8, Path, maximum = 126), ("pnu" = u16, Path, maximum = 2047), ("subindex" = Option<u8>, Query, maximum = 255, description = "Element of an array, from 0")),
     responses((status = 200, body = ParameterValue), Problems))]
@@ -145,7 +145,7 @@ pub(super) async fn read(
     ParameterValue::read(&snapshot.device, pnu, subindex).map(Json)
 }
 
-/// Writes a parameter past the bus
+/// Writes a parameter, not over the bus
 ///
 /// By the rules of the bus (range, operating state), but without a PKW job: no master sees it, and nothing waits for the
 /// EEPROM. The PKW dialogue of the master is in the state of the drive and in the stream.

@@ -87,15 +87,11 @@ pub(super) enum Problems {
     BadRequest(Problem),
     #[response(
         status = 403,
-        description = "Another web site, or a foreign name in Host",
+        description = "A request of another web site, or another name in Host",
         content_type = "application/problem+json"
     )]
     Forbidden(Problem),
-    #[response(
-        status = 404,
-        description = "There is no such thing",
-        content_type = "application/problem+json"
-    )]
+    #[response(status = 404, description = "It does not exist", content_type = "application/problem+json")]
     NotFound(Problem),
     #[response(
         status = 408,
@@ -105,7 +101,7 @@ pub(super) enum Problems {
     Timeout(Problem),
     #[response(
         status = 409,
-        description = "Not in the present state",
+        description = "Not possible in the present state",
         content_type = "application/problem+json"
     )]
     Conflict(Problem),
@@ -125,7 +121,7 @@ pub(super) enum Problems {
     Value(Problem),
     #[response(
         status = 503,
-        description = "The bus has ended, or has no time",
+        description = "The bus has ended, or does not answer in time",
         content_type = "application/problem+json"
     )]
     Unavailable(Problem),

@@ -84,7 +84,7 @@ pub(super) struct DriveState {
     measured: Measured,
     warnings: Warnings,
     faults: Faults,
-    /// What stands against a start now.
+    /// The reasons why a start is not possible now.
     start: Start,
     /// The newest request of the master that the drive refused, and why.
     pub(super) last_refusal: Option<LastRefusal>,

@@ -6,7 +6,7 @@
 //!                      ▼                          OFF1 at standstill
 //!        S1 switching on inhibited      ┌──────────────────────────────┐
 //!                      │ OFF1           ▼                              │
-//!                      └───▶ S2 ready to switch on                     │
+//!                      └───▶ S2 ready for switching on                 │
 //!                                       │ ON  ▲ OFF1                   │
 //!                                       ▼     │                        │
 //!                            S3 ready ◀───────────┐                    │
@@ -114,9 +114,9 @@ impl fmt::Display for State {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::SwitchingOnInhibited => "switching on inhibited",
-            Self::ReadyToSwitchOn => "ready to switch on",
-            Self::Ready => "ready",
-            Self::Operation => "operation",
+            Self::ReadyToSwitchOn => "ready for switching on",
+            Self::Ready => "switched on",
+            Self::Operation => "operation enabled",
             Self::SwitchingOff(Off::Off1) => "switching off, OFF1",
             Self::SwitchingOff(Off::Off3) => "switching off, OFF3",
             Self::Fault => "fault",

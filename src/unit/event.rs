@@ -62,7 +62,7 @@ pub enum Event {
 pub enum Writer {
     /// The master of the bus.
     Bus,
-    /// Somebody past the bus: a panel, a program.
+    /// The panel or a program, not over the bus.
     Host,
 }
 
@@ -104,7 +104,7 @@ impl fmt::Display for Event {
                 let what = if *undone { ", what was written last is undone" } else { "" };
                 write!(f, "the EEPROM could not be written{what}")
             }
-            Self::Input(change) => write!(f, "outside: {change}"),
+            Self::Input(change) => write!(f, "set from outside: {change}"),
             Self::SwitchesSet(switches) => {
                 write!(f, "DIP switches set to {switches} (SW1 to SW10), read when it is switched on next")
             }
@@ -152,7 +152,7 @@ fn written(
     }
     f.write_str(match by {
         Writer::Bus => ", by the master",
-        Writer::Host => ", past the bus",
+        Writer::Host => ", not over the bus",
     })
 }
 

@@ -40,7 +40,7 @@ test("live regions are silent during a travel, and speak once of a refusal and o
 
     await page.getByRole("button", { name: "Provoke fault D:" }).click();
     await until("the fault", () => announced(page, "alert"), (said) => said === "Drive 5: fault D (output stage too hot)");
-    await text(page, "#faults .steps", "Take its cause back");
+    await text(page, "#faults .steps", "Remove its cause");
     await master.travel(5, 0);
     await until("the refusal", () => announced(page, "status"), (said) => said.includes("travel to 0 inc refused: fault D"));
     // As a screen reader has it: roles and texts.
@@ -59,17 +59,17 @@ test("the banner of a fault tells its cause, whether that persists, and the way 
     await master.enable(5);
     const provoke = page.getByRole("button", { name: "Provoke fault D:" });
     await provoke.click();
-    await text(page, "#why-title", "Fault D (output stage too hot). Its cause is still there.");
-    await text(page, "#why-way", "Way out: take its cause away. Then the master acknowledges with STW.7 from 0 to 1");
+    await text(page, "#why-title", "Fault D (output stage too hot). Its cause is still present.");
+    await text(page, "#why-way", "Next: remove its cause. Then the master acknowledges with STW.7 from 0 to 1");
     assert.equal(await page.locator("#why").getAttribute("data-kind"), "fault");
     await page.locator("[aria-label^='Provoke fault D:'][aria-pressed=true]").waitFor();
     await provoke.click();
     await text(page, "#why-title", "Fault D (output stage too hot). Its cause is gone.");
-    await text(page, "#why-way", /Way out: send STW [0-9A-F]{4}, then/);
+    await text(page, "#why-way", /Next: send STW [0-9A-F]{4}, then/);
     // The way that is shown is one: what it says is sent, word by word.
     const words = (await page.locator("#why-way").textContent()).match(/\b[0-9A-F]{4}\b/g);
     for (const word of words) await master.command(5, parseInt(word, 16));
-    await text(page, "#why-title", /^(Ready|Under way)/);
+    await text(page, "#why-title", /^(Ready|Active)/);
     await text(page, "#why-way", /^$/);
   });
 });

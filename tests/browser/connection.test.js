@@ -62,7 +62,7 @@ test("at an address without a drive nothing of another drive is shown", async ()
       await page.evaluate((address) => (location.hash = `#drive/${address}`), address);
       await text(page, "#drive-title", `Drive ${address}`);
       await text(page, "#why-title", said);
-      await text(page, "#drive-state", "not there");
+      await text(page, "#drive-state", "not present");
       await text(page, "#drive-dp", /^$/);
       assert.ok(!(await page.locator("#values").isVisible()));
       assert.ok(!(await page.locator(".device").isVisible()));

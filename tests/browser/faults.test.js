@@ -47,7 +47,7 @@ test("each fault A to G and J is provoked, seen, taken back and acknowledged", a
       await page.locator("[data-lamp=status][data-lit=true]").waitFor();
       await page.locator("[data-lamp=status][data-lit=false]").waitFor();
       await text(page, "#why-reasons", "is not acknowledged");
-      await text(page, "#faults .steps", "Take its cause back, then let the master acknowledge");
+      await text(page, "#faults .steps", "Remove its cause, then let the master acknowledge");
       seen.unshift(code);
       if (seen.length === 1) await text(page, "#faults", "1 fault counted");
       await text(page, "#faults .buffer", seen.join(""));

@@ -56,7 +56,7 @@ test("an AG03/1 shows its words, PDOs and dictionary, why it does not move, and 
     await text(page, "#faults table", "4310h");
     await page.locator("#faults [data-fault=D][aria-pressed=true]").waitFor();
     await text(page, "#face .leds", "status green: blinks 4 times");
-    await page.getByRole("button", { name: "All as it should be" }).click();
+    await page.getByRole("button", { name: "Set all to normal" }).click();
     await page.locator("#faults [data-fault=D][aria-pressed=false]").waitFor();
     await page.locator("#log-lines li[data-kind=fault]", { hasText: "EMCY 4310h" }).waitFor();
 
@@ -102,7 +102,7 @@ test("the five-digit panel of an ASDA-A2, its alarm and the blocked shaft", asyn
     await text(page, "#log-lines", "7305h");
     await page.getByLabel("the shaft cannot turn").check();
     await text(page, "#why-reasons", "the shaft is blocked");
-    await page.getByRole("button", { name: "All as it should be" }).click();
+    await page.getByRole("button", { name: "Set all to normal" }).click();
     await page.locator("#surroundings [data-input=blocked] input:not(:checked)").waitFor();
   });
 });
@@ -116,7 +116,7 @@ test("the bus has its counters, faults on purpose, and nodes that come and go", 
     await page.locator("#line-faults button[type=submit]").click();
     await text(page, "#line-faults li", "sdo-lost,count=3,node=6");
     await text(page, "#line-faults li", "injected 0 times");
-    await page.getByRole("button", { name: "Take all off" }).click();
+    await page.getByRole("button", { name: "Remove all" }).click();
     await text(page, "#line-faults", "None.");
 
     await page.locator("#stations input").fill("9");

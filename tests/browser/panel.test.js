@@ -48,7 +48,7 @@ test("a travel is seen in the numbers, in the words and drawn", async () => {
     assert.ok(before.height < 10, `a shaft that stands is a level line, got ${before.height} pixels`);
     await master.travel(5, 3200);
     await text(page, "#drive-state", "travel job active");
-    await text(page, "#why-title", "Under way");
+    await text(page, "#why-title", "Active");
     // Bit 4 of the system status word, and the number of rpm, of one and the same state.
     const travelling = () => page.evaluate(() => [document.querySelectorAll("#ssw li")[4].dataset.set, document.querySelector('[data-value="Speed"] dd span').textContent]);
     await until("speed", travelling, ([bit, speed]) => bit === "true" && Number(speed) === 30);
@@ -108,7 +108,7 @@ test("a supply that is flipped takes the torque away, and the page says why", as
     await text(page, "#drive-state", "not ready");
     await page.locator("[data-lamp=status][data-lit=false]").waitFor();
     await master.until(5, "ZSW.0 = 0", (station) => !station.bit(0));
-    await page.getByRole("button", { name: "All as it should be" }).click();
+    await page.getByRole("button", { name: "Set all to normal" }).click();
     await page.locator("[data-lamp=status][data-lit=true]").waitFor();
     await master.until(5, "operation enabled", (station) => station.bit(2));
     await text(page, "#why-title", READY);
@@ -243,7 +243,7 @@ test("in velocity mode the setpoint is drawn beside the speed", async () => {
     await master.command(5, 0x000b, 0);
     await master.until(5, "operation enabled", (station) => station.bit(2));
     await master.command(5, 0x004b, 60);
-    await text(page, "#why-title", "Under way: the setpoint is released");
+    await text(page, "#why-title", "Active: the setpoint is released");
     await text(page, ".readout", /rpm\s\(setpoint\s60\)/);
   });
 });
@@ -267,7 +267,7 @@ test("the keys turn the shaft as long as they are held, with the mouse and with 
     await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
     await page.mouse.down();
     await text(page, "#drive-state", "inching by key");
-    await text(page, "#why-title", "Under way: a key turns the shaft");
+    await text(page, "#why-title", "Active: a key turns the shaft");
     assert.equal(await page.locator("#why-reasons li").count(), 0);
     const position = await until("position", () => value(page, "Position"), (position) => position < -100);
     await page.mouse.up();

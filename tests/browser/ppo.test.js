@@ -20,11 +20,11 @@ test("words, values, faults, the parameter channel and the table are shown, and 
   await onStage({ drives: ["--ppo-drive", `7,parameters=${TABLE}`], addresses: [station], page: { view: "" } }, async ({ page, master }) => {
     await master.exchanging(7);
     await text(page, "#ppo-title", "Drive 7: PPO 1");
-    await text(page, "#ppo-state", "ready to switch on");
+    await text(page, "#ppo-state", "ready for switching on");
     await text(page, "#ppo-why", "OFF1: set STW bit 0 (ON)");
     station.sent = outputs(0x047f, 0x2000, [0x10, 0x02]);
-    await text(page, "#ppo-state", "operation");
-    await text(page, "#ppo-why-title", "Nothing stands against turning");
+    await text(page, "#ppo-state", "operation enabled");
+    await text(page, "#ppo-why-title", "Ready to turn");
     await page.locator("#ppo-values", { hasText: "50.0 %" }).waitFor();
     await page.locator("#ppo-pkw", { hasText: "PNU 2 ramp-up time, value 20" }).waitFor();
     await page.locator("#ppo-parameters tr", { hasText: "ramp-up time" }).getByText("20 (2)").waitFor();

@@ -71,7 +71,7 @@ test("outputs are seen, inputs are forced, and a diagnosis is raised in the text
 test("a refused configuration is told with module, octet, expected and got", async () => {
   const station = new PlainStation(7, { ...MODULES, cfg: [0x10, 0x21] });
   await onStage(stage({ addresses: [station] }), async ({ page }) => {
-    await text(page, "#station-refusal", "Chk_Cfg octet 2: 0x21: slot 2: no module begins so; expected '8 DI', '8 DO', '2 AI', '2 AO'");
+    await text(page, "#station-refusal", "Chk_Cfg octet 2: 0x21: slot 2: no module begins with this; expected '8 DI', '8 DO', '2 AI', '2 AO'");
     await text(page, "#station-state", "no master exchanges data");
   });
 });

@@ -223,10 +223,10 @@ fn what_cannot_be_captured_to_is_said_in_one_line() {
     let _master = first.master();
     let no_such = folder.path().join("no/such.pcapng");
     for (file, expected) in [
-        (folder.path(), "it is no regular file; name one"),
+        (folder.path(), "it is no regular file; name a regular file"),
         (&no_such, "No such file or directory"),
         (&path, "another running emulator does; choose another file"),
-        (Path::new("/dev/full"), "it is no regular file; name one"),
+        (Path::new("/dev/full"), "it is no regular file; name a regular file"),
     ] {
         let mut emulator = Emulator::start(file, &["-q"]);
         let said = emulator.complaint();

@@ -294,7 +294,7 @@ fn the_mistakes_of_public_texts_are_explained_as_wrong_and_not_built_without_for
             "33E8 0000 0000 0064",
             "the parameter is a word, got a double word; use job 2, write word: PKE 23E8",
         ),
-        ("13BB 0000 0000 0000", "3BBh is 955; a widespread text means PNU 947 by it, which is 3B3h"),
+        ("13BB 0000 0000 0000", "3BBh is 955; some documents write it for PNU 947, which is 3B3h"),
         ("1BFA 0000 0000 0000", "bit 11 is the toggle bit of spontaneous messages (SPM)"),
         ("73B1 0300 0000 0000", "Job 7 writes; to read an element use job 6"),
         ("AC1A 0000 0000 0001", "which would be AA1A (538 = 21Ah)"),
@@ -315,7 +315,7 @@ fn the_mistakes_of_public_texts_are_explained_as_wrong_and_not_built_without_for
     for (what, says) in [
         (
             "pkw write a-Pos 101",
-            "the value must be within 1 to 100, got 101 % of 4 rev/s^2; --force builds it anyway",
+            "the value must be within 1 to 100, got 101 % of 4 rev/s^2; --force builds it nevertheless",
         ),
         ("pkw read 999", "there is no parameter 999; near it are 1000 Controller parameter P"),
         ("pkw read v-Poss", "there is no parameter 'v-Poss'; close to it are 1004 v-Pos"),
@@ -339,10 +339,10 @@ fn the_mistakes_of_public_texts_are_explained_as_wrong_and_not_built_without_for
         ("telegram set-prm --watchdog 5", "a watchdog of 5 ms is too short; the shortest is 10 ms"),
         ("telegram set-slave-add 9", "an AG03 refuses it with RS: its address is set with switches"),
         ("telegram set-slave-add 9 --ident 1234", "an AG03 refuses it with RS"),
-        ("telegram fdl-status --address 127", "this request wants a reply, which no station gives"),
-        ("telegram diag --address 127", "this request wants a reply, which no station gives"),
-        ("telegram data-exchange --address 127", "this request wants a reply, which no station gives"),
-        ("telegram diag --address 2 --master 2", "station 2 sends it to itself: no other takes it"),
+        ("telegram fdl-status --address 127", "this request needs a reply, and no station replies"),
+        ("telegram diag --address 127", "this request needs a reply, and no station replies"),
+        ("telegram data-exchange --address 127", "this request needs a reply, and no station replies"),
+        ("telegram diag --address 2 --master 2", "station 2 sends it to itself: no other station accepts it"),
         ("telegram diag --master 127", "127 means all stations; no station has this address"),
         ("stw enabel", "'enabel' is no state, bit or word of four digits"),
         ("telegram diag --fcs 00", "frame check sequence is 0x00, expected 0xEE"),
@@ -469,7 +469,7 @@ fn each_telegram_of_a_live_stream_is_told_before_the_next_comes() {
     for line in 1..=3 {
         stdin.write_all(b"10 05 02 49 50 16\n").unwrap();
         stdin.flush().unwrap();
-        let expected = format!("{line}: 2 -> 5  FDL status: who is there?");
+        let expected = format!("{line}: 2 -> 5  FDL status request");
         assert_eq!(told.next().unwrap().unwrap(), expected);
     }
     drop(stdin);

@@ -451,7 +451,7 @@ fn a_lost_line_is_said_and_so_is_what_the_drive_does_then() {
         (
             &["jog", "+", "--yes"],
             "turning; Ctrl-C",
-            "its watchdog releases the motor within 30s, and it runs out",
+            "its watchdog releases the motor within 30s, and the shaft coasts",
         ),
     ] {
         let mut emulator = Emulator::start("tcp:127.0.0.1:0", &[]);
@@ -485,7 +485,10 @@ fn interrupted_restore(signal: &str) {
     restore.signal(signal);
     let (code, stdout, stderr) = restore.end();
     assert_eq!(code, Some(1), "{stderr}");
-    assert!(stderr.contains("profidrive: interrupted: ") && stderr.contains("of 6 differing"), "{stderr}");
+    assert!(
+        stderr.contains("profidrive: interrupted: ") && stderr.contains("of 6 parameters that differ"),
+        "{stderr}"
+    );
     let written = stdout.lines().filter(|line| line.starts_with("written ")).count();
     let not = stdout.lines().filter(|line| line.starts_with("not written ")).count();
     assert_eq!(written + not, 6, "{stdout}");

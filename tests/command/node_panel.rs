@@ -71,7 +71,7 @@ fn every_node_is_listed_with_its_device_state_and_display() {
     assert_eq!(lines(1)[1]["text"], "---");
     assert_eq!(lines(2)[0]["text"], "    0");
     assert_eq!(rig.emulator.get("/api/v1/bus")["rate_bits_per_second"], 500_000);
-    rig.refused("PUT", "9/power", &json!({"on": true}), 404, "there are the nodes 5, 6, 7");
+    rig.refused("PUT", "9/power", &json!({"on": true}), 404, "the nodes are 5, 6, 7");
     rig.refused("PUT", "0/power", &json!({"on": true}), 400, "expected 1 to 127");
 }
 
@@ -474,7 +474,7 @@ fn nodes_come_and_go_while_the_bus_runs() {
     for _ in 0..2 {
         assert_eq!(rig.emulator.send("DELETE", "/api/v1/drives/6", &Value::Null).status, 204);
     }
-    rig.refused("DELETE", "6", &Value::Null, 404, "there are the nodes 5");
+    rig.refused("DELETE", "6", &Value::Null, 404, "the nodes are 5");
 }
 
 #[test]
@@ -508,7 +508,7 @@ fn why_a_node_does_not_move_is_said_on_request() {
     }
     let why = rig.get("6/why");
     assert_eq!((&why["is_drive"], &why["hindrances"]), (&json!(false), &json!([])));
-    rig.refused("GET", "9/why", &Value::Null, 404, "there are the nodes 5, 6, 7");
+    rig.refused("GET", "9/why", &Value::Null, 404, "the nodes are 5, 6, 7");
 }
 
 #[test]

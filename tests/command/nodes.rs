@@ -91,7 +91,7 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
             &["--node", "5,device=ap10", "--fault", "sdo-lost,node=6"],
             "--fault names node 6, which is not on the bus; expected node 5",
         ),
-        (&["--node", "5,device=ap10", "--fault", "sdo-lost,id=585"], "id is for faults of frames"),
+        (&["--node", "5,device=ap10", "--fault", "sdo-lost,id=585"], "id is only for faults of frames"),
         (
             &["--node", "5,device=ap10", "--quirk", "x=y"],
             "no node has a quirk 'x'; ap10 has sdo-codes, ascii",

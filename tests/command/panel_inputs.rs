@@ -108,7 +108,7 @@ fn null_gives_two_inputs_back_to_the_plant_and_is_refused_for_all_others() {
             continue;
         }
         assert_eq!(answer.status, 422, "{input}: {}", answer.body);
-        let sentence = "null is no value of this input; leave it out to keep it as it is.";
+        let sentence = "null is not possible for this input; leave it out to keep its value.";
         assert!(answer.detail().contains(sentence), "{}", answer.detail());
         assert!(answer.detail().contains(&format!("{input}: ")), "{}", answer.detail());
         assert_eq!(emulator.get(INPUTS), before, "{input}");

@@ -74,7 +74,7 @@ fn what_is_not_there_is_said_with_what_is() {
             "/api/v1/stations/5",
             None,
             404,
-            "there is no station from a GSD at address 5; there are some at 7",
+            "there is no station from a GSD at address 5; there are stations from GSDs at 7",
         ),
         (
             "GET",

@@ -73,7 +73,7 @@ fn the_master_commissions_a_drive_of_the_profile() {
         json
     };
     let status = done(&["status"]);
-    assert_eq!(status["state"], "ready to switch on");
+    assert_eq!(status["state"], "ready for switching on");
     assert_eq!(status["why"][0], "OFF1: set STW bit 0 (ON)");
     let written = done(&["write", "ramp-up time", "3"]);
     assert_eq!((&written["value"], &written["before"]), (&3.0.into(), &20.0.into()));
@@ -97,7 +97,7 @@ fn the_master_commissions_a_drive_of_the_profile() {
     assert_eq!(done(&["faults"])["standing"][0], 77);
     done(&["ack"]);
     assert_eq!(done(&["faults"])["acknowledged"][0], 77);
-    assert_eq!(done(&["stop"])["outcome"], "OFF1, the drive is out of operation");
+    assert_eq!(done(&["stop"])["outcome"], "OFF1, operation is disabled");
 
     for (arguments, code, words) in [
         (&["read", "rampup tim"][..], 2, "did you mean 'ramp-up time'?"),

@@ -68,7 +68,7 @@ fn requests_to_an_address_where_nobody_is_are_said_with_who_is_there() {
         line.ask(2, 5, Service::SrdHigh, Some(60));
         line.ask(2, 6, Service::SrdHigh, Some(60));
     }
-    let text = "hint: master 2 asks for station 6, which is not here; here is 5, 7 to 9: change the address in the \
+    let text = "hint: master 2 asks for station 6, which is not on the line; on the line: 5, 7 to 9; change the address in the \
                 master's project or that of the station";
     assert_eq!(line.hints(), [text]);
     for _ in 0..3 {

@@ -115,7 +115,7 @@ fn what_a_master_projects_wrongly_is_refused_in_our_words() {
         (
             "remote_io.gsd",
             (|project| project.config[1] = 0x21) as fn(&mut Project),
-            "Chk_Cfg octet 2: 0x21: slot 2: no module begins so; expected '8 DI', '8 DO', '2 AI', '2 AO'",
+            "Chk_Cfg octet 2: 0x21: slot 2: no module begins with this; expected '8 DI', '8 DO', '2 AI', '2 AO'",
         ),
         (
             "compact.gsd",
@@ -166,7 +166,7 @@ fn the_words_of_a_refusal_outlive_the_station_that_refused() {
         told.extend(refusals.words(&event));
     }
     assert_eq!(told.len(), 1, "once");
-    assert!(told[0].starts_with("slot 1: no module begins so; expected '8 DI'"), "{}", told[0]);
+    assert!(told[0].starts_with("slot 1: no module begins with this; expected '8 DI'"), "{}", told[0]);
 }
 
 /// Time is real here and decides nothing, as for drives.

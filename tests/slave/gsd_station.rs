@@ -312,7 +312,7 @@ fn a_refused_configuration_says_octet_module_expected_and_got() {
             &modular,
             &[][..],
             &[0x11, 0x21, 0x20][..],
-            "Chk_Cfg octet 3: 0x20: slot 2: no module begins so; expected '2 inputs', '2 in, 2 out', '2 out, 1 in', 'empty slot'",
+            "Chk_Cfg octet 3: 0x20: slot 2: no module begins with this; expected '2 inputs', '2 in, 2 out', '2 out, 1 in', 'empty slot'",
         ),
         (
             &modular,

@@ -52,7 +52,7 @@ fn a_whole_commissioning_gives_no_hint() {
 fn the_address_of_stations_without_one_is_said_when_it_is_switched_on() {
     let mut told = Told::with(|config| Config { switches: address(126).into(), ..config });
     told.line.wait(CYCLE);
-    let text = "hint: address 126 is for stations that have none yet, there is no Data_Exchange at it; set another \
+    let text = "hint: address 126 is for stations that have no address yet, there is no Data_Exchange at it; set another \
                 address with SW1 to SW7 and switch off and on";
     assert_eq!(told.hints(), [text]);
     let mut told = Told::new();

@@ -90,7 +90,7 @@ pub enum NodeTrouble {
         status: u16,
     },
     /// The drive does not go to positions.
-    #[error("the drive is in mode {mode}, which is none that goes to positions: write 1 to 6060h first")]
+    #[error("the drive is in mode {mode}, which cannot travel to a position: write 1 to 6060h first")]
     Mode {
         /// 6060h.
         mode: i8,

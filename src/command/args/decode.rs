@@ -14,15 +14,15 @@ use super::node::device;
 ///
 /// Takes octets in hexadecimal in any usual form: 68 05, 6805, 0x68, \x68, 16#68, W#16#6805, arrays of C, Rust and Python,
 /// dumps with offsets (xxd, hexdump -C, od -tx1, tcpdump -X, Wireshark), log lines with a time stamp, comments behind # or
-/// //. Or raw octets, or a pcapng capture with link type 257. One telegram a line or a stream; a line of 14, 8, 6 or 2
-/// octets that is no telegram is taken as PPO, PKW, PZD or one word, and the output says as which.
+/// //. Or raw octets, or a pcapng capture with link type 257. One telegram in each line, or a stream; a line of 14, 8, 6 or 2
+/// octets that is no telegram is taken as PPO, PKW, PZD or one word; the output says as which.
 ///
 /// Frames of CANopen are taken as candump -L or candump write them, as lines of slcan (t6058...), or from a pcapng capture with
 /// link type 227. --device and --node say which devices the nodes are: then objects, errors and bits have the names of the
 /// device, and what it refuses is a mistake; without them only what CiA 301 and CiA 402 say is used.
 ///
-/// What is broken is shown with the octet and the reason, what is a mistake with what is wrong about it, and what a stream
-/// teaches is used: which request a reply answers, operating mode and unit as PNU 930 and 1012 tell.
+/// A damaged telegram is shown with the octet and the reason, a mistake with what is wrong. What a stream shows is used for
+/// what comes later: which request a reply answers, the operating mode (PNU 930) and the unit of positions (PNU 1012).
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Decode {
@@ -39,11 +39,12 @@ pub(crate) struct Decode {
     pub(crate) brief: bool,
 
     /// What lines that are no telegrams are: outputs (of the master: job, STW, setpoint), inputs (of the drive: reply, ZSW,
-    /// actual value), words (of whom they tell), telegrams (never words)
+    /// actual value), words (the sender is found from the bits), telegrams (never words)
     #[arg(long = "as", value_name = "WHAT", default_value = "auto")]
     pub(crate) taking: As,
 
-    /// The operating mode of the drives, which decides what the bits mean; else as heard, positioning at first
+    /// The operating mode of the drives, which decides what the bits mean. Without it: as read in the telegrams, positioning
+    /// mode at the beginning
     #[arg(long, value_name = "MODE")]
     pub(crate) mode: Option<ModeSpec>,
 
@@ -55,7 +56,7 @@ pub(crate) struct Decode {
     #[arg(long, value_name = "N=DEVICE", value_parser = node_device)]
     pub(crate) node: Vec<(NodeId, &'static Product)>,
 
-    /// Mistakes fail too, not only what is invalid
+    /// Exit code 1 also for mistakes, not only for what is invalid
     #[arg(long)]
     pub(crate) strict: bool,
 }
@@ -73,7 +74,7 @@ pub(crate) enum As {
     Auto,
     /// Telegrams only
     Telegrams,
-    /// Words, of whom they tell
+    /// Words; the sender is found from the bits
     Words,
     /// Words of the master
     Outputs,
@@ -112,10 +113,10 @@ impl From<ModeSpec> for Mode {
 }
 
 const EXAMPLES: &str = "\
-In the output '!' marks what tells of trouble (a refusal, a fault), X what is a mistake or invalid, ^ a hint.
+In the output, '!' marks a refusal or a fault, X a mistake or what is invalid, ^ a hint.
 
 Exit codes: 0 everything is valid, 1 something is invalid or cannot be read (with --strict: or a mistake), 2 the command
-line is wrong. All of the input is explained in any case.
+line is wrong. The whole input is explained in each case.
 
 Examples:
   profidrive decode 10 05 02 49 50 16

@@ -4,7 +4,7 @@ use profidrive::host::can::Product;
 
 use super::node::device;
 
-/// Shows a master and a device at work on a bus in memory: start-up, parameters, what it is for, a fault
+/// Shows a master and a device on a bus in memory: start-up, parameters, motion or display, a fault
 ///
 /// Needs no hardware and takes less than two seconds. Without --device: a DP master and an AG03/1 on PROFIBUS. Every
 /// telegram of the start-up is shown with its meaning, then the words of the parameter channel, control word and status
@@ -14,7 +14,7 @@ use super::node::device;
     after_help = "Examples:\n  profidrive demo\n  profidrive demo | less\n  profidrive demo --device ap10"
 )]
 pub(crate) struct Demo {
-    /// A device on CANopen instead, as `profidrive eds` takes them
+    /// A CANopen device instead, by its name in `profidrive eds`
     #[arg(long, value_name = "DEVICE", value_parser = device)]
     pub(crate) device: Option<&'static Product>,
 }

@@ -19,7 +19,8 @@ use super::{BaudSpec, DriveSpec, LinkSpec, NodeSpec, PpoDriveSpec, QuirkSpec, St
 /// Puts emulated drives on a line, or CANopen nodes on a CAN bus, until SIGINT (Ctrl-C) or SIGTERM
 ///
 /// Prints one line to stdout when it is ready, `ready link=<what a master opens> drives=<addresses>` (or
-/// `nodes=<node numbers>`), and logs to stderr. Ends with 0 on SIGINT and SIGTERM, 2 if the command line is wrong, 1 if something else is.
+/// `nodes=<node numbers>`), and logs to stderr. Exit codes: 0 after
+/// SIGINT or SIGTERM, 2 the command line is wrong, 1 any other error.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EMULATE_EXAMPLES)]
 pub(crate) struct Emulate {
@@ -38,7 +39,7 @@ pub(crate) struct Emulate {
     )]
     pub(crate) single: Vec<DriveSpec>,
 
-    /// Everything from a file, several lines too (docs/line.md); no other option goes with it but --check
+    /// Takes everything from a file, also several lines (docs/line.md); only --check can be given with it
     #[arg(
         long,
         value_name = "FILE.toml",
@@ -63,7 +64,7 @@ pub(crate) struct Emulate {
     pub(crate) nodes: Vec<NodeSpec>,
 
     /// A station that a device file (GSD) describes: ADDRESS,gsd=FILE; ADDRESS,strict,gsd=FILE accepts nothing that the
-    /// file does not say; repeat it for more, beside drives
+    /// file does not say; repeat it for more stations, also together with drives
     #[arg(long = "station", id = "stations", value_name = "SPEC")]
     pub(crate) stations: Vec<StationSpec>,
 
@@ -79,7 +80,7 @@ pub(crate) struct Emulate {
 
     /// The line: pty (a new pseudo-terminal), pty:PATH (with a symbolic link PATH to it), serial:DEVICE or
     /// tcp:HOST:PORT (raw octets, several clients; port 0: a free one). With --node the adapters of the CAN bus: slcan-pty,
-    /// slcan-pty:PATH or slcan-tcp:HOST:PORT, where each connection is an adapter; or a real bus in which the nodes take part:
+    /// slcan-pty:PATH or slcan-tcp:HOST:PORT, where each connection is an adapter; or a real bus that the nodes are connected to:
     /// slcan-tty:PATH (a USB adapter that speaks slcan) or socketcan:INTERFACE (Linux, feature socketcan)
     #[arg(
         long,
@@ -89,16 +90,16 @@ pub(crate) struct Emulate {
     pub(crate) link: LinkSpec,
 
     /// The rate in bit/s, or auto: on a pty (and the default there) what the master sets the terminal to, on a serial
-    /// line what is heard on it. Of a CAN bus it is the rate of every node, 500000 unless given
+    /// line what is heard on it. On a CAN bus it is the rate of every node, 500000 unless given
     #[arg(long, value_name = "RATE|auto")]
     pub(crate) baud: Option<BaudSpec>,
 
     /// The slot time of the master on a serial line in bit times: a reply that cannot begin within it is dropped and
-    /// counted. Without it the customary one of the rate, 100 at 9600 to 1000 at 12000000
+    /// counted. Without it the usual one of the rate, from 100 at 9600 bit/s to 1000 at 12000000 bit/s
     #[arg(long, value_name = "BITS", value_parser = slot_time)]
     pub(crate) slot_time: Option<u16>,
 
-    /// Lets other machines connect to a tcp link. There is no password: whoever connects commands the drives
+    /// Lets other machines connect to a tcp link. There is no password: everybody who connects can command the drives
     #[arg(long)]
     pub(crate) allow_remote: bool,
 
@@ -113,11 +114,11 @@ pub(crate) struct Emulate {
     #[arg(long, value_name = "ADDR:PORT", value_parser = panel_place)]
     pub(crate) panel: Option<String>,
 
-    /// Lets other machines reach the panel. There is no password: whoever connects controls the drives
+    /// Lets other machines reach the panel. There is no password: everybody who connects can control the drives
     #[arg(long, requires = "panel")]
     pub(crate) panel_allow_remote: bool,
 
-    /// Serves what was counted to Prometheus at http://ADDR:PORT/metrics, as in 127.0.0.1:9187 (port 0: a free one), and
+    /// Serves the counters for Prometheus at http://ADDR:PORT/metrics, as in 127.0.0.1:9187 (port 0: a free one), and
     /// adds metrics=URL to the line on stdout (docs/metrics.md)
     #[arg(long, value_name = "ADDR:PORT", value_parser = metrics_place)]
     pub(crate) metrics: Option<String>,
@@ -126,8 +127,8 @@ pub(crate) struct Emulate {
     #[arg(long, requires = "metrics")]
     pub(crate) metrics_allow_remote: bool,
 
-    /// Keeps the EEPROM of each drive or node in a file in DIR, which is made if it is missing; without it the EEPROM lives as long
-    /// as the process
+    /// Keeps the EEPROM of each drive or node in a file in DIR, which is created if it is missing. Without it the EEPROM is lost
+    /// when the process ends
     #[arg(long, value_name = "DIR")]
     pub(crate) state_dir: Option<PathBuf>,
 
@@ -136,7 +137,7 @@ pub(crate) struct Emulate {
     #[arg(long, value_name = "FILE.pcapng")]
     pub(crate) capture: Option<PathBuf>,
 
-    /// How all drives behave where the manuals leave it open; repeat it for more (--help lists the quirks)
+    /// How all drives behave where the manuals are not clear; repeat it for more (--help lists the quirks)
     #[arg(long = "quirk", value_name = "NAME=VALUE", long_help = quirks_help())]
     pub(crate) quirks: Vec<String>,
 }
@@ -377,29 +378,30 @@ impl Emulate {
 
 const EMULATE_EXAMPLES: &str = "\
 ADDRESS is 0 to 126; model defaults to ag03-1, gear to 48.
-ID is 1 to 127. An slcan adapter hears nothing until the master opens it (O): read then, the boot-up is over.
-On a serial line each drive listens up to two seconds before it takes part; one whose address is live stays silent.
-SIGUSR1 logs what was counted so far (telegrams, retries, refusals, times of replies), and of each drive what keeps it from
-moving.
+ID is 1 to 127. An slcan adapter passes no frames before the master opens it (command O). The boot-up of the nodes is over by
+then: read their state, or reset them (NMT 81h).
+On a serial line each drive listens for up to 2 s before it answers; if another station has its address, it stays silent.
+SIGUSR1 logs the counters (telegrams, retries, refusals, reply times), and for each drive what keeps it from moving.
 RATE is 9600, 19200, 93750, 187500, 500000, 1500000, 3000000, 6000000 or 12000000.
 
 Faults, and what they count:
-  replies         no-reply, late=TIME, duplicate, truncated, bit-errors[=N], wrong-fcs, wrong-length, wrong-source,
-                  noise[=OCTETS]
-  requests        drop-request, refuse-prm, refuse-cfg, not-ready=TIME (Chk_Cfg), lose-prm (Data_Exchange)
-  Data_Exchange   diag-storm
+  replies         no-reply, late=TIME, duplicate, truncated, bit-errors[=N], wrong-fcs, wrong-length,
+                  wrong-source[=ADDRESS], wrong-destination[=ADDRESS], noise[=N], function-code=HH, short-ack, no-saps,
+                  wrong-saps, broken-frame=PART, sd3, diag=OCTETS and diag-length=N (Slave_Diag)
+  requests        drop-request, reject, refuse-prm, refuse-cfg, not-ready=TIME (Chk_Cfg), lose-prm (Data_Exchange)
+  Data_Exchange   diag-storm, input-length=N
   PKW answers     pkw-delay=EXCHANGES, pkw-wrong-ak, pkw-wrong-pnu, pkw-torn
 Of a node:
   boot-ups        boot-up-missing, boot-up-twice
   SDO answers     sdo-late=TIME, sdo-lost, sdo-twice, sdo-other-index, sdo-wrong-toggle, sdo-abort=CODE
   error control   heartbeat-jitter=TIME, heartbeat-lost, heartbeat-stuck=OCTET, guarding-toggle-stuck
-  TPDOs           tpdo-short, tpdo-stale, tpdo-swapped, pre-operational (the node goes there by itself)
+  TPDOs           tpdo-short, tpdo-stale, tpdo-swapped, pre-operational (the node leaves OPERATIONAL)
   frames          brown-out=TIME
   periods         emcy-storm=TIME
 Of the frames on a CAN bus, with node=ID of this node, with id=HEX with this identifier:
   frames          frame-lost, frame-late=TIME, frame-twice, frame-damaged, frame-not-acknowledged
-A fault is injected from number `at` on (1; a lone `at` means that one only), with probability `rate` (1), at most `count`
-times (no limit), the same for the same `seed` (1). TIME is for example 20ms. docs/faults.md explains each.
+A fault is injected from number `at` on (1; `at` alone: only that one), with probability `rate` (1), at most `count` times
+(no limit). The same `seed` (1) gives the same faults. TIME is for example 20ms. docs/faults.md explains each.
 
 Examples:
   profidrive emulate --drive 5 --drive 6,model=ag03,gear=24

@@ -4,10 +4,10 @@ use clap::{Subcommand, ValueEnum};
 
 use super::decode::ModeSpec;
 
-/// Builds words and telegrams from words a person knows, and shows how they come about
+/// Builds words and telegrams from names of states, bits and parameters, and explains them field by field
 ///
-/// What an AG03 would refuse or ignore is not built: the reason is given instead. With --force it is, for other devices and
-/// for tests that need mistakes.
+/// What an AG03 would refuse or ignore is not built; the reason is printed instead. --force builds it: for other devices, and
+/// for tests with mistakes.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES, subcommand_required = true)]
 pub(crate) struct Encode {
@@ -36,10 +36,10 @@ pub(crate) enum What {
     /// The four words of the parameter channel, as master or as drive
     #[command(subcommand, after_help = PKW_EXAMPLES)]
     Pkw(Pkw),
-    /// A control word from names of states and bits, with a setpoint the whole PZD
+    /// A control word from names of states and bits; with a setpoint, the whole PZD
     #[command(after_help = STW_EXAMPLES)]
     Stw(Word),
-    /// A status word from names of states and bits, with an actual value the whole PZD
+    /// A status word from names of states and bits; with an actual value, the whole PZD
     #[command(after_help = ZSW_EXAMPLES)]
     Zsw(Word),
     /// A telegram of PROFIBUS
@@ -61,7 +61,7 @@ pub(crate) enum Pkw {
         #[command(flatten)]
         parameter: Parameter,
     },
-    /// Job 2 or 3 as the parameter is wide, of an array element 7 or 8: write a value
+    /// Job 2 (word) or 3 (double word), of an array element 7 or 8: write a value
     #[command(
         after_help = "Examples:\n  profidrive encode pkw write limit1 250000\n  profidrive encode pkw write limit2 -1000000"
     )]
@@ -95,7 +95,7 @@ pub(crate) enum Pkw {
         #[arg(long)]
         spm: bool,
     },
-    /// A drive's reply 1 or 2 as the parameter is wide, of an array element 4 or 5
+    /// A drive's reply 1 (word) or 2 (double word), of an array element 4 or 5
     #[command(after_help = "Example:\n  profidrive encode pkw reply limit1 250000")]
     Reply {
         #[command(flatten)]
@@ -139,9 +139,9 @@ pub(crate) struct Parameter {
 /// An octet of a word.
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 pub(crate) enum Octet {
-    /// As in PROFIDRIVE version 2
+    /// The high octet, as in PROFIDRIVE version 2
     High,
-    /// As some drives and masters have it
+    /// The low octet, as in some drives and masters
     Low,
 }
 
@@ -168,7 +168,7 @@ pub(crate) struct Word {
     #[arg(value_name = "STATE|BIT=0|BIT=1|HEX", required = true)]
     pub(crate) terms: Vec<String>,
 
-    /// Setpoint or actual value: the two words behind
+    /// Setpoint or actual value: the two words behind it
     #[arg(long, value_name = "N", allow_negative_numbers = true, alias = "setpoint")]
     pub(crate) value: Option<i32>,
 }
@@ -199,7 +199,7 @@ pub(crate) struct Telegram {
     #[arg(long, global = true, display_order = 84)]
     pub(crate) sd3: bool,
 
-    /// A frame check sequence of your own, to be wrong on purpose
+    /// Another frame check sequence, for a telegram that is wrong on purpose
     #[arg(long, global = true, value_name = "HEX", value_parser = octet, display_order = 85)]
     pub(crate) fcs: Option<u8>,
 }
@@ -222,7 +222,7 @@ pub(crate) enum Fcb {
 /// What a telegram is for.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Service {
-    /// FDL status: who is there?
+    /// FDL status request
     #[command(after_help = "Example:\n  profidrive encode telegram fdl-status --address 5")]
     FdlStatus,
     /// Slave_Diag request
@@ -236,7 +236,7 @@ pub(crate) enum Service {
         /// Ident_Number
         #[arg(long, value_name = "HEX", default_value = "0AC5", value_parser = word)]
         ident: u16,
-        /// Watchdog in ms, 10 to 650250, or 0 for off; the next longer time that the two factors make
+        /// Watchdog time in ms, 10 to 650250, or 0: off. Rounded up to a time that the two factors can give
         #[arg(long, value_name = "MS", default_value = "200")]
         watchdog: u32,
         /// min T_SDR in bit times
@@ -245,7 +245,7 @@ pub(crate) enum Service {
         /// Group_Ident: groups 1 to 8
         #[arg(long, value_delimiter = ',', value_name = "GROUPS", value_parser = clap::value_parser!(u8).range(1..=8))]
         groups: Vec<u8>,
-        /// Unlock_Req: be free for other masters
+        /// Unlock_Req: other masters may take the slave
         #[arg(long)]
         unlock: bool,
         /// No Lock_Req: min T_SDR only
@@ -261,7 +261,7 @@ pub(crate) enum Service {
         #[arg(value_name = "HEX")]
         user: Vec<String>,
     },
-    /// Chk_Cfg: is this what you exchange?
+    /// Chk_Cfg: check the configuration
     #[command(
         after_help = "Examples:\n  profidrive encode telegram chk-cfg\n  profidrive encode telegram chk-cfg F3 F1 --force"
     )]
@@ -270,15 +270,15 @@ pub(crate) enum Service {
         #[arg(value_name = "HEX")]
         identifiers: Vec<String>,
     },
-    /// Get_Cfg: what do you exchange?
+    /// Get_Cfg: read the configuration
     #[command(after_help = "Example:\n  profidrive encode telegram get-cfg --address 5")]
     GetCfg,
-    /// Data_Exchange: outputs for inputs
+    /// Data_Exchange: send outputs, get inputs
     #[command(
         after_help = "Examples:\n  profidrive encode telegram data-exchange --pkw '13FA 0000 0000 0000' --stw enable --setpoint 5000\n  profidrive encode telegram data-exchange --stw enable,start=1 --setpoint -5000 --octets"
     )]
     DataExchange {
-        /// All octets; instead of the words
+        /// All octets of the outputs, in place of the words
         #[arg(value_name = "HEX", conflicts_with_all = ["pkw", "stw", "setpoint"])]
         data: Vec<String>,
         /// The four words of the parameter channel in hexadecimal
@@ -296,19 +296,19 @@ pub(crate) enum Service {
         after_help = "Examples:\n  profidrive encode telegram global-control clear --address 127\n  profidrive encode telegram global-control sync --groups 1,4 --address 127"
     )]
     GlobalControl {
-        /// What to do; nothing: the master is in Operate
+        /// The commands; without any: the master is in Operate
         commands: Vec<Control>,
         /// Group_Select: groups 1 to 8; all slaves without it
         #[arg(long, value_delimiter = ',', value_name = "GROUPS", value_parser = clap::value_parser!(u8).range(1..=8))]
         groups: Vec<u8>,
     },
-    /// RD_Inp: which inputs?
+    /// RD_Inp: read the inputs
     #[command(after_help = "Example:\n  profidrive encode telegram rd-inp --address 5")]
     RdInp,
-    /// RD_Outp: which outputs?
+    /// RD_Outp: read the outputs
     #[command(after_help = "Example:\n  profidrive encode telegram rd-outp --address 5")]
     RdOutp,
-    /// Set_Slave_Add: take another address
+    /// Set_Slave_Add: give the slave another address
     #[command(
         after_help = "Example:\n  profidrive encode telegram set-slave-add 7 --address 126 --ident 1234 --force"
     )]
@@ -318,7 +318,7 @@ pub(crate) enum Service {
         /// Ident_Number of the slave
         #[arg(long, value_name = "HEX", default_value = "0AC5", value_parser = word)]
         ident: u16,
-        /// No_Add_Chg: for good
+        /// No_Add_Chg: the address cannot be changed again
         #[arg(long)]
         no_change: bool,
     },
@@ -382,7 +382,7 @@ fn word(text: &str) -> Result<u16, String> {
 }
 
 const EXAMPLES: &str = "\
-Exit codes: 0 built, 2 the command line is wrong or asks for a mistake without --force, 1 it cannot be written.
+Exit codes: 0 built, 2 the command line is wrong or asks for a mistake without --force, 1 the output cannot be written.
 
 Examples:
   profidrive encode pkw read 1018
@@ -403,7 +403,7 @@ const STW_EXAMPLES: &str = "\
 States: off 0000, enable 000B, prepare 003B, start 007B, pause 005B, resume 007B, stop 006B, disable 0003, off1 000A,
 off2 0009, acknowledge 008B, inch1 010B, jog+ 020B, jog- 820B; in velocity mode run 004B, stop 000B.
 Bits: on, no-off2, off3, enable-operation, no-stop, no-intermediate-stop, start, acknowledge, inch1, inch2,
-inch2-negative, or their numbers. A term changes the word that those before it make; a state or a word replaces it.
+inch2-negative, or their numbers. A bit changes the word that the terms before it give; a state or a word replaces it.
 
 Examples:
   profidrive encode stw enable

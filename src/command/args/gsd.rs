@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-/// Explains the device file (GSD) of a PROFIBUS-DP slave: identity, modules, parameters, and what is odd in it
+/// Explains the device file (GSD) of a PROFIBUS-DP slave: identity, modules, parameters, and what is unusual in it
 #[derive(Debug, clap::Args)]
 #[command(
     args_conflicts_with_subcommands = true,
@@ -24,7 +24,7 @@ pub(crate) struct Gsd {
 
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum Check {
-    /// For authors of device files: says what is wrong or odd, each with line and column; ends with 1 if anything is
+    /// For authors of device files: says what is wrong or unusual, with line and column; exit code 1 if there is anything
     #[command(after_help = "Example:\n  profidrive gsd check valves.gsd")]
     Check {
         /// The file

@@ -12,12 +12,12 @@ use profidrive::time::BaudRate;
 use super::drive::address;
 use super::{BaudSpec, LinkSpec};
 
-/// Judges a DP master: plays its slaves, does things wrong on purpose, and says row by row what the master made of it
+/// Judges a DP master: emulates its slaves, makes errors on purpose, and says row by row whether the master reacts correctly
 ///
-/// Prints `ready link=LINK stations=5,6`; then start the master under test, configured for exactly these stations. It
-/// needs to know nothing of the judge. Exit status: 0 no row failed, 1 a row failed, 2 wrong command line, 3 no master.
+/// Prints `ready link=LINK stations=5,6`; then start the master under test, configured for exactly these stations. The
+/// master is not changed. Exit status: 0 no row failed, 1 a row failed, 2 wrong command line, 3 no master heard.
 ///
-/// With a capture (FILE.pcapng) it judges what can be seen without provoking anything.
+/// With a capture (FILE.pcapng) nothing is provoked: it judges what the capture shows.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Judge {
@@ -25,7 +25,7 @@ pub(crate) struct Judge {
     #[arg(value_name = "FILE.pcapng")]
     pub(crate) capture_file: Option<PathBuf>,
 
-    /// Where the master is connected: pty, pty:PATH, serial:DEVICE or tcp:HOST:PORT
+    /// The line of the master: pty, pty:PATH, serial:DEVICE or tcp:HOST:PORT
     #[arg(long, value_name = "LINK", default_value = "pty")]
     pub(crate) link: LinkSpec,
 
@@ -42,7 +42,7 @@ pub(crate) struct Judge {
     #[arg(long, value_name = "ADDRESS", value_parser = master_address)]
     pub(crate) master: Option<Address>,
 
-    /// The watchdog time that the master is configured to, in milliseconds; 0 = off
+    /// The watchdog time that is configured in the master, in milliseconds; 0 = off
     #[arg(long, value_name = "MS")]
     pub(crate) watchdog: Option<u64>,
 
@@ -58,7 +58,7 @@ pub(crate) struct Judge {
     #[arg(long, value_name = "ADDRESS", value_parser = station_address)]
     pub(crate) hsa: Option<Address>,
 
-    /// Min_Slave_Interval of stations that have none of their own, in milliseconds
+    /// Min_Slave_Interval of the stations without min-interval, in milliseconds
     #[arg(long, value_name = "MS")]
     pub(crate) min_interval: Option<f64>,
 
@@ -90,11 +90,11 @@ pub(crate) struct Judge {
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) scenarios: Vec<PathBuf>,
 
-    /// Write everything that passes to a capture
+    /// Write all telegrams to a capture
     #[arg(long, value_name = "FILE.pcapng")]
     pub(crate) capture: Option<PathBuf>,
 
-    /// Let a TCP link be reached from other machines
+    /// Let other machines connect to a tcp link
     #[arg(long)]
     pub(crate) allow_remote: bool,
 }
@@ -237,7 +237,7 @@ impl Judge {
             return Err(format!("a station is missing: --station SPEC; {FORM}"));
         }
         if self.capture_file.is_none() && self.stations.iter().all(|station| station.slave.absent) {
-            return Err("every station is absent; give one that is there".into());
+            return Err("every station is absent; give one that is present".into());
         }
         for (at, station) in self.stations.iter().enumerate() {
             let address = station.slave.address;

@@ -19,11 +19,11 @@ use super::quantity::Quantity;
 
 /// Commissions a drive, real or emulated: parameters, status, faults, motion
 ///
-/// Takes part in the line as a DP master, does one thing, and lets the drive go. The drive's DP watchdog runs meanwhile: a
-/// master that is killed or loses the line lets the drive release its motor.
+/// Joins the line as a DP master, does one thing, and then unlocks the drive for other masters. The DP watchdog of the drive
+/// runs meanwhile: if this master is killed or loses the line, the drive releases its motor.
 ///
 /// On CANopen (--link slcan-..., --node) it reads and writes entries of the object dictionary, shows the status and what keeps the
-/// drive from moving, acknowledges faults, and travels and homes by the state machine of CiA 402; node guarding takes the place of the watchdog.
+/// drive from moving, acknowledges faults, and travels and homes by the state machine of CiA 402; node guarding is used in place of the watchdog.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES, subcommand_required = true)]
 pub(crate) struct Master {
@@ -66,8 +66,8 @@ pub(crate) struct Master {
     #[arg(long, global = true, value_name = "RATE", value_parser = rate, display_order = 92)]
     pub(crate) baud: Option<BaudSpec>,
 
-    /// The address of this master, 0 to 125: none that another master on the line has. Other masters may take half a
-    /// minute to let it in
+    /// The address of this master, 0 to 125: none that another master on the line has. It can take half a
+    /// minute until other masters pass it the token
     #[arg(long, global = true, value_name = "N", default_value = "0", value_parser = master, display_order = 93)]
     pub(crate) master_address: Address,
 
@@ -75,8 +75,8 @@ pub(crate) struct Master {
     #[arg(long, global = true, value_name = "TIME", default_value = "1s", value_parser = watchdog, display_order = 94)]
     pub(crate) watchdog: Duration,
 
-    /// How long an answer is waited for before the question is repeated, 1ms to 10s: more for a slow network or a busy
-    /// machine. Without it 20ms on a serial line, else 50ms
+    /// Slot time: how long the master waits for a reply before it repeats the request, 1ms to 10s. Use a longer time for a slow
+    /// network or a busy machine. Without it 20ms on a serial line, else 50ms
     #[arg(long, global = true, value_name = "TIME", value_parser = slot_time, display_order = 95)]
     pub(crate) slot_time: Option<Duration>,
 
@@ -98,16 +98,16 @@ Examples, with an emulator started by 'profidrive emulate --link pty:/tmp/bus':
   profidrive master --link slcan-tcp:127.0.0.1:5000 --node 5 read 6041
   profidrive master --link /tmp/bus --address 7 --ppo 1 --parameters drive.toml velocity 750 --for 5s --yes
 
-Exit codes: 0 done, 1 it did not work, 2 the command line asks for something that cannot be.
-A drive that turns is dangerous. Ctrl-C stops it, but is no emergency stop: have one that switches the supply off.";
+Exit codes: 0 done, 1 it did not work, 2 the command line is wrong or asks for something that is not possible.
+A drive that turns is dangerous. Ctrl-C stops it, but is no emergency stop: use a switch that takes the supply away.";
 
 /// What is asked.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Action {
-    /// Who is on the line: slaves with their ident numbers and owners, other masters
+    /// Lists the stations on the line: slaves with their ident numbers and owners, other masters
     ///
-    /// Asks every address, twice if nobody answers. It changes nothing. Stations are printed as they are found; Ctrl-C ends
-    /// it early. For a slow network or a busy machine give it a longer --slot-time.
+    /// Asks every address, a second time if there is no answer. It changes nothing. Stations are printed as they are found; Ctrl-C ends
+    /// it early. Use a longer --slot-time for a slow network or a busy machine.
     #[command(after_help = "Example:\n  profidrive master --link /tmp/bus scan 1-20")]
     Scan {
         /// The addresses, FIRST-LAST
@@ -116,7 +116,7 @@ pub(crate) enum Action {
     },
     /// The diagnosis of the slave, bit by bit in words
     ///
-    /// Slave_Diag changes nothing and works whoever the master of the slave is.
+    /// Slave_Diag changes nothing, and works also while another master owns the slave.
     #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 diag")]
     Diag,
     /// Reads one parameter, on CANopen one entry
@@ -162,7 +162,7 @@ Examples:
     /// Writes the parameters in a file to the drive: shows what differs, writes that, reads all of it back
     ///
     /// A file that does not fit the drive is refused before anything is written, and one of a drive of another model or gear
-    /// without --yes. Settings that are not in the file are named and left as they are. Whatever interrupts it, it says what
+    /// without --yes. Settings that are not in the file are named and not changed. Also if it is interrupted, it says what
     /// was written and what was not.
     #[command(after_help = "\
 Examples:
@@ -183,13 +183,13 @@ Examples:
     Status,
     #[command(flatten)]
     Motion(Motion),
-    /// Takes the drive over, stops it if it turns, and waits until it stands
+    /// Connects to the drive, stops it if it turns, and waits until it stands
     ///
-    /// Works on a drive without a master, for example one that runs out. A drive that belongs to another master must be
+    /// Works on a drive without a master, for example one that coasts. A drive that belongs to another master must be
     /// stopped there.
     #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 stop")]
     Stop,
-    /// Acknowledges a fault, if its cause is gone, and leaves turn-on disabled
+    /// Acknowledges a fault, if its cause is gone, and gives OFF1, which ends turn-on disabled
     #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 ack")]
     Ack,
     /// The fault buffer with what the codes mean, newest first, and the number of faults
@@ -202,7 +202,7 @@ Examples:
         #[arg(long)]
         clear: bool,
     },
-    /// Makes the position the calibration value (PNU 1018), which can be given
+    /// Calibrates: the position becomes the calibration value (PNU 1018), which can be given
     #[command(after_help = "\
 Examples:
   profidrive master --link /tmp/bus --address 5 calibrate
@@ -223,7 +223,7 @@ Examples:
     },
 }
 
-/// What lets the shaft turn, or holds it, and needs leave.
+/// What lets the shaft turn, or holds it, and must be confirmed.
 #[derive(Clone, Copy, Debug, Subcommand)]
 pub(crate) enum Motion {
     /// Enables operation and holds it: the motor is in control, nothing moves. Ctrl-C ends it
@@ -250,7 +250,7 @@ Examples:
         #[command(flatten)]
         go: Go,
     },
-    /// Seeks the home position of a drive on CANopen by its method (6098h), in homing mode. Ctrl-C stops the drive
+    /// Searches the home position of a drive on CANopen by its method (6098h), in homing mode. Ctrl-C stops the drive
     ///
     /// The position is 607Ch then. Method, speeds (6099h) and ramp (609Ah) are those in the drive: write them first.
     #[command(after_help = "\
@@ -293,7 +293,7 @@ Examples:
     },
 }
 
-/// Leave to move something.
+/// The permission to move something.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(crate) struct Go {
     /// Do not ask before the drive moves
@@ -301,10 +301,10 @@ pub(crate) struct Go {
     pub(crate) yes: bool,
 }
 
-/// Leave to destroy what the drive keeps.
+/// The permission to replace what the drive keeps.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(crate) struct Sure {
-    /// Do not ask before what cannot be taken back: loading a parameter set (PNU 970), calibrating
+    /// Do not ask before a parameter set is loaded (PNU 970) or the drive is calibrated: this cannot be undone
     #[arg(long, short)]
     pub(crate) yes: bool,
 }
@@ -365,7 +365,7 @@ impl Master {
         }
         if address.number() == 126 && !matches!(self.action, Action::Diag) {
             return Err(
-                "address 126 is for stations that have none yet: they exchange no data; set the DIP switches"
+                "address 126 is for stations that have no address yet: they exchange no data; set the DIP switches"
                     .into(),
             );
         }
@@ -443,7 +443,8 @@ impl Master {
 
     /// The drive that is asked for, of every action but a scan.
     pub(crate) fn drive(&self) -> Result<Address, String> {
-        self.address.ok_or_else(|| "the drive is missing; add --address N, or look for it with 'scan'".into())
+        self.address
+            .ok_or_else(|| "the drive is missing; add --address N, or search for it with 'scan'".into())
     }
 }
 

@@ -27,8 +27,12 @@ pub(crate) enum CanPlace {
     Socket(String),
 }
 
-const LINKS: &str = "expected a terminal such as /dev/pts/3, pty:PATH, serial:DEVICE or tcp:HOST:PORT; of CANopen slcan-tty:PATH, \
-                     slcan-tcp:HOST:PORT or socketcan:INTERFACE";
+const LINKS: &str = if cfg!(windows) {
+    "expected serial:PORT such as serial:COM3, or tcp:HOST:PORT; of CANopen slcan-tty:PORT or slcan-tcp:HOST:PORT"
+} else {
+    "expected a terminal such as /dev/pts/3, pty:PATH, serial:DEVICE or tcp:HOST:PORT; of CANopen slcan-tty:PATH, \
+     slcan-tcp:HOST:PORT or socketcan:INTERFACE"
+};
 
 impl FromStr for MasterLink {
     type Err = String;

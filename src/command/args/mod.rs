@@ -51,7 +51,7 @@ pub(crate) use quantity::Quantity;
 pub(crate) use quirk::{QuirkSpec, refusal as quirk_refusal};
 pub(crate) use station::StationSpec;
 
-/// Emulated fieldbus drives, on PROFIBUS-DP and CANopen, to test masters against.
+/// Emulated fieldbus drives on PROFIBUS-DP and CANopen, to test masters with.
 ///
 /// A simulator only: it moves nothing, and nothing it says is a proof of safety for a real machine.
 #[derive(Debug, Parser)]
@@ -68,7 +68,7 @@ Examples:
   profidrive demo                             a master and a drive in memory, explained step by step
   profidrive emulate                          one AG03/1 at address 5; prints the terminal a master opens
   profidrive emulate --link pty:/tmp/bus      the same, under a name that stays
-  profidrive emulate --help                   all about it
+  profidrive emulate --help                   all its options
   profidrive master --link /tmp/bus --address 5 status
                                               commissions a drive, real or emulated
   profidrive decode 10 05 02 49 50 16         explains a telegram field by field

@@ -61,7 +61,7 @@ pub(crate) fn refusal(name: &str, value: &str, error: &QuirkError) -> String {
 /// Every quirk with its values, the default first.
 pub(super) fn help() -> String {
     let mut text = String::from(
-        "How all drives behave where the manuals leave it open; repeat it for more.\nThe first value is the \
+        "How all drives behave where the manuals are not clear; repeat it for more.\nThe first value is the \
          default; docs/quirks.md has the reasons.\n",
     );
     for quirk in QUIRKS {

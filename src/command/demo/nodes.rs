@@ -25,7 +25,7 @@ pub(super) fn play(product: &'static Product, out: &mut dyn Write) -> Result<(),
     let (_, tell) =
         story.ok_or_else(|| Trouble::Unexpected(format!("there is no story of the {}", product.name)))?;
     let mut stage = NodeStage::open(product, out)?;
-    stage.page.title("Start-up: the device reports itself, and is asked who it is")?;
+    stage.page.title("Start-up: the boot-up of the device, then its identity")?;
     stage.wait("boot-up")?;
     tell(&mut stage)?;
     stage.page.title("That is all")?;
@@ -66,13 +66,13 @@ fn positioning_drive(stage: &mut NodeStage<'_>) -> Result<(), Trouble> {
     stage.wait("target reached")?;
     stage.read(0x6064, 0, "5000")?;
 
-    stage.page.title("A fault, and the way back")?;
-    stage.page.text("Something breaks inside the drive: EMCY, the error register and the state say so.")?;
+    stage.page.title("A fault, and how to leave it")?;
+    stage.page.text("An internal error is simulated: EMCY, error register and state show it.")?;
     stage.provoke("F")?;
     stage.wait("EMCY")?;
     stage.wait("fault")?;
     stage.read(0x1003, 1, "1003h:01")?;
-    stage.page.text("It is repaired. Bit 7 of the control word resets the fault.")?;
+    stage.page.text("The cause is removed. Bit 7 of the control word resets the fault.")?;
     stage.repair();
     stage.send(RPDO_1, &[0x80, 0x00])?;
     stage.wait("switch on disabled")
@@ -84,14 +84,14 @@ fn indicator(stage: &mut NodeStage<'_>) -> Result<(), Trouble> {
     stage.look("[0]")?;
 
     stage.page.title("A set point: RPDO 1 is value and control word, row 2 shows it")?;
-    stage.page.text("TPDO 1 is to come every 100 ms; only what is new is shown here.")?;
+    stage.page.text("TPDO 1 is sent every 100 ms; only changes are shown here.")?;
     stage.write(Address::new(0x1800, 5), &100_u16.to_le_bytes(), "written")?;
     stage.send(NMT, &START)?;
     stage.send(RPDO_1, &[0x64, 0, 0, 0, 0, 0, 0x04, 0])?;
     stage.wait("set point 1 valid")?;
     stage.look("100")?;
 
-    stage.page.title("A person turns the shaft, as the arrow says")?;
+    stage.page.title("A person turns the shaft in the direction of the arrow")?;
     stage.input("shaft_revolutions", 50.0 / 880.0);
     stage.wait("50")?;
     stage.look("[50]")?;
@@ -99,12 +99,12 @@ fn indicator(stage: &mut NodeStage<'_>) -> Result<(), Trouble> {
     stage.wait("100")?;
     stage.look("[100]")?;
 
-    stage.page.title("The battery becomes weak")?;
+    stage.page.title("The battery becomes low")?;
     stage.provoke("battery-critical")?;
     stage.wait("EMCY")?;
     stage.wait("battery critical")?;
     stage.look("battery critical")?;
-    stage.page.text("It is exchanged.")?;
+    stage.page.text("The battery is replaced.")?;
     stage.repair();
     stage.pass(Duration::from_millis(200))?;
     stage.look("[100]")
@@ -142,14 +142,14 @@ fn servo(stage: &mut NodeStage<'_>) -> Result<(), Trouble> {
     stage.write(controlword, &[0x0F, 0], "written")?;
     stage.sync_until("target reached")?;
 
-    stage.page.title("An alarm, and the way back")?;
+    stage.page.title("An alarm, and how to leave it")?;
     stage.page.text("The encoder fails: EMCY says which alarm, the panel shows it, the servo is off.")?;
     stage.provoke("011")?;
     stage.wait("EMCY")?;
     stage.look("011")?;
     stage.sync_until("fault")?;
     stage.read(0x603F, 0, "7305h")?;
-    stage.page.text("It is repaired. Bit 7 of the control word resets the alarm.")?;
+    stage.page.text("The cause is removed. Bit 7 of the control word resets the alarm.")?;
     stage.repair();
     stage.write(controlword, &[0x80, 0], "written")?;
     stage.sync_until("switch on disabled")

@@ -186,7 +186,7 @@ impl<'w> Stage<'w> {
     pub(super) fn reason(&mut self, of_interest: impl Fn(&Event) -> bool) -> Result<(), Trouble> {
         let found = core::iter::from_fn(|| self.events.pop_front()).find(|event| of_interest(event));
         let Some(event) = found else {
-            return Err(Trouble::Unexpected("the drive gives no reason for what it did".into()));
+            return Err(Trouble::Unexpected("the drive gives no reason".into()));
         };
         self.page.line_without_time("why", format_args!("{event}"))
     }

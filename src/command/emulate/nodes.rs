@@ -138,7 +138,7 @@ fn open(args: &Emulate, link: &LinkSpec, rate: BitRate) -> Result<Line<CanopenEv
     })?;
     match link {
         LinkSpec::Terminal(_) | LinkSpec::Socket(_) => {
-            info!("a CAN bus at {rate} that goes on at {}", line.name())
+            info!("a CAN bus at {rate} connected to {}", line.name())
         }
         LinkSpec::Pty(_) | LinkSpec::Tcp(_) | _ => info!("a CAN bus at {rate}, adapters speak slcan"),
     }
@@ -178,7 +178,7 @@ impl Nodes {
         };
         let id = node.node_id();
         if id != spec.id {
-            warn!("{spec}: its EEPROM says node {id}, which is in force");
+            warn!("{spec}: its EEPROM has the node number {id}, which is used");
         }
         // Before it is on the bus: its boot-up is concerned.
         faults.join(now, &mut node);
@@ -203,7 +203,7 @@ impl Nodes {
     fn warn_of_doubles(&self) {
         for (place, (_, id)) in self.on_bus.iter().enumerate() {
             if self.on_bus.iter().take(place).any(|(_, before)| before == id) {
-                warn!("two devices have the node number {id}: their frames collide in meaning");
+                warn!("two devices have the node number {id}: their frames contradict each other");
             }
         }
     }
@@ -246,7 +246,9 @@ impl Nodes {
                 debug!("{}: {damage}: {frame}", self.name(from));
             }
             News::Bus(BusEvent::Passed { frame, .. }) => debug!("{frame}"),
-            News::Bus(BusEvent::Lost { events }) => warn!("{events} events came too fast for the log"),
+            News::Bus(BusEvent::Lost { events }) => {
+                warn!("{events} events were too many for the log and are lost")
+            }
             News::Bus(later) => debug!("{later:?}"),
             News::Adapter { name, news } => info!("slcan {name}: {news}"),
         }

@@ -90,7 +90,9 @@ impl Target {
                 Ok(pnu) => (pnu.number(), None),
                 Err(error) => return Err(Failure::Usage(error.to_string())),
             },
-            (Err(error), Ok(_)) => return Err(Failure::Usage(format!("{error}; --force builds it anyway"))),
+            (Err(error), Ok(_)) => {
+                return Err(Failure::Usage(format!("{error}; --force builds it nevertheless")));
+            }
             (Err(error), Err(_)) => return Err(Failure::Usage(error)),
         };
         let subindex: u8 = element.unwrap_or(0);
@@ -105,7 +107,7 @@ impl Target {
     fn with_element(self) -> Result<Self, Failure> {
         match self.entry.and_then(|entry| Some((entry, entry.elements?))) {
             Some((entry, count)) if !self.array && !self.force => Err(Failure::Usage(format!(
-                "{} is an array of {count}: name the element, for example {}.0; --force builds it anyway",
+                "{} is an array of {count}: name the element, for example {}.0; --force builds it nevertheless",
                 entry.name, self.pnu
             ))),
             Some(_) | None => Ok(self),
@@ -136,7 +138,9 @@ impl Target {
                 Some(Range { low, high }) => format!("takes {low} to {high}"),
                 None => "is never negative".into(),
             };
-            return Err(Failure::Usage(format!("{name} {takes}, got {value}; --force builds it anyway")));
+            return Err(Failure::Usage(format!(
+                "{name} {takes}, got {value}; --force builds it nevertheless"
+            )));
         }
         let fits = match width {
             Width::Word => {

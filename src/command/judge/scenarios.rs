@@ -78,14 +78,15 @@ fn missing(name: &str, error: &MissingStation) -> String {
 fn scenario(written: &Written) -> Result<Scenario, String> {
     let Written { name, station, first, faults, seconds, rows, returns } = written;
     let named = |rows: &[String]| -> Result<Vec<Row>, String> {
-        let row =
-            |id: &String| Row::named(id).ok_or_else(|| format!("{name}: '{id}' is no row, such as M-C03"));
+        let row = |id: &String| {
+            Row::named(id).ok_or_else(|| format!("{name}: '{id}' is no row; a row is for example M-C03"))
+        };
         rows.iter().map(row).collect()
     };
     let act = first.as_ref().map(|first| {
         let act = Act::ALL.into_iter().find(|(act, _)| act == first).map(|(_, act)| act);
         let names = Act::ALL.map(|(act, _)| act).join(", ");
-        act.ok_or_else(|| format!("{name}: '{first}' is nothing that is done to a station; expected {names}"))
+        act.ok_or_else(|| format!("{name}: '{first}' is no first step of a scenario; expected {names}"))
     });
     let station = match station {
         None => Which::Any,
@@ -124,7 +125,7 @@ mod tests {
         assert_eq!((scenario.rows, scenario.steps[0].act), (vec![Row::C03], Some(Act::PowerOn)));
         for (from, to, part) in [
             ("M-C03", "M-Q03", "'M-Q03' is no row"),
-            ("power-on", "explode", "'explode' is nothing that is done"),
+            ("power-on", "explode", "'explode' is no first step of a scenario"),
             ("late=1.5slot", "later=1.5slot", "'later'"),
             ("station = 6", "station = 127", "outside 0..126"),
             ("station = 6", "stations = 6", "unknown field"),

@@ -327,7 +327,7 @@ impl Drive {
         let left = self.pursue(NodeGoal::Leave)?;
         let at = self.position();
         match (why, left) {
-            (Some(why), _) => Err(Failure::Other(format!("{why}; the drive is released, {at}"))),
+            (Some(why), _) => Err(Failure::Other(format!("{why}; the motor is released, {at}"))),
             (None, Some(NodeOutcome::Failed(trouble))) => Err(self.failure(trouble)),
             (None, Some(NodeOutcome::Done | NodeOutcome::Read(..) | NodeOutcome::Written) | None) if json => {
                 let octets = self.must_read(POSITION)?;
@@ -375,7 +375,7 @@ impl Drive {
     fn position(&mut self) -> String {
         match self.read(POSITION) {
             Ok(Ok(octets)) => format!("position {}", self.network.in_words(self.node, POSITION, &octets)),
-            Ok(Err(_)) | Err(_) => "position not told".into(),
+            Ok(Err(_)) | Err(_) => "position unknown".into(),
         }
     }
 }

@@ -135,7 +135,7 @@ fn wait<T>(address: Address, done: impl FnOnce() -> T) -> T {
         bar.set_style(style);
     }
     bar.set_message(format!(
-        "drive {address} is taken over: beside other masters this one waits for the token, up to half a minute; Ctrl-C ends it"
+        "connecting to drive {address}: if there are other masters on the line, it can take half a minute until this one gets the token; Ctrl-C ends it"
     ));
     bar.set_draw_target(ProgressDrawTarget::stderr());
     bar.enable_steady_tick(TICK);

@@ -48,7 +48,7 @@ pub(super) fn confirm(args: &Master) -> Result<Confirmed, Failure> {
             };
         }
         Action::Calibrate { sure, .. } => {
-            return ask(args, sure.yes, REPLACES, "take another zero for its positions. Is that meant?");
+            return ask(args, sure.yes, REPLACES, "get another zero point. Continue?");
         }
         Action::Scan { .. }
         | Action::Diag
@@ -64,8 +64,8 @@ pub(super) fn confirm(args: &Master) -> Result<Confirmed, Failure> {
         | Action::Monitor { .. } => return Ok(Confirmed(())),
     };
     let (go, what) = match motion {
-        Motion::Enable { go, .. } => (go, "take its motor into control".into()),
-        Motion::Home { go } => (go, "seek its home position".into()),
+        Motion::Enable { go, .. } => (go, "enable its motor".into()),
+        Motion::Home { go } => (go, "search its home position".into()),
         Motion::Move { go, position } => {
             position.position().map_err(Failure::Usage)?;
             if args.can_place().is_some() {
@@ -85,7 +85,7 @@ pub(super) fn confirm(args: &Master) -> Result<Confirmed, Failure> {
             (go, format!("turn with {rpm} rpm"))
         }
     };
-    ask(args, go.yes, TURNS, &format!("{what}. Is everybody out of reach?"))
+    ask(args, go.yes, TURNS, &format!("{what}. Are all people away from it?"))
 }
 
 /// What a command of PNU 970 does to the drive.
@@ -94,7 +94,7 @@ fn loading(command: Result<i64, String>) -> String {
     let entry = TABLE.iter().find(|entry| entry.pnu == LOAD_PARAMETER_SET);
     let words = entry.map(|entry| entry.in_words(command, Lengths::Unknown).to_string()).unwrap_or_default();
     format!(
-        "carry out the command {words} of PNU {LOAD_PARAMETER_SET}; what it replaces is lost. Is that meant?"
+        "carry out the command {words} of PNU {LOAD_PARAMETER_SET}; the present values are lost. Continue?"
     )
 }
 
@@ -104,7 +104,7 @@ fn ask(args: &Master, yes: bool, kind: &str, what: &str) -> Result<Confirmed, Fa
     }
     if !io::stdin().is_terminal() || !io::stderr().is_terminal() {
         return Err(Failure::Usage(format!(
-            "a command that {kind} needs --yes, or somebody at a terminal who confirms it"
+            "a command that {kind} needs --yes, or a terminal at which you confirm it"
         )));
     }
     let number = match args.node {
@@ -191,12 +191,12 @@ fn not_stopped<L: Link, C: Clock>(drive: &Drive<L, C>, outcome: Option<&Trouble>
         // A lost line is lost for both; what came first says more.
         let why = outcome.unwrap_or(end);
         return Failure::Other(format!(
-            "{why}; the drive was not seen to stand: without this master its watchdog releases the motor within \
-             {watchdog:?}, and it runs out"
+            "{why}; the drive did not report standstill: without this master its watchdog releases the motor within \
+             {watchdog:?}, and the shaft coasts"
         ));
     }
     let first = outcome.map(|trouble| format!("{trouble}; ")).unwrap_or_default();
-    Failure::Other(format!("{first}{end}; it is released now, and runs out if it turns"))
+    Failure::Other(format!("{first}{end}; its motor is released now, a turning shaft coasts"))
 }
 
 /// How a motion that went well came to its end.
@@ -289,7 +289,7 @@ fn run_out<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<i32, Trouble> {
     let begun = drive.session.now();
     while travels(drive)? {
         if drive.is_stopped() {
-            return Err(Trouble::StillTurns("interrupted; the drive still runs out".into()));
+            return Err(Trouble::StillTurns("interrupted; the shaft still coasts".into()));
         }
         if drive.session.now().saturating_since(begun) > RUN_OUT {
             return Err(Trouble::StillTurns(format!(
@@ -320,7 +320,7 @@ pub(super) fn stop<L: Link, C: Clock>(drive: &mut Drive<L, C>, json: bool) -> Re
 pub(super) fn acknowledge<L: Link, C: Clock>(drive: &mut Drive<L, C>, json: bool) -> Result<(), Failure> {
     let reading = Reading::of(drive, json)?;
     match drive.reach(Goal::Acknowledge)? {
-        Reached::Done(hiw) => reading.say("no fault is latched, ready to be enabled", hiw),
+        Reached::Done(hiw) => reading.say("no fault is latched, operation can be enabled", hiw),
         Reached::Interrupted => Err(Failure::Other("interrupted".into())),
     }
 }
@@ -411,6 +411,6 @@ mod tests {
         let mut drive = rig.drive();
         rig.cut(200, Cut::Answers);
         let line = ends(&mut drive, Motion::Move { position: "100000".parse().unwrap(), go: GO });
-        assert!(line.contains("its watchdog releases the motor within 1s, and it runs out"), "{line}");
+        assert!(line.contains("its watchdog releases the motor within 1s, and the shaft coasts"), "{line}");
     }
 }

@@ -68,7 +68,7 @@ pub(super) fn master(args: &Master, kind: PpoType) -> Result<(), Failure> {
             if args.reference_speed.is_none() && reference_row(&table).is_none() =>
         {
             return Err(Failure::Usage(
-                "how fast 100 % is is not known; add --reference-speed RPM, or --parameters with a parameter that is tied to \
+                "the speed of 100 % is not known; add --reference-speed RPM, or --parameters with a parameter that is tied to \
                  reference-speed"
                     .into(),
             ));
@@ -139,7 +139,10 @@ fn of_gsd(file: &Path, kind: PpoType) -> Result<Slave, Failure> {
     let others = [fixed, customary.to_vec(), [&[0], customary].concat()];
     let fits = |octets: &Vec<u8>| ppo_of(octets) == Some(kind) && station.judge_cfg(octets, &[]).is_ok();
     let configuration = modules.chain(others).find(fits).ok_or_else(|| {
-        usage(format!("no module of it is a {kind}; see 'profidrive gsd {}' for its modules", file.display()))
+        usage(format!(
+            "none of its modules is a {kind}; see 'profidrive gsd {}' for its modules",
+            file.display()
+        ))
     })?;
     let modules: Vec<usize> = station.modules(&configuration).ok().into_iter().flatten().flatten().collect();
     let user_prm = station.gsd().default_user_prm(&modules);
@@ -397,9 +400,9 @@ impl<L: Link, C: Clock> Taken<'_, L, C> {
             return say(json!({ "standing": standing, "acknowledged": before }));
         }
         say(if clear {
-            "cleared; faults that stand (PNU 947.1 to 947.8):"
+            "cleared; active faults (PNU 947.1 to 947.8):"
         } else {
-            "faults that stand (PNU 947.1 to 947.8):"
+            "active faults (PNU 947.1 to 947.8):"
         })?;
         if standing.is_empty() {
             say("  none")?;
@@ -415,10 +418,12 @@ impl<L: Link, C: Clock> Taken<'_, L, C> {
 
     fn acknowledge(&mut self) -> Result<(), Failure> {
         match self.drive.reach(PpoGoal::Acknowledge)? {
-            ProfileReached::Done(actual) => self.done("no fault stands, ready to be enabled", actual),
+            ProfileReached::Done(actual) => self.done("no active fault, operation can be enabled", actual),
             ProfileReached::Failed(error) => {
                 let standing = self.standing()?;
-                Err(Failure::Other(format!("the fault stays, {standing:?}: its cause is there; {error}")))
+                Err(Failure::Other(format!(
+                    "the fault stays, {standing:?}: its cause is still present; {error}"
+                )))
             }
             ProfileReached::Interrupted => Err(Failure::Other("interrupted".into())),
         }
@@ -426,7 +431,7 @@ impl<L: Link, C: Clock> Taken<'_, L, C> {
 
     fn stop(&mut self) -> Result<(), Failure> {
         match self.drive.reach(PpoGoal::Disable)? {
-            ProfileReached::Done(actual) => self.done("OFF1, the drive is out of operation", actual),
+            ProfileReached::Done(actual) => self.done("OFF1, operation is disabled", actual),
             ProfileReached::Failed(error) => Err(Failure::Other(error.to_string())),
             ProfileReached::Interrupted => Err(Failure::Other("interrupted; the drive still brakes".into())),
         }
@@ -445,7 +450,7 @@ impl<L: Link, C: Clock> Taken<'_, L, C> {
             Motion::Velocity { rpm, limit, .. } => (PpoGoal::Run(self.setpoint(rpm)?), limit, "turned"),
             Motion::Enable { limit, .. } => (PpoGoal::Enable, limit, "held enabled"),
             Motion::Move { .. } | Motion::Jog { .. } | Motion::Home { .. } => {
-                return Err(Failure::Usage("a drive of the profile has velocity and enable".into()));
+                return Err(Failure::Usage("with --ppo only velocity and enable can move the drive".into()));
             }
         };
         let outcome = self.hold(goal, limit);
@@ -459,18 +464,16 @@ impl<L: Link, C: Clock> Taken<'_, L, C> {
                     let faults = self.standing()?;
                     let faults =
                         if faults.is_empty() { String::new() } else { format!(" (faults {faults:?})") };
-                    Err(Failure::Other(format!(
-                        "{error}{faults}; OFF1 is given, the drive is out of operation"
-                    )))
+                    Err(Failure::Other(format!("{error}{faults}; OFF1 is given, operation is disabled")))
                 }
             },
             (Err(error), _) | (Ok(_), Err(error)) => Err(Failure::Other(format!(
-                "{error}; the drive was not seen to leave operation: without this master it has a fault of its own and releases \
+                "{error}; the drive did not report that operation is disabled: without this master it has a fault and releases \
                  the motor"
             ))),
-            (Ok(_), Ok(ProfileReached::Failed(_) | ProfileReached::Interrupted)) => {
-                Err(Failure::Other("the drive was not seen to leave operation; switch its supply off".into()))
-            }
+            (Ok(_), Ok(ProfileReached::Failed(_) | ProfileReached::Interrupted)) => Err(Failure::Other(
+                "the drive did not report that operation is disabled; switch its supply off".into(),
+            )),
         }
     }
 
@@ -510,7 +513,7 @@ impl<L: Link, C: Clock> Taken<'_, L, C> {
     fn setpoint(&mut self, rpm: i32) -> Result<i16, Failure> {
         let reference = self.reference()?.filter(|reference| *reference > 0.0);
         let reference = reference.ok_or_else(|| {
-            Failure::Other("how fast 100 % is is not known; add --reference-speed RPM".into())
+            Failure::Other("the speed of 100 % is not known; add --reference-speed RPM".into())
         })?;
         let setpoint = (f64::from(rpm) / reference * FULL).round();
         if !(f64::from(i16::MIN)..=f64::from(i16::MAX)).contains(&setpoint) {
@@ -534,10 +537,10 @@ fn state(zsw: Zsw) -> &'static str {
     } else if is(ZswBit::SwitchingOnInhibited) {
         "switching on inhibited"
     } else if is(ZswBit::Ready) {
-        "ready"
+        "switched on"
     } else if is(ZswBit::ReadyToSwitchOn) {
-        "ready to switch on"
+        "ready for switching on"
     } else {
-        "not ready to switch on"
+        "not ready for switching on"
     }
 }

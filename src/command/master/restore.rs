@@ -55,7 +55,7 @@ pub(super) fn restore<L: Link, C: Clock>(
     }
     if let Some(other) = other.filter(|_| !yes) {
         return Err(Failure::Other(format!(
-            "{other}; nothing was written; add --yes to write it all the same"
+            "{other}; nothing was written; add --yes to write it nevertheless"
         )));
     }
     wait_for_standstill(drive)?;
@@ -103,12 +103,14 @@ fn fits(identity: Identity, wanted: &ParameterSet) -> Result<(), Failure> {
     for (parameter, value) in &wanted.values {
         let name = format!("{} (PNU {})", parameter.name, parameter.pnu);
         if entry(model, parameter.pnu).is_none() {
-            return Err(Failure::Other(format!("{name} is unknown to {drive}")));
+            return Err(Failure::Other(format!("{name} does not exist on {drive}")));
         }
         if let Some(range) =
             parameter.range(model, gear, Quirks::default()).filter(|range| !range.contains(*value))
         {
-            return Err(Failure::Other(format!("{name} shall be {value}, but takes {range} on {drive}")));
+            return Err(Failure::Other(format!(
+                "{name} is {value} in the file, but takes {range} on {drive}"
+            )));
         }
     }
     Ok(())
@@ -210,17 +212,17 @@ impl Report {
         self.restored.outcomes.iter().filter(|(_, outcome)| of(outcome)).count()
     }
 
-    /// `2 of 5 differing parameters were written, 1 is not confirmed, 2 were not written; ...`
+    /// `2 of 5 parameters that differ were written, 1 not confirmed, 2 not written; ...`
     pub(super) fn sum(&self) -> String {
         let all = self.restored.outcomes.len();
         let written = self.count(|outcome| *outcome == WriteOutcome::Written);
         let unconfirmed = self.count(|outcome| *outcome == WriteOutcome::Unconfirmed);
-        let mut line = format!("{written} of {all} differing parameters were written");
+        let mut line = format!("{written} of {all} parameters that differ were written");
         if unconfirmed > 0 {
-            line += &format!(", {unconfirmed} perhaps");
+            line += &format!(", {unconfirmed} not confirmed");
         }
-        line += &format!(", {} not", all - written - unconfirmed);
-        line + "; restore again to complete it"
+        line += &format!(", {} not written", all - written - unconfirmed);
+        line + "; run restore again to write the rest"
     }
 
     fn show(&self) -> Result<(), Failure> {
@@ -363,7 +365,11 @@ mod tests {
             let report = restored(&rig, &set(&values), None);
             assert_true(&rig, &report, &format!("refused {refused}"));
             assert_eq!(report.count(|outcome| matches!(outcome, WriteOutcome::Refused(_))), 1);
-            assert!(report.sum().starts_with(&format!("{refused} of 6 differing")), "{}", report.sum());
+            assert!(
+                report.sum().starts_with(&format!("{refused} of 6 parameters that differ")),
+                "{}",
+                report.sum()
+            );
             assert!(report.restored.trouble.unwrap().contains("error 2"));
         }
     }
@@ -399,9 +405,9 @@ mod tests {
         for (values, says) in [
             (
                 [(Parameter::DPos, 50)],
-                "d-Pos (PNU 1039) is unknown to this AG03 with gear 48:1; nothing was written",
+                "d-Pos (PNU 1039) does not exist on this AG03 with gear 48:1; nothing was written",
             ),
-            ([(Parameter::VPos, 150)], "v-Pos (PNU 1004) shall be 150, but takes 1..100 on this AG03"),
+            ([(Parameter::VPos, 150)], "v-Pos (PNU 1004) is 150 in the file, but takes 1..100 on this AG03"),
         ] {
             let Err(Failure::Other(line)) = fits(Identity { model, gear }, &set(&values)) else {
                 panic!("fits")

@@ -70,7 +70,7 @@ pub(super) fn scan<L: Link, C: Clock>(
         (Err(error), Some(last)) => Err(Failure::Other(format!("{error}; asked up to address {last}"))),
         (Err(error), None) => Err(error.into()),
         (Ok(()), _) if found.is_empty() && !json => Err(Failure::Other(format!(
-            "no station answers from {} to {}; check the cable, the rate and that somebody is switched on",
+            "no station answers from {} to {}; check the cable, the rate and that a station is switched on",
             range.first, range.last
         ))),
         (Ok(()), _) => Ok(()),

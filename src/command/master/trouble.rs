@@ -9,7 +9,7 @@ pub(super) enum Trouble {
     #[error(transparent)]
     Drive(#[from] DriveError),
     /// What the drive says, which is not what was asked of it.
-    #[error("the drive has stopped doing it: {0}")]
+    #[error("the drive no longer does it: {0}")]
     Ended(String),
     /// Somebody else changed what it was checked for: nothing was begun.
     #[error("{0}")]

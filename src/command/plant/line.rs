@@ -71,7 +71,7 @@ pub(super) fn plan(line: &At<LineTable>, folder: &Path) -> Result<LinePlan, Wron
         }
     }
     if addresses.is_empty() && table.node.is_empty() {
-        let words = "nobody is on the line; expected [[line.drive]], [[line.ppo-drive]], [[line.station]] or [[line.node]]";
+        let words = "the line has no station; expected [[line.drive]], [[line.ppo-drive]], [[line.station]] or [[line.node]]";
         return Err(Wrong::at(line.span(), words));
     }
     if let Some(place) = places(table).next().filter(|_| is_can) {
@@ -182,7 +182,7 @@ fn fault_plan(
     if let (Some(until), Some(end)) = (&table.until, until)
         && from.is_some_and(|from| from >= end)
     {
-        return Err(Wrong::at(until.span(), "until is not behind from"));
+        return Err(Wrong::at(until.span(), "until must be later than from"));
     }
     let while_input = table.while_input.as_ref().map(|table| condition(table, stations)).transpose()?;
     Ok(FaultPlan { fault, from, until, while_input })

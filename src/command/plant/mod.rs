@@ -282,7 +282,7 @@ mod tests {
             (
                 station("[[line.fault]]\nfault = 'no-reply'\nfrom = '5s'\nuntil = '5s'"),
                 "10, column 9",
-                "until is not behind from",
+                "until must be later than from",
             ),
             (
                 station(

@@ -64,7 +64,7 @@ pub(super) struct PlantFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct LineTable {
-    /// pty, pty:PATH, serial:DEVICE, tcp:HOST:PORT; of a CAN bus slcan-pty, slcan-pty:PATH, slcan-tcp:HOST:PORT.
+    /// pty, pty:PATH, serial:DEVICE, tcp:HOST:PORT; of a CAN bus slcan-pty, slcan-pty:PATH, slcan-tcp:HOST:PORT, slcan-tty:PATH, socketcan:INTERFACE.
     pub(super) link: At<String>,
     /// Bit/s, or "auto".
     pub(super) baud: Option<At<Baud>>,
@@ -82,7 +82,7 @@ pub(super) struct LineTable {
     pub(super) state_dir: Option<At<String>>,
     /// The file for a capture, FILE.pcapng.
     pub(super) capture: Option<At<String>>,
-    /// How all drives or nodes behave where the manuals leave it open: name and value (docs/quirks.md).
+    /// How all drives or nodes behave where the manuals are not clear: name and value (docs/quirks.md).
     #[serde(default)]
     pub(super) quirks: BTreeMap<String, At<String>>,
     /// Drives on PROFIBUS.
@@ -122,10 +122,10 @@ pub(super) struct DriveTable {
     pub(super) model: Option<At<String>>,
     /// 24 or 48; 48 unless given.
     pub(super) gear: Option<At<u16>>,
-    /// How this drive behaves where the manuals leave it open; goes before the quirks of the line.
+    /// How this drive behaves where the manuals are not clear; has priority over the quirks of the line.
     #[serde(default)]
     pub(super) quirks: BTreeMap<String, At<String>>,
-    /// What its parameters begin with, by number or name.
+    /// Start values of its parameters, by number or name.
     #[serde(default)]
     pub(super) values: BTreeMap<String, At<i64>>,
 }
@@ -144,7 +144,7 @@ pub(super) struct PpoDriveTable {
     pub(super) gsd: Option<At<String>>,
     /// The table of its parameters, .toml or .csv.
     pub(super) parameters: Option<At<String>>,
-    /// What its parameters begin with, by number or name, of an array with the element: numbers on the bus.
+    /// Start values of its parameters, by number or name, of an array with the element: numbers on the bus.
     #[serde(default)]
     pub(super) values: BTreeMap<String, At<f64>>,
 }
@@ -161,7 +161,7 @@ pub(super) struct NodeTable {
     pub(super) mode: Option<At<String>>,
     /// Of an ag03-1: 24 or 48.
     pub(super) gear: Option<At<u16>>,
-    /// How this node behaves where the manuals leave it open; goes before the quirks of the line.
+    /// How this node behaves where the manuals are not clear; has priority over the quirks of the line.
     #[serde(default)]
     pub(super) quirks: BTreeMap<String, At<String>>,
 }
@@ -174,13 +174,13 @@ pub(super) struct StationTable {
     pub(super) address: At<u8>,
     /// The device file.
     pub(super) gsd: At<String>,
-    /// Refuses all that the file does not say.
+    /// Refuses everything that the GSD does not allow.
     #[serde(default)]
     pub(super) strict: bool,
     /// The names of the modules that are plugged in, slot by slot. Another configuration is refused. Without it the master
     /// chooses.
     pub(super) modules: Option<At<Vec<At<String>>>>,
-    /// What moves its inputs.
+    /// How its inputs change.
     #[serde(default)]
     pub(super) input: Vec<At<InputTable>>,
 }
@@ -225,17 +225,17 @@ pub(super) struct InputTable {
     pub(super) time: Option<At<String>>,
     /// ramp: hold unless given.
     pub(super) then: Option<At<Then>>,
-    /// sine: the value it swings around; 0 unless given.
+    /// sine: the mean value; 0 unless given.
     pub(super) mean: Option<At<f64>>,
-    /// sine: how far it swings.
+    /// sine: the amplitude.
     pub(super) amplitude: Option<At<f64>>,
-    /// sine: from one crest to the next.
+    /// sine: the time of one period.
     pub(super) period: Option<At<String>>,
-    /// sine: how far into a period it begins; at 0 unless given.
+    /// sine: the time in a period at which it begins; 0 unless given.
     pub(super) phase: Option<At<String>>,
     /// table: a CSV file with the lines SECONDS;VALUE.
     pub(super) file: Option<At<String>>,
-    /// table: starts anew after this time; unless given the last value stays.
+    /// table: starts again after this time; unless given the last value stays.
     pub(super) repeat: Option<At<String>>,
     /// mirror, follow: the output.
     pub(super) of: Option<PointTable>,
@@ -253,9 +253,9 @@ pub(super) enum Behaviour {
     Constant,
     /// The output `of` of the same station.
     Mirror,
-    /// From `from` to `to` by `step` `every` time, and anew.
+    /// Counts from `from` to `to`: `step` is added `every` time; then again.
     Count,
-    /// Evenly `from` one value `to` another in `time`, `then` hold, repeat or return.
+    /// Linearly from `from` to `to` in `time`, `then` hold, repeat or return.
     Ramp,
     /// `mean` + `amplitude` * sin(2 pi (time + `phase`) / `period`).
     Sine,
@@ -271,9 +271,9 @@ pub(super) enum Behaviour {
 pub(super) enum Then {
     /// Stays.
     Hold,
-    /// Begins anew.
+    /// Starts again.
     Repeat,
-    /// Goes back the same way, and so on.
+    /// Goes back to the first value, and so on.
     Return,
 }
 
@@ -283,11 +283,11 @@ pub(super) enum Then {
 pub(super) struct FaultTable {
     /// As for `--fault` (docs/faults.md), for example "late=3ms,station=7,service=Data_Exchange,at=100".
     pub(super) fault: At<String>,
-    /// Not earlier, counted from when the line is made, for example "10s".
+    /// Not before this time after the start of the line, for example "10s".
     pub(super) from: Option<At<String>>,
-    /// Not later.
+    /// Not after this time.
     pub(super) until: Option<At<String>>,
-    /// Only while this holds.
+    /// Only while this is true.
     #[serde(rename = "while")]
     pub(super) while_input: Option<At<WhileTable>>,
 }

@@ -38,16 +38,16 @@ pub enum Hindrance {
 impl fmt::Display for Hindrance {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::NotByPlc => "the drive does not look at the control word: set STW bit 10 (control by PLC)",
+            Self::NotByPlc => "the drive ignores the control word: set STW bit 10 (control by PLC)",
             Self::Fault => "a fault: remove its cause and acknowledge it (STW bit 7 from 0 to 1)",
-            Self::Off2 => "OFF2: set STW bit 1, and look for an OFF2 at the terminals of the drive",
-            Self::Off3 => "OFF3: set STW bit 2, and look for an OFF3 at the terminals of the drive",
+            Self::Off2 => "OFF2: set STW bit 1, and check the OFF2 input at the terminals of the drive",
+            Self::Off3 => "OFF3: set STW bit 2, and check the OFF3 input at the terminals of the drive",
             Self::Inhibited => "switching on is inhibited: give OFF1 once (STW bit 0 = 0, bits 1 and 2 = 1)",
-            Self::NotReadyToSwitchOn => "not ready to switch on: look at the supplies of the drive",
+            Self::NotReadyToSwitchOn => "not ready for switching on: check the supplies of the drive",
             Self::NotOn => "OFF1: set STW bit 0 (ON)",
             Self::NotEnabled => "operation is not enabled: set STW bit 3",
             Self::NotInOperation => {
-                "all is commanded and the drive does not enable operation: look at its inputs for releases"
+                "all bits are set, but the drive does not enable operation: check its enable inputs"
             }
             Self::RampDisabled => "the output of the ramp generator is 0: set STW bit 4",
             Self::RampFrozen => "the ramp generator is held: set STW bit 5",

@@ -209,7 +209,7 @@ fn the_position_jumps_at_the_end_of_the_encoder_and_no_travel_leads_there() {
     rig.stw(0x003b).travel(8001);
     assert_eq!(
         rig.refusal_text(),
-        "travel to 8001 inc refused: the way leads beyond the range of the absolute encoder"
+        "travel to 8001 inc refused: the travel would leave the range of the absolute encoder"
     );
     rig.stw(0x023b);
     let mut last = rig.position();

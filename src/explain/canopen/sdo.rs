@@ -64,7 +64,7 @@ pub(super) fn request(node: &mut Learned, number: u8, frame: &Frame) -> Said {
         }
         Request::Abort(code) => {
             let of = node.asked.take().map(|asked| format!(" of {}", named(node, asked.at())));
-            let summary = format!("the client gives up{}: {code}", of.unwrap_or_default());
+            let summary = format!("the client aborts{}: {code}", of.unwrap_or_default());
             let fields = Vec::from([whole_field(octets, format!("abort: {code}")).marked(Mark::Trouble)]);
             (summary, fields, None)
         }

@@ -102,7 +102,7 @@ fn the_start_up_of_an_ag03_1_in_words() {
         "080  SYNC",
         "705  guarding request to 5",
         "705  guarding answer of 5: OPERATIONAL",
-        "! 605  SDO to 5: the client gives up: general error (08000000h)",
+        "! 605  SDO to 5: the client aborts: general error (08000000h)",
     ];
     assert_eq!(told(&mut ag03(), &lines), expected);
 }

@@ -45,7 +45,7 @@ fn the_worked_start_up_of_the_reference_reads_as_a_conversation() {
     // `dp-v0.md` 10, in its order, with the ident number and PPO of the drives where the data are theirs.
     let mut context = Context::default();
     for (hex, line) in [
-        ("10 05 02 49 50 16", "2 -> 5  FDL status: who is there?"),
+        ("10 05 02 49 50 16", "2 -> 5  FDL status request"),
         ("10 02 05 00 07 16", "5 -> 2  here, a slave"),
         ("68 05 05 68 85 82 6D 3C 3E EE 16", "2 -> 5  Slave_Diag request"),
         (
@@ -56,12 +56,9 @@ fn the_worked_start_up_of_the_reference_reads_as_a_conversation() {
             "68 0C 0C 68 85 82 5D 3D 3E 88 0A 0A 0B 12 34 00 CC 16",
             "2 -> 5  Set_Prm: lock the slave, watchdog 1000 ms, reply after 11 bit times",
         ),
-        ("E5", "5 -> 2  short acknowledge: Set_Prm has arrived"),
-        (
-            "68 07 07 68 85 82 7D 3E 3E 23 13 36 16",
-            "2 -> 5  Chk_Cfg: 4 octets of outputs and 4 of inputs, agreed?",
-        ),
-        ("E5", "5 -> 2  short acknowledge: Chk_Cfg has arrived"),
+        ("E5", "5 -> 2  short acknowledge: Set_Prm received"),
+        ("68 07 07 68 85 82 7D 3E 3E 23 13 36 16", "2 -> 5  Chk_Cfg: 4 octets of outputs and 4 of inputs"),
+        ("E5", "5 -> 2  short acknowledge: Chk_Cfg received"),
         ("68 05 05 68 85 82 5D 3C 3E DE 16", "2 -> 5  Slave_Diag request"),
         (
             "68 0B 0B 68 82 85 08 3E 3C 00 0C 00 02 12 34 DD 16",
@@ -85,7 +82,7 @@ fn the_worked_start_up_of_the_reference_reads_as_a_conversation() {
             "68 0C 0C 68 85 82 7D 3D 3E 40 00 00 00 12 34 00 85 16",
             "2 -> 5  Set_Prm: unlock the slave for other masters, watchdog off",
         ),
-        ("68 09 09 68 FE 82 6D 37 3E 07 12 34 00 AF 16", "2 -> 126  Set_Slave_Add: be station 7"),
+        ("68 09 09 68 FE 82 6D 37 3E 07 12 34 00 AF 16", "2 -> 126  Set_Slave_Add: new address 7"),
         ("DC 02 02", "2 -> 2  token"),
     ] {
         let explanation = context.telegram(&octets(hex));
@@ -151,7 +148,7 @@ fn each_fault_of_a_frame_names_its_octet_and_reason() {
         ("68", "invalid at octet 1: telegram broken off after 1 octets"),
         (
             "E5 E5",
-            "invalid at octet 1: behind the end of the telegram, which has 1 octets; short acknowledge: it has arrived",
+            "invalid at octet 1: behind the end of the telegram, which has 1 octets; short acknowledge: request received",
         ),
     ] {
         let explanation = alone(hex);
@@ -177,7 +174,7 @@ fn a_wrong_checksum_and_a_wrong_end_are_both_shown() {
 fn a_broken_telegram_teaches_nothing() {
     let mut context = Context::default();
     context.telegram(&octets("68 05 05 68 85 82 6D 3C 3E EF 16"));
-    assert_eq!(context.telegram(&octets("E5")).line(), "short acknowledge: it has arrived");
+    assert_eq!(context.telegram(&octets("E5")).line(), "short acknowledge: request received");
 }
 
 proptest! {

@@ -20,7 +20,7 @@ pub(in crate::explain) fn judge(pkw: Pkw, field: &mut Field) {
     let job = pkw.pke.job();
     if job == JobId::NoJob {
         if pkw != Pkw::ZERO {
-            hint(field, Mark::Plain, "job 0 asks for nothing; the other words are not looked at".into());
+            hint(field, Mark::Plain, "job 0 is no job; the other words are ignored".into());
         }
         return;
     }
@@ -146,7 +146,7 @@ fn lost_value(pkw: Pkw, field: &mut Field) {
         let text = if pkw.pwe_low == 0 {
             "the value is in word 3; a word belongs in word 4, the low word of PWE"
         } else {
-            "word 3 is not looked at: a word has its value in word 4"
+            "word 3 is ignored: a word has its value in word 4"
         };
         hint(field, Mark::Mistake, text.into());
     }
@@ -160,7 +160,7 @@ fn index(pkw: Pkw, field: &mut Field) {
     }
     match job {
         JobId::Read | JobId::WriteWord | JobId::WriteDoubleWord => {
-            hint(field, Mark::Plain, format!("job {} does not look at IND; it is for arrays", job.ak()));
+            hint(field, Mark::Plain, format!("job {} ignores IND; IND is for arrays", job.ak()));
         }
         JobId::ReadElement | JobId::WriteElementWord | JobId::WriteElementDoubleWord
             if ind.high_octet() == 0 =>
@@ -189,7 +189,7 @@ fn public_mistakes(pkw: Pkw, field: &mut Field) {
         hint(field, Mark::Mistake, text);
     }
     let text = match (raw, pkw.pke.pnu()) {
-        (_, 0x3BB) => "3BBh is 955; a widespread text means PNU 947 by it, which is 3B3h",
+        (_, 0x3BB) => "3BBh is 955; some documents write it for PNU 947, which is 3B3h",
         (0xAC1A, _) => "a manual prints AC1A for a message about PNU 538, which would be AA1A (538 = 21Ah)",
         (0x1C08, _) => "a manual prints 1C08 for PNU 520, which would be 1A08 with bit 11 set (520 = 208h)",
         (_, _) => return,
@@ -219,7 +219,7 @@ fn swapped(pke: Pke) -> Option<String> {
     let sensible = !swapped.spm() && (1..=9).contains(&swapped.ak()) && known(swapped.pnu()).is_some();
     let text = || {
         let (raw, name) = (swapped.raw(), named(swapped.pnu()));
-        format!("with its octets the other way round PKE is {raw:04X}, {name}: words go high octet first")
+        format!("with its octets exchanged PKE is {raw:04X}, {name}: the high octet of a word comes first")
     };
     sensible.then(text)
 }

@@ -143,7 +143,7 @@ fn mistakes_that_public_texts_spread_are_explained_as_wrong() {
             "the parameter is a double word, got a word; use job 3, write double word: PKE 33F8",
         ),
         // PNU 947 taken for 3BBh.
-        ("13BB 0000 0000 0000", "3BBh is 955; a widespread text means PNU 947 by it, which is 3B3h"),
+        ("13BB 0000 0000 0000", "3BBh is 955; some documents write it for PNU 947, which is 3B3h"),
         // "For PNU 1000 to 1999 set bit 11."
         (
             "1BFA 0000 0000 0000",
@@ -152,18 +152,18 @@ fn mistakes_that_public_texts_spread_are_explained_as_wrong() {
         // Job 7 as "read array".
         ("73B1 0300 0000 0000", "Job 7 writes; to read an element use job 6, read array element: PKE 63B1"),
         // A job of another vendor.
-        ("E3E8 0000 0000 0064", "Jobs end at 9 here"),
+        ("E3E8 0000 0000 0064", "The highest job is 9 here"),
         ("13B1 0000 0000 0000", "use job 6, read array element: PKE 63B1"),
         ("63FA 0100 0000 0000", "the parameter is no array; use job 1, read value: PKE 13FA"),
         ("73E8 0000 0000 0064", "the parameter is no array; use job 2, write word: PKE 23E8"),
         ("83F8 0000 0000 0064", "the parameter is no array; use job 3, write double word: PKE 33F8"),
         ("23EB 0000 0032 0000", "the value is in word 3; a word belongs in word 4"),
-        ("23EB 0000 0001 0032", "word 3 is not looked at"),
+        ("23EB 0000 0001 0032", "word 3 is ignored"),
         (
             "63B1 0A00 0000 0000",
             "error 3, wrong sub-index: the array has 10 elements counted from 0, got sub-index 10",
         ),
-        ("FA13 0000 0000 0000", "with its octets the other way round PKE is 13FA"),
+        ("FA13 0000 0000 0000", "with its octets exchanged PKE is 13FA"),
         (
             "1018 0000 0000 0000",
             "1018 here are decimal digits: PNU 1018 is 3FAh, and reading Calibration value is PKE 13FA",

@@ -72,7 +72,7 @@ fn control_words_of_other_drives_are_commented() {
     for (text, mode, mark, hint) in [
         ("047F", Mode::Positioning, Mark::Plain, "bit 2 (OFF3) is not implemented and must be 0"),
         ("047E", Mode::Positioning, Mark::Plain, "bit 10, control by PLC, is not needed"),
-        ("0B00", Mode::Positioning, Mark::Mistake, "with its octets the other way round it is 000B"),
+        ("0B00", Mode::Positioning, Mark::Mistake, "with its octets exchanged it is 000B"),
         ("030B", Mode::Positioning, Mark::Mistake, "inching 1 and inching 2 exclude each other"),
         ("010B", Mode::Velocity, Mark::Plain, "inching needs the positioning mode"),
         ("004B 0000 00C9", Mode::Velocity, Mark::Mistake, "no gear turns faster than 200 rpm"),

@@ -65,7 +65,7 @@ impl Reader {
                         self.area = Some(DiagArea { first, last, values: Vec::new() });
                     }
                     Some(_) | None => {
-                        self.warn(place, "expected FIRST-LAST bits of the area; the area is left out".into());
+                        self.warn(place, "expected FIRST-LAST bits of the area; the area is ignored".into());
                     }
                 }
             }
@@ -98,7 +98,7 @@ impl Reader {
         if !good {
             self.warn(
                 place,
-                format!("the identifiers of module '{name}' are incomplete; the module is left out"),
+                format!("the identifiers of module '{name}' are incomplete; the module is ignored"),
             );
             self.bad_module.get_or_insert((place, name.clone()));
         }
@@ -150,7 +150,7 @@ impl Reader {
             }
             Block::Texts { place, id, texts } => {
                 if self.gsd.texts.insert(id, texts).is_some() {
-                    self.warn(place, format!("PrmText {id} stands twice; the last one counts"));
+                    self.warn(place, format!("PrmText {id} is there twice; the last one is used"));
                 }
                 place
             }
@@ -160,11 +160,11 @@ impl Reader {
                         if self.gsd.parameters.insert(id, parameter).is_some() {
                             self.warn(
                                 place,
-                                format!("ExtUserPrmData {id} stands twice; the last one counts"),
+                                format!("ExtUserPrmData {id} is there twice; the last one is used"),
                             );
                         }
                     }
-                    None => self.warn(place, format!("parameter '{name}' has no type; it is left out")),
+                    None => self.warn(place, format!("parameter '{name}' has no type; it is ignored")),
                 }
                 place
             }

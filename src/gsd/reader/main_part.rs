@@ -87,7 +87,11 @@ impl Reader {
         let place = line.place;
         let keyword = line.keyword.as_str();
         if line.argument.is_none() && !keyword.is_empty() && !self.seen.insert(keyword.to_owned()) {
-            self.hint(Level::Warning, place, format!("{} stands twice; the last one counts", line.spelled));
+            self.hint(
+                Level::Warning,
+                place,
+                format!("{} is there twice; the last one is used", line.spelled),
+            );
         }
         let text = || trimmed(line.text().unwrap_or_default());
         let (gsd, flags) = (&mut self.gsd, line.is_on());
@@ -138,7 +142,7 @@ impl Reader {
                 self.old_data = line.octets();
                 gsd.old_form_last = true;
                 if self.old_data.is_none() {
-                    self.warn(place, "User_Prm_Data holds what is no octet; it is left out".into());
+                    self.warn(place, "User_Prm_Data has a value that is no octet; it is ignored".into());
                 }
             }
             "max_user_prm_data_len" => {

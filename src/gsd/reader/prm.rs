@@ -23,7 +23,7 @@ impl Reader {
                 });
                 if !data.is_empty() && data.len() != len {
                     let text = format!(
-                        "User_Prm_Data_Len is {len}, User_Prm_Data has {} octets; the length counts",
+                        "User_Prm_Data_Len is {len}, User_Prm_Data has {} octets; the length is used",
                         data.len()
                     );
                     self.warn(place, text);
@@ -50,7 +50,7 @@ impl Reader {
                     self.warn(place, text);
                 }
             } else if !self.gsd.parameters.contains_key(&number) {
-                self.warn(place, format!("no ExtUserPrmData {number}; the reference is left out"));
+                self.warn(place, format!("no ExtUserPrmData {number}; the reference is ignored"));
             }
         }
         let dangling = |parameter: &&Parameter| {
@@ -59,7 +59,7 @@ impl Reader {
         let without_text: Vec<_> =
             self.gsd.parameters.values().filter(dangling).map(|parameter| parameter.name.clone()).collect();
         for name in without_text {
-            self.warn(self.header, format!("the Prm_Text_Ref of parameter '{name}' leads to no PrmText"));
+            self.warn(self.header, format!("the Prm_Text_Ref of parameter '{name}' names no PrmText"));
         }
     }
 }
@@ -72,16 +72,16 @@ pub(super) fn part(
 ) -> Result<(), String> {
     let offset = line.argument.unwrap_or_default();
     let offset = u8::try_from(offset).ok().filter(|offset| usize::from(*offset) < MAX_USER_PRM_LEN);
-    let offset = offset.ok_or_else(|| format!("{} lies behind octet 236; it is left out", line.spelled))?;
+    let offset = offset.ok_or_else(|| format!("{} is behind octet 236; it is ignored", line.spelled))?;
     if line.keyword == "ext_user_prm_data_const" {
         let octets = line
             .octets()
-            .ok_or_else(|| format!("{} holds what is no octet; it is left out", line.spelled))?;
+            .ok_or_else(|| format!("{} has a value that is no octet; it is ignored", line.spelled))?;
         part.constants.push((offset, octets));
         return Ok(());
     }
     let id = line.first().and_then(|id| u32::try_from(id).ok()).filter(|id| id & DIAG_BIT == 0);
-    let id = id.ok_or_else(|| format!("{} has no number; it is left out", line.spelled))?;
+    let id = id.ok_or_else(|| format!("{} has no number; it is ignored", line.spelled))?;
     part.references.push(Reference { offset, id });
     references.push((line.place, id));
     Ok(())
@@ -91,7 +91,7 @@ pub(super) fn part(
 pub(super) fn field_type(line: &Statement<'_>) -> Option<Result<FieldType, String>> {
     let bit = |number: Option<i64>| number.and_then(|bit| u8::try_from(bit).ok()).filter(|bit| *bit < 32);
     let (first, last) = (bit(line.argument), bit(line.argument_end));
-    let wrong = || format!("{} names no bits of 0..31; the parameter is left out", line.spelled);
+    let wrong = || format!("{} names no bits of 0..31; the parameter is ignored", line.spelled);
     Some(match line.keyword.as_str() {
         "bit" => first.map(FieldType::Bit).ok_or_else(wrong),
         "bitarea" => match (first, last) {
@@ -105,7 +105,7 @@ pub(super) fn field_type(line: &Statement<'_>) -> Option<Result<FieldType, Strin
         "signed16" => Ok(FieldType::Signed16),
         "signed32" => Ok(FieldType::Signed32),
         "changeable" | "visible" | "prm_text_ref" => {
-            Err(format!("{} stands before the type; it is left out", line.spelled))
+            Err(format!("{} is before the type; it is ignored", line.spelled))
         }
         _other => return None,
     })

@@ -226,12 +226,12 @@ impl fmt::Display for LineHint {
                  whether A and B are exchanged and the line is terminated at both ends"
             ),
             Self::NobodyThere { master, asked, there: Addresses(0) } => {
-                write!(f, "hint: master {master} asks for station {asked}, and no station is here")
+                write!(f, "hint: master {master} asks for station {asked}, and no station is on the line")
             }
             Self::NobodyThere { master, asked, there } => write!(
                 f,
-                "hint: master {master} asks for station {asked}, which is not here; here is {there}: change the address \
-                 in the master's project or that of the station"
+                "hint: master {master} asks for station {asked}, which is not on the line; on the line: {there}; change the \
+                 address in the master's project or that of the station"
             ),
             Self::SecondMaster { first, second } => write!(
                 f,

@@ -99,7 +99,7 @@ impl Adapters {
             if gone {
                 bus.remove(now, adapter.seat());
                 tracing::info!(
-                    "slcan: {} has left, {} frames it did not read",
+                    "slcan: {} has closed its connection, {} frames were not read",
                     adapter.name(),
                     adapter.dropped()
                 );
@@ -145,7 +145,7 @@ impl Adapters {
                 }
             };
             if self.adapters.len() >= MAX_ADAPTERS {
-                tracing::warn!("slcan: {peer} is turned away: there are {MAX_ADAPTERS} masters");
+                tracing::warn!("slcan: {peer} is refused: {MAX_ADAPTERS} masters are connected");
                 continue;
             }
             match Stream::tcp(stream) {
@@ -153,7 +153,7 @@ impl Adapters {
                     tracing::info!("slcan: {peer} connected");
                     self.adapters.push(Adapter::new(stream, peer.to_string(), bus, now));
                 }
-                Err(error) => tracing::warn!("slcan: {peer} is turned away: {error}"),
+                Err(error) => tracing::warn!("slcan: {peer} is refused: {error}"),
             }
         }
     }

@@ -41,7 +41,7 @@ pub enum AdapterNews {
 impl fmt::Display for AdapterNews {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Rate(timing) => write!(f, "rate set to {timing}; the bus in memory keeps its own"),
+            Self::Rate(timing) => write!(f, "rate set to {timing}; the bus in memory keeps its rate"),
             Self::Channel(Channel::Closed) => f.write_str("closed"),
             Self::Channel(Channel::Open) => f.write_str("open"),
             Self::Channel(Channel::ListenOnly) => f.write_str("open to listen only"),

@@ -119,7 +119,7 @@ pub enum NodeFaultError {
         key: String,
     },
     /// `id` is for faults of frames.
-    #[error("id is for faults of frames (frame-lost, ...); a fault of a node has a service of its own")]
+    #[error("id is only for faults of frames (frame-lost, ...); leave it out")]
     IdOfNode,
 }
 
@@ -370,7 +370,7 @@ mod tests {
             ("sdo-lost,count=1,count=2", "'count' is given twice"),
             ("sdo-lost,node=1,node=2", "'node' is given twice"),
             ("sdo-lost,station=5", "'station=5' is unknown; expected FAULT"),
-            ("sdo-lost,id=585", "id is for faults of frames"),
+            ("sdo-lost,id=585", "id is only for faults of frames"),
             ("frame-lost,id=800", "'800' does not fit id; expected three hexadecimal digits"),
             ("frame-lost,id=+85", "does not fit id"),
             ("", "'' is no fault of a node"),

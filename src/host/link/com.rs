@@ -6,7 +6,6 @@
 //! ```
 
 use core::sync::atomic::{AtomicBool, Ordering};
-use core::time::Duration;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
@@ -14,6 +13,7 @@ use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 
 use rustix::event::{PollFd, PollFlags};
+use serial2::os::windows::CommTimeouts;
 use serial2::{CharSize, FlowControl, Parity, SerialPort, Settings, StopBits};
 
 use super::socket_pair;
@@ -21,10 +21,23 @@ use crate::host::Error;
 use crate::time::BaudRate;
 
 /// How long the thread takes at most to notice that it shall end.
-const LOOK: Duration = Duration::from_millis(100);
+const LOOK_MS: u32 = 100;
 
 /// Longer than the longest telegram takes at the lowest rate.
-const WRITE_TIMEOUT: Duration = Duration::from_secs(1);
+const WRITE_TIMEOUT_MS: u32 = 1000;
+
+/// A read waits this long until all it has room for has arrived: with room for one octet, for that.
+const WAIT: CommTimeouts = CommTimeouts {
+    read_interval_timeout: 0,
+    read_total_timeout_multiplier: 0,
+    read_total_timeout_constant: LOOK_MS,
+    write_total_timeout_multiplier: 0,
+    write_total_timeout_constant: WRITE_TIMEOUT_MS,
+};
+
+/// A read takes what has arrived and does not wait.
+const AT_ONCE: CommTimeouts =
+    CommTimeouts { read_interval_timeout: u32::MAX, read_total_timeout_constant: 0, ..WAIT };
 
 /// An open port, of this process alone: Windows lets nobody else open it.
 #[derive(Debug)]
@@ -50,9 +63,8 @@ impl Com {
         Self::start(port).map_err(not_open)
     }
 
-    fn start(mut port: SerialPort) -> io::Result<Self> {
-        port.set_read_timeout(LOOK)?;
-        port.set_write_timeout(WRITE_TIMEOUT)?;
+    fn start(port: SerialPort) -> io::Result<Self> {
+        port.set_windows_timeouts(&WAIT)?;
         // What arrived under other settings is noise.
         port.discard_buffers()?;
         let (arrived, tell) = socket_pair()?;
@@ -117,17 +129,32 @@ fn set(port: &mut SerialPort, rate: BaudRate, parity: Parity) -> io::Result<()> 
 fn forward(port: &SerialPort, mut tell: TcpStream, end: &AtomicBool) {
     let mut octets = [0; 512];
     while !end.load(Ordering::SeqCst) {
-        match port.read(&mut octets) {
-            // Nothing within the time.
-            Ok(0) => {}
-            Ok(count) => {
-                if tell.write_all(octets.get(..count).unwrap_or_default()).is_err() {
-                    return;
-                }
-            }
-            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {}
-            Err(_) => return,
+        let Ok(count) = arrivals(port, &mut octets) else { return };
+        if tell.write_all(octets.get(..count).unwrap_or_default()).is_err() {
+            return;
         }
+    }
+}
+
+/// Waits a while for an octet, and takes what has come with it.
+///
+/// Timeouts for this in one read exist too (`MAXDWORD` twice); Wine has no such read.
+fn arrivals(port: &SerialPort, octets: &mut [u8; 512]) -> io::Result<usize> {
+    let [first, rest @ ..] = octets;
+    port.set_windows_timeouts(&WAIT)?;
+    let waited = read(port, core::slice::from_mut(first))?;
+    if waited == 0 {
+        return Ok(0);
+    }
+    port.set_windows_timeouts(&AT_ONCE)?;
+    Ok(waited + read(port, rest)?)
+}
+
+/// 0: nothing within the time.
+fn read(port: &SerialPort, octets: &mut [u8]) -> io::Result<usize> {
+    match port.read(octets) {
+        Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => Ok(0),
+        outcome => outcome,
     }
 }
 

@@ -9,7 +9,7 @@ use rustix::event::PollFd;
 
 use crate::host::{Error, Link, Received, Stop};
 
-const INSTEAD: &str = "only Linux has those that are needed; use a TCP port (tcp:127.0.0.1:0, of CAN slcan-tcp:127.0.0.1:0), or a serial \
+const INSTEAD: &str = "pseudo-terminals are for Linux only; use a TCP port (tcp:127.0.0.1:0, of CAN slcan-tcp:127.0.0.1:0), or a serial \
                        port, on Windows one of a pair of com0com; see docs/platforms.md";
 
 /// A pseudo-terminal, of which there is never one here.

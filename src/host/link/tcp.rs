@@ -169,7 +169,7 @@ impl Tcp {
     fn welcome(&mut self, stream: TcpStream, peer: SocketAddr, now: Instant) {
         if self.clients.len() >= MAX_CLIENTS {
             if !self.full {
-                tracing::warn!("tcp: {peer} and further clients are turned away: there are {MAX_CLIENTS}");
+                tracing::warn!("tcp: {peer} and further clients are refused: {MAX_CLIENTS} are connected");
             }
             self.full = true;
             return;
@@ -177,7 +177,7 @@ impl Tcp {
         match Client::new(stream, peer, now) {
             Ok(client) => self.clients.push(client),
             Err(error) => {
-                tracing::warn!("tcp: {peer} is turned away: {error}");
+                tracing::warn!("tcp: {peer} is refused: {error}");
                 return;
             }
         }

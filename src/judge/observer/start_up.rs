@@ -108,7 +108,7 @@ impl Observer {
     fn judge_needless(&mut self, cycle: &Cycle) {
         if self.view(cycle.to).calm > 0 {
             let reason =
-                format!("Set_Prm to station {}, with which nothing is wrong; another one is lost", cycle.to);
+                format!("Set_Prm to station {}, which has no fault; another station is lost", cycle.to);
             self.broken(Row::L04, Weight::Times(2), cycle.serial.saturating_sub(8), None, reason);
         }
     }

@@ -332,7 +332,7 @@ impl Observer {
         let interval = interval.max(begins);
         if interval < least {
             let reason = format!(
-                "two requests to {} within {} us; expected Min_Slave_Interval, {} us",
+                "two requests to station {} within {} us; expected Min_Slave_Interval, {} us",
                 cycle.to,
                 interval.as_micros(),
                 least.as_micros()
@@ -424,7 +424,7 @@ impl Observer {
             let quarter = intervals.get(intervals.len() / 4).copied().unwrap_or_default();
             if quarter * 10 < least * 6 {
                 let reason = format!(
-                    "a quarter of the requests to {station} come within {} us; Min_Slave_Interval is {} us",
+                    "a quarter of the requests to station {station} come within {} us; Min_Slave_Interval is {} us",
                     quarter.as_micros(),
                     least.as_micros()
                 );

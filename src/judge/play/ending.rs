@@ -55,7 +55,7 @@ impl fmt::Display for Ending {
             Self::NoMaster => f.write_str("no master was heard"),
             Self::Silent { during } => write!(f, "the master said nothing more for ten seconds: {during}"),
             Self::Noise => f.write_str(
-                "only octets that are no telegrams were heard: the master has another rate or no even parity, or is none",
+                "only octets that are no telegrams were heard: the sender has another rate or no even parity, or is no PROFIBUS master",
             ),
             Self::Flood => f.write_str("the master sent telegrams at first and then octets without end that are none"),
             Self::NoExchange { station, after } => {

@@ -319,7 +319,7 @@ fn persistent_replies(setup: &Setup) -> Vec<Scenario> {
         ..Scenario::one(name, &[row], &[])
     };
     vec![
-        lasting("SC where inputs are due", Row::E03, "short-ack,station=S,service=Data_Exchange"),
+        lasting("SC in place of inputs", Row::E03, "short-ack,station=S,service=Data_Exchange"),
         lasting(
             "inputs of another length",
             Row::E04,

@@ -48,7 +48,7 @@ pub(in crate::panel) struct OfWhom {
 
 /// The newest events
 ///
-/// What the stream told as `news`, for who comes late.
+/// What the stream has sent as `news`: for a reader that starts later.
 #[utoipa::path(get, path = "/api/v1/events/recent", tag = "history",
     params(("address" = Option<u8>, Query, maximum = 126, description = "Only what concerns this station")),
     responses((status = 200, body = RecentEvents), Problems))]

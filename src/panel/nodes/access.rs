@@ -94,7 +94,7 @@ impl NodeAccess<'_> {
     pub(super) fn no_node(&self, node: NodeId) -> Problem {
         let numbers: Vec<_> = self.devices().map(|(_, device)| device.node_id().to_string()).collect();
         Problem::not_found(format!(
-            "there is no node {node} on this bus; there are the nodes {}",
+            "there is no node {node} on this bus; the nodes are {}",
             numbers.join(", ")
         ))
     }

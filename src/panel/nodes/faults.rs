@@ -24,7 +24,7 @@ pub(super) struct NewNodeFault {
     fault: String,
 }
 
-/// All faults there shall be.
+/// All faults that are to act.
 #[derive(Clone, Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct NewNodeFaults {

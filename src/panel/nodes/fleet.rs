@@ -66,7 +66,7 @@ pub(super) async fn add(State(asking): State<Asking>, Body(new): Body<NewNode>) 
 
 /// Removes a node
 ///
-/// As if its plug were pulled: it sends nothing more. Of two with this number the first.
+/// As if its plug was pulled: it sends nothing more. Of two nodes with this number, the first one.
 #[utoipa::path(delete, path = "/api/v1/drives/{address}", tag = "nodes",
     params(("address" = u8, Path, minimum = 1, maximum = 127)), responses((status = 204), Problems))]
 pub(super) async fn remove(

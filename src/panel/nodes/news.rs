@@ -249,9 +249,12 @@ impl Numbered {
             Told::Frame { .. } => return None,
             Told::Node { at, node, event } => (*at, *node, NodeNewsKind::of(event), event.to_string()),
             Told::State { at, node, state } => (*at, *node, NodeNewsKind::Bus, state.to_string()),
-            Told::Lost { at, events } => {
-                (*at, None, NodeNewsKind::Bus, format!("{events} events came too fast for the log"))
-            }
+            Told::Lost { at, events } => (
+                *at,
+                None,
+                NodeNewsKind::Bus,
+                format!("{events} events were too many for the log and are lost"),
+            ),
         };
         let address = node.map(NodeId::number);
         Some(NodeNews { number: self.number, time_seconds: seconds(at), address, kind, text })

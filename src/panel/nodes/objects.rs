@@ -108,7 +108,7 @@ pub(super) async fn list(
         .await?
 }
 
-/// One entry, read past the bus
+/// Reads one entry, not over the bus
 ///
 /// As an SDO client reads it, but no frame passes.
 #[utoipa::path(get, path = "/api/v1/drives/{address}/objects/{index}/{sub}", tag = "objects",
@@ -131,7 +131,7 @@ pub(super) async fn read(
         .await?
 }
 
-/// Writes one entry past the bus
+/// Writes one entry, not over the bus
 ///
 /// Checked as an SDO is. No client waits for it: what it stores is in the file a moment later.
 #[utoipa::path(put, path = "/api/v1/drives/{address}/objects/{index}/{sub}", tag = "objects", request_body = NewValue,

@@ -11,7 +11,7 @@ const FAULTS = [
   ["late=20ms", "replies 20 ms later"],
   ["duplicate", "replies twice"],
   ["truncated", "replies without their end"],
-  ["bit-errors=1", "a bit the other way round"],
+  ["bit-errors=1", "one bit inverted"],
   ["wrong-fcs", "a wrong frame check sequence"],
   ["wrong-length", "wrong LE and LEr"],
   ["wrong-source", "the reply of another station"],

@@ -70,7 +70,7 @@ export class Curves {
       ),
       this.canvas,
       this.happened,
-      html("p", { class: "hint", id: "curves-keys" }, "Point at the curves or use ← → for a cursor, drag or Page Up and Page Down for the time before, + − to zoom, Home to follow."),
+      html("p", { class: "hint", id: "curves-keys" }, "Point at the curves or use ← → to move the cursor. Drag, or Page Up and Page Down: earlier or later. + −: zoom. Home: follow."),
     );
     this.#listen();
     const look = () => {

@@ -134,7 +134,7 @@ export class DriveView {
     mark(this.#by("drive"), "data-known", "gone");
     mark(this.#by("drive-state"), "data-kind", "off");
     say(this.#by("drive-dp"), "");
-    this.#by("drive-state").replaceChildren(html("span", { class: "shape", "aria-hidden": "true" }), "not there");
+    this.#by("drive-state").replaceChildren(html("span", { class: "shape", "aria-hidden": "true" }), "not present");
     this.why.show({ title: sentence, kind: "fault", reasons: [], refused: "" });
   }
 
@@ -179,12 +179,12 @@ export class DriveView {
     const start = state.mode === "velocity" ? "STW.6 = 1 releases the setpoint" : "an edge of STW.6 starts a travel job";
     let title = possible ? `Ready: ${start}` : "It does not start, because";
     const doing = busy ? reasons[0].text : UNDER_WAY[state.state];
-    if (doing !== undefined) title = `Under way: ${doing}`;
+    if (doing !== undefined) title = `Active: ${doing}`;
     const { latched } = state.faults;
     let way = "";
     if (latched !== null) {
       const present = causeIsThere(state.faults);
-      title = `Fault ${latched.text}. ${present ? "Its cause is still there." : "Its cause is gone."}`;
+      title = `Fault ${latched.text}. ${present ? "Its cause is still present." : "Its cause is gone."}`;
       way = wayOut(present, next);
     }
     const kind = state.fault !== null ? "fault" : possible || doing !== undefined ? "ready" : "waiting";

@@ -10,7 +10,7 @@ const FAULTS = {
     made: (inputs, model) => inputs.control_supply_volts < 18 || (model === "ag03-1" && inputs.output_supply_volts < 18),
     healthy: { control_supply_volts: 24, output_supply_volts: 24 },
   },
-  B: { title: "shaft blocked, once it shall turn", made: (inputs) => inputs.blocked, healthy: { blocked: false } },
+  B: { title: "shaft blocked, once the shaft is commanded to turn", made: (inputs) => inputs.blocked, healthy: { blocked: false } },
   C: {
     title: "more than 2.4 A for more than 4 s, once the shaft is commanded to turn",
     made: (inputs, model, gear) => inputs.friction_torque_newton_metres >= FRICTION_OF_C * gear,
@@ -95,13 +95,13 @@ export function causeIsThere({ latched, causes, provoked }) {
 
 /** The way out of a fault; `next` are the control words to send, null if none helps yet. */
 export function wayOut(present, next) {
-  if (present) return "Way out: take its cause away. Then the master acknowledges with STW.7 from 0 to 1 and gives OFF1 (STW.0 = 0) once.";
-  return `Way out: ${next ?? "the master acknowledges with STW.7 from 0 to 1 and gives OFF1 (STW.0 = 0) once"}.`;
+  if (present) return "Next: remove its cause. Then the master acknowledges with STW.7 from 0 to 1 and gives OFF1 (STW.0 = 0) once.";
+  return `Next: ${next ?? "the master acknowledges with STW.7 from 0 to 1 and gives OFF1 (STW.0 = 0) once"}.`;
 }
 
 function advice(latched, present, turnOnDisabled) {
   if (latched !== null) {
-    const first = present ? "Take its cause back, then let the master acknowledge" : "Its cause is gone: let the master acknowledge";
+    const first = present ? "Remove its cause, then let the master acknowledge" : "Its cause is gone: let the master acknowledge";
     return `Fault ${latched.text}. ${first} with STW.7 from 0 to 1.`;
   }
   if (turnOnDisabled) return "Acknowledged. Turning on is disabled until the master gives OFF1 (STW.0 = 0) once.";

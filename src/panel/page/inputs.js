@@ -74,7 +74,7 @@ export class Inputs {
     this.form.replaceChildren(
       ...this.#controls.map(({ element }) => element),
       this.#message,
-      html("p", {}, html("button", { type: "button", onclick: nominal }, "All as it should be")),
+      html("p", {}, html("button", { type: "button", onclick: nominal }, "Set all to normal")),
     );
   }
 
@@ -173,7 +173,7 @@ class Override extends Control {
     const { field, label, given } = control;
     this.slider = new Slider(control, change, refuse);
     this.button = html("button", { type: "button", class: "toggle", role: "switch", "aria-checked": false, "aria-label": `Give ${label}`, onclick: () => change(field, this.button.getAttribute("aria-checked") === "true" ? null : given) });
-    this.free = html("span", { class: "muted" }, "as it comes");
+    this.free = html("span", { class: "muted" }, "calculated");
     this.element = this.slider.element;
     this.amount = this.element.querySelector(".amount");
     const head = html("span", { class: "given" }, this.free, this.amount, this.button);

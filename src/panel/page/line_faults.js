@@ -15,11 +15,11 @@ export class LineFaults {
     });
     const list = html("ul", { class: "line" });
     this.none = html("p", { class: "muted" }, "None.");
-    this.clear = html("p", {}, html("button", { type: "button", onclick: () => act("DELETE", "/bus/faults") }, "Take all off"));
+    this.clear = html("p", {}, html("button", { type: "button", onclick: () => act("DELETE", "/bus/faults") }, "Remove all"));
     root.replaceChildren(this.none, list, this.clear, form, message);
     this.#rows = new Rows(list, ({ number, fault }) => {
       const injected = html("span", { class: "muted" });
-      const remove = html("button", { type: "button", "aria-label": `Take ${fault} off`, onclick: () => act("DELETE", `/bus/faults/${number}`) }, "Take off");
+      const remove = html("button", { type: "button", "aria-label": `Remove ${fault}`, onclick: () => act("DELETE", `/bus/faults/${number}`) }, "Remove");
       const element = html("li", {}, html("span", { class: "mono" }, fault), html("span", { class: "group" }, injected, remove));
       return { element, show: (fault) => say(injected, `injected ${many(fault.injected, "time")}`) };
     });

@@ -81,7 +81,7 @@ export class NodeView {
     this.#state = null;
     mark(this.#by("drive"), "data-known", "gone");
     mark(this.#by("drive-state"), "data-kind", "off");
-    say(this.#by("drive-state"), "not there");
+    say(this.#by("drive-state"), "not present");
     this.#by("why").hidden = false;
     this.why.show({ title: sentence, kind: "fault", reasons: [], refused: "" });
   }
@@ -94,7 +94,7 @@ export class NodeView {
     // A device that cannot move has no reason not to.
     this.#by("why").hidden = reasons === null;
     if (reasons === null) return;
-    const title = reasons.length === 0 ? "It moves when it is told to" : "It does not move, because";
+    const title = reasons.length === 0 ? "Nothing keeps it from moving" : "It does not move, because";
     this.why.show({ title, kind: reasons.length === 0 ? "ready" : kind === "fault" ? "fault" : "waiting", reasons, refused: "" });
   }
 
@@ -226,7 +226,7 @@ class Surroundings {
       this.#controls = ranges.map((range) => (range.low === null ? new Switch(range, change(range.input)) : new Quantity(range, change(range.input))));
       this.form.replaceChildren(
         ...this.#controls.map(({ element }) => element),
-        html("p", {}, html("button", { type: "button", onclick: () => this.#act.nominal() }, "All as it should be")),
+        html("p", {}, html("button", { type: "button", onclick: () => this.#act.nominal() }, "Set all to normal")),
       );
     }
     for (const control of this.#controls) control.show(inputs[control.input]);
@@ -266,7 +266,7 @@ class Quantity {
       const step = (by) => html("button", { type: "button", "aria-label": `${text}: ${by}`, onclick: () => set((this.number.valueAsNumber || 0) + by) }, by > 0 ? `+${by}` : String(by));
       parts.push(...STEPS.map(step));
     }
-    if (own) parts.push(html("button", { type: "button", class: "plain", onclick: () => change(null) }, "as it follows"));
+    if (own) parts.push(html("button", { type: "button", class: "plain", onclick: () => change(null) }, "calculated"));
     this.element = html("div", { class: "quantity", "data-input": input }, html("span", {}, text, html("span", { class: "muted" }, ` ${input.split("_").slice(-2).join(" ")}`)), html("div", { class: "group" }, ...parts));
   }
 

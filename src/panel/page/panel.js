@@ -181,7 +181,7 @@ class Panel {
     this.connection.gone(missing ? "no such drive" : message);
     if (missing) this.drive.gone(message);
     if (this.#view === "station" && NO_DRIVE.includes(status)) this.station.gone(`there is no station from a GSD at address ${this.#station}`);
-    if (this.#view === "ppo" && NO_DRIVE.includes(status)) this.ppo.gone(`there is no drive of the profile at address ${this.#ppo}`);
+    if (this.#view === "ppo" && NO_DRIVE.includes(status)) this.ppo.gone(`there is no PROFIDRIVE drive at address ${this.#ppo}`);
     this.#gap = true;
   }
 

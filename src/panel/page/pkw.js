@@ -36,7 +36,7 @@ export class Pkw {
     root.replaceChildren(
       form,
       this.answer,
-      html("p", { class: "hint" }, "At the bench, beside the bus: the rules of the drive hold, and the master does not notice. Below, what master and drive say on the bus, looked at 20 times a second; what is said faster is among the telegrams."),
+      html("p", { class: "hint" }, "Reads and writes directly, not over the bus: with the checks of the drive, but the master sees no job. Below: the jobs and replies on the bus, read 20 times a second; faster ones are in the telegrams."),
       list,
     );
     this.#rows = new Rows(list, () => {

@@ -53,7 +53,7 @@ export class PpoView {
     const watchdog = state.watchdog_milliseconds === null ? "no watchdog" : `watchdog ${state.watchdog_milliseconds} ms`;
     say(this.#by("ppo-about"), `ident 0x${hex(state.ident_number)}, ${owner}, ${watchdog}`);
     say(this.#by("ppo-refusal"), state.dp_state === "DATA-EXCH" ? "" : (state.last_refusal ?? ""));
-    say(this.#by("ppo-why-title"), state.why.length === 0 ? "Nothing stands against turning" : "Why it does not turn");
+    say(this.#by("ppo-why-title"), state.why.length === 0 ? "Ready to turn" : "Why it does not turn");
     mark(this.#by("ppo-reasons"), "data-kind", state.fault ? "fault" : state.why.length === 0 ? "ready" : "waiting");
     this.#why.show(state.why.map((text) => ({ text })), ({ text }) => text);
     this.#stw.show({ raw: state.stw, mode: "", bits: state.stw_bits.map(word) });

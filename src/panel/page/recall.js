@@ -47,7 +47,7 @@ export async function recallInto(log, recall, address, lineOf) {
   if (recalled === null) return [];
   if (recalled.again) {
     log.beginAnew();
-    log.add({ time_s: null, kind: "line", text: "the emulator was started again; its time begins anew", stations: [] });
+    log.add({ time_s: null, kind: "line", text: "the emulator was started again; its time begins at 0", stations: [] });
   }
   log.merge(recalled.fresh.map(lineOf));
   return recalled.all.map(lineOf);

@@ -164,10 +164,12 @@ fn no_drive(bench: &BusAccess<'_>, address: Address) -> Problem {
     let drives = drives.map(|drive| drive.to_string()).reduce(|all, drive| format!("{all}, {drive}"));
     Problem::not_found(match drives {
         Some(drives) => {
-            format!("there is no drive of the profile at address {address}; there are some at {drives}")
+            format!(
+                "there is no PROFIDRIVE drive at address {address}; there are PROFIDRIVE drives at {drives}"
+            )
         }
         None => format!(
-            "there is no drive of the profile at address {address}, nor at any other; start one with emulate --ppo-drive"
+            "there is no PROFIDRIVE drive at address {address}, nor at any other; start one with emulate --ppo-drive"
         ),
     })
 }

@@ -200,7 +200,9 @@ pub(super) fn no_station(bench: &BusAccess<'_>, address: Address) -> super::supe
         stations.map(|station| station.to_string()).reduce(|all, station| format!("{all}, {station}"));
     super::super::problem::Problem::not_found(match stations {
         Some(stations) => {
-            format!("there is no station from a GSD at address {address}; there are some at {stations}")
+            format!(
+                "there is no station from a GSD at address {address}; there are stations from GSDs at {stations}"
+            )
         }
         None => format!(
             "there is no station from a GSD at address {address}, nor at any other; start one with emulate --station"

@@ -47,7 +47,7 @@ fn text_in_the_utf_16_of_windows_is_text() {
     let high: Vec<u8> = units.flat_map(u16::to_be_bytes).collect();
     for input in [low, high] {
         let output = run_with(&["decode", "--brief"], &input);
-        let expected = "1: 2 -> 5  FDL status: who is there?\n2: 5 -> 2  short acknowledge: it has arrived\n";
+        let expected = "1: 2 -> 5  FDL status request\n2: 5 -> 2  short acknowledge: request received\n";
         assert_eq!((output.status.code(), stdout(&output)), (Some(0), expected));
     }
 }
@@ -72,7 +72,7 @@ fn what_is_broken_off_is_named_with_the_line_it_began_in() {
 #[test]
 fn usual_forms_are_read_as_meant_or_refused_with_the_reason() {
     let pkw = "PKW job: write PNU 1016 Limit 1 = 250000 inc or 0.01 mm";
-    let status = "2 -> 5  FDL status: who is there?";
+    let status = "2 -> 5  FDL status request";
     for (input, says) in [
         ("10 05 02 49 50 17", "2 -> 5  invalid at octet 5: end delimiter"),
         ("11 05 02 49 50 16", "invalid at octet 0: octet 0x11 starts no telegram"),

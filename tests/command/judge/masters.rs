@@ -133,11 +133,11 @@ fn a_scenario_for_a_station_that_is_not_there_is_refused() {
     for (scenario, words) in [
         (
             "station = 16\nfirst = \"power-on\"",
-            "station 16 is not one of those that are there: 5, 6; did you mean 6?",
+            "station 16 is not one of those that are present: 5, 6; did you mean 6?",
         ),
         (
             "faults = [\"no-reply,station=7\"]",
-            "station 7 is not one of those that are there: 5, 6; did you mean 6?",
+            "station 7 is not one of those that are present: 5, 6; did you mean 6?",
         ),
         ("faults = [\"no-rply\"]", "no-rply"),
         ("rows = [\"M-Q1\"]", "'M-Q1' is no row"),
@@ -174,8 +174,8 @@ fn a_master_that_cannot_be_operated_is_not_accused() {
     let mut table = String::new();
     stdout.read_to_string(&mut table).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(0), "{table}");
-    assert!(table.contains("the command of --ask could not do: clear"), "{table}");
-    assert!(table.contains("the command of --ask could not do: stop"), "{table}");
+    assert!(table.contains("the command of --ask failed: clear"), "{table}");
+    assert!(table.contains("the command of --ask failed: stop"), "{table}");
 }
 
 /// Every row with `PROFIDRIVE_LONG`.

@@ -25,7 +25,7 @@ pub(super) const MISTAKES: [(Mistake, &str); 5] = [
     (Mistake::IgnoresNotReady, "Data_Exchange to a station that is not ready"),
     (Mistake::TogglesInRetry, "a request without reply is repeated as it was"),
     (Mistake::BelievesWrongFcs, "a reply with a wrong FCS is no reply"),
-    (Mistake::NeverStartsAgain, "station 6 is started again: waited 1s in vain"),
+    (Mistake::NeverStartsAgain, "station 6 is started again: not within 1s"),
 ];
 
 const BAUD: BaudRate = BaudRate::K1500;

@@ -215,7 +215,7 @@ fn the_line() {
             }),
             row("L-04", "LE and LEr differ", || octets(&[0x68, 0x05, 0x06, 0x68])),
             row("L-05", "LE is 3", || octets(&[0x68, 0x03, 0x03, 0x68])),
-            row("L-06", "half a telegram", || octets(&[0x68, 0x05, 0x05, 0x68, 0x85])),
+            row("L-06", "an incomplete telegram", || octets(&[0x68, 0x05, 0x05, 0x68, 0x85])),
             row("L-07", "a token to address 255", || octets(&[0xDC, 0xFF, 0x02])),
         ],
     );

@@ -43,7 +43,7 @@ impl Drive {
             }
         }
         let why = self.hindrances(&values);
-        let nmt = self.client.nmt().map_or_else(|| "not told".into(), |state| state.to_string());
+        let nmt = self.client.nmt().map_or_else(|| "unknown".into(), |state| state.to_string());
         if json {
             let objects: Vec<_> = values
                 .iter()
@@ -140,7 +140,7 @@ impl Drive {
         let done = self.pursue(NodeGoal::Acknowledge)?;
         let why = match done {
             Some(NodeOutcome::Failed(trouble @ NodeTrouble::Fault { .. })) => {
-                Some(format!("{}; its cause is still there", self.reason(trouble)?))
+                Some(format!("{}; its cause is still present", self.reason(trouble)?))
             }
             Some(NodeOutcome::Failed(trouble)) => return Err(self.failure(trouble)),
             Some(NodeOutcome::Done | NodeOutcome::Read(..) | NodeOutcome::Written) | None => None,
@@ -151,7 +151,7 @@ impl Drive {
             return Err(Failure::Other(why));
         }
         let status = Statusword(u16::try_from(word).unwrap_or_default());
-        let state = State::of(status).map_or_else(|| "not told".into(), |state| state.to_string());
+        let state = State::of(status).map_or_else(|| "unknown".into(), |state| state.to_string());
         if json {
             say(json!({ "outcome": "acknowledged", "state": state }))
         } else {

@@ -135,7 +135,7 @@ fn shorten_latency(device: &str) {
     match fs::write(&timer, "1") {
         Ok(()) => tracing::info!("{device}: latency timer set from {millis} ms to 1 ms"),
         Err(error) => tracing::warn!(
-            "{device} holds octets back for {millis} ms: no usual slot time lasts that long. As root: echo 1 > {} ({error})",
+            "{device} holds octets back for {millis} ms: longer than the usual slot times. Set it to 1 ms, as root: echo 1 > {} ({error})",
             timer.display()
         ),
     }

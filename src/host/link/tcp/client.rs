@@ -38,8 +38,8 @@ pub(super) enum Leave {
 impl core::fmt::Display for Leave {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::Closed => f.write_str("has left"),
-            Self::Broken => f.write_str("has left without a goodbye"),
+            Self::Closed => f.write_str("has closed its connection"),
+            Self::Broken => f.write_str("has lost its connection"),
             Self::Stalled => write!(f, "is dropped: it does not read, and {MAX_BACKLOG} octets wait for it"),
             Self::Flooding => f.write_str("is dropped: it sends more than a line of 12 Mbit/s carries"),
         }
