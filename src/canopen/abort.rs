@@ -66,6 +66,25 @@ impl Abort {
         Self(code)
     }
 
+    /// What the client should do, for codes of a request that it can correct.
+    pub const fn cure(self) -> Option<&'static str> {
+        match self {
+            Self::UNSUPPORTED_ACCESS => Some("check command specifier and number of octets"),
+            Self::NO_OBJECT | Self::NO_SUB => Some("the EDS of the device lists what there is"),
+            Self::READ_ONLY => Some("it can only be read"),
+            Self::WRITE_ONLY => Some("it can only be written"),
+            Self::LENGTH | Self::TOO_LONG | Self::TOO_SHORT => Some("send as many octets as the EDS says"),
+            Self::RANGE | Self::TOO_HIGH | Self::TOO_LOW => Some("send a value within the limits of the EDS"),
+            Self::NOT_MAPPABLE => Some("map an entry whose PDOMapping is 1 in the EDS"),
+            Self::PDO_LENGTH => Some("map at most eight octets"),
+            Self::MAX_BELOW_MIN => Some("send the other limit first"),
+            Self::DEVICE_STATE => {
+                Some("send it in another state of the node or the drive, or switch the PDO off first")
+            }
+            Self(_) => None,
+        }
+    }
+
     /// The number as on the bus.
     pub const fn code(self) -> u32 {
         self.0

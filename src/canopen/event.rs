@@ -96,13 +96,15 @@ impl fmt::Display for Event {
                 write!(f, "boot-up as node {node} after {why}")
             }
             Self::State { from, to } => write!(f, "NMT state {from} -> {to}"),
-            Self::SdoRefused { at, code } => write!(f, "SDO request for {at} refused: {code}"),
+            Self::SdoRefused { at, code } => write!(f, "SDO request for {at} refused: {code}{}", Cure(*code)),
             Self::SdoAbortedByClient { at, code } => write!(f, "client aborted the SDO for {at}: {code}"),
             Self::Written { at } => write!(f, "{at} written"),
             Self::RpdoLength { pdo, expected, got } => {
                 write!(f, "RPDO{pdo} has {got} octets, its mapping needs {expected}")
             }
-            Self::RpdoRefused { pdo, at, code } => write!(f, "RPDO{pdo}: {at} refused: {code}"),
+            Self::RpdoRefused { pdo, at, code } => {
+                write!(f, "RPDO{pdo}: {at} refused: {code}{}", Cure(*code))
+            }
             Self::Emergency { code, register } => {
                 write!(f, "EMCY {code:04X}h sent, error register {register:02X}h")
             }
@@ -112,5 +114,14 @@ impl fmt::Display for Event {
             Self::HeartbeatBack(node) => write!(f, "heartbeat of node {node} is back"),
             Self::FramesLost { count } => write!(f, "{count} frames were not taken in time and are lost"),
         }
+    }
+}
+
+/// What to do about a refusal, behind it.
+struct Cure(Abort);
+
+impl fmt::Display for Cure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.cure().map_or(Ok(()), |cure| write!(f, ": {cure}"))
     }
 }

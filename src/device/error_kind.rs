@@ -106,6 +106,10 @@ const fn of_slave(event: &dp::Event) -> Option<ErrorKind> {
         dp::Event::WrongOutputLength { .. } => ErrorKind::OutputLength,
         dp::Event::AddressRefused { .. } => ErrorKind::AddressRefused,
         dp::Event::ApplicationSilent { .. } | dp::Event::ApplicationAborted { .. } => ErrorKind::Application,
+        // Told once in each state, so that counting them means nothing.
+        dp::Event::NotServed { .. } | dp::Event::LatchClosed { .. } | dp::Event::MinTsdrOnly { .. } => {
+            return None;
+        }
         dp::Event::Parameterised { .. }
         | dp::Event::Released { .. }
         | dp::Event::DataExchange { .. }

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::param::{Entry, Model, Pnu, Unit, entry};
+use crate::param::{Entry, Model, Parameter, Pnu, Unit, entry};
 use crate::pkw::{self, JobError};
 use crate::ppo::{JobId, Pke, Pkw};
 
@@ -40,15 +40,17 @@ impl fmt::Display for JobText {
                 Some(entry) => Values(entry).fmt(f),
                 None => Ok(()),
             },
-            JobError::WrongWidth { expected, .. } => with(match expected {
-                pkw::Width::Word => JobId::WriteWord,
-                pkw::Width::Double => JobId::WriteDoubleWord,
-            })
-            .fmt(f),
+            JobError::WrongWidth { expected, .. } => {
+                let id = match expected {
+                    pkw::Width::Word => JobId::WriteWord,
+                    pkw::Width::Double => JobId::WriteDoubleWord,
+                };
+                write!(f, "; {}", with(id))
+            }
             JobError::NotAnArray => match job.pke.job() {
-                JobId::ReadElement | JobId::ReadElementCount => with(JobId::Read).fmt(f),
-                JobId::WriteElementWord => with(JobId::WriteWord).fmt(f),
-                JobId::WriteElementDoubleWord => with(JobId::WriteDoubleWord).fmt(f),
+                JobId::ReadElement | JobId::ReadElementCount => write!(f, "; {}", with(JobId::Read)),
+                JobId::WriteElementWord => write!(f, "; {}", with(JobId::WriteWord)),
+                JobId::WriteElementDoubleWord => write!(f, "; {}", with(JobId::WriteDoubleWord)),
                 JobId::NoJob
                 | JobId::Read
                 | JobId::WriteWord
@@ -57,13 +59,18 @@ impl fmt::Display for JobText {
                 | JobId::WriteDescription
                 | JobId::Reserved(_) => Ok(()),
             },
-            JobError::IsArray { .. } => with(JobId::ReadElement).fmt(f),
+            JobError::IsArray { .. } => write!(f, "; {}", with(JobId::ReadElement)),
             // Somebody who writes no value wants to read: some texts call job 7 "read array".
             JobError::ReadOnly if job.double_word() == 0 => match job.pke.job() {
                 JobId::WriteElementWord | JobId::WriteElementDoubleWord => {
-                    write!(f, ". Job {} writes; to read an element{}", job.pke.ak(), with(JobId::ReadElement))
+                    write!(
+                        f,
+                        ". Job {} writes; to read an element {}",
+                        job.pke.ak(),
+                        with(JobId::ReadElement)
+                    )
                 }
-                JobId::WriteWord | JobId::WriteDoubleWord => write!(f, ". To read{}", with(JobId::Read)),
+                JobId::WriteWord | JobId::WriteDoubleWord => write!(f, "; to read it {}", with(JobId::Read)),
                 JobId::NoJob
                 | JobId::Read
                 | JobId::ReadDescription
@@ -109,12 +116,12 @@ struct With {
 impl fmt::Display for With {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { id, pnu } = self;
-        write!(f, "; use job {}, {id}: PKE {:04X}", id.ak(), Pke::of_job(*id, *pnu).raw())
+        write!(f, "use job {}, {id}: PKE {:04X}", id.ak(), Pke::of_job(*id, *pnu).raw())
     }
 }
 
 /// What the values of a parameter count or mean, as the end of a sentence.
-struct Values(&'static Entry);
+pub(crate) struct Values(pub(crate) &'static Entry);
 
 impl fmt::Display for Values {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -126,14 +133,20 @@ impl fmt::Display for Values {
             unit @ (Unit::Percent
             | Unit::PercentOfAcceleration
             | Unit::Rpm
-            | Unit::Position
-            | Unit::Window
             | Unit::Increments
-            | Unit::SpindlePitch
-            | Unit::TenthDegrees
-            | Unit::Milliamperes
-            | Unit::TenthVolts
-            | Unit::HundredthVolts) => write!(f, " {unit}"),
+            | Unit::Milliamperes) => write!(f, " {unit}"),
+            // What they count depends on another parameter.
+            unit @ (Unit::Position | Unit::Window) => {
+                write!(
+                    f,
+                    ", counted in {unit}: mm if the spindle pitch is not 0 (PNU {})",
+                    Parameter::SpindlePitch.entry().pnu
+                )
+            }
+            // A number stands before the unit.
+            unit @ (Unit::SpindlePitch | Unit::TenthDegrees | Unit::TenthVolts | Unit::HundredthVolts) => {
+                write!(f, ", counted in {unit}")
+            }
         }
     }
 }

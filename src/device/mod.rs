@@ -92,6 +92,8 @@ pub use error_kind::ErrorKind;
 pub use event::Event;
 pub use hint::Hint;
 pub use job::JobText;
+#[cfg(feature = "panel")]
+pub(crate) use job::Values;
 pub use plain_node::PlainNode;
 pub use quirk::{Quirk, QuirkError};
 pub use quirks::QUIRKS;

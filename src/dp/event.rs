@@ -4,9 +4,12 @@ use core::fmt;
 use core::time::Duration;
 
 use super::global_control::Latch;
-use super::{AddressFault, CfgFault, CfgTicket, GlobalControl, IoLengths, PrmFault, Service, StoredAddress};
-use crate::fdl::Address;
+use super::{
+    AddressFault, CfgFault, CfgTicket, DiagBit, GlobalControl, IoLengths, MASTER_SAP, PrmBit, PrmFault,
+    Service, StoredAddress,
+};
 use crate::fdl::station::DEFAULT_MIN_TSDR;
+use crate::fdl::{Address, Sap};
 
 /// What the slave tells the application.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,6 +25,8 @@ pub enum Event {
         min_tsdr: Option<u8>,
         /// Group_Ident: one bit per group, 0 = none.
         groups: u8,
+        /// Set_Prm asks for Sync or Freeze, which the slave lacks: Not_Supported in Slave_Diag.
+        not_supported: bool,
     },
     /// Set_Prm was refused: the slave waits for another one.
     PrmRejected {
@@ -36,6 +41,13 @@ pub enum Event {
         master: Address,
         /// Who owns the slave.
         owner: Address,
+    },
+    /// Set_Prm without Lock_Req and Unlock_Req: only its min T_SDR counts, the owner stays as it was.
+    MinTsdrOnly {
+        /// Who sent it.
+        master: Address,
+        /// The min T_SDR in T_bit; `None`: Set_Prm left it as it was.
+        min_tsdr: Option<u8>,
     },
     /// The owner released the slave.
     Released {
@@ -89,6 +101,26 @@ pub enum Event {
         /// Outputs were cleared that were not 0, or Sync or Freeze began or ended: not a mere repetition.
         changed: bool,
     },
+    /// Global_Control asked for Sync or Freeze, which Set_Prm did not: without effect. Said once, until the state or the
+    /// owner of the slave changes.
+    LatchClosed {
+        /// The owner.
+        master: Address,
+        /// Which bit of Set_Prm opens it.
+        bit: PrmBit,
+        /// The slave has this mode.
+        supported: bool,
+    },
+    /// A request that is not served here or now, without effect. Each service is said once, until the state or the
+    /// owner of the slave changes.
+    NotServed {
+        /// Who asked.
+        master: Address,
+        /// For which service; `None`: nothing listens where it asked.
+        service: Option<Service>,
+        /// Why not.
+        why: NotServed,
+    },
     /// Data_Exchange without outputs: the slave has taken its safe state. Said once, until outputs come again.
     SafeState {
         /// The owner.
@@ -127,6 +159,47 @@ pub enum Event {
         master: Address,
         /// What is wrong with it.
         fault: AddressFault,
+    },
+}
+
+/// Why a request is not served.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum NotServed {
+    /// The slave waits for Set_Prm.
+    WaitsForPrm,
+    /// The slave waits for Chk_Cfg.
+    WaitsForCfg,
+    /// It is another master's.
+    Locked {
+        /// Who owns the slave.
+        owner: Address,
+    },
+    /// The service is only there while nobody owns the slave.
+    Owned {
+        /// Who owns the slave.
+        owner: Address,
+    },
+    /// The slave has no such service.
+    NotOffered,
+    /// The slave has no address of its own yet.
+    NoAddress,
+    /// It came from another SAP of the master than 62.
+    MasterSap {
+        /// The SAP found.
+        got: Option<Sap>,
+    },
+    /// No service of DP-V0 listens at this SAP.
+    NoSuchSap {
+        /// The SAP asked for.
+        got: Option<Sap>,
+    },
+    /// It asks for a reply; the service has none.
+    NoReply,
+    /// A service that only reads came with data.
+    WithData {
+        /// Octets found.
+        got: usize,
     },
 }
 
@@ -181,7 +254,7 @@ impl fmt::Display for Event {
     /// One line of plain English, with the reason where something was refused.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Parameterised { master, watchdog, min_tsdr, groups } => {
+            Self::Parameterised { master, watchdog, min_tsdr, groups, not_supported } => {
                 write!(f, "parameterised by master {master}, ")?;
                 match watchdog {
                     Some(time) => write!(f, "watchdog {time:?}")?,
@@ -198,6 +271,16 @@ impl fmt::Display for Event {
                     write!(f, ", groups {}", first + 1)?;
                     groups.try_for_each(|group| write!(f, " {}", group + 1))?;
                 }
+                if *not_supported {
+                    let bit = DiagBit::NotSupported;
+                    write!(
+                        f,
+                        ", Sync or Freeze (Set_Prm octet 1 bits {} and {}) is not supported: Slave_Diag {} is set",
+                        PrmBit::SyncReq.number(),
+                        PrmBit::FreezeReq.number(),
+                        bit.name()
+                    )?;
+                }
                 Ok(())
             }
             Self::PrmRejected { master, fault } => {
@@ -208,6 +291,19 @@ impl fmt::Display for Event {
                     f,
                     "ignored the parameters of master {master}: locked by master {owner}; stop master {owner}, or let it \
                      unlock the slave (Set_Prm with Unlock_Req), or switch the slave off and on"
+                )
+            }
+            Self::MinTsdrOnly { master, min_tsdr } => {
+                f.write_str("took ")?;
+                match min_tsdr {
+                    Some(bits) => write!(f, "only min T_SDR {bits} T_bit")?,
+                    None => f.write_str("nothing")?,
+                }
+                write!(
+                    f,
+                    " from Set_Prm of master {master}: octet 1 bit {} ({}) is 0; set it, or the slave is not parameterised",
+                    PrmBit::LockReq.number(),
+                    PrmBit::LockReq.name()
                 )
             }
             Self::Released { master } => {
@@ -229,7 +325,7 @@ impl fmt::Display for Event {
             Self::WatchdogExpired { master, after } => {
                 write!(
                     f,
-                    "left Data_Exchange, watchdog expired: nothing from master {master} for {after:?}; if the master \
+                    "watchdog expired: nothing from master {master} for {after:?}, waits for Set_Prm; if the master \
                      is only slow, raise its watchdog time above its longest cycle"
                 )
             }
@@ -247,6 +343,27 @@ impl fmt::Display for Event {
                 ];
                 said.into_iter().filter(|(does, _)| *does).try_for_each(|(_, what)| f.write_str(what))
             }
+            Self::LatchClosed { master, bit, supported } => {
+                let latch = if *bit == PrmBit::SyncReq { "Sync" } else { "Freeze" };
+                write!(f, "{latch} of master {master} has no effect: ")?;
+                if *supported {
+                    write!(
+                        f,
+                        "Set_Prm octet 1 bit {} ({}) was 0; put the slave into a {latch} group in the master's project",
+                        bit.number(),
+                        bit.name()
+                    )
+                } else {
+                    write!(
+                        f,
+                        "the slave has no {latch}; take it out of the {latch} groups of the master's project"
+                    )
+                }
+            }
+            Self::NotServed { master, service, why } => match service {
+                Some(service) => write!(f, "refused {} of master {master}: {why}", service.name()),
+                None => write!(f, "refused a request of master {master}: {why}"),
+            },
             Self::SafeState { master } => write!(f, "safe state: master {master} sends no outputs"),
             Self::ApplicationSilent { master, after } => {
                 write!(f, "left master {master}: nothing from the application for {after:?}")
@@ -262,6 +379,48 @@ impl fmt::Display for Event {
             Self::AddressRefused { master, fault } => {
                 write!(f, "refused another address by master {master}: {fault}")
             }
+        }
+    }
+}
+
+impl fmt::Display for NotServed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::WaitsForPrm => f.write_str("the slave waits for Set_Prm; send Set_Prm, then Chk_Cfg"),
+            Self::WaitsForCfg => f.write_str("the slave waits for Chk_Cfg; send Chk_Cfg first"),
+            Self::Locked { owner } => write!(f, "locked by master {owner}, only that one may do this"),
+            Self::Owned { owner } => {
+                write!(f, "locked by master {owner}; let it unlock the slave first (Set_Prm with Unlock_Req)")
+            }
+            Self::NotOffered => f.write_str("the slave has no such service"),
+            Self::NoAddress => write!(
+                f,
+                "address {} is for stations that have none yet; give it another address first",
+                StoredAddress::DELIVERED.address
+            ),
+            Self::MasterSap { got } => {
+                write!(f, "it comes from {}, expected {}", Place(*got), Place(MASTER_SAP))
+            }
+            Self::NoSuchSap { got } => {
+                write!(f, "no service listens at {}; a slave of DP-V0 has SAP 55 to 62", Place(*got))
+            }
+            Self::NoReply => f.write_str("it asks for a reply, expected a request without one (SDN)"),
+            Self::WithData { got } => {
+                let octets = if *got == 1 { "octet" } else { "octets" };
+                write!(f, "it has {got} {octets} of data, expected none")
+            }
+        }
+    }
+}
+
+/// `SAP 51`.
+struct Place(Option<Sap>);
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Some(sap) => write!(f, "SAP {}", sap.number()),
+            None => f.write_str("no SAP"),
         }
     }
 }

@@ -48,7 +48,7 @@ pub use application::{Application, Fixed, Reason, Refusal};
 pub use chk_cfg::{CfgFault, CfgSyntax, Identifier, IoLengths};
 pub use description::Description;
 pub use diag_bit::{DiagBit, Tells};
-pub use event::{Configuration, Event};
+pub use event::{Configuration, Event, NotServed};
 pub use ext_diag::ExtDiag;
 pub use framed::Framed;
 pub use global_control::{ControlBit, GlobalControl};

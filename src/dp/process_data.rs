@@ -2,7 +2,7 @@
 
 use super::chk_cfg::MAX_IO_LEN;
 use super::global_control::{GlobalControl, Latch};
-use super::{Description, IoLengths, SetPrm};
+use super::{Description, IoLengths, PrmBit, SetPrm};
 
 /// Outputs and inputs of a slave. Each is copied whole, so nobody sees half of one exchange.
 #[derive(Clone, Debug)]
@@ -129,6 +129,16 @@ impl ProcessData {
                 self.freeze = Mode::Active;
             }
             (Mode::Enabled | Mode::Active, Latch::Release) => self.freeze = Mode::Enabled,
+        }
+    }
+
+    /// The bit of Set_Prm that a Sync or Freeze of this command lacks.
+    pub(super) fn closed(&self, command: GlobalControl) -> Option<PrmBit> {
+        let closed = |mode, latch| mode == Mode::Closed && latch == Latch::Set;
+        match (closed(self.sync, command.sync), closed(self.freeze, command.freeze)) {
+            (true, _) => Some(PrmBit::SyncReq),
+            (false, true) => Some(PrmBit::FreezeReq),
+            (false, false) => None,
         }
     }
 

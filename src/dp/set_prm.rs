@@ -225,7 +225,8 @@ pub enum PrmFault {
     },
     /// Octets 5 and 6 name another device.
     #[error(
-        "Set_Prm octets 5-6: ident number 0x{got:04X}, expected 0x{expected:04X}: the master's project has another device at this address"
+        "Set_Prm octets 5-6: ident number 0x{got:04X}, expected 0x{expected:04X}: {}",
+        other_device(*expected, *got)
     )]
     Ident {
         /// The slave's ident number.
@@ -304,6 +305,15 @@ struct Refused<'a>(&'a Refusal);
 impl core::fmt::Display for Refused<'_> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         self.0.write(f, "Set_Prm", FIXED_LEN + 1)
+    }
+}
+
+/// What another ident number means.
+const fn other_device(expected: u16, got: u16) -> &'static str {
+    if got == expected.swap_bytes() {
+        "the two octets are exchanged, the high one comes first"
+    } else {
+        "the master's project has another device at this address"
     }
 }
 

@@ -3,9 +3,12 @@
 //! The state machine itself is in [`state`](super::state), who may do what in [`dp`](super); the start-up services
 //! and the buffers behind Data_Exchange have modules of their own.
 
+mod not_served;
 mod start_up;
 
 use core::time::Duration;
+
+use not_served::Said;
 
 use super::buffer::Buffer;
 use super::policy::{DefaultAddress, EmptyRead, FeedsWatchdog, NoEffect, WrongOutputLength};
@@ -53,6 +56,8 @@ pub struct Slave<A = Fixed<'static>> {
     ext_diag: ExtDiag,
     /// The owner has not read what was filed last: Data_Exchange is answered with DH.
     announced: bool,
+    /// What was said already of what is not served.
+    said: Said,
     /// The octets of a reply that lie nowhere else.
     reply: Buffer,
 }
@@ -116,6 +121,7 @@ impl<A: Application> Slave<A> {
             safe_state: false,
             ext_diag: ExtDiag::NONE,
             announced: false,
+            said: Said::default(),
             reply: Buffer::EMPTY,
         }
     }
@@ -329,8 +335,12 @@ impl<A: Application> Slave<A> {
             // What masters ask for all day long.
             Some(Service::DataExchange) if access == Access::Run => self.data_exchange(request),
             Some(service) if access == Access::Run => self.run(now, service, request),
-            Some(_) if access == Access::Acknowledged => Handled::reply(Reply::ShortAcknowledge),
-            Some(_) | None => Handled::reply(Reply::NotActivated),
+            Some(_) | None => {
+                let event = self.not_served(service, request);
+                let acknowledged = access == Access::Acknowledged;
+                let reply = if acknowledged { Reply::ShortAcknowledge } else { Reply::NotActivated };
+                Handled { event, ..Handled::reply(reply) }
+            }
         };
         handled.fed = fed;
         handled
@@ -345,14 +355,18 @@ impl<A: Application> Slave<A> {
             Service::SlaveDiag | Service::GetCfg | Service::RdInp | Service::RdOutp
                 if !request.data.is_empty() =>
             {
-                Handled::reply(Reply::NoResource)
+                let event = self.with_data(service, request);
+                Handled { event, ..Handled::reply(Reply::NoResource) }
             }
             Service::SlaveDiag => self.slave_diag(request.sa),
             Service::GetCfg => Handled::read(request, service, data_or_sc(self.configuration())),
             Service::RdInp => Handled::read(request, service, self.read(self.process_data.inputs())),
             Service::RdOutp => Handled::read(request, service, self.read(self.process_data.outputs())),
             // Global_Control is an SDN service.
-            Service::GlobalControl => Handled::reply(Reply::NotActivated),
+            Service::GlobalControl => {
+                let event = self.without_reply(service, request);
+                Handled { event, ..Handled::reply(Reply::NotActivated) }
+            }
         }
     }
 
@@ -383,6 +397,11 @@ impl<A: Application> Slave<A> {
         let clears = command.clear_data && self.process_data.outputs().iter().any(|octet| *octet != 0);
         self.process_data.control(command);
         let changed = clears || before != modes(&self.process_data);
+        if let Some(bit) = self.process_data.closed(command)
+            && !changed
+        {
+            return self.latch_closed(request.sa, bit);
+        }
         (command.asks_anything()).then_some(Event::Controlled { master: request.sa, command, changed })
     }
 

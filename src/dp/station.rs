@@ -268,12 +268,15 @@ impl<A: Application> fmt::Display for Explained<'_, A> {
             | Event::CfgRejected { .. }
             | Event::Parameterised { .. }
             | Event::PrmForeign { .. }
+            | Event::MinTsdrOnly { .. }
             | Event::Released { .. }
             | Event::DataExchange { .. }
             | Event::CfgToJudge { .. }
             | Event::WrongOutputLength { .. }
             | Event::WatchdogExpired { .. }
             | Event::Controlled { .. }
+            | Event::LatchClosed { .. }
+            | Event::NotServed { .. }
             | Event::SafeState { .. }
             | Event::ApplicationSilent { .. }
             | Event::ApplicationAborted { .. }

@@ -240,7 +240,7 @@ impl Drive {
     fn tell_travel(&self, before: &Status, after: &Status, command: &Command, say: &mut impl FnMut(Event)) {
         let travels =
             |state| matches!(state, State::TravelActive | State::Pausing { .. } | State::Paused { .. });
-        let started = after.state != State::Off && before.jobs != after.jobs;
+        let started = before.state != State::Off && after.state != State::Off && before.jobs != after.jobs;
         let position = self.place(after.position);
         let target = self.place(self.setpoint);
         if started {
@@ -252,7 +252,7 @@ impl Drive {
             say(Event::Resumed { target });
         }
         let ran = travels(before.state) || started;
-        if ran && !travels(after.state) && after.state != State::Off {
+        if ran && !travels(after.state) {
             let reached = after.target_reached && after.operation_enabled && !command.stop;
             say(match reached {
                 true => Event::TargetReached { position, target },

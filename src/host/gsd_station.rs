@@ -339,6 +339,9 @@ impl GsdStation {
             dp::Event::SafeState { .. } => self.outputs_are = OutputsAre::FailSafe,
             dp::Event::WatchdogExpired { .. } => self.outputs_are = OutputsAre::WatchdogExpired,
             dp::Event::PrmForeign { .. }
+            | dp::Event::MinTsdrOnly { .. }
+            | dp::Event::LatchClosed { .. }
+            | dp::Event::NotServed { .. }
             | dp::Event::CfgToJudge { .. }
             | dp::Event::Read { .. }
             | dp::Event::AddressSet { .. }

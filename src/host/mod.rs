@@ -223,7 +223,7 @@ pub enum Error {
         source: io::Error,
     },
     /// Nobody answers at the TCP port of another process.
-    #[error("cannot connect to tcp:{place} (check that the emulator runs there)")]
+    #[error("cannot connect to tcp:{place} ({})", reach::connect_advice(source))]
     TcpConnect {
         /// Host and port wanted.
         place: String,

@@ -146,3 +146,12 @@ pub(super) fn in_micros(time: Duration) -> String {
         (_, _) => format!("{micros}us"),
     }
 }
+
+/// What is wrong with a value: it is missing, or another one is expected.
+pub(crate) fn misfit(key: &str, got: &str) -> String {
+    if got.is_empty() {
+        std::format!("{key} has no value")
+    } else {
+        std::format!("'{got}' does not fit {key}")
+    }
+}

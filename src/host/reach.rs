@@ -41,6 +41,24 @@ pub(crate) fn advice(error: &io::Error) -> &'static str {
     }
 }
 
+/// What a person can do about a port of another program that does not take a connection.
+#[expect(
+    clippy::wildcard_enum_match_arm,
+    reason = "operating systems have many more errors than there is advice"
+)]
+pub(crate) fn connect_advice(error: &io::Error) -> &'static str {
+    match error.kind() {
+        io::ErrorKind::ConnectionRefused | io::ErrorKind::ConnectionReset => {
+            "check that the emulator runs there"
+        }
+        io::ErrorKind::TimedOut
+        | io::ErrorKind::HostUnreachable
+        | io::ErrorKind::NetworkUnreachable
+        | io::ErrorKind::NetworkDown => "check the network and the address of the host",
+        _ => "check the name of the host and the port",
+    }
+}
+
 /// Listens at `place`, `HOST:PORT`, without blocking; port 0 is a free one, and the address says which.
 pub(crate) fn listen(place: &str, reach: Reach) -> Result<(TcpListener, SocketAddr), ListenError> {
     let addresses: Vec<SocketAddr> = place.to_socket_addrs().map_err(ListenError::Failed)?.collect();

@@ -140,6 +140,7 @@ pub(super) async fn add_fault(
                     "there are {MOST_FAULTS} faults on the line; remove some"
                 )));
             }
+            tracing::warn!("fault on purpose: {fault}");
             Ok(faults.add(fault))
         })
         .await??;
@@ -166,6 +167,7 @@ pub(super) async fn replace_faults(
             let faults = line(bench)?;
             faults.clear();
             for fault in new {
+                tracing::warn!("fault on purpose: {fault}");
                 faults.add(fault);
             }
             Ok(Json(FaultList::of(faults)))
@@ -179,6 +181,7 @@ pub(super) async fn clear_faults(State(asking): State<Asking>) -> Result<StatusC
     asking
         .ask(|bench| {
             line(bench)?.clear();
+            tracing::info!("all faults on purpose are taken off the line");
             Ok(StatusCode::NO_CONTENT)
         })
         .await?
@@ -208,7 +211,10 @@ pub(super) async fn remove_fault(
     let number = of.number()?;
     asking
         .ask(move |bench| match line(bench)?.remove(number) {
-            Some(_) => Ok(StatusCode::NO_CONTENT),
+            Some(fault) => {
+                tracing::info!("fault on purpose taken off the line: {fault}");
+                Ok(StatusCode::NO_CONTENT)
+            }
             None => Err(Problem::not_found(format!("there is no fault number {number} on the line"))),
         })
         .await?

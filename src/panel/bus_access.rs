@@ -3,6 +3,7 @@
 use core::error::Error;
 use std::format;
 use std::string::{String, ToString};
+use std::vec::Vec;
 
 use super::problem::Problem;
 use super::queue::{self, Lends};
@@ -44,6 +45,18 @@ impl BusAccess<'_> {
     pub(super) fn drive(&self, address: Address) -> Option<&Device> {
         let stored = self.bus.station::<StoredDevice>(address).map(StoredDevice::device);
         stored.or_else(|| self.bus.station::<Device>(address))
+    }
+
+    /// Logs who is on the line after a station was added or removed, and which faults are for none of them.
+    pub(super) fn announce(&self) {
+        let stations: Vec<_> = self.bus.addresses().map(|address| address.to_string()).collect();
+        let stations = if stations.is_empty() { "no station".into() } else { stations.join(", ") };
+        tracing::info!("on the line now: {stations}");
+        for (_, fault, _) in self.faults.iter().flat_map(|faults| faults.iter()) {
+            if let Err(error) = fault.check(self.bus.addresses()) {
+                tracing::warn!("{error}");
+            }
+        }
     }
 
     /// Does something to the drive at `address`.

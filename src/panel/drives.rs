@@ -61,7 +61,8 @@ pub(super) async fn add(
     State(asking): State<Asking>,
     Body(new): Body<NewDrive>,
 ) -> Result<Response, Problem> {
-    let address = Address::station(new.address).map_err(Problem::value)?;
+    let address = Address::station(new.address)
+        .map_err(|_| Problem::value(format!("address {} is outside 0 to 126", new.address)))?;
     let gear = gear(new.gear_ratio)
         .ok_or_else(|| Problem::value(format!("gear_ratio must be 24 or 48, got {}", new.gear_ratio)))?;
     let summary = asking
@@ -78,6 +79,7 @@ pub(super) async fn add(
             };
             let added = if bench.listen { bench.bus.join(bench.now, device) } else { bench.bus.add(device) };
             added.map_err(Problem::conflict)?;
+            bench.announce();
             // A factory reset by its DIP switches is no reason not to find it.
             let device = bench.drive(address).ok_or_else(|| bench.no_drive(address))?;
             Ok(DriveSummary::of(device, bench.bus.presence(address), bench.now))
@@ -111,7 +113,9 @@ pub(super) async fn remove(
     let removed = asking
         .ask(move |bench| {
             bench.drive(address).ok_or_else(|| bench.no_drive(address))?;
-            bench.bus.remove(address).ok_or_else(|| bench.no_drive(address))
+            let removed = bench.bus.remove(address).ok_or_else(|| bench.no_drive(address))?;
+            bench.announce();
+            Ok::<_, Problem>(removed)
         })
         .await??;
     // Here, because its shaft runs out and its last image is handed over.

@@ -13,7 +13,7 @@ use super::bus_access::Asking;
 use super::drives::Snapshot;
 use super::problem::{Body, PathOf, Problem, Problems, QueryOf, Station, whole};
 use super::state::lengths;
-use crate::device::{Device, Power};
+use crate::device::{Device, Power, Values};
 use crate::explain::value::in_words;
 use crate::param::{self, Access, Entry, Kind, ParamError, Pnu, Subindex, Unit, Value, WritableWhen};
 
@@ -178,7 +178,7 @@ pub(super) async fn write(
                 let value = Value::of(entry.width, number);
                 device
                     .write_parameter(now, pnu, subindex.map(Subindex), value)
-                    .map_err(|error| refusal(pnu, error))?;
+                    .map_err(|error| refusal(device, pnu, error))?;
                 ParameterValue::read(device, pnu, subindex)
             })?
         })
@@ -195,12 +195,18 @@ impl OfParameter {
 }
 
 fn entry(device: &Device, pnu: Pnu) -> Result<&'static Entry, Problem> {
-    device.parameters().entry(pnu).map_err(|error| refusal(pnu, error))
+    device.parameters().entry(pnu).map_err(|error| refusal(device, pnu, error))
 }
 
 /// What was wrong with an access, as a status.
-fn refusal(pnu: Pnu, error: ParamError) -> Problem {
-    let detail = format!("PNU {pnu}: {error}");
+fn refusal(device: &Device, pnu: Pnu, error: ParamError) -> Problem {
+    let detail = match device.parameters().entry(pnu) {
+        Ok(entry) if matches!(error, ParamError::OutOfRange { .. }) => {
+            format!("PNU {pnu} ({}): {error}{}", entry.name, Values(entry))
+        }
+        Ok(entry) => format!("PNU {pnu} ({}): {error}", entry.name),
+        Err(_) => format!("PNU {pnu}: {error}"),
+    };
     match error {
         ParamError::UnknownParameter { .. } => Problem::not_found(detail),
         ParamError::ReadOnly | ParamError::NotNow(_) => Problem::conflict(detail),
@@ -216,7 +222,7 @@ impl ParameterValue {
     fn read(device: &Device, pnu: Pnu, subindex: Option<u8>) -> Result<Self, Problem> {
         let entry = entry(device, pnu)?;
         let value = device.read_parameter(pnu, subindex.map(Subindex));
-        let value = value.map_err(|error| refusal(pnu, error))?;
+        let value = value.map_err(|error| refusal(device, pnu, error))?;
         Ok(Self {
             pnu: pnu.number(),
             subindex,

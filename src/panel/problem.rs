@@ -153,8 +153,31 @@ impl From<BytesRejection> for Problem {
 
 impl From<JsonRejection> for Problem {
     fn from(rejection: JsonRejection) -> Self {
-        Self::new(rejection.status(), rejection.body_text())
+        if let JsonRejection::MissingJsonContentType(_) = rejection {
+            let detail = "the body must be JSON: send the header Content-Type: application/json";
+            return Self::new(rejection.status(), detail);
+        }
+        Self::new(rejection.status(), in_plain_words(&rejection.body_text()))
     }
+}
+
+/// What the parser of JSON or of a query says, without the names of its own types.
+fn in_plain_words(said: &str) -> String {
+    let begins = [
+        ("Failed to deserialize the JSON body into the target type: ", "the body does not fit: "),
+        ("Failed to parse the request body as JSON: ", "the body is no JSON: "),
+        ("Failed to deserialize query string: ", "the part behind '?' does not fit: "),
+    ];
+    let ours = begins.iter().find_map(|(theirs, ours)| Some(format!("{ours}{}", said.strip_prefix(theirs)?)));
+    let said = ours.unwrap_or_else(|| said.into());
+    let said = match said.rsplit_once(" at line 1 column ") {
+        Some((what, column)) => format!("{what} (octet {column})"),
+        None => said,
+    };
+    said.replace("unknown variant", "unknown value")
+        .replace("invalid digit found in string", "no whole number")
+        .replace("expected f64", "expected a number")
+        .replace("EOF while parsing a value", "it is empty, expected an object {...}")
 }
 
 /// Parts of the path.
@@ -178,9 +201,10 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for QueryOf<T> {
     type Rejection = Problem;
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
-        let Query(query) = Query::from_request_parts(parts, state)
-            .await
-            .map_err(|rejection: QueryRejection| Problem::new(rejection.status(), rejection.body_text()))?;
+        let plain = |rejection: QueryRejection| {
+            Problem::new(rejection.status(), in_plain_words(&rejection.body_text()))
+        };
+        let Query(query) = Query::from_request_parts(parts, state).await.map_err(plain)?;
         Ok(Self(query))
     }
 }

@@ -1,7 +1,7 @@
 //! Every path, and the OpenAPI description of all of them.
 
 use axum::extract::{FromRef, Request};
-use axum::http::{StatusCode, Uri};
+use axum::http::{Method, StatusCode, Uri};
 use axum::middleware::{self, Next};
 use axum::response::Response;
 use axum::routing::{delete, get, post, put};
@@ -182,10 +182,14 @@ pub(super) async fn nothing_there(uri: Uri) -> Problem {
     ))
 }
 
-pub(super) async fn not_so(uri: Uri) -> Problem {
+pub(super) async fn not_so(method: Method, uri: Uri) -> Problem {
     Problem::new(
         StatusCode::METHOD_NOT_ALLOWED,
-        format!("{} does not take this method; the API is described at /api/v1/openapi.json", uri.path()),
+        format!(
+            "{} does not take {method}; the header Allow says what it takes, the API is described at \
+             /api/v1/openapi.json",
+            uri.path()
+        ),
     )
 }
 

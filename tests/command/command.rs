@@ -74,7 +74,7 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
         (&["emulate", "--link", "tcp:localhost:0", "--baud", "auto"], "--baud auto needs a pty"),
         (&["emulate", "--allow-remote"], "--allow-remote needs a tcp link"),
         (&["emulate", "--fault", "never"], "'never' is no fault; expected no-reply, late=TIME"),
-        (&["emulate", "--fault", "late"], "does not fit late; expected a time such as 20ms"),
+        (&["emulate", "--fault", "late"], "late has no value; expected a time such as 20ms"),
         (
             &["emulate", "--fault", "no-reply,station=9"],
             "is for station 9, which is not on the line; expected station 5",

@@ -296,7 +296,7 @@ fn the_mistakes_of_public_texts_are_explained_as_wrong_and_not_built_without_for
         ),
         ("13BB 0000 0000 0000", "3BBh is 955; some documents write it for PNU 947, which is 3B3h"),
         ("1BFA 0000 0000 0000", "bit 11 is the toggle bit of spontaneous messages (SPM)"),
-        ("73B1 0300 0000 0000", "Job 7 writes; to read an element; use job 6"),
+        ("73B1 0300 0000 0000", "Job 7 writes; to read an element use job 6"),
         ("AC1A 0000 0000 0001", "which would be AA1A (538 = 21Ah)"),
         ("1C08 0000 0000 0001", "which would be 1A08 with bit 11 set"),
     ] {
@@ -305,7 +305,7 @@ fn the_mistakes_of_public_texts_are_explained_as_wrong_and_not_built_without_for
         assert!(stdout(&output).contains("\nX "), "{words}: {}", stdout(&output));
         assert_eq!(output.status.code(), Some(0), "valid octets");
         let strict = run(&["decode", "--strict", words]);
-        assert_eq!((strict.status.code(), stderr(&strict)), (Some(1), "profidrive: 1 of 1 are mistakes\n"));
+        assert_eq!((strict.status.code(), stderr(&strict)), (Some(1), "profidrive: 1 of 1 is a mistake\n"));
     }
     // PPO 3 and 4, which an article swaps.
     for (identifiers, ppo) in [("F1", "PPO 3, 2 words PZD"), ("F5", "PPO 4, 6 words PZD")] {
@@ -320,7 +320,10 @@ fn the_mistakes_of_public_texts_are_explained_as_wrong_and_not_built_without_for
         ("pkw read 999", "there is no parameter 999; near it are 1000 Controller parameter P"),
         ("pkw read v-Poss", "there is no parameter 'v-Poss'; close to it are 1004 v-Pos"),
         ("pkw write 918 5", "the parameter is read-only; --force"),
-        ("pkw write limit1 99999999999", "99999999999 does not fit Limit 1, which is a double word"),
+        (
+            "pkw write limit1 99999999999",
+            "99999999999 does not fit Limit 1, which is a double word: expected -2147483648 to 4294967295",
+        ),
         ("pkw read 945", "Fault buffer is an array of 10: name the element, for example 945.0; --force"),
         ("pkw write 945 1", "name the element, for example 945.0; --force"),
         ("pkw write v-Pos -5", "v-Pos takes 1 to 200, got -5; --force"),
@@ -387,7 +390,7 @@ fn json_has_the_members_that_are_documented() {
     let input = b"68 0B 0B 68 82 85 08 3E 3C 02 05 00 FF 0A C5 5E 16\n33E8 0000 0000 0064\nFF\nfoo\n";
     let output = run_with(&["decode", "--json"], input);
     assert_eq!(output.status.code(), Some(1));
-    assert_eq!(stderr(&output), "profidrive: 1 of 3 are invalid; lines that cannot be read: 1\n");
+    assert_eq!(stderr(&output), "profidrive: 1 of 3 is invalid; lines that cannot be read: 1\n");
     let lines = json_lines(&output);
     assert_eq!(lines.len(), 4);
     assert_eq!(lines[0]["service"], "Slave_Diag");
@@ -477,7 +480,7 @@ fn each_telegram_of_a_live_stream_is_told_before_the_next_comes() {
 fn the_exit_code_says_what_is_wrong() {
     for (arguments, code, says) in [
         (&["decode", "10", "05", "02", "49", "50", "16"][..], 0, ""),
-        (&["decode", "10", "05", "02", "49", "51", "16"], 1, "profidrive: 1 of 1 are invalid\n"),
+        (&["decode", "10", "05", "02", "49", "51", "16"], 1, "profidrive: 1 of 1 is invalid\n"),
         (&["decode", "68", "0G"], 2, "'0G' is no hexadecimal octet"),
         (&["decode", "no/such/file"], 1, "there is no file no/such/file"),
         (&["decode"], 1, "there are no octets in the input"),

@@ -262,7 +262,7 @@ fn with_json_a_failure_is_an_object() {
 fn a_link_that_does_not_open_ends_with_1_and_one_line() {
     let mut nowhere = Emulator::nowhere("");
     for (link, says) in [
-        ("/dev/pts/none", "check the name, and that the emulator runs"),
+        ("/dev/pts/none", "check the name, that the adapter is plugged in or the emulator runs"),
         ("pty:/dev/null", "name the terminal that 'profidrive emulate' prints"),
         ("tcp:127.0.0.1:9", "cannot connect to tcp:127.0.0.1:9 (check that the emulator runs there)"),
     ] {

@@ -96,7 +96,10 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
             &["--node", "5,device=ap10", "--fault", "no-reply"],
             "'no-reply' is no fault of a node; expected boot-up-missing",
         ),
-        (&["--node", "5,device=ap10", "--fault", "sdo-lost,node=6"], "--fault names node 6; the nodes are 5"),
+        (
+            &["--node", "5,device=ap10", "--fault", "sdo-lost,node=6"],
+            "--fault names node 6, which is not on the bus; expected node 5",
+        ),
         (&["--node", "5,device=ap10", "--fault", "sdo-lost,id=585"], "id is only for faults of frames"),
         (
             &["--node", "5,device=ap10", "--quirk", "x=y"],

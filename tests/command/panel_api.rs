@@ -159,7 +159,7 @@ fn every_fault_can_be_provoked_by_its_letter() {
     }
     let refused = emulator.send("POST", "/api/v1/drives/5/provoke", &json!({ "fault": "H" }));
     assert_eq!(refused.status, 422);
-    assert!(refused.detail().contains("unknown variant `H`"), "{}", refused.body);
+    assert!(refused.detail().contains("unknown value `H`"), "{}", refused.body);
 }
 
 #[test]
@@ -398,7 +398,7 @@ fn parameters_are_read_and_written_past_the_bus_by_its_rules() {
         ("PUT", "1004", json!(101), 422, "the value must be within 1 to 100, got 101"),
         ("PUT", "1004", json!(-1), 422, "PNU 1004 is a word, 0 to 65535; got -1"),
         ("PUT", "1017", json!(10_000_000_000_i64), 422, "the value must be within 32 bits"),
-        ("PUT", "1027", json!(1), 409, "PNU 1027: the parameter is read-only"),
+        ("PUT", "1027", json!(1), 409, "PNU 1027 (Device temperature): the parameter is read-only"),
         ("PUT", "1500", json!(1), 404, "PNU 1500: there is no parameter 1500"),
         ("PUT", "3000", json!(1), 400, "'3000' is no PNU; expected 0 to 2047"),
         ("PUT", "x", json!(1), 400, "'x' is no PNU"),
@@ -423,7 +423,11 @@ fn parameters_are_read_and_written_past_the_bus_by_its_rules() {
     exchange_until(&mut master, 0x007B, 50_000, |inputs| inputs.hiw() > 10);
     let refused = emulator.send("PUT", &path("930"), &json!({ "value": 1 }));
     assert_eq!(refused.status, 409);
-    assert!(refused.detail().starts_with("PNU 930: not possible now: "), "{}", refused.detail());
+    assert!(
+        refused.detail().starts_with("PNU 930 (Operating mode): not possible now: "),
+        "{}",
+        refused.detail()
+    );
 }
 
 #[test]

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+use crate::panel;
 use crate::said::{Row, compare};
 
 /// What the command says to these arguments, with `folder` as the folder it works in. It must fail.
@@ -58,6 +59,29 @@ fn command_lines() {
         ("", &["decode", "10 05 02 49 51 16"]),
         ("", &["decode", "xyz"]),
         ("", &["encode", "stw", "fly"]),
+        ("", &["emulate", "--drve", "5"]),
+        ("", &["emulate", "--drive", "5,gera=24"]),
+        ("", &["emulate", "--drive", "5,model=ag3"]),
+        ("", &["emulate", "--station", "gsd=io.gsd"]),
+        ("", &["emulate", "--ppo-drive", "7,ppo=9"]),
+        ("", &["emulate", "--fault", "no-rply"]),
+        ("", &["emulate", "--fault", "late"]),
+        ("", &["emulate", "--fault", "late=20ms,rate=2"]),
+        ("", &["emulate", "--quirk", "sdo-size=42"]),
+        ("", &["emulate", "--quirk", "of1=brake"]),
+        ("", &["emulate", "--slot-time", "20"]),
+        ("", &["emulate", "--node", "5,device=ap11"]),
+        ("", &["emulate", "--node", "5", "--link", "slcan-tcp:127.0.0.1:0", "--fault", "sdo-lost,node=6"]),
+        ("", &["emulate", "--node", "5", "--drive", "6"]),
+        ("", &["master", "--link", "tcp:127.0.0.1:1", "--address", "5", "status"]),
+        ("", &["master", "--link", "tcp:127.0.0.1:1", "--address", "5", "velocity", "30mm", "--yes"]),
+        ("", &["master", "--link", "tcp:127.0.0.1:1", "--address", "5", "move", "8,5mm", "--yes"]),
+        ("", &["master", "--link", "tcp:127.0.0.1:1", "--address", "5", "write", "970", "1"]),
+        ("", &["master", "--link", "tcp:127.0.0.1:1", "--address", "5", "write", "v-Poss", "60"]),
+        ("", &["master", "--link", "tcp:127.0.0.1:1", "--address", "5", "write", "v-Pos", "60mm"]),
+        ("", &["master", "--link", "tcp:127.0.0.1:1", "--address", "5", "--watchdog", "1ms", "status"]),
+        ("", &["encode", "pkw", "write", "limit1", "99999999999"]),
+        ("", &["decode", "10", "05"]),
     ];
     table("Command line", folder.path(), "K", lines);
 }
@@ -84,6 +108,64 @@ fn files() {
         ("no such device", &["emulate", "--link", "serial:missing", "--baud", "19200"]),
         ("no such file", &["decode", "missing.pcapng"]),
         ("no capture", &["decode", "text.pcapng"]),
+        ("no such device", &["emulate", "--link", "slcan-tty:missing", "--node", "5"]),
+        ("no such file", &["emulate", "--line", "missing.toml"]),
+        ("an empty file", &["emulate", "--line", "busy"]),
+        ("no such folder", &["emulate", "--link", "pty:missing/bus"]),
+        ("no such folder", &["man", "missing"]),
     ];
     table("Files", folder.path(), "D", lines);
+}
+
+/// A request of HTTP: method, path and body.
+type Asked<'a> = (&'a str, &'a str, &'a str);
+
+#[test]
+fn http() {
+    let asked: &[Asked<'_>] = &[
+        ("GET", "drives/6", ""),
+        ("GET", "drives/five", ""),
+        ("POST", "drives", r#"{"address": 5}"#),
+        ("POST", "drives", r#"{"address": 127}"#),
+        ("POST", "drives", r#"{"address": 9, "model": "ag9"}"#),
+        ("DELETE", "drives/5/power", ""),
+        ("PUT", "drives/5/power", ""),
+        ("PUT", "drives/5/power", "{on: true}"),
+        ("PUT", "drives/5/power", "{}"),
+        ("PUT", "drives/5/power", r#"{"on": "yes"}"#),
+        ("PATCH", "drives/5/inputs", r#"{"battery_vots": 2}"#),
+        ("PATCH", "drives/5/inputs", r#"{"battery_volts": -5}"#),
+        ("POST", "drives/5/provoke", r#"{"fault": "Q"}"#),
+        ("PUT", "drives/5/parameters/1004", r#"{"value": 101}"#),
+        ("PUT", "drives/5/parameters/1012", r#"{"value": 1001}"#),
+        ("PUT", "drives/5/parameters/1029", r#"{"value": 1}"#),
+        ("PUT", "drives/5/parameters/1", r#"{"value": 1}"#),
+        ("GET", "drives/5/parameters/1004?sub=1", ""),
+        ("GET", "events?address=x", ""),
+        ("POST", "bus/faults", r#"{"fault": "no-rply"}"#),
+        ("POST", "bus/faults", r#"{"fault": "no-reply,station=9"}"#),
+        ("DELETE", "bus/faults/9", ""),
+    ];
+    let emulator = panel::Emulator::start();
+    let named: Vec<_> = asked
+        .iter()
+        .enumerate()
+        .map(|(number, (method, path, body))| {
+            (
+                format!("Q-{:02}", number + 1),
+                format!("`{method} /api/v1/{path}` {body}").trim_end().to_owned(),
+            )
+        })
+        .collect();
+    let mut rows: Vec<Row<'_>> = Vec::new();
+    for ((id, done), (method, path, body)) in named.iter().zip(asked) {
+        let emulator = &emulator;
+        let ask = move || {
+            let json = "Content-Type: application/json\r\n";
+            let answer = emulator.request(method, &format!("/api/v1/{path}"), json, body);
+            vec![format!("{}: {}", answer.status, answer.json()["detail"].as_str().unwrap())]
+        };
+        rows.push((id, done, Box::new(ask)));
+    }
+    compare("HTTP", rows);
 }

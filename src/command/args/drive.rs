@@ -6,6 +6,8 @@ use core::str::FromStr;
 use profidrive::fdl::Address;
 use profidrive::param::{Gear, Model};
 
+use super::nearest;
+
 /// One emulated drive, as asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct DriveSpec {
@@ -39,11 +41,17 @@ impl DriveSpec {
             let again = match (key, value) {
                 ("model", "ag03") => model.replace(Model::Ag03).is_some(),
                 ("model", "ag03-1") => model.replace(Model::Ag03_1).is_some(),
-                ("model", _) => return Err(format!("model '{value}' is unknown; expected ag03 or ag03-1")),
+                ("model", _) => {
+                    let near = nearest(value, ["ag03", "ag03-1"].into_iter());
+                    return Err(format!("model '{value}' is unknown; {near}expected ag03 or ag03-1"));
+                }
                 ("gear", "24") => gear.replace(Gear::Ratio24).is_some(),
                 ("gear", "48") => gear.replace(Gear::Ratio48).is_some(),
                 ("gear", _) => return Err(format!("gear '{value}' is unknown; expected 24 or 48")),
-                _ => return Err(format!("'{key}' is unknown; {form}")),
+                _ => {
+                    let near = nearest(key, ["model", "gear"].into_iter());
+                    return Err(format!("'{key}' is unknown; {near}{form}"));
+                }
             };
             if again {
                 return Err(format!("'{key}' is given twice; {form}"));
@@ -138,8 +146,9 @@ mod tests {
             ("5,", "'' is not understood; expected ADDRESS"),
             ("5,gear", "'gear' is not understood"),
             ("5,gear=36", "gear '36' is unknown; expected 24 or 48"),
-            ("5,model=ag04", "model 'ag04' is unknown; expected ag03 or ag03-1"),
-            ("5,color=red", "'color' is unknown"),
+            ("5,model=ag04", "model 'ag04' is unknown; did you mean ag03? expected ag03 or ag03-1"),
+            ("5,color=red", "'color' is unknown; expected ADDRESS"),
+            ("5,gera=24", "'gera' is unknown; did you mean gear? expected ADDRESS"),
             ("5,gear=24,gear=48", "'gear' is given twice"),
             ("5,gear=24,gear=24", "'gear' is given twice"),
         ] {

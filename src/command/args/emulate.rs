@@ -96,7 +96,7 @@ pub(crate) struct Emulate {
 
     /// The slot time of the master on a serial line in bit times: a reply that cannot begin within it is dropped and
     /// counted. Without it the usual one of the rate, from 100 at 9600 bit/s to 1000 at 12000000 bit/s
-    #[arg(long, value_name = "BITS", value_parser = clap::value_parser!(u16).range(37..=16383))]
+    #[arg(long, value_name = "BITS", value_parser = slot_time)]
     pub(crate) slot_time: Option<u16>,
 
     /// Lets other machines connect to a tcp link. There is no password: everybody who connects can command the drives
@@ -296,7 +296,11 @@ impl Emulate {
         for fault in self.node_faults()? {
             if let Some(node) = fault.node.filter(|node| !numbers.contains(node)) {
                 let there: Vec<_> = numbers.iter().map(NodeId::to_string).collect();
-                return Err(format!("--fault names node {node}; the nodes are {}", there.join(", ")));
+                let expected = if there.len() == 1 { "expected node " } else { "expected one of the nodes " };
+                return Err(format!(
+                    "--fault names node {node}, which is not on the bus; {expected}{}",
+                    there.join(", ")
+                ));
             }
         }
         for node in &self.nodes {
@@ -413,3 +417,9 @@ Examples:
   profidrive emulate --drives 1-10 --link pty:/tmp/bus --metrics 127.0.0.1:9187
   profidrive emulate --link serial:/dev/ttyUSB0 --baud 19200 -v
   profidrive emulate --link tcp:127.0.0.1:5050 --fault no-reply,rate=0.01 --fault late=20ms,at=100";
+
+/// The slot time of a master in bit times.
+fn slot_time(text: &str) -> Result<u16, String> {
+    let bits = text.parse().ok().filter(|bits| (37..=16383).contains(bits));
+    bits.ok_or_else(|| "expected 37 to 16383 bit times".into())
+}

@@ -282,8 +282,8 @@ Examples:
   profidrive master --link /tmp/bus --address 5 write 930 1
   profidrive master --link /tmp/bus --address 5 velocity -30 --for 10s")]
     Velocity {
-        /// Revolutions of the output shaft per minute
-        #[arg(value_name = "RPM", allow_negative_numbers = true)]
+        /// Revolutions of the output shaft per minute: 30, -30, 30rpm
+        #[arg(value_name = "RPM", allow_negative_numbers = true, value_parser = rpm)]
         rpm: i32,
         #[command(flatten)]
         go: Go,
@@ -557,6 +557,14 @@ fn slot_time(text: &str) -> Result<Duration, String> {
 
 fn time_within(text: &str, range: RangeInclusive<Duration>, expected: &str) -> Result<Duration, String> {
     time(text).ok().filter(|time| range.contains(time)).ok_or_else(|| expected.into())
+}
+
+/// A velocity in whole rpm, with its unit if one is written.
+fn rpm(text: &str) -> Result<i32, String> {
+    let number = text.strip_suffix("rpm").unwrap_or(text).trim_end();
+    number
+        .parse()
+        .map_err(|_| format!("'{text}' is no velocity; expected whole rpm such as 30, -30 or 30rpm"))
 }
 
 #[cfg(test)]

@@ -24,6 +24,7 @@ use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{ArgAction, CommandFactory, Parser, Subcommand};
+use profidrive::gsd::did_you_mean;
 
 use super::{Failure, report};
 
@@ -231,6 +232,11 @@ fn read_on() -> String {
     let command =
         ["emulate", "master", "decode", "encode", "eds", "gsd", "judge"].into_iter().find(|name| named(name));
     format!("see 'profidrive{} --help'", command.map(|name| format!(" {name}")).unwrap_or_default())
+}
+
+/// `did you mean gear? ` if a known word is near to one that is not known, else nothing.
+fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> String {
+    did_you_mean(word, known).map(|near| format!("did you mean {near}? ")).unwrap_or_default()
 }
 
 #[cfg(test)]

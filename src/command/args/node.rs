@@ -7,7 +7,8 @@ use profidrive::asda_a2::Level;
 use profidrive::canopen::NodeId;
 use profidrive::device::Gear;
 use profidrive::host::can::{Choices, OptionName, PRODUCTS, Product};
-use strsim::levenshtein;
+
+use super::nearest;
 
 /// The device of a node that names none.
 const DEFAULT_DEVICE: &str = "ag03-1";
@@ -72,10 +73,7 @@ impl fmt::Display for NodeSpec {
 /// A device by its name.
 pub(crate) fn device(name: &str) -> Result<&'static Product, String> {
     Product::named(name).ok_or_else(|| {
-        let near = PRODUCTS.iter().map(|product| (levenshtein(name, product.name), product.name)).min();
-        // Half of the letters may be wrong.
-        let near = near.filter(|(distance, near)| distance * 2 <= near.len());
-        let near = near.map(|(_, near)| format!("did you mean {near}? ")).unwrap_or_default();
+        let near = nearest(name, PRODUCTS.iter().map(|product| product.name));
         format!("device '{name}' is unknown; {near}expected {}", devices(" or "))
     })
 }

@@ -6,6 +6,8 @@ use profidrive::device::{Config, QUIRKS, QuirkError};
 use profidrive::fdl::Address;
 use profidrive::host::can::{PRODUCTS, QuirkRow};
 
+use super::nearest;
+
 /// A quirk, checked to exist.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct QuirkSpec {
@@ -42,7 +44,13 @@ pub(crate) fn refusal(name: &str, value: &str, error: &QuirkError) -> String {
     match error {
         QuirkError::Unknown => {
             let names: Vec<_> = QUIRKS.iter().map(|quirk| quirk.name).collect();
-            format!("quirk '{name}' is unknown; expected one of {}", names.join(", "))
+            let near = nearest(name, names.iter().copied());
+            let of_node = PRODUCTS.iter().find(|node| node.quirks().iter().any(|quirk| quirk.name == name));
+            let cure = match of_node {
+                Some(node) => format!("it is one of a node {}; ", node.name),
+                None => near,
+            };
+            format!("quirk '{name}' is unknown; {cure}expected one of {}", names.join(", "))
         }
         QuirkError::Value { name, values } => {
             format!("quirk {name} cannot be '{value}'; expected {}", values.join(" or "))
@@ -78,6 +86,11 @@ mod tests {
         for (wrong, part) in [
             ("off1", "expected NAME=VALUE"),
             ("off2=brake", "expected one of i-gain, "),
+            ("of1=brake", "did you mean off1? expected one of"),
+            (
+                "sdo-size=42",
+                "quirk 'sdo-size' is unknown; it is one of a node ag03-1; expected one of i-gain, ",
+            ),
             ("off1=x", "quirk off1 cannot be 'x'; expected release or brake"),
         ] {
             let error = wrong.parse::<QuirkSpec>().unwrap_err();

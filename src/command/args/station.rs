@@ -22,6 +22,9 @@ impl FromStr for StationSpec {
     type Err = String;
 
     fn from_str(spec: &str) -> Result<Self, String> {
+        if spec.starts_with("gsd=") {
+            return Err(format!("the address is missing; {FORM}"));
+        }
         let (number, rest) = spec.split_once(',').ok_or_else(|| format!("no file is named; {FORM}"))?;
         let address = address(number, FORM)?;
         let (policy, rest) = match rest.strip_prefix("strict,") {
@@ -51,6 +54,7 @@ mod tests {
             ("7", "no file is named; expected ADDRESS,gsd=FILE"),
             ("127,gsd=x", "address 127 is outside 0 to 126"),
             ("x,gsd=x", "'x' is no address"),
+            ("gsd=x", "the address is missing; expected ADDRESS,gsd=FILE"),
             ("7,gsd=", "the name of the file is empty"),
             ("7,file=x", "'file=x' is not understood"),
         ] {

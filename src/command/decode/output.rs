@@ -127,14 +127,22 @@ impl<W: Write> Output<W> {
         }
         let Self { explained, invalid, mistakes, unreadable, .. } = self;
         if explained == 0 && unreadable == 0 {
-            return Err(Failure::Other("there are no octets in the input".into()));
+            return Err(Failure::Other(
+                "there are no octets in the input; see 'profidrive decode --help'".into(),
+            ));
         }
         let mut wrong = Vec::new();
         if invalid > 0 {
-            wrong.push(format!("{invalid} of {explained} are invalid"));
+            wrong.push(format!(
+                "{invalid} of {explained} {} invalid",
+                if invalid == 1 { "is" } else { "are" }
+            ));
         }
         if strict && mistakes > 0 {
-            wrong.push(format!("{mistakes} of {explained} are mistakes"));
+            wrong.push(format!(
+                "{mistakes} of {explained} {}",
+                if mistakes == 1 { "is a mistake" } else { "are mistakes" }
+            ));
         }
         if unreadable > 0 {
             wrong.push(format!("lines that cannot be read: {unreadable}"));

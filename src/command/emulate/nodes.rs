@@ -76,7 +76,7 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec, start: &Start) -> Result<
         if asked || end {
             let counters = line.bus().counters();
             info!(
-                "bus: {} frames, {} of them remote requests, {} error frames",
+                "bus: frames: {}, of them remote requests: {}; error frames: {}",
                 counters.frames, counters.remote, counters.errors
             );
         }

@@ -152,6 +152,14 @@ impl Target {
                 u32::try_from(value).or(signed)
             }
         };
-        fits.map_err(|_| Failure::Usage(format!("{value} does not fit {name}, which is a {width}")))
+        let (low, high) = match width {
+            Width::Word => (i64::from(i16::MIN), i64::from(u16::MAX)),
+            Width::Double => (i64::from(i32::MIN), i64::from(u32::MAX)),
+        };
+        fits.map_err(|_| {
+            Failure::Usage(format!(
+                "{value} does not fit {name}, which is a {width}: expected {low} to {high}"
+            ))
+        })
     }
 }

@@ -61,6 +61,9 @@ pub(crate) fn master(args: &Master) -> Result<(), Failure> {
         let number = value.number_of(entry).map_err(Failure::Usage)?;
         access::check(&ParameterSpec { entry, element: None }, number, "calibrate")?;
     }
+    if let Action::Restore { file, .. } = &args.action {
+        set::ParameterSet::load(file)?;
+    }
     let leave = motion::confirm(args)?;
     // Before the drive is taken, so that no signal ends the process with the drive moving.
     let stop = signals::stop_at_end().map_err(|error| Failure::from_error(&error))?;

@@ -14,13 +14,13 @@ use profidrive::explain::value::Lengths;
 use profidrive::explain::words::said;
 use profidrive::host::{Clock, Link};
 use profidrive::master::{Drive, DriveError, Reached, Seen};
-use profidrive::param::{Gear, LOAD_PARAMETER_SET, TABLE};
+use profidrive::param::{Gear, LOAD_PARAMETER_SET, Parameter, TABLE};
 use serde_json::json;
 
 use super::say;
 use super::status::{actual, mode, travels};
 use super::trouble::Trouble;
-use super::value::lengths;
+use super::value::{lengths, unit};
 use crate::command::Failure;
 use crate::command::args::{Action, Direction, Master, Motion};
 
@@ -222,6 +222,17 @@ fn turn<L: Link, C: Clock>(
         Motion::Home { .. } => return Ok(End::Interrupted),
         Motion::Move { position, .. } => {
             let position = position.position().map_err(Trouble::Ended)?;
+            // Somebody else may have changed it while the drive was enabled.
+            let now = lengths(drive)?;
+            if now != reading.lengths {
+                return Err(Trouble::Changed(format!(
+                    "the spindle pitch (PNU {}) was changed meanwhile: positions are counted in {} now, expected {}; \
+                     nothing was moved, give the command again",
+                    Parameter::SpindlePitch.entry().pnu,
+                    unit(Parameter::Limit1.entry(), now),
+                    unit(Parameter::Limit1.entry(), reading.lengths)
+                )));
+            }
             return Ok(match drive.reach(Goal::MoveTo(position))? {
                 Reached::Done(_) => End::Done("reached"),
                 Reached::Interrupted => End::Interrupted,
@@ -317,7 +328,7 @@ pub(super) fn acknowledge<L: Link, C: Clock>(drive: &mut Drive<L, C>, json: bool
 #[cfg(test)]
 mod tests {
     use profidrive::drive::{Fault, Inputs};
-    use profidrive::param::{Model, Parameter, Value};
+    use profidrive::param::{Model, Value};
 
     use super::*;
     use crate::command::args::Go;
@@ -330,6 +341,22 @@ mod tests {
             Err(Failure::Other(line) | Failure::Usage(line)) => line,
             Ok(()) => panic!("no failure"),
         }
+    }
+
+    #[test]
+    fn a_spindle_pitch_that_was_changed_meanwhile_moves_nothing() {
+        let rig = Rig::new(Model::Ag03_1);
+        let mut drive = rig.drive();
+        let checked =
+            Reading { mode: Mode::Positioning, lengths: Lengths::HundredthMillimetres, json: false };
+        let asked = Motion::Move { position: "8mm".parse().unwrap(), go: GO };
+        let Err(trouble) = turn(&mut drive, asked, &checked) else { panic!("it was moved") };
+        assert_eq!(
+            trouble.to_string(),
+            "the spindle pitch (PNU 1012) was changed meanwhile: positions are counted in inc now, expected 0.01 mm; \
+             nothing was moved, give the command again"
+        );
+        assert_eq!(drive.exchange().unwrap().hiw, 0);
     }
 
     #[test]

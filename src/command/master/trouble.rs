@@ -11,6 +11,9 @@ pub(super) enum Trouble {
     /// What the drive says, which is not what was asked of it.
     #[error("the drive no longer does it: {0}")]
     Ended(String),
+    /// Somebody else changed what it was checked for: nothing was begun.
+    #[error("{0}")]
+    Changed(String),
     /// It was not seen to stand.
     #[error("{0}")]
     StillTurns(String),
@@ -21,7 +24,7 @@ impl Trouble {
     pub(super) fn is_loss(&self) -> bool {
         match self {
             Self::Drive(error) => error.is_loss(),
-            Self::Ended(_) | Self::StillTurns(_) => false,
+            Self::Ended(_) | Self::Changed(_) | Self::StillTurns(_) => false,
         }
     }
 
@@ -29,7 +32,7 @@ impl Trouble {
     pub(super) const fn job(&self) -> Option<PkwError> {
         match self {
             Self::Drive(DriveError::Job(error)) => Some(*error),
-            Self::Drive(_) | Self::Ended(_) | Self::StillTurns(_) => None,
+            Self::Drive(_) | Self::Ended(_) | Self::Changed(_) | Self::StillTurns(_) => None,
         }
     }
 }

@@ -118,6 +118,7 @@ impl Watch {
                 let start = if held { self.allow(Hint::StartAlready { stw }) } else { None };
                 start.or_else(|| self.limits(limits))
             }
+            drive::Event::TravelStarted(_) => self.limits(limits),
             drive::Event::VelocityStarted(velocity) | drive::Event::VelocityChanged(velocity)
                 if velocity.setpoint != velocity.rpm =>
             {
@@ -126,7 +127,6 @@ impl Watch {
             drive::Event::Enabled(_)
             | drive::Event::Disabled { .. }
             | drive::Event::Mode(_)
-            | drive::Event::TravelStarted(_)
             | drive::Event::Paused { .. }
             | drive::Event::Resumed { .. }
             | drive::Event::TargetReached { .. }

@@ -41,7 +41,7 @@ impl<A: Application> Slave<A> {
         if !prm.lock_req() {
             self.min_tsdr = prm.min_tsdr().or(self.min_tsdr);
             self.state = self.state.on(Stimulus::MinTsdrOnly);
-            return None;
+            return Some(Event::MinTsdrOnly { master, min_tsdr: prm.min_tsdr() });
         }
         match self.policy.set_prm_in_data_exch {
             SetPrmInDataExch::StayIfIdentical
@@ -70,7 +70,13 @@ impl<A: Application> Slave<A> {
         self.not_supported = prm.not_supported(&self.description);
         self.process_data.enable(prm, &self.description);
         self.accepted_prm.keep([request.data, &[]]);
-        Some(Event::Parameterised { master, watchdog, min_tsdr: prm.min_tsdr(), groups: self.group_ident })
+        Some(Event::Parameterised {
+            master,
+            watchdog,
+            min_tsdr: prm.min_tsdr(),
+            groups: self.group_ident,
+            not_supported: self.not_supported,
+        })
     }
 
     fn refuse_prm(&mut self, master: Address, fault: PrmFault) -> Event {

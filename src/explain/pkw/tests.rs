@@ -150,7 +150,7 @@ fn mistakes_that_public_texts_spread_are_explained_as_wrong() {
             "bit 11 is the toggle bit of spontaneous messages (SPM), not part of the number",
         ),
         // Job 7 as "read array".
-        ("73B1 0300 0000 0000", "Job 7 writes; to read an element; use job 6, read array element: PKE 63B1"),
+        ("73B1 0300 0000 0000", "Job 7 writes; to read an element use job 6, read array element: PKE 63B1"),
         // A job of another vendor.
         ("E3E8 0000 0000 0064", "The highest job is 9 here"),
         ("13B1 0000 0000 0000", "use job 6, read array element: PKE 63B1"),

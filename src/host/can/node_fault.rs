@@ -11,7 +11,7 @@ use super::fault::{self, Kind as FrameKind};
 use crate::can::Id;
 use crate::canopen::faults::{BootUpFault, Fault as OfNode, HeartbeatFault, Kind, SdoFault, TpdoFault};
 use crate::canopen::{Abort, NodeId};
-use crate::host::occasions::{Occasions, Reading, Wrong, duration, in_micros};
+use crate::host::occasions::{Occasions, Reading, Wrong, duration, in_micros, misfit};
 
 /// How a fault is written, see [`NodeFault`].
 const FORM: &str = "FAULT[=VALUE][,node=ID][,id=HEX][,rate=P][,count=N][,at=N][,seed=N]";
@@ -97,7 +97,7 @@ pub enum NodeFaultError {
         got: String,
     },
     /// The value is missing, wrong, or one too many.
-    #[error("'{got}' does not fit {key}; expected {expected}")]
+    #[error("{}; expected {expected}", misfit(key, got))]
     Value {
         /// Whose value.
         key: String,
@@ -360,7 +360,7 @@ mod tests {
         }
         for (spec, says) in [
             ("no-reply", "'no-reply' is no fault of a node; expected boot-up-missing, "),
-            ("sdo-late", "'' does not fit sdo-late; expected a time"),
+            ("sdo-late", "sdo-late has no value; expected a time"),
             ("sdo-late=0ms", "'0ms' does not fit sdo-late"),
             ("sdo-lost=1", "'1' does not fit sdo-lost; expected no value"),
             ("sdo-abort=060900111", "does not fit sdo-abort"),

@@ -79,7 +79,7 @@ fn prepare(file: &File, rate: BaudRate) -> io::Result<()> {
 /// What a person can do about a terminal that does not open.
 fn advice(error: &io::Error) -> &'static str {
     match Errno::from_io_error(error) {
-        Some(Errno::NOENT) => "check the name, and that the emulator runs",
+        Some(Errno::NOENT) => "check the name, that the adapter is plugged in or the emulator runs",
         Some(Errno::ACCESS | Errno::PERM) => "it belongs to another user",
         Some(Errno::BUSY) => "it is in use by another program; end that one first",
         Some(Errno::NOTTY | Errno::ISDIR | Errno::NXIO) => {

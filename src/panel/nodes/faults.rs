@@ -50,7 +50,10 @@ pub(super) async fn add(
     let number = asking
         .ask(move |bench| {
             bench.knows(&fault)?;
-            bench.faults.add(bench.now, bench.bus, fault).map_err(Problem::conflict)
+            let text = fault.to_string();
+            let number = bench.faults.add(bench.now, bench.bus, fault).map_err(Problem::conflict)?;
+            tracing::warn!("fault on purpose: {text}");
+            Ok::<_, Problem>(number)
         })
         .await??;
     Ok((StatusCode::CREATED, Json(FaultState { number, fault: fault.to_string(), injected: 0 })))
@@ -75,7 +78,9 @@ pub(super) async fn replace(
             new.iter().try_for_each(|fault| bench.knows(fault))?;
             bench.faults.clear(bench.now, bench.bus);
             for fault in new {
+                let text = fault.to_string();
                 bench.faults.add(bench.now, bench.bus, fault).map_err(Problem::conflict)?;
+                tracing::warn!("fault on purpose: {text}");
             }
             Ok(Json(bench.fault_list()))
         })
@@ -85,7 +90,12 @@ pub(super) async fn replace(
 /// Takes all faults off the bus
 #[utoipa::path(delete, path = "/api/v1/bus/faults", tag = "bus", responses((status = 204), Problems))]
 pub(super) async fn clear(State(asking): State<Asking>) -> Result<StatusCode, Problem> {
-    asking.ask(|bench| bench.faults.clear(bench.now, bench.bus)).await?;
+    asking
+        .ask(|bench| {
+            bench.faults.clear(bench.now, bench.bus);
+            tracing::info!("all faults on purpose are taken off the bus");
+        })
+        .await?;
     Ok(StatusCode::NO_CONTENT)
 }
 
@@ -99,7 +109,10 @@ pub(super) async fn remove(
     let number = of.number()?;
     asking
         .ask(move |bench| match bench.faults.remove(bench.now, bench.bus, number) {
-            Some(_) => Ok(StatusCode::NO_CONTENT),
+            Some(fault) => {
+                tracing::info!("fault on purpose taken off the bus: {fault}");
+                Ok(StatusCode::NO_CONTENT)
+            }
             None => Err(Problem::not_found(format!("there is no fault number {number} on the bus"))),
         })
         .await?
@@ -118,15 +131,13 @@ impl NodeAccess<'_> {
 
     /// Whether the node that a fault is for is on the bus.
     fn knows(&self, fault: &NodeFault) -> Result<(), Problem> {
-        match fault.node {
-            Some(node) => match self.device(node) {
-                Ok(_) => Ok(()),
-                Err(_) => Err(Problem::value(format!(
-                    "fault '{fault}' is for node {node}, which is not on the bus"
-                ))),
-            },
-            None => Ok(()),
-        }
+        self.absent(fault).map_or(Ok(()), |words| Err(Problem::value(words)))
+    }
+
+    /// Says so if the node that a fault is for is not on the bus.
+    pub(super) fn absent(&self, fault: &NodeFault) -> Option<String> {
+        let node = fault.node.filter(|node| self.device(*node).is_err())?;
+        Some(format!("fault '{fault}' is for node {node}, which is not on the bus"))
     }
 }
 

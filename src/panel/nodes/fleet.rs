@@ -150,6 +150,12 @@ impl NodeAccess<'_> {
         let Seated { seat, .. } = self.nodes.remove(place);
         self.bus.remove(self.now, seat);
         self.faults.reseat(self.bus);
+        // Those that wait for this node go on waiting.
+        for (_, fault, _) in self.faults.list(self.bus) {
+            if let Some(words) = self.absent(&fault) {
+                tracing::warn!("{words}");
+            }
+        }
         Ok(())
     }
 }

@@ -75,6 +75,7 @@ pub(super) async fn remove(
         .ask(move |bench| {
             find(bench, address)?;
             bench.bus.remove(address);
+            bench.announce();
             Ok(StatusCode::NO_CONTENT)
         })
         .await?

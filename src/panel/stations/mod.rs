@@ -72,6 +72,7 @@ pub(super) async fn remove(
         .ask(move |bench| {
             bench.bus.station::<GsdStation>(address).ok_or_else(|| no_station(bench, address))?;
             bench.bus.remove(address);
+            bench.announce();
             Ok(StatusCode::NO_CONTENT)
         })
         .await?

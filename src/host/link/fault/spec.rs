@@ -10,7 +10,8 @@ use thiserror::Error;
 
 use crate::dp::{Service, State};
 use crate::fdl::Address;
-use crate::host::occasions::{Occasions, Reading, Wrong, digits, duration, in_micros, number};
+use crate::gsd::did_you_mean;
+use crate::host::occasions::{Occasions, Reading, Wrong, digits, duration, in_micros, misfit, number};
 
 /// How a fault is written, see [`Fault`].
 pub const FORM: &str = "FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS]\
@@ -431,7 +432,7 @@ impl fmt::Display for Kind {
 #[non_exhaustive]
 pub enum SpecError {
     /// There is no such fault.
-    #[error("'{got}' is no fault; expected {KINDS}")]
+    #[error("'{got}' is no fault; {}expected {KINDS}", near(got))]
     Unknown {
         /// The name found.
         got: String,
@@ -443,7 +444,7 @@ pub enum SpecError {
         got: String,
     },
     /// A value does not fit.
-    #[error("'{got}' does not fit {key}; expected {expected}")]
+    #[error("{}; expected {expected}", misfit(key, got))]
     Value {
         /// Whose value.
         key: String,
@@ -458,6 +459,13 @@ pub enum SpecError {
         /// Which.
         key: String,
     },
+}
+
+/// `did you mean no-reply? ` if a fault is near to this name, else nothing.
+fn near(name: &str) -> String {
+    let names = KINDS.split(", ").flat_map(|kinds| kinds.split(" or "));
+    let names = names.map(|kind| kind.split(['=', '[']).next().unwrap_or(kind));
+    did_you_mean(name, names).map(|near| std::format!("did you mean {near}? ")).unwrap_or_default()
 }
 
 fn hex_octet(text: &str) -> Option<u8> {
