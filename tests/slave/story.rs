@@ -40,7 +40,7 @@ fn a_commissioning_reads_as_the_committed_story() {
 #[test]
 fn the_readme_tells_lines_of_the_committed_story() {
     let (readme, story) = (include_str!("../../README.md"), include_str!("../../docs/story.txt"));
-    let block = readme.split("## A commissioning, as the log tells it").nth(1).unwrap();
+    let block = readme.split("## A commissioning in the log").nth(1).unwrap();
     let block = block.split("```text\n").nth(1).unwrap().split("```").next().unwrap();
     let mut lines = story.lines();
     for shown in block.lines() {
