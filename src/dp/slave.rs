@@ -335,12 +335,7 @@ impl<A: Application> Slave<A> {
             // What masters ask for all day long.
             Some(Service::DataExchange) if access == Access::Run => self.data_exchange(request),
             Some(service) if access == Access::Run => self.run(now, service, request),
-            Some(_) | None => {
-                let event = self.not_served(service, request);
-                let acknowledged = access == Access::Acknowledged;
-                let reply = if acknowledged { Reply::ShortAcknowledge } else { Reply::NotActivated };
-                Handled { event, ..Handled::reply(reply) }
-            }
+            Some(_) | None => self.not_served(service, access, request),
         };
         handled.fed = fed;
         handled
@@ -355,18 +350,14 @@ impl<A: Application> Slave<A> {
             Service::SlaveDiag | Service::GetCfg | Service::RdInp | Service::RdOutp
                 if !request.data.is_empty() =>
             {
-                let event = self.with_data(service, request);
-                Handled { event, ..Handled::reply(Reply::NoResource) }
+                self.with_data(service, request)
             }
             Service::SlaveDiag => self.slave_diag(request.sa),
             Service::GetCfg => Handled::read(request, service, data_or_sc(self.configuration())),
             Service::RdInp => Handled::read(request, service, self.read(self.process_data.inputs())),
             Service::RdOutp => Handled::read(request, service, self.read(self.process_data.outputs())),
             // Global_Control is an SDN service.
-            Service::GlobalControl => {
-                let event = self.without_reply(service, request);
-                Handled { event, ..Handled::reply(Reply::NotActivated) }
-            }
+            Service::GlobalControl => self.without_reply(service, request),
         }
     }
 

@@ -1,11 +1,11 @@
 //! Requests that are not served here or now: what is said of them, once.
 
-use super::Slave;
+use super::{Handled, Slave};
 use crate::dp::{
-    Application, Event, MASTER_SAP, NotServed, Policy, PrmBit, Service, State, StoredAddress,
+    Access, Application, Event, MASTER_SAP, NotServed, Policy, PrmBit, Service, State, StoredAddress,
     policy::DefaultAddress,
 };
-use crate::fdl::{Address, Request};
+use crate::fdl::{Address, Reply, Request};
 
 /// What was said in one state of the slave: a master that asks in each of its cycles is told of once.
 #[derive(Clone, Copy, Debug, Default)]
@@ -44,43 +44,50 @@ impl Topic {
 }
 
 impl<A: Application> Slave<A> {
-    /// A request that does not run: `service` is what it would have run, as far as the slave offers it.
+    /// The answer to a request that does not run: `service` is what it would have run, as far as the slave offers it.
+    #[cold]
     #[inline(never)]
-    pub(super) fn not_served(&mut self, service: Option<Service>, request: &Request<'_>) -> Option<Event> {
+    pub(super) fn not_served(
+        &mut self,
+        service: Option<Service>,
+        access: Access,
+        request: &Request<'_>,
+    ) -> Handled<'static> {
         let asked = service.or_else(|| Service::of(request.dsap, request.ssap));
-        if !self.first(asked.map_or(Topic::NoService, Topic::Service)) {
-            return None;
-        }
-        let why = match (service, asked) {
-            (Some(service), _) => self.refused(service),
-            (None, Some(asked)) => self.not_offered(asked, request),
-            (None, None) => NotServed::NoSuchSap { got: request.dsap },
-        };
-        Some(Event::NotServed { master: request.sa, service: asked, why })
+        let event = self.first(asked.map_or(Topic::NoService, Topic::Service)).then(|| {
+            let why = match (service, asked) {
+                (Some(service), _) => self.refused(service),
+                (None, Some(asked)) => self.not_offered(asked, request),
+                (None, None) => NotServed::NoSuchSap { got: request.dsap },
+            };
+            Event::NotServed { master: request.sa, service: asked, why }
+        });
+        let acknowledged = service.is_some() && access == Access::Acknowledged;
+        let reply = if acknowledged { Reply::ShortAcknowledge } else { Reply::NotActivated };
+        Handled { event, ..Handled::reply(reply) }
     }
 
-    /// A request with data for a service that takes none.
+    /// The answer to a request with data for a service that takes none.
+    #[cold]
     #[inline(never)]
-    pub(super) fn with_data(&mut self, service: Service, request: &Request<'_>) -> Option<Event> {
+    pub(super) fn with_data(&mut self, service: Service, request: &Request<'_>) -> Handled<'static> {
         let why = NotServed::WithData { got: request.data.len() };
-        self.first(Topic::Data).then_some(Event::NotServed {
-            master: request.sa,
-            service: Some(service),
-            why,
-        })
+        let event = Event::NotServed { master: request.sa, service: Some(service), why };
+        let event = self.first(Topic::Data).then_some(event);
+        Handled { event, ..Handled::reply(Reply::NoResource) }
     }
 
-    /// A request with a reply for a service that has none.
+    /// The answer to a request with a reply for a service that has none.
+    #[cold]
     #[inline(never)]
-    pub(super) fn without_reply(&mut self, service: Service, request: &Request<'_>) -> Option<Event> {
-        self.first(Topic::Service(service)).then_some(Event::NotServed {
-            master: request.sa,
-            service: Some(service),
-            why: NotServed::NoReply,
-        })
+    pub(super) fn without_reply(&mut self, service: Service, request: &Request<'_>) -> Handled<'static> {
+        let event = Event::NotServed { master: request.sa, service: Some(service), why: NotServed::NoReply };
+        let event = self.first(Topic::Service(service)).then_some(event);
+        Handled { event, ..Handled::reply(Reply::NotActivated) }
     }
 
     /// Sync or Freeze without the bit of Set_Prm that opens it.
+    #[cold]
     pub(super) fn latch_closed(&mut self, master: Address, bit: PrmBit) -> Option<Event> {
         let topic = if bit == PrmBit::SyncReq { Topic::Sync } else { Topic::Freeze };
         let supported = match bit {
