@@ -8,10 +8,12 @@ fail() {
     systemctl status --no-pager 'profidrive@*' || true
     exit 1
 }
-# Waits until a command succeeds, two seconds at most.
+# Waits until a command succeeds, ten seconds at most.
 until_it() {
-    for _ in 1 2 3 4 5 6 7 8 9 10; do
+    tries=0
+    while [ $tries -lt 50 ]; do
         ! "$@" >/dev/null 2>&1 || return 0
+        tries=$((tries + 1))
         sleep 0.2
     done
     fail "$*"
