@@ -3,7 +3,7 @@
 //! | what | how much | when |
 //! | --- | --- | --- |
 //! | events | the newest [`MOST_EVENTS`] | always |
-//! | samples of each drive | five times a second, five minutes: [`samples`] | always |
+//! | samples of each drive | five times a second, five minutes: [`mod@samples`] | always |
 //! | telegrams | the newest 4 MiB: [`recording`] | while somebody watches telegrams |
 
 mod recording;
