@@ -147,7 +147,7 @@ test("on a phone nothing is beside the screen, and what is touched is large enou
     }
     await page.getByLabel("When and where").fill("rate=0.001,station=5");
     await page.locator("#line-faults").getByRole("button", { name: "Add" }).tap();
-    await page.getByRole("button", { name: /Take no-reply.* off/ }).waitFor();
+    await page.getByRole("button", { name: /Remove no-reply/ }).waitFor();
     await assertFits(page);
     assert.deepEqual(await sticksOut(page), []);
   });

@@ -313,7 +313,7 @@ test("faults on the line are put on and taken off", async () => {
     await page.getByLabel("Fault", { exact: true }).selectOption("no-reply");
     await page.locator("#line-faults").getByRole("button", { name: "Add" }).click();
     await master.until(5, "silence", (station) => !station.exchanging);
-    await page.getByRole("button", { name: "Take no-reply off" }).click();
+    await page.getByRole("button", { name: "Remove no-reply" }).click();
     await master.exchanging(5);
     const counters = page.locator("#counters tr", { hasText: "sent" }).locator("td").last();
     await until("telegrams", async () => Number(await counters.textContent()), (sent) => sent > 0);
