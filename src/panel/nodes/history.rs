@@ -1,5 +1,6 @@
 //! What was on the bus, over HTTP.
 
+use std::format;
 use std::prelude::v1::*;
 use std::sync::Arc;
 
