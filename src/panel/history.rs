@@ -22,33 +22,43 @@ pub(super) use routes::*;
 pub(super) use samples::{EVERY, Sampled};
 
 /// Events kept.
-pub(super) const MOST_EVENTS: usize = 1000;
+const MOST_EVENTS: usize = 1000;
 
 /// What was.
 #[derive(Debug, Default)]
 pub(super) struct History {
-    told: u64,
-    events: VecDeque<(Instant, NewsEvent)>,
+    pub(super) events: Newest<(Instant, NewsEvent)>,
     pub(super) samples: Samples,
     pub(super) recording: Recording,
 }
 
-impl History {
-    /// The number of the next event.
-    pub(super) const fn next_number(&mut self) -> u64 {
-        self.told = self.told.saturating_add(1);
-        self.told
-    }
+/// The newest events, numbered from 1 on.
+#[derive(Debug)]
+pub(super) struct Newest<T> {
+    told: u64,
+    events: VecDeque<T>,
+}
 
-    pub(super) fn keep(&mut self, at: Instant, news: NewsEvent) {
+impl<T> Default for Newest<T> {
+    fn default() -> Self {
+        Self { told: 0, events: VecDeque::new() }
+    }
+}
+
+impl<T: Clone> Newest<T> {
+    /// Keeps the event that `make` makes with its number, and returns it.
+    pub(super) fn keep(&mut self, make: impl FnOnce(u64) -> T) -> T {
+        self.told = self.told.saturating_add(1);
+        let event = make(self.told);
         if self.events.len() >= MOST_EVENTS {
             self.events.pop_front();
         }
-        self.events.push_back((at, news));
+        self.events.push_back(event.clone());
+        event
     }
 
-    /// The events that are kept, oldest first.
-    pub(super) fn events(&self) -> impl Iterator<Item = &(Instant, NewsEvent)> {
+    /// Those that are kept, oldest first.
+    pub(super) fn iter(&self) -> impl Iterator<Item = &T> {
         self.events.iter()
     }
 }

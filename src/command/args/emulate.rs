@@ -1,5 +1,6 @@
 //! `profidrive emulate`: which drives, on which line, with which faults.
 
+use core::ops::RangeInclusive;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
@@ -418,8 +419,11 @@ Examples:
   profidrive emulate --link serial:/dev/ttyUSB0 --baud 19200 -v
   profidrive emulate --link tcp:127.0.0.1:5050 --fault no-reply,rate=0.01 --fault late=20ms,at=100";
 
+/// The slot times that a master can have, in bit times.
+pub(crate) const SLOT_TIMES: RangeInclusive<u16> = 37..=16383;
+
 /// The slot time of a master in bit times.
 fn slot_time(text: &str) -> Result<u16, String> {
-    let bits = text.parse().ok().filter(|bits| (37..=16383).contains(bits));
-    bits.ok_or_else(|| "expected 37 to 16383 bit times".into())
+    let bits = text.parse().ok().filter(|bits| SLOT_TIMES.contains(bits));
+    bits.ok_or_else(|| format!("expected {} to {} bit times", SLOT_TIMES.start(), SLOT_TIMES.end()))
 }

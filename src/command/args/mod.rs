@@ -32,7 +32,7 @@ pub(crate) use decode::Decode;
 pub(crate) use demo::Demo;
 pub(crate) use drive::DriveSpec;
 pub(crate) use eds::Eds;
-pub(crate) use emulate::{Emulate, MetricsSpec, metrics_place, panel_place};
+pub(crate) use emulate::{Emulate, MetricsSpec, SLOT_TIMES, metrics_place, panel_place};
 pub(crate) use encode::{
     Control, Encode, Fcb, Octet, Parameter, Pkw, Service, Telegram, What, WidthSpec, Word,
 };

@@ -15,7 +15,7 @@ use super::drive;
 use super::station::{self, point};
 use super::tables::{At, Baud, FaultTable, LineTable, WhileTable};
 use super::wrong::Wrong;
-use crate::command::args::{Emulate, LinkSpec, panel_place};
+use crate::command::args::{Emulate, LinkSpec, SLOT_TIMES, panel_place};
 use crate::command::emulate::{FaultPlan, LinePlan, StationPlan};
 
 /// Reads a line. `folder` is where the file is: paths in it begin there.
@@ -35,8 +35,9 @@ pub(super) fn plan(line: &At<LineTable>, folder: &Path) -> Result<LinePlan, Wron
         args.baud = Some(text.parse().map_err(|error| Wrong::at(baud.span(), error))?);
     }
     if let Some(bits) = &table.slot_time {
-        if !(37..=16383).contains(bits.get()) {
-            return Err(Wrong::at(bits.span(), format!("slot-time {} is outside 37 to 16383", bits.get())));
+        if !SLOT_TIMES.contains(bits.get()) {
+            let (got, least, most) = (bits.get(), SLOT_TIMES.start(), SLOT_TIMES.end());
+            return Err(Wrong::at(bits.span(), format!("slot-time {got} is outside {least} to {most}")));
         }
         args.slot_time = Some(*bits.get());
     }

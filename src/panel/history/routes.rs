@@ -58,7 +58,7 @@ pub(in crate::panel) async fn events(
 ) -> Result<Json<RecentEvents>, Problem> {
     let address = of.address.map(Address::station).transpose().map_err(Problem::value)?;
     let events = hub.history(|history| {
-        let events = history.events().map(|(_, news)| news);
+        let events = history.events.iter().map(|(_, news)| news);
         events.filter(|news| news.concerns(address)).cloned().collect()
     });
     let started_unix_seconds = since_1970(hub.started()).as_secs_f64();
@@ -116,7 +116,7 @@ pub(in crate::panel) async fn capture(
     let (now, baud) = asking.ask(|bench| (bench.now, bench.bus.baud())).await?;
     let epoch = since_1970(SystemTime::now()).saturating_sub(now.saturating_since(Instant::ZERO));
     let (batch, events) = hub.history(|history| {
-        let events: Vec<_> = history.events().map(|(at, news)| (*at, news.text().to_string())).collect();
+        let events: Vec<_> = history.events.iter().map(|(at, news)| (*at, news.text().to_string())).collect();
         (history.recording.batch(), events)
     });
     let line = Interface { name: "panel", description: "recorded in the panel", baud: Some(baud) };

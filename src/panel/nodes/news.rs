@@ -4,7 +4,7 @@
 //! much. Words and JSON are made by the readers.
 
 use core::sync::atomic::{AtomicUsize, Ordering};
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 use std::format;
 use std::prelude::v1::*;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -15,7 +15,7 @@ use serde::Serialize;
 use tokio::sync::broadcast;
 use utoipa::ToSchema;
 
-use super::super::history::MOST_EVENTS;
+use super::super::history::Newest;
 use super::super::state::seconds;
 use super::super::stream::message_of;
 use super::access::NodeAccess;
@@ -86,8 +86,8 @@ pub(super) enum Told {
 /// What the thread of the bus told, and as which event of all.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Numbered {
-    /// Frames have that of the event before.
-    number: u64,
+    /// `None`: a frame.
+    number: Option<u64>,
     pub(super) told: Told,
 }
 
@@ -96,16 +96,9 @@ pub(super) struct Numbered {
 pub(super) struct Feed {
     news: broadcast::Sender<Numbered>,
     started: SystemTime,
-    newest: Mutex<Newest>,
+    newest: Mutex<Newest<Numbered>>,
     frames: AtomicUsize,
     numbers: Mutex<BTreeMap<Seat, NodeId>>,
-}
-
-/// The events that are kept for who comes late, oldest first.
-#[derive(Debug, Default)]
-struct Newest {
-    told: u64,
-    events: VecDeque<Numbered>,
 }
 
 impl Default for Feed {
@@ -160,12 +153,17 @@ impl Feed {
             Event::Lost { events } => Told::Lost { at: now, events: *events },
         };
         // Whether somebody hears it is not our concern.
-        let _ = self.news.send(self.newest().keep(told));
+        let event = if told.is_frame() {
+            Numbered { number: None, told }
+        } else {
+            self.newest().keep(|number| Numbered { number: Some(number), told })
+        };
+        let _ = self.news.send(event);
     }
 
     /// The events that are kept, oldest first; `wanted`: only those about this node or the bus.
     pub(super) fn recent(&self, wanted: Option<NodeId>) -> Vec<NodeNews> {
-        let events: Vec<Numbered> = self.newest().events.iter().copied().collect();
+        let events: Vec<Numbered> = self.newest().iter().copied().collect();
         let concerned = events.iter().filter(|event| wanted.is_none_or(|node| event.told.concerns(node)));
         concerned.filter_map(Numbered::news).collect()
     }
@@ -175,7 +173,7 @@ impl Feed {
         self.started
     }
 
-    fn newest(&self) -> MutexGuard<'_, Newest> {
+    fn newest(&self) -> MutexGuard<'_, Newest<Numbered>> {
         self.newest.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -218,22 +216,6 @@ impl Told {
     }
 }
 
-impl Newest {
-    /// Numbers it, and keeps it unless it is a frame.
-    fn keep(&mut self, told: Told) -> Numbered {
-        if told.is_frame() {
-            return Numbered { number: self.told, told };
-        }
-        self.told = self.told.saturating_add(1);
-        let event = Numbered { number: self.told, told };
-        if self.events.len() >= MOST_EVENTS {
-            self.events.pop_front();
-        }
-        self.events.push_back(event);
-        event
-    }
-}
-
 impl Numbered {
     /// As an event of the stream.
     pub(super) fn message(&self) -> Bytes {
@@ -245,6 +227,7 @@ impl Numbered {
 
     /// In words; `None`: a frame.
     fn news(&self) -> Option<NodeNews> {
+        let number = self.number?;
         let (at, node, kind, text) = match &self.told {
             Told::Frame { .. } => return None,
             Told::Node { at, node, event } => (*at, *node, NodeNewsKind::of(event), event.to_string()),
@@ -257,7 +240,7 @@ impl Numbered {
             ),
         };
         let address = node.map(NodeId::number);
-        Some(NodeNews { number: self.number, time_seconds: seconds(at), address, kind, text })
+        Some(NodeNews { number, time_seconds: seconds(at), address, kind, text })
     }
 }
 

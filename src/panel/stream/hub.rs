@@ -159,10 +159,9 @@ impl Hub {
                     if let (BusEvent::Station { address, .. }, Some(words)) = (&event, &words) {
                         ring.station_refusals.insert(address.number(), format!("{event}: {words}"));
                     }
-                    let told = NewsEvent::of(ring.history.next_number(), at, &event, words.as_deref());
-                    let item = told.item();
-                    ring.history.keep(at, told);
-                    news.send(item)
+                    let make = |number| (at, NewsEvent::of(number, at, &event, words.as_deref()));
+                    let (_, told) = ring.history.events.keep(make);
+                    news.send(told.item())
                 }
                 Entry::Telegram { at, direction, len, octets } => {
                     let octets = octets.get(..len).unwrap_or_default();
