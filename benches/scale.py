@@ -190,4 +190,5 @@ def main():
         measure(program, count, 5, 0.01, core=0)
 
 
-main()
+if __name__ == "__main__":
+    main()
