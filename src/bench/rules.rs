@@ -63,12 +63,7 @@ impl<M: Master> Line<M> {
     }
 
     /// The reply to the last request, once, in time.
-    fn breach_of_station(
-        &self,
-        bus: Option<usize>,
-        asked: Option<Asked>,
-        said: Said<'_>,
-    ) -> Option<Breach> {
+    fn breach_of_station(&self, bus: Option<usize>, asked: Option<Asked>, said: Said<'_>) -> Option<Breach> {
         let at = self.now;
         let rate = bus.and_then(|number| self.buses.get(number)).map_or(self.baud, Bus::baud);
         if rate != self.baud {

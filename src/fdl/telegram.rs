@@ -76,9 +76,10 @@ pub enum Decoded<'a> {
 pub fn decode(input: &[u8]) -> Decoded<'_> {
     // The token first: then one comparison with the length is enough for it, before its octets are read.
     match input.first_chunk::<SD4_LEN>() {
-        Some(&[SD4, da @ ..=MAX_STATION, sa @ ..=MAX_STATION]) => {
-            let (da, sa) = (Address::from_octet(da), Address::from_octet(sa));
-            return Decoded::Telegram { telegram: Telegram::Token { da, sa }, len: SD4_LEN };
+        Some([SD4, addresses @ ..]) => {
+            if let Some([da, sa]) = Address::stations(*addresses) {
+                return Decoded::Telegram { telegram: Telegram::Token { da, sa }, len: SD4_LEN };
+            }
         }
         Some(_) => {}
         None => apart(),
