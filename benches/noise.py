@@ -22,8 +22,8 @@ from scale import Line
 
 SECONDS = 2.0
 PAIRS = 7
-# Octets of 11 bits in a second.
-CAP = 12_000_000 // 11
+# Octets in a second: one hundredth less than 12 Mbit/s carry, with 11 bits for each.
+CAP = 1_080_000
 # What a request waits for its reply before it counts as unanswered.
 PATIENCE = 1.0
 
