@@ -109,7 +109,7 @@ pub const IDENT_NUMBER: u16 = 0x0AC5;
 
 /// The configurations both drives accept: four and three words consistent, or seven words consistent. Which one
 /// the real drive uses is not public (`ag03.md` 16).
-pub const CONFIGURATIONS: &[&[u8]] = &[PpoType::Ag03.configuration(), &[0xF6]];
+pub const CONFIGURATIONS: &[&[u8]] = &[PpoType::SevenWords.configuration(), &[0xF6]];
 
 /// What both drives are to a DP master. Both manuals list all rates of PROFIBUS-DP without 45.45 kbit/s.
 pub const DESCRIPTION: dp::Description = dp::Description {
