@@ -226,7 +226,7 @@ impl Device {
         self.part.unit.drive()
     }
 
-    /// Reads a parameter past the bus, as a PKW job would.
+    /// Reads a parameter without the bus, as a PKW job would.
     ///
     /// # Errors
     /// As [`Store::read`].
@@ -288,7 +288,7 @@ impl Device {
         self.part.unit.parameters()
     }
 
-    /// Writes a parameter past the bus, by the rules of the bus: the drive cannot tell it from a PKW job, but no reply
+    /// Writes a parameter without the bus, by its rules: the drive cannot tell it from a PKW job, but no reply
     /// is sent, nothing waits for the EEPROM, and the master does not notice. Counts as a `handle_*` call.
     ///
     /// # Errors

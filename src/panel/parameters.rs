@@ -1,4 +1,4 @@
-//! Parameters, read and written past the bus.
+//! Parameters, read and written without the bus.
 
 use std::format;
 use std::prelude::v1::*;
