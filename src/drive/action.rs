@@ -13,7 +13,7 @@ impl Drive {
     #[inline(always)]
     pub(super) fn enact(&mut self, next: State, action: Action, command: &Command, settings: &Settings) {
         if next != State::Fault {
-            self.entered = FaultSet::EMPTY;
+            self.entered = FaultSet::empty();
             self.latched = None;
         }
         self.state = next;

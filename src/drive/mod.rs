@@ -172,7 +172,7 @@ impl Drive {
             inputs,
             supplies: Supplies::of(model, &plant, &inputs),
             inputs_changed: false,
-            bus_causes: FaultSet::EMPTY,
+            bus_causes: FaultSet::empty(),
             previous_output_stage: true,
             previous_key: None,
             previous: Command::default(),
@@ -189,7 +189,7 @@ impl Drive {
             start_armed: true,
             torque_tripped: false,
             faults: FaultBuffer::default(),
-            entered: FaultSet::EMPTY,
+            entered: FaultSet::empty(),
             latched: None,
             refusal: None,
             settled: false,
@@ -328,7 +328,7 @@ impl Drive {
 
     /// The causes of faults that are present now.
     pub fn causes(&self) -> FaultSet {
-        self.plant.causes(&self.inputs, &self.supplies).and(self.bus_causes)
+        self.plant.causes(&self.inputs, &self.supplies) | self.bus_causes
     }
 
     /// Which causes of faults a bus sees now, of [`Fault::OF_BUS`]; the next step reacts.
@@ -398,9 +398,9 @@ impl Drive {
 
     /// Row 9: each cause once until it is acknowledged.
     fn enter_faults(&mut self, causes: FaultSet) {
-        for fault in causes.minus(self.entered).iter() {
+        for fault in causes - self.entered {
             self.faults.enter(fault);
-            self.entered = self.entered.with(fault);
+            self.entered |= fault;
             self.latched = Some(fault);
         }
     }

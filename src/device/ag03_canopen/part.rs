@@ -186,10 +186,10 @@ impl Part {
             return false;
         }
         let causes = match state {
-            ErrorState::Active => FaultSet::EMPTY,
-            ErrorState::Passive if is_active(self.unit.status()) => FaultSet::EMPTY.with(Fault::H),
-            ErrorState::Passive => FaultSet::EMPTY,
-            ErrorState::BusOff => FaultSet::EMPTY.with(Fault::I),
+            ErrorState::Active => FaultSet::empty(),
+            ErrorState::Passive if is_active(self.unit.status()) => Fault::H.into(),
+            ErrorState::Passive => FaultSet::empty(),
+            ErrorState::BusOff => Fault::I.into(),
         };
         self.unit.set_bus_causes(causes);
         let tell_passive = state == ErrorState::Passive && causes.is_empty();
