@@ -1,7 +1,7 @@
 //! What goes wrong at a station, by kind.
 
 use super::{Event, ppo_drive as profile};
-use crate::unit::Event as UnitEvent;
+use crate::unit;
 use crate::{dp, ppo_drive};
 
 /// A kind of error that a station tells.
@@ -63,30 +63,30 @@ impl Event {
         Some(match self {
             Self::Dp(event) => return of_slave(event),
             Self::Fault(_)
-            | Self::Unit(UnitEvent::Fault(_))
+            | Self::Unit(unit::Event::Fault(_))
             | Self::PpoDrive(profile::Event::Drive(ppo_drive::Event::Fault(_))) => ErrorKind::Fault,
             Self::JobRefused(_) | Self::PpoDrive(profile::Event::JobRefused(_)) => ErrorKind::JobRefused,
             Self::CommandRefused(_)
-            | Self::Unit(UnitEvent::CommandRefused(_))
+            | Self::Unit(unit::Event::CommandRefused(_))
             | Self::PpoDrive(
                 profile::Event::NotSet { .. } | profile::Event::Drive(ppo_drive::Event::InchingRefused),
             ) => ErrorKind::CommandRefused,
-            Self::Unit(UnitEvent::NotStored { .. }) => ErrorKind::NotStored,
+            Self::Unit(unit::Event::NotStored { .. }) => ErrorKind::NotStored,
             Self::PpoDrive(profile::Event::Drive(
                 ppo_drive::Event::State(_) | ppo_drive::Event::Acknowledged | ppo_drive::Event::Warning(_),
             ))
             | Self::Drive { .. }
             | Self::Unit(
-                UnitEvent::FaultCauseGone(_)
-                | UnitEvent::Drive(_)
-                | UnitEvent::Written { .. }
-                | UnitEvent::Stored
-                | UnitEvent::Input(_)
-                | UnitEvent::SwitchesSet(_)
-                | UnitEvent::SwitchedOff
-                | UnitEvent::SwitchedOn(_)
-                | UnitEvent::FactoryReset(_)
-                | UnitEvent::Lost { .. },
+                unit::Event::FaultCauseGone(_)
+                | unit::Event::Drive(_)
+                | unit::Event::Written { .. }
+                | unit::Event::Stored
+                | unit::Event::Input(_)
+                | unit::Event::SwitchesSet(_)
+                | unit::Event::SwitchedOff
+                | unit::Event::SwitchedOn(_)
+                | unit::Event::FactoryReset(_)
+                | unit::Event::Lost { .. },
             )
             | Self::SwitchedOff
             | Self::SwitchedOn(_)
@@ -143,7 +143,7 @@ mod tests {
                 Some(ErrorKind::OutputLength),
             ),
             (Event::Dp(dp::Event::ApplicationAborted { master }), Some(ErrorKind::Application)),
-            (Event::Unit(UnitEvent::NotStored { undone: true }), Some(ErrorKind::NotStored)),
+            (Event::Unit(unit::Event::NotStored { undone: true }), Some(ErrorKind::NotStored)),
             (Event::Dp(dp::Event::Released { master }), None),
             (Event::SwitchedOff, None),
         ] {

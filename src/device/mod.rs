@@ -80,9 +80,8 @@ use crate::unit::{Outcome, Switched, Unit};
 pub use crate::fdl::MAX_TELEGRAM_LEN;
 pub use crate::param::Gear;
 pub use crate::unit::{
-    ApplicationCycle, CycleTooShort, DEFAULT_APPLICATION_CYCLE, DipSwitches, Eeprom, EepromState,
-    Event as UnitEvent, Generation, IMAGE_LEN, ImageError, ImageOctets, MAX_IMAGE_LEN, NotStored, Power,
-    StoreRequest, dip,
+    ApplicationCycle, CycleTooShort, DEFAULT_APPLICATION_CYCLE, DipSwitches, Eeprom, EepromState, Generation,
+    IMAGE_LEN, ImageError, ImageOctets, MAX_IMAGE_LEN, NotStored, Power, StoreRequest, dip,
 };
 pub use canopen::{CanopenDevice, CanopenEvent, RecallError};
 pub use config::{Config, Timing};

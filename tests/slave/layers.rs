@@ -73,6 +73,7 @@ const TABLE: &[(&str, &[&str])] = &[
             "process",
             "fdl",
             "time",
+            "unit",
         ],
     ),
     // The numbers of lines, served as the panel is.

@@ -7,9 +7,7 @@ use profidrive::can::BitRate;
 use profidrive::canopen::storage::Memory;
 use profidrive::canopen::{Event, NodeId};
 use profidrive::device::CanopenEvent;
-use profidrive::host::can::{
-    Choices, Event as BusEvent, Line, LinkSpec, News, NodeFaults, Product, Seat, StoredNode,
-};
+use profidrive::host::can::{self, Choices, Line, LinkSpec, News, NodeFaults, Product, Seat, StoredNode};
 use profidrive::host::capture::Capture;
 use profidrive::host::capture::can::Interface;
 use profidrive::host::{Clock, Error, Reach, StateDir, Stop};
@@ -240,13 +238,13 @@ impl Nodes {
 
     fn say(&mut self, news: News<CanopenEvent>) {
         match news {
-            News::Bus(BusEvent::Participant { seat, event }) => self.say_of_node(seat, &event),
-            News::Bus(BusEvent::State { seat, state, .. }) => warn!("{}: {state}", self.name(seat)),
-            News::Bus(BusEvent::Damaged { from, frame, damage, .. }) => {
+            News::Bus(can::Event::Participant { seat, event }) => self.say_of_node(seat, &event),
+            News::Bus(can::Event::State { seat, state, .. }) => warn!("{}: {state}", self.name(seat)),
+            News::Bus(can::Event::Damaged { from, frame, damage, .. }) => {
                 debug!("{}: {damage}: {frame}", self.name(from));
             }
-            News::Bus(BusEvent::Passed { frame, .. }) => debug!("{frame}"),
-            News::Bus(BusEvent::Lost { events }) => {
+            News::Bus(can::Event::Passed { frame, .. }) => debug!("{frame}"),
+            News::Bus(can::Event::Lost { events }) => {
                 warn!("{events} events were too many for the log and are lost")
             }
             News::Bus(later) => debug!("{later:?}"),
@@ -302,7 +300,7 @@ impl Recorder {
 
     /// What the log says of a node, as the comment of the next frame.
     fn remark(&mut self, news: &News<CanopenEvent>, nodes: &Nodes) {
-        let News::Bus(BusEvent::Participant { seat, event }) = news else { return };
+        let News::Bus(can::Event::Participant { seat, event }) = news else { return };
         if let Some((capture, _)) = self.capture.as_mut().filter(|_| !event.is_detail()) {
             capture.remark(&format!("{}: {event}", nodes.name(*seat)));
         }

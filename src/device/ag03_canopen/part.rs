@@ -18,8 +18,7 @@ use crate::can::ErrorState;
 use crate::canopen::emcy::COMMUNICATION;
 use crate::canopen::{Emergency, NmtState, NodeId, Notice, Request, Reset};
 use crate::device::words::{self, Words};
-use crate::drive::State as DriveState;
-use crate::drive::{Command, Direction, Fault, FaultSet, Inching, Mode, Operation};
+use crate::drive::{self, Command, Direction, Fault, FaultSet, Inching, Mode, Operation};
 use crate::unit::{Queue, Unit};
 
 /// The bit rates of 2100h in bits per second, by code.
@@ -251,7 +250,7 @@ impl Part {
         let word = self.word;
         self.released |= self.mode == Mode::Velocity && word.falls(before, CwBit::Stop);
         let goes_on = self.quirks.inching_1_runs_to_its_end
-            && self.unit.status().state == DriveState::Inching(Inching::One);
+            && self.unit.status().state == drive::State::Inching(Inching::One);
         self.inch_1 =
             word.rises(before, CwBit::Inching1) || self.inch_1 && (word.has(CwBit::Inching1) || goes_on);
         self.inch_2 = word
@@ -389,7 +388,7 @@ impl Part {
         let accepted = core::mem::replace(&mut self.jobs, status.jobs) != status.jobs;
         let ended = !self.word.has(CwBit::NewSetpoint) && !is_active(&status);
         self.acknowledge = (self.acknowledge || accepted) && !ended;
-        self.inch_1 &= self.word.has(CwBit::Inching1) || status.state == DriveState::Inching(Inching::One);
+        self.inch_1 &= self.word.has(CwBit::Inching1) || status.state == drive::State::Inching(Inching::One);
         self.take_events();
     }
 
