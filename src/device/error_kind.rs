@@ -1,11 +1,14 @@
 //! What goes wrong at a station, by kind.
 
+use strum::{IntoStaticStr, VariantArray};
+
 use super::{Event, ppo_drive as profile};
 use crate::unit;
 use crate::{dp, ppo_drive};
 
 /// A kind of error that a station tells.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "snake_case")]
 pub enum ErrorKind {
     /// Its drive went to fault, or another fault came while one was latched.
     Fault,
@@ -29,31 +32,11 @@ pub enum ErrorKind {
 
 impl ErrorKind {
     /// Every kind.
-    pub const ALL: [Self; 9] = [
-        Self::Fault,
-        Self::PrmRefused,
-        Self::CfgRefused,
-        Self::OutputLength,
-        Self::AddressRefused,
-        Self::Application,
-        Self::JobRefused,
-        Self::CommandRefused,
-        Self::NotStored,
-    ];
+    pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
 
     /// Its name for programs, as `prm_refused`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Fault => "fault",
-            Self::PrmRefused => "prm_refused",
-            Self::CfgRefused => "cfg_refused",
-            Self::OutputLength => "output_length",
-            Self::AddressRefused => "address_refused",
-            Self::Application => "application",
-            Self::JobRefused => "job_refused",
-            Self::CommandRefused => "command_refused",
-            Self::NotStored => "not_stored",
-        }
+    pub fn name(self) -> &'static str {
+        self.into()
     }
 }
 
