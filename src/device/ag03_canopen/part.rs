@@ -80,7 +80,7 @@ pub(super) struct Part {
 
 impl Part {
     pub(super) fn new(config: &Config, unit: Unit) -> Self {
-        let ssw = Words::new(words::Quirks { paused_is_active: true, ..words::Quirks::default() });
+        let ssw = Words::new(words::WordQuirks { paused_is_active: true, ..words::WordQuirks::default() });
         Self {
             quirks: config.quirks,
             node_id: unit.switches().node_id(),
