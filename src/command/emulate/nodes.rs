@@ -9,7 +9,7 @@ use profidrive::canopen::{Event, NodeId};
 use profidrive::device::CanopenEvent;
 use profidrive::host::can::{self, Choices, Line, LinkSpec, News, NodeFaults, Product, Seat, StoredNode};
 use profidrive::host::capture::Capture;
-use profidrive::host::capture::can::Interface;
+use profidrive::host::capture::can::CanInterface;
 use profidrive::host::{Clock, Error, Reach, StateDir, Stop};
 use profidrive::panel::{NodeAccess, NodePanel, Seated};
 use profidrive::time::Instant;
@@ -290,7 +290,7 @@ impl Recorder {
         let Some(file) = &args.capture else { return Ok(Self { capture: None }) };
         let numbers: Vec<_> = nodes.on_bus.iter().map(|(_, id)| id.to_string()).collect();
         let description = format!("CAN bus with the emulated CANopen nodes {}", numbers.join(", "));
-        let bus = Interface { name: line.name(), description: &description, rate };
+        let bus = CanInterface { name: line.name(), description: &description, rate };
         let capture = Capture::create_can(file, &bus, &line.clock());
         let capture = capture.map_err(|error| Failure::from_error(&error))?;
         line.bus_mut().watch(true);
