@@ -8,7 +8,7 @@ use crate::param::Model;
 
 /// A fault of the manual's Table 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, EnumSetType)]
-#[enumset(no_ops, no_super_impls, repr = "u16")]
+#[enumset(no_ops, no_super_impls)]
 pub enum Fault {
     /// Supply below 18 V and motor current above 200 mA.
     A,
@@ -78,8 +78,7 @@ impl Fault {
 
     /// The set of this fault if it is `present`, and none otherwise.
     pub(super) fn when(self, present: bool) -> FaultSet {
-        // Without a branch: eight are asked in each cycle.
-        FaultSet::from_repr_truncated(u16::from(present) << self as u16)
+        if present { self.into() } else { FaultSet::empty() }
     }
 }
 
