@@ -78,7 +78,7 @@ impl Node {
     ///
     /// # Errors
     /// The abort code that a client would get; nothing is changed then.
-    pub fn write_past_bus(
+    pub fn write_without_bus(
         &mut self,
         now: Instant,
         at: Address,

@@ -7,11 +7,9 @@ use profidrive::can::BitRate;
 use profidrive::canopen::storage::Memory;
 use profidrive::canopen::{Event, NodeId};
 use profidrive::device::CanopenEvent;
-use profidrive::host::can::{
-    Choices, Event as BusEvent, Line, LinkSpec, News, NodeFaults, Product, Seat, StoredNode,
-};
+use profidrive::host::can::{self, Choices, Line, LinkSpec, News, NodeFaults, Product, Seat, StoredNode};
 use profidrive::host::capture::Capture;
-use profidrive::host::capture::can::Interface;
+use profidrive::host::capture::can::CanInterface;
 use profidrive::host::{Clock, Error, Reach, StateDir, Stop};
 use profidrive::panel::{NodeAccess, NodePanel, Seated};
 use profidrive::time::Instant;
@@ -240,13 +238,13 @@ impl Nodes {
 
     fn say(&mut self, news: News<CanopenEvent>) {
         match news {
-            News::Bus(BusEvent::Participant { seat, event }) => self.say_of_node(seat, &event),
-            News::Bus(BusEvent::State { seat, state, .. }) => warn!("{}: {state}", self.name(seat)),
-            News::Bus(BusEvent::Damaged { from, frame, damage, .. }) => {
+            News::Bus(can::Event::Participant { seat, event }) => self.say_of_node(seat, &event),
+            News::Bus(can::Event::State { seat, state, .. }) => warn!("{}: {state}", self.name(seat)),
+            News::Bus(can::Event::Damaged { from, frame, damage, .. }) => {
                 debug!("{}: {damage}: {frame}", self.name(from));
             }
-            News::Bus(BusEvent::Passed { frame, .. }) => debug!("{frame}"),
-            News::Bus(BusEvent::Lost { events }) => {
+            News::Bus(can::Event::Passed { frame, .. }) => debug!("{frame}"),
+            News::Bus(can::Event::Lost { events }) => {
                 warn!("{events} events were too many for the log and are lost")
             }
             News::Bus(later) => debug!("{later:?}"),
@@ -292,7 +290,7 @@ impl Recorder {
         let Some(file) = &args.capture else { return Ok(Self { capture: None }) };
         let numbers: Vec<_> = nodes.on_bus.iter().map(|(_, id)| id.to_string()).collect();
         let description = format!("CAN bus with the emulated CANopen nodes {}", numbers.join(", "));
-        let bus = Interface { name: line.name(), description: &description, rate };
+        let bus = CanInterface { name: line.name(), description: &description, rate };
         let capture = Capture::create_can(file, &bus, &line.clock());
         let capture = capture.map_err(|error| Failure::from_error(&error))?;
         line.bus_mut().watch(true);
@@ -302,7 +300,7 @@ impl Recorder {
 
     /// What the log says of a node, as the comment of the next frame.
     fn remark(&mut self, news: &News<CanopenEvent>, nodes: &Nodes) {
-        let News::Bus(BusEvent::Participant { seat, event }) = news else { return };
+        let News::Bus(can::Event::Participant { seat, event }) = news else { return };
         if let Some((capture, _)) = self.capture.as_mut().filter(|_| !event.is_detail()) {
             capture.remark(&format!("{}: {event}", nodes.name(*seat)));
         }

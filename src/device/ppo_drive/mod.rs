@@ -420,7 +420,9 @@ pub fn ppo_of(configuration: &[u8]) -> Option<PpoType> {
     let (inputs, outputs) = lengths.fold(first, |sum, lengths| (sum.0 + lengths.0, sum.1 + lengths.1));
     let has_pkw = first == (PKW_LEN, PKW_LEN);
     PpoType::ALL.into_iter().find(|kind| {
-        *kind != PpoType::Ag03 && (inputs, outputs) == (kind.len(), kind.len()) && kind.has_pkw() == has_pkw
+        *kind != PpoType::SevenWords
+            && (inputs, outputs) == (kind.len(), kind.len())
+            && kind.has_pkw() == has_pkw
     })
 }
 

@@ -30,7 +30,7 @@ impl Deadlines {
 
     /// The station at `address` waits for `deadline`, or for nothing.
     pub(super) fn set(&mut self, address: Address, deadline: Option<Instant>) {
-        let mut place = PLACES | usize::from(address.number()) % PLACES;
+        let mut place = PLACES | (usize::from(address.number()) % PLACES);
         let mut earliest = deadline.map_or(NEVER, Instant::as_nanos);
         for _ in 0..DEPTH {
             let Some(held) = self.nanos.get_mut(place) else { return };

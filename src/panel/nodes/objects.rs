@@ -1,4 +1,4 @@
-//! The object dictionary of a node, read and written past the bus.
+//! The object dictionary of a node, read and written without the bus.
 
 use std::format;
 use std::prelude::v1::*;
@@ -152,7 +152,7 @@ pub(super) async fn write(
             bench.act(node, |_, device, now| {
                 let (_, entry) = entry(device, at)?;
                 let octets = octets(at, entry.data, &value)?;
-                device.write_past_bus(now, at, &octets).map_err(|abort| refused(at, "written", abort))?;
+                device.write_without_bus(now, at, &octets).map_err(|abort| refused(at, "written", abort))?;
                 ObjectState::at(device, at).map(Json)
             })
         })
