@@ -105,6 +105,7 @@ impl Stations {
     }
 
     /// When something is to be done without octets.
+    #[inline]
     pub(super) fn poll_timeout(&self) -> Option<Instant> {
         let search = self.search.and_then(|search| search.poll_timeout());
         Instant::first_of(Instant::first_of(self.deadlines.first(), search), self.joining_ends())
@@ -292,6 +293,7 @@ impl Stations {
     }
 
     /// Calls every station whose deadline is reached.
+    #[inline]
     pub(super) fn wake(&mut self, now: Instant) {
         let mut due = self.deadlines.due(now);
         while let Some(address) = due.next(&self.deadlines) {
