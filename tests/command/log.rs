@@ -148,11 +148,11 @@ fn a_load_at_a_drive_of_the_profile_is_told_when_it_changes() {
     for percent in [40.0, 40.0, 12.5] {
         emulator.set("PUT", "/api/v1/ppo-drives/7/load", &json!({"percent": percent}));
     }
-    wait_for(&emulator, "load changed from 40 % to 12.5 % of the rated torque");
-    assert_eq!(told(&emulator, "load changed from").len(), 2);
+    wait_for(&emulator, "station 7: load changed from 40 % to 12.5 % of the rated torque");
+    assert_eq!(told(&emulator, "station 7: load changed from").len(), 2);
     let log = emulator.log();
     assert_eq!(
-        lines(&log, "station 7: load changed from 0 % to 40 % of the rated torque").len(),
+        lines(&log, "station 7: load changed from 10 % to 40 % of the rated torque").len(),
         1,
         "{log:#?}"
     );

@@ -207,7 +207,6 @@ fn a_station_removed_and_added_again_between_two_scrapes_begins_anew_and_is_ther
     let after = Series::of(place);
     assert_eq!(requests(&after), 0);
     assert_eq!(after.at("slave_state", &format!("{five},state=\"wait_prm\"")), 1);
-    compare(&after, &emulator.get("/api/v1/bus"));
     let answer = get(place, "GET /metrics", &place.to_string());
     let once = answer.body.matches(&format!("profidrive_retries_total{{{five}}}")).count();
     assert_eq!(once, 1, "{}", answer.body);

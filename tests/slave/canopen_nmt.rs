@@ -75,10 +75,8 @@ fn k_04_commands_for_others_have_no_effect() {
 #[test]
 fn a_command_that_is_ignored_is_told_once_until_one_is_followed() {
     let ignored = |rig: &mut Rig| -> Vec<(u8, bool)> {
-        let of = |event| match event {
-            Event::NmtIgnored { command, off } => Some((command, off)),
-            _ => None,
-        };
+        let of =
+            |event| if let Event::NmtIgnored { command, off } = event { Some((command, off)) } else { None };
         rig.events().into_iter().filter_map(of).collect()
     };
     let mut rig = in_state(PreOperational);
