@@ -5,8 +5,9 @@
     python3 benches/scale.py target/release/profidrive
 
 Each line is a process of its own with drives on TCP, as in docs/scale.md. The master is here: it starts each drive and
-exchanges data with all of them once in a cycle, travelling drives included. Processor time is that of the emulators
-alone, from /proc, so that other work on the machine lengthens it little (caches and shared cores do).
+exchanges data with all of them once in a cycle, travelling drives included. Lines of CANopen nodes are AP10s behind an
+slcan adapter on TCP: one SYNC in a cycle, and a TPDO of each node. Processor time is that of the emulators alone, from
+/proc, so that other work on the machine lengthens it little (caches and shared cores do).
 """
 
 import os
@@ -49,24 +50,31 @@ class Line:
     """One process with its drives, and the connection of the master to it."""
 
     def __init__(self, program, folder, number, drives, panel, core):
-        text = '[[line]]\nlink = "tcp:127.0.0.1:0"\n' + ('panel = "127.0.0.1:0"\n' if panel else "")
         self.drives = [address for address in range(126) if address != 2][-drives:]
-        text += "".join(f"\n[[line.drive]]\naddress = {address}\n" for address in self.drives)
+        participants = "".join(f"\n[[line.drive]]\naddress = {address}\n" for address in self.drives)
+        self.emulate(program, folder, number, panel, core, "tcp", participants)
+        self.bit = dict.fromkeys(self.drives, 0)
+
+    def emulate(self, program, folder, number, panel, core, link, participants):
+        """Starts the process."""
+        text = f'[[line]]\nlink = "{link}:127.0.0.1:0"\n' + ('panel = "127.0.0.1:0"\n' if panel else "")
         file = Path(folder, f"line{number}.toml")
-        file.write_text(text)
+        file.write_text(text + participants)
         arguments = [program, "emulate", "--quiet", "--line", str(file)]
         if core is not None:
             arguments = ["taskset", "--cpu-list", str(core), *arguments]
         self.process = subprocess.Popen(arguments, stdout=subprocess.PIPE, text=True)
-        place = re.search(r"link=tcp:(\S+):(\d+)", self.process.stdout.readline())
+        place = re.search(r"link=[a-z-]*tcp:(\S+):(\d+)", self.process.stdout.readline())
         self.place = place[1], int(place[2])
-        self.bit = dict.fromkeys(self.drives, 0)
         self.exchanges = 0
+
+    def connect(self):
+        self.socket = socket.create_connection(self.place)
+        self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
     def start(self):
         """Takes every drive into Data_Exchange."""
-        self.socket = socket.create_connection(self.place)
-        self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self.connect()
         for drive in self.drives:
             self.ask(sd2(drive, 0x6D, b"", b"\x3c\x3e"))
             self.ask(sd2(drive, 0x5D, bytes.fromhex("88 FF FF 0B 0A C5 00"), b"\x3d\x3e"))
@@ -82,9 +90,12 @@ class Line:
     def ask(self, telegram):
         self.socket.sendall(telegram)
         octets = b""
-        while not (whole := reply_in(octets)):
+        while not (whole := self.reply_in(octets)):
             octets += self.socket.recv(512)
         return octets[:whole]
+
+    def reply_in(self, octets):
+        return reply_in(octets)
 
     def request(self, drive, stw, setpoint):
         self.bit[drive] ^= 0x20
@@ -110,6 +121,31 @@ class Line:
         assert self.process.wait(20) == 0
 
 
+class CanLine(Line):
+    """One process with AP10s at a CAN bus. Its one exchange is SYNC and TPDO 2 of each node."""
+
+    def __init__(self, program, folder, number, nodes, panel, core):
+        self.nodes, self.drives = nodes, ["SYNC"]
+        participants = "".join(f'\n[[line.node]]\nid = {node}\ndevice = "ap10"\n' for node in range(1, nodes + 1))
+        self.emulate(program, folder, number, panel, core, "slcan-tcp", participants)
+
+    def start(self):
+        """Opens the adapter and starts all nodes."""
+        self.connect()
+        self.socket.sendall(b"O\rt00020100\r")
+        # Nodes that were switched on just now still say so. Each line ends with CR.
+        time.sleep(0.5)
+        self.socket.recv(65536)
+        self.exchange(None, 0, 0)
+
+    def reply_in(self, octets):
+        """The adapter's word, and a frame of each node."""
+        return len(octets) if octets.count(b"\r") > self.nodes else 0
+
+    def request(self, _drive, _stw, _setpoint):
+        return b"t0800\r"
+
+
 def poll(lines, cycle, travelling):
     """Exchanges data with every drive of every line once in each cycle, the lines at the same time; for SECONDS."""
     goal = time.monotonic()
@@ -128,8 +164,8 @@ def poll(lines, cycle, travelling):
             for key, _ in selector.select(5.0) or sys.exit("no reply"):
                 line = key.data
                 rest, octets = waiting[line]
-                octets += line.socket.recv(512)
-                if not reply_in(octets):
+                octets += line.socket.recv(4096)
+                if not line.reply_in(octets):
                     waiting[line] = rest, octets
                     continue
                 line.exchanges += 1
@@ -142,10 +178,10 @@ def poll(lines, cycle, travelling):
         time.sleep(max(0.0, goal - time.monotonic()))
 
 
-def measure(program, count, drives, cycle, panel=False, core=None):
+def measure(program, count, drives, cycle, panel=False, core=None, kind=Line):
     """Rows of `count` lines of `drives` drives, all on one core if it is named; without a cycle no master is there."""
     with tempfile.TemporaryDirectory() as folder:
-        lines = [Line(program, folder, number, drives, panel, core) for number in range(count)]
+        lines = [kind(program, folder, number, drives, panel, core) for number in range(count)]
         row = [f"{count}", f"{drives}", "yes" if panel else "no"]
         if cycle is None:
             time.sleep(0.5)
@@ -156,7 +192,7 @@ def measure(program, count, drives, cycle, panel=False, core=None):
         else:
             for line in lines:
                 line.start()
-            for travelling in False, True:
+            for travelling in [False, True] if kind is Line else [False]:
                 before = sum(line.processor() for line in lines)
                 exchanges, since = sum(line.exchanges for line in lines), time.monotonic()
                 poll(lines, cycle, travelling)
@@ -188,6 +224,12 @@ def main():
     # More and more lines on one core, until it carries no more: the exchanges say so.
     for count in 4, 8, 12, 16, 24:
         measure(program, count, 5, 0.01, core=0)
+    print("\nCANopen:")
+    for nodes in 1, 5, 25, 127:
+        measure(program, 1, nodes, None, kind=CanLine)
+    for nodes, cycle in [(1, 0.01), (5, 0.01), (25, 0.05), (127, 0.25)]:
+        measure(program, 1, nodes, cycle, kind=CanLine)
 
 
-main()
+if __name__ == "__main__":
+    main()

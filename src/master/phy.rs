@@ -52,6 +52,11 @@ impl<L: Link> LinkPhy<L> {
         self.error.take()
     }
 
+    /// Whether the link has failed. It stays so.
+    pub const fn is_lost(&self) -> bool {
+        self.failed
+    }
+
     /// The link, for what profirust does not do: sleeping in [`Link::wait`].
     pub fn link_mut(&mut self) -> &mut L {
         &mut self.link
@@ -270,6 +275,7 @@ mod tests {
         phy.transmit_data(micros(0), |_| (3, ()));
         assert_eq!(phy.take_error().map(|error| error.kind()), Some(io::ErrorKind::NotConnected));
         assert!(phy.take_error().is_none());
+        assert!(phy.is_lost());
 
         let mut phy = LinkPhy::new(Scripted(Vec::new()), BaudRate::K500);
         phy.transmit_data(micros(0), |_| (3, ()));

@@ -505,7 +505,8 @@ impl<L: Link, C: Clock> Session<L, C> {
         let mut layers: Vec<&mut dyn FdlApplication> =
             core::iter::once(&mut self.inquiry as &mut dyn FdlApplication).chain(turns).collect();
         self.fdl.poll_multi(instant(now), &mut self.phy, &mut layers);
-        if let Some(error) = self.phy.take_error() {
+        if self.phy.is_lost() {
+            let error = self.phy.take_error().unwrap_or_else(|| io::ErrorKind::NotConnected.into());
             return Err(SessionError::Link(error));
         }
         if self.fdl.connectivity_state().is_offline() {

@@ -362,31 +362,38 @@ fn another_device_at_the_address_is_named_by_its_ident_number() {
 
 #[test]
 fn every_signal_that_ends_the_command_stops_the_drive_before() {
-    let emulator = Emulator::start("pty", &[]);
-    emulator.works("5", &["write", "1003", "100"]);
-    for (signal, arguments, code) in [
+    let cases = [
         ("INT", &["move", "900000", "--yes"][..], 1),
         ("TERM", &["move", "-900000", "--yes"], 1),
         ("INT", &["jog", "+", "--yes"], 0),
         ("TERM", &["enable", "--yes"], 0),
         ("HUP", &["move", "900000", "--yes"], 1),
         ("QUIT", &["move", "-900000", "--yes"], 1),
-    ] {
-        let mut moving = Running::start(emulator.command("5", &[arguments, &["-v"]].concat()));
-        let mut stderr = moving.taken();
-        // So that it is seen turning; when it is stopped earlier, that is as well.
-        thread::sleep(Duration::from_millis(500));
-        moving.signal(signal);
-        let (ended, stdout, _) = moving.end();
-        let mut rest = String::new();
-        stderr.read_to_string(&mut rest).unwrap();
-        assert_eq!(ended, Some(code), "{arguments:?}: {stdout}{rest}");
-        if code == 1 {
-            assert!(rest.contains("profidrive: interrupted; the drive stands, position"), "{rest}");
+    ];
+    thread::scope(|scope| {
+        for (signal, arguments, code) in cases {
+            scope.spawn(move || ended_by(signal, arguments, code));
         }
-        let status = emulator.json("5", &["status"]);
-        assert_eq!(status["ssw"]["bits"]["travels"], false, "{arguments:?}");
+    });
+}
+
+fn ended_by(signal: &str, arguments: &[&str], code: i32) {
+    let emulator = Emulator::start("pty", &[]);
+    emulator.works("5", &["write", "1003", "100"]);
+    let mut moving = Running::start(emulator.command("5", &[arguments, &["-v"]].concat()));
+    let mut stderr = moving.taken();
+    // So that it is seen turning; when it is stopped earlier, that is as well.
+    thread::sleep(Duration::from_millis(500));
+    moving.signal(signal);
+    let (ended, stdout, _) = moving.end();
+    let mut rest = String::new();
+    stderr.read_to_string(&mut rest).unwrap();
+    assert_eq!(ended, Some(code), "{arguments:?}: {stdout}{rest}");
+    if code == 1 {
+        assert!(rest.contains("profidrive: interrupted; the drive stands, position"), "{rest}");
     }
+    let status = emulator.json("5", &["status"]);
+    assert_eq!(status["ssw"]["bits"]["travels"], false, "{arguments:?}");
 }
 
 #[test]
@@ -446,30 +453,39 @@ fn a_killed_master_lets_the_watchdog_release_the_motor() {
 
 #[test]
 fn a_lost_line_is_said_and_so_is_what_the_drive_does_then() {
-    for (arguments, begun, says) in [
+    let cases = [
         (&["monitor"][..], "position", "the connection is lost: "),
         (
             &["jog", "+", "--yes"],
             "turning; Ctrl-C",
             "its watchdog releases the motor within 30s, and the shaft coasts",
         ),
-    ] {
-        let mut emulator = Emulator::start("tcp:127.0.0.1:0", &[]);
-        let mut master = Running::start(emulator.command("5", arguments));
-        master.until(begun);
-        emulator.running.signal("KILL");
-        emulator.running.end();
-        let (code, _, stderr) = master.end();
-        assert_eq!(code, Some(1), "{stderr}");
-        assert!(stderr.contains(says) && stderr.lines().count() == 1, "{arguments:?}: {stderr}");
-    }
+    ];
+    thread::scope(|scope| {
+        for (arguments, begun, says) in cases {
+            scope.spawn(move || lost_line(arguments, begun, says));
+        }
+    });
+}
+
+fn lost_line(arguments: &[&str], begun: &str, says: &str) {
+    let mut emulator = Emulator::start("tcp:127.0.0.1:0", &[]);
+    let mut master = Running::start(emulator.command("5", arguments));
+    master.until(begun);
+    emulator.running.signal("KILL");
+    emulator.running.end();
+    let (code, _, stderr) = master.end();
+    assert_eq!(code, Some(1), "{stderr}");
+    assert!(stderr.contains(says) && stderr.lines().count() == 1, "{arguments:?}: {stderr}");
 }
 
 #[test]
 fn an_interrupted_restore_says_what_was_written_and_what_was_not() {
-    for signal in ["INT", "HUP"] {
-        interrupted_restore(signal);
-    }
+    thread::scope(|scope| {
+        for signal in ["INT", "HUP"] {
+            scope.spawn(move || interrupted_restore(signal));
+        }
+    });
 }
 
 fn interrupted_restore(signal: &str) {

@@ -328,7 +328,8 @@ pub(super) fn acknowledge<L: Link, C: Clock>(drive: &mut Drive<L, C>, json: bool
 #[cfg(test)]
 mod tests {
     use profidrive::drive::{Fault, Inputs};
-    use profidrive::param::{Model, Value};
+    use profidrive::master::SessionError;
+    use profidrive::param::{Model, Value, Width};
 
     use super::*;
     use crate::command::args::Go;
@@ -403,6 +404,20 @@ mod tests {
             let line = ends(&mut drive, Motion::Velocity { rpm: 60, go: GO, limit });
             assert!(line.contains("; the drive stands"), "{model:?}: {line}");
         }
+    }
+
+    #[test]
+    fn a_link_that_has_failed_is_not_waited_for() {
+        let rig = Rig::new(Model::Ag03_1);
+        let mut drive = rig.drive();
+        rig.cut(20, Cut::Link);
+        let pnu = Parameter::OperatingMode.entry().pnu;
+        while drive.read(pnu, None, Width::Word).is_ok() {}
+        let (lost, cycle) = (rig.now(), drive.session.settings().cycle);
+        let error = drive.session.release().unwrap_err();
+        assert!(matches!(error, SessionError::Link(_)), "{error}");
+        let waited = rig.now().saturating_since(lost);
+        assert!(waited <= cycle, "no more than until the next exchange is due: {waited:?}");
     }
 
     #[test]

@@ -9,10 +9,10 @@ use profidrive::bench::Port;
 use profidrive::device::{Config, Device};
 use profidrive::drive::{Fault, Inputs};
 use profidrive::fdl::Address;
-use profidrive::host::{Link, Received, Stop};
+use profidrive::host::{Clock, Link, Received, Stop};
 use profidrive::master::{Drive, Session, Settings};
 use profidrive::param::{Model, Parameter};
-use profidrive::time::BaudRate;
+use profidrive::time::{BaudRate, Instant};
 
 const DRIVE: u8 = 5;
 
@@ -70,6 +70,11 @@ impl Rig {
     /// Whether its shaft turns.
     pub(super) fn turns(&self) -> bool {
         self.port.line(|line| line.device(DRIVE).unwrap().drive().status().travelling)
+    }
+
+    /// The time on the line.
+    pub(super) fn now(&self) -> Instant {
+        self.port.now()
     }
 
     /// After `telegrams` more telegrams of the master this happens.

@@ -72,10 +72,10 @@ const ACCEPT_PAUSE: Duration = Duration::from_secs(1);
 
 /// A listening port and its clients.
 #[derive(Debug)]
-pub struct Tcp {
+pub struct Tcp<C = SystemClock> {
     listener: TcpListener,
     address: SocketAddr,
-    clock: SystemClock,
+    clock: C,
     slot_time: Duration,
     clients: Vec<Client>,
     /// The index of the client whose turn is next.
@@ -114,6 +114,16 @@ impl Tcp {
     /// # Errors
     /// [`Error::TcpReach`] if others than this machine could connect and were not invited, [`Error::Tcp`].
     pub fn bind(place: &str, rate: BaudRate, reach: Reach) -> Result<Self, Error> {
+        Self::bind_with(place, rate, reach, SystemClock::new())
+    }
+}
+
+impl<C: Clock> Tcp<C> {
+    /// [`Tcp::bind`] with another clock: it says how long a request has waited, and how much a client may have sent.
+    ///
+    /// # Errors
+    /// As [`Tcp::bind`].
+    pub fn bind_with(place: &str, rate: BaudRate, reach: Reach, clock: C) -> Result<Self, Error> {
         let (listener, address) = listen(place, reach).map_err(|error| match error {
             ListenError::Failed(source) => Error::Tcp { place: place.into(), source },
             ListenError::TooFar(address) => Error::TcpReach { place: place.into(), address },
@@ -121,7 +131,7 @@ impl Tcp {
         Ok(Self {
             listener,
             address,
-            clock: SystemClock::new(),
+            clock,
             slot_time: rate.bit_times(SLOT_BITS).saturating_add(SLOT_MARGIN),
             clients: Vec::new(),
             turn: 0,
@@ -296,7 +306,7 @@ impl Tcp {
     }
 }
 
-impl Link for Tcp {
+impl<C: Clock> Link for Tcp<C> {
     fn receive(&mut self, buf: &mut [u8]) -> io::Result<Received> {
         if let Some(received) = self.take(buf) {
             return Ok(received);
