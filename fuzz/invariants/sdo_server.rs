@@ -2,7 +2,7 @@
 //! what was written is read back.
 
 use profidrive::can::{Frame, Id};
-use profidrive::canopen::sdo::Request;
+use profidrive::canopen::sdo::SdoRequest;
 use profidrive::canopen::{Node, Policy};
 use profidrive::time::Instant;
 
@@ -20,15 +20,15 @@ pub(crate) fn check(data: &[u8]) {
         let before = device.ram.clone();
         let answers = ask(&mut node, &mut device, *request);
         let [command, a, b, c, ..] = *request;
-        match (Request::decode(*request), answers.as_slice()) {
-            (Request::Abort(_), answers) => assert!(answers.is_empty(), "an abort was answered"),
-            (Request::Expedited { at, .. }, []) => assert_eq!(at, HELD, "{request:02X?} has no answer"),
-            (Request::DownloadSegment { last, .. }, []) => assert!(last, "{request:02X?} has no answer"),
-            (Request::UploadSegment { toggle }, [[answer, ..]]) => {
+        match (SdoRequest::decode(*request), answers.as_slice()) {
+            (SdoRequest::Abort(_), answers) => assert!(answers.is_empty(), "an abort was answered"),
+            (SdoRequest::Expedited { at, .. }, []) => assert_eq!(at, HELD, "{request:02X?} has no answer"),
+            (SdoRequest::DownloadSegment { last, .. }, []) => assert!(last, "{request:02X?} has no answer"),
+            (SdoRequest::UploadSegment { toggle }, [[answer, ..]]) => {
                 let right = answer & 0xE0 == 0 && (answer & 0x10 != 0) == toggle;
                 assert!(right || *answer == 0x80, "{request:02X?} got {answer:02X}");
             }
-            (Request::DownloadSegment { toggle, .. }, [[answer, ..]]) => {
+            (SdoRequest::DownloadSegment { toggle, .. }, [[answer, ..]]) => {
                 let taken = 0x20 | u8::from(toggle) << 4;
                 assert!(*answer == taken || *answer == 0x80, "{request:02X?} got {answer:02X}");
             }
@@ -46,8 +46,8 @@ pub(crate) fn check(data: &[u8]) {
         if let [[0x80, ..]] = answers.as_slice() {
             assert_eq!(before, device.ram, "a refused request changed something");
         }
-        if let (Request::Expedited { at, octets, len: Some(len) }, [[0x60, ..]]) =
-            (Request::decode(*request), answers.as_slice())
+        if let (SdoRequest::Expedited { at, octets, len: Some(len) }, [[0x60, ..]]) =
+            (SdoRequest::decode(*request), answers.as_slice())
             && let Some(value) = device.ram.get(&at)
         {
             assert_eq!(value[..], octets[..usize::from(len)], "{at} does not hold what was written");

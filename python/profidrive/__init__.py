@@ -3,7 +3,7 @@
 | name | is |
 | --- | --- |
 | `Emulator` | one run of `profidrive emulate`: drives and stations on a line |
-| `Drive`, `Station` | what is on the line, seen and changed past the bus |
+| `Drive`, `Station` | what is on the line, seen and changed without the bus |
 | `Judge` | one run of `profidrive judge`: a master under test, row by row |
 | `decode` | telegrams explained |
 """

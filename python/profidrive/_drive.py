@@ -1,4 +1,4 @@
-"""A drive on the line, seen and changed past the bus."""
+"""A drive on the line, seen and changed without the bus."""
 
 from collections.abc import Iterator
 from typing import Any, Literal, TypedDict, Unpack
@@ -137,12 +137,12 @@ class Drive:
         self._api.request("POST", f"{self._path}/keys", {"key": key, "pressed": pressed})
 
     def parameter(self, pnu: int, subindex: int | None = None) -> int:
-        """Reads a parameter past the bus: no master sees a job."""
+        """Reads a parameter without the bus: no master sees a job."""
         query = "" if subindex is None else f"?subindex={subindex}"
         return int(self._api.get(f"{self._path}/parameters/{pnu}{query}")["value"])
 
     def set_parameter(self, pnu: int, value: int) -> None:
-        """Writes a parameter past the bus, with the checks that the bus has."""
+        """Writes a parameter without the bus, with the checks that the bus has."""
         self._api.request("PUT", f"{self._path}/parameters/{pnu}", {"value": value})
 
     def events(self, *kinds: Kind, interval_milliseconds: int = 100) -> Events:

@@ -1,4 +1,4 @@
-"""A station that a device file (GSD) describes, seen and changed past the bus."""
+"""A station that a device file (GSD) describes, seen and changed without the bus."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -2,10 +2,12 @@
 
 use core::fmt;
 
+use enumset::{EnumSet, EnumSetType};
 use heapless::Vec;
 
 /// What can go wrong.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, EnumSetType)]
+#[enumset(no_super_impls, repr = "u8")]
 pub enum Fault {
     /// The battery is to be replaced: a warning.
     BatteryCritical,
@@ -58,10 +60,6 @@ impl Fault {
             Self::BatteryEmpty | Self::Speed => true,
         }
     }
-
-    const fn bit(self) -> u8 {
-        1 << self as u8
-    }
 }
 
 impl fmt::Display for Fault {
@@ -84,9 +82,9 @@ pub enum Battery {
 /// All faults.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Faults {
-    present: u8,
+    present: EnumSet<Fault>,
     /// Errors nobody acknowledged, gone or not.
-    unread: u8,
+    unread: EnumSet<Fault>,
     log: Vec<Logged, { Fault::ALL.len() }>,
 }
 
@@ -104,13 +102,13 @@ impl Faults {
             return false;
         }
         match fault {
-            Fault::BatteryCritical => self.present &= !Fault::BatteryEmpty.bit(),
-            Fault::BatteryEmpty => self.present &= !Fault::BatteryCritical.bit(),
+            Fault::BatteryCritical => self.present -= Fault::BatteryEmpty,
+            Fault::BatteryEmpty => self.present -= Fault::BatteryCritical,
             Fault::Speed => {}
         }
-        self.present |= fault.bit();
+        self.present |= fault;
         if fault.is_error() {
-            self.unread |= fault.bit();
+            self.unread |= fault;
         }
         let before = self.log.iter().position(|logged| logged.fault == fault);
         let count = before.map_or(0, |place| self.log.remove(place).count).saturating_add(1);
@@ -119,21 +117,19 @@ impl Faults {
     }
 
     /// The cause of a fault is gone. Says whether it was there.
-    pub(super) const fn end(&mut self, fault: Fault) -> bool {
-        let was = self.has(fault);
-        self.present &= !fault.bit();
-        was
+    pub(super) fn end(&mut self, fault: Fault) -> bool {
+        self.present.remove(fault)
     }
 
-    pub(super) const fn has(&self, fault: Fault) -> bool {
-        self.present & fault.bit() != 0
+    pub(super) fn has(&self, fault: Fault) -> bool {
+        self.present.contains(fault)
     }
 
-    pub(super) const fn any(&self) -> bool {
-        self.present != 0
+    pub(super) fn any(&self) -> bool {
+        !self.present.is_empty()
     }
 
-    pub(super) const fn battery(&self) -> Battery {
+    pub(super) fn battery(&self) -> Battery {
         if self.has(Fault::BatteryEmpty) {
             Battery::Empty
         } else if self.has(Fault::BatteryCritical) {
@@ -145,38 +141,35 @@ impl Faults {
 
     /// What the battery's state and the display keep without supply: bits of faults present, of errors unread. What turns
     /// the shaft too fast does not outlast it.
-    pub(super) const fn kept(&self) -> [u8; 2] {
-        [self.present & !Fault::Speed.bit(), self.unread]
+    pub(super) fn kept(&self) -> [u8; 2] {
+        [self.present - Fault::Speed, self.unread].map(|faults| faults.as_repr())
     }
 
     /// Takes over what was kept; bits of no fault are left out.
     pub(super) fn recall(&mut self, [present, unread]: [u8; 2]) {
-        let known = |bits: u8, fault: &Fault| bits & fault.bit() != 0;
-        for fault in Fault::ALL.into_iter().filter(|fault| known(present, fault)) {
+        for fault in EnumSet::from_repr_truncated(present) {
             self.begin(fault);
         }
-        self.unread = 0;
-        for fault in Fault::ALL.into_iter().filter(|fault| fault.is_error() && known(unread, fault)) {
-            self.unread |= fault.bit();
-        }
+        self.unread =
+            EnumSet::from_repr_truncated(unread).iter().filter(|fault: &Fault| fault.is_error()).collect();
     }
 
     /// Whether an error is on the display.
-    pub(super) const fn is_unread(&self, fault: Fault) -> bool {
-        self.unread & fault.bit() != 0
+    pub(super) fn is_unread(&self, fault: Fault) -> bool {
+        self.unread.contains(fault)
     }
 
     /// Whether the position may be wrong: an error is there or nobody acknowledged it.
-    pub(super) const fn is_position_invalid(&self) -> bool {
-        (self.present | self.unread) & (Fault::BatteryEmpty.bit() | Fault::Speed.bit()) != 0
+    pub(super) fn is_position_invalid(&self) -> bool {
+        !(self.present | self.unread).is_disjoint(Fault::BatteryEmpty | Fault::Speed)
     }
 
-    pub(super) const fn any_unread(&self) -> bool {
-        self.unread != 0
+    pub(super) fn any_unread(&self) -> bool {
+        !self.unread.is_empty()
     }
 
     /// A person acknowledges: errors whose cause is gone leave the display.
-    pub(super) const fn acknowledge(&mut self) {
+    pub(super) fn acknowledge(&mut self) {
         self.unread &= self.present;
     }
 

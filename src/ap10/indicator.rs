@@ -215,7 +215,7 @@ impl Indicator {
     }
 
     /// What the battery keeps beside zero point and calibration.
-    pub const fn backup(&self) -> Backup {
+    pub fn backup(&self) -> Backup {
         Backup { shaft: self.encoder.shaft(), faults: self.faults.kept() }
     }
 
@@ -291,22 +291,22 @@ impl Indicator {
     }
 
     /// Whether a fault is there.
-    pub const fn has(&self, fault: Fault) -> bool {
+    pub fn has(&self, fault: Fault) -> bool {
         self.faults.has(fault)
     }
 
     /// Whether any fault is there.
-    pub const fn has_fault(&self) -> bool {
+    pub fn has_fault(&self) -> bool {
         self.faults.any()
     }
 
     /// What is left of the battery.
-    pub const fn battery(&self) -> Battery {
+    pub fn battery(&self) -> Battery {
         self.faults.battery()
     }
 
     /// Whether the position may be wrong until it is acknowledged.
-    pub const fn is_position_invalid(&self) -> bool {
+    pub fn is_position_invalid(&self) -> bool {
         self.faults.is_position_invalid()
     }
 

@@ -65,8 +65,37 @@ pub(super) struct Speaking {
     /// A fault on purpose changed what is sent, or when.
     pub(super) injected: bool,
     breach: Option<Breach>,
+    asks: Asks,
     /// How many octets have reached the master.
     arrived: usize,
+}
+
+/// What somebody is about to send.
+#[derive(Clone, Copy)]
+pub(super) struct Said<'a> {
+    octets: &'a [u8],
+    /// The telegram at its beginning, if there is one.
+    pub(super) first: Decoded<'a>,
+}
+
+impl<'a> Said<'a> {
+    fn of(octets: &'a [u8]) -> Self {
+        Self { octets, first: decode(octets) }
+    }
+
+    /// Whether it is one telegram and nothing else.
+    pub(super) const fn is_one_telegram(&self) -> bool {
+        matches!(self.first, Decoded::Telegram { len, .. } if len == self.octets.len())
+    }
+}
+
+/// Who must reply to a sending.
+#[derive(Clone, Copy, Debug)]
+enum Asks {
+    /// This station, or nobody.
+    Known(Option<Asked>),
+    /// What is heard of it will say.
+    AsHeard,
 }
 
 /// A request that wants a reply.
@@ -202,8 +231,8 @@ impl<M: Master> Line<M> {
         self.now = next;
         let due = |time: Option<Instant>| time.is_some_and(|time| time <= next);
         // The end of what is said comes before what a station does at the same time: it has heard it.
-        if let Some(speaking) = self.speaking.filter(|speaking| speaking.end <= next) {
-            self.finish(speaking);
+        if due(self.speaking.as_ref().map(|speaking| speaking.end)) {
+            self.finish();
             return Step::Ended;
         }
         if due(self.next_arrival()) {
@@ -248,7 +277,8 @@ impl<M: Master> Line<M> {
     /// Somebody begins to send now. Who still does so is no longer understood, nor is the new one.
     pub(super) fn begin(&mut self, sender: Sender, bus: Option<usize>, octets: &[u8], injected: bool) {
         let begin = self.now;
-        let breach = self.breach_of(sender, bus, octets, injected);
+        let said = Said::of(octets);
+        let breach = self.breach_of(sender, bus, said, injected);
         if let Some(breach) = breach {
             if self.breaches.len() == BREACHES {
                 self.breaches.pop_front();
@@ -257,12 +287,19 @@ impl<M: Master> Line<M> {
             self.breach_count += 1;
         }
         let end = begin.saturating_add(octet_times(self.baud, octets.len()));
+        let asks = match said.first {
+            Decoded::Telegram { telegram, .. } if said.is_one_telegram() && self.disturbance.is_none() => {
+                Asks::Known(asked_by(&telegram, end, None))
+            }
+            Decoded::Telegram { .. } | Decoded::Incomplete | Decoded::Invalid { .. } => Asks::AsHeard,
+        };
         let mut speaking =
-            Speaking { sender, bus, begin, end, damage: Damage::None, injected, breach, arrived: 0 };
+            Speaking { sender, bus, begin, end, damage: Damage::None, injected, breach, asks, arrived: 0 };
         if let Some(before) = self.speaking.take() {
             speaking.damage = Damage::Collision;
             speaking.end = end.max(before.end);
-            self.remember(Speaking { damage: Damage::Collision, ..before });
+            speaking.asks = Asks::Known(None);
+            self.remember(&Speaking { damage: Damage::Collision, ..before });
         }
         self.octets.clear();
         self.octets.extend_from_slice(octets);
@@ -276,14 +313,17 @@ impl<M: Master> Line<M> {
     }
 
     /// A sending has ended: everybody else has heard it.
-    fn finish(&mut self, speaking: Speaking) {
+    fn finish(&mut self) {
         self.arrive();
-        self.speaking = None;
+        let Some(speaking) = self.speaking.take() else { return };
         self.idle_since = speaking.end;
-        self.remember(speaking);
+        self.remember(&speaking);
         let from_master = speaking.sender != Sender::Station;
         if from_master {
-            self.asked = self.asked(speaking);
+            self.asked = match speaking.asks {
+                Asks::Known(asked) => asked,
+                Asks::AsHeard => self.asked_as_heard(&speaking),
+            };
         }
         let sound = speaking.damage == Damage::None;
         // What a fault makes of it only the stations hear.
@@ -294,7 +334,7 @@ impl<M: Master> Line<M> {
                 continue;
             }
             if let Some(bus) = self.buses.get_mut(number) {
-                hear(bus, self.baud, speaking, changed.as_deref().unwrap_or(&self.octets));
+                hear(bus, self.baud, &speaking, changed.as_deref().unwrap_or(&self.octets));
             }
             self.drain(number);
         }
@@ -392,15 +432,15 @@ impl<M: Master> Line<M> {
         }
     }
 
-    fn remember(&mut self, speaking: Speaking) {
-        let Speaking { begin, end, sender, damage, breach, .. } = speaking;
+    fn remember(&mut self, speaking: &Speaking) {
+        let Speaking { begin, end, sender, damage, breach, .. } = *speaking;
         let mut octets = self.history.room();
         octets.extend_from_slice(&self.octets);
         self.history.push(Passed { at: begin, end, sender, octets, damage, breach });
     }
 
     /// Who must reply to what was heard: the last of several requests, octets behind it notwithstanding.
-    fn asked(&self, speaking: Speaking) -> Option<Asked> {
+    fn asked_as_heard(&self, speaking: &Speaking) -> Option<Asked> {
         let whole = match speaking.damage {
             Damage::None => &self.octets[..],
             Damage::Parity(at) => self.octets.get(..at)?,
@@ -408,23 +448,28 @@ impl<M: Master> Line<M> {
         };
         let (mut rest, mut asked) = (whole, None);
         while let Decoded::Telegram { telegram, len } = decode(rest) {
-            asked = match telegram {
-                Telegram::Data(data) => match data.fc.function() {
-                    Function::Request(service, _) if service.wants_reply() && !data.da.is_broadcast() => {
-                        Some(Asked { station: data.da, master: data.sa, end: speaking.end })
-                    }
-                    Function::Request(..) => None,
-                    Function::Response(..) | Function::Reserved => asked,
-                },
-                Telegram::Token { .. } => None,
-                Telegram::ShortAcknowledge => asked,
-            };
+            asked = asked_by(&telegram, speaking.end, asked);
             rest = rest.get(len..).unwrap_or_default();
             if rest.is_empty() {
                 break;
             }
         }
         asked
+    }
+}
+
+/// Who must reply to a telegram that ends at `end`, who was asked `before` notwithstanding.
+fn asked_by(telegram: &Telegram<'_>, end: Instant, before: Option<Asked>) -> Option<Asked> {
+    match telegram {
+        Telegram::Data(data) => match data.fc.function() {
+            Function::Request(service, _) if service.wants_reply() && !data.da.is_broadcast() => {
+                Some(Asked { station: data.da, master: data.sa, end })
+            }
+            Function::Request(..) => None,
+            Function::Response(..) | Function::Reserved => before,
+        },
+        Telegram::Token { .. } => None,
+        Telegram::ShortAcknowledge => before,
     }
 }
 
@@ -470,7 +515,7 @@ fn is_one_telegram(octets: &[u8]) -> bool {
 }
 
 /// Lets a bus hear octets that ended now.
-fn hear(bus: &mut Bus, baud: BaudRate, speaking: Speaking, octets: &[u8]) {
+fn hear(bus: &mut Bus, baud: BaudRate, speaking: &Speaking, octets: &[u8]) {
     if bus.baud() != baud {
         // Bits of another length: no octet has its stop bit where it belongs.
         return bus.handle_damaged(speaking.end);

@@ -1,9 +1,9 @@
 //! The rules of the bus: pauses, collisions, who may reply and when.
 
-use super::line::Asked;
+use super::line::{Asked, Said};
 use super::{Breach, Line, Master, Sender};
 use crate::fdl::station::DEFAULT_MIN_TSDR;
-use crate::fdl::telegram::{Decoded, decode};
+use crate::fdl::telegram::Decoded;
 use crate::fdl::{Function, Telegram};
 use crate::host::Bus;
 use crate::time::{Instant, SYN_BITS};
@@ -14,7 +14,7 @@ impl<M: Master> Line<M> {
         &mut self,
         sender: Sender,
         bus: Option<usize>,
-        octets: &[u8],
+        said: Said<'_>,
         injected: bool,
     ) -> Option<Breach> {
         let asked = match sender {
@@ -29,17 +29,17 @@ impl<M: Master> Line<M> {
             return (!excused).then_some(Breach::Collision { at: self.now, by: sender });
         }
         match sender {
-            Sender::Master | Sender::Test => self.breach_of_master(sender, asked, octets),
+            Sender::Master | Sender::Test => self.breach_of_master(sender, asked, said),
             Sender::Station if injected => None,
-            Sender::Station => self.breach_of_station(bus, asked, octets),
+            Sender::Station => self.breach_of_station(bus, asked, said),
         }
     }
 
     /// Requests and tokens: T_SYN before them, and no other reply to wait for. What the test sends may be anything.
-    fn breach_of_master(&self, sender: Sender, asked: Option<Asked>, octets: &[u8]) -> Option<Breach> {
+    fn breach_of_master(&self, sender: Sender, asked: Option<Asked>, said: Said<'_>) -> Option<Breach> {
         let at = self.now;
-        let is_request = match decode(octets) {
-            Decoded::Telegram { len, .. } if len != octets.len() && sender == Sender::Master => {
+        let is_request = match said.first {
+            Decoded::Telegram { .. } if !said.is_one_telegram() && sender == Sender::Master => {
                 return Some(Breach::NoTelegram { at, by: sender });
             }
             Decoded::Telegram { telegram: Telegram::Data(data), .. } => {
@@ -63,14 +63,14 @@ impl<M: Master> Line<M> {
     }
 
     /// The reply to the last request, once, in time.
-    fn breach_of_station(&self, bus: Option<usize>, asked: Option<Asked>, octets: &[u8]) -> Option<Breach> {
+    fn breach_of_station(&self, bus: Option<usize>, asked: Option<Asked>, said: Said<'_>) -> Option<Breach> {
         let at = self.now;
         let rate = bus.and_then(|number| self.buses.get(number)).map_or(self.baud, Bus::baud);
         if rate != self.baud {
             return Some(Breach::WrongRate { at, got: rate, expected: self.baud });
         }
-        let telegram = match decode(octets) {
-            Decoded::Telegram { telegram, len } if len == octets.len() => telegram,
+        let telegram = match said.first {
+            Decoded::Telegram { telegram, .. } if said.is_one_telegram() => telegram,
             Decoded::Telegram { .. } | Decoded::Incomplete | Decoded::Invalid { .. } => {
                 return Some(Breach::NoTelegram { at, by: Sender::Station });
             }

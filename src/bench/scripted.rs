@@ -22,6 +22,9 @@ pub struct ScriptedMaster {
     counts: Vec<Option<FrameCount>>,
 }
 
+/// FCS and ED.
+const TRAILER_LEN: usize = 2;
+
 /// What a master made of the answer to a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer<'a> {
@@ -75,10 +78,10 @@ impl ScriptedMaster {
         };
         for attempt in 0..=self.retry_limit {
             self.retries += u64::from(attempt > 0);
-            let heard = line.request(request)?.is_some_and(|octets| is_answer(octets, self.address, da));
-            if heard {
+            let heard = line.request(request)?.and_then(|octets| Heard::of(octets, self.address, da));
+            if let Some(heard) = heard {
                 *place = Some(count);
-                return Ok(answer(&line.octets));
+                return Ok(heard.answer(&line.octets));
             }
         }
         *place = None;
@@ -114,7 +117,7 @@ impl ScriptedMaster {
         let Ok(request) = encode(self.address, da, fc, None, &[], &mut buf) else {
             return Ok(false);
         };
-        Ok(line.request(request)?.is_some_and(|octets| is_answer(octets, self.address, da)))
+        Ok(line.request(request)?.is_some_and(|octets| Heard::of(octets, self.address, da).is_some()))
     }
 
     /// Passes the token to another master.
@@ -141,33 +144,43 @@ fn encode<'b>(
     DataTelegram { format, da, sa, dsap, ssap, fc, data }.encode(buf)
 }
 
-/// Whether octets are one whole answer of `station` to `master`.
-fn is_answer(octets: &[u8], master: Address, station: Address) -> bool {
-    match decode(octets) {
-        Decoded::Telegram { telegram: Telegram::ShortAcknowledge, len } => len == octets.len(),
-        Decoded::Telegram { telegram: Telegram::Data(data), len } => {
-            len == octets.len()
-                && (data.da, data.sa) == (master, station)
-                && matches!(data.fc.function(), Function::Response(..))
-        }
-        Decoded::Telegram { telegram: Telegram::Token { .. }, .. }
-        | Decoded::Incomplete
-        | Decoded::Invalid { .. } => false,
-    }
+/// One whole answer, apart from its octets: while those are borrowed nothing can be asked again.
+#[derive(Clone, Copy)]
+enum Heard {
+    ShortAcknowledge,
+    /// Its status, and how many octets of data lie before FCS and ED.
+    Response(ReplyStatus, usize),
 }
 
-/// The meaning of a whole answer.
-fn answer(octets: &[u8]) -> Answer<'_> {
-    let Decoded::Telegram { telegram, .. } = decode(octets) else {
-        return Answer::Silence;
-    };
-    match telegram {
-        Telegram::ShortAcknowledge => Answer::ShortAcknowledge,
-        Telegram::Token { .. } => Answer::Silence,
-        Telegram::Data(data) => match data.fc.function() {
-            Function::Response(_, status) if data.data.is_empty() => Answer::Status(status),
-            Function::Response(_, status) => Answer::Data(status, data.data),
-            Function::Request(..) | Function::Reserved => Answer::Silence,
-        },
+impl Heard {
+    /// The answer of `station` to `master`, if `octets` are one.
+    fn of(octets: &[u8], master: Address, station: Address) -> Option<Self> {
+        let Decoded::Telegram { telegram, len } = decode(octets) else {
+            return None;
+        };
+        if len != octets.len() {
+            return None;
+        }
+        match telegram {
+            Telegram::ShortAcknowledge => Some(Self::ShortAcknowledge),
+            Telegram::Token { .. } => None,
+            Telegram::Data(data) if (data.da, data.sa) != (master, station) => None,
+            Telegram::Data(data) => match data.fc.function() {
+                Function::Response(_, status) => Some(Self::Response(status, data.data.len())),
+                Function::Request(..) | Function::Reserved => None,
+            },
+        }
+    }
+
+    /// Its meaning, with the data in its octets.
+    fn answer(self, octets: &[u8]) -> Answer<'_> {
+        match self {
+            Self::ShortAcknowledge => Answer::ShortAcknowledge,
+            Self::Response(status, 0) => Answer::Status(status),
+            Self::Response(status, count) => {
+                let end = octets.len().saturating_sub(TRAILER_LEN);
+                Answer::Data(status, octets.get(end.saturating_sub(count)..end).unwrap_or_default())
+            }
+        }
     }
 }

@@ -20,13 +20,13 @@ pub struct Refusal {
     /// The answer.
     pub code: Abort,
     entry: Option<&'static Entry>,
-    written: Option<Written>,
+    written: Option<Attempt>,
     rule: Option<Rule>,
 }
 
 /// What was to be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Written {
+struct Attempt {
     octets: [u8; KEPT],
     /// Octets that came, or were announced.
     len: usize,
@@ -112,7 +112,7 @@ impl Refusal {
     ) -> Self {
         let mut kept = [0; KEPT];
         kept.iter_mut().zip(octets).for_each(|(place, octet)| *place = *octet);
-        let written = Written { octets: kept, len: octets.len(), kept: octets.len().min(KEPT), unit };
+        let written = Attempt { octets: kept, len: octets.len(), kept: octets.len().min(KEPT), unit };
         Self { at, code: broken.code, entry, written: Some(written), rule: broken.rule }
     }
 
@@ -123,7 +123,7 @@ impl Refusal {
         entry: Option<&'static Entry>,
         len: usize,
     ) -> Self {
-        let written = Written { octets: [0; KEPT], len, kept: 0, unit: "" };
+        let written = Attempt { octets: [0; KEPT], len, kept: 0, unit: "" };
         Self { at, code: broken.code, entry, written: Some(written), rule: broken.rule }
     }
 
@@ -214,11 +214,11 @@ impl fmt::Display for Octets {
 }
 
 /// `2 octets (63 00)`.
-struct Raw<'a>(&'a Written);
+struct Raw<'a>(&'a Attempt);
 
 impl fmt::Display for Raw<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Written { len, .. } = *self.0;
+        let Attempt { len, .. } = *self.0;
         Octets(len).fmt(f)?;
         let octets = self.0.octets();
         if octets.is_empty() {
@@ -263,7 +263,7 @@ impl fmt::Display for Expected {
 
 /// What came: a number with its unit; without unit or limits hexadecimal, as wide as it is; or octets.
 struct Got<'a> {
-    written: &'a Written,
+    written: &'a Attempt,
     entry: Option<&'static Entry>,
     /// The rule is about a number.
     counted: bool,
@@ -295,7 +295,7 @@ impl fmt::Display for Got<'_> {
     }
 }
 
-impl Written {
+impl Attempt {
     fn octets(&self) -> &[u8] {
         self.octets.get(..self.kept).unwrap_or_default()
     }

@@ -30,7 +30,7 @@ use core::time::Duration;
 
 use crate::can::Frame;
 use crate::canopen::cob_id;
-use crate::canopen::nmt::Command as Nmt;
+use crate::canopen::nmt;
 use crate::canopen::sdo::client::{SdoClient, Step};
 use crate::canopen::{Abort, Address, NmtState, NodeId};
 use crate::cia402::{Controlword, Statusword};
@@ -297,7 +297,7 @@ impl NodeClient {
     }
 
     fn nmt_to(&mut self, state: NmtState) {
-        self.send(Nmt::Enter(state).frame(Some(self.node)));
+        self.send(nmt::Command::Enter(state).frame(Some(self.node)));
     }
 
     /// The entry that the answer waited for is about.

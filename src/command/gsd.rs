@@ -9,12 +9,12 @@ use profidrive::gsd::{Gsd, Level, MAX_FILE_LEN, Module, Parameter, Policy, PrmPa
 use serde_json::{Value, json};
 
 use super::Failure;
-use super::args::{GsdArgs, GsdCheck};
+use super::args;
 
-pub(crate) fn gsd(args: &GsdArgs) -> Result<(), Failure> {
+pub(crate) fn gsd(args: &args::Gsd) -> Result<(), Failure> {
     let mut out = io::BufWriter::new(io::stdout().lock());
     let (said, outcome) = match (&args.check, &args.file) {
-        (Some(GsdCheck::Check { file }), _) => check(&mut out, file)?,
+        (Some(args::Check::Check { file }), _) => check(&mut out, file)?,
         (None, Some(file)) => {
             let gsd = read(file)?;
             let said = if args.json { writeln!(out, "{}", as_json(&gsd)) } else { explain(&mut out, &gsd) };

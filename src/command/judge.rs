@@ -11,7 +11,7 @@ use profidrive::host::{Link, SystemClock};
 use profidrive::judge::{Ending, Judge, Operator, Progress, Report, Row, Setup, Slave, live};
 use tracing::{info, warn};
 
-use super::args::{Judge as Args, JudgedStation, judge_millis};
+use super::args::{self, JudgedStation, judge_millis};
 use super::emulate::{Opened, open_link};
 use super::{Failure, signals};
 
@@ -22,7 +22,7 @@ mod scenarios;
 use operated::Operated;
 
 /// Judges, and says the verdicts.
-pub(crate) fn judge(args: &Args) -> Result<ExitCode, Failure> {
+pub(crate) fn judge(args: &args::Judge) -> Result<ExitCode, Failure> {
     let setup = setup(args)?;
     let rows = rows(args);
     for file in [&args.json, &args.junit, &args.html].into_iter().flatten() {
@@ -58,7 +58,7 @@ pub(crate) fn judge(args: &Args) -> Result<ExitCode, Failure> {
 
 /// The link, written to a capture if one is wanted.
 fn captured(
-    args: &Args,
+    args: &args::Judge,
     link: Box<dyn Link>,
     path: &str,
     clock: SystemClock,
@@ -87,7 +87,7 @@ const NO_MASTER: u8 = 3;
 /// Exit status where a row failed.
 const FAILED: u8 = 1;
 
-fn finish(args: &Args, report: &Report) -> Result<ExitCode, Failure> {
+fn finish(args: &args::Judge, report: &Report) -> Result<ExitCode, Failure> {
     write(args.json.as_deref(), || report.json())?;
     write(args.junit.as_deref(), || report.junit())?;
     write(args.html.as_deref(), || report.html(&subject(args)))?;
@@ -117,7 +117,7 @@ fn unwritable(file: &Path, error: &io::Error) -> Failure {
 }
 
 /// What was judged, for the page.
-fn subject(args: &Args) -> String {
+fn subject(args: &args::Judge) -> String {
     match (&args.capture_file, args.master) {
         (Some(file), _) => format!("Capture {}", file.display()),
         (None, Some(master)) => format!("DP master {master}"),
@@ -138,7 +138,7 @@ fn announce(path: &str, setup: &Setup) -> Result<(), Failure> {
         .map_err(|error| Failure::from_error(&error))
 }
 
-fn rows(args: &Args) -> Vec<Row> {
+fn rows(args: &args::Judge) -> Vec<Row> {
     if args.only.is_empty() {
         return Row::ALL.to_vec();
     }
@@ -146,7 +146,7 @@ fn rows(args: &Args) -> Vec<Row> {
     Row::ALL.iter().filter(wanted).copied().collect()
 }
 
-fn setup(args: &Args) -> Result<Setup, Failure> {
+fn setup(args: &args::Judge) -> Result<Setup, Failure> {
     let stations = args.stations.iter().map(slave).collect::<Result<_, _>>()?;
     let millis = |millis: Option<u64>| millis.map(Duration::from_millis);
     Ok(Setup {

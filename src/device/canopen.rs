@@ -67,12 +67,12 @@ pub trait CanopenDevice: Surroundings + Any + Send {
     /// Its objects as the node asks for them, for [`Node::read_with`].
     fn application(&self) -> &dyn Application;
 
-    /// Writes an entry as a client does, but past the bus: no client waits for it, and what it stores is stored later
-    /// ([`Node::write_past_bus`]).
+    /// Writes an entry as a client does, but without the bus: no client waits for it, and what it stores is stored later
+    /// ([`Node::write_without_bus`]).
     ///
     /// # Errors
     /// What a client would be told; nothing is changed then.
-    fn write_past_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal>;
+    fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal>;
 
     /// The node number in force: after power-on that of the device's memory.
     fn node_id(&self) -> NodeId {

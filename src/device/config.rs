@@ -31,7 +31,7 @@ pub struct Config {
     /// How the parameter channel behaves where the manuals leave it open.
     pub pkw: pkw::Config,
     /// How the drive answers jobs where the manuals leave it open.
-    pub parameters: parameters::Quirks,
+    pub parameters: parameters::JobQuirks,
     /// How the slave behaves where the sources are silent. The drives judge no configuration: with
     /// `ApplicationReady::WhenJudged` they stay not ready.
     pub dp: dp::Policy,
@@ -40,7 +40,7 @@ pub struct Config {
     /// How the drive behaves where the manuals leave it open, and the numbers of its plant.
     pub drive: drive::Config,
     /// What the bits of STW and ZSW are where the manuals contradict themselves.
-    pub words: words::Quirks,
+    pub words: words::WordQuirks,
 }
 
 impl Config {
@@ -57,11 +57,11 @@ impl Config {
             timing: Timing::Untrue,
             application_cycle: ApplicationCycle::DEFAULT,
             pkw: pkw::Config::default(),
-            parameters: parameters::Quirks::default(),
+            parameters: parameters::JobQuirks::default(),
             dp: dp::Policy::PROPOSED,
             param: param::Quirks::default(),
             drive: drive::Config::default(),
-            words: words::Quirks::default(),
+            words: words::WordQuirks::default(),
         }
     }
 }

@@ -1,12 +1,15 @@
 //! The state of a drive in the few words that all devices share.
 
+use strum::{IntoStaticStr, VariantArray};
+
 use super::ag03_canopen::state as ag03;
 #[cfg(feature = "std")]
 use crate::ppo_drive;
 use crate::{cia402, drive};
 
 /// Where a drive is, whichever device and bus it has. What each device calls its own states is in its reference.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "snake_case")]
 pub enum DriveState {
     /// No control supply.
     Off,
@@ -24,19 +27,11 @@ pub enum DriveState {
 
 impl DriveState {
     /// Every state.
-    pub const ALL: &[Self] =
-        &[Self::Off, Self::NotReady, Self::Inhibited, Self::Ready, Self::Enabled, Self::Fault];
+    pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
 
     /// Its name for programs, as `not_ready`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Off => "off",
-            Self::NotReady => "not_ready",
-            Self::Inhibited => "inhibited",
-            Self::Ready => "ready",
-            Self::Enabled => "enabled",
-            Self::Fault => "fault",
-        }
+    pub fn name(self) -> &'static str {
+        self.into()
     }
 }
 

@@ -1,11 +1,14 @@
 //! What goes wrong at a station, by kind.
 
+use strum::{IntoStaticStr, VariantArray};
+
 use super::{Event, ppo_drive as profile};
-use crate::unit::Event as UnitEvent;
+use crate::unit;
 use crate::{dp, ppo_drive};
 
 /// A kind of error that a station tells.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "snake_case")]
 pub enum ErrorKind {
     /// Its drive went to fault, or another fault came while one was latched.
     Fault,
@@ -29,31 +32,11 @@ pub enum ErrorKind {
 
 impl ErrorKind {
     /// Every kind.
-    pub const ALL: [Self; 9] = [
-        Self::Fault,
-        Self::PrmRefused,
-        Self::CfgRefused,
-        Self::OutputLength,
-        Self::AddressRefused,
-        Self::Application,
-        Self::JobRefused,
-        Self::CommandRefused,
-        Self::NotStored,
-    ];
+    pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
 
     /// Its name for programs, as `prm_refused`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Fault => "fault",
-            Self::PrmRefused => "prm_refused",
-            Self::CfgRefused => "cfg_refused",
-            Self::OutputLength => "output_length",
-            Self::AddressRefused => "address_refused",
-            Self::Application => "application",
-            Self::JobRefused => "job_refused",
-            Self::CommandRefused => "command_refused",
-            Self::NotStored => "not_stored",
-        }
+    pub fn name(self) -> &'static str {
+        self.into()
     }
 }
 
@@ -63,15 +46,15 @@ impl Event {
         Some(match self {
             Self::Dp(event) => return of_slave(event),
             Self::Fault(_)
-            | Self::Unit(UnitEvent::Fault(_))
+            | Self::Unit(unit::Event::Fault(_))
             | Self::PpoDrive(profile::Event::Drive(ppo_drive::Event::Fault(_))) => ErrorKind::Fault,
             Self::JobRefused(_) | Self::PpoDrive(profile::Event::JobRefused(_)) => ErrorKind::JobRefused,
             Self::CommandRefused(_)
-            | Self::Unit(UnitEvent::CommandRefused(_))
+            | Self::Unit(unit::Event::CommandRefused(_))
             | Self::PpoDrive(
                 profile::Event::NotSet { .. } | profile::Event::Drive(ppo_drive::Event::InchingRefused),
             ) => ErrorKind::CommandRefused,
-            Self::Unit(UnitEvent::NotStored { .. }) => ErrorKind::NotStored,
+            Self::Unit(unit::Event::NotStored { .. }) => ErrorKind::NotStored,
             Self::PpoDrive(profile::Event::Drive(
                 ppo_drive::Event::State(_)
                 | ppo_drive::Event::Acknowledged
@@ -80,16 +63,16 @@ impl Event {
             ))
             | Self::Drive { .. }
             | Self::Unit(
-                UnitEvent::FaultCauseGone(_)
-                | UnitEvent::Drive(_)
-                | UnitEvent::Written { .. }
-                | UnitEvent::Stored
-                | UnitEvent::Input(_)
-                | UnitEvent::SwitchesSet(_)
-                | UnitEvent::SwitchedOff
-                | UnitEvent::SwitchedOn(_)
-                | UnitEvent::FactoryReset(_)
-                | UnitEvent::Lost { .. },
+                unit::Event::FaultCauseGone(_)
+                | unit::Event::Drive(_)
+                | unit::Event::Written { .. }
+                | unit::Event::Stored
+                | unit::Event::Input(_)
+                | unit::Event::SwitchesSet(_)
+                | unit::Event::SwitchedOff
+                | unit::Event::SwitchedOn(_)
+                | unit::Event::FactoryReset(_)
+                | unit::Event::Lost { .. },
             )
             | Self::SwitchedOff
             | Self::SwitchedOn(_)
@@ -146,7 +129,7 @@ mod tests {
                 Some(ErrorKind::OutputLength),
             ),
             (Event::Dp(dp::Event::ApplicationAborted { master }), Some(ErrorKind::Application)),
-            (Event::Unit(UnitEvent::NotStored { undone: true }), Some(ErrorKind::NotStored)),
+            (Event::Unit(unit::Event::NotStored { undone: true }), Some(ErrorKind::NotStored)),
             (Event::Dp(dp::Event::Released { master }), None),
             (Event::SwitchedOff, None),
         ] {

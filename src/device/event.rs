@@ -184,6 +184,9 @@ fn fmt_drive(f: &mut fmt::Formatter<'_>, event: &drive::Event, stw: Option<Stw>)
         (drive::Event::Paused { torque: true }, _) => {
             write!(f, "{event} (PNU {})", Parameter::TorqueDeactivation.entry().pnu)
         }
+        (drive::Event::VelocityEnded, Some(stw)) if !StwBit::Start.is_set(stw) => {
+            write!(f, "{event} ({} = 0)", Bit(StwBit::Start))
+        }
         (drive::Event::Acknowledged, Some(stw)) if StwBit::On.is_set(stw) => {
             write!(f, "{event}; next: give OFF1 once ({on} = 0), then {on} = 1", on = Bit(StwBit::On))
         }

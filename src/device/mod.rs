@@ -80,9 +80,8 @@ use crate::unit::{Outcome, Switched, Unit};
 pub use crate::fdl::MAX_TELEGRAM_LEN;
 pub use crate::param::Gear;
 pub use crate::unit::{
-    ApplicationCycle, CycleTooShort, DEFAULT_APPLICATION_CYCLE, DipSwitches, Eeprom, EepromState,
-    Event as UnitEvent, Generation, IMAGE_LEN, ImageError, ImageOctets, MAX_IMAGE_LEN, NotStored, Power,
-    StoreRequest, dip,
+    ApplicationCycle, CycleTooShort, DEFAULT_APPLICATION_CYCLE, DipSwitches, Eeprom, EepromState, Generation,
+    IMAGE_LEN, ImageError, ImageOctets, MAX_IMAGE_LEN, NotStored, Power, StoreRequest, dip,
 };
 pub use canopen::{CanopenDevice, CanopenEvent, RecallError};
 pub use config::{Config, Timing};
@@ -109,7 +108,7 @@ pub const IDENT_NUMBER: u16 = 0x0AC5;
 
 /// The configurations both drives accept: four and three words consistent, or seven words consistent. Which one
 /// the real drive uses is not public (`ag03.md` 16).
-pub const CONFIGURATIONS: &[&[u8]] = &[PpoType::Ag03.configuration(), &[0xF6]];
+pub const CONFIGURATIONS: &[&[u8]] = &[PpoType::SevenWords.configuration(), &[0xF6]];
 
 /// What both drives are to a DP master. Both manuals list all rates of PROFIBUS-DP without 45.45 kbit/s.
 pub const DESCRIPTION: dp::Description = dp::Description {
@@ -226,7 +225,7 @@ impl Device {
         self.part.unit.drive()
     }
 
-    /// Reads a parameter past the bus, as a PKW job would.
+    /// Reads a parameter without the bus, as a PKW job would.
     ///
     /// # Errors
     /// As [`Store::read`].
@@ -288,7 +287,7 @@ impl Device {
         self.part.unit.parameters()
     }
 
-    /// Writes a parameter past the bus, by the rules of the bus: the drive cannot tell it from a PKW job, but no reply
+    /// Writes a parameter without the bus, by its rules: the drive cannot tell it from a PKW job, but no reply
     /// is sent, nothing waits for the EEPROM, and the master does not notice. Counts as a `handle_*` call.
     ///
     /// # Errors

@@ -11,7 +11,7 @@ use crate::unit::Unit;
 
 /// How the drives answer jobs where the manuals leave it open. The default is the proposal of `ag03.md`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Quirks {
+pub struct JobQuirks {
     /// C-17: reading a parameter that is a command, PNU 970, is refused instead of answered with 0.
     pub refuse_command_read: bool,
     /// C-15: an AG03/1 confirms a write of PNU 970 as a word, as an AG03 does, instead of a double word.
@@ -21,7 +21,7 @@ pub struct Quirks {
 /// A unit on PROFIBUS: what its parameter channel reads and writes.
 pub(super) struct Channel<'a> {
     pub(super) unit: &'a mut Unit,
-    pub(super) quirks: Quirks,
+    pub(super) quirks: JobQuirks,
     /// The values that only the bus knows.
     pub(super) shown: &'a Shown,
 }
@@ -98,7 +98,7 @@ impl Parameters for Store {
     fn write(&mut self, pnu: u16, element: Option<u8>, value: pkw::Value) -> Result<pkw::Written, JobError> {
         let write = self.meaning(Pnu::from_low_bits(pnu), element.map(Subindex), value.into())?;
         let _effect = self.apply(write, &WriteContext::default())?;
-        Ok(pkw::Written::at_once(Quirks::default().confirmation(self.model(), write, value)))
+        Ok(pkw::Written::at_once(JobQuirks::default().confirmation(self.model(), write, value)))
     }
 
     fn elements(&self, pnu: u16) -> Result<Option<u8>, JobError> {
@@ -106,7 +106,7 @@ impl Parameters for Store {
     }
 }
 
-impl Quirks {
+impl JobQuirks {
     /// C-17.
     fn check_read(self, store: &Store, pnu: Pnu) -> Result<(), JobError> {
         let only_written = store.entry(pnu)?.access() == Access::WriteOnly;

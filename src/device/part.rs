@@ -12,7 +12,7 @@ use crate::param::Parameter;
 use crate::pkw::Engine;
 use crate::ppo::{self, Outputs, PPO_LEN, Pkw, Zsw};
 use crate::time::Instant;
-use crate::unit::{Cycles, Event as UnitEvent, Power, Queue, Unit};
+use crate::unit::{self, Cycles, Power, Queue, Unit};
 
 /// Everything behind the framer.
 #[derive(Clone, Debug)]
@@ -272,7 +272,7 @@ impl Parts {
     }
 
     #[inline(never)]
-    fn pass_waiting(&mut self, first: UnitEvent) {
+    fn pass_waiting(&mut self, first: unit::Event) {
         let mut next = Some(first);
         while let Some(event) = next {
             let hint = self.hint_of(&event);
@@ -282,26 +282,26 @@ impl Parts {
         }
     }
 
-    fn hint_of(&mut self, event: &UnitEvent) -> Option<Hint> {
+    fn hint_of(&mut self, event: &unit::Event) -> Option<Hint> {
         match event {
-            UnitEvent::Drive(event) => {
+            unit::Event::Drive(event) => {
                 let limit = |limit| self.unit.parameters().value(limit);
                 let limits = (limit(Parameter::Limit1), limit(Parameter::Limit2));
                 let mode = self.unit.status().mode;
                 self.watch.told(event, self.shown.words.stw(), mode, limits)
             }
-            UnitEvent::CommandRefused(_)
-            | UnitEvent::Fault(_)
-            | UnitEvent::FaultCauseGone(_)
-            | UnitEvent::Written { .. }
-            | UnitEvent::Stored
-            | UnitEvent::NotStored { .. }
-            | UnitEvent::Input(_)
-            | UnitEvent::SwitchesSet(_)
-            | UnitEvent::SwitchedOff
-            | UnitEvent::SwitchedOn(_)
-            | UnitEvent::FactoryReset(_)
-            | UnitEvent::Lost { .. } => None,
+            unit::Event::CommandRefused(_)
+            | unit::Event::Fault(_)
+            | unit::Event::FaultCauseGone(_)
+            | unit::Event::Written { .. }
+            | unit::Event::Stored
+            | unit::Event::NotStored { .. }
+            | unit::Event::Input(_)
+            | unit::Event::SwitchesSet(_)
+            | unit::Event::SwitchedOff
+            | unit::Event::SwitchedOn(_)
+            | unit::Event::FactoryReset(_)
+            | unit::Event::Lost { .. } => None,
         }
     }
 

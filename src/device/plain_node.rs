@@ -43,8 +43,8 @@ impl<A: Application + Surroundings + Send + 'static> CanopenDevice for PlainNode
         &self.application
     }
 
-    fn write_past_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal> {
-        self.node.write_past_bus(now, at, octets, &mut self.application)
+    fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal> {
+        self.node.write_without_bus(now, at, octets, &mut self.application)
     }
 
     fn power_on(&mut self, now: Instant) {

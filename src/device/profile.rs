@@ -5,7 +5,7 @@
 
 mod hindrance;
 
-pub use hindrance::{Hindrance, hindrances};
+pub use hindrance::{ProfileHindrance, hindrances};
 
 use crate::ppo::{Stw, Zsw};
 use crate::ppo_drive::{Command, State, Status};

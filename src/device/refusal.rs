@@ -59,7 +59,7 @@ impl Refusal {
     pub(super) fn into_reasons(self) -> impl Iterator<Item = Reason> {
         let Self { drive, stw, off1_not_seen } = self;
         let enabled = !drive.contains(drive::Reason::NotEnabled);
-        drive::Reason::ALL.into_iter().filter(move |&reason| drive.contains(reason)).flat_map(move |reason| {
+        drive.reasons().flat_map(move |reason| {
             let not_asked = reason == drive::Reason::NotAsked;
             // Asked to enable by STW.3, it is not told that STW.3 is missing.
             let not_enabled = enabled && !StwBit::EnableOperation.is_set(stw);

@@ -82,7 +82,7 @@ impl Device {
             sync: diagnosis.sync_mode,
             mode: status.mode,
             moving: status.moving && (status.positioning_active || status.state == State::VelocityTravelling),
-            cause_present: status.fault.is_some() && self.drive().causes().iter().next().is_some(),
+            cause_present: status.fault.is_some() && !self.drive().causes().is_empty(),
             setpoint_zero: outputs.is_none_or(|outputs| outputs.hsw() == 0),
             stw: self.commanded(),
             refusal: self.start_refusal(),

@@ -9,7 +9,7 @@ use crate::ppo::{Stw, Zsw};
 
 /// Where the manuals leave the bits open; each is off by default (`ag03.md` 15).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Quirks {
+pub struct WordQuirks {
     /// ZSW.14 is 1 in velocity mode, not 0 (C-03).
     pub velocity_bit_14: bool,
     /// A paused job counts as active positioning: not ready-to-travel (ZSW.15 = 0, SSW.14 = 1) (C-05).
@@ -41,7 +41,7 @@ pub struct Quirks {
 /// Once per application cycle: [`command`](Self::command), the drive's step, [`accept`](Self::accept).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Words {
-    quirks: Quirks,
+    quirks: WordQuirks,
     /// The newest control word; 0 outside Data_Exchange.
     stw: Stw,
     /// What that came with; `None`: outside Data_Exchange.
@@ -58,7 +58,7 @@ pub struct Words {
 
 impl Words {
     /// Nothing was said yet.
-    pub fn new(quirks: Quirks) -> Self {
+    pub fn new(quirks: WordQuirks) -> Self {
         Self { quirks, ..Self::default() }
     }
 
@@ -117,7 +117,7 @@ impl Words {
 
     /// What bits 0 to 3 ask of the motor (rows 4 to 8).
     fn operation(&self) -> Operation {
-        let Quirks { bit_2_must_be_0, off1_brakes, all_zero_brakes, .. } = self.quirks;
+        let WordQuirks { bit_2_must_be_0, off1_brakes, all_zero_brakes, .. } = self.quirks;
         let (on, no_off2) = (StwBit::On.is_set(self.stw), StwBit::NoOff2.is_set(self.stw));
         let enable =
             StwBit::EnableOperation.is_set(self.stw) && !(bit_2_must_be_0 && StwBit::Off3.is_set(self.stw));
@@ -173,7 +173,7 @@ impl Words {
 
     /// The status as the quirks let the words show it.
     fn shown(&self, status: &Status) -> Status {
-        let Quirks { paused_is_active, not_ready_in_fault, target_reached_live, .. } = self.quirks;
+        let WordQuirks { paused_is_active, not_ready_in_fault, target_reached_live, .. } = self.quirks;
         let paused = paused_is_active && matches!(status.state, State::Pausing { .. } | State::Paused { .. });
         let in_fault = not_ready_in_fault && matches!(status.state, State::Fault | State::TurnOnDisabled);
         let live = target_reached_live && status.in_window && status.setpoint_programmed;

@@ -186,7 +186,7 @@ impl Application for Fixed<'_> {
 mod tests {
     use super::*;
 
-    const AG03: Fixed<'static> = Fixed { configurations: &[&[0xF3, 0xF2], &[0xF6]], ..Fixed::PLAIN };
+    const TWO: Fixed<'static> = Fixed { configurations: &[&[0xF3, 0xF2], &[0xF6]], ..Fixed::PLAIN };
 
     #[test]
     fn g_02_the_difference_to_the_nearest_configuration_is_named() {
@@ -199,11 +199,11 @@ mod tests {
             (&[0x13], 0, Octet(0xF3), Some(0x13)),
             (&[], 0, Octet(0xF3), None),
         ] {
-            let reason = Reason::Text(AG03.cfg_advice);
-            assert_eq!(AG03.judge_cfg(identifiers, &[]), Err(Refusal { index, expected, got, reason }));
+            let reason = Reason::Text(TWO.cfg_advice);
+            assert_eq!(TWO.judge_cfg(identifiers, &[]), Err(Refusal { index, expected, got, reason }));
         }
-        for identifiers in AG03.configurations {
-            assert_eq!(AG03.judge_cfg(identifiers, &[]), Ok(()));
+        for identifiers in TWO.configurations {
+            assert_eq!(TWO.judge_cfg(identifiers, &[]), Ok(()));
         }
     }
 
@@ -216,7 +216,7 @@ mod tests {
 
     #[test]
     fn the_first_of_the_list_is_reported_until_another_one_was_accepted() {
-        assert_eq!(AG03.configuration(None), [0xF3, 0xF2]);
-        assert_eq!(AG03.configuration(Some(&[0xF6])), [0xF6]);
+        assert_eq!(TWO.configuration(None), [0xF3, 0xF2]);
+        assert_eq!(TWO.configuration(Some(&[0xF6])), [0xF6]);
     }
 }

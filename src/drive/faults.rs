@@ -2,10 +2,13 @@
 
 use core::fmt;
 
+use enumset::{EnumSet, EnumSetType};
+
 use crate::param::Model;
 
 /// A fault of the manual's Table 2.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, EnumSetType)]
+#[enumset(no_ops, no_super_impls)]
 pub enum Fault {
     /// Supply below 18 V and motor current above 200 mA.
     A,
@@ -36,13 +39,6 @@ impl Fault {
     /// The faults that only a bus raises: on an AG03/1 on CANopen.
     pub const OF_BUS: [Self; 2] = [Self::H, Self::I];
 
-    /// Both, in the order of the codes.
-    fn each() -> impl Iterator<Item = Self> {
-        let [a, b, c, d, e, f, g, j] = Self::ALL;
-        let [h, i] = Self::OF_BUS;
-        [a, b, c, d, e, f, g, h, i, j].into_iter()
-    }
-
     /// The code in the fault buffer, PNU 945: the letter in ASCII (C-08).
     pub const fn code(self) -> u8 {
         match self {
@@ -61,7 +57,7 @@ impl Fault {
 
     /// The fault of a code in the fault buffer.
     pub fn of_code(code: u8) -> Option<Self> {
-        Self::each().find(|fault| fault.code() == code)
+        FaultSet::all().iter().find(|fault| fault.code() == code)
     }
 
     /// How often the status LED blinks for it.
@@ -81,12 +77,8 @@ impl Fault {
     }
 
     /// The set of this fault if it is `present`, and none otherwise.
-    pub(super) const fn when(self, present: bool) -> FaultSet {
-        FaultSet((present as u16) << self as u16)
-    }
-
-    const fn bit(self) -> u16 {
-        1 << self as u16
+    pub(super) fn when(self, present: bool) -> FaultSet {
+        if present { self.into() } else { FaultSet::empty() }
     }
 }
 
@@ -126,65 +118,8 @@ impl fmt::Display for Fault {
     }
 }
 
-/// A set of faults, for example of the fault causes that are present.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct FaultSet(u16);
-
-impl FaultSet {
-    /// No fault.
-    pub const EMPTY: Self = Self(0);
-
-    /// The set with `fault`.
-    #[must_use]
-    pub const fn with(self, fault: Fault) -> Self {
-        Self(self.0 | fault.bit())
-    }
-
-    /// The set without `fault`.
-    #[must_use]
-    pub const fn without(self, fault: Fault) -> Self {
-        Self(self.0 & !fault.bit())
-    }
-
-    /// Whether `fault` is in the set.
-    pub const fn contains(self, fault: Fault) -> bool {
-        self.0 & fault.bit() != 0
-    }
-
-    /// Whether there is none.
-    pub const fn is_empty(self) -> bool {
-        self.0 == 0
-    }
-
-    /// The faults in the order of their codes.
-    pub fn iter(self) -> impl Iterator<Item = Fault> {
-        Fault::each().filter(move |&fault| self.contains(fault))
-    }
-
-    /// Those that are in one of both.
-    #[must_use]
-    pub const fn and(self, other: Self) -> Self {
-        Self(self.0 | other.0)
-    }
-
-    /// The faults of either set.
-    #[must_use]
-    pub(super) const fn union(self, other: Self) -> Self {
-        Self(self.0 | other.0)
-    }
-
-    /// Those that are not in `other`.
-    #[must_use]
-    pub(super) const fn minus(self, other: Self) -> Self {
-        Self(self.0 & !other.0)
-    }
-}
-
-impl FromIterator<Fault> for FaultSet {
-    fn from_iter<I: IntoIterator<Item = Fault>>(faults: I) -> Self {
-        faults.into_iter().fold(Self::EMPTY, Self::with)
-    }
-}
+/// A set of faults, for example of the fault causes that are present; it goes through them in the order of their codes.
+pub type FaultSet = EnumSet<Fault>;
 
 /// The last ten faults and how many there were, PNU 945 and 952.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -26,6 +26,7 @@
 //! Faults, warnings and torque follow from the [plant] and its [`Inputs`]. Where the manuals are silent the
 //! choices of `ag03.md` (INF, C-nn) hold; the names are cited where they are made, and [`Quirks`] has the others.
 
+mod action;
 mod command;
 mod event;
 mod faults;
@@ -66,11 +67,11 @@ pub use states::{Direction, DirectionChange, Inching, Key, Motor, State};
 pub use status::{Measured, Status};
 
 use lapse::Lapse;
-use motion::{Dynamics, Motion, acceleration, rpm, velocity};
-use plant::{Commanded, Constants, Plant};
+use motion::{Motion, rpm};
+use plant::{Constants, Plant};
 use requests::Job;
 use scale::Scale;
-use states::{Action, Conditions, Reached};
+use states::{Conditions, Reached};
 use supplies::Supplies;
 
 /// How a drive behaves where the manuals leave it open.
@@ -171,7 +172,7 @@ impl Drive {
             inputs,
             supplies: Supplies::of(model, &plant, &inputs),
             inputs_changed: false,
-            bus_causes: FaultSet::EMPTY,
+            bus_causes: FaultSet::empty(),
             previous_output_stage: true,
             previous_key: None,
             previous: Command::default(),
@@ -188,7 +189,7 @@ impl Drive {
             start_armed: true,
             torque_tripped: false,
             faults: FaultBuffer::default(),
-            entered: FaultSet::EMPTY,
+            entered: FaultSet::empty(),
             latched: None,
             refusal: None,
             settled: false,
@@ -327,7 +328,7 @@ impl Drive {
 
     /// The causes of faults that are present now.
     pub fn causes(&self) -> FaultSet {
-        self.plant.causes(&self.inputs, &self.supplies).and(self.bus_causes)
+        self.plant.causes(&self.inputs, &self.supplies) | self.bus_causes
     }
 
     /// Which causes of faults a bus sees now, of [`Fault::OF_BUS`]; the next step reacts.
@@ -397,9 +398,9 @@ impl Drive {
 
     /// Row 9: each cause once until it is acknowledged.
     fn enter_faults(&mut self, causes: FaultSet) {
-        for fault in causes.minus(self.entered).iter() {
+        for fault in causes - self.entered {
             self.faults.enter(fault);
-            self.entered = self.entered.with(fault);
+            self.entered |= fault;
             self.latched = Some(fault);
         }
     }
@@ -436,120 +437,6 @@ impl Drive {
         self.enact(next, action, &Command::RELEASE, settings);
     }
 
-    /// Goes to a state and does what belongs to the transition.
-    #[inline(always)]
-    fn enact(&mut self, next: State, action: Action, command: &Command, settings: &Settings) {
-        if next != State::Fault {
-            self.entered = FaultSet::EMPTY;
-            self.latched = None;
-        }
-        self.state = next;
-        if action != Action::None {
-            self.act(action, command, settings);
-        }
-    }
-
-    #[inline(never)]
-    fn act(&mut self, action: Action, command: &Command, settings: &Settings) {
-        match action {
-            Action::None => {}
-            Action::PowerOn => {
-                self.setpoint = 0;
-                self.setpoint_programmed = false;
-                self.jobs = 0;
-                self.torque_tripped = false;
-                self.previous = Command::default();
-                self.start_armed = true;
-            }
-            Action::Release => self.motion.brake(self.plant.coast_deceleration()),
-            Action::TakeControl | Action::BrakeMaximum => self.brake_maximum(),
-            Action::TorqueBrake => {
-                self.torque_tripped = true;
-                self.brake_maximum();
-            }
-            Action::BrakeProgrammed => self.motion.brake(self.job.dynamics.deceleration),
-            Action::BrakeStopMode => match settings.stop_mode_inch_2 {
-                StopMode::Maximum => self.brake_maximum(),
-                StopMode::Ramp => self.motion.brake(self.job.dynamics.deceleration),
-            },
-            Action::StartTravel => {
-                self.job = self.job_to(command.setpoint, settings);
-                self.setpoint = self.job.setpoint;
-                self.setpoint_programmed = true;
-                self.torque_tripped = false;
-                self.jobs = self.jobs.wrapping_add(1);
-                self.start_leg();
-            }
-            Action::ResumeTravel => {
-                self.torque_tripped = false;
-                self.start_leg();
-            }
-            Action::StartInching1 => {
-                self.job = self.inching_job(settings);
-                self.setpoint = self.job.setpoint;
-                self.setpoint_programmed = true;
-                self.torque_tripped = false;
-                self.start_leg();
-            }
-            Action::StartInching2(direction) => {
-                self.job = self.inching_job(settings);
-                self.torque_tripped = false;
-                self.follow_inching_2(direction, settings);
-            }
-            Action::FollowInching2(direction) => self.follow_inching_2(direction, settings),
-            Action::StartKey(key) => {
-                self.job = self.inching_job(settings);
-                self.torque_tripped = false;
-                self.follow_inching_2(self.key_direction(key), settings);
-            }
-            Action::FollowKey(key) => self.follow_inching_2(self.key_direction(key), settings),
-            Action::FollowVelocity => {
-                let target = velocity(self.velocity_setpoint(command)) * self.frame.scale.sign();
-                self.follow(target, acceleration(settings.a_rot));
-            }
-        }
-    }
-
-    fn advance(&mut self, lapse: Lapse) {
-        let (position, velocity) = (self.motion.position(), self.motion.velocity());
-        let left = self.motion.advance(lapse);
-        let commanded = Commanded {
-            way: self.motion.position() - position,
-            velocity_before: velocity,
-            velocity: self.motion.velocity(),
-            motor: self.state.motor(),
-        };
-        if self.inputs.blocked && commanded.motor != Motor::InControl && !self.motion.at_rest() {
-            // What stops a released shaft stops it for good.
-            self.motion.begin_anew(position, 0.0);
-        }
-        if let Some(shaft) = self.plant.advance(lapse, commanded, &self.inputs) {
-            self.motion.begin_anew(position + shaft.way, shaft.velocity);
-        }
-        if self.stands() && self.state == State::TravelActive && self.job.via.take().is_some() {
-            self.start_leg();
-            self.motion.skip(left.unwrap_or_default());
-        }
-        self.pass_end_of_encoder();
-    }
-
-    /// Beyond the range of the absolute encoder the position jumps to the other end (manual chapter 6, nos. 15, 16).
-    fn pass_end_of_encoder(&mut self) {
-        let half = self.plant.encoder_half();
-        let position = self.shaft_position();
-        let jump = match position {
-            above if above > half => -2.0 * half,
-            below if below < -half => 2.0 * half,
-            _within => return,
-        };
-        self.motion.shift(jump);
-        self.job.target += jump;
-        self.job.via = self.job.via.map(|via| via + jump);
-        if matches!(self.state, State::Inching(_)) {
-            self.setpoint = self.units_at(self.job.target);
-        }
-    }
-
     /// Angle of the output shaft in increments.
     fn shaft_position(&self) -> f64 {
         self.motion.position()
@@ -563,48 +450,6 @@ impl Drive {
     /// The profile has ended and the shaft is there.
     fn stands(&self) -> bool {
         self.motion.at_rest()
-    }
-
-    fn brake_maximum(&mut self) {
-        self.motion.brake(self.plant.maximum_deceleration());
-    }
-
-    /// Travels to the loop point, or if there is none or the shaft is there, to the target.
-    fn start_leg(&mut self) {
-        if let Some(via) = self.job.via {
-            self.motion.travel_to(via, self.job.dynamics);
-            if !self.motion.at_rest() {
-                return;
-            }
-            self.job.via = None;
-        }
-        self.motion.travel_to(self.job.target, self.job.dynamics);
-    }
-
-    fn follow_inching_2(&mut self, direction: Direction, settings: &Settings) {
-        let speed = self.inching_2_speed(settings) * self.frame.scale.sign();
-        let target = match direction {
-            Direction::Positive => speed,
-            Direction::Negative => -speed,
-        };
-        let acceleration = self.job.dynamics.acceleration;
-        match self.limit_to_stop_at(direction) {
-            None => self.follow(target, acceleration),
-            Some(limit) => {
-                let deceleration = self.plant.maximum_deceleration();
-                let dynamics = Dynamics { speed: speed.abs(), acceleration, deceleration };
-                if !self.motion.leads_to(limit, dynamics) {
-                    self.motion.travel_to(limit, dynamics);
-                }
-            }
-        }
-    }
-
-    /// Lays a new ramp only if the target is new.
-    fn follow(&mut self, target: f64, acceleration: f64) {
-        if target != self.motion.final_velocity() {
-            self.motion.ramp_to(target, acceleration);
-        }
     }
 }
 

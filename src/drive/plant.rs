@@ -277,13 +277,12 @@ impl Plant {
 
     /// The causes of faults that are present, manual Table 2.
     pub(super) fn causes(&self, inputs: &Inputs, supplies: &Supplies) -> FaultSet {
-        let causes = supplies
-            .causes
-            .union(Fault::A.when(supplies.low && self.current > LOW_SUPPLY_CURRENT))
-            .union(Fault::B.when(self.blocked_for > self.blocked_time))
-            .union(Fault::C.when(self.overcurrent_for > OVERCURRENT_TIME))
-            .union(Fault::D.when(self.temperature(inputs) > HOT_STAGE))
-            .union(Fault::G.when(self.dc_link(inputs) > HIGH_DC_LINK));
+        let causes = supplies.causes
+            | Fault::A.when(supplies.low && self.current > LOW_SUPPLY_CURRENT)
+            | Fault::B.when(self.blocked_for > self.blocked_time)
+            | Fault::C.when(self.overcurrent_for > OVERCURRENT_TIME)
+            | Fault::D.when(self.temperature(inputs) > HOT_STAGE)
+            | Fault::G.when(self.dc_link(inputs) > HIGH_DC_LINK);
         if causes.is_empty() {
             return causes;
         }

@@ -5,6 +5,8 @@
 
 use core::fmt;
 
+use enumset::{EnumSet, EnumSetType};
+
 use crate::param::{Lengths, Model};
 
 use super::faults::Fault;
@@ -30,7 +32,7 @@ pub struct Refusal {
     pub loop_point: i32,
     /// The latched fault, or the one whose cause is still present.
     pub fault: Option<Fault>,
-    reasons: u32,
+    reasons: EnumSet<Reason>,
 }
 
 /// What was asked of the drive.
@@ -57,19 +59,20 @@ pub enum Request {
 }
 
 /// What stands against a request.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, EnumSetType)]
+#[enumset(no_ops, no_super_impls)]
 #[non_exhaustive]
 pub enum Reason {
     /// The control has no supply. Always the only reason: the drive is not there to mind any other.
     SwitchedOff,
+    /// A supply is missing, the drive is not ready to run.
+    NoSupply,
     /// A fault is latched.
     FaultLatched,
     /// The cause of the fault is still present.
     FaultCause,
     /// Turning on is disabled after a fault until the bus arms it again.
     TurnOnDisabled,
-    /// A supply is missing, the drive is not ready to run.
-    NoSupply,
     /// AG03/1: no supply of the output stage. AG03: enable input not active.
     NoOutputStage,
     /// The command does not want operation.
@@ -110,40 +113,6 @@ pub enum Reason {
     BeyondEncoder,
 }
 
-impl Reason {
-    /// Every reason, in the order in which [`Refusal`] prints them.
-    pub const ALL: [Self; 24] = [
-        Self::SwitchedOff,
-        Self::NoSupply,
-        Self::FaultLatched,
-        Self::FaultCause,
-        Self::TurnOnDisabled,
-        Self::NoOutputStage,
-        Self::NotAsked,
-        Self::NotEnabled,
-        Self::Stop,
-        Self::IntermediateStop,
-        Self::StartHeld,
-        Self::JobActive,
-        Self::JobPaused,
-        Self::InchingActive,
-        Self::ShaftTurns,
-        Self::BothInching,
-        Self::VelocityMode,
-        Self::AboveUpperLimit,
-        Self::BelowLowerLimit,
-        Self::SetpointAboveUpperLimit,
-        Self::SetpointBelowLowerLimit,
-        Self::LoopPointAboveUpperLimit,
-        Self::LoopPointBelowLowerLimit,
-        Self::BeyondEncoder,
-    ];
-
-    const fn bit(self) -> u32 {
-        1 << self as u32
-    }
-}
-
 impl Refusal {
     /// A request of which no condition is checked yet.
     pub(super) const fn new(request: Request, model: Model) -> Self {
@@ -156,19 +125,19 @@ impl Refusal {
             lower_limit: 0,
             loop_point: 0,
             fault: None,
-            reasons: 0,
+            reasons: EnumSet::empty(),
         }
     }
 
     /// Adds `reason` if it `applies` and the drive is switched on.
-    pub(super) const fn note(&mut self, reason: Reason, applies: bool) {
+    pub(super) fn note(&mut self, reason: Reason, applies: bool) {
         if applies && !self.contains(Reason::SwitchedOff) {
-            self.reasons |= reason.bit();
+            self.reasons |= reason;
         }
     }
 
     /// Rows 34, 35: beyond a limit the way in `direction` leads on outward.
-    pub(super) const fn note_outward(&mut self, direction: Direction, limits: Limits) {
+    pub(super) fn note_outward(&mut self, direction: Direction, limits: Limits) {
         match direction {
             Direction::Positive => self.note(Reason::AboveUpperLimit, limits.is_above(self.position)),
             Direction::Negative => self.note(Reason::BelowLowerLimit, limits.is_below(self.position)),
@@ -176,18 +145,18 @@ impl Refusal {
     }
 
     /// Whether nothing stands against the request.
-    pub(super) const fn is_empty(&self) -> bool {
-        self.reasons == 0
+    pub(super) fn is_empty(&self) -> bool {
+        self.reasons.is_empty()
     }
 
     /// Whether `reason` is one of the reasons.
-    pub const fn contains(&self, reason: Reason) -> bool {
-        self.reasons & reason.bit() != 0
+    pub fn contains(&self, reason: Reason) -> bool {
+        self.reasons.contains(reason)
     }
 
-    /// Every reason, in the order of [`Reason::ALL`].
-    pub fn reasons(&self) -> impl Iterator<Item = Reason> {
-        Reason::ALL.into_iter().filter(|&reason| self.contains(reason))
+    /// Every reason, in the order in which it is printed.
+    pub fn reasons(&self) -> impl Iterator<Item = Reason> + use<> {
+        self.reasons.iter()
     }
 
     /// What was asked in words, with its unit.
@@ -324,7 +293,7 @@ mod tests {
     #[test]
     fn every_reason_has_its_own_bit_and_text() {
         let mut texts = std::collections::BTreeSet::new();
-        for reason in Reason::ALL {
+        for reason in EnumSet::<Reason>::all() {
             let mut refusal = Refusal::new(Request::Inching1(Direction::Positive), Model::Ag03);
             refusal.note(reason, true);
             assert!(refusal.reasons().eq([reason]));

@@ -49,10 +49,9 @@ impl Supplies {
             ok,
             // A supply that is missing is no fault (rows 1 and 3).
             low: lowest < LOW_SUPPLY && plant.supplies(lowest),
-            causes: Fault::E
-                .when(inputs.encoder_fault)
-                .union(Fault::F.when(inputs.internal_fault))
-                .union(Fault::J.when(inputs.battery < EMPTY_BATTERY)),
+            causes: Fault::E.when(inputs.encoder_fault)
+                | Fault::F.when(inputs.internal_fault)
+                | Fault::J.when(inputs.battery < EMPTY_BATTERY),
             battery_low: plant.battery_low(inputs),
             motor_decivolts: word(inputs.motor_supply(model) * 10.0),
             control_decivolts: word(inputs.control_supply * 10.0),

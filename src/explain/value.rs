@@ -19,25 +19,10 @@ pub use crate::param::Lengths;
 
 /// The value of a parameter with its unit, or what it stands for.
 pub fn in_words(entry: &Entry, value: Value, lengths: Lengths) -> String {
-    match entry.unit {
-        Unit::Ascii => fault(value.bits()),
-        Unit::None
-        | Unit::Percent
-        | Unit::PercentOfAcceleration
-        | Unit::Rpm
-        | Unit::Position
-        | Unit::Window
-        | Unit::Increments
-        | Unit::SpindlePitch
-        | Unit::TenthDegrees
-        | Unit::Milliamperes
-        | Unit::TenthVolts
-        | Unit::HundredthVolts
-        | Unit::Bits
-        | Unit::Version
-        | Unit::Date
-        | Unit::Choice(_) => entry.in_words(entry.number(value), lengths).to_string(),
+    if entry.unit == Unit::Ascii {
+        return fault(value.bits());
     }
+    entry.in_words(entry.number(value), lengths).to_string()
 }
 
 /// An element of the fault buffer, PNU 945: `A (supply voltage too low)`.

@@ -22,6 +22,22 @@ impl Address {
         if number < Self::BROADCAST.0 { Ok(Self(number)) } else { Err(AddressError { got: number }) }
     }
 
+    /// The addresses of two stations, 0..=126 each, as the octets of a token hold them; `None` if one of them is none.
+    ///
+    /// Both at once: an octet that is none has bit 7 set, or has it when 1 is added. Only 255 carries into the other one,
+    /// and is none itself. The octets are not taken apart before: compilers then read and write them as one number.
+    #[inline(always)]
+    pub(super) const fn stations(octets: [u8; 2]) -> Option<[Self; 2]> {
+        const ONE_EACH: u16 = 0x0101;
+        let more = u16::from_le_bytes(octets).wrapping_add(ONE_EACH);
+        let both = more.wrapping_sub(ONE_EACH);
+        if (more | both) & 0x8080 != 0 {
+            return None;
+        }
+        let [one, other] = both.to_le_bytes();
+        Some([Self(one), Self(other)])
+    }
+
     /// The address in the low seven bits of a DA or SA octet; bit 7 is not part of it.
     pub const fn from_octet(octet: u8) -> Self {
         Self(octet & 0x7F)
@@ -85,6 +101,14 @@ mod tests {
         assert_eq!(Address::station(127), Err(AddressError { got: 127 }));
         assert_eq!(Address::from_octet(0xFF), Address::BROADCAST);
         assert_eq!(Address::from_octet(0x85).number(), 5);
+    }
+
+    #[test]
+    fn two_octets_are_judged_as_each_alone() {
+        for octets in (0..=u16::MAX).map(u16::to_be_bytes) {
+            let [one, other] = octets.map(Address::station);
+            assert_eq!(Address::stations(octets), one.ok().zip(other.ok()).map(<[_; 2]>::from), "{octets:?}");
+        }
     }
 
     #[test]

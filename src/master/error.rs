@@ -21,7 +21,7 @@ pub enum SessionError {
     /// The master never got the token.
     #[error(
         "the other masters on the line did not pass the token to master {master} in time; end them, or choose a free \
-         --master-address below their highest station address (HSA)"
+         --master-address not above their highest station address (HSA)"
     )]
     NoToken {
         /// The address of this master.

@@ -34,7 +34,7 @@ impl Slave {
     /// An AG03 or AG03/1, as [`peripheral()`].
     pub const AG03: Self = Self {
         ident: IDENT_NUMBER,
-        configuration: PpoType::Ag03.configuration(),
+        configuration: PpoType::SevenWords.configuration(),
         user_prm: &[],
         outputs: DATA_LEN,
         inputs: DATA_LEN,

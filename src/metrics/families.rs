@@ -273,7 +273,7 @@ pub(super) const FAMILIES: &[Family] = &[
                 Of::Profibus { counters, errors, .. } => {
                     series.counts(&labels, "kind", &[("reply too late", counters.too_late)])?;
                     // Faults have a metric of their own.
-                    let mut kinds = ErrorKind::ALL.into_iter().filter(|kind| *kind != ErrorKind::Fault);
+                    let mut kinds = ErrorKind::ALL.iter().copied().filter(|kind| *kind != ErrorKind::Fault);
                     kinds.try_for_each(|kind| {
                         series.counts(&labels, "kind", &[(kind.name(), errors.of(kind))])
                     })

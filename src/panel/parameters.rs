@@ -1,4 +1,4 @@
-//! Parameters, read and written past the bus.
+//! Parameters, read and written without the bus.
 
 use std::format;
 use std::prelude::v1::*;
@@ -281,27 +281,8 @@ impl ParameterState {
 }
 
 fn choices(unit: Unit) -> Option<Vec<Choice>> {
-    match unit {
-        Unit::Choice(choices) => {
-            Some(choices.iter().map(|(value, text)| Choice { value: *value, text }).collect())
-        }
-        Unit::None
-        | Unit::Percent
-        | Unit::PercentOfAcceleration
-        | Unit::Rpm
-        | Unit::Position
-        | Unit::Window
-        | Unit::Increments
-        | Unit::SpindlePitch
-        | Unit::TenthDegrees
-        | Unit::Milliamperes
-        | Unit::TenthVolts
-        | Unit::HundredthVolts
-        | Unit::Bits
-        | Unit::Ascii
-        | Unit::Version
-        | Unit::Date => None,
-    }
+    let Unit::Choice(choices) = unit else { return None };
+    Some(choices.iter().map(|(value, text)| Choice { value: *value, text }).collect())
 }
 
 impl From<Access> for AccessName {

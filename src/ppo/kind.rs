@@ -18,18 +18,18 @@ pub enum PpoType {
     Ppo4,
     /// PKW and 10 words of process data.
     Ppo5,
-    /// PKW and 3 words of process data: the type of the AG03 and AG03/1, none of the profile.
-    Ag03,
+    /// PKW and 3 words of process data: seven words, none of the profile's types.
+    SevenWords,
 }
 
 impl PpoType {
     /// Every type.
-    pub const ALL: [Self; 6] = [Self::Ppo1, Self::Ppo2, Self::Ppo3, Self::Ppo4, Self::Ppo5, Self::Ag03];
+    pub const ALL: [Self; 6] = [Self::Ppo1, Self::Ppo2, Self::Ppo3, Self::Ppo4, Self::Ppo5, Self::SevenWords];
 
     /// Whether it has the parameter channel, four words ahead of the process data.
     pub const fn has_pkw(self) -> bool {
         match self {
-            Self::Ppo1 | Self::Ppo2 | Self::Ppo5 | Self::Ag03 => true,
+            Self::Ppo1 | Self::Ppo2 | Self::Ppo5 | Self::SevenWords => true,
             Self::Ppo3 | Self::Ppo4 => false,
         }
     }
@@ -38,7 +38,7 @@ impl PpoType {
     pub const fn pzd_words(self) -> usize {
         match self {
             Self::Ppo1 | Self::Ppo3 => 2,
-            Self::Ag03 => 3,
+            Self::SevenWords => 3,
             Self::Ppo2 | Self::Ppo4 => 6,
             Self::Ppo5 => 10,
         }
@@ -58,8 +58,8 @@ impl PpoType {
     ///      consistent   words  inputs and outputs  words - 1
     /// ```
     ///
-    /// Usual, not prescribed: the GSD of the drive has the last word. The identifiers of the AG03 are not public
-    /// (`ag03.md` 16); these follow from the others.
+    /// Usual, not prescribed: the GSD of the drive has the last word. Those of the seven words follow from
+    /// the others.
     pub const fn configuration(self) -> &'static [u8] {
         match self {
             Self::Ppo1 => &[0xF3, 0xF1],
@@ -67,7 +67,7 @@ impl PpoType {
             Self::Ppo3 => &[0xF1],
             Self::Ppo4 => &[0xF5],
             Self::Ppo5 => &[0xF3, 0xF9],
-            Self::Ag03 => &[0xF3, 0xF2],
+            Self::SevenWords => &[0xF3, 0xF2],
         }
     }
 
@@ -85,7 +85,7 @@ impl fmt::Display for PpoType {
             Self::Ppo3 => "PPO 3",
             Self::Ppo4 => "PPO 4",
             Self::Ppo5 => "PPO 5",
-            Self::Ag03 => "PPO of the AG03",
+            Self::SevenWords => "PPO of seven words",
         })
     }
 }

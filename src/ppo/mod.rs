@@ -1,8 +1,8 @@
 //! The user data of one Data_Exchange: parameter channel and process data, without their meaning.
 //!
-//! PROFIDRIVE version 2 calls it a *Parameter Process data Object*, and knows five types of it ([`PpoType`]). The AG03
-//! and the AG03/1 use one of their own, seven words in each direction (`ag03.md` 1.1, manual chapter 7.4.1). Every word
-//! is big-endian, of a double word the high word comes first:
+//! PROFIDRIVE version 2 calls it a *Parameter Process data Object*, and knows five types of it ([`PpoType`]).
+//! Beside them there is one of seven words in each direction (`ag03.md` 1.1). Every word is big-endian, of a double word
+//! the high word comes first:
 //!
 //! ```text
 //! octet             0  1    2  3    4  5       6  7      8  9   10 11       12 13
@@ -58,11 +58,11 @@ use thiserror::Error;
 use views::ppo_views;
 
 ppo_views! {
-    /// A view of the PPO of the AG03 from the master to the slave.
+    /// A view of the PPO of seven words from the master to the slave.
     Outputs,
-    /// A view of the PPO of the AG03 from the slave to the master.
+    /// A view of the PPO of seven words from the slave to the master.
     Inputs,
-    /// Octets of the PPO of the AG03, the same in both directions: seven words.
+    /// Octets of the PPO of seven words, the same in both directions.
     PPO_LEN = 14,
     with pkw, word at 8, main i32 at 10
 }

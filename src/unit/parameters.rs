@@ -57,7 +57,7 @@ impl Unit {
         })
     }
 
-    /// Writes past the bus, by the rules of the bus: nothing waits for the EEPROM.
+    /// Writes without the bus, by its rules: nothing waits for the EEPROM.
     ///
     /// # Errors
     /// As [`Store::apply`](crate::param::Store::apply); nothing is changed then.

@@ -78,7 +78,12 @@ fn save_and_restore(emulator: &Emulator) {
     assert!(restored.contains("2 written, all 25 read back as in the file"), "{restored}");
     emulator.works("5", &["save", &after]);
     assert_eq!(fs::read_to_string(&before).unwrap(), fs::read_to_string(&after).unwrap());
-    assert!(emulator.works("5", &["restore", &before]).contains("all 25 parameters are as in the file"));
+    // A pipe can be read once.
+    let mut piped = emulator.command("5", &["restore", "-"]);
+    piped.stdin(fs::File::open(&before).unwrap());
+    let (code, stdout, stderr) = Running::start(piped).end();
+    assert_eq!(code, Some(0), "{stderr}");
+    assert!(stdout.contains("all 25 parameters are as in the file"), "{stdout}");
 }
 
 fn travel(emulator: &Emulator) {

@@ -413,7 +413,7 @@ fn a_drive_that_is_dropped_runs_out_and_is_found_where_it_stopped() {
     assert!(matches!(StateDir::open(folder.path()), Err(StateDirError::InUse { .. })));
 }
 
-/// Writes v-Pos as the panel does, past the bus.
+/// Writes v-Pos as the panel does, without the bus.
 fn set_v_pos(drive: &mut StoredDevice, value: u16) {
     let pnu = Pnu::new(1004).unwrap();
     let now = Instant::from_millis(10);

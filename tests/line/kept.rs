@@ -113,12 +113,12 @@ struct Job {
     value: i32,
     /// All values before it.
     before: [i32; 3],
-    /// What was written past the bus since, oldest first.
+    /// What was written without the bus since, oldest first.
     past_the_bus: [Vec<i32>; 3],
 }
 
 impl Job {
-    /// What is in force when the bus has changed these values: who writes past the bus, writes later.
+    /// What is in force when the bus has changed these values: who writes without it, writes later.
     fn with_later_writes(&self, mut values: [i32; 3]) -> [i32; 3] {
         for (value, later) in values.iter_mut().zip(&self.past_the_bus) {
             *value = later.last().copied().unwrap_or(*value);

@@ -73,6 +73,7 @@ const TABLE: &[(&str, &[&str])] = &[
             "process",
             "fdl",
             "time",
+            "unit",
         ],
     ),
     // The numbers of lines, served as the panel is.
@@ -258,7 +259,7 @@ fn is_name(token: &str) -> bool {
 }
 
 /// Names, `::`, and every other sign by itself; without comments, texts and characters.
-fn tokens(text: &str) -> Vec<String> {
+pub(crate) fn tokens(text: &str) -> Vec<String> {
     let mut tokens = Vec::new();
     let mut rest = text;
     while let Some(first) = rest.chars().next() {
@@ -330,7 +331,7 @@ fn quoted(text: &str, quote: char) -> usize {
     text.len()
 }
 
-fn files_of(module: &str) -> Vec<PathBuf> {
+pub(crate) fn files_of(module: &str) -> Vec<PathBuf> {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut files = Vec::from([source.join(format!("{module}.rs"))]);
     files.retain(|file| file.exists());

@@ -75,6 +75,7 @@ mod gsd_station;
 mod hints;
 mod layers;
 mod modular;
+mod names;
 mod node_quirks;
 mod oracle;
 #[cfg(feature = "std")]

@@ -9,9 +9,10 @@ use std::path::Path;
 use std::time::Duration;
 
 use common::{CFG, MASTER, Reply};
-use profidrive::device::{Event, UnitEvent};
+use profidrive::device::Event;
 use profidrive::drive::{Fault, Inputs, Mode};
 use profidrive::param::{Pnu, Value};
+use profidrive::unit;
 use told::{CYCLE, PRM, Told};
 
 #[test]
@@ -194,7 +195,8 @@ fn an_overflow_of_events_is_counted_and_said() {
         plant.line.device.write_parameter(now, v_pos, None, Value::Word(value)).unwrap();
     }
     let told: Vec<_> = std::iter::from_fn(|| plant.line.device.poll_event()).collect();
-    let written = told.iter().filter(|event| matches!(event, Event::Unit(UnitEvent::Written { .. }))).count();
+    let written =
+        told.iter().filter(|event| matches!(event, Event::Unit(unit::Event::Written { .. }))).count();
     let Some(Event::Lost { events }) = told.last() else { panic!("{told:?}") };
     assert_eq!(written + usize::try_from(*events).unwrap(), 100);
 }

@@ -63,7 +63,7 @@ impl Told {
         self.line.device.set_inputs(self.line.now, inputs);
     }
 
-    /// Writes a parameter past the bus.
+    /// Writes a parameter without the bus.
     pub(crate) fn write(&mut self, pnu: u16, value: Value) {
         let pnu = Pnu::new(pnu).unwrap();
         self.line.device.write_parameter(self.line.now, pnu, None, value).unwrap();

@@ -31,7 +31,7 @@ pub const FRAME_LEN: usize = 8;
 
 /// What a client wants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Request {
+pub enum SdoRequest {
     /// Write up to four octets.
     Expedited {
         /// Where.
@@ -83,7 +83,7 @@ pub enum Request {
     },
 }
 
-impl Request {
+impl SdoRequest {
     /// Every eight octets are a request.
     pub const fn decode(frame: [u8; FRAME_LEN]) -> Self {
         let [command, a, b, c, d, e, f, g] = frame;

@@ -1,6 +1,6 @@
 //! The SDO server of a node: one transfer at a time, expedited and in segments.
 
-use super::{FRAME_LEN, Request, Response};
+use super::{FRAME_LEN, Response, SdoRequest};
 use crate::can::Frame;
 use crate::canopen::abort::Abort;
 use crate::canopen::address::Address;
@@ -49,20 +49,20 @@ impl Node {
         let Ok(octets) = <[u8; FRAME_LEN]>::try_from(frame.octets()) else { return };
         // Whatever the client wants, it does not wait for an older answer.
         self.storage.forget_answer();
-        let response = match Request::decode(octets) {
-            Request::Expedited { at, octets, len } => self.expedited(now, at, &octets, len, app),
-            Request::Upload { at } => Some(self.upload(at, app)),
-            Request::UploadSegment { toggle } => Some(self.upload_segment(toggle)),
-            Request::Download { at, len } => Some(self.download(at, len)),
-            Request::DownloadSegment { toggle, octets, len, last } => {
+        let response = match SdoRequest::decode(octets) {
+            SdoRequest::Expedited { at, octets, len } => self.expedited(now, at, &octets, len, app),
+            SdoRequest::Upload { at } => Some(self.upload(at, app)),
+            SdoRequest::UploadSegment { toggle } => Some(self.upload_segment(toggle)),
+            SdoRequest::Download { at, len } => Some(self.download(at, len)),
+            SdoRequest::DownloadSegment { toggle, octets, len, last } => {
                 let octets = octets.get(..usize::from(len)).unwrap_or_default();
                 self.download_segment(now, toggle, octets, last, app)
             }
-            Request::Abort(code) => {
+            SdoRequest::Abort(code) => {
                 self.sdo_aborted_by_client(code);
                 None
             }
-            Request::Block { at } | Request::Unknown { at } => {
+            SdoRequest::Block { at } | SdoRequest::Unknown { at } => {
                 self.sdo.end();
                 Some(self.refuse(at, self.policy.unknown_command))
             }

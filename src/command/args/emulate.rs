@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use profidrive::can::BitRate;
 use profidrive::canopen::NodeId;
 use profidrive::device::QuirkError;
-use profidrive::host::can::{Choices, LinkSpec as CanLink, NodeFault, PRODUCTS, Product};
+use profidrive::host::can::{self, Choices, NodeFault, PRODUCTS, Product};
 use profidrive::host::link::fault::Fault;
 
 use super::drive::RangeSpec;
@@ -320,7 +320,7 @@ impl Emulate {
                 return Err(format!("--quirk: no node has a quirk '{name}'; {}", known.join("; ")));
             }
         }
-        if self.allow_remote && !matches!(self.link, LinkSpec::Can(CanLink::Tcp(_))) {
+        if self.allow_remote && !matches!(self.link, LinkSpec::Can(can::LinkSpec::Tcp(_))) {
             return Err("--allow-remote needs an slcan-tcp link".into());
         }
         let Some(baud) = self.baud else { return Ok(()) };

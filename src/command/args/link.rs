@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use profidrive::can::BitRate;
 use profidrive::device::DESCRIPTION;
-use profidrive::host::can::LinkSpec as CanLink;
+use profidrive::host::can;
 use profidrive::time::BaudRate;
 
 /// Where the line is.
@@ -16,7 +16,7 @@ pub(crate) enum LinkSpec {
     /// Host and port.
     Tcp(String),
     /// A CAN bus.
-    Can(CanLink),
+    Can(can::LinkSpec),
 }
 
 const LINKS: &str = "expected pty, pty:PATH, serial:DEVICE or tcp:HOST:PORT, or for CANopen slcan-pty:PATH, slcan-tcp:HOST:PORT, \
@@ -39,18 +39,18 @@ impl FromStr for LinkSpec {
             Some(("serial", device)) => Ok(Self::Serial(device.into())),
             Some(("tcp", place)) => tcp(place).map(Self::Tcp),
             None if spec == "tcp" => Err(format!("host and port are missing; {LINKS}")),
-            None if spec == "slcan-pty" => Ok(Self::Can(CanLink::Pty(None))),
+            None if spec == "slcan-pty" => Ok(Self::Can(can::LinkSpec::Pty(None))),
             Some(("slcan-pty", "")) => Err(format!("the path is missing; {LINKS}")),
-            Some(("slcan-pty", path)) => Ok(Self::Can(CanLink::Pty(Some(path.into())))),
+            Some(("slcan-pty", path)) => Ok(Self::Can(can::LinkSpec::Pty(Some(path.into())))),
             None if spec == "slcan-tcp" => Err(format!("host and port are missing; {LINKS}")),
             Some(("slcan-tcp", place)) => {
                 let place = host_and_port(place, "slcan-tcp:127.0.0.1:5000", LINKS)?;
-                Ok(Self::Can(CanLink::Tcp(place)))
+                Ok(Self::Can(can::LinkSpec::Tcp(place)))
             }
             None if matches!(spec, "slcan-tty" | "socketcan") => Err(format!("the name is missing; {LINKS}")),
             Some(("slcan-tty" | "socketcan", "")) => Err(format!("the name is missing; {LINKS}")),
-            Some(("slcan-tty", path)) => Ok(Self::Can(CanLink::Terminal(path.into()))),
-            Some(("socketcan", name)) => Ok(Self::Can(CanLink::Socket(name.into()))),
+            Some(("slcan-tty", path)) => Ok(Self::Can(can::LinkSpec::Terminal(path.into()))),
+            Some(("socketcan", name)) => Ok(Self::Can(can::LinkSpec::Socket(name.into()))),
             _ => Err(LINKS.into()),
         }
     }
@@ -149,14 +149,17 @@ mod tests {
         assert_eq!("serial:/dev/ttyUSB0".parse(), Ok(LinkSpec::Serial("/dev/ttyUSB0".into())));
         assert_eq!("tcp:localhost:0".parse(), Ok(LinkSpec::Tcp("localhost:0".into())));
         assert_eq!("tcp:[::1]:5050".parse(), Ok(LinkSpec::Tcp("[::1]:5050".into())));
-        assert_eq!("slcan-pty".parse(), Ok(LinkSpec::Can(CanLink::Pty(None))));
-        assert_eq!("slcan-pty:/tmp/can".parse(), Ok(LinkSpec::Can(CanLink::Pty(Some("/tmp/can".into())))));
-        assert_eq!("slcan-tcp:[::1]:0".parse(), Ok(LinkSpec::Can(CanLink::Tcp("[::1]:0".into()))));
+        assert_eq!("slcan-pty".parse(), Ok(LinkSpec::Can(can::LinkSpec::Pty(None))));
+        assert_eq!(
+            "slcan-pty:/tmp/can".parse(),
+            Ok(LinkSpec::Can(can::LinkSpec::Pty(Some("/tmp/can".into()))))
+        );
+        assert_eq!("slcan-tcp:[::1]:0".parse(), Ok(LinkSpec::Can(can::LinkSpec::Tcp("[::1]:0".into()))));
         assert_eq!(
             "slcan-tty:/dev/ttyACM0".parse(),
-            Ok(LinkSpec::Can(CanLink::Terminal("/dev/ttyACM0".into())))
+            Ok(LinkSpec::Can(can::LinkSpec::Terminal("/dev/ttyACM0".into())))
         );
-        assert_eq!("socketcan:can0".parse(), Ok(LinkSpec::Can(CanLink::Socket("can0".into()))));
+        assert_eq!("socketcan:can0".parse(), Ok(LinkSpec::Can(can::LinkSpec::Socket("can0".into()))));
         for wrong in [
             "slcan-tty",
             "socketcan:",

@@ -36,7 +36,7 @@ pub(crate) use emulate::{Emulate, MetricsSpec, SLOT_TIMES, metrics_place, panel_
 pub(crate) use encode::{
     Control, Encode, Fcb, Octet, Parameter, Pkw, Service, Telegram, What, WidthSpec, Word,
 };
-pub(crate) use gsd::{Check as GsdCheck, Gsd as GsdArgs};
+pub(crate) use gsd::{Check, Gsd};
 pub(crate) use judge::{Judge, JudgedStation, millis as judge_millis};
 pub(crate) use link::{BaudSpec, LinkSpec};
 pub(crate) use manual::{Completions, Man};
@@ -88,7 +88,7 @@ pub(crate) enum Command {
     Decode(Decode),
     Encode(Encode),
     Eds(Eds),
-    Gsd(GsdArgs),
+    Gsd(Gsd),
     Judge(Box<Judge>),
     Completions(Completions),
     Man(Man),

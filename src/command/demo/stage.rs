@@ -8,9 +8,9 @@ use profidrive::bench::{Line, Sender};
 use profidrive::client::ZswPattern;
 use profidrive::device::bits::Word;
 use profidrive::device::{Config, Device, Event};
-use profidrive::drive::{Inputs as Plant, Mode};
+use profidrive::drive::{self, Mode};
 use profidrive::explain::words;
-use profidrive::explain::{Context, Explanation, Kind, Sender as Side};
+use profidrive::explain::{self, Context, Explanation, Kind};
 use profidrive::fdl::Address;
 use profidrive::master::{Profirust, baudrate, peripheral};
 use profidrive::pkw::ErrorNumber;
@@ -192,8 +192,8 @@ impl<'w> Stage<'w> {
     }
 
     /// Changes what acts on the drive from outside.
-    pub(super) fn surround(&mut self, plant: Plant) {
-        self.bus.with_station(DRIVE, |device: &mut Device, now| device.set_inputs(now, plant));
+    pub(super) fn surround(&mut self, inputs: drive::Inputs) {
+        self.bus.with_station(DRIVE, |device: &mut Device, now| device.set_inputs(now, inputs));
     }
 
     /// Records the position from now on.
@@ -268,6 +268,7 @@ fn belongs(explanation: &Explanation) -> bool {
 
 /// Whether a telegram carries the inputs of the drive.
 fn is_inputs(explanation: &Explanation) -> bool {
-    let exchange = explanation.service == Some("Data_Exchange") && explanation.sender == Some(Side::Slave);
+    let exchange =
+        explanation.service == Some("Data_Exchange") && explanation.sender == Some(explain::Sender::Slave);
     exchange && explanation.fields.iter().any(|field| field.name == "ZSW")
 }

@@ -8,11 +8,10 @@ use profidrive::canopen::storage::Memory;
 use profidrive::canopen::{Event, NodeId};
 use profidrive::device::CanopenEvent;
 use profidrive::host::can::{
-    BusHint, Choices, Event as BusEvent, Line, LinkSpec, News, NodeFaults, NodeWatch, Numbers, Product, Seat,
-    StoredNode,
+    self, BusHint, Choices, Line, LinkSpec, News, NodeFaults, NodeWatch, Numbers, Product, Seat, StoredNode,
 };
 use profidrive::host::capture::Capture;
-use profidrive::host::capture::can::Interface;
+use profidrive::host::capture::can::CanInterface;
 use profidrive::host::{Clock, Error, Reach, StateDir, Stop};
 use profidrive::panel::{NodeAccess, NodePanel, Seated};
 use profidrive::time::Instant;
@@ -181,7 +180,7 @@ impl Nodes {
 
     /// What is odd about a frame of a master.
     fn hint(&mut self, now: Instant, news: &News<CanopenEvent>) -> Option<BusHint> {
-        let News::Bus(BusEvent::Passed { by_port: true, frame, .. }) = news else { return None };
+        let News::Bus(can::Event::Passed { by_port: true, frame, .. }) = news else { return None };
         let Self { on_bus, watch } = self;
         watch.heard(now, frame, || Numbers::of(on_bus.iter().map(|(_, node)| *node)))
     }
@@ -265,13 +264,13 @@ impl Nodes {
 
     fn say(&mut self, news: News<CanopenEvent>) {
         match news {
-            News::Bus(BusEvent::Participant { seat, event }) => self.say_of_node(seat, &event),
-            News::Bus(BusEvent::State { seat, state, .. }) => warn!("{}: {state}", self.name(seat)),
-            News::Bus(BusEvent::Damaged { from, frame, damage, .. }) => {
+            News::Bus(can::Event::Participant { seat, event }) => self.say_of_node(seat, &event),
+            News::Bus(can::Event::State { seat, state, .. }) => warn!("{}: {state}", self.name(seat)),
+            News::Bus(can::Event::Damaged { from, frame, damage, .. }) => {
                 debug!("{}: {damage}: {frame}", self.name(from));
             }
-            News::Bus(BusEvent::Passed { frame, .. }) => debug!("{frame}"),
-            News::Bus(BusEvent::Lost { events }) => {
+            News::Bus(can::Event::Passed { frame, .. }) => debug!("{frame}"),
+            News::Bus(can::Event::Lost { events }) => {
                 warn!("{events} events were too many for the log and are lost")
             }
             News::Bus(later) => debug!("{later:?}"),
@@ -317,7 +316,7 @@ impl Recorder {
         let Some(file) = &args.capture else { return Ok(Self { capture: None }) };
         let numbers: Vec<_> = nodes.on_bus.iter().map(|(_, id)| id.to_string()).collect();
         let description = format!("CAN bus with the emulated CANopen nodes {}", numbers.join(", "));
-        let bus = Interface { name: line.name(), description: &description, rate };
+        let bus = CanInterface { name: line.name(), description: &description, rate };
         let capture = Capture::create_can(file, &bus, &line.clock());
         let capture = capture.map_err(|error| Failure::from_error(&error))?;
         info!("capturing to {}", file.display());
@@ -326,7 +325,7 @@ impl Recorder {
 
     /// What the log says of a node, as the comment of the next frame.
     fn remark(&mut self, news: &News<CanopenEvent>, nodes: &Nodes) {
-        let News::Bus(BusEvent::Participant { seat, event }) = news else { return };
+        let News::Bus(can::Event::Participant { seat, event }) = news else { return };
         if let Some((capture, _)) = self.capture.as_mut().filter(|_| !event.is_detail()) {
             capture.remark(&format!("{}: {event}", nodes.name(*seat)));
         }

@@ -31,7 +31,7 @@ use std::io::{self, Write};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use profidrive::client::PkwError;
 use profidrive::fdl::Address;
-use profidrive::host::{Clock, Link, SystemClock};
+use profidrive::host::{Link, SystemClock};
 use profidrive::master::{Session, SessionError};
 use profidrive::param::Parameter;
 
@@ -52,73 +52,67 @@ pub(crate) fn master(args: &Master) -> Result<(), Failure> {
         return ppo::master(args, kind);
     }
     // What can be known without a drive is known before anything is sent.
-    if let Action::Write { parameter, value, .. } = &args.action {
-        let parameter = parameter.parameter().map_err(Failure::Usage)?;
-        access::check(&parameter, value.number_of(parameter.entry).map_err(Failure::Usage)?, "write")?;
-    }
-    if let Action::Calibrate { value: Some(value), .. } = args.action {
-        let entry = Parameter::CalibrationValue.entry();
-        let number = value.number_of(entry).map_err(Failure::Usage)?;
-        access::check(&ParameterSpec { entry, element: None }, number, "calibrate")?;
-    }
-    if let Action::Restore { file, .. } = &args.action {
-        set::ParameterSet::load(file)?;
-    }
-    let leave = motion::confirm(args)?;
-    // Before the drive is taken, so that no signal ends the process with the drive moving.
-    let stop = signals::stop_at_end().map_err(|error| Failure::from_error(&error))?;
-    let (link, settings) = link::open(args)?;
-    let session = Session::new(link, SystemClock::new(), stop, settings);
-    let session = session.map_err(|error| Failure::from_error(&error))?;
-    act(args, session, leave)
-}
-
-fn act<L: Link, C: Clock>(
-    args: &Master,
-    mut session: Session<L, C>,
-    leave: motion::Confirmed,
-) -> Result<(), Failure> {
     let json = args.json;
-    let address = || args.drive().map_err(Failure::Usage);
     match &args.action {
-        Action::Scan { range } => scan::scan(&mut session, *range, json),
-        Action::Diag => diag::diag(&mut session, address()?, json),
+        Action::Scan { range } => scan::scan(&mut session(args)?, *range, json),
+        Action::Diag => diag::diag(&mut session(args)?, address(args)?, json),
         Action::Read { parameter } => {
             let parameter = parameter.parameter().map_err(Failure::Usage)?;
-            with(session, address()?, |drive| access::read(drive, &parameter, json))
+            with(args, |drive| access::read(drive, &parameter, json))
         }
         Action::Write { parameter, value, .. } => {
             let parameter = parameter.parameter().map_err(Failure::Usage)?;
-            with(session, address()?, |drive| access::write(drive, &parameter, *value, json))
+            access::check(&parameter, value.number_of(parameter.entry).map_err(Failure::Usage)?, "write")?;
+            motion::confirm(args)?;
+            with(args, |drive| access::write(drive, &parameter, *value, json))
         }
-        Action::Params => with(session, address()?, |drive| access::params(drive, json)),
-        Action::Save { file } => with(session, address()?, |drive| set::save(drive, file, json)),
+        Action::Params => with(args, |drive| access::params(drive, json)),
+        Action::Save { file } => with(args, |drive| set::save(drive, file, json)),
         Action::Restore { file, dry_run, yes } => {
-            // A file that is no parameter set is known before the drive is taken.
             let wanted = set::ParameterSet::load(file)?;
             let how = restore::How { dry_run: *dry_run, yes: *yes };
-            with(session, address()?, |drive| restore::restore(drive, &wanted, how, json))
+            with(args, |drive| restore::restore(drive, &wanted, how, json))
         }
-        Action::Status => with(session, address()?, |drive| status::status(drive, json)),
-        Action::Monitor { limit } => with(session, address()?, |drive| status::monitor(drive, *limit, json)),
-        Action::Faults { clear } => with(session, address()?, |drive| faults::faults(drive, *clear, json)),
+        Action::Status => with(args, |drive| status::status(drive, json)),
+        Action::Monitor { limit } => with(args, |drive| status::monitor(drive, *limit, json)),
+        Action::Faults { clear } => with(args, |drive| faults::faults(drive, *clear, json)),
         Action::Calibrate { value, .. } => {
-            with(session, address()?, |drive| faults::calibrate(drive, *value, json))
+            if let Some(value) = value {
+                let entry = Parameter::CalibrationValue.entry();
+                let number = value.number_of(entry).map_err(Failure::Usage)?;
+                access::check(&ParameterSpec { entry, element: None }, number, "calibrate")?;
+            }
+            motion::confirm(args)?;
+            with(args, |drive| faults::calibrate(drive, *value, json))
         }
-        Action::Stop => with(session, address()?, |drive| motion::stop(drive, json)),
-        Action::Ack => with(session, address()?, |drive| motion::acknowledge(drive, json)),
+        Action::Stop => with(args, |drive| motion::stop(drive, json)),
+        Action::Ack => with(args, |drive| motion::acknowledge(drive, json)),
         Action::Motion(motion) => {
-            with(session, address()?, |drive| motion::motion(drive, *motion, leave, json))
+            let leave = motion::confirm(args)?;
+            with(args, |drive| motion::motion(drive, *motion, leave, json))
         }
     }
 }
 
+fn address(args: &Master) -> Result<Address, Failure> {
+    args.drive().map_err(Failure::Usage)
+}
+
+/// The line, opened.
+fn session(args: &Master) -> Result<Session<Box<dyn Link>, SystemClock>, Failure> {
+    // Before the drive is taken, so that no signal ends the process with the drive moving.
+    let stop = signals::stop_at_end().map_err(|error| Failure::from_error(&error))?;
+    let (link, settings) = link::open(args)?;
+    Session::new(link, SystemClock::new(), stop, settings).map_err(|error| Failure::from_error(&error))
+}
+
 /// Takes the drive over, does something with it, and lets it go.
-fn with<L: Link, C: Clock>(
-    session: Session<L, C>,
-    address: Address,
-    act: impl FnOnce(&mut Drive<L, C>) -> Result<(), Failure>,
+fn with(
+    args: &Master,
+    act: impl FnOnce(&mut Drive<Box<dyn Link>, SystemClock>) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
+    let address = address(args)?;
+    let session = session(args)?;
     let drive = wait(address, || Drive::take(session, address));
     let mut drive = drive?;
     let outcome = act(&mut drive);

@@ -9,7 +9,7 @@ use std::io::{self, BufRead, IsTerminal, Write};
 
 use profidrive::client::{Goal, GoalError};
 use profidrive::device::bits::ZswBit;
-use profidrive::drive::{Direction as Way, Mode};
+use profidrive::drive::{self, Mode};
 use profidrive::explain::value::Lengths;
 use profidrive::explain::words::said;
 use profidrive::host::{Clock, Link};
@@ -120,10 +120,10 @@ fn ask(args: &Master, yes: bool, kind: &str, what: &str) -> Result<Confirmed, Fa
     }
 }
 
-fn way(direction: Direction) -> Way {
+fn way(direction: Direction) -> drive::Direction {
     match direction {
-        Direction::Positive => Way::Positive,
-        Direction::Negative => Way::Negative,
+        Direction::Positive => drive::Direction::Positive,
+        Direction::Negative => drive::Direction::Negative,
     }
 }
 

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use profidrive::fdl::Address;
 use profidrive::host::Condition;
-use profidrive::host::can::{LinkSpec as CanLink, NodeFault};
+use profidrive::host::can::{self, NodeFault};
 use profidrive::host::link::fault::{Fault, duration};
 use profidrive::process::Point;
 
@@ -23,8 +23,12 @@ pub(super) fn plan(line: &At<LineTable>, folder: &Path) -> Result<LinePlan, Wron
     let table = line.get();
     let mut args = Emulate::on(match parsed::<LinkSpec>(&table.link)? {
         LinkSpec::Pty(Some(path)) => LinkSpec::Pty(Some(folder.join(path))),
-        LinkSpec::Can(CanLink::Pty(Some(path))) => LinkSpec::Can(CanLink::Pty(Some(folder.join(path)))),
-        LinkSpec::Can(CanLink::Terminal(path)) => LinkSpec::Can(CanLink::Terminal(folder.join(path))),
+        LinkSpec::Can(can::LinkSpec::Pty(Some(path))) => {
+            LinkSpec::Can(can::LinkSpec::Pty(Some(folder.join(path))))
+        }
+        LinkSpec::Can(can::LinkSpec::Terminal(path)) => {
+            LinkSpec::Can(can::LinkSpec::Terminal(folder.join(path)))
+        }
         link @ (LinkSpec::Pty(None) | LinkSpec::Serial(_) | LinkSpec::Tcp(_) | LinkSpec::Can(_)) => link,
     });
     if let Some(baud) = &table.baud {

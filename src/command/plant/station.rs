@@ -12,7 +12,7 @@ use super::line::{address, time};
 use super::tables::{At, Behaviour, InputTable, PointTable, StationTable, Then};
 use super::wrong::{Wrong, words};
 use crate::command::args::StationSpec;
-use crate::command::emulate::{StationPlan, station as described};
+use crate::command::emulate::{self, StationPlan};
 
 /// Where a value is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +49,8 @@ fn plugged(table: &StationTable, folder: &Path) -> Result<Station, Wrong> {
         file: folder.join(table.gsd.get()),
         policy: if table.strict { Policy::STRICT } else { Policy::PROPOSED },
     };
-    let station = described::station(&spec).map_err(|failure| Wrong::at(table.gsd.span(), words(failure)))?;
+    let station =
+        emulate::station::station(&spec).map_err(|failure| Wrong::at(table.gsd.span(), words(failure)))?;
     let Some(names) = &table.modules else { return Ok(station) };
     let known = || station.gsd().modules.iter().map(|module| &*module.name);
     let place = |name: &At<String>| {

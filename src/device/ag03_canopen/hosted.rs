@@ -30,8 +30,8 @@ impl CanopenDevice for Ag03Node {
         &self.part
     }
 
-    fn write_past_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal> {
-        Self::write_past_bus(self, now, at, octets)
+    fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal> {
+        Self::write_without_bus(self, now, at, octets)
     }
 
     fn node_id(&self) -> NodeId {

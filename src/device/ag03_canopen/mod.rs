@@ -262,13 +262,13 @@ impl Ag03Node {
         self.finish(now);
     }
 
-    /// Writes an entry past the bus: see [`Node::write_past_bus`].
+    /// Writes an entry without the bus: see [`Node::write_without_bus`].
     ///
     /// # Errors
     /// What a client would be told; nothing is changed then.
-    pub fn write_past_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal> {
+    pub fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal> {
         self.advance(now);
-        let outcome = self.node.write_past_bus(now, at, octets, &mut self.part);
+        let outcome = self.node.write_without_bus(now, at, octets, &mut self.part);
         self.finish(now);
         outcome
     }

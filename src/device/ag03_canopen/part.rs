@@ -18,8 +18,7 @@ use crate::can::ErrorState;
 use crate::canopen::emcy::COMMUNICATION;
 use crate::canopen::{Emergency, NmtState, NodeId, Notice, Request, Reset};
 use crate::device::words::{self, Words};
-use crate::drive::State as DriveState;
-use crate::drive::{Command, Direction, Fault, FaultSet, Inching, Mode, Operation};
+use crate::drive::{self, Command, Direction, Fault, FaultSet, Inching, Mode, Operation};
 use crate::unit::{Queue, Unit};
 
 /// The bit rates of 2100h in bits per second, by code.
@@ -81,7 +80,7 @@ pub(super) struct Part {
 
 impl Part {
     pub(super) fn new(config: &Config, unit: Unit) -> Self {
-        let ssw = Words::new(words::Quirks { paused_is_active: true, ..words::Quirks::default() });
+        let ssw = Words::new(words::WordQuirks { paused_is_active: true, ..words::WordQuirks::default() });
         Self {
             quirks: config.quirks,
             node_id: unit.switches().node_id(),
@@ -186,10 +185,10 @@ impl Part {
             return false;
         }
         let causes = match state {
-            ErrorState::Active => FaultSet::EMPTY,
-            ErrorState::Passive if is_active(self.unit.status()) => FaultSet::EMPTY.with(Fault::H),
-            ErrorState::Passive => FaultSet::EMPTY,
-            ErrorState::BusOff => FaultSet::EMPTY.with(Fault::I),
+            ErrorState::Active => FaultSet::empty(),
+            ErrorState::Passive if is_active(self.unit.status()) => Fault::H.into(),
+            ErrorState::Passive => FaultSet::empty(),
+            ErrorState::BusOff => Fault::I.into(),
         };
         self.unit.set_bus_causes(causes);
         let tell_passive = state == ErrorState::Passive && causes.is_empty();
@@ -251,7 +250,7 @@ impl Part {
         let word = self.word;
         self.released |= self.mode == Mode::Velocity && word.falls(before, CwBit::Stop);
         let goes_on = self.quirks.inching_1_runs_to_its_end
-            && self.unit.status().state == DriveState::Inching(Inching::One);
+            && self.unit.status().state == drive::State::Inching(Inching::One);
         self.inch_1 =
             word.rises(before, CwBit::Inching1) || self.inch_1 && (word.has(CwBit::Inching1) || goes_on);
         self.inch_2 = word
@@ -389,7 +388,7 @@ impl Part {
         let accepted = core::mem::replace(&mut self.jobs, status.jobs) != status.jobs;
         let ended = !self.word.has(CwBit::NewSetpoint) && !is_active(&status);
         self.acknowledge = (self.acknowledge || accepted) && !ended;
-        self.inch_1 &= self.word.has(CwBit::Inching1) || status.state == DriveState::Inching(Inching::One);
+        self.inch_1 &= self.word.has(CwBit::Inching1) || status.state == drive::State::Inching(Inching::One);
         self.take_events();
     }
 

@@ -42,11 +42,8 @@ impl Ag03Node {
         let state = Some(self.state()).filter(|state| on && *state != State::OperationEnabled);
         let refusal = self.unit().start_refusal().filter(|_| on && !self.status().job_active);
         let reasons = refusal.into_iter().flat_map(move |refusal| {
-            let told = move |reason: &drive::Reason| refusal.contains(*reason) && !is_of_state(*reason);
-            drive::Reason::ALL
-                .into_iter()
-                .filter(told)
-                .map(move |reason| Hindrance::Drive { refusal, reason })
+            let told = refusal.reasons().filter(|reason| !is_of_state(*reason));
+            told.map(move |reason| Hindrance::Drive { refusal, reason })
         });
         power.into_iter().chain(nmt).chain(state.map(Hindrance::State)).chain(reasons)
     }

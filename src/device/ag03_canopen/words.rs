@@ -11,7 +11,7 @@
 use strum::VariantArray;
 
 use super::state::State;
-use crate::drive::{Direction, Mode, State as DriveState, Status};
+use crate::drive::{self, Direction, Mode, Status};
 
 /// A bit of the control word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, VariantArray)]
@@ -235,7 +235,7 @@ pub fn is_active(status: &Status) -> bool {
 }
 
 const fn is_paused(status: &Status) -> bool {
-    matches!(status.state, DriveState::Pausing { .. } | DriveState::Paused { .. })
+    matches!(status.state, drive::State::Pausing { .. } | drive::State::Paused { .. })
 }
 
 #[cfg(test)]

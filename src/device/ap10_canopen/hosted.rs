@@ -16,8 +16,8 @@ impl CanopenDevice for Ap10 {
         &self.unit
     }
 
-    fn write_past_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal> {
-        self.node.write_past_bus(now, at, octets, &mut self.unit)
+    fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal> {
+        self.node.write_without_bus(now, at, octets, &mut self.unit)
     }
 
     fn is_on(&self) -> bool {

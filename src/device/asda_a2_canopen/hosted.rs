@@ -18,9 +18,9 @@ impl CanopenDevice for AsdaA2 {
         &self.drive
     }
 
-    fn write_past_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal> {
+    fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal> {
         self.drive.servo.advance(now);
-        self.node.write_past_bus(now, at, octets, &mut self.drive)
+        self.node.write_without_bus(now, at, octets, &mut self.drive)
     }
 
     fn power_on(&mut self, now: Instant) {

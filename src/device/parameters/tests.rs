@@ -42,7 +42,7 @@ fn words(pke: u16, ind: u16, pwe_high: u16, pwe_low: u16) -> Pkw {
 struct Table {
     store: Store,
     context: WriteContext,
-    quirks: Quirks,
+    quirks: JobQuirks,
     position: i32,
     newest_fault: u8,
     /// Writes wait for the EEPROM.
@@ -105,7 +105,7 @@ impl Bench {
         let table = Table {
             store: Store::new(model, gear),
             context: STILL,
-            quirks: Quirks::default(),
+            quirks: JobQuirks::default(),
             position: -5000,
             newest_fault: b'G',
             waits: false,

@@ -9,7 +9,7 @@
 //! | `application` | [`PpoOnly`]: a configuration must be a PPO |
 //! | `event` | [`Event`]: news of such a drive |
 //! | `parameters` | the table as the parameter channel reaches it |
-//! | `why` | [`Why`]: what keeps it from turning |
+//! | `why` | [`PpoWhy`]: what keeps it from turning |
 
 mod application;
 mod event;
@@ -31,7 +31,7 @@ use crate::unit::{ApplicationCycle, Cycles};
 
 pub use application::PpoOnly;
 pub use event::Event;
-pub use why::{Hindrance, Why};
+pub use why::{PpoHindrance, PpoWhy};
 
 use parameters::{Access, Known, View};
 
@@ -425,7 +425,9 @@ pub fn ppo_of(configuration: &[u8]) -> Option<PpoType> {
     let (inputs, outputs) = lengths.fold(first, |sum, lengths| (sum.0 + lengths.0, sum.1 + lengths.1));
     let has_pkw = first == (PKW_LEN, PKW_LEN);
     PpoType::ALL.into_iter().find(|kind| {
-        *kind != PpoType::Ag03 && (inputs, outputs) == (kind.len(), kind.len()) && kind.has_pkw() == has_pkw
+        *kind != PpoType::SevenWords
+            && (inputs, outputs) == (kind.len(), kind.len())
+            && kind.has_pkw() == has_pkw
     })
 }
 

@@ -86,7 +86,7 @@ const fn number(kind: PpoType) -> u32 {
         PpoType::Ppo3 => 3,
         PpoType::Ppo4 => 4,
         PpoType::Ppo5 => 5,
-        PpoType::Ag03 => 0,
+        PpoType::SevenWords => 0,
     }
 }
 

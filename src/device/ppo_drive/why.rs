@@ -11,7 +11,7 @@ use crate::ppo_drive::State;
 
 /// Why a drive of the profile does not turn ([`PpoDrive::why`]). `Display` is one line with every hindrance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Why {
+pub struct PpoWhy {
     dp: dp::State,
     prm_fault: bool,
     cfg_fault: bool,
@@ -25,7 +25,7 @@ pub struct Why {
 /// One thing that keeps the drive from turning. `Display` is what, where, and what to do about it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
-pub enum Hindrance {
+pub enum PpoHindrance {
     /// The slave waits for Set_Prm.
     NoParameters {
         /// The last one was refused.
@@ -38,17 +38,17 @@ pub enum Hindrance {
     /// Sync holds the outputs: new control words do not reach the drive.
     SyncHolds,
     /// What the words say against it.
-    Words(profile::Hindrance),
+    Words(profile::ProfileHindrance),
     /// Operation is enabled, and the setpoint is 0.
     SetpointZero,
 }
 
 impl<A: Application> PpoDrive<A> {
     /// Everything that keeps the drive from turning now.
-    pub fn why(&self) -> Why {
+    pub fn why(&self) -> PpoWhy {
         let diagnosis = self.slave().diagnosis();
         let status = self.drive().status();
-        Why {
+        PpoWhy {
             dp: self.slave().state(),
             prm_fault: diagnosis.prm_fault,
             cfg_fault: diagnosis.cfg_fault,
@@ -61,50 +61,50 @@ impl<A: Application> PpoDrive<A> {
     }
 }
 
-impl Why {
+impl PpoWhy {
     /// Whether it turns, so that nothing keeps it from that.
     pub const fn is_turning(&self) -> bool {
         self.turning
     }
 
     /// What keeps it from turning, the first thing to do first. None: it turns, or would with the setpoint it has.
-    pub fn hindrances(&self) -> impl Iterator<Item = Hindrance> + use<> {
+    pub fn hindrances(&self) -> impl Iterator<Item = PpoHindrance> + use<> {
         let Self { dp, prm_fault, cfg_fault, sync, turning, setpoint_zero, stw, zsw } = *self;
         let waits_for_prm = dp == dp::State::WaitPrm;
         let first = [
-            (waits_for_prm, Hindrance::NoParameters { refused: prm_fault, cfg_refused: cfg_fault }),
-            (dp == dp::State::WaitCfg, Hindrance::NoConfiguration),
-            (sync, Hindrance::SyncHolds),
+            (waits_for_prm, PpoHindrance::NoParameters { refused: prm_fault, cfg_refused: cfg_fault }),
+            (dp == dp::State::WaitCfg, PpoHindrance::NoConfiguration),
+            (sync, PpoHindrance::SyncHolds),
         ];
         // Outside Data_Exchange the control word counts as 0.
         let exchanging = dp == dp::State::DataExch;
         let words =
             profile::hindrances(stw, zsw).filter(move |hindrance| exchanging || is_of_drive(*hindrance));
-        let applies = |(applies, hindrance): (bool, Hindrance)| applies.then_some(hindrance);
-        let last = [(setpoint_zero, Hindrance::SetpointZero)];
-        let all = first.into_iter().filter_map(applies).chain(words.map(Hindrance::Words));
+        let applies = |(applies, hindrance): (bool, PpoHindrance)| applies.then_some(hindrance);
+        let last = [(setpoint_zero, PpoHindrance::SetpointZero)];
+        let all = first.into_iter().filter_map(applies).chain(words.map(PpoHindrance::Words));
         all.chain(last.into_iter().filter_map(applies)).filter(move |_| !turning)
     }
 }
 
 /// Whether it stands without a control word, too.
-const fn is_of_drive(hindrance: profile::Hindrance) -> bool {
+const fn is_of_drive(hindrance: profile::ProfileHindrance) -> bool {
     match hindrance {
-        profile::Hindrance::Fault | profile::Hindrance::Inhibited => true,
-        profile::Hindrance::NotByPlc
-        | profile::Hindrance::Off2
-        | profile::Hindrance::Off3
-        | profile::Hindrance::NotReadyToSwitchOn
-        | profile::Hindrance::NotOn
-        | profile::Hindrance::NotEnabled
-        | profile::Hindrance::NotInOperation
-        | profile::Hindrance::RampDisabled
-        | profile::Hindrance::RampFrozen
-        | profile::Hindrance::SetpointDisabled => false,
+        profile::ProfileHindrance::Fault | profile::ProfileHindrance::Inhibited => true,
+        profile::ProfileHindrance::NotByPlc
+        | profile::ProfileHindrance::Off2
+        | profile::ProfileHindrance::Off3
+        | profile::ProfileHindrance::NotReadyToSwitchOn
+        | profile::ProfileHindrance::NotOn
+        | profile::ProfileHindrance::NotEnabled
+        | profile::ProfileHindrance::NotInOperation
+        | profile::ProfileHindrance::RampDisabled
+        | profile::ProfileHindrance::RampFrozen
+        | profile::ProfileHindrance::SetpointDisabled => false,
     }
 }
 
-impl fmt::Display for Hindrance {
+impl fmt::Display for PpoHindrance {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoParameters { refused: true, .. } => f.write_str(PRM_REFUSED),
@@ -121,7 +121,7 @@ impl fmt::Display for Hindrance {
     }
 }
 
-impl fmt::Display for Why {
+impl fmt::Display for PpoWhy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.turning {
             return f.write_str("it turns");
@@ -143,7 +143,7 @@ mod tests {
     use super::*;
 
     /// In operation under a full control word, not turning.
-    const READY: Why = Why {
+    const READY: PpoWhy = PpoWhy {
         dp: dp::State::DataExch,
         prm_fault: false,
         cfg_fault: false,
@@ -153,25 +153,25 @@ mod tests {
         stw: Stw::from_raw(0x047F),
         zsw: Zsw::from_raw(0x0337),
     };
-    const SILENT: Why =
-        Why { dp: dp::State::WaitPrm, stw: Stw::from_raw(0), zsw: Zsw::from_raw(0x0240), ..READY };
+    const SILENT: PpoWhy =
+        PpoWhy { dp: dp::State::WaitPrm, stw: Stw::from_raw(0), zsw: Zsw::from_raw(0x0240), ..READY };
 
     #[test]
     fn what_comes_first_is_said_first() {
-        let inhibited = Hindrance::Words(profile::Hindrance::Inhibited);
-        let refused = |refused, cfg_refused| Hindrance::NoParameters { refused, cfg_refused };
+        let inhibited = PpoHindrance::Words(profile::ProfileHindrance::Inhibited);
+        let refused = |refused, cfg_refused| PpoHindrance::NoParameters { refused, cfg_refused };
         for (why, expected) in [
             (READY, &[][..]),
-            (Why { setpoint_zero: true, ..READY }, &[Hindrance::SetpointZero]),
-            (Why { turning: true, sync: true, ..READY }, &[]),
-            (Why { sync: true, ..READY }, &[Hindrance::SyncHolds]),
+            (PpoWhy { setpoint_zero: true, ..READY }, &[PpoHindrance::SetpointZero]),
+            (PpoWhy { turning: true, sync: true, ..READY }, &[]),
+            (PpoWhy { sync: true, ..READY }, &[PpoHindrance::SyncHolds]),
             (SILENT, &[refused(false, false), inhibited]),
-            (Why { prm_fault: true, ..SILENT }, &[refused(true, false), inhibited]),
-            (Why { cfg_fault: true, ..SILENT }, &[refused(false, true), inhibited]),
-            (Why { dp: dp::State::WaitCfg, ..SILENT }, &[Hindrance::NoConfiguration, inhibited]),
+            (PpoWhy { prm_fault: true, ..SILENT }, &[refused(true, false), inhibited]),
+            (PpoWhy { cfg_fault: true, ..SILENT }, &[refused(false, true), inhibited]),
+            (PpoWhy { dp: dp::State::WaitCfg, ..SILENT }, &[PpoHindrance::NoConfiguration, inhibited]),
             (
-                Why { stw: Stw::from_raw(0x047E), zsw: Zsw::from_raw(0x0231), ..READY },
-                &[Hindrance::Words(profile::Hindrance::NotOn)],
+                PpoWhy { stw: Stw::from_raw(0x047E), zsw: Zsw::from_raw(0x0231), ..READY },
+                &[PpoHindrance::Words(profile::ProfileHindrance::NotOn)],
             ),
         ] {
             assert_eq!(why.hindrances().collect::<Vec<_>>(), expected, "{why}");
@@ -181,7 +181,7 @@ mod tests {
     #[test]
     fn one_line_has_everything() {
         assert_eq!(READY.to_string(), "nothing keeps it from turning");
-        assert_eq!(Why { turning: true, ..READY }.to_string(), "it turns");
+        assert_eq!(PpoWhy { turning: true, ..READY }.to_string(), "it turns");
         let silent = SILENT.to_string();
         assert!(
             silent.starts_with("it does not turn: no master exchanges data with the drive: "),

@@ -8,7 +8,7 @@ use crate::ppo::{Stw, Zsw};
 /// A reason why the drive does not turn, and what to do about it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
-pub enum Hindrance {
+pub enum ProfileHindrance {
     /// STW bit 10 = 0.
     NotByPlc,
     /// ZSW bit 3.
@@ -35,7 +35,7 @@ pub enum Hindrance {
     SetpointDisabled,
 }
 
-impl fmt::Display for Hindrance {
+impl fmt::Display for ProfileHindrance {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::NotByPlc => "the drive ignores the control word: set STW bit 10 (control by PLC)",
@@ -57,7 +57,7 @@ impl fmt::Display for Hindrance {
 }
 
 /// What stands against turning, the first thing to do first. A drive against which nothing stands turns with its setpoint.
-pub fn hindrances(stw: Stw, zsw: Zsw) -> impl Iterator<Item = Hindrance> {
+pub fn hindrances(stw: Stw, zsw: Zsw) -> impl Iterator<Item = ProfileHindrance> {
     let (stw_has, zsw_has) = (|bit: StwBit| bit.is_set(stw), |bit: ZswBit| bit.is_set(zsw));
     let stopped = zsw_has(ZswBit::Fault) || zsw_has(ZswBit::SwitchingOnInhibited);
     let commanded = stw_has(StwBit::On) && stw_has(StwBit::EnableOperation) && stw_has(StwBit::ByPlc);
@@ -66,25 +66,25 @@ pub fn hindrances(stw: Stw, zsw: Zsw) -> impl Iterator<Item = Hindrance> {
         || !zsw_has(ZswBit::NoOff2)
         || !zsw_has(ZswBit::NoOff3);
     [
-        (!stw_has(StwBit::ByPlc), Hindrance::NotByPlc),
-        (zsw_has(ZswBit::Fault), Hindrance::Fault),
-        (!stw_has(StwBit::NoOff2) || !zsw_has(ZswBit::NoOff2), Hindrance::Off2),
-        (!stw_has(StwBit::NoOff3) || !zsw_has(ZswBit::NoOff3), Hindrance::Off3),
-        (zsw_has(ZswBit::SwitchingOnInhibited), Hindrance::Inhibited),
-        (!stopped && !off && !zsw_has(ZswBit::ReadyToSwitchOn), Hindrance::NotReadyToSwitchOn),
-        (!stw_has(StwBit::On) && !zsw_has(ZswBit::SwitchingOnInhibited), Hindrance::NotOn),
-        (!stw_has(StwBit::EnableOperation), Hindrance::NotEnabled),
+        (!stw_has(StwBit::ByPlc), ProfileHindrance::NotByPlc),
+        (zsw_has(ZswBit::Fault), ProfileHindrance::Fault),
+        (!stw_has(StwBit::NoOff2) || !zsw_has(ZswBit::NoOff2), ProfileHindrance::Off2),
+        (!stw_has(StwBit::NoOff3) || !zsw_has(ZswBit::NoOff3), ProfileHindrance::Off3),
+        (zsw_has(ZswBit::SwitchingOnInhibited), ProfileHindrance::Inhibited),
+        (!stopped && !off && !zsw_has(ZswBit::ReadyToSwitchOn), ProfileHindrance::NotReadyToSwitchOn),
+        (!stw_has(StwBit::On) && !zsw_has(ZswBit::SwitchingOnInhibited), ProfileHindrance::NotOn),
+        (!stw_has(StwBit::EnableOperation), ProfileHindrance::NotEnabled),
         (
             commanded
                 && !stopped
                 && !off
                 && zsw_has(ZswBit::ReadyToSwitchOn)
                 && !zsw_has(ZswBit::OperationEnabled),
-            Hindrance::NotInOperation,
+            ProfileHindrance::NotInOperation,
         ),
-        (!stw_has(StwBit::EnableRamp), Hindrance::RampDisabled),
-        (!stw_has(StwBit::RunRamp), Hindrance::RampFrozen),
-        (!stw_has(StwBit::EnableSetpoint), Hindrance::SetpointDisabled),
+        (!stw_has(StwBit::EnableRamp), ProfileHindrance::RampDisabled),
+        (!stw_has(StwBit::RunRamp), ProfileHindrance::RampFrozen),
+        (!stw_has(StwBit::EnableSetpoint), ProfileHindrance::SetpointDisabled),
     ]
     .into_iter()
     .filter_map(|(stands, hindrance)| stands.then_some(hindrance))
@@ -100,17 +100,17 @@ mod tests {
     fn each_hindrance_is_found_by_its_bits() {
         for (stw, zsw, expected) in [
             (0x047F, 0x0337, &[][..]),
-            (0x047F, 0x0240, &[Hindrance::Off2, Hindrance::Off3, Hindrance::Inhibited]),
-            (0x047F, 0x0270, &[Hindrance::Inhibited]),
-            (0x047F, 0x0238, &[Hindrance::Fault]),
-            (0x007F, 0x0231, &[Hindrance::NotByPlc]),
-            (0x047E, 0x0231, &[Hindrance::NotOn]),
-            (0x0477, 0x0233, &[Hindrance::NotEnabled]),
-            (0x047F, 0x0233, &[Hindrance::NotInOperation]),
-            (0x047F, 0x0230, &[Hindrance::NotReadyToSwitchOn]),
-            (0x046F, 0x0337, &[Hindrance::RampDisabled]),
-            (0x045F, 0x0337, &[Hindrance::RampFrozen]),
-            (0x043F, 0x0337, &[Hindrance::SetpointDisabled]),
+            (0x047F, 0x0240, &[ProfileHindrance::Off2, ProfileHindrance::Off3, ProfileHindrance::Inhibited]),
+            (0x047F, 0x0270, &[ProfileHindrance::Inhibited]),
+            (0x047F, 0x0238, &[ProfileHindrance::Fault]),
+            (0x007F, 0x0231, &[ProfileHindrance::NotByPlc]),
+            (0x047E, 0x0231, &[ProfileHindrance::NotOn]),
+            (0x0477, 0x0233, &[ProfileHindrance::NotEnabled]),
+            (0x047F, 0x0233, &[ProfileHindrance::NotInOperation]),
+            (0x047F, 0x0230, &[ProfileHindrance::NotReadyToSwitchOn]),
+            (0x046F, 0x0337, &[ProfileHindrance::RampDisabled]),
+            (0x045F, 0x0337, &[ProfileHindrance::RampFrozen]),
+            (0x043F, 0x0337, &[ProfileHindrance::SetpointDisabled]),
         ] {
             let found: Vec<_> = hindrances(Stw::from_raw(stw), Zsw::from_raw(zsw)).collect();
             assert_eq!(found, expected, "{stw:04X} {zsw:04X}");

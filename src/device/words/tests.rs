@@ -52,12 +52,12 @@ struct Rig {
 }
 
 impl Rig {
-    fn new(quirks: Quirks) -> Self {
+    fn new(quirks: WordQuirks) -> Self {
         let unit = Unit::new(Config::new(Model::Ag03_1, Gear::Ratio48));
         Self { unit, words: Words::new(quirks), connected: true, stw: 0, setpoint: 0 }
     }
 
-    fn travelling(quirks: Quirks) -> Self {
+    fn travelling(quirks: WordQuirks) -> Self {
         let mut rig = Self::new(quirks);
         rig.stw(0x003B).travel(16_000).run(499);
         rig
@@ -120,10 +120,10 @@ impl Rig {
 }
 
 /// With and without the quirk that `set` sets.
-fn both(set: impl FnOnce(&mut Quirks)) -> [Quirks; 2] {
-    let mut quirks = Quirks::default();
+fn both(set: impl FnOnce(&mut WordQuirks)) -> [WordQuirks; 2] {
+    let mut quirks = WordQuirks::default();
     set(&mut quirks);
-    [Quirks::default(), quirks]
+    [WordQuirks::default(), quirks]
 }
 
 #[test]
@@ -145,9 +145,13 @@ fn a_refusal_names_the_bits_that_are_not_given() {
             "travel to 0 inc refused: operation is not enabled (STW.3 = 0); next: send STW 007B, wait for ZSW.2 = 1, then 003B",
         ),
     ] {
-        assert_eq!(Rig::new(Quirks::default()).stw(stw).refusal().unwrap().to_string(), text, "{stw:04X}");
+        assert_eq!(
+            Rig::new(WordQuirks::default()).stw(stw).refusal().unwrap().to_string(),
+            text,
+            "{stw:04X}"
+        );
     }
-    let mut rig = Rig::new(Quirks::default());
+    let mut rig = Rig::new(WordQuirks::default());
     rig.fails(true).fails(false).stw(0x0081);
     let text = rig.stw(0x000B).refusal().unwrap().to_string();
     assert_eq!(
@@ -299,7 +303,7 @@ proptest! {
             1..300u32,
         ), 1..30),
     ) {
-        let quirks = Quirks { off1_needs_edge, target_reached_live, ..Quirks::default() };
+        let quirks = WordQuirks { off1_needs_edge, target_reached_live, ..WordQuirks::default() };
         let mut unit = Unit::new(Config::new(Model::Ag03_1, Gear::Ratio48));
         let mut whole = unit.clone();
         let (mut words, mut whole_words) = (Words::new(quirks), Words::new(quirks));

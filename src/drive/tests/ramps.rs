@@ -2,6 +2,7 @@
 //! gear, at several ramps.
 
 use super::*;
+use crate::drive::motion::{acceleration, velocity};
 
 const ENABLED: State = State::OperationEnabled(Motor::InControl);
 const RAMPS: [u16; 4] = [1, 10, 50, 100];

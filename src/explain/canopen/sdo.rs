@@ -8,7 +8,7 @@ use super::Said;
 use super::entry::{in_words, name, named, octets_of, read_refusal, refusal};
 use super::node::{Asked, Learned, append};
 use crate::can::Frame;
-use crate::canopen::sdo::{FRAME_LEN, Request, Response};
+use crate::canopen::sdo::{FRAME_LEN, Response, SdoRequest};
 use crate::canopen::{Abort, Address};
 use crate::explain::{Field, Mark};
 
@@ -21,9 +21,9 @@ pub(super) fn request(node: &mut Learned, number: u8, frame: &Frame) -> Said {
         Ok(octets) => octets,
         Err(why) => return to("not valid".into()).ignored(why),
     };
-    let decoded = Request::decode(octets);
+    let decoded = SdoRequest::decode(octets);
     let (summary, fields, mistake) = match decoded {
-        Request::Upload { at } => {
+        SdoRequest::Upload { at } => {
             node.asked = Some(Asked::Read(at));
             (
                 format!("read {}", named(node, at)),
@@ -31,7 +31,7 @@ pub(super) fn request(node: &mut Learned, number: u8, frame: &Frame) -> Said {
                 read_refusal(node, at),
             )
         }
-        Request::Expedited { at, octets: data, len } => {
+        SdoRequest::Expedited { at, octets: data, len } => {
             let len = len.map_or_else(|| own_len(node, at), usize::from);
             let data = data.get(..len).unwrap_or_default();
             node.asked = Some(Asked::Write(at, data.into()));
@@ -39,19 +39,19 @@ pub(super) fn request(node: &mut Learned, number: u8, frame: &Frame) -> Said {
             let fields = addressed(node, octets, "write", at, data);
             (format!("write {} = {}", named(node, at), in_words(node, at, data)), fields, mistake)
         }
-        Request::Download { at, len } => {
+        SdoRequest::Download { at, len } => {
             node.asked = Some(Asked::Writing(at, Vec::new(), false));
             let long = len.map_or_else(String::new, |len| format!(", {len} octets"));
             let summary = format!("begin to write {} in segments{long}", named(node, at));
             (summary, addressed(node, octets, "write in segments", at, &[]), None)
         }
-        Request::DownloadSegment { toggle, octets: data, len, last } => {
+        SdoRequest::DownloadSegment { toggle, octets: data, len, last } => {
             let data = data.get(..usize::from(len)).unwrap_or_default();
             let (of, mistake) = write_segment(node, toggle, data);
             let end = if last { ", the last" } else { "" };
             (format!("segment{of}, {}{end}", octets_of(data.len())), segment(octets, data), mistake)
         }
-        Request::UploadSegment { toggle } => {
+        SdoRequest::UploadSegment { toggle } => {
             let (of, mistake) = match &node.asked {
                 Some(Asked::Reading(at, _, expected)) => {
                     (format!(" of {}", named(node, *at)), wrong_toggle(*expected, toggle))
@@ -62,13 +62,13 @@ pub(super) fn request(node: &mut Learned, number: u8, frame: &Frame) -> Said {
             };
             (format!("read the next segment{of}"), segment(octets, &[]), mistake)
         }
-        Request::Abort(code) => {
+        SdoRequest::Abort(code) => {
             let of = node.asked.take().map(|asked| format!(" of {}", named(node, asked.at())));
             let summary = format!("the client aborts{}: {code}", of.unwrap_or_default());
             let fields = Vec::from([whole_field(octets, format!("abort: {code}")).marked(Mark::Trouble)]);
             (summary, fields, None)
         }
-        Request::Block { at } => {
+        SdoRequest::Block { at } => {
             let why = "block transfer is optional: a device that lacks it aborts".into();
             (
                 format!("block transfer of {}", named(node, at)),
@@ -76,7 +76,7 @@ pub(super) fn request(node: &mut Learned, number: u8, frame: &Frame) -> Said {
                 Some(why),
             )
         }
-        Request::Unknown { .. } => {
+        SdoRequest::Unknown { .. } => {
             let why = "no command of CiA 301: the node aborts with 05040001h or a code of its own".into();
             ("unknown command".into(), Vec::from([whole_field(octets, "")]), Some(why))
         }

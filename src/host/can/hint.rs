@@ -18,7 +18,7 @@ pub enum BusHint {
     /// A master asks a node that is not there.
     NobodyThere {
         /// How.
-        request: Request,
+        request: NodeRequest,
         /// Whom.
         asked: NodeId,
         /// Who is there.
@@ -29,7 +29,7 @@ pub enum BusHint {
 /// What a master wants of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Request {
+pub enum NodeRequest {
     /// Service data.
     Sdo,
     /// A command of network management.
@@ -109,10 +109,10 @@ impl NodeWatch {
         let [low, _] = id.number().to_le_bytes();
         let node = NodeId::new(low & 0x7F).ok();
         match (service, node) {
-            (cob_id::SDO_CLIENT, Some(node)) => self.asked(now, Request::Sdo, node, there),
+            (cob_id::SDO_CLIENT, Some(node)) => self.asked(now, NodeRequest::Sdo, node, there),
             (cob_id::NMT, None) => {
                 let &[_, node] = frame.octets() else { return None };
-                self.asked(now, Request::Nmt, NodeId::new(node).ok()?, there)
+                self.asked(now, NodeRequest::Nmt, NodeId::new(node).ok()?, there)
             }
             (cob_id::SDO_SERVER | cob_id::ERROR_CONTROL | cob_id::EMCY, Some(node)) => {
                 self.heard.put(node, true);
@@ -126,7 +126,7 @@ impl NodeWatch {
     fn asked(
         &mut self,
         now: Instant,
-        request: Request,
+        request: NodeRequest,
         asked: NodeId,
         there: impl FnOnce() -> Numbers,
     ) -> Option<BusHint> {
@@ -172,8 +172,8 @@ impl fmt::Display for BusHint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self::NobodyThere { request, asked, there } = self;
         let what = match request {
-            Request::Sdo => "is asked (SDO)",
-            Request::Nmt => "is commanded (NMT)",
+            NodeRequest::Sdo => "is asked (SDO)",
+            NodeRequest::Nmt => "is commanded (NMT)",
         };
         write!(f, "hint: node {asked} {what} but not there; ")?;
         if there.0 == 0 {

@@ -62,7 +62,7 @@ mod socket;
 
 pub use bus::{Bus, Event, Seat};
 pub use endpoint::{CanEndpoint, SlcanEndpoint};
-pub use hint::{BusHint, NodeWatch, Numbers, Request};
+pub use hint::{BusHint, NodeRequest, NodeWatch, Numbers};
 pub use interface::{open_slcan, open_socketcan};
 pub use line::{Line, News, Stay};
 pub use link_spec::{LinkSpec, LinkSpecError};

@@ -1,7 +1,7 @@
 //! What a node has heard and sent, and what went wrong at it.
 
 use crate::can::{ErrorState, Frame};
-use crate::canopen::sdo::{Request, Response};
+use crate::canopen::sdo::{Response, SdoRequest};
 use crate::canopen::{Event, NmtState, Node, Service, cob_id};
 use crate::device::CanopenEvent;
 
@@ -62,8 +62,8 @@ impl NodeCounters {
         if frame.id() == cob_id::of_node(cob_id::SDO_CLIENT, node.node_id()) {
             if state.serves_sdo() {
                 count(&mut self.sdo_requests);
-                let octets = frame.octets().try_into().map(Request::decode);
-                if matches!(octets, Ok(Request::Abort(_))) {
+                let octets = frame.octets().try_into().map(SdoRequest::decode);
+                if matches!(octets, Ok(SdoRequest::Abort(_))) {
                     count(&mut self.sdo_aborts_of_client);
                 }
             }

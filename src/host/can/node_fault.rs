@@ -7,9 +7,9 @@ use std::string::String;
 
 use thiserror::Error;
 
-use super::fault::{self, Kind as FrameKind};
+use super::fault;
 use crate::can::Id;
-use crate::canopen::faults::{BootUpFault, Fault as OfNode, HeartbeatFault, Kind, SdoFault, TpdoFault};
+use crate::canopen::faults::{self, BootUpFault, HeartbeatFault, Kind, SdoFault, TpdoFault};
 use crate::canopen::{Abort, NodeId};
 use crate::host::occasions::{Occasions, Reading, Wrong, duration, in_micros, misfit};
 
@@ -83,7 +83,7 @@ pub enum Spoiled {
     /// What a node sends.
     Node(Kind),
     /// A frame on the bus.
-    Frame(FrameKind),
+    Frame(fault::Kind),
 }
 
 /// Why a text is no fault of a node.
@@ -154,10 +154,10 @@ const A_TIME: &str = "a time up to one hour, for example 20ms";
 
 impl NodeFault {
     /// For the node, if it is one of a node.
-    pub(super) const fn of_node(&self) -> Option<OfNode> {
+    pub(super) const fn of_node(&self) -> Option<faults::Fault> {
         let &Self { what, at, count, rate, seed, .. } = self;
         match what {
-            Spoiled::Node(kind) => Some(OfNode { kind, at, count, rate, seed }),
+            Spoiled::Node(kind) => Some(faults::Fault { kind, at, count, rate, seed }),
             Spoiled::Frame(_) => None,
         }
     }
@@ -273,11 +273,11 @@ impl Spoiled {
             "emcy-storm" => Kind::EmcyStorm(time()?),
             "pre-operational" => Kind::LeaveOperational,
             "brown-out" => Kind::BrownOut(time()?),
-            "frame-lost" => return Ok(Self::Frame(FrameKind::Lose)),
-            "frame-late" => return Ok(Self::Frame(FrameKind::Delay(time()?))),
-            "frame-twice" => return Ok(Self::Frame(FrameKind::Double)),
-            "frame-damaged" => return Ok(Self::Frame(FrameKind::Damage)),
-            "frame-not-acknowledged" => return Ok(Self::Frame(FrameKind::NotAcknowledged)),
+            "frame-lost" => return Ok(Self::Frame(fault::Kind::Lose)),
+            "frame-late" => return Ok(Self::Frame(fault::Kind::Delay(time()?))),
+            "frame-twice" => return Ok(Self::Frame(fault::Kind::Double)),
+            "frame-damaged" => return Ok(Self::Frame(fault::Kind::Damage)),
+            "frame-not-acknowledged" => return Ok(Self::Frame(fault::Kind::NotAcknowledged)),
             _ => return Err(NodeFaultError::Unknown { got: name.into() }),
         };
         Ok(Self::Node(kind))
@@ -312,11 +312,11 @@ impl fmt::Display for Spoiled {
             Self::Node(Kind::EmcyStorm(period)) => ("emcy-storm", Some(in_micros(period))),
             Self::Node(Kind::LeaveOperational) => ("pre-operational", None),
             Self::Node(Kind::BrownOut(time)) => ("brown-out", Some(in_micros(time))),
-            Self::Frame(FrameKind::Lose) => ("frame-lost", None),
-            Self::Frame(FrameKind::Delay(time)) => ("frame-late", Some(in_micros(time))),
-            Self::Frame(FrameKind::Double) => ("frame-twice", None),
-            Self::Frame(FrameKind::Damage) => ("frame-damaged", None),
-            Self::Frame(FrameKind::NotAcknowledged) => ("frame-not-acknowledged", None),
+            Self::Frame(fault::Kind::Lose) => ("frame-lost", None),
+            Self::Frame(fault::Kind::Delay(time)) => ("frame-late", Some(in_micros(time))),
+            Self::Frame(fault::Kind::Double) => ("frame-twice", None),
+            Self::Frame(fault::Kind::Damage) => ("frame-damaged", None),
+            Self::Frame(fault::Kind::NotAcknowledged) => ("frame-not-acknowledged", None),
         };
         match value {
             Some(value) => write!(f, "{name}={value}"),

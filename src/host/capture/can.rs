@@ -42,7 +42,7 @@ const LENGTH: usize = 16;
 
 /// What the file says of the bus.
 #[derive(Clone, Copy, Debug)]
-pub struct Interface<'a> {
+pub struct CanInterface<'a> {
     /// What a master opens.
     pub name: &'a str,
     /// Who is on the bus, for people.
@@ -56,7 +56,7 @@ impl Capture {
     ///
     /// # Errors
     /// As [`Capture::create`].
-    pub fn create_can(path: &Path, bus: &Interface<'_>, clock: &dyn Clock) -> Result<Self, CaptureError> {
+    pub fn create_can(path: &Path, bus: &CanInterface<'_>, clock: &dyn Clock) -> Result<Self, CaptureError> {
         let speed = Some(bus.rate.bits_per_second());
         Self::begin(path, DataLink::CAN_SOCKETCAN, bus.name, bus.description, speed, clock)
     }
@@ -198,7 +198,8 @@ mod tests {
     fn a_capture_of_a_bus_holds_frames_with_direction_and_error_frames() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("bus.pcapng");
-        let about = Interface { name: "slcan-tcp:127.0.0.1:1", description: "node 5", rate: BitRate::K500 };
+        let about =
+            CanInterface { name: "slcan-tcp:127.0.0.1:1", description: "node 5", rate: BitRate::K500 };
         let mut file = Capture::create_can(&path, &about, &ManualClock::new()).unwrap();
         let mut bus: Bus<()> = Bus::new(BitRate::K500);
         bus.watch(true);

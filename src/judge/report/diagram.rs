@@ -7,7 +7,7 @@ use std::vec::Vec;
 
 use super::Report;
 use super::markup::Text;
-use crate::fdl::telegram::{Decoded, Telegram as Decoding, decode};
+use crate::fdl::telegram::{self, Decoded, decode};
 use crate::judge::moment::{Moment, Side, Telegram};
 
 /// Where the line of the master stands, and how far the next one is. In pixels, as everything here.
@@ -192,9 +192,9 @@ const fn x(lane: usize) -> usize {
 
 fn destination(moment: &Moment) -> Option<u8> {
     match decode(&moment.octets) {
-        Decoded::Telegram { telegram: Decoding::Data(data), .. } => Some(data.da.number()),
-        Decoded::Telegram { telegram: Decoding::Token { da, .. }, .. } => Some(da.number()),
-        Decoded::Telegram { telegram: Decoding::ShortAcknowledge, .. }
+        Decoded::Telegram { telegram: telegram::Telegram::Data(data), .. } => Some(data.da.number()),
+        Decoded::Telegram { telegram: telegram::Telegram::Token { da, .. }, .. } => Some(da.number()),
+        Decoded::Telegram { telegram: telegram::Telegram::ShortAcknowledge, .. }
         | Decoded::Incomplete
         | Decoded::Invalid { .. } => None,
     }
@@ -206,9 +206,9 @@ fn source(moment: &Moment) -> Option<u8> {
         return None;
     }
     match decode(&moment.octets) {
-        Decoded::Telegram { telegram: Decoding::Data(data), .. } => Some(data.sa.number()),
-        Decoded::Telegram { telegram: Decoding::Token { sa, .. }, .. } => Some(sa.number()),
-        Decoded::Telegram { telegram: Decoding::ShortAcknowledge, .. }
+        Decoded::Telegram { telegram: telegram::Telegram::Data(data), .. } => Some(data.sa.number()),
+        Decoded::Telegram { telegram: telegram::Telegram::Token { sa, .. }, .. } => Some(sa.number()),
+        Decoded::Telegram { telegram: telegram::Telegram::ShortAcknowledge, .. }
         | Decoded::Incomplete
         | Decoded::Invalid { .. } => None,
     }

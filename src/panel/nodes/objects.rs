@@ -1,4 +1,4 @@
-//! The object dictionary of a node, read and written past the bus.
+//! The object dictionary of a node, read and written without the bus.
 
 use core::fmt;
 use std::format;
@@ -154,7 +154,7 @@ pub(super) async fn write(
                 let (_, entry) = entry(device, at)?;
                 let octets = octets(at, entry.data, &value)?;
                 device
-                    .write_past_bus(now, at, &octets)
+                    .write_without_bus(now, at, &octets)
                     .map_err(|refusal| refused(at, refusal.code, &refusal.reason()))?;
                 ObjectState::at(device, at).map(Json)
             })

@@ -137,7 +137,7 @@ impl PpoDriveSummary {
             presence: bench.bus.presence(address).into(),
             dp_state: slave.state().into(),
             owner_address: slave.owner().map(Address::number),
-            ppo: drive.ppo().filter(|kind| *kind != PpoType::Ag03).map(|kind| kind.to_string()),
+            ppo: drive.ppo().filter(|kind| *kind != PpoType::SevenWords).map(|kind| kind.to_string()),
             state: status.state.to_string(),
             stw: drive.stw().raw(),
             zsw: drive.zsw().raw(),

@@ -8,12 +8,13 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::super::state::{ReasonText, reasons_of, seconds};
-use crate::device::{Event, UnitEvent};
+use crate::device::Event;
 use crate::explain::{self, Mark};
 use crate::fdl::Address;
 use crate::host::BusEvent;
 use crate::host::link::tap::Direction;
 use crate::time::Instant;
+use crate::unit;
 
 /// What happened, in words.
 #[derive(Clone, Debug, Serialize, ToSchema)]
@@ -206,18 +207,20 @@ impl NewsKind {
         }
     }
 
-    const fn of_unit(event: &UnitEvent) -> Self {
+    const fn of_unit(event: &unit::Event) -> Self {
         match event {
-            UnitEvent::CommandRefused(_) => Self::CommandRefused,
-            UnitEvent::Fault(_) => Self::Fault,
-            UnitEvent::FaultCauseGone(_) | UnitEvent::Drive(_) => Self::Drive,
-            UnitEvent::Written { .. } | UnitEvent::Stored | UnitEvent::NotStored { .. } => Self::Parameter,
-            UnitEvent::Input(_) => Self::Input,
-            UnitEvent::SwitchesSet(_)
-            | UnitEvent::SwitchedOff
-            | UnitEvent::SwitchedOn(_)
-            | UnitEvent::FactoryReset(_) => Self::Power,
-            UnitEvent::Lost { .. } => Self::Line,
+            unit::Event::CommandRefused(_) => Self::CommandRefused,
+            unit::Event::Fault(_) => Self::Fault,
+            unit::Event::FaultCauseGone(_) | unit::Event::Drive(_) => Self::Drive,
+            unit::Event::Written { .. } | unit::Event::Stored | unit::Event::NotStored { .. } => {
+                Self::Parameter
+            }
+            unit::Event::Input(_) => Self::Input,
+            unit::Event::SwitchesSet(_)
+            | unit::Event::SwitchedOff
+            | unit::Event::SwitchedOn(_)
+            | unit::Event::FactoryReset(_) => Self::Power,
+            unit::Event::Lost { .. } => Self::Line,
         }
     }
 }

@@ -130,24 +130,28 @@ fn pnu(fields: &Fields) -> Result<u16, TableError> {
 
 fn kind(fields: &Fields) -> Result<Kind, TableError> {
     let text = fields.needed("type")?;
-    Kind::ALL.into_iter().find(|kind| kind.name() == text.to_lowercase()).ok_or_else(|| {
-        let names = Kind::ALL.map(Kind::name);
+    Kind::ALL.iter().copied().find(|kind| kind.name() == text.to_lowercase()).ok_or_else(|| {
+        let names: Vec<_> = Kind::ALL.iter().map(|kind| kind.name()).collect();
         fields.error(
             "type",
-            format!("there is no type '{text}'{}; expected {}", nearest(text, names), names.join(", ")),
+            format!(
+                "there is no type '{text}'{}; expected {}",
+                nearest(text, names.iter().copied()),
+                names.join(", ")
+            ),
         )
     })
 }
 
 fn tie(fields: &Fields) -> Result<Tie, TableError> {
     let Some(text) = fields.text("tie") else { return Ok(Tie::None) };
-    let channel = Channel::ALL.into_iter().find(|channel| channel.name() == text);
+    let channel = Channel::ALL.iter().copied().find(|channel| channel.name() == text);
     let tie = Quantity::named(text).map(Tie::Drive).or(channel.map(Tie::Channel));
     tie.ok_or_else(|| {
         let names: Vec<_> = Quantity::ALL
             .iter()
             .map(|quantity| quantity.name())
-            .chain(Channel::ALL.map(Channel::name))
+            .chain(Channel::ALL.iter().map(|channel| channel.name()))
             .collect();
         let hint = nearest(text, names.iter().copied());
         fields.error(

@@ -28,6 +28,7 @@ use std::collections::BTreeMap;
 use std::string::String;
 use std::vec::Vec;
 
+use strum::{IntoStaticStr, VariantArray};
 use thiserror::Error;
 
 pub use fields::{FIELDS, Fields};
@@ -39,7 +40,8 @@ use super::{Drive, Quantity};
 pub const MAX_PNU: u16 = 2047;
 
 /// What the octets of a value are (`profidrive-v2.md` 6).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Kind {
     /// 16 bits with sign.
     Int16,
@@ -52,24 +54,17 @@ pub enum Kind {
     /// 32 bits, IEEE 754.
     Float,
     /// 16 single bits.
+    #[strum(serialize = "v2")]
     Bits16,
 }
 
 impl Kind {
     /// Every kind.
-    pub const ALL: [Self; 6] =
-        [Self::Int16, Self::Int32, Self::Uint16, Self::Uint32, Self::Float, Self::Bits16];
+    pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
 
     /// Its name in a file.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Int16 => "int16",
-            Self::Int32 => "int32",
-            Self::Uint16 => "uint16",
-            Self::Uint32 => "uint32",
-            Self::Float => "float",
-            Self::Bits16 => "v2",
-        }
+    pub fn name(self) -> &'static str {
+        self.into()
     }
 
     /// Its number in the object dictionary, bits 7 to 0 of the identifier of a description.
@@ -142,7 +137,8 @@ impl fmt::Display for Kind {
 }
 
 /// What the parameter channel knows and the drive does not.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "kebab-case")]
 pub enum Channel {
     /// The control word (PNU 967).
     ControlWord,
@@ -157,32 +153,17 @@ pub enum Channel {
     /// The same for the parameters that it shows (PNU 916).
     PzdActual,
     /// An array: the numbers of all parameters (PNU 980).
+    #[strum(serialize = "parameter-list")]
     List,
 }
 
 impl Channel {
     /// Every one.
-    pub const ALL: [Self; 7] = [
-        Self::ControlWord,
-        Self::StatusWord,
-        Self::Address,
-        Self::PpoType,
-        Self::PzdSetpoint,
-        Self::PzdActual,
-        Self::List,
-    ];
+    pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
 
     /// Its name in a file.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::ControlWord => "control-word",
-            Self::StatusWord => "status-word",
-            Self::Address => "address",
-            Self::PpoType => "ppo-type",
-            Self::PzdSetpoint => "pzd-setpoint",
-            Self::PzdActual => "pzd-actual",
-            Self::List => "parameter-list",
-        }
+    pub fn name(self) -> &'static str {
+        self.into()
     }
 
     /// How many elements it has; `None`: it is a single value.

@@ -59,9 +59,7 @@ pub(super) struct Client {
     pub(super) last_noise: Option<Instant>,
     /// What it has not read yet, behind what the kernel keeps for it.
     pub(super) backlog: VecDeque<u8>,
-    /// Octets it may send at once.
-    allowance: u32,
-    refilled: Instant,
+    allowance: Allowance,
     pub(super) left: Option<Leave>,
 }
 
@@ -78,8 +76,7 @@ impl Client {
             blocked: None,
             last_noise: None,
             backlog: VecDeque::new(),
-            allowance: MAX_BURST,
-            refilled: now,
+            allowance: Allowance::new(now),
             left: None,
         })
     }
@@ -124,26 +121,13 @@ impl Client {
             Ok(count) => {
                 let octets = buf.get(..count).unwrap_or_default();
                 self.pieces.push(now, octets);
-                if !self.spend(now, u32::try_from(count).unwrap_or(u32::MAX)) {
+                if !self.allowance.spend(now, u32::try_from(count).unwrap_or(u32::MAX)) {
                     self.drop_for(Leave::Flooding);
                 }
             }
             Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => {}
             Err(_) => self.drop_for(Leave::Broken),
         }
-    }
-
-    /// Whether it may have sent so many octets.
-    fn spend(&mut self, now: Instant, octets: u32) -> bool {
-        let millis = u32::try_from(now.saturating_since(self.refilled).as_millis()).unwrap_or(u32::MAX);
-        if millis > 0 {
-            self.refilled = now;
-            let refill = millis.saturating_mul(FASTEST / 1000);
-            self.allowance = self.allowance.saturating_add(refill).min(MAX_BURST);
-        }
-        let enough = octets <= self.allowance;
-        self.allowance = self.allowance.saturating_sub(octets);
-        enough
     }
 
     /// Sends octets to it, or keeps them until it reads.
@@ -179,5 +163,49 @@ impl Client {
         self.pieces.clear();
         self.blocked = None;
         self.backlog = VecDeque::new();
+    }
+}
+
+/// How much a client may send: what a line of 12 Mbit/s carries, and [`MAX_BURST`] more.
+#[derive(Debug)]
+struct Allowance {
+    /// Octets it may send at once.
+    octets: u32,
+    /// Up to when they were refilled.
+    refilled: Instant,
+}
+
+impl Allowance {
+    const fn new(now: Instant) -> Self {
+        Self { octets: MAX_BURST, refilled: now }
+    }
+
+    /// Whether it may have sent so many octets.
+    fn spend(&mut self, now: Instant, octets: u32) -> bool {
+        let millis = u32::try_from(now.saturating_since(self.refilled).as_millis()).unwrap_or(u32::MAX);
+        // The rest of a millisecond counts the next time.
+        self.refilled = self.refilled.saturating_add(Duration::from_millis(millis.into()));
+        let refill = millis.saturating_mul(FASTEST / 1000);
+        self.octets = self.octets.saturating_add(refill).min(MAX_BURST);
+        let enough = octets <= self.octets;
+        self.octets = self.octets.saturating_sub(octets);
+        enough
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whether a client may send `octets` every 1.9 ms for ten seconds.
+    fn may_send(octets: u32) -> bool {
+        let mut allowance = Allowance::new(Instant::ZERO);
+        (1..=10_000_000 / 1900).all(|turn| allowance.spend(Instant::from_micros(turn * 1900), octets))
+    }
+
+    #[test]
+    fn what_a_line_of_12_mbit_carries_may_be_sent_however_often_it_is_read() {
+        assert!(may_send(FASTEST / 1000 * 19 / 10));
+        assert!(!may_send(FASTEST / 1000 * 2), "5 % more");
     }
 }

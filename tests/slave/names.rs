@@ -1,0 +1,108 @@
+//! Names of types: in one layer a public name stands once, and none of ours goes by another name where it is used.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::layers::{files_of, tokens};
+
+/// Parts of a layer that say of another device or bus what the layer says of its own, in the same words: the module says
+/// which one is meant, `ap10_canopen::Quirks`.
+const PARTS: &[&str] =
+    &["device/ag03_canopen", "device/ap10_canopen", "device/asda_a2_canopen", "device/ppo_drive", "host/can"];
+
+/// What takes the place of another file on a system that has not what that one needs.
+const SUBSTITUTES: &[&str] = &["host/link/no_pty.rs", "host/link/terminal_windows.rs"];
+
+fn source() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
+}
+
+/// The layers, and the program.
+fn modules() -> impl Iterator<Item = String> {
+    let entries = fs::read_dir(source()).unwrap().map(|entry| entry.unwrap().path());
+    entries.map(|path| path.file_stem().unwrap().to_str().unwrap().to_owned())
+}
+
+/// A part of its layer, or the layer.
+fn part(module: &str, file: &Path) -> String {
+    let within = |part: &&&str| file.starts_with(source().join(part));
+    PARTS.iter().find(within).map_or_else(|| module.to_owned(), |part| (*part).to_owned())
+}
+
+/// The names of the types that a file declares as public.
+fn public_types(tokens: &[String]) -> impl Iterator<Item = &String> {
+    tokens.windows(3).filter_map(|three| match three {
+        [public, kind, name] if public == "pub" => {
+            let declares = matches!(kind.as_str(), "struct" | "enum" | "trait" | "type" | "union");
+            (declares && name.starts_with(char::is_alphabetic)).then_some(name)
+        }
+        _other => None,
+    })
+}
+
+#[test]
+fn a_public_name_of_a_type_stands_once_in_a_layer() {
+    let mut places = BTreeMap::<(String, String), Vec<String>>::new();
+    for module in modules() {
+        for file in files_of(&module) {
+            let place = file.strip_prefix(source()).unwrap().to_str().unwrap().to_owned();
+            if SUBSTITUTES.contains(&place.as_str()) {
+                continue;
+            }
+            for name in public_types(&tokens(&fs::read_to_string(&file).unwrap())) {
+                places.entry((part(&module, &file), name.clone())).or_default().push(place.clone());
+            }
+        }
+    }
+    assert!(places.len() > 500, "{} types", places.len());
+    places.retain(|_, files| files.len() > 1);
+    assert!(places.is_empty(), "in one layer one name for several types: {places:#?}");
+}
+
+/// The types of ours that a file imports under another name, as `Event as UnitEvent`.
+fn renamed(tokens: &[String]) -> Vec<String> {
+    let is_type = |name: &str| name.starts_with(char::is_uppercase) && name.contains(char::is_lowercase);
+    let mut renamed = Vec::new();
+    for (n, _) in tokens.iter().enumerate().filter(|(_, token)| *token == "use") {
+        let end = tokens[n..].iter().position(|token| token == ";").map_or(tokens.len(), |len| n + len);
+        let path = &tokens[n + 1..end];
+        let ours = path
+            .first()
+            .is_some_and(|root| matches!(root.as_str(), "crate" | "super" | "self" | "profidrive"));
+        for three in path.windows(3).filter(|three| ours && three[1] == "as") {
+            if is_type(&three[0]) && is_type(&three[2]) {
+                renamed.push(three.join(" "));
+            }
+        }
+    }
+    renamed
+}
+
+#[test]
+fn no_type_of_ours_is_imported_under_another_name() {
+    let mut breaches = Vec::new();
+    for file in modules().flat_map(|module| files_of(&module)) {
+        for found in renamed(&tokens(&fs::read_to_string(&file).unwrap())) {
+            breaches.push(format!("{}: {found}", file.display()));
+        }
+    }
+    assert!(breaches.is_empty(), "{}", breaches.join("\n"));
+}
+
+#[test]
+fn other_names_are_seen_in_every_form() {
+    for (code, seen) in [
+        ("use crate::unit::Event as UnitEvent;", "Event as UnitEvent"),
+        ("pub use super::{a, b::{Event as UnitEvent, Power}};", "Event as UnitEvent"),
+        ("use profidrive::drive::{self, Inputs as Plant};", "Inputs as Plant"),
+        ("use crate::dp::application::Application as _;", ""),
+        ("use super::ppo_drives::parameters as ppo_parameters;", ""),
+        ("use std::net::TcpStream as Socket;", ""),
+        ("fn f() { use crate::param::Unit as U; }", ""),
+    ] {
+        assert_eq!(renamed(&tokens(code)).join(", "), seen, "{code}");
+    }
+    let code = "pub struct A; pub(super) enum B {} enum C {} pub trait D {} macro_rules! m { () => { pub enum $name {} } }";
+    assert_eq!(public_types(&tokens(code)).collect::<Vec<_>>(), ["A", "D"]);
+}
