@@ -4,9 +4,11 @@
 //! | --- | --- |
 //! | `state` | a drive as JSON |
 //! | `parameters` | its table |
+//! | `why` | what keeps it from turning |
 
 pub(super) mod parameters;
 mod state;
+pub(super) mod why;
 
 use std::format;
 use std::prelude::v1::*;
