@@ -8,12 +8,13 @@
 use super::abort::Abort;
 use super::address::Address;
 use super::application::{Application, Source, Written};
-use super::dictionary::{self, Entry, Home, Place, Writable};
+use super::dictionary::{self, Entry, Home, Limits, Place, Writable};
 use super::event::Event;
 use super::nmt::NmtState;
 use super::node::Node;
 use super::parameter::Parameter;
 use super::policy::{OutOfRange, Policy, StateCheck, WrongLength};
+use super::refusal::{Broken, Refusal, Rule};
 use super::value::{DataType, Value};
 use crate::time::Instant;
 
@@ -77,15 +78,16 @@ impl Node {
     /// a client waits for goes on. Counts as a `handle_*` call.
     ///
     /// # Errors
-    /// The abort code that a client would get; nothing is changed then.
+    /// What a client would be told; nothing is changed then.
     pub fn write_without_bus(
         &mut self,
         now: Instant,
         at: Address,
         octets: &[u8],
         app: &mut dyn Application,
-    ) -> Result<(), Abort> {
-        let _nobody_waits = self.write_unanswered(now, at, octets, Source::Sdo, app)?;
+    ) -> Result<(), Refusal> {
+        let written = self.write_unanswered(now, at, octets, Source::Sdo, app);
+        let _nobody_waits = written.map_err(|broken| self.refusal_of_write(at, broken, octets, app))?;
         self.handle_change(now, app);
         Ok(())
     }
@@ -98,7 +100,7 @@ impl Node {
         octets: &[u8],
         source: Source,
         app: &mut dyn Application,
-    ) -> Result<Written, Abort> {
+    ) -> Result<Written, Broken> {
         let before = self.generation();
         let written = self.write_unanswered(now, at, octets, source, app)?;
         Ok(self.hold(before, written))
@@ -111,17 +113,17 @@ impl Node {
         octets: &[u8],
         source: Source,
         app: &mut dyn Application,
-    ) -> Result<Written, Abort> {
+    ) -> Result<Written, Broken> {
         let entry = self.entry(at)?;
         if !entry.is_writable() {
-            return Err(Abort::READ_ONLY);
+            return Err(Abort::READ_ONLY.into());
         }
         self.judge(entry, octets)?;
         let written = match entry.home {
             Home::Alias(to) => {
                 let target = self.entry(to)?;
                 if !target.is_writable() {
-                    return Err(Abort::READ_ONLY);
+                    return Err(Abort::READ_ONLY.into());
                 }
                 self.judge(target, octets)?;
                 self.write_home(now, to, target, octets, source, app)?
@@ -143,31 +145,53 @@ impl Node {
         octets: &[u8],
         source: Source,
         app: &mut dyn Application,
-    ) -> Result<Written, Abort> {
+    ) -> Result<Written, Broken> {
         let value = entry.data.decode(octets).ok_or(Abort::INTERNAL)?;
         match entry.home {
             Home::Application => {
-                let written = app.write(now, at, value, source)?;
+                let written = app.write(now, at, value, source);
+                let written = written.map_err(|code| Broken { code, rule: app.rule(at, value) })?;
                 self.note_written(entry.stored);
                 Ok(written)
             }
             Home::Node => {
                 let parameter = Parameter::of(at).ok_or(Abort::INTERNAL)?;
                 let number = value.number().and_then(|number| u32::try_from(number).ok());
-                self.write_parameter(now, parameter, entry, number.ok_or(Abort::INTERNAL)?, app)
+                let written =
+                    self.write_parameter(now, parameter, entry, number.ok_or(Abort::INTERNAL)?, app);
+                written
+                    .map_err(|broken| Broken { rule: broken.rule.or_else(|| app.rule(at, value)), ..broken })
             }
             // Tables with such an entry are faulty: there is nobody to take the value.
-            Home::Default | Home::Alias(_) => Err(Abort::INTERNAL),
+            Home::Default | Home::Alias(_) => Err(Abort::INTERNAL.into()),
         }
     }
 
-    fn judge(&self, entry: &'static Entry, octets: &[u8]) -> Result<(), Abort> {
+    /// What to tell of a write that was refused.
+    pub(super) fn refusal_of_write(
+        &self,
+        at: Address,
+        broken: Broken,
+        octets: &[u8],
+        app: &dyn Application,
+    ) -> Refusal {
+        let entry = self.entry(at).ok();
+        let unit = match entry.map(|entry| entry.home) {
+            Some(Home::Application) => app.unit(at),
+            Some(Home::Alias(to)) => app.unit(to),
+            Some(Home::Default | Home::Node) | None => "",
+        };
+        Refusal::broken(at, broken, entry, octets, unit)
+    }
+
+    fn judge(&self, entry: &'static Entry, octets: &[u8]) -> Result<(), Broken> {
         if self.policy.state_check == StateCheck::BeforeLength {
             self.judge_state(entry)?;
         }
         self.judge_length(entry, octets.len())?;
         if entry.data == DataType::Boolean && octets.iter().any(|octet| *octet > 1) {
-            return Err(self.policy.refusal(Place::Above));
+            let rule = Rule::Limits(Limits::Range(0, 1));
+            return Err(Broken::rule(self.policy.refusal(Place::Above), rule));
         }
         if let Some(value) = entry.data.decode(octets) {
             self.policy.judge_range(entry, value)?;
@@ -175,21 +199,25 @@ impl Node {
         self.judge_state(entry)
     }
 
-    pub(super) fn judge_length(&self, entry: &'static Entry, len: usize) -> Result<(), Abort> {
+    pub(super) fn judge_length(&self, entry: &'static Entry, len: usize) -> Result<(), Broken> {
         let (fewest, most) = entry.lengths();
+        let broken = |code| Broken::rule(code, Rule::Length(fewest, most));
         if len > most {
-            Err(self.policy.too_long())
+            Err(broken(self.policy.too_long()))
         } else if len < fewest {
-            Err(self.policy.too_short())
+            Err(broken(self.policy.too_short()))
         } else {
             Ok(())
         }
     }
 
-    fn judge_state(&self, entry: &'static Entry) -> Result<(), Abort> {
+    fn judge_state(&self, entry: &'static Entry) -> Result<(), Broken> {
+        const EXPECTED: NmtState = NmtState::PreOperational;
+        let code = self.policy.wrong_state;
         match (entry.writable, self.state) {
-            (Writable::Always, _) | (Writable::PreOperational, Some(NmtState::PreOperational)) => Ok(()),
-            (Writable::PreOperational, _) => Err(self.policy.wrong_state),
+            (Writable::Always, _) | (Writable::PreOperational, Some(EXPECTED)) => Ok(()),
+            (Writable::PreOperational, Some(state)) => Err(Broken::rule(code, Rule::State(EXPECTED, state))),
+            (Writable::PreOperational, None) => Err(code.into()),
         }
     }
 }
@@ -209,10 +237,12 @@ impl Policy {
         }
     }
 
-    pub(super) fn judge_range(&self, entry: &'static Entry, value: Value<'_>) -> Result<(), Abort> {
+    pub(super) fn judge_range(&self, entry: &'static Entry, value: Value<'_>) -> Result<(), Broken> {
         match entry.place(value) {
             Place::Inside => Ok(()),
-            place @ (Place::Below | Place::Above | Place::Gap) => Err(self.refusal(place)),
+            place @ (Place::Below | Place::Above | Place::Gap) => {
+                Err(Broken::rule(self.refusal(place), Rule::Limits(entry.limits)))
+            }
         }
     }
 

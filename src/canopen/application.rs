@@ -8,6 +8,7 @@ use super::dictionary::Object;
 use super::emcy::Emergency;
 use super::nmt::{NmtState, Reset};
 use super::pdo::PdoNumber;
+use super::refusal::Rule;
 use super::value::Value;
 use crate::time::Instant;
 
@@ -41,6 +42,19 @@ pub trait Application {
         value: Value<'_>,
         source: Source,
     ) -> Result<Written, Abort>;
+
+    /// The rule that `value` breaks, for people: asked when [`write`](Self::write), [`store`](Self::store) or
+    /// [`load_defaults`](Self::load_defaults) has refused it.
+    fn rule(&self, at: Address, value: Value<'_>) -> Option<Rule> {
+        let _ = (at, value);
+        None
+    }
+
+    /// What a number in an entry counts, for people; empty if it counts nothing, or what is not known.
+    fn unit(&self, at: Address) -> &'static str {
+        let _ = at;
+        ""
+    }
 
     /// Something happened on the bus.
     fn notice(&mut self, now: Instant, notice: Notice);

@@ -6,6 +6,7 @@ use super::abort::Abort;
 use super::address::{Address, NodeId};
 use super::nmt::{NmtState, Reset};
 use super::pdo::PdoNumber;
+use super::refusal::Refusal;
 
 /// What happened at a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,13 +26,15 @@ pub enum Event {
         /// The state now.
         to: NmtState,
     },
-    /// An SDO request was refused.
-    SdoRefused {
-        /// What it was about.
-        at: Address,
-        /// The answer.
-        code: Abort,
+    /// A command of the NMT master for this node was not followed.
+    NmtIgnored {
+        /// Its first octet.
+        command: u8,
+        /// Whether the node was off; if not, there is no such command.
+        off: bool,
     },
+    /// An SDO request was refused.
+    SdoRefused(Refusal),
     /// The client ended a transfer.
     SdoAbortedByClient {
         /// What it was about.
@@ -57,10 +60,8 @@ pub enum Event {
     RpdoRefused {
         /// The PDO.
         pdo: PdoNumber,
-        /// The entry.
-        at: Address,
-        /// Why.
-        code: Abort,
+        /// The entry, and why.
+        refusal: Refusal,
     },
     /// An EMCY message was sent.
     Emergency {
@@ -96,15 +97,24 @@ impl fmt::Display for Event {
                 write!(f, "boot-up as node {node} after {why}")
             }
             Self::State { from, to } => write!(f, "NMT state {from} -> {to}"),
-            Self::SdoRefused { at, code } => write!(f, "SDO request for {at} refused: {code}{}", Cure(*code)),
+            Self::NmtIgnored { command, off: true } => {
+                write!(
+                    f,
+                    "NMT command {command:02X}h ignored: the node is switched off; switch its supply on"
+                )
+            }
+            Self::NmtIgnored { command, off: false } => write!(
+                f,
+                "NMT command {command:02X}h ignored: there is no such command; send 01h (start), 02h (stop), 80h \
+                 (pre-operational), 81h (reset node) or 82h (reset communication)"
+            ),
+            Self::SdoRefused(refusal) => write!(f, "SDO request for {refusal}"),
             Self::SdoAbortedByClient { at, code } => write!(f, "client aborted the SDO for {at}: {code}"),
             Self::Written { at } => write!(f, "{at} written"),
             Self::RpdoLength { pdo, expected, got } => {
                 write!(f, "RPDO{pdo} has {got} octets, its mapping needs {expected}")
             }
-            Self::RpdoRefused { pdo, at, code } => {
-                write!(f, "RPDO{pdo}: {at} refused: {code}{}", Cure(*code))
-            }
+            Self::RpdoRefused { pdo, refusal } => write!(f, "RPDO{pdo}: {refusal}"),
             Self::Emergency { code, register } => {
                 write!(f, "EMCY {code:04X}h sent, error register {register:02X}h")
             }
@@ -114,14 +124,5 @@ impl fmt::Display for Event {
             Self::HeartbeatBack(node) => write!(f, "heartbeat of node {node} is back"),
             Self::FramesLost { count } => write!(f, "{count} frames were not taken in time and are lost"),
         }
-    }
-}
-
-/// What to do about a refusal, behind it.
-struct Cure(Abort);
-
-impl fmt::Display for Cure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.cure().map_or(Ok(()), |cure| write!(f, ": {cure}"))
     }
 }

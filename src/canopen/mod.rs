@@ -31,6 +31,7 @@
 //! | [`parameter`], [`settings`] | communication objects that the node keeps: their values; what a write does |
 //! | `access` | the checks of a read and a write |
 //! | [`abort`] | abort codes |
+//! | [`refusal`] | a refused request with its value and the rule it broke |
 
 pub mod abort;
 mod access;
@@ -50,6 +51,7 @@ pub mod node;
 pub mod parameter;
 pub mod pdo;
 pub mod policy;
+pub mod refusal;
 pub mod sdo;
 pub mod settings;
 pub mod storage;
@@ -66,4 +68,5 @@ pub use nmt::{NmtState, Reset};
 pub use node::{Node, Service};
 pub use pdo::PdoNumber;
 pub use policy::Policy;
+pub use refusal::{Refusal, Rule};
 pub use value::{DataType, Value};

@@ -77,6 +77,8 @@ pub struct Node {
     frames: Deque<Frame, MAX_FRAMES>,
     frames_lost: u32,
     events: Deque<Event, MAX_EVENTS>,
+    /// The last NMT command that was not followed and told.
+    ignored: Option<u8>,
 }
 
 impl Node {
@@ -103,6 +105,7 @@ impl Node {
             frames: Deque::new(),
             frames_lost: 0,
             events: Deque::new(),
+            ignored: None,
         }
     }
 
@@ -150,6 +153,7 @@ impl Node {
     /// Switches the node off: it is silent and deaf, and what is not stored is lost.
     pub fn power_off(&mut self) {
         self.state = None;
+        self.ignored = None;
         self.sdo.end();
         self.storage.forget_answer();
         self.frames.clear();
@@ -157,7 +161,10 @@ impl Node {
 
     /// A frame was received.
     pub fn handle_frame(&mut self, now: Instant, frame: &Frame, app: &mut dyn Application) {
-        let Some(state) = self.state else { return };
+        let Some(state) = self.state else {
+            self.nmt_ignored(frame);
+            return;
+        };
         // What was due before the frame came happens before it.
         if self.poll_timeout().is_some_and(|due| due <= now) {
             self.handle_timeout(now, app);
@@ -266,9 +273,23 @@ impl Node {
 
     fn nmt_command(&mut self, now: Instant, frame: &Frame, app: &mut dyn Application) {
         match Command::decode(frame, self.node_id) {
-            Some(Command::Enter(to)) => self.enter(now, to, NmtCause::Master, app),
+            Some(Command::Enter(to)) => {
+                self.ignored = None;
+                self.enter(now, to, NmtCause::Master, app);
+            }
             Some(Command::Reset(reset)) => self.reset(now, reset, app),
-            None => {}
+            None => self.nmt_ignored(frame),
+        }
+    }
+
+    /// Tells of a command for this node that it does not follow; of the same one once until it follows one.
+    fn nmt_ignored(&mut self, frame: &Frame) {
+        let &[command, node] = frame.octets() else { return };
+        let is_nmt = frame.id() == cob_id::NMT_ID && !frame.is_remote();
+        let told = self.ignored == Some(command);
+        if is_nmt && (node == 0 || node == self.node_id.number()) && !told {
+            self.ignored = Some(command);
+            self.tell(Event::NmtIgnored { command, off: self.state.is_none() });
         }
     }
 
@@ -293,6 +314,7 @@ impl Node {
     }
 
     fn reset(&mut self, now: Instant, reset: Reset, app: &mut dyn Application) {
+        self.ignored = None;
         self.sdo.end();
         self.storage.forget_answer();
         self.frames.clear();

@@ -4,19 +4,33 @@ use super::abort::Abort;
 use super::address::Sub;
 use super::application::{Application, Notice, Written};
 use super::cob_id::CobId;
-use super::dictionary::Entry;
+use super::dictionary::{Entry, Limits};
 use super::heartbeat::{Consumer, supervised};
 use super::node::Node;
 use super::parameter::{Parameter, PdoField, PdoParameters};
 use super::pdo::mapping::{self, Direction};
 use super::pdo::{PdoNumber, TransmissionType};
 use super::policy::Storing;
+use super::refusal::{Broken, Rule};
 use crate::time::Instant;
 
 /// `save` as 1010h takes it, the letter s in the low octet.
 pub const SAVE: u32 = 0x6576_6173;
 /// `load` as 1011h takes it.
 pub const LOAD: u32 = 0x6461_6F6C;
+
+/// What is in the way of another identifier or another mapping.
+const PDO_ON: &str = "the PDO is on (bit 31 of its COB-ID is 0)";
+/// An identifier that CiA 301 has for something else, or that has too many bits.
+const NO_IDENTIFIER: Rule =
+    Rule::But("its identifier is reserved by CiA 301, or has more bits than the device supports");
+
+const fn without_bit_30(value: u32) -> Result<u32, Broken> {
+    if CobId(value).bit_30() {
+        return Err(Broken::rule(Abort::RANGE, Rule::But("bit 30 must be 0")));
+    }
+    Ok(value)
+}
 
 impl Node {
     /// The value of an object that the node keeps.
@@ -53,7 +67,7 @@ impl Node {
         entry: &'static Entry,
         value: u32,
         app: &mut dyn Application,
-    ) -> Result<Written, Abort> {
+    ) -> Result<Written, Broken> {
         let value = self.judge_parameter(parameter, value)?;
         match parameter {
             Parameter::HistoryCount => {
@@ -64,9 +78,9 @@ impl Node {
                 }
                 return Ok(Written::Done);
             }
-            Parameter::Store(group) => return self.store(now, Sub(group), app),
-            Parameter::LoadDefaults(group) => return self.load_defaults(now, Sub(group), app),
-            Parameter::ErrorRegister | Parameter::History(_) => return Err(Abort::READ_ONLY),
+            Parameter::Store(group) => return Ok(self.store(now, Sub(group), app)?),
+            Parameter::LoadDefaults(group) => return Ok(self.load_defaults(now, Sub(group), app)?),
+            Parameter::ErrorRegister | Parameter::History(_) => return Err(Abort::READ_ONLY.into()),
             Parameter::SyncId
             | Parameter::SyncPeriod
             | Parameter::SyncWindow
@@ -88,17 +102,23 @@ impl Node {
     }
 
     /// Whether the value is accepted; the value that is kept.
-    fn judge_parameter(&self, parameter: Parameter, value: u32) -> Result<u32, Abort> {
+    fn judge_parameter(&self, parameter: Parameter, value: u32) -> Result<u32, Broken> {
         match parameter {
-            Parameter::HistoryCount if value != 0 => Err(Abort::RANGE),
+            Parameter::HistoryCount if value != 0 => {
+                Err(Broken::rule(Abort::RANGE, Rule::Limits(Limits::Range(0, 0))))
+            }
             Parameter::SyncId => self.judge_sync_id(value),
             Parameter::EmcyId => {
-                let value = self.judge_cob_id(self.values.emcy_id, value)?;
-                if CobId(value).bit_30() { Err(Abort::RANGE) } else { Ok(value) }
+                let value = self.judge_cob_id(self.values.emcy_id, value, "EMCY is on (bit 31 is 0)")?;
+                without_bit_30(value)
             }
             Parameter::Consumer(place) => self.judge_consumer(place, value),
-            Parameter::Store(_) if value != SAVE => Err(self.policy.wrong_signature),
-            Parameter::LoadDefaults(_) if value != LOAD => Err(self.policy.wrong_signature),
+            Parameter::Store(_) if value != SAVE => {
+                Err(Broken::rule(self.policy.wrong_signature, Rule::But("only \"save\" is taken, 65766173h")))
+            }
+            Parameter::LoadDefaults(_) if value != LOAD => {
+                Err(Broken::rule(self.policy.wrong_signature, Rule::But("only \"load\" is taken, 64616F6Ch")))
+            }
             Parameter::Rpdo(pdo, field) => {
                 self.judge_pdo(Direction::Receive, self.values.rpdo(pdo), field, value)
             }
@@ -120,23 +140,28 @@ impl Node {
         }
     }
 
-    fn judge_sync_id(&self, value: u32) -> Result<u32, Abort> {
+    fn judge_sync_id(&self, value: u32) -> Result<u32, Broken> {
         let value = if self.policy.drop_sync_producer_bit { value & !CobId::BIT_30 } else { value };
         let id = CobId(value);
-        if id.bit_30() || !id.is_valid() || !self.is_identifier(id) || id.is_restricted() {
-            return Err(Abort::RANGE);
+        if id.bit_30() || !id.is_valid() {
+            return Err(Broken::rule(Abort::RANGE, Rule::But("bits 30 and 31 must be 0")));
+        }
+        if !self.is_identifier(id) || id.is_restricted() {
+            return Err(Broken::rule(Abort::RANGE, NO_IDENTIFIER));
         }
         Ok(value)
     }
 
-    /// The rules of COB-IDs of PDOs and EMCY: a service that is on keeps its identifier.
-    fn judge_cob_id(&self, old: u32, new: u32) -> Result<u32, Abort> {
+    /// The rules of COB-IDs of PDOs and EMCY: a service that is on keeps its identifier. `on` says that it is on.
+    fn judge_cob_id(&self, old: u32, new: u32, on: &'static str) -> Result<u32, Broken> {
         let (old, id) = (CobId(old), CobId(new));
         if !self.is_identifier(id) || id.is_valid() && id.is_restricted() {
-            return Err(Abort::RANGE);
+            return Err(Broken::rule(Abort::RANGE, NO_IDENTIFIER));
         }
         match self.policy.change_while_valid {
-            Some(code) if old.is_valid() && id.is_valid() && old.id() != id.id() => Err(code),
+            Some(code) if old.is_valid() && id.is_valid() && old.id() != id.id() => {
+                Err(Broken::rule(code, Rule::But(on)))
+            }
             Some(_) | None => Ok(new),
         }
     }
@@ -145,16 +170,22 @@ impl Node {
         id.id().is_some() && (self.policy.extended_ids || !id.is_extended())
     }
 
-    fn judge_consumer(&self, place: u8, value: u32) -> Result<u32, Abort> {
+    fn judge_consumer(&self, place: u8, value: u32) -> Result<u32, Broken> {
         let [_, _, node, high] = value.to_le_bytes();
         if high != 0 || node > 127 {
-            return Err(Abort::RANGE);
+            return Err(Broken::rule(
+                Abort::RANGE,
+                Rule::But("bits 16 to 31 must be a node number, 0 to 127"),
+            ));
         }
         let Some((node, _)) = supervised(value) else { return Ok(value) };
         let others = self.values.consumers.iter().enumerate();
         let mut others = others.filter(|(other, _)| *other != usize::from(place));
         let twice = others.any(|(_, entry)| supervised(*entry).is_some_and(|(other, _)| other == node));
-        if twice { Err(Abort::PARAMETER) } else { Ok(value) }
+        if twice {
+            return Err(Broken::rule(Abort::PARAMETER, Rule::But("another entry supervises that node")));
+        }
+        Ok(value)
     }
 
     fn judge_pdo(
@@ -163,24 +194,25 @@ impl Node {
         values: &PdoParameters,
         field: PdoField,
         value: u32,
-    ) -> Result<u32, Abort> {
+    ) -> Result<u32, Broken> {
         let on = CobId(values.cob_id).is_valid();
         match (field, direction) {
             (PdoField::CobId, Direction::Receive) => {
-                let value = self.judge_cob_id(values.cob_id, value)?;
-                if CobId(value).bit_30() { Err(Abort::RANGE) } else { Ok(value) }
+                let value = self.judge_cob_id(values.cob_id, value, PDO_ON)?;
+                without_bit_30(value)
             }
             (PdoField::CobId, Direction::Transmit) => {
                 let value = if self.policy.tpdo_rtr { value } else { value & !CobId::BIT_30 };
-                self.judge_cob_id(values.cob_id, value)
+                self.judge_cob_id(values.cob_id, value, PDO_ON)
             }
             (PdoField::Type, Direction::Receive | Direction::Transmit) => {
                 let exists = u8::try_from(value).is_ok_and(|kind| TransmissionType(kind).exists());
-                if exists { Ok(value) } else { Err(Abort::RANGE) }
+                let reserved = Rule::But("the transmission types 241 to 251 are reserved");
+                if exists { Ok(value) } else { Err(Broken::rule(Abort::RANGE, reserved)) }
             }
             (PdoField::Count, direction) => {
                 if on {
-                    return Err(self.policy.wrong_state);
+                    return Err(Broken::rule(self.policy.wrong_state, Rule::But(PDO_ON)));
                 }
                 let count = usize::try_from(value).unwrap_or(usize::MAX);
                 let words = values.mapped.get(..count).ok_or(Abort::PDO_LENGTH)?;
@@ -188,8 +220,9 @@ impl Node {
                 Ok(value)
             }
             (PdoField::Mapped(_), direction) => {
+                let but = if on { PDO_ON } else { "the mapping is in use (its sub-index 0 is not 0)" };
                 if on || values.count != 0 {
-                    return Err(self.policy.wrong_state);
+                    return Err(Broken::rule(self.policy.wrong_state, Rule::But(but)));
                 }
                 mapping::judge_word(self.objects, direction, value)?;
                 Ok(value)

@@ -5,7 +5,6 @@ use core::sync::atomic::Ordering;
 use core::time::Duration;
 use std::path::Path;
 
-use profidrive::device::profile::hindrances;
 use profidrive::device::{Config, Device, DipSwitches, Timing};
 use profidrive::fdl::{Address, RateChange};
 use profidrive::gsd::Station;
@@ -14,8 +13,8 @@ use profidrive::host::link::pty::Pty;
 use profidrive::host::link::serial::Serial;
 use profidrive::host::link::tcp::Tcp;
 use profidrive::host::{
-    Bus, BusEvent, Clock, Condition, Error, HostedPpoDrive, Link, OutputBoard, Reach, Refusals, SlotTime,
-    StateDir, Stop, StoredDevice, SystemClock, run,
+    Bus, BusEvent, Clock, Condition, Error, Link, OutputBoard, Reach, Refusals, SlotTime, StateDir, Stop,
+    StoredDevice, SystemClock, run,
 };
 use profidrive::panel::{BusAccess, Panel, PanelError};
 use profidrive::param::{ParamError, Pnu, Value};
@@ -429,13 +428,7 @@ fn report(bus: &Bus) {
 /// Logs of every drive what keeps it from moving.
 fn explain(bus: &Bus) {
     for address in bus.addresses() {
-        if let Some(device) = bus.station::<StoredDevice>(address) {
-            info!("station {address}: {}", device.device().why());
-        } else if let Some(hosted) = bus.station::<HostedPpoDrive>(address) {
-            let drive = hosted.drive();
-            let why: Vec<_> =
-                hindrances(drive.stw(), drive.zsw()).map(|hindrance| hindrance.to_string()).collect();
-            let why = if why.is_empty() { "nothing keeps it from turning".into() } else { why.join("; ") };
+        if let Some(why) = bus.why(address) {
             info!("station {address}: {why}");
         }
     }

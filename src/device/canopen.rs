@@ -9,7 +9,7 @@ use super::ag03_canopen;
 use super::surroundings::Surroundings;
 use crate::can::{ErrorState, Frame};
 use crate::canopen::storage::{self, Generation, NotStored, StoreRequest};
-use crate::canopen::{self, Abort, Address, Application, Node, NodeId};
+use crate::canopen::{self, Address, Application, Node, NodeId, Refusal};
 use crate::time::Instant;
 use crate::unit;
 
@@ -71,8 +71,8 @@ pub trait CanopenDevice: Surroundings + Any + Send {
     /// ([`Node::write_without_bus`]).
     ///
     /// # Errors
-    /// The abort code that a client would get; nothing is changed then.
-    fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Abort>;
+    /// What a client would be told; nothing is changed then.
+    fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal>;
 
     /// The node number in force: after power-on that of the device's memory.
     fn node_id(&self) -> NodeId {

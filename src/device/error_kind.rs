@@ -56,7 +56,10 @@ impl Event {
             ) => ErrorKind::CommandRefused,
             Self::Unit(unit::Event::NotStored { .. }) => ErrorKind::NotStored,
             Self::PpoDrive(profile::Event::Drive(
-                ppo_drive::Event::State(_) | ppo_drive::Event::Acknowledged | ppo_drive::Event::Warning(_),
+                ppo_drive::Event::State(_)
+                | ppo_drive::Event::Acknowledged
+                | ppo_drive::Event::Warning(_)
+                | ppo_drive::Event::Load { .. },
             ))
             | Self::Drive { .. }
             | Self::Unit(

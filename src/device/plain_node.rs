@@ -4,7 +4,7 @@ use super::surroundings::{Declined, Face, Input, Level, Provocable, Surroundings
 use super::{CanopenDevice, CanopenEvent, DriveState, RecallError};
 use crate::can::Frame;
 use crate::canopen::storage::{Generation, ImageError, Memory, NotStored, StoreRequest};
-use crate::canopen::{Abort, Address, Application, Node, Policy};
+use crate::canopen::{Address, Application, Node, Policy, Refusal};
 use crate::time::Instant;
 
 /// A [`CanopenDevice`] of an application that changes only when the bus or its surroundings act on it: inputs and
@@ -43,7 +43,7 @@ impl<A: Application + Surroundings + Send + 'static> CanopenDevice for PlainNode
         &self.application
     }
 
-    fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Abort> {
+    fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal> {
         self.node.write_without_bus(now, at, octets, &mut self.application)
     }
 

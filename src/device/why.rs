@@ -9,6 +9,16 @@ use crate::dp;
 use crate::drive::{self, Mode, State};
 use crate::ppo::Stw;
 
+// What the slave says, whichever drive is behind it.
+pub(super) const PRM_REFUSED: &str = "no master exchanges data with the drive, the last Set_Prm was refused (Slave_Diag \
+    octet 1 bit 6, Prm_Fault): correct the master's project, the log says what is wrong";
+pub(super) const NOT_PARAMETERISED: &str = "no master exchanges data with the drive: it waits for Set_Prm; start the \
+    master, check its station list and the rate of the line";
+pub(super) const NOT_CONFIGURED: &str =
+    "no master exchanges data with the drive: it was parameterised and waits for Chk_Cfg";
+pub(super) const SYNC_HOLDS: &str =
+    "Sync holds the outputs, new control words do not reach the drive: send Global_Control with Unsync";
+
 /// Why a drive does not move ([`Device::why`]).
 ///
 /// `Display` is one line: every hindrance, then the control words that help.
@@ -211,24 +221,14 @@ impl fmt::Display for Text {
             Hindrance::AddressNotSet => f.write_str(
                 "there is no Data_Exchange at address 126: set another address with SW1 to SW7 and switch off and on",
             ),
-            Hindrance::NoParameters { refused: true, .. } => f.write_str(
-                "no master exchanges data with the drive, the last Set_Prm was refused (Slave_Diag octet 1 bit 6, \
-                 Prm_Fault): correct the master's project, the log says what is wrong",
-            ),
+            Hindrance::NoParameters { refused: true, .. } => f.write_str(PRM_REFUSED),
             Hindrance::NoParameters { refused: false, cfg_refused: true } => f.write_str(
                 "no master exchanges data with the drive, the last Chk_Cfg was refused (Slave_Diag octet 1 bit 2, \
                  Cfg_Fault): choose the module of the drive's GSD (SIKO0AC5.GSD) in the master's project",
             ),
-            Hindrance::NoParameters { refused: false, cfg_refused: false } => f.write_str(
-                "no master exchanges data with the drive: it waits for Set_Prm; start the master, check its station \
-                 list and the rate of the line",
-            ),
-            Hindrance::NoConfiguration => f.write_str(
-                "no master exchanges data with the drive: it was parameterised and waits for Chk_Cfg",
-            ),
-            Hindrance::SyncHolds => f.write_str(
-                "Sync holds the outputs, new control words do not reach the drive: send Global_Control with Unsync",
-            ),
+            Hindrance::NoParameters { refused: false, cfg_refused: false } => f.write_str(NOT_PARAMETERISED),
+            Hindrance::NoConfiguration => f.write_str(NOT_CONFIGURED),
+            Hindrance::SyncHolds => f.write_str(SYNC_HOLDS),
             Hindrance::Drive(Reason::Drive(drive::Reason::FaultLatched)) => {
                 let Some(refusal) = self.why.refusal else { return Ok(()) };
                 let cause = if self.why.cause_present { "present" } else { "gone" };

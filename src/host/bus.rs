@@ -133,6 +133,11 @@ impl Bus {
         self.stations.slot(address).map(|slot| slot.presence)
     }
 
+    /// What keeps the drive at `address` from moving now, in one line; `None`: there is none.
+    pub fn why(&self, address: Address) -> Option<Box<dyn fmt::Display + '_>> {
+        self.stations.slot(address)?.station.why()
+    }
+
     /// The station at `address`, if there is one and it is a `T`.
     pub fn station<T: Participant>(&self, address: Address) -> Option<&T> {
         let station: &dyn Any = &*self.stations.slot(address)?.station;

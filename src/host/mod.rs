@@ -57,6 +57,7 @@ mod occasions;
 mod output_board;
 mod participant;
 mod ppo_drive;
+mod ranges;
 pub(crate) mod reach;
 mod refusals;
 mod run;

@@ -1,7 +1,9 @@
 //! What a [`Bus`](super::Bus) carries: anything that is a passive station.
 
 use core::any::Any;
+use core::fmt;
 use std::borrow::Cow;
+use std::boxed::Box;
 use std::string::ToString;
 
 use super::StoredDevice;
@@ -46,6 +48,11 @@ pub trait Participant: Any + Send {
 
     /// When to call it again; `None` = a telegram comes first.
     fn poll_timeout(&self) -> Option<Instant>;
+
+    /// What keeps its drive from moving now, in one line; `None`: it has no drive.
+    fn why(&self) -> Option<Box<dyn fmt::Display + '_>> {
+        None
+    }
 
     /// Whether its DP watchdog minds its master (WD_On of Slave_Diag).
     fn watchdog_on(&self) -> bool;
@@ -139,6 +146,10 @@ impl Participant for Device {
     fn appearance(&self) -> Appearance<'_> {
         Appearance::of(self)
     }
+
+    fn why(&self) -> Option<Box<dyn fmt::Display + '_>> {
+        Some(Box::new(Self::why(self)))
+    }
 }
 
 fn pass_on(device: &mut Device, news: &mut dyn FnMut(Event)) {
@@ -189,6 +200,10 @@ impl Participant for StoredDevice {
 
     fn appearance(&self) -> Appearance<'_> {
         Appearance::of(self.device())
+    }
+
+    fn why(&self) -> Option<Box<dyn fmt::Display + '_>> {
+        Some(Box::new(self.device().why()))
     }
 }
 

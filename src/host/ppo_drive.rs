@@ -132,6 +132,10 @@ impl Participant for HostedPpoDrive {
         self.drive.poll_timeout()
     }
 
+    fn why(&self) -> Option<Box<dyn fmt::Display + '_>> {
+        Some(Box::new(self.drive.why()))
+    }
+
     fn watchdog_on(&self) -> bool {
         self.drive.slave().watchdog_on()
     }

@@ -5,12 +5,14 @@ use std::format;
 use std::string::{String, ToString};
 use std::vec::Vec;
 
+use axum::http::StatusCode;
+
 use super::problem::Problem;
 use super::queue::{self, Lends};
 use crate::device::{Config, Device, Power};
 use crate::fdl::Address;
 use crate::host::link::fault::Faults;
-use crate::host::{Bus, StateDir, StateDirError, StoredDevice};
+use crate::host::{Bus, GsdStation, HostedPpoDrive, Participant, StateDir, StateDirError, StoredDevice};
 use crate::time::Instant;
 
 /// What the panel may see and change, lent by the thread of the bus between two telegrams.
@@ -40,7 +42,66 @@ impl Lends for OfBus {
 /// The way to the thread of a bus of PROFIBUS.
 pub(super) type Asking = queue::Asking<OfBus>;
 
+/// A kind of station beside the drives: what one is called, what several are, and which option starts one.
+pub(super) trait Called: Participant {
+    const CALLED: [&'static str; 3];
+}
+
+impl Called for GsdStation {
+    const CALLED: [&'static str; 3] = ["station from a GSD", "stations from GSDs", "--station"];
+}
+
+impl Called for HostedPpoDrive {
+    const CALLED: [&'static str; 3] = ["PROFIDRIVE drive", "PROFIDRIVE drives", "--ppo-drive"];
+}
+
 impl BusAccess<'_> {
+    /// The station of a kind at `address`.
+    ///
+    /// # Errors
+    /// 404 if there is none, with those that there are.
+    pub(super) fn find<T: Called>(&self, address: Address) -> Result<&T, Problem> {
+        self.bus.station(address).ok_or_else(|| self.no_station::<T>(address))
+    }
+
+    /// Does something to the station of a kind at `address`.
+    ///
+    /// # Errors
+    /// As [`Self::find`].
+    pub(super) fn change<T: Called, R>(
+        &mut self,
+        address: Address,
+        act: impl FnOnce(&mut T) -> R,
+    ) -> Result<R, Problem> {
+        self.bus.with(address, act).ok_or_else(|| self.no_station::<T>(address))
+    }
+
+    /// Takes the station of a kind from the line.
+    ///
+    /// # Errors
+    /// As [`Self::find`].
+    pub(super) fn unplug<T: Called>(&mut self, address: Address) -> Result<StatusCode, Problem> {
+        self.find::<T>(address)?;
+        self.bus.remove(address);
+        self.announce();
+        Ok(StatusCode::NO_CONTENT)
+    }
+
+    /// The refusal that says where such stations are.
+    pub(super) fn no_station<T: Called>(&self, address: Address) -> Problem {
+        let [one, several, option] = T::CALLED;
+        let places = self.bus.addresses().filter(|address| self.bus.station::<T>(*address).is_some());
+        let places = places.map(|place| place.to_string()).reduce(|all, place| format!("{all}, {place}"));
+        Problem::not_found(match places {
+            Some(places) => {
+                format!("there is no {one} at address {address}; there are {several} at {places}")
+            }
+            None => format!(
+                "there is no {one} at address {address}, nor at any other; start one with emulate {option}"
+            ),
+        })
+    }
+
     /// The drive at `address`, stored or not. Stations that are no drives are not found.
     pub(super) fn drive(&self, address: Address) -> Option<&Device> {
         let stored = self.bus.station::<StoredDevice>(address).map(StoredDevice::device);

@@ -40,7 +40,7 @@ use super::queue;
 use super::running::Running;
 use super::{PanelError, at};
 use crate::device::CanopenEvent;
-use crate::host::can::Event;
+use crate::host::can::{BusHint, Event};
 use crate::host::{Reach, Stop};
 use crate::time::Instant;
 use access::OfNodes;
@@ -125,6 +125,11 @@ impl NodePanel {
     /// Whether somebody reads frames, which a [`Bus`](crate::host::can::Bus) tells only if it is watched.
     pub fn wants_frames(&self) -> bool {
         self.feed.wants_frames()
+    }
+
+    /// Tells those who read the stream of something odd. Never waits.
+    pub fn hint(&self, now: Instant, hint: BusHint) {
+        self.feed.hint(now, hint);
     }
 
     /// Tells those who read the stream. Never waits.

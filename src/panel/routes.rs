@@ -66,6 +66,7 @@ pub(super) fn router(app: App) -> Router {
         .route("/api/v1/ppo-drives/{address}/warning", put(ppo_drives::warning))
         .route("/api/v1/ppo-drives/{address}/load", put(ppo_drives::load))
         .route("/api/v1/ppo-drives/{address}/parameters", get(ppo_parameters::list))
+        .route("/api/v1/ppo-drives/{address}/why", get(ppo_drives::why::why))
         .route("/api/v1/drives/{address}/why", get(why::why))
         .route("/api/v1/drives/{address}/samples", get(history::samples))
         .route("/api/v1/drives/{address}/samples.csv", get(history::samples_csv))
@@ -134,6 +135,7 @@ pub(super) fn router(app: App) -> Router {
         ppo_drives::fault,
         ppo_drives::warning,
         ppo_drives::load,
+        ppo_drives::why::why,
         ppo_parameters::list,
         ppo_parameters::read,
         ppo_parameters::write,

@@ -322,9 +322,10 @@ pub enum Unit {
     Choice(&'static [(u16, &'static str)]),
 }
 
-impl fmt::Display for Unit {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
+impl Unit {
+    /// Its name; empty for what counts nothing.
+    pub const fn name(&self) -> &'static str {
+        match self {
             Self::None | Self::Bits | Self::Ascii | Self::Version | Self::Date | Self::Choice(_) => "",
             Self::Percent => "%",
             Self::PercentOfAcceleration => "% of 4 rev/s^2",
@@ -337,6 +338,12 @@ impl fmt::Display for Unit {
             Self::Milliamperes => "mA",
             Self::TenthVolts => "0.1 V",
             Self::HundredthVolts => "0.01 V",
-        })
+        }
+    }
+}
+
+impl fmt::Display for Unit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
     }
 }

@@ -280,14 +280,23 @@ pub enum ParamError {
 
 /// What the drive is doing that forbids a write (`ag03.md` 3.4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Error)]
+#[error("{}", self.words())]
 #[non_exhaustive]
 pub enum NotNow {
     /// The write is only allowed at standstill.
-    #[error("the shaft is moving")]
     Moving,
     /// The write is only allowed without a travel job.
-    #[error("a travel job is active")]
     JobActive,
+}
+
+impl NotNow {
+    /// In words.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Moving => "the shaft is moving",
+            Self::JobActive => "a travel job is active",
+        }
+    }
 }
 
 #[cfg(test)]

@@ -97,7 +97,7 @@ pub struct Status {
 }
 
 /// News of a drive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Event {
     /// The state is another one.
@@ -108,6 +108,13 @@ pub enum Event {
     Acknowledged,
     /// A warning came.
     Warning(u16),
+    /// The machine takes another torque, in % of the rated torque.
+    Load {
+        /// Before.
+        from: f64,
+        /// Now.
+        to: f64,
+    },
     /// Inching was asked for and is not begun: the shaft turns, or the setpoint is not locked.
     InchingRefused,
 }
@@ -121,6 +128,7 @@ impl fmt::Display for Event {
             }
             Self::Acknowledged => f.write_str("faults acknowledged; next: OFF1 (STW bit 0 = 0), then ON"),
             Self::Warning(number) => write!(f, "warning {number}"),
+            Self::Load { from, to } => write!(f, "load changed from {from} % to {to} % of the rated torque"),
             Self::InchingRefused => {
                 f.write_str("inching is not begun: the shaft must stand and STW bits 4, 5, 6 must be 0")
             }

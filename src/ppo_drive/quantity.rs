@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::{Drive, Fault, FaultBuffer};
+use super::{Drive, Event, Fault, FaultBuffer};
 
 macro_rules! quantities {
     ($($(#[$doc:meta])* $variant:ident = $name:literal, $unit:literal, $settable:literal;)*) => {
@@ -210,8 +210,11 @@ impl Drive {
         if !allowed {
             return Err(SetError::Value);
         }
-        *setting = value;
+        let before = core::mem::replace(setting, value);
         self.at_rest = false;
+        if quantity == Quantity::Load && before != value {
+            self.tell(Event::Load { from: before, to: value });
+        }
         Ok(())
     }
 }

@@ -24,7 +24,7 @@ test("words, values, faults, the parameter channel and the table are shown, and 
     await text(page, "#ppo-why", "OFF1: set STW bit 0 (ON)");
     station.sent = outputs(0x047f, 0x2000, [0x10, 0x02]);
     await text(page, "#ppo-state", "operation enabled");
-    await text(page, "#ppo-why-title", "Ready to turn");
+    await text(page, "#ppo-why-title", "It turns");
     await page.locator("#ppo-values", { hasText: "50.0 %" }).waitFor();
     await page.locator("#ppo-pkw", { hasText: "PNU 2 ramp-up time, value 20" }).waitFor();
     await page.locator("#ppo-parameters tr", { hasText: "ramp-up time" }).getByText("20 (2)").waitFor();

@@ -36,6 +36,7 @@ mod judge;
 mod kill;
 #[cfg(target_os = "linux")]
 mod left_behind;
+mod log;
 #[cfg(target_os = "linux")]
 mod manual;
 #[cfg(target_os = "linux")]

@@ -90,7 +90,11 @@ fn entries_are_read_and_written_by_index_by_name_and_by_the_name_of_the_paramete
     assert_eq!(emulator.says("5", &["write", "limit 1", "-5"]).lines().count(), 1, "a negative number");
     assert_eq!(emulator.says("7", &["read", "6502"]), "6502h:00 Supported drive modes = 109\n");
     let refused = emulator.fails("5", &["write", "2410:05", "0"], 1);
-    assert!(refused.contains("value range of the parameter exceeded (06090030h)"), "{refused}");
+    let expected =
+        "value range of the parameter exceeded (06090030h): expected 1 to 100, got 0 rpm: send a value";
+    assert!(refused.contains(expected), "the limits of this gear, {refused}");
+    let refused = emulator.fails("5", &["write", "6041", "1"], 1);
+    assert!(refused.contains("(06010002h): got 0001h: it can only be read"), "{refused}");
     let refused = emulator.fails("5", &["read", "2410:07"], 1);
     assert!(refused.contains("sub-index does not exist"), "{refused}");
     let wide = emulator.fails("5", &["write", "2410:05", "256"], 2);

@@ -185,6 +185,34 @@ fn each_number_is_what_the_panel_says_and_a_power_cycle_takes_none_back() {
 }
 
 #[test]
+fn a_station_removed_and_added_again_between_two_scrapes_begins_anew_and_is_there_once() {
+    let emulator = Emulator::with(&["--metrics", "127.0.0.1:0", "--drive", "5"]);
+    let place = emulator.metrics.unwrap();
+    let five = r#"line="1",address="5""#;
+    let requests = |series: &Series| -> u64 {
+        ["srd", "sdn", "fdl_status", "other_requests"]
+            .iter()
+            .map(|kind| series.at("requests_total", &format!("{five},kind=\"{kind}\"")))
+            .sum()
+    };
+    let mut master = Master::open(emulator.terminal());
+    for _ in 0..5 {
+        master.exchange(&Outputs::octets(Pkw::ZERO, Stw::from_raw(0), 0)).unwrap();
+    }
+    let before = Series::of(place);
+    assert!(requests(&before) > 0);
+    assert_eq!(emulator.request("DELETE", "/api/v1/drives/5", "", "").status, 204);
+    emulator.set("POST", "/api/v1/drives", &json!({"address": 5}));
+    // A counter that goes back to 0 is a restart to Prometheus.
+    let after = Series::of(place);
+    assert_eq!(requests(&after), 0);
+    assert_eq!(after.at("slave_state", &format!("{five},state=\"wait_prm\"")), 1);
+    let answer = get(place, "GET /metrics", &place.to_string());
+    let once = answer.body.matches(&format!("profidrive_retries_total{{{five}}}")).count();
+    assert_eq!(once, 1, "{}", answer.body);
+}
+
+#[test]
 fn nodes_have_their_states_services_and_faults() {
     let emulator = Emulator::with(&[
         "--metrics",

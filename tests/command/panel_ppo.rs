@@ -78,6 +78,28 @@ fn parameters_are_read_and_written_by_the_rules_of_the_bus() {
 }
 
 #[test]
+fn why_a_drive_does_not_turn_is_said_on_request() {
+    let emulator = emulator();
+    let why = emulator.get("/api/v1/ppo-drives/7/why");
+    assert_eq!((&why["address"], &why["turning"]), (&json!(7), &json!(false)));
+    let text = |why: &Value, place: usize| why["hindrances"][place]["text"].as_str().unwrap().to_owned();
+    assert!(
+        text(&why, 0).starts_with("no master exchanges data with the drive: it waits for Set_Prm"),
+        "{why}"
+    );
+    assert!(text(&why, 1).starts_with("switching on is inhibited: give OFF1 once"), "{why}");
+    assert_eq!(why["text"], json!(format!("it does not turn: {}; {}", text(&why, 0), text(&why, 1))));
+    let state = emulator.set("POST", "/api/v1/ppo-drives/7/fault", &json!({ "number": 77 }));
+    let why = emulator.get("/api/v1/ppo-drives/7/why");
+    assert!(text(&why, 1).starts_with("a fault: remove its cause"), "{why}");
+    assert_eq!(state["why"], json!([text(&why, 0), text(&why, 1)]), "the page says the same");
+    for (path, status) in [("5/why", 404), ("9/why", 404), ("7/why?all=1", 400), ("127/why", 400)] {
+        let answer = emulator.request("GET", &format!("/api/v1/ppo-drives/{path}"), "", "");
+        assert_eq!(answer.status, status, "{path}: {}", answer.body);
+    }
+}
+
+#[test]
 fn the_stream_shows_what_changes() {
     let emulator = emulator();
     let mut stream = emulator.stream("?address=7");

@@ -42,14 +42,35 @@ impl Emulator {
         Self::run(&[])
     }
 
+    /// As [`with`](Self::with); [`log`](Self::log) has what it logs.
+    pub(crate) fn logging(arguments: &[&str]) -> Self {
+        Self::run_with(&[&["--panel", "127.0.0.1:0"], arguments].concat(), Stdio::piped())
+    }
+
+    /// Ends it: the lines that it has logged, without their times.
+    pub(crate) fn log(mut self) -> Vec<String> {
+        let end = format!("kill -TERM {}", self.process.id());
+        assert!(Command::new("sh").args(["-c", &end]).status().unwrap().success());
+        let mut log = String::new();
+        self.process.stderr.take().expect("logging").read_to_string(&mut log).unwrap();
+        log.lines()
+            .map(|line| line.split_once(' ').map_or(line, |(_, rest)| rest).trim().to_owned())
+            .collect()
+    }
+
     fn run(arguments: &[&str]) -> Self {
+        Self::run_with(arguments, Stdio::null())
+    }
+
+    fn run_with(arguments: &[&str], log: Stdio) -> Self {
         let mut process = Command::new(env!("CARGO_BIN_EXE_profidrive"))
             .arg("emulate")
             .args(arguments)
             .env_remove("RUST_LOG")
+            .env("NO_COLOR", "1")
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
-            .stderr(Stdio::null())
+            .stderr(log)
             .spawn()
             .unwrap();
         let mut ready = String::new();

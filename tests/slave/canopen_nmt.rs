@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use profidrive::can::{Frame, Id};
 use profidrive::canopen::nmt::NmtState::{self, Operational, PreOperational, Stopped};
-use profidrive::canopen::{Notice, Policy, Reset};
+use profidrive::canopen::{Event, Notice, Policy, Reset};
 
 use crate::canopen_device::Plain;
 use crate::canopen_device::rig::Rig;
@@ -70,6 +70,30 @@ fn k_04_commands_for_others_have_no_effect() {
             assert_eq!(rig.node.state(), Some(Operational), "{command:02X} {node}");
         }
     }
+}
+
+#[test]
+fn a_command_that_is_ignored_is_told_once_until_one_is_followed() {
+    let ignored = |rig: &mut Rig| -> Vec<(u8, bool)> {
+        let of =
+            |event| if let Event::NmtIgnored { command, off } = event { Some((command, off)) } else { None };
+        rig.events().into_iter().filter_map(of).collect()
+    };
+    let mut rig = in_state(PreOperational);
+    for octets in [[0x07, 5], [0x07, 5], [0x07, 0], [0x09, 6], [0x01, 6]] {
+        rig.data(0x000, &octets);
+    }
+    assert_eq!(ignored(&mut rig), [(0x07, false)]);
+    rig.data(0x000, &[0x00, 0]);
+    assert_eq!(ignored(&mut rig), [(0x00, false)]);
+    rig.data(0x000, &[0x01, 5]);
+    rig.data(0x000, &[0x00, 5]);
+    assert_eq!(ignored(&mut rig), [(0x00, false)], "again behind one that is followed");
+    rig.node.power_off();
+    for octets in [[0x01, 5], [0x01, 5], [0x80, 0], [0x81, 6]] {
+        assert!(rig.data(0x000, &octets).is_empty());
+    }
+    assert_eq!(ignored(&mut rig), [(0x01, true), (0x80, true)]);
 }
 
 #[test]

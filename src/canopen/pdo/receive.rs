@@ -120,9 +120,10 @@ impl Node {
             };
             let source = Source::Rpdo(pdo);
             let written = judged.and_then(|()| self.write_home(now, piece.at, entry, value, source, app));
-            if let Err(abort) = written {
-                self.tell(Event::RpdoRefused { pdo, at: piece.at, code: abort });
-                app.notice(now, Notice::RpdoRefused { pdo, at: piece.at, abort });
+            if let Err(broken) = written {
+                let refusal = self.refusal_of_write(piece.at, broken, value, app);
+                self.tell(Event::RpdoRefused { pdo, refusal });
+                app.notice(now, Notice::RpdoRefused { pdo, at: piece.at, abort: broken.code });
             }
         }
         app.notice(now, Notice::RpdoTaken(pdo));

@@ -8,6 +8,7 @@ use crate::canopen::application::{Application, Source, Written};
 use crate::canopen::cob_id;
 use crate::canopen::event::Event;
 use crate::canopen::node::Node;
+use crate::canopen::refusal::{Broken, Refusal};
 use crate::time::Instant;
 
 /// The most octets of one value.
@@ -116,7 +117,10 @@ impl Node {
                 self.sdo.transfer = Transfer::Held { at, segment };
                 None
             }
-            Err(code) => Some(self.refuse(at, code)),
+            Err(broken) => {
+                let refusal = self.refusal_of_write(at, broken, octets, app);
+                Some(self.tell_refusal(refusal))
+            }
         }
     }
 
@@ -192,21 +196,28 @@ impl Node {
                 self.sdo.transfer = Transfer::Download { at, announced, most, came: 0, toggle: false };
                 Response::Downloaded { at }
             }
-            Err(code) => self.refuse(at, code),
+            Err(broken) => {
+                let entry = self.entry(at).ok();
+                let refusal = match announced {
+                    Some(len) => Refusal::announced(at, broken, entry, len),
+                    None => Refusal::new(at, broken.code, entry),
+                };
+                self.tell_refusal(refusal)
+            }
         }
     }
 
     /// What can be judged before the value is there. Says how long it may be.
-    fn may_download(&self, at: Address, announced: Option<usize>) -> Result<usize, Abort> {
+    fn may_download(&self, at: Address, announced: Option<usize>) -> Result<usize, Broken> {
         let entry = self.entry(at)?;
         if !entry.is_writable() {
-            return Err(Abort::READ_ONLY);
+            return Err(Abort::READ_ONLY.into());
         }
         let (_, most) = entry.lengths();
         if let Some(len) = announced {
             self.judge_length(entry, len)?;
         }
-        if most > MAX_VALUE_LEN { Err(Abort::MEMORY) } else { Ok(most) }
+        if most > MAX_VALUE_LEN { Err(Abort::MEMORY.into()) } else { Ok(most) }
     }
 
     fn download_segment(
@@ -247,8 +258,12 @@ impl Node {
     }
 
     fn refuse(&mut self, at: Address, code: Abort) -> Response {
-        self.tell(Event::SdoRefused { at, code });
-        Response::Abort { at, code }
+        self.tell_refusal(Refusal::new(at, code, self.entry(at).ok()))
+    }
+
+    fn tell_refusal(&mut self, refusal: Refusal) -> Response {
+        self.tell(Event::SdoRefused(refusal));
+        Response::Abort { at: refusal.at, code: refusal.code }
     }
 
     fn sdo_aborted_by_client(&mut self, code: Abort) {

@@ -7,7 +7,9 @@ use profidrive::can::BitRate;
 use profidrive::canopen::storage::Memory;
 use profidrive::canopen::{Event, NodeId};
 use profidrive::device::CanopenEvent;
-use profidrive::host::can::{self, Choices, Line, LinkSpec, News, NodeFaults, Product, Seat, StoredNode};
+use profidrive::host::can::{
+    self, BusHint, Choices, Line, LinkSpec, News, NodeFaults, NodeWatch, Numbers, Product, Seat, StoredNode,
+};
 use profidrive::host::capture::Capture;
 use profidrive::host::capture::can::CanInterface;
 use profidrive::host::{Clock, Error, Reach, StateDir, Stop};
@@ -34,7 +36,9 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec, start: &Start) -> Result<
     let mut panel = start_panel(args, &signals.stop)?;
     let rate = args.baud.and_then(|baud| baud.can()).unwrap_or(DEFAULT_RATE);
     let mut line = open(args, link, rate)?;
-    let mut nodes = Nodes::default();
+    let mut nodes = Nodes::of(link);
+    // For hints.
+    line.bus_mut().watch(true);
     let mut faults = NodeFaults::default();
     for fault in args.node_faults().map_err(Failure::Usage)? {
         warn!("fault on purpose: {fault}");
@@ -50,7 +54,7 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec, start: &Start) -> Result<
     }
     faults.reseat(line.bus_mut());
     nodes.warn_of_doubles();
-    let mut capture = Recorder::start(args, &mut line, &nodes, rate)?;
+    let mut capture = Recorder::start(args, &line, &nodes, rate)?;
     if !start.all_are_open() {
         return Ok(());
     }
@@ -97,7 +101,6 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec, start: &Start) -> Result<
                 choose: &choose,
             });
             nodes.follow(&seats, &line);
-            line.bus_mut().watch(capture.is_on() || panel.wants_frames());
         }
     };
     drop(panel);
@@ -121,6 +124,13 @@ fn tell(
     capture.remark(&news, nodes);
     if let (Some(panel), News::Bus(event)) = (panel, &news) {
         panel.tell(now, event);
+    }
+    if let Some(hint) = nodes.hint(now, &news) {
+        capture.note(&hint);
+        if let Some(panel) = panel {
+            panel.hint(now, hint);
+        }
+        info!("{hint}");
     }
     nodes.say(news);
 }
@@ -153,12 +163,28 @@ fn start_panel(args: &Emulate, wake: &Stop) -> Result<Option<NodePanel>, Failure
 }
 
 /// Who is on the bus, and what they are called in the log.
-#[derive(Default)]
 struct Nodes {
     on_bus: Vec<(Seated, NodeId)>,
+    watch: NodeWatch,
 }
 
 impl Nodes {
+    /// None yet, on the bus behind `link`.
+    const fn of(link: &LinkSpec) -> Self {
+        let watch = match link {
+            LinkSpec::Terminal(_) | LinkSpec::Socket(_) => NodeWatch::outside(),
+            LinkSpec::Pty(_) | LinkSpec::Tcp(_) | _ => NodeWatch::inside(),
+        };
+        Self { on_bus: Vec::new(), watch }
+    }
+
+    /// What is odd about a frame of a master.
+    fn hint(&mut self, now: Instant, news: &News<CanopenEvent>) -> Option<BusHint> {
+        let News::Bus(can::Event::Passed { by_port: true, frame, .. }) = news else { return None };
+        let Self { on_bus, watch } = self;
+        watch.heard(now, frame, || Numbers::of(on_bus.iter().map(|(_, node)| *node)))
+    }
+
     fn connect(
         &mut self,
         line: &mut Line<CanopenEvent>,
@@ -283,7 +309,7 @@ struct Recorder {
 impl Recorder {
     fn start(
         args: &Emulate,
-        line: &mut Line<CanopenEvent>,
+        line: &Line<CanopenEvent>,
         nodes: &Nodes,
         rate: BitRate,
     ) -> Result<Self, Failure> {
@@ -293,7 +319,6 @@ impl Recorder {
         let bus = CanInterface { name: line.name(), description: &description, rate };
         let capture = Capture::create_can(file, &bus, &line.clock());
         let capture = capture.map_err(|error| Failure::from_error(&error))?;
-        line.bus_mut().watch(true);
         info!("capturing to {}", file.display());
         Ok(Self { capture: Some((capture, file.clone())) })
     }
@@ -306,8 +331,11 @@ impl Recorder {
         }
     }
 
-    const fn is_on(&self) -> bool {
-        self.capture.is_some()
+    /// A hint, as the comment of the next frame.
+    fn note(&mut self, hint: &BusHint) {
+        if let Some((capture, _)) = &mut self.capture {
+            capture.remark(&hint.to_string());
+        }
     }
 
     fn take(&mut self, news: &News<CanopenEvent>) {

@@ -2,15 +2,18 @@
 
 use profidrive::can::{BitRate, Frame};
 use profidrive::canopen::cob_id;
-use profidrive::canopen::{Abort, Address, Entry, NodeId, Value, dictionary};
+use profidrive::canopen::{Abort, Address, Entry, NodeId, Object, Refusal, Value, dictionary};
 use profidrive::client::{NodeClient, NodeGoal, NodeLimits, NodeOutcome, NodeTrouble};
 use profidrive::device::Vocabulary;
 use profidrive::device::vocabulary::CIA_402;
 use profidrive::explain::canopen::Network;
 use profidrive::explain::hex;
-use profidrive::host::can::{CanEndpoint, Choices, PRODUCTS, SlcanEndpoint, open_slcan, open_socketcan};
+use profidrive::host::can::{
+    CanEndpoint, Choices, OptionName, PRODUCTS, Product, SlcanEndpoint, open_slcan, open_socketcan,
+};
 use profidrive::host::link::tcp::Connection;
 use profidrive::host::{Clock, Stop, SystemClock};
+use profidrive::param::Gear;
 use serde_json::json;
 
 use super::{motion, say};
@@ -27,6 +30,9 @@ const DEVICE_TYPE: Address = Address::new(0x1000, 0);
 const VENDOR: Address = Address::new(0x1018, 1);
 const POSITION: Address = Address::new(0x6064, 0);
 const NEWEST_ERROR: Address = Address::new(0x1003, 1);
+/// Of a device with a choice of gears: which one it has.
+const HARDWARE_VERSION: Address = Address::new(0x2102, 0);
+
 /// Does what is asked, once.
 pub(super) fn master(args: &Master, place: &CanPlace) -> Result<(), Failure> {
     let node = args.can_node().map_err(Failure::Usage)?;
@@ -43,7 +49,7 @@ pub(super) fn master(args: &Master, place: &CanPlace) -> Result<(), Failure> {
         node,
         client: NodeClient::new(node, limits),
         network: Network::default(),
-        vocabulary: None,
+        product: None,
     };
     drive.identify()?;
     match &args.action {
@@ -90,7 +96,7 @@ struct Drive {
     node: NodeId,
     client: NodeClient,
     network: Network,
-    vocabulary: Option<&'static Vocabulary>,
+    product: Option<&'static Product>,
 }
 
 impl Drive {
@@ -141,7 +147,8 @@ impl Drive {
     fn failure(&self, trouble: NodeTrouble) -> Failure {
         Failure::Other(match trouble {
             NodeTrouble::Refused { at, code } => {
-                format!("the node refuses {}: {code}", self.network.named(self.node, at))
+                let refusal = Refusal::new(at, code, self.entry(at));
+                format!("the node refuses {}: {}", self.network.named(self.node, at), refusal.reason())
             }
             other @ (NodeTrouble::NoAnswer { .. }
             | NodeTrouble::NotOperational
@@ -153,6 +160,28 @@ impl Drive {
             | NodeTrouble::Homing { .. }
             | NodeTrouble::Ended { .. }) => other.to_string(),
         })
+    }
+
+    /// With what was written, and the limits of the dictionary.
+    fn refused_write(&mut self, at: Address, code: Abort, octets: &[u8]) -> Result<Failure, Failure> {
+        let objects = self.objects()?;
+        let unit = (self.words().parameter)(at).map_or("", |parameter| parameter.unit.name());
+        let refusal = Refusal::of_write(at, code, dictionary::entry(objects, at).ok(), octets, unit);
+        let name = self.network.named(self.node, at);
+        Ok(Failure::Other(format!("the node refuses {name}: {}", refusal.reason())))
+    }
+
+    /// The dictionary with the limits of this very device: of a drive those of its gear.
+    fn objects(&mut self) -> Result<&'static [Object], Failure> {
+        let Some(product) = self.product else { return Ok(self.words().objects) };
+        let mut choices = Choices::default();
+        if product.options.contains(&OptionName::Gear)
+            && let Ok(version) = self.read(HARDWARE_VERSION)?
+        {
+            let version = u16::try_from(number(&version)).ok();
+            choices.gear = version.and_then(Gear::of_hardware_version).unwrap_or(choices.gear);
+        }
+        Ok(product.objects(&choices))
     }
 
     /// Which device it is: by device type and vendor. Also asks for the NMT state.
@@ -168,15 +197,15 @@ impl Drive {
                 dictionary::entry(objects, DEVICE_TYPE).map(|entry| entry.default_value(self.node).number());
             default == Ok(Some(device_type)) && vendor == Some(product.sheet.vendor_number.into())
         });
+        self.product = product;
         if let Some(product) = product {
-            self.vocabulary = Some(product.vocabulary);
             self.network.know(self.node, product.vocabulary);
         }
         Ok(())
     }
 
     fn words(&self) -> &'static Vocabulary {
-        self.vocabulary.unwrap_or(&CIA_402)
+        self.product.map_or(&CIA_402, |product| product.vocabulary)
     }
 
     /// The entry by index and sub-index, by name, or by the name of the parameter of the drive.
@@ -274,6 +303,9 @@ impl Drive {
         let octets = self.octets_of(at, value, before.as_deref())?;
         self.client.write(self.clock.now(), at, &octets);
         match self.outcome()? {
+            Some(NodeOutcome::Failed(NodeTrouble::Refused { code, .. })) => {
+                return Err(self.refused_write(at, code, &octets)?);
+            }
             Some(NodeOutcome::Failed(trouble)) => return Err(self.failure(trouble)),
             Some(NodeOutcome::Written | NodeOutcome::Done | NodeOutcome::Read(..)) => {}
             None => return Err(interrupted()),
@@ -309,7 +341,7 @@ impl Drive {
     }
 
     fn device(&self) -> &'static str {
-        self.vocabulary.map_or("a device that is not known", |words| words.name)
+        self.product.map_or("a device that is not known", |product| product.vocabulary.name)
     }
 
     /// Travels, and leaves the drive as it was.

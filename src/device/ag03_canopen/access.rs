@@ -3,13 +3,14 @@
 use super::objects::{objects, parameter};
 use super::part::Part;
 use super::words::ControlWord;
+use crate::canopen::dictionary::Limits;
 use crate::canopen::{
-    Abort, Address, Application, NmtState, NodeId, Notice, Object, Request, Source, Sub, Value, Written,
-    dictionary,
+    Abort, Address, Application, NmtState, NodeId, Notice, Object, Request, Rule, Source, Sub, Value,
+    Written, dictionary,
 };
 use crate::device::words::general_status;
 use crate::drive::Fault;
-use crate::param::{DefaultSet, ParamError, Parameter, Write};
+use crate::param::{DefaultSet, NotNow, ParamError, Parameter, Unit, Write};
 use crate::time::Instant;
 
 use super::errors;
@@ -93,6 +94,36 @@ impl Application for Part {
         Ok(Written::Done)
     }
 
+    fn rule(&self, at: Address, value: Value<'_>) -> Option<Rule> {
+        let number = i32::try_from(value.number()?).ok()?;
+        let context = self.unit.write_context();
+        match at.pair() {
+            (0x6040, 0) => self.nmt.map(|state| Rule::State(NmtState::Operational, state)),
+            (0x6060, 0) if context.moving => Some(Rule::But(NotNow::Moving.words())),
+            (0x6060, 0) => context.job_active.then(|| Rule::But(NotNow::JobActive.words())),
+            (0x1011, group) => self.rule_of(load(group)?),
+            pair @ (0.., 0..) => {
+                let parameter = parameter(pair)?;
+                let limit = |of| i64::from(self.unit.parameters().value(of));
+                match (parameter, self.judge_limits(parameter, number)) {
+                    (Parameter::Limit1, Err(_)) => Some(Rule::AtLeast(limit(Parameter::Limit2), LIMIT_2)),
+                    (Parameter::Limit2, Err(_)) => Some(Rule::AtMost(limit(Parameter::Limit1), LIMIT_1)),
+                    (parameter, Ok(()) | Err(_)) => self.rule_of(Write::Set(parameter, number)),
+                }
+            }
+        }
+    }
+
+    fn unit(&self, at: Address) -> &'static str {
+        let increments = self.unit.parameters().value(Parameter::SpindlePitch) == 0;
+        match super::vocabulary::entry(at).map(|entry| entry.unit) {
+            Some(Unit::Position | Unit::Window) if increments => Unit::Increments.name(),
+            Some(Unit::Position | Unit::Window) => "0.01 mm",
+            Some(unit) => unit.name(),
+            None => "",
+        }
+    }
+
     fn notice(&mut self, _now: Instant, notice: Notice) {
         self.on_notice(notice);
     }
@@ -102,14 +133,7 @@ impl Application for Part {
     }
 
     fn load_defaults(&mut self, _now: Instant, group: Sub) -> Result<Written, Abort> {
-        let write = match group.0 {
-            1 => Write::Load(DefaultSet::All),
-            2 => Write::Load(DefaultSet::Standard),
-            3 => Write::Load(DefaultSet::Controller),
-            4 => Write::Calibrate,
-            0 | 5.. => return Err(Abort::NO_SUB),
-        };
-        self.execute(write)?;
+        self.execute(load(group.0).ok_or(Abort::NO_SUB)?)?;
         Ok(Written::Done)
     }
 
@@ -122,7 +146,37 @@ impl Application for Part {
     }
 }
 
+/// What loading a group of defaults (1011h) does.
+const fn load(group: u8) -> Option<Write> {
+    Some(match group {
+        1 => Write::Load(DefaultSet::All),
+        2 => Write::Load(DefaultSet::Standard),
+        3 => Write::Load(DefaultSet::Controller),
+        4 => Write::Calibrate,
+        0 | 5.. => return None,
+    })
+}
+
+const LIMIT_1: Address = Address::new(0x607D, 2);
+const LIMIT_2: Address = Address::new(0x607D, 1);
+
 impl Part {
+    /// The rule that a write breaks now.
+    fn rule_of(&self, write: Write) -> Option<Rule> {
+        match self.unit.parameters().clone().apply(write, &self.unit.write_context()).err()? {
+            ParamError::OutOfRange { low, high, .. } => {
+                Some(Rule::Limits(Limits::Range(low.into(), high.into())))
+            }
+            ParamError::NotNow(now) => Some(Rule::But(now.words())),
+            ParamError::ReadOnly
+            | ParamError::UnknownParameter { .. }
+            | ParamError::SubindexOutOfRange { .. }
+            | ParamError::NotAnArray
+            | ParamError::IsArray { .. }
+            | ParamError::WrongWidth { .. } => None,
+        }
+    }
+
     /// The value of an entry that is not constant.
     fn number(&self, at: Address) -> Result<i64, Abort> {
         let (status, measured) = (self.unit.status(), || self.unit.drive().measured());

@@ -5,7 +5,7 @@ use core::fmt;
 use super::Ag03Node;
 use crate::can::{ErrorState, Frame};
 use crate::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
-use crate::canopen::{Abort, Address, Application, Node, NodeId};
+use crate::canopen::{Address, Application, Node, NodeId, Refusal};
 use crate::device::{CanopenDevice, CanopenEvent, RecallError};
 use crate::time::Instant;
 use crate::unit;
@@ -30,7 +30,7 @@ impl CanopenDevice for Ag03Node {
         &self.part
     }
 
-    fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Abort> {
+    fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal> {
         Self::write_without_bus(self, now, at, octets)
     }
 

@@ -50,7 +50,7 @@ use core::time::Duration;
 use super::Leds;
 use crate::can::{ErrorState, Frame};
 use crate::canopen::storage::{self, Memory};
-use crate::canopen::{Abort, Address, NmtState, Node, NodeId};
+use crate::canopen::{Address, NmtState, Node, NodeId, Refusal};
 use crate::drive::{Inputs, Status, StatusLed, leds};
 use crate::time::Instant;
 use crate::unit::{
@@ -265,8 +265,8 @@ impl Ag03Node {
     /// Writes an entry without the bus: see [`Node::write_without_bus`].
     ///
     /// # Errors
-    /// The abort code that a client would get; nothing is changed then.
-    pub fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Abort> {
+    /// What a client would be told; nothing is changed then.
+    pub fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal> {
         self.advance(now);
         let outcome = self.node.write_without_bus(now, at, octets, &mut self.part);
         self.finish(now);

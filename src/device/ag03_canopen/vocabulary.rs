@@ -45,7 +45,7 @@ const READINGS: [((u16, u8), u16); 10] = [
 ];
 
 /// The parameter of the drive that an entry is. Not 6060h: its numbers are other ones.
-fn entry(at: Address) -> Option<&'static param::Entry> {
+pub(super) fn entry(at: Address) -> Option<&'static param::Entry> {
     match parameter(at.pair()) {
         Some(Parameter::OperatingMode) => return None,
         Some(parameter) => return Some(parameter.entry()),

@@ -3,7 +3,7 @@
 use super::Ap10;
 use crate::can::{ErrorState, Frame};
 use crate::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
-use crate::canopen::{Abort, Address, Application, Node};
+use crate::canopen::{Address, Application, Node, Refusal};
 use crate::device::{CanopenDevice, CanopenEvent, RecallError};
 use crate::time::Instant;
 
@@ -16,7 +16,7 @@ impl CanopenDevice for Ap10 {
         &self.unit
     }
 
-    fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Abort> {
+    fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal> {
         self.node.write_without_bus(now, at, octets, &mut self.unit)
     }
 

@@ -154,7 +154,8 @@ impl Ap10 {
     /// A frame was received.
     pub fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         match self.power {
-            Power::Off => {}
+            // It only tells what it ignores.
+            Power::Off => self.node.handle_frame(now, frame, &mut self.unit),
             // Any valid frame has the rate; it is not understood itself.
             Power::Listening => {
                 self.power = Power::On;

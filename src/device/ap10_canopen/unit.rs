@@ -9,11 +9,11 @@ use super::objects::{Alarm, BATTERY_WARNING, OBJECTS, TOTAL_STEPS, TOTAL_STEPS_R
 use crate::ap10::{
     Backup, Battery, Control, Event, Fault, Indicator, RESOLUTION, Restore, Setting, Settings, Slot,
 };
-use crate::canopen::dictionary::{self, Object};
+use crate::canopen::dictionary::{self, Limits, Object};
 use crate::canopen::storage::MAX_BESIDE;
 use crate::canopen::{
-    Abort, Address, Application, Emergency, NmtState, NodeId, Notice, PdoNumber, Request, Reset, Source, Sub,
-    Value, Written,
+    Abort, Address, Application, Emergency, NmtState, NodeId, Notice, PdoNumber, Request, Reset, Rule,
+    Source, Sub, Value, Written,
 };
 use crate::time::Instant;
 
@@ -370,6 +370,14 @@ impl Application for Unit {
             Source::Rpdo(_) => self.write_from_rpdo(at, number),
             Source::Image => self.write_from_image(at, number),
         }
+    }
+
+    fn rule(&self, at: Address, _value: Value<'_>) -> Option<Rule> {
+        Some(Rule::Limits(match at.pair() {
+            (0x2002, 0) => Limits::Range(1, 1),
+            (0x5F0A, 2) => Limits::Range(NodeId::MIN.number().into(), NodeId::MAX.number().into()),
+            (0.., 0..) => Limits::Ranges(setting_at(at)?.rule().ranges),
+        }))
     }
 
     fn notice(&mut self, now: Instant, notice: Notice) {

@@ -6,7 +6,7 @@ use super::links::Link;
 use super::objects;
 use crate::asda_a2::{Alarm, Config, Event, Servo, Setting};
 use crate::canopen::{
-    Abort, Address, Application, Emergency, NmtCause, NmtState, NodeId, Notice, Object, Request, Reset,
+    Abort, Address, Application, Emergency, NmtCause, NmtState, NodeId, Notice, Object, Request, Reset, Rule,
     Source, Sub, Value, Written, dictionary,
 };
 use crate::cia402::{Controlword, Mode, Statusword};
@@ -162,6 +162,10 @@ impl Application for Drive {
             }
         }
         Ok(Written::Done)
+    }
+
+    fn rule(&self, at: Address, _value: Value<'_>) -> Option<Rule> {
+        self.link(at)?.needs().map(Rule::But)
     }
 
     fn notice(&mut self, now: Instant, notice: Notice) {

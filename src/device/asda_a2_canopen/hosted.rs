@@ -5,7 +5,7 @@ use core::fmt;
 use super::AsdaA2;
 use crate::can::{ErrorState, Frame};
 use crate::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
-use crate::canopen::{Abort, Address, Application, Node};
+use crate::canopen::{Address, Application, Node, Refusal};
 use crate::device::{CanopenDevice, CanopenEvent, RecallError};
 use crate::time::Instant;
 
@@ -18,7 +18,7 @@ impl CanopenDevice for AsdaA2 {
         &self.drive
     }
 
-    fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Abort> {
+    fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal> {
         self.drive.servo.advance(now);
         self.node.write_without_bus(now, at, octets, &mut self.drive)
     }

@@ -131,6 +131,15 @@ impl Link {
         }
     }
 
+    /// What [`accepts`](Self::accepts) looks at, as the end of "1 was written, but".
+    pub(super) const fn needs(self) -> Option<&'static str> {
+        match self {
+            Self::Rates => Some("digit Z of P3-01, the bit rate, must be 0 to 4"),
+            Self::Whole(Setting::QuickStopOptions) => Some("digits X, Y and Z of P3-12 must be 0 or 1"),
+            Self::Whole(_) | Self::Tenth(_) | Self::Shutdown | Self::LowWord(_) | Self::HighWord(_) => None,
+        }
+    }
+
     /// Whether the value can be written: P3-01 has only five rates of CAN.
     pub(super) fn accepts(self, settings: &Settings, value: i64) -> bool {
         let after = self.write(settings, value);

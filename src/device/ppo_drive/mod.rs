@@ -9,10 +9,12 @@
 //! | `application` | [`PpoOnly`]: a configuration must be a PPO |
 //! | `event` | [`Event`]: news of such a drive |
 //! | `parameters` | the table as the parameter channel reaches it |
+//! | `why` | [`PpoWhy`]: what keeps it from turning |
 
 mod application;
 mod event;
 mod parameters;
+mod why;
 
 use std::vec::Vec;
 
@@ -29,6 +31,7 @@ use crate::unit::{ApplicationCycle, Cycles};
 
 pub use application::PpoOnly;
 pub use event::Event;
+pub use why::{PpoHindrance, PpoWhy};
 
 use parameters::{Access, Known, View};
 
@@ -83,6 +86,8 @@ impl<A: Application> PpoDrive<A> {
     ) -> Result<Self, Row> {
         let mut drive = Drive::new(Settings::DEFAULT);
         table.set_up(&mut drive).map_err(Row::clone)?;
+        // It is set up, nothing has changed.
+        while drive.poll_event().is_some() {}
         let engine =
             Engine::new(pkw::Config { subindex: pkw::SubindexOctet::High, ..pkw::Config::default() });
         Ok(Self {

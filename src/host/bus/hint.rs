@@ -5,6 +5,7 @@ use core::time::Duration;
 
 use crate::device::hint::PAUSE;
 use crate::fdl::{Address, DataTelegram, Function, Service, Telegram};
+use crate::host::ranges::Ranges;
 use crate::time::{BaudRate, Instant};
 
 /// So many runs of octets that are no telegram, and no telegram between them, are noise.
@@ -244,21 +245,7 @@ impl fmt::Display for LineHint {
 
 impl fmt::Display for Addresses {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut rest = self.0;
-        let mut first = true;
-        while rest != 0 {
-            let begin = rest.trailing_zeros();
-            let count = (!(rest >> begin)).trailing_zeros();
-            let gap = if core::mem::take(&mut first) { "" } else { ", " };
-            let end = begin + count - 1;
-            match count {
-                1 => write!(f, "{gap}{begin}")?,
-                2 => write!(f, "{gap}{begin}, {end}")?,
-                _more => write!(f, "{gap}{begin} to {end}")?,
-            }
-            rest = rest.checked_shr(end + 1).unwrap_or(0).checked_shl(end + 1).unwrap_or(0);
-        }
-        Ok(())
+        Ranges(self.0).fmt(f)
     }
 }
 

@@ -10,6 +10,7 @@
 //! | [`bus`] | arbitration, bit times, errors, in virtual time |
 //! | [`participant`](CanParticipant) | what a station must be able to do |
 //! | [`fault`] | frames lost, late, doubled, damaged on purpose |
+//! | [`hint`](BusHint) | what is odd, said once |
 //! | [`line`](Line) | the bus in real time with the adapters of its masters |
 //! | [`node`](StoredNode) | a CANopen device as a participant, and its EEPROM |
 //! | [`node_counters`](NodeCounters) | what a node has heard and sent, what went wrong |
@@ -46,6 +47,7 @@ mod adapters;
 pub mod bus;
 mod endpoint;
 pub mod fault;
+mod hint;
 mod interface;
 mod line;
 mod link_spec;
@@ -60,6 +62,7 @@ mod socket;
 
 pub use bus::{Bus, Event, Seat};
 pub use endpoint::{CanEndpoint, SlcanEndpoint};
+pub use hint::{BusHint, NodeRequest, NodeWatch, Numbers};
 pub use interface::{open_slcan, open_socketcan};
 pub use line::{Line, News, Stay};
 pub use link_spec::{LinkSpec, LinkSpecError};

@@ -105,7 +105,8 @@ impl NodeCounters {
             Event::FramesLost { .. } => count(&mut self.frames_lost),
             Event::BootUp { .. }
             | Event::State { .. }
-            | Event::SdoRefused { .. }
+            | Event::NmtIgnored { .. }
+            | Event::SdoRefused(_)
             | Event::SdoAbortedByClient { .. }
             | Event::Written { .. }
             | Event::Emergency { .. }

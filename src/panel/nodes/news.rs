@@ -22,7 +22,7 @@ use super::access::NodeAccess;
 use crate::can::{ErrorState, Frame};
 use crate::canopen::{self, NodeId};
 use crate::device::CanopenEvent;
-use crate::host::can::{Event, Seat, StoredNode};
+use crate::host::can::{BusHint, Event, Seat, StoredNode};
 use crate::time::Instant;
 
 /// Events a reader may be behind at most.
@@ -45,7 +45,7 @@ pub(in crate::panel) struct NodeNews {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 enum NodeNewsKind {
-    /// Boot-up and changes of the NMT state.
+    /// Boot-up, changes of the NMT state, commands that are ignored.
     Nmt,
     /// An SDO that was refused or ended by its client, an entry that was written.
     Sdo,
@@ -57,7 +57,7 @@ enum NodeNewsKind {
     ErrorControl,
     /// What the device did: its states, faults, refused commands, supply.
     Device,
-    /// The bus: error states, frames that were lost.
+    /// The bus: error states, frames that were lost, hints.
     Bus,
 }
 
@@ -80,6 +80,7 @@ pub(super) enum Told {
     Node { at: Instant, node: Option<NodeId>, event: CanopenEvent },
     State { at: Instant, node: Option<NodeId>, state: ErrorState },
     Frame { at: Instant, of_node: bool, frame: Frame },
+    Hint { at: Instant, hint: BusHint },
     Lost { at: Instant, events: u64 },
 }
 
@@ -152,6 +153,14 @@ impl Feed {
             Event::Damaged { .. } => return,
             Event::Lost { events } => Told::Lost { at: now, events: *events },
         };
+        self.send(told);
+    }
+
+    pub(super) fn hint(&self, at: Instant, hint: BusHint) {
+        self.send(Told::Hint { at, hint });
+    }
+
+    fn send(&self, told: Told) {
         // Whether somebody hears it is not our concern.
         let event = if told.is_frame() {
             Numbered { number: None, told }
@@ -211,7 +220,7 @@ impl Told {
     pub(super) fn concerns(&self, wanted: NodeId) -> bool {
         match self {
             Self::Node { node, .. } | Self::State { node, .. } => node.is_none_or(|node| node == wanted),
-            Self::Frame { .. } | Self::Lost { .. } => true,
+            Self::Frame { .. } | Self::Hint { .. } | Self::Lost { .. } => true,
         }
     }
 }
@@ -232,6 +241,7 @@ impl Numbered {
             Told::Frame { .. } => return None,
             Told::Node { at, node, event } => (*at, *node, NodeNewsKind::of(event), event.to_string()),
             Told::State { at, node, state } => (*at, *node, NodeNewsKind::Bus, state.to_string()),
+            Told::Hint { at, hint } => (*at, None, NodeNewsKind::Bus, hint.to_string()),
             Told::Lost { at, events } => (
                 *at,
                 None,
@@ -267,8 +277,8 @@ impl NodeNewsKind {
         use canopen::Event;
         let CanopenEvent::Node(event) = event else { return Self::Device };
         match event {
-            Event::BootUp { .. } | Event::State { .. } => Self::Nmt,
-            Event::SdoRefused { .. } | Event::SdoAbortedByClient { .. } | Event::Written { .. } => Self::Sdo,
+            Event::BootUp { .. } | Event::State { .. } | Event::NmtIgnored { .. } => Self::Nmt,
+            Event::SdoRefused(_) | Event::SdoAbortedByClient { .. } | Event::Written { .. } => Self::Sdo,
             Event::RpdoLength { .. } | Event::RpdoRefused { .. } => Self::Pdo,
             Event::Emergency { .. } => Self::Emcy,
             Event::LifeGuardingExpired

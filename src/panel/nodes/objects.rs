@@ -1,5 +1,6 @@
 //! The object dictionary of a node, read and written without the bus.
 
+use core::fmt;
 use std::format;
 use std::prelude::v1::*;
 
@@ -152,7 +153,9 @@ pub(super) async fn write(
             bench.act(node, |_, device, now| {
                 let (_, entry) = entry(device, at)?;
                 let octets = octets(at, entry.data, &value)?;
-                device.write_without_bus(now, at, &octets).map_err(|abort| refused(at, "written", abort))?;
+                device
+                    .write_without_bus(now, at, &octets)
+                    .map_err(|refusal| refused(at, refusal.code, &refusal.reason()))?;
                 ObjectState::at(device, at).map(Json)
             })
         })
@@ -180,10 +183,10 @@ fn entry(device: &dyn CanopenDevice, at: Address) -> Result<(&'static Object, &'
     Ok((object, entry))
 }
 
-fn refused(at: Address, done: &str, abort: Abort) -> Problem {
-    match abort {
-        Abort::DEVICE_STATE => Problem::conflict(format!("{at} cannot be {done} now: {abort}")),
-        abort => Problem::value(format!("{at} cannot be {done}: {abort}")),
+fn refused(at: Address, code: Abort, reason: &dyn fmt::Display) -> Problem {
+    match code {
+        Abort::DEVICE_STATE => Problem::conflict(format!("{at} cannot be written now: {reason}")),
+        _ => Problem::value(format!("{at} cannot be written: {reason}")),
     }
 }
 

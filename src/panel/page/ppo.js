@@ -1,6 +1,7 @@
 // A drive of PROFIDRIVE version 2: its words, values, faults, parameter channel and parameters.
 import { html, say, mark, Rows } from "./dom.js";
 import { request } from "./api.js";
+import { Why } from "./why.js";
 import { WordTable } from "./words.js";
 
 /** A kind of colour for a drive. */
@@ -23,7 +24,7 @@ export class PpoView {
   constructor() {
     this.#stw = new WordTable(this.#by("ppo-stw"));
     this.#zsw = new WordTable(this.#by("ppo-zsw"));
-    this.#why = new Rows(this.#by("ppo-why"), () => line("li"));
+    this.#why = new Why(this.#by("ppo-reasons"));
     this.#values = new Rows(this.#by("ppo-values"), ({ name }) => {
       const value = html("dd");
       return { element: html("div", {}, html("dt", {}, name), value), show: ({ text }) => say(value, text) };
@@ -40,8 +41,9 @@ export class PpoView {
   choose(address) {
     this.#address = address;
     say(this.#by("ppo-title"), `Drive ${address}`);
-    for (const id of ["ppo-state", "ppo-about", "ppo-refusal", "ppo-problem", "ppo-why-title"]) say(this.#by(id), "");
-    for (const rows of [this.#why, this.#values, this.#pkw, this.#parameters]) rows.show([], () => "");
+    for (const id of ["ppo-state", "ppo-about", "ppo-refusal", "ppo-problem"]) say(this.#by(id), "");
+    this.#why.show({ title: "", kind: "waiting", reasons: [], refused: "" });
+    for (const rows of [this.#values, this.#pkw, this.#parameters]) rows.show([], () => "");
   }
 
   /** `state` is a PpoDriveState. */
@@ -53,9 +55,8 @@ export class PpoView {
     const watchdog = state.watchdog_milliseconds === null ? "no watchdog" : `watchdog ${state.watchdog_milliseconds} ms`;
     say(this.#by("ppo-about"), `ident 0x${hex(state.ident_number)}, ${owner}, ${watchdog}`);
     say(this.#by("ppo-refusal"), state.dp_state === "DATA-EXCH" ? "" : (state.last_refusal ?? ""));
-    say(this.#by("ppo-why-title"), state.why.length === 0 ? "Ready to turn" : "Why it does not turn");
-    mark(this.#by("ppo-reasons"), "data-kind", state.fault ? "fault" : state.why.length === 0 ? "ready" : "waiting");
-    this.#why.show(state.why.map((text) => ({ text })), ({ text }) => text);
+    const [title, kind] = state.turning ? ["It turns", "ready"] : state.why.length === 0 ? ["Ready to turn", "ready"] : ["Why it does not turn", "waiting"];
+    this.#why.show({ title, kind: state.fault ? "fault" : kind, reasons: state.why, refused: "" });
     this.#stw.show({ raw: state.stw, mode: "", bits: state.stw_bits.map(word) });
     this.#zsw.show({ raw: state.zsw, mode: "", bits: state.zsw_bits.map((bit) => ({ ...word(bit), alarm: bit.bit === 3 && bit.set })) });
     const numbers = (list) => (list.length === 0 ? "none" : list.join(", "));

@@ -4,9 +4,11 @@
 //! | --- | --- |
 //! | `state` | a drive as JSON |
 //! | `parameters` | its table |
+//! | `why` | what keeps it from turning |
 
 pub(super) mod parameters;
 mod state;
+pub(super) mod why;
 
 use std::format;
 use std::prelude::v1::*;
@@ -71,14 +73,7 @@ pub(super) async fn remove(
     State(asking): State<Asking>,
     Station(address): Station,
 ) -> Result<StatusCode, Problem> {
-    asking
-        .ask(move |bench| {
-            find(bench, address)?;
-            bench.bus.remove(address);
-            bench.announce();
-            Ok(StatusCode::NO_CONTENT)
-        })
-        .await?
+    asking.ask(move |bench| bench.unplug::<HostedPpoDrive>(address)).await?
 }
 
 /// Raises a fault: the motor is released
@@ -141,8 +136,7 @@ async fn asked(
 ) -> Result<Json<PpoDriveState>, Problem> {
     let state = asking.ask(move |bench| {
         let now = bench.now;
-        let acted = bench.bus.with(address, |drive: &mut HostedPpoDrive| act(drive, now));
-        acted.ok_or_else(|| no_drive(bench, address))??;
+        bench.change(address, |drive| act(drive, now))??;
         look(bench, address)
     });
     Ok(Json(state.await??.with_refusal(hub.last_station_refusal(address))))
@@ -150,26 +144,5 @@ async fn asked(
 
 /// A drive as it is, without its last refusal.
 pub(super) fn look(bench: &BusAccess<'_>, address: Address) -> Result<PpoDriveState, Problem> {
-    Ok(PpoDriveState::of(bench, address, find(bench, address)?))
-}
-
-fn find<'a>(bench: &'a BusAccess<'_>, address: Address) -> Result<&'a HostedPpoDrive, Problem> {
-    bench.bus.station(address).ok_or_else(|| no_drive(bench, address))
-}
-
-/// The refusal that says which drives there are.
-fn no_drive(bench: &BusAccess<'_>, address: Address) -> Problem {
-    let drives =
-        bench.bus.addresses().filter(|address| bench.bus.station::<HostedPpoDrive>(*address).is_some());
-    let drives = drives.map(|drive| drive.to_string()).reduce(|all, drive| format!("{all}, {drive}"));
-    Problem::not_found(match drives {
-        Some(drives) => {
-            format!(
-                "there is no PROFIDRIVE drive at address {address}; there are PROFIDRIVE drives at {drives}"
-            )
-        }
-        None => format!(
-            "there is no PROFIDRIVE drive at address {address}, nor at any other; start one with emulate --ppo-drive"
-        ),
-    })
+    Ok(PpoDriveState::of(bench, address, bench.find(address)?))
 }

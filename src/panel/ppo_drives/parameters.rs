@@ -11,7 +11,6 @@ use utoipa::ToSchema;
 
 use super::super::bus_access::Asking;
 use super::super::problem::{Body, PathOf, Problem, Problems, QueryOf, Station};
-use super::{find, no_drive};
 use crate::host::HostedPpoDrive;
 use crate::pkw::{JobError, Value};
 use crate::ppo_drive::table::Row;
@@ -86,7 +85,7 @@ pub(in crate::panel) async fn list(
 ) -> Result<Json<PpoParameters>, Problem> {
     asking
         .ask(move |bench| {
-            let hosted = find(bench, address)?;
+            let hosted: &HostedPpoDrive = bench.find(address)?;
             let parameters = hosted.drive().table().rows().map(|row| PpoParameter::of(hosted, row)).collect();
             Ok(Json(PpoParameters { parameters }))
         })
@@ -104,7 +103,7 @@ pub(in crate::panel) async fn read(
     QueryOf(PpoElement { subindex }): QueryOf<PpoElement>,
 ) -> Result<Json<PpoValue>, Problem> {
     let pnu = parameter.number()?;
-    asking.ask(move |bench| PpoValue::read(find(bench, address)?, pnu, subindex)).await?.map(Json)
+    asking.ask(move |bench| PpoValue::read(bench.find(address)?, pnu, subindex)).await?.map(Json)
 }
 
 /// Writes a parameter
@@ -124,7 +123,7 @@ pub(in crate::panel) async fn write(
     asking
         .ask(move |bench| {
             let now = bench.now;
-            let written = bench.bus.with(address, |hosted: &mut HostedPpoDrive| {
+            bench.change(address, |hosted: &mut HostedPpoDrive| {
                 let row = hosted.drive().table().row(pnu);
                 let row = row.ok_or_else(|| refusal(pnu, JobError::UnknownParameter { got: pnu }))?;
                 let fits =
@@ -141,8 +140,7 @@ pub(in crate::panel) async fn write(
                 let drive = hosted.drive_mut();
                 drive.write_parameter(now, pnu, subindex, value).map_err(|error| refusal(pnu, error))?;
                 PpoValue::read(hosted, pnu, subindex)
-            });
-            written.ok_or_else(|| no_drive(bench, address))?
+            })?
         })
         .await?
         .map(Json)

@@ -8,7 +8,7 @@ use utoipa::ToSchema;
 
 use super::super::bus_access::BusAccess;
 use super::super::state::{Counters, DpState, PresenceState, seconds};
-use crate::device::profile::{StwBit, ZswBit, hindrances};
+use crate::device::profile::{StwBit, ZswBit};
 use crate::fdl::Address;
 use crate::host::HostedPpoDrive;
 use crate::ppo::{JobId, Pkw, PpoType, ReplyId, Stw, Zsw};
@@ -63,7 +63,9 @@ pub(in crate::panel) struct PpoDriveState {
     stw_bits: Vec<ProfileBit>,
     /// Bit 0 first.
     zsw_bits: Vec<ProfileBit>,
-    /// What stands against turning, the first thing to do first.
+    /// It turns: nothing keeps it from that.
+    turning: bool,
+    /// What keeps it from turning, the first thing to do first.
     why: Vec<String>,
     reference_speed_rpm: f64,
     /// The output of the ramp generator.
@@ -167,7 +169,8 @@ impl PpoDriveState {
             watchdog_milliseconds: watchdog.map(|time| u64::try_from(time).unwrap_or(u64::MAX)),
             stw_bits: stw_bits(stw),
             zsw_bits: zsw_bits(zsw),
-            why: hindrances(stw, zsw).map(|hindrance| hindrance.to_string()).collect(),
+            turning: drive.why().is_turning(),
+            why: drive.why().hindrances().map(|hindrance| hindrance.to_string()).collect(),
             reference_speed_rpm: quantity(Quantity::ReferenceSpeed),
             ramp_rpm: quantity(Quantity::SetpointSpeed),
             torque_percent: quantity(Quantity::Torque),

@@ -23,7 +23,7 @@ use super::stream::Hub;
 use crate::fdl::Address;
 use crate::host::GsdStation;
 use diagnosis::RaisedDiagnosis;
-use state::{GsdTexts, no_station};
+use state::GsdTexts;
 
 pub(super) use state::{GsdStationState, GsdStations};
 
@@ -51,12 +51,7 @@ pub(super) async fn texts(
     State(asking): State<Asking>,
     Station(address): Station,
 ) -> Result<Json<GsdTexts>, Problem> {
-    asking
-        .ask(move |bench| {
-            let station = bench.bus.station(address).ok_or_else(|| no_station(bench, address))?;
-            Ok(Json(GsdTexts::of(station)))
-        })
-        .await?
+    asking.ask(move |bench| Ok(Json(GsdTexts::of(bench.find(address)?)))).await?
 }
 
 /// Removes a station
@@ -68,14 +63,7 @@ pub(super) async fn remove(
     State(asking): State<Asking>,
     Station(address): Station,
 ) -> Result<StatusCode, Problem> {
-    asking
-        .ask(move |bench| {
-            bench.bus.station::<GsdStation>(address).ok_or_else(|| no_station(bench, address))?;
-            bench.bus.remove(address);
-            bench.announce();
-            Ok(StatusCode::NO_CONTENT)
-        })
-        .await?
+    asking.ask(move |bench| bench.unplug::<GsdStation>(address)).await?
 }
 
 /// Gives all inputs back to what moves them by itself
@@ -126,7 +114,7 @@ async fn asked(
     act: impl FnOnce(&mut GsdStation) -> Result<(), Problem> + Send + 'static,
 ) -> Result<Json<GsdStationState>, Problem> {
     let state = asking.ask(move |bench| {
-        bench.bus.with(address, act).ok_or_else(|| no_station(bench, address))??;
+        bench.change(address, act)??;
         look(bench, address)
     });
     Ok(Json(state.await??.with_refusal(hub.last_station_refusal(address))))
@@ -134,6 +122,5 @@ async fn asked(
 
 /// A station as it is, without its last refusal.
 pub(super) fn look(bench: &BusAccess<'_>, address: Address) -> Result<GsdStationState, Problem> {
-    let station = bench.bus.station::<GsdStation>(address).ok_or_else(|| no_station(bench, address))?;
-    Ok(GsdStationState::of(bench, address, station))
+    Ok(GsdStationState::of(bench, address, bench.find(address)?))
 }

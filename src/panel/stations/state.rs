@@ -1,6 +1,5 @@
 //! A station from a GSD as JSON.
 
-use std::format;
 use std::prelude::v1::*;
 
 use serde::Serialize;
@@ -190,22 +189,4 @@ impl GsdTexts {
         let modules = station.gsd().modules.iter().map(|module| module.name.clone()).collect();
         Self { possible: Possible::of(station.gsd()), modules }
     }
-}
-
-/// The refusal that says which stations there are.
-pub(super) fn no_station(bench: &BusAccess<'_>, address: Address) -> super::super::problem::Problem {
-    let stations =
-        bench.bus.addresses().filter(|address| bench.bus.station::<GsdStation>(*address).is_some());
-    let stations =
-        stations.map(|station| station.to_string()).reduce(|all, station| format!("{all}, {station}"));
-    super::super::problem::Problem::not_found(match stations {
-        Some(stations) => {
-            format!(
-                "there is no station from a GSD at address {address}; there are stations from GSDs at {stations}"
-            )
-        }
-        None => format!(
-            "there is no station from a GSD at address {address}, nor at any other; start one with emulate --station"
-        ),
-    })
 }

@@ -11,7 +11,6 @@ use utoipa::ToSchema;
 
 use super::super::bus_access::{Asking, BusAccess};
 use super::super::problem::{Body, PathOf, Problem, Problems};
-use super::state::no_station;
 use crate::fdl::Address;
 use crate::host::GsdStation;
 use crate::process::{Point, ValueType};
@@ -100,8 +99,8 @@ pub(in crate::panel) async fn force(
     asking
         .ask(move |bench| {
             let (address, point) = of.find(bench)?;
-            let forced = bench.bus.with(address, |station: &mut GsdStation| station.force(point, value));
-            forced.ok_or_else(|| no_station(bench, address))?.map_err(Problem::value)?;
+            let forced = bench.change(address, |station: &mut GsdStation| station.force(point, value))?;
+            forced.map_err(Problem::value)?;
             state(bench, address, point, true)
         })
         .await?
@@ -123,8 +122,8 @@ pub(in crate::panel) async fn release(
     asking
         .ask(move |bench| {
             let (address, point) = of.find(bench)?;
-            let released = bench.bus.with(address, |station: &mut GsdStation| station.release(point));
-            released.ok_or_else(|| no_station(bench, address))?.map_err(Problem::value)?;
+            let released = bench.change(address, |station: &mut GsdStation| station.release(point))?;
+            released.map_err(Problem::value)?;
             Ok(StatusCode::NO_CONTENT)
         })
         .await?
@@ -141,7 +140,7 @@ impl OfValue {
         let offset = self.octet.parse::<u8>().ok().filter(|octet| *octet < 244);
         let offset = offset
             .ok_or_else(|| wrong(format!("'{}' is no octet of a slot; expected 0 to 243", self.octet)))?;
-        let station = bench.bus.station(address).ok_or_else(|| no_station(bench, address))?;
+        let station = bench.find(address)?;
         Ok((address, Point { slot: self.slot_of(station)?, offset: offset.into(), kind }))
     }
 
@@ -184,9 +183,9 @@ fn state(
     point: Point,
     input: bool,
 ) -> Result<Json<ValueState>, Problem> {
-    let station = bench.bus.station::<GsdStation>(address).ok_or_else(|| no_station(bench, address))?;
+    let station = bench.find::<GsdStation>(address)?;
     let placed = station.layout().iter().find(|placed| placed.slot.number == point.slot);
-    let slot = &placed.ok_or_else(|| no_station(bench, address))?.slot;
+    let slot = &placed.ok_or_else(|| bench.no_station::<GsdStation>(address))?.slot;
     let (octets, mask) = match input {
         true => (station.inputs(slot), station.forced(slot).to_vec()),
         false => (station.outputs(slot).to_vec(), Vec::new()),

@@ -2,11 +2,16 @@
 
 use std::time::Duration;
 
+use profidrive::can::{Frame, Id};
+use profidrive::canopen::NodeId;
 use profidrive::drive::{Fault, Inputs};
+use profidrive::host::can::{NodeWatch, Numbers};
+use profidrive::time::Instant;
 
 use super::row;
 use crate::ag03_node::Rig;
 use crate::said::compare;
+use crate::{ap10_device, asda};
 
 #[test]
 fn the_node() {
@@ -85,6 +90,145 @@ fn the_node() {
                 "N-12",
                 "SDO: another COB-ID for an RPDO in operation",
                 after(|rig| _ = rig.write(0x1400, 1, 0x205, 4)),
+            ),
+            row(
+                "N-13",
+                "SDO: v-Pos (2410h:05) above its range",
+                after(|rig| _ = rig.write(0x2410, 5, 201, 1)),
+            ),
+            row(
+                "N-14",
+                "SDO: a mode of operation in four octets",
+                after(|rig| _ = rig.write(0x6060, 0, 1, 4)),
+            ),
+            row(
+                "N-15",
+                "SDO: the upper limit (607Dh:02) below the lower one",
+                after(|rig| _ = rig.write(0x607D, 2, -2_000_000, 4)),
+            ),
+            row(
+                "N-16",
+                "SDO: the lower limit (607Dh:01) above the upper one",
+                after(|rig| _ = rig.write(0x607D, 1, 2_000_000, 4)),
+            ),
+            row("N-17", "SDO: a spindle pitch out of range", after(|rig| _ = rig.write(0x2412, 0, 1001, 2))),
+            row(
+                "N-18",
+                "SDO: a control word in PRE-OPERATIONAL",
+                after(|rig| {
+                    rig.nmt(0x80);
+                    rig.pass(Duration::from_millis(20));
+                    rig.events();
+                    _ = rig.write(0x6040, 0, 6, 2);
+                }),
+            ),
+            row(
+                "N-19",
+                "SDO: another mode of operation during a travel",
+                after(|rig| {
+                    rig.travel(0x000F, 100_000);
+                    rig.travel(0x001F, 100_000);
+                    rig.pass(Duration::from_millis(200));
+                    rig.events();
+                    _ = rig.write(0x6060, 0, 2, 1);
+                }),
+            ),
+            row(
+                "N-20",
+                "SDO: load the defaults (1011h:01) without the signature",
+                after(|rig| _ = rig.write(0x1011, 1, 1, 4)),
+            ),
+            row(
+                "N-21",
+                "SDO: calibrate (1011h:04) during a travel",
+                after(|rig| {
+                    rig.travel(0x000F, 100_000);
+                    rig.travel(0x001F, 100_000);
+                    rig.pass(Duration::from_millis(200));
+                    rig.events();
+                    _ = rig.write(0x1011, 4, 0x6461_6F6C, 4);
+                }),
+            ),
+            row(
+                "N-22",
+                "SDO: write an object that is not there",
+                after(|rig| _ = rig.write(0x9999, 0, 7, 2)),
+            ),
+            row("N-23", "NMT command 07h", after(|rig| _ = rig.nmt(0x07))),
+            row(
+                "N-24",
+                "NMT start of a node that is switched off",
+                after(|rig| {
+                    rig.node.power_off(rig.now);
+                    rig.events();
+                    rig.nmt(0x01);
+                }),
+            ),
+        ],
+    );
+}
+
+#[test]
+fn other_devices() {
+    let ap10 = |act: fn(&mut ap10_device::Rig)| {
+        move || {
+            let mut rig = ap10_device::Rig::operational();
+            while rig.device.poll_event().is_some() {}
+            act(&mut rig);
+            std::iter::from_fn(|| rig.device.poll_event()).map(|event| event.to_string()).collect()
+        }
+    };
+    let asda = |act: fn(&mut asda::Rig)| {
+        move || {
+            let mut rig = asda::Rig::full();
+            while rig.device.poll_event().is_some() {}
+            act(&mut rig);
+            std::iter::from_fn(|| rig.device.poll_event()).map(|event| event.to_string()).collect()
+        }
+    };
+    compare(
+        "AP10 and ASDA-A2 on CANopen",
+        vec![
+            row("O-01", "AP10: calibrate (2002h) with 5", ap10(|rig| _ = rig.write(0x2002, 0, 5, 1))),
+            row("O-02", "AP10: node number 0 (5F0Ah:02)", ap10(|rig| _ = rig.write(0x5F0A, 2, 0, 1))),
+            row("O-03", "AP10: the position (6004h)", ap10(|rig| _ = rig.write(0x6004, 0, 5, 4))),
+            row("O-04", "ASDA-A2: CAN rate 5 (P3-01, 2301h)", asda(|rig| _ = rig.write(0x2301, 0, 0x0503))),
+            row("O-05", "ASDA-A2: mode of operation 99", asda(|rig| _ = rig.write(0x6060, 0, 99))),
+            row(
+                "O-06",
+                "ASDA-A2: another COB-ID for an RPDO that is on",
+                asda(|rig| _ = rig.write(0x1400, 1, 0x22F)),
+            ),
+        ],
+    );
+}
+
+#[test]
+fn hints_of_a_bus() {
+    let node = |number| NodeId::new(number).unwrap();
+    let said = |watch: NodeWatch, id: u16, octets: &'static [u8], there: &'static [u8]| {
+        move || {
+            let mut watch = watch;
+            let frame = Frame::data(Id::base(id).unwrap(), octets).unwrap();
+            let there = || Numbers::of(there.iter().map(|number| node(*number)));
+            // Many times the same.
+            let hints = (0..100).filter_map(|_| watch.heard(Instant::from_millis(1), &frame, there));
+            hints.map(|hint| hint.to_string()).collect()
+        }
+    };
+    compare(
+        "Hints of a CANopen bus",
+        vec![
+            row(
+                "B-01",
+                "SDO requests to node 9, where 5 and 6 are",
+                said(NodeWatch::inside(), 0x609, &[0x40, 0, 0x10, 0, 0, 0, 0, 0], &[5, 6]),
+            ),
+            row("B-02", "NMT start of node 9", said(NodeWatch::inside(), 0, &[0x01, 9], &[5, 6])),
+            row(
+                "B-03",
+                "NMT reset of node 9 on a bus without nodes",
+                said(NodeWatch::outside(), 0, &[0x81, 9], &[]),
             ),
         ],
     );

@@ -131,7 +131,7 @@ impl Drive {
 
     /// Acknowledges a fault, and leaves the drive as it was otherwise.
     pub(super) fn acknowledge(&mut self, json: bool) -> Result<(), Failure> {
-        if self.vocabulary.is_some() && self.entry(CONTROLWORD).is_none() {
+        if self.product.is_some() && self.entry(CONTROLWORD).is_none() {
             return Err(Failure::Usage(format!(
                 "the {} has no control word to acknowledge by",
                 self.device()

@@ -1,0 +1,66 @@
+//! What keeps a drive of the profile from turning, on request.
+
+use std::prelude::v1::*;
+
+use axum::Json;
+use axum::extract::State;
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use super::super::bus_access::Asking;
+use super::super::problem::{Problem, Problems, Station};
+use super::super::state::seconds;
+use super::find;
+use crate::fdl::Address;
+use crate::host::HostedPpoDrive;
+use crate::time::Instant;
+
+/// What keeps a drive of PROFIDRIVE version 2 from turning.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub(in crate::panel) struct PpoWhy {
+    /// When this was so, since the bus was started.
+    time_seconds: f64,
+    #[schema(minimum = 0, maximum = 126)]
+    address: u8,
+    /// It turns: nothing keeps it from that.
+    turning: bool,
+    /// What keeps it from turning, the first thing to do first.
+    hindrances: Vec<PpoHindrance>,
+    /// All of it in one line.
+    text: String,
+}
+
+/// One thing that keeps it from turning.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+struct PpoHindrance {
+    /// What, and what to do about it.
+    text: String,
+}
+
+impl PpoWhy {
+    fn of(address: Address, hosted: &HostedPpoDrive, now: Instant) -> Self {
+        let why = hosted.drive().why();
+        Self {
+            time_seconds: seconds(now),
+            address: address.number(),
+            turning: why.is_turning(),
+            hindrances: why
+                .hindrances()
+                .map(|hindrance| PpoHindrance { text: hindrance.to_string() })
+                .collect(),
+            text: why.to_string(),
+        }
+    }
+}
+
+/// What keeps such a drive from turning
+///
+/// The first thing to do first.
+#[utoipa::path(get, path = "/api/v1/ppo-drives/{address}/why", tag = "ppo-drives", params(("address" = u8, Path, maximum = 126)),
+    responses((status = 200, body = PpoWhy), Problems))]
+pub(in crate::panel) async fn why(
+    State(asking): State<Asking>,
+    Station(address): Station,
+) -> Result<Json<PpoWhy>, Problem> {
+    asking.ask(move |bench| Ok(Json(PpoWhy::of(address, find(bench, address)?, bench.now)))).await?
+}
