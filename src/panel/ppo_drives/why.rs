@@ -10,7 +10,6 @@ use utoipa::ToSchema;
 use super::super::bus_access::Asking;
 use super::super::problem::{Problem, Problems, Station};
 use super::super::state::seconds;
-use super::find;
 use crate::fdl::Address;
 use crate::host::HostedPpoDrive;
 use crate::time::Instant;
@@ -62,5 +61,5 @@ pub(in crate::panel) async fn why(
     State(asking): State<Asking>,
     Station(address): Station,
 ) -> Result<Json<PpoWhy>, Problem> {
-    asking.ask(move |bench| Ok(Json(PpoWhy::of(address, find(bench, address)?, bench.now)))).await?
+    asking.ask(move |bench| Ok(Json(PpoWhy::of(address, bench.find(address)?, bench.now)))).await?
 }
