@@ -1,107 +1,121 @@
 //! When each station of a bus wants to be called again.
 
+use core::cell::Cell;
+
 use crate::fdl::Address;
 use crate::time::Instant;
 
-/// The address of each station with the time it waits for, as a tree: of every two places the earlier time is in the place
-/// above them. A change goes up seven places at most, and who is due is found on the way down. Never allocates.
-///
-/// ```text
-///                 1                    the earliest of all
-///         2               3
-///     4       5       6       7        2n and 2n + 1 are below n
-///    ..      ..      ..      ..
-///   128 .. 254, 255                    the station at address 0 .. 126, and a place that stays empty
-/// ```
+/// The address of each station with the time it waits for. A table by address, and of each [`BLOCK`] addresses and of all
+/// the earliest time: quicker for the 127 there can be at most than to keep them in order, and never allocates.
 pub(super) struct Deadlines {
-    /// In ns; [`NEVER`] for who waits for nothing. Place 0 is not used.
-    nanos: [u64; 2 * PLACES],
+    /// By address, in ns; [`NEVER`] for who waits for nothing.
+    nanos: [[u64; BLOCK]; BLOCKS],
+    /// The earliest of each block, or [`UNKNOWN`]: many change before the first one is asked for.
+    earliest: [Cell<u64>; BLOCKS],
+    /// The earliest of all, or [`UNKNOWN`].
+    first: Cell<u64>,
+    /// How many blocks have ever been used.
+    used: usize,
 }
 
-/// How many places are above that of a station.
-const DEPTH: u32 = 7;
-const PLACES: usize = 1 << DEPTH;
+const BLOCK: usize = 16;
+/// 127 addresses, and a place that stays empty.
+const BLOCKS: usize = 8;
 const NEVER: u64 = u64::MAX;
+/// No later than any time there is.
+const UNKNOWN: u64 = 0;
 
 impl Deadlines {
     pub(super) const fn new() -> Self {
-        Self { nanos: [NEVER; 2 * PLACES] }
+        Self {
+            nanos: [[NEVER; BLOCK]; BLOCKS],
+            earliest: [const { Cell::new(NEVER) }; BLOCKS],
+            first: Cell::new(NEVER),
+            used: 0,
+        }
     }
 
     /// The station at `address` waits for `deadline`, or for nothing.
     pub(super) fn set(&mut self, address: Address, deadline: Option<Instant>) {
-        let mut place = PLACES | (usize::from(address.number()) % PLACES);
-        let mut earliest = deadline.map_or(NEVER, Instant::as_nanos);
-        for _ in 0..DEPTH {
-            let Some(held) = self.nanos.get_mut(place) else { return };
-            if *held == earliest {
-                return;
-            }
-            *held = earliest;
-            earliest = earliest.min(self.at(place ^ 1));
-            place /= 2;
+        let at = usize::from(address.number());
+        let (block, earliest) = (self.nanos.get_mut(at / BLOCK), self.earliest.get_mut(at / BLOCK));
+        let (Some(block), Some(earliest)) = (block, earliest) else { return };
+        let Some(place) = block.get_mut(at % BLOCK) else { return };
+        let nanos = deadline.map_or(NEVER, Instant::as_nanos);
+        let before = core::mem::replace(place, nanos);
+        if nanos == before {
+            return;
         }
-        if let Some(first) = self.nanos.get_mut(place) {
-            *first = earliest;
-        }
+        self.used = self.used.max(at / BLOCK + 1);
+        follow(earliest.get_mut(), before, nanos);
+        follow(self.first.get_mut(), before, nanos);
     }
 
     /// The earliest deadline.
     #[inline]
     pub(super) fn first(&self) -> Option<Instant> {
-        let first = self.at(1);
+        let first = match self.first.get() {
+            UNKNOWN => self.find_first(),
+            known => known,
+        };
         (first != NEVER).then(|| Instant::from_nanos(first))
+    }
+
+    fn find_first(&self) -> u64 {
+        let mut first = NEVER;
+        for (earliest, block) in self.earliest.iter().zip(&self.nanos).take(self.used) {
+            if earliest.get() == UNKNOWN {
+                earliest.set(block.iter().fold(NEVER, |first, nanos| first.min(*nanos)));
+            }
+            first = first.min(earliest.get());
+        }
+        self.first.set(first);
+        first
     }
 
     /// The stations whose deadline is reached at `now`.
     pub(super) fn due(&self, now: Instant) -> Due {
         // Who waits for nothing is not due at the end of time either.
-        Due { now: now.as_nanos().min(NEVER - 1), place: 1 }
-    }
-
-    #[inline]
-    fn at(&self, place: usize) -> u64 {
-        self.nanos.get(place).copied().unwrap_or(NEVER)
+        Due { now: now.as_nanos().min(NEVER - 1), block: 0, left: 0 }
     }
 }
 
 /// The stations whose deadline is reached, one after the other by address. While they are gone through, deadlines may
-/// change.
+/// change: each [`BLOCK`] addresses are looked at once, when the first of them has its turn.
 pub(super) struct Due {
     now: u64,
-    /// The place to look at next, with all below it; 0 behind the last.
-    place: usize,
+    /// The block to look at next.
+    block: usize,
+    /// Those of the block before that still have their turn, a bit for each.
+    left: u16,
 }
 
 impl Due {
     #[inline]
     pub(super) fn next(&mut self, deadlines: &Deadlines) -> Option<Address> {
-        // Nearly always one station is due, and then nobody.
-        if deadlines.at(1) > self.now {
-            return None;
-        }
-        while deadlines.at(self.place) > self.now {
-            self.place = behind(self.place);
-            if self.place == 0 {
-                return None;
+        while self.left == 0 {
+            let earliest = deadlines.earliest.get(..deadlines.used)?.get(self.block)?;
+            if earliest.get() <= self.now {
+                let nanos = deadlines.nanos.get(self.block)?;
+                let due = nanos.iter().rev().map(|nanos| u16::from(*nanos <= self.now));
+                self.left = due.fold(0, |left, due| left << 1 | due);
             }
+            self.block += 1;
         }
-        while self.place < PLACES {
-            self.place *= 2;
-            self.place += usize::from(deadlines.at(self.place) > self.now);
-        }
-        let address = self.place % PLACES;
-        self.place = behind(self.place);
+        let place = self.left.trailing_zeros();
+        self.left &= self.left - 1;
+        let address = (self.block - 1) * BLOCK + usize::try_from(place).ok()?;
         u8::try_from(address).ok().map(Address::from_octet)
     }
 }
 
-/// The place to the right of all that is below `place`; 0: there is none.
+/// Keeps the earliest of many deadlines while one of them goes from `before` to `nanos`.
 #[inline]
-const fn behind(place: usize) -> usize {
-    match place >> place.trailing_ones() {
-        0 => 0,
-        left => left + 1,
+const fn follow(earliest: &mut u64, before: u64, nanos: u64) {
+    if nanos <= *earliest {
+        *earliest = nanos;
+    } else if before == *earliest {
+        *earliest = UNKNOWN;
     }
 }
 
