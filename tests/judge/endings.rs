@@ -132,7 +132,7 @@ fn words(report: &Report) -> String {
 
 #[test]
 fn a_master_that_dies_ends_it_and_the_word_says_during_what() {
-    let report = judged(Some(Mistake::DiesOnRs));
+    let report = judged(Some(Mistake::DiesOnRs), Row::ALL);
     assert!(matches!(report.ending, Some(Ending::Silent { .. })), "{report}");
     let said = words(&report);
     assert!(

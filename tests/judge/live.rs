@@ -11,7 +11,7 @@ use profidrive::time::BaudRate;
 
 use crate::test_master::mistakes::Mistake;
 use crate::test_master::{Settings, TestMaster, serve};
-use crate::virtual_time::setup;
+use crate::virtual_time::{rows, setup};
 
 fn judged(mistake: Option<Mistake>, rows: &[Row]) -> Report {
     let settings = Settings::new(&[5, 6, 9], Duration::from_millis(100));
@@ -29,10 +29,6 @@ fn judged(mistake: Option<Mistake>, rows: &[Row]) -> Report {
     end.store(true, Ordering::Relaxed);
     thread.join().unwrap();
     report
-}
-
-fn rows(patterns: &[&str]) -> Vec<Row> {
-    patterns.iter().flat_map(|pattern| Row::matching(pattern)).collect()
 }
 
 #[test]

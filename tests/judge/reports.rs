@@ -8,7 +8,7 @@ use crate::test_master::mistakes::Mistake;
 use crate::virtual_time::judged;
 
 fn failed() -> Report {
-    let report = judged(Some(Mistake::RetryToggles));
+    let report = judged(Some(Mistake::RetryToggles), Row::ALL);
     assert!(report.has_failed());
     report
 }
