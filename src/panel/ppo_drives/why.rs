@@ -1,5 +1,6 @@
 //! What keeps a drive of the profile from turning, on request.
 
+use std::format;
 use std::prelude::v1::*;
 
 use axum::Json;

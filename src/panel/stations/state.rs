@@ -1,5 +1,6 @@
 //! A station from a GSD as JSON.
 
+use std::format;
 use std::prelude::v1::*;
 
 use serde::Serialize;
