@@ -2,6 +2,8 @@
 
 use crate::said::Row;
 
+#[cfg(feature = "std")]
+mod bus_hints;
 mod control_word;
 mod faults;
 mod hints;

@@ -2,11 +2,7 @@
 
 use std::time::Duration;
 
-use profidrive::can::{Frame, Id};
-use profidrive::canopen::NodeId;
 use profidrive::drive::{Fault, Inputs};
-use profidrive::host::can::{NodeWatch, Numbers};
-use profidrive::time::Instant;
 
 use super::row;
 use crate::ag03_node::Rig;
@@ -198,37 +194,6 @@ fn other_devices() {
                 "O-06",
                 "ASDA-A2: another COB-ID for an RPDO that is on",
                 asda(|rig| _ = rig.write(0x1400, 1, 0x22F)),
-            ),
-        ],
-    );
-}
-
-#[test]
-fn hints_of_a_bus() {
-    let node = |number| NodeId::new(number).unwrap();
-    let said = |watch: NodeWatch, id: u16, octets: &'static [u8], there: &'static [u8]| {
-        move || {
-            let mut watch = watch;
-            let frame = Frame::data(Id::base(id).unwrap(), octets).unwrap();
-            let there = || Numbers::of(there.iter().map(|number| node(*number)));
-            // Many times the same.
-            let hints = (0..100).filter_map(|_| watch.heard(Instant::from_millis(1), &frame, there));
-            hints.map(|hint| hint.to_string()).collect()
-        }
-    };
-    compare(
-        "Hints of a CANopen bus",
-        vec![
-            row(
-                "B-01",
-                "SDO requests to node 9, where 5 and 6 are",
-                said(NodeWatch::inside(), 0x609, &[0x40, 0, 0x10, 0, 0, 0, 0, 0], &[5, 6]),
-            ),
-            row("B-02", "NMT start of node 9", said(NodeWatch::inside(), 0, &[0x01, 9], &[5, 6])),
-            row(
-                "B-03",
-                "NMT reset of node 9 on a bus without nodes",
-                said(NodeWatch::outside(), 0, &[0x81, 9], &[]),
             ),
         ],
     );
