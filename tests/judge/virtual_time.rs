@@ -121,10 +121,10 @@ fn varied(seed: u32) -> (Settings, Vec<u8>) {
     (settings, absent)
 }
 
-/// Ten configurations, five hundred with `PROFIDRIVE_LONG`.
+/// Ten configurations, a hundred with `PROFIDRIVE_LONG`.
 #[test]
 fn correct_masters_of_many_configurations_are_not_accused() {
-    let runs = if is_long() { 500 } else { 10 };
+    let runs = if is_long() { 100 } else { 10 };
     let seeds: Vec<u32> = (1..=runs).collect();
     let wrong = in_threads(&seeds, |seed| {
         let (settings, absent) = varied(*seed);
