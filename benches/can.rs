@@ -7,10 +7,10 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use profidrive::can::slcan::{Adapter, FrameLine, parse_frame};
-use profidrive::can::{Frame, Id, timing};
-use profidrive::canopen::NodeId;
-use profidrive::device::ag03_canopen::{Ag03Node, Config};
+use profidrive::can_bus::can::slcan::{Adapter, FrameLine, parse_frame};
+use profidrive::can_bus::can::{Frame, Id, timing};
+use profidrive::can_bus::canopen::NodeId;
+use profidrive::devices::ag03::canopen::{Ag03Node, Config};
 use profidrive::time::Instant;
 
 fn frames(criterion: &mut Criterion) {
@@ -119,14 +119,14 @@ fn nodes(criterion: &mut Criterion) {
 #[cfg(feature = "std")]
 struct Listed {
     now: Instant,
-    device: Box<dyn profidrive::device::CanopenDevice>,
+    device: Box<dyn profidrive::devices::CanopenDevice>,
 }
 
 #[cfg(feature = "std")]
 impl Listed {
     /// Switched on and turning with 60 rpm.
     fn turning(product: &profidrive::host::can::Product, number: u8, kind: u8) -> Self {
-        use profidrive::canopen::storage::Memory;
+        use profidrive::can_bus::canopen::storage::Memory;
         use profidrive::host::can::Choices;
 
         let now = Instant::from_millis(1);
@@ -215,8 +215,8 @@ fn commands(product: &str, number: u8, kind: u8) -> Vec<(u16, Vec<u8>)> {
 
 /// The shaft of what has no drive.
 #[cfg(feature = "std")]
-fn turn_by_hand(device: &mut dyn profidrive::device::CanopenDevice, now: Instant) {
-    use profidrive::device::surroundings::Level;
+fn turn_by_hand(device: &mut dyn profidrive::devices::CanopenDevice, now: Instant) {
+    use profidrive::face::surroundings::Level;
 
     if !device.is_drive() {
         device.set_input(now, "shaft_rpm", Level::Number(60.0));
@@ -225,8 +225,8 @@ fn turn_by_hand(device: &mut dyn profidrive::device::CanopenDevice, now: Instant
 
 /// 6064h or 6004h.
 #[cfg(feature = "std")]
-fn position(device: &dyn profidrive::device::CanopenDevice) -> Vec<u8> {
-    use profidrive::canopen::Address;
+fn position(device: &dyn profidrive::devices::CanopenDevice) -> Vec<u8> {
+    use profidrive::can_bus::canopen::Address;
 
     let at = Address::new(if device.is_drive() { 0x6064 } else { 0x6004 }, 0);
     device.node().read_with(at, device.application(), |octets| Ok(octets.to_vec())).unwrap()
@@ -267,7 +267,7 @@ fn listed(criterion: &mut Criterion) {
 #[cfg(feature = "std")]
 struct OnBus {
     now: Instant,
-    bus: profidrive::host::can::Bus<profidrive::device::CanopenEvent>,
+    bus: profidrive::host::can::Bus<profidrive::devices::CanopenEvent>,
     master: profidrive::host::can::Seat,
 }
 
@@ -275,8 +275,8 @@ struct OnBus {
 impl OnBus {
     /// So many devices by turns, turning.
     fn new(count: usize, kind: u8) -> Self {
-        use profidrive::can::BitRate;
-        use profidrive::canopen::storage::Memory;
+        use profidrive::can_bus::can::BitRate;
+        use profidrive::can_bus::canopen::storage::Memory;
         use profidrive::host::can::{Bus, Choices, PRODUCTS, StoredNode};
 
         let now = Instant::from_millis(1);
@@ -317,7 +317,7 @@ fn listed(_: &mut Criterion) {}
 
 #[cfg(feature = "std")]
 fn words(criterion: &mut Criterion) {
-    use profidrive::device::ag03_canopen::VOCABULARY;
+    use profidrive::devices::ag03::canopen::VOCABULARY;
     use profidrive::explain::canopen::Network;
 
     let mut network = Network::of(&VOCABULARY);

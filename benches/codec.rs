@@ -21,7 +21,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use profidrive::fdl::telegram::{Decoded, MAX_TELEGRAM_LEN, Telegram, decode};
+use profidrive::profibus::fdl::telegram::{Decoded, MAX_TELEGRAM_LEN, Telegram, decode};
 
 /// Octets to decode, and to encode if they are a telegram.
 struct Row {

@@ -17,9 +17,9 @@
 use std::time;
 
 use profidrive::bench::{Answer, Line, ScriptedMaster as Master};
-use profidrive::device::{Config, Device, Timing};
-use profidrive::fdl::{Address, Sap};
+use profidrive::devices::ag03::profibus::{Config, Device, Timing};
 use profidrive::host::Bus;
+use profidrive::profibus::fdl::{Address, Sap};
 use profidrive::time::{BaudRate, Instant};
 
 const BAUD: BaudRate = BaudRate::K12000;

@@ -12,12 +12,12 @@ use core::fmt::Write;
 use std::time;
 
 use profidrive::bench::{Answer, Line, ScriptedMaster as Master};
-use profidrive::device::{MAX_TELEGRAM_LEN, Timing};
-use profidrive::dp::Application;
-use profidrive::fdl::{Address, DataTelegram, FunctionCode, Sap};
+use profidrive::devices::ag03::profibus::{MAX_TELEGRAM_LEN, Timing};
 use profidrive::gsd::{Gsd, Policy, Station};
 use profidrive::host::{Bus, GsdStation, OutputBoard, Refusals};
 use profidrive::process::{Point, Signal, Source, ValueType};
+use profidrive::profibus::dp::Application;
+use profidrive::profibus::fdl::{Address, DataTelegram, FunctionCode, Sap};
 use profidrive::time::{BaudRate, Instant};
 
 const BAUD: BaudRate = BaudRate::K12000;

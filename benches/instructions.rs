@@ -12,9 +12,9 @@ mod travelling;
 use core::time::Duration;
 use std::hint::black_box;
 
-use profidrive::device::{Device, MAX_TELEGRAM_LEN};
-use profidrive::fdl::Telegram;
-use profidrive::fdl::telegram::{Decoded, decode};
+use profidrive::devices::ag03::profibus::{Device, MAX_TELEGRAM_LEN};
+use profidrive::profibus::fdl::Telegram;
+use profidrive::profibus::fdl::telegram::{Decoded, decode};
 use profidrive::time::Instant;
 use travelling::{Travelling, exchange};
 

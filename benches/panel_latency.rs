@@ -47,7 +47,7 @@ fn main() {
     use std::time::{Duration, Instant};
 
     use panel::Emulator;
-    use profidrive::ppo::{Outputs, Pkw, Stw};
+    use profidrive::profibus::ppo::{Outputs, Pkw, Stw};
     use pty::Master;
     use watchers::Watchers;
 

@@ -11,10 +11,10 @@ use std::env;
 use std::fs;
 use std::io::Write as _;
 
-use profidrive::asda_a2::Config;
-use profidrive::can::{BitRate, ErrorState, Frame};
-use profidrive::canopen::{Event, eds};
-use profidrive::device::asda_a2_canopen::{AsdaA2, Quirks, SHEET};
+use profidrive::can_bus::can::{BitRate, ErrorState, Frame};
+use profidrive::can_bus::canopen::{Event, eds};
+use profidrive::devices::asda_a2::Config;
+use profidrive::devices::asda_a2::canopen::{AsdaA2, Quirks, SHEET};
 use profidrive::host::can::{CanParticipant, Line};
 use profidrive::host::{Reach, Stop};
 use profidrive::time::Instant;

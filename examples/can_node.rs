@@ -13,7 +13,7 @@ use core::time::Duration;
 use std::env;
 use std::io::Write;
 
-use profidrive::can::{BaseId, BitRate, ErrorState, Frame};
+use profidrive::can_bus::can::{BaseId, BitRate, ErrorState, Frame};
 use profidrive::host::can::{CanParticipant, Line};
 use profidrive::host::{Reach, Stop};
 use profidrive::time::Instant;

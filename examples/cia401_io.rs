@@ -12,16 +12,17 @@ use core::error::Error;
 use std::env;
 use std::io::Write;
 
-use profidrive::can::BitRate;
-use profidrive::canopen::eds::{self, Sheet};
-use profidrive::canopen::storage::Memory;
-use profidrive::canopen::value::DataType::{U8, U16, U32};
-use profidrive::canopen::{
+use profidrive::can_bus::can::BitRate;
+use profidrive::can_bus::canopen::eds;
+use profidrive::can_bus::canopen::eds::Sheet;
+use profidrive::can_bus::canopen::storage::Memory;
+use profidrive::can_bus::canopen::value::DataType::{U8, U16, U32};
+use profidrive::can_bus::canopen::{
     Abort, Address, Application, Entry, Home, NmtState, NodeId, Notice, Object, Policy, Reset, Source, Value,
     Written,
 };
-use profidrive::device::surroundings::{Face, Input, InputKind, Level, Surroundings};
-use profidrive::device::{CanopenEvent, PlainNode};
+use profidrive::devices::{CanopenEvent, PlainNode};
+use profidrive::face::surroundings::{Face, Input, InputKind, Level, Surroundings};
 use profidrive::host::can::{Line, StoredNode};
 use profidrive::host::{Reach, Stop};
 use profidrive::time::Instant;

@@ -3,8 +3,8 @@
 //! For a chip of your own implement [`Board`] and call [`pass`] for ever. `tests/small-target` links this file for a
 //! Cortex-M4F; here, `cargo run --example firmware` runs it on a board in memory, which asks for the FDL status once.
 
-use profidrive::device::{Config, Device, MAX_TELEGRAM_LEN, Timing};
-use profidrive::fdl::Address;
+use profidrive::devices::ag03::profibus::{Config, Device, MAX_TELEGRAM_LEN, Timing};
+use profidrive::profibus::fdl::Address;
 use profidrive::time::{BaudRate, Instant};
 
 /// What the loop needs of a chip.

@@ -4,10 +4,10 @@
 
 use std::io::{self, Write};
 
-use profidrive::dp::ext_diag::{Block, Channel, ChannelError, Direction, ExtDiag, Width};
-use profidrive::dp::{Description, Fixed, Station};
-use profidrive::fdl::telegram::{Decoded, decode};
-use profidrive::fdl::{Address, DataTelegram, FrameCount, FunctionCode, Sap, Service};
+use profidrive::profibus::dp::ext_diag::{Block, Channel, ChannelError, Direction, ExtDiag, Width};
+use profidrive::profibus::dp::{Description, Fixed, Station};
+use profidrive::profibus::fdl::telegram::{Decoded, decode};
+use profidrive::profibus::fdl::{Address, DataTelegram, FrameCount, FunctionCode, Sap, Service};
 use profidrive::time::{BaudRate, Instant};
 
 /// One octet out, one octet in, and a user parameter: 0 = inputs as wired, 1 = inverted.

@@ -1,14 +1,14 @@
 //! A drive and a master of a few lines, without hardware: `cargo run --example loopback` prints a start-up.
 //!
 //! The drive is [`Device`]: octets and time in, octets out. The master says what masters say to bring a slave into
-//! Data_Exchange; its telegrams are built and read with [`profidrive::fdl`].
+//! Data_Exchange; its telegrams are built and read with [`profidrive::profibus::fdl`].
 
 use core::error::Error;
 
-use profidrive::device::{Config, Device, MAX_TELEGRAM_LEN};
-use profidrive::fdl::telegram::{Decoded, decode};
-use profidrive::fdl::{Address, DataTelegram, FrameCount, FunctionCode, Sap, Service, Telegram};
-use profidrive::ppo::Inputs;
+use profidrive::devices::ag03::profibus::{Config, Device, MAX_TELEGRAM_LEN};
+use profidrive::profibus::fdl::telegram::{Decoded, decode};
+use profidrive::profibus::fdl::{Address, DataTelegram, FrameCount, FunctionCode, Sap, Service, Telegram};
+use profidrive::profibus::ppo::Inputs;
 use profidrive::time::Instant;
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -2,13 +2,13 @@
 //!
 //! `cargo run --example own_drive -- PATH` serves a pseudo-terminal at PATH; `own_drive.gsd` is its GSD.
 
-use profidrive::device::{Event, MAX_TELEGRAM_LEN};
-use profidrive::dp::{Description, Fixed, Station};
-use profidrive::fdl::{Address, Telegram};
+use profidrive::devices::ag03::profibus::{Event, MAX_TELEGRAM_LEN};
 use profidrive::host::link::pty::Pty;
 use profidrive::host::{self, Bus, Participant, Stop, SystemClock};
-use profidrive::pkw::{Config, Engine, JobError, Parameters, Value, Written};
-use profidrive::ppo::{Pkw, PpoType};
+use profidrive::profibus::dp::{Description, Fixed, Station};
+use profidrive::profibus::fdl::{Address, Telegram};
+use profidrive::profibus::pkw::{Config, Engine, JobError, Parameters, Value, Written};
+use profidrive::profibus::ppo::{Pkw, PpoType};
 use profidrive::time::{BaudRate, Instant};
 
 type Buffer = [u8; MAX_TELEGRAM_LEN];

@@ -4,9 +4,9 @@
 //! `cargo run --example own_station -- PATH` serves a pseudo-terminal at PATH. The firmwares of `examples/firmware` have the same
 //! station on a microcontroller.
 
-use profidrive::dp::ext_diag::{Block, Channel, ChannelError, Direction, ExtDiag, Width};
-use profidrive::dp::{Description, Fixed, Framed, Rates, Station};
-use profidrive::fdl::{Address, Resync};
+use profidrive::profibus::dp::ext_diag::{Block, Channel, ChannelError, Direction, ExtDiag, Width};
+use profidrive::profibus::dp::{Description, Fixed, Framed, Rates, Station};
+use profidrive::profibus::fdl::{Address, Resync};
 use profidrive::time::{BaudRate, Instant};
 
 /// Ident number, rates and services, as in the GSD.
@@ -66,9 +66,9 @@ pub(crate) fn application(now: Instant, slave: &mut Framed) {
 #[cfg(not(target_os = "none"))]
 #[allow(dead_code, reason = "a test includes this file")]
 fn main() -> Result<(), Box<dyn core::error::Error>> {
-    use profidrive::fdl::MAX_TELEGRAM_LEN;
     use profidrive::host::link::pty::Pty;
     use profidrive::host::{Clock, Link, Received, Stop, SystemClock};
+    use profidrive::profibus::fdl::MAX_TELEGRAM_LEN;
 
     let path = std::env::args().nth(1).ok_or("usage: own_station PATH")?;
     let (mut line, clock, stop) = (Pty::open(Some(path.as_ref()))?, SystemClock::new(), Stop::new()?);

@@ -8,10 +8,10 @@ use core::time::Duration;
 
 use profidrive::bench::Line;
 use profidrive::client::{DriveClient, Goal, GoalOutcome};
-use profidrive::device::Config;
-use profidrive::fdl::Address;
+use profidrive::devices::ag03::profibus::Config;
 use profidrive::master::{Profirust, baudrate, peripheral};
-use profidrive::ppo::Inputs;
+use profidrive::profibus::fdl::Address;
+use profidrive::profibus::ppo::Inputs;
 use profidrive::time::{BaudRate, Instant};
 use profirust::dp::{DpEvents, DpMaster, PeripheralEvent, PeripheralHandle};
 use profirust::fdl::{FdlActiveStation, ParametersBuilder};
@@ -100,7 +100,7 @@ fn main() -> Result<(), Box<dyn core::error::Error>> {
 
 #[cfg(test)]
 mod tests {
-    use profidrive::device::Device;
+    use profidrive::devices::ag03::profibus::Device;
 
     use super::*;
 
@@ -140,7 +140,7 @@ mod tests {
         assert!(run(&mut bus, &mut shuttle, |shuttle| shuttle.trips == 1));
         let block = |bus: &mut Line<Profirust<'_>>, blocked| {
             bus.with_station(5, |drive: &mut Device, now| {
-                let inputs = profidrive::drive::Inputs { blocked, ..*drive.inputs() };
+                let inputs = profidrive::devices::ag03::drive::Inputs { blocked, ..*drive.inputs() };
                 drive.set_inputs(now, inputs);
             })
             .unwrap();

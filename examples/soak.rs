@@ -23,12 +23,12 @@ use std::process::{Child, Command, Stdio};
 use std::rc::Rc;
 use std::thread::{self, JoinHandle};
 
-use profidrive::fdl::telegram::{Decoded, decode};
-use profidrive::fdl::{Function, Telegram};
 use profidrive::host::link::serial::Serial;
 use profidrive::host::{Clock, Link, Received, Stop, SystemClock};
 use profidrive::master::{LinkPhy, baudrate, instant, peripheral};
-use profidrive::ppo::{Ind, Inputs, JobId, Outputs, Pke, Pkw, ReplyId, Stw};
+use profidrive::profibus::fdl::telegram::{Decoded, decode};
+use profidrive::profibus::fdl::{Function, Telegram};
+use profidrive::profibus::ppo::{Ind, Inputs, JobId, Outputs, Pke, Pkw, ReplyId, Stw};
 use profidrive::time::{BaudRate, Instant};
 use profirust::dp::{DpMaster, PeripheralHandle};
 use profirust::fdl::{FdlActiveStation, ParametersBuilder};

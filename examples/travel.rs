@@ -10,10 +10,10 @@ use core::fmt::Write;
 use core::time::Duration;
 use std::process::ExitCode;
 
-use profidrive::device::words::Words;
-use profidrive::drive::{Drive, Inputs, PosType, Settings, Status};
-use profidrive::param::{Gear, Model, Store};
-use profidrive::ppo::Stw;
+use profidrive::devices::ag03::drive::{Drive, Inputs, PosType, Settings, Status};
+use profidrive::devices::ag03::param::{Gear, Model, Store};
+use profidrive::devices::ag03::profibus::words::Words;
+use profidrive::profibus::ppo::Stw;
 
 #[allow(dead_code, reason = "the test that compares the pictures calls picture() instead")]
 fn main() -> ExitCode {

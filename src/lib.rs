@@ -51,8 +51,8 @@
 //! drain `poll_transmit` and `poll_event` to `None`, then wait until octets arrive or `poll_timeout` has come.**
 //!
 //! ```
-//! use profidrive::device::{Config, Device, MAX_TELEGRAM_LEN};
-//! use profidrive::fdl::Address;
+//! use profidrive::devices::ag03::profibus::{Config, Device, MAX_TELEGRAM_LEN};
+//! use profidrive::profibus::fdl::Address;
 //! use profidrive::time::Instant;
 //!
 //! // A line with one master on it that asks station 5 whether it is there.
@@ -87,7 +87,7 @@
 //! assert_eq!(to_master, [0x10, 0x02, 0x05, 0x00, 0x07, 0x16]);
 //! // Not before min T_SDR, 11 bit times at 500 kbit/s.
 //! assert_eq!(now, Instant::from_micros(22));
-//! # Ok::<(), profidrive::fdl::AddressError>(())
+//! # Ok::<(), profidrive::profibus::fdl::AddressError>(())
 //! ```
 //!
 //! [`host`] has this loop for links of an operating system, and the command `profidrive emulate` runs it.
@@ -124,33 +124,13 @@ pub mod time;
 
 mod chance;
 
-pub mod fdl;
+pub mod profibus;
 
-pub mod dp;
+pub mod can_bus;
 
-pub mod can;
+pub mod face;
 
-pub mod canopen;
-
-pub mod cia402;
-
-pub mod asda_a2;
-
-pub mod ppo;
-
-pub mod param;
-
-pub mod pkw;
-
-pub mod drive;
-
-pub mod unit;
-
-pub mod ap10;
-
-pub mod ppo_drive;
-
-pub mod device;
+pub mod devices;
 
 pub mod embedded;
 

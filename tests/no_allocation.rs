@@ -12,13 +12,13 @@
 
 use core::time::Duration;
 
-use profidrive::device::{Config, Device, MAX_TELEGRAM_LEN, Timing};
-use profidrive::dp::Application;
-use profidrive::fdl::{Address, DataTelegram, FunctionCode, Sap};
+use profidrive::devices::ag03::profibus::{Config, Device, MAX_TELEGRAM_LEN, Timing};
 use profidrive::gsd::{Gsd, Policy, Station};
 use profidrive::host::link::tap::{Batch, Tap, Watchers};
 use profidrive::host::{Bus, GsdStation, Link, ManualClock, OutputBoard, Received, Refusals, Stop};
 use profidrive::process::{Point, Signal, Source, ValueType};
+use profidrive::profibus::dp::Application;
+use profidrive::profibus::fdl::{Address, DataTelegram, FunctionCode, Sap};
 use profidrive::time::{BaudRate, Instant};
 
 const BAUD: BaudRate = BaudRate::K12000;

@@ -3,8 +3,8 @@
 
 use core::time::Duration;
 
-use profidrive::device::{Config, Device, MAX_TELEGRAM_LEN, Timing};
-use profidrive::fdl::{Address, DataTelegram, FunctionCode, Sap};
+use profidrive::devices::ag03::profibus::{Config, Device, MAX_TELEGRAM_LEN, Timing};
+use profidrive::profibus::fdl::{Address, DataTelegram, FunctionCode, Sap};
 use profidrive::time::{BaudRate, Instant};
 
 const FAR_AWAY: i32 = 900_000;

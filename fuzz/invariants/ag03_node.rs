@@ -12,13 +12,13 @@
 
 use std::time::Duration;
 
-use profidrive::can::{ErrorState, Frame, Id};
-use profidrive::canopen::{NmtState, NodeId};
-use profidrive::device::ag03_canopen::state::State;
-use profidrive::device::ag03_canopen::{Ag03Node, Config};
-use profidrive::drive::{Inputs, Motor};
+use profidrive::can_bus::can::{ErrorState, Frame, Id};
+use profidrive::can_bus::canopen::{NmtState, NodeId};
+use profidrive::devices::ag03::canopen::state::State;
+use profidrive::devices::ag03::canopen::{Ag03Node, Config};
+use profidrive::devices::ag03::drive::{Inputs, Motor};
+use profidrive::devices::ag03::unit::DipSwitches;
 use profidrive::time::Instant;
-use profidrive::unit::DipSwitches;
 
 pub(crate) fn check(data: &[u8]) {
     let now = Instant::ZERO;

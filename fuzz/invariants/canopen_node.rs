@@ -15,9 +15,9 @@
 
 use std::time::Duration;
 
-use profidrive::can::{Frame, Id};
-use profidrive::canopen::cob_id::CobId;
-use profidrive::canopen::{
+use profidrive::can_bus::can::{Frame, Id};
+use profidrive::can_bus::canopen::cob_id::CobId;
+use profidrive::can_bus::canopen::{
     Abort, Address, Emergency, NmtState, Node, PdoNumber, Policy, Request, Reset, Value,
 };
 use profidrive::time::Instant;

@@ -2,12 +2,14 @@
 //! fields that leave none out; the text is bounded by the octets; what is called a valid telegram is encoded to the same
 //! octets.
 
-use profidrive::can::Frame;
-use profidrive::device::{ag03_canopen, ap10_canopen, asda_a2_canopen};
-use profidrive::drive::Mode;
+use profidrive::can_bus::can::Frame;
+use profidrive::devices::ag03;
+use profidrive::devices::ag03::drive::Mode;
+use profidrive::devices::ap10;
+use profidrive::devices::asda_a2;
 use profidrive::explain::canopen::{Network, frame_in};
 use profidrive::explain::{Context, Decoder, Explanation, Field, HexText, Kind, Mark, Sender, Taking};
-use profidrive::fdl::telegram::{Decoded, decode};
+use profidrive::profibus::fdl::telegram::{Decoded, decode};
 
 /// The first octet says how, the others are the file.
 pub(crate) fn check(data: &[u8]) {
@@ -36,9 +38,9 @@ pub(crate) fn check(data: &[u8]) {
         let mut text = HexText::default();
         let mut network = match how >> 6 {
             0 => Network::default(),
-            1 => Network::of(&ag03_canopen::VOCABULARY),
-            2 => Network::of(&ap10_canopen::VOCABULARY),
-            _ => Network::of(&asda_a2_canopen::VOCABULARY),
+            1 => Network::of(&ag03::canopen::VOCABULARY),
+            2 => Network::of(&ap10::canopen::VOCABULARY),
+            _ => Network::of(&asda_a2::canopen::VOCABULARY),
         };
         for line in String::from_utf8_lossy(file).lines() {
             if let Some(frame) = frame_in(line) {

@@ -4,12 +4,12 @@
 use std::time::Duration;
 
 use arbitrary::{Arbitrary, Unstructured};
-use profidrive::device::{Config, Device};
-use profidrive::drive::{Fault, FaultBuffer, Inputs};
-use profidrive::fdl::Address;
-use profidrive::param::{Gear, Model, Parameter};
+use profidrive::devices::ag03::drive::{Fault, FaultBuffer, Inputs};
+use profidrive::devices::ag03::param::{Gear, Model, Parameter};
+use profidrive::devices::ag03::profibus::{Config, Device};
+use profidrive::devices::ag03::unit::{IMAGE_LEN, Image};
+use profidrive::profibus::fdl::Address;
 use profidrive::time::Instant;
-use profidrive::unit::{IMAGE_LEN, Image};
 
 use super::Octets;
 

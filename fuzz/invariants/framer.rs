@@ -3,8 +3,8 @@
 //! one telegram, and after silence it hears again.
 
 use arbitrary::{Arbitrary, Unstructured};
-use profidrive::fdl::telegram::{Decoded, MAX_TELEGRAM_LEN, decode};
-use profidrive::fdl::{FrameError, Framer, Resync, Telegram};
+use profidrive::profibus::fdl::telegram::{Decoded, MAX_TELEGRAM_LEN, decode};
+use profidrive::profibus::fdl::{FrameError, Framer, Resync, Telegram};
 use profidrive::time::{BaudRate, Instant};
 
 use super::Octets;

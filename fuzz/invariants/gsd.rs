@@ -1,8 +1,8 @@
 //! A device file of a stranger and a configuration of a master: reading never fails but with a place, the description
 //! stays within what Set_Prm and Slave_Diag can hold, and an accepted configuration is the modules it was split into.
 
-use profidrive::dp::{Application, IoLengths};
 use profidrive::gsd::{Gsd, Policy, Station};
+use profidrive::profibus::dp::{Application, IoLengths};
 
 /// One octet with the length of the configuration, the configuration, the file.
 pub(crate) fn check(data: &[u8]) {

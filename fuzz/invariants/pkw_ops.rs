@@ -2,11 +2,12 @@
 //! changes nothing, a written value is read back, every value stays in its range.
 
 use arbitrary::{Arbitrary, Unstructured};
-use profidrive::param::{
+use profidrive::devices::ag03::param::{
     Effect, Gear, Kind, Model, Parameter, Pnu, Store, Subindex, Value, WriteContext, parameters,
 };
-use profidrive::pkw::{self, Config, Engine, JobError, Parameters};
-use profidrive::ppo::{JobId, Pkw, ReplyId};
+use profidrive::profibus::pkw;
+use profidrive::profibus::pkw::{Config, Engine, JobError, Parameters};
+use profidrive::profibus::ppo::{JobId, Pkw, ReplyId};
 
 #[derive(Arbitrary, Debug)]
 struct Session {

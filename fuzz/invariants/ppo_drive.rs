@@ -10,17 +10,17 @@
 //!        e0..=ff  nothing for a second and a new start
 //! ```
 
-use profidrive::device::ppo_drive::{CONFIGURATIONS, IDENT_NUMBER, PpoDrive, PpoOnly};
-use profidrive::device::profile::ZswBit;
-use profidrive::dp::{Description, Fixed, State};
-use profidrive::fdl::telegram::{Decoded, decode};
-use profidrive::fdl::{
+use profidrive::devices::ppo_drive::Quantity;
+use profidrive::devices::ppo_drive::profibus::{CONFIGURATIONS, IDENT_NUMBER, PpoDrive, PpoOnly};
+use profidrive::devices::ppo_drive::profile::ZswBit;
+use profidrive::devices::ppo_drive::table::Table;
+use profidrive::profibus::dp::{Description, Fixed, State};
+use profidrive::profibus::fdl::telegram::{Decoded, decode};
+use profidrive::profibus::fdl::{
     Address, DataTelegram, FrameCount, FunctionCode, MAX_TELEGRAM_LEN, Sap, Service, Telegram,
 };
-use profidrive::pkw::Value;
-use profidrive::ppo::PpoType;
-use profidrive::ppo_drive::Quantity;
-use profidrive::ppo_drive::table::Table;
+use profidrive::profibus::pkw::Value;
+use profidrive::profibus::ppo::PpoType;
 use profidrive::time::{BaudRate, Instant};
 
 const KINDS: [PpoType; 5] = [PpoType::Ppo1, PpoType::Ppo2, PpoType::Ppo3, PpoType::Ppo4, PpoType::Ppo5];
@@ -158,7 +158,8 @@ impl Rig {
         let mut buf = [0; 255];
         let octets = request.encode(&mut buf).expect("it has room");
         let Decoded::Telegram { telegram, .. } = decode(octets) else { panic!("{octets:02X?}") };
-        let mut news = |event: profidrive::device::Event| assert!(!event.to_string().contains('\n'));
+        let mut news =
+            |event: profidrive::devices::ag03::profibus::Event| assert!(!event.to_string().contains('\n'));
         self.drive.handle_telegram(self.now, &telegram, &mut news);
         self.now = Instant::from_nanos(self.now.as_nanos() + 50_000);
         let mut reply = [0; MAX_TELEGRAM_LEN];

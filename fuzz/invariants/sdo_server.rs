@@ -1,9 +1,9 @@
 //! SDO requests in any order, eight octets each: one answer each, about what was asked; a refused write changes nothing;
 //! what was written is read back.
 
-use profidrive::can::{Frame, Id};
-use profidrive::canopen::sdo::SdoRequest;
-use profidrive::canopen::{Node, Policy};
+use profidrive::can_bus::can::{Frame, Id};
+use profidrive::can_bus::canopen::sdo::SdoRequest;
+use profidrive::can_bus::canopen::{Node, Policy};
 use profidrive::time::Instant;
 
 use super::canopen_device::{HELD, Plain};

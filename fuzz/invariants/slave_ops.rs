@@ -6,15 +6,15 @@
 use std::time::Duration;
 
 use arbitrary::{Arbitrary, Unstructured};
-use profidrive::device::{
+use profidrive::devices::ag03::drive::{Fault, Inputs};
+use profidrive::devices::ag03::param::{Gear, Model};
+use profidrive::devices::ag03::profibus::{
     ApplicationCycle, Config, DESCRIPTION, Device, Eeprom, MAX_EVENTS, MAX_TELEGRAM_LEN, NotStored, Power,
     Timing,
 };
-use profidrive::dp::State;
-use profidrive::drive::{Fault, Inputs};
-use profidrive::fdl::telegram::{Decoded, Format, decode};
-use profidrive::fdl::{Address, DataTelegram, Function, FunctionCode, Sap, Telegram};
-use profidrive::param::{Gear, Model};
+use profidrive::profibus::dp::State;
+use profidrive::profibus::fdl::telegram::{Decoded, Format, decode};
+use profidrive::profibus::fdl::{Address, DataTelegram, Function, FunctionCode, Sap, Telegram};
 use profidrive::time::{BaudRate, Instant};
 
 use super::Octets;

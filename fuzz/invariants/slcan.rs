@@ -2,7 +2,7 @@
 //! it was answered and reads back as the line it came from, the channel follows O, L and C alone, and whatever came
 //! before, the next line is obeyed.
 
-use profidrive::can::slcan::{Adapter, BEL, CR, Channel, Effect, FrameLine, LF, parse_frame};
+use profidrive::can_bus::can::slcan::{Adapter, BEL, CR, Channel, Effect, FrameLine, LF, parse_frame};
 use profidrive::time::Instant;
 
 /// The first octet says when the bus has no room: before every so many lines.

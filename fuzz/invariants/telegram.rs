@@ -2,7 +2,9 @@
 //! octet and never by more than there are; every prefix of a telegram is incomplete; what is refused stays refused
 //! for the same reason, whatever follows.
 
-use profidrive::fdl::telegram::{Decoded, EncodeError, MAX_PDU_LEN, MAX_TELEGRAM_LEN, Telegram, decode};
+use profidrive::profibus::fdl::telegram::{
+    Decoded, EncodeError, MAX_PDU_LEN, MAX_TELEGRAM_LEN, Telegram, decode,
+};
 
 pub(crate) fn check(octets: &[u8]) {
     match decode(octets) {

@@ -5,7 +5,7 @@ use core::time::Duration;
 use thiserror::Error;
 
 use super::Sender;
-use crate::fdl::Address;
+use crate::profibus::fdl::Address;
 use crate::time::{BaudRate, Instant};
 
 /// A rule of the bus that somebody on a [`Line`](super::Line) has broken.

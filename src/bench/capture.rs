@@ -34,9 +34,9 @@ mod tests {
 
     use super::*;
     use crate::bench::ScriptedMaster;
-    use crate::device::Config;
-    use crate::fdl::Address;
+    use crate::devices::ag03::profibus::Config;
     use crate::host::capture;
+    use crate::profibus::fdl::Address;
     use crate::time::BaudRate;
 
     #[test]

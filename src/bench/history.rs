@@ -5,9 +5,9 @@ use std::collections::VecDeque;
 use std::vec::Vec;
 
 use super::Breach;
-use crate::dp;
-use crate::fdl::telegram::{Decoded, decode};
-use crate::fdl::{Address, FrameCount, Function, Telegram};
+use crate::profibus::dp;
+use crate::profibus::fdl::telegram::{Decoded, decode};
+use crate::profibus::fdl::{Address, FrameCount, Function, Telegram};
 use crate::time::Instant;
 
 /// So many sendings are kept unless [`Line::keep`](super::Line::keep) says otherwise.
@@ -99,7 +99,7 @@ impl Passed {
         };
         let service = match dp::Service::of(data.dsap, data.ssap) {
             // FDL status has no SAPs and is no Data_Exchange.
-            Some(dp::Service::DataExchange) if kind == crate::fdl::Service::FdlStatus => None,
+            Some(dp::Service::DataExchange) if kind == crate::profibus::fdl::Service::FdlStatus => None,
             service => service,
         };
         Some(Request { to: data.da, from: data.sa, service, count, data: data.data })

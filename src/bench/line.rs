@@ -9,10 +9,10 @@ use std::vec::Vec;
 
 use super::history::History;
 use super::{Breach, Damage, Master, NoMaster, Passed, Sender};
-use crate::fdl::telegram::{Decoded, decode};
-use crate::fdl::{Address, Function, MAX_TELEGRAM_LEN, Telegram};
 use crate::host::link::fault::Faults;
 use crate::host::{Bus, Clock};
+use crate::profibus::fdl::telegram::{Decoded, decode};
+use crate::profibus::fdl::{Address, Function, MAX_TELEGRAM_LEN, Telegram};
 use crate::time::{BaudRate, Instant};
 
 /// How the line treats octets on their way. Called once for each sending, with the time of its end and its octets,

@@ -1,6 +1,6 @@
 //! What a master under test offers the line.
 
-use crate::fdl::MAX_TELEGRAM_LEN;
+use crate::profibus::fdl::MAX_TELEGRAM_LEN;
 use crate::time::Instant;
 
 /// A master without a port: octets and time in, octets and a deadline out.

@@ -35,8 +35,8 @@
 //!
 //! ```
 //! use profidrive::bench::Line;
-//! use profidrive::device::Config;
-//! use profidrive::fdl::Address;
+//! use profidrive::devices::ag03::profibus::Config;
+//! use profidrive::profibus::fdl::Address;
 //! use profidrive::time::BaudRate;
 //!
 //! let mut line = Line::new(BaudRate::K1500);

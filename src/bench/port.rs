@@ -8,8 +8,8 @@ use std::rc::Rc;
 use std::vec::Vec;
 
 use super::{Line, Master};
-use crate::fdl::MAX_TELEGRAM_LEN;
 use crate::host::{Clock, Link, Received, Stop};
+use crate::profibus::fdl::MAX_TELEGRAM_LEN;
 use crate::time::{BaudRate, Instant};
 
 /// A master behind a [`Port`]: what it sends and what it has heard.

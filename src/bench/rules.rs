@@ -2,10 +2,10 @@
 
 use super::line::{Asked, Said};
 use super::{Breach, Line, Master, Sender};
-use crate::fdl::station::DEFAULT_MIN_TSDR;
-use crate::fdl::telegram::Decoded;
-use crate::fdl::{Function, Telegram};
 use crate::host::Bus;
+use crate::profibus::fdl::station::DEFAULT_MIN_TSDR;
+use crate::profibus::fdl::telegram::Decoded;
+use crate::profibus::fdl::{Function, Telegram};
 use crate::time::{Instant, SYN_BITS};
 
 impl<M: Master> Line<M> {

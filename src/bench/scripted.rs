@@ -3,9 +3,9 @@
 use std::vec::Vec;
 
 use super::{Breach, Line, Master};
-use crate::dp::MASTER_SAP;
-use crate::fdl::telegram::{Decoded, EncodeError, decode};
-use crate::fdl::{
+use crate::profibus::dp::MASTER_SAP;
+use crate::profibus::fdl::telegram::{Decoded, EncodeError, decode};
+use crate::profibus::fdl::{
     Address, DataTelegram, FrameCount, Function, FunctionCode, MAX_TELEGRAM_LEN, ReplyStatus, Sap, Service,
     Telegram,
 };

@@ -1,10 +1,10 @@
 //! What is on the line: buses with their stations, faults, disturbances.
 
 use super::{Disturbance, Line, Master};
-use crate::device::{Config, Device, Event, Timing};
-use crate::fdl::Address;
+use crate::devices::ag03::profibus::{Config, Device, Event, Timing};
 use crate::host::link::fault::{Fault, Faults, NoStation};
 use crate::host::{Bus, BusEvent, Error, Participant};
+use crate::profibus::fdl::Address;
 
 impl<M: Master> Line<M> {
     /// Connects stations and returns the number of their bus, which counts from 0. Several buses are several devices:

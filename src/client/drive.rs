@@ -49,7 +49,7 @@ use seen::Seen;
 use step::{Next, Step};
 
 use super::pkw::{Job, NotSubmitted, Outcome, PkwError};
-use crate::ppo::{Inputs, Outputs, PPO_LEN, Zsw};
+use crate::profibus::ppo::{Inputs, Outputs, PPO_LEN, Zsw};
 use crate::time::Instant;
 
 /// The master's end of a whole drive: its control words, its setpoint and its parameter channel.

@@ -28,12 +28,12 @@ mod why;
 
 use core::time::Duration;
 
-use crate::can::Frame;
-use crate::canopen::cob_id;
-use crate::canopen::nmt;
-use crate::canopen::sdo::client::{SdoClient, Step};
-use crate::canopen::{Abort, Address, NmtState, NodeId};
-use crate::cia402::{Controlword, Statusword};
+use crate::can_bus::can::Frame;
+use crate::can_bus::canopen::cob_id;
+use crate::can_bus::canopen::nmt;
+use crate::can_bus::canopen::sdo::client::{SdoClient, Step};
+use crate::can_bus::canopen::{Abort, Address, NmtState, NodeId};
+use crate::can_bus::cia402::{Controlword, Statusword};
 use crate::time::Instant;
 use heapless::Deque;
 

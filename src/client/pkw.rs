@@ -17,8 +17,8 @@ pub use job::{Job, NotSubmitted, Reply};
 pub use profile::{ArrayJobs, Images, Memory, Profile, SubindexPlace, WriteReply};
 
 use self::unanswered::Unanswered;
-use crate::param::{Pnu, Value};
-use crate::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
+use crate::devices::ag03::param::{Pnu, Value};
+use crate::profibus::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
 use crate::time::Instant;
 
 /// The master's end of the parameter channel of one drive.
@@ -29,9 +29,9 @@ use crate::time::Instant;
 ///
 /// ```
 /// use profidrive::client::{Job, PkwClient, Profile, Reply};
-/// use profidrive::param::{Gear, Model, Pnu, Store, Value};
-/// use profidrive::pkw::{Config, Engine};
-/// use profidrive::ppo::Pkw;
+/// use profidrive::devices::ag03::param::{Gear, Model, Pnu, Store, Value};
+/// use profidrive::profibus::pkw::{Config, Engine};
+/// use profidrive::profibus::ppo::Pkw;
 /// use profidrive::time::Instant;
 ///
 /// // The drive's end of the channel stands for a whole drive on a bus.

@@ -9,8 +9,8 @@ mod goal;
 pub use goal::{PpoGoal, PpoGoalError, PpoLimits, PpoOutcome};
 
 use super::pkw::{Job, NotSubmitted, Outcome, PkwClient, Profile};
-use crate::device::profile::{StwBit, ZswBit};
-use crate::ppo::{Pkw, PpoType, Stw, Zsw};
+use crate::devices::ppo_drive::profile::{StwBit, ZswBit};
+use crate::profibus::ppo::{Pkw, PpoType, Stw, Zsw};
 use crate::time::Instant;
 
 /// OFF1 with everything else released: a drive that follows is ready to switch on.
@@ -36,7 +36,7 @@ const TOLERANCE: i32 = FULL * 3 / 100;
 ///
 /// ```
 /// use profidrive::client::{PpoClient, PpoGoal, PpoLimits, Profile};
-/// use profidrive::ppo::PpoType;
+/// use profidrive::profibus::ppo::PpoType;
 /// use profidrive::time::Instant;
 ///
 /// let mut client = PpoClient::new(PpoType::Ppo3, Profile::PROFIDRIVE, PpoLimits::default());

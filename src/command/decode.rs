@@ -6,7 +6,7 @@ mod utf16;
 
 use std::io::{self, IsTerminal};
 
-use profidrive::drive::Mode;
+use profidrive::devices::ag03::drive::Mode;
 use profidrive::explain::canopen::Network;
 use profidrive::explain::{Context, Decoder};
 

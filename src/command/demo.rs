@@ -21,10 +21,10 @@ use core::time::Duration;
 use std::io::{self, BufWriter, Write};
 
 use profidrive::client::ZswPattern;
-use profidrive::device::bits::{StwBit, ZswBit};
-use profidrive::device::{Event, flow_charts};
-use profidrive::drive::{Fault, Inputs, Mode};
-use profidrive::ppo::{JobId, Stw};
+use profidrive::devices::ag03::drive::{Fault, Inputs, Mode};
+use profidrive::devices::ag03::profibus::bits::{StwBit, ZswBit};
+use profidrive::devices::ag03::profibus::{Event, flow_charts};
+use profidrive::profibus::ppo::{JobId, Stw};
 
 use super::Failure;
 use super::args::Demo;

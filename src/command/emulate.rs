@@ -5,8 +5,8 @@ use core::sync::atomic::Ordering;
 use core::time::Duration;
 use std::path::Path;
 
-use profidrive::device::{Config, Device, DipSwitches, Timing};
-use profidrive::fdl::{Address, RateChange};
+use profidrive::devices::ag03::param::{ParamError, Pnu, Value};
+use profidrive::devices::ag03::profibus::{Config, Device, DipSwitches, Timing};
 use profidrive::gsd::Station;
 use profidrive::host::link::fault::{Fault, Faults, Faulty, Gate, Switch};
 use profidrive::host::link::pty::Pty;
@@ -17,8 +17,8 @@ use profidrive::host::{
     StoredDevice, SystemClock, run,
 };
 use profidrive::panel::{BusAccess, Panel, PanelError};
-use profidrive::param::{ParamError, Pnu, Value};
 use profidrive::process::{Point, Signal};
+use profidrive::profibus::fdl::{Address, RateChange};
 use profidrive::time::{BaudRate, Instant};
 use tracing::{debug, info, warn};
 

@@ -9,13 +9,13 @@ mod words;
 
 use std::io::{self, Write};
 
-use profidrive::device::bits::Word;
-use profidrive::drive::Mode;
+use profidrive::devices::ag03::drive::Mode;
+use profidrive::devices::ag03::param::Model;
+use profidrive::devices::ag03::profibus::bits::Word;
 use profidrive::explain::value::Lengths;
 use profidrive::explain::{Context, Explanation, HexText, Kind, Mark, Sender, hex};
-use profidrive::fdl::Address;
-use profidrive::param::Model;
-use profidrive::ppo::Pkw;
+use profidrive::profibus::fdl::Address;
+use profidrive::profibus::ppo::Pkw;
 use serde::Serialize;
 
 use super::Failure;

@@ -4,8 +4,8 @@ use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::Path;
 
-use profidrive::dp::IoLengths;
 use profidrive::gsd::{Gsd, Level, MAX_FILE_LEN, Module, Parameter, Policy, PrmPart, ReadError, Station};
+use profidrive::profibus::dp::IoLengths;
 use serde_json::{Value, json};
 
 use super::Failure;

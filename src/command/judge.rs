@@ -172,7 +172,7 @@ fn slave(station: &JudgedStation) -> Result<Slave, Failure> {
     slave.ident = gsd.ident;
     slave.fail_safe |= gsd.flags.fail_safe;
     if slave.cfg.is_none() && !gsd.is_modular() {
-        let configuration = profidrive::dp::Application::configuration(&described, None);
+        let configuration = profidrive::profibus::dp::Application::configuration(&described, None);
         slave.cfg = Some(configuration.to_vec());
     }
     slave.gsd = Some(Box::new(gsd));

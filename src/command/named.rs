@@ -1,7 +1,7 @@
 //! A parameter of a table of the user, by number or by name.
 
+use profidrive::devices::ppo_drive::table::{Row, Table};
 use profidrive::gsd::did_you_mean;
-use profidrive::ppo_drive::table::{Row, Table};
 
 use super::args::plain;
 

@@ -11,7 +11,7 @@ use embedded_io_async::{Read, Write};
 
 use super::rs485::CHUNK;
 use super::{PortError, Rs485, Slave};
-use crate::fdl::MAX_TELEGRAM_LEN;
+use crate::profibus::fdl::MAX_TELEGRAM_LEN;
 use crate::time::{Instant, nanos};
 
 /// What ended the wait.
@@ -103,8 +103,8 @@ mod tests {
 
     use super::super::NoPin;
     use super::*;
-    use crate::device::{Config, Device, Timing};
-    use crate::fdl::Address;
+    use crate::devices::ag03::profibus::{Config, Device, Timing};
+    use crate::profibus::fdl::Address;
     use crate::time::BaudRate;
 
     /// Time that passes when everything waits, and octets at their times.

@@ -5,7 +5,7 @@ use embedded_io::{Read, ReadReady, Write};
 
 use super::rs485::CHUNK;
 use super::{PortError, Rs485, Slave};
-use crate::fdl::MAX_TELEGRAM_LEN;
+use crate::profibus::fdl::MAX_TELEGRAM_LEN;
 use crate::time::Instant;
 
 impl<U: Read + ReadReady + Write, P: OutputPin> Rs485<U, P> {
@@ -69,9 +69,9 @@ mod tests {
     use embedded_io::{ErrorKind, ErrorType};
 
     use super::*;
-    use crate::device::{Config, Device, Timing};
-    use crate::dp::{Description, Fixed, Framed, Station};
-    use crate::fdl::{Address, Resync};
+    use crate::devices::ag03::profibus::{Config, Device, Timing};
+    use crate::profibus::dp::{Description, Fixed, Framed, Station};
+    use crate::profibus::fdl::{Address, Resync};
     use crate::time::BaudRate;
 
     /// What the line saw, pin included.

@@ -22,9 +22,9 @@ mod log;
 #[cfg(any(feature = "embedded-io", feature = "embedded-io-async"))]
 mod rs485;
 
-use crate::device::Device;
-use crate::dp::{Application, Framed};
-use crate::fdl::MAX_TELEGRAM_LEN;
+use crate::devices::ag03::profibus::Device;
+use crate::profibus::dp::{Application, Framed};
+use crate::profibus::fdl::MAX_TELEGRAM_LEN;
 use crate::time::Instant;
 
 #[cfg(any(feature = "embedded-io", feature = "embedded-io-async"))]

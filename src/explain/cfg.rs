@@ -5,9 +5,9 @@ use std::string::{String, ToString};
 use std::vec::Vec;
 
 use super::field::Field;
-use crate::device::{APPLICATION, IDENT_NUMBER};
-use crate::dp::chk_cfg::{IdentifierBit, NOT_COMPARED, Units};
-use crate::dp::{Application, CfgFault, Identifier, IoLengths};
+use crate::devices::ag03::profibus::{APPLICATION, IDENT_NUMBER};
+use crate::profibus::dp::chk_cfg::{IdentifierBit, NOT_COMPARED, Units};
+use crate::profibus::dp::{Application, CfgFault, Identifier, IoLengths};
 
 /// Who says the identifiers.
 #[derive(Clone, Copy, PartialEq)]

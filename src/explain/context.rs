@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use super::value::Lengths;
 use super::{Explanation, Sender, frame, pkw, ppo};
-use crate::device::IDENT_NUMBER;
-use crate::dp::Service;
-use crate::drive::Mode;
-use crate::fdl::{Address, FrameCount};
-use crate::param::{Model, Models, Parameter, Pnu};
-use crate::pkw::ErrorNumber;
-use crate::ppo::{JobId, Pkw, ReplyId};
+use crate::devices::ag03::drive::Mode;
+use crate::devices::ag03::param::{Model, Models, Parameter, Pnu};
+use crate::devices::ag03::profibus::IDENT_NUMBER;
+use crate::profibus::dp::Service;
+use crate::profibus::fdl::{Address, FrameCount};
+use crate::profibus::pkw::ErrorNumber;
+use crate::profibus::ppo::{JobId, Pkw, ReplyId};
 
 /// Explains telegrams and words one after the other, and remembers what helps with the next: which request a response
 /// answers, the job a reply belongs to, operating mode and unit of each station as far as PNU 930 and 1012 told, its model
@@ -32,7 +32,7 @@ pub(super) struct Asked {
     pub(super) master: u8,
     pub(super) station: u8,
     pub(super) service: Option<Service>,
-    pub(super) fdl: crate::fdl::Service,
+    pub(super) fdl: crate::profibus::fdl::Service,
 }
 
 /// What is known of one station.
@@ -171,7 +171,7 @@ impl Learned {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ppo::{Ind, Pke};
+    use crate::profibus::ppo::{Ind, Pke};
 
     #[test]
     fn what_is_heard_after_it_was_told_counts_again() {

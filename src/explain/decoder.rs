@@ -1,13 +1,13 @@
 //! Octets of a file or a stream, cut into telegrams and words, each explained.
 //!
-//! Not with a [`Framer`](crate::fdl::Framer): octets in a file have no time, broken telegrams are explained instead of
+//! Not with a [`Framer`](crate::profibus::fdl::Framer): octets in a file have no time, broken telegrams are explained instead of
 //! dropped, and words of a PPO may stand between telegrams.
 
 use std::vec::Vec;
 
 use super::{Context, Explanation, Field, Kind, Mark, Sender, ppo};
-use crate::fdl::MAX_TELEGRAM_LEN;
-use crate::fdl::telegram::{Decoded, Telegram, decode};
+use crate::profibus::fdl::MAX_TELEGRAM_LEN;
+use crate::profibus::fdl::telegram::{Decoded, Telegram, decode};
 
 /// Cuts octets into telegrams and words and explains each. Every octet comes back in exactly one [`Explanation`], in
 /// order. Keeps at most the octets of one call and one unfinished telegram.

@@ -8,8 +8,8 @@ use super::context::Learned;
 use super::field::{Bits, Field, Mark};
 use super::service::raw_data;
 use super::set_prm::ident_name;
-use crate::dp::ext_diag::ChannelError;
-use crate::dp::{DiagBit, Tells};
+use crate::profibus::dp::ext_diag::ChannelError;
+use crate::profibus::dp::{DiagBit, Tells};
 
 pub(super) fn explain(data: &[u8], at: usize, learned: &mut Learned) -> (String, Vec<Field>) {
     let &[first, second, third, master, ident_high, ident_low, ref extended @ ..] = data else {

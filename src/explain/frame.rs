@@ -8,9 +8,9 @@ use super::context::{Asked, Context};
 use super::field::{Bits, Field, Mark, hex};
 use super::service::{self, Carried};
 use super::{Explanation, Kind, Sender};
-use crate::dp;
-use crate::fdl::telegram::{Decoded, Format, FrameError, decode};
-use crate::fdl::{
+use crate::profibus::dp;
+use crate::profibus::fdl::telegram::{Decoded, Format, FrameError, decode};
+use crate::profibus::fdl::{
     Address, DataTelegram, FrameCount, Function, MAX_TELEGRAM_LEN, ReplyStatus, Service, StationType,
     Telegram,
 };
@@ -89,7 +89,7 @@ fn short_acknowledge(context: &mut Context) -> Explanation {
         sender: Some(Sender::Slave),
         from: asked.map(|asked| asked.station),
         to: asked.map(|asked| asked.master),
-        service: service.map(crate::dp::Service::name),
+        service: service.map(crate::profibus::dp::Service::name),
         summary,
         octets: Vec::from([SC]),
         fields: Vec::from([field]),
@@ -141,7 +141,7 @@ fn data_telegram(telegram: &DataTelegram<'_>, octets: &[u8], context: &mut Conte
         sender,
         from,
         to,
-        service: carried.service.map(crate::dp::Service::name),
+        service: carried.service.map(crate::profibus::dp::Service::name),
         summary,
         octets: octets.into(),
         fields,
@@ -295,7 +295,7 @@ fn response(status: ReplyStatus, telegram: &DataTelegram<'_>, at: usize, context
         (_, by_sap) => by_sap,
     };
     if refuses(status) {
-        let what = asked.and_then(|asked| asked.service).or(service).map(crate::dp::Service::name);
+        let what = asked.and_then(|asked| asked.service).or(service).map(crate::profibus::dp::Service::name);
         let what = what.filter(|_| asked.is_some() || by_sap != Some(dp::Service::DataExchange));
         let summary = match what {
             Some(name) => format!("{name} refused: {}", status_name(status)),

@@ -69,7 +69,7 @@ use std::format;
 use std::string::String;
 use std::vec::Vec;
 
-use crate::can::Id;
+use crate::can_bus::can::Id;
 
 /// What some octets say.
 #[derive(Clone, Debug, PartialEq, Eq)]

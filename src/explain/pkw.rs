@@ -11,11 +11,11 @@ use super::context::Learned;
 use super::field::{Bits, Field, Mark};
 use super::value;
 use super::words;
-use crate::device::bits::Word;
-use crate::drive::Mode;
-use crate::param::{Entry, Kind, Model, Models, Pnu, Value, Width, entry};
-use crate::pkw::ErrorNumber;
-use crate::ppo::{JobId, Pkw, ReplyId};
+use crate::devices::ag03::drive::Mode;
+use crate::devices::ag03::param::{Entry, Kind, Model, Models, Pnu, Value, Width, entry};
+use crate::devices::ag03::profibus::bits::Word;
+use crate::profibus::pkw::ErrorNumber;
+use crate::profibus::ppo::{JobId, Pkw, ReplyId};
 
 pub(super) use hints::judge;
 pub(super) use numbers::standard_name;

@@ -10,11 +10,11 @@ use super::field::{Field, Mark};
 use super::pkw::{self, known};
 use super::words;
 use super::{Explanation, Kind, Sender};
-use crate::device::bits::{StwBit, Word, ZswBit};
-use crate::device::flow_charts;
-use crate::drive::Mode;
-use crate::param::{Gear, LOAD_PARAMETER_SET, Width};
-use crate::ppo::{JobId, PPO_LEN, Pkw};
+use crate::devices::ag03::drive::Mode;
+use crate::devices::ag03::param::{Gear, LOAD_PARAMETER_SET, Width};
+use crate::devices::ag03::profibus::bits::{StwBit, Word, ZswBit};
+use crate::devices::ag03::profibus::flow_charts;
+use crate::profibus::ppo::{JobId, PPO_LEN, Pkw};
 
 /// The 14 octets of a PPO from octet `at` on: its fields, and all in a few words.
 pub(super) fn ppo(

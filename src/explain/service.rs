@@ -7,12 +7,12 @@ use std::vec::Vec;
 use super::context::Learned;
 use super::field::Field;
 use super::{Sender, cfg, diag, ppo, set_prm};
-use crate::device::IDENT_NUMBER;
-use crate::dp::Service;
-use crate::dp::global_control::{ControlBit, GlobalControl, Latch};
-use crate::dp::set_slave_add::{AddressFault, SetSlaveAdd};
-use crate::fdl::Sap;
-use crate::ppo::PPO_LEN;
+use crate::devices::ag03::profibus::IDENT_NUMBER;
+use crate::profibus::dp::Service;
+use crate::profibus::dp::global_control::{ControlBit, GlobalControl, Latch};
+use crate::profibus::dp::set_slave_add::{AddressFault, SetSlaveAdd};
+use crate::profibus::fdl::Sap;
+use crate::profibus::ppo::PPO_LEN;
 
 /// The data of a telegram explained.
 pub(super) struct Carried {

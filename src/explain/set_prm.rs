@@ -7,8 +7,8 @@ use std::vec::Vec;
 use super::context::Learned;
 use super::field::Field;
 use super::service::{groups_of, raw_data};
-use crate::device::{APPLICATION, DESCRIPTION, IDENT_NUMBER};
-use crate::dp::{Policy, PrmBit, PrmFault, SetPrm};
+use crate::devices::ag03::profibus::{APPLICATION, DESCRIPTION, IDENT_NUMBER};
+use crate::profibus::dp::{Policy, PrmBit, PrmFault, SetPrm};
 
 pub(super) fn explain(data: &[u8], at: usize, learned: &mut Learned) -> (String, Vec<Field>) {
     let (prm, octets) = match (SetPrm::parse(data), data) {

@@ -2,7 +2,7 @@
 //!
 //! ```
 //! use profidrive::explain::value::{Lengths, in_words};
-//! use profidrive::param::{Parameter, Value};
+//! use profidrive::devices::ag03::param::{Parameter, Value};
 //!
 //! let limit = Parameter::Limit1.entry();
 //! assert_eq!(in_words(limit, Value::Double(250_000), Lengths::Increments), "250000 inc");
@@ -12,10 +12,10 @@
 use std::format;
 use std::string::{String, ToString};
 
-use crate::drive::Fault;
-use crate::param::{Entry, Unit, Value};
+use crate::devices::ag03::drive::Fault;
+use crate::devices::ag03::param::{Entry, Unit, Value};
 
-pub use crate::param::Lengths;
+pub use crate::devices::ag03::param::Lengths;
 
 /// The value of a parameter with its unit, or what it stands for.
 pub fn in_words(entry: &Entry, value: Value, lengths: Lengths) -> String {
@@ -39,7 +39,7 @@ pub fn fault(code: u32) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::param::{Model, Parameter, Pnu, entry};
+    use crate::devices::ag03::param::{Model, Parameter, Pnu, entry};
 
     #[test]
     fn every_unit_has_its_way_to_be_written() {

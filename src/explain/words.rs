@@ -1,10 +1,10 @@
 //! The words of bits in one line and bit by bit: what a control word changes, what a status word says.
 //!
-//! The bits themselves, with their names and meanings, are those of [`device::bits`](crate::device::bits).
+//! The bits themselves, with their names and meanings, are those of [`device::bits`](crate::devices::ag03::profibus::bits).
 //!
 //! ```
-//! use profidrive::device::bits::Word;
-//! use profidrive::drive::Mode;
+//! use profidrive::devices::ag03::profibus::bits::Word;
+//! use profidrive::devices::ag03::drive::Mode;
 //! use profidrive::explain::words::{changes, said};
 //!
 //! assert_eq!(changes(Word::Stw, Mode::Positioning, 0x007B, 0x005B), "intermediate stop");
@@ -16,9 +16,9 @@ use std::string::{String, ToString};
 use std::vec::Vec;
 
 use super::field::{Bits, Field};
-use crate::device::bits::{NOT_USED, Role, Word, ZswBit, bits};
-use crate::drive::Mode;
-use crate::param::Model;
+use crate::devices::ag03::drive::Mode;
+use crate::devices::ag03::param::Model;
+use crate::devices::ag03::profibus::bits::{NOT_USED, Role, Word, ZswBit, bits};
 
 /// What a word changes after `before`, `no change` if nothing. Bits without a meaning are not mentioned.
 pub fn changes(word: Word, mode: Mode, before: u16, now: u16) -> String {

@@ -4,9 +4,9 @@ use core::ops::Range;
 use std::vec::Vec;
 
 use super::{Gsd, Station};
-use crate::dp::IoLengths;
-use crate::dp::chk_cfg::identifiers;
 use crate::process::Slot;
+use crate::profibus::dp::IoLengths;
+use crate::profibus::dp::chk_cfg::identifiers;
 
 /// A module in its slot.
 #[derive(Clone, Debug, PartialEq, Eq)]

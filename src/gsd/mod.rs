@@ -20,7 +20,7 @@
 //! same lexer before it.
 //!
 //! ```
-//! use profidrive::dp::Application;
+//! use profidrive::profibus::dp::Application;
 //! use profidrive::gsd::{Gsd, Policy, Station};
 //!
 //! let file = b"#Profibus_DP\nIdent_Number = 0x0ABC\nModule = \"4 in\" 0x13\nEndModule\n";
@@ -58,7 +58,7 @@ use std::collections::BTreeMap;
 use std::string::String;
 use std::vec::Vec;
 
-use crate::fdl::Rates;
+use crate::profibus::fdl::Rates;
 
 /// The longest file that is read, in octets. The longest one known has 256 kB.
 pub const MAX_FILE_LEN: usize = 4 << 20;

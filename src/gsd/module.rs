@@ -5,7 +5,7 @@ use std::vec::Vec;
 
 use super::hint::Place;
 use super::parameter::PrmPart;
-use crate::dp::IoLengths;
+use crate::profibus::dp::IoLengths;
 
 /// A module: identifiers that a master sends together.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -17,8 +17,8 @@ use std::vec::Vec;
 use thiserror::Error;
 
 use super::{Gsd, Placed};
-use crate::dp::ExtDiag;
-use crate::dp::ext_diag::{Block, BlockError, Channel, ChannelError, Direction, Width};
+use crate::profibus::dp::ExtDiag;
+use crate::profibus::dp::ext_diag::{Block, BlockError, Channel, ChannelError, Direction, Width};
 
 /// Octets of one block behind its header.
 const MAX_BLOCK: usize = 62;

@@ -23,7 +23,7 @@ use super::parameter::PrmPart;
 use super::statement::Statement;
 use super::text::{CodePage, trimmed};
 use super::{Flags, Gsd, lines};
-use crate::fdl::Rates;
+use crate::profibus::fdl::Rates;
 use crate::time::BaudRate;
 
 /// Octets of Slave_Diag in front of the blocks.

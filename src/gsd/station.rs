@@ -12,8 +12,8 @@ use thiserror::Error;
 
 use super::split::{Plugged, fixed_presets, hex, slot_count, split};
 use super::{Gsd, Parameter, PrmPart};
-use crate::dp::application::Expected;
-use crate::dp::{Application, CfgSyntax, Description, IoLengths, Reason, Refusal};
+use crate::profibus::dp::application::Expected;
+use crate::profibus::dp::{Application, CfgSyntax, Description, IoLengths, Reason, Refusal};
 
 /// Octets of DPV1_Status.
 const STATUS_LEN: usize = 3;
@@ -89,11 +89,11 @@ pub struct NotPluggable {
     pub words: String,
 }
 
-/// The application of a [`dp::Station`](crate::dp::Station) that is what a GSD describes.
+/// The application of a [`dp::Station`](crate::profibus::dp::Station) that is what a GSD describes.
 ///
 /// ```
-/// use profidrive::dp;
-/// use profidrive::fdl::Address;
+/// use profidrive::profibus::dp;
+/// use profidrive::profibus::fdl::Address;
 /// use profidrive::gsd::{Gsd, Policy, Station};
 /// use profidrive::time::BaudRate;
 ///
@@ -128,7 +128,7 @@ impl Station {
     /// # Errors
     /// [`Contradiction`] if no configuration could ever be exchanged.
     pub fn new(gsd: Gsd, policy: Policy) -> Result<Self, Contradiction> {
-        const MOST: usize = crate::dp::chk_cfg::MAX_IO_LEN;
+        const MOST: usize = crate::profibus::dp::chk_cfg::MAX_IO_LEN;
         let modular = gsd.is_modular();
         let (presets, slots) = (fixed_presets(&gsd).len(), slot_count(&gsd));
         let concatenated = |wanted: &dyn Fn(&super::Module) -> bool| -> Vec<u8> {
@@ -212,7 +212,7 @@ impl Station {
         &self.gsd
     }
 
-    /// What the slave is, for [`dp::Station::new`](crate::dp::Station::new).
+    /// What the slave is, for [`dp::Station::new`](crate::profibus::dp::Station::new).
     pub fn description(&self) -> Description {
         let flags = self.gsd.flags;
         let (least, most) = self.prm_lengths;

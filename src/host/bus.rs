@@ -7,9 +7,9 @@ use std::boxed::Box;
 use std::vec::Vec;
 
 use super::{Appearance, Error, Participant};
-use crate::device::{MAX_TELEGRAM_LEN, Timing};
-use crate::fdl::baud_search::CONTROL_TIME;
-use crate::fdl::{Address, BaudSearch, Framer, LineCounters, RateChange, StationCounters};
+use crate::devices::ag03::profibus::{MAX_TELEGRAM_LEN, Timing};
+use crate::profibus::fdl::baud_search::CONTROL_TIME;
+use crate::profibus::fdl::{Address, BaudSearch, Framer, LineCounters, RateChange, StationCounters};
 use crate::time::{BaudRate, Instant};
 
 mod deadlines;
@@ -28,7 +28,7 @@ use stations::Stations;
 
 /// The stations on one line: up to 127, drives and others, each with its own state.
 ///
-/// Used like one [`Device`](crate::device::Device), with the same contract: after every `handle_*`, drain
+/// Used like one [`Device`](crate::devices::ag03::profibus::Device), with the same contract: after every `handle_*`, drain
 /// [`Bus::poll_transmit`] and [`Bus::poll_event`] to `None`, then wait for octets or [`Bus::poll_timeout`].
 ///
 /// Octets are made into telegrams once for all stations, and a telegram goes to the station it is for: what one costs
@@ -184,7 +184,7 @@ impl Bus {
         self.framer = Framer::new(self.stations.timing.resync(baud));
     }
 
-    /// Searches for the rate of the line from `now` on, among those that one of its stations knows, and again whenever it is lost (see [`crate::fdl::baud_search`]).
+    /// Searches for the rate of the line from `now` on, among those that one of its stations knows, and again whenever it is lost (see [`crate::profibus::fdl::baud_search`]).
     ///
     /// The link must be set to the rate of each [`BusEvent::Rate`] with [`RateChange::Try`], of which the first comes
     /// at once; [`run`](super::run()) does that. While the rate is unknown no station hears or sends anything.
@@ -203,7 +203,7 @@ impl Bus {
 
     /// How long the master waits for a reply to begin, on a line where a later one does harm: it would be credited to
     /// another station. Such a reply is dropped, counted in [`StationCounters::too_late`], and told as
-    /// [`Event::ReplyTooLate`](crate::device::Event::ReplyTooLate). `None`, as at first: every reply is sent.
+    /// [`Event::ReplyTooLate`](crate::devices::ag03::profibus::Event::ReplyTooLate). `None`, as at first: every reply is sent.
     ///
     /// Counts from when the last octet of the request was handed over; time that octets spent in an adapter before
     /// cannot be seen.

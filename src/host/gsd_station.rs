@@ -11,12 +11,13 @@ use std::vec::Vec;
 use super::link::fault::Switch;
 use super::refusals::Refusals;
 use super::{Appearance, OutputBoard, Participant, StationKind};
-use crate::device::{Event, MAX_TELEGRAM_LEN};
-use crate::dp::application::Application as _;
-use crate::dp::{self, CfgFault, PrmFault, Reason};
-use crate::fdl::{Address, Rates, Telegram};
+use crate::devices::ag03::profibus::{Event, MAX_TELEGRAM_LEN};
 use crate::gsd::{Gsd, Placed, RaiseError, Raised, Station};
 use crate::process::{Image, Point, Process, Slot, ValueError};
+use crate::profibus::dp;
+use crate::profibus::dp::application::Application as _;
+use crate::profibus::dp::{CfgFault, PrmFault, Reason};
+use crate::profibus::fdl::{Address, Rates, Telegram};
 use crate::time::{BaudRate, Instant};
 
 /// The most inputs of a slave.

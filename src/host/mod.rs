@@ -10,7 +10,7 @@
 //!   [`link::tcp`] a port to which several programs connect. [`link::fault`] corrupts telegrams on any of them, and
 //!   [`link::tap`] shows what passes. A master opens [`link::terminal`], [`link::tcp::Connection`], or a serial port.
 //! - [`Clock`] tells the time: [`SystemClock`] runs, [`ManualClock`] stands until a test moves it.
-//! - [`Bus`] puts many stations on one line, with the calling contract of one [`crate::device::Device`].
+//! - [`Bus`] puts many stations on one line, with the calling contract of one [`crate::devices::ag03::profibus::Device`].
 //! - [`can`] is the same for CAN: a bus in memory, adapters over pseudo-terminal and TCP, and its own run loop.
 //! - [`capture`] writes what passes to pcapng files and reads them (feature `capture`).
 //! - [`StateDir`] keeps the images of units in files, each an [`ImageFile`]; a [`StoredDevice`] is a drive with such a
@@ -42,7 +42,7 @@ use std::string::String;
 
 use thiserror::Error;
 
-use crate::fdl::Address;
+use crate::profibus::fdl::Address;
 use crate::time::{BaudRate, Instant};
 
 mod bus;

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::vec::Vec;
 
-use crate::fdl::Address;
 use crate::process::{Point, Slot};
+use crate::profibus::fdl::Address;
 
 /// The outputs of stations as they are now. A clone is the same board.
 #[derive(Clone, Debug, Default)]

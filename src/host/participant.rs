@@ -7,9 +7,10 @@ use std::boxed::Box;
 use std::string::ToString;
 
 use super::StoredDevice;
-use crate::device::{DESCRIPTION, Device, DriveState, Event, MAX_TELEGRAM_LEN};
-use crate::dp;
-use crate::fdl::{Address, Rates, Telegram};
+use crate::devices::ag03::profibus::{DESCRIPTION, Device, Event, MAX_TELEGRAM_LEN};
+use crate::face::DriveState;
+use crate::profibus::dp;
+use crate::profibus::fdl::{Address, Rates, Telegram};
 use crate::time::{BaudRate, Instant};
 
 /// A passive station on a [`Bus`](super::Bus): telegrams and time in, telegrams, news and a deadline out.

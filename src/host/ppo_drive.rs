@@ -5,11 +5,12 @@ use std::boxed::Box;
 use std::string::ToString;
 
 use super::{Appearance, Participant, Refusals, StationKind};
-use crate::device::ppo_drive::{PpoDrive, PpoOnly};
-use crate::device::{Event, MAX_TELEGRAM_LEN};
-use crate::dp::{self, Application, CfgFault, Fixed, PrmFault, Reason, Refusal};
-use crate::fdl::{Address, Rates, Telegram};
+use crate::devices::ag03::profibus::{Event, MAX_TELEGRAM_LEN};
+use crate::devices::ppo_drive::profibus::{PpoDrive, PpoOnly};
 use crate::gsd::Station;
+use crate::profibus::dp;
+use crate::profibus::dp::{Application, CfgFault, Fixed, PrmFault, Reason, Refusal};
+use crate::profibus::fdl::{Address, Rates, Telegram};
 use crate::time::{BaudRate, Instant};
 
 /// Who judges what the master of such a drive says, beside that a configuration must be a PPO.

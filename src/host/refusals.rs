@@ -8,9 +8,10 @@ use std::string::String;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::BusEvent;
-use crate::device::Event;
-use crate::dp::{self, CfgFault, PrmFault, Reason};
-use crate::fdl::Address;
+use crate::devices::ag03::profibus::Event;
+use crate::profibus::dp;
+use crate::profibus::dp::{CfgFault, PrmFault, Reason};
+use crate::profibus::fdl::Address;
 
 /// Words kept: an event is told soon after it came.
 const KEPT: usize = 256;

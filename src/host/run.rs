@@ -3,8 +3,8 @@
 use std::io::ErrorKind;
 
 use super::{Bus, BusEvent, Clock, Error, Link, Received, Stop};
-use crate::device::MAX_TELEGRAM_LEN;
-use crate::fdl::RateChange;
+use crate::devices::ag03::profibus::MAX_TELEGRAM_LEN;
+use crate::profibus::fdl::RateChange;
 use crate::time::BaudRate;
 
 /// Octets taken from the link at most before they are answered: about eight of the longest telegrams, so that a

@@ -7,10 +7,10 @@ use std::path::PathBuf;
 use std::vec::Vec;
 
 use super::state_dir::{ImageFile, Images, Newest, StateDir, StateDirError};
-use crate::device::{
+use crate::devices::ag03::profibus::{
     Config, Device, Eeprom, Event, Generation, IMAGE_LEN, MAX_TELEGRAM_LEN, NotStored, StoreRequest,
 };
-use crate::fdl::Telegram;
+use crate::profibus::fdl::Telegram;
 use crate::time::{BaudRate, Instant};
 
 /// How long a shaft may run out when the drive is dropped.

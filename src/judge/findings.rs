@@ -7,7 +7,7 @@ use std::vec::Vec;
 
 use super::moment::{Moment, Telegram, explained};
 use super::rows::{Place, Row};
-use crate::fdl::Address;
+use crate::profibus::fdl::Address;
 
 /// How much it takes for a breach to count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,11 +9,11 @@ use std::rc::Rc;
 use super::moment::{Moment, Side};
 use super::play::{Judge, Progress};
 use super::report::Report;
-use crate::device::Timing;
-use crate::fdl::MAX_TELEGRAM_LEN;
+use crate::devices::ag03::profibus::Timing;
 use crate::host::link::fault::Faulty;
 use crate::host::link::tap::{Batch, Direction, Tap};
 use crate::host::{Bus, Clock, Error, Link, Received, Stop};
+use crate::profibus::fdl::MAX_TELEGRAM_LEN;
 use crate::time::{BaudRate, Instant};
 
 /// Octets taken from the link at most before they are answered.

@@ -6,8 +6,8 @@ use std::string::String;
 use std::vec::Vec;
 
 use crate::explain::{Context, hex};
-use crate::fdl::Address;
-use crate::fdl::telegram::{Decoded, decode};
+use crate::profibus::fdl::Address;
+use crate::profibus::fdl::telegram::{Decoded, decode};
 use crate::time::Instant;
 
 /// A telegram, or octets that are none, with its time.

@@ -23,9 +23,9 @@ use super::rows::Row;
 use super::scenario::{Check, Scenario, asking, built_in};
 use super::setup::Setup;
 use super::station::{Act, act, connect};
-use crate::fdl::Address;
 use crate::host::Bus;
 use crate::host::link::fault::Faults;
+use crate::profibus::fdl::Address;
 use crate::time::Instant;
 
 mod ending;

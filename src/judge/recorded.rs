@@ -5,8 +5,8 @@ use super::observer::{Observer, Sight};
 use super::report::Report;
 use super::rows::Row;
 use super::setup::Setup;
-use crate::fdl::telegram::{Decoded, decode};
-use crate::fdl::{Address, Function, Telegram};
+use crate::profibus::fdl::telegram::{Decoded, decode};
+use crate::profibus::fdl::{Address, Function, Telegram};
 use crate::time::Instant;
 
 /// Telegrams of a recording, one after the other.

@@ -16,9 +16,9 @@ use thiserror::Error;
 use super::rows::Row;
 use super::setup::{Setup, Slave};
 use super::station::Act;
-use crate::dp::IoLengths;
-use crate::fdl::Address;
 use crate::host::link::fault::{Fault, SpecError};
+use crate::profibus::dp::IoLengths;
+use crate::profibus::fdl::Address;
 
 mod list;
 

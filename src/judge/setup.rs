@@ -4,9 +4,9 @@ use core::time::Duration;
 use std::boxed::Box;
 use std::vec::Vec;
 
-use crate::dp::IoLengths;
-use crate::fdl::Address;
 use crate::gsd::Gsd;
+use crate::profibus::dp::IoLengths;
+use crate::profibus::fdl::Address;
 
 /// What the master is configured to. What is `None` is not judged.
 #[derive(Clone, Debug, Default)]

@@ -9,7 +9,7 @@ use super::report::Report;
 use super::rows::Row;
 use super::setup::Setup;
 use crate::bench::{Line, Master, Sender};
-use crate::fdl::Address;
+use crate::profibus::fdl::Address;
 
 /// The longest judgement in virtual time.
 const LIMIT: Duration = Duration::from_secs(3600);

@@ -3,13 +3,14 @@
 use core::fmt;
 
 use super::setup::{Setup, Slave};
-use crate::dp::application::Expected;
-use crate::dp::ext_diag::{Block, MAX_BLOCK_DATA};
-use crate::dp::policy::{NoEffect, WatchdogFactorZero};
-use crate::dp::{self, Application, Description, ExtDiag, Policy, Reason, Refusal};
-use crate::fdl::{Address, DataTelegram, FrameCount, FunctionCode, Sap, Service, Telegram};
 use crate::gsd;
 use crate::host::Bus;
+use crate::profibus::dp;
+use crate::profibus::dp::application::Expected;
+use crate::profibus::dp::ext_diag::{Block, MAX_BLOCK_DATA};
+use crate::profibus::dp::policy::{NoEffect, WatchdogFactorZero};
+use crate::profibus::dp::{Application, Description, ExtDiag, Policy, Reason, Refusal};
+use crate::profibus::fdl::{Address, DataTelegram, FrameCount, FunctionCode, Sap, Service, Telegram};
 use crate::time::Instant;
 use std::boxed::Box;
 use std::vec::Vec;
@@ -181,7 +182,7 @@ fn fault() -> ExtDiag {
 
 /// As many blocks as fit: of every kind, and 238 octets together.
 fn long() -> ExtDiag {
-    use crate::dp::ext_diag::{Channel, ChannelError, Direction, Width};
+    use crate::profibus::dp::ext_diag::{Channel, ChannelError, Direction, Width};
     let mut diagnosis = ExtDiag::NONE;
     let channel = Channel {
         module: 1,

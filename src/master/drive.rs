@@ -8,11 +8,11 @@ use super::{Session, SessionError};
 use crate::client::{
     Ag03Channel, DriveClient, Goal, GoalError, Images, Job, Limits, NotSubmitted, PkwError, Reply,
 };
-use crate::fdl::Address;
+use crate::devices::ag03::param::{Gear, Model, Pnu, Subindex, Value, Width};
 use crate::host::{Clock, Link};
-use crate::param::{Gear, Model, Pnu, Subindex, Value, Width};
-use crate::pkw::ErrorNumber;
-use crate::ppo::{Inputs, Outputs, Stw, Zsw};
+use crate::profibus::fdl::Address;
+use crate::profibus::pkw::ErrorNumber;
+use crate::profibus::ppo::{Inputs, Outputs, Stw, Zsw};
 
 /// d-Pos, which only an AG03/1 has.
 const D_POS: Pnu = Pnu::from_low_bits(1039);

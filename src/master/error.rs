@@ -5,8 +5,8 @@ use std::io;
 
 use thiserror::Error;
 
-use crate::device::IDENT_NUMBER;
-use crate::fdl::Address;
+use crate::devices::ag03::profibus::IDENT_NUMBER;
+use crate::profibus::fdl::Address;
 
 /// What went wrong between a [`Session`](super::Session) and its drive. `Display` says what to do about it.
 #[derive(Debug, Error)]

@@ -9,9 +9,9 @@ use profirust::fdl::{
 };
 use profirust::time::Instant;
 
-use crate::device::IDENT_NUMBER;
-use crate::dp::{MASTER_SAP, PrmBit, Service};
-use crate::fdl::{Sap, StationType};
+use crate::devices::ag03::profibus::IDENT_NUMBER;
+use crate::profibus::dp::{MASTER_SAP, PrmBit, Service};
+use crate::profibus::fdl::{Sap, StationType};
 
 /// Unlock_Req, watchdog off with factors of 1, min T_SDR unchanged, ident number, no groups
 /// (`dp::set_prm` draws it).

@@ -6,8 +6,8 @@ use std::string::{String, ToString};
 use std::vec::Vec;
 
 use super::{Drive, DriveError, SessionError};
+use crate::devices::ag03::param::{Access, Entry, Model, Value, parameters};
 use crate::host::{Clock, Link};
-use crate::param::{Access, Entry, Model, Value, parameters};
 
 /// A parameter that shall have another value.
 #[derive(Clone, Copy, Debug)]

@@ -4,8 +4,8 @@ use std::vec;
 
 use profirust::dp::{Peripheral, PeripheralOptions};
 
-use crate::device::{CONFIGURATIONS, DESCRIPTION, IDENT_NUMBER};
-use crate::ppo::PpoType;
+use crate::devices::ag03::profibus::{CONFIGURATIONS, DESCRIPTION, IDENT_NUMBER};
+use crate::profibus::ppo::PpoType;
 use crate::time::BaudRate;
 
 /// Octets of outputs and of inputs that [`CONFIGURATIONS`] stand for: seven words.
@@ -90,7 +90,7 @@ pub fn options(baud: BaudRate) -> PeripheralOptions<'static> {
 
 /// The drive at `address` on a line at `baud`: 14 octets of outputs, all zero, and 14 octets of inputs.
 ///
-/// [`crate::ppo`] draws and builds both.
+/// [`crate::profibus::ppo`] draws and builds both.
 pub fn peripheral(address: u8, baud: BaudRate) -> Peripheral<'static> {
     Peripheral::new(address, options(baud), vec![0; DATA_LEN], vec![0; DATA_LEN])
 }

@@ -7,7 +7,7 @@ use profirust::Baudrate;
 use profirust::phy::ProfibusPhy;
 use profirust::time::{Duration, Instant};
 
-use crate::device::MAX_TELEGRAM_LEN;
+use crate::devices::ag03::profibus::MAX_TELEGRAM_LEN;
 use crate::host::{Link, Received};
 use crate::time::{BITS_PER_OCTET, BaudRate};
 

@@ -5,9 +5,9 @@ use std::vec::Vec;
 
 use super::{Session, SessionError};
 use crate::client::{DriveClient, Goal, GoalOutcome};
-use crate::fdl::Address;
 use crate::host::{Clock, Link};
-use crate::ppo::Inputs;
+use crate::profibus::fdl::Address;
+use crate::profibus::ppo::Inputs;
 
 /// A [`Session`] with several drives, and for each a [`DriveClient`] and the goals it shall pursue one after the other.
 ///
@@ -16,7 +16,7 @@ use crate::ppo::Inputs;
 ///
 /// ```no_run
 /// use profidrive::client::{DriveClient, Goal};
-/// use profidrive::fdl::Address;
+/// use profidrive::profibus::fdl::Address;
 /// use profidrive::host::link::terminal::Terminal;
 /// use profidrive::host::{Stop, SystemClock};
 /// use profidrive::master::{Plant, Session, Settings};

@@ -2,10 +2,10 @@
 
 use super::{DriveError, Session, SessionError, Slave};
 use crate::client::{Images, Job, PpoClient, PpoGoal, PpoGoalError, PpoLimits, Profile, Reply};
-use crate::fdl::Address;
+use crate::devices::ag03::param::{Pnu, Subindex, Value, Width};
 use crate::host::{Clock, Link};
-use crate::param::{Pnu, Subindex, Value, Width};
-use crate::ppo::{PpoType, Stw, Zsw};
+use crate::profibus::fdl::Address;
+use crate::profibus::ppo::{PpoType, Stw, Zsw};
 
 /// A drive of PROFIDRIVE version 2 that belongs to this master. Every call blocks until it is done or has failed.
 #[derive(Debug)]

@@ -15,10 +15,10 @@ use super::error::SessionError;
 use super::inquiry::{Answer, Inquiry, Question};
 use super::peripheral::Slave;
 use super::phy::{LinkPhy, baudrate, instant};
-use crate::dp::Diagnosis;
-use crate::fdl::{Address, StationType};
 use crate::host::{Clock, Link, Stop};
-use crate::ppo::PPO_LEN;
+use crate::profibus::dp::Diagnosis;
+use crate::profibus::fdl::{Address, StationType};
+use crate::profibus::ppo::PPO_LEN;
 use crate::time::{BITS_PER_OCTET, BaudRate, Instant};
 
 /// How long this master sleeps at most: profirust does not say when it wants to be called next.
@@ -117,11 +117,11 @@ struct Drive {
 /// served the others are too, with the outputs they were given last.
 ///
 /// ```no_run
-/// use profidrive::fdl::Address;
+/// use profidrive::profibus::fdl::Address;
 /// use profidrive::host::link::terminal::Terminal;
 /// use profidrive::host::{Stop, SystemClock};
 /// use profidrive::master::{Session, Settings};
-/// use profidrive::ppo::{Inputs, Outputs, Pkw, Stw};
+/// use profidrive::profibus::ppo::{Inputs, Outputs, Pkw, Stw};
 /// use profidrive::time::BaudRate;
 ///
 /// let link = Terminal::open("/tmp/bus".as_ref(), BaudRate::K500)?;

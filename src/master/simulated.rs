@@ -8,17 +8,17 @@ use profirust::fdl::FdlActiveStation;
 
 use super::phy::{LinkPhy, instant};
 use crate::bench::{Line, Master};
-use crate::fdl::MAX_TELEGRAM_LEN;
 use crate::host::link::memory::{End, Wire};
 use crate::host::{Link, Received};
+use crate::profibus::fdl::MAX_TELEGRAM_LEN;
 use crate::time::{BaudRate, BaudRateError, Instant, SYN_BITS};
 
 /// profirust as the master of a [`Line`], in virtual time.
 ///
 /// ```
 /// use core::time::Duration;
-/// use profidrive::device::Config;
-/// use profidrive::fdl::Address;
+/// use profidrive::devices::ag03::profibus::Config;
+/// use profidrive::profibus::fdl::Address;
 /// use profidrive::master::{Profirust, baudrate, peripheral};
 /// use profidrive::time::BaudRate;
 /// use profirust::{dp::DpMaster, fdl::{FdlActiveStation, ParametersBuilder}};

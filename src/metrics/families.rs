@@ -12,12 +12,13 @@ use prometheus_client::registry::{Registry, Unit};
 use super::line::{Counters, Member, Of};
 use super::scrape::Scrape;
 use super::series::{Labels, Series};
-use crate::can::ErrorState;
-use crate::canopen::NmtState;
-use crate::device::{DriveState, ErrorKind};
-use crate::dp;
-use crate::fdl::{LineCounters, StationCounters};
+use crate::can_bus::can::ErrorState;
+use crate::can_bus::canopen::NmtState;
+use crate::devices::ErrorKind;
+use crate::face::DriveState;
 use crate::host::can::{self, NodeCounters};
+use crate::profibus::dp;
+use crate::profibus::fdl::{LineCounters, StationCounters};
 
 /// A metric family.
 pub(super) struct Family {

@@ -5,15 +5,16 @@ use std::boxed::Box;
 use std::string::String;
 use std::vec::Vec;
 
-use crate::can::ErrorState;
-use crate::canopen::NmtState;
-use crate::device::{CanopenEvent, DriveState};
-use crate::dp;
-use crate::fdl::{LineCounters, StationCounters};
+use crate::can_bus::can::ErrorState;
+use crate::can_bus::canopen::NmtState;
+use crate::devices::CanopenEvent;
+use crate::face::DriveState;
 use crate::host::can::{self, NodeCounters, Seat, StoredNode};
 use crate::host::{Bus, Presence, StationErrors, StationKind};
 use crate::panel::Seated;
 use crate::panel::queue::Lends;
+use crate::profibus::dp;
+use crate::profibus::fdl::{LineCounters, StationCounters};
 
 /// The thread of a bus of PROFIBUS.
 #[derive(Clone, Copy, Debug)]

@@ -9,8 +9,8 @@
 //! other. So no reply waits for Prometheus. HTTP, its bounds and its thread are those of [`panel`](crate::panel).
 //!
 //! ```no_run
-//! use profidrive::device::{Config, Device};
-//! use profidrive::fdl::Address;
+//! use profidrive::devices::ag03::profibus::{Config, Device};
+//! use profidrive::profibus::fdl::Address;
 //! use profidrive::host::{Bus, Clock, Reach, Stop, SystemClock, link::pty::Pty, run};
 //! use profidrive::metrics::Metrics;
 //!
@@ -52,7 +52,7 @@ use std::string::String;
 
 use thiserror::Error;
 
-use crate::device::CanopenEvent;
+use crate::devices::CanopenEvent;
 use crate::host::reach::{ListenError, advice};
 use crate::host::{Bus, Reach, Stop, can};
 use crate::panel::Seated;

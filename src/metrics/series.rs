@@ -7,7 +7,7 @@ use std::vec::Vec;
 use prometheus_client::encoding::{EncodeLabelSet, LabelSetEncoder, MetricEncoder, NoLabelSet};
 use prometheus_client::metrics::exemplar::Exemplar;
 
-use crate::fdl::counters::Latency;
+use crate::profibus::fdl::counters::Latency;
 
 /// What one series is known by.
 #[derive(Clone, Debug, Default)]

@@ -13,9 +13,9 @@ use utoipa::ToSchema;
 use super::bus_access::{Asking, BusAccess};
 use super::problem::{Body, PathOf, Problem, Problems};
 use super::state::{Counters, PresenceState, seconds};
-use crate::fdl::{Address, StationCounters};
 use crate::host::link::fault::{Fault, Faults};
 use crate::host::{GsdStation, HostedPpoDrive};
+use crate::profibus::fdl::{Address, StationCounters};
 
 /// Faults on the line at most.
 const MOST_FAULTS: usize = 32;

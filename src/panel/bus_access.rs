@@ -9,10 +9,10 @@ use axum::http::StatusCode;
 
 use super::problem::Problem;
 use super::queue::{self, Lends};
-use crate::device::{Config, Device, Power};
-use crate::fdl::Address;
+use crate::devices::ag03::profibus::{Config, Device, Power};
 use crate::host::link::fault::Faults;
 use crate::host::{Bus, GsdStation, HostedPpoDrive, Participant, StateDir, StateDirError, StoredDevice};
+use crate::profibus::fdl::Address;
 use crate::time::Instant;
 
 /// What the panel may see and change, lent by the thread of the bus between two telegrams.

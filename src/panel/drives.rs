@@ -14,9 +14,9 @@ use super::bus_access::{Asking, BusAccess};
 use super::problem::{Body, Problem, Problems, Station, whole};
 use super::state::{DriveState, DriveSummary, ModelName, gear};
 use super::stream::Hub;
-use crate::device::{Config, Device};
-use crate::fdl::Address;
+use crate::devices::ag03::profibus::{Config, Device};
 use crate::host::StoredDevice;
+use crate::profibus::fdl::Address;
 use crate::time::Instant;
 
 /// The drives of a bus.
@@ -140,7 +140,7 @@ impl Drives {
 pub(super) struct Snapshot {
     pub(super) device: Box<Device>,
     presence: Option<crate::host::Presence>,
-    counters: Option<crate::fdl::StationCounters>,
+    counters: Option<crate::profibus::fdl::StationCounters>,
     now: Instant,
 }
 

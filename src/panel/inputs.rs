@@ -12,9 +12,9 @@ use utoipa::ToSchema;
 use super::bus_access::Asking;
 use super::problem::{Body, Problem, Problems, Station};
 use super::state::{FaultName, PowerState};
-use crate::device::Device;
-use crate::drive::{Fault, Inputs};
-use crate::param::Model;
+use crate::devices::ag03::drive::{Fault, Inputs};
+use crate::devices::ag03::param::Model;
+use crate::devices::ag03::profibus::Device;
 
 /// The plant inputs of a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
@@ -248,7 +248,7 @@ pub(super) async fn power(
 
 async fn set(
     asking: &Asking,
-    address: crate::fdl::Address,
+    address: crate::profibus::fdl::Address,
     change: impl FnOnce(&Device) -> Result<Inputs, Problem> + Send + 'static,
 ) -> Result<Json<PlantInputs>, Problem> {
     asking

@@ -11,8 +11,8 @@
 //! into a ring that never waits. So no reply waits for HTTP.
 //!
 //! ```no_run
-//! use profidrive::device::{Config, Device};
-//! use profidrive::fdl::Address;
+//! use profidrive::devices::ag03::profibus::{Config, Device};
+//! use profidrive::profibus::fdl::Address;
 //! use profidrive::host::{Bus, Clock, Reach, Stop, SystemClock, link::pty::Pty, run};
 //! use profidrive::panel::{BusAccess, Panel};
 //!

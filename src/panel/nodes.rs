@@ -1,6 +1,6 @@
 //! The panel of a bus of CAN: the nodes on it, and what acts on them.
 //!
-//! It knows no device: what a node has, it says itself ([`Surroundings`](crate::device::Surroundings)), and its objects
+//! It knows no device: what a node has, it says itself ([`Surroundings`](crate::face::Surroundings)), and its objects
 //! are in its dictionary.
 //!
 //! | file | holds |
@@ -39,7 +39,7 @@ use std::sync::Arc;
 use super::queue;
 use super::running::Running;
 use super::{PanelError, at};
-use crate::device::CanopenEvent;
+use crate::devices::CanopenEvent;
 use crate::host::can::{BusHint, Event};
 use crate::host::{Reach, Stop};
 use crate::time::Instant;
@@ -50,8 +50,9 @@ pub use access::{NodeAccess, Seated};
 /// A running panel of a bus of CAN. Dropped, it closes its port and every connection.
 ///
 /// ```no_run
-/// use profidrive::can::BitRate;
-/// use profidrive::canopen::{NodeId, storage::Memory};
+/// use profidrive::can_bus::can::BitRate;
+/// use profidrive::can_bus::canopen::NodeId;
+/// use profidrive::can_bus::canopen::storage::Memory;
 /// use profidrive::host::can::{Choices, Line, News, NodeFaults, Product, StoredNode};
 /// use profidrive::host::{Clock, Reach, Stop};
 /// use profidrive::panel::{NodeAccess, NodePanel, Seated};

@@ -13,9 +13,12 @@ use super::bus_access::Asking;
 use super::drives::Snapshot;
 use super::problem::{Body, PathOf, Problem, Problems, QueryOf, Station, whole};
 use super::state::lengths;
-use crate::device::{Device, Power, Values};
+use crate::devices::ag03::param;
+use crate::devices::ag03::param::{
+    Access, Entry, Kind, ParamError, Pnu, Subindex, Unit, Value, WritableWhen,
+};
+use crate::devices::ag03::profibus::{Device, Power, Values};
 use crate::explain::value::in_words;
-use crate::param::{self, Access, Entry, Kind, ParamError, Pnu, Subindex, Unit, Value, WritableWhen};
 
 /// A parameter, its value and what the table says about it.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]

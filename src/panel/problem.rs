@@ -15,7 +15,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Number;
 use utoipa::{IntoResponses, ToSchema};
 
-use crate::fdl::Address;
+use crate::profibus::fdl::Address;
 
 /// Why a request was refused. Nothing was changed.
 #[derive(Clone, Debug, Serialize, ToSchema)]

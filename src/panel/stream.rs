@@ -41,7 +41,7 @@ use tokio::sync::mpsc;
 
 use super::bus_access::Asking;
 use super::problem::{Problem, Problems, QueryOf};
-use crate::fdl::Address;
+use crate::profibus::fdl::Address;
 use feed::Shared;
 use hub::Place;
 use subscriber::Subscriber;

@@ -10,9 +10,9 @@ use utoipa::ToSchema;
 
 use super::bus_access::Asking;
 use super::problem::{Body, Problem, Problems, Station};
-use crate::device::dip::Terminator;
-use crate::device::{Device, DipSwitches};
-use crate::param::DefaultSet;
+use crate::devices::ag03::param::DefaultSet;
+use crate::devices::ag03::profibus::dip::Terminator;
+use crate::devices::ag03::profibus::{Device, DipSwitches};
 
 /// The DIP switches of a drive and what they mean. They are read when the drive is switched on.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]

@@ -11,7 +11,7 @@ use utoipa::ToSchema;
 use super::bus_access::Asking;
 use super::problem::{Problem, Problems, Station};
 use super::state::{ReasonText, seconds};
-use crate::device::Device;
+use crate::devices::ag03::profibus::Device;
 use crate::time::Instant;
 
 /// What keeps a drive from moving.

@@ -7,12 +7,14 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::state::lengths;
-use crate::device::bits::{self, Role, bits};
-use crate::device::{Device, words};
-use crate::drive::{Mode, State};
+use crate::devices::ag03::drive::{Mode, State};
+use crate::devices::ag03::param;
+use crate::devices::ag03::param::Pnu;
+use crate::devices::ag03::profibus::bits;
+use crate::devices::ag03::profibus::bits::{Role, bits};
+use crate::devices::ag03::profibus::{Device, words};
 use crate::explain;
-use crate::param::{self, Pnu};
-use crate::ppo::{Inputs, Outputs, PPO_LEN, Pkw};
+use crate::profibus::ppo::{Inputs, Outputs, PPO_LEN, Pkw};
 
 /// The words of bits, by the operating mode in effect.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]

@@ -46,7 +46,7 @@ pub use value::{ValueError, ValueType};
 
 use core::ops::Range;
 
-use crate::fdl::Address;
+use crate::profibus::fdl::Address;
 use crate::time::Instant;
 
 /// A machine behind a slave. It has no clock: it is called with the time.

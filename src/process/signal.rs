@@ -77,7 +77,7 @@ mod tests {
 
     use super::super::{Slot, ValueType};
     use super::*;
-    use crate::fdl::Address;
+    use crate::profibus::fdl::Address;
 
     const SLOT: Slot = Slot { number: 1, inputs: 0..2, outputs: 0..2 };
     const WORD: Point = Point { slot: 1, offset: 0, kind: ValueType::Unsigned16 };

@@ -5,7 +5,7 @@ use core::time::Duration;
 use thiserror::Error;
 
 use super::{Point, Table};
-use crate::fdl::Address;
+use crate::profibus::fdl::Address;
 
 /// How often an input that moves all the time is computed.
 const TICK: Duration = Duration::from_millis(10);

@@ -9,7 +9,7 @@
 
 use std::collections::{HashMap, HashSet, VecDeque};
 
-use profidrive::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
+use profidrive::profibus::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
 
 /// What a parameter is.
 #[derive(Clone, Debug)]

@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use profidrive::can::{Frame, Id};
-use profidrive::canopen::NodeId;
-use profidrive::device::ag03_canopen::{Ag03Node, Config, Event};
-use profidrive::drive::Inputs;
+use profidrive::can_bus::can::{Frame, Id};
+use profidrive::can_bus::canopen::NodeId;
+use profidrive::devices::ag03::canopen::{Ag03Node, Config, Event};
+use profidrive::devices::ag03::drive::Inputs;
 use profidrive::time::Instant;
 
 /// A frame as text, so that a difference is readable: `705#00`.

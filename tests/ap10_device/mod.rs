@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
-use profidrive::ap10::{Display, Key, Turns};
-use profidrive::can::{Frame, Id};
-use profidrive::canopen::storage::Memory;
-use profidrive::canopen::{NmtState, NodeId};
-use profidrive::device::ap10_canopen::{Ap10, Config, Quirks};
+use profidrive::can_bus::can::{Frame, Id};
+use profidrive::can_bus::canopen::storage::Memory;
+use profidrive::can_bus::canopen::{NmtState, NodeId};
+use profidrive::devices::ap10::canopen::{Ap10, Config, Quirks};
+use profidrive::devices::ap10::{Display, Key, Turns};
 use profidrive::time::Instant;
 
 pub(crate) struct Rig {

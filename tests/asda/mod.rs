@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
-use profidrive::asda_a2::{Config, Level, Servo};
-use profidrive::can::{Frame, Id};
-use profidrive::canopen::NmtState;
-use profidrive::cia402::{Mode, State};
-use profidrive::device::asda_a2_canopen::{AsdaA2, Quirks};
+use profidrive::can_bus::can::{Frame, Id};
+use profidrive::can_bus::canopen::NmtState;
+use profidrive::can_bus::cia402::{Mode, State};
+use profidrive::devices::asda_a2::canopen::{AsdaA2, Quirks};
+use profidrive::devices::asda_a2::{Config, Level, Servo};
 use profidrive::time::Instant;
 
 pub(crate) const NODE: u8 = 0x7F;

@@ -5,8 +5,9 @@ pub(crate) mod rig;
 
 use std::collections::{BTreeMap, VecDeque};
 
-use profidrive::canopen::dictionary::{self, Home, Object};
-use profidrive::canopen::{
+use profidrive::can_bus::canopen::dictionary;
+use profidrive::can_bus::canopen::dictionary::{Home, Object};
+use profidrive::can_bus::canopen::{
     Abort, Address, Application, NodeId, Notice, Request, Reset, Source, Sub, Value, Written,
 };
 use profidrive::time::Instant;

@@ -1,8 +1,8 @@
 //! The object dictionary of the test device: an input and output module after CiA 401, and one object of each kind.
 
-use profidrive::canopen::Address;
-use profidrive::canopen::dictionary::{Entry, Home, Object};
-use profidrive::canopen::value::DataType::{
+use profidrive::can_bus::canopen::Address;
+use profidrive::can_bus::canopen::dictionary::{Entry, Home, Object};
+use profidrive::can_bus::canopen::value::DataType::{
     Boolean, Domain, I8, I16, I32, I64, OctetString, Real32, U8, U16, U32, U64, VisibleString,
 };
 

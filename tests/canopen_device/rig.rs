@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use profidrive::can::{Frame, Id};
-use profidrive::canopen::{Event, NmtState, Node, Policy};
+use profidrive::can_bus::can::{Frame, Id};
+use profidrive::can_bus::canopen::{Event, NmtState, Node, Policy};
 use profidrive::time::Instant;
 
 use super::Plain;

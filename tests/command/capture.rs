@@ -13,12 +13,12 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
-use profidrive::fdl::{FrameCount, FunctionCode, Service};
+use profidrive::devices::ag03::param::{Model, parameters};
 use profidrive::host::capture::{self, Packet};
 use profidrive::host::link::tap::Direction;
-use profidrive::param::{Model, parameters};
-use profidrive::pkw::ErrorNumber;
-use profidrive::ppo::{Ind, JobId, Pke, Pkw};
+use profidrive::profibus::fdl::{FrameCount, FunctionCode, Service};
+use profidrive::profibus::pkw::ErrorNumber;
+use profidrive::profibus::ppo::{Ind, JobId, Pke, Pkw};
 use pty::Master;
 
 /// How often the emulator is killed, each time a little later.

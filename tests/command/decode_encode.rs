@@ -8,7 +8,7 @@ use std::fs;
 use std::io::Write;
 use std::process::{Command, Output, Stdio};
 
-use profidrive::fdl::{FrameCount, FunctionCode, Service};
+use profidrive::profibus::fdl::{FrameCount, FunctionCode, Service};
 use serde_json::Value;
 
 use crate::emulator::{output as run, profidrive};

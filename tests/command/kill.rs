@@ -15,9 +15,9 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{self, Sender};
 use std::thread;
 
-use profidrive::param::{Gear, Model, Parameter, Store};
-use profidrive::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
-use profidrive::unit::Image;
+use profidrive::devices::ag03::param::{Gear, Model, Parameter, Store};
+use profidrive::devices::ag03::unit::Image;
+use profidrive::profibus::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
 use pty::Master;
 
 /// What is written: PNU, whether it is a double word, smallest and largest value.

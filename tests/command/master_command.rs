@@ -10,11 +10,11 @@ use std::path::Path;
 use std::thread;
 use std::time::Instant;
 
-use profidrive::device::{Config, Device};
-use profidrive::dp::{Description, Fixed, Station};
-use profidrive::fdl::Address;
+use profidrive::devices::ag03::profibus::{Config, Device};
 use profidrive::host::link::pty::Pty;
 use profidrive::host::{Bus, Clock, Link, Received, Stop, SystemClock, run};
+use profidrive::profibus::dp::{Description, Fixed, Station};
+use profidrive::profibus::fdl::Address;
 use profidrive::time::BaudRate;
 use rig::{Emulator, PATIENCE, Running, fails, profidrive};
 use serde_json::Value;

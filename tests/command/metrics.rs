@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::net::{SocketAddr, TcpStream};
 
-use profidrive::ppo::{Outputs, Pkw, Stw};
+use profidrive::profibus::ppo::{Outputs, Pkw, Stw};
 use serde_json::{Value, json};
 
 use super::nodes;

@@ -4,7 +4,7 @@ use crate::panel;
 use crate::pty;
 
 use panel::Emulator;
-use profidrive::ppo::{Ind, Inputs, JobId, Outputs, Pke, Pkw, Stw};
+use profidrive::profibus::ppo::{Ind, Inputs, JobId, Outputs, Pke, Pkw, Stw};
 use pty::Master;
 use serde_json::{Value, json};
 

@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use panel::{Emulator, PATIENCE};
 use profidrive::host::capture;
-use profidrive::ppo::{Outputs, Pkw, Stw};
+use profidrive::profibus::ppo::{Outputs, Pkw, Stw};
 use pty::Master;
 use serde_json::{Value, json};
 

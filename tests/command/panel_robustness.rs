@@ -14,7 +14,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Instant;
 
 use panel::{Answer, Emulator, PATIENCE};
-use profidrive::ppo::{Outputs, Pkw, Stw};
+use profidrive::profibus::ppo::{Outputs, Pkw, Stw};
 use pty::Master;
 use serde_json::json;
 

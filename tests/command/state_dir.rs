@@ -10,13 +10,13 @@ use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
 use common::{CFG, IDENT, MASTER, SLAVE, telegram};
-use profidrive::device::{Config, MAX_TELEGRAM_LEN};
-use profidrive::fdl::{Address, FrameCount, FunctionCode, Service};
+use profidrive::devices::ag03::param::{Gear, Model, Parameter, Pnu, Value};
+use profidrive::devices::ag03::profibus::{Config, MAX_TELEGRAM_LEN};
+use profidrive::devices::ag03::unit::{IMAGE_LEN, Image};
 use profidrive::host::{StateDir, StateDirError, StoredDevice};
-use profidrive::param::{Gear, Model, Parameter, Pnu, Value};
-use profidrive::ppo::{Ind, JobId, Pke, Pkw};
+use profidrive::profibus::fdl::{Address, FrameCount, FunctionCode, Service};
+use profidrive::profibus::ppo::{Ind, JobId, Pke, Pkw};
 use profidrive::time::Instant;
-use profidrive::unit::{IMAGE_LEN, Image};
 use pty::Master;
 
 use crate::emulator::{Emulator, profidrive};

@@ -7,9 +7,11 @@
 use std::collections::HashMap;
 use std::time::Duration;
 
-use profidrive::device::{ApplicationCycle, Config, Device, Event, MAX_TELEGRAM_LEN, Timing};
-use profidrive::fdl::telegram::{Decoded, decode};
-use profidrive::fdl::{Address, FrameCount, FunctionCode, Sap, Service, Telegram};
+use profidrive::devices::ag03::profibus::{
+    ApplicationCycle, Config, Device, Event, MAX_TELEGRAM_LEN, Timing,
+};
+use profidrive::profibus::fdl::telegram::{Decoded, decode};
+use profidrive::profibus::fdl::{Address, FrameCount, FunctionCode, Sap, Service, Telegram};
 use profidrive::time::{BaudRate, Instant};
 
 use crate::telegrams;

@@ -7,8 +7,8 @@ use std::io::{Read, Write};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 
-use profidrive::fdl::{FrameCount, Framer, FunctionCode, Resync, Service, Telegram};
-use profidrive::ppo::{Outputs, PPO_LEN, Pkw, Stw};
+use profidrive::profibus::fdl::{FrameCount, Framer, FunctionCode, Resync, Service, Telegram};
+use profidrive::profibus::ppo::{Outputs, PPO_LEN, Pkw, Stw};
 use profidrive::time::Instant;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::OFlags;

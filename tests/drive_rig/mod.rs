@@ -6,11 +6,11 @@ use std::time::Duration;
 use profidrive::client::{
     Ag03Channel, DriveClient, Goal, GoalError, GoalOutcome, Job, Limits, Obstacle, PkwError, Reply,
 };
-use profidrive::device::{Config, Timing};
-use profidrive::drive::Inputs;
-use profidrive::fdl::Address;
-use profidrive::param::{Model, Pnu, Value};
-use profidrive::ppo;
+use profidrive::devices::ag03::drive::Inputs;
+use profidrive::devices::ag03::param::{Model, Pnu, Value};
+use profidrive::devices::ag03::profibus::{Config, Timing};
+use profidrive::profibus::fdl::Address;
+use profidrive::profibus::ppo;
 
 use crate::common::Line;
 

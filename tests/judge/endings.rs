@@ -3,8 +3,8 @@
 use core::time::Duration;
 
 use profidrive::bench::{Line, Master};
-use profidrive::fdl::MAX_TELEGRAM_LEN;
 use profidrive::judge::{Ending, Report, Row, Verdict, simulated};
+use profidrive::profibus::fdl::MAX_TELEGRAM_LEN;
 use profidrive::time::Instant;
 
 use crate::test_master::mistakes::Mistake;

@@ -2,9 +2,9 @@
 
 use core::time::Duration;
 
-use profidrive::fdl::Address;
 use profidrive::judge::{Row, Setup, Slave, Verdict, simulated};
 use profidrive::master::{Profirust, baudrate};
+use profidrive::profibus::fdl::Address;
 use profidrive::time::BaudRate;
 use profirust::dp::{DpMaster, Peripheral, PeripheralOptions};
 use profirust::fdl::{FdlActiveStation, ParametersBuilder};

@@ -7,13 +7,13 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-use profidrive::fdl::Address;
 use profidrive::gsd::Gsd;
 use profidrive::host::link::memory::{End, Wire};
 use profidrive::host::{Stop, SystemClock};
 use profidrive::judge::{Judge, Report, Row, Setup, Slave, Verdict, live};
 use profidrive::master::{Session, Settings};
-use profidrive::ppo::PPO_LEN;
+use profidrive::profibus::fdl::Address;
+use profidrive::profibus::ppo::PPO_LEN;
 use profidrive::time::BaudRate;
 
 /// What it gets wrong, as docs/judged-masters.md says.

@@ -3,8 +3,8 @@
 use core::time::Duration;
 
 use profidrive::bench::Line;
-use profidrive::fdl::Address;
 use profidrive::judge::{Ending, Report, Row, Setup, Slave, Verdict, simulated};
+use profidrive::profibus::fdl::Address;
 use profidrive::time::BaudRate;
 
 use crate::test_master::mistakes::{MISTAKES, Mistake};

@@ -2,11 +2,11 @@
 
 use core::time::Duration;
 
-use profidrive::device::MAX_TELEGRAM_LEN;
-use profidrive::fdl::Address;
+use profidrive::devices::ag03::profibus::MAX_TELEGRAM_LEN;
 use profidrive::gsd::{Gsd, ModuleState, Policy, Raised, Station};
 use profidrive::host::{Bus, GsdStation, OutputBoard, OutputsAre, Refusals};
 use profidrive::process::{Image, Point, Process, Signal, Source, ValueType};
+use profidrive::profibus::fdl::Address;
 use profidrive::time::{BaudRate, Instant};
 
 /// 8 DI, 8 DO, 2 AI, 2 AO.

@@ -2,9 +2,9 @@
 
 use core::time::Duration;
 
-use profidrive::device::{Config, Device};
-use profidrive::fdl::{Address, FrameCount, FunctionCode, ReplyStatus, Service};
+use profidrive::devices::ag03::profibus::{Config, Device};
 use profidrive::host::{Bus, BusEvent};
+use profidrive::profibus::fdl::{Address, FrameCount, FunctionCode, ReplyStatus, Service};
 use profidrive::time::Instant;
 
 use crate::telegrams::telegram;

@@ -4,10 +4,10 @@ use core::time::Duration;
 use std::collections::VecDeque;
 use std::io;
 
-use profidrive::device::{Config, Device, MAX_TELEGRAM_LEN};
-use profidrive::fdl::Address;
+use profidrive::devices::ag03::profibus::{Config, Device, MAX_TELEGRAM_LEN};
 use profidrive::host::link::memory::{End, Wire};
 use profidrive::host::{Bus, BusEvent, Clock, Link, ManualClock, Received, Stop, run};
+use profidrive::profibus::fdl::Address;
 use profidrive::time::Instant;
 
 /// FDL status of master 2 to station 5, and the reply of station 5.

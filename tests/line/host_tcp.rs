@@ -9,12 +9,12 @@ use std::thread;
 use std::time::Instant;
 
 use common::{CFG, IDENT, telegram};
-use profidrive::device::{Config, Device};
-use profidrive::fdl::telegram::{Decoded, decode};
-use profidrive::fdl::{Address, FrameCount, FunctionCode, Service, Telegram};
+use profidrive::devices::ag03::profibus::{Config, Device};
 use profidrive::host::link::tap::{Batch, Tap};
 use profidrive::host::link::tcp::{MAX_BACKLOG, MAX_BURST, MAX_CLIENTS, Reach, Tcp};
 use profidrive::host::{Bus, Clock, Error, Link, ManualClock, Received, Stop, SystemClock, run};
+use profidrive::profibus::fdl::telegram::{Decoded, decode};
+use profidrive::profibus::fdl::{Address, FrameCount, FunctionCode, Service, Telegram};
 use profidrive::time::BaudRate;
 
 mod masters;

@@ -12,12 +12,12 @@
 use core::time::Duration;
 
 use profidrive::bench::{Line, Sender};
-use profidrive::device::{CONFIGURATIONS, Config, DESCRIPTION, Event, IDENT_NUMBER};
-use profidrive::dp;
-use profidrive::fdl::Address;
+use profidrive::devices::ag03::param::{Model, Parameter};
+use profidrive::devices::ag03::profibus::{CONFIGURATIONS, Config, DESCRIPTION, Event, IDENT_NUMBER};
 use profidrive::master::{Profirust, baudrate, options, peripheral};
-use profidrive::param::{Model, Parameter};
-use profidrive::ppo::{Inputs, Outputs, PPO_LEN, Pkw, Stw};
+use profidrive::profibus::dp;
+use profidrive::profibus::fdl::Address;
+use profidrive::profibus::ppo::{Inputs, Outputs, PPO_LEN, Pkw, Stw};
 use profidrive::time::{BaudRate, Instant};
 use profirust::dp::{
     DiagnosticFlags, DpMaster, Peripheral, PeripheralEvent, PeripheralHandle, PeripheralOptions,
@@ -423,12 +423,12 @@ mod over_a_pseudo_terminal {
     use core::time::Duration;
     use std::thread;
 
-    use profidrive::device::{Config, Device};
-    use profidrive::fdl::Address;
+    use profidrive::devices::ag03::profibus::{Config, Device};
     use profidrive::host::link::{pty::Pty, serial::Serial};
     use profidrive::host::{self, Bus, Clock, Link, Stop, SystemClock};
     use profidrive::master::{LinkPhy, baudrate, instant, peripheral};
-    use profidrive::ppo::{Inputs, Outputs, Pkw, Stw};
+    use profidrive::profibus::fdl::Address;
+    use profidrive::profibus::ppo::{Inputs, Outputs, Pkw, Stw};
     use profidrive::time::BaudRate;
     use profirust::dp::{DpMaster, PeripheralHandle};
     use profirust::fdl::{FdlActiveStation, ParametersBuilder};

@@ -5,10 +5,10 @@ use core::time::Duration;
 use std::path::{Path, PathBuf};
 
 use gsd_parser::{GenericStationDescription, PrmBuilder};
-use profidrive::fdl::Address;
 use profidrive::gsd::{Gsd, Policy, Station};
 use profidrive::host::{BusEvent, GsdStation, Refusals};
 use profidrive::master::{Profirust, baudrate};
+use profidrive::profibus::fdl::Address;
 use profidrive::time::BaudRate;
 use profirust::dp::{DpMaster, Peripheral, PeripheralOptions};
 use profirust::fdl::{FdlActiveStation, ParametersBuilder};

@@ -6,11 +6,11 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Duration;
 
-use profidrive::device::{ApplicationCycle, Config, DipSwitches, MAX_TELEGRAM_LEN};
-use profidrive::fdl::{Address, FrameCount, FunctionCode, Service};
+use profidrive::devices::ag03::param::{Parameter, Pnu, Value};
+use profidrive::devices::ag03::profibus::{ApplicationCycle, Config, DipSwitches, MAX_TELEGRAM_LEN};
 use profidrive::host::{StateDir, StateDirError, StoredDevice};
-use profidrive::param::{Parameter, Pnu, Value};
-use profidrive::ppo::{Ind, JobId, PPO_LEN, Pke, Pkw, ReplyId};
+use profidrive::profibus::fdl::{Address, FrameCount, FunctionCode, Service};
+use profidrive::profibus::ppo::{Ind, JobId, PPO_LEN, Pke, Pkw, ReplyId};
 use profidrive::time::Instant;
 use proptest::prelude::*;
 
@@ -255,7 +255,7 @@ impl World {
         }
         let known = self.known.entry(key).or_insert_with(|| {
             PARAMETERS.map(|(_, parameter)| {
-                let factory = profidrive::device::Device::new(config, Instant::ZERO);
+                let factory = profidrive::devices::ag03::profibus::Device::new(config, Instant::ZERO);
                 Known { acknowledged: factory.parameters().value(parameter), open: Vec::new() }
             })
         });
@@ -322,7 +322,7 @@ impl World {
 
     fn write(&mut self, key: u8, which: usize, value: Option<i32>) {
         let Some(unit) = self.units.get_mut(&key) else { return };
-        if unit.drive.device().power() != profidrive::device::Power::On {
+        if unit.drive.device().power() != profidrive::devices::ag03::profibus::Power::On {
             return;
         }
         if unit.job.is_none() {
@@ -377,7 +377,7 @@ impl World {
 
     fn panel(&mut self, key: u8, which: usize, value: Option<i32>) {
         let Some(unit) = self.units.get_mut(&key) else { return };
-        if unit.drive.device().power() != profidrive::device::Power::On {
+        if unit.drive.device().power() != profidrive::devices::ag03::profibus::Power::On {
             return;
         }
         let pnu = Pnu::new(PARAMETERS[which].0).unwrap();

@@ -3,12 +3,12 @@
 use core::time::Duration;
 
 use profidrive::bench::{Answer, Breach, Line, ScriptedMaster as Master};
-use profidrive::device::{
+use profidrive::devices::ag03::profibus::{
     CONFIGURATIONS, Config, DESCRIPTION, Device, Event, IDENT_NUMBER, MAX_TELEGRAM_LEN, Timing,
 };
-use profidrive::dp::State;
-use profidrive::fdl::{Address, RateChange, Sap, Telegram};
 use profidrive::host::{Bus, BusEvent, Evidence, LISTEN_TIME, Participant, Presence};
+use profidrive::profibus::dp::State;
+use profidrive::profibus::fdl::{Address, RateChange, Sap, Telegram};
 use profidrive::time::{BaudRate, Instant};
 
 /// FDL status of master 2 to station 5, and the reply of station 5.

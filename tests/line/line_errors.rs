@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use mirror::{IDENT, SMALL, SMALL_LEN, address, inputs, line, long, mirror, outputs, start_up};
 use profidrive::bench::{Answer, Line, ScriptedMaster as Master};
-use profidrive::device::{Config, Device, Timing};
-use profidrive::dp::State;
-use profidrive::fdl::ReplyStatus;
+use profidrive::devices::ag03::profibus::{Config, Device, Timing};
 use profidrive::host::BusEvent;
+use profidrive::profibus::dp::State;
+use profidrive::profibus::fdl::ReplyStatus;
 use profidrive::time::Instant;
 
 /// Numbers that look random and are the same in every run.

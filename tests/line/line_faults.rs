@@ -5,13 +5,13 @@ use crate::common;
 use core::time::Duration;
 
 use common::{CFG, IDENT, MASTER, SLAVE, hex, telegram};
-use profidrive::device::{ApplicationCycle, Config, Device};
-use profidrive::dp::State;
-use profidrive::fdl::telegram::{Decoded, decode};
-use profidrive::fdl::{Address, FrameCount, FunctionCode, Service, Telegram};
+use profidrive::devices::ag03::profibus::{ApplicationCycle, Config, Device};
 use profidrive::host::link::fault::{Fault, Faulty, Kind, PkwFault};
 use profidrive::host::link::memory::{End, Wire};
 use profidrive::host::{Bus, Clock, Link, ManualClock, Received, Stop, run};
+use profidrive::profibus::dp::State;
+use profidrive::profibus::fdl::telegram::{Decoded, decode};
+use profidrive::profibus::fdl::{Address, FrameCount, FunctionCode, Service, Telegram};
 use profidrive::time::Instant;
 use proptest::prelude::*;
 
@@ -300,7 +300,7 @@ fn a_wrong_fcs_is_the_only_wrong_octet_and_sc_has_none() {
     line.start_up();
     let heard = line.srd(Some(60), &[]);
     assert!(
-        matches!(decode(&heard), Decoded::Invalid { error: profidrive::fdl::FrameError::Checksum { expected, got }, .. }
+        matches!(decode(&heard), Decoded::Invalid { error: profidrive::profibus::fdl::FrameError::Checksum { expected, got }, .. }
             if got == expected + 1),
         "{heard:02X?}"
     );

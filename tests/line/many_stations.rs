@@ -8,10 +8,11 @@ use mirror::{
     BAUD, IDENT, LARGE, Mirror, SMALL, SMALL_LEN, address, inputs, line, long, mirror, outputs, start_up,
 };
 use profidrive::bench::{Answer, Line, ScriptedMaster as Master};
-use profidrive::device::{Config, Device, Event, MAX_TELEGRAM_LEN, Timing};
-use profidrive::dp::{self, Description, State};
-use profidrive::fdl::{Address, ReplyStatus, Sap, Telegram};
+use profidrive::devices::ag03::profibus::{Config, Device, Event, MAX_TELEGRAM_LEN, Timing};
 use profidrive::host::{Bus, BusEvent, Participant};
+use profidrive::profibus::dp;
+use profidrive::profibus::dp::{Description, State};
+use profidrive::profibus::fdl::{Address, ReplyStatus, Sap, Telegram};
 use profidrive::time::{BaudRate, Instant};
 
 /// The two masters of a full bus: 127 addresses are needed and a real bus has 126, so the second has 126 here.

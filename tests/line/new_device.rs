@@ -8,10 +8,10 @@ use std::path::Path;
 use std::time::Duration;
 
 use cia401_io::{Io, OBJECTS, SHEET};
-use profidrive::can::{BitRate, Frame, Id};
-use profidrive::canopen::{NodeId, check, eds};
-use profidrive::device::CanopenEvent;
-use profidrive::device::surroundings::Level;
+use profidrive::can_bus::can::{BitRate, Frame, Id};
+use profidrive::can_bus::canopen::{NodeId, check, eds};
+use profidrive::devices::CanopenEvent;
+use profidrive::face::surroundings::Level;
 use profidrive::host::can::{Bus, Seat, StoredNode};
 use profidrive::time::Instant;
 

@@ -6,12 +6,12 @@ mod station;
 use std::fs;
 use std::path::Path;
 
-use profidrive::device::{Config, Device, Event, Timing};
-use profidrive::dp::{Framed, State};
-use profidrive::fdl::{
+use profidrive::devices::ag03::profibus::{Config, Device, Event, Timing};
+use profidrive::gsd::Gsd;
+use profidrive::profibus::dp::{Framed, State};
+use profidrive::profibus::fdl::{
     Address, DataTelegram, FrameCount, FrameError, FunctionCode, MAX_TELEGRAM_LEN, Resync, Sap, Service,
 };
-use profidrive::gsd::Gsd;
 use profidrive::time::{BaudRate, Instant};
 use station::{application, slave};
 

@@ -2,10 +2,10 @@
 
 use profidrive::bench::Port;
 use profidrive::client::{DriveClient, Goal, GoalError};
-use profidrive::device::Config;
-use profidrive::fdl::Address;
+use profidrive::devices::ag03::profibus::Config;
 use profidrive::host::Stop;
 use profidrive::master::{Plant, Session, SessionError, Settings};
+use profidrive::profibus::fdl::Address;
 use profidrive::time::BaudRate;
 
 const AXES: [Address; 2] = [Address::from_octet(5), Address::from_octet(6)];

@@ -2,13 +2,13 @@
 
 use core::time::Duration;
 
-use profidrive::device::ppo_drive::{CONFIGURATIONS, IDENT_NUMBER, PpoDrive, PpoOnly};
-use profidrive::dp::{Description, Fixed};
-use profidrive::fdl::Address;
+use profidrive::devices::ppo_drive::profibus::{CONFIGURATIONS, IDENT_NUMBER, PpoDrive, PpoOnly};
+use profidrive::devices::ppo_drive::table::Table;
 use profidrive::host::{HostedPpoDrive, PpoJudge, Refusals};
 use profidrive::master::{Profirust, baudrate};
-use profidrive::ppo::PpoType;
-use profidrive::ppo_drive::table::Table;
+use profidrive::profibus::dp::{Description, Fixed};
+use profidrive::profibus::fdl::Address;
+use profidrive::profibus::ppo::PpoType;
 use profidrive::time::{BaudRate, Instant};
 use profirust::dp::{DpMaster, Peripheral, PeripheralOptions};
 use profirust::fdl::{FdlActiveStation, ParametersBuilder};

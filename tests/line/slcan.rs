@@ -11,8 +11,8 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::{self, JoinHandle};
 use std::time::Instant as Wall;
 
-use profidrive::can::slcan::parse_frame;
-use profidrive::can::{BitRate, Content, ErrorState, Frame, Id};
+use profidrive::can_bus::can::slcan::parse_frame;
+use profidrive::can_bus::can::{BitRate, Content, ErrorState, Frame, Id};
 use profidrive::host::can::{CanParticipant, Line, LinkSpec, News, Stay};
 use profidrive::host::{Error, PathOccupant, Reach, Stop};
 use profidrive::time::Instant;

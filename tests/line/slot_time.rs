@@ -3,11 +3,11 @@
 use core::time::Duration;
 use std::thread;
 
-use profidrive::device::{Config, Device, DipSwitches, Event, MAX_TELEGRAM_LEN, Timing};
-use profidrive::fdl::Address;
+use profidrive::devices::ag03::profibus::{Config, Device, DipSwitches, Event, MAX_TELEGRAM_LEN, Timing};
 use profidrive::host::link::pty::Pty;
 use profidrive::host::link::serial::Serial;
 use profidrive::host::{Bus, BusEvent, Link, Received, SlotTime, Stop, SystemClock, run};
+use profidrive::profibus::fdl::Address;
 use profidrive::time::{BaudRate, Instant};
 
 const BAUD: BaudRate = BaudRate::K19_2;

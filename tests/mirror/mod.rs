@@ -5,10 +5,11 @@
 #![allow(dead_code, reason = "each test file uses its part")]
 
 use profidrive::bench::{Answer, Line, ScriptedMaster as Master};
-use profidrive::device::{Event, MAX_TELEGRAM_LEN, Timing};
-use profidrive::dp::{self, Description, State};
-use profidrive::fdl::{Address, ReplyStatus, Sap, Telegram};
+use profidrive::devices::ag03::profibus::{Event, MAX_TELEGRAM_LEN, Timing};
 use profidrive::host::{Bus, Participant};
+use profidrive::profibus::dp;
+use profidrive::profibus::dp::{Description, State};
+use profidrive::profibus::fdl::{Address, ReplyStatus, Sap, Telegram};
 use profidrive::time::{BaudRate, Instant};
 
 pub(crate) use crate::long::long;

@@ -1,8 +1,9 @@
 //! What a person sees and presses at an AP10 (`canopen-ap10.md` 9 and 10).
 
-use profidrive::ap10::{self, Arrow, Fault, Key};
-use profidrive::canopen::NodeId;
-use profidrive::device::ap10_canopen::Quirks;
+use profidrive::can_bus::canopen::NodeId;
+use profidrive::devices::ap10;
+use profidrive::devices::ap10::canopen::Quirks;
+use profidrive::devices::ap10::{Arrow, Fault, Key};
 
 use crate::ap10_device::Rig;
 

@@ -1,9 +1,9 @@
 //! What an AP10 keeps and forgets, its faults, Auto-ID and calibration (`canopen-ap10.md` 7, 8, 11, 12 and 18).
 
-use profidrive::ap10::{Fault, Key, Light, Turns};
-use profidrive::canopen::storage::Memory;
-use profidrive::canopen::{NmtState, NodeId};
-use profidrive::device::ap10_canopen::{Ap10, Config, Quirks};
+use profidrive::can_bus::canopen::storage::Memory;
+use profidrive::can_bus::canopen::{NmtState, NodeId};
+use profidrive::devices::ap10::canopen::{Ap10, Config, Quirks};
+use profidrive::devices::ap10::{Fault, Key, Light, Turns};
 
 use crate::ap10_device::Rig;
 

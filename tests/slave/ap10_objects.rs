@@ -1,9 +1,10 @@
 //! The AP10 by SDO: its dictionary, printed frames and refusals (`canopen-ap10.md` 14 to 18).
 
-use profidrive::canopen::check::{Problem, each_problem};
-use profidrive::canopen::dictionary::{self, Access, Mapping, Writable};
-use profidrive::canopen::{Address, DataType, NodeId, eds};
-use profidrive::device::ap10_canopen::{EDS, OBJECTS, Quirks, SdoCodes, SoftwareVersion};
+use profidrive::can_bus::canopen::check::{Problem, each_problem};
+use profidrive::can_bus::canopen::dictionary;
+use profidrive::can_bus::canopen::dictionary::{Access, Mapping, Writable};
+use profidrive::can_bus::canopen::{Address, DataType, NodeId, eds};
+use profidrive::devices::ap10::canopen::{EDS, OBJECTS, Quirks, SdoCodes, SoftwareVersion};
 
 use crate::ap10_device::Rig;
 
@@ -150,7 +151,7 @@ fn po_02_printed_frames() {
     let seen = rig.data(0x67D, &[0x2F, 0x0A, 0x5F, 0x02, 0x05, 0, 0, 0]);
     assert!(seen.is_empty(), "S5 waits for a key: {seen:?}");
     assert_eq!(rig.rows(), ["New ID", ""]);
-    assert_eq!(rig.tap(profidrive::ap10::Key::Left), ["5FD#60 0A 5F 02 00 00 00 00"], "S6");
+    assert_eq!(rig.tap(profidrive::devices::ap10::Key::Left), ["5FD#60 0A 5F 02 00 00 00 00"], "S6");
 }
 
 #[test]

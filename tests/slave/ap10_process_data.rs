@@ -1,8 +1,8 @@
 //! The AP10 by PDO: set points, status word, remote requests, supervision (`canopen-ap10.md` 5, 6 and 18).
 
-use profidrive::ap10::{Key, StatusBit};
-use profidrive::canopen::NmtState;
-use profidrive::device::ap10_canopen::Quirks;
+use profidrive::can_bus::canopen::NmtState;
+use profidrive::devices::ap10::canopen::Quirks;
+use profidrive::devices::ap10::{Key, StatusBit};
 
 use crate::ap10_device::Rig;
 

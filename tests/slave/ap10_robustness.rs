@@ -1,7 +1,7 @@
 //! Whatever comes over the bus or from a person: an AP10 does not panic, its display fits and it still answers.
 
-use profidrive::ap10::{Fault, Key};
-use profidrive::can::{Frame, Id};
+use profidrive::can_bus::can::{Frame, Id};
+use profidrive::devices::ap10::{Fault, Key};
 use proptest::prelude::*;
 
 use crate::ap10_device::Rig;
@@ -61,7 +61,7 @@ proptest! {
     #[test]
     fn nothing_makes_it_panic(steps in prop::collection::vec(step(), 1..80)) {
         let mut rig = Rig::operational();
-        let entries: Vec<_> = profidrive::device::ap10_canopen::OBJECTS
+        let entries: Vec<_> = profidrive::devices::ap10::canopen::OBJECTS
             .iter()
             .flat_map(|object| object.entries.iter().map(|entry| (object.index.0, entry)))
             .filter(|(index, entry)| entry.is_writable() && !matches!(index, 0x1017 | 0x1800 | 0x6200))

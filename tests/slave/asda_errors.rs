@@ -1,11 +1,11 @@
 //! Alarms that the bus causes in the ASDA-A2 (`canopen-asda-a2.md` 4 to 7, 15).
 
-use profidrive::asda_a2::inputs::Closed;
-use profidrive::asda_a2::{Alarm, Config, Effect, Inputs};
-use profidrive::can::{ErrorState, Frame, Id};
-use profidrive::canopen::NmtState;
-use profidrive::cia402::{Mode, State, Statusword};
-use profidrive::device::asda_a2_canopen::Quirks;
+use profidrive::can_bus::can::{ErrorState, Frame, Id};
+use profidrive::can_bus::canopen::NmtState;
+use profidrive::can_bus::cia402::{Mode, State, Statusword};
+use profidrive::devices::asda_a2::canopen::Quirks;
+use profidrive::devices::asda_a2::inputs::Closed;
+use profidrive::devices::asda_a2::{Alarm, Config, Effect, Inputs};
 
 use crate::asda::{NODE, Rig, millis};
 

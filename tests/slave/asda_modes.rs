@@ -1,9 +1,9 @@
 //! The modes of operation of the ASDA-A2 (`canopen-asda-a2.md` 9, 15).
 
-use profidrive::asda_a2::plant::INCREMENTS_PER_REVOLUTION;
-use profidrive::asda_a2::{Axis, Config, Inputs, Level, Switches};
-use profidrive::cia402::{Mode, State};
-use profidrive::device::asda_a2_canopen::Quirks;
+use profidrive::can_bus::cia402::{Mode, State};
+use profidrive::devices::asda_a2::canopen::Quirks;
+use profidrive::devices::asda_a2::plant::INCREMENTS_PER_REVOLUTION;
+use profidrive::devices::asda_a2::{Axis, Config, Inputs, Level, Switches};
 
 use crate::asda::{NODE, Rig, millis};
 

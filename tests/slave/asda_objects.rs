@@ -1,11 +1,11 @@
 //! The dictionary of the ASDA-A2, SDO and PDO mapping (`canopen-asda-a2.md` 11 to 13, 15).
 
-use profidrive::asda_a2::Level;
-use profidrive::canopen::check;
-use profidrive::canopen::dictionary::{Access, Home, Mapping};
-use profidrive::canopen::value::DataType;
-use profidrive::canopen::{Address, NodeId};
-use profidrive::device::asda_a2_canopen::AsdaA2;
+use profidrive::can_bus::canopen::check;
+use profidrive::can_bus::canopen::dictionary::{Access, Home, Mapping};
+use profidrive::can_bus::canopen::value::DataType;
+use profidrive::can_bus::canopen::{Address, NodeId};
+use profidrive::devices::asda_a2::Level;
+use profidrive::devices::asda_a2::canopen::AsdaA2;
 
 use crate::asda::{NODE, Rig, millis};
 

@@ -1,9 +1,9 @@
 //! States, faults and persistence of the ASDA-A2 (`canopen-asda-a2.md` 8, 10, 15).
 
-use profidrive::asda_a2::{Alarm, Config, Inputs, Level};
-use profidrive::canopen::NmtState;
-use profidrive::cia402::{Mode, State};
-use profidrive::device::asda_a2_canopen::{AsdaA2, Quirks};
+use profidrive::can_bus::canopen::NmtState;
+use profidrive::can_bus::cia402::{Mode, State};
+use profidrive::devices::asda_a2::canopen::{AsdaA2, Quirks};
+use profidrive::devices::asda_a2::{Alarm, Config, Inputs, Level};
 
 use crate::asda::{NODE, Rig, millis};
 

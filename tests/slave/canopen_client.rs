@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use profidrive::can::{Frame, Id};
-use profidrive::canopen::sdo::client::{SdoClient, Step};
-use profidrive::canopen::{Abort, Address, NmtState, NodeId, Policy, nmt};
+use profidrive::can_bus::can::{Frame, Id};
+use profidrive::can_bus::canopen::sdo::client::{SdoClient, Step};
+use profidrive::can_bus::canopen::{Abort, Address, NmtState, NodeId, Policy, nmt};
 use profidrive::time::Instant;
 
 use crate::canopen_device::rig::Rig;
@@ -105,5 +105,8 @@ fn wrong_toggles_and_lengths_end_the_transfer() {
 fn nmt_commands_as_frames() {
     let frame = nmt::Command::Enter(NmtState::Operational).frame(Some(NodeId::new(5).unwrap()));
     assert_eq!(frame.to_string(), "000#01 05");
-    assert_eq!(nmt::Command::Reset(profidrive::canopen::Reset::Node).frame(None).to_string(), "000#81 00");
+    assert_eq!(
+        nmt::Command::Reset(profidrive::can_bus::canopen::Reset::Node).frame(None).to_string(),
+        "000#81 00"
+    );
 }

@@ -7,11 +7,14 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use profidrive::canopen::check::{self, Problem};
-use profidrive::canopen::dictionary::{self, Entry, Object};
-use profidrive::canopen::eds::{self, Sheet};
-use profidrive::canopen::value::DataType::{U8, U16, U32};
-use profidrive::canopen::{Abort, Address, Index, Policy};
+use profidrive::can_bus::canopen::check;
+use profidrive::can_bus::canopen::check::Problem;
+use profidrive::can_bus::canopen::dictionary;
+use profidrive::can_bus::canopen::dictionary::{Entry, Object};
+use profidrive::can_bus::canopen::eds;
+use profidrive::can_bus::canopen::eds::Sheet;
+use profidrive::can_bus::canopen::value::DataType::{U8, U16, U32};
+use profidrive::can_bus::canopen::{Abort, Address, Index, Policy};
 
 use crate::canopen_device::OBJECTS;
 use crate::canopen_device::rig::Rig;
@@ -207,7 +210,7 @@ fn each_problem_of_a_table_is_found() {
         Object::array(0x2000, "Array", &[Entry::ro(0, "Highest", U8).number(3), Entry::ro(2, "Two", U8)]),
         Object::var(0x2001, &[Entry::rw(0, "Small", U8).number(1).range(0, 256)]),
         Object::var(0x2002, &[Entry::rw(0, "Of the node", U16).node()]),
-        Object::var(0x2003, &[Entry::rw(0, "Nobody", U16).home(profidrive::canopen::Home::Default)]),
+        Object::var(0x2003, &[Entry::rw(0, "Nobody", U16).home(profidrive::can_bus::canopen::Home::Default)]),
     ];
     let mut problems = Vec::new();
     check::each_problem(FAULTY, &mut |problem| problems.push(problem));
@@ -235,10 +238,12 @@ fn the_sheet_is_written_for_python_canopen() {
     let mut table = String::new();
     for object in OBJECTS {
         for entry in object.entries {
-            let value = entry.default_value(profidrive::canopen::NodeId::new(5).unwrap());
+            let value = entry.default_value(profidrive::can_bus::canopen::NodeId::new(5).unwrap());
             let default = match value {
                 _ if entry.default == dictionary::Default::None => String::new(),
-                profidrive::canopen::Value::Octets(octets) => String::from_utf8(octets.to_vec()).unwrap(),
+                profidrive::can_bus::canopen::Value::Octets(octets) => {
+                    String::from_utf8(octets.to_vec()).unwrap()
+                }
                 value => value.to_string(),
             };
             let (index, sub) = (object.index.0, entry.sub.0);

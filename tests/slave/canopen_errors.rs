@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use profidrive::canopen::emcy::Emergency;
-use profidrive::canopen::nmt::NmtState::{Operational, PreOperational, Stopped};
-use profidrive::canopen::policy::ErrorControlRule;
-use profidrive::canopen::{Abort, Event, NodeId, Notice, Policy, Request};
+use profidrive::can_bus::canopen::emcy::Emergency;
+use profidrive::can_bus::canopen::nmt::NmtState::{Operational, PreOperational, Stopped};
+use profidrive::can_bus::canopen::policy::ErrorControlRule;
+use profidrive::can_bus::canopen::{Abort, Event, NodeId, Notice, Policy, Request};
 
 use crate::canopen_device::rig::Rig;
 

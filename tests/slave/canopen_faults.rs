@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
-use profidrive::can::{Frame, Id};
-use profidrive::canopen::faults::{
+use profidrive::can_bus::can::{Frame, Id};
+use profidrive::can_bus::canopen::faults::{
     Action, BootUpFault, Fault, HeartbeatFault, Kind, MAX_FAULTS, SdoFault, Spoiler, TooMany, TpdoFault,
 };
-use profidrive::canopen::{Abort, Address, Policy, Value};
+use profidrive::can_bus::canopen::{Abort, Address, Policy, Value};
 use profidrive::time::Instant;
 
 use crate::canopen_device::Plain;

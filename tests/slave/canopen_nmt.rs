@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
-use profidrive::can::{Frame, Id};
-use profidrive::canopen::nmt::NmtState::{self, Operational, PreOperational, Stopped};
-use profidrive::canopen::{Event, Notice, Policy, Reset};
+use profidrive::can_bus::can::{Frame, Id};
+use profidrive::can_bus::canopen::nmt::NmtState;
+use profidrive::can_bus::canopen::nmt::NmtState::{Operational, PreOperational, Stopped};
+use profidrive::can_bus::canopen::{Event, Notice, Policy, Reset};
 
 use crate::canopen_device::Plain;
 use crate::canopen_device::rig::Rig;
@@ -138,7 +139,7 @@ fn k_06_reset_node_brings_everything_back_and_reset_communication_only_its_objec
 fn k_06_the_node_number_is_read_again_with_a_reset_and_not_before() {
     for command in [0x81, 0x82] {
         let mut rig = Rig::new(Policy::CIA_301);
-        rig.device.node_id = profidrive::canopen::NodeId::new(9).unwrap();
+        rig.device.node_id = profidrive::can_bus::canopen::NodeId::new(9).unwrap();
         assert_eq!(rig.read(0x1800, 1), Ok(0x185));
         assert_eq!(rig.data(0x000, &[command, 5]), ["709#00"]);
         assert_eq!(rig.read(0x1800, 1), Ok(0x189));

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use profidrive::canopen::policy::{EventRule, RtrAnswer, TypeZero};
-use profidrive::canopen::{Abort, Address, Notice, PdoNumber, Policy, Request, Value};
+use profidrive::can_bus::canopen::policy::{EventRule, RtrAnswer, TypeZero};
+use profidrive::can_bus::canopen::{Abort, Address, Notice, PdoNumber, Policy, Request, Value};
 
 use crate::canopen_device::rig::Rig;
 

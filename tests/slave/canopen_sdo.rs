@@ -1,8 +1,8 @@
 //! The SDO server, octet for octet (`canopen-link.md` 5, 13 and 14).
 
-use profidrive::can::{Frame, Id};
-use profidrive::canopen::policy::{OutOfRange, StateCheck, WrongLength};
-use profidrive::canopen::{Abort, Address, Policy, Request};
+use profidrive::can_bus::can::{Frame, Id};
+use profidrive::can_bus::canopen::policy::{OutOfRange, StateCheck, WrongLength};
+use profidrive::can_bus::canopen::{Abort, Address, Policy, Request};
 
 use crate::canopen_device::rig::Rig;
 

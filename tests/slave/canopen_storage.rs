@@ -1,8 +1,8 @@
 //! What a node keeps (`canopen-link.md` 7; page `docs/canopen-conformance.md`).
 
-use profidrive::canopen::policy::{LoadRule, Storing};
-use profidrive::canopen::storage::{ImageError, Memory, NotStored};
-use profidrive::canopen::{Abort, Emergency, Node, NodeId, Policy, Request};
+use profidrive::can_bus::canopen::policy::{LoadRule, Storing};
+use profidrive::can_bus::canopen::storage::{ImageError, Memory, NotStored};
+use profidrive::can_bus::canopen::{Abort, Emergency, Node, NodeId, Policy, Request};
 
 use crate::canopen_device::Plain;
 use crate::canopen_device::rig::Rig;
@@ -17,7 +17,7 @@ fn host(policy: Policy) -> Rig {
     rig
 }
 
-fn image(rig: &mut Rig) -> Option<(profidrive::canopen::storage::Generation, Vec<u8>)> {
+fn image(rig: &mut Rig) -> Option<(profidrive::can_bus::canopen::storage::Generation, Vec<u8>)> {
     let mut room = [0; 2000];
     let request = rig.node.poll_image(&rig.device, &mut room).unwrap()?;
     Some((request.generation, request.octets.to_vec()))

@@ -7,8 +7,8 @@ use crate::long;
 use adversary::{Adversary, Corrupted, Exchange};
 use long::cases;
 use profidrive::client::{Images, Job, Outcome, PkwClient, PkwError, Profile, Reply};
-use profidrive::param::{Pnu, Subindex, Value, Width};
-use profidrive::ppo::Pkw;
+use profidrive::devices::ag03::param::{Pnu, Subindex, Value, Width};
+use profidrive::profibus::ppo::Pkw;
 use profidrive::time::Instant;
 use proptest::prelude::*;
 

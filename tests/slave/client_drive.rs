@@ -5,8 +5,8 @@ use crate::drive_rig;
 
 use drive_rig::{MODELS, Rig};
 use profidrive::client::{Goal, GoalError, Job, Limits, Obstacle, Reply};
-use profidrive::drive::{Direction, Fault, Inputs};
-use profidrive::param::{Model, Pnu, Value, Width};
+use profidrive::devices::ag03::drive::{Direction, Fault, Inputs};
+use profidrive::devices::ag03::param::{Model, Pnu, Value, Width};
 
 #[test]
 fn a_day_of_a_positioning_drive_with_the_words_of_the_flow_chart() {

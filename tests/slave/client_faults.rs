@@ -8,14 +8,15 @@ use std::time::Duration;
 use common::{CFG, IDENT, MASTER, SLAVE, telegram};
 use long::cases;
 use profidrive::client::{Images, Job, PkwClient, PkwError, Profile, Reply};
-use profidrive::device::{Config, Device, MAX_TELEGRAM_LEN};
-use profidrive::fdl::telegram::{Decoded, decode};
-use profidrive::fdl::{Address, FrameCount, FunctionCode, Service, Telegram};
+use profidrive::devices::ag03::param::{Model, Parameter, Pnu, Subindex, Value, Width};
+use profidrive::devices::ag03::profibus::{Config, Device, MAX_TELEGRAM_LEN};
 use profidrive::host::link::fault::Faulty;
 use profidrive::host::link::memory::{End, Wire};
 use profidrive::host::{Clock, Link, ManualClock, Received};
-use profidrive::param::{Model, Parameter, Pnu, Subindex, Value, Width};
-use profidrive::ppo::{self, Outputs, Stw};
+use profidrive::profibus::fdl::telegram::{Decoded, decode};
+use profidrive::profibus::fdl::{Address, FrameCount, FunctionCode, Service, Telegram};
+use profidrive::profibus::ppo;
+use profidrive::profibus::ppo::{Outputs, Stw};
 use proptest::prelude::*;
 
 fn model() -> impl Strategy<Value = Model> {

@@ -10,11 +10,11 @@ use std::time::Duration;
 use common::{Line, SLAVE};
 use long::cases;
 use profidrive::client::{Ag03Channel, DriveClient, Goal, GoalError, GoalOutcome, Job, Limits};
-use profidrive::device::{Config, QUIRKS, Timing};
-use profidrive::drive::{Direction, Fault, Inputs};
-use profidrive::fdl::Address;
-use profidrive::param::{Model, Pnu, Value};
-use profidrive::ppo;
+use profidrive::devices::ag03::drive::{Direction, Fault, Inputs};
+use profidrive::devices::ag03::param::{Model, Pnu, Value};
+use profidrive::devices::ag03::profibus::{Config, QUIRKS, Timing};
+use profidrive::profibus::fdl::Address;
+use profidrive::profibus::ppo;
 use proptest::prelude::*;
 
 const LIMITS: Limits = Limits {

@@ -7,9 +7,9 @@ use std::time::Duration;
 
 use drive_rig::{MODELS, Rig};
 use profidrive::client::{Goal, GoalError, Job, Limits, NotSubmitted, Obstacle, Reply};
-use profidrive::drive::{Direction, Fault, Inputs};
-use profidrive::param::{Model, Pnu, Value, Width};
-use profidrive::ppo;
+use profidrive::devices::ag03::drive::{Direction, Fault, Inputs};
+use profidrive::devices::ag03::param::{Model, Pnu, Value, Width};
+use profidrive::profibus::ppo;
 
 /// Takes the enable input or the supply of the output stage away and gives it back, and nothing may turn then.
 fn lose_and_return(rig: &mut Rig) {

@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
-use profidrive::asda_a2::{Config as AsdaConfig, Level};
-use profidrive::can::{Frame, Id};
-use profidrive::canopen::{Abort, Address, NmtState, NodeId};
+use profidrive::can_bus::can::{Frame, Id};
+use profidrive::can_bus::canopen::{Abort, Address, NmtState, NodeId};
 use profidrive::client::{NodeClient, NodeGoal, NodeLimits, NodeOutcome, NodeTrouble};
-use profidrive::device::CanopenDevice;
-use profidrive::device::ag03_canopen::{Ag03Node, Config};
-use profidrive::device::asda_a2_canopen::{AsdaA2, Quirks};
+use profidrive::devices::CanopenDevice;
+use profidrive::devices::ag03::canopen::{Ag03Node, Config};
+use profidrive::devices::asda_a2::canopen::{AsdaA2, Quirks};
+use profidrive::devices::asda_a2::{Config as AsdaConfig, Level};
 use profidrive::time::Instant;
 
 const NODE: u8 = 5;

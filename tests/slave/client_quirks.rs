@@ -4,9 +4,9 @@ use crate::drive_rig;
 
 use drive_rig::{MODELS, Rig};
 use profidrive::client::{Goal, GoalError, Obstacle};
-use profidrive::device::QUIRKS;
-use profidrive::drive::{Direction, Fault, Inputs};
-use profidrive::param::{Model, Value};
+use profidrive::devices::ag03::drive::{Direction, Fault, Inputs};
+use profidrive::devices::ag03::param::{Model, Value};
+use profidrive::devices::ag03::profibus::QUIRKS;
 
 /// Travels in both directions, to where it is, refused ones, interrupted ones; inching; velocities; a fault.
 fn work(rig: &mut Rig) {

@@ -1,14 +1,15 @@
 //! The AG03/1 on CANopen: NMT, error control, PDOs and ranges as the device has them, and what is on its housing: LEDs,
 //! keys, DIP switches, supply, gear (`canopen-ag03.md` 1, 3, 5, 6, 17; page `docs/canopen-conformance.md`).
 
-use profidrive::can::{Frame, Id};
-use profidrive::canopen::dictionary::{self, Access, Limits};
-use profidrive::canopen::{NmtState, NodeId};
-use profidrive::device::ag03_canopen::objects::objects;
-use profidrive::device::ag03_canopen::state::State;
-use profidrive::device::ag03_canopen::{Ag03Node, Config};
-use profidrive::param::Gear;
-use profidrive::unit::DipSwitches;
+use profidrive::can_bus::can::{Frame, Id};
+use profidrive::can_bus::canopen::dictionary;
+use profidrive::can_bus::canopen::dictionary::{Access, Limits};
+use profidrive::can_bus::canopen::{NmtState, NodeId};
+use profidrive::devices::ag03::canopen::objects::objects;
+use profidrive::devices::ag03::canopen::state::State;
+use profidrive::devices::ag03::canopen::{Ag03Node, Config};
+use profidrive::devices::ag03::param::Gear;
+use profidrive::devices::ag03::unit::DipSwitches;
 
 use crate::ag03_node::{Rig, config};
 
@@ -408,7 +409,7 @@ fn the_gear_24_is_told_and_turns_twice_as_fast() {
         assert_eq!(rig.read(0x60FF, 0), Ok(rpm.cast_unsigned()), "CN-35: limited to the most of the gear");
         assert_eq!(rig.read(0x606C, 0), Ok(rpm.cast_unsigned()));
     }
-    let at = profidrive::canopen::Address::new(0x2410, 5);
+    let at = profidrive::can_bus::canopen::Address::new(0x2410, 5);
     let limits = |gear| dictionary::entry(objects(gear), at).unwrap().limits;
     assert_eq!(limits(Gear::Ratio24), Limits::Range(1, 200));
 }

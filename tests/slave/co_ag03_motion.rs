@@ -3,8 +3,8 @@
 
 use std::time::Duration;
 
-use profidrive::device::ag03_canopen::state::State;
-use profidrive::drive::Motor;
+use profidrive::devices::ag03::canopen::state::State;
+use profidrive::devices::ag03::drive::Motor;
 
 use crate::ag03_node::Rig;
 

@@ -1,15 +1,16 @@
 //! The AG03/1 on CANopen: objects, NMT, state machine, emergencies (`canopen-ag03.md` 13, 14, 17; page
 //! `docs/canopen-conformance.md`).
 
-use profidrive::can::ErrorState;
-use profidrive::canopen::dictionary::{self, Access};
-use profidrive::canopen::{Address, NodeId};
-use profidrive::device::ag03_canopen::Ag03Node;
-use profidrive::device::ag03_canopen::objects::objects;
-use profidrive::device::ag03_canopen::state::State;
-use profidrive::drive::{Fault, Motor};
-use profidrive::param::Gear;
-use profidrive::unit::Eeprom;
+use profidrive::can_bus::can::ErrorState;
+use profidrive::can_bus::canopen::dictionary;
+use profidrive::can_bus::canopen::dictionary::Access;
+use profidrive::can_bus::canopen::{Address, NodeId};
+use profidrive::devices::ag03::canopen::Ag03Node;
+use profidrive::devices::ag03::canopen::objects::objects;
+use profidrive::devices::ag03::canopen::state::State;
+use profidrive::devices::ag03::drive::{Fault, Motor};
+use profidrive::devices::ag03::param::Gear;
+use profidrive::devices::ag03::unit::Eeprom;
 
 use crate::ag03_node::{Rig, config};
 
@@ -318,7 +319,7 @@ fn ax_01_an_answer_waits_until_the_value_is_safe_or_refuses_it() {
     ] {
         assert_eq!(rig.sdo_answers(request), [[0; 8]; 0], "{index:04X}h");
         let image = rig.node.poll_image().unwrap();
-        rig.node.handle_stored(rig.now, image.generation, Err(profidrive::unit::NotStored));
+        rig.node.handle_stored(rig.now, image.generation, Err(profidrive::devices::ag03::unit::NotStored));
         let [_, a, b, c, ..] = request;
         assert_eq!(rig.answers(), [[0x80, a, b, c, 0, 0, 0x06, 0x06]]);
         if index != 0x1800 {

@@ -5,8 +5,9 @@ use crate::common;
 use std::time::Duration;
 
 use common::{CFG, IDENT, Line, MASTER, RR, RS, Reply, SLAVE};
-use profidrive::device::Event;
-use profidrive::dp::{self, State};
+use profidrive::devices::ag03::profibus::Event;
+use profidrive::profibus::dp;
+use profidrive::profibus::dp::State;
 
 const OTHER: u8 = 3;
 /// STW 000B: ON, no OFF2, enable operation.

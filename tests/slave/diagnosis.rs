@@ -4,8 +4,8 @@
 mod io_station;
 use crate::slave_line;
 
-use profidrive::dp::ext_diag::{Block, Channel, ChannelError, Direction, ExtDiag, Width};
-use profidrive::dp::{Description, Policy};
+use profidrive::profibus::dp::ext_diag::{Block, Channel, ChannelError, Direction, ExtDiag, Width};
+use profidrive::profibus::dp::{Description, Policy};
 use slave_line::{Answer, IO, MASTER, OTHER, PRM, SlaveLine, accepting};
 
 fn short_circuit() -> ExtDiag {

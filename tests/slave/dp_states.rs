@@ -9,9 +9,9 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use profidrive::dp::policy::ApplicationReady;
-use profidrive::dp::{CfgTicket, Policy, State, Station, StoredAddress};
-use profidrive::fdl::{Address, FrameCount, FunctionCode, Service};
+use profidrive::profibus::dp::policy::ApplicationReady;
+use profidrive::profibus::dp::{CfgTicket, Policy, State, Station, StoredAddress};
+use profidrive::profibus::fdl::{Address, FrameCount, FunctionCode, Service};
 use slave_line::{ACCEPTS, Answer, BAUD, CFG, IO, MASTER, OTHER, PRM, SLAVE, SlaveLine, answer, telegram};
 
 /// Lock with Sync and Freeze.

@@ -6,10 +6,10 @@ use crate::common;
 use std::time::Duration;
 
 use common::Line;
-use profidrive::device::{Config, Timing};
-use profidrive::drive::Inputs;
-use profidrive::fdl::Address;
-use profidrive::param::{Gear, Model};
+use profidrive::devices::ag03::drive::Inputs;
+use profidrive::devices::ag03::param::{Gear, Model};
+use profidrive::devices::ag03::profibus::{Config, Timing};
+use profidrive::profibus::fdl::Address;
 
 const READ_SSW: [u16; 4] = [0x13FC, 0, 0, 0];
 const READ_GENERAL_STATUS: [u16; 4] = [0x1407, 0, 0, 0];

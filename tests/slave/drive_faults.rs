@@ -5,10 +5,10 @@ use crate::common;
 use std::time::Duration;
 
 use common::Line;
-use profidrive::device::{Config, Leds, Timing};
-use profidrive::drive::{Fault, Inputs, StatusLed, leds};
-use profidrive::fdl::Address;
-use profidrive::param::{Gear, Model};
+use profidrive::devices::ag03::drive::{Fault, Inputs, StatusLed, leds};
+use profidrive::devices::ag03::param::{Gear, Model};
+use profidrive::devices::ag03::profibus::{Config, Leds, Timing};
+use profidrive::profibus::fdl::Address;
 
 const FAULT: u16 = 0x0008;
 const TURN_ON_DISABLED: u16 = 0x0040;
@@ -369,7 +369,7 @@ fn the_leds_tell_the_models_apart() {
 
 #[test]
 fn a_factory_reset_blinks_both_leds_alternately_and_a_drive_that_is_off_shows_nothing() {
-    use profidrive::device::{DipSwitches, Power};
+    use profidrive::devices::ag03::profibus::{DipSwitches, Power};
 
     let mut drive = Drive::enabled(Model::Ag03_1);
     let now = drive.line.now;

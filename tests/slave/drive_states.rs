@@ -5,9 +5,9 @@ use crate::common;
 use std::time::Duration;
 
 use common::{IDENT, Line, MASTER};
-use profidrive::device::Event;
-use profidrive::drive::{Fault, Inputs};
-use profidrive::param::Parameter;
+use profidrive::devices::ag03::drive::{Fault, Inputs};
+use profidrive::devices::ag03::param::Parameter;
+use profidrive::devices::ag03::profibus::Event;
 
 /// Mask and value of the printed patterns (`ag03.md` 5).
 const READY_TO_RUN: (u16, u16) = (0xAB6F, 0x2B23);

@@ -6,11 +6,11 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use profidrive::device::bits::{Bit, Role, Word, bits};
-use profidrive::dp::chk_cfg::{COUNT, IdentifierBit, LENGTH, NOT_COMPARED, SpecialBit};
-use profidrive::dp::{ControlBit, DiagBit, PrmBit, Service};
-use profidrive::drive::Mode;
-use profidrive::param::{Model, TABLE};
+use profidrive::devices::ag03::drive::Mode;
+use profidrive::devices::ag03::param::{Model, TABLE};
+use profidrive::devices::ag03::profibus::bits::{Bit, Role, Word, bits};
+use profidrive::profibus::dp::chk_cfg::{COUNT, IdentifierBit, LENGTH, NOT_COMPARED, SpecialBit};
+use profidrive::profibus::dp::{ControlBit, DiagBit, PrmBit, Service};
 
 #[test]
 fn no_bit_of_a_word_is_named_by_its_number() {

@@ -5,15 +5,15 @@ use crate::slave_line;
 
 use std::time::Duration;
 
-use profidrive::dp::application::Expected;
-use profidrive::dp::ext_diag::Block;
-use profidrive::dp::policy::{ApplicationReady, SetPrmInDataExch};
-use profidrive::dp::{
+use profidrive::profibus::dp::application::Expected;
+use profidrive::profibus::dp::ext_diag::Block;
+use profidrive::profibus::dp::policy::{ApplicationReady, SetPrmInDataExch};
+use profidrive::profibus::dp::{
     Application, CfgFault, CfgTicket, Description, Event, ExtDiag, Fixed, Policy, PrmFault, Reason, Refusal,
     State, Station,
 };
-use profidrive::fdl::telegram::Format;
-use profidrive::fdl::{Address, DataTelegram, FrameCount, FunctionCode, Sap, Service};
+use profidrive::profibus::fdl::telegram::Format;
+use profidrive::profibus::fdl::{Address, DataTelegram, FrameCount, FunctionCode, Sap, Service};
 use profidrive::time::Instant;
 use proptest::prelude::*;
 use slave_line::{
@@ -44,7 +44,8 @@ fn x_08_no_exchange_and_no_look_in_between_sees_half_a_pattern() {
         let pattern = patterns[round % 2];
         let octets = line.srd(SLAVE, MASTER, None, &pattern);
         // The application writes and reads after every few octets on the line.
-        let mut framer = profidrive::fdl::Framer::new(profidrive::fdl::Resync::Idle(BAUD));
+        let mut framer =
+            profidrive::profibus::fdl::Framer::new(profidrive::profibus::fdl::Resync::Idle(BAUD));
         line.now = line.now.saturating_add(Duration::from_micros(400));
         for (step, chunk) in octets.chunks(1 + round % 50).enumerate() {
             line.station.set_inputs(&[(step % 256) as u8; 244]);
@@ -348,7 +349,8 @@ fn f_10_of_two_requests_without_pause_the_second_is_answered_or_none() {
     let second = srd(59, FrameCount::Even);
     for gap in 0..33 {
         let mut station = SlaveLine::new(IO);
-        let mut framer = profidrive::fdl::Framer::new(profidrive::fdl::Resync::Idle(BAUD));
+        let mut framer =
+            profidrive::profibus::fdl::Framer::new(profidrive::profibus::fdl::Resync::Idle(BAUD));
         let mut now = Instant::from_millis(1);
         let mut replies = Vec::new();
         for octets in [&first, &second] {

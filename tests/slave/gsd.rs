@@ -3,12 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use gsd_parser::{GenericStationDescription, SupportedSpeeds};
-use profidrive::device::{CONFIGURATIONS, DEFAULT_APPLICATION_CYCLE, DESCRIPTION, IDENT_NUMBER};
-use profidrive::dp;
+use profidrive::devices::ag03::profibus::{
+    CONFIGURATIONS, DEFAULT_APPLICATION_CYCLE, DESCRIPTION, IDENT_NUMBER,
+};
+use profidrive::profibus::dp;
 use profidrive::time::BaudRate;
 
 /// Octets of one Data_Exchange in each direction.
-const PPO: u8 = profidrive::ppo::PPO_LEN as u8;
+const PPO: u8 = profidrive::profibus::ppo::PPO_LEN as u8;
 
 fn path() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("gsd/SIKO0AC5.GSD")

@@ -1,8 +1,8 @@
 //! Stations from device files on the bus: the golden cases of `docs/reference/gsd.md` 8, and the files of `tests/gsd`.
 
-use profidrive::dp::{Application, Policy as DpPolicy, State, Station as DpStation};
-use profidrive::fdl::Address;
 use profidrive::gsd::{CodePage, Gsd, Level, Policy, ReadError, Station};
+use profidrive::profibus::dp::{Application, Policy as DpPolicy, State, Station as DpStation};
+use profidrive::profibus::fdl::Address;
 use profidrive::time::BaudRate;
 
 use crate::slave_line::{Answer, MASTER, SLAVE, SlaveLine};
@@ -20,7 +20,10 @@ fn line(gsd: &Gsd, policy: Policy) -> SlaveLine<Station> {
     let description = application.description();
     assert!(description.rates.contains(BaudRate::K9_6));
     // The line of these tests is faster than the device of the reference.
-    let description = profidrive::dp::Description { rates: profidrive::fdl::Rates::CUSTOMARY, ..description };
+    let description = profidrive::profibus::dp::Description {
+        rates: profidrive::profibus::fdl::Rates::CUSTOMARY,
+        ..description
+    };
     let address = Address::station(SLAVE).unwrap();
     let station = DpStation::new(address, BaudRate::K12000, None, description, application);
     SlaveLine::of(station.with_policy(DpPolicy::PROPOSED))

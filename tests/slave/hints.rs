@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use profidrive::device::hint::PAUSE;
-use profidrive::device::{Config, Event};
-use profidrive::drive::{Fault, Inputs};
-use profidrive::param::Value;
+use profidrive::devices::ag03::drive::{Fault, Inputs};
+use profidrive::devices::ag03::param::Value;
+use profidrive::devices::ag03::profibus::hint::PAUSE;
+use profidrive::devices::ag03::profibus::{Config, Event};
 
 use crate::common::{CFG, IDENT, MASTER, Reply};
 use crate::told::{CYCLE, PRM, Told, address};

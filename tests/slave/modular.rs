@@ -4,9 +4,9 @@ use core::fmt;
 use std::time::Duration;
 
 use crate::slave_line::{Answer, IO, MASTER, OTHER, SlaveLine};
-use profidrive::dp::application::Expected;
-use profidrive::dp::policy::ApplicationReady;
-use profidrive::dp::{Application, Description, Event, Policy, Reason, Refusal, State};
+use profidrive::profibus::dp::application::Expected;
+use profidrive::profibus::dp::policy::ApplicationReady;
+use profidrive::profibus::dp::{Application, Description, Event, Policy, Reason, Refusal, State};
 
 /// A module as the station's file describes it.
 struct Module {

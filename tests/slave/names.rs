@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::layers::{files_of, tokens};
 
 /// Parts of a layer that say of another device or bus what the layer says of its own, in the same words: the module says
-/// which one is meant, `ap10_canopen::Quirks`.
+/// which one is meant, `ap10::canopen::Quirks`.
 const PARTS: &[&str] =
     &["device/ag03_canopen", "device/ap10_canopen", "device/asda_a2_canopen", "device/ppo_drive", "host/can"];
 
@@ -93,13 +93,13 @@ fn no_type_of_ours_is_imported_under_another_name() {
 #[test]
 fn other_names_are_seen_in_every_form() {
     for (code, seen) in [
-        ("use crate::unit::Event as UnitEvent;", "Event as UnitEvent"),
+        ("use crate::devices::ag03::unit::Event as UnitEvent;", "Event as UnitEvent"),
         ("pub use super::{a, b::{Event as UnitEvent, Power}};", "Event as UnitEvent"),
-        ("use profidrive::drive::{self, Inputs as Plant};", "Inputs as Plant"),
-        ("use crate::dp::application::Application as _;", ""),
+        ("use profidrive::devices::ag03::drive::{self, Inputs as Plant};", "Inputs as Plant"),
+        ("use crate::profibus::dp::application::Application as _;", ""),
         ("use super::ppo_drives::parameters as ppo_parameters;", ""),
         ("use std::net::TcpStream as Socket;", ""),
-        ("fn f() { use crate::param::Unit as U; }", ""),
+        ("fn f() { use crate::devices::ag03::param::Unit as U; }", ""),
     ] {
         assert_eq!(renamed(&tokens(code)).join(", "), seen, "{code}");
     }

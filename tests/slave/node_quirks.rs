@@ -4,9 +4,12 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use profidrive::can::{Frame, Id};
-use profidrive::canopen::NodeId;
-use profidrive::device::{Quirk, Surroundings, ag03_canopen, ap10_canopen, asda_a2_canopen};
+use profidrive::can_bus::can::{Frame, Id};
+use profidrive::can_bus::canopen::NodeId;
+use profidrive::devices::ag03;
+use profidrive::devices::ap10;
+use profidrive::devices::asda_a2;
+use profidrive::face::{Quirk, Surroundings};
 use profidrive::time::Instant;
 
 /// A quirk whatever it is of: name, register, values, what it decides.
@@ -19,9 +22,9 @@ fn rows<C>(table: &'static [Quirk<C>]) -> Vec<Row> {
 /// Each device: its reference and the heading of its doubts, the heading of its part of the document, its quirks.
 fn devices() -> [(&'static str, &'static str, &'static str, Vec<Row>); 4] {
     [
-        ("canopen-ag03.md", "## 16. Open points", "### AG03/1", rows(ag03_canopen::QUIRKS)),
-        ("canopen-ap10.md", "## 17. Open points", "### AP10", rows(ap10_canopen::QUIRKS)),
-        ("canopen-asda-a2.md", "## 14. Open points", "### ASDA-A2", rows(asda_a2_canopen::QUIRKS)),
+        ("canopen-ag03.md", "## 16. Open points", "### AG03/1", rows(ag03::canopen::QUIRKS)),
+        ("canopen-ap10.md", "## 17. Open points", "### AP10", rows(ap10::canopen::QUIRKS)),
+        ("canopen-asda-a2.md", "## 14. Open points", "### ASDA-A2", rows(asda_a2::canopen::QUIRKS)),
         ("canopen-link.md", "## 16. Doubts", "### The bus and its adapters", Vec::new()),
     ]
 }
@@ -98,10 +101,10 @@ fn the_tables_of_the_document_are_those_of_the_code() {
 /// What an AG03/1 with a quirk answers to reading 1000h, and the EMCY of fault F.
 fn answers(quirk: &str, value: &str) -> [Vec<String>; 2] {
     let now = Instant::from_millis(1);
-    let mut config = ag03_canopen::Config::new(NodeId::new(5).unwrap());
+    let mut config = ag03::canopen::Config::new(NodeId::new(5).unwrap());
     config.set_quirk(quirk, value).unwrap();
-    let mut node = ag03_canopen::Ag03Node::new(config, now);
-    let drain = |node: &mut ag03_canopen::Ag03Node| -> Vec<String> {
+    let mut node = ag03::canopen::Ag03Node::new(config, now);
+    let drain = |node: &mut ag03::canopen::Ag03Node| -> Vec<String> {
         std::iter::from_fn(|| node.poll_transmit(now)).map(|frame| frame.to_string()).collect()
     };
     drain(&mut node);

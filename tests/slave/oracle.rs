@@ -11,11 +11,11 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 use long::long;
-use profidrive::fdl::telegram::{Decoded, Format, decode};
-use profidrive::fdl::{
+use profidrive::profibus::fdl::telegram::{Decoded, Format, decode};
+use profidrive::profibus::fdl::{
     Address, DataTelegram, FrameError, Function, FunctionCode, MAX_TELEGRAM_LEN, Sap, Telegram,
 };
-use profidrive::ppo::{Ind, Inputs, JobId, Outputs, PPO_LEN, Pke, Pkw, ReplyId, Stw, Zsw};
+use profidrive::profibus::ppo::{Ind, Inputs, JobId, Outputs, PPO_LEN, Pke, Pkw, ReplyId, Stw, Zsw};
 use profirust::fdl as theirs;
 use proptest::collection::vec;
 use proptest::prelude::*;

@@ -5,14 +5,14 @@ mod example;
 
 use example::OwnDrive;
 use profidrive::client::{ErrorCode, Job, PkwClient, PkwError, Profile, Reply};
-use profidrive::fdl::telegram::{Decoded, decode};
-use profidrive::fdl::{
+use profidrive::devices::ag03::param::{Pnu, Subindex, Value};
+use profidrive::host::Participant;
+use profidrive::profibus::fdl::telegram::{Decoded, decode};
+use profidrive::profibus::fdl::{
     Address, DataTelegram, FrameCount, FunctionCode, MAX_TELEGRAM_LEN, Sap, Service, Telegram,
 };
-use profidrive::host::Participant;
-use profidrive::param::{Pnu, Subindex, Value};
-use profidrive::pkw::ErrorNumber;
-use profidrive::ppo::Pkw;
+use profidrive::profibus::pkw::ErrorNumber;
+use profidrive::profibus::ppo::Pkw;
 use profidrive::time::Instant;
 
 /// The data of what comes back; a short acknowledgement has none.
@@ -45,7 +45,7 @@ fn a_client_reads_and_writes_parameters_of_a_drive_of_ones_own() {
     let mut now = Instant::from_millis(1);
     let mut drive = OwnDrive::new(Address::station(5).unwrap());
     ask(&mut drive, &mut now, Some(61), &[0x80, 1, 1, 11, 0x4F, 0x44, 0]);
-    ask(&mut drive, &mut now, Some(62), profidrive::ppo::PpoType::Ppo1.configuration());
+    ask(&mut drive, &mut now, Some(62), profidrive::profibus::ppo::PpoType::Ppo1.configuration());
 
     let mut client = PkwClient::new(Profile::PROFIDRIVE);
     let mut run = |job: Job| {

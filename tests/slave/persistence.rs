@@ -5,16 +5,16 @@ use crate::common;
 use std::time::Duration;
 
 use common::{Line, MASTER, Reply};
-use profidrive::device::dip::Terminator;
-use profidrive::device::{
+use profidrive::devices::ag03::drive::{Fault, Inputs};
+use profidrive::devices::ag03::param::{DefaultSet, Gear, Model, Parameter, parameters};
+use profidrive::devices::ag03::profibus::dip::Terminator;
+use profidrive::devices::ag03::profibus::{
     Config, Device, DipSwitches, Eeprom, Event, ImageError, ImageOctets, NotStored, Power, StoreRequest,
     Timing,
 };
-use profidrive::dp;
-use profidrive::drive::{Fault, Inputs};
-use profidrive::fdl::Address;
-use profidrive::param::{DefaultSet, Gear, Model, Parameter, parameters};
-use profidrive::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
+use profidrive::profibus::dp;
+use profidrive::profibus::fdl::Address;
+use profidrive::profibus::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
 use proptest::prelude::*;
 
 mod switches;
@@ -427,8 +427,10 @@ fn a_write_past_the_bus_stays_when_one_before_it_cannot_be_stored() {
     stored(&mut line, Ok(()));
     job(&mut line, write_word(1004, 77));
     for (number, value) in [(1003, 60), (1035, 70)] {
-        let number = profidrive::param::Pnu::new(number).unwrap();
-        line.device.write_parameter(line.now, number, None, profidrive::param::Value::Word(value)).unwrap();
+        let number = profidrive::devices::ag03::param::Pnu::new(number).unwrap();
+        line.device
+            .write_parameter(line.now, number, None, profidrive::devices::ag03::param::Value::Word(value))
+            .unwrap();
     }
     stored(&mut line, Err(NotStored));
     let store = line.device.parameters();

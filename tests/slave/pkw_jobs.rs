@@ -6,11 +6,11 @@ use crate::common;
 use std::time::Duration;
 
 use common::{Line, hex};
-use profidrive::device::{ApplicationCycle, Config, Device, Event, Timing};
-use profidrive::drive::{Fault, Inputs};
-use profidrive::fdl::Address;
-use profidrive::param::{Model, Parameter};
-use profidrive::pkw;
+use profidrive::devices::ag03::drive::{Fault, Inputs};
+use profidrive::devices::ag03::param::{Model, Parameter};
+use profidrive::devices::ag03::profibus::{ApplicationCycle, Config, Device, Event, Timing};
+use profidrive::profibus::fdl::Address;
+use profidrive::profibus::pkw;
 
 /// STW 000B and 003B with a PKW job before them.
 const ENABLE: u16 = 0x000B;

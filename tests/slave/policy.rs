@@ -4,13 +4,14 @@ use crate::slave_line;
 
 use std::time::Duration;
 
-use profidrive::dp::policy::{
+use profidrive::profibus::dp::policy::{
     ApplicationReady, DefaultAddress, EmptyRead, FeedsWatchdog, NoEffect, NotSupported, SetPrmInDataExch,
     ShortMinTsdr, WatchdogFactorZero, WrongOutputLength,
 };
-use profidrive::dp::{Description, Event, Fixed, Policy, State, Station};
-use profidrive::fdl::station::NotOffered;
-use profidrive::fdl::{self, FrameCount, FunctionCode, Service};
+use profidrive::profibus::dp::{Description, Event, Fixed, Policy, State, Station};
+use profidrive::profibus::fdl;
+use profidrive::profibus::fdl::station::NotOffered;
+use profidrive::profibus::fdl::{FrameCount, FunctionCode, Service};
 use slave_line::{
     ACCEPTS, Answer, BAUD, CFG, IO, MASTER, OTHER, PRM, RR, RS, SLAVE, SlaveLine, accepting, telegram,
 };
@@ -44,7 +45,7 @@ fn every_field_has_a_test_of_its_name_and_a_line_in_the_document() {
     };
     let (tests, document) = (read("tests/slave/policy.rs"), read("docs/conformance.md"));
     let mut fields = Vec::new();
-    for (file, prefix) in [("src/dp/policy.rs", ""), ("src/fdl/station.rs", "fdl.")] {
+    for (file, prefix) in [("src/profibus/dp/policy.rs", ""), ("src/profibus/fdl/station.rs", "fdl.")] {
         let text = read(file);
         let body = text.split_once("pub struct Policy {").unwrap().1.split_once("\n}").unwrap().0;
         let names = body.lines().filter_map(|line| line.trim().strip_prefix("pub ")?.split_once(':'));
@@ -264,7 +265,7 @@ fn w_03_a_retry_feeds_no_more_than_what_it_repeats() {
 fn a_01_default_address() {
     let everything = Policy { default_address: DefaultAddress::Everything, ..DEFAULT };
     for (policy, closed) in [(DEFAULT, true), (everything, false)] {
-        let stored = profidrive::dp::StoredAddress::DELIVERED;
+        let stored = profidrive::profibus::dp::StoredAddress::DELIVERED;
         let max_tsdr = Some(BAUD.max_tsdr_bits());
         let station = Station::restored(stored, &[], BAUD, max_tsdr, IO, ACCEPTS).with_policy(policy);
         let mut line = SlaveLine::of(station);

@@ -3,17 +3,17 @@
 use profidrive::client::{
     ErrorCode, Job, PkwClient, PkwError, PpoClient, PpoGoal, PpoGoalError, PpoLimits, Profile, Reply,
 };
-use profidrive::device::ppo_drive::{CONFIGURATIONS, IDENT_NUMBER, PpoDrive, PpoOnly};
-use profidrive::dp::{Description, Fixed, State as DpState};
-use profidrive::fdl::telegram::{Decoded, decode};
-use profidrive::fdl::{
+use profidrive::devices::ag03::param::{Pnu, Subindex, Value};
+use profidrive::devices::ppo_drive::State;
+use profidrive::devices::ppo_drive::profibus::{CONFIGURATIONS, IDENT_NUMBER, PpoDrive, PpoOnly};
+use profidrive::devices::ppo_drive::table::Table;
+use profidrive::profibus::dp::{Description, Fixed, State as DpState};
+use profidrive::profibus::fdl::telegram::{Decoded, decode};
+use profidrive::profibus::fdl::{
     Address, DataTelegram, FrameCount, FunctionCode, MAX_TELEGRAM_LEN, Sap, Service, Telegram,
 };
-use profidrive::param::{Pnu, Subindex, Value};
-use profidrive::pkw::ErrorNumber;
-use profidrive::ppo::{Pkw, PpoType};
-use profidrive::ppo_drive::State;
-use profidrive::ppo_drive::table::Table;
+use profidrive::profibus::pkw::ErrorNumber;
+use profidrive::profibus::ppo::{Pkw, PpoType};
 use profidrive::time::{BaudRate, Instant};
 use proptest::prelude::*;
 
@@ -70,7 +70,7 @@ impl Rig {
         let octets = request.encode(&mut buf).unwrap();
         let Decoded::Telegram { telegram, .. } = decode(octets) else { panic!("{octets:02X?}") };
         let said = &mut self.said;
-        let mut news = |event: profidrive::device::Event| said.push(event.to_string());
+        let mut news = |event: profidrive::devices::ag03::profibus::Event| said.push(event.to_string());
         self.drive.handle_telegram(self.now, &telegram, &mut news);
         self.now = Instant::from_nanos(self.now.as_nanos() + 50_000);
         let mut reply = [0; MAX_TELEGRAM_LEN];

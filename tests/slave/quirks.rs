@@ -8,11 +8,13 @@ use std::path::Path;
 use std::time::Duration;
 
 use common::Line;
-use profidrive::device::{
-    Config, DipSwitches, QUIRKS, Quirk, Timing, ag03_canopen, ap10_canopen, asda_a2_canopen,
-};
-use profidrive::fdl::Address;
-use profidrive::param::Model;
+use profidrive::devices::ag03;
+use profidrive::devices::ag03::param::Model;
+use profidrive::devices::ag03::profibus::{Config, DipSwitches, QUIRKS, Timing};
+use profidrive::devices::ap10;
+use profidrive::devices::asda_a2;
+use profidrive::face::Quirk;
+use profidrive::profibus::fdl::Address;
 
 /// A drive in Data_Exchange with a quirk.
 struct Drive {
@@ -192,7 +194,7 @@ fn a_quirk_of_the_drive_reaches_it() {
 
 #[test]
 fn quirk_reset_patterns_decides_which_switches_ask_for_a_factory_reset() {
-    use profidrive::param::DefaultSet;
+    use profidrive::devices::ag03::param::DefaultSet;
     let requested = |value: &str, number: u16| {
         let mut config = Config::new(Address::station(5).unwrap());
         config.set_quirk("reset-patterns", value).unwrap();
@@ -222,8 +224,8 @@ fn the_document_lists_the_quirks_of_the_code_and_no_other() {
         quirks.iter().map(|quirk| [quirk.name.into(), quirk.register.into(), quirk.values.join(", ")])
     }
     let known = of(QUIRKS)
-        .chain(of(ag03_canopen::QUIRKS))
-        .chain(of(ap10_canopen::QUIRKS))
-        .chain(of(asda_a2_canopen::QUIRKS));
+        .chain(of(ag03::canopen::QUIRKS))
+        .chain(of(ap10::canopen::QUIRKS))
+        .chain(of(asda_a2::canopen::QUIRKS));
     assert_eq!(documented, known.collect());
 }

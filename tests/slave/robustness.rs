@@ -5,10 +5,10 @@ use crate::common;
 use std::time::Duration;
 
 use common::{Line, MASTER, Reply, hex};
-use profidrive::device::{Config, DESCRIPTION, Device, MAX_TELEGRAM_LEN, Timing};
-use profidrive::dp::State;
-use profidrive::drive::Inputs;
-use profidrive::fdl::Address;
+use profidrive::devices::ag03::drive::Inputs;
+use profidrive::devices::ag03::profibus::{Config, DESCRIPTION, Device, MAX_TELEGRAM_LEN, Timing};
+use profidrive::profibus::dp::State;
+use profidrive::profibus::fdl::Address;
 use profidrive::time::Instant;
 use proptest::prelude::*;
 

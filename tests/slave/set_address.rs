@@ -2,8 +2,8 @@
 
 use crate::slave_line;
 
-use profidrive::dp::{AddressFault, Description, Event, Policy, State, Station, StoredAddress};
-use profidrive::fdl::Address;
+use profidrive::profibus::dp::{AddressFault, Description, Event, Policy, State, Station, StoredAddress};
+use profidrive::profibus::fdl::Address;
 use slave_line::{ACCEPTS, Answer, BAUD, IO, MASTER, OTHER, PRM, RS, SLAVE, SlaveLine, answer};
 
 fn address(number: u8) -> Address {

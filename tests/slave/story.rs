@@ -9,10 +9,10 @@ use std::path::Path;
 use std::time::Duration;
 
 use common::{CFG, MASTER, Reply};
-use profidrive::device::Event;
-use profidrive::drive::{Fault, Inputs, Mode};
-use profidrive::param::{Pnu, Value};
-use profidrive::unit;
+use profidrive::devices::ag03::drive::{Fault, Inputs, Mode};
+use profidrive::devices::ag03::param::{Pnu, Value};
+use profidrive::devices::ag03::profibus::Event;
+use profidrive::devices::ag03::unit;
 use told::{CYCLE, PRM, Told};
 
 #[test]

@@ -3,10 +3,10 @@
 use std::time::Duration;
 
 use crate::common::{IDENT, Line};
-use profidrive::device::{Config, Event};
-use profidrive::drive::Inputs;
-use profidrive::fdl::Address;
-use profidrive::param::{Pnu, Value};
+use profidrive::devices::ag03::drive::Inputs;
+use profidrive::devices::ag03::param::{Pnu, Value};
+use profidrive::devices::ag03::profibus::{Config, Event};
+use profidrive::profibus::fdl::Address;
 
 /// The outputs are sent this often, well below the watchdog time.
 pub(crate) const CYCLE: Duration = Duration::from_millis(20);

@@ -1,7 +1,7 @@
 //! Octets of telegrams, for the scripted masters of the tests.
 
-use profidrive::device::MAX_TELEGRAM_LEN;
-use profidrive::fdl::{Address, DataTelegram, FunctionCode, Sap};
+use profidrive::devices::ag03::profibus::MAX_TELEGRAM_LEN;
+use profidrive::profibus::fdl::{Address, DataTelegram, FunctionCode, Sap};
 
 /// Octets of a text like "68 05 05".
 pub(crate) fn hex(text: &str) -> Vec<u8> {

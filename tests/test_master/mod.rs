@@ -18,8 +18,8 @@ use core::time::Duration;
 use std::collections::VecDeque;
 
 use profidrive::bench::Master;
-use profidrive::fdl::telegram::{Decoded, decode};
-use profidrive::fdl::{Address, MAX_TELEGRAM_LEN};
+use profidrive::profibus::fdl::telegram::{Decoded, decode};
+use profidrive::profibus::fdl::{Address, MAX_TELEGRAM_LEN};
 use profidrive::time::{BaudRate, Instant, SYN_BITS};
 
 pub(crate) mod mistakes;

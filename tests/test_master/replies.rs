@@ -1,8 +1,8 @@
 //! What the test master makes of replies.
 
-use profidrive::dp::Diagnosis;
-use profidrive::fdl::telegram::{Decoded, decode};
-use profidrive::fdl::{Address, Function, ReplyStatus, StationType, Telegram};
+use profidrive::profibus::dp::Diagnosis;
+use profidrive::profibus::fdl::telegram::{Decoded, decode};
+use profidrive::profibus::fdl::{Address, Function, ReplyStatus, StationType, Telegram};
 use profidrive::time::Instant;
 
 use super::mistakes::Mistake;

@@ -1,6 +1,8 @@
 //! What the test master sends, mistakes included.
 
-use profidrive::fdl::{Address, DataTelegram, FrameCount, FunctionCode, MAX_TELEGRAM_LEN, Sap, Service};
+use profidrive::profibus::fdl::{
+    Address, DataTelegram, FrameCount, FunctionCode, MAX_TELEGRAM_LEN, Sap, Service,
+};
 
 use super::mistakes::Mistake;
 use super::slave::State;

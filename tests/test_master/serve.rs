@@ -4,8 +4,8 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use core::time::Duration;
 
 use profidrive::bench::Master;
-use profidrive::fdl::MAX_TELEGRAM_LEN;
 use profidrive::host::{Clock, Link, Received, Stop, SystemClock};
+use profidrive::profibus::fdl::MAX_TELEGRAM_LEN;
 use profidrive::time::Instant;
 
 use super::TestMaster;

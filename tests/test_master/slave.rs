@@ -1,6 +1,6 @@
 //! A slave as the test master sees it.
 
-use profidrive::dp::{Diagnosis, IoLengths};
+use profidrive::profibus::dp::{Diagnosis, IoLengths};
 
 use super::Configured;
 use super::mistakes::Mistake;

@@ -1,7 +1,7 @@
 //! The parameter channel, which the user's jobs and the questions of a goal share.
 
 use crate::client::pkw::{Images, Job, NotSubmitted, Outcome, PkwClient, Profile};
-use crate::ppo::Pkw;
+use crate::profibus::ppo::Pkw;
 use crate::time::Instant;
 use core::time::Duration;
 

@@ -4,9 +4,9 @@ use super::control_word::ControlWord;
 use super::goal::Goal;
 use super::job::TravelJob;
 use crate::client::pkw::{Outcome, Reply};
-use crate::device::bits::{SswBit, ZswBit};
-use crate::param::Value;
-use crate::ppo::{Stw, Zsw};
+use crate::devices::ag03::param::Value;
+use crate::devices::ag03::profibus::bits::{SswBit, ZswBit};
+use crate::profibus::ppo::{Stw, Zsw};
 
 /// What is commanded; at first nothing.
 #[derive(Clone, Copy, Debug)]

@@ -1,8 +1,8 @@
 //! The control words the manual prints (`ag03.md` 4), by what they ask for.
 
-use crate::device::flow_charts;
-use crate::drive::Direction;
-use crate::ppo::Stw;
+use crate::devices::ag03::drive::Direction;
+use crate::devices::ag03::profibus::flow_charts;
+use crate::profibus::ppo::Stw;
 
 /// What STW asks for, without the start bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -61,7 +61,7 @@ impl ControlWord {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::device::bits::StwBit;
+    use crate::devices::ag03::profibus::bits::StwBit;
 
     #[test]
     fn only_words_that_enable_carry_the_start_bit() {

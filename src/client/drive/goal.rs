@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use super::obstacle::Obstacles;
 use crate::client::PkwError;
-use crate::drive::{Direction, Mode};
+use crate::devices::ag03::drive::{Direction, Mode};
 
 /// Something the drive shall do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

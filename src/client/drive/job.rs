@@ -2,8 +2,8 @@
 
 use super::control_word::ControlWord;
 use super::zsw::ZswPattern;
-use crate::device::bits::ZswBit;
-use crate::ppo::Zsw;
+use crate::devices::ag03::profibus::bits::ZswBit;
+use crate::profibus::ppo::Zsw;
 
 /// What became of the last edge of STW.6 in positioning mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -7,11 +7,11 @@ use strum::VariantArray;
 use thiserror::Error;
 
 use super::goal::Goal;
-use crate::device::bits::{GeneralStatusBit, SswBit, ZswBit};
-use crate::dp::DiagBit;
-use crate::drive::{Fault, Mode};
-use crate::param::Gear;
-use crate::ppo::Zsw;
+use crate::devices::ag03::drive::{Fault, Mode};
+use crate::devices::ag03::param::Gear;
+use crate::devices::ag03::profibus::bits::{GeneralStatusBit, SswBit, ZswBit};
+use crate::profibus::dp::DiagBit;
+use crate::profibus::ppo::Zsw;
 
 /// What stands against a goal, and where it shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, VariantArray)]

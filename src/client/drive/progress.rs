@@ -21,9 +21,9 @@ use super::seen::Seen;
 use super::standstill::{arrived, leave, turned};
 use super::step::{Next, Step, done_if};
 use super::zsw::ZswPattern;
-use crate::device::bits::ZswBit;
-use crate::drive::Mode;
-use crate::ppo::Zsw;
+use crate::devices::ag03::drive::Mode;
+use crate::devices::ag03::profibus::bits::ZswBit;
+use crate::profibus::ppo::Zsw;
 use crate::time::Instant;
 
 /// A goal under way.

@@ -2,9 +2,9 @@
 
 use super::obstacle::{Findings, Obstacles};
 use crate::client::{Job, Reply};
-use crate::device::bits::ZswBit;
-use crate::drive::Mode;
-use crate::param::{Gear, Parameter, Reading, Subindex};
+use crate::devices::ag03::drive::Mode;
+use crate::devices::ag03::param::{Gear, Parameter, Reading, Subindex};
+use crate::devices::ag03::profibus::bits::ZswBit;
 
 /// A parameter the client reads. The reply also shows that the drive has seen the control word it was sent with:
 /// both travel in one image.

@@ -2,7 +2,7 @@
 
 use core::time::Duration;
 
-use crate::ppo::{Inputs, Zsw};
+use crate::profibus::ppo::{Inputs, Zsw};
 use crate::time::Instant;
 
 /// What the images have shown.

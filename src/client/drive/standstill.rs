@@ -12,9 +12,9 @@ use super::progress::GoalProgress;
 use super::seen::Seen;
 use super::step::{Next, Step, done_if};
 use super::zsw::ZswPattern;
-use crate::device::bits::{SswBit, ZswBit};
-use crate::drive::Mode;
-use crate::ppo::Zsw;
+use crate::devices::ag03::drive::Mode;
+use crate::devices::ag03::profibus::bits::{SswBit, ZswBit};
+use crate::profibus::ppo::Zsw;
 use crate::time::Instant;
 
 impl Findings {

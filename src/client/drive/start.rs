@@ -7,9 +7,9 @@ use super::progress::GoalProgress;
 use super::seen::Seen;
 use super::step::{Next, StartCheck, Step};
 use super::zsw::ZswPattern;
-use crate::device::bits::ZswBit;
-use crate::drive::Mode;
-use crate::ppo::Zsw;
+use crate::devices::ag03::drive::Mode;
+use crate::devices::ag03::profibus::bits::ZswBit;
+use crate::profibus::ppo::Zsw;
 
 impl GoalProgress {
     /// The drive has seen the edge and has not acknowledged it, as far as it shows.

@@ -4,9 +4,9 @@ use core::fmt;
 
 use super::goal::Goal;
 use super::obstacle::{Findings, Obstacle, Obstacles};
-use crate::device::bits::ZswBit;
-use crate::device::flow_charts;
-use crate::drive::Mode;
+use crate::devices::ag03::drive::Mode;
+use crate::devices::ag03::profibus::bits::ZswBit;
+use crate::devices::ag03::profibus::flow_charts;
 
 /// What keeps a drive from moving, as far as its words and parameters show it.
 ///

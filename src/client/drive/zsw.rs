@@ -2,9 +2,9 @@
 
 use core::fmt;
 
-use crate::device::bits::ZswBit;
-use crate::drive::Mode;
-use crate::ppo::Zsw;
+use crate::devices::ag03::drive::Mode;
+use crate::devices::ag03::profibus::bits::ZswBit;
+use crate::profibus::ppo::Zsw;
 
 /// What ZSW looks like in a state of the drive: some bits have a value, the others may be anything.
 ///

@@ -1,8 +1,8 @@
 //! What is set up before a travel and put back behind it: guarding with a life time that the node supervises, and the mode.
 
 use super::{CONTROLWORD, Errand, MODE, NodeClient, NodeOutcome, NodeTrouble, Task};
-use crate::canopen::{Address, NmtState};
-use crate::cia402::Mode;
+use crate::can_bus::canopen::{Address, NmtState};
+use crate::can_bus::cia402::Mode;
 use crate::time::Instant;
 
 /// The entries of guarding, in the order in which they are read and written.

@@ -4,8 +4,8 @@ use core::time::Duration;
 
 use thiserror::Error;
 
-use crate::canopen::{Abort, Address};
-use crate::cia402::State;
+use crate::can_bus::canopen::{Abort, Address};
+use crate::can_bus::cia402::State;
 
 /// How long what may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

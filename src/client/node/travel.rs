@@ -4,8 +4,8 @@ use super::guarding::Preparation;
 use super::{
     ENABLE, Errand, LOOK, NodeClient, NodeOutcome, NodeTrouble, SHUTDOWN, START, SWITCH_ON, TARGET, Task,
 };
-use crate::canopen::NmtState;
-use crate::cia402::{State, Statusword};
+use crate::can_bus::canopen::NmtState;
+use crate::can_bus::cia402::{State, Statusword};
 use crate::time::Instant;
 
 impl NodeClient {

@@ -2,8 +2,8 @@
 
 use core::fmt;
 
-use crate::canopen::NmtState;
-use crate::cia402::{Controlword, State, Statusword};
+use crate::can_bus::canopen::NmtState;
+use crate::can_bus::cia402::{Controlword, State, Statusword};
 
 /// What a master knows of a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

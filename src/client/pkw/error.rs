@@ -5,8 +5,8 @@ use core::time::Duration;
 
 use thiserror::Error;
 
-use crate::pkw::ErrorNumber;
-use crate::ppo::Pkw;
+use crate::profibus::pkw::ErrorNumber;
+use crate::profibus::ppo::Pkw;
 
 /// Why a job was not carried out, or why that is not known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]

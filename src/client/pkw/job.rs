@@ -6,14 +6,14 @@ use thiserror::Error;
 
 use super::error::{ErrorCode, PkwError};
 use super::profile::{ArrayJobs, Memory, Profile, SubindexPlace, WriteReply};
-use crate::param::{Pnu, Subindex, Value, Width};
-use crate::ppo::{Ind, Pke, Pkw, ReplyId};
+use crate::devices::ag03::param::{Pnu, Subindex, Value, Width};
+use crate::profibus::ppo::{Ind, Pke, Pkw, ReplyId};
 
 /// One job for the parameter channel.
 ///
 /// ```
 /// use profidrive::client::Job;
-/// use profidrive::param::{Parameter, Pnu, Subindex, Value, Width};
+/// use profidrive::devices::ag03::param::{Parameter, Pnu, Subindex, Value, Width};
 ///
 /// let position = Job::read(Pnu::new(1036)?).expecting(Width::Double);
 /// let limit = Job::write(Parameter::Limit1.entry().pnu, Value::of(Width::Double, 250_000));

@@ -2,7 +2,7 @@
 
 use core::time::Duration;
 
-use crate::param::{LOAD_PARAMETER_SET, Pnu};
+use crate::devices::ag03::param::{LOAD_PARAMETER_SET, Pnu};
 
 /// How a kind of drive wants to be asked, and how long it may take to answer.
 ///

@@ -5,9 +5,10 @@ use std::vec::Vec;
 use core::time::Duration;
 
 use super::*;
-use crate::param::{Gear, Model, Pnu, Reading, Store, Subindex, Value, Width};
-use crate::pkw::{self, Config, Engine, ErrorNumber, JobError, Parameters};
-use crate::ppo::{Ind, Pke};
+use crate::devices::ag03::param::{Gear, Model, Pnu, Reading, Store, Subindex, Value, Width};
+use crate::profibus::pkw;
+use crate::profibus::pkw::{Config, Engine, ErrorNumber, JobError, Parameters};
+use crate::profibus::ppo::{Ind, Pke};
 
 /// A drive that shows something.
 struct Drive {

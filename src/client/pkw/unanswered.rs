@@ -1,7 +1,7 @@
 //! Which parameters were asked about without an answer.
 
 use super::profile::Profile;
-use crate::param::Pnu;
+use crate::devices::ag03::param::Pnu;
 
 /// Parameters among [`Profile::probes`] that were asked about since it was last known that every job is over: a reply
 /// about one of them may be the reply to any of those jobs.

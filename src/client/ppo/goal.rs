@@ -5,8 +5,8 @@ use core::time::Duration;
 
 use thiserror::Error;
 
-use crate::device::profile::hindrances;
-use crate::ppo::{Stw, Zsw};
+use crate::devices::ppo_drive::profile::hindrances;
+use crate::profibus::ppo::{Stw, Zsw};
 
 /// Something the drive shall do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

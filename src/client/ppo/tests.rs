@@ -125,6 +125,8 @@ fn a_drive_that_leaves_operation_is_not_asked_again() {
     pair.goes_on(0x0337, 0, 8);
     assert!(matches!(pair.ends(0x0231, 0), Err(PpoGoalError::Ended { .. })));
     assert_eq!(pair.client.stw().raw(), 0x047E);
-    assert!(pair.client.submit(pair.now, Job::read(crate::param::Pnu::from_low_bits(1))).is_err());
+    assert!(
+        pair.client.submit(pair.now, Job::read(crate::devices::ag03::param::Pnu::from_low_bits(1))).is_err()
+    );
     assert!(!pair.client.handle_inputs(pair.now, &[0; 4]), "PPO 4 has twelve octets");
 }

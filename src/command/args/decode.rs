@@ -3,8 +3,8 @@
 use std::ffi::OsString;
 
 use clap::ValueEnum;
-use profidrive::canopen::NodeId;
-use profidrive::drive::Mode;
+use profidrive::can_bus::canopen::NodeId;
+use profidrive::devices::ag03::drive::Mode;
 use profidrive::explain::{Sender, Taking};
 use profidrive::host::can::Product;
 

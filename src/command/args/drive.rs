@@ -3,8 +3,8 @@
 use core::fmt;
 use core::str::FromStr;
 
-use profidrive::fdl::Address;
-use profidrive::param::{Gear, Model};
+use profidrive::devices::ag03::param::{Gear, Model};
+use profidrive::profibus::fdl::Address;
 
 use super::nearest;
 

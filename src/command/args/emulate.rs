@@ -4,9 +4,9 @@ use core::ops::RangeInclusive;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use profidrive::can::BitRate;
-use profidrive::canopen::NodeId;
-use profidrive::device::QuirkError;
+use profidrive::can_bus::can::BitRate;
+use profidrive::can_bus::canopen::NodeId;
+use profidrive::face::QuirkError;
 use profidrive::host::can::{self, Choices, NodeFault, PRODUCTS, Product};
 use profidrive::host::link::fault::Fault;
 

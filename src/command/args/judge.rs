@@ -5,8 +5,8 @@ use core::time::Duration;
 use std::path::PathBuf;
 
 use clap::Args;
-use profidrive::fdl::Address;
 use profidrive::judge::{Row, Slave};
+use profidrive::profibus::fdl::Address;
 use profidrive::time::BaudRate;
 
 use super::drive::address;
@@ -194,7 +194,7 @@ impl FromStr for JudgedStation {
         match (&gsd, ident, cfg) {
             (None, Some(ident), Some(cfg)) => {
                 slave.ident = ident;
-                profidrive::dp::IoLengths::of(&cfg).map_err(|error| format!("cfg: {error}"))?;
+                profidrive::profibus::dp::IoLengths::of(&cfg).map_err(|error| format!("cfg: {error}"))?;
                 slave.cfg = Some(cfg);
             }
             (Some(_), None, cfg) => slave.cfg = cfg,

@@ -3,8 +3,8 @@
 use core::str::FromStr;
 use std::path::PathBuf;
 
-use profidrive::can::BitRate;
-use profidrive::device::DESCRIPTION;
+use profidrive::can_bus::can::BitRate;
+use profidrive::devices::ag03::profibus::DESCRIPTION;
 use profidrive::host::can;
 use profidrive::time::BaudRate;
 

@@ -7,9 +7,9 @@ use core::time::Duration;
 use std::path::PathBuf;
 
 use clap::Subcommand;
-use profidrive::canopen::NodeId;
-use profidrive::fdl::Address;
-use profidrive::ppo::PpoType;
+use profidrive::can_bus::canopen::NodeId;
+use profidrive::profibus::fdl::Address;
+use profidrive::profibus::ppo::PpoType;
 
 use super::link::{BaudSpec, expected_rates};
 use super::master_link::{CanPlace, MasterLink};

@@ -3,9 +3,9 @@
 use core::fmt;
 use core::str::FromStr;
 
-use profidrive::asda_a2::Level;
-use profidrive::canopen::NodeId;
-use profidrive::device::Gear;
+use profidrive::can_bus::canopen::NodeId;
+use profidrive::devices::ag03::profibus::Gear;
+use profidrive::devices::asda_a2::Level;
 use profidrive::host::can::{Choices, OptionName, PRODUCTS, Product};
 
 use super::nearest;

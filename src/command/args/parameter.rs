@@ -2,7 +2,7 @@
 
 use core::str::FromStr;
 
-use profidrive::param::{Entry, Pnu, Subindex, TABLE};
+use profidrive::devices::ag03::param::{Entry, Pnu, Subindex, TABLE};
 use strsim::levenshtein;
 
 /// A parameter of either model, and an element if it is an array.

@@ -3,8 +3,8 @@
 use core::str::FromStr;
 use std::path::PathBuf;
 
-use profidrive::fdl::Address;
-use profidrive::ppo::PpoType;
+use profidrive::profibus::fdl::Address;
+use profidrive::profibus::ppo::PpoType;
 
 use super::drive::address;
 

@@ -3,8 +3,8 @@
 use core::fmt;
 use core::str::FromStr;
 
+use profidrive::devices::ag03::param::{Entry, Parameter, Unit};
 use profidrive::explain::value::Lengths;
-use profidrive::param::{Entry, Parameter, Unit};
 
 /// A number that was written, and its unit if one was.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,9 +2,10 @@
 
 use core::str::FromStr;
 
-use profidrive::device::{Config, QUIRKS, QuirkError};
-use profidrive::fdl::Address;
+use profidrive::devices::ag03::profibus::{Config, QUIRKS};
+use profidrive::face::QuirkError;
 use profidrive::host::can::{PRODUCTS, QuirkRow};
+use profidrive::profibus::fdl::Address;
 
 use super::nearest;
 

@@ -3,8 +3,8 @@
 use core::str::FromStr;
 use std::path::PathBuf;
 
-use profidrive::fdl::Address;
 use profidrive::gsd::Policy;
+use profidrive::profibus::fdl::Address;
 
 use super::drive::address;
 

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Cursor, Read, Write};
 use std::path::PathBuf;
 
-use profidrive::can::Frame;
+use profidrive::can_bus::can::Frame;
 use profidrive::explain::canopen::{FrameTextError, Network, frame_in};
 use profidrive::explain::{Explanation, HexText};
 use profidrive::host::capture::{LinkType, Packet, Reader, can};

@@ -4,13 +4,13 @@ use core::time::Duration;
 use std::collections::BTreeMap;
 use std::io::Write;
 
-use profidrive::can::{BitRate, Frame, Id};
-use profidrive::canopen::storage::Memory;
-use profidrive::canopen::{Address, NodeId};
-use profidrive::device::surroundings::Level;
-use profidrive::device::{CanopenDevice, CanopenEvent};
+use profidrive::can_bus::can::{BitRate, Frame, Id};
+use profidrive::can_bus::canopen::storage::Memory;
+use profidrive::can_bus::canopen::{Address, NodeId};
+use profidrive::devices::{CanopenDevice, CanopenEvent};
 use profidrive::explain::Explanation;
 use profidrive::explain::canopen::Network;
+use profidrive::face::surroundings::Level;
 use profidrive::host::can::{Bus, Choices, Product, Seat, StoredNode};
 use profidrive::time::Instant;
 

@@ -3,8 +3,8 @@
 use core::time::Duration;
 use std::io::Write;
 
-use profidrive::canopen::Address;
-use profidrive::canopen::cob_id::CobId;
+use profidrive::can_bus::canopen::Address;
+use profidrive::can_bus::canopen::cob_id::CobId;
 use profidrive::host::can::Product;
 
 use super::node_stage::{NODE, NodeStage};

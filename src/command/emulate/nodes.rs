@@ -3,10 +3,10 @@
 use core::sync::atomic::Ordering;
 use std::path::PathBuf;
 
-use profidrive::can::BitRate;
-use profidrive::canopen::storage::Memory;
-use profidrive::canopen::{Event, NodeId};
-use profidrive::device::CanopenEvent;
+use profidrive::can_bus::can::BitRate;
+use profidrive::can_bus::canopen::storage::Memory;
+use profidrive::can_bus::canopen::{Event, NodeId};
+use profidrive::devices::CanopenEvent;
 use profidrive::host::can::{
     self, BusHint, Choices, Line, LinkSpec, News, NodeFaults, NodeWatch, Numbers, Product, Seat, StoredNode,
 };

@@ -3,14 +3,14 @@
 use std::fs;
 use std::path::Path;
 
-use profidrive::device::ppo_drive::{CONFIGURATIONS, IDENT_NUMBER, PpoDrive, PpoOnly};
-use profidrive::dp::{Description, Fixed};
-use profidrive::fdl::Address;
+use profidrive::devices::ppo_drive::profibus::{CONFIGURATIONS, IDENT_NUMBER, PpoDrive, PpoOnly};
+use profidrive::devices::ppo_drive::table::{Row, Table};
+use profidrive::devices::ppo_drive::{Drive, Settings};
 use profidrive::gsd::{Policy, Station};
 use profidrive::host::{Bus, HostedPpoDrive, PpoJudge, Refusals};
-use profidrive::ppo::PpoType;
-use profidrive::ppo_drive::table::{Row, Table};
-use profidrive::ppo_drive::{Drive, Settings};
+use profidrive::profibus::dp::{Description, Fixed};
+use profidrive::profibus::fdl::Address;
+use profidrive::profibus::ppo::PpoType;
 use profidrive::time::{BaudRate, Instant};
 use tracing::info;
 

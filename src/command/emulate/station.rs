@@ -1,8 +1,8 @@
 //! Stations from device files: read before anything starts, and what they tell in the log.
 
-use profidrive::fdl::Address;
 use profidrive::gsd::{Level, Station};
 use profidrive::host::{Bus, GsdStation, OutputBoard, Refusals};
+use profidrive::profibus::fdl::Address;
 use profidrive::time::{BaudRate, Instant};
 use tracing::{info, warn};
 

@@ -1,8 +1,8 @@
 //! Jobs and replies of the parameter channel.
 
+use profidrive::devices::ag03::param::{Entry, Gear, Model, Pnu, Quirks, Range, Width};
 use profidrive::explain::Sender;
-use profidrive::param::{Entry, Gear, Model, Pnu, Quirks, Range, Width};
-use profidrive::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
+use profidrive::profibus::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
 
 use crate::command::Failure;
 use crate::command::args::{self, Octet, Parameter, WidthSpec, find_parameter};

@@ -1,12 +1,14 @@
 //! Telegrams of any service.
 
-use profidrive::dp::{self, ControlBit, PrmBit};
-use profidrive::drive::Mode;
-use profidrive::fdl::telegram::Format;
-use profidrive::fdl::{
-    self, Address, DataTelegram, FrameCount, FunctionCode, MAX_TELEGRAM_LEN, Sap, Telegram,
+use profidrive::devices::ag03::drive::Mode;
+use profidrive::profibus::dp;
+use profidrive::profibus::dp::{ControlBit, PrmBit};
+use profidrive::profibus::fdl;
+use profidrive::profibus::fdl::telegram::Format;
+use profidrive::profibus::fdl::{
+    Address, DataTelegram, FrameCount, FunctionCode, MAX_TELEGRAM_LEN, Sap, Telegram,
 };
-use profidrive::ppo::{Outputs, Pkw, Stw};
+use profidrive::profibus::ppo::{Outputs, Pkw, Stw};
 
 use super::words::{self, word_of};
 use super::{octets_of, pkw_of};

@@ -1,11 +1,11 @@
 //! Control and status words from names.
 
-use profidrive::device::bits::{Role, StwBit, Word, ZswBit, bits};
-use profidrive::device::flow_charts::{
+use profidrive::devices::ag03::drive::Mode;
+use profidrive::devices::ag03::profibus::bits::{Role, StwBit, Word, ZswBit, bits};
+use profidrive::devices::ag03::profibus::flow_charts::{
     DISABLED, ENABLED, INCHING_1, INCHING_2_NEGATIVE, INCHING_2_POSITIVE, PAUSED, START, STOPPED, TRAVEL,
     VELOCITY,
 };
-use profidrive::drive::Mode;
 
 use crate::command::Failure;
 use crate::command::args;

@@ -14,9 +14,9 @@
 use core::time::Duration;
 use std::path::{Path, PathBuf};
 
-use profidrive::fdl::Address;
 use profidrive::judge::scenario::{MissingStation, Scenario, Step, Which};
 use profidrive::judge::{Act, Row, Setup};
+use profidrive::profibus::fdl::Address;
 use serde::Deserialize;
 
 use crate::command::Failure;

@@ -1,11 +1,13 @@
 //! `read`, `write`, `params`.
 
 use profidrive::client::PkwError;
+use profidrive::devices::ag03::param::{
+    Access, Entry, Gear, Model, Quirks, Range, Subindex, Value, entry, parameters,
+};
 use profidrive::explain::value::Lengths;
 use profidrive::host::{Clock, Link};
 use profidrive::master::{Drive, Identity};
-use profidrive::param::{Access, Entry, Gear, Model, Quirks, Range, Subindex, Value, entry, parameters};
-use profidrive::pkw::ErrorNumber;
+use profidrive::profibus::pkw::ErrorNumber;
 use serde_json::json;
 
 use super::trouble::Trouble;

@@ -1,11 +1,12 @@
 //! A drive on CANopen: `read`, `write`, `status`, `move`, `home`, `stop`, `ack`, `faults`.
 
-use profidrive::can::{BitRate, Frame};
-use profidrive::canopen::cob_id;
-use profidrive::canopen::{Abort, Address, Entry, NodeId, Object, Refusal, Value, dictionary};
+use profidrive::can_bus::can::{BitRate, Frame};
+use profidrive::can_bus::canopen::cob_id;
+use profidrive::can_bus::canopen::{Abort, Address, Entry, NodeId, Object, Refusal, Value, dictionary};
 use profidrive::client::{NodeClient, NodeGoal, NodeLimits, NodeOutcome, NodeTrouble};
-use profidrive::device::Vocabulary;
-use profidrive::device::vocabulary::CIA_402;
+use profidrive::devices::Vocabulary;
+use profidrive::devices::ag03::param::Gear;
+use profidrive::devices::vocabulary::CIA_402;
 use profidrive::explain::canopen::Network;
 use profidrive::explain::hex;
 use profidrive::host::can::{
@@ -13,7 +14,6 @@ use profidrive::host::can::{
 };
 use profidrive::host::link::tcp::Connection;
 use profidrive::host::{Clock, Stop, SystemClock};
-use profidrive::param::Gear;
 use serde_json::json;
 
 use super::{motion, say};

@@ -30,10 +30,10 @@ use std::io::{self, Write};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use profidrive::client::PkwError;
-use profidrive::fdl::Address;
+use profidrive::devices::ag03::param::Parameter;
 use profidrive::host::{Link, SystemClock};
 use profidrive::master::{Session, SessionError};
-use profidrive::param::Parameter;
+use profidrive::profibus::fdl::Address;
 
 use super::args::{Action, Master, ParameterSpec};
 use super::{Failure, signals};

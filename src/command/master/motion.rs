@@ -8,13 +8,14 @@ use core::time::Duration;
 use std::io::{self, BufRead, IsTerminal, Write};
 
 use profidrive::client::{Goal, GoalError};
-use profidrive::device::bits::ZswBit;
-use profidrive::drive::{self, Mode};
+use profidrive::devices::ag03::drive;
+use profidrive::devices::ag03::drive::Mode;
+use profidrive::devices::ag03::param::{Gear, LOAD_PARAMETER_SET, Parameter, TABLE};
+use profidrive::devices::ag03::profibus::bits::ZswBit;
 use profidrive::explain::value::Lengths;
 use profidrive::explain::words::said;
 use profidrive::host::{Clock, Link};
 use profidrive::master::{Drive, DriveError, Reached, Seen};
-use profidrive::param::{Gear, LOAD_PARAMETER_SET, Parameter, TABLE};
 use serde_json::json;
 
 use super::say;
@@ -327,9 +328,9 @@ pub(super) fn acknowledge<L: Link, C: Clock>(drive: &mut Drive<L, C>, json: bool
 
 #[cfg(test)]
 mod tests {
-    use profidrive::drive::{Fault, Inputs};
+    use profidrive::devices::ag03::drive::{Fault, Inputs};
+    use profidrive::devices::ag03::param::{Model, Value, Width};
     use profidrive::master::SessionError;
-    use profidrive::param::{Model, Value, Width};
 
     use super::*;
     use crate::command::args::Go;

@@ -10,16 +10,16 @@ use core::time::Duration;
 use std::path::Path;
 
 use profidrive::client::{PpoGoal, PpoGoalError, Profile};
-use profidrive::device::ppo_drive::{IDENT_NUMBER, ppo_of};
-use profidrive::device::profile::{StwBit, ZswBit, hindrances};
-use profidrive::dp::Application;
+use profidrive::devices::ag03::param::{Pnu, Subindex, Value, Width};
+use profidrive::devices::ppo_drive::Quantity;
+use profidrive::devices::ppo_drive::profibus::{IDENT_NUMBER, ppo_of};
+use profidrive::devices::ppo_drive::profile::{StwBit, ZswBit, hindrances};
+use profidrive::devices::ppo_drive::table::{Kind, Row, Table, Tie};
 use profidrive::gsd::{Gsd, Policy, Station};
 use profidrive::host::{Clock, Link, SystemClock};
 use profidrive::master::{DriveError, ProfileDrive, ProfileReached, Session, SessionError, Slave, Values};
-use profidrive::param::{Pnu, Subindex, Value, Width};
-use profidrive::ppo::{PpoType, Zsw};
-use profidrive::ppo_drive::Quantity;
-use profidrive::ppo_drive::table::{Kind, Row, Table, Tie};
+use profidrive::profibus::dp::Application;
+use profidrive::profibus::ppo::{PpoType, Zsw};
 use serde_json::json;
 
 use self::place::Place;

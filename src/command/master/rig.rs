@@ -6,12 +6,12 @@ use std::io;
 use std::rc::Rc;
 
 use profidrive::bench::Port;
-use profidrive::device::{Config, Device};
-use profidrive::drive::{Fault, Inputs};
-use profidrive::fdl::Address;
+use profidrive::devices::ag03::drive::{Fault, Inputs};
+use profidrive::devices::ag03::param::{Model, Parameter};
+use profidrive::devices::ag03::profibus::{Config, Device};
 use profidrive::host::{Clock, Link, Received, Stop};
 use profidrive::master::{Drive, Session, Settings};
-use profidrive::param::{Model, Parameter};
+use profidrive::profibus::fdl::Address;
 use profidrive::time::{BaudRate, Instant};
 
 const DRIVE: u8 = 5;

@@ -20,9 +20,9 @@ use std::fs;
 use std::io::{self, Read};
 use std::path::Path;
 
+use profidrive::devices::ag03::param::{Entry, Pnu, TABLE, parameters};
 use profidrive::host::{Clock, Link};
 use profidrive::master::Drive;
-use profidrive::param::{Entry, Pnu, TABLE, parameters};
 use serde::Deserialize;
 use serde_json::json;
 
@@ -180,7 +180,7 @@ impl Row {
 
 #[cfg(test)]
 mod tests {
-    use profidrive::param::{Model, Value};
+    use profidrive::devices::ag03::param::{Model, Value};
 
     use super::*;
 

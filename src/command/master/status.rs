@@ -4,13 +4,13 @@ use core::time::Duration;
 use std::io::{self, IsTerminal, Write};
 
 use profidrive::client::{Findings, Why};
-use profidrive::device::bits::{Role, SswBit, Word, ZswBit, bits};
-use profidrive::drive::Mode;
+use profidrive::devices::ag03::drive::Mode;
+use profidrive::devices::ag03::param::{Model, Parameter, Reading, Subindex};
+use profidrive::devices::ag03::profibus::bits::{Role, SswBit, Word, ZswBit, bits};
 use profidrive::explain::value::Lengths;
 use profidrive::explain::words::said;
 use profidrive::host::{Clock, Link};
 use profidrive::master::{Drive, DriveError, Seen};
-use profidrive::param::{Model, Parameter, Reading, Subindex};
 use serde_json::json;
 
 use super::say;

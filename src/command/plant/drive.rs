@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use profidrive::device::{Config, Device};
-use profidrive::fdl::Address;
-use profidrive::param::{Access, Model, Pnu, Value, Width};
-use profidrive::ppo_drive::table::Table;
+use profidrive::devices::ag03::param::{Access, Model, Pnu, Value, Width};
+use profidrive::devices::ag03::profibus::{Config, Device};
+use profidrive::devices::ppo_drive::table::Table;
+use profidrive::profibus::fdl::Address;
 use profidrive::time::Instant;
 
 use super::line::spec;
@@ -52,7 +52,7 @@ fn first_value(name: &str, number: i64, model: Model) -> Result<(Pnu, Value), St
             return Err(format!("{} (PNU {}) is no setting; leave it out", entry.name, entry.pnu));
         }
     }
-    if profidrive::param::entry(model, entry.pnu).is_none() {
+    if profidrive::devices::ag03::param::entry(model, entry.pnu).is_none() {
         return Err(format!("an {} has no {} (PNU {})", model.product_name(), entry.name, entry.pnu));
     }
     let fits = match entry.width {
@@ -104,14 +104,14 @@ pub(super) fn node(table: &NodeTable) -> Result<NodeSpec, Wrong> {
         node.product.choose(&mut choices, name, value.get()).map_err(|error| {
             let known: Vec<_> = node.product.quirks().iter().map(|row| row.name).collect();
             let words = match error {
-                profidrive::device::QuirkError::Unknown => {
+                profidrive::face::QuirkError::Unknown => {
                     format!(
                         "an {} has no quirk '{name}'; expected one of {}",
                         node.product.name,
                         known.join(", ")
                     )
                 }
-                profidrive::device::QuirkError::Value { .. } => quirk_refusal(name, value.get(), &error),
+                profidrive::face::QuirkError::Value { .. } => quirk_refusal(name, value.get(), &error),
             };
             Wrong::at(value.span(), words)
         })?;

@@ -5,11 +5,11 @@ use core::str::FromStr;
 use core::time::Duration;
 use std::path::{Path, PathBuf};
 
-use profidrive::fdl::Address;
 use profidrive::host::Condition;
 use profidrive::host::can::{self, NodeFault};
 use profidrive::host::link::fault::{Fault, duration};
 use profidrive::process::Point;
+use profidrive::profibus::fdl::Address;
 
 use super::drive;
 use super::station::{self, point};

@@ -3,10 +3,10 @@
 use core::ops::Range;
 use std::path::Path;
 
-use profidrive::dp::Application;
-use profidrive::fdl::Address;
 use profidrive::gsd::{Policy, Station, did_you_mean};
 use profidrive::process::{AtEnd, Point, Signal, Source, Table};
+use profidrive::profibus::dp::Application;
+use profidrive::profibus::fdl::Address;
 
 use super::line::{address, time};
 use super::tables::{At, Behaviour, InputTable, PointTable, StationTable, Then};

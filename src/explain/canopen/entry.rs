@@ -5,14 +5,14 @@ use std::string::{String, ToString};
 use std::vec::Vec;
 
 use super::node::Learned;
-use crate::canopen::cob_id::CobId;
-use crate::canopen::dictionary::Place;
-use crate::canopen::pdo::mapping::MappingWord;
-use crate::canopen::{Abort, Address, DataType, Entry, Value};
-use crate::cia402::{Command, Controlword, State, Statusword};
+use crate::can_bus::canopen::cob_id::CobId;
+use crate::can_bus::canopen::dictionary::Place;
+use crate::can_bus::canopen::pdo::mapping::MappingWord;
+use crate::can_bus::canopen::{Abort, Address, DataType, Entry, Value};
+use crate::can_bus::cia402::{Command, Controlword, State, Statusword};
+use crate::devices::ag03::param;
 use crate::explain::field::Bits;
 use crate::explain::{Field, hex, value};
-use crate::param;
 
 /// `6041h:00 Statusword`, `2410h:05 Controller parameters: v-Pos rpm`; an unknown entry has only its address.
 pub(super) fn named(node: &Learned, at: Address) -> String {
@@ -211,7 +211,7 @@ fn bits(names: &[&'static str; 16], at: usize, word: u16) -> Vec<Field> {
     fields
 }
 
-const NOT_USED: &str = crate::device::bits::NOT_USED;
+const NOT_USED: &str = crate::devices::ag03::profibus::bits::NOT_USED;
 
 fn low_word(octets: &[u8]) -> u16 {
     match *octets {

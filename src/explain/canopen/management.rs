@@ -7,8 +7,8 @@ use std::vec::Vec;
 use super::entry::{emcy as emcy_in_words, register};
 use super::node::Learned;
 use super::{Network, Said};
-use crate::can::Frame;
-use crate::canopen::NmtState;
+use crate::can_bus::can::Frame;
+use crate::can_bus::canopen::NmtState;
 use crate::explain::field::Bits;
 use crate::explain::{Field, Mark, Sender};
 

@@ -11,8 +11,8 @@
 //! | `text` | [`frame_in`]: frames written as text |
 //!
 //! ```
-//! use profidrive::canopen::NodeId;
-//! use profidrive::device::ag03_canopen::VOCABULARY;
+//! use profidrive::can_bus::canopen::NodeId;
+//! use profidrive::devices::ag03::canopen::VOCABULARY;
 //! use profidrive::explain::canopen::{Network, frame_in};
 //!
 //! let mut network = Network::default();
@@ -40,9 +40,9 @@ use std::string::String;
 use std::vec::Vec;
 
 use super::{Explanation, Field, Kind, Mark, Sender};
-use crate::can::{Frame, Id};
-use crate::canopen::{Address, NodeId};
-use crate::device::Vocabulary;
+use crate::can_bus::can::{Frame, Id};
+use crate::can_bus::canopen::{Address, NodeId};
+use crate::devices::Vocabulary;
 use node::Learned;
 use service::Service;
 

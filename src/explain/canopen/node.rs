@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 use std::vec::Vec;
 
 use super::service::{MOST_PDOS, Service};
-use crate::canopen::dictionary::{self, Entry, Object};
-use crate::canopen::pdo::mapping::MappingWord;
-use crate::canopen::{Abort, Address, NmtState, NodeId};
-use crate::device::Vocabulary;
-use crate::device::vocabulary::CIA_402;
+use crate::can_bus::canopen::dictionary;
+use crate::can_bus::canopen::dictionary::{Entry, Object};
+use crate::can_bus::canopen::pdo::mapping::MappingWord;
+use crate::can_bus::canopen::{Abort, Address, NmtState, NodeId};
+use crate::devices::Vocabulary;
+use crate::devices::ag03::param::{Kind, Parameter};
+use crate::devices::vocabulary::CIA_402;
 use crate::explain::value::Lengths;
-use crate::param::{Kind, Parameter};
 
 /// What is known of one node.
 #[derive(Clone, Debug)]

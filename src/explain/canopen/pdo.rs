@@ -7,9 +7,9 @@ use std::vec::Vec;
 use super::Said;
 use super::entry::{field, in_words, named, octets_of, step_left_out};
 use super::node::{Learned, RPDO_MAPPING, TPDO_MAPPING};
-use crate::can::Frame;
-use crate::canopen::NmtState;
-use crate::canopen::pdo::mapping::MappingWord;
+use crate::can_bus::can::Frame;
+use crate::can_bus::canopen::NmtState;
+use crate::can_bus::canopen::pdo::mapping::MappingWord;
 use crate::explain::Field;
 
 /// A TPDO: from the node, or the request for it.
@@ -63,7 +63,7 @@ fn content(node: &mut Learned, base: u16, pdo: u8, frame: &Frame) -> (String, Ve
     let long: usize = mapping.iter().map(|word| usize::from(word.bits / 8)).sum();
     // The mapping of CiA 402 is a guess: it counts where it fits.
     let guessed = node.vocabulary.is_none()
-        && node.heard(crate::canopen::Address::new(base + u16::from(pdo) - 1, 0)).is_none();
+        && node.heard(crate::can_bus::canopen::Address::new(base + u16::from(pdo) - 1, 0)).is_none();
     if guessed && long != octets.len() {
         return unknown();
     }

@@ -7,9 +7,9 @@ use std::vec::Vec;
 use super::Said;
 use super::entry::{in_words, name, named, octets_of, read_refusal, refusal};
 use super::node::{Asked, Learned, append};
-use crate::can::Frame;
-use crate::canopen::sdo::{FRAME_LEN, Response, SdoRequest};
-use crate::canopen::{Abort, Address};
+use crate::can_bus::can::Frame;
+use crate::can_bus::canopen::sdo::{FRAME_LEN, Response, SdoRequest};
+use crate::can_bus::canopen::{Abort, Address};
 use crate::explain::{Field, Mark};
 
 const SERVICE: &str = "SDO";
@@ -154,7 +154,7 @@ fn whole(frame: &Frame) -> Result<[u8; FRAME_LEN], &'static str> {
 }
 
 fn finish(node: &Learned, said: Said, mistake: Option<String>, stopped: &str) -> Said {
-    use crate::canopen::NmtState;
+    use crate::can_bus::canopen::NmtState;
     let said = match mistake {
         Some(why) => said.ignored(why),
         None => said,

@@ -1,9 +1,9 @@
 //! Which service of which node an identifier is.
 
 use super::Network;
-use crate::can::Id;
-use crate::canopen::Address;
-use crate::canopen::cob_id::CobId;
+use crate::can_bus::can::Id;
+use crate::can_bus::canopen::Address;
+use crate::can_bus::canopen::cob_id::CobId;
 
 /// A service, with its node and the number of its PDO, from 1 on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,8 +3,10 @@ use std::collections::BTreeSet;
 use proptest::prelude::*;
 
 use super::*;
-use crate::can::Frame;
-use crate::device::{ag03_canopen, ap10_canopen, asda_a2_canopen};
+use crate::can_bus::can::Frame;
+use crate::devices::ag03;
+use crate::devices::ap10;
+use crate::devices::asda_a2;
 
 /// Lines, with the highest mark of each in front.
 fn told(network: &mut Network, lines: &[&str]) -> Vec<String> {
@@ -23,7 +25,7 @@ fn told(network: &mut Network, lines: &[&str]) -> Vec<String> {
 }
 
 fn ag03() -> Network {
-    Network::of(&ag03_canopen::VOCABULARY)
+    Network::of(&ag03::canopen::VOCABULARY)
 }
 
 /// Fields lie beside each other and leave no octet out, of a word no bit.
@@ -140,7 +142,7 @@ fn without_a_device_only_cia_301_and_402_are_used() {
 
 #[test]
 fn identifiers_and_mappings_are_learned_from_the_answers_to_sdo() {
-    let mut network = Network::of(&asda_a2_canopen::VOCABULARY);
+    let mut network = Network::of(&asda_a2::canopen::VOCABULARY);
     let lines = [
         // The mapping of RPDO 1: 6040h and 607Ah; the identifier 210h; the second write is refused.
         "605#2F00160002000000",
@@ -197,7 +199,7 @@ fn a_transfer_in_segments_is_put_together() {
         "585#0341534441413200",
         "605#7000000000000000",
     ];
-    let mut network = Network::of(&ap10_canopen::VOCABULARY);
+    let mut network = Network::of(&ap10::canopen::VOCABULARY);
     let said = told(&mut network, &lines);
     assert_eq!(said[1], "585  SDO from 5: 1008h:00 Manufacturer device name comes in segments, 6 octets");
     assert_eq!(said[2], "605  SDO to 5: read the next segment of 1008h:00 Manufacturer device name");
@@ -241,8 +243,8 @@ fn mistakes_say_what_is_wrong() {
 #[test]
 fn words_of_other_devices() {
     let mut network = Network::default();
-    network.know(NodeId::new(3).unwrap(), &ap10_canopen::VOCABULARY);
-    network.know(NodeId::new(4).unwrap(), &asda_a2_canopen::VOCABULARY);
+    network.know(NodeId::new(3).unwrap(), &ap10::canopen::VOCABULARY);
+    network.know(NodeId::new(4).unwrap(), &asda_a2::canopen::VOCABULARY);
     let said = told(&mut network, &["183#E803000000002400", "084#0573201100000000", "084#1023020100000000"]);
     assert_eq!(
         said[0],
@@ -277,8 +279,8 @@ proptest! {
         let mut network = match device {
             0 => Network::default(),
             1 => ag03(),
-            2 => Network::of(&ap10_canopen::VOCABULARY),
-            _ => Network::of(&asda_a2_canopen::VOCABULARY),
+            2 => Network::of(&ap10::canopen::VOCABULARY),
+            _ => Network::of(&asda_a2::canopen::VOCABULARY),
         };
         let mut nodes = BTreeSet::new();
         for (extended, remote, number, octets) in frames {

@@ -12,8 +12,8 @@ use std::vec::Vec;
 
 use thiserror::Error;
 
-use crate::can::slcan::parse_frame;
-use crate::can::{Frame, FrameError, Id, IdError};
+use crate::can_bus::can::slcan::parse_frame;
+use crate::can_bus::can::{Frame, FrameError, Id, IdError};
 
 /// Why a line that is written like a frame is none.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]

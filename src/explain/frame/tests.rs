@@ -194,14 +194,14 @@ proptest! {
         sap in proptest::option::of(0u8..64),
         data in proptest::collection::vec(any::<u8>(), 0..200),
     ) {
-        let sap = sap.and_then(crate::fdl::Sap::new);
+        let sap = sap.and_then(crate::profibus::fdl::Sap::new);
         let telegram = DataTelegram {
             format: DataTelegram::customary_format(sap, sap, &data),
             da: Address::from_octet(da),
             sa: Address::from_octet(sa),
             dsap: sap,
             ssap: sap,
-            fc: crate::fdl::FunctionCode::from_octet(fc),
+            fc: crate::profibus::fdl::FunctionCode::from_octet(fc),
             data: &data,
         };
         let mut buf = [0; MAX_TELEGRAM_LEN];

@@ -8,12 +8,12 @@ use std::format;
 use std::string::String;
 
 use super::{known, named, standard_name};
-use crate::device::JobText;
+use crate::devices::ag03::param::{Entry, Gear, Kind, Model, Pnu, Store, Width, entry};
+use crate::devices::ag03::profibus::JobText;
 use crate::explain::context::Learned;
 use crate::explain::field::{Field, Mark};
-use crate::param::{Entry, Gear, Kind, Model, Pnu, Store, Width, entry};
-use crate::pkw::{Config, Engine, ErrorNumber, JobError};
-use crate::ppo::{JobId, Pke, Pkw, ReplyId};
+use crate::profibus::pkw::{Config, Engine, ErrorNumber, JobError};
+use crate::profibus::ppo::{JobId, Pke, Pkw, ReplyId};
 
 /// Marks and hints on a job.
 pub(in crate::explain) fn judge(pkw: Pkw, field: &mut Field) {

@@ -6,7 +6,6 @@ use std::vec::Vec;
 
 use super::prm::{definition, field_type, part};
 use super::{Reader, diag_bit};
-use crate::dp::IoLengths;
 use crate::gsd::MAX_MODULES;
 use crate::gsd::diagnosis::{DiagArea, DiagType};
 use crate::gsd::hint::{Place, ReadError};
@@ -14,6 +13,7 @@ use crate::gsd::module::{Module, Slot};
 use crate::gsd::parameter::{Parameter, PrmPart};
 use crate::gsd::statement::Statement;
 use crate::gsd::text::trimmed;
+use crate::profibus::dp::IoLengths;
 
 /// The block that the lines are in.
 pub(super) enum Block {

@@ -5,11 +5,11 @@ use std::format;
 
 use super::prm::part;
 use super::{DIAG_BIT, DIAG_FIXED_LEN, MAX_DIAG_LEN, Reader, diag_bit};
-use crate::fdl::Rates;
 use crate::gsd::hint::{Level, Place, ReadError, did_you_mean};
 use crate::gsd::parameter::MAX_USER_PRM_LEN;
 use crate::gsd::statement::Statement;
 use crate::gsd::text::trimmed;
+use crate::profibus::fdl::Rates;
 use crate::time::BaudRate;
 
 /// The names of the rates in keywords.

@@ -2,7 +2,7 @@
 
 use core::cell::Cell;
 
-use crate::fdl::Address;
+use crate::profibus::fdl::Address;
 use crate::time::Instant;
 
 /// The address of each station with the time it waits for. A table by address, and of each [`BLOCK`] addresses and of all

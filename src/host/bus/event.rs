@@ -6,9 +6,9 @@ use std::collections::VecDeque;
 use super::hint::LineHint;
 use super::join::Evidence;
 use super::station_errors::StationErrors;
-use crate::device::Event;
-use crate::dp;
-use crate::fdl::{Address, FrameError, RateChange, StationCounters};
+use crate::devices::ag03::profibus::Event;
+use crate::profibus::dp;
+use crate::profibus::fdl::{Address, FrameError, RateChange, StationCounters};
 use crate::time::BaudRate;
 
 /// News kept at most. When nobody takes them, newer ones are counted and dropped.

@@ -3,9 +3,9 @@
 use core::fmt;
 use core::time::Duration;
 
-use crate::device::hint::PAUSE;
-use crate::fdl::{Address, DataTelegram, Function, Service, Telegram};
+use crate::devices::ag03::profibus::hint::PAUSE;
 use crate::host::ranges::Ranges;
+use crate::profibus::fdl::{Address, DataTelegram, Function, Service, Telegram};
 use crate::time::{BaudRate, Instant};
 
 /// So many runs of octets that are no telegram, and no telegram between them, are noise.

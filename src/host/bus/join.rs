@@ -8,7 +8,7 @@
 use core::fmt;
 use core::time::Duration;
 
-use crate::fdl::{Address, Function, Telegram};
+use crate::profibus::fdl::{Address, Function, Telegram};
 use crate::time::Instant;
 
 /// How long a station listens at most before it takes part: a master has gone once around 125 slaves with the longest
@@ -92,7 +92,7 @@ impl Joining {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fdl::telegram::{Decoded, decode};
+    use crate::profibus::fdl::telegram::{Decoded, decode};
 
     /// What station 5 concludes from telegrams.
     fn verdict(telegrams: &[&[u8]]) -> Verdict {

@@ -1,7 +1,7 @@
 //! What tells a retry from a new request.
 
-use crate::fdl::telegram::MAX_PDU_LEN;
-use crate::fdl::{Address, DataTelegram, FrameCount, Function, FunctionCode, Sap};
+use crate::profibus::fdl::telegram::MAX_PDU_LEN;
+use crate::profibus::fdl::{Address, DataTelegram, FrameCount, Function, FunctionCode, Sap};
 
 /// What identifies a counted request; its repetition is a retry.
 pub(super) struct LastRequest {

@@ -1,8 +1,9 @@
 //! What went wrong at a station, counted by kind.
 
-use crate::device::{ErrorKind, Event};
+use crate::devices::ErrorKind;
+use crate::devices::ag03::profibus::Event;
 
-/// How often which error happened at a station, beside what [`StationCounters`](crate::fdl::StationCounters) have: numbers
+/// How often which error happened at a station, beside what [`StationCounters`](crate::profibus::fdl::StationCounters) have: numbers
 /// that only grow. They begin at 0 when the station is connected, and a power cycle leaves them as they are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StationErrors {

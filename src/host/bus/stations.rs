@@ -10,12 +10,12 @@ use super::join::{Joining, Verdict};
 use super::last_request::LastRequest;
 use super::station_errors::StationErrors;
 use super::{BusEvent, Presence, SlotTime};
-use crate::device::{Event, MAX_TELEGRAM_LEN, Timing};
-use crate::fdl::station::TooLate;
-use crate::fdl::{
+use crate::devices::ag03::profibus::{Event, MAX_TELEGRAM_LEN, Timing};
+use crate::host::{Error, Participant};
+use crate::profibus::fdl::station::TooLate;
+use crate::profibus::fdl::{
     Address, BaudSearch, DataTelegram, FrameError, Function, LineCounters, Rates, StationCounters, Telegram,
 };
-use crate::host::{Error, Participant};
 use crate::time::{BaudRate, Instant};
 
 /// Everything behind the framer.

@@ -20,7 +20,7 @@ use std::vec::Vec;
 
 use super::CanParticipant;
 use super::fault::Faults;
-use crate::can::{BitRate, Confinement, ErrorState, Frame};
+use crate::can_bus::can::{BitRate, Confinement, ErrorState, Frame};
 use crate::time::Instant;
 
 mod event;
@@ -312,7 +312,7 @@ impl<E: 'static> Bus<E> {
         change(&mut occupant.confinement);
         let state = occupant.confinement.state();
         if state != before {
-            let recovery = self.rate.bit_times(crate::can::confinement::RECOVERY);
+            let recovery = self.rate.bit_times(crate::can_bus::can::confinement::RECOVERY);
             occupant.enter(now, state, now.saturating_add(recovery));
             self.events.push(Event::State { at: now, seat, state });
             self.refresh(seat);

@@ -10,8 +10,8 @@ use std::collections::VecDeque;
 use std::io;
 use std::vec::Vec;
 
-use crate::can::slcan::{BEL, CR, FrameLine, LF, parse_frame};
-use crate::can::{BitRate, Frame};
+use crate::can_bus::can::slcan::{BEL, CR, FrameLine, LF, parse_frame};
+use crate::can_bus::can::{BitRate, Frame};
 use crate::host::{Link, Received, Stop};
 
 /// A bus of CAN from a master's end.
@@ -141,7 +141,7 @@ fn code(rate: BitRate) -> Option<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::can::Id;
+    use crate::can_bus::can::Id;
     use crate::host::link::memory::Wire;
 
     fn everything(link: &mut impl Link) -> Vec<u8> {

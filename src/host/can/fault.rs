@@ -7,7 +7,7 @@ use core::time::Duration;
 use std::vec::Vec;
 
 use super::bus::{Damage, Seat};
-use crate::can::{Frame, Id};
+use crate::can_bus::can::{Frame, Id};
 use crate::chance::Chance;
 
 /// What happens to a frame.

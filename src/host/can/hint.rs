@@ -2,9 +2,9 @@
 
 use core::fmt;
 
-use crate::can::{Frame, Id};
-use crate::canopen::{NodeId, cob_id};
-use crate::device::hint::PAUSE;
+use crate::can_bus::can::{Frame, Id};
+use crate::can_bus::canopen::{NodeId, cob_id};
+use crate::devices::ag03::profibus::hint::PAUSE;
 use crate::host::ranges::Ranges;
 use crate::time::Instant;
 

@@ -9,7 +9,7 @@ use std::io;
 use std::string::String;
 
 use super::{Bus, CanEndpoint, LinkSpec, Seat, SlcanEndpoint};
-use crate::can::BitRate;
+use crate::can_bus::can::BitRate;
 use crate::host::{Error, Stop};
 use crate::time::Instant;
 

@@ -8,8 +8,8 @@ use super::adapters::Adapters;
 use super::bus::Event;
 use super::interface::{self, Interface};
 use super::{Bus, CanEndpoint, CanParticipant, LinkSpec, Seat};
-use crate::can::BitRate;
-use crate::can::slcan::{BusTiming, Channel, Refusal};
+use crate::can_bus::can::BitRate;
+use crate::can_bus::can::slcan::{BusTiming, Channel, Refusal};
 use crate::host::{Clock, Error, Reach, Stop, SystemClock};
 
 /// Something that happened on a [`Line`].
@@ -53,7 +53,7 @@ impl fmt::Display for AdapterNews {
 /// A bus in real time.
 ///
 /// ```no_run
-/// use profidrive::can::BitRate;
+/// use profidrive::can_bus::can::BitRate;
 /// use profidrive::host::can::Line;
 /// use profidrive::host::{Reach, Stop};
 ///

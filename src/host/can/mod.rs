@@ -26,7 +26,7 @@
 //! A node that answers, in virtual time:
 //!
 //! ```
-//! use profidrive::can::{BitRate, Frame, Id};
+//! use profidrive::can_bus::can::{BitRate, Frame, Id};
 //! use profidrive::host::can::Bus;
 //! use profidrive::time::Instant;
 //!

@@ -11,12 +11,12 @@ use std::vec::Vec;
 use super::CanParticipant;
 use super::node_counters::NodeCounters;
 use super::product::{Choices, Product};
-use crate::can::{ErrorState, Frame};
-use crate::canopen::faults::{Action, Fault, Spoiler, TooMany};
-use crate::canopen::nmt::Command;
-use crate::canopen::storage::{Generation, Memory, NotStored, StoreRequest};
-use crate::canopen::{NmtState, NodeId};
-use crate::device::{CanopenDevice, CanopenEvent};
+use crate::can_bus::can::{ErrorState, Frame};
+use crate::can_bus::canopen::faults::{Action, Fault, Spoiler, TooMany};
+use crate::can_bus::canopen::nmt::Command;
+use crate::can_bus::canopen::storage::{Generation, Memory, NotStored, StoreRequest};
+use crate::can_bus::canopen::{NmtState, NodeId};
+use crate::devices::{CanopenDevice, CanopenEvent};
 use crate::host::state_dir::{ImageFile, Images, Newest, StateDir, StateDirError};
 use crate::time::Instant;
 

@@ -1,9 +1,9 @@
 //! What a node has heard and sent, and what went wrong at it.
 
-use crate::can::{ErrorState, Frame};
-use crate::canopen::sdo::{Response, SdoRequest};
-use crate::canopen::{Event, NmtState, Node, Service, cob_id};
-use crate::device::CanopenEvent;
+use crate::can_bus::can::{ErrorState, Frame};
+use crate::can_bus::canopen::sdo::{Response, SdoRequest};
+use crate::can_bus::canopen::{Event, NmtState, Node, Service, cob_id};
+use crate::devices::CanopenEvent;
 
 /// Counters of a node: plain numbers that only grow. They begin at 0 when the node is made, and a power cycle leaves
 /// them as they are. A frame that was sent counts when the bus takes it.

@@ -8,9 +8,10 @@ use std::string::String;
 use thiserror::Error;
 
 use super::fault;
-use crate::can::Id;
-use crate::canopen::faults::{self, BootUpFault, HeartbeatFault, Kind, SdoFault, TpdoFault};
-use crate::canopen::{Abort, NodeId};
+use crate::can_bus::can::Id;
+use crate::can_bus::canopen::faults;
+use crate::can_bus::canopen::faults::{BootUpFault, HeartbeatFault, Kind, SdoFault, TpdoFault};
+use crate::can_bus::canopen::{Abort, NodeId};
 use crate::host::occasions::{Occasions, Reading, Wrong, duration, in_micros, misfit};
 
 /// How a fault is written, see [`NodeFault`].
@@ -50,8 +51,8 @@ const FORM: &str = "FAULT[=VALUE][,node=ID][,id=HEX][,rate=P][,count=N][,at=N][,
 /// the first given acts. `Display` writes what is read.
 ///
 /// ```
-/// use profidrive::canopen::NodeId;
-/// use profidrive::canopen::faults::{Kind, SdoFault};
+/// use profidrive::can_bus::canopen::NodeId;
+/// use profidrive::can_bus::canopen::faults::{Kind, SdoFault};
 /// use profidrive::host::can::{NodeFault, Spoiled};
 ///
 /// let fault: NodeFault = "sdo-late=20ms,node=5,at=100".parse()?;

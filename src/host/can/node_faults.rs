@@ -3,9 +3,9 @@
 use std::vec::Vec;
 
 use super::{Bus, NodeFault, Seat, StoredNode};
-use crate::canopen::NodeId;
-use crate::canopen::faults::TooMany;
-use crate::device::CanopenEvent;
+use crate::can_bus::canopen::NodeId;
+use crate::can_bus::canopen::faults::TooMany;
+use crate::devices::CanopenEvent;
 use crate::time::Instant;
 
 /// Every fault by its number. Those of frames act on the bus, those of nodes in each [`StoredNode`] they are for.
@@ -36,7 +36,7 @@ impl NodeFaults {
         bus: &mut Bus<CanopenEvent>,
         fault: NodeFault,
     ) -> Result<u32, TooMany> {
-        if self.active.len() >= crate::canopen::faults::MAX_FAULTS {
+        if self.active.len() >= crate::can_bus::canopen::faults::MAX_FAULTS {
             return Err(TooMany);
         }
         self.last = self.last.saturating_add(1);

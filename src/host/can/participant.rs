@@ -2,7 +2,7 @@
 
 use core::any::Any;
 
-use crate::can::{ErrorState, Frame};
+use crate::can_bus::can::{ErrorState, Frame};
 use crate::time::Instant;
 
 /// A station on a [`Bus`](super::Bus): frames and time in, frames, news and a deadline out.

@@ -5,61 +5,67 @@ use std::boxed::Box;
 use std::string::String;
 use std::vec::Vec;
 
-use crate::canopen::eds::{self, Sheet};
-use crate::canopen::storage::Memory;
-use crate::canopen::{NodeId, Object};
-use crate::device::CanopenDevice;
-use crate::device::ag03_canopen::{self, Ag03Node};
-use crate::device::ap10_canopen::{self, Ap10};
-use crate::device::asda_a2_canopen::{self, AsdaA2, Level};
-use crate::device::{Eeprom, Gear, Quirk, QuirkError, Vocabulary};
+use crate::can_bus::canopen::eds;
+use crate::can_bus::canopen::eds::Sheet;
+use crate::can_bus::canopen::storage::Memory;
+use crate::can_bus::canopen::{NodeId, Object};
+use crate::devices::CanopenDevice;
+use crate::devices::Vocabulary;
+use crate::devices::ag03;
+use crate::devices::ag03::canopen::Ag03Node;
+use crate::devices::ag03::profibus::{Eeprom, Gear};
+use crate::devices::ap10;
+use crate::devices::ap10::canopen::Ap10;
+use crate::devices::asda_a2;
+use crate::devices::asda_a2::canopen::{AsdaA2, Level};
+use crate::face::{Quirk, QuirkError};
 use crate::time::Instant;
 
 /// Every device that can be a node.
 pub const PRODUCTS: &[Product] = &[
     Product {
         name: "ag03-1",
-        sheet: ag03_canopen::objects::SHEET,
-        vocabulary: &ag03_canopen::VOCABULARY,
+        sheet: ag03::canopen::objects::SHEET,
+        vocabulary: &ag03::canopen::VOCABULARY,
         options: &[OptionName::Gear],
-        objects: |choices| ag03_canopen::objects::objects(choices.gear),
-        quirks: || rows(ag03_canopen::QUIRKS),
+        objects: |choices| ag03::canopen::objects::objects(choices.gear),
+        quirks: || rows(ag03::canopen::QUIRKS),
         make: |node, Choices { gear, quirks, .. }, memory, now| {
             let eeprom = match memory {
                 Memory::Internal => Eeprom::Internal,
                 Memory::Host => Eeprom::Host,
             };
-            let mut config = ag03_canopen::Config { gear, eeprom, ..ag03_canopen::Config::new(node) };
-            quirks.apply(ag03_canopen::QUIRKS, &mut config);
+            let mut config = ag03::canopen::Config { gear, eeprom, ..ag03::canopen::Config::new(node) };
+            quirks.apply(ag03::canopen::QUIRKS, &mut config);
             Box::new(Ag03Node::new(config, now).unsupplied(now))
         },
     },
     Product {
         name: "ap10",
-        sheet: ap10_canopen::EDS,
-        vocabulary: &ap10_canopen::VOCABULARY,
+        sheet: ap10::canopen::EDS,
+        vocabulary: &ap10::canopen::VOCABULARY,
         options: &[],
-        objects: |_| ap10_canopen::OBJECTS,
-        quirks: || rows(ap10_canopen::QUIRKS),
+        objects: |_| ap10::canopen::OBJECTS,
+        quirks: || rows(ap10::canopen::QUIRKS),
         make: |node, choices, memory, _| {
-            let mut config = ap10_canopen::Config { memory, ..ap10_canopen::Config::new(node) };
-            choices.quirks.apply(ap10_canopen::QUIRKS, &mut config.quirks);
+            let mut config = ap10::canopen::Config { memory, ..ap10::canopen::Config::new(node) };
+            choices.quirks.apply(ap10::canopen::QUIRKS, &mut config.quirks);
             Box::new(Ap10::new(config))
         },
     },
     Product {
         name: "asda-a2",
-        sheet: asda_a2_canopen::SHEET,
-        vocabulary: &asda_a2_canopen::VOCABULARY,
+        sheet: asda_a2::canopen::SHEET,
+        vocabulary: &asda_a2::canopen::VOCABULARY,
         options: &[OptionName::Mode],
         objects: |choices| AsdaA2::objects(choices.level),
-        quirks: || rows(asda_a2_canopen::QUIRKS),
+        quirks: || rows(asda_a2::canopen::QUIRKS),
         make: |node, choices, memory, now| {
-            let mut quirks = asda_a2_canopen::Quirks::default();
-            choices.quirks.apply(asda_a2_canopen::QUIRKS, &mut quirks);
-            let config = asda_a2_canopen::Config {
+            let mut quirks = asda_a2::canopen::Quirks::default();
+            choices.quirks.apply(asda_a2::canopen::QUIRKS, &mut quirks);
+            let config = asda_a2::canopen::Config {
                 level: choices.level,
-                ..asda_a2_canopen::Config::new(node.number())
+                ..asda_a2::canopen::Config::new(node.number())
             };
             Box::new(AsdaA2::new(config, quirks, now).with_memory(memory))
         },

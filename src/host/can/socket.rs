@@ -8,7 +8,7 @@ use rustix::event::{PollFd, PollFlags};
 use socketcan::{CanFrame, CanSocket, EmbeddedFrame, ExtendedId, Socket, StandardId};
 
 use super::CanEndpoint;
-use crate::can::{Content, Frame, Id};
+use crate::can_bus::can::{Content, Frame, Id};
 use crate::host::Stop;
 use crate::host::link::poll_readable;
 

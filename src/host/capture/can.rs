@@ -22,7 +22,7 @@ use pcap_file::DataLink;
 use pcap_file::pcapng::blocks::enhanced_packet::{EnhancedPacketBlock, EnhancedPacketOption};
 
 use super::{Capture, CaptureError, flags, io_error};
-use crate::can::{BitRate, Frame, Id};
+use crate::can_bus::can::{BitRate, Frame, Id};
 use crate::host::Clock;
 use crate::host::can::Event;
 use crate::host::can::bus::Damage;

@@ -139,7 +139,7 @@ pub fn read(path: &Path) -> Result<Reader<File>, ReadError> {
     Reader::new(File::open(path)?)
 }
 
-/// Opens a capture of a CAN bus. [`Frame`](crate::can::Frame)s are in its packets: [`super::can::frame`].
+/// Opens a capture of a CAN bus. [`Frame`](crate::can_bus::can::Frame)s are in its packets: [`super::can::frame`].
 ///
 /// # Errors
 /// As [`Reader::new`].

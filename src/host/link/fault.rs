@@ -38,10 +38,10 @@ use std::vec::Vec;
 
 use super::pieces::{Piece, Pieces};
 use crate::chance::Chance;
-use crate::fdl::telegram::{Decoded, decode};
-use crate::fdl::{Address, DataTelegram, Function, MAX_TELEGRAM_LEN, Telegram};
 use crate::host::{Clock, Link, Received, Stop};
-use crate::ppo::Pkw;
+use crate::profibus::fdl::telegram::{Decoded, decode};
+use crate::profibus::fdl::{Address, DataTelegram, Function, MAX_TELEGRAM_LEN, Telegram};
+use crate::profibus::ppo::Pkw;
 use crate::time::{BaudRate, Instant};
 
 mod gate;

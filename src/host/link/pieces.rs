@@ -1,14 +1,14 @@
 //! The octets of one sender, cut into telegrams and what is none.
 //!
 //! For links that must not mix the octets of two senders, or that act on whole telegrams: noise is handed on as well,
-//! which a [`Framer`](crate::fdl::Framer) drops. What is cut is what a
-//! [`Framer`](crate::fdl::Framer) with [`Resync::SCAN`] finds in the same octets.
+//! which a [`Framer`](crate::profibus::fdl::Framer) drops. What is cut is what a
+//! [`Framer`](crate::profibus::fdl::Framer) with [`Resync::SCAN`] finds in the same octets.
 
 use core::time::Duration;
 use std::vec::Vec;
 
-use crate::fdl::telegram::{Decoded, decode};
-use crate::fdl::{FrameError, MAX_TELEGRAM_LEN, Resync};
+use crate::profibus::fdl::telegram::{Decoded, decode};
+use crate::profibus::fdl::{FrameError, MAX_TELEGRAM_LEN, Resync};
 use crate::time::Instant;
 
 /// How long the rest of a telegram may take, as on every link whose timing is not true.
@@ -204,7 +204,7 @@ mod tests {
     /// What `settled` means, said slowly: the longest front that leaves nothing unfinished.
     fn longest_front(noise: &[u8]) -> &[u8] {
         let leaves_nothing = |front: &&[u8]| {
-            let mut framer = crate::fdl::Framer::new(Resync::SCAN);
+            let mut framer = crate::profibus::fdl::Framer::new(Resync::SCAN);
             framer.receive(Instant::ZERO, front, |_, _| {});
             framer.poll_timeout().is_none()
         };
@@ -243,7 +243,7 @@ mod tests {
             found.extend(all(&mut pieces, Instant::from_millis(50)));
             for piece in &found {
                 if let Piece::Noise(noise, _) = piece {
-                    let mut framer = crate::fdl::Framer::new(Resync::SCAN);
+                    let mut framer = crate::profibus::fdl::Framer::new(Resync::SCAN);
                     framer.receive(Instant::ZERO, settled(noise), |_, _| {});
                     prop_assert_eq!(framer.poll_timeout(), None);
                 }

@@ -8,7 +8,7 @@
 //!
 //! Next to the link, inside of [`Faulty`](super::fault::Faulty), it shows what is really on the line: corrupted replies as
 //! they were corrupted, requests that the drives never hear. Octets are cut into telegrams as a
-//! [`Framer`](crate::fdl::Framer) with [`Resync::SCAN`](crate::fdl::Resync::SCAN) does, for each direction by itself;
+//! [`Framer`](crate::profibus::fdl::Framer) with [`Resync::SCAN`](crate::profibus::fdl::Resync::SCAN) does, for each direction by itself;
 //! what is no telegram is shown too. Every octet is shown once.
 //!
 //! ```
@@ -47,9 +47,9 @@ use std::sync::Arc;
 use std::vec::Vec;
 
 use super::pieces::{Piece, Pieces, broken_off};
-use crate::fdl::telegram::{Decoded, decode};
-use crate::fdl::{FrameError, Telegram};
 use crate::host::{Clock, Link, Received, Stop};
+use crate::profibus::fdl::telegram::{Decoded, decode};
+use crate::profibus::fdl::{FrameError, Telegram};
 use crate::time::{BaudRate, Instant};
 
 /// A batch with so many octets is shown although more may come at once.

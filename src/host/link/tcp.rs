@@ -36,10 +36,10 @@ use rustix::event::{PollFd, PollFlags};
 
 use super::pieces::{Piece, settled};
 use super::poll_readable;
-use crate::fdl::telegram::{Decoded, decode};
-use crate::fdl::{Address, Function, Service, Telegram};
 use crate::host::reach::{ListenError, listen};
 use crate::host::{Clock, Error, Link, Received, Stop, SystemClock};
+use crate::profibus::fdl::telegram::{Decoded, decode};
+use crate::profibus::fdl::{Address, Function, Service, Telegram};
 use crate::time::{BaudRate, Instant};
 
 mod client;

@@ -9,13 +9,14 @@ use super::Observer;
 use super::contents::{FREEZE_REQ, SYNC_REQ};
 use super::cycle::Cycle;
 use super::view::{Loss, Step, View};
-use crate::dp::{self, SetPrm};
 use crate::explain::hex;
-use crate::fdl::{Address, FrameCount};
 use crate::judge::findings::Weight;
 use crate::judge::rows::Row;
 use crate::judge::scenario::Check;
 use crate::judge::setup::Slave;
+use crate::profibus::dp;
+use crate::profibus::dp::SetPrm;
+use crate::profibus::fdl::{Address, FrameCount};
 
 const CLEAR_DATA: u8 = 0x02;
 const FREEZE: u8 = 0x08;

@@ -6,11 +6,11 @@ use std::string::String;
 
 use super::Observer;
 use super::cycle::Cycle;
-use crate::dp::set_prm::FIXED_LEN;
 use crate::explain::hex;
 use crate::judge::findings::Weight;
 use crate::judge::rows::Row;
 use crate::judge::setup::Slave;
+use crate::profibus::dp::set_prm::FIXED_LEN;
 
 const LOCK_REQ: u8 = 0x80;
 const UNLOCK_REQ: u8 = 0x40;

@@ -5,11 +5,11 @@ use std::format;
 
 use super::Observer;
 use super::cycle::Cycle;
-use crate::dp;
-use crate::fdl::{Address, DataTelegram, FrameCount, Function};
 use crate::judge::findings::Weight;
 use crate::judge::rows::Row;
 use crate::judge::setup::Slave;
+use crate::profibus::dp;
+use crate::profibus::fdl::{Address, DataTelegram, FrameCount, Function};
 use crate::time::Instant;
 
 const CLEAR_DATA: u8 = 0x02;

@@ -6,11 +6,11 @@ use std::format;
 use super::Observer;
 use super::cycle::{Answer, Bad, Cycle, Relation};
 use super::view::{Disturbance, Loss};
-use crate::dp;
-use crate::fdl::{Address, FrameCount, Service};
 use crate::judge::findings::Weight;
 use crate::judge::rows::Row;
 use crate::judge::setup::Slave;
+use crate::profibus::dp;
+use crate::profibus::fdl::{Address, FrameCount, Service};
 use crate::time::Instant;
 
 /// A master never repeats more often than this.

@@ -2,9 +2,9 @@
 
 use std::vec::Vec;
 
-use crate::dp;
-use crate::fdl::telegram::{Decoded, decode};
-use crate::fdl::{
+use crate::profibus::dp;
+use crate::profibus::fdl::telegram::{Decoded, decode};
+use crate::profibus::fdl::{
     Address, DataTelegram, FrameCount, FrameError, Function, ReplyStatus, Sap, Service, StationType, Telegram,
 };
 use crate::time::Instant;

@@ -6,13 +6,13 @@ use std::format;
 use super::Observer;
 use super::cycle::{Answer, Cycle};
 use super::view::{Loss, Spoilt, Step};
-use crate::dp;
-use crate::fdl::ReplyStatus;
-use crate::fdl::telegram::{Decoded, Format, decode};
-use crate::fdl::{FrameCount, Telegram};
 use crate::judge::findings::{Verdict, Weight};
 use crate::judge::rows::Row;
 use crate::judge::setup::Slave;
+use crate::profibus::dp;
+use crate::profibus::fdl::ReplyStatus;
+use crate::profibus::fdl::telegram::{Decoded, Format, decode};
+use crate::profibus::fdl::{FrameCount, Telegram};
 
 /// Data_Exchange at most before an announced diagnosis is read.
 pub(super) const MOST_BEFORE_DIAG: u32 = 12;

@@ -3,11 +3,11 @@
 use std::format;
 
 use super::Observer;
-use crate::dp;
-use crate::fdl::telegram::Format;
-use crate::fdl::{Address, DataTelegram, FrameError, Function, Service, Telegram};
 use crate::judge::findings::Weight;
 use crate::judge::rows::Row;
+use crate::profibus::dp;
+use crate::profibus::fdl::telegram::Format;
+use crate::profibus::fdl::{Address, DataTelegram, FrameError, Function, Service, Telegram};
 
 /// The SAP of a master for the services of DP.
 const MASTER_SAP: u8 = 62;

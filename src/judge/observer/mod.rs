@@ -42,9 +42,9 @@ use super::findings::{Findings, Weight};
 use super::moment::{Moment, Side, split};
 use super::rows::Row;
 use super::setup::Setup;
-use crate::dp;
-use crate::fdl::telegram::{Decoded, decode};
-use crate::fdl::{Address, DataTelegram, Function, Service, Telegram};
+use crate::profibus::dp;
+use crate::profibus::fdl::telegram::{Decoded, decode};
+use crate::profibus::fdl::{Address, DataTelegram, Function, Service, Telegram};
 use crate::time::{BaudRate, Instant};
 use control::Control;
 use cycle::{Answer, Cycle, Item};
@@ -301,7 +301,7 @@ impl Observer {
                 return self.not_framed(
                     serial,
                     &octets,
-                    Some(crate::fdl::FrameError::BrokenOff { octets: broken }),
+                    Some(crate::profibus::fdl::FrameError::BrokenOff { octets: broken }),
                 );
             }
             Decoded::Invalid { error, .. } => return self.not_framed(serial, &octets, Some(error)),

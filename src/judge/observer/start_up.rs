@@ -6,9 +6,10 @@ use std::format;
 use super::Observer;
 use super::cycle::{Answer, Cycle};
 use super::view::{Disturbance, Loss, Shown, Step};
-use crate::dp::{self, Diagnosis, SetPrm};
 use crate::judge::findings::Weight;
 use crate::judge::rows::Row;
+use crate::profibus::dp;
+use crate::profibus::dp::{Diagnosis, SetPrm};
 
 /// A new Set_Prm earlier than this shows no patience with a slave that is not ready.
 const PATIENCE: Duration = Duration::from_millis(900);
@@ -96,7 +97,7 @@ impl Observer {
     }
 
     /// Whether the master has lost another station, or still looks for one that is switched on late.
-    fn is_other_lost(&self, station: crate::fdl::Address) -> bool {
+    fn is_other_lost(&self, station: crate::profibus::fdl::Address) -> bool {
         let lost = |view: &super::view::View| view.gave_up || view.loss != Loss::None;
         let others = self.views.iter().filter(|(other, _)| **other != station.number());
         let mut present = self.setup.present().filter(|slave| slave.address != station);

@@ -8,11 +8,11 @@ use std::vec::Vec;
 use super::Observer;
 use super::Sight;
 use super::cycle::{Bad, Cycle, Item};
-use crate::fdl::telegram::{Decoded, decode};
-use crate::fdl::{Address, Function, Telegram};
 use crate::judge::findings::Weight;
 use crate::judge::rows::Row;
 use crate::judge::setup::Slave;
+use crate::profibus::fdl::telegram::{Decoded, decode};
+use crate::profibus::fdl::{Address, Function, Telegram};
 use crate::time::{BaudRate, Instant, SYN_BITS};
 
 /// Waiting longer than so many slot times after no reply is too long.

@@ -6,11 +6,11 @@ use std::vec::Vec;
 
 use super::Observer;
 use super::cycle::{Cycle, Item};
-use crate::fdl::telegram::{Decoded, decode};
-use crate::fdl::{Address, Function, StationType, Telegram};
 use crate::judge::findings::Weight;
 use crate::judge::moment::Side;
 use crate::judge::rows::Row;
+use crate::profibus::fdl::telegram::{Decoded, decode};
+use crate::profibus::fdl::{Address, Function, StationType, Telegram};
 
 /// What is known of the ring.
 #[derive(Debug, Default)]

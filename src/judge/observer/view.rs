@@ -4,8 +4,8 @@ use core::time::Duration;
 use std::vec::Vec;
 
 use super::cycle::Cycle;
-use crate::dp::{Diagnosis, IoLengths};
 use crate::judge::rows::Row;
+use crate::profibus::dp::{Diagnosis, IoLengths};
 use crate::time::Instant;
 
 /// One station.

@@ -4,7 +4,7 @@ use core::fmt;
 use core::time::Duration;
 use std::string::String;
 
-use crate::fdl::Address;
+use crate::profibus::fdl::Address;
 
 /// What is being tried.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -6,10 +6,10 @@ use std::format;
 use std::vec::Vec;
 
 use super::{BASELINE, Ending, Judge, LIMIT, Phase};
-use crate::fdl::Address;
 use crate::judge::findings::Weight;
 use crate::judge::rows::Row;
 use crate::judge::scenario::Scenario;
+use crate::profibus::fdl::Address;
 use crate::time::Instant;
 
 /// Rows that hold if nothing was seen against them at their occasion.

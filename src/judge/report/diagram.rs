@@ -7,8 +7,9 @@ use std::vec::Vec;
 
 use super::Report;
 use super::markup::Text;
-use crate::fdl::telegram::{self, Decoded, decode};
 use crate::judge::moment::{Moment, Side, Telegram};
+use crate::profibus::fdl::telegram;
+use crate::profibus::fdl::telegram::{Decoded, decode};
 
 /// Where the line of the master stands, and how far the next one is. In pixels, as everything here.
 const MASTER_X: usize = 130;

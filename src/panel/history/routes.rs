@@ -17,8 +17,8 @@ use super::super::bus_access::Asking;
 use super::super::problem::{Problem, Problems, QueryOf, Station};
 use super::super::stream::{Hub, NewsEvent};
 use super::samples::{EVERY, Sample};
-use crate::fdl::Address;
 use crate::host::capture::{self, Interface};
+use crate::profibus::fdl::Address;
 use crate::time::Instant;
 
 /// The newest events.

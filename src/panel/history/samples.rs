@@ -9,8 +9,8 @@ use utoipa::ToSchema;
 
 use super::super::bus_access::BusAccess;
 use super::super::state::{Motion, seconds};
-use crate::device::Device;
-use crate::fdl::Address;
+use crate::devices::ag03::profibus::Device;
+use crate::profibus::fdl::Address;
 use crate::time::Instant;
 
 /// Between two samples.

@@ -11,8 +11,8 @@ use strsim::levenshtein;
 
 use super::super::problem::{PathOf, Problem};
 use super::super::queue::{self, Lends};
-use crate::canopen::NodeId;
-use crate::device::{CanopenDevice, CanopenEvent};
+use crate::can_bus::canopen::NodeId;
+use crate::devices::{CanopenDevice, CanopenEvent};
 use crate::host::StateDir;
 use crate::host::can::{Bus, Choices, NodeFaults, Product, Seat, StoredNode};
 use crate::time::Instant;

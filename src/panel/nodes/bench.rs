@@ -11,8 +11,8 @@ use utoipa::ToSchema;
 
 use super::super::problem::{Body, Problem, Problems};
 use super::access::{Asking, Number, unknown};
-use crate::device::CanopenDevice;
-use crate::device::surroundings::{Declined, Input, InputKind, Level};
+use crate::devices::CanopenDevice;
+use crate::face::surroundings::{Declined, Input, InputKind, Level};
 
 /// The inputs of a node: numbers, `true` or `false`, `null` for what follows from everything else. Which there are
 /// depends on the device.

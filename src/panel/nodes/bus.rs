@@ -12,7 +12,7 @@ use super::super::bus::FaultState;
 use super::super::problem::{Problem, Problems};
 use super::super::state::seconds;
 use super::access::{Asking, Seated};
-use crate::can::ErrorState;
+use crate::can_bus::can::ErrorState;
 use crate::host::can::StoredNode;
 
 /// The rate of the bus, and what has passed so far.

@@ -12,7 +12,7 @@ use utoipa::ToSchema;
 use super::super::bus::{FaultList, FaultState, OfFault};
 use super::super::problem::{Body, PathOf, Problem, Problems};
 use super::access::{Asking, NodeAccess};
-use crate::canopen::faults::MAX_FAULTS;
+use crate::can_bus::canopen::faults::MAX_FAULTS;
 use crate::host::can::NodeFault;
 
 /// A fault to add.

@@ -16,9 +16,9 @@ use super::super::problem::{Body, Problem, Problems, whole};
 use super::super::state::gear;
 use super::access::{Asking, NodeAccess, Number, Seated, number, unknown};
 use super::state::NodeSummary;
-use crate::canopen::NodeId;
-use crate::canopen::storage::Memory;
-use crate::device::asda_a2_canopen::Level;
+use crate::can_bus::canopen::NodeId;
+use crate::can_bus::canopen::storage::Memory;
+use crate::devices::asda_a2::canopen::Level;
 use crate::host::can::{Choices, OptionName, PRODUCTS, Product, StoredNode};
 
 /// Nodes of a bus at most, twins included.

@@ -12,7 +12,7 @@ use utoipa::ToSchema;
 use super::super::history::{OfWhom, since_1970};
 use super::super::problem::{Problem, Problems, QueryOf};
 use super::news::{Feed, NodeNews};
-use crate::canopen::NodeId;
+use crate::can_bus::canopen::NodeId;
 
 /// The newest events.
 #[derive(Clone, Debug, Serialize, ToSchema)]

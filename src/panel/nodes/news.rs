@@ -19,9 +19,10 @@ use super::super::history::Newest;
 use super::super::state::seconds;
 use super::super::stream::message_of;
 use super::access::NodeAccess;
-use crate::can::{ErrorState, Frame};
-use crate::canopen::{self, NodeId};
-use crate::device::CanopenEvent;
+use crate::can_bus::can::{ErrorState, Frame};
+use crate::can_bus::canopen;
+use crate::can_bus::canopen::NodeId;
+use crate::devices::CanopenEvent;
 use crate::host::can::{BusHint, Event, Seat, StoredNode};
 use crate::time::Instant;
 
@@ -258,8 +259,8 @@ impl FrameEvent {
     fn message(at: Instant, of_node: bool, frame: &Frame) -> Bytes {
         let id = frame.id();
         let digits = match id {
-            crate::can::Id::Base(_) => 3,
-            crate::can::Id::Extended(_) => 8,
+            crate::can_bus::can::Id::Base(_) => 3,
+            crate::can_bus::can::Id::Extended(_) => 8,
         };
         let event = Self {
             time_seconds: seconds(at),

@@ -15,9 +15,10 @@ use utoipa::{PartialSchema, ToSchema};
 use super::super::problem::{Body, PathOf, Problem, Problems};
 use super::access::{Asking, Number, number};
 use super::bench::switched_off;
-use crate::canopen::dictionary::Access;
-use crate::canopen::{self, Abort, Address, DataType, Entry, Object};
-use crate::device::CanopenDevice;
+use crate::can_bus::canopen;
+use crate::can_bus::canopen::dictionary::Access;
+use crate::can_bus::canopen::{Abort, Address, DataType, Entry, Object};
+use crate::devices::CanopenDevice;
 
 /// An entry of the dictionary.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]

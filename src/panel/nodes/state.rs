@@ -13,9 +13,9 @@ use super::super::state::seconds;
 use super::access::{Asking, NodeAccess, Number};
 use super::bench::{self, InputRange, KeyState, NodeFault, NodeInputs, PowerName};
 use super::words::{self, HistoryEntry, NodeWord, Pdo, whole};
-use crate::canopen::Address;
-use crate::device::CanopenDevice;
-use crate::device::surroundings::{Face, Glow};
+use crate::can_bus::canopen::Address;
+use crate::devices::CanopenDevice;
+use crate::face::surroundings::{Face, Glow};
 use crate::host::can::Product;
 use crate::time::Instant;
 
@@ -185,7 +185,7 @@ impl DisplayState {
     fn of(face: &Face) -> Self {
         const ARROW: &str = "arrow ";
         let arrow = face.signs.iter().find_map(|sign| sign.strip_prefix(ARROW));
-        let led = |led: &crate::device::surroundings::FaceLed| {
+        let led = |led: &crate::face::surroundings::FaceLed| {
             let (glow, blinks) = match led.glow {
                 Glow::Off => (GlowName::Off, 0),
                 Glow::On => (GlowName::On, 0),
@@ -194,7 +194,7 @@ impl DisplayState {
             };
             LedState { led: led.name, glow, blinks }
         };
-        let line = |row: &crate::device::surroundings::FaceRow| DisplayLine {
+        let line = |row: &crate::face::surroundings::FaceRow| DisplayLine {
             text: row.text.as_str().to_owned(),
             flashing: row.flashing,
         };

@@ -19,7 +19,7 @@ use super::super::stream::{self, HEARTBEAT, Lost, WRITTEN_AHEAD, message_of};
 use super::access::Asking;
 use super::news::{Feed, FrameReader, Numbered};
 use super::state::{NodeState, Nodes};
-use crate::canopen::NodeId;
+use crate::can_bus::canopen::NodeId;
 
 /// What to subscribe to.
 #[derive(Clone, Debug, Default, Deserialize)]

@@ -11,7 +11,7 @@ use utoipa::ToSchema;
 use super::super::problem::{Problem, Problems};
 use super::super::state::seconds;
 use super::access::{Asking, Number};
-use crate::device::CanopenDevice;
+use crate::devices::CanopenDevice;
 use crate::time::Instant;
 
 /// What keeps the drive of a node from moving.

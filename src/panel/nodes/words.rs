@@ -6,11 +6,11 @@ use std::prelude::v1::*;
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use crate::canopen::cob_id::CobId;
-use crate::canopen::pdo::MAX_PDOS;
-use crate::canopen::pdo::mapping::MappingWord;
-use crate::canopen::{Address, dictionary};
-use crate::device::{CanopenDevice, Vocabulary};
+use crate::can_bus::canopen::cob_id::CobId;
+use crate::can_bus::canopen::pdo::MAX_PDOS;
+use crate::can_bus::canopen::pdo::mapping::MappingWord;
+use crate::can_bus::canopen::{Address, dictionary};
+use crate::devices::{CanopenDevice, Vocabulary};
 
 /// A control or status word.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]

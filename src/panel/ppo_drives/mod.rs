@@ -22,8 +22,8 @@ use utoipa::ToSchema;
 use super::bus_access::{Asking, BusAccess};
 use super::problem::{Body, Problem, Problems, Station, whole};
 use super::stream::Hub;
-use crate::fdl::Address;
 use crate::host::HostedPpoDrive;
+use crate::profibus::fdl::Address;
 use crate::time::Instant;
 
 pub(super) use state::{PpoDriveState, PpoDrives};

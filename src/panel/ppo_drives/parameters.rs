@@ -11,9 +11,9 @@ use utoipa::ToSchema;
 
 use super::super::bus_access::Asking;
 use super::super::problem::{Body, PathOf, Problem, Problems, QueryOf, Station};
+use crate::devices::ppo_drive::table::Row;
 use crate::host::HostedPpoDrive;
-use crate::pkw::{JobError, Value};
-use crate::ppo_drive::table::Row;
+use crate::profibus::pkw::{JobError, Value};
 
 /// All parameters of a drive.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
@@ -148,7 +148,7 @@ pub(in crate::panel) async fn write(
 
 impl OfPpoParameter {
     fn number(&self) -> Result<u16, Problem> {
-        let pnu = self.pnu.parse().ok().filter(|pnu| *pnu <= crate::ppo_drive::table::MAX_PNU);
+        let pnu = self.pnu.parse().ok().filter(|pnu| *pnu <= crate::devices::ppo_drive::table::MAX_PNU);
         pnu.ok_or_else(|| {
             Problem::new(StatusCode::BAD_REQUEST, format!("'{}' is no PNU; expected 0 to 2047", self.pnu))
         })

@@ -8,11 +8,11 @@ use utoipa::ToSchema;
 
 use super::super::bus_access::BusAccess;
 use super::super::state::{Counters, DpState, PresenceState, seconds};
-use crate::device::profile::{StwBit, ZswBit};
-use crate::fdl::Address;
+use crate::devices::ppo_drive::profile::{StwBit, ZswBit};
+use crate::devices::ppo_drive::{Quantity, State};
 use crate::host::HostedPpoDrive;
-use crate::ppo::{JobId, Pkw, PpoType, ReplyId, Stw, Zsw};
-use crate::ppo_drive::{Quantity, State};
+use crate::profibus::fdl::Address;
+use crate::profibus::ppo::{JobId, Pkw, PpoType, ReplyId, Stw, Zsw};
 
 /// The drives of PROFIDRIVE version 2 of a bus.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]

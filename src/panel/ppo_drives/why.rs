@@ -11,8 +11,8 @@ use utoipa::ToSchema;
 use super::super::bus_access::Asking;
 use super::super::problem::{Problem, Problems, Station};
 use super::super::state::seconds;
-use crate::fdl::Address;
 use crate::host::HostedPpoDrive;
+use crate::profibus::fdl::Address;
 use crate::time::Instant;
 
 /// What keeps a drive of PROFIDRIVE version 2 from turning.

@@ -7,8 +7,9 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::seconds;
-use crate::device::{Device, Hindrance, Refusal, Why};
-use crate::drive::{self, Fault};
+use crate::devices::ag03::drive;
+use crate::devices::ag03::drive::Fault;
+use crate::devices::ag03::profibus::{Device, Hindrance, Refusal, Why};
 use crate::time::Instant;
 
 /// A fault by its letter; H and I exist only on CANopen.

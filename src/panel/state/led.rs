@@ -6,8 +6,8 @@ use std::prelude::v1::*;
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use crate::device::{Device, Power};
-use crate::drive::{StatusLed, leds};
+use crate::devices::ag03::drive::{StatusLed, leds};
+use crate::devices::ag03::profibus::{Device, Power};
 use crate::time::Instant;
 
 /// One LED, now and over time.

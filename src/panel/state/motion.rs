@@ -7,10 +7,11 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::super::words;
-use crate::device::Device;
-use crate::drive::{self, INCREMENTS_PER_REVOLUTION, Mode, Motor, State};
+use crate::devices::ag03::drive;
+use crate::devices::ag03::drive::{INCREMENTS_PER_REVOLUTION, Mode, Motor, State};
+use crate::devices::ag03::param::Parameter;
+use crate::devices::ag03::profibus::Device;
 use crate::explain::value::Lengths;
-use crate::param::Parameter;
 
 /// Where the shaft is and what moves it.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]

@@ -5,9 +5,9 @@ use std::prelude::v1::*;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::device::{EepromState, Power};
-use crate::drive::Mode;
-use crate::param::{Gear, Model};
+use crate::devices::ag03::drive::Mode;
+use crate::devices::ag03::param::{Gear, Model};
+use crate::devices::ag03::profibus::{EepromState, Power};
 
 /// A model as it is named in JSON and on the command line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]

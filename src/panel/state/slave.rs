@@ -5,10 +5,10 @@ use std::prelude::v1::*;
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use crate::device::Device;
-use crate::dp;
-use crate::fdl::StationCounters;
+use crate::devices::ag03::profibus::Device;
 use crate::host::Presence;
+use crate::profibus::dp;
+use crate::profibus::fdl::StationCounters;
 use crate::time::Instant;
 
 /// Whether the station takes part on the line.

@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::super::problem::Problem;
-use crate::dp::ext_diag::{ChannelError, Direction, Width};
 use crate::gsd::{ChannelFault, Gsd, ModuleState, Raised};
 use crate::host::GsdStation;
+use crate::profibus::dp::ext_diag::{ChannelError, Direction, Width};
 
 /// The diagnosis that is raised, besides what the slave reports by itself.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]

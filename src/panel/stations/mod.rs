@@ -20,8 +20,8 @@ use axum::http::StatusCode;
 use super::bus_access::{Asking, BusAccess};
 use super::problem::{Body, Problem, Problems, Station};
 use super::stream::Hub;
-use crate::fdl::Address;
 use crate::host::GsdStation;
+use crate::profibus::fdl::Address;
 use diagnosis::RaisedDiagnosis;
 use state::GsdTexts;
 

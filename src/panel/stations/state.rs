@@ -9,9 +9,9 @@ use utoipa::ToSchema;
 use super::super::bus_access::BusAccess;
 use super::super::state::{Counters, DpState, PresenceState, seconds};
 use super::diagnosis::{Diagnosis, Possible};
-use crate::fdl::Address;
 use crate::gsd::Placed;
 use crate::host::{GsdStation, OutputsAre};
+use crate::profibus::fdl::Address;
 
 /// The stations from GSDs of a bus.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]

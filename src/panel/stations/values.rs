@@ -11,9 +11,9 @@ use utoipa::ToSchema;
 
 use super::super::bus_access::{Asking, BusAccess};
 use super::super::problem::{Body, PathOf, Problem, Problems};
-use crate::fdl::Address;
 use crate::host::GsdStation;
 use crate::process::{Point, ValueType};
+use crate::profibus::fdl::Address;
 
 /// A value in a module.
 #[derive(Clone, Debug, Deserialize)]

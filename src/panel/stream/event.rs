@@ -8,13 +8,13 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::super::state::{ReasonText, reasons_of, seconds};
-use crate::device::Event;
+use crate::devices::ag03::profibus::Event;
+use crate::devices::ag03::unit;
 use crate::explain::{self, Mark};
-use crate::fdl::Address;
 use crate::host::BusEvent;
 use crate::host::link::tap::Direction;
+use crate::profibus::fdl::Address;
 use crate::time::Instant;
-use crate::unit;
 
 /// What happened, in words.
 #[derive(Clone, Debug, Serialize, ToSchema)]

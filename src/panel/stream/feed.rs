@@ -7,13 +7,14 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
 use super::super::bus_access::BusAccess;
 use super::super::state::lengths;
-use crate::device::Device;
-use crate::drive::{self, Mode};
+use crate::devices::ag03::drive;
+use crate::devices::ag03::drive::Mode;
+use crate::devices::ag03::param::Model;
+use crate::devices::ag03::profibus::Device;
 use crate::explain::value::Lengths;
-use crate::fdl::{Address, MAX_TELEGRAM_LEN};
 use crate::host::BusEvent;
 use crate::host::link::tap::{Batch, Direction, Watchers};
-use crate::param::Model;
+use crate::profibus::fdl::{Address, MAX_TELEGRAM_LEN};
 use crate::time::Instant;
 
 /// Entries that wait in the ring at most; more are counted and lost.

@@ -17,11 +17,11 @@ use super::super::history::{EVERY, History, Sampled};
 use super::super::state::LastRefusal;
 use super::event::{Item, Lost, NewsEvent, TelegramEvent, message_of};
 use super::feed::{Entry, RING, Settings, Shared};
-use crate::device::Event;
+use crate::devices::ag03::profibus::Event;
 use crate::explain;
-use crate::fdl::Address;
 use crate::host::BusEvent;
 use crate::host::link::tap::Watch;
+use crate::profibus::fdl::Address;
 use crate::time::Instant;
 
 /// Items a subscriber may be behind at most.

@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use profidrive::can::{ErrorState, Frame, Id};
-use profidrive::canopen::NmtState;
-use profidrive::canopen::nmt::Command;
-use profidrive::device::Device;
+use profidrive::can_bus::can::{ErrorState, Frame, Id};
+use profidrive::can_bus::canopen::NmtState;
+use profidrive::can_bus::canopen::nmt::Command;
+use profidrive::devices::ag03::profibus::Device;
 use profidrive::host::can::{Seat, StoredNode};
 use proptest::prelude::*;
 
@@ -96,7 +96,10 @@ impl Rig {
             Act::FaultOfDrive(drive) => {
                 for fault in [true, false] {
                     self.bus.with(address(drive), |device: &mut Device| {
-                        let inputs = profidrive::drive::Inputs { internal_fault: fault, ..*device.inputs() };
+                        let inputs = profidrive::devices::ag03::drive::Inputs {
+                            internal_fault: fault,
+                            ..*device.inputs()
+                        };
                         device.set_inputs(self.now, inputs);
                     });
                     self.pass(5);

@@ -1,9 +1,9 @@
 //! A small DP master, class 1, without token, for two stations: what somebody writes in an afternoon.
 
 use profidrive::bench::Master;
-use profidrive::dp::Diagnosis;
-use profidrive::fdl::telegram::{Decoded, decode};
-use profidrive::fdl::{
+use profidrive::profibus::dp::Diagnosis;
+use profidrive::profibus::fdl::telegram::{Decoded, decode};
+use profidrive::profibus::fdl::{
     Address, DataTelegram, FrameCount, FrameError, Function, FunctionCode, MAX_TELEGRAM_LEN, ReplyStatus,
     Sap, Service, Telegram,
 };

@@ -1,7 +1,7 @@
 //! What is odd on a bus of CANopen.
 
-use profidrive::can::{Frame, Id};
-use profidrive::canopen::NodeId;
+use profidrive::can_bus::can::{Frame, Id};
+use profidrive::can_bus::canopen::NodeId;
 use profidrive::host::can::{NodeWatch, Numbers};
 use profidrive::time::Instant;
 

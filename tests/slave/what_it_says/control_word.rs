@@ -1,7 +1,7 @@
 //! What control words are refused.
 
-use profidrive::drive::Inputs;
-use profidrive::param::Value;
+use profidrive::devices::ag03::drive::Inputs;
+use profidrive::devices::ag03::param::Value;
 
 use super::row;
 use crate::said::compare;

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use profidrive::device::Config;
-use profidrive::param::Value;
+use profidrive::devices::ag03::param::Value;
+use profidrive::devices::ag03::profibus::Config;
 
 use super::row;
 use crate::common::IDENT;

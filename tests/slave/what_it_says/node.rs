@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use profidrive::drive::{Fault, Inputs};
+use profidrive::devices::ag03::drive::{Fault, Inputs};
 
 use super::row;
 use crate::ag03_node::Rig;

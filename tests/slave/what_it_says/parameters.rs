@@ -1,6 +1,6 @@
 //! The parameter channel.
 
-use profidrive::param::Value;
+use profidrive::devices::ag03::param::Value;
 
 use super::row;
 use crate::said::compare;

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use profidrive::dp::{Description, Fixed, Station};
-use profidrive::fdl::{Framer, Resync};
+use profidrive::profibus::dp::{Description, Fixed, Station};
+use profidrive::profibus::fdl::{Framer, Resync};
 use profidrive::time::{BaudRate, Instant};
 
 use super::row;
@@ -86,7 +86,9 @@ fn start_up() {
             row("S-21", "DIP switches at 127", || {
                 let mut told = Told::new();
                 told.line.device.power_off(told.line.now);
-                told.line.device.set_switches(profidrive::device::DipSwitches::from_bits(0x7F));
+                told.line
+                    .device
+                    .set_switches(profidrive::devices::ag03::profibus::DipSwitches::from_bits(0x7F));
                 told.line.device.power_on(told.line.now);
                 told.line.wait(CYCLE);
                 told.texts()
@@ -94,7 +96,9 @@ fn start_up() {
             row("S-22", "switched off and on with SW8 ON, a factory reset", || {
                 let mut told = Told::new();
                 told.line.device.power_off(told.line.now);
-                told.line.device.set_switches(profidrive::device::DipSwitches::from_bits(0x81));
+                told.line
+                    .device
+                    .set_switches(profidrive::devices::ag03::profibus::DipSwitches::from_bits(0x81));
                 told.line.device.power_on(told.line.now);
                 told.line.wait(CYCLE);
                 told.texts()
@@ -178,9 +182,9 @@ fn slave_asked(da: u8, dsap: u8, data: &[u8]) -> Vec<String> {
     let description = Description { ident: 0x1234, set_slave_add: true, ..Description::PLAIN };
     let mut station = Station::new(address(da), BaudRate::K500, None, description, Fixed::PLAIN);
     let mut said = Vec::new();
-    let fc = profidrive::fdl::FunctionCode::request(
-        profidrive::fdl::Service::SrdHigh,
-        profidrive::fdl::FrameCount::First,
+    let fc = profidrive::profibus::fdl::FunctionCode::request(
+        profidrive::profibus::fdl::Service::SrdHigh,
+        profidrive::profibus::fdl::FrameCount::First,
     );
     Framer::new(Resync::SCAN).receive(
         Instant::ZERO,

@@ -1,8 +1,8 @@
 //! Why a drive does not move.
 
-use profidrive::device::{Config, Device};
-use profidrive::drive::{Fault, Inputs};
-use profidrive::param::{Model, Value};
+use profidrive::devices::ag03::drive::{Fault, Inputs};
+use profidrive::devices::ag03::param::{Model, Value};
+use profidrive::devices::ag03::profibus::{Config, Device};
 
 use super::row;
 use crate::common::MASTER;

@@ -62,8 +62,8 @@ fn run() -> ! {
 fn run() -> ! {
     use core::mem::MaybeUninit;
 
-    use profidrive::dp::{Description, Fixed, Station};
-    use profidrive::fdl::{Address, Framer, Resync};
+    use profidrive::profibus::dp::{Description, Fixed, Station};
+    use profidrive::profibus::fdl::{Address, Framer, Resync};
     use profidrive::time::{BaudRate, Instant};
 
     static mut SLAVE: MaybeUninit<(Framer, Station)> = MaybeUninit::uninit();
@@ -96,8 +96,8 @@ fn run() -> ! {
 fn run() -> ! {
     use core::mem::MaybeUninit;
 
-    use profidrive::device::Device;
-    use profidrive::fdl::Address;
+    use profidrive::devices::ag03::profibus::Device;
+    use profidrive::profibus::fdl::Address;
     use profidrive::time::Instant;
 
     struct Chip;
@@ -127,15 +127,15 @@ fn run() -> ! {
 
 /// A frame from the registers of a controller.
 #[cfg(any(feature = "node", feature = "ag03_node", feature = "ap10_node", feature = "asda_a2_node"))]
-fn frame() -> Option<profidrive::can::Frame> {
+fn frame() -> Option<profidrive::can_bus::can::Frame> {
     let id = u16::from(received()) << 8 | u16::from(received());
     let octets = [(); 8].map(|()| received());
     let octets = octets.get(..usize::from(received() & 7))?;
-    profidrive::can::Frame::data(profidrive::can::Id::base(id).ok()?, octets).ok()
+    profidrive::can_bus::can::Frame::data(profidrive::can_bus::can::Id::base(id).ok()?, octets).ok()
 }
 
 #[cfg(any(feature = "node", feature = "ag03_node", feature = "ap10_node", feature = "asda_a2_node"))]
-fn put(frame: &profidrive::can::Frame) {
+fn put(frame: &profidrive::can_bus::can::Frame) {
     frame.id().number().to_le_bytes().iter().chain(frame.octets()).for_each(|octet| send(*octet));
 }
 
@@ -144,11 +144,9 @@ fn put(frame: &profidrive::can::Frame) {
 fn run() -> ! {
     use core::mem::MaybeUninit;
 
-    use profidrive::canopen::dictionary::{Entry, Object};
-    use profidrive::canopen::value::DataType::{U8, U16, U32};
-    use profidrive::canopen::{
-        Abort, Address, Application, Node, NodeId, Notice, Policy, Request, Source, Value, Written,
-    };
+    use profidrive::can_bus::canopen::dictionary::{Entry, Object};
+    use profidrive::can_bus::canopen::value::DataType::{U8, U16, U32};
+    use profidrive::can_bus::canopen::{Abort, Address, Application, Node, NodeId, Notice, Policy, Request, Source, Value, Written};
     use profidrive::time::Instant;
 
     const OBJECTS: &[Object] = &[
@@ -219,7 +217,7 @@ fn run() -> ! {
         fn notice(&mut self, _: Instant, _: Notice) {}
 
         fn poll_request(&mut self) -> Option<Request> {
-            core::mem::take(&mut self.changed).then_some(Request::Tpdo(profidrive::canopen::PdoNumber::P1))
+            core::mem::take(&mut self.changed).then_some(Request::Tpdo(profidrive::can_bus::canopen::PdoNumber::P1))
         }
     }
 
@@ -254,7 +252,7 @@ macro_rules! device {
         fn run() -> ! {
             use core::mem::MaybeUninit;
 
-            use profidrive::device::CanopenDevice;
+            use profidrive::devices::CanopenDevice;
             use profidrive::time::Instant;
 
             static mut NODE: MaybeUninit<$device> = MaybeUninit::uninit();
@@ -282,25 +280,25 @@ macro_rules! device {
 }
 
 #[cfg(feature = "ag03_node")]
-use profidrive::device::ag03_canopen::{Ag03Node, Config as Ag03Config};
+use profidrive::devices::ag03::canopen::{Ag03Node, Config as Ag03Config};
 #[cfg(feature = "ag03_node")]
 device!(
     Ag03Node,
-    |now| Ag03Node::new(Ag03Config::new(profidrive::canopen::NodeId::MIN), now),
+    |now| Ag03Node::new(Ag03Config::new(profidrive::can_bus::canopen::NodeId::MIN), now),
     |node| node.status().position as u8
 );
 
 #[cfg(feature = "ap10_node")]
-use profidrive::device::ap10_canopen::{Ap10, Config as Ap10Config};
+use profidrive::devices::ap10::canopen::{Ap10, Config as Ap10Config};
 #[cfg(feature = "ap10_node")]
 device!(
     Ap10,
-    |_| Ap10::new(Ap10Config::new(profidrive::canopen::NodeId::MIN)),
+    |_| Ap10::new(Ap10Config::new(profidrive::can_bus::canopen::NodeId::MIN)),
     |node| node.indicator().position() as u8
 );
 
 #[cfg(feature = "asda_a2_node")]
-use profidrive::device::asda_a2_canopen::{AsdaA2, Config as AsdaConfig, Quirks};
+use profidrive::devices::asda_a2::canopen::{AsdaA2, Config as AsdaConfig, Quirks};
 #[cfg(feature = "asda_a2_node")]
 device!(
     AsdaA2,

@@ -3,7 +3,7 @@
 #![no_main]
 
 use cortex_m_rt::entry;
-use profidrive::device::{Config, Device, DipSwitches};
+use profidrive::devices::ag03::profibus::{Config, Device, DipSwitches};
 use profidrive::time::{BaudRate, Instant};
 use profidrive_firmware::board::{Board, TIMING};
 use profidrive_firmware::say;

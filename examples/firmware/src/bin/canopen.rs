@@ -4,11 +4,12 @@
 #![no_main]
 
 use cortex_m_rt::entry;
-use profidrive::can::Frame;
-use profidrive::can::slcan::{Adapter, Effect};
-use profidrive::canopen::NodeId;
-use profidrive::device::ag03_canopen::{Ag03Node, Config};
-use profidrive::device::{CanopenDevice, DipSwitches};
+use profidrive::can_bus::can::Frame;
+use profidrive::can_bus::can::slcan::{Adapter, Effect};
+use profidrive::can_bus::canopen::NodeId;
+use profidrive::devices::ag03::canopen::{Ag03Node, Config};
+use profidrive::devices::CanopenDevice;
+use profidrive::devices::ag03::profibus::DipSwitches;
 use profidrive::time::Instant;
 use profidrive_firmware::board::{Board, Heard};
 use profidrive_firmware::{ended, say};

@@ -10,10 +10,10 @@ use core::time::Duration;
 
 use cortex_m::interrupt;
 use cortex_m_rt::entry;
-use profidrive::device::{Config, Device, DipSwitches, MAX_TELEGRAM_LEN};
-use profidrive::dp::Framed;
+use profidrive::devices::ag03::profibus::{Config, Device, DipSwitches, MAX_TELEGRAM_LEN};
+use profidrive::profibus::dp::Framed;
 use profidrive::embedded::Slave;
-use profidrive::fdl::{Address, DataTelegram, FunctionCode, Sap};
+use profidrive::profibus::fdl::{Address, DataTelegram, FunctionCode, Sap};
 use profidrive::time::{BaudRate, Instant};
 use profidrive_firmware::board::{self, Board, NANOS_PER_TICK, TIMING, ticks};
 use profidrive_firmware::{done, ended, say};

@@ -13,9 +13,9 @@ use core::time::Duration;
 
 use cortex_m::asm;
 use cortex_m::interrupt;
-use profidrive::device::Timing;
+use profidrive::devices::ag03::profibus::Timing;
 use profidrive::embedded::Slave;
-use profidrive::fdl::MAX_TELEGRAM_LEN;
+use profidrive::profibus::fdl::MAX_TELEGRAM_LEN;
 use profidrive::time::Instant;
 
 use clock::Clock;

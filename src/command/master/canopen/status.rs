@@ -1,7 +1,7 @@
 //! `status`, `faults` and `ack` of a drive on CANopen.
 
-use profidrive::canopen::{Address, Sub, Value};
-use profidrive::cia402::{Controlword, State, Statusword};
+use profidrive::can_bus::canopen::{Address, Sub, Value};
+use profidrive::can_bus::cia402::{Controlword, State, Statusword};
 use profidrive::client::{NodeGoal, NodeOutcome, NodeSigns, NodeTrouble};
 use profidrive::host::Clock;
 use serde_json::json;

@@ -1,7 +1,7 @@
 //! A parameter as it was asked for.
 
-use profidrive::param::{Pnu, Subindex, Value};
-use profidrive::ppo_drive::table::{Kind, Row, Table};
+use profidrive::devices::ag03::param::{Pnu, Subindex, Value};
+use profidrive::devices::ppo_drive::table::{Kind, Row, Table};
 use serde_json::json;
 
 use crate::command::{Failure, named};

@@ -9,8 +9,9 @@ use std::vec::Vec;
 use rustix::event::PollFd;
 
 use super::stream::{Arrival, Stream};
-use crate::can::ErrorState;
-use crate::can::slcan::{self, Channel, Effect, Flags};
+use crate::can_bus::can::ErrorState;
+use crate::can_bus::can::slcan;
+use crate::can_bus::can::slcan::{Channel, Effect, Flags};
 use crate::host::can::line::{AdapterNews, News};
 use crate::host::can::{Bus, Seat};
 use crate::time::Instant;

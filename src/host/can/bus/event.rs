@@ -5,7 +5,7 @@ use core::time::Duration;
 use std::collections::VecDeque;
 
 use super::{Seat, push_bounded};
-use crate::can::{ErrorState, Frame};
+use crate::can_bus::can::{ErrorState, Frame};
 use crate::time::Instant;
 
 /// News kept at most; more are counted.

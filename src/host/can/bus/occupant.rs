@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use thiserror::Error;
 
 use super::{CanParticipant, push_bounded};
-use crate::can::{Confinement, ErrorState, Frame, Priority};
+use crate::can_bus::can::{Confinement, ErrorState, Frame, Priority};
 use crate::time::Instant;
 
 /// Frames of a port that wait for the bus at most.

@@ -1,7 +1,7 @@
 use std::vec;
 
 use super::*;
-use crate::can::{Id, timing};
+use crate::can_bus::can::{Id, timing};
 use crate::host::can::fault::{Fault, Kind};
 
 const NOW: Instant = Instant::ZERO;

@@ -3,8 +3,9 @@
 use std::vec::Vec;
 
 use super::{Bus, Damage, Event, Seat};
-use crate::can::timing::{self, ERROR_FRAME, INTERMISSION, SUSPEND};
-use crate::can::{ErrorState, Frame, Priority};
+use crate::can_bus::can::timing;
+use crate::can_bus::can::timing::{ERROR_FRAME, INTERMISSION, SUSPEND};
+use crate::can_bus::can::{ErrorState, Frame, Priority};
 use crate::host::can::fault::Strike;
 use crate::time::Instant;
 

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::vec::Vec;
 
 use super::{data_telegram, is_request};
-use crate::dp::{Diagnosis, Service, SetPrm, State};
-use crate::fdl::{self, Address, DataTelegram, FrameCount, Function, ReplyStatus};
+use crate::profibus::dp::{Diagnosis, Service, SetPrm, State};
+use crate::profibus::fdl;
+use crate::profibus::fdl::{Address, DataTelegram, FrameCount, Function, ReplyStatus};
 
 /// What a request, or the reply to it, is about.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

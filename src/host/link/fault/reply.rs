@@ -2,9 +2,9 @@
 
 use super::observed::Occasion;
 use super::{Active, Kind, Outgoing, PkwFault, data_telegram, encoded};
-use crate::dp::Service;
-use crate::fdl::{Address, DataTelegram, Function, FunctionCode, ReplyStatus};
-use crate::ppo::{PPO_LEN, Pke, Pkw};
+use crate::profibus::dp::Service;
+use crate::profibus::fdl::{Address, DataTelegram, Function, FunctionCode, ReplyStatus};
+use crate::profibus::ppo::{PPO_LEN, Pke, Pkw};
 
 /// The most that LE can be.
 const MAX_LE: u8 = 249;

@@ -5,8 +5,9 @@ use std::vec::Vec;
 
 use super::observed::Occasion;
 use super::{Active, HeldCfg, Kind, data_telegram, encoded};
-use crate::dp::Service;
-use crate::fdl::{self, DataTelegram, FrameCount, FunctionCode, Sap};
+use crate::profibus::dp::Service;
+use crate::profibus::fdl;
+use crate::profibus::fdl::{DataTelegram, FrameCount, FunctionCode, Sap};
 use crate::time::Instant;
 
 /// Set_Prm that releases the slave: Unlock_Req, watchdog factors of 1, min T_SDR unchanged, no groups. The slave does not

@@ -6,9 +6,9 @@ use super::observed::Occasion;
 use super::reply::{inputs, response_of};
 use super::spec::FramePart;
 use super::{Active, Kind, Outgoing, data_telegram, encoded};
-use crate::dp::Service;
-use crate::fdl::telegram::Format;
-use crate::fdl::{Address, DataTelegram, Function, FunctionCode, ReplyStatus, Sap};
+use crate::profibus::dp::Service;
+use crate::profibus::fdl::telegram::Format;
+use crate::profibus::fdl::{Address, DataTelegram, Function, FunctionCode, ReplyStatus, Sap};
 
 /// The short acknowledge.
 const SC: u8 = 0xE5;

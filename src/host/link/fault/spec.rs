@@ -8,10 +8,10 @@ use std::vec::Vec;
 
 use thiserror::Error;
 
-use crate::dp::{Service, State};
-use crate::fdl::Address;
 use crate::gsd::did_you_mean;
 use crate::host::occasions::{Occasions, Reading, Wrong, digits, duration, in_micros, misfit, number};
+use crate::profibus::dp::{Service, State};
+use crate::profibus::fdl::Address;
 
 /// How a fault is written, see [`Fault`].
 pub const FORM: &str = "FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS]\
@@ -205,7 +205,7 @@ impl FramePart {
 }
 
 /// The first octets of a diagnosis: `None` stays.
-pub type DiagOctets = [Option<u8>; crate::dp::slave_diag::LEN];
+pub type DiagOctets = [Option<u8>; crate::profibus::dp::slave_diag::LEN];
 
 /// What can go wrong with an answer of the parameter channel. [`Fault`] has the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -475,7 +475,10 @@ fn hex_octet(text: &str) -> Option<u8> {
 
 /// A number of octets that one telegram carries.
 fn octets(text: &str) -> Option<u8> {
-    digits(text)?.parse().ok().filter(|octets| usize::from(*octets) <= crate::fdl::station::MAX_USER_DATA)
+    digits(text)?
+        .parse()
+        .ok()
+        .filter(|octets| usize::from(*octets) <= crate::profibus::fdl::station::MAX_USER_DATA)
 }
 
 fn diag_octets(text: &str) -> Option<DiagOctets> {

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use crate::fdl::telegram::{Decoded, decode};
+use crate::profibus::fdl::telegram::{Decoded, decode};
 
 /// Octets that are kept to be compared at most: those of some telegrams.
 const MAX_EXPECTED: usize = 1024;

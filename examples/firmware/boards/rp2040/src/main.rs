@@ -10,7 +10,7 @@ mod own_station;
 
 use panic_halt as _;
 use profidrive::embedded::Rs485;
-use profidrive::fdl::Resync;
+use profidrive::profibus::fdl::Resync;
 use profidrive::time::{BaudRate, Instant};
 use rp2040_hal::clocks::init_clocks_and_plls;
 use rp2040_hal::fugit::RateExtU32;

@@ -16,7 +16,7 @@ use embassy_stm32::usart::{
 use embassy_stm32::{bind_interrupts, peripherals};
 use embassy_time::Delay;
 use panic_probe as _;
-use profidrive::device::{Config, Device, DipSwitches, Timing};
+use profidrive::devices::ag03::profibus::{Config, Device, DipSwitches, Timing};
 use profidrive::embedded::Rs485;
 use profidrive::time::{BaudRate, Instant};
 

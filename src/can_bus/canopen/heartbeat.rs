@@ -1,0 +1,145 @@
+//! Heartbeat: the node's own, and the supervision of others (`canopen-link.md` 4).
+
+use core::time::Duration;
+
+use super::address::NodeId;
+use super::application::{Application, NmtCause, Notice};
+use super::cob_id;
+use super::emcy::{self, Cause};
+use super::event::Event;
+use super::nmt::NmtState;
+use super::node::Node;
+use super::parameter::MAX_CONSUMERS;
+use crate::can_bus::can::Frame;
+use crate::time::Instant;
+
+/// The supervision of one node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Consumer {
+    /// Nothing was heard since the entry was set.
+    Waiting,
+    /// The next heartbeat has to come before.
+    Until(Instant),
+    /// It did not.
+    Lost,
+}
+
+impl Consumer {
+    pub(super) const fn due(self) -> Option<Instant> {
+        match self {
+            Self::Until(due) => Some(due),
+            Self::Waiting | Self::Lost => None,
+        }
+    }
+}
+
+/// The node and the time of an entry of 1016h, `None` if it is off.
+///
+/// ```text
+/// bits 31..24 zero   bits 23..16 node   bits 15..0 milliseconds
+/// ```
+pub(super) fn supervised(entry: u32) -> Option<(NodeId, Duration)> {
+    let [low, high, node, 0] = entry.to_le_bytes() else { return None };
+    let millis = u16::from_le_bytes([low, high]);
+    let node = NodeId::new(node).ok()?;
+    (millis != 0).then(|| (node, Duration::from_millis(millis.into())))
+}
+
+impl Node {
+    /// 1017h was written, or the node booted: the first frame comes one period later.
+    pub(super) fn restart_heartbeat(&mut self, now: Instant) {
+        self.heartbeat_due = self.heartbeat_period().map(|period| now.saturating_add(period));
+    }
+
+    fn heartbeat_period(&self) -> Option<Duration> {
+        match self.values.heartbeat {
+            0 => None,
+            millis => Some(Duration::from_millis(millis.into())),
+        }
+    }
+
+    pub(super) fn heartbeat_timeout(&mut self, now: Instant) {
+        let (Some(due), Some(period), Some(state)) =
+            (self.heartbeat_due, self.heartbeat_period(), self.state)
+        else {
+            return;
+        };
+        if now < due {
+            return;
+        }
+        self.send(Frame::with(cob_id::of_node(cob_id::ERROR_CONTROL, self.node_id), [state.octet()]));
+        // Counted from when it was due, so that a late host does not shift the period; a very late one does.
+        let next = due.saturating_add(period);
+        self.heartbeat_due = Some(if next <= now { now.saturating_add(period) } else { next });
+    }
+
+    /// A frame on 700h + another node.
+    pub(super) fn heartbeat_heard(
+        &mut self,
+        now: Instant,
+        node: u8,
+        frame: &Frame,
+        app: &mut dyn Application,
+    ) {
+        if frame.octets().len() != 1 {
+            return;
+        }
+        for place in 0..MAX_CONSUMERS {
+            let entry = self.values.consumers.get(place).copied().and_then(supervised);
+            let Some((supervised, time)) = entry.filter(|(supervised, _)| supervised.number() == node) else {
+                continue;
+            };
+            let Some(consumer) = self.consumers.get_mut(place) else { continue };
+            let was = core::mem::replace(consumer, Consumer::Until(now.saturating_add(time)));
+            match was {
+                Consumer::Waiting | Consumer::Until(_) => {}
+                Consumer::Lost => {
+                    self.error_ends(now, Cause::Heartbeat(place));
+                    self.tell(Event::HeartbeatBack(supervised));
+                    app.notice(now, Notice::HeartbeatBack(supervised));
+                }
+            }
+        }
+    }
+
+    pub(super) fn consumer_timeout(&mut self, now: Instant, app: &mut dyn Application) {
+        for place in 0..MAX_CONSUMERS {
+            let Some(consumer) = self.consumers.get_mut(place) else { continue };
+            if consumer.due().is_none_or(|due| now < due) {
+                continue;
+            }
+            *consumer = Consumer::Lost;
+            let Some((node, _)) = self.values.consumers.get(place).copied().and_then(supervised) else {
+                continue;
+            };
+            self.tell(Event::HeartbeatLost(node));
+            let rule = self.policy.heartbeat_error;
+            if rule.emcy {
+                self.error_begins(now, Cause::Heartbeat(place), emcy::ERROR_CONTROL);
+            }
+            app.notice(now, Notice::HeartbeatLost(node));
+            if rule.behaviour {
+                self.error_behaviour(now, app);
+            }
+        }
+    }
+
+    /// 1029h:1 after a communication error.
+    pub(super) fn error_behaviour(&mut self, now: Instant, app: &mut dyn Application) {
+        let to = match (self.has_error_behaviour, self.values.error_behaviour) {
+            (true, 0) => Some(NmtState::PreOperational),
+            (true, 2) => Some(NmtState::Stopped),
+            (true, 1 | 3..) => None,
+            (false, _) => self.policy.error_behaviour,
+        };
+        match (to, self.state) {
+            (Some(NmtState::PreOperational), Some(NmtState::Operational)) => {
+                self.enter(now, NmtState::PreOperational, NmtCause::ErrorBehaviour, app);
+            }
+            (Some(NmtState::Stopped), Some(_)) => {
+                self.enter(now, NmtState::Stopped, NmtCause::ErrorBehaviour, app);
+            }
+            (Some(NmtState::PreOperational | NmtState::Operational | NmtState::Stopped) | None, _) => {}
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! What a PDO carries: mapping words, their check when written, and the table that frames are built and taken by.
+//!
+//! ```text
+//! bits 31..16 index   bits 15..8 sub-index   bits 7..0 length in bits
+//! ```
+//!
+//! Indices 0001h to 0007h are types: dummies of that length in an RPDO.
+
+use heapless::Vec;
+
+use super::MAX_MAPPED;
+use crate::can_bus::canopen::abort::Abort;
+use crate::can_bus::canopen::address::Address;
+use crate::can_bus::canopen::dictionary;
+use crate::can_bus::canopen::dictionary::{Entry, Object};
+
+/// The most octets of a PDO.
+const MAX_OCTETS: u32 = 8;
+
+/// Which way a PDO goes, seen from the node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Direction {
+    /// RPDO.
+    Receive,
+    /// TPDO.
+    Transmit,
+}
+
+/// A mapping word taken apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct MappingWord {
+    /// The entry.
+    pub at: Address,
+    /// How many bits of it, the low ones.
+    pub bits: u8,
+}
+
+impl MappingWord {
+    /// The word of an object.
+    pub const fn decode(word: u32) -> Self {
+        let [bits, sub, low, high] = word.to_le_bytes();
+        Self { at: Address::new(u16::from_le_bytes([low, high]), sub), bits }
+    }
+
+    /// The word for an object.
+    pub const fn encode(self) -> u32 {
+        let [low, high] = self.at.index.0.to_le_bytes();
+        u32::from_le_bytes([self.bits, self.at.sub.0, low, high])
+    }
+
+    /// Whether it stands for octets of an RPDO that nobody takes.
+    pub const fn is_dummy(self) -> bool {
+        self.dummy_bits().is_some()
+    }
+
+    /// Bits of a dummy, `None` if it is an entry.
+    const fn dummy_bits(self) -> Option<u8> {
+        match self.at.pair() {
+            (0x0001, 0) => Some(1),
+            (0x0002 | 0x0005, 0) => Some(8),
+            (0x0003 | 0x0006, 0) => Some(16),
+            (0x0004 | 0x0007, 0) => Some(32),
+            (0.., 0..) => None,
+        }
+    }
+}
+
+/// One piece of a PDO.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::can_bus::canopen) struct Piece {
+    pub(in crate::can_bus::canopen) at: Address,
+    /// `None` for a dummy.
+    pub(in crate::can_bus::canopen) entry: Option<&'static Entry>,
+    pub(in crate::can_bus::canopen) octets: usize,
+}
+
+/// The pieces of a PDO, in their order in the frame.
+pub(in crate::can_bus::canopen) type Pieces = Vec<Piece, MAX_MAPPED>;
+
+/// The table of a mapping. Words that name nothing are left out: they come from faulty default tables only.
+pub(in crate::can_bus::canopen) fn pieces(objects: &'static [Object], words: &[u32]) -> Pieces {
+    let mut pieces = Pieces::new();
+    for word in words {
+        let word = MappingWord::decode(*word);
+        let entry = match word.dummy_bits() {
+            Some(_) => None,
+            None => match dictionary::entry(objects, word.at) {
+                Ok(entry) => Some(entry),
+                Err(_) => continue,
+            },
+        };
+        let _ = pieces.push(Piece { at: word.at, entry, octets: usize::from(word.bits / 8) });
+    }
+    pieces
+}
+
+/// Octets of all pieces.
+pub(in crate::can_bus::canopen) fn octets(pieces: &Pieces) -> usize {
+    pieces.iter().map(|piece| piece.octets).sum::<usize>().min(8)
+}
+
+/// Whether one word may be written to a mapping. Zero is an empty place.
+pub(in crate::can_bus::canopen) fn judge_word(
+    objects: &'static [Object],
+    direction: Direction,
+    word: u32,
+) -> Result<(), Abort> {
+    if word == 0 {
+        return Ok(());
+    }
+    let word = MappingWord::decode(word);
+    if let (Some(bits), Direction::Receive) = (word.dummy_bits(), direction) {
+        return if bits == word.bits && bits.is_multiple_of(8) { Ok(()) } else { Err(Abort::NOT_MAPPABLE) };
+    }
+    let entry = dictionary::entry(objects, word.at)?;
+    let mappable = match direction {
+        Direction::Receive => entry.receivable(),
+        Direction::Transmit => entry.sendable(),
+    };
+    let bits = entry.data.octets().map(|octets| octets * 8);
+    if mappable && bits == Some(usize::from(word.bits)) { Ok(()) } else { Err(Abort::NOT_MAPPABLE) }
+}
+
+/// Whether so many words make a PDO.
+pub(in crate::can_bus::canopen) fn judge_count(
+    objects: &'static [Object],
+    direction: Direction,
+    words: &[u32],
+) -> Result<(), Abort> {
+    let mut bits = 0;
+    for word in words {
+        if *word == 0 {
+            return Err(Abort::NO_OBJECT);
+        }
+        judge_word(objects, direction, *word)?;
+        bits += u32::from(MappingWord::decode(*word).bits);
+    }
+    if bits > MAX_OCTETS * 8 { Err(Abort::PDO_LENGTH) } else { Ok(()) }
+}

@@ -1,0 +1,126 @@
+//! Process data: entries of the dictionary in frames without protocol (`canopen-link.md` 6).
+//!
+//! | type | TPDO | RPDO |
+//! | --- | --- | --- |
+//! | 0 | after a SYNC, if something changed | taken at the next SYNC |
+//! | 1..=240 | after every n-th SYNC | taken at the next SYNC |
+//! | 252 | on request, sampled at SYNC | |
+//! | 253 | on request | |
+//! | 254, 255 | on events and by the event timer | taken at once |
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | [`mapping`] | which entries a PDO carries |
+//! | `receive` | RPDOs |
+//! | `transmit` | TPDOs |
+
+pub mod mapping;
+pub(super) mod receive;
+pub(super) mod transmit;
+
+pub use mapping::{Direction, MappingWord};
+
+use core::fmt;
+
+/// The most PDOs of a node in one direction.
+pub const MAX_PDOS: usize = 8;
+
+/// The most entries in one PDO.
+pub const MAX_MAPPED: usize = 8;
+
+/// The number of a PDO of one direction, 1 to 8.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct PdoNumber(u8);
+
+impl PdoNumber {
+    /// PDO 1.
+    pub const P1: Self = Self(1);
+    /// PDO 2.
+    pub const P2: Self = Self(2);
+    /// PDO 3.
+    pub const P3: Self = Self(3);
+    /// PDO 4.
+    pub const P4: Self = Self(4);
+
+    /// Every number, the lowest first.
+    pub const ALL: [Self; MAX_PDOS] =
+        [Self(1), Self(2), Self(3), Self(4), Self(5), Self(6), Self(7), Self(8)];
+
+    /// PDO `number`, `None` outside 1 to 8.
+    pub const fn new(number: u8) -> Option<Self> {
+        match number {
+            1..=8 => Some(Self(number)),
+            0 | 9.. => None,
+        }
+    }
+
+    /// 1 to 8.
+    pub const fn number(self) -> u8 {
+        self.0
+    }
+
+    /// Its place in tables.
+    pub(in crate::can_bus::canopen) const fn place(self) -> usize {
+        self.0 as usize - 1
+    }
+}
+
+impl fmt::Display for PdoNumber {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+/// Sub-index 2 of the communication objects.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct TransmissionType(pub u8);
+
+impl TransmissionType {
+    /// Whether the type exists; 241 to 251 are reserved.
+    pub const fn exists(self) -> bool {
+        !matches!(self.0, 241..=251)
+    }
+
+    /// Whether an RPDO of this type waits for SYNC.
+    pub const fn is_synchronous(self) -> bool {
+        self.0 <= 240
+    }
+
+    /// What makes a node send a TPDO of this type; reserved types are sent on request only.
+    pub(super) const fn trigger(self) -> Trigger {
+        match self.0 {
+            0 => Trigger::SyncAfterEvent,
+            n @ 1..=240 => Trigger::EverySync(n),
+            252 => Trigger::RequestSampledAtSync,
+            241..=251 | 253 => Trigger::Request,
+            254 => Trigger::Event254,
+            255 => Trigger::Event255,
+        }
+    }
+}
+
+/// What makes a node send a TPDO.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Trigger {
+    /// Type 0.
+    SyncAfterEvent,
+    /// Types 1 to 240.
+    EverySync(u8),
+    /// Type 252.
+    RequestSampledAtSync,
+    /// Type 253.
+    Request,
+    /// Type 254: the manufacturer's rule.
+    Event254,
+    /// Type 255: the profile's rule.
+    Event255,
+}
+
+impl Trigger {
+    pub(super) const fn is_event(self) -> bool {
+        match self {
+            Self::Event254 | Self::Event255 => true,
+            Self::SyncAfterEvent | Self::EverySync(_) | Self::RequestSampledAtSync | Self::Request => false,
+        }
+    }
+}

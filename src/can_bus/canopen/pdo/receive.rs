@@ -1,0 +1,150 @@
+//! RPDOs: taken at once or at the next SYNC.
+
+use super::mapping::{self, Pieces};
+use super::{MAX_PDOS, PdoNumber, TransmissionType};
+use crate::can_bus::can::{Frame, Id};
+use crate::can_bus::canopen::application::{Application, Notice, Source};
+use crate::can_bus::canopen::cob_id::CobId;
+use crate::can_bus::canopen::emcy;
+use crate::can_bus::canopen::emcy::Cause;
+use crate::can_bus::canopen::event::Event;
+use crate::can_bus::canopen::node::Node;
+use crate::time::Instant;
+
+/// One RPDO.
+#[derive(Clone, Debug)]
+pub(in crate::can_bus::canopen) struct Rpdo {
+    /// While it is on and carries something.
+    pub(in crate::can_bus::canopen) id: Option<Id>,
+    pieces: Pieces,
+    octets: usize,
+    /// The newest frame, waiting for SYNC.
+    waiting: Option<[u8; 8]>,
+}
+
+impl Rpdo {
+    pub(in crate::can_bus::canopen) const OFF: Self =
+        Self { id: None, pieces: Pieces::new(), octets: 0, waiting: None };
+
+    /// Forgets what waits for a SYNC.
+    pub(in crate::can_bus::canopen) const fn forget(&mut self) {
+        self.waiting = None;
+    }
+}
+
+impl Node {
+    /// Puts the objects of an RPDO into effect.
+    pub(in crate::can_bus::canopen) fn set_up_rpdo(&mut self, pdo: PdoNumber) {
+        let values = self.values.rpdo(pdo);
+        let pieces = mapping::pieces(self.objects, values.mapping());
+        let octets = mapping::octets(&pieces);
+        let id = CobId(values.cob_id).active().filter(|_| octets != 0);
+        if let Some(rpdo) = self.rpdos.get_mut(pdo.place()) {
+            *rpdo = Rpdo { id, pieces, octets, waiting: None };
+        }
+    }
+
+    /// The RPDO with that identifier.
+    pub(in crate::can_bus::canopen) fn rpdo_of(&self, id: Id) -> Option<PdoNumber> {
+        let place = self.rpdos.iter().position(|rpdo| rpdo.id == Some(id))?;
+        PdoNumber::ALL.get(place).copied()
+    }
+
+    /// Whether this is the identifier of an RPDO that is on, whatever it carries.
+    pub fn takes_rpdo(&self, id: Id) -> bool {
+        PdoNumber::ALL.iter().any(|pdo| CobId(self.values.rpdo(*pdo).cob_id).active() == Some(id))
+    }
+
+    /// A data frame for an RPDO in OPERATIONAL.
+    pub(in crate::can_bus::canopen) fn rpdo_received(
+        &mut self,
+        now: Instant,
+        pdo: PdoNumber,
+        frame: &Frame,
+        app: &mut dyn Application,
+    ) {
+        let kind = TransmissionType(self.values.rpdo(pdo).kind);
+        let in_window = self.in_sync_window(now);
+        let Some(rpdo) = self.rpdos.get_mut(pdo.place()) else { return };
+        let octets = frame.octets();
+        if octets.len() < rpdo.octets {
+            let [expected, got] = [rpdo.octets, octets.len()].map(|len| u8::try_from(len).unwrap_or(8));
+            self.tell(Event::RpdoLength { pdo, expected, got });
+            if self.policy.rpdo_short_emcy {
+                self.error_begins(now, Cause::RpdoLength(pdo), emcy::RPDO_LENGTH);
+            }
+            app.notice(now, Notice::RpdoLength { pdo, expected, got });
+            return;
+        }
+        let mut data = [0; 8];
+        for (place, octet) in data.iter_mut().zip(octets) {
+            *place = *octet;
+        }
+        if kind.is_synchronous() {
+            if in_window {
+                rpdo.waiting = Some(data);
+            }
+        } else {
+            self.take(now, pdo, data, app);
+        }
+        self.error_ends(now, Cause::RpdoLength(pdo));
+    }
+
+    /// SYNC: what waits acts, the lowest number first.
+    pub(in crate::can_bus::canopen) fn take_synchronous_rpdos(
+        &mut self,
+        now: Instant,
+        app: &mut dyn Application,
+    ) {
+        for place in 0..MAX_PDOS {
+            let waiting = self.rpdos.get_mut(place).and_then(|rpdo| rpdo.waiting.take());
+            if let (Some(data), Some(pdo)) = (waiting, PdoNumber::ALL.get(place)) {
+                self.take(now, *pdo, data, app);
+            }
+        }
+    }
+
+    fn take(&mut self, now: Instant, pdo: PdoNumber, data: [u8; 8], app: &mut dyn Application) {
+        let mut begin = 0;
+        for place in 0..super::MAX_MAPPED {
+            let piece = self.rpdos.get(pdo.place()).and_then(|rpdo| rpdo.pieces.get(place));
+            let Some(&piece) = piece else { break };
+            let end = begin + piece.octets;
+            let octets = data.get(begin..end).unwrap_or_default();
+            begin = end;
+            let Some(entry) = piece.entry else { continue };
+            // A mapping may take less than the whole entry: the rest is zero.
+            let mut value = [0; 8];
+            for (place, octet) in value.iter_mut().zip(octets) {
+                *place = *octet;
+            }
+            let value = value.get(..entry.data.octets().unwrap_or_default()).unwrap_or_default();
+            let judged = match entry.data.decode(value) {
+                Some(value) if self.policy.rpdo_limits => self.policy.judge_range(entry, value),
+                Some(_) | None => Ok(()),
+            };
+            let source = Source::Rpdo(pdo);
+            let written = judged.and_then(|()| self.write_home(now, piece.at, entry, value, source, app));
+            if let Err(broken) = written {
+                let refusal = self.refusal_of_write(piece.at, broken, value, app);
+                self.tell(Event::RpdoRefused { pdo, refusal });
+                app.notice(now, Notice::RpdoRefused { pdo, at: piece.at, abort: broken.code });
+            }
+        }
+        app.notice(now, Notice::RpdoTaken(pdo));
+    }
+
+    /// A remote request of an RPDO: answered only by devices that say with what.
+    pub(in crate::can_bus::canopen) fn rpdo_requested(&mut self, pdo: PdoNumber, app: &dyn Application) {
+        let answer = self.policy.rpdo_rtr.iter().find(|answer| answer.pdo == pdo);
+        let id = self.rpdos.get(pdo.place()).and_then(|rpdo| rpdo.id);
+        if let (Some(answer), Some(id)) = (answer, id) {
+            let pieces = mapping::pieces(self.objects, answer.mapping);
+            let mut data = self.sample(&pieces, app);
+            app.complete_rtr_answer(pdo, &mut data);
+            if let Ok(frame) = Frame::data(id, data.get(..mapping::octets(&pieces)).unwrap_or_default()) {
+                self.send(frame);
+            }
+        }
+    }
+}

@@ -1,0 +1,260 @@
+//! TPDOs: sent after SYNC, on request, on events and by time.
+
+use core::time::Duration;
+
+use super::mapping::{self, Pieces};
+use super::{MAX_PDOS, PdoNumber, TransmissionType, Trigger};
+use crate::can_bus::can::{Frame, Id};
+use crate::can_bus::canopen::application::Application;
+use crate::can_bus::canopen::cob_id::CobId;
+use crate::can_bus::canopen::node::Node;
+use crate::can_bus::canopen::policy::{EventRule, TypeZero};
+use crate::time::Instant;
+
+/// One TPDO.
+#[derive(Clone, Debug)]
+pub(in crate::can_bus::canopen) struct Tpdo {
+    /// While it is on and carries something.
+    pub(in crate::can_bus::canopen) id: Option<Id>,
+    trigger: Trigger,
+    pieces: Pieces,
+    octets: usize,
+    /// SYNCs since it was sent last.
+    syncs: u8,
+    /// What was sent last, or sampled last: what a change is held against.
+    data: [u8; 8],
+    /// Something happened that is not sent yet.
+    event: bool,
+    /// It is not sent before.
+    inhibited_until: Instant,
+    /// Sent then at the latest.
+    timer: Option<Instant>,
+}
+
+impl Tpdo {
+    pub(in crate::can_bus::canopen) const OFF: Self = Self {
+        id: None,
+        trigger: Trigger::Request,
+        pieces: Pieces::new(),
+        octets: 0,
+        syncs: 0,
+        data: [0; 8],
+        event: false,
+        inhibited_until: Instant::ZERO,
+        timer: None,
+    };
+
+    /// When something is to be done for it in OPERATIONAL.
+    pub(in crate::can_bus::canopen) fn due(&self) -> Option<Instant> {
+        let event = self.event.then_some(self.inhibited_until);
+        Instant::first_of(event.filter(|_| self.trigger.is_event()), self.timer)
+    }
+}
+
+impl Node {
+    /// Puts the objects of a TPDO into effect; counters and timers begin anew.
+    pub(in crate::can_bus::canopen) fn set_up_tpdo(
+        &mut self,
+        now: Instant,
+        pdo: PdoNumber,
+        app: &dyn Application,
+    ) {
+        let values = self.values.tpdo(pdo);
+        let pieces = mapping::pieces(self.objects, values.mapping());
+        let octets = mapping::octets(&pieces);
+        let id = CobId(values.cob_id).active().filter(|_| octets != 0);
+        let trigger = TransmissionType(values.kind).trigger();
+        let data = if id.is_some() { self.sample(&pieces, app) } else { [0; 8] };
+        if let Some(tpdo) = self.tpdos.get_mut(pdo.place()) {
+            *tpdo = Tpdo { id, trigger, pieces, octets, data, ..Tpdo::OFF };
+        }
+        self.restart_event_timer(now, pdo);
+    }
+
+    /// OPERATIONAL is entered: counters and timers begin, and what has to be said at once is said.
+    pub(in crate::can_bus::canopen) fn start_tpdos(&mut self, now: Instant, app: &dyn Application) {
+        for pdo in PdoNumber::ALL {
+            self.set_up_tpdo(now, pdo, app);
+            let Some(tpdo) = self.tpdos.get(pdo.place()) else { continue };
+            if self.event_rule(tpdo.trigger).is_some_and(|rule| rule.on_start) {
+                self.tpdo_event(now, pdo, app);
+            }
+        }
+    }
+
+    /// The device or the bus wants an event-driven TPDO; others are marked for the next SYNC.
+    pub(in crate::can_bus::canopen) fn tpdo_event(
+        &mut self,
+        now: Instant,
+        pdo: PdoNumber,
+        app: &dyn Application,
+    ) {
+        if let Some(tpdo) = self.tpdos.get_mut(pdo.place()) {
+            tpdo.event = tpdo.id.is_some();
+            self.send_if_allowed(now, pdo, app);
+        }
+    }
+
+    /// SYNC: samples, counts and sends.
+    pub(in crate::can_bus::canopen) fn send_synchronous_tpdos(
+        &mut self,
+        now: Instant,
+        app: &dyn Application,
+    ) {
+        for (place, pdo) in (0..MAX_PDOS).zip(PdoNumber::ALL) {
+            let Some(tpdo) = self.tpdos.get(place) else { continue };
+            if tpdo.id.is_none() {
+                continue;
+            }
+            match tpdo.trigger {
+                Trigger::EverySync(n) => {
+                    let syncs = tpdo.syncs.saturating_add(1);
+                    let send = syncs >= n;
+                    if let Some(tpdo) = self.tpdos.get_mut(place) {
+                        tpdo.syncs = if send { 0 } else { syncs };
+                    }
+                    if send {
+                        self.sample_and_send(now, pdo, app);
+                    }
+                }
+                Trigger::SyncAfterEvent => {
+                    let send = match self.policy.type_0 {
+                        TypeZero::EverySync => true,
+                        TypeZero::OnChange => tpdo.event || self.sample(&tpdo.pieces, app) != tpdo.data,
+                    };
+                    if send {
+                        self.sample_and_send(now, pdo, app);
+                    }
+                }
+                Trigger::RequestSampledAtSync => {
+                    let data = self.sample(&tpdo.pieces, app);
+                    if let Some(tpdo) = self.tpdos.get_mut(place) {
+                        tpdo.data = data;
+                    }
+                }
+                Trigger::Request | Trigger::Event254 | Trigger::Event255 => {}
+            }
+        }
+    }
+
+    /// Looks for changes and timers of event-driven TPDOs in OPERATIONAL.
+    pub(in crate::can_bus::canopen) fn send_event_driven_tpdos(
+        &mut self,
+        now: Instant,
+        app: &dyn Application,
+    ) {
+        for (place, pdo) in (0..MAX_PDOS).zip(PdoNumber::ALL) {
+            let Some(tpdo) = self.tpdos.get(place) else { continue };
+            let Some(rule) = self.event_rule(tpdo.trigger) else { continue };
+            if tpdo.id.is_none() {
+                continue;
+            }
+            let timer = tpdo.timer.is_some_and(|timer| timer <= now);
+            let event = tpdo.event || timer || rule.change && self.sample(&tpdo.pieces, app) != tpdo.data;
+            if let Some(tpdo) = self.tpdos.get_mut(place) {
+                tpdo.event = event;
+                if timer {
+                    tpdo.timer = None;
+                }
+            }
+            if event {
+                self.send_if_allowed(now, pdo, app);
+            }
+        }
+    }
+
+    /// A remote request of a TPDO in OPERATIONAL.
+    pub(in crate::can_bus::canopen) fn tpdo_requested(&mut self, pdo: PdoNumber, app: &dyn Application) {
+        let values = self.values.tpdo(pdo);
+        let Some(tpdo) = self.tpdos.get(pdo.place()) else { return };
+        if !self.policy.tpdo_rtr || CobId(values.cob_id).bit_30() {
+            return;
+        }
+        let data = match tpdo.trigger {
+            Trigger::RequestSampledAtSync => tpdo.data,
+            Trigger::SyncAfterEvent
+            | Trigger::EverySync(_)
+            | Trigger::Request
+            | Trigger::Event254
+            | Trigger::Event255 => self.sample(&tpdo.pieces, app),
+        };
+        self.send_tpdo(pdo, data);
+    }
+
+    /// The TPDO with that identifier.
+    pub(in crate::can_bus::canopen) fn tpdo_of(&self, id: Id) -> Option<PdoNumber> {
+        let place = self.tpdos.iter().position(|tpdo| tpdo.id == Some(id))?;
+        PdoNumber::ALL.get(place).copied()
+    }
+
+    /// The values of the pieces now. One that cannot be read is zero.
+    pub(in crate::can_bus::canopen) fn sample(&self, pieces: &Pieces, app: &dyn Application) -> [u8; 8] {
+        let mut data = [0; 8];
+        let mut begin = 0;
+        for piece in pieces {
+            let end = begin + piece.octets;
+            if let (Some(entry), Some(room)) = (piece.entry, data.get_mut(begin..end)) {
+                let _ = self.value_with(piece.at, entry, app, |octets| {
+                    for (place, octet) in room.iter_mut().zip(octets) {
+                        *place = *octet;
+                    }
+                    Ok(())
+                });
+            }
+            begin = end;
+        }
+        data
+    }
+
+    /// 1800h:5 was written, or the PDO was sent.
+    pub(in crate::can_bus::canopen) fn restart_event_timer(&mut self, now: Instant, pdo: PdoNumber) {
+        let millis = self.values.tpdo(pdo).event_timer;
+        let Some(tpdo) = self.tpdos.get_mut(pdo.place()) else { return };
+        let runs = millis != 0 && tpdo.id.is_some() && tpdo.trigger.is_event();
+        tpdo.timer = runs.then(|| now.saturating_add(Duration::from_millis(millis.into())));
+    }
+
+    const fn event_rule(&self, trigger: Trigger) -> Option<EventRule> {
+        match trigger {
+            Trigger::Event254 => Some(self.policy.type_254),
+            Trigger::Event255 => Some(self.policy.type_255),
+            Trigger::SyncAfterEvent
+            | Trigger::EverySync(_)
+            | Trigger::Request
+            | Trigger::RequestSampledAtSync => None,
+        }
+    }
+
+    fn send_if_allowed(&mut self, now: Instant, pdo: PdoNumber, app: &dyn Application) {
+        let Some(tpdo) = self.tpdos.get(pdo.place()) else { return };
+        let Some(rule) = self.event_rule(tpdo.trigger) else { return };
+        if tpdo.event && (!rule.inhibit || tpdo.inhibited_until <= now) {
+            self.sample_and_send(now, pdo, app);
+            let inhibit = Duration::from_micros(u64::from(self.values.tpdo(pdo).inhibit) * 100);
+            if let Some(tpdo) = self.tpdos.get_mut(pdo.place())
+                && rule.inhibit
+            {
+                tpdo.inhibited_until = now.saturating_add(inhibit);
+            }
+        }
+    }
+
+    fn sample_and_send(&mut self, now: Instant, pdo: PdoNumber, app: &dyn Application) {
+        let Some(tpdo) = self.tpdos.get(pdo.place()) else { return };
+        let data = self.sample(&tpdo.pieces, app);
+        if let Some(tpdo) = self.tpdos.get_mut(pdo.place()) {
+            tpdo.data = data;
+            tpdo.event = false;
+        }
+        self.restart_event_timer(now, pdo);
+        self.send_tpdo(pdo, data);
+    }
+
+    fn send_tpdo(&mut self, pdo: PdoNumber, data: [u8; 8]) {
+        let Some(tpdo) = self.tpdos.get(pdo.place()) else { return };
+        let data = data.get(..tpdo.octets).unwrap_or_default();
+        if let Some(Ok(frame)) = tpdo.id.map(|id| Frame::data(id, data)) {
+            self.send(frame);
+        }
+    }
+}

@@ -1,0 +1,301 @@
+//! The SDO server of a node: one transfer at a time, expedited and in segments.
+
+use super::{FRAME_LEN, Response, SdoRequest};
+use crate::can_bus::can::Frame;
+use crate::can_bus::canopen::abort::Abort;
+use crate::can_bus::canopen::address::Address;
+use crate::can_bus::canopen::application::{Application, Source, Written};
+use crate::can_bus::canopen::cob_id;
+use crate::can_bus::canopen::event::Event;
+use crate::can_bus::canopen::node::Node;
+use crate::can_bus::canopen::refusal::{Broken, Refusal};
+use crate::time::Instant;
+
+/// The most octets of one value.
+pub const MAX_VALUE_LEN: usize = 256;
+
+/// What is under way.
+#[derive(Clone, Debug)]
+pub(in crate::can_bus::canopen) struct Server {
+    transfer: Transfer,
+    /// The value on its way in or out.
+    octets: [u8; MAX_VALUE_LEN],
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Transfer {
+    /// None.
+    Idle,
+    /// Octets `sent..len` are still to be asked for.
+    Upload { at: Address, len: usize, sent: usize, toggle: bool },
+    /// So many octets have come.
+    Download { at: Address, announced: Option<usize>, most: usize, came: usize, toggle: bool },
+    /// The write is done; the answer waits. `segment` is the toggle bit if the last request was a segment.
+    Held { at: Address, segment: Option<bool> },
+}
+
+impl Server {
+    pub(in crate::can_bus::canopen) const IDLE: Self =
+        Self { transfer: Transfer::Idle, octets: [0; MAX_VALUE_LEN] };
+
+    /// What is under way ends without a frame.
+    pub(in crate::can_bus::canopen) const fn end(&mut self) {
+        self.transfer = Transfer::Idle;
+    }
+}
+
+impl Node {
+    /// A frame on 600h + node while SDOs are served.
+    pub(in crate::can_bus::canopen) fn sdo_request(
+        &mut self,
+        now: Instant,
+        frame: &Frame,
+        app: &mut dyn Application,
+    ) {
+        let Ok(octets) = <[u8; FRAME_LEN]>::try_from(frame.octets()) else { return };
+        // Whatever the client wants, it does not wait for an older answer.
+        self.storage.forget_answer();
+        let response = match SdoRequest::decode(octets) {
+            SdoRequest::Expedited { at, octets, len } => self.expedited(now, at, &octets, len, app),
+            SdoRequest::Upload { at } => Some(self.upload(at, app)),
+            SdoRequest::UploadSegment { toggle } => Some(self.upload_segment(toggle)),
+            SdoRequest::Download { at, len } => Some(self.download(at, len)),
+            SdoRequest::DownloadSegment { toggle, octets, len, last } => {
+                let octets = octets.get(..usize::from(len)).unwrap_or_default();
+                self.download_segment(now, toggle, octets, last, app)
+            }
+            SdoRequest::Abort(code) => {
+                self.sdo_aborted_by_client(code);
+                None
+            }
+            SdoRequest::Block { at } | SdoRequest::Unknown { at } => {
+                self.sdo.end();
+                Some(self.refuse(at, self.policy.unknown_command))
+            }
+        };
+        if let Some(response) = response {
+            self.respond(response);
+        }
+    }
+
+    /// The answer held by [`Written::Held`].
+    pub(in crate::can_bus::canopen) fn answer_held(&mut self, outcome: Result<(), Abort>) {
+        let Transfer::Held { at, segment } = self.sdo.transfer else { return };
+        self.sdo.end();
+        let response = match outcome {
+            Ok(()) => done(at, segment),
+            Err(code) => self.refuse(at, code),
+        };
+        self.respond(response);
+    }
+
+    fn expedited(
+        &mut self,
+        now: Instant,
+        at: Address,
+        octets: &[u8; 4],
+        len: Option<u8>,
+        app: &mut dyn Application,
+    ) -> Option<Response> {
+        self.sdo.end();
+        // Without a length the entry says how much of the four octets counts.
+        let len = match (len, self.entry(at)) {
+            (Some(len), _) => usize::from(len),
+            (None, Ok(entry)) => entry.lengths().1.min(octets.len()),
+            (None, Err(_)) => octets.len(),
+        };
+        let octets = octets.get(..len).unwrap_or_default();
+        self.written(now, at, octets, None, app)
+    }
+
+    /// Writes a value that is complete, and answers.
+    fn written(
+        &mut self,
+        now: Instant,
+        at: Address,
+        octets: &[u8],
+        segment: Option<bool>,
+        app: &mut dyn Application,
+    ) -> Option<Response> {
+        match self.write(now, at, octets, Source::Sdo, app) {
+            Ok(Written::Done) => Some(done(at, segment)),
+            Ok(Written::Held) => {
+                self.sdo.transfer = Transfer::Held { at, segment };
+                None
+            }
+            Err(broken) => {
+                let refusal = self.refusal_of_write(at, broken, octets, app);
+                Some(self.tell_refusal(refusal))
+            }
+        }
+    }
+
+    fn upload(&mut self, at: Address, app: &dyn Application) -> Response {
+        self.sdo.end();
+        let mut octets = [0; 4];
+        let outcome = self.read_with(at, app, |value| {
+            if let Some(front) = octets.get_mut(..value.len()) {
+                front.copy_from_slice(value);
+                return Ok((value.len(), true));
+            }
+            Ok((value.len(), false))
+        });
+        match outcome {
+            Ok((len @ 1..=4, true)) => {
+                #[expect(clippy::cast_possible_truncation, reason = "at most four")]
+                let len = len as u8;
+                Response::Expedited { at, octets, len }
+            }
+            Ok(_) if !self.policy.segmented => self.refuse(at, self.policy.unknown_command),
+            Ok(_) => self.begin_upload(at, app),
+            Err(code) => self.refuse(at, code),
+        }
+    }
+
+    /// A value of more than four octets, or of none.
+    fn begin_upload(&mut self, at: Address, app: &dyn Application) -> Response {
+        let mut kept = [0; MAX_VALUE_LEN];
+        let outcome = self.read_with(at, app, |value| {
+            kept.get_mut(..value.len()).ok_or(Abort::MEMORY)?.copy_from_slice(value);
+            Ok(value.len())
+        });
+        match outcome {
+            Ok(len) => {
+                self.sdo.octets = kept;
+                self.sdo.transfer = Transfer::Upload { at, len, sent: 0, toggle: false };
+                Response::Upload { at, len: u32::try_from(len).unwrap_or(u32::MAX) }
+            }
+            Err(code) => self.refuse(at, code),
+        }
+    }
+
+    fn upload_segment(&mut self, toggle: bool) -> Response {
+        let Transfer::Upload { at, len, sent, toggle: expected } = self.sdo.transfer else {
+            return self.no_transfer();
+        };
+        if toggle != expected {
+            self.sdo.end();
+            return self.refuse(at, Abort::TOGGLE);
+        }
+        let rest = self.sdo.octets.get(sent..len).unwrap_or_default();
+        let mut octets = [0; 7];
+        let mut count = 0;
+        for (place, octet) in octets.iter_mut().zip(rest) {
+            *place = *octet;
+            count += 1;
+        }
+        let sent = sent + usize::from(count);
+        let last = sent >= len;
+        self.sdo.transfer =
+            if last { Transfer::Idle } else { Transfer::Upload { at, len, sent, toggle: !toggle } };
+        Response::Segment { toggle, octets, len: count, last }
+    }
+
+    fn download(&mut self, at: Address, announced: Option<u32>) -> Response {
+        self.sdo.end();
+        if !self.policy.segmented {
+            return self.refuse(at, self.policy.unknown_command);
+        }
+        let announced = announced.map(|len| usize::try_from(len).unwrap_or(usize::MAX));
+        match self.may_download(at, announced) {
+            Ok(most) => {
+                self.sdo.transfer = Transfer::Download { at, announced, most, came: 0, toggle: false };
+                Response::Downloaded { at }
+            }
+            Err(broken) => {
+                let entry = self.entry(at).ok();
+                let refusal = match announced {
+                    Some(len) => Refusal::announced(at, broken, entry, len),
+                    None => Refusal::new(at, broken.code, entry),
+                };
+                self.tell_refusal(refusal)
+            }
+        }
+    }
+
+    /// What can be judged before the value is there. Says how long it may be.
+    fn may_download(&self, at: Address, announced: Option<usize>) -> Result<usize, Broken> {
+        let entry = self.entry(at)?;
+        if !entry.is_writable() {
+            return Err(Abort::READ_ONLY.into());
+        }
+        let (_, most) = entry.lengths();
+        if let Some(len) = announced {
+            self.judge_length(entry, len)?;
+        }
+        if most > MAX_VALUE_LEN { Err(Abort::MEMORY.into()) } else { Ok(most) }
+    }
+
+    fn download_segment(
+        &mut self,
+        now: Instant,
+        toggle: bool,
+        octets: &[u8],
+        last: bool,
+        app: &mut dyn Application,
+    ) -> Option<Response> {
+        let Transfer::Download { at, announced, most, came, toggle: expected } = self.sdo.transfer else {
+            return Some(self.no_transfer());
+        };
+        self.sdo.end();
+        if toggle != expected {
+            return Some(self.refuse(at, Abort::TOGGLE));
+        }
+        let end = came + octets.len();
+        let room = if end > announced.unwrap_or(most) { None } else { self.sdo.octets.get_mut(came..end) };
+        let Some(room) = room else { return Some(self.refuse(at, self.policy.too_long())) };
+        room.copy_from_slice(octets);
+        if !last {
+            self.sdo.transfer = Transfer::Download { at, announced, most, came: end, toggle: !toggle };
+            return Some(Response::SegmentTaken { toggle });
+        }
+        if announced.is_some_and(|announced| announced != end) {
+            return Some(self.refuse(at, self.policy.too_short()));
+        }
+        let value = self.sdo.octets;
+        let value = value.get(..end).unwrap_or_default();
+        self.written(now, at, value, Some(toggle), app)
+    }
+
+    /// A segment of nothing. The frame has no address to repeat.
+    fn no_transfer(&mut self) -> Response {
+        self.sdo.end();
+        self.refuse(Address::new(0, 0), self.policy.unknown_command)
+    }
+
+    fn refuse(&mut self, at: Address, code: Abort) -> Response {
+        self.tell_refusal(Refusal::new(at, code, self.entry(at).ok()))
+    }
+
+    fn tell_refusal(&mut self, refusal: Refusal) -> Response {
+        self.tell(Event::SdoRefused(refusal));
+        Response::Abort { at: refusal.at, code: refusal.code }
+    }
+
+    fn sdo_aborted_by_client(&mut self, code: Abort) {
+        match self.sdo.transfer {
+            Transfer::Idle => {}
+            Transfer::Upload { at, .. } | Transfer::Download { at, .. } | Transfer::Held { at, .. } => {
+                self.sdo.end();
+                self.tell(Event::SdoAbortedByClient { at, code });
+            }
+        }
+    }
+
+    fn respond(&mut self, response: Response) {
+        let mut octets = response.encode();
+        if let (Response::Expedited { len: 4, .. }, false, [command, ..]) =
+            (response, self.policy.four_octets_say_size, &mut octets)
+        {
+            *command = 0x42;
+        }
+        self.send(Frame::with(cob_id::of_node(cob_id::SDO_SERVER, self.node_id), octets));
+    }
+}
+
+const fn done(at: Address, segment: Option<bool>) -> Response {
+    match segment {
+        None => Response::Downloaded { at },
+        Some(toggle) => Response::SegmentTaken { toggle },
+    }
+}

@@ -1,0 +1,8 @@
+//! The positioning drives SIKO AG03 and AG03/1: parameters, state machine and motion, the powered unit, and the unit on
+//! either bus.
+
+pub mod canopen;
+pub mod drive;
+pub mod param;
+pub mod profibus;
+pub mod unit;

@@ -1,0 +1,55 @@
+//! News for the host.
+
+use core::fmt;
+
+use super::objects::MAX_TARGET;
+use super::state::State;
+use super::why::Refused;
+use crate::can_bus::canopen;
+use crate::devices::ag03::unit;
+
+/// Something a user may want to read. `Display` is one line of plain English.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Event {
+    /// The node: NMT, SDO, PDO, EMCY, error control.
+    Node(canopen::Event),
+    /// The unit: refused commands, faults, power.
+    Unit(unit::Event),
+    /// The state of the drive changed.
+    State {
+        /// The state before.
+        from: State,
+        /// The state now.
+        to: State,
+    },
+    /// A travel job was refused because 607Ah, which came in a PDO, is outside its range (CN-35).
+    TargetRefused {
+        /// The target.
+        got: i32,
+    },
+    /// Events were lost because nobody took them in time.
+    Lost {
+        /// How many.
+        events: u32,
+    },
+}
+
+impl fmt::Display for Event {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Node(event) => event.fmt(f),
+            Self::Unit(unit::Event::SwitchedOn(switches)) => {
+                let node = switches.node_id();
+                write!(f, "switched on at node number {node} (SW1 to SW10: {switches})")
+            }
+            Self::Unit(unit::Event::CommandRefused(refusal)) => Refused(refusal).fmt(f),
+            Self::Unit(event) => event.fmt(f),
+            Self::State { from, to } => write!(f, "drive state {from} -> {to}"),
+            Self::TargetRefused { got } => {
+                write!(f, "travel refused: target 607Ah is {got}, expected -{MAX_TARGET} to {MAX_TARGET}")
+            }
+            Self::Lost { events } => write!(f, "{events} more events were lost"),
+        }
+    }
+}

@@ -1,0 +1,410 @@
+//! The AG03/1 on CANopen: the same unit as on PROFIBUS behind a node of CiA 301 (`canopen-ag03.md`).
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | `config` | [`Config`]: what a node is made of |
+//! | [`objects`] | the object dictionary, and which entry is which parameter |
+//! | [`words`] | every bit of 6040h and 6041h |
+//! | [`state`] | the drive state machine |
+//! | `part` | the unit as the node sees it: control word in, status word out |
+//! | `access` | what reads and writes of objects do |
+//! | [`errors`] | the EMCY code and the bits of the error register of each fault |
+//! | `event` | [`Event`]: news for the host |
+//! | `surroundings` | inputs, faults, keys, LEDs |
+//! | `why` | [`Hindrance`]: what keeps it from moving |
+//! | `quirks` | [`QUIRKS`]: every named alternative |
+//!
+//! ```
+//! use profidrive::can_bus::can::{Frame, Id};
+//! use profidrive::devices::ag03::canopen::{Ag03Node, Config};
+//! use profidrive::can_bus::canopen::NodeId;
+//! use profidrive::time::Instant;
+//!
+//! let now = Instant::ZERO;
+//! let mut node = Ag03Node::new(Config::new(NodeId::new(5)?), now);
+//! assert_eq!(node.poll_transmit(now), Some(Frame::with(Id::base(0x705)?, [0])), "boot-up");
+//!
+//! // Which device is it?
+//! node.handle_frame(now, &Frame::with(Id::base(0x605)?, [0x40, 0x00, 0x10, 0, 0, 0, 0, 0]));
+//! let answer = Frame::with(Id::base(0x585)?, [0x43, 0x00, 0x10, 0, 0x92, 0x01, 0, 0]);
+//! assert_eq!(node.poll_transmit(now), Some(answer));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod access;
+mod config;
+pub mod errors;
+mod event;
+mod hosted;
+pub mod objects;
+mod part;
+mod quirks;
+pub mod state;
+mod surroundings;
+mod vocabulary;
+mod why;
+pub mod words;
+
+use core::time::Duration;
+
+use super::profibus::Leds;
+use crate::can_bus::can::{ErrorState, Frame};
+use crate::can_bus::canopen::storage;
+use crate::can_bus::canopen::storage::Memory;
+use crate::can_bus::canopen::{Address, NmtState, Node, NodeId, Refusal};
+use crate::devices::ag03::drive::{Inputs, Status, StatusLed, leds};
+use crate::devices::ag03::unit::{
+    BusSettings, Cycles, DipSwitches, EepromState, Generation, ImageError, ImageOctets, NotStored, Outcome,
+    Power, StoreRequest, Switched, Unit,
+};
+use crate::time::Instant;
+
+pub use config::Config;
+pub use event::Event;
+pub use quirks::{QUIRKS, Quirks};
+pub use vocabulary::VOCABULARY;
+pub use why::Hindrance;
+
+use part::Part;
+use state::State;
+
+/// How long the bus LED is lit and dark in PRE-OPERATIONAL: 2.5 Hz.
+const BLINK: Duration = Duration::from_millis(200);
+/// How long the bus LED is dark in STOPPED: scan ratio 1:5 (CN-42).
+const STOPPED_DARK: Duration = Duration::from_millis(1000);
+
+/// An AG03/1 as a node on CANopen: frames and time in, frames, events and a deadline out.
+///
+/// **After every `handle_*`, drain [`poll_transmit`](Self::poll_transmit), [`poll_event`](Self::poll_event) and
+/// [`poll_image`](Self::poll_image), then wait until a frame arrives or [`poll_timeout`](Self::poll_timeout) has come.**
+/// Never panics, whatever frames it is given.
+#[derive(Clone, Debug)]
+pub struct Ag03Node {
+    config: Config,
+    node: Node,
+    part: Part,
+    cycles: Cycles,
+    /// The image of the node that the unit's image makes safe.
+    awaited: Option<storage::Generation>,
+}
+
+impl Ag03Node {
+    /// A drive with factory settings, switched on at `now` with its shaft at 0.
+    pub fn new(config: Config, now: Instant) -> Self {
+        Self::with(config, Unit::new(config.unit()), now)
+    }
+
+    /// A drive as an image of its EEPROM says, switched on at `now`.
+    ///
+    /// # Errors
+    /// [`ImageError`] if the octets are no whole image, or that of another model or gear.
+    pub fn restore(config: Config, octets: &[u8], now: Instant) -> Result<Self, ImageError> {
+        Unit::restore(config.unit(), octets).map(|unit| Self::with(config, unit, now))
+    }
+
+    /// As [`Ag03Node::restore`], from an image that the host does not keep yet: it is offered again.
+    ///
+    /// # Errors
+    /// As [`Ag03Node::restore`].
+    pub fn restore_unstored(config: Config, octets: &[u8], now: Instant) -> Result<Self, ImageError> {
+        Unit::restore_unstored(config.unit(), octets).map(|unit| Self::with(config, unit, now))
+    }
+
+    fn with(config: Config, unit: Unit, now: Instant) -> Self {
+        let mut node = Node::new(config.policy).with_memory(Memory::Host);
+        let settings = *unit.bus_settings();
+        let mut part = Part::new(&config, unit);
+        if !settings.is_empty() {
+            // Of another bus, or of none that is known: the node begins with its defaults.
+            let _foreign = node.recall(now, &settings, &mut part);
+        }
+        let cycles = Cycles::new(config.application_cycle, now);
+        let mut this = Self { config, node, part, cycles, awaited: None };
+        this.switched(now, Switched::On);
+        this
+    }
+
+    /// What it was made of, with the DIP switches as they are now.
+    pub const fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// The node number, as the DIP switches were when it was switched on.
+    pub const fn node_id(&self) -> NodeId {
+        self.part.node_id
+    }
+
+    /// The bit rate in force, in bits per second: 2100h as it was at the last initialisation.
+    pub fn bits_per_second(&self) -> u32 {
+        self.part.bits_per_second()
+    }
+
+    /// The node without the device: NMT state, which service a frame is.
+    pub const fn node(&self) -> &Node {
+        &self.node
+    }
+
+    /// The NMT state, `None` while it is switched off.
+    pub const fn nmt_state(&self) -> Option<NmtState> {
+        self.node.state()
+    }
+
+    /// The state of the drive.
+    pub const fn state(&self) -> State {
+        self.part.state
+    }
+
+    /// The control word 6040h as it was received last.
+    pub const fn control_word(&self) -> words::ControlWord {
+        self.part.word
+    }
+
+    /// The status word 6041h.
+    pub fn status_word(&self) -> u16 {
+        self.part.status_word()
+    }
+
+    /// The unit behind the bus.
+    pub const fn unit(&self) -> &Unit {
+        &self.part.unit
+    }
+
+    /// The drive as the last step left it.
+    pub const fn status(&self) -> &Status {
+        self.part.unit.status()
+    }
+
+    /// Whether it is switched on.
+    pub const fn power(&self) -> Power {
+        self.part.unit.power()
+    }
+
+    /// The world around the drive as last set, switched on or not.
+    pub const fn inputs(&self) -> &Inputs {
+        self.part.unit.inputs()
+    }
+
+    /// How safe what the drive keeps is.
+    pub fn eeprom_state(&self) -> EepromState {
+        self.part.unit.eeprom_state()
+    }
+
+    /// What the drive would keep if it were switched off now.
+    pub fn image(&self) -> ImageOctets {
+        self.part.unit.image()
+    }
+
+    /// The LEDs at `now` (`canopen-ag03.md` 1); those of a factory reset alternate.
+    pub fn leds(&self, now: Instant) -> Leds {
+        let time = now.saturating_since(self.cycles.start());
+        let lit = |on: Duration, off: Duration| time.as_nanos() % (on + off).as_nanos() < on.as_nanos();
+        let status = self.status().led;
+        match self.power() {
+            Power::Off => Leds { status: false, pattern: StatusLed::Off, bus: false },
+            Power::On => Leds {
+                status: status.is_lit(time),
+                pattern: status,
+                bus: match self.nmt_state() {
+                    None => false,
+                    Some(NmtState::PreOperational) => lit(BLINK, BLINK),
+                    Some(NmtState::Operational) => true,
+                    Some(NmtState::Stopped) => lit(BLINK, STOPPED_DARK),
+                },
+            },
+            Power::FactoryReset(_) => {
+                let first = lit(leds::BLINK_ON, leds::BLINK_ON);
+                Leds { status: first, pattern: StatusLed::Off, bus: !first }
+            }
+        }
+    }
+
+    /// Opens the switch of the control supply: see [`Unit::power_off`]. Counts as a `handle_*` call.
+    pub fn power_off(&mut self, now: Instant) {
+        self.supply(now, Unit::power_off);
+    }
+
+    /// Closes the switch of the control supply: see [`Unit::power_on`]; the node boots at the number of the DIP switches.
+    /// Counts as a `handle_*` call.
+    pub fn power_on(&mut self, now: Instant) {
+        self.supply(now, Unit::power_on);
+    }
+
+    /// Changes what acts on the drive from outside: see [`Unit::set_inputs`]. Counts as a `handle_*` call.
+    pub fn set_inputs(&mut self, now: Instant, inputs: Inputs) {
+        self.supply(now, |unit| unit.set_inputs(inputs));
+    }
+
+    /// Sets the DIP switches. They are read when the drive is switched on next.
+    pub fn set_switches(&mut self, switches: DipSwitches) {
+        self.config.switches = switches;
+        self.part.unit.set_switches(switches);
+    }
+
+    /// The error counters of its CAN controller have taken it to another state: faults H and I, EMCY 8120h and 8140h
+    /// (CN-48). Counts as a `handle_*` call.
+    pub fn set_error_state(&mut self, now: Instant, state: ErrorState) {
+        self.advance(now);
+        let was_off = self.part.set_error_state(state);
+        if was_off {
+            // What it wanted to say while the bus was off is old.
+            while self.node.poll_transmit().is_some() {}
+        }
+        self.node.handle_change(now, &mut self.part);
+        self.finish(now);
+    }
+
+    /// A frame of another station was received.
+    pub fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        self.advance(now);
+        self.node.handle_frame(now, frame, &mut self.part);
+        if self.cycles.is_manual() {
+            self.run_cycle(now);
+        }
+        self.finish(now);
+    }
+
+    /// Writes an entry without the bus: see [`Node::write_without_bus`].
+    ///
+    /// # Errors
+    /// What a client would be told; nothing is changed then.
+    pub fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal> {
+        self.advance(now);
+        let outcome = self.node.write_without_bus(now, at, octets, &mut self.part);
+        self.finish(now);
+        outcome
+    }
+
+    /// Time has passed. Spurious calls are harmless.
+    pub fn handle_timeout(&mut self, now: Instant) {
+        self.advance(now);
+        self.finish(now);
+    }
+
+    /// The next frame to send.
+    #[must_use = "the frame is not offered again"]
+    pub fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        let _ = now;
+        if self.part.is_bus_off() { None } else { self.node.poll_transmit() }
+    }
+
+    /// When to call [`handle_timeout`](Self::handle_timeout) again; `None` = a frame comes first.
+    #[must_use]
+    pub fn poll_timeout(&self) -> Option<Instant> {
+        Instant::first_of(self.node.poll_timeout(), self.cycles.next())
+    }
+
+    /// The oldest event not taken yet.
+    #[must_use]
+    pub fn poll_event(&mut self) -> Option<Event> {
+        if let Some(event) = self.part.poll_event() {
+            return Some(event);
+        }
+        self.node.poll_event().map(Event::Node)
+    }
+
+    /// The image to keep: see [`Unit::poll_image`].
+    #[must_use = "it is not offered again"]
+    pub fn poll_image(&mut self) -> Option<StoreRequest> {
+        self.part.unit.poll_image()
+    }
+
+    /// The host says what became of an image: see [`Unit::handle_stored`]. A waiting SDO is answered; if the image could
+    /// not be kept, with 06060000h, and it has changed nothing.
+    pub fn handle_stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>) {
+        self.advance(now);
+        let outcome = match self.part.unit.handle_stored(generation, outcome) {
+            Outcome::None => None,
+            Outcome::Safe => Some(Ok(())),
+            Outcome::Undone => Some(Err(storage::NotStored)),
+        };
+        if let (Some(outcome), Some(generation)) = (outcome, self.awaited.take_if(|_| outcome.is_some())) {
+            self.stored(now, generation, outcome);
+        }
+        self.finish(now);
+    }
+
+    fn supply(&mut self, now: Instant, change: impl FnOnce(&mut Unit) -> Switched) {
+        self.advance(now);
+        let switched = change(&mut self.part.unit);
+        self.switched(now, switched);
+    }
+
+    fn switched(&mut self, now: Instant, switched: Switched) {
+        match switched {
+            Switched::No => self.part.evaluate(),
+            Switched::Off => {
+                self.node.power_off();
+                self.part.switched_off();
+                self.awaited = None;
+            }
+            Switched::On => {
+                self.part.switched_on();
+                if self.part.unit.is_working() {
+                    self.node.power_on(now, &mut self.part);
+                }
+            }
+        }
+        self.node.handle_change(now, &mut self.part);
+        self.finish(now);
+    }
+
+    /// Lets everything happen that is due until `now`, in the order of time.
+    fn advance(&mut self, now: Instant) {
+        self.cycles.forfeit(now);
+        loop {
+            let timeout = self.node.poll_timeout().filter(|due| *due <= now);
+            let cycle = self.cycles.next().filter(|due| *due <= now);
+            match (cycle, timeout) {
+                (Some(cycle), Some(timeout)) if timeout < cycle => self.time(timeout),
+                (Some(cycle), Some(_) | None) => {
+                    self.run_cycle(cycle);
+                    self.cycles.ran(cycle, self.part.unit.is_at_rest());
+                }
+                (None, Some(timeout)) => self.time(timeout),
+                (None, None) => return,
+            }
+        }
+    }
+
+    fn time(&mut self, due: Instant) {
+        self.node.handle_timeout(due, &mut self.part);
+        self.finish(due);
+    }
+
+    fn run_cycle(&mut self, due: Instant) {
+        self.part.run(self.cycles.step());
+        self.node.handle_change(due, &mut self.part);
+    }
+
+    /// What follows from anything that happened: the unit keeps what the node keeps, and runs if something changed.
+    fn finish(&mut self, now: Instant) {
+        let mut octets = [0; BusSettings::MAX_LEN];
+        if let Ok(Some(request)) = self.node.poll_image(&self.part, &mut octets) {
+            let generation = request.generation;
+            let waits =
+                BusSettings::new(request.octets).is_ok_and(|kept| self.part.unit.keep_bus_settings(kept));
+            if waits {
+                self.awaited = Some(generation);
+            } else {
+                self.stored(now, generation, Ok(()));
+            }
+        }
+        if self.part.take_changed() {
+            self.cycles.wake(now);
+        }
+    }
+
+    fn stored(
+        &mut self,
+        now: Instant,
+        generation: storage::Generation,
+        outcome: Result<(), storage::NotStored>,
+    ) {
+        if outcome.is_ok() {
+            self.part.rate_is_safe();
+        }
+        self.node.handle_stored(now, generation, outcome, &mut self.part);
+        self.node.handle_change(now, &mut self.part);
+        self.part.evaluate();
+    }
+}

@@ -1,0 +1,329 @@
+//! The position indicator SIKO AP10 on CANopen: frames, keys and a shaft in, frames and a display out.
+//!
+//! After every `handle_*` and every input drain [`Ap10::poll_transmit`] and [`Ap10::poll_event`], then wait until a
+//! frame arrives or [`Ap10::poll_timeout`] has come. With [`Memory::Host`] poll images, too.
+//!
+//! ```
+//! use profidrive::devices::ap10::Turns;
+//! use profidrive::can_bus::canopen::NodeId;
+//! use profidrive::devices::ap10::canopen::{Ap10, Config};
+//! use profidrive::time::Instant;
+//!
+//! let now = Instant::ZERO;
+//! let mut device = Ap10::new(Config::new(NodeId::new(125)?));
+//! device.power_on(now);
+//! let boot_up = device.poll_transmit().expect("a node that is switched on says so");
+//! assert_eq!(boot_up.to_string(), "77D#00");
+//! device.turn_to(now, Turns::from_revolutions(0.5));
+//! assert_eq!(device.display().rows[0].text(), "440");
+//! assert_eq!(device.display().to_string(), "[     440] [     ---], LED left off, right off");
+//! # Ok::<(), profidrive::can_bus::canopen::NodeIdError>(())
+//! ```
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | `hosted` | what a host asks of any device on CANopen |
+//! | `surroundings` | what surrounds it and what is seen of it |
+//! | `objects` | [`OBJECTS`]: the dictionary, and the parameter behind each entry |
+//! | `unit` | what objects read and do, EMCY, storage, external heartbeat, Auto-ID |
+//! | `quirks` | [`Quirks`]: doubts of the manual, the policy of the node |
+
+mod hosted;
+mod objects;
+mod quirks;
+mod spin;
+mod surroundings;
+mod unit;
+mod vocabulary;
+
+pub use objects::OBJECTS;
+pub use quirks::{QUIRKS, Quirks, SdoCodes, SoftwareVersion};
+pub use spin::MAX_RPM;
+pub use vocabulary::VOCABULARY;
+
+use crate::can_bus::can::Frame;
+use crate::can_bus::canopen::eds::Sheet;
+use crate::can_bus::canopen::storage::{Generation, ImageError, Memory, NotStored, StoreRequest};
+use crate::can_bus::canopen::{Event, Node, NodeId};
+use crate::devices::ap10::{Backup, Display, Fault, Indicator, Key, Setting, Turns};
+use crate::time::Instant;
+use spin::Spin;
+use unit::Unit;
+
+/// The node number at the factory.
+pub const FACTORY_NODE: u8 = 125;
+
+/// Rates of the device in kbit/s.
+pub const KILOBITS: &[u16] = &[125, 250, 500, 800, 1000];
+
+/// What a device is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct Config {
+    /// What 5F0Ah:1 holds in the EEPROM at first.
+    pub node: NodeId,
+    /// Doubts of the manual.
+    pub quirks: Quirks,
+    /// Who keeps the EEPROM.
+    pub memory: Memory,
+}
+
+impl Config {
+    /// A device with that node number, the proposed readings and an EEPROM of its own.
+    pub const fn new(node: NodeId) -> Self {
+        Self { node, quirks: Quirks::DEFAULT, memory: Memory::Internal }
+    }
+}
+
+/// A position indicator. Never panics, whatever frames and inputs it is given.
+#[derive(Clone, Debug)]
+pub struct Ap10 {
+    node: Node,
+    unit: Unit,
+    power: Power,
+    spin: Option<Spin>,
+}
+
+/// The supply.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Power {
+    Off,
+    /// The rate is searched for: listening.
+    Listening,
+    On,
+}
+
+impl Ap10 {
+    /// A device without supply.
+    pub fn new(config: Config) -> Self {
+        Self {
+            node: Node::new(config.quirks.policy()).with_memory(config.memory),
+            unit: Unit::new(config.node, config.quirks),
+            power: Power::Off,
+            spin: None,
+        }
+    }
+
+    /// The node on the bus.
+    pub const fn node(&self) -> &Node {
+        &self.node
+    }
+
+    /// The device without its bus.
+    pub const fn indicator(&self) -> &Indicator {
+        &self.unit.indicator
+    }
+
+    /// What can be seen. Without supply there is nothing to be seen.
+    pub fn display(&self) -> Display {
+        match self.power {
+            Power::Off => Display::DARK,
+            Power::Listening | Power::On => self.unit.indicator.display(),
+        }
+    }
+
+    /// Takes over an image before the first power-on.
+    ///
+    /// # Errors
+    /// [`ImageError`]; nothing is taken over then.
+    pub fn recall(&mut self, now: Instant, image: &[u8]) -> Result<(), ImageError> {
+        self.node.recall(now, image, &mut self.unit)
+    }
+
+    /// Supply on.
+    pub fn power_on(&mut self, now: Instant) {
+        if self.power != Power::Off {
+            return;
+        }
+        self.turn_on(now);
+        let automatic = self.unit.kept_setting(Setting::BaudRate) == 0;
+        if self.unit.quirks.listens_first && automatic {
+            self.power = Power::Listening;
+        } else {
+            self.power = Power::On;
+            self.node.power_on(now, &mut self.unit);
+        }
+    }
+
+    /// Supply off: what was not saved is lost, the battery counts turns.
+    pub fn power_off(&mut self) {
+        self.power = Power::Off;
+        self.unit.power_off();
+        self.node.power_off();
+    }
+
+    /// A frame was received.
+    pub fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        match self.power {
+            // It only tells what it ignores.
+            Power::Off => self.node.handle_frame(now, frame, &mut self.unit),
+            // Any valid frame has the rate; it is not understood itself.
+            Power::Listening => {
+                self.power = Power::On;
+                self.node.power_on(now, &mut self.unit);
+            }
+            Power::On => {
+                self.timeouts(now);
+                self.node.handle_frame(now, frame, &mut self.unit);
+            }
+        }
+    }
+
+    /// The deadline of [`poll_timeout`](Self::poll_timeout) has come, or any other instant.
+    pub fn handle_timeout(&mut self, now: Instant) {
+        if self.power == Power::On {
+            if self.spin_due().is_some_and(|due| due <= now) {
+                self.turn_on(now);
+            }
+            self.timeouts(now);
+            self.node.handle_timeout(now, &mut self.unit);
+        }
+    }
+
+    /// When [`handle_timeout`](Self::handle_timeout) is to be called.
+    pub fn poll_timeout(&self) -> Option<Instant> {
+        match self.power {
+            Power::Off | Power::Listening => None,
+            Power::On => {
+                let due = Instant::first_of(self.node.poll_timeout(), self.unit.poll_timeout());
+                Instant::first_of(due, self.spin_due())
+            }
+        }
+    }
+
+    /// The next frame to send.
+    pub fn poll_transmit(&mut self) -> Option<Frame> {
+        self.node.poll_transmit()
+    }
+
+    /// The next event of the node.
+    pub fn poll_event(&mut self) -> Option<Event> {
+        self.node.poll_event()
+    }
+
+    /// The image to keep ([`Node::poll_image`]).
+    ///
+    /// # Errors
+    /// [`ImageError::NoRoom`]; it stays on offer.
+    pub fn poll_image<'a>(&mut self, into: &'a mut [u8]) -> Result<Option<StoreRequest<'a>>, ImageError> {
+        self.node.poll_image(&self.unit, into)
+    }
+
+    /// What became of an image ([`Node::handle_stored`]).
+    pub fn handle_stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>) {
+        self.node.handle_stored(now, generation, outcome, &mut self.unit);
+    }
+
+    /// The shaft is turned to that angle, with supply or without, and stays there.
+    pub fn turn_to(&mut self, now: Instant, shaft: Turns) {
+        if self.spin.take().is_some() {
+            self.end_fault(now, Fault::Speed);
+        }
+        if shaft != self.indicator().shaft() {
+            self.node.offer_image();
+        }
+        self.place(now, shaft);
+    }
+
+    fn place(&mut self, now: Instant, shaft: Turns) {
+        match self.power {
+            Power::Off => self.unit.indicator.turn_without_supply(shaft),
+            Power::Listening | Power::On => {
+                self.unit.indicator.turn_to(shaft);
+                self.change(now);
+            }
+        }
+    }
+
+    /// A key goes down. Without supply nothing happens.
+    pub fn press(&mut self, now: Instant, key: Key) {
+        match self.power {
+            Power::Off | Power::Listening => {}
+            Power::On => {
+                self.timeouts(now);
+                let kept = self.indicator().backup();
+                self.unit.indicator.press(now, key);
+                self.fault_changed(now, kept);
+            }
+        }
+    }
+
+    /// A key goes up.
+    pub fn release(&mut self, now: Instant, key: Key) {
+        self.timeouts(now);
+        self.unit.indicator.release(key);
+        self.change(now);
+    }
+
+    /// A fault begins.
+    pub fn provoke(&mut self, now: Instant, fault: Fault) {
+        let kept = self.indicator().backup();
+        self.unit.indicator.begin(fault);
+        self.fault_changed(now, kept);
+    }
+
+    /// The cause of a fault is gone.
+    pub fn end_fault(&mut self, now: Instant, fault: Fault) {
+        let kept = self.indicator().backup();
+        self.unit.indicator.end(fault);
+        self.fault_changed(now, kept);
+    }
+
+    /// Nothing is wrong: battery, speed and bus.
+    pub fn make_nominal(&mut self, now: Instant) {
+        self.spin(now, 0.0);
+        for fault in Fault::ALL {
+            self.end_fault(now, fault);
+        }
+        self.set_error_passive(now, false);
+    }
+
+    /// The CAN controller is error passive, or not any more.
+    pub fn set_error_passive(&mut self, now: Instant, passive: bool) {
+        self.unit.set_error_passive(passive);
+        self.change(now);
+    }
+
+    /// The CAN controller was off the bus and is back.
+    pub fn recover_from_bus_off(&mut self, now: Instant) {
+        self.unit.bus_off_recovered();
+        self.change(now);
+    }
+
+    fn fault_changed(&mut self, now: Instant, before: Backup) {
+        if before != self.indicator().backup() {
+            self.node.offer_image();
+        }
+        self.change(now);
+    }
+
+    fn timeouts(&mut self, now: Instant) {
+        if self.power == Power::On && self.unit.poll_timeout().is_some_and(|due| due <= now) {
+            self.unit.handle_timeout(now);
+            self.change(now);
+        }
+    }
+
+    fn change(&mut self, now: Instant) {
+        self.unit.follow(now);
+        self.node.handle_change(now, &mut self.unit);
+    }
+}
+
+/// The EDS of the unconfigured device, for [`eds::write`](crate::can_bus::canopen::eds::write) with [`OBJECTS`].
+pub const EDS: Sheet<'static> = Sheet {
+    file_name: "ap10.eds",
+    file_version: 1,
+    file_revision: 0,
+    description: "Position indicator AP10",
+    time: "12:00PM",
+    date: "11-22-2026",
+    created_by: "profidrive",
+    vendor_name: "SIKO GmbH",
+    vendor_number: 0x195,
+    product_name: "AP10",
+    product_number: 0xFFFF_FFFF,
+    revision_number: 0,
+    order_code: "AP10",
+    kilobits: KILOBITS,
+    granularity: 0,
+};

@@ -1,0 +1,142 @@
+//! What surrounds the indicator, and what is seen of it.
+
+use super::{Ap10, Power};
+use crate::can_bus::canopen::Address;
+use crate::devices::ap10::{Arrow, Display, Fault, Key, Light, Setting, StatusBit, Turns};
+use crate::face::surroundings::{Declined, Face, Glow, Input, InputKind, Level, Provocable, Surroundings};
+use crate::time::Instant;
+
+const CONTROL_WORD: Address = Address::new(0x5F0C, 0);
+const STATUS_WORD: Address = Address::new(0x5F19, 0);
+
+/// The angle of the shaft.
+const SHAFT: Input = Input {
+    name: "shaft_revolutions",
+    about: "angle of the shaft in turns, clockwise seen on the display",
+    kind: InputKind::Number { low: -1e6, high: 1e6, own: false },
+};
+
+/// The speed of the shaft.
+const SPEED: Input = Input {
+    name: "shaft_rpm",
+    about: "speed of the shaft in revolutions per minute, clockwise seen on the display",
+    kind: InputKind::Number { low: -10_000.0, high: 10_000.0, own: false },
+};
+
+impl Surroundings for Ap10 {
+    fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
+        for fault in Fault::ALL {
+            tell(Provocable { name: &fault.name(), text: &fault, present: self.indicator().has(fault) });
+        }
+    }
+
+    fn provoke(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
+        let fault = Fault::from_name(fault).ok_or(Declined::Unknown)?;
+        Self::provoke(self, now, fault);
+        Ok(())
+    }
+
+    fn each_input(&self, tell: &mut dyn FnMut(&Input, Level)) {
+        tell(&SHAFT, Level::Number(self.indicator().shaft().revolutions()));
+        tell(&SPEED, Level::Number(self.rpm()));
+    }
+
+    fn set_input(&mut self, now: Instant, name: &str, level: Level) {
+        let Level::Number(number) = level else { return };
+        for input in [SHAFT, SPEED].into_iter().filter(|input| input.name == name) {
+            let InputKind::Number { low, high, .. } = input.kind else { continue };
+            let number = number.clamp(low, high);
+            if input == SHAFT {
+                self.turn_to(now, Turns::from_revolutions(number));
+            } else {
+                self.spin(now, number);
+            }
+        }
+    }
+
+    fn make_nominal(&mut self, now: Instant) {
+        self.spin(now, 0.0);
+        for fault in Fault::ALL {
+            self.end_fault(now, fault);
+        }
+    }
+
+    fn each_key(&self, tell: &mut dyn FnMut(&'static str, bool)) {
+        let status = self.indicator().status();
+        for key in Key::ALL {
+            let bit = match key {
+                Key::Left => StatusBit::LeftKey,
+                Key::Up => StatusBit::UpKey,
+                Key::Star => StatusBit::StarKey,
+            };
+            tell(key.name(), status.has(bit));
+        }
+    }
+
+    fn press(&mut self, now: Instant, key: &str, down: bool) -> Result<(), Declined> {
+        let key = Key::from_name(key).ok_or(Declined::Unknown)?;
+        match (down, self.power) {
+            (false, _) => self.release(now, key),
+            (true, Power::Off) => return Err(Declined::SwitchedOff),
+            (true, Power::Listening | Power::On) => Self::press(self, now, key),
+        }
+        Ok(())
+    }
+
+    fn face(&self, _now: Instant) -> Face {
+        let Display { rows, arrow, battery, incremental, leds, rotated } = self.display();
+        let mut face = Face::default();
+        for row in &rows {
+            face = face.row(row.text(), row.flashing);
+        }
+        face.sign("arrow clockwise", arrow == Some(Arrow::Clockwise))
+            .sign("arrow counter-clockwise", arrow == Some(Arrow::CounterClockwise))
+            .sign("battery critical", battery == Light::Blinking)
+            .sign("battery empty", battery == Light::Steady)
+            .sign("incremental", incremental)
+            .sign("rotated by 180 degrees", rotated)
+            .led("left green", glow(leds.left_green))
+            .led("left red", glow(leds.left_red))
+            .led("right green", glow(leds.right_green))
+            .led("right red", glow(leds.right_red))
+    }
+
+    fn words(&self) -> [Address; 2] {
+        [CONTROL_WORD, STATUS_WORD]
+    }
+
+    fn mode(&self) -> i64 {
+        self.indicator().settings().value(Setting::OperatingMode).into()
+    }
+}
+
+const fn glow(light: Light) -> Glow {
+    match light {
+        Light::Off => Glow::Off,
+        Light::Blinking => Glow::Blinking,
+        Light::Steady => Glow::On,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Config;
+    use super::*;
+    use crate::can_bus::canopen::NodeId;
+    use std::string::ToString;
+
+    #[test]
+    fn what_is_seen_is_said_in_one_line() {
+        let now = Instant::ZERO;
+        let mut device = Ap10::new(Config::new(NodeId::MIN));
+        device.power_on(now);
+        device.set_input(now, "shaft_revolutions", Level::Number(0.5));
+        let dark = "LED left green off, LED left red off, LED right green off, LED right red off";
+        assert_eq!(device.face(now).to_string(), std::format!("[440] [---], {dark}"));
+        assert_eq!(Surroundings::provoke(&mut device, now, "battery-critical"), Ok(()));
+        assert!(device.face(now).signs.contains(&"battery critical"));
+        assert_eq!(Surroundings::provoke(&mut device, now, "battery"), Err(Declined::Unknown));
+        Surroundings::make_nominal(&mut device, now);
+        assert!(device.face(now).signs.is_empty());
+    }
+}

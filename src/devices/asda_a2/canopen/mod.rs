@@ -1,0 +1,211 @@
+//! The servo ASDA-A2 as a node of CANopen: frames and time in, frames, events and a deadline out.
+//!
+//! ```text
+//!  frame ──▶ Node ──▶ Application ──▶ links: object ──▶ Setting ─┐
+//!                                  └─▶ controlword ──────────────┴──▶ Servo
+//!  frame ◀── Node ◀── Emergency, NMT ◀────────────────────────── Alarm ◀──┘
+//! ```
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | `objects` | the object dictionary of both levels |
+//! | `links` | which setting of the drive an object is |
+//! | `application` | reads, writes, what the bus does to the drive |
+//! | `hosted` | what a host asks of any device on CANopen |
+//! | `surroundings` | what surrounds it and what is seen of it |
+//! | `why` | [`Hindrance`]: what keeps it from moving |
+//! | [`quirks`] | each doubt of the guide with its default |
+
+mod application;
+mod hosted;
+mod links;
+mod objects;
+pub mod quirks;
+mod surroundings;
+mod vocabulary;
+mod why;
+
+use core::time::Duration;
+
+pub use crate::devices::asda_a2::{Config, Level};
+pub use objects::SHEET;
+pub use quirks::{QUIRKS, Quirks};
+pub use vocabulary::VOCABULARY;
+pub use why::Hindrance;
+
+use crate::can_bus::can::{ErrorState, Frame, Id};
+use crate::can_bus::canopen::storage::Memory;
+use crate::can_bus::canopen::{Event, Node, NodeId, Object, cob_id};
+use crate::can_bus::cia402::Statusword;
+use crate::devices::asda_a2::{Alarm, Inputs, Servo};
+use crate::time::Instant;
+use application::Drive;
+
+/// Two frames of one service nearer than this are an overrun (AL111, AL112).
+const OVERRUN: Duration = Duration::from_millis(1);
+
+/// COB-IDs of RPDOs watched for AL112.
+const MAX_WATCHED: usize = 8;
+
+/// The drive on its bus.
+///
+/// After every call with `now` drain [`poll_transmit`](Self::poll_transmit) and [`poll_event`](Self::poll_event), then
+/// wait until a frame arrives or [`poll_timeout`](Self::poll_timeout) has come. Never panics, whatever frames it is given.
+#[derive(Clone, Debug)]
+pub struct AsdaA2 {
+    node: Node,
+    drive: Drive,
+    quirks: Quirks,
+    /// When the identifiers were seen last.
+    seen: heapless::Vec<(Id, Instant), MAX_WATCHED>,
+}
+
+impl AsdaA2 {
+    /// A drive that is switched off.
+    pub fn new(config: Config, quirks: Quirks, now: Instant) -> Self {
+        let coasts = config.bus_error_coasts || quirks.bus_error_coasts;
+        let config = Config { bus_error_coasts: coasts, ..config };
+        Self {
+            node: Node::new(quirks.policy()),
+            drive: Drive::new(config, now),
+            quirks,
+            seen: heapless::Vec::new(),
+        }
+    }
+
+    /// With what is stored kept there.
+    #[must_use]
+    pub fn with_memory(mut self, memory: Memory) -> Self {
+        self.node = self.node.with_memory(memory);
+        self
+    }
+
+    /// The object dictionary of a level.
+    pub const fn objects(level: Level) -> &'static [Object] {
+        objects::of(level)
+    }
+
+    /// The node, to look at.
+    pub const fn node(&self) -> &Node {
+        &self.node
+    }
+
+    /// Calls `change` with the node and the device as the functions of [`Node`] want them, as for its storage.
+    pub fn with_node<R>(
+        &mut self,
+        change: impl FnOnce(&mut Node, &mut dyn crate::can_bus::canopen::Application) -> R,
+    ) -> R {
+        change(&mut self.node, &mut self.drive)
+    }
+
+    /// The drive, to look at.
+    pub const fn servo(&self) -> &Servo {
+        &self.drive.servo
+    }
+
+    /// 6041h.
+    pub fn statusword(&self) -> Statusword {
+        self.drive.statusword()
+    }
+
+    /// The node number in force.
+    pub const fn node_id(&self) -> NodeId {
+        self.node.node_id()
+    }
+
+    /// Switches the drive on.
+    pub fn power_on(&mut self, now: Instant) {
+        self.drive.servo.advance(now);
+        self.node.power_on(now, &mut self.drive);
+    }
+
+    /// Switches the drive off. What is not stored is lost with the next power-on.
+    pub fn power_off(&mut self, now: Instant) {
+        self.drive.servo.advance(now);
+        self.drive.servo.power_off();
+        self.node.power_off();
+    }
+
+    /// A frame was received.
+    pub fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        self.drive.servo.advance(now);
+        if self.quirks.overrun_alarms {
+            self.watch_overrun(now, frame);
+        }
+        self.node.handle_frame(now, frame, &mut self.drive);
+        self.node.handle_change(now, &mut self.drive);
+    }
+
+    /// The deadline has come, or any other instant.
+    pub fn handle_timeout(&mut self, now: Instant) {
+        self.drive.servo.advance(now);
+        self.node.handle_timeout(now, &mut self.drive);
+        self.node.handle_change(now, &mut self.drive);
+    }
+
+    /// The next frame to send.
+    pub fn poll_transmit(&mut self) -> Option<Frame> {
+        self.node.poll_transmit()
+    }
+
+    /// The next event.
+    pub fn poll_event(&mut self) -> Option<Event> {
+        self.node.poll_event()
+    }
+
+    /// When [`handle_timeout`](Self::handle_timeout) is due.
+    pub fn poll_timeout(&self) -> Option<Instant> {
+        Instant::first_of(self.node.poll_timeout(), self.drive.servo.poll_timeout())
+    }
+
+    /// What surrounds the drive.
+    pub const fn inputs(&self) -> &Inputs {
+        self.drive.servo.inputs()
+    }
+
+    /// Changes what surrounds the drive.
+    pub fn set_inputs(&mut self, now: Instant, inputs: Inputs) {
+        self.drive.servo.advance(now);
+        self.drive.servo.set_inputs(inputs);
+        self.node.handle_change(now, &mut self.drive);
+    }
+
+    /// Makes an alarm happen, whatever its cause is.
+    pub fn provoke(&mut self, now: Instant, alarm: Alarm) {
+        self.drive.servo.advance(now);
+        self.drive.servo.raise(alarm);
+        self.node.handle_change(now, &mut self.drive);
+    }
+
+    /// The error counters of its CAN controller have taken it to another state: AL185 while it is error passive, AL186
+    /// once it was bus off (CN-205).
+    pub fn set_error_state(&mut self, now: Instant, state: ErrorState) {
+        self.drive.servo.advance(now);
+        match state {
+            ErrorState::Active => self.drive.servo.end(Alarm::CanErrors),
+            ErrorState::Passive => self.drive.servo.raise(Alarm::CanErrors),
+            ErrorState::BusOff => self.drive.servo.raise(Alarm::BusOff),
+        }
+        self.node.handle_change(now, &mut self.drive);
+    }
+
+    /// AL111: two SDO requests within 1 ms; AL112: two RPDOs with one COB-ID within 1 ms.
+    fn watch_overrun(&mut self, now: Instant, frame: &Frame) {
+        let id = frame.id();
+        let alarm = if id == cob_id::of_node(cob_id::SDO_CLIENT, self.node.node_id()) {
+            Alarm::SdoOverrun
+        } else if !frame.is_remote() && self.node.takes_rpdo(id) {
+            Alarm::PdoOverrun
+        } else {
+            return;
+        };
+        if let Some(place) = self.seen.iter_mut().find(|(seen, _)| *seen == id) {
+            let before = core::mem::replace(&mut place.1, now);
+            if now.saturating_since(before) < OVERRUN {
+                self.drive.servo.raise(alarm);
+            }
+        } else {
+            let _ = self.seen.push((id, now));
+        }
+    }
+}

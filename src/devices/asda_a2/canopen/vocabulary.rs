@@ -1,0 +1,24 @@
+//! What the ASDA-A2 calls what it says on CANopen.
+
+use super::objects;
+use crate::devices::Vocabulary;
+use crate::devices::asda_a2::{Alarm, Level};
+use crate::devices::vocabulary::{REGISTER, cia_301_emcy, cia_402_bits, cia_402_choice};
+
+/// The words of the ASDA-A2 that follows CiA 402.
+pub const VOCABULARY: Vocabulary = Vocabulary {
+    name: "ASDA-A2",
+    objects: objects::of(Level::Full),
+    complete: true,
+    parameter: |_| None,
+    choice: cia_402_choice,
+    bits: cia_402_bits,
+    emcy,
+    register: REGISTER,
+};
+
+/// Several alarms share a code; the number on the panel follows it.
+fn emcy(code: u16, [low, high, ..]: [u8; 5]) -> Option<&'static str> {
+    let alarm = Alarm::of(u16::from_le_bytes([low, high])).filter(|alarm| alarm.code() == code);
+    Some(alarm.map_or(cia_301_emcy(code), Alarm::text))
+}

@@ -1,0 +1,341 @@
+//! The servo drive Delta ASDA-A2 with its motor, without a bus (CANopen Technical Guide ASDA-A2, V2.01).
+//!
+//! ```text
+//!  control ──▶ machine ──▶ motion: position │ velocity │ torque │ homing │ interpolation ──▶ Demand ──▶ plant
+//!  set ──▶ settings ─────────┘                                                                 │
+//!  status, actual values ◀── status ◀──────────────────────────────────────────────────────────┘
+//! ```
+//!
+//! Positions within are increments of the encoder since the drive was made; PUU of the user, counted from home, exist
+//! only at the border ([`Servo::puu`]). Time advances in steps of 1 ms.
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | [`alarm`] | alarms: numbers, error codes, texts |
+//! | [`settings`] | every value that can be set |
+//! | [`inputs`] | load, switches, supply |
+//! | [`plant`] | motor and load |
+//! | `profile` | motion with limited velocity and accelerations |
+//! | `position` | set-points of the profile position mode |
+//! | `homing` | every homing method |
+//! | `interpolation` | positions from SYNC to SYNC |
+//! | `machine` | states, alarms and what they do to the motion |
+//! | `motion` | what each mode demands in a step |
+//! | [`status`] | statusword and actual values |
+
+pub mod alarm;
+pub mod canopen;
+mod homing;
+pub mod inputs;
+mod interpolation;
+mod machine;
+mod motion;
+pub mod plant;
+mod position;
+mod profile;
+pub mod settings;
+pub mod status;
+
+use core::time::Duration;
+
+use heapless::{Deque, Vec};
+
+pub use alarm::{Alarm, Clearing, Effect};
+pub use inputs::{Axis, Closed, Inputs, Switches};
+pub use plant::Constants;
+pub use settings::{Digit, Setting, Settings};
+
+use crate::can_bus::cia402::{Controlword, Mode, State};
+use crate::time::Instant;
+use machine::Stopping;
+use motion::Motion;
+use plant::Plant;
+use profile::Demand;
+
+/// The time of a step.
+const STEP: Duration = Duration::from_millis(1);
+/// The same in seconds.
+const STEP_SECONDS: f64 = 0.001;
+/// A host that was away for longer has lost the motion before.
+const MOST_AT_ONCE: Duration = Duration::from_secs(10);
+/// Alarms at a time; more are not taken.
+const MAX_ALARMS: usize = 8;
+/// Events that wait; the oldest make room.
+const MAX_EVENTS: usize = 16;
+
+/// How the drive is bought and set up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Config {
+    /// P1-01: half (0Bh) or full (0Ch) CANopen.
+    pub level: Level,
+    /// P3-00, 1 to 127; other numbers become the nearest.
+    pub node: u8,
+    /// What no manual states about the plant.
+    pub constants: Constants,
+    /// AL302 where a SYNC comes too early for P3-09.E. Off by default: masters on a PC are not punctual.
+    pub early_sync_alarm: bool,
+    /// What P3-10.Y = 0 ("free run") means for an error of the bus (CN-224): the servo goes off and the motor coasts. Off
+    /// by default: the motor keeps running under the last command.
+    pub bus_error_coasts: bool,
+}
+
+impl Config {
+    /// A drive with full CANopen.
+    pub const fn new(node: u8) -> Self {
+        Self {
+            level: Level::Full,
+            node,
+            constants: Constants::DEFAULT,
+            early_sync_alarm: false,
+            bus_error_coasts: false,
+        }
+    }
+}
+
+/// How much of CiA 402 the drive follows, chosen by P1-01 at the start (CN-223).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Level {
+    /// P1-01 = 0Bh: one controlword switches the servo on.
+    Half,
+    /// P1-01 = 0Ch, and all that is no CANopen mode: state by state.
+    Full,
+}
+
+impl Level {
+    /// The level of a P1-01, whose digits B and A count.
+    pub const fn of(control_mode: i64) -> Self {
+        if control_mode & 0xFF == Self::Half.control_mode() { Self::Half } else { Self::Full }
+    }
+
+    /// P1-01 of this level.
+    pub const fn control_mode(self) -> i64 {
+        match self {
+            Self::Half => 0x0B,
+            Self::Full => 0x0C,
+        }
+    }
+
+    /// The controlword after a start.
+    pub const fn controlword(self) -> Controlword {
+        match self {
+            Self::Half => Controlword(0),
+            Self::Full => Controlword(Controlword::QUICK_STOP),
+        }
+    }
+}
+
+/// What happened in the drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Event {
+    /// An alarm began.
+    Raised(Alarm),
+    /// Alarms ended; these bits of the error register are left.
+    Cleared(u8),
+    /// The drive started: nothing is wrong yet.
+    Restarted,
+    /// The state machine moved.
+    State(State),
+}
+
+/// The drive.
+#[derive(Clone, Debug)]
+pub struct Servo {
+    config: Config,
+    inputs: Inputs,
+    settings: Settings,
+    kept: Settings,
+    level: Level,
+    state: State,
+    control: Controlword,
+    mode: Option<Mode>,
+    motion: Motion,
+    stopping: Option<Stopping>,
+    demand: Demand,
+    /// Torque demanded, in parts of the rated one.
+    torque_demand: f64,
+    plant: Plant,
+    /// Where the user's zero is, increments.
+    origin: f64,
+    /// The switches of a homing on a bench.
+    bench: Option<Axis>,
+    alarms: Vec<Alarm, MAX_ALARMS>,
+    error_code: u16,
+    /// Warnings whose cause is present.
+    causes: machine::Causes,
+    following_error: bool,
+    /// For how long position or velocity have been in their window, ms.
+    in_window: u32,
+    /// 60C1h was written since the mode was entered.
+    has_point: bool,
+    clock: Instant,
+    awake: bool,
+    events: Deque<Event, MAX_EVENTS>,
+}
+
+impl Servo {
+    /// A drive that was just switched on at `now`.
+    pub fn new(config: Config, now: Instant) -> Self {
+        let mut kept = Settings::new();
+        kept.set(Setting::ControlMode, config.level.control_mode());
+        kept.set(Setting::NodeNumber, config.node.into());
+        let mut servo = Self {
+            config,
+            inputs: Inputs::NOMINAL,
+            settings: kept.clone(),
+            kept,
+            level: config.level,
+            state: State::SwitchOnDisabled,
+            control: Controlword(0),
+            mode: None,
+            motion: Motion::Hold,
+            stopping: None,
+            demand: Demand::default(),
+            torque_demand: 0.0,
+            plant: Plant::new(config.constants),
+            origin: 0.0,
+            bench: None,
+            alarms: Vec::new(),
+            error_code: 0,
+            causes: machine::Causes::default(),
+            following_error: false,
+            in_window: 0,
+            has_point: false,
+            clock: now,
+            awake: false,
+            events: Deque::new(),
+        };
+        servo.power_on();
+        servo
+    }
+
+    /// A reset of the node: as power-on, but a servo that was on goes off with AL401.
+    pub fn restart(&mut self) {
+        let was_on = self.is_on();
+        self.power_on();
+        if was_on {
+            self.raise(Alarm::NmtWhileOn);
+        }
+    }
+
+    /// Power-on: kept values come back, nothing is wrong. The shaft and the encoder stay.
+    pub fn power_on(&mut self) {
+        self.settings.start(&self.kept);
+        self.level = Level::of(self.settings.of(Setting::ControlMode));
+        self.control = self.level.controlword();
+        self.alarms.clear();
+        self.causes = machine::Causes::default();
+        self.error_code = 0;
+        self.following_error = false;
+        self.state = State::SwitchOnDisabled;
+        self.stopping = None;
+        self.mode = None;
+        self.motion = Motion::Hold;
+        self.torque_demand = 0.0;
+        self.bench = None;
+        self.enter_mode();
+        self.tell(Event::Restarted);
+        self.awake = true;
+    }
+
+    /// The level in force since the last start.
+    pub const fn level(&self) -> Level {
+        self.level
+    }
+
+    /// The values in effect.
+    pub const fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The values that come back with a start.
+    pub const fn kept(&self) -> &Settings {
+        &self.kept
+    }
+
+    /// Sets a value that comes back with a start, as read from a memory.
+    pub fn recall(&mut self, setting: Setting, value: i64) {
+        self.kept.set(setting, value);
+    }
+
+    /// Stores all values.
+    pub fn store(&mut self) {
+        self.kept.keep(&self.settings);
+    }
+
+    /// The next start brings the defaults. Mode, node number and rate (P1-01, P3-00, P3-01) stay.
+    pub fn restore(&mut self) {
+        self.kept.restore();
+    }
+
+    /// Sets a value, with all that follows from it.
+    pub fn set(&mut self, setting: Setting, value: i64) {
+        let before = self.settings.of(setting);
+        self.settings.set(setting, value);
+        self.awake = true;
+        if setting == Setting::Mode {
+            self.enter_mode();
+        }
+        if setting == Setting::InterpolationPosition {
+            self.has_point = true;
+        }
+        if setting == Setting::SpecialWrite {
+            self.special_write(before, value);
+        }
+    }
+
+    /// What surrounds the drive.
+    pub const fn inputs(&self) -> &Inputs {
+        &self.inputs
+    }
+
+    /// Changes what surrounds the drive. A torque that is no number is no load.
+    pub fn set_inputs(&mut self, inputs: Inputs) {
+        self.inputs = inputs.finite();
+        self.awake = true;
+    }
+
+    /// The next event.
+    pub fn poll_event(&mut self) -> Option<Event> {
+        self.events.pop_front()
+    }
+
+    /// When [`advance`](Self::advance) is due, `None` while nothing moves.
+    pub fn poll_timeout(&self) -> Option<Instant> {
+        self.awake.then(|| self.clock.saturating_add(STEP))
+    }
+
+    /// Lets time pass up to `now`.
+    pub fn advance(&mut self, now: Instant) {
+        let missed = now.saturating_since(self.clock);
+        if !self.awake {
+            self.clock = self.clock.max(now);
+            return;
+        }
+        if missed > MOST_AT_ONCE {
+            self.clock = self.clock.saturating_add(missed - MOST_AT_ONCE);
+        }
+        while self.awake && self.clock.saturating_add(STEP) <= now {
+            self.clock = self.clock.saturating_add(STEP);
+            self.step();
+        }
+        if !self.awake {
+            self.clock = self.clock.max(now);
+        }
+    }
+
+    fn step(&mut self) {
+        self.watch();
+        let drive = self.demand_of_step();
+        self.plant.advance(STEP_SECONDS, drive, &self.inputs);
+        self.watch_plant();
+        self.awake = !self.rests();
+    }
+
+    fn tell(&mut self, event: Event) {
+        if self.events.is_full() {
+            self.events.pop_front();
+        }
+        let _ = self.events.push_back(event);
+    }
+}

@@ -1,0 +1,132 @@
+//! What a host asks of a device on CANopen, whichever device it is.
+
+use core::any::Any;
+use core::fmt;
+
+use thiserror::Error;
+
+use crate::can_bus::can::{ErrorState, Frame};
+use crate::can_bus::canopen;
+use crate::can_bus::canopen::storage;
+use crate::can_bus::canopen::storage::{Generation, NotStored, StoreRequest};
+use crate::can_bus::canopen::{Address, Application, Node, NodeId, Refusal};
+use crate::devices::ag03;
+use crate::devices::ag03::unit;
+use crate::face::Surroundings;
+use crate::time::Instant;
+
+/// News of a device on CANopen. `Display` is one line of plain English.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum CanopenEvent {
+    /// Of its node: NMT, SDO, PDO, EMCY, error control.
+    Node(canopen::Event),
+    /// Of an AG03/1 behind the node, which names its own objects and bits in what it refuses.
+    Ag03(ag03::canopen::Event),
+}
+
+impl CanopenEvent {
+    /// Whether a log leaves it out unless asked for more: a master may cause as many as it likes.
+    pub const fn is_detail(&self) -> bool {
+        match self {
+            Self::Node(event) => matches!(event, canopen::Event::Written { .. }),
+            Self::Ag03(ag03::canopen::Event::Unit(event)) => event.is_detail(),
+            Self::Ag03(_) => false,
+        }
+    }
+}
+
+impl fmt::Display for CanopenEvent {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Node(event) => event.fmt(f),
+            Self::Ag03(event) => event.fmt(f),
+        }
+    }
+}
+
+/// Why an image is not taken over.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum RecallError {
+    /// It is no image of a node.
+    #[error(transparent)]
+    Node(#[from] storage::ImageError),
+    /// It is no image of the drive behind the node.
+    #[error(transparent)]
+    Unit(#[from] unit::ImageError),
+}
+
+/// A device on CANopen: frames and time in, frames, events, images and a deadline out.
+///
+/// After every call but the polls, `poll_transmit`, `poll_event`, `poll_image` and `poll_timeout` may have another answer.
+/// What surrounds it and what is seen of it are [`Surroundings`]. A host that knows which device it has reaches the rest
+/// of it by `dyn Any`.
+pub trait CanopenDevice: Surroundings + Any + Send {
+    /// Its node on the bus, to look at.
+    fn node(&self) -> &Node;
+
+    /// Its objects as the node asks for them, for [`Node::read_with`].
+    fn application(&self) -> &dyn Application;
+
+    /// Writes an entry as a client does, but without the bus: no client waits for it, and what it stores is stored later
+    /// ([`Node::write_without_bus`]).
+    ///
+    /// # Errors
+    /// What a client would be told; nothing is changed then.
+    fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal>;
+
+    /// The node number in force: after power-on that of the device's memory.
+    fn node_id(&self) -> NodeId {
+        self.node().node_id()
+    }
+
+    /// Whether it is supplied.
+    fn is_on(&self) -> bool {
+        self.node().state().is_some()
+    }
+
+    /// Supply on.
+    fn power_on(&mut self, now: Instant);
+
+    /// Supply off: what was not saved is lost.
+    fn power_off(&mut self, now: Instant);
+
+    /// A frame was received.
+    fn handle_frame(&mut self, now: Instant, frame: &Frame);
+
+    /// The deadline has come, or any other instant.
+    fn handle_timeout(&mut self, now: Instant);
+
+    /// The error counters of its CAN controller have taken it from one state to another.
+    fn handle_error_state(&mut self, _now: Instant, _from: ErrorState, _to: ErrorState) {}
+
+    /// The next frame to send.
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame>;
+
+    /// The next event.
+    fn poll_event(&mut self) -> Option<CanopenEvent>;
+
+    /// Says what keeps its drive from moving now, a sentence each, the most important first. Nothing: it moves, waits
+    /// for a start, or has no drive.
+    fn why(&self, _say: &mut dyn FnMut(&dyn fmt::Display)) {}
+
+    /// When [`handle_timeout`](Self::handle_timeout) is due.
+    fn poll_timeout(&self) -> Option<Instant>;
+
+    /// Takes over an image before the first power-on.
+    ///
+    /// # Errors
+    /// [`RecallError`]; nothing is taken over then.
+    fn recall(&mut self, now: Instant, image: &[u8]) -> Result<(), RecallError>;
+
+    /// The image to keep ([`Node::poll_image`](crate::can_bus::canopen::Node::poll_image)).
+    ///
+    /// # Errors
+    /// [`storage::ImageError::NoRoom`]; it stays on offer.
+    fn poll_image<'a>(&mut self, into: &'a mut [u8])
+    -> Result<Option<StoreRequest<'a>>, storage::ImageError>;
+
+    /// What became of an image ([`Node::handle_stored`](crate::can_bus::canopen::Node::handle_stored)).
+    fn handle_stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>);
+}
