@@ -126,6 +126,14 @@ impl Findings {
         self.records.entry(row).or_default().obstacle = Some(obstacle);
     }
 
+    /// The same, unless there is such a reason already.
+    pub(super) fn default_missed(&mut self, row: Row, reason: &str) {
+        let record = self.records.get(&row);
+        if record.and_then(|record| record.obstacle.as_ref()).is_none_or(|obstacle| !obstacle.missed) {
+            self.missed(row, reason);
+        }
+    }
+
     /// What was found against a row says nothing, for this reason.
     pub(super) fn void(&mut self, row: Row, reason: &str) {
         let record = self.records.entry(row).or_default();

@@ -188,7 +188,7 @@ impl Judge {
             begun.check = None;
             let reason = format!("the command of --ask failed: {}", begun.ask.clone().unwrap_or_default());
             for row in &played.rows {
-                self.observer.findings.missed(*row, reason.as_str());
+                self.observer.findings.default_missed(*row, &reason);
             }
         }
         let lasts = if done { begun.lasts } else { Duration::ZERO };

@@ -228,7 +228,7 @@ fn no_data_exchange_has_its_reason() {
     for (mistake, why) in [
         (Mistake::SwappedIdent, "Set_Prm refused: ident 3412, configured 1234"),
         (Mistake::OtherCfg, "Chk_Cfg refused: 22 13, configured 23 13"),
-        (Mistake::NoLock, "Set_Prm refused: octets 08"),
+        (Mistake::NoLock, "Set_Prm locks no slave: octets 08 64"),
     ] {
         let report = judged(Some(mistake), Row::ALL);
         assert_eq!(report.outcome().status(), 3, "{report}");

@@ -11,6 +11,10 @@ use crate::judge::setup::Slave;
 use crate::profibus::dp::set_prm::FIXED_LEN;
 use crate::profibus::fdl::Address;
 
+/// Lock_Req and Unlock_Req of the first octet of Set_Prm.
+const LOCKS: u8 = 0xC0;
+const LOCK_REQ: u8 = 0x80;
+
 impl Observer {
     /// Why data exchange with a station was not reached, as far as the telegrams say.
     pub(in crate::judge) fn why_no_exchange(&self, station: Address) -> String {
@@ -27,6 +31,9 @@ impl Observer {
                 None => "the master does not read the diagnosis to its end, and sends no Set_Prm".into(),
             };
         };
+        if prm.first().is_some_and(|status| status & LOCKS != LOCK_REQ) {
+            return format!("Set_Prm locks no slave: octets {}", hex(prm));
+        }
         match (view.fault, view.cfg_data.as_deref()) {
             (Some((true, _)), _) => format!("Set_Prm refused: {}", wrong_prm(prm, slave)),
             (Some((_, true)), Some(cfg)) => format!("Chk_Cfg refused: {}", wrong_cfg(cfg, slave)),
