@@ -103,20 +103,18 @@ pub(crate) fn quirk_parts(spec: &str) -> Result<(&str, &str), String> {
 
 /// Why no device of those that are `there` has a quirk.
 pub(crate) fn unknown_quirk(there: &[&'static Device], name: &str) -> String {
-    let has = |device: &&&'static Device| device.quirks().iter().any(|row| row.name == name);
-    let names: Vec<_> = there.iter().flat_map(|device| device.quirks()).map(|row| row.name).collect();
-    let cure = match DEVICES.iter().collect::<Vec<_>>().iter().find(has) {
+    let names = |device: &Device| device.quirks().iter().map(|row| row.name).collect::<Vec<_>>();
+    if there.iter().any(|device| device.product().is_some()) {
+        let known = |device: &&Device| format!("{} has {}", device.name(), names(device).join(", "));
+        let known: Vec<_> = there.iter().map(known).collect();
+        return format!("no node has a quirk '{name}'; {}", known.join("; "));
+    }
+    let known: Vec<_> = there.iter().flat_map(|device| names(device)).collect();
+    let cure = match DEVICES.iter().find(|device| names(device).contains(&name)) {
         Some(device) => format!("it is one of a {} {}; ", device.group().name(), device.name()),
-        None => nearest(name, names.iter().copied()),
+        None => nearest(name, known.iter().copied()),
     };
-    let known = |device: &&&'static Device| {
-        let rows: Vec<_> = device.quirks().iter().map(|row| row.name).collect();
-        format!("{} has {}", device.name(), rows.join(", "))
-    };
-    let known: Vec<_> =
-        there.iter().filter(|device| !device.quirks().is_empty()).map(|device| known(&device)).collect();
-    let known = if known.is_empty() { "no device here has any".to_owned() } else { known.join("; ") };
-    format!("quirk '{name}' is unknown; {cure}{known}")
+    format!("quirk '{name}' is unknown; {cure}expected one of {}", known.join(", "))
 }
 
 /// The devices with quirks, those with the same ones once.
