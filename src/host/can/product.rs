@@ -115,30 +115,6 @@ mod tests {
     }
 
     #[test]
-    fn every_value_of_every_quirk_can_be_chosen() {
-        for product in Device::products() {
-            let rows = product.quirks();
-            let mut choices = Choices::default();
-            for row in &rows {
-                for value in row.values.iter().rev() {
-                    product.choose(&mut choices, row.name, value).unwrap();
-                    let chosen = choices != Choices::default();
-                    assert_eq!(
-                        chosen,
-                        row.values.first() != Some(value),
-                        "{} {}={value}",
-                        product.name,
-                        row.name
-                    );
-                    product.make(NodeId::MIN, &choices, Memory::Internal, Instant::ZERO);
-                }
-                assert!(product.choose(&mut choices, row.name, "no such value").is_err());
-            }
-            assert_eq!(product.choose(&mut choices, "none", "x"), Err(QuirkError::Unknown));
-        }
-    }
-
-    #[test]
     fn a_quirk_of_a_product_acts() {
         let product = Product::named("ap10").unwrap();
         let mut choices = Choices::default();

@@ -255,6 +255,7 @@ impl PartialEq for Device {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::time::Instant;
 
     #[test]
     fn names_are_unique_in_a_group_and_every_group_has_a_device() {
@@ -263,6 +264,28 @@ mod tests {
             let count = names.len();
             names.dedup();
             assert_eq!((names.len(), count > 0), (count, true), "{group:?}");
+        }
+    }
+
+    #[test]
+    fn every_value_of_every_quirk_can_be_chosen_and_the_device_is_made_with_it() {
+        for device in DEVICES {
+            let mut spec = Spec::plain(device, 5);
+            let rows = device.quirks();
+            for row in &rows {
+                for value in row.values.iter().rev() {
+                    spec.choose_quirk(row.name, value).unwrap();
+                    assert!(spec.choices.quirks.contains(&(row.name, *value)), "{}={value}", row.name);
+                    if let Some(product) = device.product() {
+                        product.make(spec.node(), &spec.choices, Memory::Internal, Instant::ZERO);
+                    } else {
+                        spec.prepare().unwrap();
+                    }
+                }
+                assert!(spec.choose_quirk(row.name, "no such value").is_err());
+            }
+            assert_eq!(spec.choices.quirks.len(), rows.len(), "{}", device.name());
+            assert!(spec.choose_quirk("none", "x").is_err());
         }
     }
 }
