@@ -18,6 +18,7 @@
 //! | module | is | knows |
 //! | --- | --- | --- |
 //! | [`time`] | instants, bit times, rates | |
+//! | [`image`](mod@image) | what a device keeps while it is switched off, as octets | that products have names |
 //! | [`fdl`] | octets to telegrams, the passive station | that service access points exist |
 //! | [`dp`] | the DP-V0 slave and its services | what the service access points mean |
 //! | [`can`] | frames of CAN, bit times, the text of an adapter | that frames have a priority |
@@ -123,6 +124,8 @@ extern crate std;
 pub mod time;
 
 mod chance;
+
+pub mod image;
 
 pub mod profibus;
 

@@ -80,7 +80,7 @@ impl<A: Application + Surroundings + Send + 'static> CanopenDevice for PlainNode
         Ok(self.node.recall(now, image, &mut self.application)?)
     }
 
-    fn poll_image<'a>(&mut self, into: &'a mut [u8]) -> Result<Option<StoreRequest<'a>>, ImageError> {
+    fn poll_image<'a>(&mut self, into: &'a mut [u8]) -> Result<Option<StoreRequest<&'a [u8]>>, ImageError> {
         self.node.poll_image(&self.application, into)
     }
 

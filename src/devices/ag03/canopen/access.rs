@@ -124,6 +124,10 @@ impl Application for Part {
         }
     }
 
+    fn product(&self) -> &str {
+        "ag03-1"
+    }
+
     fn notice(&mut self, _now: Instant, notice: Notice) {
         self.on_notice(notice);
     }

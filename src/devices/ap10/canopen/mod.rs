@@ -204,7 +204,7 @@ impl Ap10 {
     ///
     /// # Errors
     /// [`ImageError::NoRoom`]; it stays on offer.
-    pub fn poll_image<'a>(&mut self, into: &'a mut [u8]) -> Result<Option<StoreRequest<'a>>, ImageError> {
+    pub fn poll_image<'a>(&mut self, into: &'a mut [u8]) -> Result<Option<StoreRequest<&'a [u8]>>, ImageError> {
         self.node.poll_image(&self.unit, into)
     }
 
