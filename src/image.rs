@@ -232,9 +232,12 @@ impl<'a> Opened<'a> {
 /// The checksum of zlib, PNG and Ethernet, bit by bit: an image is short and rarely written.
 pub(crate) fn crc32(octets: &[u8]) -> u32 {
     !octets.iter().fold(u32::MAX, |crc, octet| {
-        (0..8).fold(crc ^ u32::from(*octet), |crc, _| {
-            if crc & 1 == 0 { crc >> 1 } else { crc >> 1 ^ 0xEDB8_8320 }
-        })
+        (0..8).fold(
+            crc ^ u32::from(*octet),
+            |crc, _| {
+                if crc & 1 == 0 { crc >> 1 } else { crc >> 1 ^ 0xEDB8_8320 }
+            },
+        )
     })
 }
 

@@ -28,7 +28,7 @@ use crate::image::storage::{Newest, Outcome};
 use crate::image::{ProductName, Writer};
 use crate::time::Instant;
 
-pub use crate::image::{Eeprom as Memory, Generation, ImageError, NotStored, StoreRequest};
+pub use crate::image::{Eeprom, Generation, ImageError, NotStored, StoreRequest};
 
 /// How images of earlier versions begin.
 const UNNAMED: [u8; 3] = *b"CO1";
@@ -45,7 +45,7 @@ const DEFAULTS_ONCE: Address = Address::new(0, 1);
 /// What comes back with a reset, and how far the newest image is.
 #[derive(Clone, Debug)]
 pub(super) struct Storage {
-    pub(super) memory: Memory,
+    pub(super) memory: Eeprom,
     kept: Option<Kept>,
     /// What was kept before the image that is on its way.
     before: Option<Option<Kept>>,
@@ -64,7 +64,7 @@ struct Kept {
 }
 
 impl Storage {
-    pub(super) const fn new(memory: Memory) -> Self {
+    pub(super) const fn new(memory: Eeprom) -> Self {
         let newest = Newest::SAFE;
         Self { memory, kept: None, before: None, defaults_once: false, newest, device_holds: false }
     }
@@ -72,15 +72,15 @@ impl Storage {
     /// What is kept is not what the newest image holds.
     pub(super) const fn changed(&mut self) {
         match self.memory {
-            Memory::Internal => {}
-            Memory::Host => self.newest.offer(),
+            Eeprom::Internal => {}
+            Eeprom::Host => self.newest.offer(),
         }
     }
 
     /// The device changed what it keeps. An answer that it holds then waits for the image, too.
     pub(super) fn changed_by_device(&mut self) {
         self.changed();
-        if self.device_holds && self.memory == Memory::Host {
+        if self.device_holds && self.memory == Eeprom::Host {
             self.newest.wait();
         }
     }
@@ -97,7 +97,7 @@ impl Storage {
     }
 
     fn remember_before(&mut self) {
-        if self.memory == Memory::Host && self.before.is_none() {
+        if self.memory == Eeprom::Host && self.before.is_none() {
             self.before = Some(self.kept.clone());
         }
     }
@@ -109,7 +109,7 @@ impl Node {
         self.storage.changed();
     }
 
-    /// The image to keep, if it differs from the one taken before and [`Memory::Host`] is set. Poll it when frames and
+    /// The image to keep, if it differs from the one taken before and [`Eeprom::Host`] is set. Poll it when frames and
     /// events are drained.
     ///
     /// # Errors

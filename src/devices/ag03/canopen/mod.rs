@@ -49,7 +49,7 @@ use core::time::Duration;
 
 use super::profibus::Leds;
 use crate::can_bus::can::{ErrorState, Frame};
-use crate::can_bus::canopen::storage::Memory;
+use crate::can_bus::canopen::storage::Eeprom;
 use crate::can_bus::canopen::{Address, NmtState, Node, NodeId, Refusal};
 use crate::devices::ag03::drive::{Inputs, Status, StatusLed, leds};
 use crate::devices::ag03::unit::{
@@ -110,7 +110,7 @@ impl Ag03Node {
     }
 
     fn with(config: Config, unit: Unit, now: Instant) -> Self {
-        let mut node = Node::new(config.policy).with_memory(Memory::Host);
+        let mut node = Node::new(config.policy).with_memory(Eeprom::Host);
         let settings = *unit.bus_settings();
         let mut part = Part::new(&config, unit);
         if !settings.is_empty() {
@@ -393,12 +393,7 @@ impl Ag03Node {
         }
     }
 
-    fn stored(
-        &mut self,
-        now: Instant,
-        generation: Generation,
-        outcome: Result<(), NotStored>,
-    ) {
+    fn stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>) {
         if outcome.is_ok() {
             self.part.rate_is_safe();
         }
