@@ -7,26 +7,37 @@ use profidrive::host::StateDir;
 use profidrive::host::can::{Choices, Product, StoredNode};
 use profidrive::time::Instant;
 
-/// Written by the version before images named their product: product, node number, image, and what it holds.
-const GOLDEN: &[(&str, u8, &[u8], &[(Address, u32)])] = &[
-    (
-        "ag03-1",
-        5,
-        include_bytes!("golden/ag03-1-node-005.eeprom"),
-        &[(Address::new(0x2410, 5), 77), (Address::new(0x1800, 5), 250), (Address::new(0x2100, 0), 9)],
-    ),
-    (
-        "ap10",
-        6,
-        include_bytes!("golden/ap10-node-006.eeprom"),
-        &[(Address::new(0x5F10, 0), 77), (Address::new(0x1017, 0), 300)],
-    ),
-    (
-        "asda-a2",
-        7,
-        include_bytes!("golden/asda-a2-node-007.eeprom"),
-        &[(Address::new(0x6081, 0), 12_345), (Address::new(0x1017, 0), 300)],
-    ),
+/// An image that the version before images named their product has written.
+struct Golden {
+    product: &'static str,
+    node: u8,
+    image: &'static [u8],
+    values: &'static [(Address, u32)],
+}
+
+const GOLDEN: &[Golden] = &[
+    Golden {
+        product: "ag03-1",
+        node: 5,
+        image: include_bytes!("golden/ag03-1-node-005.eeprom"),
+        values: &[
+            (Address::new(0x2410, 5), 77),
+            (Address::new(0x1800, 5), 250),
+            (Address::new(0x2100, 0), 9),
+        ],
+    },
+    Golden {
+        product: "ap10",
+        node: 6,
+        image: include_bytes!("golden/ap10-node-006.eeprom"),
+        values: &[(Address::new(0x5F10, 0), 77), (Address::new(0x1017, 0), 300)],
+    },
+    Golden {
+        product: "asda-a2",
+        node: 7,
+        image: include_bytes!("golden/asda-a2-node-007.eeprom"),
+        values: &[(Address::new(0x6081, 0), 12_345), (Address::new(0x1017, 0), 300)],
+    },
 ];
 
 fn load(state: &StateDir, product: &str, node: u8) -> Result<StoredNode, String> {
@@ -45,7 +56,7 @@ fn value(node: &StoredNode, at: Address) -> u32 {
 #[test]
 fn images_without_a_product_are_loaded_and_written_anew_with_it() {
     let folder = tempfile::tempdir().unwrap();
-    for (product, node, image, values) in GOLDEN {
+    for Golden { product, node, image, values } in GOLDEN {
         let file = folder.path().join(format!("{product}-node-{node:03}.eeprom"));
         fs::write(&file, image).unwrap();
         for start in ["as it was", "written anew"] {
@@ -87,7 +98,7 @@ fn an_image_of_another_product_is_refused_by_name_and_left_as_it_is() {
         assert_eq!(fs::read(file(product)).unwrap(), *image);
     }
     // Those without a product are told apart by their objects.
-    for (product, image) in [("ap10", GOLDEN[2].2), ("asda-a2", GOLDEN[1].2)] {
+    for (product, image) in [("ap10", GOLDEN[2].image), ("asda-a2", GOLDEN[1].image)] {
         fs::write(file(product), image).unwrap();
         let state = StateDir::open(folder.path()).unwrap();
         let error = load(&state, product, 7).err().unwrap();
