@@ -43,7 +43,7 @@ fn appears(file: &Path) {
 }
 
 #[test]
-fn an_address_of_set_slave_add_survives_a_kill() {
+fn a_05_an_address_of_set_slave_add_survives_a_kill() {
     let folder = tempfile::tempdir().unwrap();
     let state = folder.path().join("state");
     let station = format!("7,gsd={}", gsd(folder.path()));
