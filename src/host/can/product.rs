@@ -117,7 +117,7 @@ pub struct QuirkRow {
 }
 
 /// Quirks of one device at most.
-const MAX_QUIRKS: usize = 16;
+const MAX_QUIRKS: usize = 32;
 
 /// Which value of each quirk of a device is chosen, by [`Product::choose`]; at first the default of each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
