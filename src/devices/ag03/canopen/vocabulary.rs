@@ -87,13 +87,15 @@ fn of(word: Word, mode: Mode, put: &mut dyn FnMut(u8, &'static str)) {
 mod tests {
     use super::*;
     use crate::can_bus::canopen::dictionary;
+    use crate::devices::ag03::param::on_canopen;
 
     #[test]
     fn a_parameter_or_reading_is_where_the_dictionary_has_an_entry() {
-        for (pair, pnu) in READINGS {
+        for (pair, reading) in on_canopen::READINGS {
             let at = Address::new(pair.0, pair.1);
-            assert!(dictionary::entry(VOCABULARY.objects, at).is_ok(), "{at}");
-            assert!(entry(at).is_some(), "PNU {pnu}");
+            let object = dictionary::entry(VOCABULARY.objects, at).unwrap();
+            assert_eq!(object.name, reading.on_canopen().name, "{at}");
+            assert_eq!(entry(at), Some(reading.entry()));
         }
         assert!(entry(Address::new(0x6060, 0)).is_none());
         assert_eq!(choice(Address::new(0x6060, 0), 2), Some("velocity mode"));
