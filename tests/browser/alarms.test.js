@@ -33,22 +33,22 @@ test("live regions are silent during a travel, and speak once of a refusal and o
     await text(page, "#why-title", "Ready");
     const changes = await listen(page);
     await master.travel(5, 6400);
-    await text(page, "#drive-state", "travel job active");
+    await text(page, "#station-state", "travel job active");
     await master.until(5, "the target", ({ hiw }) => hiw === 6400);
     await text(page, "#why-title", "Ready");
     assert.deepEqual(await changes(), [], "nothing was spoken of a travel");
 
     await page.getByRole("button", { name: "Provoke fault D:" }).click();
-    await until("the fault", () => announced(page, "alert"), (said) => said === "Drive 5: fault D (output stage too hot)");
+    await until("the fault", () => announced(page, "alert"), (said) => said === "Station 5: fault D (output stage too hot)");
     await text(page, "#faults .steps", "Remove its cause");
     await master.travel(5, 0);
     await until("the refusal", () => announced(page, "status"), (said) => said.includes("travel to 0 inc refused: fault D"));
     // As a screen reader has it: roles and texts.
     const tree = await page.locator("body").ariaSnapshot();
-    assert.match(tree, /- alert: .*Drive 5: fault D \(output stage too hot\)/);
+    assert.match(tree, /- alert: .*Station 5: fault D \(output stage too hot\)/);
     assert.match(tree, /- status: .*travel to 0 inc refused/);
     const spoken = await changes();
-    assert.ok(spoken.filter((said) => said.includes("Drive 5: fault D")).length === 1, `once, got ${JSON.stringify(spoken)}`);
+    assert.ok(spoken.filter((said) => said.includes("Station 5: fault D")).length === 1, `once, got ${JSON.stringify(spoken)}`);
     assert.ok(spoken.every((said) => /fault|refused/.test(said)), JSON.stringify(spoken));
   });
 });
@@ -77,16 +77,16 @@ test("the banner of a fault tells its cause, whether that persists, and the way 
 test("a fault of a drive is seen and announced while something else is shown", async () => {
   await onStage({ drives: ["--drives", "5-6"], master: false }, async ({ page }) => {
     const provoke = (address, fault) =>
-      page.evaluate(([address, fault]) => fetch(`/api/v1/drives/${address}/provoke`, { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify({ fault }) }).then(({ ok }) => ok), [address, fault]);
+      page.evaluate(([address, fault]) => fetch(`/api/v1/stations/${address}/provoke`, { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify({ fault }) }).then(({ ok }) => ok), [address, fault]);
     assert.ok(!(await page.locator("#alarms").isVisible()));
     assert.ok(await provoke(6, "D"));
     await text(page, "#alarms", "6: D");
-    await until("the fault", () => announced(page, "alert"), (said) => said === "Drive 6: fault D (output stage too hot)");
+    await until("the fault", () => announced(page, "alert"), (said) => said === "Station 6: fault D (output stage too hot)");
     await page.getByRole("link", { name: "Bus", exact: true }).click();
     assert.ok(await provoke(5, "F"));
     await text(page, "#alarms", "5: F");
-    await until("the fault", () => announced(page, "alert"), (said) => said === "Drive 5: fault F (internal error)");
+    await until("the fault", () => announced(page, "alert"), (said) => said === "Station 5: fault F (internal error)");
     await page.locator("#alarms").getByRole("link", { name: "6: D" }).click();
-    await text(page, "#drive-state", "fault D");
+    await text(page, "#station-state", "fault D");
   });
 });

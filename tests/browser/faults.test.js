@@ -41,7 +41,7 @@ test("each fault A to G and J is provoked, seen, taken back and acknowledged", a
         target = target > 0 ? -20_000 : 20_000;
         await master.travel(5, target);
       }
-      await text(page, "#drive-state", `fault ${code}`);
+      await text(page, "#station-state", `fault ${code}`);
       await text(page, ".device", `${BLINKS[code]} ${BLINKS[code] === 1 ? "blink" : "blinks"}: fault ${code}`);
       assert.deepEqual(await beyondHousing(page), [], "every text is on the housing");
       await page.locator("[data-lamp=status][data-lit=true]").waitFor();
@@ -57,10 +57,10 @@ test("each fault A to G and J is provoked, seen, taken back and acknowledged", a
       await text(page, "#faults .steps", "Its cause is gone: let the master acknowledge");
       await master.command(5, 0x0001);
       await master.command(5, 0x0081);
-      await text(page, "#drive-state", "turn-on disabled");
+      await text(page, "#station-state", "turn-on disabled");
       await text(page, "#faults .steps", "Turning on is disabled until the master gives OFF1");
       await master.command(5, 0x0000);
-      await text(page, "#drive-state", "ready-to-run");
+      await text(page, "#station-state", "ready-to-run");
       await text(page, "#faults .steps", "No fault.");
       await page.locator("[data-lamp=status][data-lit=true]").waitFor();
     }
@@ -70,7 +70,7 @@ test("each fault A to G and J is provoked, seen, taken back and acknowledged", a
 
 test("an AG03 is not offered what it does not have", async () => {
   await onStage({ drives: ["--drive", "5,model=ag03"], master: false }, async ({ page }) => {
-    await text(page, "#drive-dp", "AG03, gear 48:1");
+    await text(page, "#station-about", "AG03, gear 48:1");
     const offered = await page.locator(".provoke button:visible").allTextContents();
     assert.deepEqual(offered, ["A", "B", "C", "D", "F", "G"]);
     await page.getByRole("switch", { name: "Enable input" }).click();

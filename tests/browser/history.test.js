@@ -29,12 +29,12 @@ function columns(page) {
 }
 
 test("who opens the page after a travel and a fault sees both, marked in the curves, and saves them", async () => {
-  await onStage({ drives: ["--drives", "5-6"], page: { view: "#drive/6" } }, async ({ page, master }) => {
+  await onStage({ drives: ["--drives", "5-6"], page: { view: "#station/6" } }, async ({ page, master }) => {
     await master.exchanging(5);
     await master.enable(5);
     await master.travel(5, 1600);
     await master.until(5, "the target", ({ hiw }) => hiw === 1600);
-    await page.evaluate(() => fetch("/api/v1/drives/5/provoke", { method: "POST", headers: { "content-type": "application/json" }, body: '{"fault": "D"}' }));
+    await page.evaluate(() => fetch("/api/v1/stations/5/provoke", { method: "POST", headers: { "content-type": "application/json" }, body: '{"fault": "D"}' }));
     await text(page, "#alarms", "5: D");
     // Long enough ago for the samples.
     await new Promise((resolve) => setTimeout(resolve, 600));
@@ -50,9 +50,9 @@ test("who opens the page after a travel and a fault sees both, marked in the cur
     assert.equal(await faults.count(), 1);
     // And once, however often the page connects again.
     await page.locator("#choose").selectOption("6");
-    await text(page, "#drive-title", "Drive 6");
+    await text(page, "#station-title", "Station 6");
     await page.locator("#choose").selectOption("5");
-    await text(page, "#drive-title", "Drive 5");
+    await text(page, "#station-title", "Station 5");
     await page.locator(CONNECTED).waitFor();
     await until("the fault", () => faults.count(), (count) => count === 1);
 
@@ -88,7 +88,7 @@ test("target and distance to go are those of the job, whatever setpoint the bus 
     const shown = (name) => page.locator(`[data-value="${name}"] dd span:first-child`).textContent();
     assert.deepEqual([await shown("Target"), await shown("To go")], ["–", "–"]);
     await master.travel(5, 3200);
-    await text(page, "#drive-state", "travel job active");
+    await text(page, "#station-state", "travel job active");
     await master.command(5, master.station(5).stw, -500);
     await until("the target", () => shown("Target"), (target) => target === "3200");
     const way = () =>

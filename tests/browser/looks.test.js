@@ -112,9 +112,9 @@ for (const colorScheme of ["light", "dark"]) {
       await photograph(page, `panel-${colorScheme}`);
       assert.deepEqual(await faint(page), []);
       await page.getByRole("button", { name: "Provoke fault F:" }).click();
-      await text(page, "#drive-state", "fault F");
+      await text(page, "#station-state", "fault F");
       assert.deepEqual(await faint(page), []);
-      for (const view of ["Drives", "Bus"]) {
+      for (const view of ["Stations", "Bus"]) {
         await page.getByRole("link", { name: view, exact: true }).click();
         await page.locator(view === "Bus" ? "#counters tbody tr" : ".tile").first().waitFor();
         assert.deepEqual(await faint(page), []);
@@ -139,8 +139,8 @@ test("on a phone nothing is beside the screen, and what is touched is large enou
     );
     assert.deepEqual(small, [], "WCAG 2.2 asks for 24 x 24");
     await page.getByRole("switch", { name: "Shaft blocked" }).tap();
-    await page.locator("[data-field=blocked] [aria-checked=true]").waitFor();
-    for (const view of ["Drives", "Bus"]) {
+    await page.locator("[data-input=blocked] [aria-checked=true]").waitFor();
+    for (const view of ["Stations", "Bus"]) {
       await page.getByRole("link", { name: view, exact: true }).tap();
       await page.locator(view === "Bus" ? "#counters tbody tr" : ".tile").first().waitFor();
       await assertFits(page);
@@ -156,7 +156,7 @@ test("on a phone nothing is beside the screen, and what is touched is large enou
 test("at every width the values fill their rows, and nothing sticks out of its card", async () => {
   for (const drive of ["5", "5,model=ag03"]) {
     await onStage({ drives: ["--drive", drive], master: false }, async ({ page }) => {
-      await text(page, "#drive-dp", "gear 48:1");
+      await text(page, "#station-about", "gear 48:1");
       for (const width of [1480, 1280, 1261, 1260, 1000, 700, 360]) {
         await page.setViewportSize({ width, height: 900 });
         await assertFits(page);
@@ -189,7 +189,7 @@ test("everything can be reached and worked with the keyboard, and the focus is a
       if (reached.has(at.name) && at.name === "Skip to the content") break;
       reached.set(at.name, true);
     }
-    for (const name of ["Drives", "Bus", "SW1, address 1", "SW10, bus terminator", "Key 1, clockwise", "Key 2, counter-clockwise", "Power off", "Shaft blocked", "Load, pulls clockwise, Nm", "Position, speed and current against time", "Provoke fault A: supply below 18 V and more than 200 mA, once the shaft is commanded to turn", "Read", "Write", "Pause"]) {
+    for (const name of ["Stations", "Bus", "SW1, address 1", "SW10, bus terminator", "Key 1, clockwise", "Key 2, counter-clockwise", "Power off", "Shaft blocked", "Load, pulls clockwise, Nm", "Position, speed and current against time", "Provoke fault A: supply below 18 V and more than 200 mA, once the shaft is commanded to turn", "Read", "Write", "Pause"]) {
       assert.ok(reached.has(name), `${name} is reached; got ${[...reached.keys()].join(" | ")}`);
     }
 
@@ -200,10 +200,10 @@ test("everything can be reached and worked with the keyboard, and the focus is a
     await load.focus();
     await page.keyboard.press("ArrowRight");
     await page.keyboard.press("ArrowRight");
-    await page.locator('[data-field="load_torque_newton_metres"][data-changed=true]').waitFor();
+    await page.locator('[data-input="load_torque_newton_metres"][data-changed=true]').waitFor();
     await page.getByRole("switch", { name: "Give Intermediate circuit" }).focus();
     await page.keyboard.press("Space");
-    await text(page, "#drive-state", "fault G");
+    await text(page, "#station-state", "fault G");
     await page.getByRole("link", { name: "Bus", exact: true }).focus();
     await page.keyboard.press("Enter");
     await text(page, "#counters", "sent");
@@ -232,20 +232,20 @@ test("nothing moves by itself for those who do not want it", async () => {
 
 test("125 drives are seen at a glance, filtered and chosen", async () => {
   const addresses = Array.from({ length: 125 }, (_, index) => index + 1);
-  await onStage({ drives: ["--drives", "1-125"], addresses: addresses.slice(0, 100), page: { view: "#drives", viewport: { width: 1360, height: 1030 } } }, async ({ page, master }) => {
+  await onStage({ drives: ["--drives", "1-125"], addresses: addresses.slice(0, 100), page: { view: "#stations", viewport: { width: 1360, height: 1030 } } }, async ({ page, master }) => {
     const tiles = page.locator(".tile");
     await until("tiles", () => tiles.count(), (count) => count === 125);
     for (const address of addresses.slice(0, 100)) await master.exchanging(address);
     for (const address of addresses.filter((address) => address % 3 === 0 && address <= 100)) master.station(address).stw = 0x000b;
     await master.until(99, "operation enabled", (station) => station.bit(2));
     const act = (method, path, body) => page.evaluate(([method, path, body]) => fetch(path, { method, headers: { "content-type": "application/json" }, body: JSON.stringify(body) }).then((response) => response.status), [method, path, body]);
-    for (const address of [14, 52, 98]) assert.equal(await act("POST", `/api/v1/drives/${address}/provoke`, { fault: "D" }), 200);
-    assert.equal(await act("PATCH", "/api/v1/drives/33/inputs", { battery_volts: 2.5 }), 200);
-    assert.equal(await act("PUT", "/api/v1/drives/77/power", { on: false }), 200);
+    for (const address of [14, 52, 98]) assert.equal(await act("POST", `/api/v1/stations/${address}/provoke`, { fault: "D" }), 200);
+    assert.equal(await act("PATCH", "/api/v1/stations/33/inputs", { battery_volts: 2.5 }), 200);
+    assert.equal(await act("PUT", "/api/v1/stations/77/power", { on: false }), 200);
     const travelling = [6, 9, 12, 42, 60];
     await Promise.all(travelling.map((address) => master.travel(address, address % 4 === 0 ? -900_000 : 900_000)));
     for (const address of travelling) await master.until(address, "a travel", (station) => !station.bit(13));
-    await text(page, "#drives-count", "125 drives, 3 in fault");
+    await text(page, "#stations-count", "125 drives, 3 in fault");
     await until("travels", () => page.locator(".tile[data-kind=moving]").count(), (count) => count === travelling.length);
     await photograph(page, "panel-125");
 
@@ -263,18 +263,18 @@ test("125 drives are seen at a glance, filtered and chosen", async () => {
     await page.setViewportSize({ width: 1360, height: 1030 });
     assert.deepEqual(await faint(page), []);
 
-    await page.getByRole("searchbox", { name: "Filter drives" }).fill("fault");
+    await page.getByRole("searchbox", { name: "Filter stations" }).fill("fault");
     await until("faults", () => tiles.count(), (count) => count === 3);
-    await page.getByRole("searchbox", { name: "Filter drives" }).fill("52 98");
+    await page.getByRole("searchbox", { name: "Filter stations" }).fill("52 98");
     await until("two", () => tiles.count(), (count) => count === 2);
     await page.getByRole("link", { name: "98", exact: false }).last().click();
-    await text(page, "#drive-title", "Drive 98");
-    await text(page, "#drive-state", "fault D");
+    await text(page, "#station-title", "Station 98");
+    await text(page, "#station-state", "fault D");
     await page.locator("#choose").selectOption("77");
-    await text(page, "#drive-state", "off");
+    await text(page, "#station-state", "off");
 
     await page.setViewportSize(PHONE);
-    await page.getByRole("link", { name: "Drives", exact: true }).click();
+    await page.getByRole("link", { name: "Stations", exact: true }).click();
     await assertFits(page);
   });
 });

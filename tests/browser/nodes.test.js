@@ -19,24 +19,24 @@ async function master(emulator) {
 }
 
 test("nodes are listed with their state and what their display shows", async () => {
-  await onStage({ drives: NODES, master: false, page: { view: "#drives" } }, async ({ page }) => {
-    await text(page, "#drives-count", "3 nodes");
+  await onStage({ drives: NODES, master: false, page: { view: "#stations" } }, async ({ page }) => {
+    await text(page, "#stations-count", "3 nodes");
     await text(page, "#tiles li:nth-child(2)", "AP10");
     await text(page, "#tiles li:nth-child(2)", "PRE-OPERATIONAL");
     await text(page, "#tiles li:nth-child(2) .position", "0  ---");
-    await page.locator("#drives-filter").fill("asda");
+    await page.locator("#stations-filter").fill("asda");
     await page.locator("#tiles li").nth(0).locator("a").click();
-    await text(page, "#drive-title", "Node 7");
+    await text(page, "#station-title", "Node 7");
   });
 });
 
 test("an AG03/1 shows its words, PDOs and dictionary, why it does not move, and its faults", async () => {
-  await onStage({ drives: NODES, master: false, page: { view: "#drive/5" } }, async ({ page, emulator }) => {
+  await onStage({ drives: NODES, master: false, page: { view: "#station/5" } }, async ({ page, emulator }) => {
     const bus = await master(emulator);
     await text(page, "#why-title", "It does not move, because");
     await text(page, "#why-reasons", "PRE-OPERATIONAL");
     bus.send("t00020105");
-    await text(page, "#drive-state", "OPERATIONAL");
+    await text(page, "#station-state", "OPERATIONAL");
     bus.send("t60582B40600006000000");
     await text(page, "#control .raw", "0006");
     await page.locator("#status li[data-set=true]", { hasText: "ready to switch on" }).waitFor();
@@ -52,7 +52,7 @@ test("an AG03/1 shows its words, PDOs and dictionary, why it does not move, and 
     await text(page, "#objects tr[data-object='1017h:00']", "250");
 
     await page.getByRole("button", { name: /^Provoke D:/ }).click();
-    await text(page, "#drive-dp", "error register 09h");
+    await text(page, "#station-about", "error register 09h");
     await text(page, "#faults table", "4310h");
     await page.locator("#faults [data-fault=D][aria-pressed=true]").waitFor();
     await text(page, "#face .leds", "status green: blinks 4 times");
@@ -61,15 +61,15 @@ test("an AG03/1 shows its words, PDOs and dictionary, why it does not move, and 
     await page.locator("#log-lines li[data-kind=fault]", { hasText: "EMCY 4310h" }).waitFor();
 
     await page.getByRole("button", { name: "Power off" }).click();
-    await text(page, "#drive-state", "switched off");
+    await text(page, "#station-state", "switched off");
     await page.getByRole("button", { name: "Power on" }).click();
-    await text(page, "#drive-state", "PRE-OPERATIONAL");
+    await text(page, "#station-state", "PRE-OPERATIONAL");
     bus.end();
   });
 });
 
 test("the display, the keys and the shaft of an AP10", async () => {
-  await onStage({ drives: NODES, master: false, page: { view: "#drive/6" } }, async ({ page }) => {
+  await onStage({ drives: NODES, master: false, page: { view: "#station/6" } }, async ({ page }) => {
     assert.equal(await page.locator("#why").isVisible(), false, "it cannot move, and has no reason not to");
     await text(page, "#face .lcd p:nth-child(2)", "---");
     const shaft = page.locator("#surroundings [data-input=shaft_revolutions]");
@@ -93,7 +93,7 @@ test("the display, the keys and the shaft of an AP10", async () => {
 });
 
 test("the five-digit panel of an ASDA-A2, its alarm and the blocked shaft", async () => {
-  await onStage({ drives: NODES, master: false, page: { view: "#drive/7" } }, async ({ page }) => {
+  await onStage({ drives: NODES, master: false, page: { view: "#station/7" } }, async ({ page }) => {
     await page.getByRole("button", { name: /^Provoke 011:/ }).click();
     await text(page, "#face .lcd", "AL011");
     await text(page, "#why-reasons", "alarm AL011: encoder error");
@@ -123,8 +123,8 @@ test("the bus has its counters, faults on purpose, and nodes that come and go", 
     await page.locator("#stations select").selectOption("ap10");
     await page.locator("#stations button[type=submit]").click();
     await text(page, "#counters", "9");
-    await page.locator("#to-drives").click();
-    await text(page, "#drives-count", "4 nodes");
+    await page.locator("#to-stations").click();
+    await text(page, "#stations-count", "4 nodes");
     await page.locator("#to-bus").click();
     await page.locator("#stations input").fill("5");
     await page.locator("#stations button[type=submit]").click();

@@ -47,7 +47,7 @@ test("a travel is seen in the numbers, in the words and drawn", async () => {
     const before = await drawn(page, "--accent");
     assert.ok(before.height < 10, `a shaft that stands is a level line, got ${before.height} pixels`);
     await master.travel(5, 3200);
-    await text(page, "#drive-state", "travel job active");
+    await text(page, "#station-state", "travel job active");
     await text(page, "#why-title", "Active");
     // Bit 4 of the system status word, and the number of rpm, of one and the same state.
     const travelling = () => page.evaluate(() => [document.querySelectorAll("#ssw li")[4].dataset.set, document.querySelector('[data-value="Speed"] dd span').textContent]);
@@ -105,7 +105,7 @@ test("a supply that is flipped takes the torque away, and the page says why", as
     await text(page, "#why-title", READY);
     await setInput(page, "output_supply_volts", 0);
     await text(page, "#why-reasons", "the supply voltage of the output stage is missing");
-    await text(page, "#drive-state", "not ready");
+    await text(page, "#station-state", "not ready");
     await page.locator("[data-lamp=status][data-lit=false]").waitFor();
     await master.until(5, "ZSW.0 = 0", (station) => !station.bit(0));
     await page.getByRole("button", { name: "Set all to normal" }).click();
@@ -114,7 +114,7 @@ test("a supply that is flipped takes the torque away, and the page says why", as
     await text(page, "#why-title", READY);
 
     await page.getByRole("button", { name: "Power off" }).click();
-    await text(page, "#drive-state", "off");
+    await text(page, "#station-state", "off");
     await master.until(5, "silence", (station) => !station.exchanging);
     await page.getByRole("button", { name: "Power on" }).click();
     await master.exchanging(5);
@@ -169,7 +169,7 @@ test("a value that cannot act on the drive is refused with a sentence, and the o
   await onStage({ master: false }, async ({ page }) => {
     await setInput(page, "control_supply_volts", 70);
     await text(page, "#inputs .refused", "Control supply must be 0 to 60 V, not 70. Nothing is changed.");
-    const number = page.locator('[data-field="control_supply_volts"] input[type=number]');
+    const number = page.locator('[data-input="control_supply_volts"] input[type=number]');
     assert.equal(await number.getAttribute("aria-invalid"), "true");
     await number.blur();
     await until("24 V again", () => number.inputValue(), (shown) => shown === "24");
@@ -193,7 +193,7 @@ test("with a spindle pitch positions are millimetres, and curves of increments d
     await text(page, ".readout", /\d\.\d\d\smm\s+0\srpm/);
     const after = await drawn(page, "--accent");
     assert.ok(after.height < 10, `the curve begins anew, got ${after.height} pixels and had ${before.height}`);
-    await page.getByRole("link", { name: "Drives", exact: true }).click();
+    await page.getByRole("link", { name: "Stations", exact: true }).click();
     await text(page, ".tile .position", /\d\.\d\d mm$/);
   });
 });
@@ -266,7 +266,7 @@ test("the keys turn the shaft as long as they are held, with the mouse and with 
     const box = await clockwise.boundingBox();
     await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
     await page.mouse.down();
-    await text(page, "#drive-state", "inching by key");
+    await text(page, "#station-state", "inching by key");
     await text(page, "#why-title", "Active: a key turns the shaft");
     assert.equal(await page.locator("#why-reasons li").count(), 0);
     const position = await until("position", () => value(page, "Position"), (position) => position < -100);
@@ -284,7 +284,7 @@ test("the keys turn the shaft as long as they are held, with the mouse and with 
 test("a key is released when the page goes while it is held", async () => {
   // Where the page goes to there is no icon, for which a browser asks all the same.
   await onStage({ master: false, refusals: true }, async ({ page, emulator }) => {
-    const keys = async () => (await (await fetch(new URL("api/v1/drives/5", emulator.panel))).json()).keys.key_1_pressed;
+    const keys = async () => (await (await fetch(new URL("api/v1/stations/5", emulator.panel))).json()).keys.key_1_pressed;
     await page.getByRole("button", { name: "Key 1, clockwise" }).focus();
     await page.keyboard.down("Enter");
     await until("key", keys, (pressed) => pressed);
@@ -301,8 +301,8 @@ test("DIP switches set the address that the next power-on takes", async () => {
     await page.getByRole("button", { name: "Power off" }).click();
     await page.getByRole("button", { name: "Power on" }).click();
     await master.exchanging(7);
-    await page.goto(new URL("#drive/7", page.url()).href);
-    await text(page, "#drive-title", "Drive 7");
+    await page.goto(new URL("#station/7", page.url()).href);
+    await text(page, "#station-title", "Station 7");
     await text(page, "#power", "1110000 0 00: address 7, terminator off");
   });
 });

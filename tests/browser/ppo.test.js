@@ -19,7 +19,7 @@ test("words, values, faults, the parameter channel and the table are shown, and 
   station.sent = outputs(0x047e, 0);
   await onStage({ drives: ["--ppo-drive", `7,parameters=${TABLE}`], addresses: [station], page: { view: "" } }, async ({ page, master }) => {
     await master.exchanging(7);
-    await text(page, "#ppo-title", "Drive 7: PPO 1");
+    await text(page, "#ppo-title", "Station 7: PPO 1");
     await text(page, "#ppo-state", "ready for switching on");
     await text(page, "#ppo-why", "OFF1: set STW bit 0 (ON)");
     station.sent = outputs(0x047f, 0x2000, [0x10, 0x02]);
@@ -42,7 +42,7 @@ test("words, values, faults, the parameter channel and the table are shown, and 
     await page.setViewportSize({ width: 360, height: 740 });
     const { wide, room } = await page.evaluate(() => ({ wide: document.documentElement.scrollWidth, room: document.documentElement.clientWidth }));
     assert.ok(wide <= room, `the page is ${wide} wide and has room for ${room}`);
-    await page.getByRole("link", { name: "Drives", exact: true }).click();
+    await page.getByRole("link", { name: "Stations", exact: true }).click();
     await text(page, "#ppo-tiles .tile", "PPO 1");
   });
 });

@@ -63,7 +63,7 @@ test("outputs are seen, inputs are forced, and a diagnosis is raised in the text
     const { wide, room } = await page.evaluate(() => ({ wide: document.documentElement.scrollWidth, room: document.documentElement.clientWidth }));
     assert.ok(wide <= room, `the page is ${wide} wide and has room for ${room}`);
 
-    await page.getByRole("link", { name: "Drives", exact: true }).click();
+    await page.getByRole("link", { name: "Stations", exact: true }).click();
     await text(page, "#gsd-tiles .tile", "Data_Exchange");
   });
 });

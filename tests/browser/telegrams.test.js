@@ -28,7 +28,7 @@ test("the log of a drive holds no telegrams of another one", async () => {
     await record(page).click();
     await page.locator(TELEGRAMS).first().waitFor();
     await page.locator("#choose").selectOption("6");
-    await text(page, "#drive-title", "Drive 6");
+    await text(page, "#station-title", "Station 6");
     await text(page, "#telegram-lines", "nothing matches");
     assert.equal(await page.locator(TELEGRAMS).count(), 0);
     await page.locator("#choose").selectOption("5");
