@@ -1,6 +1,7 @@
 // The HTTP API of the emulator: requests, and where a station is.
+import { translationFor } from "./translation.js";
 
-export const ROOT = "/api/v1";
+const ROOT = "/api/v1";
 /** An answer comes within this, or none does. */
 const ANSWER_MS = 5000;
 export const NO_ANSWER = "the emulator does not answer";
@@ -13,8 +14,46 @@ export class Refused extends Error {
   }
 }
 
-/** Asks the server; the body and the answer are JSON. A server that is frozen reaches nobody either. */
+/** What makes stations of what the server tells; undefined before that is known, null if it needs none. */
+let translation;
+
+/** Asks the server for something of lines and stations; the body and the answer are JSON. */
 export async function request(method, path, body) {
+  await connect();
+  return translation === null ? ask(method, path, body) : translation.request(method, path, body);
+}
+
+/** Learns how the server speaks, if that is not known. */
+export async function connect() {
+  if (translation === undefined) translation = await translationFor(ask);
+}
+
+/** Another program may answer from now on. */
+export function disconnect() {
+  translation = undefined;
+}
+
+/** The address of the stream of what is wanted. */
+export function eventsAddress(wanted) {
+  const { station, kinds, interval_milliseconds } = wanted;
+  const of = station === null ? {} : { line: station.line, address: station.address };
+  const query = translation ? translation.query(wanted) : { kinds: kinds.join(","), interval_milliseconds, ...of };
+  return `${ROOT}/events?${new URLSearchParams(query)}`;
+}
+
+/** An event of the stream: its name, and what it tells. */
+export function eventOf(name, data) {
+  return translation ? translation.event(name, data) : [name, data];
+}
+
+/** Where a file is to be had; null if the server has none. */
+export function fileOf(path) {
+  const file = translation ? translation.file(path) : path;
+  return file === null ? null : ROOT + file;
+}
+
+/** As it goes over the line. A server that is frozen reaches nobody either. */
+async function ask(method, path, body) {
   let response;
   let text;
   try {

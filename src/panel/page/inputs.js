@@ -8,6 +8,7 @@ const SETTLE_MS = 700;
 /** Over so wide a range a slider is of no use: steps are. */
 const SLIDER_RANGE = 2500;
 const STEPS = [-1, -0.1, -0.01, 0.01, 0.1, 1];
+const WHOLE_STEPS = [-10, -1, 1, 10];
 
 export class Inputs {
   #ask;
@@ -145,7 +146,7 @@ class Quantity extends Control {
     this.number = html("input", { type: "text", class: "number", inputmode: "decimal", id, autocomplete: "off", onchange: typed });
     this.range = high - low <= SLIDER_RANGE ? html("input", { type: "range", min: low, max: high, step: fine, "aria-label": named, oninput: () => set(this.range.valueAsNumber) }) : null;
     const near = (by) => Math.min(high, Math.max(low, Number(((this.input.value ?? 0) + by).toFixed(6))));
-    const steps = STEPS.map((by) => button(by > 0 ? `+${by}` : String(by), () => set(near(by)), { "aria-label": `${text}: ${by}` }));
+    const steps = (step >= 1 ? WHOLE_STEPS : STEPS).map((by) => button(by > 0 ? `+${by}` : String(by), () => set(near(by)), { "aria-label": `${text}: ${by}` }));
     this.moving = this.range ?? html("span", { class: "group steps" }, ...steps);
     this.given = html("button", { type: "button", class: "toggle", role: "switch", "aria-checked": false, "aria-label": `Give ${text}`, hidden: !own, onclick: () => change(this.input.value === null ? near(0) : null) });
     this.free = html("span", { class: "muted" }, "calculated");

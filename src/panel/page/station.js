@@ -2,7 +2,7 @@
 //
 // A view is made for one station and thrown away with it: nothing in it can act on another one.
 import { html, mark, say } from "./dom.js";
-import { ROOT, nameOf, request, stationOf } from "./api.js";
+import { fileOf, nameOf, request, stationOf } from "./api.js";
 import { Curves } from "./curves.js";
 import { Device } from "./device.js";
 import { Diagnosis } from "./diagnosis.js";
@@ -31,7 +31,8 @@ export class StationView {
     this.#path = stationOf(station);
     const ask = (method, path, body) => request(method, this.#path + path, body);
     const act = (...of) => this.#act(ask(...of));
-    const save = html("a", { class: "button", href: `${ROOT}${this.#path}/samples.csv`, download: `station-${station.address}.csv` }, "Save as CSV");
+    const file = fileOf(`${this.#path}/samples.csv`);
+    const save = html("a", { class: "button", hidden: file === null, href: file ?? undefined, download: `station-${station.address}.csv` }, "Save as CSV");
     this.why = new Why();
     this.values = new Values();
     this.device = new Device(ask, act);

@@ -1,5 +1,5 @@
 // What happens, as it happens: a stream while this tab has one, else a question once a second.
-import { NO_ANSWER, ROOT, Refused, request, stationOf } from "./api.js";
+import { NO_ANSWER, Refused, connect, disconnect, eventOf, eventsAddress, request, stationOf } from "./api.js";
 
 const RETRY_MS = 1000;
 /** Nothing for so long, and the stream is taken for dead: a state comes once a second at least. */
@@ -91,12 +91,6 @@ export class Stream {
     this.#connect();
   }
 
-  get #query() {
-    const { station, kinds, interval_milliseconds: interval } = this.#wanted;
-    const of = station === null ? {} : { line: station.line, address: station.address };
-    return new URLSearchParams({ kinds: kinds.join(","), interval_milliseconds: interval, ...of }).toString();
-  }
-
   /** Streams if it is this tab's turn, asks if not. */
   #take() {
     if (this.#wanted === null) return;
@@ -104,13 +98,24 @@ export class Stream {
     else if (!this.#turn.isMine && this.#polling === null) this.#poll();
   }
 
-  #connect() {
+  async #connect() {
+    this.#end();
+    const mine = (this.#polling = {});
+    try {
+      await connect();
+    } catch (error) {
+      if (this.#polling !== mine) return;
+      this.#on.closed(error);
+      this.#timer = setTimeout(() => this.#connect(), RETRY_MS);
+      return;
+    }
+    if (this.#polling !== mine) return;
     if (!this.#turn.isMine) {
       this.#poll();
       return;
     }
     this.#end();
-    const source = new EventSource(`${ROOT}/events?${this.#query}`);
+    const source = new EventSource(eventsAddress(this.#wanted));
     this.#source = source;
     source.addEventListener("open", () => {
       this.#open = true;
@@ -118,10 +123,11 @@ export class Stream {
       this.#on.open(true);
     });
     source.addEventListener("error", () => this.#retry());
-    for (const event of ["state", "news", "telegram", "lost"]) {
+    for (const event of ["state", "news", "telegram", "frame", "lost"]) {
       source.addEventListener(event, ({ data }) => {
         this.#watch();
-        this.#on[event](JSON.parse(data));
+        const [name, told] = eventOf(event, JSON.parse(data));
+        this.#on[name](told);
       });
     }
     this.#watch();
@@ -149,6 +155,7 @@ export class Stream {
   /** Asks once, and if the server answers, that is as good as a stream that is slow. */
   async #retry() {
     this.#end();
+    disconnect();
     const mine = (this.#polling = {});
     const stream = () => this.#connect();
     this.#timer = setTimeout(stream, RETRY_MS);

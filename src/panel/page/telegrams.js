@@ -1,6 +1,6 @@
 // The telegrams on the line in words, as long as they are recorded; a trigger or a fault ends the recording.
 import { html, mark, say } from "./dom.js";
-import { ROOT, lineOf } from "./api.js";
+import { fileOf, lineOf } from "./api.js";
 import { Lines, hasWords, wordsOf } from "./lines.js";
 
 const KEPT = 5000;
@@ -44,8 +44,9 @@ export class Telegrams {
 
   /** The line whose capture is saved. */
   of(line) {
-    this.save.hidden = line === null;
-    if (line !== null) mark(this.save, "href", `${ROOT}${lineOf(line)}/capture.pcapng`);
+    const file = line === null ? null : fileOf(`${lineOf(line)}/capture.pcapng`);
+    this.save.hidden = file === null;
+    if (file !== null) mark(this.save, "href", file);
   }
 
   get wanted() {
