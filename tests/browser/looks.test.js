@@ -94,11 +94,11 @@ async function busyDrive(page, master) {
   await text(page, "#why-refused", "above the upper limit");
   const station = master.station(5);
   station.pkw = [0x13fa, 0, 0, 0];
-  await text(page, "#pkw .log", "23FA 0000 0000 0000");
+  await text(page, "#dialogue .log", "23FA 0000 0000 0000");
   station.pkw = [0, 0, 0, 0];
   await setInput(page, "friction_torque_newton_metres", 1.5);
   await master.travel(5, 6400);
-  await until("position", () => value(page, "Position"), (position) => position > 4000);
+  await until("position", () => value(page, "position"), (position) => position > 4000);
   await page.evaluate(() => document.activeElement.blur());
 }
 
@@ -145,6 +145,7 @@ test("on a phone nothing is beside the screen, and what is touched is large enou
       await page.locator(view === "Bus" ? "#counters tbody tr" : ".tile").first().waitFor();
       await assertFits(page);
     }
+    await page.getByLabel("Fault", { exact: true }).fill("no-reply");
     await page.getByLabel("When and where").fill("rate=0.001,station=5");
     await page.locator("#line-faults").getByRole("button", { name: "Add" }).tap();
     await page.getByRole("button", { name: /Remove no-reply/ }).waitFor();
@@ -189,13 +190,13 @@ test("everything can be reached and worked with the keyboard, and the focus is a
       if (reached.has(at.name) && at.name === "Skip to the content") break;
       reached.set(at.name, true);
     }
-    for (const name of ["Stations", "Bus", "SW1, address 1", "SW10, bus terminator", "Key 1, clockwise", "Key 2, counter-clockwise", "Power off", "Shaft blocked", "Load, pulls clockwise, Nm", "Position, speed and current against time", "Provoke fault A: supply below 18 V and more than 200 mA, once the shaft is commanded to turn", "Read", "Write", "Pause"]) {
+    for (const name of ["Stations", "Bus", "SW1, address 1", "SW10, bus terminator", "Key 1, clockwise", "Key 2, counter-clockwise", "Power off", "Shaft blocked", "Load, pulls clockwise, Nm", "Position, Speed, Current against time", "Provoke fault A: supply below 18 V and more than 200 mA, once the shaft is commanded to turn", "Read", "Write", "Pause"]) {
       assert.ok(reached.has(name), `${name} is reached; got ${[...reached.keys()].join(" | ")}`);
     }
 
     await page.getByRole("switch", { name: "SW8, factory reset" }).focus();
     await page.keyboard.press("Space");
-    await text(page, "#power", "1010000 1 00");
+    await text(page, "#device-text", "1010000 1 00");
     const load = page.getByRole("slider", { name: "Load, pulls clockwise, Nm" });
     await load.focus();
     await page.keyboard.press("ArrowRight");
@@ -215,8 +216,8 @@ test("nothing moves by itself for those who do not want it", async () => {
     const moving = () => page.evaluate(() => [...document.querySelectorAll("*")].filter((element) => getComputedStyle(element).transitionDuration !== "0s" || getComputedStyle(element).animationName !== "none").length);
     assert.equal(await moving(), 0);
     await page.getByRole("button", { name: "Provoke fault D:" }).click();
-    await text(page, ".device", "4 blinks: fault D");
-    const dark = await page.locator("[data-lamp=status]").evaluate(async (lamp) => {
+    await text(page, "#device", "4 blinks: fault D");
+    const dark = await page.locator("[data-lamp='status green']").evaluate(async (lamp) => {
       const seen = [];
       new MutationObserver(() => seen.push(lamp.dataset.lit)).observe(lamp, { attributes: true });
       await new Promise((resolve) => setTimeout(resolve, 3000));
@@ -225,8 +226,8 @@ test("nothing moves by itself for those who do not want it", async () => {
     assert.deepEqual(dark, [], "it stays lit");
     await page.emulateMedia({ reducedMotion: "no-preference" });
     assert.ok((await moving()) > 0);
-    await page.locator("[data-lamp=status][data-lit=false]").waitFor();
-    await page.locator("[data-lamp=status][data-lit=true]").waitFor();
+    await page.locator("[data-lamp='status green'][data-lit=false]").waitFor();
+    await page.locator("[data-lamp='status green'][data-lit=true]").waitFor();
   });
 });
 
@@ -239,18 +240,18 @@ test("125 drives are seen at a glance, filtered and chosen", async () => {
     for (const address of addresses.filter((address) => address % 3 === 0 && address <= 100)) master.station(address).stw = 0x000b;
     await master.until(99, "operation enabled", (station) => station.bit(2));
     const act = (method, path, body) => page.evaluate(([method, path, body]) => fetch(path, { method, headers: { "content-type": "application/json" }, body: JSON.stringify(body) }).then((response) => response.status), [method, path, body]);
-    for (const address of [14, 52, 98]) assert.equal(await act("POST", `/api/v1/stations/${address}/provoke`, { fault: "D" }), 200);
-    assert.equal(await act("PATCH", "/api/v1/stations/33/inputs", { battery_volts: 2.5 }), 200);
-    assert.equal(await act("PUT", "/api/v1/stations/77/power", { on: false }), 200);
+    for (const address of [14, 52, 98]) assert.equal(await act("POST", `/api/v1/drives/${address}/provoke`, { fault: "D" }), 200);
+    assert.equal(await act("PATCH", "/api/v1/drives/33/inputs", { battery_volts: 2.5 }), 200);
+    assert.equal(await act("PUT", "/api/v1/drives/77/power", { on: false }), 200);
     const travelling = [6, 9, 12, 42, 60];
     await Promise.all(travelling.map((address) => master.travel(address, address % 4 === 0 ? -900_000 : 900_000)));
     for (const address of travelling) await master.until(address, "a travel", (station) => !station.bit(13));
-    await text(page, "#stations-count", "125 drives, 3 in fault");
+    await text(page, "#stations-count", "125 stations, 3 in fault");
     await until("travels", () => page.locator(".tile[data-kind=moving]").count(), (count) => count === travelling.length);
     await photograph(page, "panel-125");
 
     const kinds = await tiles.evaluateAll((tiles) => tiles.map((tile) => `${tile.dataset.kind} ${tile.querySelector(".word").textContent}`));
-    for (const expected of ["fault fault D", "moving travels", "ready enabled", "idle ready-to-run", "off off", "idle no exchange", "warning battery low"]) {
+    for (const expected of ["fault fault D", "moving travel job active", "ready operation enabled", "idle ready-to-run", "off off", "warning battery low"]) {
       assert.ok(kinds.includes(expected), `${expected} is among ${[...new Set(kinds)]}`);
     }
     // What a tile says fits into it: no word is cut off.
@@ -270,7 +271,7 @@ test("125 drives are seen at a glance, filtered and chosen", async () => {
     await page.getByRole("link", { name: "98", exact: false }).last().click();
     await text(page, "#station-title", "Station 98");
     await text(page, "#station-state", "fault D");
-    await page.locator("#choose").selectOption("77");
+    await page.locator("#choose").selectOption("#station/line/77");
     await text(page, "#station-state", "off");
 
     await page.setViewportSize(PHONE);

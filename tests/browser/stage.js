@@ -22,7 +22,7 @@ const FLAGS = [
 /** A folder with the files of the page, for those who edit them: they are taken from there and not from the program. */
 const PAGE = process.env.PROFIDRIVE_PAGE;
 /** Generous: a loaded machine is no failure. */
-export const LIMIT_MS = 60_000;
+export const LIMIT_MS = Number(process.env.LIMIT_MS ?? 60_000);
 /** On a loaded machine the page may lose samples; it is connected all the same. */
 export const CONNECTED = "#connection:is([data-kind=live], [data-kind=lossy])";
 const DESKTOP = { width: 1360, height: 900 };
@@ -137,7 +137,7 @@ export async function value(page, name) {
 
 /** Sets a quantity that acts on the drive. */
 export async function setInput(page, field, amount) {
-  const number = page.locator(`[data-input="${field}"] input[type=number]`);
+  const number = page.locator(`[data-input="${field}"] input[type=text]`);
   await number.fill(String(amount));
   await number.press("Enter");
 }

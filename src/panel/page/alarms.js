@@ -1,7 +1,7 @@
 // The stations that are in fault, in sight whatever is shown, and announced once.
 import { html, Rows, say } from "./dom.js";
 import { announceFault } from "./announce.js";
-import { linkOf, nameOf } from "./api.js";
+import { linkOf, nameOf, request, stationOf } from "./api.js";
 import { faultText } from "./states.js";
 
 /** So many are named; of more there is a number. */
@@ -45,7 +45,10 @@ export class Alarms {
 
   #announce(before, station) {
     if (!station.fault || before?.fault.fault === station.fault.fault) return;
-    announceFault(`Station ${nameOf(station, this.#lines)}: fault ${faultText(station.fault)}`);
+    const say = ({ fault }) => announceFault(`Station ${nameOf(station, this.#lines)}: fault ${faultText(fault)}`);
+    if (station.fault.text !== station.fault.fault) say(station);
+    // In the words of the device, where they are to be had.
+    else request("GET", stationOf(station)).then((state) => say(state.fault ? state : station), () => say(station));
   }
 
   #paint() {
