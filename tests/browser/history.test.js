@@ -57,7 +57,7 @@ test("who opens the page after a travel and a fault sees both, marked in the cur
     await until("the fault", () => faults.count(), (count) => count === 1);
 
     const curves = await saved(page, "Save as CSV");
-    assert.equal(curves.name, "station-5.csv");
+    assert.equal(curves.name, "drive-5.csv");
     assert.match(curves.octets.toString(), /^time_seconds,position_user_units,.*\r\n[\d.]+,0,increments,/);
     assert.match(curves.octets.toString(), /,1600,increments,/);
   });

@@ -204,6 +204,12 @@ test("everything can be reached and worked with the keyboard, and the focus is a
     await page.locator('[data-input="load_torque_newton_metres"][data-changed=true]').waitFor();
     await page.getByRole("switch", { name: "Give Intermediate circuit" }).focus();
     await page.keyboard.press("Space");
+    const volts = page.getByLabel("Intermediate circuit", { exact: true });
+    await until("the voltage it has", () => volts.inputValue(), (shown) => shown === "24");
+    await volts.focus();
+    await page.keyboard.press("Control+a");
+    await page.keyboard.type("36");
+    await page.keyboard.press("Enter");
     await text(page, "#station-state", "fault G");
     await page.getByRole("link", { name: "Bus", exact: true }).focus();
     await page.keyboard.press("Enter");

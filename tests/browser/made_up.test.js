@@ -103,7 +103,7 @@ test("a held key has a lease that the page renews, and goes up when the view, th
     assert.equal(keys().length, count, "nothing holds it any more");
     await page.goto(new URL("#station/cellar/5", server.panel).href);
     await hold();
-    await page.close();
+    await page.goto(new URL("api/v1/openapi.json", server.panel).href);
     await until("released", pressed, (down) => down === false);
   });
 });

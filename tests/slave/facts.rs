@@ -125,7 +125,8 @@ fn the_page_has_the_models_of_the_crate() {
     // Everywhere else the page takes the names from there.
     for file in fs::read_dir(page).unwrap().map(|entry| entry.unwrap().path()) {
         let is_script = file.extension().is_some_and(|ending| ending == "js");
-        if is_script && !file.ends_with("translation_drive.js") && !file.ends_with("translation_profibus.js") {
+        if is_script && !file.ends_with("translation_drive.js") && !file.ends_with("translation_profibus.js")
+        {
             let text = fs::read_to_string(&file).unwrap();
             let named = models.iter().find(|(_, name)| text.contains(&format!("\"{name}\"")));
             assert_eq!(named, None, "{}", file.display());

@@ -17,10 +17,13 @@ export class Refused extends Error {
 /** What makes stations of what the server tells; undefined before that is known, null if it needs none. */
 let translation;
 
-/** Asks the server for something of lines and stations; the body and the answer are JSON. */
-export async function request(method, path, body) {
-  await connect();
-  return translation === null ? ask(method, path, body) : translation.request(method, path, body);
+/**
+ * Asks the server for something of lines and stations; the body and the answer are JSON. It is on its way when this
+ * returns, if it is known how the server speaks: of a page that goes nothing runs later.
+ */
+export function request(method, path, body) {
+  const send = () => (translation === null ? ask(method, path, body) : translation.request(method, path, body));
+  return translation === undefined ? connect().then(send) : send();
 }
 
 /** Learns how the server speaks, if that is not known. */

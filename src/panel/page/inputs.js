@@ -145,7 +145,7 @@ class Quantity extends Control {
     const fine = step ?? (high - low > 100 ? 0.5 : 0.05);
     this.number = html("input", { type: "text", class: "number", inputmode: "decimal", id, autocomplete: "off", onchange: typed });
     this.range = high - low <= SLIDER_RANGE ? html("input", { type: "range", min: low, max: high, step: fine, "aria-label": named, oninput: () => set(this.range.valueAsNumber) }) : null;
-    const near = (by) => Math.min(high, Math.max(low, Number(((this.input.value ?? 0) + by).toFixed(6))));
+    const near = (by) => Math.min(high, Math.max(low, Number(((this.input.value ?? this.input.calculated ?? 0) + by).toFixed(6))));
     const steps = (step >= 1 ? WHOLE_STEPS : STEPS).map((by) => button(by > 0 ? `+${by}` : String(by), () => set(near(by)), { "aria-label": `${text}: ${by}` }));
     this.moving = this.range ?? html("span", { class: "group steps" }, ...steps);
     this.given = html("button", { type: "button", class: "toggle", role: "switch", "aria-checked": false, "aria-label": `Give ${text}`, hidden: !own, onclick: () => change(this.input.value === null ? near(0) : null) });

@@ -48,6 +48,7 @@ const FILES: &[File] = &[
     script("translation.js", include_bytes!("translation.js")),
     script("translation_can.js", include_bytes!("translation_can.js")),
     script("translation_drive.js", include_bytes!("translation_drive.js")),
+    script("translation_keys.js", include_bytes!("translation_keys.js")),
     script("translation_profibus.js", include_bytes!("translation_profibus.js")),
     script("values.js", include_bytes!("values.js")),
     script("why.js", include_bytes!("why.js")),

@@ -32,7 +32,7 @@ export class StationView {
     const ask = (method, path, body) => request(method, this.#path + path, body);
     const act = (...of) => this.#act(ask(...of));
     const file = fileOf(`${this.#path}/samples.csv`);
-    const save = html("a", { class: "button", hidden: file === null, href: file ?? undefined, download: `station-${station.address}.csv` }, "Save as CSV");
+    const save = html("a", { class: "button", hidden: file === null, href: file ?? undefined, download: "" }, "Save as CSV");
     this.why = new Why();
     this.values = new Values();
     this.device = new Device(ask, act);

@@ -1,4 +1,5 @@
 // Nodes of a CAN bus as stations.
+import { Keys } from "./translation_keys.js";
 
 const LINE = "can";
 const UNITS = { volts: "V", celsius: "°C", metres: "Nm", revolutions: "turns", rpm: "rpm", percent: "%" };
@@ -36,6 +37,7 @@ const FAULT_KINDS = Object.entries({
 
 export class Can {
   #ask;
+  #keys = new Keys();
 
   constructor(ask) {
     this.#ask = ask;
@@ -74,7 +76,7 @@ export class Can {
   async #station(method, node, rest, body) {
     if (rest === "" && method === "GET") return stateOf(await this.#ask("GET", node));
     if (rest === "/samples") return { samples: [] };
-    if (rest === "/keys") return this.#ask(method, `${node}/keys`, { key: body.key, pressed: body.pressed });
+    if (rest === "/keys") return this.#keys.press(this.#ask, node, body);
     if (rest === "/provoke" && body.provoked === false) return this.#ask("DELETE", `${node}/inputs`);
     if (rest === "/provoke") return this.#ask(method, `${node}/provoke`, { fault: body.fault });
     return this.#ask(method, node + rest, body);

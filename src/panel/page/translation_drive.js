@@ -118,7 +118,7 @@ export function driveState(drive) {
     words: Object.entries(WORDS).map(([key, name]) => ({ key, name, value: words[key].value, bits: bits(key) })),
     values: valuesOf(drive),
     process: processOf(drive.ppo, drive.motion),
-    inputs: INPUTS.filter(([, , , , , , only]) => has(only)).map(([input, text, unit, low, high, nominal]) => ({ input, text, unit, low, high, nominal, value: inputs[input], may_be_null: low !== null && nominal === null })),
+    inputs: INPUTS.filter(([, , , , , , only]) => has(only)).map(([input, text, unit, low, high, nominal]) => ({ input, text, unit, low, high, nominal, value: inputs[input], calculated: drive.measured[input], may_be_null: low !== null && nominal === null })),
     keys: [{ key: "key_1", text: "Key 1, clockwise", pressed: keys.key_1_pressed }, { key: "key_2", text: "Key 2, counter-clockwise", pressed: keys.key_2_pressed }],
     faults: Object.entries(FAULTS).filter(([, [, only]]) => has(only)).map(([fault, [text]]) => ({ fault, text, present: causeOf(faults, fault), provoked: faults.provoked.some(({ code }) => code === fault) })),
     switches: { positions: switches.positions, names: SWITCHES, text: switchesText(drive) },

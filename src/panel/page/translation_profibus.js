@@ -1,4 +1,5 @@
 // Drives, drives of PROFIDRIVE version 2, and stations from a GSD on PROFIBUS as stations.
+import { Keys } from "./translation_keys.js";
 import { driveState, driveSummary, HEALTHY, sampleOf } from "./translation_drive.js";
 
 const LINE = "line";
@@ -33,6 +34,7 @@ const FAULT_KINDS = Object.entries({
 
 export class Profibus {
   #ask;
+  #keys = new Keys();
   /** The kind of each station, by its address. */
   #kinds = new Map();
   /** Stations that the stream of all drives does not tell of. */
@@ -87,7 +89,7 @@ export class Profibus {
     const base = `${ROUTES[kind]}/${address}`;
     if (rest === "" && method === "GET") return stateOf(await this.#ask("GET", base));
     if (rest === "/samples") return kind === "drive" ? { samples: (await this.#ask("GET", `${base}/samples`)).samples.map(sampleOf) } : { samples: [] };
-    if (rest === "/keys") return this.#ask(method, `${base}/keys`, { key: body.key, pressed: body.pressed });
+    if (rest === "/keys") return this.#keys.press(this.#ask, base, body);
     if (rest === "/provoke" && body.provoked === false) return this.#ask("PATCH", `${base}/inputs`, await this.#healthy(base, body.fault));
     if (rest === "/provoke") return this.#ask(method, `${base}/provoke`, { fault: body.fault });
     if (rest === "/inputs" && kind === "ppo") return this.#ppoInputs(base, method === "DELETE" ? { warning_number: 0, load_percent: NO_LOAD_CHANGE } : body);
