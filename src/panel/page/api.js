@@ -16,6 +16,8 @@ export class Refused extends Error {
 
 /** What makes stations of what the server tells; undefined before that is known, null if it needs none. */
 let translation;
+/** Whether another program may answer by now. */
+let stale = false;
 
 /**
  * Asks the server for something of lines and stations; the body and the answer are JSON. It is on its way when this
@@ -26,14 +28,16 @@ export function request(method, path, body) {
   return translation === undefined ? connect().then(send) : send();
 }
 
-/** Learns how the server speaks, if that is not known. */
+/** Learns how the server speaks, if that is not known, or may be no more. */
 export async function connect() {
-  if (translation === undefined) translation = await translationFor(ask);
+  if (translation !== undefined && !stale) return;
+  translation = await translationFor(ask);
+  stale = false;
 }
 
-/** Another program may answer from now on. */
+/** Another program may answer from now on. Until that is known, nothing waits for it. */
 export function disconnect() {
-  translation = undefined;
+  stale = true;
 }
 
 /** The address of the stream of what is wanted. */
