@@ -20,7 +20,6 @@ export function pump(address, fields = {}) {
     presence: "active",
     exchanging: true,
     bus_state: "OPERATIONAL",
-    owner_address: null,
     state: "enabled",
     state_text: "pumps",
     moving: true,

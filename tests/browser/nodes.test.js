@@ -4,7 +4,7 @@ import { once } from "node:events";
 import net from "node:net";
 import { test } from "node:test";
 
-import { CONNECTED, onStage, text } from "./stage.js";
+import { CONNECTED, onStage, text, until } from "./stage.js";
 
 const NODES = ["--node", "5", "--node", "6,device=ap10", "--node", "7,device=asda-a2"];
 
@@ -52,7 +52,7 @@ test("an AG03/1 shows its words, PDOs and dictionary, why it does not move, and 
     await text(page, "#objects tr[data-key='1017:00']", "250");
 
     await page.getByRole("button", { name: /^Provoke fault D:/ }).click();
-    await text(page, "#station-about", "error register 09h");
+    await text(page, "#station-state", "error register 09h");
     await text(page, "#faults table", "4310h");
     await page.locator("#faults [data-fault=D][aria-pressed=true]").waitFor();
     await text(page, "#device .leds", "status green: blinks 4 times");
@@ -129,5 +129,24 @@ test("the bus has its counters, faults on purpose, and nodes that come and go", 
     await page.locator("#devices input").fill("5");
     await page.locator("#devices button[type=submit]").click();
     await text(page, "#bus [role=alert]", "the number 5 is taken");
+  });
+});
+
+test("frames are told with their service and their node, and a node shows its own", async () => {
+  await onStage({ drives: NODES, master: false, page: { view: "#station/6" } }, async ({ page, emulator }) => {
+    const bus = await master(emulator);
+    await page.getByRole("button", { name: "Record telegrams" }).click();
+    const shown = page.locator("#telegram-lines .log li");
+    await until("a recording", async () => {
+      bus.send("t60684017100000000000");
+      return shown.count();
+    }, (count) => count >= 2);
+    for (let times = 0; times < 5; times += 1) bus.send("t60584017100000000000");
+    await page.locator("#telegram-lines input[type=search]").fill("SDO 0x1017");
+    await shown.first().waitFor();
+    const texts = await shown.allTextContents();
+    assert.ok(texts.every((line) => line.includes("of node 6 1017h:00")), texts.join("\n"));
+    assert.ok(texts.some((line) => line.includes("SDO answer")));
+    bus.end();
   });
 });

@@ -72,7 +72,7 @@ export class Diagnosis {
     const offered = [...slots].join();
     if (offered === this.#slots) return;
     this.#slots = offered;
-    this.#slot.replaceChildren(...[...slots].map(([slot, name]) => html("option", { value: slot }, `${slot}: ${name}`)));
+    this.#slot.replaceChildren(...[...slots].map(([slot, name]) => html("option", { value: slot }, name)));
   }
 
   /** As it is in the form: nothing else stays raised. */

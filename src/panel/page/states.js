@@ -19,7 +19,7 @@ export function stateOf(station) {
 }
 
 /** Whether a master works with it. */
-export function isExchanging({ exchanging, owner_address: owner }) {
+function isExchanging({ exchanging, owner_address: owner }) {
   return exchanging ?? (owner !== null && owner !== undefined);
 }
 

@@ -10,7 +10,7 @@ import { Entries, OBJECTS, PARAMETERS } from "./entries.js";
 import { Faults } from "./faults.js";
 import { Inputs } from "./inputs.js";
 import { Process } from "./process.js";
-import { faultText, isExchanging, stateOf } from "./states.js";
+import { faultText, stateOf } from "./states.js";
 import { Groups, Values } from "./values.js";
 import { Why } from "./why.js";
 import { Words } from "./words.js";
@@ -117,10 +117,11 @@ export class StationView {
       mark(this.#state, "data-kind", kind);
       this.#state.replaceChildren(html("span", { class: "shape", "aria-hidden": "true" }), text);
     }
-    const owner = state.owner_address === null || state.owner_address === undefined ? [] : [`master ${state.owner_address}`];
-    const master = owner.length > 0 || isExchanging(state) ? owner : ["no master"];
-    const fault = state.fault ? [`fault ${faultText(state.fault)}`] : [];
-    const about = [state.product ?? state.device, state.bus_state, ...master, ...fault, state.warning].filter(Boolean);
+    const { owner_address: owner } = state;
+    // Not every bus has owners.
+    const master = owner === undefined ? null : owner === null ? "no master" : `master ${owner}`;
+    const fault = state.fault ? `fault ${faultText(state.fault)}` : null;
+    const about = [state.product ?? state.device, state.bus_state, master, fault, state.warning].filter((part) => part && part !== text);
     say(this.#about, about.join(" · "));
   }
 
