@@ -155,12 +155,15 @@ fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
     let (listen, search) = (serial && !args.force_address, serial && args.baud == Some(BaudSpec::Auto));
     let config = config(args)?;
     let (refusals, board) = (Refusals::default(), OutputBoard::default());
-    let is_station = |slave: &&SlavePlan| slave.spec.device.group() == Group::Station;
-    let described = plan.slaves.iter().filter(is_station).map(SlavePlan::address).collect();
+    let mut described = Vec::new();
     for slave in plan.slaves {
         let now = clock.now();
         let ground = Ground { now, rate, state: state.as_ref(), refusals: &refusals, board: &board };
-        connect(&mut bus, slave, &ground, listen, &switches)?;
+        let group = slave.spec.device.group();
+        let in_force = connect(&mut bus, slave, &ground, listen, &switches)?;
+        if group == Group::Station {
+            described.push(in_force);
+        }
     }
     let mut metrics = start.line_metrics(&path, &signals.stop);
     if !start.all_are_open() {
@@ -505,7 +508,7 @@ fn connect(
     ground: &Ground<'_>,
     listen: bool,
     watched: &[Watched],
-) -> Result<(), Failure> {
+) -> Result<Address, Failure> {
     info!("{}", prepared.about);
     match (spec.place, spec.device.group()) {
         (126, Group::Drive) => warn!(
@@ -523,7 +526,13 @@ fn connect(
         MakeError::State(error) => Failure::from_error(&error),
         MakeError::Refused(words) => Failure::Usage(words),
     })?;
-    bus.connect(ground.now, station, listen).map_err(|error| Failure::from_error(&error))
+    let in_force = station.address();
+    if spec.device.group() != Group::Drive && in_force != address {
+        let what = if spec.device.group() == Group::Station { "station" } else { "drive" };
+        warn!("{what} {address}: Set_Slave_Add gave it address {in_force}, which is used");
+    }
+    bus.connect(ground.now, station, listen).map_err(|error| Failure::from_error(&error))?;
+    Ok(in_force)
 }
 
 /// `drives=5 stations=7,9` of the ready line; either part is absent if there are none.

@@ -7,7 +7,7 @@ use std::vec::Vec;
 
 use crate::can_bus::canopen::eds;
 use crate::can_bus::canopen::eds::Sheet;
-use crate::can_bus::canopen::storage::Memory;
+use crate::can_bus::canopen::storage::Eeprom;
 use crate::can_bus::canopen::{NodeId, Object};
 use crate::devices::CanopenDevice;
 use crate::devices::Vocabulary;
@@ -27,7 +27,7 @@ pub struct Product {
     pub choices: &'static [Choice],
     pub(in crate::host) objects: fn(&Choices) -> &'static [Object],
     pub(in crate::host) quirks: fn() -> Vec<QuirkRow>,
-    pub(in crate::host) make: fn(NodeId, &Choices, Memory, Instant) -> Box<dyn CanopenDevice>,
+    pub(in crate::host) make: fn(NodeId, &Choices, Eeprom, Instant) -> Box<dyn CanopenDevice>,
 }
 
 impl Product {
@@ -41,7 +41,7 @@ impl Product {
         &self,
         node: NodeId,
         choices: &Choices,
-        memory: Memory,
+        memory: Eeprom,
         now: Instant,
     ) -> Box<dyn CanopenDevice> {
         (self.make)(node, choices, memory, now)
@@ -103,7 +103,7 @@ mod tests {
             assert_eq!(Product::named(product.name), Some(product));
             for number in [1, 5, 127] {
                 let node = NodeId::new(number).unwrap();
-                let mut device = product.make(node, &Choices::default(), Memory::Internal, Instant::ZERO);
+                let mut device = product.make(node, &Choices::default(), Eeprom::Internal, Instant::ZERO);
                 device.power_on(Instant::ZERO);
                 assert_eq!(device.node_id(), node, "{}", product.name);
                 let boot_up = device.poll_transmit(Instant::ZERO).unwrap();
@@ -119,7 +119,7 @@ mod tests {
         let product = Product::named("ap10").unwrap();
         let mut choices = Choices::default();
         product.choose(&mut choices, "auto-rate", "listens").unwrap();
-        let mut device = product.make(NodeId::MIN, &choices, Memory::Internal, Instant::ZERO);
+        let mut device = product.make(NodeId::MIN, &choices, Eeprom::Internal, Instant::ZERO);
         device.power_on(Instant::ZERO);
         assert_eq!(device.poll_transmit(Instant::ZERO), None, "it listens first");
     }

@@ -28,11 +28,9 @@ pub use given::Given;
 pub use slaves::{Ground, MakeError, Prepared, Slave, gsd_of_file, ppo, table_of_file};
 pub use spec::{Group, Spec, Wrong};
 
-use crate::can_bus::canopen::storage::Memory;
 use crate::devices::ag03;
 use crate::devices::ag03::canopen::Ag03Node;
 use crate::devices::ag03::param::Model;
-use crate::devices::ag03::profibus::Eeprom;
 use crate::devices::ap10;
 use crate::devices::ap10::canopen::Ap10;
 use crate::devices::asda_a2;
@@ -105,12 +103,9 @@ pub static DEVICES: &[Device] = &[
         objects: |choices| ag03::canopen::objects::objects(slaves::gear(choices)),
         quirks: || rows(ag03::canopen::QUIRKS),
         make: |node, choices, memory, now| {
-            let eeprom = match memory {
-                Memory::Internal => Eeprom::Internal,
-                Memory::Host => Eeprom::Host,
-            };
             let gear = slaves::gear(choices);
-            let mut config = ag03::canopen::Config { gear, eeprom, ..ag03::canopen::Config::new(node) };
+            let mut config =
+                ag03::canopen::Config { gear, eeprom: memory, ..ag03::canopen::Config::new(node) };
             choices.apply(ag03::canopen::QUIRKS, &mut config);
             Box::new(Ag03Node::new(config, now).unsupplied(now))
         },
@@ -255,6 +250,7 @@ impl PartialEq for Device {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::can_bus::canopen::storage::Eeprom;
     use crate::time::Instant;
 
     #[test]
@@ -277,7 +273,7 @@ mod tests {
                     spec.choose_quirk(row.name, value).unwrap();
                     assert!(spec.choices.quirks.contains(&(row.name, *value)), "{}={value}", row.name);
                     if let Some(product) = device.product() {
-                        product.make(spec.node(), &spec.choices, Memory::Internal, Instant::ZERO);
+                        product.make(spec.node(), &spec.choices, Eeprom::Internal, Instant::ZERO);
                     } else {
                         spec.prepare().unwrap();
                     }

@@ -198,6 +198,9 @@ pub(super) fn gsd_station(spec: &Spec) -> Result<Prepared, Wrong> {
         }
         let mut hosted = GsdStation::new(address, ground.rate, station, ground.refusals.clone())
             .on_board(ground.board.clone());
+        if let Some(state) = ground.state {
+            hosted = hosted.kept_in(state, ground.now)?;
+        }
         for signal in parts.signals {
             hosted.connect(signal);
         }
@@ -292,7 +295,11 @@ pub(super) fn ppo_drive(spec: &Spec) -> Result<Prepared, Wrong> {
         let what = (description, PpoOnly { inner, only });
         let drive = PpoDrive::new(address, ground.rate, what, table, ground.now);
         let drive = drive.map_err(|row| MakeError::Refused(default_refused(&row)))?;
-        Ok(Box::new(HostedPpoDrive::new(drive, ground.refusals.clone())))
+        let mut hosted = HostedPpoDrive::new(drive, ground.refusals.clone());
+        if let Some(state) = ground.state {
+            hosted = hosted.kept_in(state, ground.now)?;
+        }
+        Ok(Box::new(hosted))
     }))
 }
 

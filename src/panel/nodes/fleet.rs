@@ -18,7 +18,7 @@ use super::super::problem::{Body, Problem, Problems};
 use super::access::{Asking, NodeAccess, Number, Seated};
 use super::state::NodeSummary;
 use crate::can_bus::canopen::NodeId;
-use crate::can_bus::canopen::storage::Memory;
+use crate::can_bus::canopen::storage::Eeprom;
 use crate::host::can::StoredNode;
 use crate::host::list::{Given, Group, Spec};
 
@@ -85,7 +85,7 @@ impl NodeAccess<'_> {
             Some(state) => state
                 .load_node(product, node, &choices, now)
                 .map_err(|error| Problem::conflict(in_one_line(&error)))?,
-            None => StoredNode::new(product.make(node, &choices, Memory::Internal, now), now),
+            None => StoredNode::new(product.make(node, &choices, Eeprom::Internal, now), now),
         };
         self.faults.join(now, &mut stored);
         let summary = NodeSummary::of(product, stored.as_device(), now);
