@@ -154,6 +154,7 @@ fn setup(args: &args::Judge) -> Result<Setup, Failure> {
         master: args.master,
         watchdog: millis(args.watchdog),
         retries: args.retries,
+        baud: args.rate(),
         slot: millis(args.slot),
         hsa: args.hsa,
         min_interval: args.min_interval.and_then(judge_millis),

@@ -7,6 +7,7 @@ use std::vec::Vec;
 use crate::gsd::Gsd;
 use crate::profibus::dp::IoLengths;
 use crate::profibus::fdl::Address;
+use crate::time::BaudRate;
 
 /// What the master is configured to. What is `None` is not judged.
 #[derive(Clone, Debug, Default)]
@@ -19,6 +20,8 @@ pub struct Setup {
     pub watchdog: Option<Duration>,
     /// How often it repeats a request.
     pub retries: Option<u32>,
+    /// The rate of the line.
+    pub baud: Option<BaudRate>,
     /// How long it waits for a reply, T_SL.
     pub slot: Option<Duration>,
     /// The highest station address, HSA.

@@ -137,6 +137,41 @@ fn a_failure_is_in_every_report_and_again_in_the_capture() {
     let (code, table, stderr) = run(&[&capture, "--only", "M-F06"]);
     assert_eq!(code, Some(0), "{table}{stderr}");
     assert!(table.contains("pass       M-F06"), "{table}");
+    judge_other_forms(dir.path(), &capture);
+}
+
+/// The same capture cut off, as lines of octets, and in the older format.
+fn judge_other_forms(dir: &Path, capture: &str) {
+    let whole = fs::read(capture).unwrap();
+    let (cut, lines, classic) = (dir.join("cut.pcapng"), dir.join("lines.txt"), dir.join("old.pcap"));
+    fs::write(&cut, &whole[..whole.len() - 10]).unwrap();
+    let hex: Vec<String> = DIAG.iter().map(|octet| format!("{octet:02X}")).collect();
+    fs::write(&lines, format!("# two requests\n{0}\n\n{0}\n", hex.join(" "))).unwrap();
+    let record = |at: u32| {
+        let len = u32::try_from(DIAG.len()).unwrap();
+        [at, 0, len, len].iter().flat_map(|word| word.to_le_bytes()).chain(DIAG).collect::<Vec<u8>>()
+    };
+    let header = [0xA1B2_C3D4_u32, 0x0004_0002, 0, 0, 65535, 257];
+    let header: Vec<u8> = header.iter().flat_map(|word| word.to_le_bytes()).collect();
+    fs::write(&classic, [header, record(1), record(2)].concat()).unwrap();
+    for (file, ended) in [
+        (&cut, "ended: the capture is cut off, and was judged as far as it goes: "),
+        (&lines, "ended: the capture was read to its end"),
+        (&classic, "ended: the capture was read to its end"),
+    ] {
+        let (code, table, stderr) = run(&[file.to_str().unwrap(), "--only", "M-F06,M-T02"]);
+        assert_eq!(code, Some(0), "{table}{stderr}");
+        assert!(table.contains("pass       M-F06") && table.contains(ended), "{table}");
+    }
+    fs::write(&lines, "no request").unwrap();
+    let (code, _, stderr) = run(&[lines.to_str().unwrap()]);
+    assert_eq!(code, Some(5), "{stderr}");
+    assert!(stderr.contains("neither a capture nor octets in hexadecimal"), "{stderr}");
+    // Nobody speaks in it.
+    fs::write(&lines, "E5\n").unwrap();
+    let (code, _, stderr) = run(&[lines.to_str().unwrap()]);
+    assert_eq!(code, Some(3), "{stderr}");
+    assert!(stderr.contains("no master was heard in the capture"), "{stderr}");
 }
 
 /// The contract for programs that read the verdicts.

@@ -17,6 +17,7 @@ mod endings;
 mod live;
 #[cfg(feature = "master")]
 mod profirust;
+mod recordings;
 mod reports;
 #[cfg(feature = "master")]
 mod session;

@@ -234,7 +234,12 @@ impl TestMaster {
         let mistake = self.mistake;
         let slave = &mut self.slaves[turn];
         slave.turns += 1;
-        let skipped = mistake == Some(Mistake::Unequal) && turn == 1 && !slave.turns.is_multiple_of(10);
+        let every = match mistake {
+            Some(Mistake::Unequal) => 10,
+            Some(Mistake::SkipsCycles) => 3,
+            _ => 1,
+        };
+        let skipped = turn == 1 && !slave.turns.is_multiple_of(every);
         if slave.forgotten || skipped {
             self.turn += 1;
             return self.next_telegram(now);
@@ -376,6 +381,9 @@ impl Master for TestMaster {
             }
         }
         if self.waits.is_none() {
+            if !self.heard.is_empty() && self.does(Mistake::KeepsReplies) && self.turn > 0 {
+                self.slaves[self.turn - 1].kept = true;
+            }
             self.heard.clear();
         }
     }
@@ -387,6 +395,7 @@ impl Master for TestMaster {
         let slot = self.slot();
         if let Some(wait) = &mut self.waits {
             wait.until = Some(now + slot);
+            self.take_kept(now);
         } else if core::mem::take(&mut self.polling) {
             self.next = self.next.max(now + slot);
         } else {

@@ -30,6 +30,8 @@ pub(super) struct Slave {
     pub(super) forgotten: bool,
     pub(super) restarts: bool,
     pub(super) turns: u32,
+    /// A reply that it has sent twice.
+    pub(super) kept: bool,
     pub(super) start_ups: u32,
     pub(super) output: u8,
     /// What the user wants to send; otherwise it counts.
@@ -52,6 +54,7 @@ impl Slave {
             forgotten: false,
             restarts: false,
             turns: 0,
+            kept: false,
             start_ups: 0,
             output: 0,
             user_outputs: None,

@@ -18,11 +18,11 @@ use super::{BaudSpec, LinkSpec};
 /// master is not changed. Exit status: 0 passed and complete, 1 a row failed, 2 wrong command line, 3 no master or no data
 /// exchange, 4 not finished or not enough judged, 5 a file or the link fails.
 ///
-/// With a capture (FILE.pcapng) nothing is provoked: it judges what the capture shows.
+/// With a capture (pcapng, pcap, or octets in hexadecimal) nothing is provoked: it judges what the capture shows.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Judge {
-    /// A pcapng capture to judge instead of a live master
+    /// A capture to judge instead of a live master
     #[arg(value_name = "FILE.pcapng")]
     pub(crate) capture_file: Option<PathBuf>,
 
