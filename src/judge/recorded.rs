@@ -70,7 +70,8 @@ impl Recording {
             Some(why) => Ending::Cut { why },
             None => Ending::Read,
         };
-        Report::new(judgements, ending, self.origin.unwrap_or(Instant::ZERO))
+        let configuration = self.observer.setup.words();
+        Report { configuration, ..Report::new(judgements, ending, self.origin.unwrap_or(Instant::ZERO)) }
     }
 
     /// How many telegrams of the master there were.

@@ -178,6 +178,10 @@ fn judge_other_forms(dir: &Path, capture: &str) {
 fn check_json(text: &str) {
     let report: Value = serde_json::from_str(text).unwrap();
     assert_eq!(report["version"], 1);
+    assert_eq!(report["program"], concat!("profidrive ", env!("CARGO_PKG_VERSION")));
+    assert_eq!(report["configuration"]["stations"], serde_json::json!(["5,ident=1234,cfg=2313"]));
+    let date = report["date"].as_str().unwrap();
+    assert!(date.len() == 20 && date.ends_with('Z'), "{date}");
     let rows = report["rows"].as_array().unwrap();
     assert_eq!(rows.len(), 11);
     for row in rows {
@@ -260,6 +264,19 @@ fn a_judgement_that_is_interrupted_ends_with_4() {
     stdout.read_to_string(&mut table).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(4), "{table}");
     assert!(table.ends_with("ended: the judgement was stopped\n"), "{table}");
+}
+
+#[test]
+fn a_judgement_out_of_time_ends_with_4() {
+    let dir = tempfile::tempdir().unwrap();
+    let link = dir.path().join("bus");
+    let spec = format!("pty:{}", link.display());
+    let (mut child, _, mut stdout) = start(&["--link", &spec, "--station", STATION, "--time", "2"]);
+    let _master = masters::Running::on_terminal_with(&link, &[5]);
+    let mut table = String::new();
+    stdout.read_to_string(&mut table).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(4), "{table}");
+    assert!(table.ends_with("ended: the time for the judgement was over\n"), "{table}");
 }
 
 #[test]

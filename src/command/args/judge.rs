@@ -71,6 +71,10 @@ pub(crate) struct Judge {
     #[arg(long, value_name = "COMMAND")]
     pub(crate) ask: Option<String>,
 
+    /// The judgement takes so long at most, in seconds: 192 without it, one row alone 56
+    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..=86_400))]
+    pub(crate) time: Option<u64>,
+
     /// Judge these rows only, as M-C03,M-E*
     #[arg(long, value_name = "ROWS", value_delimiter = ',', value_parser = rows)]
     pub(crate) only: Vec<Rows>,
