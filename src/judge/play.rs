@@ -496,6 +496,9 @@ impl Judge {
         self.observer.want_clear(may_clear);
         if let Some(action) = ask {
             self.observer.begin_asking();
+            if let Some(Check::Outputs(wanted)) = &begun.check {
+                self.observer.expect_outputs(wanted);
+            }
             if action == "restart" || (action == "operate" && step > 0) {
                 self.observer.expect_new_begin();
             }

@@ -15,6 +15,7 @@ mod test_master;
 
 mod endings;
 mod live;
+mod operated;
 #[cfg(feature = "master")]
 mod profirust;
 mod recordings;

@@ -99,6 +99,7 @@ fn each_mistake_is_found_by_its_rows_and_by_no_other() {
     let only = std::env::var("MISTAKE").ok();
     let wanted: Vec<_> = MISTAKES
         .iter()
+        .filter(|(_, rows)| !rows.is_empty())
         .filter(|(mistake, _)| only.as_ref().is_none_or(|only| format!("{mistake:?}") == *only))
         .collect();
     let wrong = in_threads(&wanted, |(mistake, its_rows)| {

@@ -192,6 +192,25 @@ mistakes! {
     KeepsReplies ["M-E06"]
     /// Replies as SD3 are not taken.
     RejectsSd3 ["M-X07"]
+    // These need somebody who operates the master: `ASKED` in tests/judge/operated.rs names their rows.
+    /// The first exchange with new outputs has half of them.
+    TornOutputs []
+    /// The outputs of the user go to the other slave.
+    OtherOutputs []
+    /// After CLEAR the outputs stay zero.
+    ZerosAfterClear []
+    /// No Global_Control on the way to CLEAR.
+    NoClearData []
+    /// It goes on when it is stopped.
+    DoesNotStop []
+    /// It lets no slave go when it is stopped.
+    NoRelease []
+    /// Sync and Freeze go to other groups.
+    OtherGroup []
+    /// The cyclic Global_Control undoes Sync.
+    UndoesSync []
+    /// It goes on when it is to begin anew.
+    DoesNotRestart []
     /// It ends when a reply does not come.
     DiesOnSilence ["M-C03"]
     /// It ends when a reply has a wrong sum.

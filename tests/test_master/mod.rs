@@ -258,6 +258,7 @@ impl TestMaster {
         self.cycles += 1;
         self.stop = match self.stop {
             Stop::No => Stop::No,
+            Stop::Clearing if self.does(Mistake::NoRelease) => Stop::Stopped,
             Stop::Clearing => Stop::Releasing,
             Stop::Releasing | Stop::Stopped => Stop::Stopped,
         };
@@ -265,7 +266,11 @@ impl TestMaster {
             self.operate = true;
         }
         if self.cycles >= 20 && self.cycles.is_multiple_of(20) {
-            self.controls.push_back((if self.operate { 0 } else { CLEAR }, 0));
+            let undo = if self.does(Mistake::UndoesSync) { 0x10 } else { 0 };
+            let silent = !self.operate && self.does(Mistake::NoClearData);
+            if !silent {
+                self.controls.push_back((if self.operate { undo } else { CLEAR }, 0));
+            }
         }
         if self.settings.token {
             if self.cycles.is_multiple_of(GAP_FACTOR) {

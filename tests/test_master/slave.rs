@@ -36,6 +36,9 @@ pub(super) struct Slave {
     pub(super) output: u8,
     /// What the user wants to send; otherwise it counts.
     pub(super) user_outputs: Option<Vec<u8>>,
+    pub(super) sent_outputs: Vec<u8>,
+    /// Half of it is sent once.
+    pub(super) torn: bool,
 }
 
 impl Slave {
@@ -58,6 +61,8 @@ impl Slave {
             start_ups: 0,
             output: 0,
             user_outputs: None,
+            sent_outputs: Vec::new(),
+            torn: false,
         }
     }
 

@@ -374,9 +374,9 @@ pub fn asking(setup: &Setup) -> Vec<Scenario> {
         wanted.push((slave.address, octets));
         let action = format!("outputs {} {}", slave.address, hex.concat());
         let check = Some(Check::Outputs(wanted.clone()));
-        list.push(ask("outputs of the user", &[Row::X04], &action, check, 1000));
+        list.push(ask("outputs of the user", &[Row::X04, Row::O10], &action, check, 1000));
     }
-    list.push(ask("CLEAR", &[Row::O02, Row::O03, Row::O06], "clear", Some(Check::Clear), 1500));
+    list.push(ask("CLEAR", &[Row::O02, Row::O03, Row::O06, Row::O10], "clear", Some(Check::Clear), 1500));
     list.push(ask("OPERATE", &[Row::O10], "operate", Some(Check::Operate), 1500));
     for (action, wanted, undo) in
         [("sync", 0x20, 0x10), ("unsync", 0x10, 0x20), ("freeze", 0x08, 0x04), ("unfreeze", 0x04, 0x08)]
