@@ -8,16 +8,17 @@ use std::path::Path;
 use profidrive::devices::ag03::param::{ParamError, Pnu, Value};
 use profidrive::devices::ag03::profibus::{Config, Device, DipSwitches, Timing};
 use profidrive::gsd::Station;
-use profidrive::host::link::fault::{Fault, Faults, Faulty, Gate, Switch};
+use profidrive::host::fault::{Rule, Switch, While};
+use profidrive::host::link::fault::{Faults, Faulty};
 use profidrive::host::link::pty::Pty;
 use profidrive::host::link::serial::Serial;
 use profidrive::host::link::tcp::Tcp;
 use profidrive::host::{
-    Bus, BusEvent, Clock, Condition, Error, Link, OutputBoard, Reach, Refusals, SlotTime, StateDir, Stop,
-    StoredDevice, SystemClock, run,
+    Bus, BusEvent, Clock, Error, Link, OutputBoard, Reach, Refusals, SlotTime, StateDir, Stop, StoredDevice,
+    SystemClock, run,
 };
 use profidrive::panel::{BusAccess, Panel, PanelError};
-use profidrive::process::{Point, Signal};
+use profidrive::process::Signal;
 use profidrive::profibus::fdl::{Address, RateChange};
 use profidrive::time::{BaudRate, Instant};
 use tracing::{debug, info, warn};
@@ -75,7 +76,7 @@ pub(crate) struct LinePlan {
     pub(crate) drives: Vec<DrivePlan>,
     pub(crate) ppo_drives: Vec<PpoDrivePlan>,
     pub(crate) stations: Vec<StationPlan>,
-    pub(crate) faults: Vec<FaultPlan>,
+    pub(crate) faults: Vec<Rule>,
 }
 
 /// A drive, how it differs from the others of the line, and what its parameters begin with.
@@ -112,16 +113,6 @@ pub(crate) struct StationPlan {
     pub(crate) signals: Vec<Signal>,
 }
 
-/// A fault and when it may act. Times count from when the line is made.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct FaultPlan {
-    pub(crate) fault: Fault,
-    pub(crate) from: Option<Duration>,
-    pub(crate) until: Option<Duration>,
-    /// Only while this holds of an input of a station.
-    pub(crate) while_input: Option<(Address, Point, Condition)>,
-}
-
 impl LinePlan {
     /// The addresses of all on the line.
     fn addresses(&self) -> Vec<Address> {
@@ -135,10 +126,8 @@ impl LinePlan {
         let ppo_drives = ppo_drive::load(&args.ppo_drives)?;
         let drive = |spec| DrivePlan { spec, quirks: Vec::new(), values: Vec::new() };
         let drives = args.drives().map(drive).collect();
-        let faults = if args.nodes.is_empty() { args.faults().map_err(Failure::Usage)? } else { Vec::new() };
-        let faults =
-            faults.into_iter().map(|fault| FaultPlan { fault, from: None, until: None, while_input: None });
-        Ok(Self { args, drives, ppo_drives, stations, faults: faults.collect() })
+        let faults = args.faults().map_err(Failure::Usage)?;
+        Ok(Self { args, drives, ppo_drives, stations, faults })
     }
 }
 
@@ -146,7 +135,7 @@ impl LinePlan {
 fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
     let LinePlan { args, drives, stations, faults, .. } = &plan;
     if let LinkSpec::Can(link) = &args.link {
-        return nodes::emulate(args, link, start);
+        return nodes::emulate(args, link, faults, start);
     }
     // Before the link is made, so that no signal ends the process with the link left behind.
     let signals = Signals::register().map_err(|error| Failure::from_error(&error))?;
@@ -243,26 +232,19 @@ fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
     Ok(())
 }
 
-/// A switch that an input of a station turns.
-type Watched = (Address, Point, Condition, Switch);
+/// A condition on an input of a station, and the switch that it turns.
+type Watched = (While, Switch);
 
 /// Adds the faults, and says which inputs turn them on and off.
-fn arm(faults: &mut Faults, plans: &[FaultPlan], now: Instant) -> Vec<Watched> {
-    let mut watched = Vec::new();
-    for FaultPlan { fault, from, until, while_input } in plans {
-        let mut gate = Gate {
-            from: from.map(|from| now.saturating_add(from)),
-            until: until.map(|until| now.saturating_add(until)),
-            switch: None,
-        };
-        warn!("fault on purpose: {fault}");
-        if let Some((station, point, condition)) = while_input {
-            let switch = gate.switch.insert(Switch::default()).clone();
-            watched.push((*station, *point, *condition, switch));
-        }
-        faults.add_gated(*fault, gate);
-    }
-    watched
+fn arm(faults: &mut Faults, rules: &[Rule], now: Instant) -> Vec<Watched> {
+    let numbers: Vec<u32> = rules
+        .iter()
+        .map(|rule| {
+            warn!("fault on purpose: {rule}");
+            faults.add(now, *rule)
+        })
+        .collect();
+    numbers.into_iter().filter_map(|number| faults.watches(number)).collect()
 }
 
 /// Says what happens: the ready line on stdout, the rest in the log.

@@ -5,10 +5,9 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use profidrive::can_bus::can::BitRate;
-use profidrive::can_bus::canopen::NodeId;
 use profidrive::face::QuirkError;
-use profidrive::host::can::{self, Choices, NodeFault, PRODUCTS, Product};
-use profidrive::host::link::fault::Fault;
+use profidrive::host::can::{self, Choices, PRODUCTS, Product};
+use profidrive::host::fault::{BusKind, Rule};
 
 use super::drive::RangeSpec;
 use super::link::expected_rates;
@@ -203,10 +202,12 @@ impl Emulate {
         &self.nodes
     }
 
-    /// The faults of a line of PROFIBUS.
-    pub(crate) fn faults(&self) -> Result<Vec<Fault>, String> {
+    /// The faults of the line.
+    pub(crate) fn faults(&self) -> Result<Vec<Rule>, String> {
+        let bus = if self.nodes.is_empty() { BusKind::Profibus } else { BusKind::Can };
         let read = |text: &String| {
-            text.parse().map_err(|error| format!("invalid value '{text}' for '--fault <SPEC>': {error}"))
+            Rule::on(bus, text)
+                .map_err(|error| format!("invalid value '{text}' for '--fault <SPEC>': {error}"))
         };
         self.faults.iter().map(read).collect()
     }
@@ -236,14 +237,6 @@ impl Emulate {
             }
         }
         Ok(())
-    }
-
-    /// The faults of a CAN bus.
-    pub(crate) fn node_faults(&self) -> Result<Vec<NodeFault>, String> {
-        let read = |text: &String| {
-            text.parse().map_err(|error| format!("invalid value '{text}' for '--fault <SPEC>': {error}"))
-        };
-        self.faults.iter().map(read).collect()
     }
 
     /// What no single argument shows.
@@ -294,15 +287,11 @@ impl Emulate {
                 return Err(format!("{option} is for drives on PROFIBUS; leave it out with --node"));
             }
         }
-        for fault in self.node_faults()? {
-            if let Some(node) = fault.node.filter(|node| !numbers.contains(node)) {
-                let there: Vec<_> = numbers.iter().map(NodeId::to_string).collect();
-                let expected = if there.len() == 1 { "expected node " } else { "expected one of the nodes " };
-                return Err(format!(
-                    "--fault names node {node}, which is not on the bus; {expected}{}",
-                    there.join(", ")
-                ));
-            }
+        for fault in self.faults()? {
+            fault.check(numbers.iter().map(|node| node.number())).map_err(|error| {
+                let (node, expected) = (error.station, error.expected());
+                format!("--fault names node {node}, which is not on the bus; expected {expected}")
+            })?;
         }
         for node in &self.nodes {
             self.choose(node.product, &node.quirks, &mut node.choices.clone())?;
@@ -356,7 +345,9 @@ impl Emulate {
         }
         self.quirks()?;
         for fault in self.faults()? {
-            fault.check(addresses.iter().copied()).map_err(|error| error.to_string())?;
+            fault
+                .check(addresses.iter().map(|address| address.number()))
+                .map_err(|error| error.to_string())?;
         }
         if self.allow_remote && !matches!(self.link, LinkSpec::Tcp(_)) {
             return Err("--allow-remote needs a tcp link".into());

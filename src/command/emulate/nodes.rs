@@ -8,10 +8,11 @@ use profidrive::can_bus::canopen::storage::Memory;
 use profidrive::can_bus::canopen::{Event, NodeId};
 use profidrive::devices::CanopenEvent;
 use profidrive::host::can::{
-    self, BusHint, Choices, Line, LinkSpec, News, NodeFaults, NodeWatch, Numbers, Product, Seat, StoredNode,
+    self, BusHint, Choices, Line, LinkSpec, News, NodeWatch, Numbers, Product, Seat, StoredNode,
 };
 use profidrive::host::capture::Capture;
 use profidrive::host::capture::can::CanInterface;
+use profidrive::host::fault::Rule;
 use profidrive::host::{Clock, Error, Reach, StateDir, Stop};
 use profidrive::panel::{NodeAccess, NodePanel, Seated};
 use profidrive::time::Instant;
@@ -26,7 +27,12 @@ use crate::command::signals::Signals;
 const DEFAULT_RATE: BitRate = BitRate::K500;
 
 /// Runs until SIGINT, SIGTERM or SIGHUP.
-pub(super) fn emulate(args: &Emulate, link: &LinkSpec, start: &Start) -> Result<(), Failure> {
+pub(super) fn emulate(
+    args: &Emulate,
+    link: &LinkSpec,
+    faults: &[Rule],
+    start: &Start,
+) -> Result<(), Failure> {
     // Before the link is made, so that no signal ends the process with the link left behind.
     let signals = Signals::register().map_err(|error| Failure::from_error(&error))?;
     start.ends_with(&signals);
@@ -39,20 +45,17 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec, start: &Start) -> Result<
     let mut nodes = Nodes::of(link);
     // For hints.
     line.bus_mut().watch(true);
-    let mut faults = NodeFaults::default();
-    for fault in args.node_faults().map_err(Failure::Usage)? {
+    for fault in faults {
         warn!("fault on purpose: {fault}");
         let now = line.clock().now();
-        faults
-            .add(now, line.bus_mut(), fault)
-            .map_err(|error| Failure::Usage(format!("--fault: {error}")))?;
+        line.bus_mut().add_fault(now, *fault).map_err(|error| Failure::Usage(format!("--fault: {error}")))?;
     }
     for spec in args.nodes() {
         let mut choices = spec.choices;
         args.choose(spec.product, &spec.quirks, &mut choices).map_err(Failure::Usage)?;
-        nodes.connect(&mut line, NodeSpec { choices, ..spec.clone() }, state.as_ref(), &faults)?;
+        nodes.connect(&mut line, NodeSpec { choices, ..spec.clone() }, state.as_ref())?;
     }
-    faults.reseat(line.bus_mut());
+    line.bus_mut().reseat_faults();
     nodes.warn_of_doubles();
     let mut capture = Recorder::start(args, &line, &nodes, rate)?;
     if !start.all_are_open() {
@@ -96,7 +99,6 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec, start: &Start) -> Result<
                 now: clock.now(),
                 bus: line.bus_mut(),
                 nodes: &mut seats,
-                faults: &mut faults,
                 state: state.as_ref(),
                 choose: &choose,
             });
@@ -190,7 +192,6 @@ impl Nodes {
         line: &mut Line<CanopenEvent>,
         spec: NodeSpec,
         state: Option<&StateDir>,
-        faults: &NodeFaults,
     ) -> Result<(), Failure> {
         info!("{spec}");
         let now = line.clock().now();
@@ -205,7 +206,7 @@ impl Nodes {
             warn!("{spec}: its EEPROM has the node number {id}, which is used");
         }
         // Before it is on the bus: its boot-up is concerned.
-        faults.join(now, &mut node);
+        line.bus().spoil_joining(now, &mut node);
         let seat = line.add(Box::new(node));
         self.on_bus.push((Seated { seat, product: spec.product }, id));
         Ok(())

@@ -52,8 +52,8 @@ pub(super) fn connect(
     for signal in signals {
         station.connect(signal);
     }
-    for (_, point, condition, switch) in watched.iter().filter(|watched| watched.0 == address) {
-        station.watch(*point, *condition, switch.clone());
+    for (watched, switch) in watched.iter().filter(|(watched, _)| watched.station == address) {
+        station.watch(watched.point, watched.condition, switch.clone());
     }
     let connected = if listen { bus.join(now, station) } else { bus.add(station) };
     connected.map_err(|error| Failure::from_error(&error))
