@@ -6,7 +6,7 @@ use core::time::Duration;
 
 use common::{CFG, IDENT, MASTER, SLAVE, hex, telegram};
 use profidrive::devices::ag03::profibus::{ApplicationCycle, Config, Device};
-use profidrive::host::fault::{Direction, Row, Rule};
+use profidrive::host::fault::{Row, Rule, Way};
 use profidrive::host::link::fault::Faulty;
 use profidrive::host::link::memory::{End, Wire};
 use profidrive::host::{Bus, Clock, Link, ManualClock, Received, Stop, run};
@@ -145,7 +145,7 @@ fn without_a_fault_and_with_faults_that_never_strike_the_octets_are_untouched() 
     assert_eq!(sound[0], OK);
     assert_eq!(sound.last().unwrap(), &OK);
     for row in Row::all() {
-        if !matches!(row.direction, Direction::Request | Direction::Reply) {
+        if !matches!(row.way, Way::Request | Way::Reply) {
             continue;
         }
         let fault = row

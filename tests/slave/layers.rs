@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 const TABLE: &[(&str, &[&str])] = &[
     ("time", &[]),
     // When a fault on purpose is injected.
-    ("chance", &[]),
+    ("chance", &["time"]),
     ("profibus::fdl", &["time"]),
     ("profibus::dp", &["profibus::fdl", "time"]),
     ("profibus::ppo", &[]),

@@ -27,7 +27,7 @@ pub(crate) enum Kind {
 
 /// Where a kind of fault acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Direction {
+pub enum Way {
     /// On the way from the masters of PROFIBUS to the stations.
     Request,
     /// On the way from the stations to the masters.
@@ -38,7 +38,7 @@ pub enum Direction {
     Frame,
 }
 
-impl Direction {
+impl Way {
     /// The bus.
     pub const fn bus(self) -> BusKind {
         match self {
@@ -58,7 +58,7 @@ pub struct Row {
     /// What its value must be.
     pub expected: &'static str,
     /// Where it acts.
-    pub direction: Direction,
+    pub way: Way,
     /// What it counts.
     pub occasion: &'static str,
     /// What the master gets.
@@ -74,7 +74,7 @@ impl Row {
 
     /// Those of a bus.
     pub(super) fn of(bus: BusKind) -> impl Iterator<Item = &'static Self> {
-        ROWS.iter().filter(move |row| row.direction.bus() == bus)
+        ROWS.iter().filter(move |row| row.way.bus() == bus)
     }
 }
 
@@ -95,21 +95,21 @@ macro_rules! parameter {
     };
 }
 
-/// `"name" (value: Parameter) { Direction(kind) } "occasion", "effect";`
+/// `"name" (value: Parameter) { Way(kind) } "occasion", "effect";`
 macro_rules! kinds {
-    ($($name:literal $(($value:ident: $parameter:ty))? { $direction:ident ($($kind:tt)*) } $occasion:literal, $effect:literal;)*) => {
+    ($($name:literal $(($value:ident: $parameter:ty))? { $way:ident ($($kind:tt)*) } $occasion:literal, $effect:literal;)*) => {
         const ROWS: &[Row] = &[$(Row {
             name: $name,
             form: <parameter!($($parameter)?)>::FORM,
             expected: <parameter!($($parameter)?)>::EXPECTED,
-            direction: Direction::$direction,
+            way: Way::$way,
             occasion: $occasion,
             effect: $effect,
             read: |text| {
                 let read = <parameter!($($parameter)?)>::read(text);
                 read.map(|_value| {
                     $(let $value = _value;)?
-                    Kind::$direction($($kind)*)
+                    Kind::$way($($kind)*)
                 })
             },
         }),*];
@@ -118,7 +118,7 @@ macro_rules! kinds {
             /// How it is written: its name, and its value if it has one.
             fn written(self) -> (&'static str, Option<String>) {
                 match self {
-                    $(Self::$direction($($kind)*) => {
+                    $(Self::$way($($kind)*) => {
                         let written = [$(<$parameter>::write($value))?];
                         ($name, written.into_iter().next().flatten())
                     })*
@@ -244,12 +244,12 @@ kinds! {
 
 impl Kind {
     /// Where it acts.
-    pub(crate) const fn direction(&self) -> Direction {
+    pub(crate) const fn way(&self) -> Way {
         match self {
-            Self::Request(_) => Direction::Request,
-            Self::Reply(_) => Direction::Reply,
-            Self::Node(_) => Direction::Node,
-            Self::Frame(_) => Direction::Frame,
+            Self::Request(_) => Way::Request,
+            Self::Reply(_) => Way::Reply,
+            Self::Node(_) => Way::Node,
+            Self::Frame(_) => Way::Frame,
         }
     }
 }

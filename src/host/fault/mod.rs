@@ -41,7 +41,7 @@ mod text;
 
 pub use condition::{Condition, Switch, While};
 pub(crate) use kinds::Kind;
-pub use kinds::{Direction, Row};
+pub use kinds::{Row, Way};
 pub(crate) use list::{Active, List};
 pub use parameter::duration;
 pub(crate) use parameter::{DiagOctets, FramePart};
@@ -114,7 +114,7 @@ impl BusKind {
 impl Rule {
     /// Where it can act.
     pub fn bus(&self) -> BusKind {
-        self.kind.direction().bus()
+        self.kind.way().bus()
     }
 
     /// The station that it is for; `None`: all, or it is for nodes.

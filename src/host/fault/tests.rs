@@ -83,8 +83,8 @@ fn every_fault_of_the_list_is_understood_and_reads_back() {
             .replace("OCTETS", "02..0C")
             .replace("CODE", "06090011")
             .replace("=N", "=3");
-        let fault = Rule::on(row.direction.bus(), &spec).unwrap();
-        assert_eq!(fault.kind.direction(), row.direction);
+        let fault = Rule::on(row.way.bus(), &spec).unwrap();
+        assert_eq!(fault.kind.way(), row.way);
         assert_eq!(fault.to_string().parse(), Ok(fault), "{spec}");
         assert!(fault.to_string().starts_with(&spec), "{spec}: {fault}");
     }

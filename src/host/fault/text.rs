@@ -9,7 +9,7 @@ use std::vec::Vec;
 use thiserror::Error;
 
 use super::parameter::{decimal, digits, duration, in_micros, number, station};
-use super::{BusKind, Direction, Id, Kind, NodeId, Row, Rule, Service, State, When, While, Whom};
+use super::{BusKind, Id, Kind, NodeId, Row, Rule, Service, State, Way, When, While, Whom};
 use crate::gsd::did_you_mean;
 
 /// Why a text is no fault.
@@ -73,7 +73,7 @@ impl FromStr for Rule {
     fn from_str(text: &str) -> Result<Self, RuleError> {
         let name = text.split([',', '=']).next().unwrap_or_default();
         let row = Row::all().iter().find(|row| row.name == name);
-        Self::on(row.map_or(BusKind::Profibus, |row| row.direction.bus()), text)
+        Self::on(row.map_or(BusKind::Profibus, |row| row.way.bus()), text)
     }
 }
 
@@ -182,7 +182,7 @@ impl Conditions {
     /// The fault with all of them.
     fn of(self, kind: Kind) -> Result<Rule, RuleError> {
         let Self { rate, count, at, seed, from, until, while_input, whom } = self;
-        if whom.id.is_some() && kind.direction() != Direction::Frame {
+        if whom.id.is_some() && kind.way() != Way::Frame {
             return Err(RuleError::IdOfNode);
         }
         // "At the hundredth" means that one; "at random from the hundredth on" does not.
