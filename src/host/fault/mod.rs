@@ -138,7 +138,10 @@ impl Rule {
             return Ok(());
         };
         let there: Vec<u8> = there.into_iter().collect();
-        if there.contains(&station) { Ok(()) } else { Err(NoStation { fault: *self, station, there }) }
+        if there.contains(&station) {
+            return Ok(());
+        }
+        Err(NoStation { fault: self.to_string(), bus: self.bus(), station, there })
     }
 }
 
@@ -146,13 +149,15 @@ impl Rule {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error(
     "fault '{fault}' is for {} {station}, which is not on the {}; expected {}",
-    fault.bus().words()[0],
-    fault.bus().words()[1],
+    bus.words()[0],
+    bus.words()[1],
     self.expected()
 )]
 pub struct NoStation {
-    /// The fault.
-    pub fault: Rule,
+    /// The fault, as it is written.
+    pub fault: String,
+    /// Where it acts.
+    pub bus: BusKind,
     /// Its station.
     pub station: u8,
     /// The stations that are there.
@@ -162,7 +167,7 @@ pub struct NoStation {
 impl NoStation {
     /// Who is there: `one of 5, 6`.
     pub fn expected(&self) -> String {
-        let [station, line] = self.fault.bus().words();
+        let [station, line] = self.bus.words();
         let numbers: Vec<String> = self.there.iter().map(ToString::to_string).collect();
         match &numbers[..] {
             [] => std::format!("no {station} condition: the {line} has no {station}s"),
