@@ -53,6 +53,7 @@ mod clock;
 pub mod fault;
 mod gsd_station;
 pub mod link;
+pub mod list;
 mod lock;
 mod output_board;
 mod participant;

@@ -15,7 +15,7 @@
 //! | [`node`](StoredNode) | a CANopen device as a participant, and its EEPROM |
 //! | [`node_counters`](NodeCounters) | what a node has heard and sent, what went wrong |
 //! | `node_faults` | the faults of a bus with nodes: [`Bus::add_fault`] |
-//! | [`product`](PRODUCTS) | the list of CANopen devices |
+//! | [`product`](Product) | a device that can be a node |
 //! | [`link_spec`](LinkSpec) | where masters find the bus |
 //! | [`endpoint`](CanEndpoint) | the bus from a master's end |
 //! | `adapters` | pseudo-terminal and TCP port |
@@ -67,6 +67,6 @@ pub use link_spec::{LinkSpec, LinkSpecError};
 pub use node::StoredNode;
 pub use node_counters::NodeCounters;
 pub use participant::CanParticipant;
-pub use product::{Choices, ChosenQuirks, OptionName, PRODUCTS, Product, QuirkRow};
+pub use product::Product;
 #[cfg(all(target_os = "linux", feature = "socketcan"))]
 pub use socket::SocketCanEndpoint;

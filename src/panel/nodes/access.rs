@@ -15,8 +15,9 @@ use super::super::queue::{self, Lends};
 use crate::can_bus::canopen::NodeId;
 use crate::devices::{CanopenDevice, CanopenEvent};
 use crate::host::StateDir;
-use crate::host::can::{Bus, Choices, Product, Seat, StoredNode};
+use crate::host::can::{Bus, Product, Seat, StoredNode};
 use crate::host::fault::{BusKind, Rule};
+use crate::host::list::Choices;
 use crate::time::Instant;
 
 /// A node and where it is on the bus.
