@@ -12,9 +12,10 @@ use serde::Deserialize;
 use utoipa::ToSchema;
 
 use super::super::bus_access::in_one_line;
+use super::super::inputs::unknown;
 use super::super::problem::{Body, Problem, Problems, whole};
 use super::super::state::gear;
-use super::access::{Asking, NodeAccess, Number, Seated, number, unknown};
+use super::access::{Asking, NodeAccess, Number, Seated, number};
 use super::state::NodeSummary;
 use crate::can_bus::canopen::NodeId;
 use crate::can_bus::canopen::storage::Memory;
