@@ -220,7 +220,7 @@ pub trait Surroundings {
         &[]
     }
 
-    /// The mode in force, as the device's [`Vocabulary`](super::Vocabulary) takes it.
+    /// The mode in force, as the device's [`Vocabulary`](crate::devices::Vocabulary) takes it.
     fn mode(&self) -> i64 {
         0
     }
