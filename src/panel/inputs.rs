@@ -356,11 +356,6 @@ fn inputs(device: &dyn Surroundings) -> Vec<(Input, Level)> {
 fn level(input: &Input, value: &Value) -> Result<Level, Problem> {
     let name = input.name;
     let expected = match (input.kind, value) {
-        (InputKind::Switch | InputKind::Number { own: false, .. }, Value::Null) => {
-            return Err(Problem::value(format!(
-                "{name}: null is not possible for this input; leave it out to keep its value"
-            )));
-        }
         (InputKind::Switch, Value::Bool(on)) => return Ok(Level::Switch(*on)),
         (InputKind::Number { own: true, .. }, Value::Null) => return Ok(Level::Own),
         (InputKind::Number { low, high, own }, value) => {
@@ -373,7 +368,11 @@ fn level(input: &Input, value: &Value) -> Result<Level, Problem> {
         }
         (InputKind::Switch, _) => "true or false".into(),
     };
-    Err(Problem::value(format!("{name} must be {expected}, got {value}")))
+    let hint = match value {
+        Value::Null => ": null is not possible for this input; leave it out to keep its value",
+        Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Array(_) | Value::Object(_) => "",
+    };
+    Err(Problem::value(format!("{name} must be {expected}, got {value}{hint}")))
 }
 
 impl InputValues {
