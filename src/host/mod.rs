@@ -52,6 +52,7 @@ pub mod capture;
 mod clock;
 mod gsd_station;
 pub mod link;
+pub mod list;
 mod lock;
 mod occasions;
 mod output_board;
@@ -62,6 +63,7 @@ pub(crate) mod reach;
 mod refusals;
 mod run;
 mod state_dir;
+mod station_file;
 mod stop;
 mod stored_device;
 

@@ -48,6 +48,8 @@ mod master_clients;
 #[cfg(feature = "metrics")]
 mod metrics;
 mod new_device;
+#[cfg(feature = "std")]
+mod node_images;
 mod own_master;
 mod own_station;
 mod plant;
