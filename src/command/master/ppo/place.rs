@@ -4,7 +4,9 @@ use profidrive::devices::ag03::param::{Pnu, Subindex, Value};
 use profidrive::devices::ppo_drive::table::{Kind, Row, Table};
 use serde_json::json;
 
-use crate::command::{Failure, named};
+use profidrive::host::list::named;
+
+use crate::command::Failure;
 
 /// A parameter as it was asked for, with its row if the table has it.
 pub(super) struct Place<'t> {
