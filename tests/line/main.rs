@@ -48,6 +48,7 @@ mod master_clients;
 #[cfg(feature = "metrics")]
 mod metrics;
 mod new_device;
+mod noisy_line;
 mod own_master;
 mod own_station;
 mod plant;

@@ -27,6 +27,7 @@ mod value;
 
 use core::time::Duration;
 use std::io::{self, Write};
+use std::panic::{self, AssertUnwindSafe};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use profidrive::client::PkwError;
@@ -43,8 +44,25 @@ use trouble::Trouble;
 /// How often a wait that is shown is shown anew.
 const TICK: Duration = Duration::from_millis(500);
 
-/// Does what is asked, once.
+/// Does what is asked, once. A panic, which would be a mistake in this program or in a crate it uses, ends it with one line
+/// too.
 pub(crate) fn master(args: &Master) -> Result<(), Failure> {
+    panic::set_hook(Box::new(|_| {}));
+    contained(|| act(args))
+}
+
+/// What it does, or the sentence of its panic.
+fn contained(act: impl FnOnce() -> Result<(), Failure>) -> Result<(), Failure> {
+    panic::catch_unwind(AssertUnwindSafe(act)).unwrap_or_else(|panic| {
+        let text = panic.downcast_ref::<String>().map(String::as_str);
+        let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no reason");
+        Err(Failure::Other(format!(
+            "this is a mistake in profidrive: {text}; please report it. Without its master the drive stops by its watchdog"
+        )))
+    })
+}
+
+fn act(args: &Master) -> Result<(), Failure> {
     if let Some(place) = args.can_place() {
         return canopen::master(args, &place);
     }
@@ -186,3 +204,16 @@ impl From<Trouble> for Failure {
 
 #[cfg(test)]
 mod rig;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_ends_as_a_sentence() {
+        let failure = contained(|| panic!("an {} of no use", "unwrap"));
+        let Err(Failure::Other(line)) = failure else { panic!("{failure:?}") };
+        assert!(line.starts_with("this is a mistake in profidrive: an unwrap of no use; please"), "{line}");
+        assert!(contained(|| Ok(())).is_ok());
+    }
+}
