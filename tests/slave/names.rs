@@ -1,15 +1,35 @@
 //! Names of types: in one layer a public name stands once, and none of ours goes by another name where it is used.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::layers::{files_of, tokens};
 
-/// Parts of a layer that say of another device or bus what the layer says of its own, in the same words: the module says
+/// Parts of a layer, the longest first, that say of another device or bus what the layer says of its own, in the same words: the module says
 /// which one is meant, `ap10::canopen::Quirks`.
-const PARTS: &[&str] =
-    &["device/ag03_canopen", "device/ap10_canopen", "device/asda_a2_canopen", "device/ppo_drive", "host/can"];
+const PARTS: &[&str] = &[
+    "devices/ag03/canopen",
+    "devices/ag03/drive",
+    "devices/ag03/param",
+    "devices/ag03/profibus",
+    "devices/ag03/unit",
+    "devices/ap10/canopen",
+    "devices/ap10",
+    "devices/asda_a2/canopen",
+    "devices/asda_a2",
+    "devices/ppo_drive/profibus",
+    "devices/ppo_drive/profile",
+    "devices/ppo_drive",
+    "can_bus/can",
+    "can_bus/canopen",
+    "can_bus/cia402",
+    "profibus/dp",
+    "profibus/fdl",
+    "profibus/pkw",
+    "profibus/ppo",
+    "host/can",
+];
 
 /// What takes the place of another file on a system that has not what that one needs.
 const SUBSTITUTES: &[&str] = &["host/link/no_pty.rs", "host/link/terminal_windows.rs"];
@@ -18,10 +38,10 @@ fn source() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
 }
 
-/// The layers, and the program.
-fn modules() -> impl Iterator<Item = String> {
+/// The layers, and the program. Some have a file beside their folder.
+fn modules() -> BTreeSet<String> {
     let entries = fs::read_dir(source()).unwrap().map(|entry| entry.unwrap().path());
-    entries.map(|path| path.file_stem().unwrap().to_str().unwrap().to_owned())
+    entries.map(|path| path.file_stem().unwrap().to_str().unwrap().to_owned()).collect()
 }
 
 /// A part of its layer, or the layer.
