@@ -25,9 +25,10 @@ mod status;
 mod trouble;
 mod value;
 
+use core::panic::AssertUnwindSafe;
 use core::time::Duration;
 use std::io::{self, Write};
-use std::panic::{self, AssertUnwindSafe};
+use std::panic;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use profidrive::client::PkwError;
