@@ -102,7 +102,7 @@ fn renamed(tokens: &[String]) -> Vec<String> {
 #[test]
 fn no_type_of_ours_is_imported_under_another_name() {
     let mut breaches = Vec::new();
-    for file in modules().flat_map(|module| files_of(&module)) {
+    for file in modules().iter().flat_map(|module| files_of(module)) {
         for found in renamed(&tokens(&fs::read_to_string(&file).unwrap())) {
             breaches.push(format!("{}: {found}", file.display()));
         }
