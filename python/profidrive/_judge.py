@@ -9,8 +9,7 @@ from typing import Any, Self
 
 from ._binary import Process, ProfidriveError, default_link, run
 
-_NO_MASTER = 3
-_WRONG_ARGUMENTS = 2
+_NO_REPORT = {2: "wrong arguments", 3: "no master or no data exchange", 5: "a file or the link fails"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,9 +29,18 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """The verdicts."""
+    """The verdicts, and how the judgement ended."""
 
     rows: tuple[Row, ...]
+    ended: str
+    """How it ended, such as `everything was tried`."""
+    status: int
+    """The exit status of `profidrive judge`: 0 passed and complete, 1 a row failed, 4 not finished or not enough judged."""
+
+    @property
+    def passed(self) -> bool:
+        """Whether it went to its end, enough was judged, and no row failed. No failed row alone is no pass."""
+        return self.status == 0
 
     @property
     def failed(self) -> tuple[Row, ...]:
@@ -52,7 +60,7 @@ class Judge:
 
     >>> with Judge(["5,gsd=drive.gsd"], only=["M-F*"]) as judge:
     ...     start_my_master(judge.link)
-    ...     assert not judge.report(timeout=600).failed
+    ...     assert judge.report(timeout=600).passed
 
     `options` are further arguments of `profidrive judge`. `Judge.of_capture` judges what a capture shows.
     """
@@ -91,7 +99,10 @@ class Judge:
         self._files.cleanup()
 
     def report(self, timeout: float | None = None) -> Report:
-        """Waits until everything was judged. `TimeoutError` if that takes longer than `timeout` seconds."""
+        """Waits until everything was judged. `TimeoutError` if that takes longer than `timeout` seconds.
+
+        `ProfidriveError` with the reason if no master came, or data exchange was never reached.
+        """
         if self._process is None:
             raise ProfidriveError("the judge was not started; use it with 'with'")
         status = self._process.wait(timeout)
@@ -109,11 +120,11 @@ class Judge:
 def _report(verdicts: Path, status: int, log: list[str]) -> Report:
     # The file is made before the work, and stays empty where that does not end.
     text = verdicts.read_text(encoding="utf-8") if verdicts.exists() else ""
-    if status in (_NO_MASTER, _WRONG_ARGUMENTS) or not text:
+    if status in _NO_REPORT or not text:
         raise ProfidriveError("\n".join(log) or f"profidrive judge ended with {status}")
-    rows = json.loads(text)["rows"]
-    return Report(
-        tuple(
-            Row(row["id"], row["verdict"], row["reason"], row["text"], tuple(row.get("telegrams", ()))) for row in rows
-        )
+    report = json.loads(text)
+    rows = tuple(
+        Row(row["id"], row["verdict"], row["reason"], row["text"], tuple(row.get("telegrams", ())))
+        for row in report["rows"]
     )
+    return Report(rows, report["ended"], status)

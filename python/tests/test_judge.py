@@ -19,12 +19,27 @@ def test_a_master_is_judged_row_by_row_and_its_capture_again(tmp_path: Path) -> 
                 report = judge.report(timeout=120)
             finally:
                 master.kill()
-    assert not report.failed
+    assert report.passed and not report.failed
+    assert (report.ended, report.status) == ("everything was tried", 0)
     assert [row.id for row in report.rows] == ["M-U01", "M-P05"]
     assert report["M-P05"].verdict == "pass"
     with pytest.raises(KeyError):
         assert report["M-F01"]
     assert Judge.of_capture(capture, "--station", STATION, "--only", "M-P05")["M-P05"].verdict == "pass"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="the master of the example wants a pseudo-terminal")
+def test_no_failed_row_is_no_pass() -> None:
+    # A row of a ring: this master passes no token.
+    with Judge([STATION], only=["M-K02"]) as judge:
+        with subprocess.Popen([sys.executable, str(MASTER), judge.link, "5"]) as master:
+            try:
+                report = judge.report(timeout=120)
+            finally:
+                master.kill()
+    assert not report.failed
+    assert not report.passed
+    assert report.status == 4
 
 
 def test_the_judge_says_that_no_master_came() -> None:

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use profidrive::host::capture::{Capture, Interface};
 use profidrive::host::link::tap::{Batch, Tap};
 use profidrive::host::{Link, SystemClock};
-use profidrive::judge::{Ending, Judge, Operator, Progress, Report, Row, Setup, Slave, live};
+use profidrive::judge::{Ending, Judge, Operator, Outcome, Progress, Report, Row, Setup, Slave, live};
 use tracing::{info, warn};
 
 use super::args::{self, JudgedStation, judge_millis};
@@ -31,7 +31,7 @@ pub(crate) fn judge(args: &args::Judge) -> Result<ExitCode, Failure> {
     }
     if let Some(file) = &args.capture_file {
         let report = recorded::judge(file, setup, &rows)?;
-        return finish(args, &report);
+        return finish(args, report);
     }
     let stop = signals::stop_at_end().map_err(|error| Failure::from_error(&error))?;
     let more = scenarios::read(&args.scenarios, &setup)?;
@@ -53,7 +53,7 @@ pub(crate) fn judge(args: &args::Judge) -> Result<ExitCode, Failure> {
     let operator = operator.as_mut().map(|operator| -> &mut dyn Operator { operator });
     let report = live(judge, link, &clock, rate, &stop, operator, &mut say)
         .map_err(|error| Failure::from_error(&error))?;
-    finish(args, &report)
+    finish(args, report)
 }
 
 /// The link, written to a capture if one is wanted.
@@ -82,28 +82,33 @@ fn say(progress: &Progress) {
     info!("{number} of {of}, about {} s left: {name}", left.as_secs());
 }
 
-/// Exit status where no master was heard.
-const NO_MASTER: u8 = 3;
-/// Exit status where a row failed.
-const FAILED: u8 = 1;
+/// Exit status where a file or the link fails.
+pub(super) const BROKEN: u8 = 5;
 
-fn finish(args: &args::Judge, report: &Report) -> Result<ExitCode, Failure> {
+fn finish(args: &args::Judge, mut report: Report) -> Result<ExitCode, Failure> {
+    report.required = args.require.iter().flat_map(|rows| rows.0.iter().copied()).collect();
+    let report = report;
     write(args.json.as_deref(), || report.json())?;
     write(args.junit.as_deref(), || report.junit())?;
     write(args.html.as_deref(), || report.html(&subject(args)))?;
     let mut stdout = io::stdout().lock();
     // Nobody may read it any more.
     let _ = write!(stdout, "{report}").and_then(|()| stdout.flush());
-    match &report.ending {
-        Some(Ending::NoMaster) => {
-            return Ok(no_master("no master was heard within 10 s; start it after the ready line"));
-        }
-        Some(ending @ Ending::Noise) if !report.has_failed() => {
-            return Ok(no_master(&ending.to_string()));
-        }
-        Some(_) | None => {}
-    }
-    Ok(if report.has_failed() { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
+    let outcome = report.outcome();
+    say_why(args, &outcome);
+    Ok(ExitCode::from(outcome.status()))
+}
+
+/// Why there is no verdict on the master as a whole.
+fn say_why(args: &args::Judge, outcome: &Outcome) {
+    let Some(why) = outcome.trouble() else { return };
+    let no_master = *why == Ending::NoMaster.to_string();
+    let advice = match (&args.capture_file, no_master) {
+        (None, true) => " within 10 s; start it after the ready line",
+        (Some(_), true) => " in the capture",
+        (_, false) => "",
+    };
+    let _ = writeln!(io::stderr(), "profidrive: {why}{advice}");
 }
 
 /// Writes a report, if it is wanted.
@@ -123,11 +128,6 @@ fn subject(args: &args::Judge) -> String {
         (None, Some(master)) => format!("DP master {master}"),
         (None, None) => "DP master".into(),
     }
-}
-
-fn no_master(why: &str) -> ExitCode {
-    let _ = writeln!(io::stderr(), "profidrive: {why}");
-    ExitCode::from(NO_MASTER)
 }
 
 fn announce(path: &str, setup: &Setup) -> Result<(), Failure> {

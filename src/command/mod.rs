@@ -72,7 +72,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Judge(args) => {
             let outcome = judge::judge(&args);
             log.finish();
-            return outcome.unwrap_or_else(|failure| report(&failure, json));
+            return outcome.unwrap_or_else(|failure| report_as(&failure, json, judge::BROKEN));
         }
     };
     // What was logged comes before the line that says how it ended.
@@ -85,9 +85,14 @@ pub(crate) fn main() -> ExitCode {
 
 /// Prints the one line, for programs that read JSON an object on stdout too, and says the exit code.
 pub(crate) fn report(failure: &Failure, json: bool) -> ExitCode {
+    report_as(failure, json, 1)
+}
+
+/// The same, with the exit code of what is no error of the command line.
+fn report_as(failure: &Failure, json: bool, other: u8) -> ExitCode {
     let (line, code): (_, u8) = match failure {
         Failure::Usage(line) => (line, 2),
-        Failure::Other(line) => (line, 1),
+        Failure::Other(line) => (line, other),
     };
     // Paths and arguments may hold line breaks; nobody is left to tell if this fails.
     let line: String = line.chars().map(|c| if c.is_control() { '?' } else { c }).collect();

@@ -45,12 +45,15 @@ pub struct Judgement {
     pub reason: String,
     /// The telegrams that show it.
     pub telegrams: Vec<Telegram>,
+    /// Whether it could have been judged here. `false` where it needs something that is not there: an option, another
+    /// station, a link that shows bit times.
+    pub applies: bool,
 }
 
 impl Judgement {
     /// A row of which nothing can be said, and why.
     pub(super) const fn not_judged(row: Row, reason: String) -> Self {
-        Self { row, verdict: Verdict::NotJudged, reason, telegrams: Vec::new() }
+        Self { row, verdict: Verdict::NotJudged, reason, telegrams: Vec::new(), applies: true }
     }
 }
 
@@ -67,7 +70,15 @@ struct Record {
     broken: u32,
     weight: Option<Weight>,
     first: Option<Breach>,
-    obstacle: Option<String>,
+    obstacle: Option<Obstacle>,
+}
+
+/// Why nothing can be said of a row.
+#[derive(Clone, Debug)]
+struct Obstacle {
+    reason: String,
+    /// It could have been judged, and was not.
+    missed: bool,
 }
 
 /// Every row.
@@ -105,25 +116,44 @@ impl Findings {
 
     /// Why a row cannot be judged, if nothing else is said of it.
     pub(super) fn obstacle(&mut self, row: Row, reason: impl Into<String>) {
-        self.records.entry(row).or_default().obstacle = Some(reason.into());
+        let obstacle = Obstacle { reason: reason.into(), missed: false };
+        self.records.entry(row).or_default().obstacle = Some(obstacle);
+    }
+
+    /// Why a row that could have been judged was not, if nothing else is said of it.
+    pub(super) fn missed(&mut self, row: Row, reason: impl Into<String>) {
+        let obstacle = Obstacle { reason: reason.into(), missed: true };
+        self.records.entry(row).or_default().obstacle = Some(obstacle);
+    }
+
+    /// The same, unless there is such a reason already.
+    pub(super) fn default_missed(&mut self, row: Row, reason: &str) {
+        let record = self.records.get(&row);
+        if record.and_then(|record| record.obstacle.as_ref()).is_none_or(|obstacle| !obstacle.missed) {
+            self.missed(row, reason);
+        }
     }
 
     /// What was found against a row says nothing, for this reason.
     pub(super) fn void(&mut self, row: Row, reason: &str) {
         let record = self.records.entry(row).or_default();
         if fails(record) {
-            *record = Record { obstacle: Some(reason.into()), ..Record::default() };
+            *record = Record::default();
+            self.missed(row, reason);
         }
     }
 
     /// A row is about something that this master does not do: what was found of it says nothing.
     pub(super) fn inapplicable(&mut self, row: Row, reason: &str) {
-        self.records.insert(row, Record { obstacle: Some(reason.into()), ..Record::default() });
+        self.records.remove(&row);
+        self.obstacle(row, reason);
     }
 
     /// A reason for a row that has none.
     pub(super) fn default_obstacle(&mut self, row: Row, reason: &str) {
-        self.records.entry(row).or_default().obstacle.get_or_insert_with(|| reason.into());
+        if self.records.get(&row).is_none_or(|record| record.obstacle.is_none()) {
+            self.obstacle(row, reason);
+        }
     }
 
     /// Whether anything was said of a row.
@@ -135,7 +165,8 @@ impl Findings {
     pub(super) fn judgement(&self, row: Row) -> Judgement {
         let none = Record::default();
         let record = self.records.get(&row).unwrap_or(&none);
-        let judged = |verdict, reason, telegrams| Judgement { row, verdict, reason, telegrams };
+        let judged =
+            |verdict, reason, telegrams| Judgement { row, verdict, reason, telegrams, applies: true };
         match &record.first {
             Some(Breach { reason, moments }) if fails(record) => {
                 let verdict = if row.only_warns() { Verdict::Warn } else { Verdict::Fail };
@@ -154,9 +185,12 @@ impl Findings {
                         breach.reason, record.broken
                     )
                 });
-                let reason =
-                    doubtful.or_else(|| record.obstacle.clone()).unwrap_or_else(|| no_occasion(row).into());
-                judged(Verdict::NotJudged, reason, Vec::new())
+                let (reason, applies) = match (doubtful, &record.obstacle) {
+                    (Some(doubtful), _) => (doubtful, true),
+                    (None, Some(Obstacle { reason, missed })) => (reason.clone(), *missed),
+                    (None, None) => no_occasion(row),
+                };
+                Judgement { applies, ..Judgement::not_judged(row, reason) }
             }
         }
     }
@@ -174,18 +208,19 @@ fn fails(record: &Record) -> bool {
     }
 }
 
-/// Why a row that nothing was said of is not judged.
-fn no_occasion(row: Row) -> &'static str {
+/// Why a row that nothing was said of is not judged, and whether it could have been.
+fn no_occasion(row: Row) -> (String, bool) {
     let places = row.about().places;
     let seen_here = |place: &Place| matches!(place, Place::Pty | Place::Margin);
-    match places {
-        [] => "the user is responsible for it; it is never judged",
-        [Place::Ask] => "needs --ask: a command that operates the master",
-        places if places.iter().any(seen_here) => "no telegram gave an occasion to judge it",
-        [Place::Serial] => "needs a real line that shows parity and pauses",
-        [Place::Virtual] => "needs virtual time: the library function in a Rust test",
-        [..] => "needs a real line or virtual time: no bit times are seen on this link",
-    }
+    let (reason, applies) = match places {
+        [] => ("the user is responsible for it; it is never judged", false),
+        [Place::Ask] => ("needs --ask: a command that operates the master", false),
+        places if places.iter().any(seen_here) => ("no telegram gave an occasion to judge it", true),
+        [Place::Serial] => ("needs a real line that shows parity and pauses", false),
+        [Place::Virtual] => ("needs virtual time: the library function in a Rust test", false),
+        [..] => ("needs a real line or virtual time: no bit times are seen on this link", false),
+    };
+    (reason.into(), applies)
 }
 
 #[cfg(test)]

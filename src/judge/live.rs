@@ -107,8 +107,7 @@ pub fn live<L: Link, C: Clock + Clone>(
             link.wait(timeout, stop).map_err(failed)?;
         }
     }
-    let ending = judge.ending().cloned();
-    Ok(Report { judgements: judge.judgements(), ending, origin })
+    Ok(judge.report(origin))
 }
 
 /// Hears, answers, and does what is due.

@@ -44,7 +44,7 @@ pub use live::{Operator, live};
 pub use moment::{Moment, Side, Telegram};
 pub use play::{Ending, Judge, Progress};
 pub use recorded::Recording;
-pub use report::Report;
+pub use report::{Outcome, Report};
 pub use rows::Row;
 pub use scenario::Scenario;
 pub use setup::{Setup, Slave};

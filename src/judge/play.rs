@@ -19,6 +19,7 @@ use std::vec::Vec;
 use super::findings::Judgement;
 use super::moment::Moment;
 use super::observer::{Observer, Sight};
+use super::report::Report;
 use super::rows::Row;
 use super::scenario::{Check, Scenario, asking, built_in};
 use super::setup::Setup;
@@ -187,7 +188,7 @@ impl Judge {
             begun.check = None;
             let reason = format!("the command of --ask failed: {}", begun.ask.clone().unwrap_or_default());
             for row in &played.rows {
-                self.observer.findings.default_obstacle(*row, &reason);
+                self.observer.findings.default_missed(*row, &reason);
             }
         }
         let lasts = if done { begun.lasts } else { Duration::ZERO };
@@ -292,8 +293,15 @@ impl Judge {
         }
     }
 
-    /// The verdicts on the rows wanted.
-    pub fn judgements(mut self) -> Vec<Judgement> {
+    /// The verdicts on the rows wanted. Times of telegrams count from `origin`. A judge that has not come to its end was
+    /// out of time.
+    pub fn report(mut self, origin: Instant) -> Report {
+        self.end(Ending::TimeOver);
+        let ending = self.ending.clone().unwrap_or(Ending::TimeOver);
+        Report::new(self.judgements(), ending, origin)
+    }
+
+    fn judgements(mut self) -> Vec<Judgement> {
         // Octets at another rate say nothing of the rows.
         if let Some(ending @ (Ending::Noise | Ending::NoMaster)) = &self.ending {
             let reason = ending.to_string();
@@ -441,8 +449,13 @@ impl Judge {
                 return;
             }
         }
-        let after = after.map_or("at the beginning".into(), |scenario| format!("after: {}", scenario.name));
-        self.end(Ending::NoExchange { station, after });
+        let ending = match after {
+            Some(scenario) if self.observer.exchanges(station) > 0 => {
+                Ending::Lost { station, after: scenario.name }
+            }
+            Some(_) | None => Ending::NoExchange { station, why: self.observer.why_no_exchange(station) },
+        };
+        self.end(ending);
     }
 
     /// The next scenario, or the end.

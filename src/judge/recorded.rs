@@ -2,24 +2,27 @@
 
 use super::moment::{Moment, Side};
 use super::observer::{Observer, Sight};
+use super::play::Ending;
 use super::report::Report;
 use super::rows::Row;
 use super::setup::Setup;
 use crate::profibus::fdl::telegram::{Decoded, decode};
 use crate::profibus::fdl::{Address, Function, Telegram};
 use crate::time::Instant;
+use std::string::String;
 
 /// Telegrams of a recording, one after the other.
 #[derive(Debug)]
 pub struct Recording {
     observer: Observer,
     origin: Option<Instant>,
+    cut: Option<String>,
 }
 
 impl Recording {
     /// Nothing yet. `setup` may be empty: then what is configured is not judged.
     pub fn new(setup: Setup) -> Self {
-        Self { observer: Observer::new(setup, Sight::Recorded), origin: None }
+        Self { observer: Observer::new(setup, Sight::Recorded), origin: None, cut: None }
     }
 
     /// Takes a packet: a telegram or octets that are none. `from_master`: which way it passed, if that is known.
@@ -33,6 +36,11 @@ impl Recording {
         self.observer.take(Moment::new(at, side, octets));
     }
 
+    /// The recording ends before its time, for this reason.
+    pub fn cut_off(&mut self, why: &str) {
+        self.cut = Some(why.into());
+    }
+
     /// The verdicts on these rows.
     pub fn report(mut self, wanted: &[Row]) -> Report {
         for row in Row::ALL {
@@ -41,7 +49,12 @@ impl Recording {
         self.observer.finish();
         // What the end of a session would have shown need not be in a recording.
         let judgements = wanted.iter().map(|row| self.observer.findings.judgement(*row)).collect();
-        Report { judgements, ending: None, origin: self.origin.unwrap_or(Instant::ZERO) }
+        let ending = match self.cut {
+            _ if self.observer.telegrams() == 0 => Ending::NoMaster,
+            Some(why) => Ending::Cut { why },
+            None => Ending::Read,
+        };
+        Report::new(judgements, ending, self.origin.unwrap_or(Instant::ZERO))
     }
 
     /// How many telegrams of the master there were.

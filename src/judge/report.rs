@@ -3,6 +3,7 @@
 //! | file | holds |
 //! | --- | --- |
 //! | here | [`Report`]: JSON for programs, a table for a terminal |
+//! | `outcome` | [`Outcome`]: whether the master is right, and whether enough was judged to say so |
 //! | `junit` | JUnit XML, for CI |
 //! | `html` | one page for people |
 //! | `diagram` | the telegrams of a verdict as a drawing |
@@ -15,25 +16,35 @@ use std::vec::Vec;
 use super::findings::{Judgement, Verdict};
 use super::moment::Telegram;
 use super::play::Ending;
+use super::rows::Row;
 use crate::time::Instant;
 
 mod diagram;
 mod html;
 mod junit;
 mod markup;
+mod outcome;
+
+pub use outcome::Outcome;
 
 /// The verdicts on the rows, and how the judgement ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Report {
     /// One verdict a row, in the order of the table.
     pub judgements: Vec<Judgement>,
-    /// How it ended; `None` for a recording.
-    pub ending: Option<Ending>,
+    /// How it ended.
+    pub ending: Ending,
+    /// Rows that must be judged: without a verdict on each of them it is not finished.
+    pub required: Vec<Row>,
     /// Times of telegrams count from here.
     pub origin: Instant,
 }
 
 impl Report {
+    pub(super) const fn new(judgements: Vec<Judgement>, ending: Ending, origin: Instant) -> Self {
+        Self { judgements, ending, required: Vec::new(), origin }
+    }
+
     /// Whether a row failed.
     pub fn has_failed(&self) -> bool {
         self.count(Verdict::Fail) > 0
@@ -52,9 +63,8 @@ impl Report {
     /// The report as JSON: `{"version":1,"rows":[..]}`.
     pub fn json(&self) -> String {
         let mut text = String::from("{\"version\":1,");
-        if let Some(ending) = &self.ending {
-            let _ = write!(text, "\"ended\":{},", Quoted(&std::format!("{ending}")));
-        }
+        let _ = write!(text, "\"ended\":{},", Quoted(&std::format!("{}", self.ending)));
+        let _ = write!(text, "\"status\":{},", self.outcome().status());
         text.push_str("\"rows\":[");
         for (number, judgement) in self.judgements.iter().enumerate() {
             if number > 0 {
@@ -67,7 +77,7 @@ impl Report {
     }
 
     fn write_row(&self, text: &mut String, judgement: &Judgement) {
-        let Judgement { row, verdict, reason, telegrams } = judgement;
+        let Judgement { row, verdict, reason, telegrams, applies: _ } = judgement;
         let _ = write!(
             text,
             "\n{{\"id\":\"{}\",\"verdict\":\"{}\",\"reason\":{},\"text\":{},\"telegrams\":[",
@@ -143,10 +153,12 @@ impl fmt::Display for Report {
             count(Verdict::Warn),
             count(Verdict::NotJudged)
         )?;
-        match &self.ending {
-            Some(ending) => writeln!(f, "ended: {ending}"),
-            None => Ok(()),
+        if let Outcome::NotFinished(why) = self.outcome()
+            && self.ending.is_complete()
+        {
+            writeln!(f, "not finished: {why}")?;
         }
+        writeln!(f, "ended: {}", self.ending)
     }
 }
 

@@ -40,6 +40,5 @@ pub fn simulated<M: Master>(line: &mut Line<M>, setup: Setup, wanted: &[Row]) ->
         let (bus, faults) = line.stations_and_faults();
         judge.step(now, bus, faults);
     }
-    let ending = judge.ending().cloned();
-    Report { judgements: judge.judgements(), ending, origin }
+    judge.report(origin)
 }

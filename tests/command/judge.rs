@@ -169,16 +169,88 @@ fn check_json(text: &str) {
 #[test]
 fn a_report_that_cannot_be_written_is_told_at_the_beginning() {
     let (code, stdout, stderr) = run(&["--station", STATION, "--html", "/nowhere/report.html"]);
-    assert_eq!((code, stdout.as_str()), (Some(1), ""), "{stderr}");
+    assert_eq!((code, stdout.as_str()), (Some(5), ""), "{stderr}");
     assert!(stderr.contains("cannot write /nowhere/report.html"), "{stderr}");
 }
 
 #[test]
-fn a_file_that_is_no_capture_ends_it_with_1() {
+fn a_file_that_is_no_capture_ends_it_with_5() {
     let dir = tempfile::tempdir().unwrap();
     let file = dir.path().join("text.pcapng");
     fs::write(&file, "no capture").unwrap();
-    let (code, _, stderr) = run(&[file.to_str().unwrap()]);
-    assert_eq!(code, Some(1), "{stderr}");
-    assert_eq!(stderr.lines().count(), 1, "{stderr}");
+    for file in [file.to_str().unwrap(), "/nowhere/line.pcapng"] {
+        let (code, _, stderr) = run(&[file]);
+        assert_eq!(code, Some(5), "{stderr}");
+        assert_eq!(stderr.lines().count(), 1, "{stderr}");
+    }
+    let (code, _, stderr) = run(&["--link", "serial:/nowhere/tty", "--station", STATION]);
+    assert_eq!(code, Some(5), "{stderr}");
+}
+
+/// A master whose stations are configured to something else, until it has heard that no data exchange comes.
+#[test]
+fn no_data_exchange_ends_it_with_3_and_the_reason() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = |name: &str| dir.path().join(name).to_str().unwrap().to_owned();
+    let (link, json, junit) = (file("bus"), file("v.json"), file("v.xml"));
+    let spec = format!("pty:{link}");
+    let station = ["--station", "5,ident=9999,cfg=2313", "--only", "M-U*,M-P05"];
+    let (mut child, _, mut stdout) =
+        start(&[&["--link", &spec, "--json", &json, "--junit", &junit][..], &station].concat());
+    let _master = masters::Running::on_terminal_with(Path::new(&link), &[5]);
+    let mut table = String::new();
+    stdout.read_to_string(&mut table).unwrap();
+    let mut stderr = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(3), "{table}{stderr}");
+    let why = "data exchange with station 5 was not reached: Set_Prm refused: ident 1234, configured 9999";
+    assert!(stderr.contains(why) && table.contains(why), "{table}{stderr}");
+    let report: Value = serde_json::from_str(&fs::read_to_string(&json).unwrap()).unwrap();
+    assert_eq!((&report["ended"], &report["status"]), (&Value::from(why), &Value::from(3)));
+    let junit = fs::read_to_string(&junit).unwrap();
+    assert!(junit.contains("errors=\"1\"") && junit.contains("<error type=\"not finished\""), "{junit}");
+}
+
+#[test]
+fn a_judgement_that_is_interrupted_ends_with_4() {
+    let dir = tempfile::tempdir().unwrap();
+    let link = dir.path().join("bus");
+    let spec = format!("pty:{}", link.display());
+    let (mut child, _, mut stdout) = start(&["--link", &spec, "--station", STATION]);
+    let _master = masters::Running::on_terminal_with(&link, &[5]);
+    thread::sleep(Duration::from_secs(1));
+    let pid = rustix::process::Pid::from_child(&child);
+    rustix::process::kill_process(pid, rustix::process::Signal::INT).unwrap();
+    let mut table = String::new();
+    stdout.read_to_string(&mut table).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(4), "{table}");
+    assert!(table.ends_with("ended: the judgement was stopped\n"), "{table}");
+}
+
+#[test]
+fn what_must_be_judged_and_is_not_ends_it_with_4() {
+    let dir = tempfile::tempdir().unwrap();
+    let link = dir.path().join("bus");
+    let spec = format!("pty:{}", link.display());
+    // Rows of a ring, which the master does not have; the other row is judged.
+    for (only, require, why) in [
+        ("M-K01", "M-K01", "rows that must be judged were not: M-K01"),
+        ("M-K01", "", "no row was judged"),
+        ("M-F01,M-T01", "M-T*", "rows that must be judged were not: M-T01"),
+    ] {
+        let require = if require.is_empty() { vec![] } else { vec!["--require", require] };
+        let more = ["--link", &spec, "--station", STATION, "--only", only];
+        if require == ["--require", "M-T*"] {
+            let (code, _, stderr) = run(&[&more[..], &require].concat());
+            assert_eq!(code, Some(2), "{stderr}");
+            assert!(stderr.contains("--require names M-T02, which --only does not"), "{stderr}");
+            continue;
+        }
+        let (mut child, _, mut stdout) = start(&[&more[..], &require].concat());
+        let _master = masters::Running::on_terminal_with(&link, &[5]);
+        let mut table = String::new();
+        stdout.read_to_string(&mut table).unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(4), "{table}");
+        assert!(table.contains(why), "{table}");
+    }
 }

@@ -127,13 +127,13 @@ fn doomed(fate: Fate, telegrams: u32) -> Report {
 }
 
 fn words(report: &Report) -> String {
-    report.ending.as_ref().unwrap().to_string()
+    report.ending.to_string()
 }
 
 #[test]
 fn a_master_that_dies_ends_it_and_the_word_says_during_what() {
     let report = judged(Some(Mistake::DiesOnRs), Row::ALL);
-    assert!(matches!(report.ending, Some(Ending::Silent { .. })), "{report}");
+    assert!(matches!(report.ending, Ending::Silent { .. }), "{report}");
     let said = words(&report);
     assert!(
         said.contains("the master said nothing more for ten seconds: a slave loses its parameters"),
@@ -146,7 +146,7 @@ fn a_master_that_dies_ends_it_and_the_word_says_during_what() {
 #[test]
 fn a_master_that_hangs_ends_it() {
     let report = doomed(Fate::Hangs, 3000);
-    assert!(matches!(report.ending, Some(Ending::Silent { .. })), "{report}");
+    assert!(matches!(report.ending, Ending::Silent { .. }), "{report}");
     // It may hang while only tokens pass.
     let report = doomed(Fate::OnlyTokens, 3000);
     assert!(words(&report).contains("data exchange with station 5 was not reached"), "{report}");
@@ -155,7 +155,7 @@ fn a_master_that_hangs_ends_it() {
 #[test]
 fn a_flood_ends_it() {
     let report = doomed(Fate::Floods, 3000);
-    assert_eq!(report.ending, Some(Ending::Flood), "{report}");
+    assert_eq!(report.ending, Ending::Flood, "{report}");
     assert!(words(&report).contains("octets without end"), "{}", words(&report));
     let report = doomed(Fate::Babbles, 3000);
     assert!(words(&report).contains("data exchange with station"), "{report}");
@@ -164,7 +164,7 @@ fn a_flood_ends_it() {
 #[test]
 fn only_noise_ends_it_and_accuses_nobody_of_anything() {
     for report in [doomed(Fate::Floods, 0), doomed(Fate::OtherRate, 0)] {
-        assert_eq!(report.ending, Some(Ending::Noise), "{report}");
+        assert_eq!(report.ending, Ending::Noise, "{report}");
         assert!(words(&report).contains("another rate"), "{}", words(&report));
         assert_eq!(report.count(Verdict::NotJudged), Row::ALL.len(), "{report}");
     }
@@ -173,7 +173,65 @@ fn only_noise_ends_it_and_accuses_nobody_of_anything() {
 #[test]
 fn nobody_there_ends_it() {
     let report = doomed(Fate::Hangs, 0);
-    assert_eq!(report.ending, Some(Ending::NoMaster), "{report}");
+    assert_eq!(report.ending, Ending::NoMaster, "{report}");
     assert_eq!(report.count(Verdict::NotJudged), Row::ALL.len(), "{report}");
     assert!(report.judgements.iter().all(|judged| !judged.reason.is_empty()));
+}
+
+/// Whatever a master dies of, the row of that scenario fails, with the last telegrams; and nothing is green.
+#[test]
+fn a_master_that_dies_in_a_scenario_fails_its_row() {
+    for (mistake, row) in [
+        (Mistake::DiesOnSilence, Row::C03),
+        (Mistake::DiesOnFcs, Row::E01),
+        (Mistake::DiesOnSource, Row::E05),
+        (Mistake::DiesOnLongDiag, Row::D08),
+        (Mistake::DiesOnOwner, Row::D07),
+        (Mistake::DiesOnLength, Row::E04),
+    ] {
+        let report = judged(Some(mistake), &[row]);
+        let judgement = &report.judgements[0];
+        assert_eq!(judgement.verdict, Verdict::Fail, "{mistake:?}: {report}");
+        assert!(!judgement.telegrams.is_empty(), "{mistake:?}: {report}");
+        assert_eq!(report.outcome().status(), 4, "{mistake:?}: {report}");
+    }
+}
+
+#[test]
+fn only_a_complete_judgement_passes() {
+    let status = |report: &Report| report.outcome().status();
+    assert_eq!(status(&judged(None, Row::ALL)), 0);
+    assert_eq!(status(&judged(Some(Mistake::RetryToggles), Row::ALL)), 1);
+    // It never asks anybody, or never at this rate.
+    for (fate, telegrams, why) in [
+        (Fate::OnlyTokens, 0, "the master passes the token and asks no station"),
+        (Fate::OtherRate, 0, "another rate"),
+        (Fate::Hangs, 0, "no master was heard"),
+    ] {
+        let report = doomed(fate, telegrams);
+        assert_eq!(status(&report), 3, "{report}");
+        assert!(words(&report).contains(why), "{report}");
+    }
+    assert_eq!(status(&doomed(Fate::Hangs, 60)), 4);
+    // Nothing of what was wanted can be judged.
+    let report = judged(None, &[Row::K02]);
+    assert_eq!(report.outcome().trouble(), Some("no row was judged"), "{report}");
+    let mut report = judged(None, &[Row::F01, Row::K02]);
+    assert_eq!(status(&report), 0, "{report}");
+    report.required = vec![Row::K02];
+    assert_eq!(report.outcome().trouble(), Some("rows that must be judged were not: M-K02"), "{report}");
+}
+
+/// Why data exchange is not reached is said in the words of the field.
+#[test]
+fn no_data_exchange_has_its_reason() {
+    for (mistake, why) in [
+        (Mistake::SwappedIdent, "Set_Prm refused: ident 3412, configured 1234"),
+        (Mistake::OtherCfg, "Chk_Cfg refused: 22 13, configured 23 13"),
+        (Mistake::NoLock, "Set_Prm locks no slave: octets 08 64"),
+    ] {
+        let report = judged(Some(mistake), Row::ALL);
+        assert_eq!(report.outcome().status(), 3, "{report}");
+        assert!(words(&report).contains(why), "{report}");
+    }
 }

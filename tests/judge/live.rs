@@ -72,6 +72,6 @@ fn no_master_ends_the_judgement_after_ten_seconds() {
     let begin = std::time::Instant::now();
     let stop = Stop::new().unwrap();
     let report = live(judge, end, &SystemClock::new(), BaudRate::K500, &stop, None, &mut |_| {}).unwrap();
-    assert_eq!(report.ending, Some(profidrive::judge::Ending::NoMaster));
+    assert_eq!(report.ending, profidrive::judge::Ending::NoMaster);
     assert!((9..13).contains(&begin.elapsed().as_secs()));
 }

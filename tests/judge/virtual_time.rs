@@ -135,7 +135,7 @@ fn correct_masters_of_many_configurations_are_not_accused() {
         line.set_slot_time(slot);
         let report = simulated(&mut line, setup, Row::ALL);
         let accused = [names(&report, Verdict::Fail), names(&report, Verdict::Warn)].concat();
-        (!accused.is_empty() || report.ending != Some(Ending::Done))
+        (!accused.is_empty() || report.ending != Ending::Done)
             .then(|| format!("{words}: {accused:?}, {:?}\n{report}", report.ending))
     });
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));

@@ -180,4 +180,16 @@ mistakes! {
     DiesOnMasterBits ["M-D16"]
     /// It ends after 200 octets of noise.
     DiesOnFlood ["M-E16"]
+    /// It ends when a reply does not come.
+    DiesOnSilence ["M-C03"]
+    /// It ends when a reply has a wrong sum.
+    DiesOnFcs ["M-E01"]
+    /// It ends when another station answers.
+    DiesOnSource ["M-E05"]
+    /// It ends when a diagnosis is longer than 100 octets.
+    DiesOnLongDiag ["M-D08"]
+    /// It ends when a slave has another owner.
+    DiesOnOwner ["M-D07", "M-L05"]
+    /// It ends when inputs are longer than configured.
+    DiesOnLength ["M-E04"]
 }

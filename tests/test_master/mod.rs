@@ -289,6 +289,8 @@ impl TestMaster {
     /// The slot time is over.
     fn timed_out(&mut self, now: Instant) {
         let Some(Wait { slave: turn, .. }) = self.waits.take() else { return };
+        let was_answered = self.slaves[turn].state == State::Exchange;
+        self.dead |= was_answered && self.does(Mistake::DiesOnSilence);
         self.next = if self.does(Mistake::SlowAfterLoss) { now + self.settings.slot * 40 } else { now };
         self.heard.clear();
         let mistake = self.mistake;

@@ -17,6 +17,10 @@ impl TestMaster {
         let reply = match decode(octets) {
             Decoded::Telegram { telegram, .. } => telegram,
             Decoded::Incomplete => return,
+            Decoded::Invalid { .. } if self.does(Mistake::DiesOnFcs) && octets.len() > 5 => {
+                self.dead = true;
+                return;
+            }
             Decoded::Invalid { .. } if self.does(Mistake::BelievesFcs) && octets.len() > 5 => {
                 self.waits = None;
                 self.confirm(turn);
@@ -29,6 +33,10 @@ impl TestMaster {
         let answer = match reply {
             Telegram::ShortAcknowledge => Some((None, Vec::new())),
             Telegram::Token { .. } => None,
+            Telegram::Data(data) if data.sa.number() != expected && self.does(Mistake::DiesOnSource) => {
+                self.dead = true;
+                None
+            }
             Telegram::Data(data) => match data.fc.function() {
                 Function::Response(StationType::Slave, status)
                     if data.da == self.address()
@@ -91,6 +99,7 @@ impl TestMaster {
                     self.dead = true;
                 }
                 let owned = diag.master.is_some_and(|owner| owner.number() != own);
+                self.dead |= owned && mistake == Some(Mistake::DiesOnOwner);
                 if owned && mistake != Some(Mistake::IgnoresOwner) {
                     slave.state = State::Diag1;
                 } else if slave.state == State::Diag1 {
@@ -122,6 +131,7 @@ impl TestMaster {
                 {
                     self.dead = true;
                 }
+                self.dead |= data.len() > 100 && mistake == Some(Mistake::DiesOnLongDiag);
                 let Some(diag) = Diagnosis::parse(data) else { return };
                 let owned = diag.master.is_none_or(|owner| owner.number() != own);
                 let asks =
@@ -157,6 +167,7 @@ impl TestMaster {
             None if mistake == Some(Mistake::IgnoresSc) => {}
             None => slave.spoil(),
             Some(_) if len == inputs => slave.spoilt = 0,
+            Some(_) if mistake == Some(Mistake::DiesOnLength) => self.dead = true,
             Some(_) if mistake == Some(Mistake::IgnoresLength) => {}
             Some(_) => slave.spoil(),
         }

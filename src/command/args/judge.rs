@@ -15,7 +15,8 @@ use super::{BaudSpec, LinkSpec};
 /// Judges a DP master: emulates its slaves, makes errors on purpose, and says row by row whether the master reacts correctly
 ///
 /// Prints `ready link=LINK stations=5,6`; then start the master under test, configured for exactly these stations. The
-/// master is not changed. Exit status: 0 no row failed, 1 a row failed, 2 wrong command line, 3 no master heard.
+/// master is not changed. Exit status: 0 passed and complete, 1 a row failed, 2 wrong command line, 3 no master or no data
+/// exchange, 4 not finished or not enough judged, 5 a file or the link fails.
 ///
 /// With a capture (FILE.pcapng) nothing is provoked: it judges what the capture shows.
 #[derive(Debug, Args)]
@@ -73,6 +74,10 @@ pub(crate) struct Judge {
     /// Judge these rows only, as M-C03,M-E*
     #[arg(long, value_name = "ROWS", value_delimiter = ',', value_parser = rows)]
     pub(crate) only: Vec<Rows>,
+
+    /// These rows must be judged: without a verdict on each of them the exit status is 4
+    #[arg(long, value_name = "ROWS", value_delimiter = ',', value_parser = rows)]
+    pub(crate) require: Vec<Rows>,
 
     /// Write the verdicts as JSON
     #[arg(long, value_name = "FILE")]
@@ -247,6 +252,11 @@ impl Judge {
             if self.master == Some(address) {
                 return Err(format!("station {address} has the address of the master"));
             }
+        }
+        let named = |rows: &[Rows], row: &Row| rows.iter().any(|rows| rows.0.contains(row));
+        let mut required = self.require.iter().flat_map(|rows| &rows.0);
+        if let Some(row) = required.find(|row| !self.only.is_empty() && !named(&self.only, row)) {
+            return Err(format!("--require names {}, which --only does not", row.id()));
         }
         if self.min_interval.is_some_and(|interval| millis(interval).is_none()) {
             return Err("--min-interval is outside 0 to 60000 ms".into());

@@ -35,6 +35,7 @@ impl Observer {
         let from = cycle.serial.saturating_sub(8);
         self.judge_outputs(cycle);
         let view = self.view(station);
+        view.last_outputs = Some(cycle.data().to_vec());
         view.polled = view.polled.saturating_add(1);
         let (exchanging, gave_up, loss, prm) = (view.exchanging, view.gave_up, view.loss, view.prm);
         view.diagnoses = 0;

@@ -12,6 +12,7 @@
 //! | `cycle` | a request and what came back |
 //! | `view` | what is known of one station |
 //! | `framing` | rows F |
+//! | `refused` | why data exchange is not reached |
 //! | `counting` | rows C and those of bad replies that the frame count bit shows |
 //! | `start_up` | rows U, D and L: what is asked when |
 //! | `contents` | rows P and G |
@@ -28,13 +29,14 @@ mod counting;
 mod cycle;
 mod exchange;
 mod framing;
+mod refused;
 mod start_up;
 mod timing;
 mod token;
 mod view;
 
 use core::time::Duration;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::string::String;
 use std::vec::Vec;
 
@@ -81,6 +83,8 @@ pub(super) struct Observer {
     master: Option<Address>,
     open: Option<Cycle>,
     views: BTreeMap<u8, View>,
+    /// Addresses that are asked and not configured.
+    strangers: BTreeSet<u8>,
     control: Control,
     ring: Ring,
     timing: Timing,
@@ -115,6 +119,7 @@ impl Observer {
             serial: 0,
             open: None,
             views: BTreeMap::new(),
+            strangers: BTreeSet::new(),
             control: Control::default(),
             ring: Ring::default(),
             timing: Timing::default(),
@@ -469,6 +474,7 @@ impl Observer {
 
     /// A request to a station that is not configured in the master.
     fn stranger_asked(&mut self, cycle: &Cycle) {
+        self.strangers.insert(cycle.to.number());
         let weight = match cycle.service {
             Some(dp::Service::SetPrm | dp::Service::ChkCfg | dp::Service::DataExchange) => Weight::Once,
             Some(dp::Service::SlaveDiag) => Weight::Times(5),

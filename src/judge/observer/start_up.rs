@@ -22,7 +22,7 @@ const WAITS: u32 = 60;
 
 impl Observer {
     /// Whether a diagnosis names another owner than this master.
-    fn is_owned_by_other(&self, diag: &Diagnosis) -> bool {
+    pub(super) fn is_owned_by_other(&self, diag: &Diagnosis) -> bool {
         diag.master.is_some_and(|owner| Some(owner) != self.master)
     }
 
@@ -117,6 +117,7 @@ impl Observer {
     /// A Chk_Cfg begins.
     pub(super) fn judge_chk_cfg(&mut self, cycle: &Cycle) {
         let station = cycle.to;
+        self.view(station).cfg_data = Some(cycle.data().to_vec());
         let from = cycle.serial.saturating_sub(6);
         self.judge_cfg_contents(cycle);
         let view = self.view(station);
@@ -238,6 +239,9 @@ impl Observer {
         let owned_by_other = self.is_owned_by_other(&diag);
         let view = self.view(cycle.to);
         let faults = diag.prm_fault || diag.cfg_fault;
+        if faults {
+            view.fault = Some((diag.prm_fault, diag.cfg_fault));
+        }
         let ready = !diag.station_not_ready && !diag.prm_req && !faults && !owned_by_other;
         view.diag_read = true;
         view.short_diag = false;

@@ -48,6 +48,12 @@ pub(super) struct View {
     pub(super) start_ups: u32,
     /// The last Set_Prm.
     pub(super) prm_data: Option<Vec<u8>>,
+    /// The last Chk_Cfg.
+    pub(super) cfg_data: Option<Vec<u8>>,
+    /// The last Prm_Fault or Cfg_Fault that a diagnosis has shown, one of them set.
+    pub(super) fault: Option<(bool, bool)>,
+    /// The outputs of the last Data_Exchange.
+    pub(super) last_outputs: Option<Vec<u8>>,
     /// What the identifiers of the last Chk_Cfg exchange.
     pub(super) lengths: Option<IoLengths>,
     pub(super) watchdog: Option<Duration>,

@@ -3,7 +3,9 @@
 use core::fmt;
 use core::time::Duration;
 use std::string::String;
+use std::vec::Vec;
 
+use crate::judge::rows::Row;
 use crate::profibus::fdl::Address;
 
 /// What is being tried.
@@ -24,19 +26,35 @@ pub struct Progress {
 pub enum Ending {
     /// Everything was tried.
     Done,
+    /// A recording was read to its end.
+    Read,
+    /// A recording is cut off; what is in front of that was judged.
+    Cut {
+        /// Where and how.
+        why: String,
+    },
     /// No master came.
     NoMaster,
     /// The master said nothing more.
     Silent {
         /// What was being tried.
         during: String,
+        /// The rows that failed by it.
+        rows: Vec<Row>,
     },
     /// Nothing but octets that are no telegrams.
     Noise,
     /// After telegrams, octets without end that are none.
     Flood,
-    /// Data exchange with a station was not reached, or did not come back.
+    /// Data exchange with a station was never reached.
     NoExchange {
+        /// Which station.
+        station: Address,
+        /// What the telegrams say of it.
+        why: String,
+    },
+    /// Data exchange with a station did not come back.
+    Lost {
         /// Which station.
         station: Address,
         /// What had been tried.
@@ -48,18 +66,42 @@ pub enum Ending {
     Stopped,
 }
 
+impl Ending {
+    /// Whether everything that was to be tried was tried.
+    pub const fn is_complete(&self) -> bool {
+        match self {
+            Self::Done | Self::Read | Self::Cut { .. } => true,
+            Self::NoMaster
+            | Self::Silent { .. }
+            | Self::Noise
+            | Self::Flood
+            | Self::NoExchange { .. }
+            | Self::Lost { .. }
+            | Self::TimeOver
+            | Self::Stopped => false,
+        }
+    }
+}
+
 impl fmt::Display for Ending {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Done => f.write_str("everything was tried"),
+            Self::Read => f.write_str("the capture was read to its end"),
+            Self::Cut { why } => write!(f, "the capture is cut off, and was judged as far as it goes: {why}"),
             Self::NoMaster => f.write_str("no master was heard"),
-            Self::Silent { during } => write!(f, "the master said nothing more for ten seconds: {during}"),
+            Self::Silent { during, .. } => {
+                write!(f, "the master said nothing more for ten seconds: {during}")
+            }
             Self::Noise => f.write_str(
                 "only octets that are no telegrams were heard: the sender has another rate or no even parity, or is no PROFIBUS master",
             ),
             Self::Flood => f.write_str("the master sent telegrams at first and then octets without end that are none"),
-            Self::NoExchange { station, after } => {
-                write!(f, "data exchange with station {station} was not reached within the time: {after}")
+            Self::NoExchange { station, why } => {
+                write!(f, "data exchange with station {station} was not reached: {why}")
+            }
+            Self::Lost { station, after } => {
+                write!(f, "data exchange with station {station} was not reached again within the time after: {after}")
             }
             Self::TimeOver => f.write_str("the time for the judgement was over"),
             Self::Stopped => f.write_str("the judgement was stopped"),

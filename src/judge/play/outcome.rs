@@ -6,7 +6,7 @@ use std::format;
 use std::vec::Vec;
 
 use super::{BASELINE, Ending, Judge, LIMIT, Phase};
-use crate::judge::findings::Weight;
+use crate::judge::findings::{Verdict, Weight};
 use crate::judge::rows::Row;
 use crate::judge::scenario::Scenario;
 use crate::profibus::fdl::Address;
@@ -142,7 +142,7 @@ impl Judge {
             let reason = format!(
                 "only {polled} cycles with random errors were seen; expected at least {RANDOM_CYCLES}"
             );
-            self.observer.findings.obstacle(Row::E17, reason);
+            self.observer.findings.missed(Row::E17, reason);
         } else if good * 100 >= polled * RANDOM_SHARE {
             self.observer.findings.held(Row::E17);
         } else {
@@ -159,7 +159,7 @@ impl Judge {
             for row in &scenario.rows {
                 if !self.observer.findings.is_judged(*row) {
                     let reason = format!("the master gave no occasion: {}", scenario.name);
-                    self.observer.findings.obstacle(*row, reason);
+                    self.observer.findings.missed(*row, reason);
                 }
             }
             return;
@@ -188,8 +188,8 @@ impl Judge {
             LIMIT.as_secs(),
             scenario.name
         );
-        for row in &scenario.returns {
-            self.observer.show(*row, Weight::Once, reason.clone());
+        for row in self.at_stake(scenario) {
+            self.observer.show(row, Weight::Once, reason.clone());
         }
         let asked = self.observer.last_asked(station);
         if scenario.returns.is_empty() && asked.is_none_or(|asked| self.observer.is_long_ago(asked, LIMIT)) {
@@ -213,13 +213,24 @@ impl Judge {
         };
         let during =
             scenario.as_ref().map_or("nothing was disturbed".into(), |scenario| scenario.name.clone());
-        if let Some(scenario) = scenario {
-            for row in &scenario.returns {
-                let reason = format!("the master said nothing more after: {}", scenario.name);
-                self.observer.show(*row, Weight::Once, reason);
-            }
+        let mut rows = scenario.as_ref().map(|scenario| self.at_stake(scenario)).unwrap_or_default();
+        rows.retain(|row| self.observer.findings.judgement(*row).verdict != Verdict::Fail);
+        for row in &rows {
+            let reason = format!("the master said nothing more after: {during}");
+            self.observer.show(*row, Weight::Once, reason);
         }
-        self.end(Ending::Silent { during });
+        self.end(Ending::Silent { during, rows });
+    }
+
+    /// The rows that a scenario breaks if the master does not survive it: those about coming back, or its first one.
+    fn at_stake(&self, scenario: &Scenario) -> Vec<Row> {
+        let wanted = |row: &&Row| self.wanted.contains(row);
+        let returns: Vec<Row> = scenario.returns.iter().filter(wanted).copied().collect();
+        if returns.is_empty() {
+            scenario.rows.iter().find(wanted).copied().into_iter().collect()
+        } else {
+            returns
+        }
     }
 
     /// What was seen while nothing was wrong.
@@ -256,7 +267,7 @@ impl Judge {
         let left: Vec<Scenario> = self.scenarios.iter().skip(self.next).cloned().collect();
         for row in left.iter().flat_map(|scenario| scenario.rows.iter().chain(&scenario.returns)) {
             if !self.observer.findings.is_judged(*row) {
-                self.observer.findings.obstacle(*row, format!("not tried: {ending}"));
+                self.observer.findings.missed(*row, format!("not tried: {ending}"));
             }
         }
     }

@@ -51,13 +51,14 @@ impl Report {
                 writeln!(page, "<span class=\"{}\">{} {words}</span>", verdict.name(), self.count(verdict));
         }
         page.push_str("</p>\n");
-        if let Some(ending) = &self.ending {
-            let _ = writeln!(page, "<p>Ended: {}.</p>", Text(&std::format!("{ending}")));
+        let _ = writeln!(page, "<p>Ended: {}.</p>", Text(&std::format!("{}", self.ending)));
+        if let Some(trouble) = self.outcome().trouble() {
+            let _ = writeln!(page, "<p class=\"fail\">No verdict on the master: {}.</p>", Text(trouble));
         }
     }
 
     fn write_finding(&self, page: &mut String, judgement: &Judgement) {
-        let Judgement { row, verdict, reason, telegrams } = judgement;
+        let Judgement { row, verdict, reason, telegrams, applies: _ } = judgement;
         let about = row.about();
         let _ = writeln!(
             page,
@@ -76,7 +77,7 @@ impl Report {
     fn write_rows(&self, page: &mut String) {
         page.push_str("<h2>Every row</h2>\n<table>\n<tbody>\n");
         let mut group = None;
-        for Judgement { row, verdict, reason, telegrams } in &self.judgements {
+        for Judgement { row, verdict, reason, telegrams, applies: _ } in &self.judgements {
             let about = row.about();
             if group.replace(about.group) != Some(about.group) {
                 let _ = writeln!(

@@ -10,11 +10,17 @@ use crate::judge::rows::Group;
 
 impl Report {
     /// The report as JUnit XML, for CI. A row is a test case and its group the suite; a row that was not judged is
-    /// skipped, a warning passes and is told in `system-out`.
+    /// skipped, a warning passes and is told in `system-out`. Where there is no verdict on the master as a whole, because
+    /// none came or the judgement was not finished, the first case is an error.
     pub fn junit(&self) -> String {
         let mut text = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
-        let all = Counts::of(self.judgements.iter());
+        let outcome = self.outcome();
+        let trouble = outcome.trouble();
+        let mut all = Counts::of(self.judgements.iter());
+        all.tests += 1;
+        all.errors += usize::from(trouble.is_some());
         let _ = writeln!(text, "<testsuites name=\"profidrive judge\"{all}>");
+        write_ending(&mut text, trouble);
         let mut groups: std::vec::Vec<Group> =
             self.judgements.iter().map(|judgement| judgement.row.about().group).collect();
         groups.dedup();
@@ -69,16 +75,29 @@ impl Report {
     }
 }
 
+/// A suite of its own says whether the judgement came to its end: what is missing is an error.
+fn write_ending(text: &mut String, trouble: Option<&str>) {
+    let counts = Counts { tests: 1, failures: 0, errors: usize::from(trouble.is_some()), skipped: 0 };
+    let _ = writeln!(text, "<testsuite name=\"The judgement\"{counts}>");
+    text.push_str("<testcase classname=\"judge.The judgement\" name=\"came to its end\"");
+    let _ = match trouble {
+        None => writeln!(text, "/>"),
+        Some(why) => writeln!(text, "><error type=\"not finished\" message=\"{}\"/></testcase>", Text(why)),
+    };
+    text.push_str("</testsuite>\n");
+}
+
 /// The figures of a suite.
 struct Counts {
     tests: usize,
     failures: usize,
+    errors: usize,
     skipped: usize,
 }
 
 impl Counts {
     fn of<'a>(judgements: impl Iterator<Item = &'a Judgement>) -> Self {
-        let mut counts = Self { tests: 0, failures: 0, skipped: 0 };
+        let mut counts = Self { tests: 0, failures: 0, errors: 0, skipped: 0 };
         for judgement in judgements {
             counts.tests += 1;
             match judgement.verdict {
@@ -93,7 +112,7 @@ impl Counts {
 
 impl core::fmt::Display for Counts {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let Self { tests, failures, skipped } = self;
-        write!(f, " tests=\"{tests}\" failures=\"{failures}\" errors=\"0\" skipped=\"{skipped}\"")
+        let Self { tests, failures, errors, skipped } = self;
+        write!(f, " tests=\"{tests}\" failures=\"{failures}\" errors=\"{errors}\" skipped=\"{skipped}\"")
     }
 }

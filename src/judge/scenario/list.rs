@@ -386,7 +386,8 @@ pub fn asking(setup: &Setup) -> Vec<Scenario> {
     }
     let mut stop = ask("STOP", &[Row::Z01, Row::Z02, Row::Z03, Row::O11], "stop", Some(Check::Stop), 2500);
     let operate = Step { ask: Some("operate".into()), check: Some(Check::Operate), ..step(None, &[], 1000) };
-    stop.rows.extend([Row::Z04, Row::O12]);
+    stop.rows.insert(0, Row::Z04);
+    stop.rows.push(Row::O12);
     stop.steps.push(operate);
     list.push(stop);
     list.push(Scenario {

@@ -36,7 +36,7 @@ const STATIONS: &[&str] = &[
 ];
 
 /// The test master on a thread of its own, until it is dropped.
-struct Running {
+pub(super) struct Running {
     end: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
@@ -64,6 +64,10 @@ impl Running {
             });
         });
         Self { end, thread: Some(thread) }
+    }
+
+    pub(super) fn on_terminal_with(path: &Path, stations: &[u8]) -> Self {
+        Self::of_stations(stations, Box::new(Terminal::open(path, BaudRate::K500).unwrap()), None)
     }
 
     fn on_terminal(path: &Path, actions: Option<PathBuf>) -> Self {
@@ -173,7 +177,8 @@ fn a_master_that_cannot_be_operated_is_not_accused() {
     let _master = Running::on_terminal(&bus, None);
     let mut table = String::new();
     stdout.read_to_string(&mut table).unwrap();
-    assert_eq!(child.wait().unwrap().code(), Some(0), "{table}");
+    assert_eq!(child.wait().unwrap().code(), Some(4), "{table}");
+    assert!(table.contains("no row was judged"), "{table}");
     assert!(table.contains("the command of --ask failed: clear"), "{table}");
     assert!(table.contains("the command of --ask failed: stop"), "{table}");
 }
