@@ -1,4 +1,16 @@
 //! The devices. Each is one folder: the device without a bus, and a folder for each bus that it is served on.
+//!
+//! | module | holds |
+//! | --- | --- |
+//! | [`ag03`] | the positioning drives SIKO AG03 and AG03/1 |
+//! | [`ap10`] | the position indicator SIKO AP10 |
+//! | [`asda_a2`] | the servo Delta ASDA-A2 |
+//! | [`ppo_drive`] | any drive with variable speed of PROFIDRIVE version 2 |
+//! | `node` | [`CanopenDevice`]: what a host asks of any device on CANopen |
+//! | `plain_node` | [`PlainNode`]: any device on CANopen that has no clock of its own |
+//! | [`vocabulary`] | what a device on CANopen calls what it says |
+//! | `drive_state` | the states of every machine in the words that all devices share |
+//! | `error_kind` | [`ErrorKind`]: what goes wrong at a station, by kind (feature `std`) |
 
 pub mod ag03;
 pub mod ap10;

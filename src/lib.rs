@@ -1,42 +1,38 @@
-//! PROFIBUS-DP drives in software: telegrams, a DP-V0 slave, the parameter channel of PROFIDRIVE version 2, and
-//! two emulated positioning drives, SIKO AG03 and AG03/1, that real masters run.
+//! The other side of a fieldbus, in software: PROFIBUS-DP slaves and CANopen nodes that real masters run, and judges that
+//! say what a master does wrong.
 //!
-//! # The flow of a byte
+//! # Layers
 //!
-//! The modules are the layers a byte passes, in this order:
+//! A layer imports the layers above it in this table, and no other. A bus knows no device. A device without a bus knows no
+//! bus; each of its folders `profibus` and `canopen` puts it on one.
 //!
 //! ```text
-//!        octets         Telegram         Request          14 outputs         PKW words      Value
-//!  link ────────▶ fdl ───────────▶ fdl ───────────▶ dp ─────────────▶ ppo ─────────────▶ pkw ──────▶ param
-//!                framer          station          slave                │      Stw
-//!                                                                      └────────▶ device::words ──▶ drive
-//!                                                                                             Command
-//!  link ◀──────── fdl ◀─────────────────────────── dp ◀────────────── ppo ◀── reply, ZSW, HIW ◀────────┘
-//!        octets          Reply                         14 inputs
+//!                     octets         telegram        14 octets                  command
+//!  PROFIBUS  link ────────────▶ fdl ──────────▶ dp ────────────▶ ppo ──▶ pkw ──────────────▶ ┐
+//!                                                                                            ├─ device
+//!  CANopen   link ────────────▶ can ──────────▶ canopen ───────▶ dictionary, cia402 ───────▶ ┘    │
+//!                     frame          service         entry                      command          face
+//!                                                                                                 │
+//!                                                             panel, command, metrics, documents ◀┘
 //! ```
 //!
 //! | module | is | knows |
 //! | --- | --- | --- |
 //! | [`time`] | instants, bit times, rates | |
-//! | [`fdl`] | octets to telegrams, the passive station | that service access points exist |
-//! | [`dp`] | the DP-V0 slave and its services | what the service access points mean |
-//! | [`can`] | frames of CAN, bit times, the text of an adapter | that frames have a priority |
-//! | [`canopen`] | a node of CiA 301 for any device: NMT, SDO, PDO, EMCY, error control, EDS | what identifiers mean, object dictionaries |
-//! | [`cia402`] | states and words of drives on CANopen | which command leads where |
-//! | [`ppo`] | the seven words of one Data_Exchange | where each word lies |
-//! | [`param`] | every parameter of both drives | types, ranges, defaults, permissions |
-//! | [`pkw`] | jobs and replies of the parameter channel | job, reply and error numbers |
-//! | [`drive`] | state machine and motion, without a bus | revolutions, seconds, named flags |
-//! | [`unit`](mod@unit) | a powered drive: parameters, machine, EEPROM, supplies, without a bus | what survives power-off |
-//! | [`ap10`] | the position indicator SIKO AP10, without a bus | turns, display, keys, LEDs |
-//! | [`asda_a2`] | the servo ASDA-A2, without a bus: parameters, modes of motion, alarms | the machine of CiA 402 |
-//! | [`ppo_drive`] | a drive with variable speed of the profile, without a bus; its parameters from a table | states, ramps, faults |
-//! | [`device`] | a unit on a bus as one object | every bit of STW, ZSW and SSW |
+//! | [`profibus::fdl`] | octets to telegrams, the passive station | that service access points exist |
+//! | [`profibus::dp`] | the DP-V0 slave and its services | what the service access points mean |
+//! | [`profibus::ppo`] | the words of one Data_Exchange | where each word lies |
+//! | [`profibus::pkw`] | jobs and replies of the parameter channel | job, reply and error numbers |
+//! | [`can_bus::can`] | frames of CAN, bit times, the text of an adapter | that frames have a priority |
+//! | [`can_bus::canopen`] | a node of CiA 301: NMT, SDO, PDO, EMCY, error control, EDS | what identifiers mean, object dictionaries |
+//! | [`can_bus::cia402`] | states and words of drives on CANopen | which command leads where |
+//! | [`face`] | what every device is asked by whoever shows it | inputs, keys, display, faults |
+//! | [`devices`] | AG03 and AG03/1, AP10, ASDA-A2, drives of the profile; each alone, then on its buses | everything about one device |
 //! | [`embedded`] | a slave at the UART of a microcontroller, for `embedded-io` too | direction pins, deadlines |
 //! | [`client`] | the master's side: parameters and control words of a drive, without I/O | PKW, STW and ZSW patterns |
 //! | [`process`] | values in inputs and outputs, inputs that move by themselves (feature `std`) | what a machine does |
 //! | [`gsd`] | device files, and the slave that one describes (feature `std`) | what a GSD says |
-//! | [`explain`] | telegrams and words in words (feature `std`) | what all of the above mean to a person |
+//! | [`explain`] | telegrams, frames and words in words (feature `std`) | what all of the above mean to a person |
 //! | [`host`] | links, clock, run loop (feature `std`) | the operating system |
 //! | [`bench`](mod@bench) | a simulated line to test masters on (feature `std`) | the rules of the bus |
 //! | [`judge`](mod@judge) | plays slaves and judges a master row by row (feature `std`) | what is required of a master |
@@ -47,7 +43,7 @@
 //!
 //! # The loop
 //!
-//! A [`device::Device`] takes octets and time and gives octets, events and a deadline. **After every `handle_*`,
+//! A [`Device`](devices::ag03::profibus::Device) takes octets and time and gives octets, events and a deadline. **After every `handle_*`,
 //! drain `poll_transmit` and `poll_event` to `None`, then wait until octets arrive or `poll_timeout` has come.**
 //!
 //! ```

@@ -215,7 +215,7 @@ pub trait Surroundings {
     /// The entries that are words of bits: what the master commands, then what the device says.
     fn words(&self) -> [Address; 2];
 
-    /// The mode in force, as the device's [`Vocabulary`](super::Vocabulary) takes it.
+    /// The mode in force, as the device's [`Vocabulary`](crate::devices::Vocabulary) takes it.
     fn mode(&self) -> i64 {
         0
     }

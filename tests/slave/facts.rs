@@ -15,9 +15,16 @@ use profidrive::profibus::dp::{ControlBit, DiagBit, PrmBit, Service};
 #[test]
 fn no_bit_of_a_word_is_named_by_its_number() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let folders =
-        ["client", "command", "devices/ag03/profibus", "devices/ppo_drive", "explain", "master", "panel"]
-            .map(|name| root.join(name));
+    let folders = [
+        "client",
+        "command",
+        "devices/ag03/profibus",
+        "devices/ppo_drive/profibus",
+        "explain",
+        "master",
+        "panel",
+    ]
+    .map(|name| root.join(name));
     let mut found = Vec::new();
     for file in folders.iter().flat_map(|folder| sources(folder)) {
         let text = fs::read_to_string(&file).unwrap();
@@ -26,7 +33,11 @@ fn no_bit_of_a_word_is_named_by_its_number() {
             found.push(format!("{}:{}: {}", file.display(), number + 1, line.trim()));
         }
     }
-    assert!(found.is_empty(), "take the bit from device::bits or dp::DiagBit:\n{}", found.join("\n"));
+    assert!(
+        found.is_empty(),
+        "take the bit from the table of the device or dp::DiagBit:\n{}",
+        found.join("\n")
+    );
 }
 
 #[test]

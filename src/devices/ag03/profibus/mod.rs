@@ -1,6 +1,6 @@
 //! One emulated drive as one object: octets and time in, octets and events out.
 //!
-//! The only place that knows every layer. It owns no clock, no port and no thread.
+//! It owns no clock, no port and no thread.
 //!
 //! **After every `handle_*` call, drain [`Device::poll_transmit`] and [`Device::poll_event`] to `None`, then wait
 //! until octets arrive or [`Device::poll_timeout`] has come.** The crate guide shows the loop.
@@ -14,10 +14,7 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `address` | the station address that the DIP switches show |
-//! | `canopen` | [`CanopenDevice`]: what a host asks of any device on CANopen |
 //! | `config` | [`Config`]: what a device is made of |
-//! | `drive_state` | [`DriveState`]: the state of a drive in the words that all devices share |
-//! | `error_kind` | [`ErrorKind`]: what goes wrong at a station, by kind (feature `std`) |
 //! | `bits` | every bit of STW, ZSW, SSW and the general status register: number, name, meaning |
 //! | `words` | those words from and to what the drive knows |
 //! | `flow_charts` | the control words that the manual prints |
@@ -26,19 +23,10 @@
 //! | `job` | [`JobText`]: why a PKW job was not executed, and what to send instead |
 //! | `parameters` | the parameters of the unit as the parameter channel reaches them |
 //! | `part` | the DP part and the drive part of [`Device`] |
-//! | `ppo_drive` | any drive of PROFIDRIVE version 2, with the parameters of a table (feature `std`) |
-//! | [`profile`] | the bits of STW and ZSW as the profile has them |
-//! | `quirk` | [`Quirk`]: the form of every named alternative, of whichever device |
 //! | `quirks` | [`QUIRKS`]: every named alternative |
-//! | [`vocabulary`] | what a device on CANopen calls what it says |
-//! | [`ap10_canopen`] | the position indicator AP10 on CANopen, an object of its own |
-//! | [`asda_a2_canopen`] | the servo ASDA-A2 on CANopen |
 //! | `refusal` | [`Refusal`]: why a control word is not followed |
 //! | `why` | [`Why`]: everything that keeps the drive from moving now |
-//! | [`ag03_canopen`] | the same unit on CANopen |
-//! | `plain_node` | [`PlainNode`]: any device on CANopen that has no clock of its own |
-//! | [`surroundings`] | what surrounds a device on CANopen and what is seen of it |
-//!
+
 mod address;
 pub mod bits;
 mod config;
