@@ -126,12 +126,12 @@ struct Listed {
 impl Listed {
     /// Switched on and turning with 60 rpm.
     fn turning(product: &profidrive::host::can::Product, number: u8, kind: u8) -> Self {
-        use profidrive::can_bus::canopen::storage::Memory;
+        use profidrive::can_bus::canopen::storage::Eeprom;
         use profidrive::host::can::Choices;
 
         let now = Instant::from_millis(1);
         let node = NodeId::new(number).unwrap();
-        let device = product.make(node, Choices::default(), Memory::Internal, now);
+        let device = product.make(node, Choices::default(), Eeprom::Internal, now);
         let mut this = Self { now, device };
         this.device.power_on(now);
         this.drain();
@@ -276,7 +276,7 @@ impl OnBus {
     /// So many devices by turns, turning.
     fn new(count: usize, kind: u8) -> Self {
         use profidrive::can_bus::can::BitRate;
-        use profidrive::can_bus::canopen::storage::Memory;
+        use profidrive::can_bus::canopen::storage::Eeprom;
         use profidrive::host::can::{Bus, Choices, PRODUCTS, StoredNode};
 
         let now = Instant::from_millis(1);
@@ -285,7 +285,7 @@ impl OnBus {
         let mut this = Self { now, bus, master };
         for (number, product) in (1..).zip(PRODUCTS.iter().cycle()).take(count) {
             let node = NodeId::new(number).unwrap();
-            let device = product.make(node, Choices::default(), Memory::Internal, this.now);
+            let device = product.make(node, Choices::default(), Eeprom::Internal, this.now);
             let mut stored = StoredNode::new(device, this.now);
             stored.act(this.now, turn_by_hand);
             this.bus.add(this.now, Box::new(stored));

@@ -15,7 +15,7 @@ use std::io::Write;
 use profidrive::can_bus::can::BitRate;
 use profidrive::can_bus::canopen::eds;
 use profidrive::can_bus::canopen::eds::Sheet;
-use profidrive::can_bus::canopen::storage::Memory;
+use profidrive::can_bus::canopen::storage::Eeprom;
 use profidrive::can_bus::canopen::value::DataType::{U8, U16, U32};
 use profidrive::can_bus::canopen::{
     Abort, Address, Application, Entry, Home, NmtState, NodeId, Notice, Object, Policy, Reset, Source, Value,
@@ -107,7 +107,7 @@ impl Io {
 
     /// The device on its node, switched off.
     pub(crate) fn on_node(self) -> PlainNode<Self> {
-        PlainNode::new(Policy::CIA_301, Memory::Internal, self)
+        PlainNode::new(Policy::CIA_301, Eeprom::Internal, self)
     }
 }
 

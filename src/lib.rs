@@ -19,6 +19,7 @@
 //! | module | is | knows |
 //! | --- | --- | --- |
 //! | [`time`] | instants, bit times, rates | |
+//! | [`image`](mod@image) | what a device keeps while it is switched off, as octets | that products have names |
 //! | [`profibus::fdl`] | octets to telegrams, the passive station | that service access points exist |
 //! | [`profibus::dp`] | the DP-V0 slave and its services | what the service access points mean |
 //! | [`profibus::ppo`] | the words of one Data_Exchange | where each word lies |
@@ -119,6 +120,8 @@ extern crate std;
 pub mod time;
 
 mod chance;
+
+pub mod image;
 
 pub mod profibus;
 

@@ -142,9 +142,18 @@ impl LinePlan {
     }
 }
 
+/// What stations are put on a line with.
+struct Place<'a> {
+    rate: BaudRate,
+    now: Instant,
+    /// They are quiet until it is known that nobody else has their address.
+    listen: bool,
+    state: Option<&'a StateDir>,
+}
+
 /// Runs one line until its end.
 fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
-    let LinePlan { args, drives, stations, faults, .. } = &plan;
+    let LinePlan { args, drives, faults, .. } = &plan;
     if let LinkSpec::Can(link) = &args.link {
         return nodes::emulate(args, link, start);
     }
@@ -176,12 +185,13 @@ fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
         connect(&mut bus, drive, config, clock.now(), listen, state.as_ref())?;
     }
     let (refusals, board) = (Refusals::default(), OutputBoard::default());
-    let described = stations.iter().map(|station| station.address).collect();
-    for described in plan.stations {
-        station::connect(&mut bus, described, rate, clock.now(), listen, (&refusals, &board), &switches)?;
+    let mut described = Vec::new();
+    let place = Place { rate, now: clock.now(), listen, state: state.as_ref() };
+    for station in plan.stations {
+        described.push(station::connect(&mut bus, station, &place, (&refusals, &board), &switches)?);
     }
     for drive in plan.ppo_drives {
-        ppo_drive::connect(&mut bus, drive, rate, clock.now(), listen, &refusals)?;
+        ppo_drive::connect(&mut bus, drive, &place, &refusals)?;
     }
     let mut metrics = start.line_metrics(&path, &signals.stop);
     if !start.all_are_open() {

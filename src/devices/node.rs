@@ -124,8 +124,10 @@ pub trait CanopenDevice: Surroundings + Any + Send {
     ///
     /// # Errors
     /// [`storage::ImageError::NoRoom`]; it stays on offer.
-    fn poll_image<'a>(&mut self, into: &'a mut [u8])
-    -> Result<Option<StoreRequest<'a>>, storage::ImageError>;
+    fn poll_image<'a>(
+        &mut self,
+        into: &'a mut [u8],
+    ) -> Result<Option<StoreRequest<&'a [u8]>>, storage::ImageError>;
 
     /// What became of an image ([`Node::handle_stored`](crate::can_bus::canopen::Node::handle_stored)).
     fn handle_stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>);

@@ -2,7 +2,7 @@
 
 use super::{CanopenDevice, CanopenEvent, RecallError};
 use crate::can_bus::can::Frame;
-use crate::can_bus::canopen::storage::{Generation, ImageError, Memory, NotStored, StoreRequest};
+use crate::can_bus::canopen::storage::{Eeprom, Generation, ImageError, NotStored, StoreRequest};
 use crate::can_bus::canopen::{Address, Application, Node, Policy, Refusal};
 use crate::face::DriveState;
 use crate::face::surroundings::{Declined, Face, Input, Level, Provocable, Surroundings};
@@ -18,7 +18,7 @@ pub struct PlainNode<A> {
 
 impl<A: Application + Surroundings> PlainNode<A> {
     /// The device, switched off.
-    pub fn new(policy: Policy, memory: Memory, application: A) -> Self {
+    pub fn new(policy: Policy, memory: Eeprom, application: A) -> Self {
         Self { node: Node::new(policy).with_memory(memory), application }
     }
 
@@ -80,7 +80,7 @@ impl<A: Application + Surroundings + Send + 'static> CanopenDevice for PlainNode
         Ok(self.node.recall(now, image, &mut self.application)?)
     }
 
-    fn poll_image<'a>(&mut self, into: &'a mut [u8]) -> Result<Option<StoreRequest<'a>>, ImageError> {
+    fn poll_image<'a>(&mut self, into: &'a mut [u8]) -> Result<Option<StoreRequest<&'a [u8]>>, ImageError> {
         self.node.poll_image(&self.application, into)
     }
 

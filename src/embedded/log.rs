@@ -27,8 +27,6 @@ logged![
     crate::can_bus::can::slcan::Refusal,
     crate::can_bus::canopen::Event,
     crate::can_bus::canopen::NodeIdError,
-    crate::can_bus::canopen::storage::ImageError,
-    crate::can_bus::canopen::storage::NotStored,
     crate::devices::CanopenEvent,
     crate::devices::ag03::profibus::Event,
     crate::devices::ag03::profibus::Hint,
@@ -59,5 +57,6 @@ logged![
     crate::devices::ag03::unit::CycleTooShort,
     crate::devices::ag03::unit::Event,
     crate::devices::ag03::unit::ImageError,
-    crate::devices::ag03::unit::NotStored,
+    crate::image::ImageError,
+    crate::image::NotStored,
 ];

@@ -10,7 +10,8 @@ use std::vec::Vec;
 
 use super::link::fault::Switch;
 use super::refusals::Refusals;
-use super::{Appearance, OutputBoard, Participant, StationKind};
+use super::station_file::{Kept, StationFile};
+use super::{Appearance, OutputBoard, Participant, StateDir, StateDirError, StationKind};
 use crate::devices::ag03::profibus::{Event, MAX_TELEGRAM_LEN};
 use crate::gsd::{Gsd, Placed, RaiseError, Raised, Station};
 use crate::process::{Image, Point, Process, Slot, ValueError};
@@ -80,6 +81,7 @@ pub struct GsdStation {
     refusals: Refusals,
     board: Option<OutputBoard>,
     watched: Vec<(Point, Condition, Switch)>,
+    file: Option<StationFile>,
 }
 
 impl core::fmt::Debug for GsdStation {
@@ -107,6 +109,7 @@ impl GsdStation {
             refusals,
             board: None,
             watched: Vec::new(),
+            file: None,
         };
         this.lay_out();
         this
@@ -117,6 +120,40 @@ impl GsdStation {
     pub fn on_board(mut self, board: OutputBoard) -> Self {
         self.board = Some(board);
         self
+    }
+
+    /// The same station at the address that Set_Slave_Add gave it before it was switched off; its file in `state` keeps the
+    /// address from now on. The master is answered before the disk is.
+    ///
+    /// # Errors
+    /// [`StateDirError::Owned`], [`StateDirError::File`], [`StateDirError::Refused`]; the file is as before.
+    pub fn kept_in(mut self, state: &StateDir, now: Instant) -> Result<Self, StateDirError> {
+        let ident = self.slave().description().ident;
+        let (mut file, kept) = StationFile::open(state, "gsd", ident, self.station.address())?;
+        if let Some(Kept { address, rem_slave_data, .. }) = kept {
+            self.station.recall(address, &rem_slave_data);
+        }
+        file.hand_over(now);
+        self.file = Some(file);
+        Ok(self)
+    }
+
+    /// Set_Slave_Add gave it another address.
+    fn keep_address(&mut self) {
+        let Self { station, file, .. } = self;
+        if let Some(file) = file {
+            let (address, rem_slave_data) =
+                (station.stored_address(), station.slave().rem_slave_data().to_vec());
+            file.keep(&Kept { address, rem_slave_data, values: Vec::new() }, false);
+        }
+    }
+
+    /// Nobody waits for what becomes of an image.
+    fn hand_over(&mut self, now: Instant) {
+        if let Some(file) = &mut self.file {
+            let _nobody_waits = file.report(now);
+            file.hand_over(now);
+        }
     }
 
     /// Connects a machine. Several run in the order in which they were connected, each over the inputs of those before.
@@ -345,8 +382,8 @@ impl GsdStation {
             | dp::Event::NotServed { .. }
             | dp::Event::CfgToJudge { .. }
             | dp::Event::Read { .. }
-            | dp::Event::AddressSet { .. }
             | dp::Event::AddressRefused { .. } => {}
+            dp::Event::AddressSet { .. } => self.keep_address(),
         }
     }
 }
@@ -405,6 +442,7 @@ impl Participant for GsdStation {
             self.outputs_are = OutputsAre::Live;
         }
         self.run(now);
+        self.hand_over(now);
     }
 
     fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(Event)) {
@@ -413,6 +451,7 @@ impl Participant for GsdStation {
             news(Event::Dp(event));
         }
         self.run(now);
+        self.hand_over(now);
     }
 
     fn poll_transmit(
@@ -425,7 +464,8 @@ impl Participant for GsdStation {
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
-        Instant::first_of(self.station.poll_timeout(), self.due())
+        let file = self.file.as_ref().and_then(StationFile::poll_timeout);
+        Instant::first_of(Instant::first_of(self.station.poll_timeout(), self.due()), file)
     }
 
     fn watchdog_on(&self) -> bool {

@@ -62,6 +62,7 @@ pub(crate) mod reach;
 mod refusals;
 mod run;
 mod state_dir;
+mod station_file;
 mod stop;
 mod stored_device;
 

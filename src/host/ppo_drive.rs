@@ -4,10 +4,12 @@ use core::fmt;
 use std::boxed::Box;
 use std::string::ToString;
 
-use super::{Appearance, Participant, Refusals, StationKind};
+use super::station_file::{Kept, StationFile};
+use super::{Appearance, Participant, Refusals, StateDir, StateDirError, StationKind};
 use crate::devices::ag03::profibus::{Event, MAX_TELEGRAM_LEN};
 use crate::devices::ppo_drive::profibus::{PpoDrive, PpoOnly};
 use crate::gsd::Station;
+use crate::image::storage::Outcome;
 use crate::profibus::dp;
 use crate::profibus::dp::{Application, CfgFault, Fixed, PrmFault, Reason, Refusal};
 use crate::profibus::fdl::{Address, Rates, Telegram};
@@ -57,12 +59,52 @@ impl Application for PpoJudge {
 pub struct HostedPpoDrive {
     drive: PpoDrive<PpoOnly<PpoJudge>>,
     refusals: Refusals,
+    file: Option<StationFile>,
 }
 
 impl HostedPpoDrive {
     /// A drive whose words of refusals go into `refusals`.
     pub const fn new(drive: PpoDrive<PpoOnly<PpoJudge>>, refusals: Refusals) -> Self {
-        Self { drive, refusals }
+        Self { drive, refusals, file: None }
+    }
+
+    /// The same drive with what it kept before it was switched off; from now on its file in `state` keeps its address and
+    /// the values that are written to its parameters. A job that writes has its reply when the value is on the disk.
+    ///
+    /// # Errors
+    /// [`StateDirError::Owned`], [`StateDirError::File`], [`StateDirError::Refused`]; the file is as before.
+    pub fn kept_in(mut self, state: &StateDir, now: Instant) -> Result<Self, StateDirError> {
+        let ident = self.drive.slave().description().ident;
+        let (mut file, kept) = StationFile::open(state, "ppo", ident, self.drive.address())?;
+        self.drive.keep_parameters();
+        if let Some(Kept { address, rem_slave_data, values }) = kept {
+            self.drive.recall((address, &rem_slave_data), values);
+        }
+        file.hand_over(now);
+        self.file = Some(file);
+        Ok(self)
+    }
+
+    fn take_outcome(&mut self, now: Instant) {
+        let Some(file) = &mut self.file else { return };
+        match file.report(now) {
+            Outcome::None => {}
+            Outcome::Safe => self.drive.handle_stored(true),
+            Outcome::Undone => {
+                self.drive.handle_stored(false);
+                // The file may hold what was refused.
+                file.keep(&kept(&self.drive), false);
+            }
+        }
+    }
+
+    fn hand_over(&mut self, now: Instant, address_set: bool) {
+        let Some(file) = &mut self.file else { return };
+        let written = self.drive.take_changed();
+        if written || address_set {
+            file.keep(&kept(&self.drive), written);
+        }
+        file.hand_over(now);
     }
 
     /// The drive.
@@ -73,6 +115,15 @@ impl HostedPpoDrive {
     /// The drive, to change what acts on it: through [`Bus::with`](super::Bus::with).
     pub const fn drive_mut(&mut self) -> &mut PpoDrive<PpoOnly<PpoJudge>> {
         &mut self.drive
+    }
+}
+
+/// What the drive keeps.
+fn kept(drive: &PpoDrive<PpoOnly<PpoJudge>>) -> Kept {
+    Kept {
+        address: drive.stored_address(),
+        rem_slave_data: drive.slave().rem_slave_data().to_vec(),
+        values: drive.written().collect(),
     }
 }
 
@@ -99,8 +150,10 @@ impl Participant for HostedPpoDrive {
     }
 
     fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(Event)) {
-        let mut refused = None;
+        self.take_outcome(now);
+        let (mut refused, mut address_set) = (None, false);
         self.drive.handle_telegram(now, telegram, &mut |event| {
+            address_set |= matches!(&event, Event::Dp(dp::Event::AddressSet { .. }));
             if let Event::Dp(
                 dp::Event::PrmRejected { fault: PrmFault::UserPrm(refusal), .. }
                 | dp::Event::CfgRejected { fault: CfgFault::Refused(refusal), .. },
@@ -114,10 +167,13 @@ impl Participant for HostedPpoDrive {
             let words = Words(self.drive.slave().application(), number).to_string();
             self.refusals.keep(self.drive.address(), number, words);
         }
+        self.hand_over(now, address_set);
     }
 
     fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(Event)) {
+        self.take_outcome(now);
         self.drive.handle_timeout(now, news);
+        self.hand_over(now, false);
     }
 
     fn poll_transmit(
@@ -130,7 +186,8 @@ impl Participant for HostedPpoDrive {
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
-        self.drive.poll_timeout()
+        let file = self.file.as_ref().and_then(StationFile::poll_timeout);
+        Instant::first_of(self.drive.poll_timeout(), file)
     }
 
     fn why(&self) -> Option<Box<dyn fmt::Display + '_>> {

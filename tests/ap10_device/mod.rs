@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use profidrive::can_bus::can::{Frame, Id};
-use profidrive::can_bus::canopen::storage::Memory;
+use profidrive::can_bus::canopen::storage::Eeprom;
 use profidrive::can_bus::canopen::{NmtState, NodeId};
 use profidrive::devices::ap10::canopen::{Ap10, Config, Quirks};
 use profidrive::devices::ap10::{Display, Key, Turns};
@@ -29,7 +29,7 @@ impl Rig {
 
     /// With an EEPROM of the host.
     pub(crate) fn hosted(node: u8) -> Self {
-        let config = Config { memory: Memory::Host, ..Config::new(NodeId::new(node).unwrap()) };
+        let config = Config { memory: Eeprom::Host, ..Config::new(NodeId::new(node).unwrap()) };
         let mut rig = Self { now: Instant::from_millis(1), device: Ap10::new(config) };
         rig.power_on();
         rig

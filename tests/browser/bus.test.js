@@ -15,7 +15,7 @@ test("rates, cycle, masters and reply times are those of the line", async () => 
     const cycle = await until("a cycle", async () => parseFloat(await figure(page, "Cycle")), (ms) => ms > 0);
     assert.ok(cycle > 1 && cycle < 200, `${cycle} ms, ${perSecond} telegrams/s`);
     await text(page, "[data-figure=Retries] dd", "0.0 %");
-    const row = (address) => page.locator(`[data-station="${address}"] td`).allTextContents();
+    const row = (address) => page.locator(`#rates [data-key="${address}"] td`).allTextContents();
     assert.equal((await row(5))[1], "0");
     assert.deepEqual((await row(6)).slice(1), ["–", "–", "0", "–"]);
 

@@ -7,20 +7,20 @@ import { CONNECTED, LIMIT_MS, onStage, text, until } from "./stage.js";
 test("a server that goes is missed, and found again when it is back", async () => {
   await onStage({ master: false, refusals: true }, async (stage) => {
     const { page } = stage;
-    await text(page, "#drive-state", "ready-to-run");
+    await text(page, "#station-state", "ready-to-run");
     stage.emulator = await stage.emulator.restart(async () => {
       await page.locator("#connection[data-kind=lost]").waitFor();
       await text(page, "#connection", "the emulator does not answer");
     });
     await page.locator(CONNECTED).waitFor();
     await page.getByRole("button", { name: "Provoke fault D:" }).click();
-    await text(page, "#drive-state", "fault D");
+    await text(page, "#station-state", "fault D");
   });
 });
 
 test("a server that is frozen is missed at once, its values look old, and it is found again when it goes on", async () => {
   await onStage({ master: false, refusals: true }, async ({ page, emulator }) => {
-    await text(page, "#drive-state", "ready-to-run");
+    await text(page, "#station-state", "ready-to-run");
     const dimmed = () => page.locator("#values").evaluate((values) => Number(getComputedStyle(values.closest("main > section")).opacity));
     assert.equal(await dimmed(), 1);
     emulator.freeze();
@@ -32,14 +32,14 @@ test("a server that is frozen is missed at once, its values look old, and it is 
     assert.equal(await live, "gone");
     const refused = await page.evaluate(async () => {
       const { request } = await import("/page/api.js");
-      return request("GET", "/bus").catch(({ message }) => message);
+      return request("GET", "/lines/line").catch(({ message }) => message);
     });
     assert.equal(refused, "the emulator does not answer");
     emulator.thaw();
     await page.locator(CONNECTED).waitFor();
     assert.equal(await dimmed(), 1);
     await page.getByRole("button", { name: "Provoke fault D:" }).click();
-    await text(page, "#drive-state", "fault D");
+    await text(page, "#station-state", "fault D");
   });
 });
 
@@ -48,32 +48,32 @@ test("a drive that is taken away is said to be gone, and is there again when it 
     const act = (method, path, body) => page.evaluate(([method, path, body]) => fetch(path, { method, headers: { "content-type": "application/json" }, body }).then(({ status }) => status), [method, path, body]);
     assert.equal(await act("DELETE", "/api/v1/drives/5"), 204);
     await text(page, "#why-title", "there is no drive at address 5");
-    for (const part of ["#values", "#device", "#curves", "#inputs", "#stw"]) assert.ok(!(await page.locator(part).isVisible()), `nothing in ${part} is of a drive that is gone`);
+    for (const part of ["#values", "#device", "#curves", "#inputs", "#words"]) assert.ok(!(await page.locator(part).isVisible()), `nothing in ${part} is of a drive that is gone`);
     assert.equal(await act("POST", "/api/v1/drives", JSON.stringify({ address: 5 })), 201);
     await page.locator(CONNECTED).waitFor();
-    await text(page, "#drive-state", "ready-to-run");
+    await text(page, "#station-state", "ready-to-run");
   });
 });
 
 test("at an address without a drive nothing of another drive is shown", async () => {
-  await onStage({ drives: ["--drives", "5-6"], master: false, refusals: true, page: { view: "#drive/6" } }, async ({ page }) => {
-    await text(page, "#drive-dp", "AG03/1");
+  await onStage({ drives: ["--drives", "5-6"], master: false, refusals: true, page: { view: "#station/6" } }, async ({ page }) => {
+    await text(page, "#station-about", "AG03/1");
     for (const [address, said] of [[77, "there is no drive at address 77"], [999, "'999' is no address"]]) {
-      await page.evaluate((address) => (location.hash = `#drive/${address}`), address);
-      await text(page, "#drive-title", `Drive ${address}`);
+      await page.evaluate((address) => (location.hash = `#station/${address}`), address);
+      await text(page, "#station-title", `Station ${address}`);
       await text(page, "#why-title", said);
-      await text(page, "#drive-state", "not present");
-      await text(page, "#drive-dp", /^$/);
+      await text(page, "#station-state", "not present");
+      await text(page, "#station-about", /^$/);
       assert.ok(!(await page.locator("#values").isVisible()));
-      assert.ok(!(await page.locator(".device").isVisible()));
+      assert.ok(!(await page.locator("#device").isVisible()));
     }
-    await page.locator("#choose").selectOption("6");
-    await text(page, "#drive-state", "ready-to-run");
+    await page.locator("#choose").selectOption("#station/line/6");
+    await text(page, "#station-state", "ready-to-run");
     assert.ok(await page.locator("#values").isVisible());
   });
 });
 
-test("a page that finds every place of the stream taken says so, and gets the next that is free", async () => {
+test("a page that finds every place of the stream taken asks once a second, and gets the next place that is free", async () => {
   await onStage({ master: false, refusals: true }, async ({ page, emulator }) => {
     await page.goto("about:blank");
     const events = new URL("api/v1/events", emulator.panel);
@@ -84,12 +84,15 @@ test("a page that finds every place of the stream taken says so, and gets the ne
       if (ok) readers.push(reader);
       return !ok;
     }, (full) => full);
-    await page.goto(new URL("#drive/5", emulator.panel).href);
-    await text(page, "#connection", "16 readers of the stream");
-    assert.ok(!(await page.locator("#why").isVisible()), "a box without a reason is not shown");
+    await page.goto(new URL("#station/5", emulator.panel).href);
+    await text(page, "#connection", "live, once a second");
+    await text(page, "#why-title", "It does not move");
+    await page.getByRole("button", { name: "Power off" }).click();
+    await text(page, "#station-state", "switched off");
+    await page.getByRole("button", { name: "Power on" }).click();
     for (const reader of readers) reader.abort();
-    await page.locator(CONNECTED).waitFor();
-    await text(page, "#why-title", "It does not start");
+    await page.locator("#connection[data-kind=live]").waitFor();
+    await text(page, "#why-title", "It does not move");
   });
 });
 

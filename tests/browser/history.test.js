@@ -29,7 +29,7 @@ function columns(page) {
 }
 
 test("who opens the page after a travel and a fault sees both, marked in the curves, and saves them", async () => {
-  await onStage({ drives: ["--drives", "5-6"], page: { view: "#drive/6" } }, async ({ page, master }) => {
+  await onStage({ drives: ["--drives", "5-6"], page: { view: "#station/6" } }, async ({ page, master }) => {
     await master.exchanging(5);
     await master.enable(5);
     await master.travel(5, 1600);
@@ -49,10 +49,10 @@ test("who opens the page after a travel and a fault sees both, marked in the cur
     const faults = page.locator("#log-lines li[data-kind=fault]", { hasText: "fault D" });
     assert.equal(await faults.count(), 1);
     // And once, however often the page connects again.
-    await page.locator("#choose").selectOption("6");
-    await text(page, "#drive-title", "Drive 6");
-    await page.locator("#choose").selectOption("5");
-    await text(page, "#drive-title", "Drive 5");
+    await page.locator("#choose").selectOption("#station/line/6");
+    await text(page, "#station-title", "Station 6");
+    await page.locator("#choose").selectOption("#station/line/5");
+    await text(page, "#station-title", "Station 5");
     await page.locator(CONNECTED).waitFor();
     await until("the fault", () => faults.count(), (count) => count === 1);
 
@@ -86,17 +86,17 @@ test("target and distance to go are those of the job, whatever setpoint the bus 
     await master.exchanging(5);
     await master.enable(5);
     const shown = (name) => page.locator(`[data-value="${name}"] dd span:first-child`).textContent();
-    assert.deepEqual([await shown("Target"), await shown("To go")], ["–", "–"]);
+    assert.deepEqual([await shown("target"), await shown("to_go")], ["–", "–"]);
     await master.travel(5, 3200);
-    await text(page, "#drive-state", "travel job active");
+    await text(page, "#station-state", "travel job active");
     await master.command(5, master.station(5).stw, -500);
-    await until("the target", () => shown("Target"), (target) => target === "3200");
+    await until("the target", () => shown("target"), (target) => target === "3200");
     const way = () =>
-      page.evaluate(() => ["Position", "To go"].map((name) => Number(document.querySelector(`[data-value="${name}"] dd span`).textContent)));
+      page.evaluate(() => ["position", "to_go"].map((name) => Number(document.querySelector(`[data-value="${name}"] dd span`).textContent)));
     const [position, toGo] = await until("a part of the way", way, ([position]) => position > 200 && position < 3000);
     assert.equal(position + toGo, 3200);
-    await text(page, ".readout", /\(target\s3200,\s\d+\sto\sgo\)/);
-    await until("position", () => value(page, "Position"), (at) => at === 3200);
-    await until("no target", () => shown("Target"), (target) => target === "–");
+    await text(page, ".readout", /\(setpoint\s3200\)/);
+    await until("position", () => value(page, "position"), (at) => at === 3200);
+    await until("no target", () => shown("target"), (target) => target === "–");
   });
 });

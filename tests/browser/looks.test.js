@@ -94,11 +94,11 @@ async function busyDrive(page, master) {
   await text(page, "#why-refused", "above the upper limit");
   const station = master.station(5);
   station.pkw = [0x13fa, 0, 0, 0];
-  await text(page, "#pkw .log", "23FA 0000 0000 0000");
+  await text(page, "#dialogue .log", "23FA 0000 0000 0000");
   station.pkw = [0, 0, 0, 0];
   await setInput(page, "friction_torque_newton_metres", 1.5);
   await master.travel(5, 6400);
-  await until("position", () => value(page, "Position"), (position) => position > 4000);
+  await until("position", () => value(page, "position"), (position) => position > 4000);
   await page.evaluate(() => document.activeElement.blur());
 }
 
@@ -112,9 +112,9 @@ for (const colorScheme of ["light", "dark"]) {
       await photograph(page, `panel-${colorScheme}`);
       assert.deepEqual(await faint(page), []);
       await page.getByRole("button", { name: "Provoke fault F:" }).click();
-      await text(page, "#drive-state", "fault F");
+      await text(page, "#station-state", "fault F");
       assert.deepEqual(await faint(page), []);
-      for (const view of ["Drives", "Bus"]) {
+      for (const view of ["Stations", "Bus"]) {
         await page.getByRole("link", { name: view, exact: true }).click();
         await page.locator(view === "Bus" ? "#counters tbody tr" : ".tile").first().waitFor();
         assert.deepEqual(await faint(page), []);
@@ -139,12 +139,13 @@ test("on a phone nothing is beside the screen, and what is touched is large enou
     );
     assert.deepEqual(small, [], "WCAG 2.2 asks for 24 x 24");
     await page.getByRole("switch", { name: "Shaft blocked" }).tap();
-    await page.locator("[data-field=blocked] [aria-checked=true]").waitFor();
-    for (const view of ["Drives", "Bus"]) {
+    await page.locator("[data-input=blocked] [aria-checked=true]").waitFor();
+    for (const view of ["Stations", "Bus"]) {
       await page.getByRole("link", { name: view, exact: true }).tap();
       await page.locator(view === "Bus" ? "#counters tbody tr" : ".tile").first().waitFor();
       await assertFits(page);
     }
+    await page.getByLabel("Fault", { exact: true }).fill("no-reply");
     await page.getByLabel("When and where").fill("rate=0.001,station=5");
     await page.locator("#line-faults").getByRole("button", { name: "Add" }).tap();
     await page.getByRole("button", { name: /Remove no-reply/ }).waitFor();
@@ -156,7 +157,7 @@ test("on a phone nothing is beside the screen, and what is touched is large enou
 test("at every width the values fill their rows, and nothing sticks out of its card", async () => {
   for (const drive of ["5", "5,model=ag03"]) {
     await onStage({ drives: ["--drive", drive], master: false }, async ({ page }) => {
-      await text(page, "#drive-dp", "gear 48:1");
+      await text(page, "#station-about", "gear 48:1");
       for (const width of [1480, 1280, 1261, 1260, 1000, 700, 360]) {
         await page.setViewportSize({ width, height: 900 });
         await assertFits(page);
@@ -189,21 +190,27 @@ test("everything can be reached and worked with the keyboard, and the focus is a
       if (reached.has(at.name) && at.name === "Skip to the content") break;
       reached.set(at.name, true);
     }
-    for (const name of ["Drives", "Bus", "SW1, address 1", "SW10, bus terminator", "Key 1, clockwise", "Key 2, counter-clockwise", "Power off", "Shaft blocked", "Load, pulls clockwise, Nm", "Position, speed and current against time", "Provoke fault A: supply below 18 V and more than 200 mA, once the shaft is commanded to turn", "Read", "Write", "Pause"]) {
+    for (const name of ["Stations", "Bus", "SW1, address 1", "SW10, bus terminator", "Key 1, clockwise", "Key 2, counter-clockwise", "Power off", "Shaft blocked", "Load, pulls clockwise, Nm", "Position, Speed, Current against time", "Provoke fault A: supply below 18 V and more than 200 mA, once the shaft is commanded to turn", "Read", "Write", "Pause"]) {
       assert.ok(reached.has(name), `${name} is reached; got ${[...reached.keys()].join(" | ")}`);
     }
 
     await page.getByRole("switch", { name: "SW8, factory reset" }).focus();
     await page.keyboard.press("Space");
-    await text(page, "#power", "1010000 1 00");
+    await text(page, "#device-text", "1010000 1 00");
     const load = page.getByRole("slider", { name: "Load, pulls clockwise, Nm" });
     await load.focus();
     await page.keyboard.press("ArrowRight");
     await page.keyboard.press("ArrowRight");
-    await page.locator('[data-field="load_torque_newton_metres"][data-changed=true]').waitFor();
+    await page.locator('[data-input="load_torque_newton_metres"][data-changed=true]').waitFor();
     await page.getByRole("switch", { name: "Give Intermediate circuit" }).focus();
     await page.keyboard.press("Space");
-    await text(page, "#drive-state", "fault G");
+    const volts = page.getByLabel("Intermediate circuit", { exact: true });
+    await until("the voltage it has", () => volts.inputValue(), (shown) => shown === "24");
+    await volts.focus();
+    await page.keyboard.press("Control+a");
+    await page.keyboard.type("36");
+    await page.keyboard.press("Enter");
+    await text(page, "#station-state", "fault G");
     await page.getByRole("link", { name: "Bus", exact: true }).focus();
     await page.keyboard.press("Enter");
     await text(page, "#counters", "sent");
@@ -215,8 +222,8 @@ test("nothing moves by itself for those who do not want it", async () => {
     const moving = () => page.evaluate(() => [...document.querySelectorAll("*")].filter((element) => getComputedStyle(element).transitionDuration !== "0s" || getComputedStyle(element).animationName !== "none").length);
     assert.equal(await moving(), 0);
     await page.getByRole("button", { name: "Provoke fault D:" }).click();
-    await text(page, ".device", "4 blinks: fault D");
-    const dark = await page.locator("[data-lamp=status]").evaluate(async (lamp) => {
+    await text(page, "#device", "4 blinks: fault D");
+    const dark = await page.locator("[data-lamp='status green']").evaluate(async (lamp) => {
       const seen = [];
       new MutationObserver(() => seen.push(lamp.dataset.lit)).observe(lamp, { attributes: true });
       await new Promise((resolve) => setTimeout(resolve, 3000));
@@ -225,14 +232,14 @@ test("nothing moves by itself for those who do not want it", async () => {
     assert.deepEqual(dark, [], "it stays lit");
     await page.emulateMedia({ reducedMotion: "no-preference" });
     assert.ok((await moving()) > 0);
-    await page.locator("[data-lamp=status][data-lit=false]").waitFor();
-    await page.locator("[data-lamp=status][data-lit=true]").waitFor();
+    await page.locator("[data-lamp='status green'][data-lit=false]").waitFor();
+    await page.locator("[data-lamp='status green'][data-lit=true]").waitFor();
   });
 });
 
 test("125 drives are seen at a glance, filtered and chosen", async () => {
   const addresses = Array.from({ length: 125 }, (_, index) => index + 1);
-  await onStage({ drives: ["--drives", "1-125"], addresses: addresses.slice(0, 100), page: { view: "#drives", viewport: { width: 1360, height: 1030 } } }, async ({ page, master }) => {
+  await onStage({ drives: ["--drives", "1-125"], addresses: addresses.slice(0, 100), page: { view: "#stations", viewport: { width: 1360, height: 1030 } } }, async ({ page, master }) => {
     const tiles = page.locator(".tile");
     await until("tiles", () => tiles.count(), (count) => count === 125);
     for (const address of addresses.slice(0, 100)) await master.exchanging(address);
@@ -245,12 +252,12 @@ test("125 drives are seen at a glance, filtered and chosen", async () => {
     const travelling = [6, 9, 12, 42, 60];
     await Promise.all(travelling.map((address) => master.travel(address, address % 4 === 0 ? -900_000 : 900_000)));
     for (const address of travelling) await master.until(address, "a travel", (station) => !station.bit(13));
-    await text(page, "#drives-count", "125 drives, 3 in fault");
+    await text(page, "#stations-count", "125 stations, 3 in fault");
     await until("travels", () => page.locator(".tile[data-kind=moving]").count(), (count) => count === travelling.length);
     await photograph(page, "panel-125");
 
     const kinds = await tiles.evaluateAll((tiles) => tiles.map((tile) => `${tile.dataset.kind} ${tile.querySelector(".word").textContent}`));
-    for (const expected of ["fault fault D", "moving travels", "ready enabled", "idle ready-to-run", "off off", "idle no exchange", "warning battery low"]) {
+    for (const expected of ["fault fault D", "moving travel job active", "ready operation enabled", "idle ready-to-run", "off off", "warning battery low"]) {
       assert.ok(kinds.includes(expected), `${expected} is among ${[...new Set(kinds)]}`);
     }
     // What a tile says fits into it: no word is cut off.
@@ -263,18 +270,18 @@ test("125 drives are seen at a glance, filtered and chosen", async () => {
     await page.setViewportSize({ width: 1360, height: 1030 });
     assert.deepEqual(await faint(page), []);
 
-    await page.getByRole("searchbox", { name: "Filter drives" }).fill("fault");
+    await page.getByRole("searchbox", { name: "Filter stations" }).fill("fault");
     await until("faults", () => tiles.count(), (count) => count === 3);
-    await page.getByRole("searchbox", { name: "Filter drives" }).fill("52 98");
+    await page.getByRole("searchbox", { name: "Filter stations" }).fill("52 98");
     await until("two", () => tiles.count(), (count) => count === 2);
     await page.getByRole("link", { name: "98", exact: false }).last().click();
-    await text(page, "#drive-title", "Drive 98");
-    await text(page, "#drive-state", "fault D");
-    await page.locator("#choose").selectOption("77");
-    await text(page, "#drive-state", "off");
+    await text(page, "#station-title", "Station 98");
+    await text(page, "#station-state", "fault D");
+    await page.locator("#choose").selectOption("#station/line/77");
+    await text(page, "#station-state", "off");
 
     await page.setViewportSize(PHONE);
-    await page.getByRole("link", { name: "Drives", exact: true }).click();
+    await page.getByRole("link", { name: "Stations", exact: true }).click();
     await assertFits(page);
   });
 });

@@ -4,7 +4,7 @@ import { test } from "node:test";
 
 import { onStage, setInput, text, until, value } from "./stage.js";
 
-const READY = "Ready: an edge of STW.6 starts a travel job";
+const READY = "Ready: nothing keeps it from moving";
 
 /** Height in pixels that a curve of this colour takes, and how many columns of pixels it is in. */
 function drawn(page, color) {
@@ -47,12 +47,12 @@ test("a travel is seen in the numbers, in the words and drawn", async () => {
     const before = await drawn(page, "--accent");
     assert.ok(before.height < 10, `a shaft that stands is a level line, got ${before.height} pixels`);
     await master.travel(5, 3200);
-    await text(page, "#drive-state", "travel job active");
-    await text(page, "#why-title", "Active");
+    await text(page, "#station-state", "travel job active");
+    await text(page, "#why-title", "It moves");
     // Bit 4 of the system status word, and the number of rpm, of one and the same state.
-    const travelling = () => page.evaluate(() => [document.querySelectorAll("#ssw li")[4].dataset.set, document.querySelector('[data-value="Speed"] dd span').textContent]);
+    const travelling = () => page.evaluate(() => [document.querySelectorAll("[data-word=ssw] li")[4].dataset.set, document.querySelector('[data-value="speed"] dd span').textContent]);
     await until("speed", travelling, ([bit, speed]) => bit === "true" && Number(speed) === 30);
-    await until("position", () => value(page, "Position"), (position) => position === 3200);
+    await until("position", () => value(page, "position"), (position) => position === 3200);
     await text(page, "#why-title", READY);
 
     const curve = await until("curve", () => drawn(page, "--accent"), ({ height }) => height > 60);
@@ -85,16 +85,16 @@ test("a travel is seen in the numbers, in the words and drawn", async () => {
 test("the reason for a refused start is in plain sight", async () => {
   await onStage({}, async ({ page, master }) => {
     await master.exchanging(5);
-    await text(page, "#why-title", "It does not start, because");
+    await text(page, "#why-title", "It does not move, because");
     await text(page, "#why-reasons", "operation is not enabled");
     await master.enable(5);
     await text(page, "#why-title", READY);
     await master.travel(5, 1_200_000);
-    await text(page, "#stw", "activate travel job");
-    await text(page, "#zsw", "acknowledgement of target value");
+    await text(page, "[data-word=stw]", "activate travel job");
+    await text(page, "[data-word=zsw]", "acknowledgement of target value");
     await text(page, "#why-refused", "travel to 1200000 inc refused: setpoint is above the upper limit (1000000 inc)");
     await text(page, "#log-lines .log", "travel to 1200000 inc refused");
-    assert.equal(await value(page, "Position"), 0);
+    assert.equal(await value(page, "position"), 0);
   });
 });
 
@@ -105,63 +105,62 @@ test("a supply that is flipped takes the torque away, and the page says why", as
     await text(page, "#why-title", READY);
     await setInput(page, "output_supply_volts", 0);
     await text(page, "#why-reasons", "the supply voltage of the output stage is missing");
-    await text(page, "#drive-state", "not ready");
-    await page.locator("[data-lamp=status][data-lit=false]").waitFor();
+    await text(page, "#station-state", "not ready");
+    await page.locator("[data-lamp='status green'][data-lit=false]").waitFor();
     await master.until(5, "ZSW.0 = 0", (station) => !station.bit(0));
     await page.getByRole("button", { name: "Set all to normal" }).click();
-    await page.locator("[data-lamp=status][data-lit=true]").waitFor();
+    await page.locator("[data-lamp='status green'][data-lit=true]").waitFor();
     await master.until(5, "operation enabled", (station) => station.bit(2));
     await text(page, "#why-title", READY);
 
     await page.getByRole("button", { name: "Power off" }).click();
-    await text(page, "#drive-state", "off");
+    await text(page, "#station-state", "off");
     await master.until(5, "silence", (station) => !station.exchanging);
     await page.getByRole("button", { name: "Power on" }).click();
     await master.exchanging(5);
-    await page.locator("[data-lamp=bus][data-lit=true]").waitFor();
+    await page.locator("[data-lamp='bus orange'][data-lit=true]").waitFor();
   });
 });
 
 test("a wrong value is refused with the sentence of the server, and nothing changes", async () => {
   await onStage({ master: false, refusals: true }, async ({ page }) => {
-    await page.locator("#pkw-pnu").fill("1004");
-    await page.locator("#pkw-value").fill("500");
+    await page.locator("#parameters .key").fill("1004");
+    await page.locator("#parameters .form input:not(.key)").fill("500");
     await page.getByRole("button", { name: "Write" }).click();
-    await text(page, "#pkw .refused", /1004.*100/);
-    await page.locator("#pkw-value").fill("60");
+    await text(page, "#parameters .refused", /1004.*100/);
+    await page.locator("#parameters .form input:not(.key)").fill("60");
     await page.getByRole("button", { name: "Write" }).click();
-    await text(page, "#pkw .done", /PNU 1004.*60/);
-    await page.getByRole("searchbox", { name: "Filter" }).and(page.locator("#parameters input")).fill("v-Pos");
+    await text(page, "#parameters .done", /1004 .*60/);
+    await page.locator("#parameters input[type=search]").fill("v-Pos");
     await text(page, "#parameters tbody", /1004.*60 rpm/);
-    await page.locator("#parameters input").fill("mode");
+    await page.locator("#parameters input[type=search]").fill("mode");
     await text(page, "#parameters tbody", "2 (positioning mode)");
   });
 });
 
 test("nothing typed is not written as 0, Enter in the value writes, and a chosen parameter begins anew", async () => {
   await onStage({ master: false, refusals: true }, async ({ page }) => {
-    const [pnu, subindex, field] = [page.locator("#pkw-pnu"), page.locator("#pkw-subindex"), page.locator("#pkw-value")];
+    const [pnu, field] = [page.locator("#parameters .key"), page.locator("#parameters .form input:not(.key)")];
     await pnu.fill("1004");
-    for (const wrong of ["", "1.5"]) {
+    for (const [wrong, said] of [["", "Nothing is written: there is no value"], ["1.5", /1\.5|whole/], ["1,5", /1,5|number/]]) {
       await field.fill(wrong);
       await page.getByRole("button", { name: "Write" }).click();
-      await text(page, "#pkw .refused", "Nothing is written: the value must be a whole number");
+      await text(page, "#parameters .refused", said);
       await page.getByRole("button", { name: "Read" }).click();
-      await text(page, "#pkw .done", /PNU 1004.*: 30 rpm/);
+      await text(page, "#parameters .done", /1004 .*: 30 rpm/);
     }
-    await field.fill("41");
+    await field.fill("0x29");
     await field.press("Enter");
-    await text(page, "#pkw .done", /PNU 1004.*: 41 rpm/);
+    await text(page, "#parameters .done", /1004 .*: 41 rpm/);
     await pnu.fill("2048");
     await pnu.press("Enter");
-    await text(page, "#pkw .refused", "The PNU must be a whole number from 0 to 2047");
+    await text(page, "#parameters .refused", "2048");
 
-    await page.getByRole("button", { name: "Choose PNU 945," }).click();
-    await text(page, "#pkw .done", "PNU 945, element 0");
-    assert.deepEqual([await subindex.inputValue(), await field.inputValue()], ["0", ""]);
-    await page.getByRole("button", { name: "Choose PNU 1000," }).click();
-    await text(page, "#pkw .done", "PNU 1000,");
-    assert.equal(await subindex.inputValue(), "");
+    await page.getByRole("button", { name: "Choose 945.0," }).click();
+    await text(page, "#parameters .done", "945.0 Fault buffer");
+    assert.equal(await field.inputValue(), "");
+    await page.getByRole("button", { name: "Choose 1000," }).click();
+    await text(page, "#parameters .done", "1000 ");
   });
 });
 
@@ -169,12 +168,12 @@ test("a value that cannot act on the drive is refused with a sentence, and the o
   await onStage({ master: false }, async ({ page }) => {
     await setInput(page, "control_supply_volts", 70);
     await text(page, "#inputs .refused", "Control supply must be 0 to 60 V, not 70. Nothing is changed.");
-    const number = page.locator('[data-field="control_supply_volts"] input[type=number]');
+    const number = page.locator('[data-input="control_supply_volts"] input[type=text]');
     assert.equal(await number.getAttribute("aria-invalid"), "true");
     await number.blur();
     await until("24 V again", () => number.inputValue(), (shown) => shown === "24");
     await setInput(page, "control_supply_volts", 23);
-    await until("23 V", () => value(page, "Control supply"), (volts) => volts === 23);
+    await until("23 V", () => value(page, "control_supply"), (volts) => volts === 23);
     await text(page, "#inputs .refused", /^$/);
   });
 });
@@ -184,16 +183,16 @@ test("with a spindle pitch positions are millimetres, and curves of increments d
     await master.exchanging(5);
     await master.enable(5);
     await master.travel(5, 400);
-    await until("position", () => value(page, "Position"), (position) => position === 400);
+    await until("position", () => value(page, "position"), (position) => position === 400);
     const before = await until("curve", () => drawn(page, "--accent"), ({ height }) => height > 60);
-    await page.locator("#pkw-pnu").fill("1012");
-    await page.locator("#pkw-value").fill("500");
-    await page.locator("#pkw-value").press("Enter");
-    await text(page, '[data-value="Position"]', /\d\.\d\d ?mm$/);
+    await page.locator("#parameters .key").fill("1012");
+    await page.locator("#parameters .form input:not(.key)").fill("500");
+    await page.locator("#parameters .form input:not(.key)").press("Enter");
+    await text(page, '[data-value="position"]', /\d\.\d\d ?mm$/);
     await text(page, ".readout", /\d\.\d\d\smm\s+0\srpm/);
     const after = await drawn(page, "--accent");
     assert.ok(after.height < 10, `the curve begins anew, got ${after.height} pixels and had ${before.height}`);
-    await page.getByRole("link", { name: "Drives", exact: true }).click();
+    await page.getByRole("link", { name: "Stations", exact: true }).click();
     await text(page, ".tile .position", /\d\.\d\d mm$/);
   });
 });
@@ -236,14 +235,14 @@ test("while curves follow, the cursor stays under the pointer and tells what pas
 test("in velocity mode the setpoint is drawn beside the speed", async () => {
   await onStage({}, async ({ page, master }) => {
     await master.exchanging(5);
-    await page.locator("#pkw-pnu").fill("930");
-    await page.locator("#pkw-value").fill("1");
-    await page.locator("#pkw-value").press("Enter");
-    await text(page, "#stw", "velocity mode");
+    await page.locator("#parameters .key").fill("930");
+    await page.locator("#parameters .form input:not(.key)").fill("1");
+    await page.locator("#parameters .form input:not(.key)").press("Enter");
+    await text(page, "#parameters .done", "velocity mode");
     await master.command(5, 0x000b, 0);
     await master.until(5, "operation enabled", (station) => station.bit(2));
     await master.command(5, 0x004b, 60);
-    await text(page, "#why-title", "Active: the setpoint is released");
+    await text(page, "#why-title", "It moves: travelling with velocity");
     await text(page, ".readout", /rpm\s\(setpoint\s60\)/);
   });
 });
@@ -254,30 +253,30 @@ test("master and drive are heard on the parameter channel", async () => {
     const station = master.station(5);
     station.pkw = [0x13fa, 0, 0, 0];
     await master.until(5, "the reply", ({ reply }) => reply[0] === 0x23fa);
-    await text(page, "#pkw .log", /13FA 0000 0000 0000.*/);
-    await text(page, "#pkw .log", /23FA 0000 0000 0000.*/);
+    await text(page, "#dialogue .log", /13FA 0000 0000 0000.*/);
+    await text(page, "#dialogue .log", /23FA 0000 0000 0000.*/);
   });
 });
 
 test("the keys turn the shaft as long as they are held, with the mouse and with the keyboard", async () => {
   await onStage({ master: false }, async ({ page }) => {
-    await page.locator("[data-lamp=bus][data-lit=false]").waitFor();
+    await page.locator("[data-lamp='bus orange'][data-lit=false]").waitFor();
     const clockwise = page.getByRole("button", { name: "Key 1, clockwise" });
     const box = await clockwise.boundingBox();
     await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
     await page.mouse.down();
-    await text(page, "#drive-state", "inching by key");
-    await text(page, "#why-title", "Active: a key turns the shaft");
+    await text(page, "#station-state", "inching by key");
+    await text(page, "#why-title", "It moves: inching by key");
     assert.equal(await page.locator("#why-reasons li").count(), 0);
-    const position = await until("position", () => value(page, "Position"), (position) => position < -100);
+    const position = await until("position", () => value(page, "position"), (position) => position < -100);
     await page.mouse.up();
-    await until("speed", () => value(page, "Speed"), (speed) => speed === 0);
+    await until("speed", () => value(page, "speed"), (speed) => speed === 0);
 
     await page.getByRole("button", { name: "Key 2, counter-clockwise" }).focus();
     await page.keyboard.down("Enter");
-    await until("position", () => value(page, "Position"), (now) => now > position + 100);
+    await until("position", () => value(page, "position"), (now) => now > position + 100);
     await page.keyboard.up("Enter");
-    await until("speed", () => value(page, "Speed"), (speed) => speed === 0);
+    await until("speed", () => value(page, "speed"), (speed) => speed === 0);
   });
 });
 
@@ -297,28 +296,28 @@ test("DIP switches set the address that the next power-on takes", async () => {
   await onStage({ addresses: [5, 7], refusals: true }, async ({ page, master }) => {
     await master.exchanging(5);
     await page.getByRole("switch", { name: "SW2, address 2" }).click();
-    await text(page, "#power", "1110000 0 00: address 7 from the next power-on");
+    await text(page, "#device-text", "1110000 0 00: address 7 from the next power-on");
     await page.getByRole("button", { name: "Power off" }).click();
     await page.getByRole("button", { name: "Power on" }).click();
     await master.exchanging(7);
-    await page.goto(new URL("#drive/7", page.url()).href);
-    await text(page, "#drive-title", "Drive 7");
-    await text(page, "#power", "1110000 0 00: address 7, terminator off");
+    await page.goto(new URL("#station/7", page.url()).href);
+    await text(page, "#station-title", "Station 7");
+    await text(page, "#device-text", "1110000 0 00: address 7, terminator off");
   });
 });
 
 test("faults on the line are put on and taken off", async () => {
   await onStage({ page: { view: "#bus" } }, async ({ page, master }) => {
     await master.exchanging(5);
-    await page.getByLabel("Fault", { exact: true }).selectOption("no-reply");
+    await page.getByLabel("Fault", { exact: true }).fill("no-reply");
     await page.locator("#line-faults").getByRole("button", { name: "Add" }).click();
     await master.until(5, "silence", (station) => !station.exchanging);
     await page.getByRole("button", { name: "Remove no-reply" }).click();
     await master.exchanging(5);
-    const counters = page.locator("#counters tr", { hasText: "sent" }).locator("td").last();
+    const counters = page.locator("#counters [data-figure='telegrams sent'] dd");
     await until("telegrams", async () => Number(await counters.textContent()), (sent) => sent > 0);
-    await page.locator("#stations input").fill("9");
-    await page.locator("#stations").getByRole("button", { name: "Add" }).click();
+    await page.locator("#devices input").fill("9");
+    await page.locator("#devices").getByRole("button", { name: "Add" }).click();
     await text(page, "#counters .scroll tbody", "9");
   });
 });

@@ -22,7 +22,7 @@ const FLAGS = [
 /** A folder with the files of the page, for those who edit them: they are taken from there and not from the program. */
 const PAGE = process.env.PROFIDRIVE_PAGE;
 /** Generous: a loaded machine is no failure. */
-export const LIMIT_MS = 60_000;
+export const LIMIT_MS = Number(process.env.LIMIT_MS ?? 60_000);
 /** On a loaded machine the page may lose samples; it is connected all the same. */
 export const CONNECTED = "#connection:is([data-kind=live], [data-kind=lossy])";
 const DESKTOP = { width: 1360, height: 900 };
@@ -34,12 +34,12 @@ after(() => browser?.close());
 /**
  * Runs `play` with a stage: an emulator of `drives`, a master for those at `addresses` (`master: false`: none), a page.
  * The stage is taken down whatever happens. `refusals` says that the server is meant to refuse something, which a
- * browser takes for an error.
+ * browser takes for an error. `server` is another one than the program.
  */
-export async function onStage({ drives = ["--drive", "5"], addresses = [5], master = true, refusals = false, page = {} }, play) {
+export async function onStage({ drives = ["--drive", "5"], addresses = [5], master = true, refusals = false, server = null, page = {} }, play) {
   const stage = new Stage();
   try {
-    stage.emulator = await Emulator.start(...drives);
+    stage.emulator = server ?? (await Emulator.start(...drives));
     if (master) stage.master = await Master.connect(stage.emulator.linkPort, addresses);
     browser ??= await chromium.launch({ executablePath: CHROMIUM, args: FLAGS });
     stage.page = await stage.open(page);
@@ -59,9 +59,14 @@ class Stage {
   complaints = [];
   strangers = [];
 
-  /** A page on the panel, at a view such as `#drive/5`. */
-  async open({ view = "#drive/5", viewport = DESKTOP, ...options }) {
+  /** A page on the panel, at a view such as `#station/5`. */
+  async open({ view = "#station/5", viewport = DESKTOP, ...options }) {
     this.context = await browser.newContext({ viewport, ...options });
+    return this.another(view);
+  }
+
+  /** Another tab of the same browser. */
+  async another(view) {
     const page = await this.context.newPage();
     page.setDefaultTimeout(LIMIT_MS);
     page.on("pageerror", (error) => this.complaints.push(`${error.name}: ${error.message}`));
@@ -132,7 +137,7 @@ export async function value(page, name) {
 
 /** Sets a quantity that acts on the drive. */
 export async function setInput(page, field, amount) {
-  const number = page.locator(`[data-field="${field}"] input[type=number]`);
+  const number = page.locator(`[data-input="${field}"] input[type=text]`);
   await number.fill(String(amount));
   await number.press("Enter");
 }

@@ -12,17 +12,19 @@ const PICTURES = process.env.PROFIDRIVE_SCREENSHOTS;
 const MODULES = { ident: 0x0a08, cfg: [0x10, 0x20, 0x51, 0x61], outputLength: 5, inputLength: 5 };
 
 const stage = (options) => ({ drives: ["--station", `7,gsd=${GSD}`], page: { view: "#station/7" }, ...options });
-const card = (page, slot) => page.locator(`.module[data-slot="${slot}"]`);
-const side = (page, slot, name) => card(page, slot).getByRole("region", { name });
+const card = (page, slot) => page.locator(`.module[data-process^="slot${slot} "]`);
+const side = (page, slot, name) => page.locator(`.module[data-process="slot${slot} ${name.toLowerCase()}"]`);
 
 test("outputs are seen, inputs are forced, and a diagnosis is raised in the texts of the GSD", async () => {
   const station = new PlainStation(7, MODULES);
   await onStage(stage({ addresses: [station] }), async ({ page, master }) => {
-    await text(page, "#station-title", "Station 7: profidrive Remote I/O");
+    await text(page, "#station-title", "Station 7");
     await master.exchanging(7);
     await text(page, "#station-state", "Data_Exchange");
-    await text(page, "#station-about", "ident 0x0A08, master 0, watchdog 20000 ms, 4 modules");
-    assert.deepEqual(await page.locator(".module h3").allTextContents(), ["Slot 1: 8 DI", "Slot 2: 8 DO", "Slot 3: 2 AI", "Slot 4: 2 AO"]);
+    await text(page, "#station-about", "profidrive Remote I/O · DATA-EXCH · master 0");
+    await text(page, "[data-value=ident] dd", "0x0A08");
+    await text(page, "[data-value=watchdog] dd", "20000ms");
+    assert.deepEqual(await page.locator(".module h4").allTextContents(), ["← Slot 1: 8 DI", "→ Slot 2: 8 DO", "← Slot 3: 2 AI", "→ Slot 4: 2 AO"]);
 
     station.sent = Buffer.from([0b1010_0101, 0x12, 0x34, 0xff, 0x38]);
     await card(page, 2).getByRole("img", { name: "Output 0.7" }).and(page.locator("[data-lit=true]")).waitFor();
@@ -63,15 +65,15 @@ test("outputs are seen, inputs are forced, and a diagnosis is raised in the text
     const { wide, room } = await page.evaluate(() => ({ wide: document.documentElement.scrollWidth, room: document.documentElement.clientWidth }));
     assert.ok(wide <= room, `the page is ${wide} wide and has room for ${room}`);
 
-    await page.getByRole("link", { name: "Drives", exact: true }).click();
-    await text(page, "#gsd-tiles .tile", "Data_Exchange");
+    await page.getByRole("link", { name: "Stations", exact: true }).click();
+    await text(page, ".tile", "Data_Exchange");
   });
 });
 
 test("a refused configuration is told with module, octet, expected and got", async () => {
   const station = new PlainStation(7, { ...MODULES, cfg: [0x10, 0x21] });
   await onStage(stage({ addresses: [station] }), async ({ page }) => {
-    await text(page, "#station-refusal", "Chk_Cfg octet 2: 0x21: slot 2: no module begins with this; expected '8 DI', '8 DO', '2 AI', '2 AO'");
+    await text(page, "#why-refused", "Chk_Cfg octet 2: 0x21: slot 2: no module begins with this; expected '8 DI', '8 DO', '2 AI', '2 AO'");
     await text(page, "#station-state", "no master exchanges data");
   });
 });
@@ -83,6 +85,6 @@ test("what cannot be forced is said, and an address without a station too", asyn
     await first.getByRole("button", { name: "Force" }).click();
     await text(page, "#station-problem", "300 does not fit, expected 0 to 255");
     await page.goto(page.url().replace("#station/7", "#station/9"));
-    await text(page, "#station-problem", "there is no station from a GSD at address 9");
+    await text(page, "#why-title", "at address 9");
   });
 });

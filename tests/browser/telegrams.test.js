@@ -27,11 +27,11 @@ test("the log of a drive holds no telegrams of another one", async () => {
     await master.exchanging(5);
     await record(page).click();
     await page.locator(TELEGRAMS).first().waitFor();
-    await page.locator("#choose").selectOption("6");
-    await text(page, "#drive-title", "Drive 6");
+    await page.locator("#choose").selectOption("#station/line/6");
+    await text(page, "#station-title", "Station 6");
     await text(page, "#telegram-lines", "nothing matches");
     assert.equal(await page.locator(TELEGRAMS).count(), 0);
-    await page.locator("#choose").selectOption("5");
+    await page.locator("#choose").selectOption("#station/line/5");
     await page.locator(TELEGRAMS).first().waitFor();
   });
 });

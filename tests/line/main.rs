@@ -49,6 +49,8 @@ mod master_clients;
 mod metrics;
 mod new_device;
 mod noisy_line;
+#[cfg(feature = "std")]
+mod node_images;
 mod own_master;
 mod own_station;
 mod plant;

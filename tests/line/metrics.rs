@@ -9,7 +9,7 @@ use std::thread;
 
 use profidrive::can_bus::can::{BitRate, Frame};
 use profidrive::can_bus::canopen::NodeId;
-use profidrive::can_bus::canopen::storage::Memory;
+use profidrive::can_bus::canopen::storage::Eeprom;
 use profidrive::devices::CanopenEvent;
 use profidrive::devices::ag03::param::Model;
 use profidrive::devices::ag03::profibus::{Config, Device, DipSwitches, MAX_TELEGRAM_LEN};
@@ -89,7 +89,7 @@ impl Rig {
     fn add_node(&mut self, number: u8, product: &str) -> Seat {
         let product = Product::named(product).unwrap();
         let node = NodeId::new(number).unwrap();
-        let device = product.make(node, Choices::default(), Memory::Internal, self.now);
+        let device = product.make(node, Choices::default(), Eeprom::Internal, self.now);
         let seat = self.can.add(self.now, Box::new(StoredNode::new(device, self.now)));
         self.nodes.push(Seated { seat, product });
         seat

@@ -1,6 +1,6 @@
 //! What an AP10 keeps and forgets, its faults, Auto-ID and calibration (`canopen-ap10.md` 7, 8, 11, 12 and 18).
 
-use profidrive::can_bus::canopen::storage::Memory;
+use profidrive::can_bus::canopen::storage::Eeprom;
 use profidrive::can_bus::canopen::{NmtState, NodeId};
 use profidrive::devices::ap10::canopen::{Ap10, Config, Quirks};
 use profidrive::devices::ap10::{Fault, Key, Light, Turns};
@@ -157,7 +157,7 @@ fn an_image_of_the_host_brings_everything_back() {
     assert!(rig.data(0x67D, &[0x23, 0x10, 0x10, 1, 0x73, 0x61, 0x76, 0x65]).is_empty(), "save waits, too");
     let image = host_keeps(&mut rig);
     assert_eq!(rig.drain(), ["5FD#60 10 10 01 00 00 00 00"]);
-    let config = Config { memory: Memory::Host, ..Config::new(NodeId::new(7).unwrap()) };
+    let config = Config { memory: Eeprom::Host, ..Config::new(NodeId::new(7).unwrap()) };
     let mut other = Ap10::new(config);
     other.recall(rig.now, &image).unwrap();
     rig.device = other;
@@ -173,7 +173,7 @@ fn an_image_of_the_host_brings_everything_back() {
 /// The device that begins with this image, switched on.
 fn recalled(image: &[u8]) -> Rig {
     let mut rig = Rig::hosted(125);
-    let config = Config { memory: Memory::Host, ..Config::new(NodeId::new(125).unwrap()) };
+    let config = Config { memory: Eeprom::Host, ..Config::new(NodeId::new(125).unwrap()) };
     rig.device = Ap10::new(config);
     rig.device.recall(rig.now, image).unwrap();
     assert_eq!(rig.power_on(), ["77D#00"]);

@@ -1,7 +1,7 @@
 //! What a node keeps (`canopen-link.md` 7; page `docs/canopen-conformance.md`).
 
 use profidrive::can_bus::canopen::policy::{LoadRule, Storing};
-use profidrive::can_bus::canopen::storage::{ImageError, Memory, NotStored};
+use profidrive::can_bus::canopen::storage::{Eeprom, ImageError, NotStored};
 use profidrive::can_bus::canopen::{Abort, Emergency, Node, NodeId, Policy, Request};
 
 use crate::canopen_device::Plain;
@@ -12,7 +12,7 @@ const LOAD: u32 = 0x6461_6F6C;
 
 fn host(policy: Policy) -> Rig {
     let mut rig = Rig::off(policy, Plain::new(5));
-    rig.node = Node::new(policy).with_memory(Memory::Host);
+    rig.node = Node::new(policy).with_memory(Eeprom::Host);
     rig.power_on();
     rig
 }

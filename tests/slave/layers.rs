@@ -8,31 +8,33 @@ const TABLE: &[(&str, &[&str])] = &[
     ("time", &[]),
     // When a fault on purpose is injected.
     ("chance", &[]),
+    // What is kept while a device is off, and the way to safety: of every device, on every bus.
+    ("image", &[]),
     ("profibus::fdl", &["time"]),
     ("profibus::dp", &["profibus::fdl", "time"]),
     ("profibus::ppo", &[]),
     ("profibus::pkw", &["profibus::ppo"]),
     ("can_bus::can", &["time"]),
-    ("can_bus::canopen", &["can_bus::can", "chance", "time"]),
+    ("can_bus::canopen", &["can_bus::can", "chance", "image", "time"]),
     ("can_bus::cia402", &[]),
     // What every device is asked: of the buses it has the place of an entry only.
     ("face", &["can_bus::canopen", "time"]),
     // The devices without a bus, then on either bus.
     ("devices::ag03::param", &[]),
     ("devices::ag03::drive", &["devices::ag03::param", "time"]),
-    ("devices::ag03::unit", &["devices::ag03::drive", "devices::ag03::param", "time"]),
+    ("devices::ag03::unit", &["devices::ag03::drive", "devices::ag03::param", "image", "time"]),
     ("devices::ap10", &["time"]),
     ("devices::asda_a2", &["can_bus::cia402", "time"]),
     ("devices::ppo_drive", &[]),
     ("devices::ppo_drive::profile", &["devices::ppo_drive", "profibus::ppo"]),
     ("devices", &["can_bus", "devices", "face", "profibus", "time"]),
-    ("devices::ag03::canopen", &["can_bus", "devices", "face", "time"]),
+    ("devices::ag03::canopen", &["can_bus", "devices", "face", "image", "time"]),
     ("devices::ag03::profibus", &["devices", "face", "profibus", "time"]),
     ("devices::ap10::canopen", &["can_bus", "devices", "face", "time"]),
     ("devices::asda_a2::canopen", &["can_bus", "devices", "face", "time"]),
     ("devices::ppo_drive::profibus", &["devices", "face", "profibus", "time"]),
     // A slave at a UART: a drive, or a station of one's own. And the words of every layer for its log.
-    ("embedded", &["can_bus", "devices", "face", "profibus", "time"]),
+    ("embedded", &["can_bus", "devices", "face", "image", "profibus", "time"]),
     // The bits of the diagnosis.
     ("client", &["can_bus", "devices", "face", "profibus", "time"]),
     // A machine behind any slave.
@@ -41,7 +43,7 @@ const TABLE: &[(&str, &[&str])] = &[
     ("gsd", &["process", "profibus::dp", "profibus::fdl", "time"]),
     ("explain", &["can_bus", "devices", "face", "profibus", "time"]),
     // One framer for a bus, generic slaves, links that keep telegrams apart or corrupt them on purpose, and buses of CAN.
-    ("host", &["can_bus", "chance", "devices", "face", "gsd", "process", "profibus", "time"]),
+    ("host", &["can_bus", "chance", "devices", "face", "gsd", "image", "process", "profibus", "time"]),
     ("bench", &["devices", "explain", "host", "profibus", "time"]),
     // Stations on a line, live or simulated, and telegrams in words.
     ("judge", &["bench", "devices", "explain", "gsd", "host", "profibus", "time"]),

@@ -88,6 +88,11 @@ pub trait Application {
         let _ = (pdo, octets);
     }
 
+    /// The name of the product, as `ap10`: it goes into every image, and an image of another product is refused.
+    fn product(&self) -> &str {
+        "node"
+    }
+
     /// The value of an entry as it would be after power-off and power-on: what goes into an image. Differs from
     /// [`read`](Self::read) where values live in RAM until they are stored.
     ///

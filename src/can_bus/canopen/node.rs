@@ -18,7 +18,7 @@ use super::pdo::transmit::Tpdo;
 use super::pdo::{MAX_PDOS, PdoNumber};
 use super::policy::Policy;
 use super::sdo::server::Server;
-use super::storage::{Memory, Storage};
+use super::storage::{Eeprom, Storage};
 use crate::can_bus::can::{Frame, Id};
 use crate::time::Instant;
 
@@ -91,7 +91,7 @@ impl Node {
             state: None,
             values: Communication::OFF,
             sdo: Server::IDLE,
-            storage: Storage::new(Memory::Internal),
+            storage: Storage::new(Eeprom::Internal),
             errors: Errors::NONE,
             history_len: 0,
             history_stored: false,
@@ -111,7 +111,7 @@ impl Node {
 
     /// With what is stored kept there.
     #[must_use]
-    pub fn with_memory(mut self, memory: Memory) -> Self {
+    pub fn with_memory(mut self, memory: Eeprom) -> Self {
         self.storage.memory = memory;
         self
     }

@@ -5,31 +5,34 @@
 //!                                                    └─ failed: kept values go back, answer 06060000h
 //! ```
 //!
-//! An image:
+//! The content of an [image](crate::image):
 //!
 //! ```text
-//! octets 0..3  "CO1" and the node number it was made with
-//! octets 4..   entries: index (2), sub-index (1), length (2), value; low octets first
-//!              0000h:00 what the device keeps beside its dictionary; 0000h:01 one octet, 1: the defaults come
-//!              back with the next reset (1011h)
-//! last 4       CRC-32 of all before
+//! octet 0   the node number it was made with
+//! then      entries: index (2), sub-index (1), length (2), value; low octets first
+//!           0000h:00 what the device keeps beside its dictionary; 0000h:01 one octet, 1: the defaults come
+//!           back with the next reset (1011h)
 //! ```
-
-use thiserror::Error;
+//!
+//! Images of earlier versions name no product: "CO1", the same content, CRC-32 with the low octet first.
 
 use super::abort::Abort;
 use super::address::{Address, NodeId, Sub};
 use super::application::{Application, Notice, Source, Written};
-use super::dictionary::{self, Default, Home};
+use super::dictionary::{self, Default, Home, Object};
 use super::node::Node;
 use super::parameter::{self, Communication, Parameter};
 use super::policy::{LoadRule, Storing};
+use crate::image;
+use crate::image::storage::{Newest, Outcome};
+use crate::image::{ProductName, Writer};
 use crate::time::Instant;
 
-const MAGIC: [u8; 3] = *b"CO1";
-const HEADER_LEN: usize = 4;
+pub use crate::image::{Eeprom, Generation, ImageError, NotStored, StoreRequest};
+
+/// How images of earlier versions begin.
+const UNNAMED: [u8; 3] = *b"CO1";
 const ENTRY_HEADER_LEN: usize = 5;
-const CRC_LEN: usize = 4;
 
 /// The most octets that a device keeps beside its dictionary.
 pub const MAX_BESIDE: usize = 32;
@@ -39,86 +42,16 @@ const BESIDE: Address = Address::new(0, 0);
 /// The entry of an image that says that the defaults come back once.
 const DEFAULTS_ONCE: Address = Address::new(0, 1);
 
-/// Where what is stored is kept.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Memory {
-    /// In the node and its device, for as long as they live: writes are answered at once and no image is offered.
-    #[default]
-    Internal,
-    /// By the host: it takes every image from [`Node::poll_image`] and reports with [`Node::handle_stored`]. A write
-    /// that stores something is answered only after that.
-    Host,
-}
-
-/// Numbers the images of one node: a later image has a larger number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Generation(u64);
-
-impl From<u64> for Generation {
-    fn from(number: u64) -> Self {
-        Self(number)
-    }
-}
-
-impl From<Generation> for u64 {
-    fn from(generation: Generation) -> Self {
-        generation.0
-    }
-}
-
-/// An image the host shall keep instead of all before it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct StoreRequest<'a> {
-    /// To be reported with it.
-    pub generation: Generation,
-    /// The image, for [`Node::recall`].
-    pub octets: &'a [u8],
-}
-
-/// The host could not keep an image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("the image of the node could not be stored")]
-pub struct NotStored;
-
-/// Octets that are no image, or no room for one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[non_exhaustive]
-pub enum ImageError {
-    /// The buffer is too short.
-    #[error("the image needs more than {got} octets")]
-    NoRoom {
-        /// Octets of the buffer.
-        got: usize,
-    },
-    /// It ends too early or does not begin as an image.
-    #[error("{got} octets are no image of a CANopen node")]
-    NoImage {
-        /// Octets given.
-        got: usize,
-    },
-    /// It was changed.
-    #[error("image has CRC {got:08X}h, expected {expected:08X}h")]
-    Crc {
-        /// As computed.
-        expected: u32,
-        /// As found.
-        got: u32,
-    },
-}
-
 /// What comes back with a reset, and how far the newest image is.
 #[derive(Clone, Debug)]
 pub(super) struct Storage {
-    pub(super) memory: Memory,
+    pub(super) memory: Eeprom,
     kept: Option<Kept>,
     /// What was kept before the image that is on its way.
     before: Option<Option<Kept>>,
     /// The next reset takes the defaults and leaves what is kept.
     defaults_once: bool,
-    generation: Generation,
-    progress: Progress,
-    /// An SDO answer waits for this image.
-    awaited: Option<Generation>,
+    newest: Newest,
     /// An SDO answer waits for the device.
     device_holds: bool,
 }
@@ -130,59 +63,41 @@ struct Kept {
     node: NodeId,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Progress {
-    /// Nothing to keep that the host does not have.
-    Safe,
-    /// The host may take it.
-    Offered,
-    /// The host has taken it.
-    Taken,
-    /// The host could not keep it; it is offered again with the next change.
-    Failed,
-}
-
 impl Storage {
-    pub(super) const fn new(memory: Memory) -> Self {
-        Self {
-            memory,
-            kept: None,
-            before: None,
-            defaults_once: false,
-            generation: Generation(0),
-            progress: Progress::Safe,
-            awaited: None,
-            device_holds: false,
-        }
+    pub(super) const fn new(memory: Eeprom) -> Self {
+        let newest = Newest::SAFE;
+        Self { memory, kept: None, before: None, defaults_once: false, newest, device_holds: false }
     }
 
     /// What is kept is not what the newest image holds.
     pub(super) const fn changed(&mut self) {
         match self.memory {
-            Memory::Internal => {}
-            Memory::Host => {
-                self.generation = Generation(self.generation.0.saturating_add(1));
-                self.progress = Progress::Offered;
-            }
+            Eeprom::Internal => {}
+            Eeprom::Host => self.newest.offer(),
         }
     }
 
     /// The device changed what it keeps. An answer that it holds then waits for the image, too.
     pub(super) fn changed_by_device(&mut self) {
         self.changed();
-        if self.device_holds && self.memory == Memory::Host {
-            self.awaited = Some(self.generation);
+        if self.device_holds && self.memory == Eeprom::Host {
+            self.newest.wait();
         }
     }
 
     /// The client does not wait any more.
     pub(super) const fn forget_answer(&mut self) {
-        self.awaited = None;
+        self.newest.forget();
         self.device_holds = false;
     }
 
+    /// An SDO answer waits, for an image or for the device.
+    const fn is_held(&self) -> bool {
+        self.device_holds || self.newest.is_awaited()
+    }
+
     fn remember_before(&mut self) {
-        if self.memory == Memory::Host && self.before.is_none() {
+        if self.memory == Eeprom::Host && self.before.is_none() {
             self.before = Some(self.kept.clone());
         }
     }
@@ -194,7 +109,7 @@ impl Node {
         self.storage.changed();
     }
 
-    /// The image to keep, if it differs from the one taken before and [`Memory::Host`] is set. Poll it when frames and
+    /// The image to keep, if it differs from the one taken before and [`Eeprom::Host`] is set. Poll it when frames and
     /// events are drained.
     ///
     /// # Errors
@@ -203,16 +118,14 @@ impl Node {
         &mut self,
         app: &dyn Application,
         into: &'a mut [u8],
-    ) -> Result<Option<StoreRequest<'a>>, ImageError> {
-        match self.storage.progress {
-            Progress::Offered => {
-                let len = self.image(app, into)?;
-                self.storage.progress = Progress::Taken;
-                let octets = into.get(..len).unwrap_or_default();
-                Ok(Some(StoreRequest { generation: self.storage.generation, octets }))
-            }
-            Progress::Safe | Progress::Taken | Progress::Failed => Ok(None),
+    ) -> Result<Option<StoreRequest<&'a [u8]>>, ImageError> {
+        // What has no room stays on offer.
+        if self.storage.newest.stage() != image::storage::Stage::Offered {
+            return Ok(None);
         }
+        let len = self.image(app, into)?;
+        let octets = into.get(..len).unwrap_or_default();
+        Ok(self.storage.newest.take().map(|generation| StoreRequest { generation, octets }))
     }
 
     /// The host says what became of an image. Only reports on the newest image taken are needed.
@@ -226,29 +139,22 @@ impl Node {
         outcome: Result<(), NotStored>,
         app: &mut dyn Application,
     ) {
-        let newest = generation == self.storage.generation;
+        let newest = generation == self.storage.newest.generation();
+        let waiting = self.storage.newest.report(generation, outcome);
         match outcome {
-            Ok(()) => {
-                if newest {
-                    self.storage.progress = Progress::Safe;
-                    self.storage.before = None;
-                }
-                if self.storage.awaited.is_some_and(|awaited| awaited <= generation) {
-                    self.storage.awaited = None;
-                    self.answer_if_free();
-                }
-            }
+            Ok(()) if newest => self.storage.before = None,
             Err(NotStored) if newest => {
-                self.storage.progress = Progress::Failed;
                 if let Some(before) = self.storage.before.take() {
                     self.storage.kept = before;
                 }
                 app.notice(now, Notice::NotStored);
-                if self.storage.awaited.is_some() {
-                    self.answer_held(Err(Abort::HARDWARE));
-                }
             }
-            Err(NotStored) => {}
+            Ok(()) | Err(NotStored) => {}
+        }
+        match waiting {
+            Outcome::None => {}
+            Outcome::Safe => self.answer_if_free(),
+            Outcome::Undone => self.answer_held(Err(Abort::HARDWARE)),
         }
     }
 
@@ -257,20 +163,19 @@ impl Node {
     /// # Errors
     /// [`ImageError::NoRoom`].
     pub fn image(&self, app: &dyn Application, into: &mut [u8]) -> Result<usize, ImageError> {
-        let mut writer = Writer { got: into.len(), into, len: 0 };
+        let mut writer = Writer::named(into, app.product());
         let node = self.storage.kept.as_ref().map_or(self.node_id, |kept| kept.node);
-        writer.put(&MAGIC)?;
-        writer.put(&[node.number()])?;
+        writer.put(&[node.number()]);
         for object in self.objects {
             for entry in object.entries.iter().filter(|entry| entry.stored) {
                 let at = Address { index: object.index, sub: entry.sub };
                 match entry.home {
                     Home::Application => {
                         if let Ok(value) = app.kept(at) {
-                            value.with_octets(|octets| writer.entry(at, octets))?;
+                            value.with_octets(|octets| put_entry(&mut writer, at, octets));
                         }
                     }
-                    Home::Node => self.image_parameter(at, &mut writer)?,
+                    Home::Node => self.put_parameter(at, &mut writer),
                     Home::Default | Home::Alias(_) => {}
                 }
             }
@@ -278,25 +183,23 @@ impl Node {
         let mut beside = [0; MAX_BESIDE];
         let len = app.kept_beside(&mut beside);
         if let Some(octets) = beside.get(..len).filter(|octets| !octets.is_empty()) {
-            writer.entry(BESIDE, octets)?;
+            put_entry(&mut writer, BESIDE, octets);
         }
         if self.storage.defaults_once {
-            writer.entry(DEFAULTS_ONCE, &[1])?;
+            put_entry(&mut writer, DEFAULTS_ONCE, &[1]);
         }
-        let crc = crc32(writer.into.get(..writer.len).unwrap_or_default());
-        writer.put(&crc.to_le_bytes())?;
-        Ok(writer.len)
+        writer.finish()
     }
 
-    fn image_parameter(&self, at: Address, writer: &mut Writer<'_>) -> Result<(), ImageError> {
-        match (Parameter::of(at), &self.storage.kept) {
-            (Some(Parameter::History(sub)), _) => match self.errors.entry(sub) {
-                Some(entry) => writer.entry(at, &entry.to_le_bytes()),
-                None => Ok(()),
-            },
-            (Some(Parameter::HistoryCount | Parameter::ErrorRegister), _) => Ok(()),
-            (Some(parameter), Some(kept)) => writer.entry(at, &kept.values.value(parameter).to_le_bytes()),
-            (Some(_), None) | (None, _) => Ok(()),
+    fn put_parameter(&self, at: Address, writer: &mut Writer<'_>) {
+        let value = match (Parameter::of(at), &self.storage.kept) {
+            (Some(Parameter::History(sub)), _) => self.errors.entry(sub),
+            (Some(Parameter::HistoryCount | Parameter::ErrorRegister), _) => None,
+            (Some(parameter), Some(kept)) => Some(kept.values.value(parameter)),
+            (Some(_), None) | (None, _) => None,
+        };
+        if let Some(value) = value {
+            put_entry(writer, at, &value.to_le_bytes());
         }
     }
 
@@ -311,8 +214,8 @@ impl Node {
         image: &[u8],
         app: &mut dyn Application,
     ) -> Result<(), ImageError> {
-        let (node, mut rest) = open(image)?;
         self.objects = app.objects();
+        let (node, mut rest) = open(image, app.product(), self.objects)?;
         let mut kept = Kept { values: Communication::defaults(self.objects, node), node };
         let mut any = false;
         self.errors.clear_history();
@@ -428,16 +331,15 @@ impl Node {
     /// A write is done. Says whether its answer has to wait, for an image or for the device.
     pub(super) fn hold(&mut self, before: Generation, written: Written) -> Written {
         self.storage.device_holds = written == Written::Held;
-        self.storage.awaited = (before != self.storage.generation).then_some(self.storage.generation);
-        if self.storage.device_holds || self.storage.awaited.is_some() {
-            Written::Held
-        } else {
-            Written::Done
+        self.storage.newest.forget();
+        if before != self.storage.newest.generation() {
+            self.storage.newest.wait();
         }
+        if self.storage.is_held() { Written::Held } else { Written::Done }
     }
 
     pub(super) const fn generation(&self) -> Generation {
-        self.storage.generation
+        self.storage.newest.generation()
     }
 
     /// A value of the device was written that is kept at once.
@@ -460,48 +362,52 @@ impl Node {
     }
 
     fn answer_if_free(&mut self) {
-        if !self.storage.device_holds && self.storage.awaited.is_none() {
+        if !self.storage.is_held() {
             self.answer_held(Ok(()));
         }
     }
 }
 
-struct Writer<'a> {
-    into: &'a mut [u8],
-    len: usize,
-    got: usize,
+fn put_entry(writer: &mut Writer<'_>, at: Address, octets: &[u8]) {
+    let [low, high] = at.index.0.to_le_bytes();
+    // Longer than an image can be: it has no room, which is found out at its end.
+    let [len_low, len_high] = u16::try_from(octets.len()).unwrap_or(u16::MAX).to_le_bytes();
+    writer.put(&[low, high, at.sub.0, len_low, len_high]);
+    writer.put(octets);
 }
 
-impl Writer<'_> {
-    fn put(&mut self, octets: &[u8]) -> Result<(), ImageError> {
-        let end = self.len + octets.len();
-        let room = self.into.get_mut(self.len..end).ok_or(ImageError::NoRoom { got: self.got })?;
-        room.copy_from_slice(octets);
-        self.len = end;
-        Ok(())
-    }
-
-    fn entry(&mut self, at: Address, octets: &[u8]) -> Result<(), ImageError> {
-        let [low, high] = at.index.0.to_le_bytes();
-        let len = u16::try_from(octets.len()).map_err(|_| ImageError::NoRoom { got: self.got })?;
-        let [len_low, len_high] = len.to_le_bytes();
-        self.put(&[low, high, at.sub.0, len_low, len_high])?;
-        self.put(octets)
-    }
+/// The node number and the entries of an image of this product.
+fn open<'a>(octets: &'a [u8], product: &str, objects: &[Object]) -> Result<(NodeId, &'a [u8]), ImageError> {
+    let content = match octets.strip_prefix(&UNNAMED) {
+        Some(rest) => open_unnamed(octets, rest, product, objects)?,
+        None => image::open(octets)?.of(product)?,
+    };
+    let (node, entries) = content.split_first().ok_or(ImageError::Foreign)?;
+    Ok((NodeId::new(*node).map_err(|_| ImageError::Foreign)?, entries))
 }
 
-/// The node number and the entries of an image that is whole.
-fn open(image: &[u8]) -> Result<(NodeId, &[u8]), ImageError> {
-    let no_image = ImageError::NoImage { got: image.len() };
-    let (content, crc) = image.split_last_chunk::<CRC_LEN>().ok_or(no_image)?;
-    let (expected, got) = (crc32(content), u32::from_le_bytes(*crc));
-    let (header, entries) = content.split_first_chunk::<HEADER_LEN>().ok_or(no_image)?;
-    let [a, b, c, node] = *header;
-    let node = NodeId::new(node).map_err(|_| no_image)?;
-    if [a, b, c] != MAGIC {
-        return Err(no_image);
+/// The content of an image that names no product: it is of this one if the dictionary has all of its objects.
+fn open_unnamed<'a>(
+    octets: &[u8],
+    rest: &'a [u8],
+    product: &str,
+    objects: &[Object],
+) -> Result<&'a [u8], ImageError> {
+    let (content, crc) = rest.split_last_chunk().ok_or(ImageError::Foreign)?;
+    let body = octets.get(..UNNAMED.len() + content.len()).unwrap_or_default();
+    let (expected, got) = (image::crc32(body), u32::from_le_bytes(*crc));
+    if expected != got {
+        return Err(ImageError::Checksum { expected, got });
     }
-    if expected == got { Ok((node, entries)) } else { Err(ImageError::Crc { expected, got }) }
+    let mut entries = content.get(1..).unwrap_or_default();
+    while let Some((at, _, behind)) = next_entry(entries) {
+        entries = behind;
+        if at.index != BESIDE.index && !objects.iter().any(|object| object.index == at.index) {
+            let (expected, got) = (ProductName::new(product), ProductName::new("a node with other objects"));
+            return Err(ImageError::OtherProduct { expected, got });
+        }
+    }
+    Ok(content)
 }
 
 /// The first entry, its octets, and what is behind it.
@@ -510,20 +416,4 @@ fn next_entry(rest: &[u8]) -> Option<(Address, &[u8], &[u8])> {
     let len = usize::from(u16::from_le_bytes([len_low, len_high]));
     let (octets, behind) = rest.split_at_checked(len)?;
     Some((Address::new(u16::from_le_bytes([low, high]), sub), octets, behind))
-}
-
-/// CRC-32 of IEEE 802.3.
-fn crc32(octets: &[u8]) -> u32 {
-    let mut crc = u32::MAX;
-    for octet in octets {
-        crc ^= u32::from(*octet);
-        for _ in 0..8 {
-            let carry = crc & 1;
-            crc >>= 1;
-            if carry == 1 {
-                crc ^= 0xEDB8_8320;
-            }
-        }
-    }
-    !crc
 }

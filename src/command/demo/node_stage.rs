@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::io::Write;
 
 use profidrive::can_bus::can::{BitRate, Frame, Id};
-use profidrive::can_bus::canopen::storage::Memory;
+use profidrive::can_bus::canopen::storage::Eeprom;
 use profidrive::can_bus::canopen::{Address, NodeId};
 use profidrive::devices::{CanopenDevice, CanopenEvent};
 use profidrive::explain::Explanation;
@@ -43,7 +43,7 @@ impl<'w> NodeStage<'w> {
         let node = NodeId::new(NODE).map_err(unexpected)?;
         let mut bus = Bus::new(RATE);
         let master = bus.connect(now);
-        let device = product.make(node, Choices::default(), Memory::Internal, now);
+        let device = product.make(node, Choices::default(), Eeprom::Internal, now);
         let device = bus.add(now, Box::new(StoredNode::new(device, now)));
         let mut words = Network::default();
         words.know(node, product.vocabulary);

@@ -4,7 +4,7 @@ use core::sync::atomic::Ordering;
 use std::path::PathBuf;
 
 use profidrive::can_bus::can::BitRate;
-use profidrive::can_bus::canopen::storage::Memory;
+use profidrive::can_bus::canopen::storage::Eeprom;
 use profidrive::can_bus::canopen::{Event, NodeId};
 use profidrive::devices::CanopenEvent;
 use profidrive::host::can::{
@@ -198,7 +198,7 @@ impl Nodes {
             Some(state) => state
                 .load_node(spec.product, spec.id, spec.choices, now)
                 .map_err(|error| Failure::from_error(&error))?,
-            None => StoredNode::new(spec.product.make(spec.id, spec.choices, Memory::Internal, now), now),
+            None => StoredNode::new(spec.product.make(spec.id, spec.choices, Eeprom::Internal, now), now),
         };
         let id = node.node_id();
         if id != spec.id {

@@ -11,10 +11,9 @@ use profidrive::host::{Bus, HostedPpoDrive, PpoJudge, Refusals};
 use profidrive::profibus::dp::{Description, Fixed};
 use profidrive::profibus::fdl::Address;
 use profidrive::profibus::ppo::PpoType;
-use profidrive::time::{BaudRate, Instant};
-use tracing::info;
+use tracing::{info, warn};
 
-use super::station;
+use super::{Place, station};
 use crate::command::Failure;
 use crate::command::args::{PpoDriveSpec, StationSpec};
 
@@ -76,9 +75,7 @@ pub(crate) fn try_out(table: &Table) -> Result<(), String> {
 pub(super) fn connect(
     bus: &mut Bus,
     PpoDrivePlan { address, slave, only, table }: PpoDrivePlan,
-    rate: BaudRate,
-    now: Instant,
-    listen: bool,
+    &Place { rate, now, listen, state }: &Place<'_>,
     refusals: &Refusals,
 ) -> Result<(), Failure> {
     let (description, inner) = match slave {
@@ -97,7 +94,14 @@ pub(super) fn connect(
     info!("drive of PROFIDRIVE version 2, {ppo}, ident 0x{:04X}, at address {address}", description.ident);
     let drive = PpoDrive::new(address, rate, (description, PpoOnly { inner, only }), table, now)
         .map_err(|row| Failure::Usage(default_refused(&row)))?;
-    let hosted = HostedPpoDrive::new(drive, refusals.clone());
+    let mut hosted = HostedPpoDrive::new(drive, refusals.clone());
+    if let Some(state) = state {
+        hosted = hosted.kept_in(state, now).map_err(|error| Failure::from_error(&error))?;
+    }
+    let in_force = hosted.drive().address();
+    if in_force != address {
+        warn!("drive {address}: Set_Slave_Add gave it address {in_force}, which is used");
+    }
     let connected = if listen { bus.join(now, hosted) } else { bus.add(hosted) };
     connected.map_err(|error| Failure::from_error(&error))
 }

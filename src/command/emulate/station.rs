@@ -1,12 +1,11 @@
 //! Stations from device files: read before anything starts, and what they tell in the log.
 
 use profidrive::gsd::{Level, Station};
-use profidrive::host::{Bus, GsdStation, OutputBoard, Refusals};
+use profidrive::host::{Bus, GsdStation, OutputBoard, Participant, Refusals};
 use profidrive::profibus::fdl::Address;
-use profidrive::time::{BaudRate, Instant};
 use tracing::{info, warn};
 
-use super::{StationPlan, Watched};
+use super::{Place, StationPlan, Watched};
 use crate::command::Failure;
 use crate::command::args::StationSpec;
 use crate::command::gsd::read;
@@ -34,12 +33,10 @@ pub(crate) fn station(spec: &StationSpec) -> Result<Station, Failure> {
 pub(super) fn connect(
     bus: &mut Bus,
     StationPlan { address, station, signals }: StationPlan,
-    rate: BaudRate,
-    now: Instant,
-    listen: bool,
+    &Place { rate, now, listen, state }: &Place<'_>,
     (refusals, board): (&Refusals, &OutputBoard),
     watched: &[Watched],
-) -> Result<(), Failure> {
+) -> Result<Address, Failure> {
     let gsd = station.gsd();
     info!("{} {}, ident 0x{:04X}, from its GSD at address {address}", gsd.vendor, gsd.model, gsd.ident);
     if !gsd.rates.contains(rate) {
@@ -49,6 +46,13 @@ pub(super) fn connect(
         warn!("station {address}: its GSD requires services of DPV1, which are not emulated");
     }
     let mut station = GsdStation::new(address, rate, station, refusals.clone()).on_board(board.clone());
+    if let Some(state) = state {
+        station = station.kept_in(state, now).map_err(|error| Failure::from_error(&error))?;
+    }
+    let in_force = Participant::address(&station);
+    if in_force != address {
+        warn!("station {address}: Set_Slave_Add gave it address {in_force}, which is used");
+    }
     for signal in signals {
         station.connect(signal);
     }
@@ -56,7 +60,8 @@ pub(super) fn connect(
         station.watch(*point, *condition, switch.clone());
     }
     let connected = if listen { bus.join(now, station) } else { bus.add(station) };
-    connected.map_err(|error| Failure::from_error(&error))
+    connected.map_err(|error| Failure::from_error(&error))?;
+    Ok(in_force)
 }
 
 /// `drives=5 stations=7,9` of the ready line; either part is absent if there are none.

@@ -34,6 +34,15 @@ macro_rules! quantities {
     };
 }
 
+impl Quantity {
+    /// Whether it is a setting, which a drive keeps while it is switched off: nothing of the machine, no fault and no
+    /// warning.
+    pub const fn is_kept(self) -> bool {
+        let is_event = matches!(self, Self::Fault | Self::FaultCount | Self::Warning);
+        self.is_settable() && !is_event && !matches!(self, Self::Load | Self::RunUp)
+    }
+}
+
 quantities! {
     /// The speed of a setpoint of 4000h.
     ReferenceSpeed = "reference-speed", "rpm", true;

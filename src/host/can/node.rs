@@ -14,7 +14,7 @@ use super::product::{Choices, Product};
 use crate::can_bus::can::{ErrorState, Frame};
 use crate::can_bus::canopen::faults::{Action, Fault, Spoiler, TooMany};
 use crate::can_bus::canopen::nmt::Command;
-use crate::can_bus::canopen::storage::{Generation, Memory, NotStored, StoreRequest};
+use crate::can_bus::canopen::storage::{Eeprom, Generation, NotStored, StoreRequest};
 use crate::can_bus::canopen::{NmtState, NodeId};
 use crate::devices::{CanopenDevice, CanopenEvent};
 use crate::host::state_dir::{ImageFile, Images, Newest, StateDir, StateDirError};
@@ -199,7 +199,7 @@ impl StateDir {
     ) -> Result<StoredNode, StateDirError> {
         let name = format!("{}-node-{:03}", product.name, node.number());
         let (file, newest) = self.file::<Kept>(&name, LONGEST_IMAGE)?;
-        let mut device = product.make(node, choices, Memory::Host, now);
+        let mut device = product.make(node, choices, Eeprom::Host, now);
         let mut recalled = None;
         match newest {
             Some(Newest { octets, safe }) => {

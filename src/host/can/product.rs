@@ -7,13 +7,13 @@ use std::vec::Vec;
 
 use crate::can_bus::canopen::eds;
 use crate::can_bus::canopen::eds::Sheet;
-use crate::can_bus::canopen::storage::Memory;
+use crate::can_bus::canopen::storage::Eeprom;
 use crate::can_bus::canopen::{NodeId, Object};
 use crate::devices::CanopenDevice;
 use crate::devices::Vocabulary;
 use crate::devices::ag03;
 use crate::devices::ag03::canopen::Ag03Node;
-use crate::devices::ag03::profibus::{Eeprom, Gear};
+use crate::devices::ag03::profibus::Gear;
 use crate::devices::ap10;
 use crate::devices::ap10::canopen::Ap10;
 use crate::devices::asda_a2;
@@ -31,11 +31,8 @@ pub const PRODUCTS: &[Product] = &[
         objects: |choices| ag03::canopen::objects::objects(choices.gear),
         quirks: || rows(ag03::canopen::QUIRKS),
         make: |node, Choices { gear, quirks, .. }, memory, now| {
-            let eeprom = match memory {
-                Memory::Internal => Eeprom::Internal,
-                Memory::Host => Eeprom::Host,
-            };
-            let mut config = ag03::canopen::Config { gear, eeprom, ..ag03::canopen::Config::new(node) };
+            let mut config =
+                ag03::canopen::Config { gear, eeprom: memory, ..ag03::canopen::Config::new(node) };
             quirks.apply(ag03::canopen::QUIRKS, &mut config);
             Box::new(Ag03Node::new(config, now).unsupplied(now))
         },
@@ -84,7 +81,7 @@ pub struct Product {
     pub options: &'static [OptionName],
     objects: fn(&Choices) -> &'static [Object],
     quirks: fn() -> Vec<QuirkRow>,
-    make: fn(NodeId, Choices, Memory, Instant) -> Box<dyn CanopenDevice>,
+    make: fn(NodeId, Choices, Eeprom, Instant) -> Box<dyn CanopenDevice>,
 }
 
 /// Something that can be chosen about a device.
@@ -120,7 +117,7 @@ pub struct QuirkRow {
 }
 
 /// Quirks of one device at most.
-const MAX_QUIRKS: usize = 16;
+const MAX_QUIRKS: usize = 32;
 
 /// Which value of each quirk of a device is chosen, by [`Product::choose`]; at first the default of each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -158,7 +155,7 @@ impl Product {
         &self,
         node: NodeId,
         choices: Choices,
-        memory: Memory,
+        memory: Eeprom,
         now: Instant,
     ) -> Box<dyn CanopenDevice> {
         (self.make)(node, choices, memory, now)
@@ -221,7 +218,7 @@ mod tests {
             assert_eq!(Product::named(product.name), Some(product));
             for number in [1, 5, 127] {
                 let node = NodeId::new(number).unwrap();
-                let mut device = product.make(node, Choices::default(), Memory::Internal, Instant::ZERO);
+                let mut device = product.make(node, Choices::default(), Eeprom::Internal, Instant::ZERO);
                 device.power_on(Instant::ZERO);
                 assert_eq!(device.node_id(), node, "{}", product.name);
                 let boot_up = device.poll_transmit(Instant::ZERO).unwrap();
@@ -249,7 +246,7 @@ mod tests {
                         product.name,
                         row.name
                     );
-                    product.make(NodeId::MIN, choices, Memory::Internal, Instant::ZERO);
+                    product.make(NodeId::MIN, choices, Eeprom::Internal, Instant::ZERO);
                 }
                 assert!(product.choose(&mut choices, row.name, "no such value").is_err());
             }
@@ -262,7 +259,7 @@ mod tests {
         let product = Product::named("ap10").unwrap();
         let mut choices = Choices::default();
         product.choose(&mut choices, "auto-rate", "listens").unwrap();
-        let mut device = product.make(NodeId::MIN, choices, Memory::Internal, Instant::ZERO);
+        let mut device = product.make(NodeId::MIN, choices, Eeprom::Internal, Instant::ZERO);
         device.power_on(Instant::ZERO);
         assert_eq!(device.poll_transmit(Instant::ZERO), None, "it listens first");
     }

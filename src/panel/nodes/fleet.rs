@@ -17,7 +17,7 @@ use super::super::state::gear;
 use super::access::{Asking, NodeAccess, Number, Seated, number, unknown};
 use super::state::NodeSummary;
 use crate::can_bus::canopen::NodeId;
-use crate::can_bus::canopen::storage::Memory;
+use crate::can_bus::canopen::storage::Eeprom;
 use crate::devices::asda_a2::canopen::Level;
 use crate::host::can::{Choices, OptionName, PRODUCTS, Product, StoredNode};
 
@@ -131,7 +131,7 @@ impl NodeAccess<'_> {
             Some(state) => state
                 .load_node(product, node, choices, now)
                 .map_err(|error| Problem::conflict(in_one_line(&error)))?,
-            None => StoredNode::new(product.make(node, choices, Memory::Internal, now), now),
+            None => StoredNode::new(product.make(node, choices, Eeprom::Internal, now), now),
         };
         self.faults.join(now, &mut stored);
         let summary = NodeSummary::of(product, stored.as_device(), now);

@@ -61,7 +61,7 @@ pub(super) fn router(app: App) -> Router {
         // These refuse parameters that they do not know themselves.
         .route("/api/v1/events", get(stream::events))
         .route("/api/v1/events/recent", get(history::events))
-        .route("/", get(page::nodes))
+        .route("/", get(page::index))
         .route("/page/{name}", get(page::file))
         .fallback(nothing_there)
         .method_not_allowed_fallback(not_so)

@@ -1,57 +1,61 @@
-// The drives that are in fault, in sight whatever is shown, and announced once.
+// The stations that are in fault, in sight whatever is shown, and announced once.
 import { html, Rows, say } from "./dom.js";
 import { announceFault } from "./announce.js";
-import { request } from "./api.js";
+import { linkOf, nameOf, request, stationOf } from "./api.js";
+import { faultText } from "./states.js";
 
 /** So many are named; of more there is a number. */
 const NAMED = 6;
 
 export class Alarms {
-  /** The code of the fault by address. */
+  /** The stations in fault, by their link. */
   #faults = new Map();
+  #lines = 1;
   #links;
-  #more = html("a", { href: "#drives" });
+  #more = html("a", { href: "#stations" });
 
   constructor(root) {
     this.root = root;
     const list = html("span", { class: "group" });
     root.replaceChildren(html("span", {}, "Fault"), list, this.#more);
-    this.#links = new Rows(list, ({ address }) => {
-      const element = html("a", { href: `#drive/${address}` });
-      return { element, show: ({ code }) => say(element, `${address}: ${code}`) };
+    this.#links = new Rows(list, (station) => {
+      const element = html("a", { href: linkOf(station) });
+      return { element, show: ({ fault }) => say(element, `${nameOf(station, this.#lines)}: ${fault.fault}`) };
     });
   }
 
-  /** All drives there are: `{ address, fault }`. */
-  show(drives) {
+  /** All stations there are, as summaries. */
+  show(stations) {
     const before = this.#faults;
-    this.#faults = new Map(drives.filter(({ fault }) => fault !== null).map(({ address, fault }) => [address, fault]));
-    for (const [address, code] of this.#faults) if (before.get(address) !== code) announce(address, code);
+    this.#lines = new Set(stations.map(({ line }) => line)).size;
+    this.#faults = new Map(stations.filter(({ fault }) => fault).map((station) => [linkOf(station), station]));
+    for (const [link, station] of this.#faults) this.#announce(before.get(link), station);
     this.#paint();
   }
 
-  /** One drive, as soon as its state is known. */
-  showOne({ address, fault, faults }) {
-    if ((this.#faults.get(address) ?? null) === fault) return;
-    if (fault === null) this.#faults.delete(address);
-    else {
-      this.#faults.set(address, fault);
-      announceFault(`Drive ${address}: fault ${faults.latched.text}`);
-    }
+  /** One station, as soon as its state is known. */
+  showOne(station) {
+    const before = this.#faults.get(linkOf(station));
+    if ((before?.fault.fault ?? null) === (station.fault?.fault ?? null)) return;
+    if (station.fault) this.#faults.set(linkOf(station), station);
+    else this.#faults.delete(linkOf(station));
+    this.#announce(before, station);
     this.#paint();
+  }
+
+  #announce(before, station) {
+    if (!station.fault || before?.fault.fault === station.fault.fault) return;
+    const say = ({ fault }) => announceFault(`Station ${nameOf(station, this.#lines)}: fault ${faultText(fault)}`);
+    if (station.fault.text !== station.fault.fault) say(station);
+    // In the words of the device, where they are to be had.
+    else request("GET", stationOf(station)).then((state) => say(state.fault ? state : station), () => say(station));
   }
 
   #paint() {
-    const all = [...this.#faults].map(([address, code]) => ({ address, code })).sort((a, b) => a.address - b.address);
+    const all = [...this.#faults.values()].sort((a, b) => a.address - b.address);
     this.root.hidden = all.length === 0;
-    this.#links.show(all.slice(0, NAMED), ({ address }) => address);
+    this.#links.show(all.slice(0, NAMED), linkOf);
     this.#more.hidden = all.length <= NAMED;
     say(this.#more, `and ${all.length - NAMED} more`);
   }
-}
-
-/** In the words of the drive, where they are to be had. */
-async function announce(address, code) {
-  const state = await request("GET", `/drives/${address}`).catch(() => null);
-  announceFault(`Drive ${address}: fault ${state?.faults.latched?.text ?? code}`);
 }

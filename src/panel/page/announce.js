@@ -32,7 +32,7 @@ class Region {
 const faults = new Region("alert");
 const refusals = new Region("status");
 
-/** A fault, of a drive or of the connection. */
+/** A fault, of a station or of the connection. */
 export function announceFault(text) {
   faults.speak(text);
 }

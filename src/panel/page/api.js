@@ -1,12 +1,10 @@
-// The HTTP API of the emulator: requests, and the stream of what happens.
+// The HTTP API of the emulator: requests, and where a station is.
+import { translationFor } from "./translation.js";
 
 const ROOT = "/api/v1";
-const RETRY_MS = 1000;
-/** Nothing for so long, and the stream is taken for dead: a state comes once a second at least. */
-const SILENCE_MS = 4000;
 /** An answer comes within this, or none does. */
 const ANSWER_MS = 5000;
-const NO_ANSWER = "the emulator does not answer";
+export const NO_ANSWER = "the emulator does not answer";
 
 /** A request that was refused, or reached nobody (`status` 0). `message` is a sentence for a person. */
 export class Refused extends Error {
@@ -16,8 +14,53 @@ export class Refused extends Error {
   }
 }
 
-/** Asks the server; the body and the answer are JSON. A server that is frozen reaches nobody either. */
-export async function request(method, path, body) {
+/** What makes stations of what the server tells; undefined before that is known, null if it needs none. */
+let translation;
+/** Whether another program may answer by now. */
+let stale = false;
+
+/**
+ * Asks the server for something of lines and stations; the body and the answer are JSON. It is on its way when this
+ * returns, if it is known how the server speaks: of a page that goes nothing runs later.
+ */
+export function request(method, path, body) {
+  const send = () => (translation === null ? ask(method, path, body) : translation.request(method, path, body));
+  return translation === undefined ? connect().then(send) : send();
+}
+
+/** Learns how the server speaks, if that is not known, or may be no more. */
+export async function connect() {
+  if (translation !== undefined && !stale) return;
+  translation = await translationFor(ask);
+  stale = false;
+}
+
+/** Another program may answer from now on. Until that is known, nothing waits for it. */
+export function disconnect() {
+  stale = true;
+}
+
+/** The address of the stream of what is wanted. */
+export function eventsAddress(wanted) {
+  const { station, kinds, interval_milliseconds } = wanted;
+  const of = station === null ? {} : { line: station.line, address: station.address };
+  const query = translation ? translation.query(wanted) : { kinds: kinds.join(","), interval_milliseconds, ...of };
+  return `${ROOT}/events?${new URLSearchParams(query)}`;
+}
+
+/** An event of the stream: its name, and what it tells. */
+export function eventOf(name, data) {
+  return translation ? translation.event(name, data) : [name, data];
+}
+
+/** Where a file is to be had; null if the server has none. */
+export function fileOf(path) {
+  const file = translation ? translation.file(path) : path;
+  return file === null ? null : ROOT + file;
+}
+
+/** As it goes over the line. A server that is frozen reaches nobody either. */
+async function ask(method, path, body) {
   let response;
   let text;
   try {
@@ -43,102 +86,27 @@ export async function request(method, path, body) {
   return answer;
 }
 
-/**
- * What happens, as it happens. Connects again by itself when the stream ends; `on` holds functions by event, `events` are
- * those there are, and `on.open()` and `on.closed(error)` for the connection itself.
- */
-export class Stream {
-  #source = null;
-  #timer = 0;
-  #silence = 0;
-  /** Whether the server has taken the subscription. */
-  #open = false;
-  #on;
-  #events;
-  #query = "";
-
-  constructor(on, events = ["state", "news", "telegram", "lost"]) {
-    this.#on = on;
-    this.#events = events;
-    window.addEventListener("pagehide", () => this.#end());
-    window.addEventListener("pageshow", ({ persisted }) => persisted && this.#connect());
-  }
-
-  /** Subscribes to something else. */
-  subscribe(wanted) {
-    this.#query = new URLSearchParams(wanted).toString();
-    this.#connect();
-  }
-
-  #connect() {
-    this.#end();
-    const source = new EventSource(`${ROOT}/events?${this.#query}`);
-    this.#source = source;
-    source.addEventListener("open", () => {
-      this.#open = true;
-      this.#watch();
-      this.#on.open();
-    });
-    source.addEventListener("error", () => this.#retry());
-    for (const event of this.#events) {
-      source.addEventListener(event, ({ data }) => {
-        this.#watch();
-        this.#on[event](JSON.parse(data));
-      });
-    }
-    this.#watch();
-  }
-
-  /** A stream that says nothing for long is dead, even if nobody has said so. */
-  #watch() {
-    clearTimeout(this.#silence);
-    this.#silence = setTimeout(() => {
-      // Said at once: who asks a frozen server why gets no answer.
-      this.#on.closed(new Refused(NO_ANSWER));
-      this.#retry();
-    }, SILENCE_MS);
-  }
-
-  #end() {
-    clearTimeout(this.#timer);
-    clearTimeout(this.#silence);
-    this.#source?.close();
-    this.#source = null;
-    this.#open = false;
-  }
-
-  async #retry() {
-    this.#end();
-    const query = this.#query;
-    this.#timer = setTimeout(() => this.#connect(), RETRY_MS);
-    const address = new URLSearchParams(query).get("address");
-    // An EventSource does not say why it ended; requests do.
-    const reason = await (address === null ? request("GET", "/bus") : isThere(address)).then(
-      () => whyRefused(query),
-      (error) => error,
-    );
-    if (query === this.#query && !this.#open) this.#on.closed(reason);
-  }
+/** The path of a line in the API. */
+export function lineOf(line) {
+  return `/lines/${encodeURIComponent(line)}`;
 }
 
-/** Whether a drive or a station of any kind has an address; the reason of the drive if none has. */
-function isThere(address) {
-  const other = () => request("GET", `/stations/${address}`).catch(() => request("GET", `/ppo-drives/${address}`));
-  return request("GET", `/drives/${address}/inputs`).catch((error) => other().catch(() => Promise.reject(error)));
+/** The path of a station in the API: of its line, and its address there. */
+export function stationOf({ line, address }) {
+  return `${lineOf(line)}/stations/${address}`;
 }
 
-/** Why the stream is not to be had; one that is to be had after all is given up at once. */
-async function whyRefused(query) {
-  const asking = new AbortController();
-  const limit = setTimeout(() => asking.abort(), ANSWER_MS);
-  try {
-    const response = await fetch(`${ROOT}/events?${query}`, { signal: asking.signal });
-    if (response.ok) return new Refused("the stream ended");
-    return new Refused((await response.json()).detail, response.status);
-  } catch {
-    return new Refused(NO_ANSWER);
-  } finally {
-    clearTimeout(limit);
-    asking.abort();
-  }
+/** Whether two are the same station. */
+export function isSame(one, other) {
+  return one?.line === other?.line && one?.address === other?.address;
+}
+
+/** The view of a station, as the address of the page has it. */
+export function linkOf({ line, address }) {
+  return `#station/${encodeURIComponent(line)}/${address}`;
+}
+
+/** A station in words: `5`, and its line where there are several. */
+export function nameOf({ line, address }, lines) {
+  return lines > 1 ? `${line}/${address}` : String(address);
 }

@@ -1,5 +1,5 @@
-// What the counters of the bus are per second: telegrams, cycle, retries; masters, and how long replies took.
-import { html, many, say, Rows } from "./dom.js";
+// What the counters of a line are per second: telegrams, cycle, retries; masters, and how long replies took.
+import { Figures, Rows, Table, field, html, many, say } from "./dom.js";
 
 /** Rates are those of this time: shorter, and they jump; longer, and what is new is hardly seen. */
 const SPAN_S = 6;
@@ -8,36 +8,16 @@ export class BusRates {
   /** The newest answers of the server, oldest first. */
   #before = [];
   #station = "all";
-  #figures;
-  #stations;
+  #figures = new Figures();
+  #table = new Table("Rates of the stations", [">Address", ">Master", ">Cycle", ">Requests/s", ">Retries"], ({ texts }) => texts);
   #times;
 
-  constructor(root) {
-    const figures = html("dl", { class: "figures" });
-    const stations = html("tbody");
+  constructor() {
     const times = html("ol", { class: "histogram", "aria-label": "Reply times" });
     this.choose = html("select", { onchange: () => this.#choose() }, html("option", { value: "all" }, "all stations"));
     this.none = html("p", { class: "muted" }, "No reply yet.");
-    root.replaceChildren(
-      figures,
-      html(
-        "div",
-        { class: "scroll", tabindex: 0, role: "region", "aria-label": "Rates of the stations" },
-        html("table", { class: "table" }, html("thead", {}, html("tr", {}, ...["Address", "Master", "Cycle", "Requests/s", "Retries"].map((name) => html("th", { scope: "col", class: "right" }, name)))), stations),
-      ),
-      html("h4", {}, "Reply times"),
-      html("label", { class: "field" }, "Of ", this.choose),
-      this.none,
-      times,
-    );
-    this.#figures = new Rows(figures, ({ name }) => {
-      const value = html("dd", {});
-      return { element: html("div", { "data-figure": name }, html("dt", {}, name), value), show: ({ text }) => say(value, text) };
-    });
-    this.#stations = new Rows(stations, ({ address }) => {
-      const cells = Array.from({ length: 5 }, () => html("td", { class: "right" }));
-      return { element: html("tr", { "data-station": address }, ...cells), show: ({ texts }) => texts.forEach((text, index) => say(cells[index], text)) };
-    });
+    this.slaves = html("div", {}, this.#table.element, html("h4", {}, "Reply times"), field("Of", this.choose), this.none, times);
+    this.element = html("div", {}, this.#figures.element, this.slaves);
     this.#times = new Rows(times, ({ name }) => {
       const bar = html("meter", { min: 0, max: 1, "aria-hidden": "true" });
       const count = html("span", { class: "right" });
@@ -58,31 +38,31 @@ export class BusRates {
     const [then] = this.#before;
     const seconds = bus.time_seconds - then.time_seconds;
     const per = (now, before) => (seconds > 0 ? (now - before) / seconds : 0);
-    const total = ({ telegrams_sent: sent, telegrams_heard: heard }) => heard.reduce((sum, { count }) => sum + count, sent);
-    const rates = bus.stations.map((station) => rateOf(station, then.stations.find(({ address }) => address === station.address), per));
+    const busy = bus.busy_seconds === undefined ? [] : [{ name: "Load", text: share(bus.busy_seconds - then.busy_seconds, seconds) }];
+    const passed = { name: "Telegrams", text: `${per(total(bus), total(then)).toFixed(0)} /s` };
+    const asked = (bus.stations ?? []).filter(({ counters }) => counters?.requests !== undefined);
+    this.slaves.hidden = asked.length === 0;
+    const rates = asked.map((station) => rateOf(station, then.stations.find(({ address }) => address === station.address), per));
     const [requests, retries] = ["requests", "retries"].map((what) => rates.reduce((sum, rate) => sum + rate[what], 0));
     const cycles = rates.map(({ cycle }) => cycle).filter((cycle) => cycle !== null);
-    this.#figures.show(
-      [
-        { name: "Telegrams", text: `${per(total(bus), total(then)).toFixed(0)} /s` },
-        { name: "Cycle", text: cycles.length === 0 ? "–" : milliseconds(Math.max(...cycles)) },
-        { name: "Retries", text: share(retries, requests) },
-        { name: "Masters", text: masters(bus.stations) },
-      ],
-      ({ name }) => name,
-    );
+    const polled = [
+      { name: "Cycle", text: cycles.length === 0 ? "–" : milliseconds(Math.max(...cycles)) },
+      { name: "Retries", text: share(retries, requests) },
+      { name: "Masters", text: masters(asked) },
+    ];
+    this.#figures.show([passed, ...busy, ...(asked.length === 0 ? [] : polled)]);
     const row = ({ address, owner, cycle, requests, retries }) => ({
-      address,
+      key: address,
       texts: [String(address), owner === null ? "–" : String(owner), cycle === null ? "–" : milliseconds(cycle), requests.toFixed(0), share(retries, requests)],
     });
-    this.#stations.show(rates.map(row), ({ address }) => address);
-    this.#offer(bus.stations.map(({ address }) => String(address)));
-    this.#showTimes(bus.stations);
+    this.#table.show(rates.map(row));
+    this.#offer(asked.map(({ address }) => String(address)));
+    this.#showTimes(asked);
   }
 
   #choose() {
     this.#station = this.choose.value;
-    if (this.#before.length > 0) this.#showTimes(this.#before.at(-1).stations);
+    if (this.#before.length > 0) this.#showTimes(this.#before.at(-1).stations ?? []);
   }
 
   #offer(addresses) {
@@ -96,7 +76,7 @@ export class BusRates {
   #showTimes(stations) {
     const chosen = stations.filter(({ address }) => this.#station === "all" || String(address) === this.#station);
     const counts = new Map();
-    for (const { reply_times: times } of chosen) for (const { up_to_microseconds: limit, count } of times) counts.set(limit, (counts.get(limit) ?? 0) + count);
+    for (const { reply_times: times = [] } of chosen) for (const { up_to_microseconds: limit, count } of times) counts.set(limit, (counts.get(limit) ?? 0) + count);
     const all = [...counts].map(([limit, count]) => ({ limit, count }));
     const [first, last] = [all.findIndex(({ count }) => count > 0), all.findLastIndex(({ count }) => count > 0)];
     const shown = first < 0 ? [] : all.slice(first, last + 1);
@@ -104,6 +84,11 @@ export class BusRates {
     this.none.hidden = shown.length > 0;
     this.#times.show(shown.map(({ limit, count }) => ({ name: limit === null ? "longer" : `≤ ${time(limit)}`, count, most })), ({ name }) => name);
   }
+}
+
+/** Telegrams or frames that have passed. */
+function total({ telegrams_sent: sent = 0, telegrams_heard: heard = [], frames = 0 }) {
+  return heard.reduce((sum, { count }) => sum + count, sent + frames);
 }
 
 /** Of a station: requests and retries per second, ms between two requests, its owner. */

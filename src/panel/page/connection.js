@@ -8,16 +8,20 @@ const THINGS = { states: "sample", news: "event", telegrams: "telegram" };
 
 export class Connection {
   #losses = [];
+  #streaming = true;
   #sign = document.getElementById("connection");
   #main = document.getElementById("main");
 
-  /** It is there. What `Stream` says with `open`. */
-  live() {
+  /** It is there, by a stream, or by a question once a second. */
+  live(streaming = this.#streaming) {
+    this.#streaming = streaming;
     if (this.#sign.dataset.kind === "lost") announceFault("Connected again.");
     const sum = (what) => this.#losses.reduce((sum, loss) => sum + (loss[what] ?? 0), 0);
     const lost = counts(Object.fromEntries(Object.keys(THINGS).map((what) => [what, sum(what)])));
-    mark(this.#sign, "data-kind", lost === "" ? "live" : "lossy");
-    say(this.#sign, lost === "" ? "live" : `live, ${lost} lost`);
+    const how = streaming ? "live" : "live, once a second";
+    mark(this.#sign, "data-kind", lost === "" && streaming ? "live" : "lossy");
+    mark(this.#sign, "title", streaming ? "" : "Other readers have the streams: no telegrams here.");
+    say(this.#sign, lost === "" ? how : `${how}, ${lost} lost`);
     mark(this.#main, "data-stale", false);
   }
 

@@ -1,33 +1,21 @@
-// Position, speed and current against the time of the bus, with a cursor and zoom.
-import { html, say } from "./dom.js";
-import { inUnit } from "./states.js";
+// Values that are worth a curve against the time of the bus, with a cursor and zoom.
+import { button, html, numberText, say } from "./dom.js";
+import { LEFT, RIGHT, colors, height, paint } from "./curve_painting.js";
 
 const SPANS_S = [5, 10, 30, 60, 120, 300];
 const KEPT = 20_000;
 const RARE_S = 0.12;
-/** A state comes once a second at least: a shaft that stands at both ends of a gap no longer than this has not moved. */
+/** A state comes once a second at least: what is the same at both ends of a gap no longer than this has not moved. */
 const SILENCE_S = 1.3;
 /** The time axis is not shorter than this, however few samples there are. */
 const LEAST_S = 1;
-/** What is drawn. A position has the unit of the samples; the others go from 0 as long as nothing is below. */
-const LANES = [
-  { name: "Position", unit: null, lines: [{ key: "setpoint", class: "setpoint" }, { key: "position", class: "position" }], least: 10 },
-  { name: "Speed", unit: "rpm", lines: [{ key: "speed_setpoint_rpm", class: "setpoint" }, { key: "speed_rpm", class: "speed" }], least: 10 },
-  { name: "Current", unit: "mA", lines: [{ key: "current_ma", class: "current" }], least: 200 },
-];
 /** What happened, so many at most; how near the cursor must be in pixels to tell of it. */
 const MARKS = 500;
 const NEAR = 6;
-const LEFT = 64;
-const RIGHT = 20;
-const TOP = 22;
-const BOTTOM = 24;
-const GAP = 38;
-/** Between two lines of time in pixels: room for a label. */
-const TICK = 68;
 
 export class Curves {
   #samples = [];
+  #lanes = [];
   #span = 10;
   /** The time at the right edge in s; `null` while the curves follow the newest sample. */
   #end = null;
@@ -40,34 +28,19 @@ export class Curves {
   #marks = new Map();
 
   /** `save` is a link that saves them. */
-  constructor(root, save) {
-    this.canvas = html("canvas", {
-      class: "curves",
-      tabindex: 0,
-      role: "img",
-      "aria-label": "Position, speed and current against time",
-      "aria-describedby": "curves-keys",
-    });
+  constructor(save) {
+    this.canvas = html("canvas", { class: "curves", tabindex: 0, role: "img", "aria-describedby": "curves-keys" });
     this.readout = html("p", { class: "readout" });
-    this.follow = html("button", { type: "button", "aria-pressed": true, onclick: () => this.#go(this.#end === null ? this.#newest() : null) }, "Follow");
+    this.follow = button("Follow", () => this.#go(this.#end === null ? this.#newest() : null), { "aria-pressed": true });
     this.scale = html("span", { class: "scale" });
     this.happened = html("p", { class: "happened" });
-    root.replaceChildren(
-      html(
-        "div",
-        { class: "toolbar" },
-        this.readout,
-        html("span", { class: "spacer" }),
-        html(
-          "span",
-          { class: "group" },
-          html("button", { type: "button", "aria-label": "Show more time", onclick: () => this.#zoom(1) }, "−"),
-          this.scale,
-          html("button", { type: "button", "aria-label": "Show less time", onclick: () => this.#zoom(-1) }, "+"),
-          this.follow,
-          save,
-        ),
-      ),
+    const zoom = [["−", 1, "Show more time"], ["+", -1, "Show less time"]].map(([sign, step, label]) => button(sign, () => this.#zoom(step), { "aria-label": label }));
+    const tools = html("span", { class: "group" }, zoom[0], this.scale, zoom[1], this.follow, save);
+    this.element = html(
+      "section",
+      { class: "card", id: "curves", "aria-labelledby": "curves-title", hidden: true },
+      html("h3", { id: "curves-title" }, "Curves"),
+      html("div", { class: "toolbar" }, this.readout, html("span", { class: "spacer" }), tools),
       this.canvas,
       this.happened,
       html("p", { class: "hint", id: "curves-keys" }, "Point at the curves or use ← → to move the cursor. Drag, or Page Up and Page Down: earlier or later. + −: zoom. Home: follow."),
@@ -81,7 +54,7 @@ export class Curves {
     new ResizeObserver(look).observe(this.canvas);
   }
 
-  /** Another drive: its curves begin anew. */
+  /** They begin anew. */
   clear() {
     this.#samples = [];
     this.#marks.clear();
@@ -89,12 +62,11 @@ export class Curves {
     this.#go(null);
   }
 
-  /** Samples of before; of those that are there already none comes twice. */
+  /** Samples of before, as the API has them; of those that are there already none comes twice. */
   addBefore(samples) {
-    const first = this.#samples[0];
-    const older = first ? samples.filter(({ time_s, unit }) => time_s < first.time_s && unit === first.unit) : samples;
-    const unit = older.at(-1)?.unit;
-    this.#samples.unshift(...older.filter((sample) => sample.unit === unit).map((sample) => ({ ...sample, gap: false })));
+    const first = this.#samples[0]?.time_s ?? Infinity;
+    const older = samples.map(({ time_seconds: time_s, ...values }) => ({ time_s, values, gap: false })).filter(({ time_s }) => time_s < first);
+    this.#samples.unshift(...older);
     this.#dirty = true;
   }
 
@@ -106,23 +78,42 @@ export class Curves {
     this.#dirty = true;
   }
 
-  /**
-   * A sample `{ time_s, position, setpoint, speed_setpoint_rpm, speed_rpm, current_ma, unit }`; setpoints may be null.
-   * `lost` says that samples before it are: the curves are broken there, unless the shaft stood all the while.
-   */
-  add(sample, lost = false) {
-    // A position in another unit is another position, and time that goes back is another clock.
+  /** A state with its values; `gap`: states before it were lost. The curves are broken there, unless nothing moved. */
+  show({ values, time_seconds: time_s }, gap) {
+    const curves = (values ?? []).filter(({ curve, setpoint_of: setpoint }) => curve || setpoint);
+    this.element.hidden = curves.length === 0;
+    if (curves.length === 0) return;
+    this.#lay(curves);
+    this.#add({ time_s, values: Object.fromEntries(curves.map(({ key, value }) => [key, value ?? null])) }, gap);
+  }
+
+  /** A lane for each value, with the setpoint of it. A value in another unit is another value. */
+  #lay(curves) {
+    const lanes = curves
+      .filter(({ setpoint_of: setpoint }) => !setpoint)
+      .map(({ key, name, unit, digits }) => {
+        const setpoints = curves.filter((curve) => curve.setpoint_of === key);
+        return { key, name, unit: unit ?? "", digits, setpoints: setpoints.map(({ key }) => key) };
+      });
+    const same = lanes.map(({ key, unit }) => `${key} ${unit}`).join() === this.#lanes.map(({ key, unit }) => `${key} ${unit}`).join();
+    if (!same && this.#lanes.length > 0) this.#samples = [];
+    this.#lanes = lanes;
+    if (same) return;
+    this.canvas.style.height = `${height(lanes.length)}px`;
+    this.canvas.setAttribute("aria-label", `${lanes.map(({ name }) => name).join(", ")} against time`);
+  }
+
+  #add(sample, lost) {
     const before = this.#samples.at(-1);
-    // What the server has kept may be newer than a state on its way.
+    // What the server has kept may be newer than a state on its way. Time that goes back further is another clock.
     if (before && sample.time_s < before.time_s && before.time_s - sample.time_s < SILENCE_S) return;
     if (before && before.time_s > sample.time_s) this.clear();
-    else if (before && before.unit !== sample.unit) this.#samples = [];
     const last = this.#samples.at(-1);
     if (last && sample.time_s === last.time_s) return;
-    const stood = last && [last, sample].every(({ speed_rpm }) => speed_rpm === 0) && last.position === sample.position;
+    const stood = last && Object.entries(sample.values).every(([key, value]) => last.values[key] === value);
     const gap = lost && !(stood && sample.time_s - last.time_s < SILENCE_S);
-    // Nothing is told of a shaft that stands until something changes: it stood until now.
-    if (last && !gap && last.speed_rpm === 0 && sample.time_s - last.time_s > RARE_S) {
+    // Nothing is told of what stands until something changes: it stood until now.
+    if (last && !gap && sample.time_s - last.time_s > RARE_S) {
       this.#samples.push({ ...last, time_s: sample.time_s - RARE_S / 2, gap: false });
     }
     this.#samples.push({ ...sample, gap });
@@ -144,7 +135,11 @@ export class Curves {
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, width, height);
     context.font = `11px ${this.#colors.font}`;
-    this.#paintAll(context, width, height);
+    const { left, right } = this.#shown();
+    const samples = this.#samples.slice(Math.max(this.#at(left), 0), this.#at(right) + 2);
+    const marks = [...this.#marks.values()].filter(({ time_s }) => time_s >= left && time_s <= right);
+    paint(context, { width, height, left, right, samples, marks, lanes: this.#lanes, cursor: this.#cursor, colors: this.#colors });
+    this.#tellMarks(marks, (width - LEFT - RIGHT) / (right - left));
     this.#tell();
   }
 
@@ -278,171 +273,21 @@ export class Curves {
       say(this.readout, "no samples yet");
       return;
     }
-    const { unit } = sample;
-    const target = sample.setpoint;
-    const of = (setpoint) => (setpoint === null ? "" : ` (setpoint ${setpoint})`);
-    const parts = [
-      ...(time === null ? [] : [`${sample.time_s.toFixed(2)} s`]),
-      `${inUnit(sample.position, unit)} ${unit.name}${target === null ? "" : ` (target ${inUnit(target, unit)}, ${inUnit(target - sample.position, unit)} to go)`}`,
-      `${sample.speed_rpm} rpm${of(sample.speed_setpoint_rpm)}`,
-      `${sample.current_ma} mA`,
-    ];
-    // Lines break between the values only.
-    say(this.readout, parts.map((part) => part.replaceAll(" ", "\u00a0")).join("   "));
-  }
-
-  #paintAll(context, width, height) {
-    const { left, right } = this.#shown();
-    const x = (time) => LEFT + (time - left) / (right - left) * (width - LEFT - RIGHT);
-    const first = Math.max(this.#at(left), 0);
-    const shown = this.#samples.slice(first, this.#at(right) + 2);
-    const share = (height - TOP - BOTTOM - GAP * (LANES.length - 1)) / (LANES.length + 1);
-    this.#paintTime(context, x, left, right, height);
-    this.#paintMarks(context, x, left, right, height);
-    let top = TOP;
-    LANES.forEach((lane, index) => {
-      // Where the shaft is matters most: it gets twice the height.
-      const tall = index === 0 ? 2 * share : share;
-      this.#paintLane(context, lane, shown, x, { top, bottom: top + tall, width });
-      top += tall + GAP;
+    const { values, time_s } = sample;
+    const parts = this.#lanes.map(({ key, unit, digits, setpoints }) => {
+      const given = setpoints.map((setpoint) => values[setpoint]).filter((value) => value !== null && value !== undefined);
+      const togo = given.length === 0 ? "" : ` (setpoint ${numberText(given[0], digits)})`;
+      return `${numberText(values[key] ?? null, digits)} ${unit}${togo}`;
     });
-    if (this.#cursor !== null) {
-      const at = Math.round(LEFT + this.#cursor * (width - LEFT - RIGHT)) + 0.5;
-      context.strokeStyle = this.#colors.ink;
-      context.setLineDash([2, 3]);
-      line(context, at, TOP - 4, at, height - BOTTOM);
-      context.setLineDash([]);
-    }
+    const all = time === null ? parts : [`${time_s.toFixed(2)} s`, ...parts];
+    // Lines break between the values only.
+    say(this.readout, all.map((part) => part.replaceAll(" ", "\u00a0")).join("   "));
   }
 
-  #paintTime(context, x, left, right, height) {
-    const step = nice((right - left) * TICK / (x(right) - x(left)));
-    context.fillStyle = this.#colors.muted;
-    context.strokeStyle = this.#colors.line;
-    context.textAlign = "center";
-    for (let time = Math.ceil(left / step) * step; time <= right; time += step) {
-      if (time < 0) continue;
-      const at = Math.round(x(time)) + 0.5;
-      line(context, at, TOP, at, height - BOTTOM);
-      context.fillText(`${Number(time.toFixed(2))} s`, at, height - 7);
-    }
-  }
-
-  /** A line with a head for each thing that happened; in words below if the cursor is on it, else the newest. */
-  #paintMarks(context, x, left, right, height) {
-    const shown = [...this.#marks.values()].filter(({ time_s }) => time_s >= left && time_s <= right);
-    for (const { time_s, kind } of shown) {
-      const at = Math.round(x(time_s)) + 0.5;
-      context.strokeStyle = context.fillStyle = this.#colors[kind] ?? this.#colors.muted;
-      context.setLineDash([1, 4]);
-      line(context, at, TOP, at, height - BOTTOM);
-      context.setLineDash([]);
-      context.beginPath();
-      context.moveTo(at - 4, TOP - 6);
-      context.lineTo(at + 4, TOP - 6);
-      context.lineTo(at, TOP);
-      context.fill();
-    }
+  /** What happened in words, if the cursor is on it; without one the newest. */
+  #tellMarks(marks, perSecond) {
     const cursor = this.#time();
-    const near = shown.filter(({ time_s }) => cursor === null || Math.abs(x(time_s) - x(cursor)) <= NEAR);
-    say(this.happened, (cursor === null ? near.slice(-1) : near).map(({ time_s, text }) => `${time_s.toFixed(2)} s: ${text}`).join("; "));
+    const near = cursor === null ? marks.slice(-1) : marks.filter(({ time_s }) => Math.abs(time_s - cursor) * perSecond <= NEAR);
+    say(this.happened, near.map(({ time_s, text }) => `${time_s.toFixed(2)} s: ${text}`).join("; "));
   }
-
-  #paintLane(context, lane, samples, x, { top, bottom, width }) {
-    const values = samples.flatMap((sample) => lane.lines.map(({ key }) => sample[key])).filter((value) => value !== null);
-    const { low, high } = range(values, lane.least, lane.unit !== null);
-    const y = (value) => bottom - (value - low) / (high - low) * (bottom - top);
-    context.textAlign = "left";
-    context.fillStyle = this.#colors.ink;
-    const counted = lane.unit === null ? samples.at(-1)?.unit : { name: lane.unit, each: 1, digits: 0 };
-    context.fillText(counted ? `${lane.name}, ${counted.name}` : lane.name, LEFT, top - 9);
-    context.textAlign = "right";
-    context.strokeStyle = this.#colors.line;
-    context.fillStyle = this.#colors.muted;
-    const step = nice((high - low) / Math.max((bottom - top) / 32, 1));
-    for (let value = Math.ceil(low / step) * step; value <= high; value += step) {
-      const at = Math.round(y(value)) + 0.5;
-      line(context, LEFT, at, width - RIGHT, at);
-      const digits = step >= (counted?.each ?? 1) ? 0 : counted.digits;
-      context.fillText((Math.round(value) / (counted?.each ?? 1)).toFixed(digits), LEFT - 7, at + 4);
-    }
-    context.save();
-    context.beginPath();
-    context.rect(LEFT, top - 3, width - LEFT - RIGHT, bottom - top + 6);
-    context.clip();
-    for (const { key, class: name } of lane.lines) this.#paintLine(context, samples, key, name, x, y);
-    context.restore();
-  }
-
-  #paintLine(context, samples, key, name, x, y) {
-    context.strokeStyle = this.#colors[name];
-    context.lineWidth = name === "setpoint" ? 1.25 : 1.75;
-    context.setLineDash(name === "setpoint" ? [5, 4] : []);
-    context.lineJoin = "round";
-    context.beginPath();
-    let down = false;
-    let before = null;
-    for (const sample of samples) {
-      const value = sample[key];
-      if (value === null || value === undefined) {
-        down = false;
-        continue;
-      }
-      if (!down || sample.gap) context.moveTo(x(sample.time_s), y(value));
-      // A setpoint does not move to its next value, it is another one.
-      else if (name === "setpoint") context.lineTo(x(sample.time_s), y(before));
-      context.lineTo(x(sample.time_s), y(value));
-      before = value;
-      down = true;
-    }
-    context.stroke();
-    context.setLineDash([]);
-    context.lineWidth = 1;
-  }
-}
-
-function line(context, x1, y1, x2, y2) {
-  context.beginPath();
-  context.moveTo(x1, y1);
-  context.lineTo(x2, y2);
-  context.stroke();
-}
-
-/** What an axis shows: all values with some air, and not less than `least`; `fromZero` puts 0 at an edge if it can be. */
-function range(values, least, fromZero) {
-  let low = 0;
-  let high = 0;
-  if (values.length > 0) {
-    low = values.reduce((a, b) => Math.min(a, b));
-    high = values.reduce((a, b) => Math.max(a, b));
-  }
-  const air = (high - low) * 0.08;
-  if (fromZero && low >= 0) return { low: 0, high: Math.max(high + air, least) };
-  if (fromZero && high <= 0) return { low: Math.min(low - air, -least), high: 0 };
-  const more = Math.max(air, (least - (high - low)) / 2);
-  return { low: low - more, high: high + more };
-}
-
-/** The next step of 1, 2 or 5 times a power of ten. */
-function nice(step) {
-  const power = 10 ** Math.floor(Math.log10(step));
-  return [1, 2, 5, 10].map((factor) => factor * power).find((candidate) => candidate >= step);
-}
-
-/** The colours of the page in effect, for the canvas. */
-function colors(element) {
-  const style = getComputedStyle(element);
-  const color = (name) => style.getPropertyValue(`--${name}`).trim();
-  return {
-    font: style.fontFamily,
-    ink: color("ink"),
-    muted: color("muted"),
-    line: color("line"),
-    position: color("accent"),
-    setpoint: color("muted"),
-    speed: color("curve-speed"),
-    current: color("curve-current"),
-    fault: color("fault"),
-    refusal: color("warn"),
-  };
 }

@@ -1,189 +1,204 @@
-// The drive as an engineer sees it: clamping ring with shaft, two LEDs, two keys, ten DIP switches.
-import { svg, say, mark } from "./dom.js";
+// What a person sees of the device and touches: display, signs, LEDs, shaft; keys, switches, supply.
+import { Rows, button, html, mark, say, svg } from "./dom.js";
 
-const SWITCHES = 10;
-/** What the switches set, in the order of the manual (chapters 2.4, 7.8 and 7.10). */
-const SWITCH_NAMES = [
-  ...[1, 2, 4, 8, 16, 32, 64].map((weight, index) => `SW${index + 1}, address ${weight}`),
-  "SW8, factory reset",
-  "SW9, bus terminator",
-  "SW10, bus terminator",
-];
-const KEYS = [
-  { name: "clockwise", label: "Key 1, clockwise", x: 222, arrow: "M-8 3 A 8.5 8.5 0 1 1 5 7 M5 7 l6 -1 M5 7 l0 -6.5" },
-  { name: "counter_clockwise", label: "Key 2, counter-clockwise", x: 284, arrow: "M8 3 A 8.5 8.5 0 1 0 -5 7 M-5 7 l-6 -1 M-5 7 l0 -6.5" },
-];
+const STILL = matchMedia("(prefers-reduced-motion: reduce)");
+/** The rhythm of an LED that tells a code by how often it blinks. */
+const BLINK = { on: 250, off: 250, pause: 1250 };
+/** A held key is released by the device after this, unless the page says again that it is held. */
+const LEASE_MS = 1500;
+const RENEW_MS = 400;
+/** What is counted in turns is drawn as a shaft. */
+const TURNS = "turns";
 
-export class DeviceDrawing {
-  #shaft;
-  #name;
-  #lamps = {};
-  #switches = [];
-  #keys = [];
-  #held = new Set();
-  #actions;
+/** Whether an LED as the API describes it is lit `ms` after the sample. */
+export function isLit(led, ms) {
+  const { glow, blinks, on_milliseconds: on = BLINK.on, off_milliseconds: off = BLINK.off, phase_milliseconds: phase = 0 } = led;
+  if (glow !== "blinking") return glow === "on";
+  const pause = blinks > 0 ? (led.pause_milliseconds ?? BLINK.pause) : 0;
+  const times = Math.max(blinks, 1);
+  const within = (phase + ms) % (times * (on + off) + pause);
+  return within < times * (on + off) && within % (on + off) < on;
+}
 
-  /** `actions.flip(index, on)` and `actions.key(name, pressed)` are called when somebody touches the drive. */
-  constructor(root, actions) {
-    this.#actions = actions;
-    root.replaceChildren(this.#draw());
-    // A finger that leaves the window has left the key.
-    for (const leaving of ["blur", "pagehide"]) window.addEventListener(leaving, () => this.releaseKeys());
-    document.addEventListener("visibilitychange", () => document.hidden && this.releaseKeys());
+export class Device {
+  #ask;
+  #act;
+  #state = null;
+  #seen = 0;
+  #lcd = html("div", { class: "lcd", role: "img" });
+  #signs = html("p", { class: "muted signs" });
+  #ledList = html("ul", { class: "leds", "aria-label": "LEDs" });
+  #keyList = html("div", { class: "group keys", role: "group", "aria-label": "Keys" });
+  #shaft = new Shaft();
+  #switches;
+  #text = html("p", { class: "muted", id: "device-text" });
+  #lamps = new Map();
+  #lines = new Rows(this.#lcd, () => displayRow());
+  #leds = new Rows(this.#ledList, ({ led }) => this.#lamp(led));
+  #keys = new Rows(this.#keyList, ({ key }) => new Key(key, this.#ask));
+  element = html("section", { class: "card", id: "device", "aria-labelledby": "device-title" }, html("h3", { id: "device-title" }, "The device"));
+
+  /** `ask` and `act` send requests to the station; `act` shows what was refused. */
+  constructor(ask, act) {
+    this.#ask = (...of) => act(...of);
+    this.#act = act;
+    this.#switches = new Switches((positions) => act("PUT", "/switches", { positions }));
+    this.power = button("Power off", () => this.#act("PUT", "/power", { on: this.#state?.power === "off" }));
+    const face = html("div", { class: "face" }, this.#shaft.element, this.#lcd, this.#signs, this.#ledList, this.#keyList, this.#switches.element, this.#text, html("p", {}, this.power));
+    this.element.append(face);
   }
 
-  /**
-   * `name` is printed on the housing, `switches` are ten booleans, `keys` the names of the keys held, `shaft` the
-   * turns of the output shaft, clockwise positive as seen on the clamping ring.
-   */
-  show({ name, switches, keys, shaft }) {
-    say(this.#name, name);
-    switches.forEach((on, index) => {
-      mark(this.#switches[index], "aria-checked", on);
-      this.#switches[index].classList.toggle("on", on);
-    });
-    for (const key of this.#keys) {
-      const held = keys.includes(key.dataset.name) || this.#held.has(key.dataset.name);
-      mark(key, "aria-pressed", held);
-    }
-    mark(this.#shaft, "transform", `rotate(${((shaft % 1) * 360).toFixed(2)})`);
-  }
-
-  /** Lights the lamps; `status` and `bus` are booleans, the texts say what they tell over time. */
-  light({ status, bus, statusText, busText }) {
-    const lamps = [["status", status, statusText], ["bus", bus, busText]];
-    for (const [name, lit, text] of lamps) {
-      this.#lamps[name].lamp.classList.toggle("lit", lit);
-      mark(this.#lamps[name].lamp, "data-lit", lit);
-      say(this.#lamps[name].text, text);
-    }
+  show(state) {
+    this.#state = state;
+    this.#seen = performance.now();
+    const { display, keys, switches, power, eeprom, values, has } = state;
+    const { rows = [], signs = [], leds = [] } = display ?? {};
+    this.#lcd.hidden = rows.length === 0;
+    mark(this.#lcd, "aria-label", `Display: ${rows.map(({ text }) => text.trim()).join(", ")}`);
+    this.#lines.show(rows.map((row, place) => ({ ...row, place })), ({ place }) => place);
+    say(this.#signs, signs.join(", "));
+    this.#leds.show(leds, ({ led }) => led);
+    this.#keys.show(keys ?? [], ({ key }) => key);
+    this.#shaft.show((values ?? []).find(({ unit }) => unit === TURNS));
+    this.#switches.show(switches);
+    say(this.#text, [switches?.text, eeprom ? `EEPROM ${eeprom}` : null].filter(Boolean).join(". "));
+    this.power.hidden = !(has?.power ?? power !== null);
+    say(this.power, power === "off" ? "Power on" : "Power off");
+    this.element.hidden = this.power.hidden && [rows, signs, leds, keys ?? []].every(({ length }) => length === 0) && !switches;
   }
 
   /** Nobody holds a key any more. */
-  releaseKeys() {
-    for (const name of [...this.#held]) this.#press(name, false);
+  release() {
+    for (const element of this.#keyList.children) element.dispatchEvent(new Event("release"));
   }
 
-  #press(name, pressed) {
-    if (this.#held.has(name) === pressed) return;
-    if (pressed) this.#held.add(name);
-    else this.#held.delete(name);
-    const key = this.#keys.find((key) => key.dataset.name === name);
-    mark(key, "aria-pressed", pressed);
-    this.#actions.key(name, pressed);
-  }
-
-  #draw() {
-    this.#name = svg("text", { class: "plate", x: 190, y: 64 });
-    return svg(
-      "svg",
-      { class: "device", viewBox: "0 0 344 344", role: "group", "aria-label": "The drive" },
-      ...[70, 150, 230].map((x) => svg("path", { class: "connector", d: `M${x} 22 v-14 h44 v14 m-38 0 v-10 m8 10 v-10 m8 10 v-10 m8 10 v-10 m8 10 v-10` })),
-      svg("rect", { class: "housing", x: 8, y: 22, width: 328, height: 216, rx: 12 }),
-      this.#drawShaft(),
-      this.#name,
-      this.#drawLamp("status", "Status LED, green", 96),
-      this.#drawLamp("bus", "Bus LED, orange", 130),
-      svg("path", { class: "groove", d: "M190 152 H322" }),
-      ...KEYS.map((key) => this.#drawKey(key)),
-      this.#drawSwitches(),
-    );
-  }
-
-  #drawShaft() {
-    this.#shaft = svg(
-      "g",
-      { class: "shaft" },
-      svg("circle", { class: "bore", r: 42 }),
-      svg("path", { class: "feather", d: "M-5 -42 v-8 h10 v8" }),
-      svg("path", { class: "pointer", d: "M0 -38 L6 -23 H-6 Z" }),
-      svg("circle", { class: "hollow", r: 18 }),
-    );
-    const ticks = Array.from({ length: 24 }, (_, index) =>
-      svg("path", { class: "tick", d: `M0 -78 v${index % 6 ? 5 : 9}`, transform: `rotate(${index * 15})` }),
-    );
-    return svg(
-      "g",
-      { transform: "translate(96 130)" },
-      ...ticks,
-      svg("circle", { class: "ring", r: 64 }),
-      svg("path", { class: "screw", d: "M57 -9 h12 a4 4 0 0 1 4 4 v10 a4 4 0 0 1 -4 4 h-12" }),
-      this.#shaft,
-    );
-  }
-
-  #drawLamp(name, label, y) {
-    const lamp = svg("circle", { class: `lamp ${name}`, cx: 198, cy: y, r: 7, "data-lamp": name });
-    const text = svg("text", { class: "value", x: 213, y: y + 13 });
-    this.#lamps[name] = { lamp, text };
-    return svg("g", { role: "img", "aria-label": label }, lamp, svg("text", { x: 213, y: y - 1 }, label), text);
-  }
-
-  #drawKey({ name, label, x, arrow }) {
-    const button = svg(
-      "g",
-      { class: "key", transform: `translate(${x} 188)`, role: "button", tabindex: 0, "aria-pressed": false, "aria-label": label, "data-name": name },
-      svg("rect", { class: "focus", x: -25, y: -25, width: 50, height: 50, rx: 12 }),
-      svg("circle", { class: "cap", r: 20 }),
-      svg("path", { class: "arrow", d: arrow }),
-      svg("text", { class: "number", y: 38 }, label.slice(4, 5)),
-    );
-    const press = (pressed) => this.#press(name, pressed);
-    button.addEventListener("pointerdown", (event) => {
-      event.preventDefault();
-      button.focus();
-      button.setPointerCapture(event.pointerId);
-      press(true);
-    });
-    for (const end of ["pointerup", "pointercancel", "lostpointercapture", "blur"]) {
-      button.addEventListener(end, () => press(false));
+  paint() {
+    const ms = performance.now() - this.#seen;
+    for (const led of this.#state?.display?.leds ?? []) {
+      // For those who want nothing to move, the text says that it blinks.
+      const steady = STILL.matches && led.glow === "blinking";
+      const lamp = this.#lamps.get(led.led);
+      if (lamp) mark(lamp, "data-lit", steady || isLit(led, ms));
     }
-    button.addEventListener("keydown", (event) => {
-      if (event.key !== " " && event.key !== "Enter") return;
-      event.preventDefault();
-      press(true);
-    });
-    button.addEventListener("keyup", (event) => {
-      if (event.key === " " || event.key === "Enter") press(false);
-    });
-    this.#keys.push(button);
-    return button;
   }
 
-  #drawSwitches() {
-    const switches = SWITCH_NAMES.map((name, index) => this.#drawSwitch(name, index));
-    return svg(
-      "g",
-      { role: "group", "aria-label": "DIP switches" },
-      svg("rect", { class: "dip", x: 8, y: 256, width: 328, height: 80, rx: 8 }),
-      svg("text", { class: "legend", x: 18, y: 279 }, "ON"),
-      ...switches,
-    );
-  }
-
-  #drawSwitch(name, index) {
-    const width = 28;
-    const toggle = () => this.#actions.flip(index, element.getAttribute("aria-checked") !== "true");
-    const element = svg(
-      "g",
-      { class: "switch", transform: `translate(${48 + index * width} 262)`, role: "switch", tabindex: 0, "aria-checked": false, "aria-label": name, onclick: toggle },
-      svg("rect", { class: "focus", x: 0, y: -1, width, height: 70, rx: 5 }),
-      svg("rect", { class: "slot", x: 7, y: 4, width: 14, height: 44, rx: 3 }),
-      svg("rect", { class: "slider", x: 8, y: 27, width: 12, height: 20, rx: 2 }),
-      svg("text", { x: width / 2, y: 63 }, String(index + 1)),
-    );
-    element.addEventListener("keydown", (event) => {
-      if (event.key !== " " && event.key !== "Enter") return;
-      event.preventDefault();
-      if (!event.repeat) toggle();
-    });
-    this.#switches.push(element);
-    return element;
+  #lamp(name) {
+    const lamp = html("span", { class: "lamp", "aria-hidden": "true", "data-lamp": name });
+    const text = html("span");
+    this.#lamps.set(name, lamp);
+    const show = ({ colour, glow, blinks, text: meaning }) => {
+      mark(lamp, "data-colour", colour ?? name.split(" ").at(-1));
+      const does = glow === "blinking" && blinks > 0 ? `blinks ${blinks} ${blinks === 1 ? "time" : "times"}` : glow;
+      say(text, `${name}: ${meaning ?? does}`);
+    };
+    return { element: html("li", {}, lamp, text), show };
   }
 }
 
-/** Ten switches as text, in the groups of their meaning: `1010000 0 00`. */
-export function switchesText(switches) {
-  const digits = switches.map((on) => (on ? "1" : "0")).join("");
-  return `${digits.slice(0, 7)} ${digits.slice(7, 8)} ${digits.slice(8, SWITCHES)}`;
+function displayRow() {
+  const element = html("p", { class: "mono" });
+  const show = ({ text, flashing }) => {
+    say(element, text === "" ? "\u00a0" : text);
+    mark(element, "data-flashing", Boolean(flashing));
+  };
+  return { element, show };
+}
+
+/** A key is held as long as the pointer or the key of the keyboard is, and as long as the page says so. */
+class Key {
+  #held = false;
+  #timer = 0;
+  #press;
+
+  constructor(key, ask) {
+    this.#press = (pressed) => ask("POST", "/keys", pressed ? { key, pressed, lease_milliseconds: LEASE_MS } : { key, pressed });
+    const typed = (event, pressed) => {
+      if (event.key !== " " && event.key !== "Enter") return;
+      event.preventDefault();
+      this.#hold(pressed);
+    };
+    const release = () => this.#hold(false);
+    this.element = html("button", {
+      type: "button",
+      "data-key": key,
+      "aria-pressed": false,
+      onpointerdown: (event) => {
+        this.element.setPointerCapture(event.pointerId);
+        this.element.focus();
+        this.#hold(true);
+      },
+      onpointerup: release,
+      onpointercancel: release,
+      onlostpointercapture: release,
+      onkeydown: (event) => typed(event, true),
+      onkeyup: (event) => typed(event, false),
+      onblur: release,
+      onrelease: release,
+    });
+  }
+
+  show({ key, text, pressed }) {
+    say(this.element, text ?? key.replaceAll("_", " "));
+    mark(this.element, "aria-pressed", pressed || this.#held);
+  }
+
+  #hold(held) {
+    if (this.#held === held) return;
+    this.#held = held;
+    clearInterval(this.#timer);
+    mark(this.element, "aria-pressed", held);
+    this.#press(held);
+    if (held) this.#timer = setInterval(() => this.#press(true), RENEW_MS);
+  }
+}
+
+/** A shaft seen on its end, clockwise positive. */
+class Shaft {
+  #pointer = svg("path", { class: "pointer", d: "M0 -44 L7 -24 H-7 Z" });
+  #text = html("span", { class: "muted" });
+  #drawing = svg(
+    "svg",
+    { class: "shaft", viewBox: "-60 -60 120 120", role: "img", "aria-label": "Output shaft" },
+    ...Array.from({ length: 24 }, (_, index) => svg("path", { class: "tick", d: `M0 -58 v${index % 6 ? 5 : 9}`, transform: `rotate(${index * 15})` })),
+    svg("circle", { class: "ring", r: 48 }),
+    this.#pointer,
+    svg("circle", { class: "bore", r: 18 }),
+  );
+  element = html("p", { class: "dial" }, this.#drawing, this.#text);
+
+  show(value) {
+    this.element.hidden = typeof value?.value !== "number";
+    if (this.element.hidden) return;
+    mark(this.#pointer, "transform", `rotate(${((value.value % 1) * 360).toFixed(1)})`);
+    say(this.#text, `${value.name}: ${value.value.toFixed(2)} turns`);
+  }
+}
+
+/** Switches of the housing, as `{ positions, names }`. */
+class Switches {
+  #positions = [];
+  #set;
+  element = html("div", { class: "dip", role: "group", "aria-label": "Switches" });
+  #rows = new Rows(this.element, ({ place }) => this.#toggle(place));
+
+  constructor(set) {
+    this.#set = set;
+  }
+
+  show(switches) {
+    this.element.hidden = !switches;
+    this.#positions = switches?.positions ?? [];
+    this.#rows.show(this.#positions.map((on, place) => ({ on, place, name: switches.names?.[place] ?? `SW${place + 1}` })), ({ place }) => place);
+  }
+
+  #toggle(place) {
+    const flip = () => this.#set(this.#positions.with(place, !this.#positions[place]));
+    const element = html("button", { type: "button", role: "switch", class: "slider", "aria-checked": false, onclick: flip }, String(place + 1));
+    const show = ({ on, name }) => {
+      mark(element, "aria-checked", on);
+      mark(element, "aria-label", name);
+      mark(element, "title", name);
+    };
+    return { element, show };
+  }
 }

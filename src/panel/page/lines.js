@@ -1,4 +1,5 @@
 // A list of lines, newest at the bottom, with a filter, a pause and a count.
+import { isSame } from "./api.js";
 import { html, many, say } from "./dom.js";
 
 /** Lines in the document. */
@@ -8,10 +9,12 @@ const BROADCAST = 127;
 
 export class Lines {
   #lines = [];
-  #paused = false;
   #words = [];
   #station = null;
   #pending = [];
+  /** The number of the newest line, and of the newest that is shown while the list stands. */
+  #newest = 0;
+  #until = Infinity;
   #wanted;
   #kept;
 
@@ -46,19 +49,21 @@ export class Lines {
 
   /** Only what concerns one station, or `null` for all. */
   only(station) {
-    if (this.#station === station) return;
+    if (isSame(this.#station, station)) return;
     this.#station = station;
     this.again();
   }
 
   /**
-   * A line `{ time_s, kind, word, text, stations, bad }`: `time_s` is null if it has none, `word` is what a telegram is
-   * called, `stations` are those it is of, none if it concerns all.
+   * A line `{ time_s, kind, word, text, line, stations, bad }`: `time_s` is null if it has none, `word` is what a telegram
+   * is called, `stations` are the addresses on the line it is of, none if it concerns all.
    */
   add(line) {
-    this.#lines.push(line);
+    this.#newest += 1;
+    const numbered = { ...line, place: this.#newest };
+    this.#lines.push(numbered);
     if (this.#lines.length > 2 * this.#kept) this.#lines.splice(0, this.#kept);
-    if (this.#matches(line)) this.#pending.push(line);
+    if (this.#matches(numbered)) this.#pending.push(numbered);
     if (this.#pending.length > SHOWN) this.#pending.splice(0, this.#pending.length - SHOWN);
   }
 
@@ -66,7 +71,7 @@ export class Lines {
   merge(lines) {
     for (const line of lines) {
       const before = this.#lines.findLastIndex(({ number }) => number !== undefined && number < line.number);
-      this.#lines.splice(before + 1, 0, line);
+      this.#lines.splice(before + 1, 0, { ...line, place: this.#lines[before]?.place ?? 0 });
     }
     this.again();
   }
@@ -81,18 +86,20 @@ export class Lines {
     this.again();
   }
 
-  /** Chooses anew what is shown. */
+  /** Chooses anew what is shown; of a list that stands, from the lines it had when it was stopped. */
   again() {
-    this.list.replaceChildren();
-    this.#pending = this.#lines.filter((line) => this.#matches(line)).slice(-SHOWN);
-    say(this.count, many(0, "line"));
+    const matching = this.#lines.filter((line) => this.#matches(line));
+    const shown = matching.filter(({ place }) => place <= this.#until);
+    this.#pending = matching.filter(({ place }) => place > this.#until).slice(-SHOWN);
+    this.list.replaceChildren(...shown.slice(-SHOWN).map(row));
     this.#empty();
-    this.paint();
+    this.list.scrollTop = this.list.scrollHeight;
+    say(this.count, many(this.list.childElementCount, "line"));
   }
 
   /** Puts the new lines into the document. */
   paint() {
-    if (this.#paused) {
+    if (this.#until !== Infinity) {
       say(this.count, this.#pending.length === 0 ? "" : `${this.#pending.length} more`);
       return;
     }
@@ -113,8 +120,8 @@ export class Lines {
   }
 
   #pause() {
-    this.#paused = !this.#paused;
-    this.pause.setAttribute("aria-pressed", this.#paused);
+    this.#until = this.#until === Infinity ? this.#newest : Infinity;
+    this.pause.setAttribute("aria-pressed", this.#until !== Infinity);
     this.paint();
   }
 
@@ -126,14 +133,19 @@ export class Lines {
   }
 
   #matches(line) {
-    const concerned = line.stations.length === 0 || line.stations.some((station) => station === this.#station || station === BROADCAST);
-    return (this.#station === null || concerned) && this.#wanted(line) && hasWords(line, this.#words);
+    return (this.#station === null || concerns(line, this.#station)) && this.#wanted(line) && hasWords(line, this.#words);
   }
 }
 
-/** What to look for: words that must be in a line, with - before them words that must not. */
+/** Whether a line is of a station: what is of a whole line is of each of its stations. */
+function concerns({ line, stations }, station) {
+  if (line !== null && line !== undefined && line !== station.line) return false;
+  return stations.length === 0 || stations.some((address) => address === station.address || address === BROADCAST);
+}
+
+/** What to look for: words that must be in a line, with - before them words that must not. 0x6041 finds 6041h. */
 export function wordsOf(text) {
-  return text.toLowerCase().split(/\s+/).filter(Boolean);
+  return text.toLowerCase().split(/\s+/).filter(Boolean).map((word) => word.replace(/^(-?)0x(?=[0-9a-f]+$)/, "$1"));
 }
 
 export function hasWords(line, words) {

@@ -19,7 +19,6 @@ const INDEX: File =
 
 const FILES: &[File] = &[
     INDEX,
-    NODES,
     File { name: "panel.css", media_type: "text/css; charset=utf-8", octets: include_bytes!("panel.css") },
     File { name: "icon.svg", media_type: "image/svg+xml", octets: include_bytes!("icon.svg") },
     script("alarms.js", include_bytes!("alarms.js")),
@@ -28,30 +27,29 @@ const FILES: &[File] = &[
     script("bus.js", include_bytes!("bus.js")),
     script("bus_rates.js", include_bytes!("bus_rates.js")),
     script("connection.js", include_bytes!("connection.js")),
-    script("can_bus.js", include_bytes!("can_bus.js")),
+    script("curve_painting.js", include_bytes!("curve_painting.js")),
     script("curves.js", include_bytes!("curves.js")),
     script("device.js", include_bytes!("device.js")),
+    script("diagnosis.js", include_bytes!("diagnosis.js")),
     script("dom.js", include_bytes!("dom.js")),
-    script("drive.js", include_bytes!("drive.js")),
+    script("entries.js", include_bytes!("entries.js")),
     script("faults.js", include_bytes!("faults.js")),
     script("inputs.js", include_bytes!("inputs.js")),
-    script("leds.js", include_bytes!("leds.js")),
     script("lines.js", include_bytes!("lines.js")),
-    script("line_faults.js", include_bytes!("line_faults.js")),
     script("log.js", include_bytes!("log.js")),
-    script("node.js", include_bytes!("node.js")),
-    script("nodes.js", include_bytes!("nodes.js")),
     script("overview.js", include_bytes!("overview.js")),
     script("panel.js", include_bytes!("panel.js")),
-    script("parameters.js", include_bytes!("parameters.js")),
-    script("pkw.js", include_bytes!("pkw.js")),
+    script("process.js", include_bytes!("process.js")),
     script("recall.js", include_bytes!("recall.js")),
     script("states.js", include_bytes!("states.js")),
-    script("ppo.js", include_bytes!("ppo.js")),
     script("station.js", include_bytes!("station.js")),
-    script("station_diagnosis.js", include_bytes!("station_diagnosis.js")),
-    script("station_module.js", include_bytes!("station_module.js")),
+    script("stream.js", include_bytes!("stream.js")),
     script("telegrams.js", include_bytes!("telegrams.js")),
+    script("translation.js", include_bytes!("translation.js")),
+    script("translation_can.js", include_bytes!("translation_can.js")),
+    script("translation_drive.js", include_bytes!("translation_drive.js")),
+    script("translation_keys.js", include_bytes!("translation_keys.js")),
+    script("translation_profibus.js", include_bytes!("translation_profibus.js")),
     script("values.js", include_bytes!("values.js")),
     script("why.js", include_bytes!("why.js")),
     script("words.js", include_bytes!("words.js")),
@@ -64,14 +62,6 @@ const fn script(name: &'static str, octets: &'static [u8]) -> File {
 /// Files of the page, requests to its server, and nothing else from anywhere.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; \
     base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
-
-const NODES: File =
-    File { name: "nodes.html", media_type: "text/html; charset=utf-8", octets: include_bytes!("nodes.html") };
-
-/// The page of a bus of CAN.
-pub(super) async fn nodes() -> Response {
-    NODES.response()
-}
 
 pub(super) async fn index() -> Response {
     INDEX.response()

@@ -1,112 +1,136 @@
-// A station from a GSD: its modules as cards, its diagnosis.
-import { html, many, say, mark, Rows } from "./dom.js";
-import { request } from "./api.js";
-import { StationDiagnosis } from "./station_diagnosis.js";
-import { ModuleCard } from "./station_module.js";
-
-/** What the outputs are, as a word and a kind of colour. */
-const OUTPUTS = {
-  unowned: ["no master exchanges data", "idle"],
-  live: ["Data_Exchange", "ready"],
-  cleared: ["outputs cleared by the master", "warning"],
-  fail_safe: ["Fail_Safe: no outputs", "warning"],
-  watchdog_expired: ["watchdog expired", "fault"],
-};
+// One station in all details: the lists of its description, each in a part of the page of its own.
+//
+// A view is made for one station and thrown away with it: nothing in it can act on another one.
+import { html, mark, say } from "./dom.js";
+import { fileOf, nameOf, request, stationOf } from "./api.js";
+import { Curves } from "./curves.js";
+import { Device } from "./device.js";
+import { Diagnosis } from "./diagnosis.js";
+import { Entries, OBJECTS, PARAMETERS } from "./entries.js";
+import { Faults } from "./faults.js";
+import { Inputs } from "./inputs.js";
+import { Process } from "./process.js";
+import { faultText, stateOf } from "./states.js";
+import { Groups, Values } from "./values.js";
+import { Why } from "./why.js";
+import { Words } from "./words.js";
 
 export class StationView {
-  #by = (id) => document.getElementById(id);
-  #address = null;
-  #modules;
-  #diagnosis;
+  #parts;
+  #head;
+  #state = html("p", { id: "station-state", class: "state" });
+  #about = html("span", { id: "station-about", class: "muted" });
+  #message = html("p", { class: "refused", role: "alert", id: "station-problem" });
+  #root;
+  #path;
 
-  constructor() {
-    this.#modules = new Rows(this.#by("modules"), () => new ModuleCard((method, path, body) => this.#act(method, path, body)));
-    this.#diagnosis = new StationDiagnosis(this.#by("diagnosis"), (method, body) => this.#act(method, "diagnosis", body));
-    this.#by("station-release").addEventListener("click", () => this.#act("DELETE", "inputs"));
+  /** Of the station `{ line, address }` in `root`; `choose` is put beside its name, `lines` is how many there are. */
+  constructor(root, station, { choose, lines }) {
+    this.station = station;
+    this.#root = root;
+    this.#path = stationOf(station);
+    const ask = (method, path, body) => request(method, this.#path + path, body);
+    const act = (...of) => this.#act(ask(...of));
+    const file = fileOf(`${this.#path}/samples.csv`);
+    const save = html("a", { class: "button", hidden: file === null, href: file ?? undefined, download: "" }, "Save as CSV");
+    this.why = new Why();
+    this.values = new Values();
+    this.device = new Device(ask, act);
+    this.curves = new Curves(save);
+    this.faults = new Faults(act);
+    this.words = new Words();
+    this.inputs = new Inputs(ask);
+    this.process = new Process(act);
+    this.parameters = new Entries(PARAMETERS, ask);
+    this.objects = new Entries(OBJECTS, ask);
+    this.diagnosis = new Diagnosis(ask, act);
+    this.groups = new Groups();
+    const { why, values, device, curves, faults, words, inputs, process, parameters, objects, diagnosis, groups } = this;
+    this.#parts = [why, values, device, curves, faults, words, inputs, process, parameters, objects, diagnosis, groups];
+    this.#head = html("h2", { id: "station-title" }, `Station ${nameOf(station, lines)}`);
+    root.replaceChildren(
+      html("div", { class: "toolbar headline" }, this.#head, this.#state, this.#about, html("span", { class: "spacer" }), choose),
+      why.element,
+      this.#message,
+      values.element,
+      html("div", { class: "columns" }, device.element, html("div", { class: "column wide" }, curves.element, faults.element, words.element), inputs.element),
+      process.element,
+      html("div", { class: "pair" }, parameters.element, objects.element, diagnosis.element, groups.element),
+    );
+    mark(root, "data-known", "asked");
   }
 
-  /** Another station is to be shown; what the page says of the one before is taken away. */
-  async choose(address) {
-    this.#address = address;
-    say(this.#by("station-title"), `Station ${address}`);
-    for (const id of ["station-state", "station-about", "station-refusal", "station-problem"]) say(this.#by(id), "");
-    this.#modules.show([], () => "");
-    this.#diagnosis.clear();
-    try {
-      const texts = await request("GET", `/stations/${address}/texts`);
-      if (address === this.#address) this.#diagnosis.offer(texts);
-    } catch (error) {
-      if (address === this.#address) this.gone(error.message);
+  /** A complete state; `gap`: states before it were lost. A part that does not understand it says so, and only that part. */
+  show(state, gap) {
+    mark(this.#root, "data-known", "there");
+    this.#showHead(state);
+    for (const part of this.#parts) {
+      try {
+        part.show(state, gap);
+      } catch (error) {
+        console.warn(error);
+        part.element.dataset.trouble = `Not understood: ${error.message}`;
+        continue;
+      }
+      delete part.element.dataset.trouble;
     }
   }
 
-  /** `state` is a GsdStationState. */
-  show(state) {
-    say(this.#by("station-title"), `Station ${state.address}: ${state.vendor} ${state.model}`);
-    const [word, kind] = OUTPUTS[state.outputs_are] ?? [state.outputs_are, "idle"];
-    say(this.#by("station-state"), word);
-    mark(this.#by("station-state"), "data-kind", kind);
-    const owner = state.owner_address === null ? "no master" : `master ${state.owner_address}`;
-    const watchdog = state.watchdog_milliseconds === null ? "no watchdog" : `watchdog ${state.watchdog_milliseconds} ms`;
-    say(this.#by("station-about"), `ident ${hex16(state.ident_number)}, ${owner}, ${watchdog}, ${many(state.modules.length, "module")}`);
-    const refusal = state.dp_state === "DATA-EXCH" ? null : state.last_refusal;
-    say(this.#by("station-refusal"), refusal ?? "");
-    this.#modules.show(state.modules, ({ slot, name, inputs, outputs }) => `${slot} ${name} ${inputs.length} ${outputs.length}`);
-    this.#diagnosis.show(state);
+  /** There is no such station, and nothing to show of one: the sentence takes the place of everything. */
+  gone(sentence) {
+    this.leave();
+    this.curves.clear();
+    mark(this.#root, "data-known", "gone");
+    mark(this.#state, "data-kind", "off");
+    say(this.#about, "");
+    say(this.#message, "");
+    this.#state.replaceChildren(html("span", { class: "shape", "aria-hidden": "true" }), "not present");
+    this.why.refuse(sentence);
   }
 
-  /** There is no such station. */
-  gone(message) {
-    say(this.#by("station-problem"), message);
+  /** The view is left, or nobody looks at it any more: what a finger held is released. */
+  leave() {
+    this.device.release();
   }
 
-  async #act(method, path, body) {
-    try {
-      await request(method, `/stations/${this.#address}/${path}`, body);
-      say(this.#by("station-problem"), "");
-    } catch (error) {
-      say(this.#by("station-problem"), error.message);
-    }
+  /** What the server has kept of its curves. */
+  async recall() {
+    const { samples } = await request("GET", `${this.#path}/samples`);
+    this.curves.addBefore(samples);
   }
-}
 
-/** Every station from a GSD as a tile. */
-export class StationTiles {
-  #rows = new Rows(document.getElementById("gsd-tiles"), () => new Tile());
-
-  /** Asks which there are and shows them. */
+  /** What is not in the stream. */
   async refresh() {
+    await Promise.all([this.parameters.refresh(), this.objects.refresh()]);
+  }
+
+  /** What moves by itself between two states: LEDs, curves. */
+  paint() {
+    this.device.paint();
+    this.curves.paint();
+  }
+
+  #showHead(state) {
+    const { kind, word } = stateOf(state);
+    const text = state.power === "off" ? "switched off" : state.fault ? `fault ${state.fault.fault}` : (state.state_text ?? word);
+    if (this.#state.dataset.kind !== kind || this.#state.textContent !== text) {
+      mark(this.#state, "data-kind", kind);
+      this.#state.replaceChildren(html("span", { class: "shape", "aria-hidden": "true" }), text);
+    }
+    const { owner_address: owner } = state;
+    // Not every bus has owners.
+    const master = owner === undefined ? null : owner === null ? "no master" : `master ${owner}`;
+    const fault = state.fault ? `fault ${faultText(state.fault)}` : null;
+    const about = [state.product ?? state.device, state.bus_state, master, fault, state.warning].filter((part) => part && part !== text);
+    say(this.#about, about.join(" · "));
+  }
+
+  async #act(asked) {
     try {
-      const { stations } = await request("GET", "/stations");
-      document.getElementById("gsd-stations").hidden = stations.length === 0;
-      this.#rows.show([...stations].sort((a, b) => a.address - b.address), ({ address }) => address);
-      return stations;
-    } catch {
-      return null;
+      await asked;
+      say(this.#message, "");
+    } catch (error) {
+      say(this.#message, error.message);
     }
   }
-}
-
-class Tile {
-  #address = html("span", { class: "address" });
-  #name = html("span", { class: "name" });
-  #word = html("span", { class: "word" });
-
-  constructor() {
-    this.link = html("a", { class: "tile" }, this.#address, html("span", { class: "shape", "aria-hidden": "true" }), this.#name, this.#word);
-    this.element = html("li", {}, this.link);
-  }
-
-  show({ address, vendor, model, outputs_are, faulty }) {
-    const [word, kind] = OUTPUTS[outputs_are] ?? [outputs_are, "idle"];
-    mark(this.link, "href", `#station/${address}`);
-    mark(this.link, "data-kind", faulty ? "fault" : kind);
-    say(this.#address, String(address));
-    say(this.#name, `${vendor} ${model}`);
-    say(this.#word, faulty ? `diagnosis, ${word}` : word);
-  }
-}
-
-function hex16(number) {
-  return `0x${number.toString(16).toUpperCase().padStart(4, "0")}`;
 }

@@ -1,5 +1,6 @@
 // The telegrams on the line in words, as long as they are recorded; a trigger or a fault ends the recording.
 import { html, mark, say } from "./dom.js";
+import { fileOf, lineOf } from "./api.js";
 import { Lines, hasWords, wordsOf } from "./lines.js";
 
 const KEPT = 5000;
@@ -16,31 +17,36 @@ export class Telegrams {
   /** The newest telegram in words, by who sent it to whom. */
   #newest = new Map();
 
-  /**
-   * `onRecord(wanted)` is called when telegrams are wanted or not any more; `named` is what the bus calls them, `file` is
-   * where they are to be had as a capture.
-   */
-  constructor(root, onRecord, { named = "telegrams", placeholder = "Set_Prm, -Data_Exchange ...", file = null } = {}) {
+  /** `onRecord(wanted)` is called when telegrams are wanted or not any more. */
+  constructor(root, onRecord) {
     this.#onRecord = onRecord;
-    this.record = html("button", { type: "button", "aria-pressed": false, onclick: () => this.#record(!this.#recording) }, `Record ${named}`);
+    this.record = html("button", { type: "button", "aria-pressed": false, onclick: () => this.#record(!this.#recording) }, "Record telegrams");
     this.changes = html("input", { type: "checkbox", onchange: () => this.#lines.again() });
     this.atFault = html("input", { type: "checkbox" });
-    const trigger = html("input", { type: "text", placeholder: "FDL_Status ...", autocomplete: "off", spellcheck: "false", oninput: () => (this.#trigger = wordsOf(trigger.value)) });
+    const trigger = html("input", { type: "text", placeholder: "FDL_Status, 6041h ...", autocomplete: "off", spellcheck: "false", oninput: () => (this.#trigger = wordsOf(trigger.value)) });
     this.ended = html("span", { class: "muted ended" });
+    this.save = html("a", { class: "button", download: "profidrive.pcapng" }, "Save as pcapng");
     this.#lines = new Lines(root, {
-      label: named[0].toUpperCase() + named.slice(1),
-      placeholder,
+      label: "Telegrams",
+      placeholder: "Set_Prm, -Data_Exchange, SDO ...",
       kept: KEPT,
       tools: [
         this.record,
         html("label", { class: "field" }, this.changes, " changes only"),
         html("label", { class: "field" }, this.atFault, " stop on fault"),
-        html("label", { class: "field", title: `The recording ends ${AFTER} ${named} after the first with these words` }, "Stop at ", trigger),
+        html("label", { class: "field", title: `The recording ends ${AFTER} telegrams after the first with these words` }, "Stop at ", trigger),
         this.ended,
-        ...(file === null ? [] : [html("a", { class: "button", href: file, download: "profidrive.pcapng" }, "Save as pcapng")]),
+        this.save,
       ],
       wanted: ({ same }) => !(same && this.changes.checked),
     });
+  }
+
+  /** The line whose capture is saved. */
+  of(line) {
+    const file = line === null ? null : fileOf(`${lineOf(line)}/capture.pcapng`);
+    this.save.hidden = file === null;
+    if (file !== null) mark(this.save, "href", file);
   }
 
   get wanted() {
@@ -62,7 +68,7 @@ export class Telegrams {
     else if (this.#left !== null && (this.#left -= 1) <= 0) this.#record(false);
   }
 
-  /** A drive went to fault: the recording ends soon if it shall. */
+  /** A station went to fault: the recording ends soon if it shall. */
   fault({ time_s, text }) {
     if (this.#recording && this.atFault.checked && this.#left === null) this.#endSoon(`ended by a fault at ${time_s.toFixed(3)} s: ${text}`);
   }

@@ -1,29 +1,54 @@
-// Why the drive does not start: conditions that are not met now, the way out of a fault, and the last request it refused.
+// Why the station does not move: conditions that are not met now, the way out of a fault, and the last request it refused.
 import { html, say, mark, Rows } from "./dom.js";
+import { faultText } from "./states.js";
 
 export class Why {
-  #reasons;
+  #title = html("h3", { id: "why-title" });
+  #list = html("ul", { id: "why-reasons" });
+  #way = html("p", { id: "why-way", class: "way" });
+  #refused = html("p", { id: "why-refused", class: "last-refusal" });
+  #reasons = new Rows(this.#list, () => {
+    const element = html("li");
+    return { element, show: ({ text }) => say(element, text) };
+  });
+  element = html("section", { id: "why", class: "why", "aria-labelledby": "why-title", hidden: true }, this.#title, this.#list, this.#way, this.#refused);
 
-  constructor(root) {
-    this.root = root;
-    this.title = root.querySelector("h3");
-    this.way = root.querySelector(".way");
-    this.refused = root.querySelector(".last-refusal");
-    this.#reasons = new Rows(root.querySelector("ul"), () => {
-      const element = html("li");
-      return { element, show: (reason) => say(element, reason) };
-    });
+  show(state) {
+    const { why, last_refusal: refusal, fault } = state;
+    // A device that cannot move has no reason not to.
+    this.element.hidden = !fault && !refusal && (!why || why.moving === null);
+    if (this.element.hidden) return;
+    const reasons = why?.reasons ?? [];
+    mark(this.element, "data-kind", fault ? "fault" : !why || (!why.moving && reasons.length > 0) ? "waiting" : "ready");
+    say(this.#title, title(state));
+    this.#reasons.show(why?.moving && !fault ? [] : reasons, ({ text }) => text);
+    say(this.#way, why?.next ? `Next: ${why.next}` : "");
+    say(this.#refused, refusal ? `Last refusal${ago(state, refusal)}: ${refusal.text}` : "");
   }
 
-  /**
-   * `title` is one sentence, `kind` ready, fault or waiting, `reasons` are sentences, `way` is the way out of a
-   * fault or "", `refused` the last refusal in one line or "".
-   */
-  show({ title, kind, reasons, way = "", refused }) {
-    mark(this.root, "data-kind", kind);
-    say(this.title, title);
-    this.#reasons.show(reasons, (reason) => reason);
-    say(this.way, way);
-    say(this.refused, refused);
+  /** Nothing but a sentence: there is no such station. */
+  refuse(sentence) {
+    this.element.hidden = false;
+    mark(this.element, "data-kind", "fault");
+    say(this.#title, sentence);
+    this.#reasons.show([], () => "");
+    for (const line of [this.#way, this.#refused]) say(line, "");
   }
+}
+
+function title({ why, fault, faults, state_text: word }) {
+  if (fault) {
+    const known = (faults ?? []).find((one) => one.fault === fault.fault);
+    const cause = known === undefined ? "" : known.present ? " Its cause is still present." : " Its cause is gone.";
+    return `Fault ${faultText(fault)}.${cause}`;
+  }
+  if (!why || why.moving === null) return "It refused a request";
+  if (why.moving) return `It moves${word ? `: ${word}` : ""}`;
+  return why.reasons.length === 0 ? "Ready: nothing keeps it from moving" : "It does not move, because";
+}
+
+function ago({ time_seconds: now }, { time_seconds: then }) {
+  if (then === undefined) return "";
+  const seconds = Math.max(0, Math.round(now - then));
+  return seconds < 60 ? `, ${seconds} s ago` : `, ${Math.round(seconds / 60)} min ago`;
 }

@@ -136,9 +136,13 @@ impl<A: Application> Slave<A> {
     /// The same slave with what an earlier Set_Slave_Add left behind: the lock bit and Rem_Slave_Data.
     #[must_use]
     pub fn with_stored(mut self, no_add_chg: bool, rem_slave_data: &[u8]) -> Self {
+        self.recall(no_add_chg, rem_slave_data);
+        self
+    }
+
+    pub(super) fn recall(&mut self, no_add_chg: bool, rem_slave_data: &[u8]) {
         self.no_add_chg = no_add_chg;
         self.rem_slave_data.keep([rem_slave_data, &[]]);
-        self
     }
 
     /// What it is.

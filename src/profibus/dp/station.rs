@@ -116,6 +116,12 @@ impl<A: Application> Station<A> {
         StoredAddress { address: self.fdl.address(), no_add_chg: self.slave.no_add_chg() }
     }
 
+    /// As [`Station::restored`], for a station that was made already and has not answered yet.
+    pub fn recall(&mut self, stored: StoredAddress, rem_slave_data: &[u8]) {
+        self.fdl.set_address(stored.address);
+        self.slave.recall(stored.no_add_chg, rem_slave_data);
+    }
+
     /// The slave: its state, owner, outputs and diagnosis.
     pub const fn slave(&self) -> &Slave<A> {
         &self.slave

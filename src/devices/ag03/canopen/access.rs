@@ -1,6 +1,6 @@
 //! What reads and writes of objects do to the device (`canopen-ag03.md` 11, 12).
 
-use super::objects::{objects, parameter};
+use super::objects::{objects, parameter, reading};
 use super::part::Part;
 use super::words::ControlWord;
 use crate::can_bus::canopen::dictionary::Limits;
@@ -124,6 +124,10 @@ impl Application for Part {
         }
     }
 
+    fn product(&self) -> &str {
+        "ag03-1"
+    }
+
     fn notice(&mut self, _now: Instant, notice: Notice) {
         self.on_notice(notice);
     }
@@ -179,7 +183,6 @@ impl Part {
 
     /// The value of an entry that is not constant.
     fn number(&self, at: Address) -> Result<i64, Abort> {
-        let (status, measured) = (self.unit.status(), || self.unit.drive().measured());
         let store = self.unit.parameters();
         Ok(match at.pair() {
             (0x6040, 0) => self.word.0.into(),
@@ -187,20 +190,19 @@ impl Part {
             (0x60FF, 0) => self.velocity.into(),
             (0x1002, 0) => self.system_status().into(),
             (0x1003, sub) => self.history(sub).into(),
-            (0x1018, 4) => store.identity().serial_number.into(),
             (0x2100, 0) => self.rate.into(),
             (0x2101, 0) => self.node_id.number().into(),
-            (0x2102, 0) => store.gear().hardware_version().into(),
-            (0x241B, 1) => measured().output_supply.into(),
-            (0x241B, 2) => measured().control_supply.into(),
-            (0x241C, 0) => measured().temperature.into(),
-            (0x241E, 0) => measured().current.into(),
-            (0x2420, 0) => general_status(status).into(),
-            (0x2422, 0) => status.torque_tripped.into(),
-            (0x2423, 0) => measured().battery.into(),
-            (0x2500, 0) => store.identity().production_date.into(),
+            (0x2420, 0) => general_status(self.unit.status()).into(),
+            (0x2422, 0) => self.unit.status().torque_tripped.into(),
             (0x6060, 0) => mode(store.value(Parameter::OperatingMode)).into(),
-            pair @ (0.., 0..) => store.value(parameter(pair).ok_or(Abort::INTERNAL)?).into(),
+            pair @ (0.., 0..) => match reading(pair) {
+                Some(reading) => {
+                    let value = self.unit.measure(reading).ok_or(Abort::INTERNAL)?;
+                    // Double words that are no position have no sign.
+                    if reading.entry().signed { value.into() } else { value.cast_unsigned().into() }
+                }
+                None => store.value(parameter(pair).ok_or(Abort::INTERNAL)?).into(),
+            },
         })
     }
 
@@ -230,7 +232,7 @@ impl Part {
 }
 
 /// 6060h of parameter no. 20, and the other way: 1 and 2 are exchanged.
-const fn mode(number: i32) -> i32 {
+pub(super) const fn mode(number: i32) -> i32 {
     3 - number
 }
 

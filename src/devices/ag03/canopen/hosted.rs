@@ -89,20 +89,19 @@ impl CanopenDevice for Ag03Node {
         Ok(())
     }
 
-    fn poll_image<'a>(&mut self, into: &'a mut [u8]) -> Result<Option<StoreRequest<'a>>, ImageError> {
+    fn poll_image<'a>(&mut self, into: &'a mut [u8]) -> Result<Option<StoreRequest<&'a [u8]>>, ImageError> {
         let got = into.len();
         if got < unit::MAX_IMAGE_LEN {
             return Err(ImageError::NoRoom { got });
         }
-        let Some(unit::StoreRequest { generation, octets }) = Self::poll_image(self) else { return Ok(None) };
+        let Some(StoreRequest { generation, octets }) = Self::poll_image(self) else { return Ok(None) };
         let image = into.get_mut(..octets.len()).ok_or(ImageError::NoRoom { got })?;
         image.copy_from_slice(&octets);
-        Ok(Some(StoreRequest { generation: u64::from(generation).into(), octets: image }))
+        Ok(Some(StoreRequest { generation, octets: image }))
     }
 
     fn handle_stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>) {
-        let outcome = outcome.map_err(|NotStored| unit::NotStored);
-        Self::handle_stored(self, now, u64::from(generation).into(), outcome);
+        Self::handle_stored(self, now, generation, outcome);
     }
 }
 

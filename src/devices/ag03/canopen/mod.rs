@@ -49,8 +49,7 @@ use core::time::Duration;
 
 use super::profibus::Leds;
 use crate::can_bus::can::{ErrorState, Frame};
-use crate::can_bus::canopen::storage;
-use crate::can_bus::canopen::storage::Memory;
+use crate::can_bus::canopen::storage::Eeprom;
 use crate::can_bus::canopen::{Address, NmtState, Node, NodeId, Refusal};
 use crate::devices::ag03::drive::{Inputs, Status, StatusLed, leds};
 use crate::devices::ag03::unit::{
@@ -85,7 +84,7 @@ pub struct Ag03Node {
     part: Part,
     cycles: Cycles,
     /// The image of the node that the unit's image makes safe.
-    awaited: Option<storage::Generation>,
+    awaited: Option<Generation>,
 }
 
 impl Ag03Node {
@@ -111,7 +110,7 @@ impl Ag03Node {
     }
 
     fn with(config: Config, unit: Unit, now: Instant) -> Self {
-        let mut node = Node::new(config.policy).with_memory(Memory::Host);
+        let mut node = Node::new(config.policy).with_memory(Eeprom::Host);
         let settings = *unit.bus_settings();
         let mut part = Part::new(&config, unit);
         if !settings.is_empty() {
@@ -315,7 +314,7 @@ impl Ag03Node {
         let outcome = match self.part.unit.handle_stored(generation, outcome) {
             Outcome::None => None,
             Outcome::Safe => Some(Ok(())),
-            Outcome::Undone => Some(Err(storage::NotStored)),
+            Outcome::Undone => Some(Err(NotStored)),
         };
         if let (Some(outcome), Some(generation)) = (outcome, self.awaited.take_if(|_| outcome.is_some())) {
             self.stored(now, generation, outcome);
@@ -394,12 +393,7 @@ impl Ag03Node {
         }
     }
 
-    fn stored(
-        &mut self,
-        now: Instant,
-        generation: storage::Generation,
-        outcome: Result<(), storage::NotStored>,
-    ) {
+    fn stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>) {
         if outcome.is_ok() {
             self.part.rate_is_safe();
         }

@@ -3,8 +3,13 @@
 
 use crate::can_bus::canopen::dictionary::{Entry, Object};
 use crate::can_bus::canopen::eds::Sheet;
+use crate::can_bus::canopen::value::DataType;
 use crate::can_bus::canopen::value::DataType::{I16, I32, U8, U16, U32, VisibleString};
-use crate::devices::ag03::param::{Gear, Parameter};
+use crate::devices::ag03::param::on_canopen;
+use crate::devices::ag03::param::on_canopen::{Coding, ObjectEntry};
+use crate::devices::ag03::param::{Gear, Model, Parameter, Quirks, Reading};
+
+use super::access::mode;
 
 /// What the electronic data sheet says besides the objects (`canopen-link.md` 9, `canopen-ag03.md` 1).
 pub const SHEET: Sheet<'static> = Sheet {
@@ -31,44 +36,46 @@ const VENDOR: u32 = 0x195;
 /// The dictionary of a drive with this gear: it decides about the largest speeds.
 pub const fn objects(gear: Gear) -> &'static [Object] {
     match gear {
-        Gear::Ratio24 => Table::<{ Gear::Ratio24.max_rpm() as i64 }>::OBJECTS,
-        Gear::Ratio48 => Table::<{ Gear::Ratio48.max_rpm() as i64 }>::OBJECTS,
+        Gear::Ratio24 => Table::<24>::OBJECTS,
+        Gear::Ratio48 => Table::<48>::OBJECTS,
     }
 }
 
-/// The parameter of the unit at an index and sub-index, if it is one.
-pub fn parameter(pair: (u16, u8)) -> Option<Parameter> {
-    PARAMETERS.iter().find(|row| row.0 == pair).map(|row| row.1)
+/// The parameter of the unit at an index and sub-index, if it is one. 6060h has another coding.
+pub(super) fn parameter(pair: (u16, u8)) -> Option<Parameter> {
+    on_canopen::PARAMETERS.iter().find(|row| row.0 == pair).map(|row| row.1)
 }
 
-/// The entries that are parameters of the unit (`canopen-ag03.md` 11). 6060h has another coding.
-pub const PARAMETERS: [((u16, u8), Parameter); Parameter::COUNT] = [
-    ((0x2410, 0x01), Parameter::ControllerP),
-    ((0x2410, 0x02), Parameter::ControllerI),
-    ((0x2410, 0x03), Parameter::ControllerD),
-    ((0x2410, 0x04), Parameter::APos),
-    ((0x2410, 0x05), Parameter::VPos),
-    ((0x2410, 0x06), Parameter::ARot),
-    ((0x2410, 0x08), Parameter::AInch),
-    ((0x2410, 0x09), Parameter::VInch),
-    ((0x2410, 0x0A), Parameter::DPos),
-    ((0x2412, 0x00), Parameter::SpindlePitch),
-    ((0x2413, 0x00), Parameter::PosType),
-    ((0x2415, 0x00), Parameter::DeltaInch),
-    ((0x2416, 0x00), Parameter::StopModeInch2),
-    ((0x2417, 0x00), Parameter::InposMode),
-    ((0x2418, 0x00), Parameter::LoopLength),
-    ((0x2421, 0x00), Parameter::TorqueDeactivation),
-    ((0x2450, 0x00), Parameter::OffsetInch2),
-    ((0x6060, 0x00), Parameter::OperatingMode),
-    ((0x6067, 0x00), Parameter::PosWindow),
-    ((0x607C, 0x00), Parameter::CalibrationValue),
-    ((0x607D, 0x01), Parameter::Limit2),
-    ((0x607D, 0x02), Parameter::Limit1),
-    ((0x607E, 0x00), Parameter::SenseOfRotation),
-    ((0x6091, 0x01), Parameter::GearNumerator),
-    ((0x6091, 0x02), Parameter::GearDenominator),
-];
+/// The read-out at an index and sub-index, if it is one that PROFIBUS has, too.
+pub(super) fn reading(pair: (u16, u8)) -> Option<Reading> {
+    on_canopen::READINGS.iter().find(|row| row.0 == pair).map(|row| row.1)
+}
+
+/// The entry of a stored parameter: all of it is in the row of the parameter.
+const fn kept(parameter: Parameter, gear: Gear) -> Entry {
+    let (setting, stored, ObjectEntry { at: (_, sub), coding, name }) = parameter.on_canopen();
+    let range = setting.limits.range(Model::Ag03_1, gear, Quirks::NONE);
+    let is_mode = matches!(parameter, Parameter::OperatingMode);
+    let default = if is_mode { mode(setting.default) } else { setting.default };
+    let entry = Entry::rw(sub, name, data(coding)).number(default as i64);
+    Entry { stored, ..entry.range(range.low as i64, range.high as i64) }
+}
+
+/// The entry of a read-out.
+const fn shown(reading: Reading) -> Entry {
+    let ObjectEntry { at: (_, sub), coding, name } = reading.on_canopen();
+    Entry::ro(sub, name, data(coding)).live()
+}
+
+const fn data(coding: Coding) -> DataType {
+    match coding {
+        Coding::U8 => U8,
+        Coding::U16 => U16,
+        Coding::U32 => U32,
+        Coding::I16 => I16,
+        Coding::I32 => I32,
+    }
+}
 
 /// The largest target position in either direction.
 pub const MAX_TARGET: i32 = 9_999_999;
@@ -78,14 +85,20 @@ const TPDO_TYPES: &[(i64, i64)] = &[(0, 240), (253, 255)];
 /// Transmission types of RPDOs.
 const RPDO_TYPES: &[(i64, i64)] = &[(0, 240), (254, 255)];
 
-/// The dictionary of a drive that turns with at most so many rpm.
-struct Table<const RPM: i64>;
+/// The dictionary of a drive with an internal gear of this ratio.
+struct Table<const RATIO: u16>;
 
-impl<const RPM: i64> Table<RPM> {
+impl<const RATIO: u16> Table<RATIO> {
+    const GEAR: Gear = match RATIO {
+        24 => Gear::Ratio24,
+        _ => Gear::Ratio48,
+    };
+    const RPM: i64 = Self::GEAR.max_rpm() as i64;
+
     const OBJECTS: &'static [Object] = &[
         Object::var(0x1000, &[Entry::ro(0, "Device type", U32).number(0x0000_0192)]),
         Object::var(0x1001, &[Entry::ro(0, "Error register", U8).number(0).node()]),
-        Object::var(0x1002, &[Entry::ro(0, "Manufacturer status register", U32).live()]),
+        Object::var(0x1002, &[shown(Reading::SystemStatus)]),
         Object::array(
             0x1003,
             "Predefined error field",
@@ -129,7 +142,7 @@ impl<const RPM: i64> Table<RPM> {
                 Entry::ro(1, "Vendor ID", U32).number(VENDOR as i64),
                 Entry::ro(2, "Product code", U32).number(0),
                 Entry::ro(3, "Revision number", U32).number(0),
-                Entry::ro(4, "Serial number", U32).live(),
+                shown(Reading::SerialNumber),
             ],
         ),
         Object::record(
@@ -296,83 +309,80 @@ impl<const RPM: i64> Table<RPM> {
             &[Entry::rw(0, "CAN baud rate", U8).number(10).range(0, 11).pre_operational().stored()],
         ),
         Object::var(0x2101, &[Entry::ro(0, "Node-ID", U8).number(1).live()]),
-        Object::var(0x2102, &[Entry::ro(0, "Gear reduction", U8).live()]),
+        Object::var(0x2102, &[shown(Reading::HardwareVersion)]),
         Object::record(
             0x2410,
             "Controller parameters",
             &[
                 Entry::ro(0, "Largest sub-index", U8).number(10),
-                Entry::rw(1, "Controller P", U16).number(100).range(1, 500).stored(),
-                Entry::rw(2, "Controller I", U16).number(5).range(0, 500).stored(),
-                Entry::rw(3, "Controller D", U16).number(0).range(0, 500).stored(),
-                Entry::rw(4, "a-Pos %", U8).number(50).range(1, 100).stored(),
-                Entry::rw(5, "v-Pos rpm", U8).number(30).range(1, RPM).stored(),
-                Entry::rw(6, "a-Rot %", U8).number(50).range(1, 100).stored(),
-                Entry::rw(8, "a-Inch %", U8).number(50).range(1, 100).stored(),
-                Entry::rw(9, "v-Inch rpm", U8).number(30).range(1, RPM).stored(),
-                Entry::rw(0x0A, "d-Pos %", U8).number(101).range(1, 101).stored(),
+                kept(Parameter::ControllerP, Self::GEAR),
+                kept(Parameter::ControllerI, Self::GEAR),
+                kept(Parameter::ControllerD, Self::GEAR),
+                kept(Parameter::APos, Self::GEAR),
+                kept(Parameter::VPos, Self::GEAR),
+                kept(Parameter::ARot, Self::GEAR),
+                kept(Parameter::AInch, Self::GEAR),
+                kept(Parameter::VInch, Self::GEAR),
+                kept(Parameter::DPos, Self::GEAR),
             ],
         ),
-        Object::var(0x2412, &[Entry::rw(0, "Spindle pitch 1/100 mm", U16).number(0).range(0, 1000).stored()]),
-        Object::var(0x2413, &[Entry::rw(0, "Positioning type", U8).number(0).range(0, 2).stored()]),
-        Object::var(
-            0x2415,
-            &[Entry::rw(0, "Delta inch", I32).number(1600).range(-1_000_000, 1_000_000).stored()],
-        ),
-        Object::var(0x2416, &[Entry::rw(0, "Stop mode inching 2", U8).number(0).range(0, 1).stored()]),
-        Object::var(0x2417, &[Entry::rw(0, "Inpos mode", U8).number(0).range(0, 2).stored()]),
-        Object::var(0x2418, &[Entry::rw(0, "Loop length inc", U16).number(800).range(0, 10_000).stored()]),
+        Object::var(0x2412, &[kept(Parameter::SpindlePitch, Self::GEAR)]),
+        Object::var(0x2413, &[kept(Parameter::PosType, Self::GEAR)]),
+        Object::var(0x2415, &[kept(Parameter::DeltaInch, Self::GEAR)]),
+        Object::var(0x2416, &[kept(Parameter::StopModeInch2, Self::GEAR)]),
+        Object::var(0x2417, &[kept(Parameter::InposMode, Self::GEAR)]),
+        Object::var(0x2418, &[kept(Parameter::LoopLength, Self::GEAR)]),
         Object::array(
             0x241B,
             "Supply voltages",
             &[
                 Entry::ro(0, "Largest sub-index", U8).number(2),
-                Entry::ro(1, "Supply output stage 0.1 V", U16).live(),
-                Entry::ro(2, "Supply control 0.1 V", U16).live(),
+                shown(Reading::OutputStageVoltage),
+                shown(Reading::ControlVoltage),
             ],
         ),
-        Object::var(0x241C, &[Entry::ro(0, "Output-stage temperature 0.1 C", I16).live()]),
-        Object::var(0x241E, &[Entry::ro(0, "Motor current mA", I16).live()]),
+        Object::var(0x241C, &[shown(Reading::Temperature)]),
+        Object::var(0x241E, &[shown(Reading::MotorCurrent)]),
         Object::var(0x2420, &[Entry::ro(0, "Generic status register", U8).live()]),
-        Object::var(0x2421, &[Entry::rw(0, "Torque deactivation %", U8).number(125).range(20, 125).stored()]),
+        Object::var(0x2421, &[kept(Parameter::TorqueDeactivation, Self::GEAR)]),
         Object::var(0x2422, &[Entry::ro(0, "Torque deactivation state", U8).live()]),
-        Object::var(0x2423, &[Entry::ro(0, "Battery voltage 0.01 V", I16).live()]),
-        Object::var(0x2450, &[Entry::rw(0, "Inching 2 offset %", U8).number(100).range(10, 100)]),
-        Object::var(0x2500, &[Entry::ro(0, "Production date DDMMYYYY", U32).live()]),
+        Object::var(0x2423, &[shown(Reading::BatteryVoltage)]),
+        Object::var(0x2450, &[kept(Parameter::OffsetInch2, Self::GEAR)]),
+        Object::var(0x2500, &[shown(Reading::ProductionDate)]),
         Object::var(0x6040, &[Entry::rw(0, "Controlword", U16).number(0).to_rpdo()]),
         Object::var(0x6041, &[Entry::ro(0, "Statusword", U16).to_tpdo().live()]),
-        Object::var(0x6060, &[Entry::rw(0, "Modes of operation", U8).number(1).range(1, 2).stored()]),
-        Object::var(0x6064, &[Entry::ro(0, "Position actual value", I32).to_tpdo().live()]),
-        Object::var(0x6067, &[Entry::rw(0, "Position window", U16).number(10).range(0, 1000).stored()]),
+        Object::var(0x6060, &[kept(Parameter::OperatingMode, Self::GEAR)]),
+        Object::var(0x6064, &[shown(Reading::Position).to_tpdo()]),
+        Object::var(0x6067, &[kept(Parameter::PosWindow, Self::GEAR)]),
         Object::var(0x606C, &[Entry::ro(0, "Velocity actual value rpm", I32).to_tpdo().live()]),
         Object::var(
             0x607A,
             &[Entry::rw(0, "Target position", I32).number(0).range(-9_999_999, 9_999_999).to_rpdo()],
         ),
-        Object::var(
-            0x607C,
-            &[Entry::rw(0, "Calibration value", I32).number(0).range(-999_999, 999_999).stored()],
-        ),
+        Object::var(0x607C, &[kept(Parameter::CalibrationValue, Self::GEAR)]),
         Object::array(
             0x607D,
             "Software position limits",
             &[
                 Entry::ro(0, "Number of entries", U8).number(2),
-                Entry::rw(1, "Limit 2 (lower)", I32).number(-1_000_000).range(-9_999_999, 9_999_999).stored(),
-                Entry::rw(2, "Limit 1 (upper)", I32).number(1_000_000).range(-9_999_999, 9_999_999).stored(),
+                kept(Parameter::Limit2, Self::GEAR),
+                kept(Parameter::Limit1, Self::GEAR),
             ],
         ),
-        Object::var(0x607E, &[Entry::rw(0, "Polarity", U8).number(0).range(0, 1).stored()]),
+        Object::var(0x607E, &[kept(Parameter::SenseOfRotation, Self::GEAR)]),
         Object::array(
             0x6091,
             "Gear ratio",
             &[
                 Entry::ro(0, "Number of entries", U8).number(2),
-                Entry::rw(1, "Gear numerator", U16).number(1).range(1, 10_000).stored(),
-                Entry::rw(2, "Gear denominator", U16).number(1).range(1, 10_000).stored(),
+                kept(Parameter::GearNumerator, Self::GEAR),
+                kept(Parameter::GearDenominator, Self::GEAR),
             ],
         ),
-        Object::var(0x60FF, &[Entry::rw(0, "Target velocity rpm", I32).number(0).range(-RPM, RPM).to_rpdo()]),
+        Object::var(
+            0x60FF,
+            &[Entry::rw(0, "Target velocity rpm", I32).number(0).range(-Self::RPM, Self::RPM).to_rpdo()],
+        ),
     ];
 }
 
@@ -383,7 +393,6 @@ mod tests {
     use super::*;
     use crate::can_bus::canopen::dictionary::{Access, Limits};
     use crate::can_bus::canopen::{Address, NodeId, check, dictionary};
-    use crate::devices::ag03::param::{Model, Quirks};
 
     #[test]
     fn the_table_agrees_with_itself() {
@@ -397,7 +406,7 @@ mod tests {
     #[test]
     fn ranges_and_defaults_are_those_of_the_parameters() {
         for gear in Gear::ALL {
-            for ((index, sub), parameter) in PARAMETERS {
+            for ((index, sub), parameter) in on_canopen::PARAMETERS {
                 let entry = dictionary::entry(objects(gear), Address::new(index, sub)).unwrap();
                 assert_eq!(entry.access, Access::Rw, "{parameter}");
                 assert_eq!(entry.stored, parameter.entry().persistent, "{parameter}");

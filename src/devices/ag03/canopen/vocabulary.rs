@@ -1,13 +1,13 @@
 //! What the AG03/1 calls what it says on CANopen.
 
 use super::errors;
-use super::objects::{objects, parameter};
+use super::objects::{objects, parameter, reading};
 use super::words::{CwBit, SwBit};
 use crate::can_bus::canopen::Address;
 use crate::devices::Vocabulary;
 use crate::devices::ag03::drive::Mode;
 use crate::devices::ag03::param;
-use crate::devices::ag03::param::{Gear, Model, Parameter, Pnu};
+use crate::devices::ag03::param::{Gear, Model, Parameter, Reading};
 use crate::devices::ag03::profibus::bits;
 use crate::devices::ag03::profibus::bits::Word;
 
@@ -32,20 +32,6 @@ pub const VOCABULARY: Vocabulary = Vocabulary {
     ],
 };
 
-/// The read-outs that PROFIBUS has under a number of its own (`canopen-ag03.md` 11), and the number.
-const READINGS: [((u16, u8), u16); 10] = [
-    ((0x1002, 0), 1020),
-    ((0x1018, 4), 1033),
-    ((0x2102, 0), 961),
-    ((0x241B, 1), 1040),
-    ((0x241B, 2), 1041),
-    ((0x241C, 0), 1027),
-    ((0x241E, 0), 1029),
-    ((0x2423, 0), 1042),
-    ((0x2500, 0), 1034),
-    ((0x6064, 0), 1036),
-];
-
 /// The parameter of the drive that an entry is. Not 6060h: its numbers are other ones.
 pub(super) fn entry(at: Address) -> Option<&'static param::Entry> {
     match parameter(at.pair()) {
@@ -55,8 +41,7 @@ pub(super) fn entry(at: Address) -> Option<&'static param::Entry> {
     }
     // A target is counted as the position is.
     let pair = if at.pair() == (0x607A, 0) { (0x6064, 0) } else { at.pair() };
-    let pnu = READINGS.iter().find(|row| row.0 == pair)?.1;
-    param::entry(Model::Ag03_1, Pnu::new(pnu).ok()?)
+    reading(pair).map(Reading::entry)
 }
 
 const fn choice(at: Address, number: i64) -> Option<&'static str> {
@@ -102,13 +87,15 @@ fn of(word: Word, mode: Mode, put: &mut dyn FnMut(u8, &'static str)) {
 mod tests {
     use super::*;
     use crate::can_bus::canopen::dictionary;
+    use crate::devices::ag03::param::on_canopen;
 
     #[test]
     fn a_parameter_or_reading_is_where_the_dictionary_has_an_entry() {
-        for (pair, pnu) in READINGS {
+        for (pair, reading) in on_canopen::READINGS {
             let at = Address::new(pair.0, pair.1);
-            assert!(dictionary::entry(VOCABULARY.objects, at).is_ok(), "{at}");
-            assert!(entry(at).is_some(), "PNU {pnu}");
+            let object = dictionary::entry(VOCABULARY.objects, at).unwrap();
+            assert_eq!(object.name, reading.on_canopen().name, "{at}");
+            assert_eq!(entry(at), Some(reading.entry()));
         }
         assert!(entry(Address::new(0x6060, 0)).is_none());
         assert_eq!(choice(Address::new(0x6060, 0), 2), Some("velocity mode"));

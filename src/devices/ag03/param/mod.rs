@@ -2,6 +2,7 @@
 //!
 //! | file | holds |
 //! | --- | --- |
+//! | `on_canopen` | the rows as the object dictionary has them |
 //! | `model` | [`Model`], [`Gear`]: which drive |
 //! | `entry` | [`Entry`]: what the table says about a parameter |
 //! | `in_words` | [`Entry::in_words`], [`Lengths`]: values with their units |
@@ -31,6 +32,7 @@
 mod entry;
 mod in_words;
 mod model;
+pub(crate) mod on_canopen;
 mod quirks;
 mod store;
 mod table;

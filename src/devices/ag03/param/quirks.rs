@@ -14,3 +14,14 @@ pub struct Quirks {
     /// A shaft that turns without travel job, so one that runs out, can be calibrated (C-39).
     pub calibrate_while_moving: bool,
 }
+
+impl Quirks {
+    /// None of them.
+    pub const NONE: Self = Self {
+        i_gain_from_1: false,
+        acceleration_from_1: false,
+        calibrate_by_value: false,
+        d_pos_without_job: false,
+        calibrate_while_moving: false,
+    };
+}

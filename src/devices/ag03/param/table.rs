@@ -1,4 +1,5 @@
-//! Every parameter of both models as data (`ag03.md` 3.1; manual chapter 6 and table 15).
+//! Every parameter of both models as data (`ag03.md` 3.1; manual chapter 6 and table 15), one row each: its number on
+//! PROFIBUS and its place in the object dictionary (`canopen-ag03.md` 11).
 //!
 //! Decided where the manuals contradict themselves: the I gain is 0 to 500 on both models (`ag03.md` C-01),
 //! the accelerations of an AG03 may be 0 (C-02). Numbers that are reserved or not listed have no entry.
@@ -6,13 +7,21 @@
 use core::fmt;
 
 use super::entry::{Entry, Group, Kind, Limits, Models, Range, Reading, Setting, Unit, WritableWhen};
+use super::on_canopen::{Coding, ObjectEntry};
 use super::{FAULT_BUFFER_LEN, Model, Pnu, Width};
 
 /// Every parameter of either model, in the order of the numbers.
 pub static TABLE: &[Entry] = &STORED;
 
 /// The rows with their number, which only this file counts.
-static STORED: [Entry; 41] = ROWS;
+static STORED: [Entry; 41] = entries();
+
+/// A parameter on both buses. Only the compiler has it: each bus takes its part.
+#[derive(Clone, Copy)]
+pub(super) struct Row {
+    pub(super) entry: Entry,
+    pub(super) object: Option<ObjectEntry>,
+}
 
 /// The parameter `pnu` of a model, if it has one. Takes the same short time for every number.
 pub fn entry(model: Model, pnu: Pnu) -> Option<&'static Entry> {
@@ -156,55 +165,77 @@ const INPOS_MODES: &[(u16, &str)] =
     &[(0, "position control"), (1, "windings shorted"), (2, "motor released")];
 
 #[rustfmt::skip] // one row per line
-const ROWS: [Entry; 41] = {
+pub(super) const ROWS: [Row; 41] = {
+    use Coding as C;
     use Parameter as P;
     use Reading as R;
     use Unit as U;
     use WritableWhen::Standstill;
     [
-        word(918, "Profibus address", U::None, shown(R::Address)),
-        word(930, "Operating mode", U::Choice(MODES), standard(P::OperatingMode, 20, to(1, 2), 2)).writable(Standstill),
-        word(945, "Fault buffer", U::Ascii, shown(R::FaultBuffer)).array(FAULT_BUFFER_LEN).persistent(true),
-        word(952, "Number of faults", U::None, shown(R::FaultCount)).persistent(true),
-        word(961, "Hardware version", U::Choice(GEARS), shown(R::HardwareVersion)),
-        word(965, "Software version", U::Version, shown(R::SoftwareVersion)),
-        word(LOAD_PARAMETER_SET.0, "Load parameter data record", U::Choice(LOAD_COMMANDS), Kind::LoadParameterSet),
-        word(1000, "Controller parameter P", U::None, controller(P::ControllerP, 1, to(1, 500), 100)),
-        word(1001, "Controller parameter I", U::None, controller(P::ControllerI, 2, Limits::IGain, 5)),
-        word(1002, "Controller parameter D", U::None, controller(P::ControllerD, 3, to(0, 500), 0)),
-        word(1003, "a-Pos", U::PercentOfAcceleration, controller(P::APos, 4, Limits::Acceleration, 50)),
-        word(1004, "v-Pos", U::Rpm, controller(P::VPos, 5, Limits::Speed, 30)),
-        word(1005, "a-Rot", U::PercentOfAcceleration, controller(P::ARot, 6, Limits::Acceleration, 50)),
-        word(1007, "a-Inch", U::PercentOfAcceleration, controller(P::AInch, 8, Limits::Acceleration, 50)),
-        word(1008, "v-Inch", U::Rpm, controller(P::VInch, 9, Limits::Speed, 30)).writable(Standstill),
-        word(1009, "Pos window", U::Window, standard(P::PosWindow, 10, to(0, 1000), 10)),
-        word(1010, "Gear numerator", U::None, standard(P::GearNumerator, 11, to(1, 10_000), 1)).writable(Standstill),
-        word(1011, "Gear denominator", U::None, standard(P::GearDenominator, 12, to(1, 10_000), 1)).writable(Standstill),
-        word(1012, "Spindle pitch", U::SpindlePitch, standard(P::SpindlePitch, 13, to(0, 1000), 0)).writable(Standstill),
-        word(1013, "Sense of rotation", U::Choice(SENSES), standard(P::SenseOfRotation, 18, to(0, 1), 0)).writable(Standstill),
-        word(1014, "Pos type", U::Choice(POS_TYPES), standard(P::PosType, 19, to(0, 2), 0)),
-        double(1016, "Limit 1", U::Position, standard(P::Limit1, 15, to(-9_999_999, 9_999_999), 1_000_000)),
-        double(1017, "Limit 2", U::Position, standard(P::Limit2, 16, to(-9_999_999, 9_999_999), -1_000_000)),
-        double(1018, "Calibration value", U::Position, standard(P::CalibrationValue, 14, to(-999_999, 999_999), 0)),
-        double(1019, "Delta inch", U::Position, standard(P::DeltaInch, 17, to(-1_000_000, 1_000_000), 1600)),
-        word(1020, "System status word", U::Bits, shown(R::SystemStatus)),
-        word(1021, "Stop mode inch 2", U::Choice(STOP_MODES), standard(P::StopModeInch2, 25, to(0, 1), 0)),
-        word(1022, "Inpos mode", U::Choice(INPOS_MODES), standard(P::InposMode, 26, to(0, 2), 0)),
-        word(1023, "Loop length", U::Increments, standard(P::LoopLength, 27, to(0, 10_000), 800)),
-        word(1027, "Device temperature", U::TenthDegrees, shown(R::Temperature)).signed(true).only_ag03_1(),
-        word(1029, "Motor current", U::Milliamperes, shown(R::MotorCurrent)).signed(true).only_ag03_1(),
-        word(1031, "General status register", U::Bits, shown(R::GeneralStatus)),
-        word(1032, "Torque deactivation", U::Percent, standard(P::TorqueDeactivation, 29, to(20, 125), 125)),
-        double(1033, "Serial number", U::None, shown(R::SerialNumber)).signed(false),
-        double(1034, "Date of production", U::Date, shown(R::ProductionDate)).signed(false),
-        word(1035, "Offset inching 2", U::Percent, standard(P::OffsetInch2, 30, to(10, 100), 100)).persistent(false),
-        double(1036, "Position value", U::Position, shown(R::Position)),
-        word(1039, "d-Pos", U::PercentOfAcceleration, controller(P::DPos, 31, to(1, 101), 101)).only_ag03_1(),
-        word(1040, "Supply voltage output stage", U::TenthVolts, shown(R::OutputStageVoltage)).only_ag03_1(),
-        word(1041, "Supply voltage control", U::TenthVolts, shown(R::ControlVoltage)).only_ag03_1(),
-        word(1042, "Battery voltage", U::HundredthVolts, shown(R::BatteryVoltage)).only_ag03_1(),
+        only_profibus(word(918, "Profibus address", U::None, shown(R::Address))),
+        on_canopen(word(930, "Operating mode", U::Choice(MODES), standard(P::OperatingMode, 20, to(1, 2), 2)).writable(Standstill), 0x6060, 0, C::U8, "Modes of operation"),
+        only_profibus(word(945, "Fault buffer", U::Ascii, shown(R::FaultBuffer)).array(FAULT_BUFFER_LEN).persistent(true)),
+        only_profibus(word(952, "Number of faults", U::None, shown(R::FaultCount)).persistent(true)),
+        on_canopen(word(961, "Hardware version", U::Choice(GEARS), shown(R::HardwareVersion)), 0x2102, 0, C::U8, "Gear reduction"),
+        only_profibus(word(965, "Software version", U::Version, shown(R::SoftwareVersion))),
+        only_profibus(word(LOAD_PARAMETER_SET.0, "Load parameter data record", U::Choice(LOAD_COMMANDS), Kind::LoadParameterSet)),
+        on_canopen(word(1000, "Controller parameter P", U::None, controller(P::ControllerP, 1, to(1, 500), 100)), 0x2410, 1, C::U16, "Controller P"),
+        on_canopen(word(1001, "Controller parameter I", U::None, controller(P::ControllerI, 2, Limits::IGain, 5)), 0x2410, 2, C::U16, "Controller I"),
+        on_canopen(word(1002, "Controller parameter D", U::None, controller(P::ControllerD, 3, to(0, 500), 0)), 0x2410, 3, C::U16, "Controller D"),
+        on_canopen(word(1003, "a-Pos", U::PercentOfAcceleration, controller(P::APos, 4, Limits::Acceleration, 50)), 0x2410, 4, C::U8, "a-Pos %"),
+        on_canopen(word(1004, "v-Pos", U::Rpm, controller(P::VPos, 5, Limits::Speed, 30)), 0x2410, 5, C::U8, "v-Pos rpm"),
+        on_canopen(word(1005, "a-Rot", U::PercentOfAcceleration, controller(P::ARot, 6, Limits::Acceleration, 50)), 0x2410, 6, C::U8, "a-Rot %"),
+        on_canopen(word(1007, "a-Inch", U::PercentOfAcceleration, controller(P::AInch, 8, Limits::Acceleration, 50)), 0x2410, 8, C::U8, "a-Inch %"),
+        on_canopen(word(1008, "v-Inch", U::Rpm, controller(P::VInch, 9, Limits::Speed, 30)).writable(Standstill), 0x2410, 9, C::U8, "v-Inch rpm"),
+        on_canopen(word(1009, "Pos window", U::Window, standard(P::PosWindow, 10, to(0, 1000), 10)), 0x6067, 0, C::U16, "Position window"),
+        on_canopen(word(1010, "Gear numerator", U::None, standard(P::GearNumerator, 11, to(1, 10_000), 1)).writable(Standstill), 0x6091, 1, C::U16, "Gear numerator"),
+        on_canopen(word(1011, "Gear denominator", U::None, standard(P::GearDenominator, 12, to(1, 10_000), 1)).writable(Standstill), 0x6091, 2, C::U16, "Gear denominator"),
+        on_canopen(word(1012, "Spindle pitch", U::SpindlePitch, standard(P::SpindlePitch, 13, to(0, 1000), 0)).writable(Standstill), 0x2412, 0, C::U16, "Spindle pitch 1/100 mm"),
+        on_canopen(word(1013, "Sense of rotation", U::Choice(SENSES), standard(P::SenseOfRotation, 18, to(0, 1), 0)).writable(Standstill), 0x607E, 0, C::U8, "Polarity"),
+        on_canopen(word(1014, "Pos type", U::Choice(POS_TYPES), standard(P::PosType, 19, to(0, 2), 0)), 0x2413, 0, C::U8, "Positioning type"),
+        on_canopen(double(1016, "Limit 1", U::Position, standard(P::Limit1, 15, to(-9_999_999, 9_999_999), 1_000_000)), 0x607D, 2, C::I32, "Limit 1 (upper)"),
+        on_canopen(double(1017, "Limit 2", U::Position, standard(P::Limit2, 16, to(-9_999_999, 9_999_999), -1_000_000)), 0x607D, 1, C::I32, "Limit 2 (lower)"),
+        on_canopen(double(1018, "Calibration value", U::Position, standard(P::CalibrationValue, 14, to(-999_999, 999_999), 0)), 0x607C, 0, C::I32, "Calibration value"),
+        on_canopen(double(1019, "Delta inch", U::Position, standard(P::DeltaInch, 17, to(-1_000_000, 1_000_000), 1600)), 0x2415, 0, C::I32, "Delta inch"),
+        on_canopen(word(1020, "System status word", U::Bits, shown(R::SystemStatus)), 0x1002, 0, C::U32, "Manufacturer status register"),
+        on_canopen(word(1021, "Stop mode inch 2", U::Choice(STOP_MODES), standard(P::StopModeInch2, 25, to(0, 1), 0)), 0x2416, 0, C::U8, "Stop mode inching 2"),
+        on_canopen(word(1022, "Inpos mode", U::Choice(INPOS_MODES), standard(P::InposMode, 26, to(0, 2), 0)), 0x2417, 0, C::U8, "Inpos mode"),
+        on_canopen(word(1023, "Loop length", U::Increments, standard(P::LoopLength, 27, to(0, 10_000), 800)), 0x2418, 0, C::U16, "Loop length inc"),
+        on_canopen(word(1027, "Device temperature", U::TenthDegrees, shown(R::Temperature)).signed(true).only_ag03_1(), 0x241C, 0, C::I16, "Output-stage temperature 0.1 C"),
+        on_canopen(word(1029, "Motor current", U::Milliamperes, shown(R::MotorCurrent)).signed(true).only_ag03_1(), 0x241E, 0, C::I16, "Motor current mA"),
+        only_profibus(word(1031, "General status register", U::Bits, shown(R::GeneralStatus))),
+        on_canopen(word(1032, "Torque deactivation", U::Percent, standard(P::TorqueDeactivation, 29, to(20, 125), 125)), 0x2421, 0, C::U8, "Torque deactivation %"),
+        on_canopen(double(1033, "Serial number", U::None, shown(R::SerialNumber)).signed(false), 0x1018, 4, C::U32, "Serial number"),
+        on_canopen(double(1034, "Date of production", U::Date, shown(R::ProductionDate)).signed(false), 0x2500, 0, C::U32, "Production date DDMMYYYY"),
+        on_canopen(word(1035, "Offset inching 2", U::Percent, standard(P::OffsetInch2, 30, to(10, 100), 100)).persistent(false), 0x2450, 0, C::U8, "Inching 2 offset %"),
+        on_canopen(double(1036, "Position value", U::Position, shown(R::Position)), 0x6064, 0, C::I32, "Position actual value"),
+        on_canopen(word(1039, "d-Pos", U::PercentOfAcceleration, controller(P::DPos, 31, to(1, 101), 101)).only_ag03_1(), 0x2410, 0x0A, C::U8, "d-Pos %"),
+        on_canopen(word(1040, "Supply voltage output stage", U::TenthVolts, shown(R::OutputStageVoltage)).only_ag03_1(), 0x241B, 1, C::U16, "Supply output stage 0.1 V"),
+        on_canopen(word(1041, "Supply voltage control", U::TenthVolts, shown(R::ControlVoltage)).only_ag03_1(), 0x241B, 2, C::U16, "Supply control 0.1 V"),
+        on_canopen(word(1042, "Battery voltage", U::HundredthVolts, shown(R::BatteryVoltage)).only_ag03_1(), 0x2423, 0, C::I16, "Battery voltage 0.01 V"),
     ]
 };
+
+/// A parameter with its place in the object dictionary of the AG03/1.
+const fn on_canopen(entry: Entry, index: u16, sub: u8, coding: Coding, name: &'static str) -> Row {
+    Row { entry, object: Some(ObjectEntry { at: (index, sub), coding, name }) }
+}
+
+/// A parameter that the object dictionary does not have.
+const fn only_profibus(entry: Entry) -> Row {
+    Row { entry, object: None }
+}
+
+#[expect(clippy::indexing_slicing, reason = "runs in the compiler only")]
+const fn entries() -> [Entry; 41] {
+    let mut entries = [ROWS[0].entry; ROWS.len()];
+    let mut row = 1;
+    while row < ROWS.len() {
+        entries[row] = ROWS[row].entry;
+        row += 1;
+    }
+    entries
+}
 
 /// A word: unsigned, kept in the EEPROM if it is a setting, known to both models.
 const fn word(pnu: u16, name: &'static str, unit: Unit, kind: Kind) -> Entry {
@@ -255,18 +286,18 @@ const fn rows_by_pnu() -> [u8; PNUS] {
     let mut rows = [NO_ROW; PNUS];
     let mut row = 0;
     while (row as usize) < ROWS.len() {
-        rows[(ROWS[row as usize].pnu.0 - FIRST_PNU) as usize] = row;
+        rows[(ROWS[row as usize].entry.pnu.0 - FIRST_PNU) as usize] = row;
         row += 1;
     }
     rows
 }
 
 #[expect(clippy::indexing_slicing, reason = "runs in the compiler only")]
-const fn rows_by_parameter() -> [u8; Parameter::COUNT] {
+pub(super) const fn rows_by_parameter() -> [u8; Parameter::COUNT] {
     let mut rows = [NO_ROW; Parameter::COUNT];
     let mut row = 0;
     while (row as usize) < ROWS.len() {
-        if let Kind::Setting(setting) = ROWS[row as usize].kind {
+        if let Kind::Setting(setting) = ROWS[row as usize].entry.kind {
             rows[setting.parameter as usize] = row;
         }
         row += 1;
@@ -275,11 +306,11 @@ const fn rows_by_parameter() -> [u8; Parameter::COUNT] {
 }
 
 #[expect(clippy::indexing_slicing, reason = "runs in the compiler only")]
-const fn rows_by_reading() -> [u8; Reading::COUNT] {
+pub(super) const fn rows_by_reading() -> [u8; Reading::COUNT] {
     let mut rows = [NO_ROW; Reading::COUNT];
     let mut row = 0;
     while (row as usize) < ROWS.len() {
-        if let Kind::Reading(reading) = ROWS[row as usize].kind {
+        if let Kind::Reading(reading) = ROWS[row as usize].entry.kind {
             rows[reading as usize] = row;
         }
         row += 1;
@@ -307,7 +338,7 @@ const fn settings() -> [Setting; Parameter::COUNT] {
 /// Does not compile for a [`Parameter`] without a row.
 #[expect(clippy::indexing_slicing, reason = "runs in the compiler only")]
 const fn setting_of(row: u8) -> Setting {
-    match ROWS[row as usize].kind {
+    match ROWS[row as usize].entry.kind {
         Kind::Setting(setting) => setting,
         Kind::Reading(_) | Kind::LoadParameterSet => panic!("the row of a stored parameter holds none"),
     }

@@ -1,17 +1,16 @@
 //! What survives power-off, as octets: the image of one unit's EEPROM and of its absolute encoder.
 //!
-//! All numbers are big-endian.
+//! The content of an [image](crate::image); all numbers are big-endian:
 //!
 //! ```text
-//! octet      0..8       8..10    10     11    12..14        14..110        110..120  120..122  122..130  130..138
-//!         "PROFIDRV"  version  model  gear   length   24 parameters, i32    faults     count      zero     shaft
-//!         └──────────────── header ───────────────┘└──────────────────── EEPROM ──────────────────────┘ └encoder┘
+//! octet        0..96          96..106   106..108  108..116  116..124
+//!       24 parameters, i32    faults     count      zero     shaft
+//!       └──────────────────── EEPROM ──────────────────────┘ └encoder┘
 //!
-//! version 1, no settings of a bus:  138..142 CRC-32
-//! version 2:                        138 number n of octets, 1 to 128   139..139+n settings of the bus   4 octets CRC-32
+//! version 2:   124 number n of octets, 1 to 128   125..125+n settings of the bus
 //! ```
 //!
-//! - model: 1 = AG03, 2 = AG03/1; gear: 24 or 48; length: octets of the whole image.
+//! - model: 1 = AG03, 2 = AG03/1; gear: 24 or 48.
 //! - parameters: those of the table that the EEPROM keeps, in the order of [`Parameter::all`]. PNU 1035 is none of
 //!   them (manual chapter 6, no. 30). On an AG03 the place of d-Pos holds its default.
 //! - faults, count, zero and shaft: see [`Memory`]; zero and shaft in increments as IEEE 754 binary64. The EEPROM of
@@ -20,7 +19,6 @@
 //!   zero.
 //! - settings of the bus: what the bus on which the unit is keeps there; only the bus knows what they mean. Version 1 is
 //!   what version 0.1.0 of this program writes; it is still written where there are none.
-//! - CRC-32 (IEEE 802.3) of all octets before it.
 //!
 //! The factory's data ([`Identity`](crate::devices::ag03::param::Identity)) and the DIP switches are no part of it.
 
@@ -30,19 +28,18 @@ use thiserror::Error;
 
 use crate::devices::ag03::drive::{Fault, FaultBuffer, Memory};
 use crate::devices::ag03::param::{Gear, Model, ParamError, Parameter, Store};
+use crate::image;
+use crate::image::{FRAME_LEN, Writer};
 
 /// Octets of an image without settings of a bus.
-pub const IMAGE_LEN: usize = BODY_LEN + CRC_LEN;
+pub const IMAGE_LEN: usize = FRAME_LEN + 4 * KEPT + FaultBuffer::LEN + 2 + 8 + 8;
 /// The most octets that an image has.
-pub const MAX_IMAGE_LEN: usize = BODY_LEN + 1 + BusSettings::MAX_LEN + CRC_LEN;
+pub const MAX_IMAGE_LEN: usize = IMAGE_LEN + 1 + BusSettings::MAX_LEN;
 
-const MAGIC: [u8; 8] = *b"PROFIDRV";
-/// Without and with settings of a bus.
-const VERSIONS: [u16; 2] = [1, 2];
-const HEADER_LEN: usize = MAGIC.len() + 2 + 1 + 1 + 2;
-/// The octets that every image has before its end.
-const BODY_LEN: usize = HEADER_LEN + 4 * KEPT + FaultBuffer::LEN + 2 + 8 + 8;
-const CRC_LEN: usize = 4;
+/// Without settings of a bus.
+const PLAIN: u16 = 1;
+/// With settings of a bus.
+const WITH_BUS: u16 = 2;
 const _: () = assert!(IMAGE_LEN == 142);
 /// How many parameters are kept: all but PNU 1035.
 const KEPT: usize = Parameter::COUNT - 1;
@@ -133,33 +130,9 @@ impl AsRef<[u8]> for ImageOctets {
 /// Why octets are no image of a drive's EEPROM.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum ImageError {
-    /// Octets are missing or too many.
-    #[error("it has {got} octets, expected {expected}")]
-    Length {
-        /// Octets of an image.
-        expected: usize,
-        /// Octets found, or announced.
-        got: usize,
-    },
-    /// It does not begin as an image does.
-    #[error("it is no EEPROM image")]
-    Foreign,
-    /// It was written by another version of this program.
-    #[error("it has format version {got}, expected at most {expected}")]
-    Version {
-        /// The newest version this program reads and writes.
-        expected: u16,
-        /// The version found.
-        got: u16,
-    },
-    /// Octets were changed since it was written.
-    #[error("it is damaged: its checksum is {got:08X}, expected {expected:08X}")]
-    Checksum {
-        /// The checksum of the octets found.
-        expected: u32,
-        /// The checksum found.
-        got: u32,
-    },
+    /// It is no whole image, or one of another product.
+    #[error(transparent)]
+    Image(#[from] image::ImageError),
     /// No known drive has this model or gear.
     #[error("it is of a drive unknown to this version (model {model}, gear {gear})")]
     UnknownDrive {
@@ -211,15 +184,10 @@ impl Image {
     /// The octets of the image. What the EEPROM does not keep is left out.
     pub fn encode(&self) -> ImageOctets {
         let Self { store, memory: Memory { faults, zero, shaft }, bus } = self;
-        let [plain, with_bus] = VERSIONS;
-        let (version, len) =
-            if bus.is_empty() { (plain, IMAGE_LEN) } else { (with_bus, IMAGE_LEN + 1 + bus.len()) };
-        let mut image = ImageOctets { octets: [0; MAX_IMAGE_LEN], len };
-        let mut writer = Writer { rest: &mut image };
-        writer.put(&MAGIC);
-        writer.put(&version.to_be_bytes());
-        writer.put(&[model_number(store.model()), gear_number(store.gear())]);
-        writer.put(&u16::try_from(len).unwrap_or(u16::MAX).to_be_bytes());
+        let version = if bus.is_empty() { PLAIN } else { WITH_BUS };
+        let mut octets = [0; MAX_IMAGE_LEN];
+        let numbers = [model_number(store.model()), gear_number(store.gear())];
+        let mut writer = Writer::numbered(&mut octets, version, numbers);
         for parameter in kept() {
             writer.put(&store.value(parameter).to_be_bytes());
         }
@@ -231,10 +199,9 @@ impl Image {
             writer.put(&[bus.len]);
             writer.put(bus);
         }
-        if let Some((body, crc)) = image.split_last_chunk_mut::<CRC_LEN>() {
-            *crc = crc32(body).to_be_bytes();
-        }
-        image
+        // There is room for all of it.
+        let len = writer.finish().unwrap_or_default();
+        ImageOctets { octets, len }
     }
 
     /// Reads the image of a unit of this model and gear.
@@ -242,40 +209,38 @@ impl Image {
     /// # Errors
     /// [`ImageError`]; the first of its variants, in their order, that applies.
     pub fn decode(octets: &[u8], model: Model, gear: Gear) -> Result<Self, ImageError> {
-        if !MAGIC.starts_with(octets) && !octets.starts_with(&MAGIC) {
-            return Err(ImageError::Foreign);
+        let opened = image::open(octets)?;
+        if !matches!(opened.version, PLAIN | WITH_BUS) {
+            let (got, _) = opened.product();
+            let expected = image::ProductName::new(model.product_name());
+            return Err(image::ImageError::OtherProduct { expected, got }.into());
         }
-        let length = |expected| ImageError::Length { expected, got: octets.len() };
-        let (body, crc) = octets.split_last_chunk::<CRC_LEN>().ok_or(length(IMAGE_LEN))?;
-        let mut reader = Reader { rest: body, length: length(IMAGE_LEN) };
-        let _magic: [u8; MAGIC.len()] = reader.take()?;
-        let version = u16::from_be_bytes(reader.take()?);
-        let [plain, with_bus] = VERSIONS;
-        let expected = if version == plain {
-            IMAGE_LEN
-        } else if version == with_bus {
-            let settings = octets
-                .get(BODY_LEN)
-                .copied()
-                .filter(|len| (1..=BusSettings::MAX_LEN).contains(&(*len).into()));
-            IMAGE_LEN + 1 + usize::from(settings.unwrap_or(1))
-        } else {
-            return Err(ImageError::Version { expected: with_bus, got: version });
-        };
-        if octets.len() != expected {
-            return Err(length(expected));
-        }
-        let sum = (crc32(body), u32::from_be_bytes(*crc));
-        if sum.0 != sum.1 {
-            return Err(ImageError::Checksum { expected: sum.0, got: sum.1 });
-        }
-        reader.drive((model, gear), expected)?;
+        judge_drive(opened.numbers, (model, gear))?;
+        let length = |expected| image::ImageError::Length { expected, got: octets.len() };
+        let mut reader = Reader { rest: opened.content, length: length(IMAGE_LEN).into() };
         let image = reader.contents(model, gear)?;
         let bus = match reader.rest.split_first() {
-            None => BusSettings::EMPTY,
-            Some((_, settings)) => BusSettings::new(settings).map_err(|_| length(expected))?,
+            None if opened.version == PLAIN => BusSettings::EMPTY,
+            Some((len, settings)) if opened.version == WITH_BUS && usize::from(*len) == settings.len() => {
+                let most = length(MAX_IMAGE_LEN);
+                BusSettings::new(settings).ok().filter(|settings| !settings.is_empty()).ok_or(most)?
+            }
+            None | Some(_) => return Err(length(IMAGE_LEN).into()),
         };
         Ok(Self { bus, ..image })
+    }
+}
+
+/// Whether the numbers of an image are those of this drive.
+fn judge_drive([model, gear]: [u8; 2], expected: (Model, Gear)) -> Result<(), ImageError> {
+    let got = (
+        Model::ALL.into_iter().find(|known| model_number(*known) == model),
+        Gear::ALL.into_iter().find(|known| gear_number(*known) == gear),
+    );
+    match got {
+        (Some(model), Some(gear)) if (model, gear) == expected => Ok(()),
+        (Some(model), Some(gear)) => Err(ImageError::OtherDrive { expected, got: (model, gear) }),
+        (Some(_), None) | (None, Some(_) | None) => Err(ImageError::UnknownDrive { model, gear }),
     }
 }
 
@@ -298,32 +263,6 @@ fn kept() -> impl Iterator<Item = Parameter> {
     Parameter::all().filter(|parameter| parameter.entry().persistent)
 }
 
-/// The checksum of zlib, PNG and Ethernet, bit by bit: an image is short and rarely written.
-fn crc32(octets: &[u8]) -> u32 {
-    !octets.iter().fold(u32::MAX, |crc, octet| {
-        (0..8).fold(
-            crc ^ u32::from(*octet),
-            |crc, _| {
-                if crc & 1 == 0 { crc >> 1 } else { crc >> 1 ^ 0xEDB8_8320 }
-            },
-        )
-    })
-}
-
-/// The octets of an image still to be written.
-struct Writer<'a> {
-    rest: &'a mut [u8],
-}
-
-impl Writer<'_> {
-    /// Writes a field. The fields together are as long as the image.
-    fn put(&mut self, field: &[u8]) {
-        if let Some(place) = self.rest.split_off_mut(..field.len()) {
-            place.copy_from_slice(field);
-        }
-    }
-}
-
 /// The octets of an image still to be read.
 struct Reader<'a> {
     rest: &'a [u8],
@@ -336,25 +275,6 @@ impl Reader<'_> {
         let (field, rest) = self.rest.split_first_chunk().ok_or(self.length)?;
         self.rest = rest;
         Ok(*field)
-    }
-
-    /// The rest of the header, behind magic and version.
-    fn drive(&mut self, expected: (Model, Gear), len: usize) -> Result<(), ImageError> {
-        let [model] = self.take()?;
-        let [gear] = self.take()?;
-        let announced = u16::from_be_bytes(self.take()?);
-        if usize::from(announced) != len {
-            return Err(ImageError::Length { expected: len, got: announced.into() });
-        }
-        let got = (
-            Model::ALL.into_iter().find(|known| model_number(*known) == model),
-            Gear::ALL.into_iter().find(|known| gear_number(*known) == gear),
-        );
-        match got {
-            (Some(model), Some(gear)) if (model, gear) == expected => Ok(()),
-            (Some(model), Some(gear)) => Err(ImageError::OtherDrive { expected, got: (model, gear) }),
-            (Some(_), None) | (None, Some(_) | None) => Err(ImageError::UnknownDrive { model, gear }),
-        }
     }
 
     /// Both sections, behind the header.

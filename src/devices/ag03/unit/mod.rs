@@ -139,7 +139,7 @@ impl Unit {
     pub fn restore_unstored(config: Config, octets: &[u8]) -> Result<Self, ImageError> {
         let mut unit = Self::restore(config, octets)?;
         if let Some(storage) = &mut unit.storage {
-            storage.offer();
+            storage.newest.offer();
         }
         Ok(unit)
     }

@@ -1,29 +1,15 @@
 //! The EEPROM of a unit whose images the host keeps (manual chapter 6; `ag03.md` 3.1, column EE).
-//!
-//! ```text
-//! acknowledged write ─▶ value acts ─▶ poll_image ─▶ host writes ─▶ handle_stored ─▶ Outcome::Safe: acknowledge
-//!                                                             └─ failed: value goes back ─▶ Outcome::Undone: refuse
-//! ```
-//!
-//! No clock and no file here: the unit offers its newest image, the host says what became of it. Only the newest
-//! counts; an image holds everything, so one that is safe makes all before it safe.
-
-use thiserror::Error;
 
 use super::{BusSettings, Event, Image, ImageOctets, Unit};
 use crate::devices::ag03::drive::{Drive, FaultBuffer, Memory, Settings};
 use crate::devices::ag03::param::{DefaultSet, Parameter, Store, Write};
+use crate::image::storage::{Newest, Stage};
 
-/// Where the EEPROM of a unit is kept.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Eeprom {
-    /// In the unit, for as long as it lives. Writes are acknowledged at once, and no image is offered.
-    #[default]
-    Internal,
-    /// By the host: it takes every image from [`Unit::poll_image`] and reports with [`Unit::handle_stored`]. A write is
-    /// acknowledged only after that.
-    Host,
-}
+pub use crate::image::storage::Outcome;
+pub use crate::image::{Eeprom, Generation, NotStored};
+
+/// An image the host shall keep, for [`Unit::restore`].
+pub type StoreRequest = crate::image::StoreRequest<ImageOctets>;
 
 /// How safe what the EEPROM holds is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -38,48 +24,6 @@ pub enum EepromState {
     Failed,
 }
 
-/// Numbers the images of one unit: a later image has a larger number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Generation(u64);
-
-impl From<u64> for Generation {
-    fn from(number: u64) -> Self {
-        Self(number)
-    }
-}
-
-impl From<Generation> for u64 {
-    fn from(generation: Generation) -> Self {
-        generation.0
-    }
-}
-
-/// An image the host shall keep instead of all before it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct StoreRequest {
-    /// To be reported with it.
-    pub generation: Generation,
-    /// The image, for [`Unit::restore`].
-    pub octets: ImageOctets,
-}
-
-/// The host could not keep an image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("the EEPROM image could not be stored")]
-pub struct NotStored;
-
-/// What a report of the host means for the writes that wait for it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[must_use]
-pub enum Outcome {
-    /// None waits, or they wait on.
-    None,
-    /// They are safe: acknowledge them.
-    Safe,
-    /// They have been undone: refuse them.
-    Undone,
-}
-
 impl Unit {
     /// What the unit would keep if it were switched off now.
     pub fn image(&self) -> ImageOctets {
@@ -88,11 +32,11 @@ impl Unit {
 
     /// How safe what the unit keeps is.
     pub fn eeprom_state(&self) -> EepromState {
-        match self.storage.as_ref().map(|storage| storage.progress) {
+        match self.storage.as_ref().map(|storage| storage.newest.stage()) {
             None => EepromState::Internal,
-            Some(Progress::Offered | Progress::Taken) => EepromState::Writing,
-            Some(Progress::Safe) => EepromState::Safe,
-            Some(Progress::Failed) => EepromState::Failed,
+            Some(Stage::Offered | Stage::Taken) => EepromState::Writing,
+            Some(Stage::Safe) => EepromState::Safe,
+            Some(Stage::Failed) => EepromState::Failed,
         }
     }
 
@@ -101,9 +45,9 @@ impl Unit {
     /// The shaft position is in it as of the last standstill.
     #[must_use = "it is not offered again"]
     pub fn poll_image(&mut self) -> Option<StoreRequest> {
-        let storage = self.storage.as_mut().filter(|storage| storage.progress == Progress::Offered)?;
-        storage.progress = Progress::Taken;
-        let (generation, memory) = (storage.generation, storage.memory.clone());
+        let storage = self.storage.as_mut()?;
+        let generation = storage.newest.take()?;
+        let memory = storage.memory.clone();
         Some(StoreRequest { generation, octets: self.image_with(memory) })
     }
 
@@ -117,35 +61,22 @@ impl Unit {
         let Some(storage) = &mut self.storage else {
             return Outcome::None;
         };
-        let newest = storage.generation == generation;
+        let newest = storage.newest.generation() == generation;
+        let waiting = storage.newest.report(generation, outcome);
+        match waiting {
+            Outcome::Safe => storage.undo = None,
+            Outcome::None | Outcome::Undone => {}
+        }
         match outcome {
-            Ok(()) => {
-                if newest {
-                    storage.progress = Progress::Safe;
-                    self.events.push(Event::Stored);
-                }
-                match storage.waiting.take_if(|waiting| waiting.generation <= generation) {
-                    Some(_) => Outcome::Safe,
-                    None => Outcome::None,
-                }
+            Ok(()) if newest => self.events.push(Event::Stored),
+            Err(NotStored) if newest => {
+                self.events.push(Event::NotStored { undone: waiting == Outcome::Undone });
+                self.undo();
             }
             // A newer one is on its way and decides.
-            Err(NotStored) if !newest => Outcome::None,
-            Err(NotStored) => {
-                storage.progress = Progress::Failed;
-                let undone = storage.waiting.is_some();
-                self.events.push(Event::NotStored { undone });
-                let Some(Waiting { undo, .. }) = storage.waiting.take() else {
-                    return Outcome::None;
-                };
-                // The file may hold what was refused.
-                if !undo.is_nothing() {
-                    storage.offer();
-                }
-                self.undo(&undo);
-                Outcome::Undone
-            }
+            Ok(()) | Err(NotStored) => {}
         }
+        waiting
     }
 
     /// What the bus keeps in the EEPROM.
@@ -160,7 +91,7 @@ impl Unit {
             return false;
         };
         if before != settings {
-            storage.offer();
+            storage.newest.offer();
         }
         let bus = Some(before).filter(|before| *before != settings);
         storage.expect_safe(Undo { bus, ..Undo::NOTHING })
@@ -189,14 +120,14 @@ impl Unit {
             .filter(|parameter| parameter.entry().persistent)
             .any(|parameter| changed(&parameter))
         {
-            storage.offer();
+            storage.newest.offer();
         }
         let undo = Undo::of(write, before, memory, changed);
         if waits && write.is_kept() {
             return storage.expect_safe(undo);
         }
-        if let Some(waiting) = &mut storage.waiting {
-            waiting.undo.forget(write);
+        if let Some(undo) = &mut storage.undo {
+            undo.forget(write);
         }
         false
     }
@@ -206,14 +137,21 @@ impl Unit {
         self.store.load_defaults(set);
         self.settings = Settings::read(&self.store);
         if let Some(storage) = &mut self.storage {
-            if let Some(waiting) = &mut storage.waiting {
-                waiting.undo.forget_set(set);
+            if let Some(undo) = &mut storage.undo {
+                undo.forget_set(set);
             }
-            storage.offer();
+            storage.newest.offer();
         }
     }
 
-    fn undo(&mut self, undo: &Undo) {
+    /// Takes back what the waiting writes have changed.
+    fn undo(&mut self) {
+        let Some(storage) = &mut self.storage else { return };
+        let Some(undo) = storage.undo.take() else { return };
+        // The file may hold what was refused.
+        if !undo.is_nothing() {
+            storage.newest.offer();
+        }
         for (parameter, before) in Parameter::all().zip(undo.values) {
             if let Some(before) = before {
                 self.store.put(parameter, before);
@@ -223,8 +161,8 @@ impl Unit {
         if let Some(zero) = undo.zero {
             self.drive.set_zero(zero);
         }
-        if let Some(faults) = &undo.faults {
-            self.drive.restore_faults(faults.clone());
+        if let Some(faults) = undo.faults {
+            self.drive.restore_faults(faults);
         }
         self.bus = undo.bus.unwrap_or(self.bus);
         self.refresh_status();
@@ -238,39 +176,23 @@ impl Unit {
 pub(super) struct Storage {
     /// As in the newest image.
     memory: Memory,
-    generation: Generation,
-    progress: Progress,
-    waiting: Option<Waiting>,
-}
-
-/// How far the newest image is on its way to safety.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Progress {
-    /// The host may take it.
-    Offered,
-    /// The host has taken it.
-    Taken,
-    /// The host keeps it.
-    Safe,
-    /// The host could not keep it. It is not offered again by itself: the host is not flooded.
-    Failed,
-}
-
-/// Writes that are executed but not safe yet.
-#[derive(Clone, Debug)]
-struct Waiting {
-    /// The image that makes them safe.
-    generation: Generation,
-    undo: Undo,
+    pub(super) newest: Newest,
+    /// What the writes found that are executed but not safe yet.
+    undo: Option<Undo>,
 }
 
 impl Storage {
     /// `fresh` if the host does not have the image yet.
     pub(super) fn new(eeprom: Eeprom, memory: Memory, fresh: bool) -> Option<Self> {
-        let progress = if fresh { Progress::Offered } else { Progress::Safe };
         match eeprom {
             Eeprom::Internal => None,
-            Eeprom::Host => Some(Self { memory, generation: Generation(0), progress, waiting: None }),
+            Eeprom::Host => {
+                let mut newest = Newest::SAFE;
+                if fresh {
+                    newest.offer();
+                }
+                Some(Self { memory, newest, undo: None })
+            }
         }
     }
 
@@ -281,28 +203,19 @@ impl Storage {
         }
         if memory != self.memory {
             self.memory = memory;
-            self.offer();
+            self.newest.offer();
         }
-    }
-
-    /// The newest image is to be kept, be it the same as before.
-    pub(super) fn offer(&mut self) {
-        self.generation = Generation(self.generation.0.saturating_add(1));
-        self.progress = Progress::Offered;
     }
 
     fn expect_safe(&mut self, undo: Undo) -> bool {
-        match self.progress {
-            Progress::Safe => return false,
-            Progress::Failed => self.offer(),
-            Progress::Offered | Progress::Taken => {}
+        if !self.newest.wait_until_safe() {
+            return false;
         }
         // Writes that an earlier image was to make safe are safe with this one.
-        let undo = match self.waiting.take() {
-            Some(waiting) => waiting.undo.and_then(undo),
+        self.undo = Some(match self.undo.take() {
+            Some(before) => before.and_then(undo),
             None => undo,
-        };
-        self.waiting = Some(Waiting { generation: self.generation, undo });
+        });
         true
     }
 }

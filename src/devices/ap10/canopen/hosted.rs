@@ -64,7 +64,7 @@ impl CanopenDevice for Ap10 {
         Ok(Self::recall(self, now, image)?)
     }
 
-    fn poll_image<'a>(&mut self, into: &'a mut [u8]) -> Result<Option<StoreRequest<'a>>, ImageError> {
+    fn poll_image<'a>(&mut self, into: &'a mut [u8]) -> Result<Option<StoreRequest<&'a [u8]>>, ImageError> {
         Self::poll_image(self, into)
     }
 

@@ -1,7 +1,7 @@
 //! The position indicator SIKO AP10 on CANopen: frames, keys and a shaft in, frames and a display out.
 //!
 //! After every `handle_*` and every input drain [`Ap10::poll_transmit`] and [`Ap10::poll_event`], then wait until a
-//! frame arrives or [`Ap10::poll_timeout`] has come. With [`Memory::Host`] poll images, too.
+//! frame arrives or [`Ap10::poll_timeout`] has come. With [`Eeprom::Host`] poll images, too.
 //!
 //! ```
 //! use profidrive::devices::ap10::Turns;
@@ -43,7 +43,7 @@ pub use vocabulary::VOCABULARY;
 
 use crate::can_bus::can::Frame;
 use crate::can_bus::canopen::eds::Sheet;
-use crate::can_bus::canopen::storage::{Generation, ImageError, Memory, NotStored, StoreRequest};
+use crate::can_bus::canopen::storage::{Eeprom, Generation, ImageError, NotStored, StoreRequest};
 use crate::can_bus::canopen::{Event, Node, NodeId};
 use crate::devices::ap10::{Backup, Display, Fault, Indicator, Key, Setting, Turns};
 use crate::time::Instant;
@@ -64,13 +64,13 @@ pub struct Config {
     /// Doubts of the manual.
     pub quirks: Quirks,
     /// Who keeps the EEPROM.
-    pub memory: Memory,
+    pub memory: Eeprom,
 }
 
 impl Config {
     /// A device with that node number, the proposed readings and an EEPROM of its own.
     pub const fn new(node: NodeId) -> Self {
-        Self { node, quirks: Quirks::DEFAULT, memory: Memory::Internal }
+        Self { node, quirks: Quirks::DEFAULT, memory: Eeprom::Internal }
     }
 }
 
@@ -204,7 +204,10 @@ impl Ap10 {
     ///
     /// # Errors
     /// [`ImageError::NoRoom`]; it stays on offer.
-    pub fn poll_image<'a>(&mut self, into: &'a mut [u8]) -> Result<Option<StoreRequest<'a>>, ImageError> {
+    pub fn poll_image<'a>(
+        &mut self,
+        into: &'a mut [u8],
+    ) -> Result<Option<StoreRequest<&'a [u8]>>, ImageError> {
         self.node.poll_image(&self.unit, into)
     }
 

@@ -441,6 +441,10 @@ impl Application for Unit {
         }
     }
 
+    fn product(&self) -> &str {
+        "ap10"
+    }
+
     fn kept(&self, at: Address) -> Result<Value<'_>, Abort> {
         match setting_at(at) {
             Some(setting) => {

@@ -212,6 +212,10 @@ impl Application for Drive {
     }
 
     // Of two names of one value the objects of CiA 402 come last in an image, and hold it without loss.
+    fn product(&self) -> &str {
+        "asda-a2"
+    }
+
     fn kept(&self, at: Address) -> Result<Value<'_>, Abort> {
         let link = self.link(at).ok_or(Abort::NO_DATA)?;
         self.value(at, link.read(self.servo.kept()))

@@ -63,7 +63,7 @@ impl CanopenDevice for AsdaA2 {
         Ok(self.node.recall(now, image, &mut self.drive)?)
     }
 
-    fn poll_image<'a>(&mut self, into: &'a mut [u8]) -> Result<Option<StoreRequest<'a>>, ImageError> {
+    fn poll_image<'a>(&mut self, into: &'a mut [u8]) -> Result<Option<StoreRequest<&'a [u8]>>, ImageError> {
         self.node.poll_image(&self.drive, into)
     }
 

@@ -34,7 +34,7 @@ pub use vocabulary::VOCABULARY;
 pub use why::Hindrance;
 
 use crate::can_bus::can::{ErrorState, Frame, Id};
-use crate::can_bus::canopen::storage::Memory;
+use crate::can_bus::canopen::storage::Eeprom;
 use crate::can_bus::canopen::{Event, Node, NodeId, Object, cob_id};
 use crate::can_bus::cia402::Statusword;
 use crate::devices::asda_a2::{Alarm, Inputs, Servo};
@@ -75,7 +75,7 @@ impl AsdaA2 {
 
     /// With what is stored kept there.
     #[must_use]
-    pub fn with_memory(mut self, memory: Memory) -> Self {
+    pub fn with_memory(mut self, memory: Eeprom) -> Self {
         self.node = self.node.with_memory(memory);
         self
     }

@@ -8,11 +8,13 @@
 //! | --- | --- |
 //! | `application` | [`PpoOnly`]: a configuration must be a PPO |
 //! | `event` | [`Event`]: news of such a drive |
+//! | `memory` | what it keeps while it is switched off |
 //! | `parameters` | the table as the parameter channel reaches it |
 //! | `why` | [`PpoWhy`]: what keeps it from turning |
 
 mod application;
 mod event;
+mod memory;
 mod parameters;
 mod why;
 
@@ -37,6 +39,7 @@ pub use application::PpoOnly;
 pub use event::Event;
 pub use why::{PpoHindrance, PpoWhy};
 
+use memory::Memory;
 use parameters::{Access, Known, View};
 
 /// The ident number of a drive that is nobody's in particular.
@@ -74,6 +77,7 @@ pub struct PpoDrive<A> {
     refused: [Option<u16>; MORE_WORDS],
     /// The words of the parameter channel: what the master sent last, and the answer.
     channel: (Pkw, Pkw),
+    memory: Option<Memory>,
 }
 
 impl<A: Application> PpoDrive<A> {
@@ -105,6 +109,7 @@ impl<A: Application> PpoDrive<A> {
             exchanging: false,
             refused: [None; MORE_WORDS],
             channel: (Pkw::ZERO, Pkw::ZERO),
+            memory: None,
         })
     }
 
@@ -167,7 +172,15 @@ impl<A: Application> PpoDrive<A> {
         element: Option<u8>,
         value: Value,
     ) -> Result<(), JobError> {
-        pkw::Parameters::write(&mut self.access(self.ppo()), pnu, element, value)?;
+        let known = self.known(self.ppo());
+        let held = self.memory.as_mut().and_then(Memory::held);
+        let Self { table, drive, memory, .. } = self;
+        let mut access = Access { table, drive, known, memory: memory.as_mut() };
+        let written = pkw::Parameters::write(&mut access, pnu, element, value);
+        if let Some(memory) = &mut self.memory {
+            memory.hold(held.filter(|held| written.is_err() || held.at != (pnu, element)));
+        }
+        written?;
         self.cycles.wake(now);
         Ok(())
     }
@@ -397,7 +410,7 @@ impl<A: Application> PpoDrive<A> {
 
     fn access(&mut self, ppo: Option<PpoType>) -> Access<'_> {
         let known = self.known(ppo);
-        Access { table: &mut self.table, drive: &mut self.drive, known }
+        Access { table: &mut self.table, drive: &mut self.drive, known, memory: None }
     }
 
     /// Runs the parameter channel; `None` without one.
@@ -412,8 +425,9 @@ impl<A: Application> PpoDrive<A> {
             return None;
         };
         let known = self.known(ppo);
-        let Self { table, drive, engine, .. } = self;
-        let outcome = engine.cycle(job, &mut Access { table, drive, known });
+        let Self { table, drive, engine, memory, .. } = self;
+        let mut access = Access { table, drive, known, memory: memory.as_mut() };
+        let outcome = engine.cycle(job, &mut access);
         if let Some(refusal) = outcome.refusal {
             news(ag03::profibus::Event::PpoDrive(Event::JobRefused(refusal)));
         }

@@ -1,5 +1,6 @@
 //! The table of a drive as the parameter channel reaches it, its descriptions included (`profidrive-v2.md` 6).
 
+use super::memory::Memory;
 use crate::devices::ppo_drive::table::{Channel, Row, Table, Tie};
 use crate::devices::ppo_drive::{Drive, SetError};
 use crate::profibus::fdl::Address;
@@ -28,6 +29,8 @@ pub(super) struct Access<'a> {
     pub(super) table: &'a mut Table,
     pub(super) drive: &'a mut Drive,
     pub(super) known: Known,
+    /// What keeps that which is written.
+    pub(super) memory: Option<&'a mut Memory>,
 }
 
 impl Access<'_> {
@@ -116,6 +119,7 @@ impl Parameters for Access<'_> {
             return Err(JobError::WrongWidth { expected, got });
         }
         let (kind, tie, scale) = (row.kind, row.tie, row.scale);
+        let before = view.bits(row, place, element);
         let number = kind.value(value.bits());
         let outside = JobError::outside(row.low, row.high, number);
         // Also what is no number.
@@ -131,7 +135,11 @@ impl Parameters for Access<'_> {
             }
             Tie::None | Tie::Channel(_) => _ = self.table.keep(pnu, place, value.bits()),
         }
-        Ok(Written::at_once(value))
+        let waits = match &mut self.memory {
+            Some(memory) if tie.is_kept() => memory.note((pnu, element), before, value.bits()),
+            Some(_) | None => false,
+        };
+        Ok(Written { shown: value, waits })
     }
 
     fn describe(&self, pnu: u16, element: u8) -> Result<u32, JobError> {

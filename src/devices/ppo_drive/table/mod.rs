@@ -209,6 +209,15 @@ impl Tie {
         }
     }
 
+    /// Whether what is written to it is kept while the drive is switched off.
+    pub const fn is_kept(self) -> bool {
+        match self {
+            Self::None => true,
+            Self::Drive(quantity) => quantity.is_kept(),
+            Self::Channel(channel) => channel.is_settable(),
+        }
+    }
+
     /// Whether it can be written.
     pub const fn is_settable(self) -> bool {
         match self {

@@ -1,11 +1,13 @@
 // The diagnosis of a station: what is raised, and what can be, in the texts of its GSD.
-import { html, say, mark } from "./dom.js";
+import { field, form, html, mark, say } from "./dom.js";
 
 const MODULE_STATES = { invalid: "data invalid", wrong: "wrong module", missing: "no module" };
 const WIDTHS = ["bit", "two_bits", "four_bits", "octet", "word", "two_words"];
 
-export class StationDiagnosis {
+export class Diagnosis {
+  #ask;
   #act;
+  #offered = false;
   #raised = html("ul", { class: "raised" });
   #octets = html("p", { class: "mono muted" });
   #bits = html("select", { multiple: true, size: 4, "aria-label": "Texts of the GSD" });
@@ -19,36 +21,30 @@ export class StationDiagnosis {
   #width = html("select", {}, ...WIDTHS.map((value) => html("option", { value }, value.replace("_", " "))));
   #slots = "";
 
-  /** `act(method, body)` asks for another diagnosis. */
-  constructor(root, act) {
-    this.#act = act;
-    const field = (name, input) => html("label", { class: "field" }, `${name} `, input);
-    this.texts = html("div", { class: "form" }, this.#bits, this.#areas);
-    const form = html(
-      "form",
-      {},
-      this.texts,
-      html("div", { class: "form" }, field("Slot", this.#slot), field("module status", this.#module), field("identifier", this.#identifier)),
-      html("div", { class: "form" }, field("Channel error", this.#error), field("channel", this.#channel), field("direction", this.#direction), field("width", this.#width)),
-      html("span", { class: "group" }, html("button", { type: "submit" }, "Raise"), html("button", { type: "button", onclick: () => act("DELETE") }, "End")),
+  /** `ask` and `act` send requests to the station; `act` shows what was refused. */
+  constructor(ask, act) {
+    this.#ask = ask;
+    this.#act = (method, body) => act(method, "/diagnosis", body);
+    const end = html("button", { type: "button", onclick: () => this.#act("DELETE") }, "End");
+    this.element = html(
+      "section",
+      { class: "card", id: "diagnosis", "aria-labelledby": "diagnosis-title", hidden: true },
+      html("h3", { id: "diagnosis-title" }, "Diagnosis"),
+      this.#raised,
+      this.#octets,
+      form(
+        { class: "stack" },
+        () => this.#raise(),
+        html("div", { class: "form" }, this.#bits, this.#areas),
+        html("div", { class: "form" }, field("Slot", this.#slot), field("module status", this.#module), field("identifier", this.#identifier)),
+        html("div", { class: "form" }, field("Channel error", this.#error), field("channel", this.#channel), field("direction", this.#direction), field("width", this.#width)),
+        html("span", { class: "group" }, html("button", { type: "submit" }, "Raise"), end),
+      ),
     );
-    form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      this.#raise();
-    });
-    root.replaceChildren(this.#raised, this.#octets, form);
-  }
-
-  /** Nothing is known of the station. */
-  clear() {
-    this.#slots = "";
-    this.offer({ bits: [], areas: [], channel_errors: [] });
-    this.#raised.replaceChildren();
-    say(this.#octets, "");
   }
 
   /** What the GSD has texts for. */
-  offer({ bits, areas, channel_errors: errors }) {
+  #offer({ bits, areas, channel_errors: errors }) {
     const option = (value, text) => html("option", { value }, text);
     this.#bits.replaceChildren(...bits.map(({ number, text }) => option(number, `${number}: ${text}`)));
     this.#bits.hidden = bits.length === 0;
@@ -58,19 +54,25 @@ export class StationDiagnosis {
     this.#error.replaceChildren(option("", "none"), ...errors.map(({ number, text }) => option(number, `${number}: ${text}`)));
   }
 
-  show({ diagnosis, modules }) {
-    const { texts } = diagnosis;
+  show({ diagnosis, process }) {
+    this.element.hidden = !diagnosis;
+    if (!diagnosis) return;
+    if (!this.#offered) {
+      this.#offered = true;
+      this.#ask("GET", "/texts").then((texts) => this.#offer(texts), () => (this.#offered = false));
+    }
+    const texts = diagnosis.texts ?? [];
     if ([...this.#raised.children].map(({ textContent }) => textContent).join("|") !== texts.join("|")) {
       this.#raised.replaceChildren(...texts.map((text) => html("li", {}, text)));
     }
     mark(this.#raised, "data-count", texts.length);
     const cut = diagnosis.overflow ? " (cut: Max_Diag_Data_Len)" : "";
     say(this.#octets, `Slave_Diag ${diagnosis.octets.map((octet) => octet.toString(16).toUpperCase().padStart(2, "0")).join(" ")}${cut}`);
-    const slots = modules.map(({ slot, name }) => [slot, `${slot}: ${name}`]);
-    if (slots.join() !== this.#slots) {
-      this.#slots = slots.join();
-      this.#slot.replaceChildren(...slots.map(([slot, text]) => html("option", { value: slot }, text)));
-    }
+    const slots = new Map((process ?? []).filter(({ slot }) => slot !== undefined && slot !== null).map(({ slot, name }) => [slot, name]));
+    const offered = [...slots].join();
+    if (offered === this.#slots) return;
+    this.#slots = offered;
+    this.#slot.replaceChildren(...[...slots].map(([slot, name]) => html("option", { value: slot }, name)));
   }
 
   /** As it is in the form: nothing else stays raised. */

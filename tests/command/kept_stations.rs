@@ -1,0 +1,99 @@
+//! What stations keep over a kill with `--state-dir`: the address of Set_Slave_Add, parameters of a drive of the profile.
+
+use core::time::Duration;
+use std::fs;
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::path::Path;
+use std::thread;
+use std::time::Instant;
+
+use profidrive::profibus::fdl::{FrameCount, FunctionCode, Service};
+use serde_json::Value;
+
+use crate::emulator::{Emulator, output};
+use crate::telegrams::telegram;
+
+const MASTER: u8 = 2;
+
+fn gsd(folder: &Path) -> String {
+    let text = fs::read_to_string(format!("{}/tests/gsd/modular.gsd", env!("CARGO_MANIFEST_DIR"))).unwrap();
+    let path = folder.join("addressed.gsd");
+    fs::write(&path, text.replace("Ident_Number = 0x0A02", "Ident_Number = 0x0A02\nSet_Slave_Add_supp = 1"))
+        .unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+/// Whether the station replies to a request.
+fn replies(emulator: &Emulator, address: u8, dsap: u8, data: &[u8]) -> bool {
+    let link = emulator.link().strip_prefix("tcp:").unwrap();
+    let mut line = TcpStream::connect(link).unwrap();
+    line.set_read_timeout(Some(Duration::from_millis(500))).unwrap();
+    let fc = FunctionCode::request(Service::SrdHigh, FrameCount::First);
+    line.write_all(&telegram(address, MASTER, fc, Some(dsap), data)).unwrap();
+    line.read(&mut [0; 256]).is_ok_and(|octets| octets > 0)
+}
+
+fn appears(file: &Path) {
+    let start = Instant::now();
+    while !file.exists() {
+        assert!(start.elapsed() < Duration::from_secs(20), "{} is not written", file.display());
+        thread::sleep(Duration::from_millis(2));
+    }
+}
+
+#[test]
+fn a_05_an_address_of_set_slave_add_survives_a_kill() {
+    let folder = tempfile::tempdir().unwrap();
+    let state = folder.path().join("state");
+    let station = format!("7,gsd={}", gsd(folder.path()));
+    let arguments =
+        ["--link", "tcp:127.0.0.1:0", "--station", &station, "--state-dir", state.to_str().unwrap()];
+    let emulator = Emulator::start(&arguments);
+    assert!(replies(&emulator, 7, 55, &[9, 0x0A, 0x02, 0]));
+    assert!(replies(&emulator, 9, 60, &[]));
+    appears(&state.join("gsd-0a02-007.eeprom"));
+    emulator.signal("KILL");
+    emulator.end();
+
+    let emulator = Emulator::start(&arguments);
+    assert!(emulator.ready.ends_with(" stations=9\n"), "{}", emulator.ready);
+    assert!(replies(&emulator, 9, 60, &[]), "at its new address");
+    assert!(!replies(&emulator, 7, 60, &[]), "not at that of the command line");
+    emulator.signal("TERM");
+    let (_, _, log) = emulator.end();
+    assert!(log.contains("station 7: Set_Slave_Add gave it address 9, which is used"), "{log}");
+}
+
+fn asked(emulator: &Emulator, arguments: &[&str]) -> Value {
+    let example = |name: &str| format!("{}/examples/{name}", env!("CARGO_MANIFEST_DIR"));
+    let common = ["master", "--link", emulator.link(), "--address", "7", "--ppo", "1", "--json"];
+    let described = ["--gsd", &example("ppo_drive.gsd"), "--parameters", &example("ppo_drive.toml")];
+    let output = output(&[&common[..], &described, arguments].concat());
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    let said = String::from_utf8(output.stdout).unwrap();
+    let last = said.lines().last().unwrap_or_default();
+    serde_json::from_str(&said).or_else(|_| serde_json::from_str(last)).unwrap()
+}
+
+#[test]
+fn an_acknowledged_parameter_of_a_drive_of_the_profile_survives_a_kill() {
+    let folder = tempfile::tempdir().unwrap();
+    let state = folder.path().join("state");
+    let example = |name: &str| format!("{}/examples/{name}", env!("CARGO_MANIFEST_DIR"));
+    let drive = format!("7,gsd={},parameters={}", example("ppo_drive.gsd"), example("ppo_drive.toml"));
+    let arguments = ["--ppo-drive", &drive, "--state-dir", state.to_str().unwrap()];
+    for (before, value) in [(20, 3), (3, 77), (77, 650)] {
+        let emulator = Emulator::start(&arguments);
+        let written = asked(&emulator, &["write", "ramp-up time", &value.to_string()]);
+        let found = [&written["before"], &written["value"]].map(Value::as_f64);
+        assert_eq!(found, [Some(f64::from(before)), Some(f64::from(value))]);
+        asked(&emulator, &["write", "load", "12.5"]);
+        emulator.signal("KILL");
+        emulator.end();
+    }
+    let emulator = Emulator::start(&arguments);
+    assert_eq!(asked(&emulator, &["read", "ramp-up time"])["value"], 650.0);
+    // The machine is no part of the drive.
+    assert_eq!(asked(&emulator, &["read", "load"])["value"], 10.0);
+}
