@@ -15,6 +15,7 @@ use super::args::{self, JudgedStation, judge_millis};
 use super::emulate::{Opened, open_link};
 use super::{Failure, signals};
 
+mod date;
 mod operated;
 mod recorded;
 mod scenarios;
@@ -45,6 +46,9 @@ pub(crate) fn judge(args: &args::Judge) -> Result<ExitCode, Failure> {
     let link = captured(args, link, &path, clock)?;
     announce(&path, &setup)?;
     let mut judge = Judge::new(setup, &rows);
+    if let Some(seconds) = args.time {
+        judge = judge.within(Duration::from_secs(seconds));
+    }
     judge.add(more);
     let mut operator = args.ask.as_deref().map(Operated::new);
     if operator.is_some() {
@@ -87,6 +91,7 @@ pub(super) const BROKEN: u8 = 5;
 
 fn finish(args: &args::Judge, mut report: Report) -> Result<ExitCode, Failure> {
     report.required = args.require.iter().flat_map(|rows| rows.0.iter().copied()).collect();
+    report.date = Some(date::now());
     let report = report;
     write(args.json.as_deref(), || report.json())?;
     write(args.junit.as_deref(), || report.junit())?;
@@ -154,6 +159,7 @@ fn setup(args: &args::Judge) -> Result<Setup, Failure> {
         master: args.master,
         watchdog: millis(args.watchdog),
         retries: args.retries,
+        baud: args.rate(),
         slot: millis(args.slot),
         hsa: args.hsa,
         min_interval: args.min_interval.and_then(judge_millis),

@@ -48,12 +48,21 @@ pub struct Judgement {
     /// Whether it could have been judged here. `false` where it needs something that is not there: an option, another
     /// station, a link that shows bit times.
     pub applies: bool,
+    /// The scenario in which it was broken first; `None`: nothing was disturbed, or it was not broken.
+    pub scenario: Option<String>,
 }
 
 impl Judgement {
     /// A row of which nothing can be said, and why.
     pub(super) const fn not_judged(row: Row, reason: String) -> Self {
-        Self { row, verdict: Verdict::NotJudged, reason, telegrams: Vec::new(), applies: true }
+        Self {
+            row,
+            verdict: Verdict::NotJudged,
+            reason,
+            telegrams: Vec::new(),
+            applies: true,
+            scenario: None,
+        }
     }
 }
 
@@ -62,6 +71,7 @@ impl Judgement {
 struct Breach {
     reason: String,
     moments: Vec<Moment>,
+    scenario: Option<String>,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -87,9 +97,16 @@ pub(super) struct Findings {
     records: BTreeMap<Row, Record>,
     /// Ident numbers of the stations, for the words beside their telegrams.
     idents: BTreeMap<u8, u16>,
+    /// The scenario that is played.
+    scenario: Option<String>,
 }
 
 impl Findings {
+    /// From now on this scenario is played, or none.
+    pub(super) fn play(&mut self, scenario: Option<String>) {
+        self.scenario = scenario;
+    }
+
     /// Takes the ident number of a station, unless it is known.
     pub(super) fn identify(&mut self, station: Address, ident: u16) {
         self.idents.entry(station.number()).or_insert(ident);
@@ -110,7 +127,7 @@ impl Findings {
             record.weight = Some(weight);
         }
         if record.first.is_none() {
-            record.first = Some(Breach { reason, moments });
+            record.first = Some(Breach { reason, moments, scenario: self.scenario.clone() });
         }
     }
 
@@ -165,14 +182,18 @@ impl Findings {
     pub(super) fn judgement(&self, row: Row) -> Judgement {
         let none = Record::default();
         let record = self.records.get(&row).unwrap_or(&none);
-        let judged =
-            |verdict, reason, telegrams| Judgement { row, verdict, reason, telegrams, applies: true };
+        let judged = |verdict, reason, telegrams| Judgement {
+            verdict,
+            telegrams,
+            ..Judgement::not_judged(row, reason)
+        };
         match &record.first {
-            Some(Breach { reason, moments }) if fails(record) => {
+            Some(Breach { reason, moments, scenario }) if fails(record) => {
                 let verdict = if row.only_warns() { Verdict::Warn } else { Verdict::Fail };
                 let times =
                     if record.broken > 1 { format!(" ({} times)", record.broken) } else { String::new() };
-                judged(verdict, format!("{reason}{times}"), explained(moments.iter().cloned(), &self.idents))
+                let shown = explained(moments.iter().cloned(), &self.idents);
+                Judgement { scenario: scenario.clone(), ..judged(verdict, format!("{reason}{times}"), shown) }
             }
             _ if record.held > 0 => {
                 let times = if record.held == 1 { "once".into() } else { format!("{} times", record.held) };

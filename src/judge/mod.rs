@@ -48,5 +48,5 @@ pub use report::{Outcome, Report};
 pub use rows::Row;
 pub use scenario::Scenario;
 pub use setup::{Setup, Slave};
-pub use simulated::simulated;
+pub use simulated::{simulated, simulated_with};
 pub use station::Act;

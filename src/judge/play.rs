@@ -167,6 +167,13 @@ impl Judge {
         self
     }
 
+    /// The whole judgement takes so long at most.
+    #[must_use]
+    pub const fn within(mut self, limit: Duration) -> Self {
+        self.limit = limit;
+        self
+    }
+
     /// What the master is to be asked for now, as `--ask` takes it.
     #[must_use]
     pub fn poll_ask(&mut self) -> Option<String> {
@@ -298,7 +305,8 @@ impl Judge {
     pub fn report(mut self, origin: Instant) -> Report {
         self.end(Ending::TimeOver);
         let ending = self.ending.clone().unwrap_or(Ending::TimeOver);
-        Report::new(self.judgements(), ending, origin)
+        let configuration = self.observer.setup.words();
+        Report { configuration, ..Report::new(self.judgements(), ending, origin) }
     }
 
     fn judgements(mut self) -> Vec<Judgement> {
@@ -308,6 +316,7 @@ impl Judge {
             let not_judged = |row: &Row| Judgement::not_judged(*row, reason.clone());
             return self.wanted.iter().map(not_judged).collect();
         }
+        self.observer.findings.play(None);
         if self.observer.telegrams() > 0 {
             self.observer.finish();
         }
@@ -487,6 +496,9 @@ impl Judge {
         self.observer.want_clear(may_clear);
         if let Some(action) = ask {
             self.observer.begin_asking();
+            if let Some(Check::Outputs(wanted)) = &begun.check {
+                self.observer.expect_outputs(wanted);
+            }
             if action == "restart" || (action == "operate" && step > 0) {
                 self.observer.expect_new_begin();
             }
@@ -538,6 +550,8 @@ impl Judge {
             steps + Duration::from_millis(600)
         };
         let left: Duration = left.map(time).sum();
+        let name = self.scenarios.get(scenario).map(|played| played.name.clone());
+        self.observer.findings.play(name);
         if let Some(played) = self.scenarios.get(scenario) {
             self.progress = Some(Progress {
                 number: scenario + 1,

@@ -1,10 +1,10 @@
 //! The judgement of a recording of a bus: only what is seen without provoking anything.
 
-use super::moment::{Moment, Side};
+use super::moment::{Moment, Side, split};
 use super::observer::{Observer, Sight};
 use super::play::Ending;
 use super::report::Report;
-use super::rows::Row;
+use super::rows::{Group, Row};
 use super::setup::Setup;
 use crate::profibus::fdl::telegram::{Decoded, decode};
 use crate::profibus::fdl::{Address, Function, Telegram};
@@ -17,23 +17,34 @@ pub struct Recording {
     observer: Observer,
     origin: Option<Instant>,
     cut: Option<String>,
+    untimed: bool,
 }
 
 impl Recording {
     /// Nothing yet. `setup` may be empty: then what is configured is not judged.
     pub fn new(setup: Setup) -> Self {
-        Self { observer: Observer::new(setup, Sight::Recorded), origin: None, cut: None }
+        Self { observer: Observer::new(setup, Sight::Recorded), origin: None, cut: None, untimed: false }
     }
 
-    /// Takes a packet: a telegram or octets that are none. `from_master`: which way it passed, if that is known.
+    /// Takes a packet: telegrams or octets that are none. `from_master`: which way they passed, if that is known.
     pub fn take(&mut self, at: Instant, octets: &[u8], from_master: Option<bool>) {
         self.origin.get_or_insert(at);
-        let side = if from_master.unwrap_or_else(|| is_of_master(octets)) {
-            Side::Master
-        } else {
-            Side::Station(None::<Address>)
-        };
-        self.observer.take(Moment::new(at, side, octets));
+        match from_master {
+            Some(true) => self.observer.take(Moment::new(at, Side::Master, octets)),
+            Some(false) => self.observer.take(Moment::new(at, Side::Station(None::<Address>), octets)),
+            None => {
+                for octets in split(octets) {
+                    let of_master = is_of_master(octets);
+                    let side = if of_master { Side::Master } else { Side::Station(None::<Address>) };
+                    self.observer.take(Moment::new(at, side, octets));
+                }
+            }
+        }
+    }
+
+    /// Nothing is known of the times: what depends on them is not judged.
+    pub const fn without_times(&mut self) {
+        self.untimed = true;
     }
 
     /// The recording ends before its time, for this reason.
@@ -47,6 +58,11 @@ impl Recording {
             self.observer.findings.obstacle(*row, NOT_PROVOKED);
         }
         self.observer.finish();
+        if self.untimed {
+            for row in Row::ALL.iter().filter(|row| is_timed(**row)) {
+                self.observer.findings.inapplicable(*row, "the lines have no times");
+            }
+        }
         // What the end of a session would have shown need not be in a recording.
         let judgements = wanted.iter().map(|row| self.observer.findings.judgement(*row)).collect();
         let ending = match self.cut {
@@ -54,7 +70,8 @@ impl Recording {
             Some(why) => Ending::Cut { why },
             None => Ending::Read,
         };
-        Report::new(judgements, ending, self.origin.unwrap_or(Instant::ZERO))
+        let configuration = self.observer.setup.words();
+        Report { configuration, ..Report::new(judgements, ending, self.origin.unwrap_or(Instant::ZERO)) }
     }
 
     /// How many telegrams of the master there were.
@@ -64,6 +81,11 @@ impl Recording {
 }
 
 const NOT_PROVOKED: &str = "the capture gives no occasion to judge it";
+
+/// Whether a row is about times.
+fn is_timed(row: Row) -> bool {
+    row.about().group == Group::Timing || [Row::I01, Row::I03, Row::I07, Row::K05, Row::U06].contains(&row)
+}
 
 /// Requests and tokens are of a master; octets that are no telegram could be of anybody, and prove nothing.
 fn is_of_master(octets: &[u8]) -> bool {

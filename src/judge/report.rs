@@ -27,6 +27,11 @@ mod outcome;
 
 pub use outcome::Outcome;
 
+/// This program and its version.
+const PROGRAM: &str = concat!("profidrive ", env!("CARGO_PKG_VERSION"));
+/// The option that may be given more than once.
+const STATION: &str = "station";
+
 /// The verdicts on the rows, and how the judgement ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Report {
@@ -36,13 +41,17 @@ pub struct Report {
     pub ending: Ending,
     /// Rows that must be judged: without a verdict on each of them it is not finished.
     pub required: Vec<Row>,
+    /// When it began, in words; `None`: nobody said.
+    pub date: Option<String>,
+    /// What was configured in the master: options of the command, and their values.
+    pub configuration: Vec<(&'static str, String)>,
     /// Times of telegrams count from here.
     pub origin: Instant,
 }
 
 impl Report {
     pub(super) const fn new(judgements: Vec<Judgement>, ending: Ending, origin: Instant) -> Self {
-        Self { judgements, ending, required: Vec::new(), origin }
+        Self { judgements, ending, required: Vec::new(), date: None, configuration: Vec::new(), origin }
     }
 
     /// Whether a row failed.
@@ -65,6 +74,11 @@ impl Report {
         let mut text = String::from("{\"version\":1,");
         let _ = write!(text, "\"ended\":{},", Quoted(&std::format!("{}", self.ending)));
         let _ = write!(text, "\"status\":{},", self.outcome().status());
+        let _ = write!(text, "\"program\":{},", Quoted(PROGRAM));
+        if let Some(date) = &self.date {
+            let _ = write!(text, "\"date\":{},", Quoted(date));
+        }
+        self.write_configuration(&mut text);
         text.push_str("\"rows\":[");
         for (number, judgement) in self.judgements.iter().enumerate() {
             if number > 0 {
@@ -76,16 +90,34 @@ impl Report {
         text
     }
 
+    /// The stations as a list, the rest by name.
+    fn write_configuration(&self, text: &mut String) {
+        let is_station = |(name, _): &&(&str, String)| *name == STATION;
+        text.push_str("\"configuration\":{\"stations\":[");
+        for (number, (_, value)) in self.configuration.iter().filter(is_station).enumerate() {
+            let _ = write!(text, "{}{}", if number > 0 { "," } else { "" }, Quoted(value));
+        }
+        text.push(']');
+        for (name, value) in self.configuration.iter().filter(|option| !is_station(option)) {
+            let _ = write!(text, ",{}:{}", Quoted(name), Quoted(value));
+        }
+        text.push_str("},");
+    }
+
     fn write_row(&self, text: &mut String, judgement: &Judgement) {
-        let Judgement { row, verdict, reason, telegrams, applies: _ } = judgement;
+        let Judgement { row, verdict, reason, telegrams, scenario, .. } = judgement;
         let _ = write!(
             text,
-            "\n{{\"id\":\"{}\",\"verdict\":\"{}\",\"reason\":{},\"text\":{},\"telegrams\":[",
+            "\n{{\"id\":\"{}\",\"verdict\":\"{}\",\"reason\":{},\"text\":{},",
             row.id(),
             verdict.name(),
             Quoted(reason),
             Quoted(row.about().text)
         );
+        if let Some(scenario) = scenario {
+            let _ = write!(text, "\"scenario\":{},", Quoted(scenario));
+        }
+        text.push_str("\"telegrams\":[");
         for (number, telegram) in telegrams.iter().enumerate() {
             let Telegram { moment, explained } = telegram;
             let _ = write!(
@@ -125,6 +157,9 @@ impl fmt::Display for Report {
                 let Judgement { row, reason, telegrams, .. } = judgement;
                 writeln!(f, "{} {}  {}", verdict.name().to_uppercase(), row.id(), row.about().text)?;
                 writeln!(f, "     {reason}")?;
+                if let Some(scenario) = &judgement.scenario {
+                    writeln!(f, "     while: {scenario}")?;
+                }
                 for telegram in telegrams.iter().skip(telegrams.len().saturating_sub(SHOWN)) {
                     let Telegram { moment, explained } = telegram;
                     let at = self.seconds(telegram);

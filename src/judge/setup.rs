@@ -2,11 +2,14 @@
 
 use core::time::Duration;
 use std::boxed::Box;
+use std::format;
+use std::string::{String, ToString};
 use std::vec::Vec;
 
 use crate::gsd::Gsd;
 use crate::profibus::dp::IoLengths;
 use crate::profibus::fdl::Address;
+use crate::time::BaudRate;
 
 /// What the master is configured to. What is `None` is not judged.
 #[derive(Clone, Debug, Default)]
@@ -19,6 +22,8 @@ pub struct Setup {
     pub watchdog: Option<Duration>,
     /// How often it repeats a request.
     pub retries: Option<u32>,
+    /// The rate of the line.
+    pub baud: Option<BaudRate>,
     /// How long it waits for a reply, T_SL.
     pub slot: Option<Duration>,
     /// The highest station address, HSA.
@@ -69,6 +74,22 @@ impl Slave {
         }
     }
 
+    /// As `--station` has it.
+    fn words(&self) -> String {
+        let hex = |octets: &[u8]| octets.iter().map(|octet| format!("{octet:02X}")).collect::<String>();
+        let mut words = format!("{},ident={:04X}", self.address, self.ident);
+        let parts = [
+            self.cfg.as_ref().map(|cfg| format!(",cfg={}", hex(cfg))),
+            self.prm.as_ref().map(|prm| format!(",prm={}", hex(prm))),
+            self.groups.map(|groups| format!(",groups={groups:02X}")),
+            self.fail_safe.then(|| ",failsafe=1".into()),
+            self.min_interval.map(|time| format!(",min-interval={}", time.as_secs_f64() * 1000.0)),
+            self.absent.then(|| ",absent".into()),
+        ];
+        words.extend(parts.into_iter().flatten());
+        words
+    }
+
     /// How many octets it exchanges, if its configuration is known and can be exchanged.
     pub fn lengths(&self) -> Option<IoLengths> {
         IoLengths::of(self.cfg.as_deref()?).ok()
@@ -89,5 +110,24 @@ impl Setup {
     /// Min_Slave_Interval of a station.
     pub fn min_interval(&self, address: Address) -> Option<Duration> {
         self.slave(address).and_then(|slave| slave.min_interval).or(self.min_interval)
+    }
+
+    /// What is configured, as the options of the command have it: the name and the value of each.
+    pub(super) fn words(&self) -> Vec<(&'static str, String)> {
+        let millis = |time: Duration| format!("{}", time.as_secs_f64() * 1000.0);
+        let mut words: Vec<(&'static str, String)> =
+            self.stations.iter().map(|slave| ("station", slave.words())).collect();
+        let others = [
+            ("master", self.master.map(|master| master.to_string())),
+            ("watchdog", self.watchdog.map(millis)),
+            ("retries", self.retries.map(|retries| retries.to_string())),
+            ("baud", self.baud.map(|baud| baud.bits_per_second().to_string())),
+            ("slot", self.slot.map(millis)),
+            ("hsa", self.hsa.map(|hsa| hsa.to_string())),
+            ("min-interval", self.min_interval.map(millis)),
+            ("auto-clear", self.auto_clear.map(millis)),
+        ];
+        words.extend(others.into_iter().filter_map(|(name, value)| Some((name, value?))));
+        words
     }
 }

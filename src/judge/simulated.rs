@@ -10,6 +10,7 @@ use super::rows::Row;
 use super::setup::Setup;
 use crate::bench::{Line, Master, Sender};
 use crate::profibus::fdl::Address;
+use crate::time::Instant;
 
 /// The longest judgement in virtual time.
 const LIMIT: Duration = Duration::from_secs(3600);
@@ -20,7 +21,27 @@ const LIMIT: Duration = Duration::from_secs(3600);
 /// The line should be new: what was on it before is not seen.
 pub fn simulated<M: Master>(line: &mut Line<M>, setup: Setup, wanted: &[Row]) -> Report {
     let setup = Setup { slot: setup.slot.or(Some(line.slot_time())), ..setup };
-    let mut judge = Judge::seeing(setup, wanted, Sight::Exact(line.baud()));
+    let judge = Judge::seeing(setup, wanted, Sight::Exact(line.baud()));
+    run(line, judge, |_, _, _| false)
+}
+
+/// The same for a master that is operated: `operate` does an action, as `--ask` takes it, and says whether it could.
+pub fn simulated_with<M: Master>(
+    line: &mut Line<M>,
+    setup: Setup,
+    wanted: &[Row],
+    operate: impl FnMut(&mut M, &str, Instant) -> bool,
+) -> Report {
+    let setup = Setup { slot: setup.slot.or(Some(line.slot_time())), ..setup };
+    let judge = Judge::seeing(setup, wanted, Sight::Exact(line.baud())).operated();
+    run(line, judge, operate)
+}
+
+fn run<M: Master>(
+    line: &mut Line<M>,
+    mut judge: Judge,
+    mut operate: impl FnMut(&mut M, &str, Instant) -> bool,
+) -> Report {
     let origin = line.now();
     let (bus, faults) = line.stations_and_faults();
     judge.begin(origin, bus, faults);
@@ -39,6 +60,10 @@ pub fn simulated<M: Master>(line: &mut Line<M>, setup: Setup, wanted: &[Row]) ->
         let now = line.now();
         let (bus, faults) = line.stations_and_faults();
         judge.step(now, bus, faults);
+        if let Some(action) = judge.poll_ask() {
+            let done = operate(&mut line.master, &action, now);
+            judge.asked(now, done);
+        }
     }
     judge.report(origin)
 }

@@ -137,12 +137,51 @@ fn a_failure_is_in_every_report_and_again_in_the_capture() {
     let (code, table, stderr) = run(&[&capture, "--only", "M-F06"]);
     assert_eq!(code, Some(0), "{table}{stderr}");
     assert!(table.contains("pass       M-F06"), "{table}");
+    judge_other_forms(dir.path(), &capture);
+}
+
+/// The same capture cut off, as lines of octets, and in the older format.
+fn judge_other_forms(dir: &Path, capture: &str) {
+    let whole = fs::read(capture).unwrap();
+    let (cut, lines, classic) = (dir.join("cut.pcapng"), dir.join("lines.txt"), dir.join("old.pcap"));
+    fs::write(&cut, &whole[..whole.len() - 10]).unwrap();
+    let hex: Vec<String> = DIAG.iter().map(|octet| format!("{octet:02X}")).collect();
+    fs::write(&lines, format!("# two requests\n{0}\n\n{0}\n", hex.join(" "))).unwrap();
+    let record = |at: u32| {
+        let len = u32::try_from(DIAG.len()).unwrap();
+        [at, 0, len, len].iter().flat_map(|word| word.to_le_bytes()).chain(DIAG).collect::<Vec<u8>>()
+    };
+    let header = [0xA1B2_C3D4_u32, 0x0004_0002, 0, 0, 65535, 257];
+    let header: Vec<u8> = header.iter().flat_map(|word| word.to_le_bytes()).collect();
+    fs::write(&classic, [header, record(1), record(2)].concat()).unwrap();
+    for (file, ended) in [
+        (&cut, "ended: the capture is cut off, and was judged as far as it goes: "),
+        (&lines, "ended: the capture was read to its end"),
+        (&classic, "ended: the capture was read to its end"),
+    ] {
+        let (code, table, stderr) = run(&[file.to_str().unwrap(), "--only", "M-F06,M-T02"]);
+        assert_eq!(code, Some(0), "{table}{stderr}");
+        assert!(table.contains("pass       M-F06") && table.contains(ended), "{table}");
+    }
+    fs::write(&lines, "no request").unwrap();
+    let (code, _, stderr) = run(&[lines.to_str().unwrap()]);
+    assert_eq!(code, Some(5), "{stderr}");
+    assert!(stderr.contains("neither a capture nor octets in hexadecimal"), "{stderr}");
+    // Nobody speaks in it.
+    fs::write(&lines, "E5\n").unwrap();
+    let (code, _, stderr) = run(&[lines.to_str().unwrap()]);
+    assert_eq!(code, Some(3), "{stderr}");
+    assert!(stderr.contains("no master was heard in the capture"), "{stderr}");
 }
 
 /// The contract for programs that read the verdicts.
 fn check_json(text: &str) {
     let report: Value = serde_json::from_str(text).unwrap();
     assert_eq!(report["version"], 1);
+    assert_eq!(report["program"], concat!("profidrive ", env!("CARGO_PKG_VERSION")));
+    assert_eq!(report["configuration"]["stations"], serde_json::json!(["5,ident=1234,cfg=2313"]));
+    let date = report["date"].as_str().unwrap();
+    assert!(date.len() == 20 && date.ends_with('Z'), "{date}");
     let rows = report["rows"].as_array().unwrap();
     assert_eq!(rows.len(), 11);
     for row in rows {
@@ -225,6 +264,19 @@ fn a_judgement_that_is_interrupted_ends_with_4() {
     stdout.read_to_string(&mut table).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(4), "{table}");
     assert!(table.ends_with("ended: the judgement was stopped\n"), "{table}");
+}
+
+#[test]
+fn a_judgement_out_of_time_ends_with_4() {
+    let dir = tempfile::tempdir().unwrap();
+    let link = dir.path().join("bus");
+    let spec = format!("pty:{}", link.display());
+    let (mut child, _, mut stdout) = start(&["--link", &spec, "--station", STATION, "--time", "2"]);
+    let _master = masters::Running::on_terminal_with(&link, &[5]);
+    let mut table = String::new();
+    stdout.read_to_string(&mut table).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(4), "{table}");
+    assert!(table.ends_with("ended: the time for the judgement was over\n"), "{table}");
 }
 
 #[test]

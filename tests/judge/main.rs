@@ -15,8 +15,10 @@ mod test_master;
 
 mod endings;
 mod live;
+mod operated;
 #[cfg(feature = "master")]
 mod profirust;
+mod recordings;
 mod reports;
 #[cfg(feature = "master")]
 mod session;

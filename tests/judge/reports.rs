@@ -31,7 +31,19 @@ fn junit_is_well_formed_and_counts_every_row() {
     assert_eq!(named(&document, "testcase").count(), Row::ALL.len() + 1);
     assert_eq!(named(&document, "skipped").count(), report.count(Verdict::NotJudged));
     assert_eq!(named(&document, "failure").count(), report.count(Verdict::Fail));
+    let property = |name: &str| {
+        let mut properties = named(&document, "property");
+        properties
+            .find(|node| node.attribute("name") == Some(name))
+            .unwrap()
+            .attribute("value")
+            .unwrap()
+            .to_owned()
+    };
+    assert_eq!(property("station"), "5,ident=1234,cfg=2313,prm=0102,groups=01");
+    assert_eq!((property("slot"), property("retries")), ("0.6".into(), "2".into()));
     for failure in named(&document, "failure") {
+        assert!(failure.text().unwrap().starts_with("while: "), "{failure:?}");
         assert!(failure.text().unwrap().contains('['), "{failure:?}");
     }
     let of_suites: usize = named(&document, "testsuite")
@@ -46,6 +58,8 @@ fn the_page_needs_nothing_else_and_draws_each_failure() {
     let page = report.html("A <master> & \"its\" stations");
     let begin = page.find("<html").unwrap();
     let document = Document::parse(&page[begin..]).unwrap();
+    assert!(page.contains("<th scope=\"row\">station</th><td><code>5,ident=1234,cfg=2313,"), "{page}");
+    assert!(page.contains("<p>While: "), "{page}");
     assert_eq!(named(&document, "script").count() + named(&document, "link").count(), 0);
     for node in document.descendants() {
         for attribute in node.attributes() {

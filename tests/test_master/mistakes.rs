@@ -117,7 +117,7 @@ mistakes! {
     /// It waits only for a third of the slot time.
     ShortSlot ["M-T03"]
     /// The second slave is asked every tenth time only.
-    Unequal ["M-I04"]
+    Unequal ["M-I04", "M-X03"]
     /// It asks stations that nobody configured.
     Strangers ["M-U12"]
     /// SC, which only answers.
@@ -143,7 +143,7 @@ mistakes! {
     /// A GAP address that did not answer is asked again.
     GapRepeats ["M-K06"]
     /// Two GAP addresses between two tokens.
-    GapTwice ["M-K03"]
+    GapTwice ["M-K03", "M-K04"]
     /// GAP addresses in falling order.
     GapFalls ["M-K04"]
     /// A GAP address above HSA.
@@ -180,6 +180,37 @@ mistakes! {
     DiesOnMasterBits ["M-D16"]
     /// It ends after 200 octets of noise.
     DiesOnFlood ["M-E16"]
+    /// The second slave is asked in every third cycle only.
+    SkipsCycles ["M-X03"]
+    /// Fewer inputs than configured are taken over.
+    IgnoresFewInputs ["M-E04"]
+    /// A long diagnosis leads to a new start-up.
+    RestartsOnLongDiag ["M-D08"]
+    /// Ext_Diag_Overflow leads to a new start-up.
+    RestartsOnOverflow ["M-D09"]
+    /// A reply that comes twice is kept for the next request.
+    KeepsReplies ["M-E06"]
+    /// Replies as SD3 are not taken.
+    RejectsSd3 ["M-X07"]
+    // These need somebody who operates the master: `ASKED` in tests/judge/operated.rs names their rows.
+    /// The first exchange with new outputs has half of them.
+    TornOutputs []
+    /// The outputs of the user go to the other slave.
+    OtherOutputs []
+    /// After CLEAR the outputs stay zero.
+    ZerosAfterClear []
+    /// No Global_Control on the way to CLEAR.
+    NoClearData []
+    /// It goes on when it is stopped.
+    DoesNotStop []
+    /// It lets no slave go when it is stopped.
+    NoRelease []
+    /// Sync and Freeze go to other groups.
+    OtherGroup []
+    /// The cyclic Global_Control undoes Sync.
+    UndoesSync []
+    /// It goes on when it is to begin anew.
+    DoesNotRestart []
     /// It ends when a reply does not come.
     DiesOnSilence ["M-C03"]
     /// It ends when a reply has a wrong sum.

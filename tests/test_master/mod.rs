@@ -234,7 +234,12 @@ impl TestMaster {
         let mistake = self.mistake;
         let slave = &mut self.slaves[turn];
         slave.turns += 1;
-        let skipped = mistake == Some(Mistake::Unequal) && turn == 1 && !slave.turns.is_multiple_of(10);
+        let every = match mistake {
+            Some(Mistake::Unequal) => 10,
+            Some(Mistake::SkipsCycles) => 3,
+            _ => 1,
+        };
+        let skipped = turn == 1 && !slave.turns.is_multiple_of(every);
         if slave.forgotten || skipped {
             self.turn += 1;
             return self.next_telegram(now);
@@ -253,6 +258,7 @@ impl TestMaster {
         self.cycles += 1;
         self.stop = match self.stop {
             Stop::No => Stop::No,
+            Stop::Clearing if self.does(Mistake::NoRelease) => Stop::Stopped,
             Stop::Clearing => Stop::Releasing,
             Stop::Releasing | Stop::Stopped => Stop::Stopped,
         };
@@ -260,7 +266,11 @@ impl TestMaster {
             self.operate = true;
         }
         if self.cycles >= 20 && self.cycles.is_multiple_of(20) {
-            self.controls.push_back((if self.operate { 0 } else { CLEAR }, 0));
+            let undo = if self.does(Mistake::UndoesSync) { 0x10 } else { 0 };
+            let silent = !self.operate && self.does(Mistake::NoClearData);
+            if !silent {
+                self.controls.push_back((if self.operate { undo } else { CLEAR }, 0));
+            }
         }
         if self.settings.token {
             if self.cycles.is_multiple_of(GAP_FACTOR) {
@@ -376,6 +386,9 @@ impl Master for TestMaster {
             }
         }
         if self.waits.is_none() {
+            if !self.heard.is_empty() && self.does(Mistake::KeepsReplies) && self.turn > 0 {
+                self.slaves[self.turn - 1].kept = true;
+            }
             self.heard.clear();
         }
     }
@@ -387,6 +400,7 @@ impl Master for TestMaster {
         let slot = self.slot();
         if let Some(wait) = &mut self.waits {
             wait.until = Some(now + slot);
+            self.take_kept(now);
         } else if core::mem::take(&mut self.polling) {
             self.next = self.next.max(now + slot);
         } else {

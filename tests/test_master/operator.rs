@@ -2,25 +2,37 @@
 
 use profidrive::time::Instant;
 
+use super::mistakes::Mistake;
+use super::slave::Slave;
 use super::{CLEAR, Stop, TestMaster};
 
 impl TestMaster {
     /// Does what is asked for; `false`: it cannot.
     pub(crate) fn do_action(&mut self, action: &str, now: Instant) -> bool {
         let words: Vec<&str> = action.split_whitespace().collect();
-        let groups = |text: &str| u8::from_str_radix(text, 16).unwrap();
+        let other = u8::from(self.does(Mistake::OtherGroup)) << 1;
+        let groups = |text: &str| u8::from_str_radix(text, 16).unwrap() ^ other;
         match words[..] {
             ["operate"] if self.stop == Stop::No => {
                 (self.operate, self.cleared) = (true, false);
+                if self.does(Mistake::ZerosAfterClear) {
+                    for slave in &mut self.slaves {
+                        slave.user_outputs = slave.user_outputs.take().map(|outputs| vec![0; outputs.len()]);
+                    }
+                }
                 self.controls.push_back((0, 0));
             }
+            ["restart"] if self.does(Mistake::DoesNotRestart) => {}
+            ["stop"] if self.does(Mistake::DoesNotStop) => {}
             ["operate" | "restart"] => {
                 let fresh = Self::new(self.settings.clone(), self.mistake);
                 *self = Self { next: now, ..fresh };
             }
             ["clear"] => {
                 (self.operate, self.cleared) = (false, true);
-                self.controls.push_back((CLEAR, 0));
+                if !self.does(Mistake::NoClearData) {
+                    self.controls.push_back((CLEAR, 0));
+                }
             }
             ["stop"] => {
                 (self.operate, self.stop) = (false, Stop::Clearing);
@@ -30,8 +42,11 @@ impl TestMaster {
                 let octet = |at: usize| u8::from_str_radix(&hex[at..at + 2], 16).unwrap();
                 let outputs = (0..hex.len()).step_by(2).map(octet).collect();
                 let number: u8 = address.parse().unwrap();
-                let slave = self.slaves.iter_mut().find(|slave| slave.configured.address == number);
-                slave.unwrap().user_outputs = Some(outputs);
+                let wrong = self.does(Mistake::OtherOutputs);
+                let torn = self.does(Mistake::TornOutputs);
+                let meant = |slave: &&mut Slave| (slave.configured.address == number) != wrong;
+                let slave = self.slaves.iter_mut().find(meant).unwrap();
+                (slave.user_outputs, slave.torn) = (Some(outputs), torn);
             }
             ["sync", group] => self.controls.push_back((0x20, groups(group))),
             ["unsync", group] => self.controls.push_back((0x10, groups(group))),

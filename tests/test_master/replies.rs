@@ -14,6 +14,9 @@ impl TestMaster {
     pub(super) fn take_reply(&mut self, now: Instant, octets: &[u8]) {
         let Some(Wait { slave: turn, .. }) = self.waits else { return };
         let expected = self.slaves[turn].configured.address;
+        if octets[0] == 0xA2 && self.does(Mistake::RejectsSd3) {
+            return;
+        }
         let reply = match decode(octets) {
             Decoded::Telegram { telegram, .. } => telegram,
             Decoded::Incomplete => return,
@@ -62,6 +65,17 @@ impl TestMaster {
         self.turn += 1;
         self.next =
             now + if self.does(Mistake::ShortIdle) { self.settings.baud.bit_times(20) } else { self.syn() };
+    }
+
+    /// A request whose reply it believes to have already.
+    pub(super) fn take_kept(&mut self, now: Instant) {
+        let Some(Wait { slave: turn, .. }) = self.waits else { return };
+        if core::mem::take(&mut self.slaves[turn].kept) {
+            self.waits = None;
+            self.confirm(turn);
+            self.turn += 1;
+            self.next = now + self.syn();
+        }
     }
 
     /// The request was answered.
@@ -136,7 +150,11 @@ impl TestMaster {
                 let owned = diag.master.is_none_or(|owner| owner.number() != own);
                 let asks =
                     diag.prm_req || diag.station_not_ready || diag.prm_fault || diag.cfg_fault || owned;
-                if asks && mistake != Some(Mistake::IgnoresPrmReq) || mistake == Some(Mistake::RestartsOnDiag)
+                let needless = (data.len() > 100 && mistake == Some(Mistake::RestartsOnLongDiag))
+                    || (diag.ext_diag_overflow && mistake == Some(Mistake::RestartsOnOverflow));
+                if needless
+                    || asks && mistake != Some(Mistake::IgnoresPrmReq)
+                    || mistake == Some(Mistake::RestartsOnDiag)
                 {
                     slave.restart(mistake);
                 }
@@ -167,6 +185,7 @@ impl TestMaster {
             None if mistake == Some(Mistake::IgnoresSc) => {}
             None => slave.spoil(),
             Some(_) if len == inputs => slave.spoilt = 0,
+            Some(_) if len < inputs && mistake == Some(Mistake::IgnoresFewInputs) => {}
             Some(_) if mistake == Some(Mistake::DiesOnLength) => self.dead = true,
             Some(_) if mistake == Some(Mistake::IgnoresLength) => {}
             Some(_) => slave.spoil(),

@@ -137,10 +137,16 @@ impl TestMaster {
         let slave = &mut self.slaves[turn];
         slave.output = slave.output.wrapping_add(1) | 1;
         if let Some(outputs) = slave.user_outputs.clone().filter(|_| !clear) {
+            if core::mem::take(&mut slave.torn) {
+                let half = outputs.len() / 2;
+                return [&outputs[..half], &slave.sent_outputs[half..]].concat();
+            }
+            slave.sent_outputs.clone_from(&outputs);
             return outputs;
         }
         let value = if clear { 0 } else { slave.output };
-        vec![value; usize::from(slave.lengths.outputs) + more - less]
+        slave.sent_outputs = vec![value; usize::from(slave.lengths.outputs) + more - less];
+        slave.sent_outputs.clone()
     }
 
     /// Set_Prm that lets a slave go: Unlock_Req.

@@ -30,10 +30,15 @@ pub(super) struct Slave {
     pub(super) forgotten: bool,
     pub(super) restarts: bool,
     pub(super) turns: u32,
+    /// A reply that it has sent twice.
+    pub(super) kept: bool,
     pub(super) start_ups: u32,
     pub(super) output: u8,
     /// What the user wants to send; otherwise it counts.
     pub(super) user_outputs: Option<Vec<u8>>,
+    pub(super) sent_outputs: Vec<u8>,
+    /// Half of it is sent once.
+    pub(super) torn: bool,
 }
 
 impl Slave {
@@ -52,9 +57,12 @@ impl Slave {
             forgotten: false,
             restarts: false,
             turns: 0,
+            kept: false,
             start_ups: 0,
             output: 0,
             user_outputs: None,
+            sent_outputs: Vec::new(),
+            torn: false,
         }
     }
 

@@ -18,11 +18,11 @@ use super::{BaudSpec, LinkSpec};
 /// master is not changed. Exit status: 0 passed and complete, 1 a row failed, 2 wrong command line, 3 no master or no data
 /// exchange, 4 not finished or not enough judged, 5 a file or the link fails.
 ///
-/// With a capture (FILE.pcapng) nothing is provoked: it judges what the capture shows.
+/// With a capture (pcapng, pcap, or octets in hexadecimal) nothing is provoked: it judges what the capture shows.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Judge {
-    /// A pcapng capture to judge instead of a live master
+    /// A capture to judge instead of a live master
     #[arg(value_name = "FILE.pcapng")]
     pub(crate) capture_file: Option<PathBuf>,
 
@@ -70,6 +70,10 @@ pub(crate) struct Judge {
     /// A command that operates the master, run as COMMAND ACTION
     #[arg(long, value_name = "COMMAND")]
     pub(crate) ask: Option<String>,
+
+    /// The judgement takes so long at most, in seconds: 192 without it, one row alone 56
+    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..=86_400))]
+    pub(crate) time: Option<u64>,
 
     /// Judge these rows only, as M-C03,M-E*
     #[arg(long, value_name = "ROWS", value_delimiter = ',', value_parser = rows)]

@@ -37,6 +37,12 @@ pub(in crate::judge) struct Asked {
     released: BTreeSet<u8>,
     /// The last outputs of each station.
     outputs: BTreeMap<u8, Vec<u8>>,
+    /// The outputs that each station is to get now.
+    expected: BTreeMap<u8, Vec<u8>>,
+    /// Stations that got some octets of the old outputs and some of the new.
+    torn: BTreeSet<u8>,
+    /// What the user has set, and each station got.
+    users: BTreeMap<u8, Vec<u8>>,
     /// Stations whose next request must be a first one.
     begins: BTreeSet<u8>,
     /// Stations whose first request since a stop was seen.
@@ -48,7 +54,14 @@ impl Observer {
     pub(in crate::judge) fn begin_asking(&mut self) {
         let outputs = core::mem::take(&mut self.asked_for.outputs);
         let begins = core::mem::take(&mut self.asked_for.begins);
-        self.asked_for = Asked { outputs, begins, ..Asked::default() };
+        let users = core::mem::take(&mut self.asked_for.users);
+        self.asked_for = Asked { outputs, users, begins, ..Asked::default() };
+    }
+
+    /// The master is asked to send these outputs.
+    pub(in crate::judge) fn expect_outputs(&mut self, wanted: &[(Address, Vec<u8>)]) {
+        let wanted = wanted.iter().map(|(station, octets)| (station.number(), octets.clone()));
+        self.asked_for.expected = wanted.collect();
     }
 
     /// The master has had time to stop: requests from now on count.
@@ -74,7 +87,12 @@ impl Observer {
         asked.requests = asked.requests.saturating_add(1);
         match cycle.service {
             Some(dp::Service::DataExchange) => {
-                asked.outputs.insert(cycle.to.number(), cycle.data().to_vec());
+                let (number, data) = (cycle.to.number(), cycle.data().to_vec());
+                let (before, after) = (asked.outputs.get(&number), asked.expected.get(&number));
+                if before.zip(after).is_some_and(|(before, after)| is_mixture(&data, before, after)) {
+                    asked.torn.insert(number);
+                }
+                asked.outputs.insert(number, data);
             }
             Some(dp::Service::SetPrm) if SetPrm::parse(cycle.data()).is_ok_and(SetPrm::unlock_req) => {
                 asked.released.insert(cycle.to.number());
@@ -163,6 +181,7 @@ impl Observer {
                     last == Some(true),
                     "asked for OPERATE, and no Global_Control without Clear_Data came",
                 );
+                self.check_users_outputs();
                 // Only after a stop is the way to OPERATE that of row O12.
                 let cleared =
                     self.asked_for.commands.first().is_some_and(|(command, _)| command & CLEAR_DATA != 0);
@@ -201,6 +220,30 @@ impl Observer {
             let got = self.asked_for.outputs.get(&station.number()).cloned().unwrap_or_default();
             let reason = format!("outputs of station {station} are {}, asked for {}", hex(&got), hex(octets));
             self.expect(Row::X04, got == *octets, &reason);
+            if self.asked_for.torn.contains(&station.number()) {
+                let reason =
+                    format!("station {station} got some octets of the old outputs and some of the new");
+                self.show(Row::X04, Weight::Once, reason);
+            }
+            if got == *octets {
+                self.asked_for.users.insert(station.number(), got);
+            }
+        }
+    }
+
+    /// Back in OPERATE the stations get what the user has set. A master that began anew need not know it any more.
+    fn check_users_outputs(&mut self) {
+        if !self.asked_for.begun.is_empty() {
+            return;
+        }
+        for (number, octets) in self.asked_for.users.clone() {
+            let got = self.asked_for.outputs.get(&number).cloned().unwrap_or_default();
+            let reason = format!(
+                "in OPERATE again the outputs of station {number} are {}, set were {}",
+                hex(&got),
+                hex(&octets)
+            );
+            self.expect(Row::O10, got == octets, &reason);
         }
     }
 
@@ -245,4 +288,14 @@ impl Observer {
             ),
         }
     }
+}
+
+/// Whether outputs have octets of both, and are neither.
+fn is_mixture(data: &[u8], before: &[u8], after: &[u8]) -> bool {
+    let of_one = |((octet, before), after): ((&u8, &u8), &u8)| octet == before || octet == after;
+    data.len() == before.len()
+        && data.len() == after.len()
+        && data != before
+        && data != after
+        && data.iter().zip(before).zip(after).all(of_one)
 }

@@ -86,8 +86,9 @@ impl Observer {
 
     /// The longest min T_SDR that makes sense: max T_SDR at the rate of the line.
     fn max_tsdr(&self, slave: &Slave) -> Option<u16> {
-        let super::Sight::Exact(rate) = self.sight else {
-            return None;
+        let rate = match self.sight {
+            super::Sight::Exact(rate) => rate,
+            super::Sight::Untimed | super::Sight::Recorded => self.setup.baud?,
         };
         match &slave.gsd {
             Some(gsd) => gsd.rates.max_tsdr(rate),
@@ -99,17 +100,22 @@ impl Observer {
         self.content(cycle, Row::P05, ident == slave.ident, || {
             format!("ident number 0x{ident:04X}, expected 0x{:04X}", slave.ident)
         });
-        let (least, most) = match (&slave.prm, &slave.gsd) {
-            (Some(prm), _) => (prm.len(), prm.len()),
+        let lengths = match (&slave.prm, &slave.gsd) {
+            (Some(prm), _) => Some((prm.len(), prm.len())),
             (None, Some(gsd)) => {
                 let (least, most) = gsd.user_prm_lengths();
-                (least.into(), most.into())
+                Some((least.into(), most.into()))
             }
-            (None, None) => (0, 0),
+            (None, None) => None,
         };
-        self.content(cycle, Row::P07, (least..=most).contains(&user.len()), || {
-            format!("{} octets of user parameters, expected {least}", user.len())
-        });
+        match lengths {
+            Some((least, most)) => {
+                self.content(cycle, Row::P07, (least..=most).contains(&user.len()), || {
+                    format!("{} octets of user parameters, expected {least}", user.len())
+                });
+            }
+            None => self.findings.obstacle(Row::P07, "needs prm=HEX or gsd=FILE of the station"),
+        }
         match &slave.prm {
             Some(prm) if prm.len() == user.len() => self.content(cycle, Row::P08, prm == user, || {
                 format!("user parameters {}, expected {}", hex(user), hex(prm))

@@ -5,6 +5,7 @@ use std::format;
 
 use super::Observer;
 use super::cycle::Cycle;
+use super::view::View;
 use crate::judge::findings::Weight;
 use crate::judge::rows::Row;
 use crate::judge::setup::Slave;
@@ -15,6 +16,8 @@ use crate::time::Instant;
 const CLEAR_DATA: u8 = 0x02;
 /// Bits 0, 6 and 7.
 const RESERVED: u8 = 0xC1;
+/// Where Group_Ident is in Set_Prm.
+const GROUP_OCTET: usize = 6;
 /// Octets of Global_Control.
 const LEN: usize = 2;
 /// A session with data exchange shorter than this need not have shown OPERATE.
@@ -38,6 +41,9 @@ pub(super) struct Control {
     /// OPERATE was announced at least once.
     operated: bool,
     clear_seen: bool,
+    /// The groups that OPERATE was announced to, or all stations.
+    operate_groups: u8,
+    operate_to_all: bool,
     /// The first Data_Exchange and the last one.
     first_exchange: Option<Instant>,
     last_exchange: Option<Instant>,
@@ -91,12 +97,15 @@ impl Observer {
         }
         self.timing.controlled(now);
         self.note_command(command, groups);
+        let lost = self.lost_station();
         let control = &mut self.control;
         if command & CLEAR_DATA == 0 {
             if control.operated {
                 control.operate_repeated += 1;
             }
             control.operated = true;
+            control.operate_groups |= groups;
+            control.operate_to_all |= groups == 0;
             control.mode = Mode::Operate;
             return;
         }
@@ -106,9 +115,40 @@ impl Observer {
             control.since_clear = 0;
         }
         control.mode = Mode::Clear;
-        if stays {
-            let reason = "Global_Control with Clear_Data, which nobody asked for";
-            self.broken(Row::O08, Weight::Once, serial.saturating_sub(8), None, reason);
+        // At other times it is the user who asks for CLEAR, and whether that was so a recording does not tell.
+        if let Some((station, since)) = lost.filter(|_| stays && self.sight != super::Sight::Recorded) {
+            let reason = format!("Global_Control with Clear_Data while station {station} is silent");
+            self.broken(Row::O08, Weight::Once, since, None, reason);
+        }
+    }
+
+    /// A station that exchanged data and does not answer, and the request that it did not answer.
+    fn lost_station(&self) -> Option<(Address, u64)> {
+        let silent = |view: &&View| {
+            view.exchanges > 0
+                && view.calm == 0
+                && view.last.as_ref().is_some_and(|last| last.items.is_empty())
+        };
+        let last = self.views.values().filter(silent).find_map(|view| view.last.as_ref());
+        last.map(|last| (last.to, last.serial))
+    }
+
+    /// Whether OPERATE was announced to every station, not only to some groups.
+    fn judge_operate_groups(&mut self) {
+        let groups = self.control.operate_groups;
+        let left_out = |view: &View| {
+            let group = view.prm_data.as_ref().and_then(|prm| prm.get(GROUP_OCTET)).copied();
+            view.exchanges > 0 && group.is_some_and(|group| group & groups == 0)
+        };
+        let station = self.views.iter().find(|(_, view)| left_out(view)).map(|(number, _)| *number);
+        match station.filter(|_| !self.control.operate_to_all) {
+            Some(station) => {
+                let reason = format!(
+                    "OPERATE was announced to the groups 0x{groups:02X} only, and station {station} is in none of them"
+                );
+                self.show(Row::O01, Weight::Once, reason);
+            }
+            None => self.held(Row::O01),
         }
     }
 
@@ -188,8 +228,13 @@ impl Observer {
             (Some(first), Some(last)) => last.saturating_since(first),
             (None, _) | (_, None) => Duration::ZERO,
         };
+        let in_the_middle =
+            self.sight == super::Sight::Recorded && self.views.values().all(|view| view.cfg_data.is_none());
         if self.control.operated {
-            self.held(Row::O01);
+            self.judge_operate_groups();
+        } else if in_the_middle {
+            self.findings
+                .missed(Row::O01, "the recording begins in data exchange, and shows no Global_Control");
         } else if session >= LEAST_SESSION {
             let reason =
                 format!("{} s of data exchange, and no Global_Control without Clear_Data", session.as_secs());

@@ -5,12 +5,12 @@ use std::format;
 
 use super::Observer;
 use super::cycle::{Answer, Bad, Cycle, Relation};
-use super::view::{Disturbance, Loss};
+use super::view::{Disturbance, Disturbed, Loss};
 use crate::judge::findings::Weight;
 use crate::judge::rows::Row;
 use crate::judge::setup::Slave;
 use crate::profibus::dp;
-use crate::profibus::fdl::{Address, FrameCount, Service};
+use crate::profibus::fdl::{FrameCount, Service};
 use crate::time::Instant;
 
 /// A master never repeats more often than this.
@@ -58,6 +58,9 @@ impl Observer {
             return;
         }
         let common = self.common_bit(cycle);
+        if cycle.count == FrameCount::First {
+            self.view(station).anew = true;
+        }
         if cycle.count == FrameCount::Unused {
             self.broken(
                 Row::C01,
@@ -90,10 +93,16 @@ impl Observer {
             // The reply may have come in the moment in which the master asked again.
             if relation == Relation::Repeated {
                 cycle.retry = before.retry + 1;
+            } else if relation == Relation::First {
+                // It has given the station up, and a new start-up is right.
+                self.view(station).disturbed = None;
             }
             return;
         }
         match before.answer() {
+            Answer::Data { .. } if before.sd3 && self.is_plain(before) => {
+                self.judge_sd3(before, cycle, relation);
+            }
             Answer::ShortAck | Answer::Data { .. } if self.is_plain(before) => {
                 self.judge_confirmed(before, cycle, relation, common);
             }
@@ -178,6 +187,21 @@ impl Observer {
         }
     }
 
+    /// A reply of eight octets came as SD3, which is as right as SD2.
+    fn judge_sd3(&mut self, before: &Cycle, cycle: &mut Cycle, relation: Relation) {
+        match relation {
+            Relation::Toggled => self.held(Row::X07),
+            Relation::Repeated | Relation::SameBit | Relation::First => {
+                if relation == Relation::Repeated {
+                    cycle.retry = before.retry + 1;
+                }
+                let reason = "a reply of eight octets as SD3 is not accepted";
+                self.broken(Row::X07, Weight::Share(2, 30), before.serial, Some(cycle.to), reason);
+            }
+            Relation::Uncounted => {}
+        }
+    }
+
     /// The bit stayed from one service to the next.
     fn stuck_bit(&mut self, from: u64, cycle: &Cycle) {
         let name = cycle.service.map_or("a request", dp::Service::name);
@@ -214,7 +238,7 @@ impl Observer {
                     self.held(Row::C12);
                 }
                 self.judge_retries(before, cycle);
-                self.note_lost_reply(station, bad);
+                self.note_lost_reply(before, bad);
                 return;
             }
             Relation::First if before.is_counted() => {
@@ -270,7 +294,7 @@ impl Observer {
                 let reason =
                     format!("{name} with the FCB of the request that got {what}, and with other octets");
                 broken(self, Row::C04, reason);
-                self.note_lost_reply(station, bad);
+                self.note_lost_reply(before, bad);
             }
             Relation::SameBit => {
                 let reason = format!(
@@ -286,6 +310,7 @@ impl Observer {
             let view = self.view(station);
             let prm = view.prm;
             view.gave_up = true;
+            view.over = true;
             view.lose(Loss::Silent);
             // That it got no answer is what the next step is judged by.
             if before.service == Some(dp::Service::SetPrm) {
@@ -295,18 +320,18 @@ impl Observer {
     }
 
     /// From now on a new start-up shows whether one lost reply is a reason for it.
-    fn note_lost_reply(&mut self, station: Address, bad: Option<Bad>) {
-        let view = self.view(station);
+    fn note_lost_reply(&mut self, before: &Cycle, bad: Option<Bad>) {
+        let view = self.view(before.to);
         if view.exchanging {
             let what = if bad.is_none() { Disturbance::LostReply } else { Disturbance::BadReply };
-            view.disturbed = Some((what, 0));
+            view.disturbed = Some(Disturbed { what, age: 0, serial: before.serial });
         }
     }
 
     fn judge_retries(&mut self, before: &Cycle, cycle: &Cycle) {
         let limit = self.setup.retries.unwrap_or(MOST_RETRIES);
         // Once it should have given up, the wrong bit is what is wrong (C07).
-        if cycle.retry > limit && before.is_counted() && !self.view(cycle.to).gave_up {
+        if cycle.retry > limit && before.is_counted() && !self.view(cycle.to).over {
             let expected = if self.setup.retries.is_some() { "as configured" } else { "at most" };
             let reason = format!(
                 "{} is repeated for the {}th time; expected {limit} retries {expected}",
@@ -398,7 +423,8 @@ impl Observer {
     /// Whether the reply came so late that the master may have stopped waiting.
     pub(super) fn is_late(&self, cycle: &Cycle, answered: Instant) -> bool {
         let after = answered.saturating_since(cycle.end);
-        self.setup.slot.is_some_and(|slot| after * 4 > slot)
+        let slot = self.setup.slot.or(self.timing.usual_wait());
+        slot.is_some_and(|slot| after * 4 > slot)
     }
 }
 

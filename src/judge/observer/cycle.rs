@@ -31,6 +31,8 @@ pub(super) struct Cycle {
     pub(super) items: Vec<Item>,
     /// When the last item began.
     pub(super) answered_at: Option<Instant>,
+    /// The reply was an SD3.
+    pub(super) sd3: bool,
     /// The judge itself was late: nothing is concluded.
     pub(super) void: bool,
 }
@@ -116,6 +118,7 @@ impl Cycle {
             tries: 0,
             items: Vec::new(),
             answered_at: None,
+            sd3: false,
             void: false,
         })
     }

@@ -5,14 +5,14 @@ use std::format;
 
 use super::Observer;
 use super::cycle::{Answer, Cycle};
-use super::view::{Loss, Spoilt, Step};
+use super::view::{Disturbed, Due, Loss, Refused, Spoilt, Step};
 use crate::judge::findings::{Verdict, Weight};
 use crate::judge::rows::Row;
 use crate::judge::setup::Slave;
 use crate::profibus::dp;
 use crate::profibus::fdl::ReplyStatus;
+use crate::profibus::fdl::Telegram;
 use crate::profibus::fdl::telegram::{Decoded, Format, decode};
-use crate::profibus::fdl::{FrameCount, Telegram};
 
 /// Data_Exchange at most before an announced diagnosis is read.
 pub(super) const MOST_BEFORE_DIAG: u32 = 12;
@@ -68,46 +68,46 @@ impl Observer {
             self.judge_first_exchange(cycle);
         }
         let view = self.view(station);
-        if let Some((row, exchanges)) = &mut view.announced {
-            *exchanges += 1;
-            if *exchanges > MOST_BEFORE_DIAG {
-                let row = *row;
+        if let Some(due) = &mut view.announced {
+            due.exchanges += 1;
+            if due.exchanges > MOST_BEFORE_DIAG {
+                let Due { row, serial, .. } = *due;
                 view.announced = None;
                 let reason = format!(
                     "{MOST_BEFORE_DIAG} Data_Exchange after a reply of high priority, and no Slave_Diag"
                 );
-                self.broken(row, Weight::Once, from, Some(station), reason);
+                self.broken(row, Weight::Once, serial, Some(station), reason);
             }
         }
         let view = self.view(station);
-        if let Some((row, exchanges)) = &mut view.restart_due {
-            *exchanges += 1;
-            if *exchanges > MOST_BEFORE_RESTART {
-                let row = *row;
+        if let Some(due) = &mut view.restart_due {
+            due.exchanges += 1;
+            if due.exchanges > MOST_BEFORE_RESTART {
+                let Due { row, serial, .. } = *due;
                 view.restart_due = None;
                 let reason = format!(
                     "{MOST_BEFORE_RESTART} Data_Exchange after a diagnosis that asks for a new start-up, and no Set_Prm"
                 );
-                self.broken(row, Weight::Once, from, Some(station), reason);
+                self.broken(row, Weight::Once, serial, Some(station), reason);
             }
         }
         let view = self.view(station);
-        if let Some(Spoilt { row, since, count }) = view.spoilt
+        if let Some(Spoilt { row, since, count, serial }) = view.spoilt
             && count >= MOST_SPOILT
             && now.saturating_since(since) >= SPOILT_TIME
         {
             view.spoilt = None;
             let reason = format!("{count} replies in a row that cannot be right, and no Slave_Diag");
-            self.broken(row, Weight::Once, from, Some(station), reason);
+            self.broken(row, Weight::Once, serial, Some(station), reason);
         }
         let view = self.view(station);
-        if let Some((since, count)) = view.refused
+        if let Some(Refused { since, count, serial }) = view.refused
             && count >= MOST_SPOILT
             && now.saturating_since(since) >= REFUSED_TIME
         {
             view.refused = None;
             let reason = format!("{count} Data_Exchange in a row are answered with RS, and no Slave_Diag");
-            self.broken(Row::L03, Weight::Once, from, Some(station), reason);
+            self.broken(Row::L03, Weight::Once, serial, Some(station), reason);
         }
     }
 
@@ -177,13 +177,14 @@ impl Observer {
                 let row = if *answer == Answer::ShortAck { Row::E03 } else { Row::E04 };
                 view.trouble();
                 view.exchanging = true;
-                let spoilt = view.spoilt.get_or_insert(Spoilt { row, since: now, count: 0 });
+                let spoilt =
+                    view.spoilt.get_or_insert(Spoilt { row, since: now, count: 0, serial: cycle.serial });
                 spoilt.count += 1;
             }
             Answer::Status(ReplyStatus::NotActivated) => {
                 view.trouble();
-                let refused = view.refused.get_or_insert((now, 0));
-                refused.1 += 1;
+                let first = Refused { since: now, count: 0, serial: cycle.serial };
+                view.refused.get_or_insert(first).count += 1;
                 if view.loss == Loss::None {
                     view.lose(Loss::Refused);
                 }
@@ -193,8 +194,12 @@ impl Observer {
     }
 
     fn good_exchange(&mut self, cycle: &Cycle, high: bool, inputs: usize) {
-        let eight = inputs == 8 && cycle.count != FrameCount::First;
-        let watching = u32::from(self.watching);
+        // One that is off, or comes later, is asked less.
+        let all = self.setup.present().all(|slave| {
+            slave.address == cycle.to
+                || self.views.get(&slave.address.number()).is_some_and(|view| view.calm > 0)
+        });
+        let watching = u32::from(self.watching && all);
         let view = self.view(cycle.to);
         view.undisturbed += watching;
         let begins = !view.exchanging;
@@ -207,12 +212,13 @@ impl Observer {
         view.exchanges = view.exchanges.saturating_add(1);
         if begins {
             view.start_ups += 1;
+            view.anew = false;
         }
         let mut over = None;
-        if let Some((disturbance, age)) = &mut view.disturbed {
+        if let Some(Disturbed { what, age, .. }) = &mut view.disturbed {
             *age += 1;
             if *age >= OVER {
-                over = Some(disturbance.row());
+                over = Some(what.row());
             }
         }
         if over.is_some() {
@@ -238,16 +244,13 @@ impl Observer {
                 _ if faulty => Row::D13,
                 _ => Row::D01,
             };
-            view.announced.get_or_insert((row, 0));
+            view.announced.get_or_insert(Due::new(row, cycle.serial));
         } else {
             view.storm = 0;
             view.announced = None;
         }
         if let Some(row) = over.flatten() {
             self.held(row);
-        }
-        if eight {
-            self.held(Row::X07);
         }
         let lengths = self.view(cycle.to).lengths;
         if lengths.is_some_and(|lengths| lengths.inputs == 244 && lengths.outputs == 244) {

@@ -11,6 +11,8 @@ use crate::profibus::fdl::{Address, DataTelegram, FrameError, Function, Service,
 
 /// The SAP of a master for the services of DP.
 const MASTER_SAP: u8 = 62;
+/// The SAPs of DPV1.
+const DPV1_SAPS: core::ops::RangeInclusive<u8> = 48..=51;
 /// The most octets of user data.
 const MOST_DATA: usize = 244;
 /// The most octets without a pause.
@@ -152,9 +154,17 @@ impl Observer {
         let (dsap, ssap) = (data.dsap.map(|sap| sap.number()), data.ssap.map(|sap| sap.number()));
         match (service, dsap, ssap) {
             (Some(dp::Service::DataExchange), ..) => self.held(Row::F06),
-            (Some(_), _, Some(MASTER_SAP)) => self.held(Row::F06),
-            // DPV1 has SAPs of its own.
-            (None, Some(_), Some(_)) => {}
+            (Some(service), _, Some(MASTER_SAP)) if !wants_nothing(service) || data.data.is_empty() => {
+                self.held(Row::F06);
+            }
+            (Some(service), _, Some(MASTER_SAP)) => {
+                let octets = data.data.len();
+                let reason = format!("{} with {octets} octets of data; expected none", service.name());
+                self.broken(Row::F06, Weight::Once, serial, Some(data.da), reason);
+            }
+            // DPV1 has SAPs of its own, and of others than configured slaves nothing is known.
+            (None, Some(dsap), Some(_))
+                if DPV1_SAPS.contains(&dsap) || self.setup.slave(data.da).is_none() => {}
             (Some(_) | None, _, _) => {
                 let name = |sap: Option<u8>| sap.map_or("none".into(), |sap| format!("{sap}"));
                 let reason = format!(
@@ -165,5 +175,17 @@ impl Observer {
                 self.broken(Row::F06, Weight::Once, serial, Some(data.da), reason);
             }
         }
+    }
+}
+
+/// Whether the request of a service carries no data.
+const fn wants_nothing(service: dp::Service) -> bool {
+    match service {
+        dp::Service::SlaveDiag | dp::Service::GetCfg | dp::Service::RdInp | dp::Service::RdOutp => true,
+        dp::Service::SetSlaveAdd
+        | dp::Service::GlobalControl
+        | dp::Service::SetPrm
+        | dp::Service::ChkCfg
+        | dp::Service::DataExchange => false,
     }
 }

@@ -54,6 +54,8 @@ use timing::Timing;
 use token::Ring;
 use view::{Loss, View};
 
+/// The start delimiter of telegrams with eight octets of data.
+const SD3: u8 = 0xA2;
 /// So many sendings are kept to show.
 const KEPT: usize = 512;
 /// So many of them show one breach.
@@ -285,6 +287,7 @@ impl Observer {
             let shown = Moment { side, octets: octets.to_vec(), ..*moment };
             if let Some(open) = &mut self.open {
                 let item = open.classify(octets);
+                open.sd3 |= octets.first() == Some(&SD3);
                 open.answered_at.get_or_insert(moment.at);
                 open.items.push(item);
             }
@@ -343,9 +346,12 @@ impl Observer {
             return;
         };
         if self.master.is_some_and(|master| master != data.sa) {
+            self.note_other_master(data.sa);
             return;
         }
-        if let Some(view) = self.views.get_mut(&data.da.number()) {
+        // What the GAP asks of every address is no asking for this one.
+        let gap = cycle.kind == Service::FdlStatus && self.is_of_gap(data.da);
+        if let Some(view) = self.views.get_mut(&data.da.number()).filter(|_| !gap) {
             view.spoken_to = Some(end);
         }
         match cycle.kind {
@@ -442,6 +448,7 @@ impl Observer {
                 let view = self.view(cycle.to);
                 view.answered = true;
                 view.gave_up = false;
+                view.over = false;
                 view.asked_since = 0;
                 view.first_run = 0;
                 if view.loss == Loss::Silent && cycle.service == Some(dp::Service::DataExchange) {
@@ -476,19 +483,35 @@ impl Observer {
     fn stranger_asked(&mut self, cycle: &Cycle) {
         self.strangers.insert(cycle.to.number());
         let weight = match cycle.service {
-            Some(dp::Service::SetPrm | dp::Service::ChkCfg | dp::Service::DataExchange) => Weight::Once,
+            Some(
+                dp::Service::SetPrm
+                | dp::Service::ChkCfg
+                | dp::Service::DataExchange
+                | dp::Service::SetSlaveAdd,
+            ) => Weight::Once,
             Some(dp::Service::SlaveDiag) => Weight::Times(5),
             Some(
-                dp::Service::SetSlaveAdd
-                | dp::Service::RdInp
-                | dp::Service::RdOutp
-                | dp::Service::GlobalControl
-                | dp::Service::GetCfg,
+                dp::Service::RdInp | dp::Service::RdOutp | dp::Service::GlobalControl | dp::Service::GetCfg,
             )
             | None => return,
         };
         let name = cycle.service.map_or("", dp::Service::name);
         let reason = std::format!("{name} to station {}, which is not configured in the master", cycle.to);
         self.broken(Row::U12, weight, cycle.serial, None, reason);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_newest_sendings_are_kept() {
+        let mut observer = Observer::new(Setup::default(), Sight::Recorded);
+        for at in 0..2000 {
+            observer.take(Moment::new(Instant::from_nanos(at), Side::Master, &[0xDC, 2, 2]));
+        }
+        assert_eq!((observer.recent.len(), observer.serial), (KEPT, 2000));
+        assert_eq!(observer.since(1, None).len(), SHOWN);
     }
 }

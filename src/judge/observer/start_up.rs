@@ -5,7 +5,7 @@ use std::format;
 
 use super::Observer;
 use super::cycle::{Answer, Cycle};
-use super::view::{Disturbance, Loss, Shown, Step};
+use super::view::{Disturbance, Disturbed, Due, Loss, Shown, Step};
 use crate::judge::findings::Weight;
 use crate::judge::rows::Row;
 use crate::profibus::dp;
@@ -48,7 +48,7 @@ impl Observer {
         let gave_up = view.gave_up;
         let not_ready = view.not_ready.take();
         let disturbed = view.disturbed.take();
-        let restart_due = view.restart_due.take().map(|(row, _)| row).or(view.excused.take());
+        let restart_due = view.restart_due.take().map(|due| due.row).or(view.excused.take());
         let refused = view.refused.take();
         view.waits = 0;
         if diag_read {
@@ -62,12 +62,12 @@ impl Observer {
             let reason = format!("Set_Prm to a slave whose diagnosis says that master {owner} owns it");
             self.broken(Self::taken_row(loss), Weight::Once, from, Some(station), reason);
         }
-        if let Some(since) = not_ready {
+        if let Some((since, serial)) = not_ready {
             let after = cycle.end.saturating_since(since);
             if after < PATIENCE {
                 let reason =
                     format!("Set_Prm {} ms after the slave said it is not ready yet", after.as_millis());
-                self.broken(Row::U06, Weight::Once, from, Some(station), reason);
+                self.broken(Row::U06, Weight::Once, serial, Some(station), reason);
             } else {
                 self.held(Row::U06);
             }
@@ -81,10 +81,10 @@ impl Observer {
         if exchanging && !gave_up && loss == Loss::None && restart_due.is_none() {
             match disturbed {
                 _ if self.is_other_lost(station) => self.judge_needless(cycle),
-                Some((disturbance, _)) => {
-                    if let Some(row) = disturbance.row() {
-                        let reason = format!("Set_Prm although {}", words(disturbance));
-                        self.broken(row, Weight::Times(2), from, Some(station), reason);
+                Some(Disturbed { what, serial, .. }) => {
+                    if let Some(row) = what.row() {
+                        let reason = format!("Set_Prm although {}", words(what));
+                        self.broken(row, Weight::Times(2), serial, Some(station), reason);
                     }
                 }
                 None => {}
@@ -107,7 +107,10 @@ impl Observer {
 
     /// A new start-up without a reason of its own, while another station is lost.
     fn judge_needless(&mut self, cycle: &Cycle) {
-        if self.view(cycle.to).calm > 0 {
+        let view = self.view(cycle.to);
+        // A user may have started it anew.
+        let anew = view.anew && self.sight == super::Sight::Recorded;
+        if self.view(cycle.to).calm > 0 && !anew {
             let reason =
                 format!("Set_Prm to station {}, which has no fault; another station is lost", cycle.to);
             self.broken(Row::L04, Weight::Times(2), cycle.serial.saturating_sub(8), None, reason);
@@ -144,10 +147,10 @@ impl Observer {
     /// A Slave_Diag begins.
     pub(super) fn judge_diagnosis(&mut self, cycle: &Cycle) {
         let view = self.view(cycle.to);
-        if let Some((row, exchanges)) = view.announced.take()
-            && exchanges <= super::exchange::MOST_BEFORE_DIAG
+        if let Some(due) = view.announced.take()
+            && due.exchanges <= super::exchange::MOST_BEFORE_DIAG
         {
-            self.held(row);
+            self.held(due.row);
         }
         let view = self.view(cycle.to);
         view.refused = None;
@@ -258,7 +261,7 @@ impl Observer {
         // With FCV = 0 the master begins anew already.
         let begins = configured && cycle.is_counted() && !view.exchanging && view.loss == Loss::None;
         if begins && diag.station_not_ready && !diag.prm_req && !faults {
-            view.not_ready.get_or_insert(cycle.end);
+            view.not_ready.get_or_insert((cycle.end, cycle.serial));
         }
         view.diag = Some(diag);
         if view.cfg == Step::Refused {
@@ -283,12 +286,12 @@ impl Observer {
             return;
         }
         if diag.prm_req {
-            view.restart_due = Some((Row::D02, 0));
+            view.restart_due = Some(Due::new(Row::D02, cycle.serial));
         } else if diag.station_not_ready || diag.master.is_none() {
-            view.restart_due = Some((Row::D15, 0));
+            view.restart_due = Some(Due::new(Row::D15, cycle.serial));
         } else if ready {
-            if let Some((row, _)) = view.restart_due.take() {
-                view.excused = Some(row);
+            if let Some(due) = view.restart_due.take() {
+                view.excused = Some(due.row);
             }
             // After a bad reply a new start-up is right.
             if view.excused.is_some() || view.calm == 0 || !cycle.is_counted() {
@@ -302,7 +305,7 @@ impl Observer {
                 }
                 _ => Disturbance::CleanDiagnosis,
             };
-            view.disturbed.get_or_insert((disturbance, 0));
+            view.disturbed.get_or_insert(Disturbed { what: disturbance, age: 0, serial: cycle.serial });
         }
     }
 

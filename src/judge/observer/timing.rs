@@ -66,6 +66,11 @@ impl Timing {
         self.was_paused
     }
 
+    /// How long the master waits for a reply, as far as its repetitions have shown it.
+    pub(super) const fn usual_wait(&self) -> Option<Duration> {
+        self.usual_wait
+    }
+
     /// A station has sent; `asked`: the master waited for a reply.
     pub(super) fn heard(&mut self, end: Instant, asked: bool) {
         self.idle_since = Some(end);
@@ -103,7 +108,11 @@ impl Observer {
             if own {
                 let answered = open.answered_at;
                 let after_double = self.timing.doubled == Some(to);
-                self.timing.doubled = doubled.then_some(to);
+                if doubled {
+                    self.timing.doubled = Some(to);
+                } else if after_double {
+                    self.timing.doubled = None;
+                }
                 self.timing.ever_doubled |= doubled;
                 self.held(Row::T02);
                 self.judge_held_back(end, answered, foreign, after_double);
@@ -122,7 +131,8 @@ impl Observer {
             return;
         };
         // It did not wait for the reply: what it sends next says nothing of a lost one.
-        if waited * 100 < slot * 45
+        if !foreign
+            && waited * 100 < slot * 45
             && let Some(open) = &mut self.open
         {
             open.void = true;
@@ -141,7 +151,10 @@ impl Observer {
             }
             return;
         }
-        let after_double = self.timing.doubled.take() == Some(to);
+        let after_double = self.timing.doubled == Some(to);
+        if after_double {
+            self.timing.doubled = None;
+        }
         let early = waited * 100 < slot * 5;
         let within = waited * 100 < slot * 45;
         let exact = matches!(self.sight, Sight::Exact(_));

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::format;
 use std::vec::Vec;
 
-use super::Observer;
 use super::cycle::{Cycle, Item};
+use super::{Observer, Sight};
 use crate::judge::findings::Weight;
 use crate::judge::moment::Side;
 use crate::judge::rows::Row;
@@ -20,6 +20,12 @@ pub(super) struct Ring {
     ready: BTreeSet<u8>,
     /// GAP polls since the last token.
     polls: u32,
+    /// The address that was asked last, and all of them, and how often they began anew.
+    polled: Option<u8>,
+    asked: BTreeSet<u8>,
+    turns: u32,
+    /// Who got the last token.
+    next: Option<u8>,
     /// The last GAP address and whether somebody answered.
     last: Option<(u8, bool)>,
     /// GAP addresses in their order, as far as they differ from the one before.
@@ -41,12 +47,16 @@ impl Observer {
     /// The master passes the token.
     pub(super) fn token(&mut self, serial: u64, da: Address, sa: Address) {
         if self.master.is_some_and(|master| master != sa) {
+            self.note_other_master(sa);
             return;
         }
+        self.ring.next = Some(da.number());
         self.master.get_or_insert(sa);
         self.ring.tokens = self.ring.tokens.saturating_add(1);
         self.ring.polls = 0;
-        if da == sa || self.ring.ready.contains(&da.number()) {
+        // A recording may begin when the ring runs already: only a slave is none of it.
+        let runs = self.sight == Sight::Recorded && !self.is_slave(da);
+        if da == sa || runs || self.ring.ready.contains(&da.number()) {
             self.held(Row::K02);
             if self.ring.tokens > 2 {
                 self.held(Row::K01);
@@ -55,6 +65,29 @@ impl Observer {
             let reason = format!("the token goes to {da}, which never said that it is a master and ready");
             self.broken(Row::K02, Weight::Once, serial, None, reason);
         }
+    }
+
+    /// Whether an FDL status request follows on the one before as the search in the GAP does.
+    pub(super) fn is_of_gap(&mut self, da: Address) -> bool {
+        let before = self.ring.polled.replace(da.number());
+        let own = self.master.map(Address::number);
+        let skipped = |number: u8| if Some(number) == own { number + 1 } else { number };
+        let follows = before.is_some_and(|before| skipped(before + 1) == da.number() || da.number() < before);
+        self.ring.asked.insert(da.number());
+        self.ring.turns += u32::from(before.is_some_and(|before| da.number() < before));
+        self.ring.seen() && follows
+    }
+
+    /// Addresses that the search in the GAP leaves out, though it was round twice.
+    fn left_out(&self) -> Option<u8> {
+        let top = self.setup.hsa.map(Address::number).or(self.ring.asked.last().copied())?;
+        let own = self.master?.number();
+        let alone = self.ring.next == Some(own) && self.ring.ready.is_empty();
+        let configured =
+            |number: u8| self.setup.stations.iter().any(|slave| slave.address.number() == number);
+        let expected =
+            |number: &u8| *number != own && !self.ring.asked.contains(number) && !configured(*number);
+        (0..top).find(expected).filter(|_| alone && self.ring.turns >= 2)
     }
 
     /// An FDL status request.
@@ -80,6 +113,7 @@ impl Observer {
             self.held(Row::K03);
         }
         match self.ring.last {
+            Some((last, false)) if last == da.number() && self.ring.polls == 1 && self.may_be_alone(da) => {}
             Some((last, false)) if last == da.number() => {
                 let reason = format!("address {da} is asked again after it did not answer");
                 self.broken(Row::K06, Weight::Times(2), serial.saturating_sub(4), None, reason);
@@ -98,6 +132,38 @@ impl Observer {
             self.broken(Row::K04, Weight::Once, serial, None, reason);
         }
         self.ring.last = Some((da.number(), false));
+    }
+
+    /// Somebody else speaks as a master does.
+    pub(super) fn note_other_master(&mut self, sa: Address) {
+        self.ring.ready.insert(sa.number());
+    }
+
+    /// Whether an address is one of a slave: it is configured, or answered as one.
+    fn is_slave(&self, address: Address) -> bool {
+        self.setup.slave(address).is_some()
+            || self.views.get(&address.number()).is_some_and(|view| view.answered)
+    }
+
+    /// Whether the GAP may be this address alone: then it is asked once in each GAP cycle.
+    fn may_be_alone(&self, address: Address) -> bool {
+        let (Some(master), Some(next)) = (self.master, self.ring.next) else { return true };
+        let top = match self.setup.hsa {
+            Some(hsa) => hsa.number(),
+            None if next > master.number() => next,
+            // Up to where it asks is not known: one that asked others asks those.
+            None => return self.ring.order.iter().all(|other| *other == address.number()),
+        };
+        let is_configured =
+            |number: u8| self.setup.stations.iter().any(|slave| slave.address.number() == number);
+        let in_gap = |number: u8| {
+            if next > master.number() {
+                number > master.number() && number < next
+            } else {
+                number > master.number() || number < next
+            }
+        };
+        (0..=top).filter(|number| in_gap(*number) && !is_configured(*number)).count() <= 1
     }
 
     /// What an FDL status request led to.
@@ -153,6 +219,9 @@ impl Observer {
                 "the addresses of the GAP fall at {falls} of {} steps; expected ascending",
                 steps.len()
             );
+            self.broken(Row::K04, Weight::Once, self.serial.saturating_sub(16), None, reason);
+        } else if let Some(number) = self.left_out() {
+            let reason = format!("address {number} of the GAP is never asked");
             self.broken(Row::K04, Weight::Once, self.serial.saturating_sub(16), None, reason);
         } else if self.setup.hsa.is_some() || distinct > 2 {
             self.held(Row::K04);

@@ -66,11 +66,11 @@ pub(super) struct View {
     /// Times between two requests in data exchange.
     pub(super) intervals: Vec<Duration>,
     /// Data_Exchange since a reply of high priority, and the row that wants the diagnosis.
-    pub(super) announced: Option<(Row, u32)>,
+    pub(super) announced: Option<Due>,
     /// Replies of high priority in a row.
     pub(super) storm: u32,
     /// Data_Exchange since a diagnosis that wants a new start-up.
-    pub(super) restart_due: Option<(Row, u32)>,
+    pub(super) restart_due: Option<Due>,
     /// A diagnosis wanted a new start-up and the next one no longer did: both reactions are right.
     pub(super) excused: Option<Row>,
     /// Diagnoses in a row while data are exchanged.
@@ -78,15 +78,19 @@ pub(super) struct View {
     /// Data_Exchange with a reply that cannot be right.
     pub(super) spoilt: Option<Spoilt>,
     /// What was unusual, and how many good exchanges ago.
-    pub(super) disturbed: Option<(Disturbance, u32)>,
+    pub(super) disturbed: Option<Disturbed>,
     /// The retries were over and the master went on.
     pub(super) gave_up: bool,
+    /// The same, until it answers a request: an FDL status counts no retries.
+    pub(super) over: bool,
+    /// The last start-up began with FCV = 0: the master may have begun anew.
+    pub(super) anew: bool,
     /// Requests since then, FDL status included.
     pub(super) asked_since: u32,
     /// Data_Exchange answered with RS, without a diagnosis between, and since when.
-    pub(super) refused: Option<(Instant, u32)>,
+    pub(super) refused: Option<Refused>,
     /// Station_Not_Ready since then.
-    pub(super) not_ready: Option<Instant>,
+    pub(super) not_ready: Option<(Instant, u64)>,
     /// Diagnoses since Chk_Cfg got a negative answer.
     pub(super) waits: u32,
     /// First cycles in a row without answer.
@@ -135,6 +139,42 @@ pub(super) struct Spoilt {
     pub(super) row: Row,
     pub(super) since: Instant,
     pub(super) count: u32,
+    /// The number of the first request that was answered so.
+    pub(super) serial: u64,
+}
+
+/// Something that a row wants the master to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Due {
+    pub(super) row: Row,
+    /// Data_Exchange since then.
+    pub(super) exchanges: u32,
+    /// The number of the request whose reply showed it.
+    pub(super) serial: u64,
+}
+
+impl Due {
+    pub(super) const fn new(row: Row, serial: u64) -> Self {
+        Self { row, exchanges: 0, serial }
+    }
+}
+
+/// Data_Exchange answered with RS.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Refused {
+    pub(super) since: Instant,
+    pub(super) count: u32,
+    /// The number of the first request that was answered so.
+    pub(super) serial: u64,
+}
+
+/// Something unusual, and how many good exchanges ago.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Disturbed {
+    pub(super) what: Disturbance,
+    pub(super) age: u32,
+    /// The number of the request that shows it.
+    pub(super) serial: u64,
 }
 
 /// What a new start-up would be no right reaction to.

@@ -73,7 +73,7 @@ const UNSEEN: &[(Row, &str)] = &[
     (Row::Z06, "needs --ask with the action restart"),
 ];
 /// Exchanges at least to say something of random errors, and how many of a hundred must be good.
-const RANDOM_CYCLES: u32 = 1000;
+const RANDOM_CYCLES: u32 = 200;
 const RANDOM_SHARE: u32 = 90;
 /// A lost station must be asked in this time.
 const ASK_LIMIT: Duration = Duration::from_secs(3);
@@ -246,11 +246,13 @@ impl Judge {
             .collect();
         let most = counts.iter().map(|(_, count)| *count).max().unwrap_or(0);
         for (station, count) in counts {
-            if count > 0 {
+            let seldom = count * 3 < most * 2;
+            if !seldom && count > 0 {
                 self.observer.findings.held(Row::X03);
-            } else if most >= BASELINE {
-                let reason =
-                    format!("no Data_Exchange with station {station} for three seconds; another had {most}");
+            } else if most >= BASELINE * 2 {
+                let reason = format!(
+                    "undisturbed, {count} Data_Exchange with station {station}; another had {most} in the same time"
+                );
                 self.observer.show(Row::X03, Weight::Once, reason);
             }
         }

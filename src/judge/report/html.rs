@@ -4,7 +4,7 @@ use core::fmt::Write;
 use std::string::String;
 
 use super::markup::Text;
-use super::{Report, Verdict};
+use super::{PROGRAM, Report, Verdict};
 use crate::judge::findings::Judgement;
 
 /// Its style, with colours for light and dark.
@@ -52,13 +52,22 @@ impl Report {
         }
         page.push_str("</p>\n");
         let _ = writeln!(page, "<p>Ended: {}.</p>", Text(&std::format!("{}", self.ending)));
+        if let Some(date) = &self.date {
+            let _ = writeln!(page, "<p>{}, {PROGRAM}</p>", Text(date));
+        }
+        page.push_str("<table class=\"configuration\">\n<tbody>\n");
+        for (name, value) in &self.configuration {
+            let _ =
+                writeln!(page, "<tr><th scope=\"row\">{name}</th><td><code>{}</code></td></tr>", Text(value));
+        }
+        page.push_str("</tbody>\n</table>\n");
         if let Some(trouble) = self.outcome().trouble() {
             let _ = writeln!(page, "<p class=\"fail\">No verdict on the master: {}.</p>", Text(trouble));
         }
     }
 
     fn write_finding(&self, page: &mut String, judgement: &Judgement) {
-        let Judgement { row, verdict, reason, telegrams, applies: _ } = judgement;
+        let Judgement { row, verdict, reason, telegrams, scenario, .. } = judgement;
         let about = row.about();
         let _ = writeln!(
             page,
@@ -68,6 +77,9 @@ impl Report {
             text = Text(about.text),
             reason = Text(reason)
         );
+        if let Some(scenario) = scenario {
+            let _ = writeln!(page, "<p>While: {}.</p>", Text(scenario));
+        }
         if !telegrams.is_empty() {
             let _ = writeln!(page, "<div class=\"scroll\">\n{}</div>", self.diagram(about.id, telegrams));
         }
@@ -77,7 +89,7 @@ impl Report {
     fn write_rows(&self, page: &mut String) {
         page.push_str("<h2>Every row</h2>\n<table>\n<tbody>\n");
         let mut group = None;
-        for Judgement { row, verdict, reason, telegrams, applies: _ } in &self.judgements {
+        for Judgement { row, verdict, reason, telegrams, .. } in &self.judgements {
             let about = row.about();
             if group.replace(about.group) != Some(about.group) {
                 let _ = writeln!(

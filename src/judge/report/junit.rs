@@ -1,10 +1,11 @@
 //! JUnit XML: a suite a group, a case a row.
 
 use core::fmt::Write;
+use std::format;
 use std::string::String;
 
 use super::markup::Text;
-use super::{Report, Verdict};
+use super::{PROGRAM, Report, Verdict};
 use crate::judge::findings::Judgement;
 use crate::judge::rows::Group;
 
@@ -19,8 +20,9 @@ impl Report {
         let mut all = Counts::of(self.judgements.iter());
         all.tests += 1;
         all.errors += usize::from(trouble.is_some());
-        let _ = writeln!(text, "<testsuites name=\"profidrive judge\"{all}>");
-        write_ending(&mut text, trouble);
+        let date = self.date.as_ref().map(|date| format!(" timestamp=\"{}\"", Text(date)));
+        let _ = writeln!(text, "<testsuites name=\"{PROGRAM} judge\"{all}{}>", date.unwrap_or_default());
+        self.write_ending(&mut text, trouble);
         let mut groups: std::vec::Vec<Group> =
             self.judgements.iter().map(|judgement| judgement.row.about().group).collect();
         groups.dedup();
@@ -34,6 +36,23 @@ impl Report {
         }
         text.push_str("</testsuites>\n");
         text
+    }
+
+    /// A suite of its own says what was configured, and whether the judgement came to its end: what is missing is an error.
+    fn write_ending(&self, text: &mut String, trouble: Option<&str>) {
+        let counts = Counts { tests: 1, failures: 0, errors: usize::from(trouble.is_some()), skipped: 0 };
+        let _ = writeln!(text, "<testsuite name=\"The judgement\"{counts}>\n<properties>");
+        for (name, value) in &self.configuration {
+            let _ = writeln!(text, "<property name=\"{name}\" value=\"{}\"/>", Text(value));
+        }
+        text.push_str("</properties>\n<testcase classname=\"judge.The judgement\" name=\"came to its end\"");
+        let _ = match trouble {
+            None => writeln!(text, "/>"),
+            Some(why) => {
+                writeln!(text, "><error type=\"not finished\" message=\"{}\"/></testcase>", Text(why))
+            }
+        };
+        text.push_str("</testsuite>\n");
     }
 
     fn write_case(&self, text: &mut String, judgement: &Judgement) {
@@ -66,6 +85,9 @@ impl Report {
 
     fn telegram_lines(&self, judgement: &Judgement) -> String {
         let mut lines = String::new();
+        if let Some(scenario) = &judgement.scenario {
+            let _ = writeln!(lines, "while: {scenario}");
+        }
         for telegram in &judgement.telegrams {
             let (at, side) = (self.seconds(telegram), telegram.moment.side);
             let _ =
@@ -73,18 +95,6 @@ impl Report {
         }
         lines
     }
-}
-
-/// A suite of its own says whether the judgement came to its end: what is missing is an error.
-fn write_ending(text: &mut String, trouble: Option<&str>) {
-    let counts = Counts { tests: 1, failures: 0, errors: usize::from(trouble.is_some()), skipped: 0 };
-    let _ = writeln!(text, "<testsuite name=\"The judgement\"{counts}>");
-    text.push_str("<testcase classname=\"judge.The judgement\" name=\"came to its end\"");
-    let _ = match trouble {
-        None => writeln!(text, "/>"),
-        Some(why) => writeln!(text, "><error type=\"not finished\" message=\"{}\"/></testcase>", Text(why)),
-    };
-    text.push_str("</testsuite>\n");
 }
 
 /// The figures of a suite.
