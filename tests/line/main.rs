@@ -48,9 +48,9 @@ mod master_clients;
 #[cfg(feature = "metrics")]
 mod metrics;
 mod new_device;
-mod noisy_line;
 #[cfg(feature = "std")]
 mod node_images;
+mod noisy_line;
 mod own_master;
 mod own_station;
 mod plant;
