@@ -127,11 +127,11 @@ impl Listed {
     /// Switched on and turning with 60 rpm.
     fn turning(product: &profidrive::host::can::Product, number: u8, kind: u8) -> Self {
         use profidrive::can_bus::canopen::storage::Eeprom;
-        use profidrive::host::can::Choices;
+        use profidrive::host::list::Choices;
 
         let now = Instant::from_millis(1);
         let node = NodeId::new(number).unwrap();
-        let device = product.make(node, Choices::default(), Eeprom::Internal, now);
+        let device = product.make(node, &Choices::default(), Eeprom::Internal, now);
         let mut this = Self { now, device };
         this.device.power_on(now);
         this.drain();
@@ -235,7 +235,8 @@ fn position(device: &dyn profidrive::devices::CanopenDevice) -> Vec<u8> {
 /// The other devices alone, and all of them by turns, turning; the same on a bus with arbitration and bit times.
 #[cfg(feature = "std")]
 fn listed(criterion: &mut Criterion) {
-    use profidrive::host::can::{PRODUCTS, Product};
+    use profidrive::host::can::Product;
+    use profidrive::host::list::Device;
 
     for name in ["ap10", "asda-a2"] {
         let mut one = Listed::turning(Product::named(name).unwrap(), 5, 1);
@@ -248,8 +249,11 @@ fn listed(criterion: &mut Criterion) {
             bencher.iter(|| one.data(SYNC, black_box(&[])));
         });
     }
-    let turning =
-        |kind| (1..).zip(PRODUCTS.iter().cycle()).map(move |(n, product)| Listed::turning(product, n, kind));
+    let turning = |kind| {
+        (1..)
+            .zip(Device::products().collect::<Vec<_>>().into_iter().cycle())
+            .map(move |(n, product)| Listed::turning(product, n, kind))
+    };
     let mut three: Vec<Listed> = turning(1).take(3).collect();
     criterion.bench_function("three_devices_sync_to_last_tpdo", |bencher| {
         bencher.iter(|| three.iter_mut().map(|one| one.data(SYNC, black_box(&[]))).sum::<usize>());
@@ -277,15 +281,18 @@ impl OnBus {
     fn new(count: usize, kind: u8) -> Self {
         use profidrive::can_bus::can::BitRate;
         use profidrive::can_bus::canopen::storage::Eeprom;
-        use profidrive::host::can::{Bus, Choices, PRODUCTS, StoredNode};
+        use profidrive::host::can::{Bus, StoredNode};
+        use profidrive::host::list::{Choices, Device};
 
         let now = Instant::from_millis(1);
         let mut bus = Bus::new(BitRate::K1000);
         let master = bus.connect(now);
         let mut this = Self { now, bus, master };
-        for (number, product) in (1..).zip(PRODUCTS.iter().cycle()).take(count) {
+        for (number, product) in
+            (1..).zip(Device::products().collect::<Vec<_>>().into_iter().cycle()).take(count)
+        {
             let node = NodeId::new(number).unwrap();
-            let device = product.make(node, Choices::default(), Eeprom::Internal, this.now);
+            let device = product.make(node, &Choices::default(), Eeprom::Internal, this.now);
             let mut stored = StoredNode::new(device, this.now);
             stored.act(this.now, turn_by_hand);
             this.bus.add(this.now, Box::new(stored));

@@ -5,32 +5,28 @@ use core::sync::atomic::Ordering;
 use core::time::Duration;
 use std::path::Path;
 
-use profidrive::devices::ag03::param::{ParamError, Pnu, Value};
-use profidrive::devices::ag03::profibus::{Config, Device, DipSwitches, Timing};
-use profidrive::gsd::Station;
+use profidrive::devices::ag03::profibus::{Config, DipSwitches, Timing};
 use profidrive::host::link::fault::{Fault, Faults, Faulty, Gate, Switch};
 use profidrive::host::link::pty::Pty;
 use profidrive::host::link::serial::Serial;
 use profidrive::host::link::tcp::Tcp;
+use profidrive::host::list::{Ground, Group, MakeError, Prepared, Spec, Wrong};
 use profidrive::host::{
     Bus, BusEvent, Clock, Condition, Error, Link, OutputBoard, Reach, Refusals, SlotTime, StateDir, Stop,
-    StoredDevice, SystemClock, run,
+    SystemClock, run,
 };
 use profidrive::panel::{BusAccess, Panel, PanelError};
-use profidrive::process::{Point, Signal};
+use profidrive::process::Point;
 use profidrive::profibus::fdl::{Address, RateChange};
 use profidrive::time::{BaudRate, Instant};
 use tracing::{debug, info, warn};
 
-use super::args::{BaudSpec, DriveSpec, Emulate, LinkSpec, MetricsSpec, QuirkSpec};
+use super::args::{BaudSpec, Emulate, LinkSpec, MetricsSpec, quirk_parts};
 use super::signals::Signals;
 use super::{Failure, plant};
-pub(crate) use ppo_drive::PpoDrivePlan;
 
 mod lines;
 mod nodes;
-pub(crate) mod ppo_drive;
-pub(crate) mod station;
 mod tap;
 
 use lines::Start;
@@ -70,46 +66,29 @@ pub(crate) struct PlantPlan {
 
 /// A line and everybody on it: the general form, which a file or the flags fill.
 pub(crate) struct LinePlan {
-    /// All but what flags cannot say; its drives, stations and faults are those below.
+    /// All but what flags cannot say; its slaves and faults are those below.
     pub(crate) args: Emulate,
-    pub(crate) drives: Vec<DrivePlan>,
-    pub(crate) ppo_drives: Vec<PpoDrivePlan>,
-    pub(crate) stations: Vec<StationPlan>,
+    /// Everybody on a line of PROFIBUS.
+    pub(crate) slaves: Vec<SlavePlan>,
     pub(crate) faults: Vec<FaultPlan>,
 }
 
-/// A drive, how it differs from the others of the line, and what its parameters begin with.
-pub(crate) struct DrivePlan {
-    pub(crate) spec: DriveSpec,
-    pub(crate) quirks: Vec<QuirkSpec>,
-    pub(crate) values: Vec<(Pnu, Value)>,
+/// A device on PROFIBUS whose specification is right.
+pub(crate) struct SlavePlan {
+    pub(crate) spec: Spec,
+    pub(crate) prepared: Prepared,
 }
 
-impl DrivePlan {
-    /// With what all drives of the line have.
-    pub(crate) fn config(&self, common: Config) -> Result<Config, Failure> {
-        let DriveSpec { address, model, gear } = self.spec;
-        let mut config = Config { switches: address.into(), model, gear, ..common };
-        for quirk in &self.quirks {
-            quirk.choose(&mut config).map_err(|error| Failure::from_error(&error))?;
-        }
-        Ok(config)
+impl SlavePlan {
+    /// Reads its files and checks it. Nothing is started before all are right.
+    pub(crate) fn new(spec: Spec) -> Result<Self, Wrong> {
+        let prepared = spec.prepare()?;
+        Ok(Self { spec, prepared })
     }
 
-    /// Writes what its parameters begin with.
-    pub(crate) fn set_up(&self, device: &mut Device, now: Instant) -> Result<(), (Pnu, ParamError)> {
-        let mut values = self.values.iter();
-        values.try_for_each(|(pnu, value)| {
-            device.write_parameter(now, *pnu, None, *value).map_err(|error| (*pnu, error))
-        })
+    pub(crate) const fn address(&self) -> Address {
+        self.spec.address()
     }
-}
-
-/// A station that a GSD describes, and what moves its inputs.
-pub(crate) struct StationPlan {
-    pub(crate) address: Address,
-    pub(crate) station: Station,
-    pub(crate) signals: Vec<Signal>,
 }
 
 /// A fault and when it may act. Times count from when the line is made.
@@ -125,35 +104,29 @@ pub(crate) struct FaultPlan {
 impl LinePlan {
     /// The addresses of all on the line.
     fn addresses(&self) -> Vec<Address> {
-        let drives = self.drives.iter().map(|drive| drive.spec.address);
-        let ppo_drives = self.ppo_drives.iter().map(|drive| drive.address);
-        drives.chain(ppo_drives).chain(self.stations.iter().map(|station| station.address)).collect()
+        self.slaves.iter().map(SlavePlan::address).collect()
     }
 
     fn of_flags(args: Emulate) -> Result<Self, Failure> {
-        let stations = station::load(&args.stations)?;
-        let ppo_drives = ppo_drive::load(&args.ppo_drives)?;
-        let drive = |spec| DrivePlan { spec, quirks: Vec::new(), values: Vec::new() };
-        let drives = args.drives().map(drive).collect();
-        let faults = if args.nodes.is_empty() { args.faults().map_err(Failure::Usage)? } else { Vec::new() };
+        let slave = |mut spec: Spec| {
+            args.choose_quirks(&mut spec).map_err(Failure::Usage)?;
+            SlavePlan::new(spec).map_err(|wrong| Failure::Usage(wrong.words))
+        };
+        let (slaves, faults) = if args.nodes.is_empty() {
+            (args.slaves().map(slave).collect::<Result<_, _>>()?, args.faults().map_err(Failure::Usage)?)
+        } else {
+            (Vec::new(), Vec::new())
+        };
         let faults =
             faults.into_iter().map(|fault| FaultPlan { fault, from: None, until: None, while_input: None });
-        Ok(Self { args, drives, ppo_drives, stations, faults: faults.collect() })
+        let faults = faults.collect();
+        Ok(Self { args, slaves, faults })
     }
-}
-
-/// What stations are put on a line with.
-struct Place<'a> {
-    rate: BaudRate,
-    now: Instant,
-    /// They are quiet until it is known that nobody else has their address.
-    listen: bool,
-    state: Option<&'a StateDir>,
 }
 
 /// Runs one line until its end.
 fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
-    let LinePlan { args, drives, faults, .. } = &plan;
+    let LinePlan { args, faults, .. } = &plan;
     if let LinkSpec::Can(link) = &args.link {
         return nodes::emulate(args, link, start);
     }
@@ -180,18 +153,17 @@ fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
     // Nobody but a master is on a terminal that was made just now.
     let serial = matches!(args.link, LinkSpec::Serial(_));
     let (listen, search) = (serial && !args.force_address, serial && args.baud == Some(BaudSpec::Auto));
-    let config = config(&args.quirks().map_err(Failure::Usage)?)?;
-    for drive in drives {
-        connect(&mut bus, drive, config, clock.now(), listen, state.as_ref())?;
-    }
+    let config = config(args)?;
     let (refusals, board) = (Refusals::default(), OutputBoard::default());
     let mut described = Vec::new();
-    let place = Place { rate, now: clock.now(), listen, state: state.as_ref() };
-    for station in plan.stations {
-        described.push(station::connect(&mut bus, station, &place, (&refusals, &board), &switches)?);
-    }
-    for drive in plan.ppo_drives {
-        ppo_drive::connect(&mut bus, drive, &place, &refusals)?;
+    for slave in plan.slaves {
+        let now = clock.now();
+        let ground = Ground { now, rate, state: state.as_ref(), refusals: &refusals, board: &board };
+        let group = slave.spec.device.group();
+        let in_force = connect(&mut bus, slave, &ground, listen, &switches)?;
+        if group == Group::Station {
+            described.push(in_force);
+        }
     }
     let mut metrics = start.line_metrics(&path, &signals.stop);
     if !start.all_are_open() {
@@ -389,7 +361,7 @@ impl<'a> News<'a> {
             return;
         }
         let Self { path, panel, drives, described, .. } = self;
-        let stations = station::ready(drives, described);
+        let stations = ready(drives, described);
         self.start.announce(&format!("ready link={path} {stations}{panel}"));
     }
 }
@@ -519,40 +491,59 @@ fn open_pty(
     Ok((rate.unwrap_or(UNTIMED_RATE), Box::new(pty), opened))
 }
 
-/// What every drive is made of, but for address, model and gear.
-fn config(quirks: &[QuirkSpec]) -> Result<Config, Failure> {
+/// What every drive that the panel adds is made of, but for address, model and gear.
+fn config(args: &Emulate) -> Result<Config, Failure> {
     let mut config = Config::new(DipSwitches::default());
-    for quirk in quirks {
-        quirk.choose(&mut config).map_err(|error| Failure::from_error(&error))?;
+    for text in &args.quirks {
+        let (name, value) = quirk_parts(text).map_err(Failure::Usage)?;
+        config.set_quirk(name, value).map_err(|error| Failure::from_error(&error))?;
     }
     Ok(config)
 }
 
+/// Puts a device on the bus.
 fn connect(
     bus: &mut Bus,
-    drive: &DrivePlan,
-    common: Config,
-    now: Instant,
+    SlavePlan { spec, mut prepared }: SlavePlan,
+    ground: &Ground<'_>,
     listen: bool,
-    state: Option<&StateDir>,
-) -> Result<(), Failure> {
-    let address = drive.spec.address;
-    info!("{}", drive.spec);
-    match address.number() {
-        126 => warn!(
+    watched: &[Watched],
+) -> Result<Address, Failure> {
+    info!("{}", prepared.about);
+    match (spec.place, spec.device.group()) {
+        (126, Group::Drive) => warn!(
             "address 126 is for stations that have no address yet: the drive answers FDL status, Slave_Diag and Get_Cfg \
              there and exchanges no data; give it another address, for example --drive 5"
         ),
-        0 => warn!("address 0 is usually that of a master, often of a programming device"),
+        (0, Group::Drive) => warn!("address 0 is usually that of a master, often of a programming device"),
         _ => {}
     }
-    let config = drive.config(common)?;
-    let mut device: StoredDevice = match state {
-        Some(state) => state.load(config, now).map_err(|error| Failure::from_error(&error))?,
-        None => Device::new(config, now).into(),
+    let address = spec.address();
+    for (_, point, condition, switch) in watched.iter().filter(|watched| watched.0 == address) {
+        prepared.watched.push((*point, *condition, switch.clone()));
+    }
+    let station = prepared.make(ground).map_err(|error| match error {
+        MakeError::State(error) => Failure::from_error(&error),
+        MakeError::Refused(words) => Failure::Usage(words),
+    })?;
+    let in_force = station.address();
+    if spec.device.group() != Group::Drive && in_force != address {
+        let what = if spec.device.group() == Group::Station { "station" } else { "drive" };
+        warn!("{what} {address}: Set_Slave_Add gave it address {in_force}, which is used");
+    }
+    bus.connect(ground.now, station, listen).map_err(|error| Failure::from_error(&error))?;
+    Ok(in_force)
+}
+
+/// `drives=5 stations=7,9` of the ready line; either part is absent if there are none.
+fn ready(addresses: &[Address], stations: &[Address]) -> String {
+    let (stations, drives): (Vec<_>, Vec<_>) =
+        addresses.iter().partition(|address| stations.contains(address));
+    let named = |name: &str, addresses: Vec<&Address>| {
+        let addresses: Vec<_> = addresses.into_iter().map(Address::to_string).collect();
+        (!addresses.is_empty()).then(|| format!("{name}={}", addresses.join(",")))
     };
-    let begun = drive.set_up(device.device_mut(), now);
-    begun.map_err(|(pnu, error)| Failure::Other(format!("drive {address}: PNU {pnu}: {error}")))?;
-    let connected = if listen { bus.join(now, device) } else { bus.add(device) };
-    connected.map_err(|error| Failure::from_error(&error))
+    let parts: Vec<_> =
+        [named("drives", drives), named("stations", stations)].into_iter().flatten().collect();
+    parts.join(" ")
 }

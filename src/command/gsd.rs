@@ -1,10 +1,10 @@
 //! `profidrive gsd`: a device file in words or as JSON.
 
-use std::fs::File;
-use std::io::{self, Read, Write};
+use std::io::{self, Write};
 use std::path::Path;
 
-use profidrive::gsd::{Gsd, Level, MAX_FILE_LEN, Module, Parameter, Policy, PrmPart, ReadError, Station};
+use profidrive::gsd::{Gsd, Level, Module, Parameter, Policy, PrmPart, Station};
+use profidrive::host::list::gsd_of_file;
 use profidrive::profibus::dp::IoLengths;
 use serde_json::{Value, json};
 
@@ -32,21 +32,7 @@ pub(crate) fn gsd(args: &args::Gsd) -> Result<(), Failure> {
 
 /// A file, read: what is wrong with it is an error of the command line.
 pub(super) fn read(file: &Path) -> Result<Gsd, Failure> {
-    let name = file.display();
-    let octets = bounded(file).map_err(|error| Failure::Usage(format!("cannot read {name}: {error}")))?;
-    octets.and_then(|octets| Gsd::read(&octets)).map_err(|error| Failure::Usage(format!("{name}: {error}")))
-}
-
-/// The octets of a file, no more than are needed to see that it is too long: a terminal or a device may have no end.
-fn bounded(file: &Path) -> io::Result<Result<Vec<u8>, ReadError>> {
-    let file = File::open(file)?;
-    let len = usize::try_from(file.metadata()?.len()).unwrap_or(usize::MAX);
-    if len > MAX_FILE_LEN {
-        return Ok(Err(ReadError::TooLong { got: len }));
-    }
-    let mut octets = Vec::new();
-    file.take(u64::try_from(MAX_FILE_LEN).unwrap_or(u64::MAX).saturating_add(1)).read_to_end(&mut octets)?;
-    Ok(Ok(octets))
+    gsd_of_file(file).map_err(Failure::Usage)
 }
 
 type Said = (io::Result<()>, Result<(), Failure>);

@@ -11,7 +11,6 @@ mod judge;
 mod log;
 mod manual;
 mod master;
-mod named;
 mod plant;
 mod signals;
 

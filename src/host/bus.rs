@@ -113,6 +113,23 @@ impl Bus {
         self.stations.join(now, Box::new(station))
     }
 
+    /// Connects a station of any kind, as [`Bus::join`] does if it shall `listen` first, else as [`Bus::add`].
+    ///
+    /// # Errors
+    /// As [`Bus::add`].
+    pub fn connect(
+        &mut self,
+        now: Instant,
+        station: Box<dyn Participant>,
+        listen: bool,
+    ) -> Result<(), Error> {
+        if listen {
+            self.stations.join(now, station)
+        } else {
+            self.stations.insert(station, Presence::Active)
+        }
+    }
+
     /// Lets a station take part whether or not somebody else has its address. `false`: there is no such station.
     pub fn activate(&mut self, address: Address) -> bool {
         self.stations.set_presence(address, Presence::Active)

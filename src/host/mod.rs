@@ -52,6 +52,7 @@ pub mod capture;
 mod clock;
 mod gsd_station;
 pub mod link;
+pub mod list;
 mod lock;
 mod occasions;
 mod output_board;

@@ -53,7 +53,8 @@ pub use access::{NodeAccess, Seated};
 /// use profidrive::can_bus::can::BitRate;
 /// use profidrive::can_bus::canopen::NodeId;
 /// use profidrive::can_bus::canopen::storage::Eeprom;
-/// use profidrive::host::can::{Choices, Line, News, NodeFaults, Product, StoredNode};
+/// use profidrive::host::can::{Line, News, NodeFaults, Product, StoredNode};
+/// use profidrive::host::list::Choices;
 /// use profidrive::host::{Clock, Reach, Stop};
 /// use profidrive::panel::{NodeAccess, NodePanel, Seated};
 ///
@@ -61,7 +62,7 @@ pub use access::{NodeAccess, Seated};
 /// let mut line = Line::open(&"slcan-tcp:127.0.0.1:0".parse()?, BitRate::K500, Reach::ThisMachine)?;
 /// let clock = line.clock();
 /// let product = Product::named("ap10").expect("it is in the list");
-/// let device = product.make(NodeId::new(5)?, Choices::default(), Eeprom::Internal, clock.now());
+/// let device = product.make(NodeId::new(5)?, &Choices::default(), Eeprom::Internal, clock.now());
 /// let seat = line.add(Box::new(StoredNode::new(device, clock.now())));
 /// let mut nodes = vec![Seated { seat, product }];
 /// let mut faults = NodeFaults::default();

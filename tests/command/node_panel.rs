@@ -455,9 +455,13 @@ fn nodes_come_and_go_while_the_bus_runs() {
     for (body, status, says) in [
         (json!({"address": 6}), 409, "the number 6 is taken"),
         (json!({"address": 7, "device": "ap11"}), 422, "did you mean ap10?"),
-        (json!({"address": 7, "device": "ap10", "gear_ratio": 24}), 422, "gear_ratio is not for ap10"),
-        (json!({"address": 7, "gear_ratio": 12}), 422, "must be 24 or 48"),
-        (json!({"address": 128}), 400, "expected 1 to 127"),
+        (
+            json!({"address": 7, "device": "ap10", "gear_ratio": 24}),
+            422,
+            "gear_ratio is for the device ag03-1 only, not for ap10",
+        ),
+        (json!({"address": 7, "gear_ratio": 12}), 422, "gear '12' is unknown; expected 24 or 48"),
+        (json!({"address": 128}), 422, "node number 128 is outside 1 to 127"),
     ] {
         let answer = add(&rig, &body);
         assert_eq!(answer.status, status, "{body}: {answer:?}");

@@ -6,7 +6,7 @@ use std::net::TcpStream;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use profidrive::host::can::PRODUCTS;
+use profidrive::host::list::Device;
 
 use crate::emulator::{Emulator, output};
 
@@ -172,8 +172,9 @@ fn the_ready_line_names_the_link_and_the_nodes_and_each_signal_ends_with_0() {
 
 #[test]
 fn each_node_answers_for_itself_and_boots_when_it_is_told() {
-    for (index, product) in PRODUCTS.iter().enumerate() {
-        let other = &PRODUCTS[(index + 1) % PRODUCTS.len()];
+    let products: Vec<_> = Device::products().collect();
+    for (index, product) in products.iter().enumerate() {
+        let other = products[(index + 1) % products.len()];
         let (node, beside) = (format!("5,device={}", product.name), format!("127,device={}", other.name));
         let emulator =
             Emulator::start(&["--node", &node, "--node", &beside, "--link", "slcan-tcp:127.0.0.1:0"]);
@@ -207,7 +208,7 @@ fn stored_value(master: &mut Master, place: &str) -> u16 {
 
 #[test]
 fn what_is_stored_is_there_after_a_kill_and_what_is_not_is_not() {
-    for product in PRODUCTS {
+    for product in Device::products() {
         // 1017h, the heartbeat time, is kept by 1010h:1. The AG03/1 keeps each write by itself: 2410h:1, controller P.
         let keeps_by_itself = product.name == "ag03-1";
         let place = if keeps_by_itself { "102401" } else { "171000" };
@@ -281,7 +282,7 @@ fn a_capture_holds_every_frame_as_the_kernel_gives_it() {
 
 #[test]
 fn the_data_sheet_of_each_device_is_on_stdout() {
-    for product in PRODUCTS {
+    for product in Device::products() {
         let output = output(&["eds", product.name]);
         assert_eq!(output.status.code(), Some(0), "{}", product.name);
         assert_eq!(output.stderr, b"", "{}", product.name);

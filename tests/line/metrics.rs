@@ -16,7 +16,8 @@ use profidrive::devices::ag03::profibus::{Config, Device, DipSwitches, MAX_TELEG
 use profidrive::devices::ppo_drive::profibus::{CONFIGURATIONS, PpoDrive, PpoOnly};
 use profidrive::devices::ppo_drive::table::Table;
 use profidrive::gsd::{Gsd, Policy, Station};
-use profidrive::host::can::{self, Choices, Product, Seat, StoredNode};
+use profidrive::host::can::{self, Product, Seat, StoredNode};
+use profidrive::host::list::Choices;
 use profidrive::host::{Bus, GsdStation, HostedPpoDrive, PpoJudge, Reach, Refusals, Stop};
 use profidrive::metrics::{LineMetrics, Metrics, MetricsError, NodeMetrics, PATH};
 use profidrive::panel::Seated;
@@ -89,7 +90,7 @@ impl Rig {
     fn add_node(&mut self, number: u8, product: &str) -> Seat {
         let product = Product::named(product).unwrap();
         let node = NodeId::new(number).unwrap();
-        let device = product.make(node, Choices::default(), Eeprom::Internal, self.now);
+        let device = product.make(node, &Choices::default(), Eeprom::Internal, self.now);
         let seat = self.can.add(self.now, Box::new(StoredNode::new(device, self.now)));
         self.nodes.push(Seated { seat, product });
         seat

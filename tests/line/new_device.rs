@@ -132,7 +132,7 @@ fn words(text: &str) -> Vec<&str> {
 #[test]
 fn the_document_shows_the_device_as_it_is_in_less_than_200_lines() {
     let read = |path: &str| fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).unwrap();
-    let (device, list) = (read("examples/cia401_io.rs"), read("src/host/can/product.rs"));
+    let (device, list) = (read("examples/cia401_io.rs"), read("src/host/list/mod.rs"));
     assert!(device.lines().count() < 200, "{}", device.lines().count());
     let document = read("docs/new-device.md");
     let excerpts: Vec<&str> =

@@ -4,7 +4,8 @@ use std::fs;
 
 use profidrive::can_bus::canopen::{Address, NodeId};
 use profidrive::host::StateDir;
-use profidrive::host::can::{Choices, Product, StoredNode};
+use profidrive::host::can::{Product, StoredNode};
+use profidrive::host::list::Choices;
 use profidrive::time::Instant;
 
 /// An image that the version before images named their product has written.
@@ -43,7 +44,7 @@ const GOLDEN: &[Golden] = &[
 fn load(state: &StateDir, product: &str, node: u8) -> Result<StoredNode, String> {
     let product = Product::named(product).unwrap();
     let node = NodeId::new(node).unwrap();
-    let loaded = state.load_node(product, node, Choices::default(), Instant::ZERO);
+    let loaded = state.load_node(product, node, &Choices::default(), Instant::ZERO);
     loaded.map_err(|error| error.to_string())
 }
 

@@ -8,7 +8,7 @@ use profidrive::devices::ag03::drive::Mode;
 use profidrive::explain::{Sender, Taking};
 use profidrive::host::can::Product;
 
-use super::node::device;
+use super::spec::{device, offered_device};
 
 /// Explains telegrams and words of PROFIBUS and frames of CANopen field by field: text, files, streams, captures
 ///
@@ -49,7 +49,7 @@ pub(crate) struct Decode {
     pub(crate) mode: Option<ModeSpec>,
 
     /// Every node on CANopen is this device: ag03-1, ap10, asda-a2
-    #[arg(long, value_name = "DEVICE", value_parser = device)]
+    #[arg(long, value_name = "DEVICE", value_parser = offered_device(), hide_possible_values = true)]
     pub(crate) device: Option<&'static Product>,
 
     /// This node on CANopen is this device; may be given for each node

@@ -2,7 +2,7 @@
 
 use profidrive::host::can::Product;
 
-use super::node::device;
+use super::spec::offered_device;
 
 /// Shows a master and a device on a bus in memory: start-up, parameters, motion or display, a fault
 ///
@@ -15,6 +15,6 @@ use super::node::device;
 )]
 pub(crate) struct Demo {
     /// A CANopen device instead, by its name in `profidrive eds`
-    #[arg(long, value_name = "DEVICE", value_parser = device)]
+    #[arg(long, value_name = "DEVICE", value_parser = offered_device(), hide_possible_values = true)]
     pub(crate) device: Option<&'static Product>,
 }

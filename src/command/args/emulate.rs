@@ -6,16 +6,15 @@ use std::path::PathBuf;
 
 use profidrive::can_bus::can::BitRate;
 use profidrive::can_bus::canopen::NodeId;
-use profidrive::face::QuirkError;
-use profidrive::host::can::{self, Choices, NodeFault, PRODUCTS, Product};
+use profidrive::host::can::{self, NodeFault};
 use profidrive::host::link::fault::Fault;
+use profidrive::host::list::{DEVICES, Device, Group, Spec};
+use profidrive::profibus::fdl::Address;
 
-use super::drive::RangeSpec;
 use super::link::expected_rates;
 use super::link::host_and_port;
-use super::quirk;
-use super::quirk::help as quirks_help;
-use super::{BaudSpec, DriveSpec, LinkSpec, NodeSpec, PpoDriveSpec, QuirkSpec, StationSpec};
+use super::spec::{self, RangeSpec, offered_baud, offered_quirk, quirk_parts, quirks_help, unknown_quirk};
+use super::{BaudSpec, LinkSpec};
 
 /// Puts emulated drives on a line, or CANopen nodes on a CAN bus, until SIGINT (Ctrl-C) or SIGTERM
 ///
@@ -25,10 +24,11 @@ use super::{BaudSpec, DriveSpec, LinkSpec, NodeSpec, PpoDriveSpec, QuirkSpec, St
 #[derive(Debug, clap::Args)]
 #[command(after_help = EMULATE_EXAMPLES)]
 pub(crate) struct Emulate {
-    /// A drive: ADDRESS[,model=ag03|ag03-1][,gear=24|48]; repeat it for more drives on the same line
     #[arg(
         long = "drive",
+        help = format!("A drive: {}; repeat it for more drives on the same line", Group::Drive.form("ADDRESS")),
         value_name = "SPEC",
+        value_parser = spec::drive,
         default_value = "5,model=ag03-1,gear=48",
         default_value_ifs([
             ("ranges", clap::builder::ArgPredicate::IsPresent, None),
@@ -38,7 +38,7 @@ pub(crate) struct Emulate {
             ("line", clap::builder::ArgPredicate::IsPresent, None),
         ])
     )]
-    pub(crate) single: Vec<DriveSpec>,
+    pub(crate) single: Vec<Spec>,
 
     /// Takes everything from a file, also several lines (docs/line.md); only --check can be given with it
     #[arg(
@@ -55,25 +55,55 @@ pub(crate) struct Emulate {
     #[arg(long = "check", requires = "line")]
     pub(crate) check_only: bool,
 
-    /// A range of identical drives: FIRST-LAST[,model=ag03|ag03-1][,gear=24|48], as in 1-125,gear=24; may be repeated and mixed with --drive
-    #[arg(long = "drives", id = "ranges", value_name = "SPECS")]
+    #[arg(
+        long = "drives",
+        id = "ranges",
+        value_name = "SPECS",
+        help = format!(
+            "A range of identical drives: {}, as in 1-125,gear=24; may be repeated and mixed with --drive",
+            Group::Drive.form("FIRST-LAST")
+        ),
+    )]
     ranges: Vec<RangeSpec>,
 
-    /// A CANopen node: ID[,device=ag03-1|ap10|asda-a2][,gear=24|48][,mode=full|half][,twin] (gear: AG03/1; mode: ASDA-A2, full or
-    /// half CANopen; twin: another node may have its number, a fault on purpose); repeat it for more nodes on the same CAN bus. Needs a link of a CAN bus
-    #[arg(long = "node", id = "nodes", value_name = "SPEC")]
-    pub(crate) nodes: Vec<NodeSpec>,
+    #[arg(
+        long = "node",
+        id = "nodes",
+        value_name = "SPEC",
+        value_parser = spec::node,
+        help = format!(
+            "A CANopen node: {} (gear: AG03/1; mode: ASDA-A2, full or half CANopen; twin: another node may have its number, a \
+             fault on purpose); repeat it for more nodes on the same CAN bus. Needs a link of a CAN bus",
+            Group::Node.form("ID")
+        ),
+    )]
+    pub(crate) nodes: Vec<Spec>,
 
-    /// A station that a device file (GSD) describes: ADDRESS,gsd=FILE; ADDRESS,strict,gsd=FILE accepts nothing that the
-    /// file does not say; repeat it for more stations, also together with drives
-    #[arg(long = "station", id = "stations", value_name = "SPEC")]
-    pub(crate) stations: Vec<StationSpec>,
+    #[arg(
+        long = "station",
+        id = "stations",
+        value_name = "SPEC",
+        value_parser = spec::station,
+        help = format!(
+            "A station that a device file (GSD) describes: {}; strict accepts nothing that the file does not say; repeat it \
+             for more stations, also together with drives",
+            Group::Station.form("ADDRESS")
+        ),
+    )]
+    pub(crate) stations: Vec<Spec>,
 
-    /// Any drive with variable speed of PROFIDRIVE version 2: ADDRESS[,ppo=1..5][,ident=HEX][,gsd=FILE]
-    /// [,parameters=FILE.toml|FILE.csv]; without ppo it takes the PPO that the master chooses; repeat it for more
-    /// (docs/ppo-drive.md)
-    #[arg(long = "ppo-drive", id = "ppo_drives", value_name = "SPEC")]
-    pub(crate) ppo_drives: Vec<PpoDriveSpec>,
+    #[arg(
+        long = "ppo-drive",
+        id = "ppo_drives",
+        value_name = "SPEC",
+        value_parser = spec::ppo_drive,
+        help = format!(
+            "Any drive with variable speed of PROFIDRIVE version 2: {}; without ppo it takes the PPO that the master \
+             chooses; repeat it for more (docs/ppo-drive.md)",
+            Group::PpoDrive.form("ADDRESS")
+        ),
+    )]
+    pub(crate) ppo_drives: Vec<Spec>,
 
     /// Do not listen first whether another station on a serial line has the address of a drive
     #[arg(long)]
@@ -92,7 +122,7 @@ pub(crate) struct Emulate {
 
     /// The rate in bit/s, or auto: on a pty (and the default there) what the master sets the terminal to, on a serial
     /// line what is heard on it. On a CAN bus it is the rate of every node, 500000 unless given
-    #[arg(long, value_name = "RATE|auto")]
+    #[arg(long, value_name = "RATE|auto", value_parser = offered_baud(), hide_possible_values = true)]
     pub(crate) baud: Option<BaudSpec>,
 
     /// The slot time of the master on a serial line in bit times: a reply that cannot begin within it is dropped and
@@ -139,7 +169,13 @@ pub(crate) struct Emulate {
     pub(crate) capture: Option<PathBuf>,
 
     /// How all drives behave where the manuals are not clear; repeat it for more (--help lists the quirks)
-    #[arg(long = "quirk", value_name = "NAME=VALUE", long_help = quirks_help())]
+    #[arg(
+        long = "quirk",
+        value_name = "NAME=VALUE",
+        long_help = quirks_help(),
+        value_parser = offered_quirk(),
+        hide_possible_values = true
+    )]
     pub(crate) quirks: Vec<String>,
 }
 
@@ -194,12 +230,17 @@ impl Emulate {
     }
 
     /// Every drive asked for, those named one by one first.
-    pub(crate) fn drives(&self) -> impl Iterator<Item = DriveSpec> + '_ {
-        self.single.iter().copied().chain(self.ranges.iter().flat_map(RangeSpec::drives))
+    pub(crate) fn drives(&self) -> impl Iterator<Item = Spec> + '_ {
+        self.single.iter().cloned().chain(self.ranges.iter().flat_map(RangeSpec::drives))
+    }
+
+    /// Everybody on a line of PROFIBUS.
+    pub(crate) fn slaves(&self) -> impl Iterator<Item = Spec> + '_ {
+        self.drives().chain(self.ppo_drives.iter().chain(&self.stations).cloned())
     }
 
     /// Every node asked for.
-    pub(crate) fn nodes(&self) -> &[NodeSpec] {
+    pub(crate) fn nodes(&self) -> &[Spec] {
         &self.nodes
     }
 
@@ -211,31 +252,36 @@ impl Emulate {
         self.faults.iter().map(read).collect()
     }
 
-    /// How all drives behave where the manuals leave it open.
-    pub(crate) fn quirks(&self) -> Result<Vec<QuirkSpec>, String> {
-        let read = |text: &String| {
-            text.parse()
-                .map_err(|error| format!("invalid value '{text}' for '--quirk <NAME=VALUE>': {error}"))
-        };
-        self.quirks.iter().map(read).collect()
-    }
-
-    /// Chooses the quirks of a node: those of all, then its own.
-    pub(crate) fn choose(
-        &self,
-        product: &Product,
-        own: &[String],
-        choices: &mut Choices,
-    ) -> Result<(), String> {
-        for text in self.quirks.iter().chain(own) {
-            let (name, value) = quirk::parts(text)?;
-            match product.choose(choices, name, value) {
-                // Of another device.
-                Ok(()) | Err(QuirkError::Unknown) => {}
-                Err(error @ QuirkError::Value { .. }) => return Err(quirk::refusal(name, value, &error)),
-            }
+    /// Chooses the quirks of all devices of the line for one of them.
+    pub(crate) fn choose_quirks(&self, spec: &mut Spec) -> Result<(), String> {
+        for text in &self.quirks {
+            let (name, value) = quirk_parts(text)?;
+            spec.choose_common_quirk(name, value)?;
         }
         Ok(())
+    }
+
+    /// Whether a quirk of all is one of a device: on PROFIBUS of any that may be added, on a CAN bus of one that is there.
+    pub(crate) fn check_quirk(&self, text: &str) -> Result<(), String> {
+        let (name, value) = quirk_parts(text)?;
+        let mut there: Vec<&'static Device> = if self.nodes.is_empty() {
+            DEVICES.iter().filter(|device| device.product().is_none()).collect()
+        } else {
+            self.nodes.iter().map(|node| node.device).collect()
+        };
+        there.dedup_by_key(|device| device.quirks());
+        let has_it = |device: &&&Device| device.quirks().iter().any(|row| row.name == name);
+        match there.iter().find(has_it) {
+            Some(device) => Spec::plain(device, 1).choose_quirk(name, value),
+            None => Err(unknown_quirk(&there, name)),
+        }
+    }
+
+    fn check_quirks(&self) -> Result<(), String> {
+        self.quirks.iter().try_for_each(|text| {
+            let checked = self.check_quirk(text);
+            checked.map_err(|words| format!("invalid value '{text}' for '--quirk <NAME=VALUE>': {words}"))
+        })
     }
 
     /// The faults of a CAN bus.
@@ -258,7 +304,7 @@ impl Emulate {
             (LinkSpec::Can(_), true) => Err(format!(
                 "this link is a CAN bus and the drives of --drive are on PROFIBUS; name CANopen nodes, for example \
                  --node 5,device={}, or use --link pty",
-                PRODUCTS.first().map_or("", |product| product.name)
+                Group::Node.devices().next().map_or("", Device::name)
             )),
             (LinkSpec::Pty(_) | LinkSpec::Serial(_) | LinkSpec::Tcp(_), false) => {
                 Err("CANopen nodes are on a CAN bus; use --link slcan-pty:PATH, slcan-tcp:HOST:PORT, \
@@ -281,10 +327,12 @@ impl Emulate {
             );
         }
         let mut numbers = BTreeSet::new();
-        if let Some(twice) = self.nodes.iter().find(|node| !numbers.insert(node.id) && !node.twin) {
+        if let Some(twice) =
+            self.nodes.iter().find(|node| !numbers.insert(node.node()) && !node.choices.flag("twin"))
+        {
             return Err(format!(
                 "two nodes have the number {}; give each node its own, or say that one is a twin: --node {},twin",
-                twice.id, twice.id
+                twice.place, twice.place
             ));
         }
         for (given, option) in
@@ -304,27 +352,12 @@ impl Emulate {
                 ));
             }
         }
-        for node in &self.nodes {
-            self.choose(node.product, &node.quirks, &mut node.choices.clone())?;
-        }
-        let names: BTreeSet<_> = self.nodes.iter().map(|node| node.product.name).collect();
-        let quirks = |name: &str| Product::named(name).map(Product::quirks).unwrap_or_default();
-        for text in &self.quirks {
-            let (name, _) = quirk::parts(text)?;
-            if !names.iter().any(|product| quirks(product).iter().any(|row| row.name == name)) {
-                let known = |product: &&str| {
-                    let rows: Vec<_> = quirks(product).iter().map(|row| row.name).collect();
-                    format!("{product} has {}", rows.join(", "))
-                };
-                let known: Vec<_> = names.iter().map(known).collect();
-                return Err(format!("--quirk: no node has a quirk '{name}'; {}", known.join("; ")));
-            }
-        }
+        self.check_quirks()?;
         if self.allow_remote && !matches!(self.link, LinkSpec::Can(can::LinkSpec::Tcp(_))) {
             return Err("--allow-remote needs an slcan-tcp link".into());
         }
         let Some(baud) = self.baud else { return Ok(()) };
-        for NodeSpec { product, .. } in &self.nodes {
+        for product in self.nodes.iter().filter_map(|node| node.device.product()) {
             let rates = product.sheet.kilobits;
             let known =
                 |rate: BitRate| rates.iter().any(|kilo| u32::from(*kilo) * 1000 == rate.bits_per_second());
@@ -344,17 +377,15 @@ impl Emulate {
         if let Some(BaudSpec::Can(rate)) = self.baud {
             return Err(format!("{rate} is no rate of PROFIBUS; {}", expected_rates()));
         }
-        let mut addresses = BTreeSet::new();
-        if let Some(twice) = self.drives().find(|drive| !addresses.insert(drive.address)) {
-            return Err(format!("two drives have address {}; give each drive its own", twice.address));
+        let mut addresses: BTreeSet<Address> = BTreeSet::new();
+        if let Some(twice) = self.slaves().find(|slave| !addresses.insert(slave.address())) {
+            let what = match twice.device.group() {
+                Group::Drive | Group::PpoDrive => "drives have address",
+                Group::Station | Group::Node => "stations have address",
+            };
+            return Err(format!("two {what} {}; give each its own", twice.place));
         }
-        if let Some(twice) = self.ppo_drives.iter().find(|drive| !addresses.insert(drive.address)) {
-            return Err(format!("two drives have address {}; give each drive its own", twice.address));
-        }
-        if let Some(twice) = self.stations.iter().find(|station| !addresses.insert(station.address)) {
-            return Err(format!("two stations have address {}; give each its own", twice.address));
-        }
-        self.quirks()?;
+        self.check_quirks()?;
         for fault in self.faults()? {
             fault.check(addresses.iter().copied()).map_err(|error| error.to_string())?;
         }

@@ -9,7 +9,7 @@ use profidrive::judge::{Row, Slave};
 use profidrive::profibus::fdl::Address;
 use profidrive::time::BaudRate;
 
-use super::drive::address;
+use super::spec::address;
 use super::{BaudSpec, LinkSpec};
 
 /// Judges a DP master: emulates its slaves, makes errors on purpose, and says row by row whether the master reacts correctly

@@ -14,8 +14,8 @@ use profidrive::profibus::ppo::PpoType;
 use super::link::{BaudSpec, expected_rates};
 use super::master_link::{CanPlace, MasterLink};
 use super::parameter::ParameterSpec;
-use super::ppo_drive::{ident, ppo};
 use super::quantity::Quantity;
+use super::spec::{ident, ppo};
 
 /// Commissions a drive, real or emulated: parameters, status, faults, motion
 ///

@@ -2,7 +2,6 @@
 
 mod decode;
 mod demo;
-mod drive;
 mod eds;
 mod emulate;
 mod encode;
@@ -12,12 +11,9 @@ mod link;
 mod manual;
 mod master;
 mod master_link;
-mod node;
 mod parameter;
-mod ppo_drive;
 mod quantity;
-mod quirk;
-mod station;
+mod spec;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -25,12 +21,12 @@ use std::process::ExitCode;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{ArgAction, CommandFactory, Parser, Subcommand};
 use profidrive::gsd::did_you_mean;
+pub(crate) use profidrive::host::list::named::{parameter as find_parameter, plain};
 
 use super::{Failure, report};
 
 pub(crate) use decode::Decode;
 pub(crate) use demo::Demo;
-pub(crate) use drive::DriveSpec;
 pub(crate) use eds::Eds;
 pub(crate) use emulate::{Emulate, MetricsSpec, SLOT_TIMES, metrics_place, panel_place};
 pub(crate) use encode::{
@@ -44,12 +40,9 @@ pub(crate) use manual::{Completions, Man};
 pub(crate) use master::Go;
 pub(crate) use master::{Action, AddressRange, Asked, Direction, Master, Motion};
 pub(crate) use master_link::{CanPlace, MasterLink};
-pub(crate) use node::NodeSpec;
-pub(crate) use parameter::{ParameterSpec, find as find_parameter, plain};
-pub(crate) use ppo_drive::PpoDriveSpec;
+pub(crate) use parameter::ParameterSpec;
 pub(crate) use quantity::Quantity;
-pub(crate) use quirk::{QuirkSpec, refusal as quirk_refusal};
-pub(crate) use station::StationSpec;
+pub(crate) use spec::quirk_parts;
 
 /// Emulated fieldbus drives on PROFIBUS-DP and CANopen, to test masters with.
 ///
@@ -281,7 +274,7 @@ mod tests {
             let arguments = ["profidrive", "emulate"].iter().chain(arguments).map(OsString::from);
             let args = Args::from_arguments(arguments).map_err(|refusal| refusal.0.to_string())?;
             let Command::Emulate(emulate) = args.command else { panic!("not emulate") };
-            Ok(emulate.drives().map(|drive| drive.address.number()).collect::<Vec<_>>())
+            Ok(emulate.drives().map(|drive| drive.place).collect::<Vec<_>>())
         };
         let all = numbers(&["--drives", "3-5", "--drive", "9", "--drives", "1-1"]);
         assert_eq!(all, Ok::<_, String>(vec![9, 3, 4, 5, 1]));

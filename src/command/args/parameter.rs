@@ -2,8 +2,8 @@
 
 use core::str::FromStr;
 
-use profidrive::devices::ag03::param::{Entry, Pnu, Subindex, TABLE};
-use strsim::levenshtein;
+use profidrive::devices::ag03::param::{Entry, Subindex};
+use profidrive::host::list::named::parameter;
 
 /// A parameter of either model, and an element if it is an array.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,9 +11,6 @@ pub(crate) struct ParameterSpec {
     pub(crate) entry: &'static Entry,
     pub(crate) element: Option<Subindex>,
 }
-
-/// How many names are offered instead of one that is unknown.
-const MOST_OFFERED: usize = 5;
 
 impl FromStr for ParameterSpec {
     type Err = String;
@@ -28,7 +25,7 @@ impl FromStr for ParameterSpec {
             }
             None => (text, None),
         };
-        let entry = find(name)?;
+        let entry = parameter(name)?;
         match (entry.elements, element) {
             (Some(count), None) => Err(format!(
                 "{} (PNU {}) is an array of {count}; name the element, for example {}.0",
@@ -51,49 +48,10 @@ impl FromStr for ParameterSpec {
     }
 }
 
-/// The parameter with this number (decimal, or hexadecimal as `0x3EC` or `3ECh`) or name. Of a name only letters and digits
-/// count.
-pub(crate) fn find(text: &str) -> Result<&'static Entry, String> {
-    if let Some(number) = text.parse().ok().or_else(|| hexadecimal(text)) {
-        let known = Pnu::new(number).ok().and_then(|pnu| TABLE.iter().find(|entry| entry.pnu == pnu));
-        return known.ok_or_else(|| {
-            let near = nearest(|entry| entry.pnu.number().abs_diff(number).into());
-            format!("there is no parameter {number}; near it are {near}")
-        });
-    }
-    let wanted = plain(text);
-    let known = TABLE.iter().find(|entry| !wanted.is_empty() && plain(entry.name) == wanted);
-    known.ok_or_else(|| {
-        let near = nearest(|entry| {
-            let name = plain(entry.name);
-            // Part of the name is as close as a slip of the pen.
-            let part = !wanted.is_empty() && (name.contains(&wanted) || wanted.contains(&name));
-            if part { 1 } else { levenshtein(&name, &wanted) + 1 }
-        });
-        format!("there is no parameter '{text}'; close to it are {near}")
-    })
-}
-
-fn hexadecimal(text: &str) -> Option<u16> {
-    let digits = text.strip_prefix("0x").or_else(|| text.strip_suffix(['h', 'H']))?;
-    u16::from_str_radix(digits, 16).ok().filter(|_| !digits.starts_with('+'))
-}
-
-/// The entries with the smallest distances.
-fn nearest(distance: impl Fn(&Entry) -> usize) -> String {
-    let mut entries: Vec<&Entry> = TABLE.iter().collect();
-    entries.sort_by_key(|entry| distance(entry));
-    let names = entries.iter().take(MOST_OFFERED).map(|entry| format!("{} {}", entry.pnu, entry.name));
-    names.collect::<Vec<_>>().join(", ")
-}
-
-/// Letters and digits of a name, in lower case.
-pub(crate) fn plain(name: &str) -> String {
-    name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
-}
-
 #[cfg(test)]
 mod tests {
+    use profidrive::devices::ag03::param::TABLE;
+
     use super::*;
 
     fn pnu(text: &str) -> Result<(u16, Option<u8>), String> {

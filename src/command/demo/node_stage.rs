@@ -11,7 +11,8 @@ use profidrive::devices::{CanopenDevice, CanopenEvent};
 use profidrive::explain::Explanation;
 use profidrive::explain::canopen::Network;
 use profidrive::face::surroundings::Level;
-use profidrive::host::can::{Bus, Choices, Product, Seat, StoredNode};
+use profidrive::host::can::{Bus, Product, Seat, StoredNode};
+use profidrive::host::list::Choices;
 use profidrive::time::Instant;
 
 use super::page::{Page, Trouble, unexpected};
@@ -43,7 +44,7 @@ impl<'w> NodeStage<'w> {
         let node = NodeId::new(NODE).map_err(unexpected)?;
         let mut bus = Bus::new(RATE);
         let master = bus.connect(now);
-        let device = product.make(node, Choices::default(), Eeprom::Internal, now);
+        let device = product.make(node, &Choices::default(), Eeprom::Internal, now);
         let device = bus.add(now, Box::new(StoredNode::new(device, now)));
         let mut words = Network::default();
         words.know(node, product.vocabulary);

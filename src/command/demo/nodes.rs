@@ -158,7 +158,7 @@ fn servo(stage: &mut NodeStage<'_>) -> Result<(), Trouble> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use profidrive::host::can::PRODUCTS;
+    use profidrive::host::list::{Device, Group};
 
     fn story(product: &'static Product) -> String {
         let mut out = Vec::new();
@@ -170,8 +170,8 @@ mod tests {
 
     #[test]
     fn every_device_has_a_story_on_a_page_of_80_columns_that_is_always_the_same() {
-        assert_eq!(STORIES.len(), PRODUCTS.len());
-        for product in PRODUCTS {
+        assert_eq!(STORIES.len(), Group::Node.devices().count());
+        for product in Device::products() {
             let told = story(product);
             assert!(told.lines().all(|line| line.chars().count() <= 80), "{told}");
             assert!(!told.contains('\u{1b}'), "plain text");

@@ -8,10 +8,11 @@ use profidrive::can_bus::canopen::storage::Eeprom;
 use profidrive::can_bus::canopen::{Event, NodeId};
 use profidrive::devices::CanopenEvent;
 use profidrive::host::can::{
-    self, BusHint, Choices, Line, LinkSpec, News, NodeFaults, NodeWatch, Numbers, Product, Seat, StoredNode,
+    self, BusHint, Line, LinkSpec, News, NodeFaults, NodeWatch, Numbers, Product, Seat, StoredNode,
 };
 use profidrive::host::capture::Capture;
 use profidrive::host::capture::can::CanInterface;
+use profidrive::host::list::{Choices, Spec};
 use profidrive::host::{Clock, Error, Reach, StateDir, Stop};
 use profidrive::panel::{NodeAccess, NodePanel, Seated};
 use profidrive::time::Instant;
@@ -19,7 +20,7 @@ use tracing::{debug, info, warn};
 
 use super::{Start, panel_reach, panel_started};
 use crate::command::Failure;
-use crate::command::args::{Emulate, NodeSpec};
+use crate::command::args::{Emulate, quirk_parts};
 use crate::command::signals::Signals;
 
 /// Every device knows it.
@@ -48,9 +49,9 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec, start: &Start) -> Result<
             .map_err(|error| Failure::Usage(format!("--fault: {error}")))?;
     }
     for spec in args.nodes() {
-        let mut choices = spec.choices;
-        args.choose(spec.product, &spec.quirks, &mut choices).map_err(Failure::Usage)?;
-        nodes.connect(&mut line, NodeSpec { choices, ..spec.clone() }, state.as_ref(), &faults)?;
+        let mut spec = spec.clone();
+        args.choose_quirks(&mut spec).map_err(Failure::Usage)?;
+        nodes.connect(&mut line, &spec, state.as_ref(), &faults)?;
     }
     faults.reseat(line.bus_mut());
     nodes.warn_of_doubles();
@@ -60,8 +61,12 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec, start: &Start) -> Result<
     }
     let mut metrics = start.node_metrics(line.name(), &signals.stop);
     let (clock, mut seats) = (line.clock(), nodes.seats());
-    // Known to be right: the nodes of the command line have them.
-    let choose = |product: &'static Product, choices: &mut Choices| _ = args.choose(product, &[], choices);
+    let choose = |product: &'static Product, choices: &mut Choices| {
+        for (name, value) in args.quirks.iter().filter_map(|text| quirk_parts(text).ok()) {
+            // That of another device is none of this one.
+            let _ = product.choose(choices, name, value);
+        }
+    };
     // What the start brought is told whatever ends the process behind the ready line.
     while let Some(event) = line.bus_mut().poll_event() {
         tell(News::Bus(event), &mut capture, &mut nodes, panel.as_ref(), clock.now());
@@ -188,26 +193,31 @@ impl Nodes {
     fn connect(
         &mut self,
         line: &mut Line<CanopenEvent>,
-        spec: NodeSpec,
+        spec: &Spec,
         state: Option<&StateDir>,
         faults: &NodeFaults,
     ) -> Result<(), Failure> {
-        info!("{spec}");
+        let Some(product) = spec.device.product() else {
+            return Err(Failure::Usage(format!("{} is no node", spec.device.name())));
+        };
+        let asked = spec.node();
+        let name = format!("{} as node {asked}", product.sheet.product_name);
+        info!("{name}");
         let now = line.clock().now();
         let mut node = match state {
             Some(state) => state
-                .load_node(spec.product, spec.id, spec.choices, now)
+                .load_node(product, asked, &spec.choices, now)
                 .map_err(|error| Failure::from_error(&error))?,
-            None => StoredNode::new(spec.product.make(spec.id, spec.choices, Eeprom::Internal, now), now),
+            None => StoredNode::new(product.make(asked, &spec.choices, Eeprom::Internal, now), now),
         };
         let id = node.node_id();
-        if id != spec.id {
-            warn!("{spec}: its EEPROM has the node number {id}, which is used");
+        if id != asked {
+            warn!("{name}: its EEPROM has the node number {id}, which is used");
         }
         // Before it is on the bus: its boot-up is concerned.
         faults.join(now, &mut node);
         let seat = line.add(Box::new(node));
-        self.on_bus.push((Seated { seat, product: spec.product }, id));
+        self.on_bus.push((Seated { seat, product }, id));
         Ok(())
     }
 

@@ -9,10 +9,9 @@ use profidrive::devices::ag03::param::Gear;
 use profidrive::devices::vocabulary::CIA_402;
 use profidrive::explain::canopen::Network;
 use profidrive::explain::hex;
-use profidrive::host::can::{
-    CanEndpoint, Choices, OptionName, PRODUCTS, Product, SlcanEndpoint, open_slcan, open_socketcan,
-};
+use profidrive::host::can::{CanEndpoint, Product, SlcanEndpoint, open_slcan, open_socketcan};
 use profidrive::host::link::tcp::Connection;
+use profidrive::host::list::{Choices, Device};
 use profidrive::host::{Clock, Stop, SystemClock};
 use serde_json::json;
 
@@ -152,11 +151,13 @@ impl Drive {
     fn objects(&mut self) -> Result<&'static [Object], Failure> {
         let Some(product) = self.product else { return Ok(self.words().objects) };
         let mut choices = Choices::default();
-        if product.options.contains(&OptionName::Gear)
+        if product.choices.iter().any(|choice| choice.key == "gear")
             && let Ok(version) = self.get(HARDWARE_VERSION)?
         {
             let version = u16::try_from(number(&version)).ok();
-            choices.gear = version.and_then(Gear::of_hardware_version).unwrap_or(choices.gear);
+            if let Some(gear) = version.and_then(Gear::of_hardware_version) {
+                choices = product.chosen("gear", &gear.to_string()).unwrap_or(choices);
+            }
         }
         Ok(product.objects(&choices))
     }
@@ -168,7 +169,7 @@ impl Drive {
         }
         let device_type = number(&self.must_get(DEVICE_TYPE)?);
         let vendor = self.get(VENDOR)?.ok().map(|octets| number(&octets));
-        let product = PRODUCTS.iter().find(|product| {
+        let product = Device::products().find(|product| {
             let objects = product.objects(&Choices::default());
             let default =
                 dictionary::entry(objects, DEVICE_TYPE).map(|entry| entry.default_value(self.node).number());

@@ -16,6 +16,7 @@ use profidrive::devices::ppo_drive::profibus::{IDENT_NUMBER, ppo_of};
 use profidrive::devices::ppo_drive::profile::{StwBit, ZswBit, hindrances};
 use profidrive::devices::ppo_drive::table::{Kind, Row, Table, Tie};
 use profidrive::gsd::{Gsd, Policy, Station};
+use profidrive::host::list::table_of_file;
 use profidrive::host::{Clock, Link, SystemClock};
 use profidrive::master::{DriveError, ProfileDrive, ProfileReached, Session, SessionError, Slave, Values};
 use profidrive::profibus::dp::Application;
@@ -28,8 +29,8 @@ use super::motion::{self, Confirmed};
 use super::{link, say, wait};
 use crate::command::Failure;
 use crate::command::args::{Action, Asked, Master, Motion, Quantity};
+use crate::command::gsd;
 use crate::command::signals;
-use crate::command::{emulate, gsd};
 
 /// The fault numbers, of which the first eight are those that stand.
 const FAULT_NUMBERS: Pnu = Pnu::from_low_bits(947);
@@ -50,7 +51,7 @@ const FULL: f64 = 16384.0;
 
 /// Does what is asked, once.
 pub(super) fn master(args: &Master, kind: PpoType) -> Result<(), Failure> {
-    let table = args.parameters.as_deref().map(emulate::ppo_drive::parameters).transpose()?;
+    let table = args.parameters.as_deref().map(table_of_file).transpose().map_err(Failure::Usage)?;
     let own = table.is_some();
     let table = table.unwrap_or_else(Table::profile);
     let slave = match &args.gsd {

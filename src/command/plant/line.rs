@@ -1,6 +1,7 @@
 //! A line: its link, who is on it, faults.
 
 use core::fmt::Display;
+use core::ops::Range;
 use core::str::FromStr;
 use core::time::Duration;
 use std::path::{Path, PathBuf};
@@ -11,15 +12,15 @@ use profidrive::host::link::fault::{Fault, duration};
 use profidrive::process::Point;
 use profidrive::profibus::fdl::Address;
 
-use super::drive;
-use super::station::{self, point};
+use super::device;
+use super::station::{self, Stations, point};
 use super::tables::{At, Baud, FaultTable, LineTable, WhileTable};
 use super::wrong::Wrong;
 use crate::command::args::{Emulate, LinkSpec, SLOT_TIMES, panel_place};
-use crate::command::emulate::{FaultPlan, LinePlan, StationPlan};
+use crate::command::emulate::{FaultPlan, LinePlan, SlavePlan};
 
 /// Reads a line. `folder` is where the file is: paths in it begin there.
-pub(super) fn plan(line: &At<LineTable>, folder: &Path) -> Result<LinePlan, Wrong> {
+pub(super) fn plan(number: usize, line: &At<LineTable>, folder: &Path) -> Result<LinePlan, Wrong> {
     let table = line.get();
     let mut args = Emulate::on(match parsed::<LinkSpec>(&table.link)? {
         LinkSpec::Pty(Some(path)) => LinkSpec::Pty(Some(folder.join(path))),
@@ -57,16 +58,16 @@ pub(super) fn plan(line: &At<LineTable>, folder: &Path) -> Result<LinePlan, Wron
     (args.state_dir, args.capture) = (path(&table.state_dir), path(&table.capture));
     let is_can = matches!(args.link, LinkSpec::Can(_));
     args.quirks = table.quirks.iter().map(|(name, value)| format!("{name}={}", value.get())).collect();
-    let common = if is_can { Vec::new() } else { drive::quirks(&table.quirks)? };
-    let drives: Vec<_> =
-        table.drive.iter().map(|drive| drive::plan(drive, &common)).collect::<Result<_, _>>()?;
-    args.single = drives.iter().map(|drive| drive.spec).collect();
-    let ppo_drives: Vec<_> =
-        table.ppo_drive.iter().map(|drive| drive::ppo_plan(drive, folder)).collect::<Result<_, _>>()?;
-    args.nodes = table.node.iter().map(drive::node).collect::<Result<_, _>>()?;
-    distinct(table)?;
-    let addresses: Vec<Address> = places(table).map(address).collect::<Result<_, _>>()?;
-    let stations = station::plans(&table.station, folder)?;
+    let slaves = device::slaves((number, folder), table, &args)?;
+    // Those with files are in the plan only; here they are what stands for all of the line.
+    args.single = slaves.iter().map(|slave| slave.spec.clone()).collect();
+    args.nodes = device::nodes((number, folder), table)?;
+    for (name, value) in &table.quirks {
+        let known = args.check_quirk(&format!("{name}={}", value.get()));
+        known.map_err(|words| Wrong::at(value.span(), words))?;
+    }
+    let addresses: Vec<Address> = slaves.iter().map(SlavePlan::address).collect();
+    let stations = Stations::of(&slaves);
     let mut faults = Vec::new();
     for fault in &table.fault {
         if is_can {
@@ -79,12 +80,12 @@ pub(super) fn plan(line: &At<LineTable>, folder: &Path) -> Result<LinePlan, Wron
         let words = "the line has no station; expected [[line.drive]], [[line.ppo-drive]], [[line.station]] or [[line.node]]";
         return Err(Wrong::at(line.span(), words));
     }
-    if let Some(place) = places(table).next().filter(|_| is_can) {
+    if let Some(place) = slave_tables(table).next().filter(|_| is_can) {
         let words = "drives and stations are on PROFIBUS and an slcan link is a CAN bus; give them a line of their own";
-        return Err(Wrong::at(place.span(), words));
+        return Err(Wrong::at(place, words));
     }
     args.check().map_err(|words| contradiction(line, &words))?;
-    Ok(LinePlan { args, drives, ppo_drives, stations, faults })
+    Ok(LinePlan { args, slaves, faults })
 }
 
 /// What no single key shows, where the key that it begins with stands. Keys are called as options are.
@@ -121,43 +122,10 @@ pub(super) fn time(text: &At<String>) -> Result<Duration, Wrong> {
     })
 }
 
-/// `key=value` of each key that is there, one more with each step, so that a refusal is that of the last key.
-pub(super) fn spec<T: FromStr<Err = String>>(
-    number: &At<u8>,
-    options: [(&str, Option<At<String>>); 3],
-) -> Result<T, Wrong> {
-    let mut spec = number.get().to_string();
-    let mut read: T = spec.parse().map_err(|error| Wrong::at(number.span(), error))?;
-    for (key, value) in options {
-        if let Some(value) = value {
-            spec += &format!(",{key}={}", value.get());
-            read = spec.parse().map_err(|error| Wrong::at(value.span(), error))?;
-        }
-    }
-    Ok(read)
-}
-
-/// The addresses of all on a line of PROFIBUS.
-fn places(table: &LineTable) -> impl Iterator<Item = &At<u8>> {
-    let drives = table.drive.iter().map(|drive| &drive.address);
-    let ppo_drives = table.ppo_drive.iter().map(|drive| &drive.address);
-    drives.chain(ppo_drives).chain(table.station.iter().map(|station| &station.address))
-}
-
-/// No two with one address, no two nodes with one number.
-fn distinct(table: &LineTable) -> Result<(), Wrong> {
-    let nodes: Vec<_> = table.node.iter().map(|node| &node.id).collect();
-    let mut places: Vec<_> = places(table).collect();
-    places.sort_by_key(|place| place.span().start);
-    for (numbers, words) in [(places, "stations have address"), (nodes, "nodes have the number")] {
-        for (place, number) in numbers.iter().enumerate() {
-            if numbers.iter().take(place).any(|before| before.get() == number.get()) {
-                let words = format!("two {words} {}; give each its own", number.get());
-                return Err(Wrong::at(number.span(), words));
-            }
-        }
-    }
-    Ok(())
+/// Where the tables of devices on PROFIBUS are.
+fn slave_tables(table: &LineTable) -> impl Iterator<Item = Range<usize>> {
+    let drives = table.drive.iter().map(At::span);
+    drives.chain(table.ppo_drive.iter().map(At::span)).chain(table.station.iter().map(At::span))
 }
 
 fn node_fault(table: &FaultTable) -> Result<String, Wrong> {
@@ -178,7 +146,7 @@ fn node_fault(table: &FaultTable) -> Result<String, Wrong> {
 fn fault_plan(
     table: &FaultTable,
     addresses: &[Address],
-    stations: &[StationPlan],
+    stations: &Stations<'_>,
 ) -> Result<FaultPlan, Wrong> {
     let fault: Fault = parsed(&table.fault)?;
     fault.check(addresses.iter().copied()).map_err(|error| Wrong::at(table.fault.span(), error))?;
@@ -193,12 +161,12 @@ fn fault_plan(
     Ok(FaultPlan { fault, from, until, while_input })
 }
 
-fn condition(table: &At<WhileTable>, stations: &[StationPlan]) -> Result<(Address, Point, Condition), Wrong> {
+fn condition(table: &At<WhileTable>, stations: &Stations<'_>) -> Result<(Address, Point, Condition), Wrong> {
     let WhileTable { station, slot, octet, kind, is, above, below } = table.get();
-    let address = station::known(station, stations.iter().map(|station| station.address))?;
+    let address = station::known(station, stations.addresses())?;
     let read = point(slot, octet.as_ref(), kind)?;
-    if let Some(plan) = stations.iter().find(|plan| plan.address == address) {
-        station::check(&plan.station, read, station::Direction::Input, slot, kind)?;
+    if let Some(station) = stations.at(address) {
+        station::check(station, read, station::Direction::Input, slot, kind)?;
     }
     let condition = match (is, above, below) {
         (Some(value), None, None) => Condition::Is(*value.get()),

@@ -4,13 +4,13 @@
 //! | --- | --- |
 //! | `tables.rs` | the tables and keys as they are written, and the JSON Schema of them |
 //! | `line.rs` | a line: its link, who is on it, faults |
-//! | `drive.rs` | drives and nodes, their quirks, what their parameters begin with |
-//! | `station.rs` | a station, its modules, what moves its inputs |
+//! | `device.rs` | the devices by their specifications |
+//! | `station.rs` | what moves the inputs of a station |
 //! | `wrong.rs` | what is wrong, with line and column |
 //!
 //! Everything is read and checked before anything is opened.
 
-mod drive;
+mod device;
 mod line;
 mod station;
 mod tables;
@@ -19,11 +19,13 @@ mod wrong;
 use std::io::{self, Write};
 use std::path::Path;
 
+use profidrive::host::list::Group;
+
 use self::tables::{At, LineTable, PlantFile};
 use self::wrong::Wrong;
 use super::Failure;
 use super::args::{MetricsSpec, metrics_place};
-use super::emulate::{LinePlan, PlantPlan};
+use super::emulate::{LinePlan, PlantPlan, SlavePlan};
 
 /// What is in a file.
 pub(crate) fn read(file: &Path) -> Result<PlantPlan, Failure> {
@@ -40,7 +42,8 @@ fn plan(text: &str, folder: &Path) -> Result<PlantPlan, Wrong> {
         return Err(Wrong::at(0..0, "there is no line; expected a table [[line]]"));
     }
     alone(&plant.line)?;
-    let lines = plant.line.iter().map(|line| line::plan(line, folder)).collect::<Result<_, _>>()?;
+    let lines = plant.line.iter().enumerate();
+    let lines = lines.map(|(number, line)| line::plan(number, line, folder)).collect::<Result<_, _>>()?;
     Ok(PlantPlan { lines, metrics: metrics(&plant)? })
 }
 
@@ -88,11 +91,12 @@ fn alone(lines: &[At<LineTable>]) -> Result<(), Wrong> {
 pub(crate) fn say(file: &Path, plans: &[LinePlan]) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     let said = plans.iter().zip(1..).try_for_each(|(plan, number)| {
-        let LinePlan { args, drives, ppo_drives, stations, faults } = plan;
-        let inputs: usize = stations.iter().map(|station| station.signals.len()).sum();
-        let faults = faults.len() + args.faults.len();
-        let (drives, nodes) = (drives.len() + ppo_drives.len(), args.nodes().len());
-        let stations = stations.len();
+        let LinePlan { args, slaves, faults } = plan;
+        let inputs: usize = slaves.iter().map(|slave| slave.prepared.signals.len()).sum();
+        let (faults, nodes) = (faults.len() + args.faults.len(), args.nodes().len());
+        let is_station = |slave: &&SlavePlan| slave.spec.device.group() == Group::Station;
+        let stations = slaves.iter().filter(is_station).count();
+        let drives = slaves.len() - stations;
         writeln!(
             out,
             "{} line {number}: {drives} drives, {stations} stations with {inputs} moving inputs, {nodes} nodes, {faults} \
@@ -134,7 +138,7 @@ mod tests {
     fn refused(text: &str) -> String {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gsd");
         let Err(wrong) = plan(text, &folder) else { panic!("accepted: {text}") };
-        wrong::words(wrong.in_file(&"plant.toml", text))
+        wrong.in_file(&"plant.toml", text).into_line()
     }
 
     const STATION: &str = "[[line]]\nlink = 'pty'\n[[line.station]]\naddress = 7\ngsd = 'remote_io.gsd'\nmodules = ['8 DI', '2 AO']\n";
@@ -199,6 +203,23 @@ mod tests {
             ),
             (line("[[line.ppo-drive]]\naddress = 5\ngsd = 'no.gsd'"), "5, column 7", "cannot read"),
             (
+                line("[[line.ppo-drive]]\naddress = 5\ngsd = 'unit_diag.gsd'"),
+                "5, column 7",
+                "has no PPO: none of its configurations",
+            ),
+            (
+                line("[[line.ppo-drive]]\naddress = 5\ngsd = 'compact.gsd'\nppo = 5"),
+                "6, column 7",
+                "has PPO 1, not PPO 5; choose one that it has",
+            ),
+            (line("[[line.drive]]\naddress = 5\nmodle = 'ag03'"), "5, column 1", "did you mean model?"),
+            (
+                line("[[line.drive]]\naddress = 5\ngear = true"),
+                "5, column 8",
+                "gear: expected a word or a number, not true",
+            ),
+            (line("[[line.drive]]\ngear = 24"), "3, column 1", "'address' is missing; expected ADDRESS"),
+            (
                 line("[[line.ppo-drive]]\naddress = 5\nparameters = 'compact.gsd'"),
                 "5, column 14",
                 "ends in .toml or .csv",
@@ -221,7 +242,7 @@ mod tests {
             (
                 "[[line]]\nlink = 'slcan-pty:x'\n[[line.node]]\nid = 5\ndevice = 'ap10'\nquirks = { x = 'y' }".into(),
                 "6, column 16",
-                "an ap10 has no quirk 'x'",
+                "quirk 'x' is unknown; ap10 has ",
             ),
             (line("[[line.node]]\nid = 5"), "1, column 1", "use link slcan-pty:PATH"),
             ("[[line]]\nlink = 'usb'".into(), "2, column 8", "expected pty"),

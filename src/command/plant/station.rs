@@ -3,16 +3,16 @@
 use core::ops::Range;
 use std::path::Path;
 
-use profidrive::gsd::{Policy, Station, did_you_mean};
+use profidrive::gsd::Station;
+use profidrive::host::list::Group;
 use profidrive::process::{AtEnd, Point, Signal, Source, Table};
 use profidrive::profibus::dp::Application;
 use profidrive::profibus::fdl::Address;
 
 use super::line::{address, time};
-use super::tables::{At, Behaviour, InputTable, PointTable, StationTable, Then};
-use super::wrong::{Wrong, words};
-use crate::command::args::StationSpec;
-use crate::command::emulate::{self, StationPlan};
+use super::tables::{At, Behaviour, InputTable, PointTable, Then};
+use super::wrong::Wrong;
+use crate::command::emulate::SlavePlan;
 
 /// Where a value is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,49 +21,33 @@ pub(super) enum Direction {
     Output,
 }
 
-/// The stations of a line.
-pub(super) fn plans(tables: &[StationTable], folder: &Path) -> Result<Vec<StationPlan>, Wrong> {
-    let station = |table: &StationTable| {
-        Ok(StationPlan {
-            address: address(&table.address)?,
-            station: plugged(table, folder)?,
-            signals: Vec::new(),
-        })
-    };
-    let mut plans: Vec<StationPlan> = tables.iter().map(station).collect::<Result<_, _>>()?;
-    // Last, since inputs follow outputs of other stations.
-    for (place, table) in tables.iter().enumerate() {
-        let signals: Result<Vec<_>, _> =
-            table.input.iter().map(|input| signal(input, place, &plans, folder)).collect();
-        if let (signals, Some(plan)) = (signals?, plans.get_mut(place)) {
-            plan.signals = signals;
-        }
+/// The stations of a line, in the order of their tables.
+pub(super) struct Stations<'a>(Vec<(Address, Option<&'a Station>)>);
+
+impl<'a> Stations<'a> {
+    pub(super) fn of(plans: &'a [SlavePlan]) -> Self {
+        let is_station = |plan: &&SlavePlan| plan.spec.device.group() == Group::Station;
+        let stations = plans.iter().filter(is_station);
+        Self(stations.map(|plan| (plan.address(), plan.prepared.station.as_ref())).collect())
     }
-    Ok(plans)
+
+    pub(super) fn addresses(&self) -> impl Iterator<Item = Address> + '_ {
+        self.0.iter().map(|(address, _)| *address)
+    }
+
+    pub(super) fn at(&self, address: Address) -> Option<&'a Station> {
+        self.0.iter().find(|(known, _)| *known == address)?.1
+    }
 }
 
-/// The station with the modules that the table names.
-fn plugged(table: &StationTable, folder: &Path) -> Result<Station, Wrong> {
-    let spec = StationSpec {
-        address: address(&table.address)?,
-        file: folder.join(table.gsd.get()),
-        policy: if table.strict { Policy::STRICT } else { Policy::PROPOSED },
-    };
-    let station =
-        emulate::station::station(&spec).map_err(|failure| Wrong::at(table.gsd.span(), words(failure)))?;
-    let Some(names) = &table.modules else { return Ok(station) };
-    let known = || station.gsd().modules.iter().map(|module| &*module.name);
-    let place = |name: &At<String>| {
-        known().position(|known| known == name.get()).ok_or_else(|| {
-            let cure = match did_you_mean(name.get(), known()) {
-                Some(near) => format!("did you mean '{near}'?"),
-                None => format!("expected one of '{}'", known().take(12).collect::<Vec<_>>().join("', '")),
-            };
-            Wrong::at(name.span(), format!("there is no module '{}'; {cure}", name.get()))
-        })
-    };
-    let modules: Vec<usize> = names.get().iter().map(place).collect::<Result<_, _>>()?;
-    station.plugged(&modules).map_err(|error| Wrong::at(names.span(), error))
+/// What moves the inputs of the station of this number.
+pub(super) fn signals(
+    inputs: &[At<InputTable>],
+    number: usize,
+    stations: &Stations<'_>,
+    folder: &Path,
+) -> Result<Vec<Signal>, Wrong> {
+    inputs.iter().map(|input| signal(input, number, stations, folder)).collect()
 }
 
 /// The address of a station of the line.
@@ -123,12 +107,12 @@ pub(super) fn check(
 fn signal(
     input: &At<InputTable>,
     place: usize,
-    plans: &[StationPlan],
+    stations: &Stations<'_>,
     folder: &Path,
 ) -> Result<Signal, Wrong> {
     let table = input.get();
     let to = point(&table.slot, table.octet.as_ref(), &table.kind)?;
-    let own = plans.get(place).map(|plan| &plan.station);
+    let own = stations.0.get(place).and_then(|(_, station)| *station);
     if let Some(station) = own {
         check(station, to, Direction::Input, &table.slot, &table.kind)?;
     }
@@ -177,9 +161,8 @@ fn signal(
         }
         Behaviour::Follow => {
             let other = keys.needed("station", &table.station)?;
-            let station = known(other, plans.iter().map(|plan| plan.address))?;
-            let of = plans.iter().find(|plan| plan.address == station).map(|plan| &plan.station);
-            let of = output(keys.needed("of", &table.of)?, of)?;
+            let station = known(other, stations.addresses())?;
+            let of = output(keys.needed("of", &table.of)?, stations.at(station))?;
             Source::Follow { station, of, delay: optional(&table.delay)?.unwrap_or_default() }
         }
     };

@@ -1,11 +1,16 @@
 //! The tables and keys of the file. Their words are the descriptions of the JSON Schema.
 
+use core::fmt;
+use core::marker::PhantomData;
 use core::ops::Range;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
+use profidrive::host::list::{Given, Group};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
-use serde::Deserialize;
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use serde_json::json;
 use toml::Spanned;
 
 /// A value, and where it stands.
@@ -20,13 +25,6 @@ impl<T> At<T> {
 
     pub(super) fn get(&self) -> &T {
         self.0.get_ref()
-    }
-}
-
-impl<T: ToString> At<T> {
-    /// The value as a person writes it.
-    pub(super) fn in_words(&self) -> At<String> {
-        At(Spanned::new(self.span(), self.get().to_string()))
     }
 }
 
@@ -87,16 +85,16 @@ pub(super) struct LineTable {
     pub(super) quirks: BTreeMap<String, At<String>>,
     /// Drives on PROFIBUS.
     #[serde(default)]
-    pub(super) drive: Vec<DriveTable>,
+    pub(super) drive: Vec<At<DeviceTable<Drive>>>,
     /// Drives with variable speed of PROFIDRIVE version 2 (docs/ppo-drive.md).
     #[serde(default)]
-    pub(super) ppo_drive: Vec<PpoDriveTable>,
+    pub(super) ppo_drive: Vec<At<DeviceTable<PpoDrive>>>,
     /// Stations that a GSD describes.
     #[serde(default)]
-    pub(super) station: Vec<StationTable>,
+    pub(super) station: Vec<At<DeviceTable<Station>>>,
     /// CANopen nodes.
     #[serde(default)]
-    pub(super) node: Vec<NodeTable>,
+    pub(super) node: Vec<At<DeviceTable<Node>>>,
     /// Faults on purpose.
     #[serde(default)]
     pub(super) fault: Vec<FaultTable>,
@@ -112,77 +110,103 @@ pub(super) enum Baud {
     Word(String),
 }
 
-/// A drive.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub(super) struct DriveTable {
-    /// 0 to 126.
-    pub(super) address: At<u8>,
-    /// ag03 or ag03-1; ag03-1 unless given.
-    pub(super) model: Option<At<String>>,
-    /// 24 or 48; 48 unless given.
-    pub(super) gear: Option<At<u16>>,
-    /// How this drive behaves where the manuals are not clear; has priority over the quirks of the line.
-    #[serde(default)]
-    pub(super) quirks: BTreeMap<String, At<String>>,
-    /// Start values of its parameters, by number or name.
-    #[serde(default)]
-    pub(super) values: BTreeMap<String, At<i64>>,
+/// A group of devices, whose tables have the keys of its specification.
+pub(super) trait OfGroup {
+    const GROUP: Group;
+    const ABOUT: &'static str;
 }
 
-/// A drive with variable speed of PROFIDRIVE version 2.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub(super) struct PpoDriveTable {
-    /// 0 to 126.
-    pub(super) address: At<u8>,
-    /// 1 to 5: only this PPO is accepted; unless given the master chooses.
-    pub(super) ppo: Option<At<u8>>,
-    /// The ident number without a GSD, four hexadecimal digits; 5044 unless given.
-    pub(super) ident: Option<At<String>>,
-    /// The device file of the drive.
-    pub(super) gsd: Option<At<String>>,
-    /// The table of its parameters, .toml or .csv.
-    pub(super) parameters: Option<At<String>>,
-    /// Start values of its parameters, by number or name, of an array with the element: numbers on the bus.
-    #[serde(default)]
-    pub(super) values: BTreeMap<String, At<f64>>,
+/// [`Group::Drive`].
+#[derive(Debug)]
+pub(super) struct Drive;
+
+/// [`Group::PpoDrive`].
+#[derive(Debug)]
+pub(super) struct PpoDrive;
+
+/// [`Group::Station`].
+#[derive(Debug)]
+pub(super) struct Station;
+
+/// [`Group::Node`].
+#[derive(Debug)]
+pub(super) struct Node;
+
+impl OfGroup for Drive {
+    const GROUP: Group = Group::Drive;
+    const ABOUT: &'static str = "A drive.";
 }
 
-/// A CANopen node.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub(super) struct NodeTable {
-    /// 1 to 127.
-    pub(super) id: At<u8>,
-    /// ag03-1, ap10 or asda-a2; ag03-1 unless given.
-    pub(super) device: Option<At<String>>,
-    /// Of an asda-a2: full or half.
-    pub(super) mode: Option<At<String>>,
-    /// Of an ag03-1: 24 or 48.
-    pub(super) gear: Option<At<u16>>,
-    /// How this node behaves where the manuals are not clear; has priority over the quirks of the line.
-    #[serde(default)]
-    pub(super) quirks: BTreeMap<String, At<String>>,
+impl OfGroup for PpoDrive {
+    const GROUP: Group = Group::PpoDrive;
+    const ABOUT: &'static str = "A drive with variable speed of PROFIDRIVE version 2.";
 }
 
-/// A station that a GSD describes.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub(super) struct StationTable {
-    /// 0 to 126.
-    pub(super) address: At<u8>,
-    /// The device file.
-    pub(super) gsd: At<String>,
-    /// Refuses everything that the GSD does not allow.
-    #[serde(default)]
-    pub(super) strict: bool,
-    /// The names of the modules that are plugged in, slot by slot. Another configuration is refused. Without it the master
-    /// chooses.
-    pub(super) modules: Option<At<Vec<At<String>>>>,
-    /// How its inputs change.
-    #[serde(default)]
+impl OfGroup for Station {
+    const GROUP: Group = Group::Station;
+    const ABOUT: &'static str = "A station that a GSD describes.";
+}
+
+impl OfGroup for Node {
+    const GROUP: Group = Group::Node;
+    const ABOUT: &'static str = "A CANopen node.";
+}
+
+/// A device of a group: the keys of its specification and, of a station, how its inputs change.
+#[derive(Debug)]
+pub(super) struct DeviceTable<G> {
+    pub(super) given: Vec<(String, Given)>,
     pub(super) input: Vec<At<InputTable>>,
+    group: PhantomData<G>,
+}
+
+/// The key of inputs, which no specification has.
+const INPUT: &str = "input";
+
+impl<'de, G: OfGroup> Deserialize<'de> for DeviceTable<G> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(Keys(PhantomData))
+    }
+}
+
+struct Keys<G>(PhantomData<G>);
+
+impl<'de, G: OfGroup> Visitor<'de> for Keys<G> {
+    type Value = DeviceTable<G>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "a table [[line.{}]]", G::GROUP.name())
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<DeviceTable<G>, A::Error> {
+        let (mut given, mut input) = (Vec::new(), Vec::new());
+        while let Some(key) = map.next_key::<String>()? {
+            if key == INPUT && G::GROUP == Group::Station {
+                input = map.next_value()?;
+            } else {
+                given.push((key, map.next_value()?));
+            }
+        }
+        Ok(DeviceTable { given, input, group: PhantomData })
+    }
+}
+
+impl<G: OfGroup> JsonSchema for DeviceTable<G> {
+    fn schema_name() -> Cow<'static, str> {
+        format!("{}Table", G::GROUP.name()).into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let mut input = Vec::new();
+        if G::GROUP == Group::Station {
+            let items = generator.subschema_for::<InputTable>();
+            let about = "How its inputs change.";
+            input.push((INPUT.to_owned(), json!({ "description": about, "type": "array", "items": items })));
+        }
+        let mut schema = Schema::try_from(G::GROUP.schema(input)).unwrap_or_default();
+        schema.insert("description".to_owned(), G::ABOUT.into());
+        schema
+    }
 }
 
 /// A value in a slot.

@@ -16,7 +16,7 @@
 //! | [`node_counters`](NodeCounters) | what a node has heard and sent, what went wrong |
 //! | [`node_fault`](NodeFault) | faults of a bus with nodes, as text |
 //! | [`node_faults`](NodeFaults) | those that act, by number |
-//! | [`product`](PRODUCTS) | the list of CANopen devices |
+//! | [`product`](Product) | a device that can be a node |
 //! | [`link_spec`](LinkSpec) | where masters find the bus |
 //! | [`endpoint`](CanEndpoint) | the bus from a master's end |
 //! | `adapters` | pseudo-terminal and TCP port |
@@ -71,6 +71,6 @@ pub use node_counters::NodeCounters;
 pub use node_fault::{NodeFault, NodeFaultError, Spoiled};
 pub use node_faults::NodeFaults;
 pub use participant::CanParticipant;
-pub use product::{Choices, ChosenQuirks, OptionName, PRODUCTS, Product, QuirkRow};
+pub use product::Product;
 #[cfg(all(target_os = "linux", feature = "socketcan"))]
 pub use socket::SocketCanEndpoint;

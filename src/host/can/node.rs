@@ -10,13 +10,14 @@ use std::vec::Vec;
 
 use super::CanParticipant;
 use super::node_counters::NodeCounters;
-use super::product::{Choices, Product};
+use super::product::Product;
 use crate::can_bus::can::{ErrorState, Frame};
 use crate::can_bus::canopen::faults::{Action, Fault, Spoiler, TooMany};
 use crate::can_bus::canopen::nmt::Command;
 use crate::can_bus::canopen::storage::{Eeprom, Generation, NotStored, StoreRequest};
 use crate::can_bus::canopen::{NmtState, NodeId};
 use crate::devices::{CanopenDevice, CanopenEvent};
+use crate::host::list::Choices;
 use crate::host::state_dir::{ImageFile, Images, Newest, StateDir, StateDirError};
 use crate::time::Instant;
 
@@ -194,7 +195,7 @@ impl StateDir {
         &self,
         product: &Product,
         node: NodeId,
-        choices: Choices,
+        choices: &Choices,
         now: Instant,
     ) -> Result<StoredNode, StateDirError> {
         let name = format!("{}-node-{:03}", product.name, node.number());

@@ -14,7 +14,8 @@ use super::super::queue::{self, Lends};
 use crate::can_bus::canopen::NodeId;
 use crate::devices::{CanopenDevice, CanopenEvent};
 use crate::host::StateDir;
-use crate::host::can::{Bus, Choices, NodeFaults, Product, Seat, StoredNode};
+use crate::host::can::{Bus, NodeFaults, Product, Seat, StoredNode};
+use crate::host::list::Choices;
 use crate::time::Instant;
 
 /// A node and where it is on the bus.

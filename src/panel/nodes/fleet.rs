@@ -2,6 +2,7 @@
 
 use std::boxed::Box;
 use std::format;
+use std::path::Path;
 use std::prelude::v1::*;
 
 use axum::Json;
@@ -9,46 +10,32 @@ use axum::extract::State;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
-use utoipa::ToSchema;
+use utoipa::openapi::{RefOr, Schema};
+use utoipa::{PartialSchema, ToSchema};
 
 use super::super::bus_access::in_one_line;
-use super::super::problem::{Body, Problem, Problems, whole};
-use super::super::state::gear;
-use super::access::{Asking, NodeAccess, Number, Seated, number, unknown};
+use super::super::problem::{Body, Problem, Problems};
+use super::access::{Asking, NodeAccess, Number, Seated};
 use super::state::NodeSummary;
 use crate::can_bus::canopen::NodeId;
 use crate::can_bus::canopen::storage::Eeprom;
-use crate::devices::asda_a2::canopen::Level;
-use crate::host::can::{Choices, OptionName, PRODUCTS, Product, StoredNode};
+use crate::host::can::StoredNode;
+use crate::host::list::{Given, Group, Spec};
 
 /// Nodes of a bus at most, twins included.
 const MOST_NODES: usize = 254;
 
-/// A node to add.
-#[derive(Clone, Debug, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct NewNode {
-    /// The node number.
-    #[serde(deserialize_with = "whole")]
-    #[schema(minimum = 1, maximum = 127)]
-    address: u8,
-    /// `ag03-1` (unless given), `ap10` or `asda-a2`.
-    device: Option<String>,
-    /// 24 or 48 (unless given); AG03/1 only.
-    gear_ratio: Option<u16>,
-    /// How much of CiA 402 it follows; ASDA-A2 only.
-    mode: Option<LevelName>,
-    /// Also if another node has this number: a fault on purpose.
-    #[serde(default)]
-    twin: bool,
-}
+/// A node to add: its specification, as in a line file (docs/line.md).
+#[derive(Clone, Debug, Deserialize)]
+#[serde(transparent)]
+pub(super) struct NewNode(Given);
 
-/// How much of CiA 402 an ASDA-A2 follows.
-#[derive(Clone, Copy, Debug, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-enum LevelName {
-    Full,
-    Half,
+impl ToSchema for NewNode {}
+
+impl PartialSchema for NewNode {
+    fn schema() -> RefOr<Schema> {
+        Group::Node.open_api()
+    }
 }
 
 /// Adds a node
@@ -57,9 +44,10 @@ enum LevelName {
 #[utoipa::path(post, path = "/api/v1/drives", tag = "nodes", request_body = NewNode,
     responses((status = 201, body = NodeSummary, headers(("location" = String, description = "Where its state is"))), Problems))]
 pub(super) async fn add(State(asking): State<Asking>, Body(new): Body<NewNode>) -> Result<Response, Problem> {
-    let node = number(&new.address.to_string())?;
-    let (product, choices) = new.product()?;
-    let summary = asking.ask(move |bench| bench.add(node, product, choices, new.twin)).await??;
+    let spec =
+        Spec::of_given(Group::Node, &new.0, Path::new("")).map_err(|wrong| Problem::value(wrong.words))?;
+    let node = spec.node();
+    let summary = asking.ask(move |bench| bench.add(spec)).await??;
     let location = HeaderValue::try_from(format!("/api/v1/drives/{node}")).map_err(Problem::value)?;
     Ok((StatusCode::CREATED, [(header::LOCATION, location)], Json(summary)).into_response())
 }
@@ -77,46 +65,12 @@ pub(super) async fn remove(
     Ok(StatusCode::NO_CONTENT)
 }
 
-impl NewNode {
-    /// Which device, and what is chosen about it.
-    fn product(&self) -> Result<(&'static Product, Choices), Problem> {
-        let names: Vec<_> = PRODUCTS.iter().map(|product| product.name.to_owned()).collect();
-        let product = match &self.device {
-            Some(name) => Product::named(name).ok_or_else(|| unknown("device", name, "list", &names))?,
-            None => PRODUCTS.first().ok_or_else(|| Problem::not_found("there are no devices"))?,
-        };
-        let only = |option, what: &str| {
-            product
-                .options
-                .contains(&option)
-                .then_some(())
-                .ok_or_else(|| Problem::value(format!("{what} is not for {}", product.name)))
-        };
-        let mut choices = Choices::default();
-        if let Some(ratio) = self.gear_ratio {
-            only(OptionName::Gear, "gear_ratio")?;
-            choices.gear = gear(ratio)
-                .ok_or_else(|| Problem::value(format!("gear_ratio must be 24 or 48, got {ratio}")))?;
-        }
-        if let Some(level) = self.mode {
-            only(OptionName::Mode, "mode")?;
-            choices.level = match level {
-                LevelName::Full => Level::Full,
-                LevelName::Half => Level::Half,
-            };
-        }
-        Ok((product, choices))
-    }
-}
-
 impl NodeAccess<'_> {
-    fn add(
-        &mut self,
-        node: NodeId,
-        product: &'static Product,
-        mut choices: Choices,
-        twin: bool,
-    ) -> Result<NodeSummary, Problem> {
+    fn add(&mut self, spec: Spec) -> Result<NodeSummary, Problem> {
+        let node = spec.node();
+        let product = spec.device.product();
+        let product = product.ok_or_else(|| Problem::value(format!("{} is no node", spec.device.name())))?;
+        let (twin, mut choices) = (spec.choices.flag("twin"), spec.choices);
         if !twin && self.device(node).is_ok() {
             return Err(Problem::conflict(format!(
                 "the number {node} is taken; choose another, remove that node, or say \"twin\": true"
@@ -129,9 +83,9 @@ impl NodeAccess<'_> {
         let now = self.now;
         let mut stored = match self.state {
             Some(state) => state
-                .load_node(product, node, choices, now)
+                .load_node(product, node, &choices, now)
                 .map_err(|error| Problem::conflict(in_one_line(&error)))?,
-            None => StoredNode::new(product.make(node, choices, Eeprom::Internal, now), now),
+            None => StoredNode::new(product.make(node, &choices, Eeprom::Internal, now), now),
         };
         self.faults.join(now, &mut stored);
         let summary = NodeSummary::of(product, stored.as_device(), now);

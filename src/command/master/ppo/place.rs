@@ -4,8 +4,10 @@ use profidrive::devices::ag03::param::{Pnu, Subindex, Value};
 use profidrive::devices::ppo_drive::table::{Kind, Row, Table};
 use serde_json::json;
 
+use profidrive::host::list::named;
+
+use crate::command::Failure;
 use crate::command::master::device::Shown;
-use crate::command::{Failure, named};
 
 /// A parameter as it was asked for, with its row if the table has it.
 pub(super) struct Place<'t> {

@@ -1,13 +1,68 @@
-//! A parameter of a table of the user, by number or by name.
+//! Parameters by number or name: of the positioning drives, and of a table of the user.
 
-use profidrive::devices::ppo_drive::table::{Row, Table};
-use profidrive::gsd::did_you_mean;
+use std::format;
+use std::string::String;
+use std::vec::Vec;
 
-use super::args::plain;
+use strsim::levenshtein;
+
+use crate::devices::ag03::param::{Entry, Pnu, TABLE};
+use crate::devices::ppo_drive::table::{Row, Table};
+use crate::gsd::did_you_mean;
+
+/// How many names are offered instead of one that is unknown.
+const MOST_OFFERED: usize = 5;
+
+/// The parameter with this number (decimal, or hexadecimal as `0x3EC` or `3ECh`) or name. Of a name only letters and digits
+/// count.
+///
+/// # Errors
+/// That there is none, and those near it.
+pub fn parameter(text: &str) -> Result<&'static Entry, String> {
+    if let Some(number) = text.parse().ok().or_else(|| hexadecimal(text)) {
+        let known = Pnu::new(number).ok().and_then(|pnu| TABLE.iter().find(|entry| entry.pnu == pnu));
+        return known.ok_or_else(|| {
+            let near = nearest_entries(|entry| entry.pnu.number().abs_diff(number).into());
+            format!("there is no parameter {number}; near it are {near}")
+        });
+    }
+    let wanted = plain(text);
+    let known = TABLE.iter().find(|entry| !wanted.is_empty() && plain(entry.name) == wanted);
+    known.ok_or_else(|| {
+        let near = nearest_entries(|entry| {
+            let name = plain(entry.name);
+            // Part of the name is as close as a slip of the pen.
+            let part = !wanted.is_empty() && (name.contains(&wanted) || wanted.contains(&name));
+            if part { 1 } else { levenshtein(&name, &wanted) + 1 }
+        });
+        format!("there is no parameter '{text}'; close to it are {near}")
+    })
+}
+
+fn hexadecimal(text: &str) -> Option<u16> {
+    let digits = text.strip_prefix("0x").or_else(|| text.strip_suffix(['h', 'H']))?;
+    u16::from_str_radix(digits, 16).ok().filter(|_| !digits.starts_with('+'))
+}
+
+/// The entries with the smallest distances.
+fn nearest_entries(distance: impl Fn(&Entry) -> usize) -> String {
+    let mut entries: Vec<&Entry> = TABLE.iter().collect();
+    entries.sort_by_key(|entry| distance(entry));
+    let names = entries.iter().take(MOST_OFFERED).map(|entry| format!("{} {}", entry.pnu, entry.name));
+    names.collect::<Vec<_>>().join(", ")
+}
+
+/// Letters and digits of a name, in lower case.
+pub fn plain(name: &str) -> String {
+    name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
+}
 
 /// The parameter that `100`, `ramp-up time`, `30.2` or `fixed speeds.2` names, and its element. Of a name only letters and
 /// digits count.
-pub(crate) fn find<'t>(table: &'t Table, text: &str) -> Result<(&'t Row, Option<u8>), String> {
+///
+/// # Errors
+/// That there is none, or no such element.
+pub fn find<'t>(table: &'t Table, text: &str) -> Result<(&'t Row, Option<u8>), String> {
     if let Some(row) = whole(table, text) {
         return match row.elements {
             Some(count) => Err(format!(
@@ -42,13 +97,13 @@ fn unknown(table: &Table, text: &str) -> String {
     format!("the drive has no parameter '{text}'{near}")
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "parameters"))]
 mod tests {
     use super::*;
 
     #[test]
     fn a_parameter_is_its_number_or_its_name_with_its_element() {
-        let table = Table::from_toml(include_str!("../../examples/ppo_drive.toml")).unwrap();
+        let table = Table::from_toml(include_str!("../../../examples/ppo_drive.toml")).unwrap();
         let found = |text| find(&table, text).map(|(row, element)| (row.pnu, element));
         for (text, place) in [
             ("2", (2, None)),

@@ -1,0 +1,287 @@
+//! The list of all devices, and the specification by which each is asked for.
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | here | [`DEVICES`]: name, options, quirks of each device and how it is made |
+//! | `choice` | what can be chosen about a device, and what was chosen |
+//! | `given` | what was written, in whichever form |
+//! | `spec` | [`Spec`]: one specification for `a,k=v`, TOML and JSON |
+//! | `slaves` | how the devices on PROFIBUS are made |
+//! | `named` | parameters by number or name |
+//!
+//! A new device has its folder in `devices`, and an entry here.
+
+mod choice;
+mod given;
+pub mod named;
+#[cfg(feature = "panel")]
+mod schema;
+mod slaves;
+mod spec;
+
+use core::fmt;
+use std::boxed::Box;
+use std::vec::Vec;
+
+pub use choice::{Choice, Choices, QuirkRow, Takes};
+pub use given::Given;
+pub use slaves::{Ground, MakeError, Prepared, Slave, gsd_of_file, ppo, table_of_file};
+pub use spec::{Group, Spec, Wrong};
+
+use crate::devices::ag03;
+use crate::devices::ag03::canopen::Ag03Node;
+use crate::devices::ag03::param::Model;
+use crate::devices::ap10;
+use crate::devices::ap10::canopen::Ap10;
+use crate::devices::asda_a2;
+use crate::devices::asda_a2::canopen::{AsdaA2, Level};
+use crate::host::can::Product;
+use choice::rows;
+
+/// Every device; of a group the usual one first.
+pub static DEVICES: &[Device] = &[
+    Device::Slave(Slave {
+        name: "ag03-1",
+        group: Group::Drive,
+        choices: &[GEAR, QUIRKS, VALUES],
+        quirks: || rows(ag03::profibus::QUIRKS),
+        prepare: |spec| slaves::ag03(spec, Model::Ag03_1),
+    }),
+    Device::Slave(Slave {
+        name: "ag03",
+        group: Group::Drive,
+        choices: &[GEAR, QUIRKS, VALUES],
+        quirks: || rows(ag03::profibus::QUIRKS),
+        prepare: |spec| slaves::ag03(spec, Model::Ag03),
+    }),
+    Device::Slave(Slave {
+        name: "ppo-drive",
+        group: Group::PpoDrive,
+        choices: &[
+            Choice::of(
+                "ppo",
+                Takes::OneOf(&["1", "2", "3", "4", "5"], None),
+                "1 to 5: only this PPO is accepted; unless given the master chooses.",
+            ),
+            Choice::of(
+                "ident",
+                Takes::Hexadecimal,
+                "The ident number without a GSD, four hexadecimal digits; 5044 unless given.",
+            ),
+            Choice::of("gsd", Takes::File(&[]), "The device file of the drive."),
+            Choice::of(
+                "parameters",
+                Takes::File(&["toml", "csv"]),
+                "The table of its parameters, .toml or .csv.",
+            ),
+            VALUES,
+        ],
+        quirks: Vec::new,
+        prepare: slaves::ppo_drive,
+    }),
+    Device::Slave(Slave {
+        name: "gsd-station",
+        group: Group::Station,
+        choices: &[
+            Choice { required: true, ..Choice::of("gsd", Takes::File(&[]), "The device file.") },
+            Choice::of("strict", Takes::Flag, "Refuses everything that the GSD does not allow."),
+            Choice::of(
+                "modules",
+                Takes::Names,
+                "The names of the modules that are plugged in, slot by slot. Another configuration is refused. Without it \
+                 the master chooses.",
+            ),
+        ],
+        quirks: Vec::new,
+        prepare: slaves::gsd_station,
+    }),
+    Device::Node(Product {
+        name: "ag03-1",
+        sheet: ag03::canopen::objects::SHEET,
+        vocabulary: &ag03::canopen::VOCABULARY,
+        choices: &[GEAR, TWIN, QUIRKS],
+        objects: |choices| ag03::canopen::objects::objects(slaves::gear(choices)),
+        quirks: || rows(ag03::canopen::QUIRKS),
+        make: |node, choices, memory, now| {
+            let gear = slaves::gear(choices);
+            let mut config =
+                ag03::canopen::Config { gear, eeprom: memory, ..ag03::canopen::Config::new(node) };
+            choices.apply(ag03::canopen::QUIRKS, &mut config);
+            Box::new(Ag03Node::new(config, now).unsupplied(now))
+        },
+    }),
+    Device::Node(Product {
+        name: "ap10",
+        sheet: ap10::canopen::EDS,
+        vocabulary: &ap10::canopen::VOCABULARY,
+        choices: &[TWIN, QUIRKS],
+        objects: |_| ap10::canopen::OBJECTS,
+        quirks: || rows(ap10::canopen::QUIRKS),
+        make: |node, choices, memory, _| {
+            let mut config = ap10::canopen::Config { memory, ..ap10::canopen::Config::new(node) };
+            choices.apply(ap10::canopen::QUIRKS, &mut config.quirks);
+            Box::new(Ap10::new(config))
+        },
+    }),
+    Device::Node(Product {
+        name: "asda-a2",
+        sheet: asda_a2::canopen::SHEET,
+        vocabulary: &asda_a2::canopen::VOCABULARY,
+        choices: &[
+            Choice::of(
+                "mode",
+                Takes::OneOf(&["full", "half"], Some("full")),
+                "How much of CiA 402 it follows; of an ASDA-A2 only.",
+            ),
+            TWIN,
+            QUIRKS,
+        ],
+        objects: |choices| AsdaA2::objects(level(choices)),
+        quirks: || rows(asda_a2::canopen::QUIRKS),
+        make: |node, choices, memory, now| {
+            let mut quirks = asda_a2::canopen::Quirks::default();
+            choices.apply(asda_a2::canopen::QUIRKS, &mut quirks);
+            let config = asda_a2::canopen::Config {
+                level: level(choices),
+                ..asda_a2::canopen::Config::new(node.number())
+            };
+            Box::new(AsdaA2::new(config, quirks, now).with_memory(memory))
+        },
+    }),
+];
+
+const GEAR: Choice = Choice {
+    also: Some("gear_ratio"),
+    ..Choice::of(
+        "gear",
+        Takes::OneOf(&["24", "48"], Some("48")),
+        "The internal gear, of an AG03 or AG03/1 only.",
+    )
+};
+
+const TWIN: Choice = Choice::of("twin", Takes::Flag, "Another node may have its number: a fault on purpose.");
+
+const QUIRKS: Choice = Choice::of(
+    "quirks",
+    Takes::Quirks,
+    "How it behaves where the manuals are not clear; has priority over the quirks of the line.",
+);
+
+const VALUES: Choice = Choice::of(
+    "values",
+    Takes::Values,
+    "Start values of its parameters, by number or name, of an array with the element: numbers on the bus.",
+);
+
+fn level(choices: &Choices) -> Level {
+    match choices.word("mode") {
+        Some("half") => Level::Half,
+        Some(_) | None => Level::Full,
+    }
+}
+
+/// A device that can be emulated, on the bus that it is made for.
+pub enum Device {
+    /// On PROFIBUS.
+    Slave(Slave),
+    /// On CANopen.
+    Node(Product),
+}
+
+impl Device {
+    /// Its name on the command line, as `ag03-1`. On one bus no two have the same.
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Slave(slave) => slave.name,
+            Self::Node(product) => product.name,
+        }
+    }
+
+    /// By which option, table or route it is given.
+    pub const fn group(&self) -> Group {
+        match self {
+            Self::Slave(slave) => slave.group,
+            Self::Node(_) => Group::Node,
+        }
+    }
+
+    /// What can be chosen about it.
+    pub const fn choices(&self) -> &'static [Choice] {
+        match self {
+            Self::Slave(slave) => slave.choices,
+            Self::Node(product) => product.choices,
+        }
+    }
+
+    /// Every point on which its manual leaves a choice.
+    pub fn quirks(&self) -> Vec<QuirkRow> {
+        match self {
+            Self::Slave(slave) => (slave.quirks)(),
+            Self::Node(product) => product.quirks(),
+        }
+    }
+
+    /// The device on CANopen.
+    pub const fn product(&self) -> Option<&Product> {
+        match self {
+            Self::Slave(_) => None,
+            Self::Node(product) => Some(product),
+        }
+    }
+
+    /// Every device on CANopen.
+    pub fn products() -> impl Iterator<Item = &'static Product> {
+        DEVICES.iter().filter_map(Self::product)
+    }
+}
+
+impl fmt::Debug for Device {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Device").field(&self.name()).finish()
+    }
+}
+
+impl PartialEq for Device {
+    fn eq(&self, other: &Self) -> bool {
+        (self.name(), self.group()) == (other.name(), other.group())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::can_bus::canopen::storage::Eeprom;
+    use crate::time::Instant;
+
+    #[test]
+    fn names_are_unique_in_a_group_and_every_group_has_a_device() {
+        for group in Group::ALL {
+            let mut names = group.names();
+            let count = names.len();
+            names.dedup();
+            assert_eq!((names.len(), count > 0), (count, true), "{group:?}");
+        }
+    }
+
+    #[test]
+    fn every_value_of_every_quirk_can_be_chosen_and_the_device_is_made_with_it() {
+        for device in DEVICES {
+            let mut spec = Spec::plain(device, 5);
+            let rows = device.quirks();
+            for row in &rows {
+                for value in row.values.iter().rev() {
+                    spec.choose_quirk(row.name, value).unwrap();
+                    assert!(spec.choices.quirks.contains(&(row.name, *value)), "{}={value}", row.name);
+                    if let Some(product) = device.product() {
+                        product.make(spec.node(), &spec.choices, Eeprom::Internal, Instant::ZERO);
+                    } else {
+                        spec.prepare().unwrap();
+                    }
+                }
+                assert!(spec.choose_quirk(row.name, "no such value").is_err());
+            }
+            assert_eq!(spec.choices.quirks.len(), rows.len(), "{}", device.name());
+            assert!(spec.choose_quirk("none", "x").is_err());
+        }
+    }
+}

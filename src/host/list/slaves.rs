@@ -1,0 +1,414 @@
+//! How the devices on PROFIBUS are made from their specifications.
+
+use core::fmt;
+use std::borrow::ToOwned;
+use std::boxed::Box;
+use std::format;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+use std::string::{String, ToString};
+use std::vec::Vec;
+
+use thiserror::Error;
+
+use super::{Choice, Choices, Group, QuirkRow, Spec, Wrong, named};
+use crate::devices::ag03::param::{self, Access, Model, Pnu, Value, Width};
+use crate::devices::ag03::profibus::{Config, Device, Gear, QUIRKS};
+use crate::devices::ppo_drive::profibus::{CONFIGURATIONS, IDENT_NUMBER, PpoDrive, PpoOnly, ppo_of};
+use crate::devices::ppo_drive::table::{Row, Table};
+use crate::devices::ppo_drive::{Drive, Settings};
+use crate::gsd::{Gsd, Level, MAX_FILE_LEN, Policy, ReadError, Station, did_you_mean};
+use crate::host::link::fault::Switch;
+use crate::host::{
+    Condition, GsdStation, HostedPpoDrive, OutputBoard, Participant, PpoJudge, Refusals, StateDir,
+    StateDirError, StoredDevice,
+};
+use crate::process::{Point, Signal};
+use crate::profibus::dp::{Application as _, Description, Fixed};
+use crate::profibus::ppo::PpoType;
+use crate::time::{BaudRate, Instant};
+
+/// A device on PROFIBUS.
+pub struct Slave {
+    /// Its name on the command line.
+    pub name: &'static str,
+    pub(super) group: Group,
+    /// What can be chosen about it.
+    pub choices: &'static [Choice],
+    pub(super) quirks: fn() -> Vec<QuirkRow>,
+    pub(super) prepare: fn(&Spec) -> Result<Prepared, Wrong>,
+}
+
+/// A device whose specification is right.
+pub struct Prepared {
+    /// What it is, for the log.
+    pub about: String,
+    /// Its file, if it has one.
+    pub station: Option<Station>,
+    /// What moves its inputs.
+    pub signals: Vec<Signal>,
+    /// Which switches its inputs turn.
+    pub watched: Vec<(Point, Condition, Switch)>,
+    make: Box<Make>,
+}
+
+type Made = Result<Box<dyn Participant>, MakeError>;
+type Make = dyn FnOnce(&Ground<'_>, Parts) -> Made + Send;
+
+/// What a [`Prepared`] device is made of besides what it knows itself.
+struct Parts {
+    station: Option<Station>,
+    signals: Vec<Signal>,
+    watched: Vec<(Point, Condition, Switch)>,
+}
+
+impl fmt::Debug for Prepared {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Prepared").field(&self.about).finish()
+    }
+}
+
+/// The line that a device comes to.
+#[derive(Clone, Copy, Debug)]
+pub struct Ground<'a> {
+    /// The time now.
+    pub now: Instant,
+    /// The rate of the line.
+    pub rate: BaudRate,
+    /// Where it keeps its memory; `None`: in itself.
+    pub state: Option<&'a StateDir>,
+    /// Where the words of what it refuses go.
+    pub refusals: &'a Refusals,
+    /// Where stations follow the outputs of others.
+    pub board: &'a OutputBoard,
+}
+
+/// Why a device cannot be made.
+#[derive(Debug, Error)]
+pub enum MakeError {
+    /// Its memory cannot be used.
+    #[error(transparent)]
+    State(#[from] StateDirError),
+    /// The device refuses what it should begin with.
+    #[error("{0}")]
+    Refused(String),
+}
+
+impl Prepared {
+    fn new(about: String, make: impl FnOnce(&Ground<'_>, Parts) -> Made + Send + 'static) -> Self {
+        Self { about, station: None, signals: Vec::new(), watched: Vec::new(), make: Box::new(make) }
+    }
+
+    /// The device, switched on.
+    ///
+    /// # Errors
+    /// [`MakeError`].
+    pub fn make(self, ground: &Ground<'_>) -> Made {
+        let Self { station, signals, watched, make, .. } = self;
+        make(ground, Parts { station, signals, watched })
+    }
+}
+
+/// The internal gear that was chosen.
+pub(super) fn gear(choices: &Choices) -> Gear {
+    match choices.word("gear") {
+        Some("24") => Gear::Ratio24,
+        Some(_) | None => Gear::Ratio48,
+    }
+}
+
+/// An AG03 or AG03/1.
+pub(super) fn ag03(spec: &Spec, model: Model) -> Result<Prepared, Wrong> {
+    let mut config = Config { model, gear: gear(&spec.choices), ..Config::new(spec.address()) };
+    spec.choices.apply(QUIRKS, &mut config);
+    // One that nobody sees takes the values first.
+    let mut trial = Device::new(config, Instant::ZERO);
+    let mut values = Vec::new();
+    for (name, number) in &spec.choices.values {
+        let wrong = |words: String| Wrong::within("values", name, words);
+        let (pnu, value) = first_value(name, *number, model).map_err(wrong)?;
+        let written = trial.write_parameter(Instant::ZERO, pnu, None, value);
+        written.map_err(|error| wrong(format!("'{name}': {error}")))?;
+        values.push((pnu, value));
+    }
+    let address = spec.address();
+    let about = format!("SIKO {}, gear {}:1, at address {address}", model.product_name(), config.gear);
+    Ok(Prepared::new(about, move |ground, _| {
+        let mut device: StoredDevice = match ground.state {
+            Some(state) => state.load(config, ground.now)?,
+            None => Device::new(config, ground.now).into(),
+        };
+        for (pnu, value) in values {
+            let written = device.device_mut().write_parameter(ground.now, pnu, None, value);
+            written.map_err(|error| MakeError::Refused(format!("drive {address}: PNU {pnu}: {error}")))?;
+        }
+        Ok(Box::new(device))
+    }))
+}
+
+fn first_value(name: &str, number: f64, model: Model) -> Result<(Pnu, Value), String> {
+    let entry = named::parameter(name)?;
+    match entry.access() {
+        Access::ReadWrite => {}
+        Access::ReadOnly | Access::WriteOnly => {
+            return Err(format!("{} (PNU {}) is no setting; leave it out", entry.name, entry.pnu));
+        }
+    }
+    if param::entry(model, entry.pnu).is_none() {
+        return Err(format!("an {} has no {} (PNU {})", model.product_name(), entry.name, entry.pnu));
+    }
+    if number.fract() != 0.0 {
+        return Err(format!("'{name}': {number} is no whole number"));
+    }
+    let (least, most) = match entry.width {
+        Width::Word => (i16::MIN.into(), u16::MAX.into()),
+        Width::Double => (i32::MIN.into(), i32::MAX.into()),
+    };
+    if !(least..=most).contains(&number) {
+        return Err(format!("the value does not fit in {} (PNU {})", entry.name, entry.pnu));
+    }
+    #[expect(clippy::cast_possible_truncation, reason = "whole and within 32 bits")]
+    let number = number as i32;
+    Ok((entry.pnu, Value::of(entry.width, number)))
+}
+
+/// A station that a GSD describes.
+pub(super) fn gsd_station(spec: &Spec) -> Result<Prepared, Wrong> {
+    let policy = if spec.choices.flag("strict") { Policy::STRICT } else { Policy::PROPOSED };
+    let station = station(spec.choices.file("gsd").unwrap_or(Path::new("")), policy)
+        .map_err(|words| Wrong::at("gsd", words))?;
+    let station = match spec.choices.names("modules") {
+        Some(names) => plugged(station, names)?,
+        None => station,
+    };
+    let (address, gsd) = (spec.address(), station.gsd());
+    let about =
+        format!("{} {}, ident 0x{:04X}, from its GSD at address {address}", gsd.vendor, gsd.model, gsd.ident);
+    let prepared = Prepared::new(about, move |ground, parts| {
+        let Some(station) = parts.station else {
+            return Err(MakeError::Refused("its file is missing".to_owned()));
+        };
+        let gsd = station.gsd();
+        if !gsd.rates.contains(ground.rate) {
+            tracing::warn!("station {address} hears nothing at {}: its GSD does not offer it", ground.rate);
+        }
+        if gsd.flags.needs_dpv1_services {
+            tracing::warn!("station {address}: its GSD requires services of DPV1, which are not emulated");
+        }
+        let mut hosted = GsdStation::new(address, ground.rate, station, ground.refusals.clone())
+            .on_board(ground.board.clone());
+        if let Some(state) = ground.state {
+            hosted = hosted.kept_in(state, ground.now)?;
+        }
+        for signal in parts.signals {
+            hosted.connect(signal);
+        }
+        for (point, condition, switch) in parts.watched {
+            hosted.watch(point, condition, switch);
+        }
+        Ok(Box::new(hosted))
+    });
+    Ok(Prepared { station: Some(station), ..prepared })
+}
+
+/// The station with the modules that are named.
+fn plugged(station: Station, names: &[String]) -> Result<Station, Wrong> {
+    let known = || station.gsd().modules.iter().map(|module| &*module.name);
+    let place = |(at, name): (usize, &String)| {
+        known().position(|known| known == name).ok_or_else(|| {
+            let cure = match did_you_mean(name, known()) {
+                Some(near) => format!("did you mean '{near}'?"),
+                None => format!("expected one of '{}'", known().take(12).collect::<Vec<_>>().join("', '")),
+            };
+            Wrong::within("modules", &at.to_string(), format!("there is no module '{name}'; {cure}"))
+        })
+    };
+    let modules: Vec<usize> = names.iter().enumerate().map(place).collect::<Result<_, _>>()?;
+    station.plugged(&modules).map_err(|error| Wrong::at("modules", error))
+}
+
+/// The station of a file; what is odd about the file is logged.
+fn station(file: &Path, policy: Policy) -> Result<Station, String> {
+    let gsd = gsd_of_file(file)?;
+    let name = file.display();
+    for hint in gsd.hints.iter().filter(|hint| hint.level == Level::Warning) {
+        tracing::warn!("{name}: {hint}");
+    }
+    Station::new(gsd, policy).map_err(|error| format!("{name}: {error}"))
+}
+
+/// A device file, read.
+///
+/// # Errors
+/// What is wrong with it, with its name.
+pub fn gsd_of_file(file: &Path) -> Result<Gsd, String> {
+    let name = file.display();
+    let octets = bounded(file).map_err(|error| format!("cannot read {name}: {error}"))?;
+    octets.and_then(|octets| Gsd::read(&octets)).map_err(|error| format!("{name}: {error}"))
+}
+
+/// The octets of a file, no more than are needed to see that it is too long: a terminal or a device may have no end.
+fn bounded(file: &Path) -> io::Result<Result<Vec<u8>, ReadError>> {
+    let file = File::open(file)?;
+    let len = usize::try_from(file.metadata()?.len()).unwrap_or(usize::MAX);
+    if len > MAX_FILE_LEN {
+        return Ok(Err(ReadError::TooLong { got: len }));
+    }
+    let mut octets = Vec::new();
+    file.take(u64::try_from(MAX_FILE_LEN).unwrap_or(u64::MAX).saturating_add(1)).read_to_end(&mut octets)?;
+    Ok(Ok(octets))
+}
+
+/// A drive of the profile.
+pub(super) fn ppo_drive(spec: &Spec) -> Result<Prepared, Wrong> {
+    let choices = &spec.choices;
+    let only = choices.word("ppo").and_then(ppo);
+    let (description, inner) = match choices.file("gsd") {
+        Some(_) if choices.hexadecimal("ident").is_some() => {
+            return Err(Wrong::at("ident", "the ident number is that of the GSD; leave ident out"));
+        }
+        Some(file) => {
+            let station = station(file, Policy::PROPOSED).map_err(|words| Wrong::at("gsd", words))?;
+            check_ppo(&station, file, only)?;
+            (station.description(), PpoJudge::Gsd(Box::new(station)))
+        }
+        None => {
+            let ident = choices.hexadecimal("ident").unwrap_or(IDENT_NUMBER);
+            let place_of = |kind: PpoType| CONFIGURATIONS.iter().position(|own| *own == kind.configuration());
+            let configurations = match only.and_then(place_of) {
+                Some(at) => CONFIGURATIONS.get(at..=at).unwrap_or(CONFIGURATIONS),
+                None => CONFIGURATIONS,
+            };
+            let description = Description { ident, sync_mode: true, freeze_mode: true, ..Description::PLAIN };
+            (description, PpoJudge::Profile(Fixed { configurations, ..Fixed::PLAIN }))
+        }
+    };
+    let table = table(choices)?;
+    let address = spec.address();
+    let ppo = only.map_or_else(|| "PPO 1 to 5".into(), |kind| kind.to_string());
+    let about = format!(
+        "drive of PROFIDRIVE version 2, {ppo}, ident 0x{:04X}, at address {address}",
+        description.ident
+    );
+    Ok(Prepared::new(about, move |ground, _| {
+        let what = (description, PpoOnly { inner, only });
+        let drive = PpoDrive::new(address, ground.rate, what, table, ground.now);
+        let drive = drive.map_err(|row| MakeError::Refused(default_refused(&row)))?;
+        let mut hosted = HostedPpoDrive::new(drive, ground.refusals.clone());
+        if let Some(state) = ground.state {
+            hosted = hosted.kept_in(state, ground.now)?;
+        }
+        Ok(Box::new(hosted))
+    }))
+}
+
+/// The type of a PPO by its number.
+pub fn ppo(number: &str) -> Option<PpoType> {
+    Some(match number {
+        "1" => PpoType::Ppo1,
+        "2" => PpoType::Ppo2,
+        "3" => PpoType::Ppo3,
+        "4" => PpoType::Ppo4,
+        "5" => PpoType::Ppo5,
+        _ => return None,
+    })
+}
+
+/// Refuses a device file that has no PPO, or not the one that is wanted.
+fn check_ppo(station: &Station, file: &Path, only: Option<PpoType>) -> Result<(), Wrong> {
+    let Some(admitted) = admitted(station) else { return Ok(()) };
+    if admitted.iter().any(|kind| only.is_none_or(|only| only == *kind)) {
+        return Ok(());
+    }
+    let (name, numbers) = (file.display(), "12, 20, 4, 12 or 28 octets each way");
+    Err(match only.filter(|_| !admitted.is_empty()) {
+        Some(only) => {
+            let has: Vec<_> = admitted.iter().map(PpoType::to_string).collect();
+            let has = has.join(", ");
+            Wrong::at(
+                "ppo",
+                format!("{name} has {has}, not {only}; choose one that it has, or leave ppo out"),
+            )
+        }
+        None => {
+            let words =
+                format!("{name} has no PPO: none of its configurations has {numbers}; use --station for it");
+            Wrong::at("gsd", words)
+        }
+    })
+}
+
+/// Which PPO a master can configure; `None` where it may compose one of several modules.
+fn admitted(station: &Station) -> Option<Vec<PpoType>> {
+    let gsd = station.gsd();
+    let mut found: Vec<_> = if !gsd.is_modular() {
+        ppo_of(station.configuration(None)).into_iter().collect()
+    } else if gsd.max_module == Some(1) {
+        gsd.modules.iter().filter_map(|module| ppo_of(&module.identifiers)).collect()
+    } else {
+        return None;
+    };
+    found.dedup();
+    Some(found)
+}
+
+/// The parameters of a drive of the profile, with what they begin with.
+fn table(choices: &Choices) -> Result<Table, Wrong> {
+    let mut table = match choices.file("parameters") {
+        Some(file) => table_of_file(file).map_err(|words| Wrong::at("parameters", words))?,
+        None => Table::profile(),
+    };
+    for (name, number) in &choices.values {
+        let wrong = |words: String| Wrong::within("values", name, words);
+        let (pnu, element) =
+            named::find(&table, name).map(|(row, element)| (row.pnu, element)).map_err(wrong)?;
+        let begun = table.begin_with(pnu, element, *number);
+        begun.map_err(|error| wrong(format!("'{name}': {error}")))?;
+        try_out(&table).map_err(wrong)?;
+    }
+    Ok(table)
+}
+
+/// A table of parameters from its file.
+///
+/// # Errors
+/// What is wrong with it, with its name.
+#[cfg(feature = "parameters")]
+pub fn table_of_file(file: &Path) -> Result<Table, String> {
+    let name = file.display();
+    let text = std::fs::read_to_string(file).map_err(|error| format!("cannot read {name}: {error}"))?;
+    let extension = file.extension().and_then(|extension| extension.to_str()).map(str::to_lowercase);
+    let table = match extension.as_deref() {
+        Some("toml") => Table::from_toml(&text),
+        Some("csv") => Table::from_csv(&text),
+        Some(_) | None => return Err(format!("{name}: the name of a table ends in .toml or .csv")),
+    };
+    let table = table.map_err(|error| format!("{name}: {error}"))?;
+    try_out(&table).map_err(|words| format!("{name}: {words}"))?;
+    Ok(table)
+}
+
+/// Reads nothing: the feature `parameters` is off.
+///
+/// # Errors
+/// That.
+#[cfg(not(feature = "parameters"))]
+pub fn table_of_file(file: &Path) -> Result<Table, String> {
+    Err(format!(
+        "{}: this program reads no tables of parameters; build it with the feature parameters",
+        file.display()
+    ))
+}
+
+/// Whether the drive takes what its parameters begin with.
+fn try_out(table: &Table) -> Result<(), String> {
+    table.set_up(&mut Drive::new(Settings::DEFAULT)).map_err(default_refused)
+}
+
+fn default_refused(row: &Row) -> String {
+    format!(
+        "PNU {} {}: the drive does not take its default; times and loads are 0 or more, the reference speed is above 0",
+        row.pnu, row.name
+    )
+}

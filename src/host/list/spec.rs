@@ -1,0 +1,518 @@
+//! The specification of a device: one for `a,k=v`, TOML and JSON.
+
+use std::borrow::ToOwned;
+use std::format;
+use std::path::Path;
+use std::string::{String, ToString};
+use std::vec;
+use std::vec::Vec;
+
+use thiserror::Error;
+
+use super::choice::{near, one_of, quirk_refusal};
+use super::{Choice, Choices, DEVICES, Device, Given, Prepared, Takes};
+use crate::can_bus::canopen::NodeId;
+use crate::profibus::fdl::Address;
+
+/// By which option, table or route devices are given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Group {
+    /// Drives with a model of their own, on PROFIBUS: `--drive`.
+    Drive,
+    /// Drives of the profile, on PROFIBUS: `--ppo-drive`.
+    PpoDrive,
+    /// What a file describes, on PROFIBUS: `--station`.
+    Station,
+    /// Nodes on CANopen: `--node`.
+    Node,
+}
+
+impl Group {
+    /// Every group.
+    pub const ALL: [Self; 4] = [Self::Drive, Self::PpoDrive, Self::Station, Self::Node];
+
+    /// Its table in TOML; with `--` its option.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Drive => "drive",
+            Self::PpoDrive => "ppo-drive",
+            Self::Station => "station",
+            Self::Node => "node",
+        }
+    }
+
+    /// The key of the place on the bus.
+    pub const fn place_key(self) -> &'static str {
+        match self {
+            Self::Drive | Self::PpoDrive | Self::Station => "address",
+            Self::Node => "id",
+        }
+    }
+
+    /// The key that says which device of the group it is.
+    pub const fn device_key(self) -> &'static str {
+        match self {
+            Self::Drive => "model",
+            Self::PpoDrive | Self::Station | Self::Node => "device",
+        }
+    }
+
+    /// The devices of the group, the usual one first.
+    pub fn devices(self) -> impl Iterator<Item = &'static Device> {
+        DEVICES.iter().filter(move |device| device.group() == self)
+    }
+
+    /// The names of its devices, sorted.
+    pub fn names(self) -> Vec<&'static str> {
+        let mut names: Vec<_> = self.devices().map(Device::name).collect();
+        names.sort_unstable();
+        names
+    }
+
+    /// Everything that can be chosen about one of its devices, each key once.
+    pub fn choices(self) -> Vec<&'static Choice> {
+        let mut all: Vec<&'static Choice> = Vec::new();
+        for choice in self.devices().flat_map(|device| device.choices()) {
+            if all.iter().all(|known| known.key != choice.key) {
+                all.push(choice);
+            }
+        }
+        all
+    }
+
+    /// The form of a specification, `place` before it: `ADDRESS[,model=ag03-1|ag03][,gear=24|48]`.
+    pub fn form(self, place: &str) -> String {
+        let device = match &*self.names() {
+            [_] | [] => String::new(),
+            several => format!("[,{}={}]", self.device_key(), several.join("|")),
+        };
+        let choices: String = self.choices().into_iter().map(Choice::form).collect();
+        format!("{place}{device}{choices}")
+    }
+
+    /// What its place is called, and in a form.
+    const fn place(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Drive | Self::PpoDrive | Self::Station => ("address", "ADDRESS"),
+            Self::Node => ("node number", "ID"),
+        }
+    }
+
+    fn expected(self) -> String {
+        format!("expected {}", self.form(self.place().1))
+    }
+
+    /// The device of that name.
+    fn device(self, name: &str) -> Result<&'static Device, String> {
+        let key = self.device_key();
+        self.devices().find(|device| device.name() == name).ok_or_else(|| {
+            let names = self.names();
+            let near = near(name, names.iter().copied());
+            format!("{key} '{name}' is unknown; {near}expected {}", one_of(&names))
+        })
+    }
+
+    /// The number of a place.
+    fn number(self, text: &str) -> Result<u8, String> {
+        let (what, _) = self.place();
+        if text.is_empty() || !text.bytes().all(|octet| octet.is_ascii_digit()) {
+            return Err(format!("'{text}' is no {what}; {}", self.expected()));
+        }
+        let number = text.parse().ok().filter(|number| self.has_place(*number));
+        number.ok_or_else(|| match self {
+            Self::Drive | Self::PpoDrive | Self::Station => format!("address {text} is outside 0 to 126"),
+            Self::Node => format!("node number {text} is outside 1 to 127"),
+        })
+    }
+
+    fn has_place(self, number: u8) -> bool {
+        match self {
+            Self::Drive | Self::PpoDrive | Self::Station => Address::station(number).is_ok(),
+            Self::Node => NodeId::new(number).is_ok(),
+        }
+    }
+}
+
+/// What is wrong with a specification, and at which key.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{words}")]
+pub struct Wrong {
+    /// The keys from the outside in, `values` and `v-Pos`, or the place in a list; empty: the whole specification.
+    pub path: Vec<String>,
+    /// Whether the key itself is wrong, not its value.
+    pub is_key: bool,
+    /// What is wrong, and what to do.
+    pub words: String,
+}
+
+impl Wrong {
+    pub(super) fn at(key: &str, words: impl ToString) -> Self {
+        Self { path: vec![key.to_owned()], is_key: false, words: words.to_string() }
+    }
+
+    pub(super) fn within(key: &str, inner: &str, words: impl ToString) -> Self {
+        Self { path: vec![key.to_owned(), inner.to_owned()], is_key: false, words: words.to_string() }
+    }
+
+    fn key(key: &str, words: impl ToString) -> Self {
+        Self { is_key: true, ..Self::at(key, words) }
+    }
+
+    fn whole(words: impl ToString) -> Self {
+        Self { path: Vec::new(), is_key: false, words: words.to_string() }
+    }
+}
+
+/// A device as asked for: which, where, and what is chosen about it.
+#[derive(Clone, Debug)]
+pub struct Spec {
+    /// Which.
+    pub device: &'static Device,
+    /// Its address, or its node number.
+    pub place: u8,
+    /// What is chosen.
+    pub choices: Choices,
+}
+
+impl Spec {
+    /// A device of which nothing is chosen.
+    pub fn plain(device: &'static Device, place: u8) -> Self {
+        Self { device, place, choices: Choices::default() }
+    }
+
+    /// Reads `PLACE,key=value,flag`, as on the command line.
+    ///
+    /// # Errors
+    /// [`Wrong`] says which key.
+    pub fn parse(group: Group, text: &str) -> Result<Self, Wrong> {
+        let (place, rest) = text.split_once(',').map_or((text, None), |(place, rest)| (place, Some(rest)));
+        if place.contains('=') {
+            return Err(Wrong::whole(format!("the {} is missing; {}", group.place().0, group.expected())));
+        }
+        let mut given = vec![(group.place_key().to_owned(), Given::Text(place.to_owned()))];
+        for part in rest.into_iter().flat_map(|rest| rest.split(',')) {
+            let is_flag = |choice: &&Choice| choice.takes == Takes::Flag && choice.is(part);
+            given.push(match part.split_once('=') {
+                Some((key, value)) => (key.to_owned(), Given::Text(value.to_owned())),
+                None if group.choices().iter().any(is_flag) => (part.to_owned(), Given::Flag(true)),
+                None => {
+                    let words = format!("'{part}' is not understood; {}", group.expected());
+                    return Err(Wrong::key(part, words));
+                }
+            });
+        }
+        Self::read(group, &given, Path::new(""))
+    }
+
+    /// Reads the keys and values of a table or an object. Paths of files begin in `folder`.
+    ///
+    /// # Errors
+    /// [`Wrong`] says which key.
+    pub fn of_given(group: Group, given: &Given, folder: &Path) -> Result<Self, Wrong> {
+        match given {
+            Given::Table(given) => Self::read(group, given, folder),
+            other => Err(Wrong::whole(format!("{other} is no {}; {}", group.name(), group.expected()))),
+        }
+    }
+
+    /// Reads the files that it names and checks everything that can be checked before anything starts.
+    ///
+    /// # Errors
+    /// [`Wrong`] says which key.
+    pub fn prepare(&self) -> Result<Prepared, Wrong> {
+        match self.device {
+            Device::Slave(slave) => (slave.prepare)(self),
+            Device::Node(product) => Err(Wrong::whole(format!("{} is on CANopen", product.name))),
+        }
+    }
+
+    /// Reads keys and values. Paths of files begin in `folder`.
+    ///
+    /// # Errors
+    /// [`Wrong`] says which key.
+    pub fn read(group: Group, given: &[(String, Given)], folder: &Path) -> Result<Self, Wrong> {
+        let is_place = |key: &str| key == group.place_key() || key == "address";
+        let place = given.iter().find(|(key, _)| is_place(key));
+        let (key, place) = place.ok_or_else(|| {
+            Wrong::whole(format!("'{}' is missing; {}", group.place_key(), group.expected()))
+        })?;
+        let place = group.number(&place.to_string()).map_err(|words| Wrong::at(key, words))?;
+        let device = Self::device(group, given)?;
+        let mut this = Self::plain(device, place);
+        for (before, (key, value)) in given.iter().enumerate() {
+            if given.iter().take(before).any(|(known, _)| known == key) {
+                return Err(this.twice(key));
+            }
+            if !is_place(key) && key != group.device_key() {
+                this.take(key, value, folder)?;
+            }
+        }
+        this.check_required()?;
+        Ok(this)
+    }
+
+    fn device(group: Group, given: &[(String, Given)]) -> Result<&'static Device, Wrong> {
+        let key = group.device_key();
+        let named = given.iter().find(|(known, _)| known == key);
+        let device = match named {
+            Some((_, name)) => group.device(&name.to_string()),
+            None => group.devices().next().ok_or_else(|| "there are no devices".to_owned()),
+        };
+        device.map_err(|words| Wrong::at(key, words))
+    }
+
+    fn take(&mut self, key: &str, value: &Given, folder: &Path) -> Result<(), Wrong> {
+        let choice = self.device.choices().iter().find(|choice| choice.is(key));
+        let choice = choice.ok_or_else(|| self.no_such(key))?;
+        match (choice.takes, value) {
+            (Takes::Quirks, Given::Table(quirks)) => {
+                for (name, value) in quirks {
+                    self.choose_quirk(name, &value.to_string())
+                        .map_err(|words| Wrong::within(key, name, words))?;
+                }
+            }
+            (Takes::Values, Given::Table(values)) => {
+                for (name, value) in values {
+                    let Given::Number(number) = value else {
+                        return Err(Wrong::within(key, name, format!("'{name}': {value} is no number")));
+                    };
+                    self.choices.values.push((name.clone(), *number));
+                }
+            }
+            _ => {
+                let picked = choice.pick(value, folder).map_err(|words| Wrong::at(key, words))?;
+                if self.choices.picked.iter().any(|(known, _)| *known == choice.key) {
+                    return Err(self.twice(key));
+                }
+                self.choices.picked.push((choice.key, picked));
+            }
+        }
+        Ok(())
+    }
+
+    fn twice(&self, key: &str) -> Wrong {
+        Wrong::key(key, format!("'{key}' is given twice; {}", self.device.group().expected()))
+    }
+
+    /// A key that the device does not have.
+    fn no_such(&self, key: &str) -> Wrong {
+        let group = self.device.group();
+        let others: Vec<_> = group
+            .devices()
+            .filter(|device| device.choices().iter().any(|choice| choice.is(key)))
+            .map(Device::name)
+            .collect();
+        if !others.is_empty() {
+            let own = self.device.name();
+            let words = format!("{key} is for the device {} only, not for {own}", others.join(" and "));
+            return Wrong::key(key, words);
+        }
+        let known = group.choices();
+        let keys = [group.place_key(), group.device_key()];
+        let near = near(key, known.iter().map(|choice| choice.key).chain(keys));
+        Wrong::key(key, format!("'{key}' is unknown; {near}{}", group.expected()))
+    }
+
+    fn check_required(&self) -> Result<(), Wrong> {
+        let missing = |choice: &&Choice| {
+            choice.required && self.choices.picked.iter().all(|(key, _)| *key != choice.key)
+        };
+        match self.device.choices().iter().find(missing) {
+            None => Ok(()),
+            Some(Choice { takes: Takes::File(_), .. }) => {
+                Err(Wrong::whole(format!("no file is named; {}", self.device.group().expected())))
+            }
+            Some(Choice { key, .. }) => {
+                Err(Wrong::whole(format!("'{key}' is missing; {}", self.device.group().expected())))
+            }
+        }
+    }
+
+    /// Chooses the value of a quirk.
+    ///
+    /// # Errors
+    /// What is wrong, and what there is.
+    pub fn choose_quirk(&mut self, name: &str, value: &str) -> Result<(), String> {
+        let rows = self.device.quirks();
+        let chosen = self.choices.quirk(&rows, name, value);
+        chosen.map_err(|error| quirk_refusal(self.device.name(), &rows, name, value, error))
+    }
+
+    /// Chooses a quirk that was given for all devices: those that do not have it stay as they are, and what was chosen for
+    /// this one stays.
+    ///
+    /// # Errors
+    /// As [`Spec::choose_quirk`].
+    pub fn choose_common_quirk(&mut self, name: &str, value: &str) -> Result<(), String> {
+        let is_its = self.device.quirks().iter().any(|row| row.name == name);
+        let is_chosen = self.choices.quirks.iter().any(|(known, _)| *known == name);
+        if is_its && !is_chosen { self.choose_quirk(name, value) } else { Ok(()) }
+    }
+
+    /// Its address on PROFIBUS.
+    pub const fn address(&self) -> Address {
+        Address::from_octet(self.place)
+    }
+
+    /// Its node number on CANopen.
+    pub fn node(&self) -> NodeId {
+        // Checked when it was read.
+        NodeId::new(self.place).unwrap_or(NodeId::MIN)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_device_is_its_place_and_what_differs_from_the_usual() {
+        for (group, text, place, name, key, word) in [
+            (Group::Drive, "5", 5, "ag03-1", "gear", None),
+            (Group::Drive, "0,gear=24", 0, "ag03-1", "gear", Some("24")),
+            (Group::Drive, "126,model=ag03", 126, "ag03", "gear", None),
+            (Group::Drive, "7,gear=48,model=ag03-1", 7, "ag03-1", "gear", Some("48")),
+            (Group::Node, "5", 5, "ag03-1", "gear", None),
+            (Group::Node, "1,device=ap10,twin", 1, "ap10", "mode", None),
+            (Group::Node, "5,mode=half,device=asda-a2", 5, "asda-a2", "mode", Some("half")),
+            (Group::PpoDrive, "7,ppo=2,ident=0x80D1,parameters=a.csv", 7, "ppo-drive", "ppo", Some("2")),
+            (Group::Station, "7,strict,gsd=x.gsd", 7, "gsd-station", "gsd", None),
+        ] {
+            let spec = Spec::parse(group, text).unwrap();
+            assert_eq!(
+                (spec.place, spec.device.name(), spec.choices.word(key)),
+                (place, name, word),
+                "{text}"
+            );
+        }
+        let drive = Spec::parse(Group::PpoDrive, "7,ident=0x80D1,parameters=a.csv").unwrap();
+        assert_eq!(drive.choices.hexadecimal("ident"), Some(0x80D1));
+        assert_eq!(drive.choices.file("parameters"), Some(Path::new("a.csv")));
+        for strict in ["7,gsd=x.gsd,strict", "7,strict,gsd=x.gsd"] {
+            let station = Spec::parse(Group::Station, strict).unwrap();
+            assert_eq!((station.choices.flag("strict"), station.choices.flag("twin")), (true, false));
+            assert_eq!(
+                station.choices.file("gsd"),
+                Some(Path::new("x.gsd")),
+                "a comma ends the name of a file"
+            );
+        }
+    }
+
+    #[test]
+    fn a_wrong_specification_is_answered_with_the_wrong_part() {
+        for (group, text, path, words) in [
+            (
+                Group::Drive,
+                "",
+                "address",
+                "'' is no address; expected ADDRESS[,model=ag03|ag03-1][,gear=24|48]",
+            ),
+            (Group::Drive, "+5", "address", "'+5' is no address"),
+            (Group::Drive, "x,gear=24", "address", "'x' is no address"),
+            (Group::Drive, "127", "address", "address 127 is outside 0 to 126"),
+            (Group::Drive, "99999999999999999999", "address", "is outside 0 to 126"),
+            (Group::Drive, "5,", "", "'' is not understood; expected ADDRESS"),
+            (Group::Drive, "5,gear", "gear", "'gear' is not understood"),
+            (Group::Drive, "5,gear=36", "gear", "gear '36' is unknown; expected 24 or 48"),
+            (
+                Group::Drive,
+                "5,model=ag04",
+                "model",
+                "model 'ag04' is unknown; did you mean ag03? expected ag03 or ag03-1",
+            ),
+            (Group::Drive, "5,color=red", "color", "'color' is unknown; expected ADDRESS"),
+            (Group::Drive, "5,gera=24", "gera", "'gera' is unknown; did you mean gear? expected ADDRESS"),
+            (Group::Drive, "5,gear=24,gear=48", "gear", "'gear' is given twice"),
+            (Group::Drive, "5,gear=24,gear_ratio=24", "gear_ratio", "'gear_ratio' is given twice"),
+            (Group::Drive, "5,model=ag03,model=ag03", "model", "'model' is given twice"),
+            (
+                Group::Node,
+                "",
+                "id",
+                "'' is no node number; expected ID[,device=ag03-1|ap10|asda-a2][,gear=24|48][,twin][,mode=full|half]",
+            ),
+            (Group::Node, "0", "id", "node number 0 is outside 1 to 127"),
+            (Group::Node, "128,device=ap10", "id", "node number 128 is outside 1 to 127"),
+            (Group::Node, "5,ap10", "ap10", "'ap10' is not understood"),
+            (Group::Node, "5,model=ap10", "model", "'model' is unknown"),
+            (
+                Group::Node,
+                "5,device=ap01",
+                "device",
+                "device 'ap01' is unknown; did you mean ap10? expected ",
+            ),
+            (Group::Node, "5,device=asda_a2", "device", "did you mean asda-a2?"),
+            (
+                Group::Node,
+                "5,device=ap10,mode=full",
+                "mode",
+                "mode is for the device asda-a2 only, not for ap10",
+            ),
+            (
+                Group::Node,
+                "5,device=asda-a2,mode=some",
+                "mode",
+                "mode 'some' is unknown; expected full or half",
+            ),
+            (
+                Group::Node,
+                "5,device=asda-a2,gear=24",
+                "gear",
+                "gear is for the device ag03-1 only, not for asda-a2",
+            ),
+            (Group::PpoDrive, "7,ppo=6", "ppo", "ppo '6' is unknown; expected 1, 2, 3, 4 or 5"),
+            (Group::PpoDrive, "7,ident=12345", "ident", "ident '12345' is no ident number"),
+            (Group::PpoDrive, "7,gsd=", "gsd", "the name of the file of 'gsd' is empty"),
+            (Group::PpoDrive, "7,model=x", "model", "'model' is unknown; expected ADDRESS"),
+            (Group::PpoDrive, "7,fast", "fast", "'fast' is not understood"),
+            (Group::Station, "7", "", "no file is named; expected ADDRESS,gsd=FILE[,strict]"),
+            (Group::Station, "gsd=x", "", "the address is missing; expected ADDRESS,gsd=FILE"),
+            (Group::Station, "7,gsd=a,b.gsd", "b.gsd", "'b.gsd' is not understood"),
+            (Group::Station, "7,file=x", "file", "'file' is unknown"),
+        ] {
+            let wrong = Spec::parse(group, text).unwrap_err();
+            assert!(wrong.words.contains(words), "{text}: {}", wrong.words);
+            assert_eq!(wrong.path.join("."), path, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_table_says_the_same_as_a_line_of_text_and_keeps_the_place_of_a_mistake() {
+        let number = |number: f64| Given::Number(number);
+        let table = |entries: &[(&str, Given)]| -> Vec<(String, Given)> {
+            entries.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect()
+        };
+        let read = |entries: &[(&str, Given)]| Spec::read(Group::Drive, &table(entries), Path::new("dir"));
+        let spec = read(&[("address", number(5.0)), ("gear", number(24.0))]).unwrap();
+        assert_eq!(spec.choices, Spec::parse(Group::Drive, "5,gear=24").unwrap().choices);
+        let quirks = Given::Table(table(&[("off1", Given::Text("x".into()))]));
+        let values = Given::Table(table(&[("v-Pos", Given::Text("x".into()))]));
+        for (key, value, path, words) in [
+            ("gear", Given::Flag(true), "gear", "gear: expected a word or a number, not true"),
+            ("gear", number(36.0), "gear", "gear '36' is unknown"),
+            ("quirks", quirks, "quirks.off1", "quirk off1 cannot be 'x'; expected release or brake"),
+            ("values", values, "values.v-Pos", "'v-Pos': x is no number"),
+            ("values", number(1.0), "values", "values: expected a table of names and numbers, not 1"),
+        ] {
+            let wrong = read(&[("address", number(5.0)), (key, value)]).unwrap_err();
+            assert_eq!((wrong.path.join("."), wrong.words.contains(words)), (path.into(), true), "{wrong}");
+        }
+        let missing = read(&[("gear", number(24.0))]).unwrap_err();
+        assert!(missing.words.contains("'address' is missing; expected ADDRESS"), "{missing}");
+    }
+
+    #[test]
+    fn a_quirk_of_all_is_for_those_that_have_it_and_gives_way_to_their_own() {
+        let mut drive = Spec::parse(Group::Drive, "5").unwrap();
+        drive.choose_quirk("off1", "brake").unwrap();
+        drive.choose_common_quirk("off1", "release").unwrap();
+        drive.choose_common_quirk("sdo-size", "checked").unwrap();
+        assert_eq!(drive.choices.quirks, [("off1", "brake")]);
+        assert!(drive.choose_common_quirk("off1", "x").is_ok(), "its own is chosen");
+        let mut other = Spec::parse(Group::Drive, "6").unwrap();
+        assert!(other.choose_common_quirk("off1", "x").unwrap_err().contains("cannot be 'x'"));
+        let unknown = other.choose_quirk("off2", "x").unwrap_err();
+        assert!(unknown.contains("quirk 'off2' is unknown; did you mean off1? ag03-1 has "), "{unknown}");
+    }
+}
