@@ -7,7 +7,6 @@
 //! | --- | --- |
 //! | `access` | what the thread of the bus lends |
 //! | `routes` | every path, the OpenAPI description |
-//! | `bench` | inputs, faults of the device, keys, power |
 //! | `fleet` | nodes that come and go |
 //! | `why` | what keeps a drive from moving |
 //! | `objects` | the object dictionary |
@@ -19,7 +18,6 @@
 //! | `stream` | server-sent events |
 
 mod access;
-mod bench;
 mod bus;
 mod fleet;
 mod history;
