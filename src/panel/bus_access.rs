@@ -7,9 +7,13 @@ use std::vec::Vec;
 
 use axum::http::StatusCode;
 
-use super::problem::Problem;
+use super::faults::FaultAccess;
+use super::inputs::{Acted, PowerName, Stations};
+use super::problem::{Problem, station};
 use super::queue::{self, Lends};
 use crate::devices::ag03::profibus::{Config, Device, Power};
+use crate::face::Surroundings;
+use crate::host::fault::{BusKind, Rule, While};
 use crate::host::link::fault::Faults;
 use crate::host::{Bus, GsdStation, HostedPpoDrive, Participant, StateDir, StateDirError, StoredDevice};
 use crate::profibus::fdl::Address;
@@ -53,6 +57,45 @@ impl Called for GsdStation {
 
 impl Called for HostedPpoDrive {
     const CALLED: [&'static str; 3] = ["PROFIDRIVE drive", "PROFIDRIVE drives", "--ppo-drive"];
+}
+
+impl FaultAccess for BusAccess<'_> {
+    const BUS: BusKind = BusKind::Profibus;
+
+    fn faults(&self) -> Result<Vec<(u32, Rule, u32)>, Problem> {
+        self.faults.as_ref().map(|faults| faults.iter().collect()).ok_or_else(no_faults)
+    }
+
+    fn check_fault(&self, rule: &Rule) -> Result<(), Problem> {
+        rule.check(self.bus.addresses().map(Address::number))
+            .map_err(|error| Problem::value(error.to_string()))?;
+        match rule.while_input {
+            Some(While { station, .. }) if self.bus.station::<GsdStation>(station).is_none() => {
+                Err(Problem::value(format!(
+                    "fault '{rule}' waits for an input of station {station}, which is no station from a GSD of this line"
+                )))
+            }
+            Some(_) | None => Ok(()),
+        }
+    }
+
+    fn add_fault(&mut self, rule: Rule) -> Result<u32, Problem> {
+        let faults = self.faults.as_deref_mut().ok_or_else(no_faults)?;
+        let number = faults.add(self.now, rule);
+        if let Some((While { station, point, condition }, switch)) = faults.watches(number) {
+            self.bus.with(station, |station: &mut GsdStation| station.watch(point, condition, switch));
+        }
+        Ok(number)
+    }
+
+    fn remove_fault(&mut self, number: u32) -> Option<Rule> {
+        self.faults.as_deref_mut()?.remove(number)
+    }
+}
+
+/// The link has none.
+fn no_faults() -> Problem {
+    Problem::conflict("this line cannot have faults")
 }
 
 impl BusAccess<'_> {
@@ -114,7 +157,7 @@ impl BusAccess<'_> {
         let stations = if stations.is_empty() { "no station".into() } else { stations.join(", ") };
         tracing::info!("on the line now: {stations}");
         for (_, fault, _) in self.faults.iter().flat_map(|faults| faults.iter()) {
-            if let Err(error) = fault.check(self.bus.addresses()) {
+            if let Err(error) = fault.check(self.bus.addresses().map(Address::number)) {
                 tracing::warn!("{error}");
             }
         }
@@ -136,26 +179,21 @@ impl BusAccess<'_> {
         stored.ok_or_else(|| self.no_drive(address))
     }
 
-    /// Does something to the drive at `address` that may switch it on, where its DIP switches are read.
-    ///
-    /// # Errors
-    /// 404 if there is none; 409 if it would be switched on at the address of another station. Nothing is changed then.
-    pub(super) fn with_supply<R>(
-        &mut self,
-        address: Address,
-        act: impl Fn(&mut Device) -> R,
-    ) -> Result<R, Problem> {
-        if let Some(device) = self.drive(address).filter(|device| device.power() == Power::Off) {
-            let mut trial = device.clone();
-            act(&mut trial);
-            let wanted = trial.address();
-            if wanted != address && self.bus.presence(wanted).is_some() {
-                return Err(Problem::conflict(format!(
-                    "the DIP switches say address {wanted}, which another station has; set them to a free one"
-                )));
-            }
+    /// 409 if a station that comes to `wanted`, where its DIP switches are read, would meet another one there.
+    fn stays_apart(&self, address: Address, wanted: Option<Address>) -> Result<(), Problem> {
+        match wanted.filter(|wanted| *wanted != address) {
+            Some(wanted) if self.bus.presence(wanted).is_some() => Err(Problem::conflict(format!(
+                "the DIP switches say address {wanted}, which another station has; set them to a free one"
+            ))),
+            Some(_) | None => Ok(()),
         }
-        self.with_drive(address, act)
+    }
+
+    /// Where the drive at `address` would be if it was switched on now.
+    fn address_when_on(&self, address: Address) -> Option<Address> {
+        let mut trial = self.drive(address).filter(|device| device.power() == Power::Off)?.clone();
+        trial.power_on(self.now);
+        Some(trial.address())
     }
 
     /// The refusal of a drive whose image cannot be used, with the drive that has it now.
@@ -179,6 +217,50 @@ impl BusAccess<'_> {
     /// The refusal that says which drives there are.
     pub(super) fn no_drive(&self, address: Address) -> Problem {
         Problem::no_drive(address, self.bus.addresses().filter(|address| self.drive(*address).is_some()))
+    }
+}
+
+impl Stations for OfBus {
+    fn address(text: &str) -> Result<u8, Problem> {
+        station(text).map(Address::number)
+    }
+
+    fn look<R>(
+        access: &BusAccess<'_>,
+        address: u8,
+        look: impl FnOnce(&dyn Surroundings) -> R,
+    ) -> Result<R, Problem> {
+        let address = Address::from_octet(address);
+        access.bus.surroundings(address).map(look).ok_or_else(|| access.no_drive(address))
+    }
+
+    fn act<R>(
+        access: &mut BusAccess<'_>,
+        address: u8,
+        act: impl Fn(&mut dyn Surroundings, &Acted<'_>) -> Result<R, Problem>,
+    ) -> Result<R, Problem> {
+        let address = Address::from_octet(address);
+        let device = access.bus.appearance(address).map(|station| station.model.into_owned());
+        let acted = Acted { now: access.now, device: &device.unwrap_or_default() };
+        // What is refused is refused below.
+        let wanted = access.bus.address_after(address, &|station| drop(act(station, &acted)));
+        access.stays_apart(address, wanted)?;
+        let done = access.bus.with_surroundings(address, |station| act(station, &acted));
+        done.unwrap_or_else(|| Err(access.no_drive(address)))
+    }
+
+    fn switch(access: &mut BusAccess<'_>, address: u8, on: bool) -> Result<PowerName, Problem> {
+        let (now, address) = (access.now, Address::from_octet(address));
+        let wanted = if on { access.address_when_on(address) } else { None };
+        access.stays_apart(address, wanted)?;
+        access.with_drive(address, |device| {
+            if on {
+                device.power_on(now);
+            } else {
+                device.power_off(now);
+            }
+            device.power().into()
+        })
     }
 }
 

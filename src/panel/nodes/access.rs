@@ -7,14 +7,17 @@ use std::vec::Vec;
 use axum::extract::FromRequestParts;
 use axum::http::StatusCode;
 use axum::http::request::Parts;
-use strsim::levenshtein;
 
+use super::super::faults::FaultAccess;
+use super::super::inputs::{Acted, PowerName, Stations};
 use super::super::problem::{PathOf, Problem};
 use super::super::queue::{self, Lends};
 use crate::can_bus::canopen::NodeId;
 use crate::devices::{CanopenDevice, CanopenEvent};
+use crate::face::Surroundings;
 use crate::host::StateDir;
-use crate::host::can::{Bus, NodeFaults, Product, Seat, StoredNode};
+use crate::host::can::{Bus, Product, Seat, StoredNode};
+use crate::host::fault::{BusKind, Rule};
 use crate::host::list::Choices;
 use crate::time::Instant;
 
@@ -35,8 +38,6 @@ pub struct NodeAccess<'a> {
     pub bus: &'a mut Bus<CanopenEvent>,
     /// The nodes on it.
     pub nodes: &'a mut Vec<Seated>,
-    /// The faults on purpose.
-    pub faults: &'a mut NodeFaults,
     /// Where a node that is added keeps its EEPROM; `None`: in itself.
     pub state: Option<&'a StateDir>,
     /// What is chosen about every node that is added: its quirks.
@@ -54,7 +55,32 @@ impl Lends for OfNodes {
 /// The way to the thread of a bus of CAN.
 pub(super) type Asking = queue::Asking<OfNodes>;
 
+impl FaultAccess for NodeAccess<'_> {
+    const BUS: BusKind = BusKind::Can;
+
+    fn faults(&self) -> Result<Vec<(u32, Rule, u32)>, Problem> {
+        Ok(self.bus.list_faults())
+    }
+
+    fn check_fault(&self, rule: &Rule) -> Result<(), Problem> {
+        rule.check(self.numbers()).map_err(|error| Problem::value(error.to_string()))
+    }
+
+    fn add_fault(&mut self, rule: Rule) -> Result<u32, Problem> {
+        self.bus.add_fault(self.now, rule).map_err(Problem::conflict)
+    }
+
+    fn remove_fault(&mut self, number: u32) -> Option<Rule> {
+        self.bus.remove_fault(self.now, number)
+    }
+}
+
 impl NodeAccess<'_> {
+    /// The numbers of all nodes.
+    pub(super) fn numbers(&self) -> impl Iterator<Item = u8> + '_ {
+        self.devices().map(|(_, device)| device.node_id().number())
+    }
+
     /// Every node, in the order of the command line.
     pub(super) fn devices(&self) -> impl Iterator<Item = (&'static Product, &dyn CanopenDevice)> {
         self.nodes.iter().filter_map(|Seated { seat, product }| {
@@ -101,19 +127,49 @@ impl NodeAccess<'_> {
     }
 }
 
-/// Says that a name is none of those that there are, and which is near.
-pub(super) fn unknown(what: &str, got: &str, of: &str, known: &[String]) -> Problem {
-    let nearest =
-        known.iter().map(|name| (levenshtein(&name.to_lowercase(), &got.to_lowercase()), name)).min();
-    let near = match nearest {
-        Some((distance, name)) if distance * 2 <= name.len().max(2) => format!("did you mean {name}? "),
-        Some(_) | None => String::new(),
-    };
-    let there = match known {
-        [] => "it has none".into(),
-        known => format!("it has {}", known.join(", ")),
-    };
-    Problem::value(format!("'{got}' is no {what} of this {of}; {near}{there}"))
+impl Stations for OfNodes {
+    fn address(text: &str) -> Result<u8, Problem> {
+        number(text).map(NodeId::number)
+    }
+
+    fn look<R>(
+        access: &NodeAccess<'_>,
+        address: u8,
+        look: impl FnOnce(&dyn Surroundings) -> R,
+    ) -> Result<R, Problem> {
+        Ok(look(access.device(node(address)?)?.1))
+    }
+
+    fn act<R>(
+        access: &mut NodeAccess<'_>,
+        address: u8,
+        act: impl Fn(&mut dyn Surroundings, &Acted<'_>) -> Result<R, Problem>,
+    ) -> Result<R, Problem> {
+        let acted = |product: &'static Product, device: &mut dyn CanopenDevice, now| {
+            act(device, &Acted { now, device: product.name })
+        };
+        access.act(node(address)?, acted)
+    }
+
+    fn switch(access: &mut NodeAccess<'_>, address: u8, on: bool) -> Result<PowerName, Problem> {
+        access.act(node(address)?, |_, device, now| {
+            match (on, device.is_on()) {
+                (true, false) => device.power_on(now),
+                (false, true) => device.power_off(now),
+                (true, true) | (false, false) => {}
+            }
+            Ok(power(device))
+        })
+    }
+}
+
+/// Whether a node is supplied.
+pub(super) fn power(device: &dyn CanopenDevice) -> PowerName {
+    if device.is_on() { PowerName::On } else { PowerName::Off }
+}
+
+fn node(address: u8) -> Result<NodeId, Problem> {
+    NodeId::new(address).map_err(Problem::value)
 }
 
 /// The node that the path names.
