@@ -153,7 +153,9 @@ impl BusAccess<'_> {
 
     /// Logs who is on the line after a station was added or removed, and which faults are for none of them.
     pub(super) fn announce(&self) {
-        let stations: Vec<_> = self.bus.addresses().map(|address| address.to_string()).collect();
+        let mut addresses: Vec<_> = self.bus.addresses().collect();
+        addresses.sort_unstable();
+        let stations: Vec<_> = addresses.iter().map(ToString::to_string).collect();
         let stations = if stations.is_empty() { "no station".into() } else { stations.join(", ") };
         tracing::info!("on the line now: {stations}");
         for (_, fault, _) in self.faults.iter().flat_map(|faults| faults.iter()) {

@@ -97,9 +97,11 @@ impl Choice {
             (Takes::File(_), Given::Text(text)) => Ok(Picked::File(folder.join(text))),
             (Takes::Flag, Given::Flag(on)) => Ok(Picked::Flag(*on)),
             (Takes::Names, Given::List(names)) => {
-                let name = |name: &Given| match name {
-                    Given::Text(name) => Ok(name.clone()),
-                    other => Err(format!("{key}: {other} is no name; expected text")),
+                let name = |name: &Given| {
+                    let Given::Text(text) = name else {
+                        return Err(format!("{key}: {name} is no name; expected text"));
+                    };
+                    Ok(text.clone())
                 };
                 names.iter().map(name).collect::<Result<_, _>>().map(Picked::Names)
             }
@@ -171,34 +173,26 @@ impl Choices {
 
     /// The word of a choice, if one was chosen.
     pub fn word(&self, key: &str) -> Option<&'static str> {
-        match self.picked(key)? {
-            Picked::Word(word) => Some(word),
-            _ => None,
-        }
+        let Picked::Word(word) = self.picked(key)? else { return None };
+        Some(word)
     }
 
     /// The number of a choice, if one was chosen.
     pub(super) fn hexadecimal(&self, key: &str) -> Option<u16> {
-        match self.picked(key)? {
-            Picked::Hexadecimal(number) => Some(*number),
-            _ => None,
-        }
+        let Picked::Hexadecimal(number) = self.picked(key)? else { return None };
+        Some(*number)
     }
 
     /// The file of a choice, if one was chosen.
     pub(super) fn file(&self, key: &str) -> Option<&Path> {
-        match self.picked(key)? {
-            Picked::File(file) => Some(file),
-            _ => None,
-        }
+        let Picked::File(file) = self.picked(key)? else { return None };
+        Some(file)
     }
 
     /// The names of a choice, if some were chosen.
     pub(super) fn names(&self, key: &str) -> Option<&[String]> {
-        match self.picked(key)? {
-            Picked::Names(names) => Some(names),
-            _ => None,
-        }
+        let Picked::Names(names) = self.picked(key)? else { return None };
+        Some(names)
     }
 
     /// Whether a flag was set.

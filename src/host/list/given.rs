@@ -13,9 +13,9 @@ pub enum Given {
     /// Text, also a number on the command line.
     Text(String),
     /// Several.
-    List(Vec<Given>),
+    List(Vec<Self>),
     /// Keys and values, in the order in which they were given.
-    Table(Vec<(String, Given)>),
+    Table(Vec<(String, Self)>),
 }
 
 #[cfg(feature = "serde")]

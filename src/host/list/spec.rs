@@ -209,10 +209,10 @@ impl Spec {
     /// # Errors
     /// [`Wrong`] says which key.
     pub fn of_given(group: Group, given: &Given, folder: &Path) -> Result<Self, Wrong> {
-        match given {
-            Given::Table(given) => Self::read(group, given, folder),
-            other => Err(Wrong::whole(format!("{other} is no {}; {}", group.name(), group.expected()))),
-        }
+        let Given::Table(table) = given else {
+            return Err(Wrong::whole(format!("{given} is no {}; {}", group.name(), group.expected())));
+        };
+        Self::read(group, table, folder)
     }
 
     /// Reads the files that it names and checks everything that can be checked before anything starts.

@@ -209,6 +209,11 @@ impl Image {
     /// # Errors
     /// [`ImageError`]; the first of its variants, in their order, that applies.
     pub fn decode(octets: &[u8], model: Model, gear: Gear) -> Result<Self, ImageError> {
+        let length = |expected| image::ImageError::Length { expected, got: octets.len() };
+        // An empty file has no head that could say more.
+        if octets.is_empty() {
+            return Err(length(IMAGE_LEN).into());
+        }
         let opened = image::open(octets)?;
         if !matches!(opened.version, PLAIN | WITH_BUS) {
             let (got, _) = opened.product();
@@ -216,7 +221,6 @@ impl Image {
             return Err(image::ImageError::OtherProduct { expected, got }.into());
         }
         judge_drive(opened.numbers, (model, gear))?;
-        let length = |expected| image::ImageError::Length { expected, got: octets.len() };
         let mut reader = Reader { rest: opened.content, length: length(IMAGE_LEN).into() };
         let image = reader.contents(model, gear)?;
         let bus = match reader.rest.split_first() {
