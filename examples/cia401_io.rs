@@ -173,8 +173,8 @@ impl Surroundings for Io {
         Face::default().row(&format!("{:08b}", self.outputs), false)
     }
 
-    fn words(&self) -> [Address; 2] {
-        [OUTPUTS, INPUTS]
+    fn words(&self) -> &'static [Address] {
+        &[OUTPUTS, INPUTS]
     }
 }
 

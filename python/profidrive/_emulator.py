@@ -1,5 +1,6 @@
 """Drives and stations on a line."""
 
+import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
@@ -98,7 +99,7 @@ class Emulator(Line):
             if drives is not None or stations or nodes or link or faults or capture or state_dir:
                 raise ValueError("a line file says everything: give nothing beside line=")
             self._arguments = ["emulate", "--line", str(line), *options]
-            self._lines = Path(line).read_text(encoding="utf-8").count("[[line]]")
+            self._lines = _lines_of(Path(line).read_bytes())
             return
         arguments = ["emulate", "--panel", "127.0.0.1:0"]
         arguments += ["--link", link or ("slcan-tcp:127.0.0.1:0" if nodes else default_link())]
@@ -147,3 +148,10 @@ class Emulator(Line):
         return decode_file(self.capture)
 
 
+def _lines_of(file: bytes) -> int:
+    """How many lines a line file has. Of a file that is none, `profidrive` says what is wrong."""
+    try:
+        lines = tomllib.loads(file.decode("utf-8-sig")).get("line", [])
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError):
+        return 1
+    return len(lines) if isinstance(lines, list) else 1

@@ -87,6 +87,13 @@ def test_a_line_file_says_everything(tmp_path: Path) -> None:
     with Emulator(line=file) as emulator:
         assert [list(line.drives) for line in emulator.lines] == [[5], [9]]
         assert emulator.drives[5].position == 0
+    written_otherwise = line.format(5).replace("[[line]]", "# no [[line]] but this one\n[[ line ]]", 1)
+    file.write_text(written_otherwise + line.format(9))
+    with Emulator(line=file, timeout=20) as emulator:
+        assert [list(line.drives) for line in emulator.lines] == [[5], [9]]
+    file.write_text("[[line")
+    with pytest.raises(ProfidriveError, match="plant.toml"), Emulator(line=file):
+        pass
     with pytest.raises(ValueError, match="line file says everything"):
         Emulator(drives=[5], line=file)
 

@@ -9,6 +9,7 @@
 //! | `standstill` | whether the shaft stands or turns as it should |
 //! | `commanded` | what the outputs command; motions that end by themselves |
 //! | `control_word` | the control words |
+//! | `course` | enabling and acknowledging as words and bits |
 //! | `job` | the travel job, from the edge of STW.6 to its end |
 //! | `seen` | what the images show |
 //! | `channel` | the parameter channel, shared with the user's jobs |
@@ -19,6 +20,7 @@
 mod channel;
 mod commanded;
 mod control_word;
+mod course;
 mod goal;
 mod job;
 mod obstacle;

@@ -5,11 +5,13 @@
 //!
 //! | file | holds |
 //! | --- | --- |
+//! | `course` | the way to a goal as a table: words to write, bits to expect; for all three clients |
 //! | `pkw` | [`PkwClient`]: one job of the parameter channel at a time, held until its own reply |
 //! | [`node`] | [`NodeClient`]: the same end of a drive on CANopen |
 //! | `ppo` | [`PpoClient`]: a drive with variable speed of PROFIDRIVE version 2, the same way |
 //! | `drive` | [`DriveClient`]: enable, move to, jog and the like as goals, with the reasons if the drive refuses |
 
+mod course;
 mod drive;
 pub mod node;
 mod pkw;

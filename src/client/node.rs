@@ -17,13 +17,13 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `outcome` | what is asked, and what comes of it |
-//! | `guarding` | what is set up before a travel and put back behind it |
-//! | `travel` | a travel, a homing, a stop, from status word to status word |
+//! | `course` | the steps to each goal |
+//! | `pursuit` | a goal under way, step by step |
 //! | `why` | what keeps the drive from moving |
 
-mod guarding;
+mod course;
 mod outcome;
-mod travel;
+mod pursuit;
 mod why;
 
 use core::time::Duration;
@@ -33,13 +33,16 @@ use crate::can_bus::canopen::cob_id;
 use crate::can_bus::canopen::nmt;
 use crate::can_bus::canopen::sdo::client::{SdoClient, Step};
 use crate::can_bus::canopen::{Abort, Address, NmtState, NodeId};
-use crate::can_bus::cia402::{Controlword, Statusword};
+use crate::can_bus::cia402::Statusword;
 use crate::time::Instant;
 use heapless::Deque;
 
-use guarding::{Guard, Preparation};
+use course::{Act, CONTROLWORD, Or};
 pub use outcome::{MOST_OCTETS, NodeGoal, NodeLimits, NodeOutcome, NodeTrouble};
+use pursuit::Before;
 pub use why::{NodeHindrance, NodeSigns};
+
+use super::course::Course;
 
 /// A drive on CANopen as its master sees it. After every call drain [`poll_transmit`](Self::poll_transmit), then ask
 /// [`poll_outcome`](Self::poll_outcome); call [`handle_timeout`](Self::handle_timeout) when
@@ -50,12 +53,14 @@ pub struct NodeClient {
     limits: NodeLimits,
     sdo: SdoClient,
     task: Task,
+    /// The entry that is accessed.
+    at: Address,
     /// When the task must have gone on.
     due: Instant,
     /// When a status word is asked for next.
     look_at: Option<Instant>,
     nmt: Option<NmtState>,
-    guard: Guard,
+    before: Before,
     status: Option<Statusword>,
     out: Deque<Frame, 8>,
     outcome: Option<NodeOutcome>,
@@ -64,52 +69,24 @@ pub struct NodeClient {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Task {
     Idle,
-    Read(Address),
-    Write(Address),
-    /// The state of the node is asked for; then guarding is set up.
-    Enter(Errand),
-    /// A step of the preparation: which entry, and what follows.
-    Prepare(Errand, Preparation),
-    /// Up to operation enabled; whether a control word is under way.
-    Enable(Errand),
-    Target,
-    Start,
-    Acknowledged,
-    Release,
-    Travel,
-    StartHoming,
-    Homing,
-    /// The control word before the rising edge of bit 7.
-    Clear,
-    Acknowledge,
-    Acknowledging,
-    Halt,
-    Halting,
-    Coast,
-    Leave(Preparation),
+    Read,
+    Write,
+    Pursuing(Pursuit),
 }
 
-/// What a drive is enabled for.
+/// A goal under way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Errand {
-    MoveTo(i32),
-    Home,
-    /// Not enabled: a fault is acknowledged.
-    Acknowledge,
+struct Pursuit {
+    goal: NodeGoal,
+    course: Course<Act, Or>,
 }
 
-const CONTROLWORD: Address = Address::new(0x6040, 0);
-const STATUSWORD: Address = Address::new(0x6041, 0);
-const MODE: Address = Address::new(0x6060, 0);
-const TARGET: Address = Address::new(0x607A, 0);
+impl Pursuit {
+    const fn next(self) -> Self {
+        Self { goal: self.goal, course: self.course.next() }
+    }
+}
 
-/// Bits of the control words of the flow charts.
-const SHUTDOWN: u16 = 0x0006;
-const SWITCH_ON: u16 = 0x0007;
-const ENABLE: u16 = 0x000F;
-const QUICK_STOP: u16 = 0x0002;
-const FAULT_RESET: u16 = Controlword::FAULT_RESET;
-const START: u16 = ENABLE | Controlword::NEW_SET_POINT;
 /// How long between two status words.
 const LOOK: Duration = Duration::from_millis(5);
 
@@ -121,10 +98,11 @@ impl NodeClient {
             limits,
             sdo: SdoClient::new(node, limits.answer),
             task: Task::Idle,
+            at: CONTROLWORD,
             due: Instant::ZERO,
             look_at: None,
             nmt: None,
-            guard: Guard::default(),
+            before: Before::default(),
             status: None,
             out: Deque::new(),
             outcome: None,
@@ -143,31 +121,26 @@ impl NodeClient {
 
     /// Reads an entry. What was under way is forgotten.
     pub fn read(&mut self, now: Instant, at: Address) {
-        self.begin(now, Task::Read(at), self.limits.reaction);
+        self.begin(Task::Read);
         self.ask(now, at);
     }
 
     /// Writes an entry. What was under way is forgotten. More than 256 octets or none are refused as a length.
     pub fn write(&mut self, now: Instant, at: Address, octets: &[u8]) {
-        self.begin(now, Task::Write(at), self.limits.reaction);
+        self.begin(Task::Write);
         self.put(now, at, octets);
     }
 
     /// Begins a goal. What was under way is forgotten.
     pub fn pursue(&mut self, now: Instant, goal: NodeGoal) {
-        match goal {
-            NodeGoal::MoveTo(target) => self.set_out(now, Errand::MoveTo(target)),
-            NodeGoal::Home => self.set_out(now, Errand::Home),
-            NodeGoal::Acknowledge => self.set_out(now, Errand::Acknowledge),
-            NodeGoal::Stop => {
-                self.begin(now, Task::Halt, self.limits.reaction);
-                self.control(now, QUICK_STOP);
-            }
-            NodeGoal::Leave => {
-                self.begin(now, Task::Leave(Preparation::Word), self.limits.reaction);
-                self.control(now, 0);
-            }
+        let pursuit = Pursuit { goal, course: goal.course() };
+        self.begin(Task::Pursuing(pursuit));
+        if pursuit.course.step().is_some_and(|step| step.act == Act::Start) {
+            // What was heard before may be old: it is only what the node is taken back to.
+            let heard = self.nmt.take();
+            self.before.nmt = self.before.nmt.or(heard);
         }
+        self.step(now, pursuit);
     }
 
     /// A frame was received.
@@ -181,7 +154,7 @@ impl NodeClient {
             }
             return;
         }
-        let at = self.sdo_at();
+        let at = self.at;
         let mut value = [0; MOST_OCTETS];
         let answer = match self.sdo.handle_frame(now, frame) {
             Step::Wait => return,
@@ -207,18 +180,20 @@ impl NodeClient {
 
     /// The deadline has come, or any other instant.
     pub fn handle_timeout(&mut self, now: Instant) {
-        if self.guard.next.is_some_and(|next| next <= now) {
+        if self.before.next.is_some_and(|next| next <= now) {
             self.ask_state();
-            self.guard.next = Some(now.saturating_add(self.limits.life / 4));
+            self.before.next = Some(now.saturating_add(self.limits.life / 4));
         }
-        let at = self.sdo_at();
+        let at = self.at;
         if let Step::Failed { tell, .. } = self.sdo.handle_timeout(now) {
             self.send(tell);
             self.refused(now, NodeTrouble::NoAnswer { at });
         }
         if self.look_at.is_some_and(|look| look <= now) {
             self.look_at = None;
-            self.look(now);
+            if let Task::Pursuing(pursuit) = self.task {
+                self.look(now, pursuit);
+            }
         }
     }
 
@@ -236,27 +211,13 @@ impl NodeClient {
     /// When [`handle_timeout`](Self::handle_timeout) is to be called.
     pub fn poll_timeout(&self) -> Option<Instant> {
         let due = Instant::first_of(self.sdo.poll_timeout(), self.look_at);
-        Instant::first_of(due, self.guard.next)
+        Instant::first_of(due, self.before.next)
     }
 
-    fn set_out(&mut self, now: Instant, errand: Errand) {
-        self.begin(now, Task::Enter(errand), self.limits.reaction);
-        // What was heard before may be old: it is only what the node is taken back to.
-        let heard = self.nmt.take();
-        self.guard.nmt = self.guard.nmt.or(heard);
-        self.ask_state();
-        self.look_at = Some(now.saturating_add(LOOK));
-    }
-
-    fn begin(&mut self, now: Instant, task: Task, limit: Duration) {
+    fn begin(&mut self, task: Task) {
         self.outcome = None;
         self.look_at = None;
-        self.go(now, task, limit);
-    }
-
-    fn go(&mut self, now: Instant, task: Task, limit: Duration) {
         self.task = task;
-        self.due = now.saturating_add(limit);
     }
 
     fn end(&mut self, outcome: NodeOutcome) {
@@ -275,11 +236,13 @@ impl NodeClient {
     }
 
     fn ask(&mut self, now: Instant, at: Address) {
+        self.at = at;
         let frame = self.sdo.read(now, at);
         self.send(frame);
     }
 
     fn put(&mut self, now: Instant, at: Address, octets: &[u8]) {
+        self.at = at;
         match self.sdo.write(now, at, octets) {
             Some(frame) => self.send(frame),
             None => self.fail(NodeTrouble::Refused { at, code: Abort::LENGTH }),
@@ -300,133 +263,22 @@ impl NodeClient {
         self.send(nmt::Command::Enter(state).frame(Some(self.node)));
     }
 
-    /// The entry that the answer waited for is about.
-    const fn sdo_at(&self) -> Address {
-        match self.task {
-            Task::Read(at) | Task::Write(at) => at,
-            Task::Prepare(_, step) | Task::Leave(step) => step.entry(),
-            Task::Target => TARGET,
-            Task::Start
-            | Task::StartHoming
-            | Task::Clear
-            | Task::Acknowledge
-            | Task::Release
-            | Task::Halt
-            | Task::Coast => CONTROLWORD,
-            Task::Idle
-            | Task::Enter(_)
-            | Task::Enable(_)
-            | Task::Acknowledged
-            | Task::Travel
-            | Task::Homing
-            | Task::Acknowledging
-            | Task::Halting => STATUSWORD,
-        }
-    }
-
     fn refused(&mut self, now: Instant, trouble: NodeTrouble) {
         match self.task {
-            // A drive that takes no control word in this state is not enabled: there is nothing to stop.
-            Task::Halt if is_device_state(trouble) => self.end(NodeOutcome::Done),
-            // What could not be put back does not keep from the rest.
-            Task::Leave(step) => self.left(now, step),
-            // A device without guarding or without the mode by this name goes without.
-            Task::Prepare(errand, step @ (Preparation::ReadHeartbeat | Preparation::Heartbeat)) => {
-                self.prepared(now, errand, step);
-            }
-            Task::Idle
-            | Task::Read(_)
-            | Task::Write(_)
-            | Task::Enter(_)
-            | Task::Prepare(..)
-            | Task::Enable(_)
-            | Task::Target
-            | Task::Start
-            | Task::Acknowledged
-            | Task::Release
-            | Task::Travel
-            | Task::StartHoming
-            | Task::Homing
-            | Task::Clear
-            | Task::Acknowledge
-            | Task::Acknowledging
-            | Task::Halt
-            | Task::Halting
-            | Task::Coast => self.fail(trouble),
+            Task::Pursuing(pursuit) => self.step_refused(now, pursuit, trouble),
+            Task::Idle | Task::Read | Task::Write => self.fail(trouble),
         }
     }
 
-    /// An SDO answer has come.
+    /// An SDO answer has come; that to a write has no octets.
     fn answered(&mut self, now: Instant, value: [u8; MOST_OCTETS], len: usize) {
         let [low, high, ..] = value;
-        let word = u16::from_le_bytes([low, high]);
         match self.task {
             Task::Idle => {}
-            Task::Read(_) => self.end(NodeOutcome::Read(value, len)),
-            Task::Write(_) => self.end(NodeOutcome::Written),
-            Task::Enter(_) => {}
-            Task::Prepare(errand, Preparation::ReadMode) => self.mode_read(now, errand, low.cast_signed()),
-            Task::Prepare(errand, step) => {
-                if let Some(place) = step.place().and_then(|place| self.guard.reading.get_mut(place)) {
-                    *place = word;
-                }
-                self.prepared(now, errand, step);
-            }
-            Task::Enable(errand) => self.enable(now, errand, len, word),
-            Task::Target => {
-                self.go(now, Task::Start, self.limits.reaction);
-                self.control(now, START);
-            }
-            Task::Start => self.watch(now, Task::Acknowledged, self.limits.reaction),
-            Task::Release => self.watch(now, Task::Travel, self.limits.motion),
-            Task::StartHoming => self.watch(now, Task::Homing, self.limits.motion),
-            Task::Clear => {
-                self.go(now, Task::Acknowledge, self.limits.reaction);
-                self.control(now, FAULT_RESET);
-            }
-            Task::Acknowledge => self.watch(now, Task::Acknowledging, self.limits.reaction),
-            Task::Halt => self.watch(now, Task::Halting, self.limits.motion),
-            Task::Coast => self.end(NodeOutcome::Done),
-            Task::Acknowledged | Task::Travel | Task::Homing | Task::Acknowledging | Task::Halting => {
-                self.seen(now, Statusword(word));
-            }
-            Task::Leave(step) => self.left(now, step),
+            Task::Read => self.end(NodeOutcome::Read(value, len)),
+            Task::Write => self.end(NodeOutcome::Written),
+            Task::Pursuing(pursuit) if len == 0 => self.confirmed(now, pursuit),
+            Task::Pursuing(pursuit) => self.value_read(now, pursuit, u16::from_le_bytes([low, high])),
         }
     }
-
-    /// Reads status words until the task has what it waits for.
-    fn watch(&mut self, now: Instant, task: Task, limit: Duration) {
-        self.go(now, task, limit);
-        self.look_at = Some(now.saturating_add(LOOK));
-    }
-
-    /// It is time to look.
-    fn look(&mut self, now: Instant) {
-        match self.task {
-            Task::Enter(errand) => self.enter(now, errand),
-            Task::Enable(_)
-            | Task::Acknowledged
-            | Task::Travel
-            | Task::Homing
-            | Task::Acknowledging
-            | Task::Halting => self.ask(now, STATUSWORD),
-            Task::Idle
-            | Task::Read(_)
-            | Task::Write(_)
-            | Task::Prepare(..)
-            | Task::Target
-            | Task::Start
-            | Task::StartHoming
-            | Task::Clear
-            | Task::Acknowledge
-            | Task::Release
-            | Task::Halt
-            | Task::Coast
-            | Task::Leave(_) => {}
-        }
-    }
-}
-
-fn is_device_state(trouble: NodeTrouble) -> bool {
-    matches!(trouble, NodeTrouble::Refused { code: Abort::DEVICE_STATE, .. })
 }

@@ -2,21 +2,21 @@
 //!
 //! | file | holds |
 //! | --- | --- |
+//! | `course` | the steps to each goal |
 //! | `goal` | [`PpoGoal`], [`PpoOutcome`], [`PpoLimits`], and why a goal is not reached |
 
+mod course;
 mod goal;
 
 pub use goal::{PpoGoal, PpoGoalError, PpoLimits, PpoOutcome};
 
+use course::{Act, OFF1, RUN};
+
+use super::course::{Course, Shown, Step, Time};
 use super::pkw::{Job, NotSubmitted, Outcome, PkwClient, Profile};
-use crate::devices::ppo_drive::profile::{StwBit, ZswBit};
+use crate::devices::ppo_drive::profile::ZswBit;
 use crate::profibus::ppo::{Pkw, PpoType, Stw, Zsw};
 use crate::time::Instant;
-
-/// OFF1 with everything else released: a drive that follows is ready to switch on.
-const OFF1: u16 = 0x047E;
-/// Operation with the ramp generator and the setpoint released.
-const RUN: u16 = 0x047F;
 
 /// Input images that may be older than the control word they come after.
 const STALE_IMAGES: u32 = 3;
@@ -83,23 +83,17 @@ enum Activity {
 #[derive(Clone, Copy, Debug)]
 struct Pursuit {
     goal: PpoGoal,
-    step: Step,
+    course: Course<Act, ()>,
     deadline: Instant,
     /// A drive that still runs down is waited for as long as this.
     until: Instant,
 }
 
-/// What is waited for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Step {
-    /// OFF1 is given: out of operation, ready to switch on.
-    OutOfOperation,
-    /// The acknowledgement is given: no fault.
-    NoFault,
-    /// Everything is released: operation.
-    Operation,
-    /// The setpoint is given: the actual value is near it.
-    AtSpeed,
+/// What the last image makes of a step.
+enum Look {
+    Wait,
+    Next(i16),
+    Over(Result<i16, PpoGoalError>),
 }
 
 impl PpoClient {
@@ -127,19 +121,8 @@ impl PpoClient {
     /// Begins to pursue a goal. Its time runs from `now` on.
     pub fn pursue(&mut self, now: Instant, goal: PpoGoal) {
         let in_operation = self.stw.raw() == RUN && self.shows(ZswBit::OperationEnabled);
-        let step = match goal {
-            PpoGoal::Enable | PpoGoal::Run(_) if in_operation => Step::Operation,
-            PpoGoal::Enable | PpoGoal::Run(_) | PpoGoal::Disable => Step::OutOfOperation,
-            PpoGoal::Acknowledge => Step::NoFault,
-        };
-        let deadline = now.saturating_add(self.limits.reaction);
         let until = now.saturating_add(self.limits.motion);
-        match step {
-            Step::Operation | Step::AtSpeed => {}
-            Step::OutOfOperation => self.command(OFF1),
-            Step::NoFault => self.command(OFF1 | 1 << StwBit::Acknowledge.number()),
-        }
-        self.activity = Activity::Pursuing(Pursuit { goal, step, deadline, until });
+        self.begin(now, Pursuit { goal, course: goal.course(in_operation), deadline: now, until }, 0);
         self.go_on(now);
     }
 
@@ -255,88 +238,79 @@ impl PpoClient {
 
     /// Another control word; its setpoint is 0.
     const fn command(&mut self, stw: u16) {
-        if self.stw.raw() != stw
-            && let Some(seen) = &mut self.seen
-        {
+        if self.stw.raw() == stw {
+            return;
+        }
+        if let Some(seen) = &mut self.seen {
             seen.images = 0;
         }
         self.stw = Stw::from_raw(stw);
         self.setpoint = 0;
     }
 
+    /// Begins the present step; behind the last the goal is reached.
+    fn begin(&mut self, now: Instant, pursuit: Pursuit, actual: i16) {
+        let Some(step) = pursuit.course.step() else { return self.finish(pursuit.goal, Ok(actual)) };
+        match step.act {
+            Act::Word(word) => self.command(word),
+            Act::Setpoint => self.setpoint = pursuit.goal.setpoint(),
+        }
+        let limit = match step.time {
+            Time::Reaction => self.limits.reaction,
+            Time::Motion => self.limits.motion,
+        };
+        self.activity = Activity::Pursuing(Pursuit { deadline: now.saturating_add(limit), ..pursuit });
+    }
+
     fn go_on(&mut self, now: Instant) {
         let Activity::Pursuing(pursuit) = self.activity else { return };
-        match self.advance(pursuit) {
-            Some(Ok(next)) if next == pursuit.step => {}
-            Some(Ok(next)) => {
-                let limit = if next == Step::AtSpeed { self.limits.motion } else { self.limits.reaction };
-                let deadline = now.saturating_add(limit);
-                self.activity = Activity::Pursuing(Pursuit { step: next, deadline, ..pursuit });
-                return;
+        let Some(step) = pursuit.course.step() else { return };
+        match self.look(pursuit.goal, step) {
+            Look::Over(result) => self.finish(pursuit.goal, result),
+            Look::Next(actual) => {
+                self.begin(now, Pursuit { course: pursuit.course.next(), ..pursuit }, actual);
             }
-            Some(Err(result)) => return self.finish(pursuit.goal, result),
-            None => {}
-        }
-        if pursuit.step == Step::OutOfOperation && self.shows(ZswBit::Ready) && now < pursuit.until {
             // It runs down on its ramp.
-            let deadline = now.saturating_add(self.limits.reaction);
-            self.activity = Activity::Pursuing(Pursuit { deadline, ..pursuit });
-        } else if now >= pursuit.deadline {
-            let error = match self.seen {
-                Some(seen) => PpoGoalError::TimedOut { stw: self.stw, zsw: seen.zsw, actual: seen.actual },
-                None => PpoGoalError::NoInputs,
-            };
-            self.finish(pursuit.goal, Err(error));
+            Look::Wait if step.act == Act::Word(OFF1) && self.shows(ZswBit::Ready) && now < pursuit.until => {
+                let deadline = now.saturating_add(self.limits.reaction);
+                self.activity = Activity::Pursuing(Pursuit { deadline, ..pursuit });
+            }
+            Look::Wait if now >= pursuit.deadline => {
+                let error = match self.seen {
+                    Some(seen) => {
+                        PpoGoalError::TimedOut { stw: self.stw, zsw: seen.zsw, actual: seen.actual }
+                    }
+                    None => PpoGoalError::NoInputs,
+                };
+                self.finish(pursuit.goal, Err(error));
+            }
+            Look::Wait => {}
         }
     }
 
-    /// The step that is next, or how the goal ended. `None`: there is no image that counts.
-    fn advance(&mut self, pursuit: Pursuit) -> Option<Result<Step, Result<i16, PpoGoalError>>> {
-        let Pursuit { goal, step, .. } = pursuit;
-        let Seen { zsw, actual, images } = self.seen?;
-        if images <= STALE_IMAGES {
-            return None;
-        }
-        let is = |bit: ZswBit| bit.is_set(zsw);
-        if is(ZswBit::Fault) && goal != PpoGoal::Acknowledge {
+    fn look(&self, goal: PpoGoal, step: &Step<Act, ()>) -> Look {
+        let Some(Seen { zsw, actual, .. }) = self.seen.filter(|seen| seen.images > STALE_IMAGES) else {
+            return Look::Wait;
+        };
+        if ZswBit::Fault.is_set(zsw) && goal != PpoGoal::Acknowledge {
             // A drive in fault stands or runs out: that is what Disable is about.
-            let result = if goal == PpoGoal::Disable { Ok(actual) } else { Err(PpoGoalError::Fault) };
-            return Some(Err(result));
+            return Look::Over(if goal == PpoGoal::Disable { Ok(actual) } else { Err(PpoGoalError::Fault) });
         }
-        Some(match step {
-            Step::NoFault if is(ZswBit::Fault) => Ok(step),
-            Step::NoFault => Err(Ok(actual)),
-            Step::OutOfOperation if is(ZswBit::OperationEnabled) || is(ZswBit::Ready) => Ok(step),
-            Step::OutOfOperation => match goal {
-                PpoGoal::Disable | PpoGoal::Acknowledge => Err(Ok(actual)),
-                PpoGoal::Enable | PpoGoal::Run(_) if is(ZswBit::ReadyToSwitchOn) => {
-                    self.command(RUN);
-                    Ok(Step::Operation)
-                }
-                PpoGoal::Enable | PpoGoal::Run(_) => Ok(step),
-            },
-            Step::Operation if !is(ZswBit::OperationEnabled) => Ok(step),
-            Step::Operation => match goal {
-                PpoGoal::Run(setpoint) => {
-                    self.setpoint = setpoint;
-                    Ok(Step::AtSpeed)
-                }
-                PpoGoal::Enable | PpoGoal::Disable | PpoGoal::Acknowledge => {
-                    self.setpoint = 0;
-                    Err(Ok(actual))
-                }
-            },
-            Step::AtSpeed if !is(ZswBit::OperationEnabled) => Err(Err(PpoGoalError::Ended { zsw })),
-            Step::AtSpeed => {
-                let apart = i32::from(actual).abs_diff(self.setpoint.into());
-                if apart <= TOLERANCE.unsigned_abs() { Err(Ok(actual)) } else { Ok(step) }
-            }
-        })
+        let apart = i32::from(actual).abs_diff(self.setpoint.into());
+        match step.shown(zsw.raw()) {
+            Shown::Wait => Look::Wait,
+            Shown::Lost => Look::Over(Err(PpoGoalError::Ended { zsw })),
+            Shown::Done if step.act == Act::Setpoint && apart > TOLERANCE.unsigned_abs() => Look::Wait,
+            Shown::Done => Look::Next(actual),
+        }
     }
 
     fn finish(&mut self, goal: PpoGoal, result: Result<i16, PpoGoalError>) {
         if result.is_err() || goal == PpoGoal::Acknowledge {
             self.command(OFF1);
+        }
+        if goal == PpoGoal::Enable {
+            self.setpoint = 0;
         }
         self.activity = Activity::Over(PpoOutcome { goal, result });
     }

@@ -5,4 +5,5 @@ pub mod canopen;
 pub mod drive;
 pub mod param;
 pub mod profibus;
+mod surroundings;
 pub mod unit;

@@ -1,5 +1,7 @@
 //! A device on CANopen that has no clock of its own: an application behind a node.
 
+use core::fmt;
+
 use super::{CanopenDevice, CanopenEvent, RecallError};
 use crate::can_bus::can::Frame;
 use crate::can_bus::canopen::storage::{Eeprom, Generation, ImageError, NotStored, StoreRequest};
@@ -110,6 +112,10 @@ impl<A: Application + Surroundings> Surroundings for PlainNode<A> {
         self.act(now, |application| application.make_nominal(now));
     }
 
+    fn each_lack(&self, name: &str, say: &mut dyn FnMut(&dyn fmt::Display)) {
+        self.application.each_lack(name, say);
+    }
+
     fn each_key(&self, tell: &mut dyn FnMut(&'static str, bool)) {
         self.application.each_key(tell);
     }
@@ -122,7 +128,7 @@ impl<A: Application + Surroundings> Surroundings for PlainNode<A> {
         self.application.face(now)
     }
 
-    fn words(&self) -> [Address; 2] {
+    fn words(&self) -> &'static [Address] {
         self.application.words()
     }
 

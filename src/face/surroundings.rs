@@ -1,4 +1,4 @@
-//! What surrounds a device on CANopen and what a person sees of it, in the device's own words: faults that can be made,
+//! What surrounds a device and what a person sees of it, in the device's own words: faults that can be made,
 //! inputs, keys, the supply, its display and LEDs.
 //!
 //! A host that shows or changes them knows no device: it asks which there are.
@@ -196,6 +196,9 @@ pub trait Surroundings {
     /// Every input is as it should be, and what was provoked has no cause any more. The shaft stays where it is.
     fn make_nominal(&mut self, _now: Instant) {}
 
+    /// Says why it has no input or fault of that name, if a device next to it has one.
+    fn each_lack(&self, _name: &str, _say: &mut dyn FnMut(&dyn fmt::Display)) {}
+
     /// Each key, and whether it is held.
     fn each_key(&self, _tell: &mut dyn FnMut(&'static str, bool)) {}
 
@@ -212,8 +215,10 @@ pub trait Surroundings {
         Face::default()
     }
 
-    /// The entries that are words of bits: what the master commands, then what the device says.
-    fn words(&self) -> [Address; 2];
+    /// On CANopen the entries that are words of bits: what the master commands, then what the device says.
+    fn words(&self) -> &'static [Address] {
+        &[]
+    }
 
     /// The mode in force, as the device's [`Vocabulary`](crate::devices::Vocabulary) takes it.
     fn mode(&self) -> i64 {

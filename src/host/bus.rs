@@ -8,6 +8,7 @@ use std::vec::Vec;
 
 use super::{Appearance, Error, Participant};
 use crate::devices::ag03::profibus::{MAX_TELEGRAM_LEN, Timing};
+use crate::face::Surroundings;
 use crate::profibus::fdl::baud_search::CONTROL_TIME;
 use crate::profibus::fdl::{Address, BaudSearch, Framer, LineCounters, RateChange, StationCounters};
 use crate::time::{BaudRate, Instant};
@@ -168,6 +169,27 @@ impl Bus {
         let result = act(station.downcast_mut()?);
         self.stations.settle(address);
         Some(result)
+    }
+
+    /// What acts on the station at `address` from outside; `None`: there is none, or nothing acts on it.
+    pub fn surroundings(&self, address: Address) -> Option<&dyn Surroundings> {
+        self.stations.slot(address)?.station.surroundings()
+    }
+
+    /// Does something to what acts on the station at `address`. Counts as a `handle_*` call.
+    pub fn with_surroundings<R>(
+        &mut self,
+        address: Address,
+        act: impl FnOnce(&mut dyn Surroundings) -> R,
+    ) -> Option<R> {
+        let result = act(self.stations.slot_mut(address)?.station.surroundings_mut()?);
+        self.stations.settle(address);
+        Some(result)
+    }
+
+    /// The address that the station at `address` would have after `act` ([`Participant::address_after`]).
+    pub fn address_after(&self, address: Address, act: &dyn Fn(&mut dyn Surroundings)) -> Option<Address> {
+        self.stations.slot(address).map(|slot| slot.station.address_after(act))
     }
 
     /// What was heard on the line.

@@ -7,8 +7,8 @@ use std::boxed::Box;
 use std::string::ToString;
 
 use super::StoredDevice;
-use crate::devices::ag03::profibus::{DESCRIPTION, Device, Event, MAX_TELEGRAM_LEN};
-use crate::face::DriveState;
+use crate::devices::ag03::profibus::{DESCRIPTION, Device, Event, MAX_TELEGRAM_LEN, Power};
+use crate::face::{DriveState, Surroundings};
 use crate::profibus::dp;
 use crate::profibus::fdl::{Address, Rates, Telegram};
 use crate::time::{BaudRate, Instant};
@@ -62,6 +62,21 @@ pub trait Participant: Any + Send {
     fn appearance(&self) -> Appearance<'_> {
         Appearance::default()
     }
+
+    /// What acts on it from outside; `None`: nothing that a host could change.
+    fn surroundings(&self) -> Option<&dyn Surroundings> {
+        None
+    }
+
+    /// The same, to change it.
+    fn surroundings_mut(&mut self) -> Option<&mut dyn Surroundings> {
+        None
+    }
+
+    /// The address it would have after `act`, which it is not done to. Only a supply that comes moves a station.
+    fn address_after(&self, _act: &dyn Fn(&mut dyn Surroundings)) -> Address {
+        self.address()
+    }
 }
 
 /// What a station is and how it is.
@@ -89,6 +104,16 @@ pub enum StationKind {
     /// Somebody else's.
     #[default]
     Other,
+}
+
+/// The address of a drive after `act`: DIP switches are read when it is switched on.
+fn address_after(device: &Device, act: &dyn Fn(&mut dyn Surroundings)) -> Address {
+    if device.power() != Power::Off {
+        return device.address();
+    }
+    let mut trial = device.clone();
+    act(&mut trial);
+    trial.address()
 }
 
 impl<'a> Appearance<'a> {
@@ -151,6 +176,18 @@ impl Participant for Device {
     fn why(&self) -> Option<Box<dyn fmt::Display + '_>> {
         Some(Box::new(Self::why(self)))
     }
+
+    fn surroundings(&self) -> Option<&dyn Surroundings> {
+        Some(self)
+    }
+
+    fn surroundings_mut(&mut self) -> Option<&mut dyn Surroundings> {
+        Some(self)
+    }
+
+    fn address_after(&self, act: &dyn Fn(&mut dyn Surroundings)) -> Address {
+        address_after(self, act)
+    }
 }
 
 fn pass_on(device: &mut Device, news: &mut dyn FnMut(Event)) {
@@ -205,6 +242,18 @@ impl Participant for StoredDevice {
 
     fn why(&self) -> Option<Box<dyn fmt::Display + '_>> {
         Some(Box::new(self.device().why()))
+    }
+
+    fn surroundings(&self) -> Option<&dyn Surroundings> {
+        Some(self.device())
+    }
+
+    fn surroundings_mut(&mut self) -> Option<&mut dyn Surroundings> {
+        Some(self.device_mut())
+    }
+
+    fn address_after(&self, act: &dyn Fn(&mut dyn Surroundings)) -> Address {
+        address_after(self.device(), act)
     }
 }
 

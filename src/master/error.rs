@@ -2,6 +2,7 @@
 
 use core::time::Duration;
 use std::io;
+use std::string::String;
 
 use thiserror::Error;
 
@@ -18,6 +19,11 @@ pub enum SessionError {
     /// The link no longer works.
     #[error("the connection is lost: {0}")]
     Link(#[source] io::Error),
+    /// profirust has given up: nothing can be done with this session any more.
+    #[error(
+        "the DP master (profirust) has failed: {0}; give the command again, and report it with a capture of the line"
+    )]
+    Library(String),
     /// The master never got the token.
     #[error(
         "the other masters on the line did not pass the token to master {master} in time; end them, or choose a free \
@@ -138,6 +144,7 @@ impl SessionError {
     pub const fn is_loss(&self) -> bool {
         match self {
             Self::Link(_)
+            | Self::Library(_)
             | Self::NoToken { .. }
             | Self::AddressTaken { .. }
             | Self::Silent { .. }

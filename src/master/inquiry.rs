@@ -83,6 +83,21 @@ impl Inquiry {
         self.asked = 0;
     }
 
+    /// What is asked now.
+    fn question(&self) -> Option<Question> {
+        self.questions.front().map(|(_, question)| *question)
+    }
+
+    /// No answer of use: it is asked once more, or that is what has come of it.
+    fn unanswered(&mut self, fdl: &FdlActiveStation, address: u8, answer: Answer) {
+        if self
+            .question()
+            .is_some_and(|question| self.asked >= question.tries(fdl.parameters().max_retry_limit))
+        {
+            self.answered(address, answer);
+        }
+    }
+
     fn answered(&mut self, address: u8, answer: Answer) {
         // Anything else is the answer to a question that was taken back.
         if self.questions.front().is_some_and(|(asked, _)| *asked == address) {
@@ -119,7 +134,7 @@ impl FdlApplication for Inquiry {
         }))
     }
 
-    fn receive_reply(&mut self, _: Instant, _: &FdlActiveStation, address: u8, telegram: Telegram<'_>) {
+    fn receive_reply(&mut self, _: Instant, fdl: &FdlActiveStation, address: u8, telegram: Telegram<'_>) {
         let answer = match telegram {
             Telegram::Data(data) => match data.h.fc {
                 FunctionCode::Response { state, .. } => {
@@ -127,6 +142,10 @@ impl FdlApplication for Inquiry {
                 }
                 FunctionCode::Request { .. } => return,
             },
+            // FDL status is answered by a telegram: this is noise, in which the answer may have been lost.
+            Telegram::ShortConfirmation(_) if self.question() == Some(Question::Status) => {
+                return self.unanswered(fdl, address, Answer::Silence);
+            }
             Telegram::ShortConfirmation(_) => Answer::ShortAcknowledge,
             Telegram::Token(_) => return,
         };
@@ -134,10 +153,7 @@ impl FdlApplication for Inquiry {
     }
 
     fn handle_timeout(&mut self, _: Instant, fdl: &FdlActiveStation, address: u8) {
-        let question = self.questions.front().map(|(_, question)| *question);
-        if question.is_some_and(|question| self.asked >= question.tries(fdl.parameters().max_retry_limit)) {
-            self.answered(address, Answer::Silence);
-        }
+        self.unanswered(fdl, address, Answer::Silence);
     }
 }
 

@@ -15,11 +15,19 @@ use crate::time::{BITS_PER_OCTET, BaudRate};
 /// beyond it stay in the link until there is room.
 const RECEIVE_LEN: usize = 4 * MAX_TELEGRAM_LEN;
 
+/// SC, a telegram of one octet.
+const SHORT_ACKNOWLEDGE: u8 = 0xE5;
+/// SD4, which begins a token telegram.
+const TOKEN: u8 = 0xDC;
+
 /// Any [`Link`] as profirust's [`ProfibusPhy`].
 ///
 /// Nothing here blocks. A telegram goes to the link at once and counts as being transmitted for as long as its
 /// octets last on a line at the rate given. Received octets are kept until profirust drops them or sends again: as
 /// in its own layers, what it has not understood by then is an answer to nothing.
+///
+/// A short acknowledge that no request of this master asks for is dropped: profirust 0.6.0 panics at one that comes
+/// after it has passed the token on.
 ///
 /// profirust's interface knows no errors: the first failure of the link is kept for [`LinkPhy::take_error`], and
 /// from then on the line is silent.
@@ -30,6 +38,8 @@ pub struct LinkPhy<L> {
     /// When the last telegram has left.
     transmitting_until: Option<Instant>,
     received: Vec<u8>,
+    /// The telegram sent last was no token, so that a short acknowledge may be its answer.
+    awaits_answer: bool,
     error: Option<io::Error>,
     failed: bool,
 }
@@ -42,6 +52,7 @@ impl<L: Link> LinkPhy<L> {
             baudrate: baudrate(baud),
             transmitting_until: None,
             received: Vec::with_capacity(RECEIVE_LEN),
+            awaits_answer: false,
             error: None,
             failed: false,
         }
@@ -65,6 +76,14 @@ impl<L: Link> LinkPhy<L> {
     fn fail(&mut self, error: io::Error) {
         self.failed = true;
         self.error.get_or_insert(error);
+    }
+
+    /// Short acknowledges at the front that answer nothing.
+    fn stray_acknowledges(&self) -> usize {
+        if self.awaits_answer {
+            return 0;
+        }
+        self.received.iter().take_while(|octet| **octet == SHORT_ACKNOWLEDGE).count()
     }
 
     /// Takes over what has arrived.
@@ -99,6 +118,7 @@ impl<L: Link> ProfibusPhy for LinkPhy<L> {
         let (len, result) = f(&mut buf);
         if let Some(telegram) = buf.get(..len).filter(|telegram| !telegram.is_empty()) {
             self.received.clear();
+            self.awaits_answer = telegram.first() != Some(&TOKEN);
             self.transmitting_until = Some(now + transmission_time(self.baudrate, telegram.len()));
             if !self.failed
                 && let Err(error) = self.link.send(telegram)
@@ -114,6 +134,7 @@ impl<L: Link> ProfibusPhy for LinkPhy<L> {
         F: FnOnce(&[u8]) -> (usize, R),
     {
         self.collect();
+        self.received.drain(..self.stray_acknowledges());
         let (dropped, result) = f(&self.received);
         self.received.drain(..dropped.min(self.received.len()));
         result
@@ -217,6 +238,21 @@ mod tests {
         phy.transmit_data(micros(0), |_| (3, ()));
         slave.send(&[0xE5]).unwrap();
         assert_eq!(phy.receive_data(micros(0), |octets| (0, octets.to_vec())), [0xE5]);
+    }
+
+    #[test]
+    fn a_short_acknowledge_is_an_answer_to_a_request_and_to_nothing_else() {
+        let (mut phy, mut slave) = line();
+        slave.send(&[0xE5, 0xE5, 0x10]).unwrap();
+        assert_eq!(phy.receive_data(micros(0), |octets| (0, octets.to_vec())), [0x10]);
+        for (sent, heard) in [([0x10, 5, 2], &[0xE5, 0xE5][..]), ([0xDC, 5, 2], &[])] {
+            phy.transmit_data(micros(0), |buf| {
+                buf[..3].copy_from_slice(&sent);
+                (3, ())
+            });
+            slave.send(&[0xE5, 0xE5]).unwrap();
+            assert_eq!(phy.receive_data(micros(0), |octets| (0, octets.to_vec())), heard);
+        }
     }
 
     #[test]

@@ -2,8 +2,11 @@
 
 use core::cell::RefCell;
 use core::fmt;
+use core::panic::AssertUnwindSafe;
 use core::time::Duration;
 use std::io;
+use std::panic::catch_unwind;
+use std::string::String;
 use std::vec::Vec;
 
 use profirust::dp::{DiagnosticFlags, DpEvents, DpMaster, PeripheralEvent, PeripheralHandle};
@@ -148,6 +151,8 @@ pub struct Session<L, C> {
     /// The DP master lets its turns pass: it would take a released drive back.
     dp_pauses: bool,
     next_exchange: Instant,
+    /// Why profirust has given up. What it left behind is not used again.
+    failed: Option<String>,
 }
 
 impl<L, C> fmt::Debug for Session<L, C> {
@@ -178,6 +183,7 @@ impl<L: Link, C: Clock> Session<L, C> {
             drives: Vec::new(),
             dp_pauses: false,
             next_exchange: Instant::ZERO,
+            failed: None,
         })
     }
 
@@ -217,9 +223,8 @@ impl<L: Link, C: Clock> Session<L, C> {
             found(
                 address,
                 match answer {
-                    Answer::Silence => None,
+                    Answer::Silence | Answer::ShortAcknowledge => None,
                     Answer::Station(station, _) => Some(station),
-                    Answer::ShortAcknowledge => Some(StationType::Slave),
                 },
             );
         })
@@ -499,12 +504,19 @@ impl<L: Link, C: Clock> Session<L, C> {
 
     /// Lets profirust do what is due.
     fn poll(&mut self) -> Result<DpEvents, SessionError> {
+        if let Some(reason) = &self.failed {
+            return Err(SessionError::Library(reason.clone()));
+        }
         let now = self.clock.now();
         let mut turns = [Turn { dp: &self.dp, passes: self.dp_pauses }; CYCLES_PER_TOKEN];
         let turns = turns.iter_mut().map(|turn| turn as &mut dyn FdlApplication);
         let mut layers: Vec<&mut dyn FdlApplication> =
             core::iter::once(&mut self.inquiry as &mut dyn FdlApplication).chain(turns).collect();
-        self.fdl.poll_multi(instant(now), &mut self.phy, &mut layers);
+        let polled = contained(|| self.fdl.poll_multi(instant(now), &mut self.phy, &mut layers));
+        if let Err(reason) = polled {
+            self.failed = Some(reason.clone());
+            return Err(SessionError::Library(reason));
+        }
         if self.phy.is_lost() {
             let error = self.phy.take_error().unwrap_or_else(|| io::ErrorKind::NotConnected.into());
             return Err(SessionError::Link(error));
@@ -550,6 +562,15 @@ impl<L: Link, C: Clock> Session<L, C> {
         let token = slot.saturating_add(self.settings.cycle.saturating_mul(cycles));
         self.patience().saturating_add(token.saturating_mul(2 * 126))
     }
+}
+
+/// What a panic of another crate says, which must not end the program of a user.
+fn contained<R>(act: impl FnOnce() -> R) -> Result<R, String> {
+    // What is left behind is not looked at again.
+    catch_unwind(AssertUnwindSafe(act)).map_err(|panic| {
+        let text = panic.downcast_ref::<String>().map(String::as_str);
+        text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no reason").into()
+    })
 }
 
 /// As many octets as there is room for, and zeros behind them.

@@ -7,9 +7,11 @@ use std::vec::Vec;
 
 use axum::http::StatusCode;
 
-use super::problem::Problem;
+use super::inputs::{Acted, PowerName, Stations};
+use super::problem::{Problem, station};
 use super::queue::{self, Lends};
 use crate::devices::ag03::profibus::{Config, Device, Power};
+use crate::face::Surroundings;
 use crate::host::link::fault::Faults;
 use crate::host::{Bus, GsdStation, HostedPpoDrive, Participant, StateDir, StateDirError, StoredDevice};
 use crate::profibus::fdl::Address;
@@ -136,26 +138,21 @@ impl BusAccess<'_> {
         stored.ok_or_else(|| self.no_drive(address))
     }
 
-    /// Does something to the drive at `address` that may switch it on, where its DIP switches are read.
-    ///
-    /// # Errors
-    /// 404 if there is none; 409 if it would be switched on at the address of another station. Nothing is changed then.
-    pub(super) fn with_supply<R>(
-        &mut self,
-        address: Address,
-        act: impl Fn(&mut Device) -> R,
-    ) -> Result<R, Problem> {
-        if let Some(device) = self.drive(address).filter(|device| device.power() == Power::Off) {
-            let mut trial = device.clone();
-            act(&mut trial);
-            let wanted = trial.address();
-            if wanted != address && self.bus.presence(wanted).is_some() {
-                return Err(Problem::conflict(format!(
-                    "the DIP switches say address {wanted}, which another station has; set them to a free one"
-                )));
-            }
+    /// 409 if a station that comes to `wanted`, where its DIP switches are read, would meet another one there.
+    fn stays_apart(&self, address: Address, wanted: Option<Address>) -> Result<(), Problem> {
+        match wanted.filter(|wanted| *wanted != address) {
+            Some(wanted) if self.bus.presence(wanted).is_some() => Err(Problem::conflict(format!(
+                "the DIP switches say address {wanted}, which another station has; set them to a free one"
+            ))),
+            Some(_) | None => Ok(()),
         }
-        self.with_drive(address, act)
+    }
+
+    /// Where the drive at `address` would be if it was switched on now.
+    fn address_when_on(&self, address: Address) -> Option<Address> {
+        let mut trial = self.drive(address).filter(|device| device.power() == Power::Off)?.clone();
+        trial.power_on(self.now);
+        Some(trial.address())
     }
 
     /// The refusal of a drive whose image cannot be used, with the drive that has it now.
@@ -179,6 +176,50 @@ impl BusAccess<'_> {
     /// The refusal that says which drives there are.
     pub(super) fn no_drive(&self, address: Address) -> Problem {
         Problem::no_drive(address, self.bus.addresses().filter(|address| self.drive(*address).is_some()))
+    }
+}
+
+impl Stations for OfBus {
+    fn address(text: &str) -> Result<u8, Problem> {
+        station(text).map(Address::number)
+    }
+
+    fn look<R>(
+        access: &BusAccess<'_>,
+        address: u8,
+        look: impl FnOnce(&dyn Surroundings) -> R,
+    ) -> Result<R, Problem> {
+        let address = Address::from_octet(address);
+        access.bus.surroundings(address).map(look).ok_or_else(|| access.no_drive(address))
+    }
+
+    fn act<R>(
+        access: &mut BusAccess<'_>,
+        address: u8,
+        act: impl Fn(&mut dyn Surroundings, &Acted<'_>) -> Result<R, Problem>,
+    ) -> Result<R, Problem> {
+        let address = Address::from_octet(address);
+        let device = access.bus.appearance(address).map(|station| station.model.into_owned());
+        let acted = Acted { now: access.now, device: &device.unwrap_or_default() };
+        // What is refused is refused below.
+        let wanted = access.bus.address_after(address, &|station| drop(act(station, &acted)));
+        access.stays_apart(address, wanted)?;
+        let done = access.bus.with_surroundings(address, |station| act(station, &acted));
+        done.unwrap_or_else(|| Err(access.no_drive(address)))
+    }
+
+    fn switch(access: &mut BusAccess<'_>, address: u8, on: bool) -> Result<PowerName, Problem> {
+        let (now, address) = (access.now, Address::from_octet(address));
+        let wanted = if on { access.address_when_on(address) } else { None };
+        access.stays_apart(address, wanted)?;
+        access.with_drive(address, |device| {
+            if on {
+                device.power_on(now);
+            } else {
+                device.power_off(now);
+            }
+            device.power().into()
+        })
     }
 }
 

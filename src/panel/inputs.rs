@@ -1,382 +1,417 @@
-//! What acts on a drive from outside: supplies, load, temperatures, causes of faults; keys; the control supply.
+//! What acts on a station of either bus from outside: its inputs, faults made on purpose, keys, the supply. Which there
+//! are, the station says itself ([`Surroundings`]).
 
+use core::fmt;
 use std::format;
 use std::prelude::v1::*;
 
 use axum::Json;
 use axum::extract::State;
-use serde::de::Error;
-use serde::{Deserialize, Serialize};
+use serde::de::{Error, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+use serde_json::{Map, Value};
+use strsim::levenshtein;
 use utoipa::ToSchema;
 
-use super::bus_access::Asking;
-use super::problem::{Body, Problem, Problems, Station};
-use super::state::{FaultName, PowerState};
-use crate::devices::ag03::drive::{Fault, Inputs};
-use crate::devices::ag03::param::Model;
-use crate::devices::ag03::profibus::Device;
+use super::problem::{Body, PathOf, Problem, Problems};
+use super::queue::{Asking, Lends};
+use crate::face::Surroundings;
+use crate::face::surroundings::{Declined, Input, InputKind, Level};
+use crate::time::Instant;
 
-/// The plant inputs of a drive.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
-pub(super) struct PlantInputs {
-    /// As set. Nothing of it reaches a drive that is switched off.
-    control_supply_volts: f64,
-    /// AG03/1 only.
-    output_supply_volts: f64,
-    /// The enable input, AG03 only.
-    enable: bool,
-    battery_volts: f64,
-    /// Pulls the shaft clockwise, like a hanging weight; negative: the other way.
-    load_torque_newton_metres: f64,
-    /// Hinders turns in both directions.
-    friction_torque_newton_metres: f64,
-    blocked: bool,
-    ambient_temperature_celsius: f64,
-    /// Instead of the temperature that follows from the current; `null`: that one.
-    stage_temperature_celsius: Option<f64>,
-    /// Instead of the voltage that follows from supply and braking; `null`: that one.
-    dc_link_volts: Option<f64>,
-    /// AG03/1 only.
-    encoder_fault: bool,
-    internal_fault: bool,
+/// A bus whose stations can be asked and changed by their address.
+pub(super) trait Stations: Lends {
+    /// The address in a path.
+    ///
+    /// # Errors
+    /// 400 if it is none.
+    fn address(text: &str) -> Result<u8, Problem>;
+
+    /// Looks at what acts on a station.
+    ///
+    /// # Errors
+    /// 404 if there is none, with those that there are.
+    fn look<R>(
+        access: &Self::Access<'_>,
+        address: u8,
+        look: impl FnOnce(&dyn Surroundings) -> R,
+    ) -> Result<R, Problem>;
+
+    /// Does something to what acts on a station.
+    ///
+    /// # Errors
+    /// 404 if there is none; what `act` says; 409 if it would take the address of another station. Nothing is changed then.
+    fn act<R>(
+        access: &mut Self::Access<'_>,
+        address: u8,
+        act: impl Fn(&mut dyn Surroundings, &Acted<'_>) -> Result<R, Problem>,
+    ) -> Result<R, Problem>;
+
+    /// Switches the supply of a station on or off.
+    ///
+    /// # Errors
+    /// As [`Self::act`].
+    fn switch(access: &mut Self::Access<'_>, address: u8, on: bool) -> Result<PowerName, Problem>;
 }
 
-/// Which plant inputs to change; what is left out stays. A wrong value changes none of them, nor does `null` where it is
-/// not mentioned.
-#[derive(Clone, Copy, Debug, Default, Deserialize, ToSchema)]
+/// When something is done, and to which device.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Acted<'a> {
+    pub(super) now: Instant,
+    /// As on the command line.
+    pub(super) device: &'a str,
+}
+
+/// Which station, as the path says it.
+#[derive(Clone, Debug, Deserialize)]
+pub(super) struct OfStation {
+    address: String,
+}
+
+/// The inputs of a station: numbers, `true` or `false`, `null` for what follows from everything else. Which there are
+/// depends on the device.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(value_type = std::collections::HashMap<String, Value>, example = json!({"blocked": false}))]
+pub(super) struct InputValues(Map<String, Value>);
+
+/// Which inputs to change; what is left out stays. A wrong value changes none of them.
+#[derive(Clone, Debug, ToSchema)]
+#[schema(value_type = std::collections::HashMap<String, Value>, example = json!({"shaft_revolutions": 2.5}))]
+pub(super) struct InputsChange(Map<String, Value>);
+
+impl<'de> Deserialize<'de> for InputsChange {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(OnceEach)
+    }
+}
+
+/// A map that has no key twice: who writes one twice means two things.
+struct OnceEach;
+
+impl<'de> Visitor<'de> for OnceEach {
+    type Value = InputsChange;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("an object {...}")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<InputsChange, A::Error> {
+        let mut changes = Map::new();
+        while let Some((name, value)) = entries.next_entry::<String, Value>()? {
+            if changes.contains_key(&name) {
+                return Err(A::Error::custom(format!("duplicate field `{name}`")));
+            }
+            changes.insert(name, value);
+        }
+        Ok(InputsChange(changes))
+    }
+}
+
+/// A fault to make.
+#[derive(Clone, Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub(super) struct InputsChange {
-    #[serde(default, deserialize_with = "not_null")]
-    #[schema(value_type = f64, required = false, minimum = 0, maximum = 60)]
-    control_supply_volts: Option<f64>,
-    /// AG03/1 only.
-    #[serde(default, deserialize_with = "not_null")]
-    #[schema(value_type = f64, required = false, minimum = 0, maximum = 60)]
-    output_supply_volts: Option<f64>,
-    /// The enable input, AG03 only.
-    #[serde(default, deserialize_with = "not_null")]
-    #[schema(value_type = bool, required = false)]
-    enable: Option<bool>,
-    #[serde(default, deserialize_with = "not_null")]
-    #[schema(value_type = f64, required = false, minimum = 0, maximum = 10)]
-    battery_volts: Option<f64>,
-    #[serde(default, deserialize_with = "not_null")]
-    #[schema(value_type = f64, required = false, minimum = -1000, maximum = 1000)]
-    load_torque_newton_metres: Option<f64>,
-    #[serde(default, deserialize_with = "not_null")]
-    #[schema(value_type = f64, required = false, minimum = 0, maximum = 1000)]
-    friction_torque_newton_metres: Option<f64>,
-    #[serde(default, deserialize_with = "not_null")]
-    #[schema(value_type = bool, required = false)]
-    blocked: Option<bool>,
-    #[serde(default, deserialize_with = "not_null")]
-    #[schema(value_type = f64, required = false, minimum = -50, maximum = 200)]
-    ambient_temperature_celsius: Option<f64>,
-    /// `null`: it is calculated from the plant again.
-    #[serde(default, deserialize_with = "given")]
-    #[schema(value_type = Option<f64>, minimum = -50, maximum = 200)]
-    stage_temperature_celsius: Option<Option<f64>>,
-    /// `null`: it is calculated from the plant again.
-    #[serde(default, deserialize_with = "given")]
-    #[schema(value_type = Option<f64>, minimum = 0, maximum = 100)]
-    dc_link_volts: Option<Option<f64>>,
-    /// AG03/1 only.
-    #[serde(default, deserialize_with = "not_null")]
-    #[schema(value_type = bool, required = false)]
-    encoder_fault: Option<bool>,
-    #[serde(default, deserialize_with = "not_null")]
-    #[schema(value_type = bool, required = false)]
-    internal_fault: Option<bool>,
-}
-
-/// The keys of the manual setup mode (manual chapter 2.2.1.2).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
-pub(super) struct Keys {
-    /// Key 1, on an AG03 "right": clockwise.
-    key_1_pressed: bool,
-    /// Key 2, on an AG03 "left": counter-clockwise.
-    key_2_pressed: bool,
+pub(super) struct FaultToMake {
+    /// AG03, AG03/1: the letter, `D`. AP10: `battery-critical`, `battery-empty`, `speed`. ASDA-A2: the number on its panel, `011`.
+    fault: String,
 }
 
 /// A key that is pressed or released. It stays pressed until it is released.
-#[derive(Clone, Copy, Debug, Deserialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub(super) struct KeyChange {
-    key: KeyName,
+pub(super) struct KeyPress {
+    /// AG03, AG03/1: `key_1`, `key_2`. AP10: `left`, `up`, `star`.
+    key: String,
     pressed: bool,
 }
 
-/// A key of the manual setup mode.
-#[derive(Clone, Copy, Debug, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-enum KeyName {
-    #[serde(rename = "key_1")]
-    Clockwise,
-    #[serde(rename = "key_2")]
-    CounterClockwise,
+/// A key.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub(super) struct KeyState {
+    key: &'static str,
+    pressed: bool,
 }
 
-/// A fault to provoke.
-#[derive(Clone, Copy, Debug, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
+/// The keys of a station.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub(super) struct Keys {
+    keys: Vec<KeyState>,
+}
+
+/// A fault that can be made.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub(super) struct Provocation {
-    fault: FaultName,
+    fault: String,
+    text: String,
+    /// Its cause is there now.
+    present: bool,
 }
 
-/// The switch of the control supply.
+/// What an input may be.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub(super) struct InputRange {
+    input: &'static str,
+    /// What it is.
+    text: &'static str,
+    /// The lowest number; `null`: it is `true` or `false`.
+    low: Option<f64>,
+    /// The highest number.
+    high: Option<f64>,
+    /// Whether it may be `null`.
+    may_be_null: bool,
+}
+
+/// The switch of the supply.
 #[derive(Clone, Copy, Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PowerChange {
-    /// `true`: the drive gets `control_supply_volts`; `false`: nothing.
     on: bool,
 }
 
-/// What became of the control supply.
+/// What became of the supply.
 #[derive(Clone, Copy, Debug, Serialize, ToSchema)]
 pub(super) struct PowerAnswer {
-    power: PowerState,
+    power: PowerName,
 }
 
-/// The plant inputs of a drive
-#[utoipa::path(get, path = "/api/v1/drives/{address}/inputs", tag = "drive", params(("address" = u8, Path, maximum = 126)),
-    responses((status = 200, body = PlantInputs), Problems))]
-pub(super) async fn read(
-    State(asking): State<Asking>,
-    Station(address): Station,
-) -> Result<Json<PlantInputs>, Problem> {
-    asking.ask(move |bench| bench.with_drive(address, |device| Json(device.inputs().into()))).await?
+/// Whether a station is supplied.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::panel) enum PowerName {
+    Off,
+    On,
+    /// Switched on with the DIP switches of a factory reset: only the LEDs work.
+    FactoryReset,
 }
 
-/// Changes plant inputs
+/// The inputs of a station
+#[utoipa::path(get, path = "/api/v1/drives/{address}/inputs", tag = "station",
+    params(("address" = u8, Path, maximum = 127)), responses((status = 200, body = InputValues), Problems))]
+pub(super) async fn read<L: Stations>(
+    State(asking): State<Asking<L>>,
+    PathOf(of): PathOf<OfStation>,
+) -> Result<Json<InputValues>, Problem> {
+    let address = L::address(&of.address)?;
+    asking.ask(move |bench| L::look(bench, address, |station| Json(InputValues::of(station)))).await?
+}
+
+/// Changes inputs
 ///
 /// What is left out stays as it is.
-#[utoipa::path(patch, path = "/api/v1/drives/{address}/inputs", tag = "drive", params(("address" = u8, Path, maximum = 126)),
-    request_body = InputsChange, responses((status = 200, body = PlantInputs), Problems))]
-pub(super) async fn change(
-    State(asking): State<Asking>,
-    Station(address): Station,
-    Body(change): Body<InputsChange>,
-) -> Result<Json<PlantInputs>, Problem> {
-    set(&asking, address, move |device| change.applied(*device.inputs(), device.config().model)).await
-}
-
-/// Sets the plant inputs back to nominal: 24 V, enabled, a good battery, no load, 25 degC, nothing wrong
-#[utoipa::path(delete, path = "/api/v1/drives/{address}/inputs", tag = "drive", params(("address" = u8, Path, maximum = 126)),
-    responses((status = 200, body = PlantInputs), Problems))]
-pub(super) async fn nominal(
-    State(asking): State<Asking>,
-    Station(address): Station,
-) -> Result<Json<PlantInputs>, Problem> {
-    set(&asking, address, |device| {
-        let Inputs { key_clockwise, key_counter_clockwise, .. } = *device.inputs();
-        Ok(Inputs { key_clockwise, key_counter_clockwise, ..Inputs::default() })
+#[utoipa::path(patch, path = "/api/v1/drives/{address}/inputs", tag = "station",
+    params(("address" = u8, Path, maximum = 127)), request_body = InputsChange,
+    responses((status = 200, body = InputValues), Problems))]
+pub(super) async fn change<L: Stations>(
+    State(asking): State<Asking<L>>,
+    PathOf(of): PathOf<OfStation>,
+    Body(InputsChange(changes)): Body<InputsChange>,
+) -> Result<Json<InputValues>, Problem> {
+    acted(&asking, &of, move |station, acted| {
+        let inputs = inputs(station);
+        let levels = changes.iter().map(|(name, value)| {
+            let found = inputs.iter().find(|(input, _)| input.name == name);
+            let names = || inputs.iter().map(|(input, _)| input.name.to_owned()).collect::<Vec<_>>();
+            let (input, _) = found.ok_or_else(|| lacking(station, "input", name, acted.device, &names()))?;
+            Ok((input.name, level(input, value)?))
+        });
+        // All of them, before the first acts.
+        for (name, level) in levels.collect::<Result<Vec<_>, Problem>>()? {
+            station.set_input(acted.now, name, level);
+        }
+        Ok(())
     })
     .await
 }
 
-/// Changes plant inputs such that a fault follows
+/// Sets every input to nominal, and takes back the causes of provoked faults
 ///
-/// D, E, F, G and J follow at once, A, B and C once the shaft is commanded to turn. `DELETE` of the inputs takes the cause away.
-#[utoipa::path(post, path = "/api/v1/drives/{address}/provoke", tag = "drive", params(("address" = u8, Path, maximum = 126)),
-    request_body = Provocation, responses((status = 200, body = PlantInputs), Problems))]
-pub(super) async fn provoke(
-    State(asking): State<Asking>,
-    Station(address): Station,
-    Body(Provocation { fault }): Body<Provocation>,
-) -> Result<Json<PlantInputs>, Problem> {
-    set(&asking, address, move |device| {
-        let fault = Fault::from(fault);
-        if !fault.exists_on(device.config().model) {
-            return Err(Problem::conflict(format!("an AG03 has no fault {fault}; an AG03/1 has")));
-        }
-        Ok(device.drive().provoking(device.inputs(), fault))
+/// The shaft of an AP10 stays where it is. A fault that is latched waits for the master.
+#[utoipa::path(delete, path = "/api/v1/drives/{address}/inputs", tag = "station",
+    params(("address" = u8, Path, maximum = 127)), responses((status = 200, body = InputValues), Problems))]
+pub(super) async fn nominal<L: Stations>(
+    State(asking): State<Asking<L>>,
+    PathOf(of): PathOf<OfStation>,
+) -> Result<Json<InputValues>, Problem> {
+    acted(&asking, &of, |station, acted| {
+        station.make_nominal(acted.now);
+        Ok(())
+    })
+    .await
+}
+
+/// Makes a fault, or what it follows from
+///
+/// Of an AG03 and AG03/1, A, B and C follow once the shaft is commanded to turn, the others at once. `DELETE` of the inputs
+/// takes the cause away.
+#[utoipa::path(post, path = "/api/v1/drives/{address}/provoke", tag = "station",
+    params(("address" = u8, Path, maximum = 127)), request_body = FaultToMake,
+    responses((status = 200, body = InputValues), Problems))]
+pub(super) async fn provoke<L: Stations>(
+    State(asking): State<Asking<L>>,
+    PathOf(of): PathOf<OfStation>,
+    Body(FaultToMake { fault }): Body<FaultToMake>,
+) -> Result<Json<InputValues>, Problem> {
+    acted(&asking, &of, move |station, acted| {
+        station.provoke(acted.now, &fault).map_err(|declined| match declined {
+            Declined::SwitchedOff => switched_off(),
+            Declined::Unknown => {
+                let names: Vec<_> = faults(station).into_iter().map(|known| known.fault).collect();
+                lacking(station, "fault", &fault, acted.device, &names)
+            }
+        })
     })
     .await
 }
 
 /// Presses or releases a key
 ///
-/// The keys work only outside Data_Exchange. A key stays pressed until it is released; both pressed are none.
-#[utoipa::path(post, path = "/api/v1/drives/{address}/keys", tag = "drive", params(("address" = u8, Path, maximum = 126)),
-    request_body = KeyChange, responses((status = 200, body = Keys), Problems))]
-pub(super) async fn press(
-    State(asking): State<Asking>,
-    Station(address): Station,
-    Body(KeyChange { key, pressed }): Body<KeyChange>,
+/// A key stays pressed until it is released.
+#[utoipa::path(post, path = "/api/v1/drives/{address}/keys", tag = "station",
+    params(("address" = u8, Path, maximum = 127)), request_body = KeyPress,
+    responses((status = 200, body = Keys), Problems))]
+pub(super) async fn press<L: Stations>(
+    State(asking): State<Asking<L>>,
+    PathOf(of): PathOf<OfStation>,
+    Body(KeyPress { key, pressed }): Body<KeyPress>,
 ) -> Result<Json<Keys>, Problem> {
-    asking
-        .ask(move |bench| {
-            let now = bench.now;
-            bench.with_drive(address, |device| {
-                let mut inputs = *device.inputs();
-                match key {
-                    KeyName::Clockwise => inputs.key_clockwise = pressed,
-                    KeyName::CounterClockwise => inputs.key_counter_clockwise = pressed,
-                }
-                device.set_inputs(now, inputs);
-                Json(device.inputs().into())
-            })
-        })
-        .await?
+    let address = L::address(&of.address)?;
+    let press = move |station: &mut dyn Surroundings, acted: &Acted<'_>| {
+        station.press(acted.now, &key, pressed).map_err(|declined| match declined {
+            Declined::SwitchedOff => switched_off(),
+            Declined::Unknown => {
+                let names: Vec<_> = keys(station).iter().map(|known| known.key.to_owned()).collect();
+                lacking(station, "key", &key, acted.device, &names)
+            }
+        })?;
+        Ok(Json(Keys { keys: keys(station) }))
+    };
+    asking.ask(move |bench| L::act(bench, address, press)).await?
 }
 
-/// Switches the control supply on or off
+/// Switches the supply on or off
 ///
-/// `control_supply_volts` stays as it is set, but is 24 where it is too low to switch on. On: the DIP switches are read and the EEPROM is loaded. A
-/// drive that is switched on at another address is found there; where another station has that one, 409.
-#[utoipa::path(put, path = "/api/v1/drives/{address}/power", tag = "drive", params(("address" = u8, Path, maximum = 126)),
-    request_body = PowerChange, responses((status = 200, body = PowerAnswer), Problems))]
-pub(super) async fn power(
-    State(asking): State<Asking>,
-    Station(address): Station,
+/// Off: what is not stored is lost. On: the station starts as its EEPROM and its DIP switches say, and is found at the address
+/// that they say; where another station has that one, 409.
+#[utoipa::path(put, path = "/api/v1/drives/{address}/power", tag = "station",
+    params(("address" = u8, Path, maximum = 127)), request_body = PowerChange,
+    responses((status = 200, body = PowerAnswer), Problems))]
+pub(super) async fn power<L: Stations>(
+    State(asking): State<Asking<L>>,
+    PathOf(of): PathOf<OfStation>,
     Body(PowerChange { on }): Body<PowerChange>,
 ) -> Result<Json<PowerAnswer>, Problem> {
-    asking
-        .ask(move |bench| {
-            let now = bench.now;
-            bench.with_supply(address, |device| {
-                if on {
-                    device.power_on(now);
-                } else {
-                    device.power_off(now);
-                }
-                Json(PowerAnswer { power: device.power().into() })
-            })
-        })
-        .await?
+    let address = L::address(&of.address)?;
+    let power = asking.ask(move |bench| L::switch(bench, address, on)).await??;
+    Ok(Json(PowerAnswer { power }))
 }
 
-async fn set(
-    asking: &Asking,
-    address: crate::profibus::fdl::Address,
-    change: impl FnOnce(&Device) -> Result<Inputs, Problem> + Send + 'static,
-) -> Result<Json<PlantInputs>, Problem> {
-    asking
-        .ask(move |bench| {
-            let now = bench.now;
-            let inputs = change(bench.drive(address).ok_or_else(|| bench.no_drive(address))?)?;
-            bench.with_supply(address, |device| {
-                device.set_inputs(now, inputs);
-                Json(device.inputs().into())
-            })
+/// Does something to a station, and says what its inputs are then.
+async fn acted<L: Stations>(
+    asking: &Asking<L>,
+    of: &OfStation,
+    act: impl Fn(&mut dyn Surroundings, &Acted<'_>) -> Result<(), Problem> + Send + 'static,
+) -> Result<Json<InputValues>, Problem> {
+    let address = L::address(&of.address)?;
+    let done = asking.ask(move |bench| {
+        L::act(bench, address, |station, acted| {
+            act(station, acted)?;
+            Ok(Json(InputValues::of(station)))
         })
-        .await?
+    });
+    done.await?
 }
 
-impl InputsChange {
-    /// The inputs with the change.
-    fn applied(self, inputs: Inputs, model: Model) -> Result<Inputs, Problem> {
-        let Self { enable, output_supply_volts, encoder_fault, .. } = self;
-        match model {
-            Model::Ag03 if output_supply_volts.is_some() => {
-                return Err(Problem::conflict("an AG03 has one supply only; set control_supply_volts"));
+/// Says that a name is none of those that there are: 409 if a device next to it has it, else which is near.
+fn lacking(station: &dyn Surroundings, what: &str, got: &str, of: &str, known: &[String]) -> Problem {
+    let mut lack = None;
+    station.each_lack(got, &mut |sentence| lack = Some(sentence.to_string()));
+    lack.map_or_else(|| unknown(what, got, of, known), Problem::conflict)
+}
+
+/// Says that a name is none of those that there are, and which is near.
+pub(super) fn unknown(what: &str, got: &str, of: &str, known: &[String]) -> Problem {
+    let nearest =
+        known.iter().map(|name| (levenshtein(&name.to_lowercase(), &got.to_lowercase()), name)).min();
+    let near = match nearest {
+        Some((distance, name)) if distance * 2 <= name.len().max(2) => format!("did you mean {name}? "),
+        Some(_) | None => String::new(),
+    };
+    let there = match known {
+        [] => "it has none".into(),
+        known => format!("it has {}", known.join(", ")),
+    };
+    Problem::value(format!("'{got}' is no {what} of this {of}; {near}{there}"))
+}
+
+pub(super) fn switched_off() -> Problem {
+    Problem::conflict("the node is switched off; switch it on with PUT power {\"on\": true}")
+}
+
+fn inputs(device: &dyn Surroundings) -> Vec<(Input, Level)> {
+    let mut inputs = Vec::new();
+    device.each_input(&mut |input, level| inputs.push((*input, level)));
+    inputs
+}
+
+/// What a value means for an input.
+fn level(input: &Input, value: &Value) -> Result<Level, Problem> {
+    let name = input.name;
+    let expected = match (input.kind, value) {
+        (InputKind::Switch, Value::Bool(on)) => return Ok(Level::Switch(*on)),
+        (InputKind::Number { own: true, .. }, Value::Null) => return Ok(Level::Own),
+        (InputKind::Number { low, high, own }, value) => {
+            let number = value.as_f64();
+            if let Some(number) = number.filter(|number| (low..=high).contains(number)) {
+                return Ok(Level::Number(number));
             }
-            Model::Ag03 if encoder_fault.is_some() => {
-                return Err(Problem::conflict(
-                    "an AG03 has no SIN/COS monitoring of its encoder; an AG03/1 has",
-                ));
-            }
-            Model::Ag03_1 if enable.is_some() => {
-                return Err(Problem::conflict("an AG03/1 has no enable input; set output_supply_volts to 0"));
-            }
-            Model::Ag03 | Model::Ag03_1 => {}
+            let or_null = if own { ", or null" } else { "" };
+            format!("a number within {low} to {high}{or_null}")
         }
-        let volts = |name, value, now, most| within(name, value, now, 0.0, most);
-        let torque = |name, value, now, least| within(name, value, now, least, 1000.0);
-        let celsius = |name, value, now| within(name, value, now, -50.0, 200.0);
-        Ok(Inputs {
-            control_supply: volts(
-                "control_supply_volts",
-                self.control_supply_volts,
-                inputs.control_supply,
-                60.0,
-            )?,
-            output_supply: volts("output_supply_volts", output_supply_volts, inputs.output_supply, 60.0)?,
-            enable_input: enable.unwrap_or(inputs.enable_input),
-            battery: volts("battery_volts", self.battery_volts, inputs.battery, 10.0)?,
-            load_torque: torque(
-                "load_torque_newton_metres",
-                self.load_torque_newton_metres,
-                inputs.load_torque,
-                -1000.0,
-            )?,
-            friction_torque: torque(
-                "friction_torque_newton_metres",
-                self.friction_torque_newton_metres,
-                inputs.friction_torque,
-                0.0,
-            )?,
-            blocked: self.blocked.unwrap_or(inputs.blocked),
-            ambient: celsius(
-                "ambient_temperature_celsius",
-                self.ambient_temperature_celsius,
-                inputs.ambient,
-            )?,
-            stage_temperature: match self.stage_temperature_celsius {
-                None => inputs.stage_temperature,
-                Some(None) => None,
-                Some(value) => Some(celsius("stage_temperature_celsius", value, 0.0)?),
-            },
-            dc_link: match self.dc_link_volts {
-                None => inputs.dc_link,
-                Some(None) => None,
-                Some(value) => Some(volts("dc_link_volts", value, 0.0, 100.0)?),
-            },
-            encoder_fault: encoder_fault.unwrap_or(inputs.encoder_fault),
-            internal_fault: self.internal_fault.unwrap_or(inputs.internal_fault),
-            ..inputs
-        })
+        (InputKind::Switch, _) => "true or false".into(),
+    };
+    let hint = match value {
+        Value::Null => ": null is not possible for this input; leave it out to keep its value",
+        Value::Bool(_) | Value::Number(_) | Value::String(_) | Value::Array(_) | Value::Object(_) => "",
+    };
+    Err(Problem::value(format!("{name} must be {expected}, got {value}{hint}")))
+}
+
+impl InputValues {
+    pub(super) fn of(device: &dyn Surroundings) -> Self {
+        let value = |level| match level {
+            Level::Switch(on) => Value::Bool(on),
+            Level::Number(number) => Value::from(number),
+            Level::Own => Value::Null,
+        };
+        let fields = inputs(device).into_iter().map(|(input, level)| (input.name.to_owned(), value(level)));
+        Self(fields.collect())
     }
 }
 
-/// The value if there is one, else what it is now.
-fn within(name: &str, value: Option<f64>, now: f64, low: f64, high: f64) -> Result<f64, Problem> {
-    match value {
-        None => Ok(now),
-        Some(value) if (low..=high).contains(&value) => Ok(value),
-        Some(value) => Err(Problem::value(format!("{name} must be within {low} to {high}, got {value}"))),
-    }
+pub(super) fn ranges(device: &dyn Surroundings) -> Vec<InputRange> {
+    let range = |(input, _): (Input, Level)| {
+        let (low, high, may_be_null) = match input.kind {
+            InputKind::Switch => (None, None, false),
+            InputKind::Number { low, high, own } => (Some(low), Some(high), own),
+        };
+        InputRange { input: input.name, text: input.about, low, high, may_be_null }
+    };
+    inputs(device).into_iter().map(range).collect()
 }
 
-/// What cannot be `null`: somebody who writes it means something, and nothing would happen.
-fn not_null<'de, T: Deserialize<'de>, D: serde::Deserializer<'de>>(
-    deserializer: D,
-) -> Result<Option<T>, D::Error> {
-    let value = Option::deserialize(deserializer)?;
-    value.map(Some).ok_or_else(|| {
-        D::Error::custom(
-            "null is not possible for this input; leave it out to keep its value. Only stage_temperature_celsius and \
-             dc_link_volts can be null: they are calculated again",
-        )
-    })
+pub(super) fn faults(device: &dyn Surroundings) -> Vec<Provocation> {
+    let mut faults = Vec::new();
+    device.each_fault(&mut |fault| {
+        faults.push(Provocation {
+            fault: fault.name.to_string(),
+            text: fault.text.to_string(),
+            present: fault.present,
+        });
+    });
+    faults
 }
 
-/// Tells `null` from a field that is not there.
-fn given<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Option<Option<f64>>, D::Error> {
-    Option::deserialize(deserializer).map(Some)
-}
-
-impl From<&Inputs> for PlantInputs {
-    fn from(inputs: &Inputs) -> Self {
-        Self {
-            control_supply_volts: inputs.control_supply,
-            output_supply_volts: inputs.output_supply,
-            enable: inputs.enable_input,
-            battery_volts: inputs.battery,
-            load_torque_newton_metres: inputs.load_torque,
-            friction_torque_newton_metres: inputs.friction_torque,
-            blocked: inputs.blocked,
-            ambient_temperature_celsius: inputs.ambient,
-            stage_temperature_celsius: inputs.stage_temperature,
-            dc_link_volts: inputs.dc_link,
-            encoder_fault: inputs.encoder_fault,
-            internal_fault: inputs.internal_fault,
-        }
-    }
-}
-
-impl From<&Inputs> for Keys {
-    fn from(inputs: &Inputs) -> Self {
-        Self { key_1_pressed: inputs.key_clockwise, key_2_pressed: inputs.key_counter_clockwise }
-    }
+pub(super) fn keys(device: &dyn Surroundings) -> Vec<KeyState> {
+    let mut keys = Vec::new();
+    device.each_key(&mut |key, pressed| keys.push(KeyState { key, pressed }));
+    keys
 }

@@ -7,7 +7,6 @@
 //! | --- | --- |
 //! | `access` | what the thread of the bus lends |
 //! | `routes` | every path, the OpenAPI description |
-//! | `bench` | inputs, faults of the device, keys, power |
 //! | `faults` | faults on purpose of the bus and of what nodes send |
 //! | `fleet` | nodes that come and go |
 //! | `why` | what keeps a drive from moving |
@@ -20,7 +19,6 @@
 //! | `stream` | server-sent events |
 
 mod access;
-mod bench;
 mod bus;
 mod faults;
 mod fleet;

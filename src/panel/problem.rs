@@ -231,9 +231,14 @@ impl<S: Send + Sync> FromRequestParts<S> for Station {
             address: String,
         }
         let PathOf(OfDrive { address }) = PathOf::from_request_parts(parts, state).await?;
-        let number = address.parse().ok().and_then(|number| Address::station(number).ok());
-        number.map(Self).ok_or_else(|| {
-            Problem::new(StatusCode::BAD_REQUEST, format!("'{address}' is no address; expected 0 to 126"))
-        })
+        station(&address).map(Self)
     }
+}
+
+/// The address in a path.
+pub(super) fn station(text: &str) -> Result<Address, Problem> {
+    let number = text.parse().ok().and_then(|number| Address::station(number).ok());
+    number.ok_or_else(|| {
+        Problem::new(StatusCode::BAD_REQUEST, format!("'{text}' is no address; expected 0 to 126"))
+    })
 }

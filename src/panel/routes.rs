@@ -10,7 +10,7 @@ use std::format;
 use std::prelude::v1::*;
 use utoipa::OpenApi;
 
-use super::bus_access::Asking;
+use super::bus_access::{Asking, OfBus};
 use super::ppo_drives::parameters as ppo_parameters;
 use super::problem::{Problem, Problems};
 use super::stations::values;
@@ -43,11 +43,11 @@ pub(super) fn router(app: App) -> Router {
         .route("/api/v1/drives/{address}", get(drives::state).delete(drives::remove))
         .route(
             "/api/v1/drives/{address}/inputs",
-            get(inputs::read).patch(inputs::change).delete(inputs::nominal),
+            get(inputs::read::<OfBus>).patch(inputs::change::<OfBus>).delete(inputs::nominal::<OfBus>),
         )
-        .route("/api/v1/drives/{address}/provoke", post(inputs::provoke))
-        .route("/api/v1/drives/{address}/keys", post(inputs::press))
-        .route("/api/v1/drives/{address}/power", put(inputs::power))
+        .route("/api/v1/drives/{address}/provoke", post(inputs::provoke::<OfBus>))
+        .route("/api/v1/drives/{address}/keys", post(inputs::press::<OfBus>))
+        .route("/api/v1/drives/{address}/power", put(inputs::power::<OfBus>))
         .route("/api/v1/drives/{address}/switches", get(switches::read).put(switches::set))
         .route("/api/v1/drives/{address}/parameters", get(parameters::list))
         .route("/api/v1/stations", get(stations::list))

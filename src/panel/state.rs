@@ -12,7 +12,7 @@ use std::prelude::v1::*;
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use super::inputs::PlantInputs;
+use super::inputs::{self, InputRange, InputValues, PowerName};
 use super::parameters::ParameterState;
 use super::switches::Switches;
 use super::words::{self, Ppo, Words};
@@ -28,7 +28,7 @@ use slave::Dp;
 
 pub(super) use fault::{FaultName, LastRefusal, ReasonText, reasons_of};
 pub(super) use motion::{Motion, lengths};
-pub(super) use names::{ModelName, PowerState, gear};
+pub(super) use names::{ModelName, gear};
 pub(super) use slave::{Counters, DpState, PresenceState};
 
 /// What is to be known about a drive at a glance.
@@ -40,7 +40,7 @@ pub(super) struct DriveSummary {
     model: ModelName,
     /// 24 or 48: turns of the motor per turn of the shaft.
     gear_ratio: u16,
-    power: PowerState,
+    power: PowerName,
     presence: PresenceState,
     dp_state: DpState,
     /// The master that owns the slave.
@@ -89,13 +89,30 @@ pub(super) struct DriveState {
     /// The newest request of the master that the drive refused, and why.
     pub(super) last_refusal: Option<LastRefusal>,
     switches: Switches,
-    keys: super::inputs::Keys,
-    inputs: PlantInputs,
+    keys: HeldKeys,
+    inputs: InputValues,
+    input_ranges: Vec<InputRange>,
     eeprom: EepromName,
     pub(super) counters: Counters,
     /// Every parameter of the model. Not in the live stream.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) parameters: Option<Vec<ParameterState>>,
+}
+
+/// The keys of the manual setup mode (manual chapter 2.2.1.2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+struct HeldKeys {
+    /// Key 1, on an AG03 "right": clockwise.
+    key_1_pressed: bool,
+    /// Key 2, on an AG03 "left": counter-clockwise.
+    key_2_pressed: bool,
+}
+
+impl HeldKeys {
+    fn of(device: &Device) -> Self {
+        let inputs = device.inputs();
+        Self { key_1_pressed: inputs.key_clockwise, key_2_pressed: inputs.key_counter_clockwise }
+    }
 }
 
 impl DriveSummary {
@@ -158,8 +175,9 @@ impl DriveState {
             start: Start::of(device),
             last_refusal: None,
             switches: Switches::of(device),
-            keys: device.inputs().into(),
-            inputs: device.inputs().into(),
+            keys: HeldKeys::of(device),
+            inputs: InputValues::of(device),
+            input_ranges: inputs::ranges(device),
             eeprom: device.eeprom_state().into(),
             counters: counters.map(Counters::from).unwrap_or_default(),
             parameters: None,

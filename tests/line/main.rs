@@ -50,6 +50,7 @@ mod metrics;
 mod new_device;
 #[cfg(feature = "std")]
 mod node_images;
+mod noisy_line;
 mod own_master;
 mod own_station;
 mod plant;

@@ -2,8 +2,7 @@
 //!
 //! | goal | steps |
 //! | --- | --- |
-//! | enable | look, (raise OFF1, lower OFF1,) enable |
-//! | acknowledge | look, drop, acknowledge, raise OFF1, lower OFF1 |
+//! | enable, acknowledge | look, then the words of `course` |
 //! | move to | look, (lower,) prepare, start, travel (, settle) |
 //! | pause, stop, disable | look, halt (, run out) |
 //! | resume | look, resume, travel (, settle) |
@@ -13,14 +12,16 @@
 
 use super::commanded::Commanded;
 use super::control_word::ControlWord;
+use super::course::{acknowledging, enabling};
 use super::goal::Goal;
 use super::job::TravelJob;
 use super::obstacle::{Findings, Obstacle, Obstacles};
 use super::question::Question;
 use super::seen::Seen;
 use super::standstill::{arrived, leave, turned};
-use super::step::{Next, Step, done_if};
+use super::step::{Next, Step};
 use super::zsw::ZswPattern;
+use crate::client::course::{Course, Shown};
 use crate::devices::ag03::drive::Mode;
 use crate::devices::ag03::profibus::bits::ZswBit;
 use crate::profibus::ppo::Zsw;
@@ -83,34 +84,9 @@ impl GoalProgress {
         if self.question.is_some() {
             return Next::Stay;
         }
-        let mode = self.findings.mode;
         match self.step {
             Step::Look => self.begin(commanded, zsw),
-            Step::Drop => {
-                commanded.word = ControlWord::Acknowledging;
-                Next::Step(Step::Acknowledge)
-            }
-            Step::Acknowledge if ZswBit::Fault.is_set(zsw) => Next::Stay,
-            Step::Acknowledge => {
-                commanded.word = ControlWord::Disabled;
-                Next::Step(Step::RaiseOff1)
-            }
-            Step::RaiseOff1 => {
-                commanded.word = ControlWord::Off1;
-                Next::Step(Step::LowerOff1)
-            }
-            Step::LowerOff1 if ZswBit::TurnOnDisabled.is_set(zsw) => Next::Stay,
-            Step::LowerOff1 if goal == Goal::Enable => {
-                commanded.word = ControlWord::Enabled;
-                Next::Step(Step::Enable)
-            }
-            Step::LowerOff1 => {
-                commanded.word = ControlWord::Off;
-                Next::Done
-            }
-            Step::Enable => {
-                done_if(mode.is_some_and(|mode| ZswPattern::operation_enabled(mode).is_met(mode, zsw)))
-            }
+            Step::State(course) => self.change_state(commanded, course, zsw),
             Step::Halt | Step::RunOut => self.halted(now, commanded, seen, zsw),
             Step::Lower => self.prepare(commanded),
             Step::Prepare => self.start_when_ready(commanded, zsw),
@@ -177,25 +153,16 @@ impl GoalProgress {
         if goal.moves() && !(commanded.word.enables() && ZswBit::OperationEnabled.is_set(zsw)) {
             return Next::Refused;
         }
+        let (fault, inhibited) = (ZswBit::Fault.is_set(zsw), ZswBit::TurnOnDisabled.is_set(zsw));
         match goal {
-            Goal::Enable if ZswBit::TurnOnDisabled.is_set(zsw) => {
-                commanded.end_job_with(ControlWord::Disabled);
-                Next::Step(Step::RaiseOff1)
-            }
             // What it does at the moment goes on.
-            Goal::Enable if commanded.word.enables() && ZswBit::OperationEnabled.is_set(zsw) => Next::Done,
-            Goal::Enable => {
-                commanded.end_job_with(ControlWord::Enabled);
-                Next::Step(Step::Enable)
+            Goal::Enable
+                if !inhibited && commanded.word.enables() && ZswBit::OperationEnabled.is_set(zsw) =>
+            {
+                Next::Done
             }
-            Goal::Acknowledge if ZswBit::Fault.is_set(zsw) => {
-                commanded.end_job_with(ControlWord::Disabled);
-                Next::Step(Step::Drop)
-            }
-            Goal::Acknowledge if ZswBit::TurnOnDisabled.is_set(zsw) => {
-                commanded.end_job_with(ControlWord::Disabled);
-                Next::Step(Step::RaiseOff1)
-            }
+            Goal::Enable => change(commanded, enabling(mode.unwrap_or(Mode::Positioning), inhibited)),
+            Goal::Acknowledge if fault || inhibited => change(commanded, acknowledging(fault)),
             Goal::Acknowledge => Next::Done,
             Goal::MoveTo(_) if commanded.word == ControlWord::Turn => {
                 commanded.halt();
@@ -208,6 +175,26 @@ impl GoalProgress {
             Goal::Stop | Goal::Disable => Next::Step(Step::Halt),
             Goal::Inch | Goal::Jog(_) => Next::Step(Step::Check),
             Goal::Velocity(_) => Next::Step(Step::Range),
+        }
+    }
+
+    /// Goes through the words that change the state.
+    fn change_state(&self, commanded: &mut Commanded, course: Course<ControlWord, ()>, zsw: Zsw) -> Next {
+        if course.step().is_some_and(|step| step.shown(zsw.raw()) == Shown::Wait) {
+            return Next::Stay;
+        }
+        let course = course.next();
+        match course.step() {
+            Some(step) => {
+                commanded.word = step.act;
+                Next::Step(Step::State(course))
+            }
+            None => {
+                if self.goal == Goal::Acknowledge {
+                    commanded.word = ControlWord::Off;
+                }
+                Next::Done
+            }
         }
     }
 
@@ -241,4 +228,12 @@ impl GoalProgress {
     pub(super) const fn obstacles(&self) -> Obstacles {
         Obstacles::of(self.goal, self.findings)
     }
+}
+
+/// The first word of a change of state.
+fn change(commanded: &mut Commanded, course: Course<ControlWord, ()>) -> Next {
+    if let Some(step) = course.step() {
+        commanded.end_job_with(step.act);
+    }
+    Next::Step(Step::State(course))
 }

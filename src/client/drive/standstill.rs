@@ -92,7 +92,9 @@ pub(super) fn turned(seen: &Seen, rpm: i32, window: u32, zsw: Zsw) -> Next {
 
 /// Whether the status word is one that the goal ends with.
 fn is_halted(goal: Goal, mode: Option<Mode>, zsw: Zsw) -> bool {
-    let is = |pattern: fn(Mode) -> ZswPattern| mode.is_some_and(|mode| pattern(mode).is_met(mode, zsw));
+    let is = |pattern: fn(Mode) -> ZswPattern| {
+        mode.is_some_and(|mode| pattern(mode).bits(mode).matches(zsw.raw()))
+    };
     let off =
         ZswBit::TurnOnDisabled.is_set(zsw) || ZswBit::Fault.is_set(zsw) || !ZswBit::ReadyToTurnOn.is_set(zsw);
     match goal {

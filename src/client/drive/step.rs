@@ -1,22 +1,16 @@
 //! The steps on the way to a goal, and what an image or an answer makes of them.
 
+use super::control_word::ControlWord;
 use super::question::Question;
+use crate::client::course::Course;
 
 /// Where a goal stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Step {
     /// The drive is asked for its operating mode and so shows that it sees the outputs.
     Look,
-    /// STW without enable, before the acknowledge.
-    Drop,
-    /// STW.7 until ZSW.3 goes.
-    Acknowledge,
-    /// STW.0 = 1, so that it can fall.
-    RaiseOff1,
-    /// STW.0 = 0 until ZSW.6 goes.
-    LowerOff1,
-    /// 000B until operation is enabled.
-    Enable,
+    /// Enabling or acknowledging.
+    State(Course<ControlWord, ()>),
     /// Until the drive stands.
     Halt,
     /// As long as the shaft turns on the way there.
@@ -64,88 +58,61 @@ pub(super) enum Next {
     Refused,
 }
 
+/// What kind of step it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// Everything but motion.
+    Change,
+    /// A motion.
+    Motion,
+    /// A level of STW has been set to turn the shaft, which need not turn yet.
+    Begin,
+    /// Both.
+    Turn,
+}
+
 impl Step {
-    pub(super) const fn question(self) -> Option<Question> {
+    /// What is asked in it, and its kind.
+    const fn row(self) -> (Option<Question>, Kind) {
+        const STATUS: Option<Question> = Some(Question::SystemStatus);
         match self {
-            Self::Look => Some(Question::OperatingMode),
-            Self::Drop
-            | Self::RaiseOff1
-            | Self::Halt
-            | Self::RunOut
+            Self::Look => (Some(Question::OperatingMode), Kind::Change),
+            Self::State(course) => match course.step() {
+                Some(step) if step.until.is_empty() => (STATUS, Kind::Change),
+                Some(_) | None => (None, Kind::Change),
+            },
+            Self::Halt
             | Self::Lower
             | Self::Prepare
             | Self::Resume
             | Self::Settle
             | Self::Check
             | Self::StartInching { .. }
-            | Self::Jog { .. }
-            | Self::Release { .. }
-            | Self::Stalled { .. } => Some(Question::SystemStatus),
-            Self::Start { check, .. } => Some(check.question()),
-            Self::InchingWay { .. } => Some(Question::DeltaInch),
-            Self::Range => Some(Question::HardwareVersion),
-            Self::Window => Some(Question::Window),
-            Self::Acknowledge
-            | Self::LowerOff1
-            | Self::Enable
-            | Self::Travel
-            | Self::Inch
-            | Self::Turn { .. } => None,
+            | Self::Release { .. } => (STATUS, Kind::Change),
+            Self::RunOut => (STATUS, Kind::Motion),
+            Self::Jog { .. } => (STATUS, Kind::Begin),
+            Self::Stalled { .. } => (STATUS, Kind::Turn),
+            Self::Start { check, .. } => (Some(check.question()), Kind::Change),
+            Self::InchingWay { .. } => (Some(Question::DeltaInch), Kind::Change),
+            Self::Range => (Some(Question::HardwareVersion), Kind::Change),
+            Self::Window => (Some(Question::Window), Kind::Change),
+            Self::Travel | Self::Inch => (None, Kind::Motion),
+            Self::Turn { .. } => (None, Kind::Turn),
         }
+    }
+
+    pub(super) const fn question(self) -> Option<Question> {
+        self.row().0
     }
 
     /// Whether it has the time of a motion.
     pub(super) const fn is_motion(self) -> bool {
-        match self {
-            Self::RunOut | Self::Travel | Self::Inch | Self::Turn { .. } | Self::Stalled { .. } => true,
-            Self::Look
-            | Self::Drop
-            | Self::Acknowledge
-            | Self::RaiseOff1
-            | Self::LowerOff1
-            | Self::Enable
-            | Self::Halt
-            | Self::Lower
-            | Self::Prepare
-            | Self::Start { .. }
-            | Self::Resume
-            | Self::Settle
-            | Self::Check
-            | Self::StartInching { .. }
-            | Self::InchingWay { .. }
-            | Self::Jog { .. }
-            | Self::Range
-            | Self::Window
-            | Self::Release { .. } => false,
-        }
+        matches!(self.row().1, Kind::Motion | Kind::Turn)
     }
 
     /// Whether a level of STW has been set to turn the shaft, which need not turn yet.
     pub(super) const fn begins_turning(self) -> bool {
-        match self {
-            Self::Jog { .. } | Self::Turn { .. } | Self::Stalled { .. } => true,
-            Self::Look
-            | Self::Drop
-            | Self::Acknowledge
-            | Self::RaiseOff1
-            | Self::LowerOff1
-            | Self::Enable
-            | Self::Halt
-            | Self::RunOut
-            | Self::Lower
-            | Self::Prepare
-            | Self::Start { .. }
-            | Self::Resume
-            | Self::Travel
-            | Self::Settle
-            | Self::Check
-            | Self::StartInching { .. }
-            | Self::InchingWay { .. }
-            | Self::Inch
-            | Self::Range
-            | Self::Window
-            | Self::Release { .. } => false,
-        }
+        matches!(self.row().1, Kind::Begin | Kind::Turn)
     }
 }
 

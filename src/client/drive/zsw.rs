@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use crate::client::course::Bits;
 use crate::devices::ag03::drive::Mode;
 use crate::devices::ag03::profibus::bits::ZswBit;
 use crate::profibus::ppo::Zsw;
@@ -78,13 +79,13 @@ impl ZswPattern {
         zsw.raw() & self.mask == self.value
     }
 
-    /// As [`matches`](Self::matches), with any ZSW.14 in velocity mode: one table has 1 there, the charts have 0 (C-03).
-    pub(super) const fn is_met(self, mode: Mode, zsw: Zsw) -> bool {
+    /// Its bits, with any ZSW.14 in velocity mode: one table has 1 there, the charts have 0 (C-03).
+    pub(super) const fn bits(self, mode: Mode) -> Bits {
         let mask = match mode {
             Mode::Positioning => self.mask,
             Mode::Velocity => self.mask & !ZswBit::LimitExceeded.mask(),
         };
-        Self { mask, ..self }.matches(zsw)
+        Bits { mask, value: self.value & mask }
     }
 }
 

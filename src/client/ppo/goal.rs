@@ -23,6 +23,16 @@ pub enum PpoGoal {
     Acknowledge,
 }
 
+impl PpoGoal {
+    /// The setpoint it leads to.
+    pub(super) const fn setpoint(self) -> i16 {
+        match self {
+            Self::Run(setpoint) => setpoint,
+            Self::Enable | Self::Disable | Self::Acknowledge => 0,
+        }
+    }
+}
+
 impl fmt::Display for PpoGoal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

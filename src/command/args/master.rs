@@ -383,28 +383,27 @@ impl Master {
         }
     }
 
+    /// What a drive of PROFIDRIVE version 2 can be asked, and its line.
     fn check_ppo(&self) -> Result<(), String> {
-        match self.action {
+        let known = matches!(
+            self.action,
             Action::Scan { .. }
-            | Action::Diag
-            | Action::Read { .. }
-            | Action::Write { .. }
-            | Action::Params
-            | Action::Status
-            | Action::Monitor { .. }
-            | Action::Stop
-            | Action::Ack
-            | Action::Faults { .. }
-            | Action::Motion(Motion::Enable { .. } | Motion::Velocity { .. }) => Ok(()),
-            Action::Save { .. }
-            | Action::Restore { .. }
-            | Action::Calibrate { .. }
-            | Action::Motion(Motion::Move { .. } | Motion::Jog { .. } | Motion::Home { .. }) => {
-                Err("this is for the AG03; with --ppo there are read, write, params, status, monitor, faults, ack, enable, \
-                     velocity and stop"
-                    .into())
-            }
-        }
+                | Action::Diag
+                | Action::Read { .. }
+                | Action::Write { .. }
+                | Action::Params
+                | Action::Status
+                | Action::Monitor { .. }
+                | Action::Stop
+                | Action::Ack
+                | Action::Faults { .. }
+                | Action::Motion(Motion::Enable { .. } | Motion::Velocity { .. })
+        );
+        known.then_some(()).ok_or_else(|| {
+            "this is for the AG03; with --ppo there are read, write, params, status, monitor, faults, ack, enable, velocity \
+             and stop"
+                .into()
+        })
     }
 
     fn check_can(&self) -> Result<(), String> {
@@ -415,25 +414,19 @@ impl Master {
         if self.baud.is_some_and(|baud| baud.can().is_none()) {
             return Err("this rate is none of CAN; expected 125000, 250000, 500000 or 1000000".into());
         }
-        match self.action {
+        let known = matches!(
+            self.action,
             Action::Read { .. }
-            | Action::Write { .. }
-            | Action::Status
-            | Action::Stop
-            | Action::Ack
-            | Action::Faults { .. }
-            | Action::Motion(Motion::Move { .. } | Motion::Home { .. }) => Ok(()),
-            Action::Scan { .. }
-            | Action::Diag
-            | Action::Params
-            | Action::Save { .. }
-            | Action::Restore { .. }
-            | Action::Motion(Motion::Enable { .. } | Motion::Jog { .. } | Motion::Velocity { .. })
-            | Action::Calibrate { .. }
-            | Action::Monitor { .. } => Err(
-                "this is for PROFIBUS; on CANopen there are read, write, status, move, home, stop, ack and faults".into()
-            ),
-        }
+                | Action::Write { .. }
+                | Action::Status
+                | Action::Stop
+                | Action::Ack
+                | Action::Faults { .. }
+                | Action::Motion(Motion::Move { .. } | Motion::Home { .. })
+        );
+        known.then_some(()).ok_or_else(|| {
+            "this is for PROFIBUS; on CANopen there are read, write, status, move, home, stop, ack and faults".into()
+        })
     }
 
     /// The node that is asked for.

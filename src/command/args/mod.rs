@@ -38,7 +38,7 @@ pub(crate) use link::{BaudSpec, LinkSpec};
 pub(crate) use manual::{Completions, Man};
 #[cfg(test)]
 pub(crate) use master::Go;
-pub(crate) use master::{Action, AddressRange, Direction, Master, Motion};
+pub(crate) use master::{Action, AddressRange, Asked, Direction, Master, Motion};
 pub(crate) use master_link::{CanPlace, MasterLink};
 pub(crate) use parameter::ParameterSpec;
 pub(crate) use quantity::Quantity;

@@ -10,6 +10,7 @@ use profidrive::master::{Drive, Identity};
 use profidrive::profibus::pkw::ErrorNumber;
 use serde_json::json;
 
+use super::device::Shown;
 use super::trouble::Trouble;
 use super::value::{Item, is_length, lengths, lengths_in};
 use super::{say, watch};
@@ -45,7 +46,7 @@ pub(super) fn read<L: Link, C: Clock>(
     let item = Item::read(drive, parameter.entry, parameter.element)
         .map_err(|trouble| refusal(drive, trouble, parameter.entry, None))?;
     let lengths = if is_length(parameter.entry) { lengths(drive)? } else { Lengths::Unknown };
-    if json { say(item.json(lengths)) } else { say(item.line(lengths)) }
+    item.shown(lengths).say(json)
 }
 
 /// Writes, reads back, and says both.
@@ -66,9 +67,8 @@ pub(super) fn write<L: Link, C: Clock>(
     let value = Value::of(entry.width, i32::try_from(number).unwrap_or(i32::MAX));
     drive.write(entry.pnu, value).map_err(|trouble| refusal(drive, trouble, entry, Some(number)))?;
     let Some(before) = before else {
-        let item = Item { entry, element: None, value };
-        let done = format!("{} done", item.line(Lengths::Unknown));
-        return if json { say(item.json(Lengths::Unknown)) } else { say(done) };
+        let done = Item { entry, element: None, value }.shown(Lengths::Unknown);
+        return Shown { text: format!("{} done", done.text), ..done }.say(json);
     };
     let after = Item::read(drive, entry, None)?;
     let lengths = if is_length(entry) { lengths(drive)? } else { Lengths::Unknown };
@@ -80,14 +80,7 @@ pub(super) fn write<L: Link, C: Clock>(
             after.number()
         )));
     }
-    if json {
-        let mut object = after.json(lengths);
-        if let Some(fields) = object.as_object_mut() {
-            fields.insert("before".into(), before.number().into());
-        }
-        return say(object);
-    }
-    say(format_args!("{}, was {}", after.line(lengths), before.text(lengths)))
+    after.shown(lengths).say_changed(&before.shown(lengths), "", json)
 }
 
 /// Everything.

@@ -15,15 +15,20 @@ use profidrive::host::list::{Choices, Device};
 use profidrive::host::{Clock, Stop, SystemClock};
 use serde_json::json;
 
-use super::{motion, say};
+use super::device::{self, Commissioned, Shown};
+use super::motion::{self, Confirmed};
+use super::say;
 use crate::command::Failure;
-use crate::command::args::{Action, CanPlace, Master, Motion, find_parameter, plain};
+use crate::command::args::{Asked, CanPlace, Master, Motion, Quantity, find_parameter, plain};
 use crate::command::signals;
 
 mod status;
 
 /// Octets of a value, at most as many as the client gives.
 type Octets = Vec<u8>;
+
+/// What has come of an access or of a goal; of a goal and of a write no octets.
+type Answer = Result<Octets, NodeTrouble>;
 
 const DEVICE_TYPE: Address = Address::new(0x1000, 0);
 const VENDOR: Address = Address::new(0x1018, 1);
@@ -35,7 +40,7 @@ const HARDWARE_VERSION: Address = Address::new(0x2102, 0);
 /// Does what is asked, once.
 pub(super) fn master(args: &Master, place: &CanPlace) -> Result<(), Failure> {
     let node = args.can_node().map_err(Failure::Usage)?;
-    motion::confirm(args)?;
+    let leave = motion::confirm(args)?;
     // Before the drive is enabled, so that no signal ends the process with the drive moving.
     let stop = signals::stop_at_end().map_err(|error| Failure::from_error(&error))?;
     let rate = args.baud.and_then(|baud| baud.can()).unwrap_or(BitRate::K500);
@@ -51,28 +56,7 @@ pub(super) fn master(args: &Master, place: &CanPlace) -> Result<(), Failure> {
         product: None,
     };
     drive.identify()?;
-    match &args.action {
-        Action::Read { parameter } => drive.show_entry(&parameter.0, args.json),
-        Action::Write { parameter, value, .. } => {
-            drive.write_entry(&parameter.0, value.plain().map_err(Failure::Usage)?, args.json)
-        }
-        Action::Status => drive.show_status(args.json),
-        Action::Faults { clear } => drive.show_faults(*clear, args.json),
-        Action::Ack => drive.acknowledge(args.json),
-        Action::Motion(Motion::Move { position, .. }) => {
-            drive.travel(NodeGoal::MoveTo(position.position().map_err(Failure::Usage)?), args.json)
-        }
-        Action::Motion(Motion::Home { .. }) => drive.travel(NodeGoal::Home, args.json),
-        Action::Stop => drive.halt(args.json),
-        Action::Scan { .. }
-        | Action::Diag
-        | Action::Params
-        | Action::Save { .. }
-        | Action::Restore { .. }
-        | Action::Motion(Motion::Enable { .. } | Motion::Jog { .. } | Motion::Velocity { .. })
-        | Action::Calibrate { .. }
-        | Action::Monitor { .. } => Err(Failure::Usage("this is for PROFIBUS".into())),
-    }
+    device::act(&mut drive, &args.action, leave, args.json)
 }
 
 fn open(place: &CanPlace, rate: BitRate) -> Result<Box<dyn CanEndpoint>, Failure> {
@@ -99,8 +83,8 @@ struct Drive {
 }
 
 impl Drive {
-    /// Waits for what comes of the request; `None`: somebody wants it to end.
-    fn outcome(&mut self) -> Result<Option<NodeOutcome>, Failure> {
+    /// Waits for what comes of the request, the octets of a read; `None`: somebody wants it to end.
+    fn outcome(&mut self) -> Result<Option<Answer>, Failure> {
         let lost = |error: std::io::Error| Failure::Other(format!("the bus is lost: {error}"));
         loop {
             while let Some(frame) = self.client.poll_transmit() {
@@ -108,7 +92,11 @@ impl Drive {
                 self.bus.send(&frame).map_err(lost)?;
             }
             if let Some(outcome) = self.client.poll_outcome() {
-                return Ok(Some(outcome));
+                return Ok(Some(match outcome {
+                    NodeOutcome::Read(octets, len) => Ok(octets.get(..len).unwrap_or_default().into()),
+                    NodeOutcome::Written | NodeOutcome::Done => Ok(Vec::new()),
+                    NodeOutcome::Failed(trouble) => Err(trouble),
+                }));
             }
             if self.stop.is_requested() {
                 return Ok(None);
@@ -128,37 +116,26 @@ impl Drive {
         }
     }
 
-    fn read(&mut self, at: Address) -> Result<Result<Octets, NodeTrouble>, Failure> {
+    fn get(&mut self, at: Address) -> Result<Answer, Failure> {
         self.client.read(self.clock.now(), at);
-        match self.outcome()? {
-            Some(NodeOutcome::Read(octets, len)) => Ok(Ok(octets.get(..len).unwrap_or_default().into())),
-            Some(NodeOutcome::Failed(trouble)) => Ok(Err(trouble)),
-            Some(NodeOutcome::Written | NodeOutcome::Done) => Ok(Ok(Vec::new())),
-            None => Err(interrupted()),
-        }
+        self.outcome()?.ok_or_else(interrupted)
     }
 
-    /// As [`read`](Self::read), for what must be there.
-    fn must_read(&mut self, at: Address) -> Result<Octets, Failure> {
-        self.read(at)?.map_err(|trouble| self.failure(trouble))
+    fn put(&mut self, at: Address, octets: &[u8]) -> Result<Answer, Failure> {
+        self.client.write(self.clock.now(), at, octets);
+        self.outcome()?.ok_or_else(interrupted)
+    }
+
+    /// As [`get`](Self::get), for what must be there.
+    fn must_get(&mut self, at: Address) -> Result<Octets, Failure> {
+        self.get(at)?.map_err(|trouble| self.failure(trouble))
     }
 
     fn failure(&self, trouble: NodeTrouble) -> Failure {
-        Failure::Other(match trouble {
-            NodeTrouble::Refused { at, code } => {
-                let refusal = Refusal::new(at, code, self.entry(at));
-                format!("the node refuses {}: {}", self.network.named(self.node, at), refusal.reason())
-            }
-            other @ (NodeTrouble::NoAnswer { .. }
-            | NodeTrouble::NotOperational
-            | NodeTrouble::Fault { .. }
-            | NodeTrouble::Mode { .. }
-            | NodeTrouble::Stays { .. }
-            | NodeTrouble::NotAcknowledged { .. }
-            | NodeTrouble::NotReached { .. }
-            | NodeTrouble::Homing { .. }
-            | NodeTrouble::Ended { .. }) => other.to_string(),
-        })
+        let NodeTrouble::Refused { at, code } = trouble else { return Failure::Other(trouble.to_string()) };
+        let refusal = Refusal::new(at, code, self.entry(at));
+        let name = self.network.named(self.node, at);
+        Failure::Other(format!("the node refuses {name}: {}", refusal.reason()))
     }
 
     /// With what was written, and the limits of the dictionary.
@@ -175,7 +152,7 @@ impl Drive {
         let Some(product) = self.product else { return Ok(self.words().objects) };
         let mut choices = Choices::default();
         if product.choices.iter().any(|choice| choice.key == "gear")
-            && let Ok(version) = self.read(HARDWARE_VERSION)?
+            && let Ok(version) = self.get(HARDWARE_VERSION)?
         {
             let version = u16::try_from(number(&version)).ok();
             if let Some(gear) = version.and_then(Gear::of_hardware_version) {
@@ -190,8 +167,8 @@ impl Drive {
         if let Ok(frame) = Frame::remote(cob_id::of_node(cob_id::ERROR_CONTROL, self.node), 1) {
             self.bus.send(&frame).map_err(|error| Failure::Other(format!("the bus is lost: {error}")))?;
         }
-        let device_type = number(&self.must_read(DEVICE_TYPE)?);
-        let vendor = self.read(VENDOR)?.ok().map(|octets| number(&octets));
+        let device_type = number(&self.must_get(DEVICE_TYPE)?);
+        let vendor = self.get(VENDOR)?.ok().map(|octets| number(&octets));
         let product = Device::products().find(|product| {
             let objects = product.objects(&Choices::default());
             let default =
@@ -248,35 +225,18 @@ impl Drive {
         }
     }
 
-    fn say_entry(
-        &self,
-        at: Address,
-        octets: &[u8],
-        before: Option<&[u8]>,
-        json: bool,
-    ) -> Result<(), Failure> {
+    fn shown(&self, at: Address, octets: &[u8]) -> Shown {
         let name = self.network.named(self.node, at);
-        let text = self.network.in_words(self.node, at, octets);
-        let value = |octets: &[u8]| self.decoded(at, octets).and_then(Value::number);
-        if json {
-            let mut object = json!({
-                "object": at.to_string(),
-                "name": name.strip_prefix(&at.to_string()).unwrap_or_default().trim(),
-                "value": value(octets),
-                "octets": hex(octets),
-                "text": text,
-            });
-            if let (Some(before), Some(fields)) = (before, object.as_object_mut()) {
-                fields.insert("before".into(), value(before).into());
-            }
-            return say(object);
-        }
-        match before {
-            Some(before) => {
-                say(format_args!("{name} = {text}, was {}", self.network.in_words(self.node, at, before)))
-            }
-            None => say(format_args!("{name} = {text}")),
-        }
+        let text = self.network.in_words(self.node, at, octets).to_string();
+        let number = json!(self.decoded(at, octets).and_then(Value::number));
+        let json = json!({
+            "object": at.to_string(),
+            "name": name.strip_prefix(&at.to_string()).unwrap_or_default().trim(),
+            "value": number,
+            "octets": hex(octets),
+            "text": text,
+        });
+        Shown { head: format!("{name} ="), text, number, json }
     }
 
     fn entry(&self, at: Address) -> Option<&'static Entry> {
@@ -285,44 +245,6 @@ impl Drive {
 
     fn decoded<'a>(&self, at: Address, octets: &'a [u8]) -> Option<Value<'a>> {
         self.entry(at)?.data.decode(octets)
-    }
-
-    fn show_entry(&mut self, text: &str, json: bool) -> Result<(), Failure> {
-        let at = self.place(text)?;
-        let octets = self.must_read(at)?;
-        self.say_entry(at, &octets, None, json)
-    }
-
-    /// Writes, reads back, and says both. A write-only entry is not read.
-    fn write_entry(&mut self, text: &str, value: i64, json: bool) -> Result<(), Failure> {
-        let at = self.place(text)?;
-        let before = match self.read(at)? {
-            Ok(octets) => Some(octets),
-            Err(NodeTrouble::Refused { code: Abort::WRITE_ONLY, .. }) => None,
-            Err(trouble) => return Err(self.failure(trouble)),
-        };
-        let octets = self.octets_of(at, value, before.as_deref())?;
-        self.client.write(self.clock.now(), at, &octets);
-        match self.outcome()? {
-            Some(NodeOutcome::Failed(NodeTrouble::Refused { code, .. })) => {
-                return Err(self.refused_write(at, code, &octets)?);
-            }
-            Some(NodeOutcome::Failed(trouble)) => return Err(self.failure(trouble)),
-            Some(NodeOutcome::Written | NodeOutcome::Done | NodeOutcome::Read(..)) => {}
-            None => return Err(interrupted()),
-        }
-        let Some(before) = before else {
-            return say(format_args!("{} written", self.network.named(self.node, at)));
-        };
-        let after = self.must_read(at)?;
-        if after != octets {
-            let name = self.network.named(self.node, at);
-            let got = self.network.in_words(self.node, at, &after);
-            return Err(Failure::Other(format!(
-                "{name} was written, but reads back as {got} instead of {value}"
-            )));
-        }
-        self.say_entry(at, &after, Some(&before), json)
     }
 
     /// The octets of a number: by the type in the dictionary, else as many as the entry has.
@@ -345,13 +267,100 @@ impl Drive {
         self.product.map_or("a device that is not known", |product| product.vocabulary.name)
     }
 
+    fn pursue(&mut self, goal: NodeGoal) -> Result<Option<Answer>, Failure> {
+        self.client.pursue(self.clock.now(), goal);
+        self.outcome()
+    }
+
+    /// Why a travel is not done; of a fault the newest entry of the error history.
+    fn reason(&mut self, trouble: NodeTrouble) -> Result<String, Failure> {
+        let text = self.failure(trouble).into_line();
+        if !matches!(trouble, NodeTrouble::Fault { .. }) {
+            return Ok(text);
+        }
+        Ok(match self.get(NEWEST_ERROR)? {
+            Ok(octets) => format!("{text}: {}", self.network.in_words(self.node, NEWEST_ERROR, &octets)),
+            Err(_) => text,
+        })
+    }
+
+    fn position(&mut self) -> String {
+        match self.get(POSITION) {
+            Ok(Ok(octets)) => format!("position {}", self.network.in_words(self.node, POSITION, &octets)),
+            Ok(Err(_)) | Err(_) => "position unknown".into(),
+        }
+    }
+}
+
+impl Commissioned for Drive {
+    fn read(&mut self, asked: &Asked, json: bool) -> Result<(), Failure> {
+        let at = self.place(&asked.0)?;
+        let octets = self.must_get(at)?;
+        self.shown(at, &octets).say(json)
+    }
+
+    /// A write-only entry is not read.
+    fn write(&mut self, asked: &Asked, value: Quantity, json: bool) -> Result<(), Failure> {
+        let value = value.plain().map_err(Failure::Usage)?;
+        let at = self.place(&asked.0)?;
+        let before = match self.get(at)? {
+            Ok(octets) => Some(octets),
+            Err(NodeTrouble::Refused { code: Abort::WRITE_ONLY, .. }) => None,
+            Err(trouble) => return Err(self.failure(trouble)),
+        };
+        let octets = self.octets_of(at, value, before.as_deref())?;
+        match self.put(at, &octets)? {
+            Ok(_) => {}
+            Err(NodeTrouble::Refused { code, .. }) => return Err(self.refused_write(at, code, &octets)?),
+            Err(trouble) => return Err(self.failure(trouble)),
+        }
+        let Some(before) = before else {
+            return say(format_args!("{} written", self.network.named(self.node, at)));
+        };
+        let after = self.must_get(at)?;
+        if after != octets {
+            let name = self.network.named(self.node, at);
+            let got = self.network.in_words(self.node, at, &after);
+            return Err(Failure::Other(format!(
+                "{name} was written, but reads back as {got} instead of {value}"
+            )));
+        }
+        self.shown(at, &after).say_changed(&self.shown(at, &before), "", json)
+    }
+
+    fn status(&mut self, json: bool) -> Result<(), Failure> {
+        self.show_status(json)
+    }
+
+    fn faults(&mut self, clear: bool, json: bool) -> Result<(), Failure> {
+        self.show_faults(clear, json)
+    }
+
+    fn acknowledge(&mut self, json: bool) -> Result<(), Failure> {
+        self.clear_fault(json)
+    }
+
+    /// Quick stop, standstill, no torque.
+    fn stop(&mut self, json: bool) -> Result<(), Failure> {
+        self.pursue(NodeGoal::Stop)?.ok_or_else(interrupted)?.map_err(|trouble| self.failure(trouble))?;
+        let at = self.position();
+        if json { say(json!({ "outcome": "stopped" })) } else { say(format_args!("stopped; {at}")) }
+    }
+
     /// Travels, and leaves the drive as it was.
-    fn travel(&mut self, goal: NodeGoal, json: bool) -> Result<(), Failure> {
+    fn motion(&mut self, motion: Motion, _: Confirmed, json: bool) -> Result<(), Failure> {
+        let goal = match motion {
+            Motion::Move { position, .. } => NodeGoal::MoveTo(position.position().map_err(Failure::Usage)?),
+            Motion::Home { .. } => NodeGoal::Home,
+            Motion::Enable { .. } | Motion::Jog { .. } | Motion::Velocity { .. } => {
+                return device::not_here();
+            }
+        };
         let reached = self.pursue(goal)?;
         self.stop.clear();
         let why = match reached {
-            Some(NodeOutcome::Failed(trouble)) => Some(self.reason(trouble)?),
-            Some(NodeOutcome::Done | NodeOutcome::Read(..) | NodeOutcome::Written) => None,
+            Some(Err(trouble)) => Some(self.reason(trouble)?),
+            Some(Ok(_)) => None,
             None => Some("interrupted".into()),
         };
         if why.is_some() {
@@ -359,57 +368,18 @@ impl Drive {
         }
         let left = self.pursue(NodeGoal::Leave)?;
         let at = self.position();
-        match (why, left) {
-            (Some(why), _) => Err(Failure::Other(format!("{why}; the motor is released, {at}"))),
-            (None, Some(NodeOutcome::Failed(trouble))) => Err(self.failure(trouble)),
-            (None, Some(NodeOutcome::Done | NodeOutcome::Read(..) | NodeOutcome::Written) | None) if json => {
-                let octets = self.must_read(POSITION)?;
-                say(
-                    json!({ "outcome": "reached", "position": self.decoded(POSITION, &octets).and_then(Value::number) }),
-                )
-            }
-            (None, Some(NodeOutcome::Done | NodeOutcome::Read(..) | NodeOutcome::Written) | None) => {
-                say(format_args!("reached; {at}"))
-            }
+        if let Some(why) = why {
+            return Err(Failure::Other(format!("{why}; the motor is released, {at}")));
         }
-    }
-
-    /// Quick stop, standstill, no torque.
-    fn halt(&mut self, json: bool) -> Result<(), Failure> {
-        match self.pursue(NodeGoal::Stop)? {
-            Some(NodeOutcome::Failed(trouble)) => Err(self.failure(trouble)),
-            None => Err(interrupted()),
-            Some(NodeOutcome::Done | NodeOutcome::Read(..) | NodeOutcome::Written) => {
-                let at = self.position();
-                if json { say(json!({ "outcome": "stopped" })) } else { say(format_args!("stopped; {at}")) }
-            }
+        if let Some(Err(trouble)) = left {
+            return Err(self.failure(trouble));
         }
-    }
-
-    fn pursue(&mut self, goal: NodeGoal) -> Result<Option<NodeOutcome>, Failure> {
-        self.client.pursue(self.clock.now(), goal);
-        self.outcome()
-    }
-
-    /// Why a travel is not done; of a fault the newest entry of the error history.
-    fn reason(&mut self, trouble: NodeTrouble) -> Result<String, Failure> {
-        let text = match self.failure(trouble) {
-            Failure::Other(text) | Failure::Usage(text) => text,
-        };
-        if !matches!(trouble, NodeTrouble::Fault { .. }) {
-            return Ok(text);
+        if !json {
+            return say(format_args!("reached; {at}"));
         }
-        Ok(match self.read(NEWEST_ERROR)? {
-            Ok(octets) => format!("{text}: {}", self.network.in_words(self.node, NEWEST_ERROR, &octets)),
-            Err(_) => text,
-        })
-    }
-
-    fn position(&mut self) -> String {
-        match self.read(POSITION) {
-            Ok(Ok(octets)) => format!("position {}", self.network.in_words(self.node, POSITION, &octets)),
-            Ok(Err(_)) | Err(_) => "position unknown".into(),
-        }
+        let octets = self.must_get(POSITION)?;
+        let position = self.decoded(POSITION, &octets).and_then(Value::number);
+        say(json!({ "outcome": "reached", "position": position }))
     }
 }
 

@@ -3,15 +3,18 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `link` | the line, opened from the master's end |
-//! | `drive` | [`Drive`]: parameters by job, words by exchange |
 //! | `value` | values of parameters, read, with their unit and as JSON |
 //! | `file` | where a parameter set is written |
+//! | `device` | [`Commissioned`](device::Commissioned): what every drive can be asked |
+//! | `ag03` | an AG03 or AG03/1 on PROFIBUS |
 //! | `canopen` | what is done with a node of CANopen |
 //! | `ppo` | what is done with a drive of PROFIDRIVE version 2 |
 //! | the others | one group of subcommands each |
 
 mod access;
+mod ag03;
 mod canopen;
+mod device;
 mod diag;
 mod faults;
 mod file;
@@ -25,72 +28,56 @@ mod status;
 mod trouble;
 mod value;
 
+use core::panic::AssertUnwindSafe;
 use core::time::Duration;
 use std::io::{self, Write};
+use std::panic;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use profidrive::client::PkwError;
-use profidrive::devices::ag03::param::Parameter;
 use profidrive::host::{Link, SystemClock};
 use profidrive::master::{Session, SessionError};
 use profidrive::profibus::fdl::Address;
 
-use super::args::{Action, Master, ParameterSpec};
+use super::args::{Action, Master};
 use super::{Failure, signals};
-use profidrive::master::{Drive, DriveError};
+use profidrive::master::DriveError;
 use trouble::Trouble;
 
 /// How often a wait that is shown is shown anew.
 const TICK: Duration = Duration::from_millis(500);
 
-/// Does what is asked, once.
+/// Does what is asked, once. A panic, which would be a mistake in this program or in a crate it uses, ends it with one line
+/// too.
 pub(crate) fn master(args: &Master) -> Result<(), Failure> {
+    panic::set_hook(Box::new(|_| {}));
+    contained(|| dispatch(args))
+}
+
+/// What it does, or the sentence of its panic.
+fn contained(act: impl FnOnce() -> Result<(), Failure>) -> Result<(), Failure> {
+    panic::catch_unwind(AssertUnwindSafe(act)).unwrap_or_else(|panic| {
+        let text = panic.downcast_ref::<String>().map(String::as_str);
+        let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no reason");
+        Err(Failure::Other(format!(
+            "this is a mistake in profidrive: {text}; please report it. Without its master the drive stops by its watchdog"
+        )))
+    })
+}
+
+fn dispatch(args: &Master) -> Result<(), Failure> {
     if let Some(place) = args.can_place() {
         return canopen::master(args, &place);
     }
-    if let Some(kind) = args.ppo.filter(|_| !matches!(args.action, Action::Scan { .. } | Action::Diag)) {
-        return ppo::master(args, kind);
+    if let Action::Scan { range } = &args.action {
+        return scan::scan(&mut session(args)?, *range, args.json);
     }
-    // What can be known without a drive is known before anything is sent.
-    let json = args.json;
-    match &args.action {
-        Action::Scan { range } => scan::scan(&mut session(args)?, *range, json),
-        Action::Diag => diag::diag(&mut session(args)?, address(args)?, json),
-        Action::Read { parameter } => {
-            let parameter = parameter.parameter().map_err(Failure::Usage)?;
-            with(args, |drive| access::read(drive, &parameter, json))
-        }
-        Action::Write { parameter, value, .. } => {
-            let parameter = parameter.parameter().map_err(Failure::Usage)?;
-            access::check(&parameter, value.number_of(parameter.entry).map_err(Failure::Usage)?, "write")?;
-            motion::confirm(args)?;
-            with(args, |drive| access::write(drive, &parameter, *value, json))
-        }
-        Action::Params => with(args, |drive| access::params(drive, json)),
-        Action::Save { file } => with(args, |drive| set::save(drive, file, json)),
-        Action::Restore { file, dry_run, yes } => {
-            let wanted = set::ParameterSet::load(file)?;
-            let how = restore::How { dry_run: *dry_run, yes: *yes };
-            with(args, |drive| restore::restore(drive, &wanted, how, json))
-        }
-        Action::Status => with(args, |drive| status::status(drive, json)),
-        Action::Monitor { limit } => with(args, |drive| status::monitor(drive, *limit, json)),
-        Action::Faults { clear } => with(args, |drive| faults::faults(drive, *clear, json)),
-        Action::Calibrate { value, .. } => {
-            if let Some(value) = value {
-                let entry = Parameter::CalibrationValue.entry();
-                let number = value.number_of(entry).map_err(Failure::Usage)?;
-                access::check(&ParameterSpec { entry, element: None }, number, "calibrate")?;
-            }
-            motion::confirm(args)?;
-            with(args, |drive| faults::calibrate(drive, *value, json))
-        }
-        Action::Stop => with(args, |drive| motion::stop(drive, json)),
-        Action::Ack => with(args, |drive| motion::acknowledge(drive, json)),
-        Action::Motion(motion) => {
-            let leave = motion::confirm(args)?;
-            with(args, |drive| motion::motion(drive, *motion, leave, json))
-        }
+    if let Action::Diag = &args.action {
+        return diag::diag(&mut session(args)?, address(args)?, args.json);
+    }
+    match args.ppo {
+        Some(kind) => ppo::master(args, kind),
+        None => ag03::master(args),
     }
 }
 
@@ -104,22 +91,6 @@ fn session(args: &Master) -> Result<Session<Box<dyn Link>, SystemClock>, Failure
     let stop = signals::stop_at_end().map_err(|error| Failure::from_error(&error))?;
     let (link, settings) = link::open(args)?;
     Session::new(link, SystemClock::new(), stop, settings).map_err(|error| Failure::from_error(&error))
-}
-
-/// Takes the drive over, does something with it, and lets it go.
-fn with(
-    args: &Master,
-    act: impl FnOnce(&mut Drive<Box<dyn Link>, SystemClock>) -> Result<(), Failure>,
-) -> Result<(), Failure> {
-    let address = address(args)?;
-    let session = session(args)?;
-    let drive = wait(address, || Drive::take(session, address));
-    let mut drive = drive?;
-    let outcome = act(&mut drive);
-    // Ctrl-C has ended what was under way, not this. If the drive is lost, its watchdog lets it go.
-    drive.session.stop().clear();
-    let _ = drive.session.release();
-    outcome
 }
 
 /// Says on a terminal what is waited for, and for how long by now.
@@ -186,3 +157,16 @@ impl From<Trouble> for Failure {
 
 #[cfg(test)]
 mod rig;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_ends_as_a_sentence() {
+        let failure = contained(|| panic!("an {} of no use", "unwrap"));
+        let Err(Failure::Other(line)) = failure else { panic!("{failure:?}") };
+        assert!(line.starts_with("this is a mistake in profidrive: an unwrap of no use; please"), "{line}");
+        assert!(contained(|| Ok(())).is_ok());
+    }
+}

@@ -38,32 +38,17 @@ pub(super) struct Confirmed(());
 
 /// Asks for confirmation, before anything is sent.
 pub(super) fn confirm(args: &Master) -> Result<Confirmed, Failure> {
-    let motion = match &args.action {
-        Action::Motion(motion) => motion,
-        Action::Write { parameter, value, sure } if args.can_place().is_none() && args.ppo.is_none() => {
-            let loads = parameter.parameter().is_ok_and(|spec| spec.entry.pnu == LOAD_PARAMETER_SET);
-            return if loads {
-                ask(args, sure.yes, REPLACES, &loading(value.plain()))
-            } else {
-                Ok(Confirmed(()))
-            };
-        }
-        Action::Calibrate { sure, .. } => {
-            return ask(args, sure.yes, REPLACES, "get another zero point. Continue?");
-        }
-        Action::Scan { .. }
-        | Action::Diag
-        | Action::Read { .. }
-        | Action::Write { .. }
-        | Action::Params
-        | Action::Save { .. }
-        | Action::Restore { .. }
-        | Action::Status
-        | Action::Stop
-        | Action::Ack
-        | Action::Faults { .. }
-        | Action::Monitor { .. } => return Ok(Confirmed(())),
-    };
+    if let Action::Write { parameter, value, sure } = &args.action
+        && args.can_place().is_none()
+        && args.ppo.is_none()
+        && parameter.parameter().is_ok_and(|spec| spec.entry.pnu == LOAD_PARAMETER_SET)
+    {
+        return ask(args, sure.yes, REPLACES, &loading(value.plain()));
+    }
+    if let Action::Calibrate { sure, .. } = &args.action {
+        return ask(args, sure.yes, REPLACES, "get another zero point. Continue?");
+    }
+    let Action::Motion(motion) = &args.action else { return Ok(Confirmed(())) };
     let (go, what) = match motion {
         Motion::Enable { go, .. } => (go, "enable its motor".into()),
         Motion::Home { go } => (go, "search its home position".into()),

@@ -11,7 +11,7 @@ use std::path::Path;
 
 use profidrive::client::{PpoGoal, PpoGoalError, Profile};
 use profidrive::devices::ag03::param::{Pnu, Subindex, Value, Width};
-use profidrive::devices::ppo_drive::Quantity;
+use profidrive::devices::ppo_drive;
 use profidrive::devices::ppo_drive::profibus::{IDENT_NUMBER, ppo_of};
 use profidrive::devices::ppo_drive::profile::{StwBit, ZswBit, hindrances};
 use profidrive::devices::ppo_drive::table::{Kind, Row, Table, Tie};
@@ -24,9 +24,11 @@ use profidrive::profibus::ppo::{PpoType, Zsw};
 use serde_json::json;
 
 use self::place::Place;
-use super::{link, motion, say, wait};
+use super::device::{self, Commissioned};
+use super::motion::{self, Confirmed};
+use super::{link, say, wait};
 use crate::command::Failure;
-use crate::command::args::{Action, Master, Motion};
+use crate::command::args::{Action, Asked, Master, Motion, Quantity};
 use crate::command::gsd;
 use crate::command::signals;
 
@@ -56,41 +58,8 @@ pub(super) fn master(args: &Master, kind: PpoType) -> Result<(), Failure> {
         Some(file) => of_gsd(file, kind)?,
         None => Slave::ppo(args.ident.unwrap_or(IDENT_NUMBER), kind),
     };
-    // What can be known without a drive is known before anything is sent.
-    let asked = match &args.action {
-        Action::Read { parameter } => Some((Place::find(&table, &parameter.0)?, None)),
-        Action::Write { parameter, value, .. } => {
-            let place = Place::find(&table, &parameter.0)?;
-            let value = value.number().map_err(Failure::Usage)?;
-            place.check(value)?;
-            Some((place, Some(value)))
-        }
-        Action::Motion(Motion::Velocity { .. })
-            if args.reference_speed.is_none() && reference_row(&table).is_none() =>
-        {
-            return Err(Failure::Usage(
-                "the speed of 100 % is not known; add --reference-speed RPM, or --parameters with a parameter that is tied to \
-                 reference-speed"
-                    .into(),
-            ));
-        }
-        Action::Scan { .. }
-        | Action::Diag
-        | Action::Params
-        | Action::Save { .. }
-        | Action::Restore { .. }
-        | Action::Status
-        | Action::Motion(_)
-        | Action::Stop
-        | Action::Ack
-        | Action::Faults { .. }
-        | Action::Calibrate { .. }
-        | Action::Monitor { .. } => None,
-    };
-    if asked.is_some() && !kind.has_pkw() {
-        return Err(Failure::Usage(format!("{kind} has no parameter channel; choose PPO 1, 2 or 5")));
-    }
-    motion::confirm(args)?;
+    check(args, kind, &table)?;
+    let leave = motion::confirm(args)?;
     let address = args.drive().map_err(Failure::Usage)?;
     // Before the drive is taken, so that no signal ends the process with the drive moving.
     let stop = signals::stop_at_end().map_err(|error| Failure::from_error(&error))?;
@@ -99,33 +68,34 @@ pub(super) fn master(args: &Master, kind: PpoType) -> Result<(), Failure> {
     let session = session.map_err(|error| Failure::from_error(&error))?;
     let take = || ProfileDrive::take(session, address, &slave, kind, Profile::PROFIDRIVE);
     let drive = wait(address, take)?;
-    let mut taken =
-        Taken { drive, table: &table, own, reference: args.reference_speed.map(f64::from), json: args.json };
-    let outcome = match (&args.action, asked) {
-        (_, Some((place, None))) => taken.read(&place),
-        (_, Some((place, Some(value)))) => taken.write(&place, value),
-        (Action::Params, _) => taken.params(),
-        (Action::Faults { clear }, _) => taken.faults(*clear),
-        (Action::Monitor { limit }, _) => taken.monitor(*limit),
-        (Action::Ack, _) => taken.acknowledge(),
-        (Action::Stop, _) => taken.stop(),
-        (Action::Motion(motion), _) => taken.motion(*motion),
-        (
-            Action::Status
-            | Action::Scan { .. }
-            | Action::Diag
-            | Action::Read { .. }
-            | Action::Write { .. }
-            | Action::Save { .. }
-            | Action::Restore { .. }
-            | Action::Calibrate { .. },
-            _,
-        ) => taken.status(),
-    };
+    let mut taken = Taken { drive, table: &table, own, reference: args.reference_speed.map(f64::from) };
+    let outcome = device::act(&mut taken, &args.action, leave, args.json);
     // Ctrl-C has ended what was under way, not this.
     taken.drive.session.stop().clear();
     let _ = taken.drive.session.release();
     outcome
+}
+
+/// What can be known without a drive is known before anything is sent.
+fn check(args: &Master, kind: PpoType, table: &Table) -> Result<(), Failure> {
+    if let Action::Read { parameter } | Action::Write { parameter, .. } = &args.action {
+        let place = Place::find(table, &parameter.0)?;
+        if let Action::Write { value, .. } = &args.action {
+            place.check(value.number().map_err(Failure::Usage)?)?;
+        }
+        if !kind.has_pkw() {
+            return Err(Failure::Usage(format!("{kind} has no parameter channel; choose PPO 1, 2 or 5")));
+        }
+    }
+    let turns = matches!(args.action, Action::Motion(Motion::Velocity { .. }));
+    if turns && args.reference_speed.is_none() && reference_row(table).is_none() {
+        return Err(Failure::Usage(
+            "the speed of 100 % is not known; add --reference-speed RPM, or --parameters with a parameter that is tied to \
+             reference-speed"
+                .into(),
+        ));
+    }
+    Ok(())
 }
 
 /// The slave that a device file describes, with the modules of this PPO and the default user parameters.
@@ -155,7 +125,7 @@ fn of_gsd(file: &Path, kind: PpoType) -> Result<Slave, Failure> {
 }
 
 fn reference_row(table: &Table) -> Option<&Row> {
-    table.tied(Tie::Drive(Quantity::ReferenceSpeed))
+    table.tied(Tie::Drive(ppo_drive::Quantity::ReferenceSpeed))
 }
 
 /// A drive that belongs to this master, and what is known of it.
@@ -166,93 +136,12 @@ struct Taken<'t, L, C> {
     own: bool,
     /// The speed of 100 %, rpm.
     reference: Option<f64>,
-    json: bool,
 }
 
 impl<L: Link, C: Clock> Taken<'_, L, C> {
     fn value(&mut self, place: &Place<'_>) -> Result<Value, DriveError> {
         let width = place.row.map(|row| if row.kind.is_double() { Width::Double } else { Width::Word });
         self.drive.read(place.pnu, place.element, width)
-    }
-
-    fn read(&mut self, place: &Place<'_>) -> Result<(), Failure> {
-        let value = self.value(place)?;
-        if self.json { say(place.json(value)) } else { say(place.line(value)) }
-    }
-
-    fn write(&mut self, place: &Place<'_>, number: f64) -> Result<(), Failure> {
-        let before = self.value(place)?;
-        let bits = match place.row {
-            Some(row) => row.kind.bits(number),
-            // Whole, and of 32 bits: that is checked.
-            None if number < 0.0 => Kind::Int32.bits(number),
-            None => Kind::Uint32.bits(number),
-        };
-        let [_, _, high, low] = bits.to_be_bytes();
-        let value = match before {
-            Value::Word(_) => Value::Word(u16::from_be_bytes([high, low])),
-            Value::Double(_) => Value::Double(bits),
-        };
-        self.drive.write(place.pnu, place.element, value)?;
-        let after = self.value(place)?;
-        let (was, is) = (place.shown(before), place.shown(after));
-        if self.json {
-            let mut object = place.json(after);
-            if let Some(fields) = object.as_object_mut() {
-                fields.insert("before".into(), json!(was.0));
-            }
-            return say(object);
-        }
-        // A command keeps nothing, a drive may round.
-        let kept =
-            if after == value { String::new() } else { format!(", written was {}", place.shown(value).1) };
-        say(format_args!("{:<6} {:<27} {}, was {}{kept}", place.number(), place.name(), is.1, was.1))
-    }
-
-    /// All of the table, or of the list of the drive.
-    fn params(&mut self) -> Result<(), Failure> {
-        let numbers: Vec<u16> =
-            if self.own { self.table.rows().map(|row| row.pnu).collect() } else { self.listed()? };
-        let mut items = Vec::new();
-        for pnu in numbers {
-            let row = self.table.row(pnu);
-            let places: Vec<Place<'_>> = match (row, row.and_then(|row| row.elements)) {
-                // The list itself, and the fault buffer.
-                (Some(row), Some(count @ LONG..)) => {
-                    let name = &row.name;
-                    if self.json {
-                        items.push(json!({ "pnu": pnu, "name": name, "elements": count }));
-                    } else {
-                        say(format_args!(
-                            "{pnu:<6} {name:<27} array of {count}: read {pnu}.1 to {pnu}.{count}"
-                        ))?;
-                    }
-                    continue;
-                }
-                (Some(row), Some(count)) => {
-                    (1..=count).map(|element| Place::of(row, Some(element))).collect()
-                }
-                (Some(row), None) => vec![Place::of(row, None)],
-                (None, _) => vec![Place { pnu: Pnu::from_low_bits(pnu), element: None, row: None }],
-            };
-            for place in places {
-                if self.drive.is_stopped() {
-                    return Err(Failure::Other("interrupted".into()));
-                }
-                match self.value(&place) {
-                    Ok(value) if self.json => items.push(place.json(value)),
-                    Ok(value) => say(place.line(value))?,
-                    Err(error @ DriveError::Job(_)) if self.json => {
-                        items.push(json!({ "pnu": pnu, "name": place.name(), "error": error.to_string() }));
-                    }
-                    Err(error @ DriveError::Job(_)) => {
-                        say(format_args!("{:<6} {:<27} {error}", place.number(), place.name()))?;
-                    }
-                    Err(error) => return Err(error.into()),
-                }
-            }
-        }
-        if self.json { say(format_args!("{:#}", json!({ "parameters": items }))) } else { Ok(()) }
     }
 
     /// PNU 980: the numbers of the parameters, up to the first 0.
@@ -322,160 +211,11 @@ impl<L: Link, C: Clock> Taken<'_, L, C> {
         format!("actual value {:.1} %{rpm}", part * 100.0)
     }
 
-    fn status(&mut self) -> Result<(), Failure> {
-        self.reference()?;
-        let Values { stw, zsw, actual } = self.look()?;
-        let faults = if ZswBit::Fault.is_set(zsw) { self.standing()? } else { Vec::new() };
-        let why: Vec<String> = hindrances(stw, zsw).map(|hindrance| hindrance.to_string()).collect();
-        if self.json {
-            let stw_bits: serde_json::Map<_, _> =
-                StwBit::ALL.iter().map(|bit| (bit.name().into(), bit.is_set(stw).into())).collect();
-            let zsw_bits: serde_json::Map<_, _> =
-                ZswBit::ALL.iter().map(|bit| (bit.name().into(), bit.is_set(zsw).into())).collect();
-            return say(json!({
-                "state": state(zsw),
-                "stw": { "word": stw.raw(), "bits": stw_bits },
-                "zsw": { "word": zsw.raw(), "bits": zsw_bits },
-                "actual": actual,
-                "actual_percent": f64::from(actual) / FULL * 100.0,
-                "why": why,
-                "faults": faults,
-            }));
-        }
-        say(format_args!("{}; {}", state(zsw), self.actual(actual)))?;
-        for fault in faults {
-            say(format_args!("fault {fault}"))?;
-        }
-        for hindrance in why {
-            say(format_args!("does not move: {hindrance}"))?;
-        }
-        say(format_args!("\nSTW {stw}  control word, as this master sends it"))?;
-        for bit in StwBit::ALL {
-            say(format_args!("  {:>2}  {}  {}", bit.number(), u8::from(bit.is_set(stw)), bit.name()))?;
-        }
-        say(format_args!("\nZSW {zsw}  status word"))?;
-        for bit in ZswBit::ALL {
-            say(format_args!("  {:>2}  {}  {}", bit.number(), u8::from(bit.is_set(zsw)), bit.name()))?;
-        }
-        Ok(())
-    }
-
-    fn monitor(&mut self, limit: Option<Duration>) -> Result<(), Failure> {
-        self.reference()?;
-        let begun = self.drive.session.now();
-        let mut shown = None;
-        loop {
-            let since = self.drive.session.now().saturating_since(begun);
-            if self.drive.is_stopped() || limit.is_some_and(|limit| since >= limit) {
-                return Ok(());
-            }
-            let Values { zsw, actual, .. } = self.drive.exchange()?;
-            if shown.replace((zsw, actual)) == Some((zsw, actual)) {
-                continue;
-            }
-            let (seconds, state) = (since.as_secs_f64(), state(zsw));
-            if self.json {
-                say(json!({ "time": seconds, "zsw": zsw.raw(), "actual": actual, "state": state }))?;
-            } else {
-                say(format_args!("{seconds:>9.3}  {zsw}  {}  {state}", self.actual(actual)))?;
-            }
-        }
-    }
-
-    fn faults(&mut self, clear: bool) -> Result<(), Failure> {
-        if clear {
-            self.drive.write(FAULT_COUNT, None, Value::Word(0))?;
-        }
-        let standing = self.standing()?;
-        let mut before = Vec::new();
-        for element in STANDING + 1..=64 {
-            match self.drive.read(FAULT_NUMBERS, Some(Subindex(element)), None) {
-                Ok(value) if value.bits() != 0 => before.push((element, value.bits())),
-                Ok(_) => {}
-                Err(DriveError::Job(_)) => break,
-                Err(error) => return Err(error.into()),
-            }
-        }
-        if self.json {
-            let before: Vec<_> = before.iter().map(|(_, number)| number).collect();
-            return say(json!({ "standing": standing, "acknowledged": before }));
-        }
-        say(if clear {
-            "cleared; active faults (PNU 947.1 to 947.8):"
-        } else {
-            "active faults (PNU 947.1 to 947.8):"
-        })?;
-        if standing.is_empty() {
-            say("  none")?;
-        }
-        for (number, place) in standing.iter().zip(1..) {
-            say(format_args!("  947.{place:<3} {number}"))?;
-        }
-        for (place, number) in before {
-            say(format_args!("  947.{place:<3} {number}, acknowledged"))?;
-        }
-        Ok(())
-    }
-
-    fn acknowledge(&mut self) -> Result<(), Failure> {
-        match self.drive.reach(PpoGoal::Acknowledge)? {
-            ProfileReached::Done(actual) => self.done("no active fault, operation can be enabled", actual),
-            ProfileReached::Failed(error) => {
-                let standing = self.standing()?;
-                Err(Failure::Other(format!(
-                    "the fault stays, {standing:?}: its cause is still present; {error}"
-                )))
-            }
-            ProfileReached::Interrupted => Err(Failure::Other("interrupted".into())),
-        }
-    }
-
-    fn stop(&mut self) -> Result<(), Failure> {
-        match self.drive.reach(PpoGoal::Disable)? {
-            ProfileReached::Done(actual) => self.done("OFF1, operation is disabled", actual),
-            ProfileReached::Failed(error) => Err(Failure::Other(error.to_string())),
-            ProfileReached::Interrupted => Err(Failure::Other("interrupted; the drive still brakes".into())),
-        }
-    }
-
-    fn done(&self, what: &str, actual: i16) -> Result<(), Failure> {
-        if self.json {
+    fn done(&self, json: bool, what: &str, actual: i16) -> Result<(), Failure> {
+        if json {
             return say(json!({ "outcome": what, "actual": actual }));
         }
         say(format_args!("{what}; {}", self.actual(actual)))
-    }
-
-    /// Does it, and leaves the drive out of operation.
-    fn motion(&mut self, motion: Motion) -> Result<(), Failure> {
-        let (goal, limit, what) = match motion {
-            Motion::Velocity { rpm, limit, .. } => (PpoGoal::Run(self.setpoint(rpm)?), limit, "turned"),
-            Motion::Enable { limit, .. } => (PpoGoal::Enable, limit, "held enabled"),
-            Motion::Move { .. } | Motion::Jog { .. } | Motion::Home { .. } => {
-                return Err(Failure::Usage("with --ppo only velocity and enable can move the drive".into()));
-            }
-        };
-        let outcome = self.hold(goal, limit);
-        // A second Ctrl-C ends the wait.
-        self.drive.session.stop().clear();
-        let ended = self.drive.reach(PpoGoal::Disable);
-        match (outcome, ended) {
-            (Ok(reached), Ok(ProfileReached::Done(_))) => match reached {
-                Ok(actual) => self.done(what, actual),
-                Err(error) => {
-                    let faults = self.standing()?;
-                    let faults =
-                        if faults.is_empty() { String::new() } else { format!(" (faults {faults:?})") };
-                    Err(Failure::Other(format!("{error}{faults}; OFF1 is given, operation is disabled")))
-                }
-            },
-            (Err(error), _) | (Ok(_), Err(error)) => Err(Failure::Other(format!(
-                "{error}; the drive did not report that operation is disabled: without this master it has a fault and releases \
-                 the motor"
-            ))),
-            (Ok(_), Ok(ProfileReached::Failed(_) | ProfileReached::Interrupted)) => Err(Failure::Other(
-                "the drive did not report that operation is disabled; switch its supply off".into(),
-            )),
-        }
     }
 
     /// Reaches a goal and holds it until its time is over or somebody ends it: the last actual value, or why not.
@@ -483,6 +223,7 @@ impl<L: Link, C: Clock> Taken<'_, L, C> {
         &mut self,
         goal: PpoGoal,
         limit: Option<Duration>,
+        json: bool,
     ) -> Result<Result<i16, PpoGoalError>, SessionError> {
         let begun = self.drive.session.now();
         let mut actual = match self.drive.reach(goal)? {
@@ -490,7 +231,7 @@ impl<L: Link, C: Clock> Taken<'_, L, C> {
             ProfileReached::Failed(error) => return Ok(Err(error)),
             ProfileReached::Interrupted => 0,
         };
-        if !self.json {
+        if !json {
             // Nobody may read along.
             let _ = say(format_args!("{goal}: reached, {}; Ctrl-C ends it", self.actual(actual)));
         }
@@ -525,6 +266,233 @@ impl<L: Link, C: Clock> Taken<'_, L, C> {
         #[expect(clippy::cast_possible_truncation, reason = "within the range")]
         let setpoint = setpoint as i16;
         Ok(setpoint)
+    }
+}
+
+impl<L: Link, C: Clock> Commissioned for Taken<'_, L, C> {
+    fn read(&mut self, asked: &Asked, json: bool) -> Result<(), Failure> {
+        let place = Place::find(self.table, &asked.0)?;
+        place.shown(self.value(&place)?).say(json)
+    }
+
+    fn write(&mut self, asked: &Asked, value: Quantity, json: bool) -> Result<(), Failure> {
+        let place = Place::find(self.table, &asked.0)?;
+        let number = value.number().map_err(Failure::Usage)?;
+        let before = self.value(&place)?;
+        let bits = match place.row {
+            Some(row) => row.kind.bits(number),
+            // Whole, and of 32 bits: that is checked.
+            None if number < 0.0 => Kind::Int32.bits(number),
+            None => Kind::Uint32.bits(number),
+        };
+        let [_, _, high, low] = bits.to_be_bytes();
+        let value = match before {
+            Value::Word(_) => Value::Word(u16::from_be_bytes([high, low])),
+            Value::Double(_) => Value::Double(bits),
+        };
+        self.drive.write(place.pnu, place.element, value)?;
+        let after = self.value(&place)?;
+        // A command keeps nothing, a drive may round.
+        let note =
+            if after == value { String::new() } else { format!(", written was {}", place.shown(value).text) };
+        place.shown(after).say_changed(&place.shown(before), &note, json)
+    }
+
+    /// All of the table, or of the list of the drive.
+    fn params(&mut self, json: bool) -> Result<(), Failure> {
+        let numbers: Vec<u16> =
+            if self.own { self.table.rows().map(|row| row.pnu).collect() } else { self.listed()? };
+        let mut items = Vec::new();
+        for pnu in numbers {
+            let row = self.table.row(pnu);
+            let places: Vec<Place<'_>> = match (row, row.and_then(|row| row.elements)) {
+                // The list itself, and the fault buffer.
+                (Some(row), Some(count @ LONG..)) => {
+                    let name = &row.name;
+                    if json {
+                        items.push(json!({ "pnu": pnu, "name": name, "elements": count }));
+                    } else {
+                        say(format_args!(
+                            "{pnu:<6} {name:<27} array of {count}: read {pnu}.1 to {pnu}.{count}"
+                        ))?;
+                    }
+                    continue;
+                }
+                (Some(row), Some(count)) => {
+                    (1..=count).map(|element| Place::of(row, Some(element))).collect()
+                }
+                (Some(row), None) => vec![Place::of(row, None)],
+                (None, _) => vec![Place { pnu: Pnu::from_low_bits(pnu), element: None, row: None }],
+            };
+            for place in places {
+                if self.drive.is_stopped() {
+                    return Err(Failure::Other("interrupted".into()));
+                }
+                match self.value(&place) {
+                    Ok(value) if json => items.push(place.shown(value).json),
+                    Ok(value) => place.shown(value).say(json)?,
+                    Err(error @ DriveError::Job(_)) if json => {
+                        items.push(json!({ "pnu": pnu, "name": place.name(), "error": error.to_string() }));
+                    }
+                    Err(error @ DriveError::Job(_)) => {
+                        say(format_args!("{:<6} {:<27} {error}", place.number(), place.name()))?;
+                    }
+                    Err(error) => return Err(error.into()),
+                }
+            }
+        }
+        if json { say(format_args!("{:#}", json!({ "parameters": items }))) } else { Ok(()) }
+    }
+
+    fn status(&mut self, json: bool) -> Result<(), Failure> {
+        self.reference()?;
+        let Values { stw, zsw, actual } = self.look()?;
+        let faults = if ZswBit::Fault.is_set(zsw) { self.standing()? } else { Vec::new() };
+        let why: Vec<String> = hindrances(stw, zsw).map(|hindrance| hindrance.to_string()).collect();
+        if json {
+            let stw_bits: serde_json::Map<_, _> =
+                StwBit::ALL.iter().map(|bit| (bit.name().into(), bit.is_set(stw).into())).collect();
+            let zsw_bits: serde_json::Map<_, _> =
+                ZswBit::ALL.iter().map(|bit| (bit.name().into(), bit.is_set(zsw).into())).collect();
+            return say(json!({
+                "state": state(zsw),
+                "stw": { "word": stw.raw(), "bits": stw_bits },
+                "zsw": { "word": zsw.raw(), "bits": zsw_bits },
+                "actual": actual,
+                "actual_percent": f64::from(actual) / FULL * 100.0,
+                "why": why,
+                "faults": faults,
+            }));
+        }
+        say(format_args!("{}; {}", state(zsw), self.actual(actual)))?;
+        for fault in faults {
+            say(format_args!("fault {fault}"))?;
+        }
+        for hindrance in why {
+            say(format_args!("does not move: {hindrance}"))?;
+        }
+        say(format_args!("\nSTW {stw}  control word, as this master sends it"))?;
+        for bit in StwBit::ALL {
+            say(format_args!("  {:>2}  {}  {}", bit.number(), u8::from(bit.is_set(stw)), bit.name()))?;
+        }
+        say(format_args!("\nZSW {zsw}  status word"))?;
+        for bit in ZswBit::ALL {
+            say(format_args!("  {:>2}  {}  {}", bit.number(), u8::from(bit.is_set(zsw)), bit.name()))?;
+        }
+        Ok(())
+    }
+
+    fn monitor(&mut self, limit: Option<Duration>, json: bool) -> Result<(), Failure> {
+        self.reference()?;
+        let begun = self.drive.session.now();
+        let mut shown = None;
+        loop {
+            let since = self.drive.session.now().saturating_since(begun);
+            if self.drive.is_stopped() || limit.is_some_and(|limit| since >= limit) {
+                return Ok(());
+            }
+            let Values { zsw, actual, .. } = self.drive.exchange()?;
+            if shown.replace((zsw, actual)) == Some((zsw, actual)) {
+                continue;
+            }
+            let (seconds, state) = (since.as_secs_f64(), state(zsw));
+            if json {
+                say(json!({ "time": seconds, "zsw": zsw.raw(), "actual": actual, "state": state }))?;
+            } else {
+                say(format_args!("{seconds:>9.3}  {zsw}  {}  {state}", self.actual(actual)))?;
+            }
+        }
+    }
+
+    fn faults(&mut self, clear: bool, json: bool) -> Result<(), Failure> {
+        if clear {
+            self.drive.write(FAULT_COUNT, None, Value::Word(0))?;
+        }
+        let standing = self.standing()?;
+        let mut before = Vec::new();
+        for element in STANDING + 1..=64 {
+            match self.drive.read(FAULT_NUMBERS, Some(Subindex(element)), None) {
+                Ok(value) if value.bits() != 0 => before.push((element, value.bits())),
+                Ok(_) => {}
+                Err(DriveError::Job(_)) => break,
+                Err(error) => return Err(error.into()),
+            }
+        }
+        if json {
+            let before: Vec<_> = before.iter().map(|(_, number)| number).collect();
+            return say(json!({ "standing": standing, "acknowledged": before }));
+        }
+        say(if clear {
+            "cleared; active faults (PNU 947.1 to 947.8):"
+        } else {
+            "active faults (PNU 947.1 to 947.8):"
+        })?;
+        if standing.is_empty() {
+            say("  none")?;
+        }
+        for (number, place) in standing.iter().zip(1..) {
+            say(format_args!("  947.{place:<3} {number}"))?;
+        }
+        for (place, number) in before {
+            say(format_args!("  947.{place:<3} {number}, acknowledged"))?;
+        }
+        Ok(())
+    }
+
+    fn acknowledge(&mut self, json: bool) -> Result<(), Failure> {
+        match self.drive.reach(PpoGoal::Acknowledge)? {
+            ProfileReached::Done(actual) => {
+                self.done(json, "no active fault, operation can be enabled", actual)
+            }
+            ProfileReached::Failed(error) => {
+                let standing = self.standing()?;
+                Err(Failure::Other(format!(
+                    "the fault stays, {standing:?}: its cause is still present; {error}"
+                )))
+            }
+            ProfileReached::Interrupted => Err(Failure::Other("interrupted".into())),
+        }
+    }
+
+    fn stop(&mut self, json: bool) -> Result<(), Failure> {
+        match self.drive.reach(PpoGoal::Disable)? {
+            ProfileReached::Done(actual) => self.done(json, "OFF1, operation is disabled", actual),
+            ProfileReached::Failed(error) => Err(Failure::Other(error.to_string())),
+            ProfileReached::Interrupted => Err(Failure::Other("interrupted; the drive still brakes".into())),
+        }
+    }
+
+    /// Does it, and leaves the drive out of operation.
+    fn motion(&mut self, motion: Motion, _: Confirmed, json: bool) -> Result<(), Failure> {
+        let (goal, limit, what) = match motion {
+            Motion::Velocity { rpm, limit, .. } => (PpoGoal::Run(self.setpoint(rpm)?), limit, "turned"),
+            Motion::Enable { limit, .. } => (PpoGoal::Enable, limit, "held enabled"),
+            Motion::Move { .. } | Motion::Jog { .. } | Motion::Home { .. } => {
+                return Err(Failure::Usage("with --ppo only velocity and enable can move the drive".into()));
+            }
+        };
+        let outcome = self.hold(goal, limit, json);
+        // A second Ctrl-C ends the wait.
+        self.drive.session.stop().clear();
+        let ended = self.drive.reach(PpoGoal::Disable);
+        match (outcome, ended) {
+            (Ok(reached), Ok(ProfileReached::Done(_))) => match reached {
+                Ok(actual) => self.done(json, what, actual),
+                Err(error) => {
+                    let faults = self.standing()?;
+                    let faults =
+                        if faults.is_empty() { String::new() } else { format!(" (faults {faults:?})") };
+                    Err(Failure::Other(format!("{error}{faults}; OFF1 is given, operation is disabled")))
+                }
+            },
+            (Err(error), _) | (Ok(_), Err(error)) => Err(Failure::Other(format!(
+                "{error}; the drive did not report that operation is disabled: without this master it has a fault and releases \
+                 the motor"
+            ))),
+            (Ok(_), Ok(ProfileReached::Failed(_) | ProfileReached::Interrupted)) => Err(Failure::Other(
+                "the drive did not report that operation is disabled; switch its supply off".into(),
+            )),
+        }
     }
 }
 

@@ -84,7 +84,7 @@ fn written(items: &[Item], drive: &serde_json::Value) -> String {
 }
 
 /// What a drive shall have.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct ParameterSet {
     /// Which drive it was read from, as far as the file says.
     pub(super) origin: Origin,

@@ -6,6 +6,8 @@ use profidrive::host::{Clock, Link};
 use profidrive::master::{Drive, DriveError};
 use serde_json::json;
 
+use super::device::Shown;
+
 /// A value that was read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Item {
@@ -43,12 +45,17 @@ impl Item {
         in_words(self.entry, self.value, lengths)
     }
 
-    /// `1004  v-Pos  30 rpm`, in columns.
-    pub(super) fn line(&self, lengths: Lengths) -> String {
-        format!("{:<6} {:<27} {}", self.place(), self.entry.name, self.text(lengths))
+    /// As it is shown: `1004  v-Pos  30 rpm`, in columns.
+    pub(super) fn shown(&self, lengths: Lengths) -> Shown {
+        Shown {
+            head: format!("{:<6} {:<27}", self.place(), self.entry.name),
+            text: self.text(lengths),
+            number: self.number().into(),
+            json: self.json(lengths),
+        }
     }
 
-    /// The same with the access: `1004   r/w v-Pos  30 rpm`.
+    /// With the access: `1004   r/w v-Pos  30 rpm`.
     pub(super) fn row(&self, lengths: Lengths) -> String {
         let access = self.entry.access().to_string();
         format!("{:<6} {access:<3} {:<27} {}", self.place(), self.entry.name, self.text(lengths))

@@ -7,12 +7,13 @@ use std::vec::Vec;
 use axum::extract::FromRequestParts;
 use axum::http::StatusCode;
 use axum::http::request::Parts;
-use strsim::levenshtein;
 
+use super::super::inputs::{Acted, PowerName, Stations};
 use super::super::problem::{PathOf, Problem};
 use super::super::queue::{self, Lends};
 use crate::can_bus::canopen::NodeId;
 use crate::devices::{CanopenDevice, CanopenEvent};
+use crate::face::Surroundings;
 use crate::host::StateDir;
 use crate::host::can::{Bus, NodeFaults, Product, Seat, StoredNode};
 use crate::host::list::Choices;
@@ -101,19 +102,49 @@ impl NodeAccess<'_> {
     }
 }
 
-/// Says that a name is none of those that there are, and which is near.
-pub(super) fn unknown(what: &str, got: &str, of: &str, known: &[String]) -> Problem {
-    let nearest =
-        known.iter().map(|name| (levenshtein(&name.to_lowercase(), &got.to_lowercase()), name)).min();
-    let near = match nearest {
-        Some((distance, name)) if distance * 2 <= name.len().max(2) => format!("did you mean {name}? "),
-        Some(_) | None => String::new(),
-    };
-    let there = match known {
-        [] => "it has none".into(),
-        known => format!("it has {}", known.join(", ")),
-    };
-    Problem::value(format!("'{got}' is no {what} of this {of}; {near}{there}"))
+impl Stations for OfNodes {
+    fn address(text: &str) -> Result<u8, Problem> {
+        number(text).map(NodeId::number)
+    }
+
+    fn look<R>(
+        access: &NodeAccess<'_>,
+        address: u8,
+        look: impl FnOnce(&dyn Surroundings) -> R,
+    ) -> Result<R, Problem> {
+        Ok(look(access.device(node(address)?)?.1))
+    }
+
+    fn act<R>(
+        access: &mut NodeAccess<'_>,
+        address: u8,
+        act: impl Fn(&mut dyn Surroundings, &Acted<'_>) -> Result<R, Problem>,
+    ) -> Result<R, Problem> {
+        let acted = |product: &'static Product, device: &mut dyn CanopenDevice, now| {
+            act(device, &Acted { now, device: product.name })
+        };
+        access.act(node(address)?, acted)
+    }
+
+    fn switch(access: &mut NodeAccess<'_>, address: u8, on: bool) -> Result<PowerName, Problem> {
+        access.act(node(address)?, |_, device, now| {
+            match (on, device.is_on()) {
+                (true, false) => device.power_on(now),
+                (false, true) => device.power_off(now),
+                (true, true) | (false, false) => {}
+            }
+            Ok(power(device))
+        })
+    }
+}
+
+/// Whether a node is supplied.
+pub(super) fn power(device: &dyn CanopenDevice) -> PowerName {
+    if device.is_on() { PowerName::On } else { PowerName::Off }
+}
+
+fn node(address: u8) -> Result<NodeId, Problem> {
+    NodeId::new(address).map_err(Problem::value)
 }
 
 /// The node that the path names.

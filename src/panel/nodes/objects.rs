@@ -12,9 +12,9 @@ use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{ObjectBuilder, OneOfBuilder, Schema, Type};
 use utoipa::{PartialSchema, ToSchema};
 
+use super::super::inputs::switched_off;
 use super::super::problem::{Body, PathOf, Problem, Problems};
 use super::access::{Asking, Number, number};
-use super::bench::switched_off;
 use crate::can_bus::canopen;
 use crate::can_bus::canopen::dictionary::Access;
 use crate::can_bus::canopen::{Abort, Address, DataType, Entry, Object};

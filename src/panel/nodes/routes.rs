@@ -9,12 +9,13 @@ use std::prelude::v1::*;
 use std::sync::Arc;
 use utoipa::OpenApi;
 
+use super::super::inputs;
 use super::super::problem::{Problem, Problems};
 use super::super::routes::{not_so, nothing_there, without_parameters};
 use super::super::stream::Lost;
-use super::access::Asking;
+use super::access::{Asking, OfNodes};
 use super::news::{Feed, FrameEvent, NodeNews};
-use super::{bench, bus, faults, fleet, history, objects, state, stream, why};
+use super::{bus, faults, fleet, history, objects, state, stream, why};
 use crate::panel::page;
 
 /// What the handlers share.
@@ -44,11 +45,11 @@ pub(super) fn router(app: App) -> Router {
         .route("/api/v1/drives/{address}/why", get(why::why))
         .route(
             "/api/v1/drives/{address}/inputs",
-            get(bench::read).patch(bench::change).delete(bench::nominal),
+            get(inputs::read::<OfNodes>).patch(inputs::change::<OfNodes>).delete(inputs::nominal::<OfNodes>),
         )
-        .route("/api/v1/drives/{address}/provoke", post(bench::provoke))
-        .route("/api/v1/drives/{address}/keys", post(bench::press))
-        .route("/api/v1/drives/{address}/power", put(bench::power))
+        .route("/api/v1/drives/{address}/provoke", post(inputs::provoke::<OfNodes>))
+        .route("/api/v1/drives/{address}/keys", post(inputs::press::<OfNodes>))
+        .route("/api/v1/drives/{address}/power", put(inputs::power::<OfNodes>))
         .route("/api/v1/drives/{address}/objects", get(objects::list))
         .route("/api/v1/drives/{address}/objects/{index}/{sub}", get(objects::read).put(objects::write))
         .route("/api/v1/bus", get(bus::state))
@@ -83,12 +84,12 @@ pub(super) fn router(app: App) -> Router {
         fleet::add,
         fleet::remove,
         why::why,
-        bench::read,
-        bench::change,
-        bench::nominal,
-        bench::provoke,
-        bench::press,
-        bench::power,
+        inputs::read,
+        inputs::change,
+        inputs::nominal,
+        inputs::provoke,
+        inputs::press,
+        inputs::power,
         objects::list,
         objects::read,
         objects::write,

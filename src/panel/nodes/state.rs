@@ -8,10 +8,10 @@ use axum::extract::State;
 use serde::Serialize;
 use utoipa::ToSchema;
 
+use super::super::inputs::{self, InputRange, InputValues, KeyState, PowerName, Provocation};
 use super::super::problem::{Problem, Problems};
 use super::super::state::seconds;
-use super::access::{Asking, NodeAccess, Number};
-use super::bench::{self, InputRange, KeyState, NodeFault, NodeInputs, PowerName};
+use super::access::{Asking, NodeAccess, Number, power};
 use super::words::{self, HistoryEntry, NodeWord, Pdo, whole};
 use crate::can_bus::canopen::Address;
 use crate::devices::CanopenDevice;
@@ -99,11 +99,11 @@ pub(super) struct NodeState {
     emcy_history: Vec<HistoryEntry>,
     /// Why it would not move now; `null` for a device that cannot move.
     does_not_move: Option<Vec<String>>,
-    inputs: NodeInputs,
+    inputs: InputValues,
     input_ranges: Vec<InputRange>,
     keys: Vec<KeyState>,
     /// The faults that can be made.
-    faults: Vec<NodeFault>,
+    faults: Vec<Provocation>,
 }
 
 /// All nodes at a glance
@@ -147,7 +147,7 @@ impl NodeSummary {
             address: device.node_id().number(),
             device: product.name,
             product: product.sheet.product_name,
-            power: PowerName::of(device),
+            power: power(device),
             nmt_state: state.map(|state| state.to_string()),
             error_register: register.and_then(|register| u8::try_from(register).ok()),
             display: DisplayState::of(&device.face(now)),
@@ -167,10 +167,10 @@ impl NodeState {
             pdos: if is_on { words::pdos(device) } else { Vec::new() },
             emcy_history: if is_on { words::history(product.vocabulary, device) } else { Vec::new() },
             does_not_move: device.is_drive().then_some(reasons),
-            inputs: NodeInputs::of(device),
-            input_ranges: bench::ranges(device),
-            keys: bench::keys(device),
-            faults: bench::faults(device),
+            inputs: InputValues::of(device),
+            input_ranges: inputs::ranges(device),
+            keys: inputs::keys(device),
+            faults: inputs::faults(device),
         }
     }
 

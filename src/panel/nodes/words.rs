@@ -90,7 +90,7 @@ pub(super) fn words(vocabulary: &Vocabulary, device: &dyn CanopenDevice) -> Vec<
         };
         Some(NodeWord { object: at.to_string(), name, value, bits: (0..16).map(bit).collect() })
     };
-    device.words().into_iter().filter_map(word).collect()
+    device.words().iter().copied().filter_map(word).collect()
 }
 
 /// The PDOs that the device has; RPDOs first.

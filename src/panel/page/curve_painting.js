@@ -10,7 +10,7 @@ const TICK = 68;
 /** How high a lane is; the first one is twice as high: where something is matters most. */
 const LANE = 65;
 /** A lane shows so much of its unit at least: noise is not a curve. */
-const LEAST = { mA: 200 };
+const LEAST = { mA: 200, A: 0.5 };
 const LEAST_OF_OTHERS = 10;
 /** The colours of the lanes, in their order. */
 const LANE_COLORS = ["accent", "curve-speed", "curve-current", "ink"];

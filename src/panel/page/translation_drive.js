@@ -109,7 +109,7 @@ export function driveSummary(drive) {
 
 /** The complete state of a drive. */
 export function driveState(drive) {
-  const { model, inputs, keys, faults, switches, words, counters, eeprom, last_refusal: refusal, time_seconds } = drive;
+  const { model, keys, faults, switches, words, counters, eeprom, last_refusal: refusal, time_seconds } = drive;
   const has = (only) => only === undefined || only === model;
   const bits = (name) => words[name].bits.map((bit) => ({ ...bit, alarm: bit.used && bit.set && ALARMS[name].includes(bit.bit) }));
   return {
@@ -118,7 +118,7 @@ export function driveState(drive) {
     words: Object.entries(WORDS).map(([key, name]) => ({ key, name, value: words[key].value, bits: bits(key) })),
     values: valuesOf(drive),
     process: processOf(drive.ppo, drive.motion),
-    inputs: INPUTS.filter(([, , , , , , only]) => has(only)).map(([input, text, unit, low, high, nominal]) => ({ input, text, unit, low, high, nominal, value: inputs[input], calculated: drive.measured[input], may_be_null: low !== null && nominal === null })),
+    inputs: inputsOf(drive),
     keys: [{ key: "key_1", text: "Key 1, clockwise", pressed: keys.key_1_pressed }, { key: "key_2", text: "Key 2, counter-clockwise", pressed: keys.key_2_pressed }],
     faults: Object.entries(FAULTS).filter(([, [, only]]) => has(only)).map(([fault, [text]]) => ({ fault, text, present: causeOf(faults, fault), provoked: faults.provoked.some(({ code }) => code === fault) })),
     switches: { positions: switches.positions, names: SWITCHES, text: switchesText(drive) },
@@ -129,6 +129,16 @@ export function driveState(drive) {
     eeprom: EEPROM[eeprom] ?? eeprom,
     has: { parameters: true, samples: true, switches: true, power: true },
   };
+}
+
+/** The inputs that the model has; ranges are those that the drive tells, if it does. */
+function inputsOf({ model, inputs, measured, input_ranges: ranges }) {
+  const told = new Map((ranges ?? []).map((range) => [range.input, range]));
+  const known = INPUTS.filter(([input, , , , , , only]) => (ranges ? told.has(input) : only === undefined || only === model));
+  return known.map(([input, text, unit, low, high, nominal]) => {
+    const range = told.get(input) ?? { low, high, may_be_null: low !== null && nominal === null };
+    return { ...range, input, text, unit, nominal, value: inputs[input], calculated: measured[input] };
+  });
 }
 
 function causeOf({ latched, causes, provoked }, fault) {

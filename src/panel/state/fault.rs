@@ -3,7 +3,7 @@
 use std::format;
 use std::prelude::v1::*;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::seconds;
@@ -13,7 +13,7 @@ use crate::devices::ag03::profibus::{Device, Hindrance, Refusal, Why};
 use crate::time::Instant;
 
 /// A fault by its letter; H and I exist only on CANopen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub(in crate::panel) enum FaultName {
     A,
     B,
@@ -22,9 +22,7 @@ pub(in crate::panel) enum FaultName {
     E,
     F,
     G,
-    #[serde(skip_deserializing)]
     H,
-    #[serde(skip_deserializing)]
     I,
     J,
 }
@@ -161,23 +159,6 @@ impl From<Fault> for FaultName {
             Fault::H => Self::H,
             Fault::I => Self::I,
             Fault::J => Self::J,
-        }
-    }
-}
-
-impl From<FaultName> for Fault {
-    fn from(name: FaultName) -> Self {
-        match name {
-            FaultName::A => Self::A,
-            FaultName::B => Self::B,
-            FaultName::C => Self::C,
-            FaultName::D => Self::D,
-            FaultName::E => Self::E,
-            FaultName::F => Self::F,
-            FaultName::G => Self::G,
-            FaultName::H => Self::H,
-            FaultName::I => Self::I,
-            FaultName::J => Self::J,
         }
     }
 }

@@ -5,6 +5,7 @@ use std::prelude::v1::*;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::super::inputs::PowerName;
 use crate::devices::ag03::drive::Mode;
 use crate::devices::ag03::param::{Gear, Model};
 use crate::devices::ag03::profibus::{EepromState, Power};
@@ -17,16 +18,6 @@ pub(in crate::panel) enum ModelName {
     #[default]
     #[serde(rename = "ag03-1")]
     Ag03_1,
-}
-
-/// Whether it has control supply.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub(in crate::panel) enum PowerState {
-    Off,
-    On,
-    /// Switched on with the DIP switches of a factory reset: only the LEDs work.
-    FactoryReset,
 }
 
 /// The operating mode, PNU 930.
@@ -74,7 +65,7 @@ pub(in crate::panel) fn gear(ratio: u16) -> Option<Gear> {
     Gear::ALL.into_iter().find(|gear| gear.ratio() == ratio)
 }
 
-impl From<Power> for PowerState {
+impl From<Power> for PowerName {
     fn from(power: Power) -> Self {
         match power {
             Power::Off => Self::Off,

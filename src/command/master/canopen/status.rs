@@ -2,8 +2,7 @@
 
 use profidrive::can_bus::canopen::{Address, Sub, Value};
 use profidrive::can_bus::cia402::{Controlword, State, Statusword};
-use profidrive::client::{NodeGoal, NodeOutcome, NodeSigns, NodeTrouble};
-use profidrive::host::Clock;
+use profidrive::client::{NodeGoal, NodeSigns, NodeTrouble};
 use serde_json::json;
 
 use super::{Drive, NEWEST_ERROR, Octets, POSITION, number, say};
@@ -36,7 +35,7 @@ impl Drive {
         let shown: Vec<Address> = SHOWN.into_iter().filter(|at| self.entry(*at).is_some()).collect();
         let mut values = Vec::new();
         for at in shown.into_iter().chain(bits) {
-            match self.read(at)? {
+            match self.get(at)? {
                 Ok(octets) => values.push((at, octets)),
                 Err(NodeTrouble::Refused { .. }) => {}
                 Err(trouble) => return Err(self.failure(trouble)),
@@ -99,16 +98,13 @@ impl Drive {
     /// The history of errors, newest first.
     pub(super) fn show_faults(&mut self, clear: bool, json: bool) -> Result<(), Failure> {
         if clear {
-            self.client.write(self.clock.now(), ERRORS, &[0]);
-            if let Some(NodeOutcome::Failed(trouble)) = self.outcome()? {
-                return Err(self.failure(trouble));
-            }
+            self.put(ERRORS, &[0])?.map_err(|trouble| self.failure(trouble))?;
         }
-        let count = number(&self.must_read(ERRORS)?);
+        let count = number(&self.must_get(ERRORS)?);
         let mut errors = Vec::new();
         for sub in 1..=u8::try_from(count).unwrap_or(u8::MAX) {
             let at = Address { sub: Sub(sub), ..ERRORS };
-            let octets = self.must_read(at)?;
+            let octets = self.must_get(at)?;
             errors.push((at, number(&octets), self.network.in_words(self.node, at, &octets).to_string()));
         }
         if json {
@@ -130,7 +126,7 @@ impl Drive {
     }
 
     /// Acknowledges a fault, and leaves the drive as it was otherwise.
-    pub(super) fn acknowledge(&mut self, json: bool) -> Result<(), Failure> {
+    pub(super) fn clear_fault(&mut self, json: bool) -> Result<(), Failure> {
         if self.product.is_some() && self.entry(CONTROLWORD).is_none() {
             return Err(Failure::Usage(format!(
                 "the {} has no control word to acknowledge by",
@@ -139,13 +135,13 @@ impl Drive {
         }
         let done = self.pursue(NodeGoal::Acknowledge)?;
         let why = match done {
-            Some(NodeOutcome::Failed(trouble @ NodeTrouble::Fault { .. })) => {
+            Some(Err(trouble @ NodeTrouble::Fault { .. })) => {
                 Some(format!("{}; its cause is still present", self.reason(trouble)?))
             }
-            Some(NodeOutcome::Failed(trouble)) => return Err(self.failure(trouble)),
-            Some(NodeOutcome::Done | NodeOutcome::Read(..) | NodeOutcome::Written) | None => None,
+            Some(Err(trouble)) => return Err(self.failure(trouble)),
+            Some(Ok(_)) | None => None,
         };
-        let word = number(&self.must_read(STATUSWORD)?);
+        let word = number(&self.must_get(STATUSWORD)?);
         self.pursue(NodeGoal::Leave)?;
         if let Some(why) = why {
             return Err(Failure::Other(why));

@@ -7,6 +7,7 @@ use serde_json::json;
 use profidrive::host::list::named;
 
 use crate::command::Failure;
+use crate::command::master::device::Shown;
 
 /// A parameter as it was asked for, with its row if the table has it.
 pub(super) struct Place<'t> {
@@ -69,7 +70,7 @@ impl<'t> Place<'t> {
     }
 
     /// The number on the bus, and with its unit.
-    pub(super) fn shown(&self, value: Value) -> (f64, String) {
+    fn in_words(&self, value: Value) -> (f64, String) {
         let Some(row) = self.row else {
             let bits = value.bits();
             return (bits.into(), bits.to_string());
@@ -83,12 +84,15 @@ impl<'t> Place<'t> {
         (number, format!("{number} ({scaled} {})", row.unit).replace(" )", ")"))
     }
 
-    pub(super) fn line(&self, value: Value) -> String {
-        format!("{:<6} {:<27} {}", self.number(), self.name(), self.shown(value).1)
+    /// As it is shown.
+    pub(super) fn shown(&self, value: Value) -> Shown {
+        let (number, text) = self.in_words(value);
+        let head = format!("{:<6} {:<27}", self.number(), self.name());
+        Shown { head, text, number: number.into(), json: self.json(value) }
     }
 
-    pub(super) fn json(&self, value: Value) -> serde_json::Value {
-        let (number, text) = self.shown(value);
+    fn json(&self, value: Value) -> serde_json::Value {
+        let (number, text) = self.in_words(value);
         let mut object =
             json!({ "pnu": self.pnu.number(), "name": self.name(), "value": number, "text": text });
         if let (Some(element), Some(fields)) = (self.element, object.as_object_mut()) {

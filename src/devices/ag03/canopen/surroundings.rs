@@ -2,136 +2,49 @@
 
 use super::Ag03Node;
 use crate::can_bus::canopen::{Address, NmtState};
-use crate::devices::ag03::drive::{Fault, Inputs, Mode, StatusLed};
+use crate::devices::ag03::drive::Mode;
 use crate::devices::ag03::param::Model;
+use crate::devices::ag03::surroundings;
 use crate::devices::ag03::unit::Power;
 use crate::face::DriveState;
-use crate::face::surroundings::{Declined, Face, Glow, Input, InputKind, Level, Provocable, Surroundings};
+use crate::face::surroundings::{Declined, Face, Glow, Input, Level, Provocable, Surroundings};
 use crate::time::Instant;
 
 const CONTROL_WORD: Address = Address::new(0x6040, 0);
 const STATUS_WORD: Address = Address::new(0x6041, 0);
 
-/// One input: what it is, and where the drive has it.
-struct Row {
-    input: Input,
-    read: fn(&Inputs) -> Level,
-    write: fn(&mut Inputs, Level),
-}
-
-/// A row of the table by the kind of its field.
-macro_rules! row {
-    (switch $name:literal, $about:literal, $field:ident) => {
-        Row {
-            input: Input { name: $name, about: $about, kind: InputKind::Switch },
-            read: |inputs| Level::Switch(inputs.$field),
-            write: |inputs, level| {
-                if let Level::Switch(on) = level {
-                    inputs.$field = on;
-                }
-            },
-        }
-    };
-    (number $name:literal, $about:literal, $field:ident, $low:literal, $high:literal) => {
-        Row {
-            input: Input {
-                name: $name,
-                about: $about,
-                kind: InputKind::Number { low: $low, high: $high, own: false },
-            },
-            read: |inputs| Level::Number(inputs.$field),
-            write: |inputs, level| {
-                if let Level::Number(number) = level {
-                    inputs.$field = number;
-                }
-            },
-        }
-    };
-    (own $name:literal, $about:literal, $field:ident, $low:literal, $high:literal) => {
-        Row {
-            input: Input {
-                name: $name,
-                about: $about,
-                kind: InputKind::Number { low: $low, high: $high, own: true },
-            },
-            read: |inputs| inputs.$field.map_or(Level::Own, Level::Number),
-            write: |inputs, level| match level {
-                Level::Own => inputs.$field = None,
-                Level::Number(number) => inputs.$field = Some(number),
-                Level::Switch(_) => {}
-            },
-        }
-    };
-}
-
-/// The inputs of an AG03/1, as [`Inputs`] has them.
-const ROWS: &[Row] = &[
-    row!(number "control_supply_volts", "supply of the control", control_supply, 0.0, 60.0),
-    row!(number "output_supply_volts", "supply of the output stage", output_supply, 0.0, 60.0),
-    row!(number "battery_volts", "battery of the encoder", battery, 0.0, 10.0),
-    row!(number "load_torque_newton_metres", "load that pulls the shaft clockwise", load_torque, -1000.0, 1000.0),
-    row!(number "friction_torque_newton_metres", "friction in both directions", friction_torque, 0.0, 1000.0),
-    row!(switch "blocked", "the shaft is blocked", blocked),
-    row!(number "ambient_temperature_celsius", "temperature of the air", ambient, -50.0, 200.0),
-    row!(own "stage_temperature_celsius", "temperature of the output stage", stage_temperature, -50.0, 200.0),
-    row!(own "dc_link_volts", "voltage of the intermediate circuit", dc_link, 0.0, 100.0),
-    row!(switch "encoder_fault", "error of the SIN/COS monitoring", encoder_fault),
-    row!(switch "internal_fault", "internal error", internal_fault),
-];
-
-/// The keys of the manual setup mode.
-const KEYS: [&str; 2] = ["key_1", "key_2"];
-
 impl Surroundings for Ag03Node {
     fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
-        let causes = self.unit().drive().causes();
-        for fault in Fault::ALL.into_iter().filter(|fault| fault.exists_on(Model::Ag03_1)) {
-            let name = char::from(fault.code());
-            tell(Provocable { name: &name, text: &fault, present: causes.contains(fault) });
-        }
+        surroundings::each_fault(Model::Ag03_1, self.unit().drive().causes(), tell);
     }
 
     fn provoke(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
-        let named = |known: &Fault| *fault.as_bytes() == [known.code()] && known.exists_on(Model::Ag03_1);
-        let fault = Fault::ALL.into_iter().find(named).ok_or(Declined::Unknown)?;
+        let fault = surroundings::fault(Model::Ag03_1, fault)?;
         let inputs = self.unit().drive().provoking(self.inputs(), fault);
         self.set_inputs(now, inputs);
         Ok(())
     }
 
     fn each_input(&self, tell: &mut dyn FnMut(&Input, Level)) {
-        for row in ROWS {
-            tell(&row.input, (row.read)(self.inputs()));
-        }
+        surroundings::each_input(Model::Ag03_1, self.inputs(), tell);
     }
 
     fn set_input(&mut self, now: Instant, name: &str, level: Level) {
-        if let Some(row) = ROWS.iter().find(|row| row.input.name == name) {
-            let mut inputs = *self.inputs();
-            (row.write)(&mut inputs, level);
+        if let Some(inputs) = surroundings::with_input(Model::Ag03_1, self.inputs(), name, level) {
             self.set_inputs(now, inputs);
         }
     }
 
     fn make_nominal(&mut self, now: Instant) {
-        let Inputs { key_clockwise, key_counter_clockwise, .. } = *self.inputs();
-        self.set_inputs(now, Inputs { key_clockwise, key_counter_clockwise, ..Inputs::default() });
+        self.set_inputs(now, surroundings::nominal(self.inputs()));
     }
 
     fn each_key(&self, tell: &mut dyn FnMut(&'static str, bool)) {
-        let [one, two] = KEYS;
-        tell(one, self.inputs().key_clockwise);
-        tell(two, self.inputs().key_counter_clockwise);
+        surroundings::each_key(self.inputs(), tell);
     }
 
     fn press(&mut self, now: Instant, key: &str, down: bool) -> Result<(), Declined> {
-        let mut inputs = *self.inputs();
-        match KEYS.iter().position(|known| *known == key) {
-            Some(0) => inputs.key_clockwise = down,
-            Some(_) => inputs.key_counter_clockwise = down,
-            None => return Err(Declined::Unknown),
-        }
-        self.set_inputs(now, inputs);
+        self.set_inputs(now, surroundings::with_key(self.inputs(), key, down)?);
         Ok(())
     }
 
@@ -140,11 +53,7 @@ impl Surroundings for Ag03Node {
             (Power::Off, _) => (Glow::Off, Glow::Off),
             (Power::FactoryReset(_), _) => (Glow::Blinking, Glow::Blinking),
             (Power::On, nmt) => {
-                let status = match self.status().led {
-                    StatusLed::Off => Glow::Off,
-                    StatusLed::On => Glow::On,
-                    StatusLed::Blinking(fault) => Glow::Code(fault.blinks()),
-                };
+                let status = surroundings::glow(self.status().led);
                 let bus = match nmt {
                     None => Glow::Off,
                     Some(NmtState::PreOperational | NmtState::Stopped) => Glow::Blinking,
@@ -156,8 +65,8 @@ impl Surroundings for Ag03Node {
         Face::default().led("status green", status).led("bus orange", bus)
     }
 
-    fn words(&self) -> [Address; 2] {
-        [CONTROL_WORD, STATUS_WORD]
+    fn words(&self) -> &'static [Address] {
+        &[CONTROL_WORD, STATUS_WORD]
     }
 
     fn mode(&self) -> i64 {
@@ -184,6 +93,8 @@ mod tests {
     use super::super::Config;
     use super::*;
     use crate::can_bus::canopen::NodeId;
+    use crate::devices::ag03::drive::Inputs;
+    use crate::face::surroundings::InputKind;
     use std::string::ToString;
     use std::vec::Vec;
 

@@ -38,6 +38,7 @@ pub mod parameters;
 mod part;
 mod quirks;
 mod refusal;
+mod surroundings;
 pub(in crate::devices) mod why;
 pub mod words;
 

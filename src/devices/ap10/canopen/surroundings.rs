@@ -101,8 +101,8 @@ impl Surroundings for Ap10 {
             .led("right red", glow(leds.right_red))
     }
 
-    fn words(&self) -> [Address; 2] {
-        [CONTROL_WORD, STATUS_WORD]
+    fn words(&self) -> &'static [Address] {
+        &[CONTROL_WORD, STATUS_WORD]
     }
 
     fn mode(&self) -> i64 {

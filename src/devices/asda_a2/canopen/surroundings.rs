@@ -124,8 +124,8 @@ impl Surroundings for AsdaA2 {
         Face::default().row(&digits, false)
     }
 
-    fn words(&self) -> [Address; 2] {
-        [CONTROLWORD, STATUSWORD]
+    fn words(&self) -> &'static [Address] {
+        &[CONTROLWORD, STATUSWORD]
     }
 
     fn mode(&self) -> i64 {

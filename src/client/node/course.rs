@@ -1,0 +1,168 @@
+//! The steps to each goal of a drive of CiA 402, as words and bits.
+
+use super::super::course::{Bits, Course, Step};
+use super::NodeGoal;
+use crate::can_bus::canopen::Address;
+use crate::can_bus::cia402::{Controlword, Mode, State, Statusword};
+
+pub(super) const CONTROLWORD: Address = Address::new(0x6040, 0);
+pub(super) const STATUSWORD: Address = Address::new(0x6041, 0);
+pub(super) const MODE: Address = Address::new(0x6060, 0);
+pub(super) const TARGET: Address = Address::new(0x607A, 0);
+
+/// An entry that is changed to guard the node, and put back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kept {
+    Heartbeat,
+    GuardTime,
+    LifeFactor,
+}
+
+impl Kept {
+    pub(super) const fn at(self) -> Address {
+        match self {
+            Self::Heartbeat => Address::new(0x1017, 0),
+            Self::GuardTime => Address::new(0x100C, 0),
+            Self::LifeFactor => Address::new(0x100D, 0),
+        }
+    }
+}
+
+/// Control words of the flow charts.
+pub(super) const SHUTDOWN: u16 = 0x0006;
+pub(super) const SWITCH_ON: u16 = 0x0007;
+pub(super) const ENABLE: u16 = 0x000F;
+const QUICK_STOP: u16 = 0x0002;
+const START: u16 = ENABLE | Controlword::NEW_SET_POINT;
+
+/// What a step does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Act {
+    /// NMT to OPERATIONAL; the state tells whether the node has followed.
+    Start,
+    /// Reads a [`Kept`] entry, which is put back later.
+    Keep(Kept),
+    /// Writes a [`Kept`] entry.
+    Guard(Kept),
+    /// From here on the node is asked before its life time is over.
+    Ask,
+    /// 6060h, if it is another one.
+    Mode,
+    /// Up to operation enabled, from whatever state.
+    Enable,
+    /// 607Ah.
+    Target,
+    /// 6040h.
+    Word(u16),
+    /// Writes a [`Kept`] entry as it was.
+    PutBack(Kept),
+    /// 6060h as it was.
+    ModeBack,
+    /// NMT as it was.
+    NmtBack,
+}
+
+/// What it means that the bits do not come in time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Or {
+    Fault,
+    NotAcknowledged,
+    NotReached,
+    /// Nothing: it goes on.
+    GoOn,
+}
+
+type Row = Step<Act, Or>;
+
+const ACKNOWLEDGED: Bits = Bits::set(Statusword::SET_POINT_ACKNOWLEDGE.0);
+const REACHED: Bits =
+    Bits::set(Statusword::TARGET_REACHED.0).and(Bits::clear(Statusword::SET_POINT_ACKNOWLEDGE.0));
+const ATTAINED: Bits = Bits::set(Statusword::HOMING_ATTAINED.0);
+const NO_FAULT: Bits = Bits::clear(Statusword::FAULT.0);
+const ENABLED: Bits = Bits { mask: 0x6F, value: State::OperationEnabled.bits().0 };
+const NO_HOMING_ERROR: Bits = Bits::clear(Statusword::HOMING_ERROR.0);
+
+/// Standing, or no longer in quick stop: nothing holds it there but this client.
+const STANDS: &[Bits] = &[
+    Bits::set(Statusword::TARGET_REACHED.0),
+    Bits::clear(Statusword::READY_TO_SWITCH_ON.0),
+    Bits::clear(Statusword::SWITCHED_ON.0),
+    Bits::clear(Statusword::OPERATION_ENABLED.0),
+    Bits::set(Statusword::FAULT.0),
+    Bits::set(Statusword::QUICK_STOP.0),
+    Bits::set(Statusword::SWITCH_ON_DISABLED.0),
+];
+
+/// A step that ends when the drive has confirmed it.
+const fn act(act: Act) -> Row {
+    Step::new(act, &[], Or::Fault)
+}
+
+const PREPARE: &[Row] = &[
+    act(Act::Start),
+    act(Act::Keep(Kept::Heartbeat)),
+    act(Act::Keep(Kept::GuardTime)),
+    act(Act::Keep(Kept::LifeFactor)),
+    act(Act::Guard(Kept::Heartbeat)),
+    act(Act::Guard(Kept::GuardTime)),
+    act(Act::Guard(Kept::LifeFactor)),
+    act(Act::Ask),
+    act(Act::Mode),
+    act(Act::Enable),
+];
+
+const MOVE: &[Row] = &[
+    act(Act::Target),
+    Step::new(Act::Word(START), &[ACKNOWLEDGED], Or::NotAcknowledged).keeping(ENABLED),
+    Step::new(Act::Word(ENABLE), &[REACHED], Or::NotReached).keeping(ENABLED).moving(),
+];
+
+const HOME: &[Row] = &[Step::new(Act::Word(START), &[ATTAINED], Or::NotReached)
+    .keeping(ENABLED.and(NO_HOMING_ERROR))
+    .moving()];
+
+const ACKNOWLEDGE: &[Row] = &[
+    act(Act::Start),
+    // Before the rising edge of bit 7.
+    act(Act::Word(0)),
+    Step::new(Act::Word(Controlword::FAULT_RESET), &[NO_FAULT], Or::Fault),
+];
+
+const STOP: &[Row] = &[Step::new(Act::Word(QUICK_STOP), STANDS, Or::GoOn).moving(), act(Act::Word(0))];
+
+const LEAVE: &[Row] = &[
+    act(Act::Word(0)),
+    act(Act::PutBack(Kept::GuardTime)),
+    act(Act::PutBack(Kept::LifeFactor)),
+    act(Act::PutBack(Kept::Heartbeat)),
+    act(Act::ModeBack),
+    act(Act::NmtBack),
+];
+
+impl NodeGoal {
+    pub(super) const fn course(self) -> Course<Act, Or> {
+        match self {
+            Self::MoveTo(_) => Course::and_then(PREPARE, MOVE),
+            Self::Home => Course::and_then(PREPARE, HOME),
+            Self::Acknowledge => Course::new(ACKNOWLEDGE),
+            Self::Stop => Course::new(STOP),
+            Self::Leave => Course::new(LEAVE),
+        }
+    }
+
+    /// 6060h of it; on the AG03/1 1 is positioning.
+    pub(super) const fn mode(self) -> Mode {
+        match self {
+            Self::Home => Mode::Homing,
+            Self::MoveTo(_) | Self::Acknowledge | Self::Stop | Self::Leave => Mode::ProfilePosition,
+        }
+    }
+
+    /// The position it leads to.
+    pub(super) const fn target(self) -> i32 {
+        match self {
+            Self::MoveTo(target) => target,
+            Self::Home | Self::Acknowledge | Self::Stop | Self::Leave => 0,
+        }
+    }
+}

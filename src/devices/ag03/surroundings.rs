@@ -1,0 +1,177 @@
+//! What surrounds a drive, and what is seen of it, on either bus: its inputs, keys, and the faults that can be made.
+
+use core::fmt;
+
+use super::drive::{Fault, FaultSet, Inputs, StatusLed};
+use super::param::Model;
+use crate::face::surroundings::{Declined, Glow, Input, InputKind, Level, Provocable};
+
+/// One input: what it is, and where the drive has it.
+struct Row {
+    input: Input,
+    /// The one model that has it; `None`: both have.
+    only: Option<Model>,
+    read: fn(&Inputs) -> Level,
+    write: fn(&mut Inputs, Level),
+}
+
+impl Row {
+    const fn of(self, model: Model) -> Self {
+        Self { only: Some(model), ..self }
+    }
+
+    fn is_of(&self, model: Model) -> bool {
+        self.only.is_none_or(|only| only == model)
+    }
+}
+
+/// A row of the table by the kind of its field.
+macro_rules! row {
+    (switch $name:literal, $about:literal, $field:ident) => {
+        Row {
+            input: Input { name: $name, about: $about, kind: InputKind::Switch },
+            only: None,
+            read: |inputs| Level::Switch(inputs.$field),
+            write: |inputs, level| {
+                if let Level::Switch(on) = level {
+                    inputs.$field = on;
+                }
+            },
+        }
+    };
+    (number $name:literal, $about:literal, $field:ident, $low:literal, $high:literal) => {
+        Row {
+            input: Input {
+                name: $name,
+                about: $about,
+                kind: InputKind::Number { low: $low, high: $high, own: false },
+            },
+            only: None,
+            read: |inputs| Level::Number(inputs.$field),
+            write: |inputs, level| {
+                if let Level::Number(number) = level {
+                    inputs.$field = number;
+                }
+            },
+        }
+    };
+    (own $name:literal, $about:literal, $field:ident, $low:literal, $high:literal) => {
+        Row {
+            input: Input {
+                name: $name,
+                about: $about,
+                kind: InputKind::Number { low: $low, high: $high, own: true },
+            },
+            only: None,
+            read: |inputs| inputs.$field.map_or(Level::Own, Level::Number),
+            write: |inputs, level| match level {
+                Level::Own => inputs.$field = None,
+                Level::Number(number) => inputs.$field = Some(number),
+                Level::Switch(_) => {}
+            },
+        }
+    };
+}
+
+/// The inputs, as [`Inputs`] has them.
+const ROWS: &[Row] = &[
+    row!(number "control_supply_volts", "supply of the control", control_supply, 0.0, 60.0),
+    row!(number "output_supply_volts", "supply of the output stage", output_supply, 0.0, 60.0)
+        .of(Model::Ag03_1),
+    row!(switch "enable", "the enable input", enable_input).of(Model::Ag03),
+    row!(number "battery_volts", "battery of the encoder", battery, 0.0, 10.0),
+    row!(number "load_torque_newton_metres", "load that pulls the shaft clockwise", load_torque, -1000.0, 1000.0),
+    row!(number "friction_torque_newton_metres", "friction in both directions", friction_torque, 0.0, 1000.0),
+    row!(switch "blocked", "the shaft is blocked", blocked),
+    row!(number "ambient_temperature_celsius", "temperature of the air", ambient, -50.0, 200.0),
+    row!(own "stage_temperature_celsius", "temperature of the output stage", stage_temperature, -50.0, 200.0),
+    row!(own "dc_link_volts", "voltage of the intermediate circuit", dc_link, 0.0, 100.0),
+    row!(switch "encoder_fault", "error of the SIN/COS monitoring", encoder_fault).of(Model::Ag03_1),
+    row!(switch "internal_fault", "internal error", internal_fault),
+];
+
+/// The keys of the manual setup mode: clockwise, counter-clockwise.
+const KEYS: [&str; 2] = ["key_1", "key_2"];
+
+/// Each input of a model with what it is now.
+pub(super) fn each_input(model: Model, inputs: &Inputs, tell: &mut dyn FnMut(&Input, Level)) {
+    for row in ROWS.iter().filter(|row| row.is_of(model)) {
+        tell(&row.input, (row.read)(inputs));
+    }
+}
+
+/// The inputs with one changed; `None`: the model has none of this name.
+pub(super) fn with_input(model: Model, inputs: &Inputs, name: &str, level: Level) -> Option<Inputs> {
+    let row = ROWS.iter().find(|row| row.input.name == name && row.is_of(model))?;
+    let mut changed = *inputs;
+    (row.write)(&mut changed, level);
+    Some(changed)
+}
+
+/// Everything as it should be; the keys stay as they are.
+pub(super) fn nominal(inputs: &Inputs) -> Inputs {
+    let Inputs { key_clockwise, key_counter_clockwise, .. } = *inputs;
+    Inputs { key_clockwise, key_counter_clockwise, ..Inputs::default() }
+}
+
+/// Says why a model does not have an input or a fault that the other one has.
+pub(super) fn each_lack(model: Model, name: &str, say: &mut dyn FnMut(&dyn fmt::Display)) {
+    let lacks = ROWS.iter().any(|row| row.input.name == name && !row.is_of(model));
+    match (model, name) {
+        (Model::Ag03, "output_supply_volts") => {
+            say(&"an AG03 has one supply only; set control_supply_volts");
+        }
+        (Model::Ag03, _) if lacks => {
+            say(&"an AG03 has no SIN/COS monitoring of its encoder; an AG03/1 has");
+        }
+        (Model::Ag03_1, _) if lacks => {
+            say(&"an AG03/1 has no enable input; set output_supply_volts to 0");
+        }
+        (Model::Ag03, _) => {
+            let other = fault(Model::Ag03_1, name).ok().filter(|fault| !fault.exists_on(model));
+            if let Some(fault) = other {
+                say(&format_args!("an AG03 has no fault {fault}; an AG03/1 has"));
+            }
+        }
+        (Model::Ag03_1, _) => {}
+    }
+}
+
+/// Each fault of a model.
+pub(super) fn each_fault(model: Model, causes: FaultSet, tell: &mut dyn FnMut(Provocable<'_>)) {
+    for fault in Fault::ALL.into_iter().filter(|fault| fault.exists_on(model)) {
+        let name = char::from(fault.code());
+        tell(Provocable { name: &name, text: &fault, present: causes.contains(fault) });
+    }
+}
+
+/// The fault of a model by its letter.
+pub(super) fn fault(model: Model, name: &str) -> Result<Fault, Declined> {
+    let named = |known: &Fault| *name.as_bytes() == [known.code()] && known.exists_on(model);
+    Fault::ALL.into_iter().find(named).ok_or(Declined::Unknown)
+}
+
+/// Each key, and whether it is held.
+pub(super) fn each_key(inputs: &Inputs, tell: &mut dyn FnMut(&'static str, bool)) {
+    let [one, two] = KEYS;
+    tell(one, inputs.key_clockwise);
+    tell(two, inputs.key_counter_clockwise);
+}
+
+/// The inputs with a key up or down.
+pub(super) fn with_key(inputs: &Inputs, key: &str, down: bool) -> Result<Inputs, Declined> {
+    match KEYS.iter().position(|known| *known == key) {
+        Some(0) => Ok(Inputs { key_clockwise: down, ..*inputs }),
+        Some(_) => Ok(Inputs { key_counter_clockwise: down, ..*inputs }),
+        None => Err(Declined::Unknown),
+    }
+}
+
+/// What the status LED does.
+pub(super) fn glow(led: StatusLed) -> Glow {
+    match led {
+        StatusLed::Off => Glow::Off,
+        StatusLed::On => Glow::On,
+        StatusLed::Blinking(fault) => Glow::Code(fault.blinks()),
+    }
+}
