@@ -1,22 +1,63 @@
-//! When a fault on purpose injected: counted, or by chance, and the same each time.
+//! When a fault on purpose is injected: counted, or by chance, and the same each time; between two times.
+
+use core::time::Duration;
+
+use crate::time::Instant;
+
+/// On which occasions a fault is injected.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct When {
+    /// From which on, counted from 1.
+    pub at: u32,
+    /// How often at most; `None`: without limit.
+    pub count: Option<u32>,
+    /// With which probability at each, above 0 and at most 1.
+    pub rate: f64,
+    /// What chance begins with: the same seed injects the same faults.
+    pub seed: u64,
+    /// Not before so long after the fault was added. What happens earlier is not counted.
+    pub from: Duration,
+    /// Only until so long after the fault was added; `None`: without end.
+    pub until: Option<Duration>,
+}
+
+impl When {
+    /// At every occasion.
+    pub const ALWAYS: Self =
+        Self { at: 1, count: None, rate: 1.0, seed: 1, from: Duration::ZERO, until: None };
+
+    /// At one occasion, counted from 1.
+    pub const fn once(at: u32) -> Self {
+        Self { at, count: Some(1), ..Self::ALWAYS }
+    }
+}
 
 /// The occasions of one fault.
 #[derive(Clone, Debug)]
 pub(crate) struct Chance {
     pub(crate) random: Random,
+    when: When,
+    added: Instant,
     occasions: u32,
     injected: u32,
 }
 
 impl Chance {
-    /// No occasion yet; chance begins with `seed`.
-    pub(crate) const fn new(seed: u64) -> Self {
-        Self { random: Random(seed), occasions: 0, injected: 0 }
+    /// No occasion yet of a fault that is added now.
+    pub(crate) const fn new(when: When, now: Instant) -> Self {
+        Self { random: Random(when.seed), when, added: now, occasions: 0, injected: 0 }
     }
 
-    /// Counts an occasion, and says whether the fault injected that does so from number `at` on, at most `count` times,
-    /// with probability `rate`.
-    pub(crate) fn injected(&mut self, at: u32, count: Option<u32>, rate: f64) -> bool {
+    /// Whether its times allow it now.
+    pub(crate) fn is_open(&self, now: Instant) -> bool {
+        let When { from, until, .. } = self.when;
+        now >= self.added.saturating_add(from)
+            && until.is_none_or(|until| now < self.added.saturating_add(until))
+    }
+
+    /// Counts an occasion, and says whether the fault is injected now.
+    pub(crate) fn strikes(&mut self) -> bool {
+        let When { at, count, rate, .. } = self.when;
         self.occasions = self.occasions.saturating_add(1);
         if self.occasions < at || count.is_some_and(|count| self.injected >= count) {
             return false;

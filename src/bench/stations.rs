@@ -2,7 +2,8 @@
 
 use super::{Disturbance, Line, Master};
 use crate::devices::ag03::profibus::{Config, Device, Event, Timing};
-use crate::host::link::fault::{Fault, Faults, NoStation};
+use crate::host::fault::{NoStation, Rule};
+use crate::host::link::fault::Faults;
 use crate::host::{Bus, BusEvent, Error, Participant};
 use crate::profibus::fdl::Address;
 
@@ -92,13 +93,13 @@ impl<M: Master> Line<M> {
     ///
     /// # Errors
     /// [`NoStation`]: a fault is for a station that is not on the line; the faults are as before.
-    pub fn inject(&mut self, faults: &[Fault]) -> Result<(), NoStation> {
+    pub fn inject(&mut self, faults: &[Rule]) -> Result<(), NoStation> {
         for fault in faults {
-            fault.check(self.buses.iter().flat_map(Bus::addresses))?;
+            fault.check(self.buses.iter().flat_map(Bus::addresses).map(Address::number))?;
         }
         self.faults.clear();
         for fault in faults {
-            self.faults.add(*fault);
+            self.faults.add(self.now, *fault);
         }
         Ok(())
     }

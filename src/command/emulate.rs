@@ -6,17 +6,17 @@ use core::time::Duration;
 use std::path::Path;
 
 use profidrive::devices::ag03::profibus::{Config, DipSwitches, Timing};
-use profidrive::host::link::fault::{Fault, Faults, Faulty, Gate, Switch};
+use profidrive::host::fault::{Rule, Switch, While};
+use profidrive::host::link::fault::{Faults, Faulty};
 use profidrive::host::link::pty::Pty;
 use profidrive::host::link::serial::Serial;
 use profidrive::host::link::tcp::Tcp;
 use profidrive::host::list::{Ground, Group, MakeError, Prepared, Spec, Wrong};
 use profidrive::host::{
-    Bus, BusEvent, Clock, Condition, Error, Link, OutputBoard, Reach, Refusals, SlotTime, StateDir, Stop,
-    SystemClock, run,
+    Bus, BusEvent, Clock, Error, Link, OutputBoard, Reach, Refusals, SlotTime, StateDir, Stop, SystemClock,
+    run,
 };
 use profidrive::panel::{BusAccess, Panel, PanelError};
-use profidrive::process::Point;
 use profidrive::profibus::fdl::{Address, RateChange};
 use profidrive::time::{BaudRate, Instant};
 use tracing::{debug, info, warn};
@@ -70,7 +70,7 @@ pub(crate) struct LinePlan {
     pub(crate) args: Emulate,
     /// Everybody on a line of PROFIBUS.
     pub(crate) slaves: Vec<SlavePlan>,
-    pub(crate) faults: Vec<FaultPlan>,
+    pub(crate) faults: Vec<Rule>,
 }
 
 /// A device on PROFIBUS whose specification is right.
@@ -91,16 +91,6 @@ impl SlavePlan {
     }
 }
 
-/// A fault and when it may act. Times count from when the line is made.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct FaultPlan {
-    pub(crate) fault: Fault,
-    pub(crate) from: Option<Duration>,
-    pub(crate) until: Option<Duration>,
-    /// Only while this holds of an input of a station.
-    pub(crate) while_input: Option<(Address, Point, Condition)>,
-}
-
 impl LinePlan {
     /// The addresses of all on the line.
     fn addresses(&self) -> Vec<Address> {
@@ -112,14 +102,12 @@ impl LinePlan {
             args.choose_quirks(&mut spec).map_err(Failure::Usage)?;
             SlavePlan::new(spec).map_err(|wrong| Failure::Usage(wrong.words))
         };
-        let (slaves, faults) = if args.nodes.is_empty() {
-            (args.slaves().map(slave).collect::<Result<_, _>>()?, args.faults().map_err(Failure::Usage)?)
+        let slaves = if args.nodes.is_empty() {
+            args.slaves().map(slave).collect::<Result<_, _>>()?
         } else {
-            (Vec::new(), Vec::new())
+            Vec::new()
         };
-        let faults =
-            faults.into_iter().map(|fault| FaultPlan { fault, from: None, until: None, while_input: None });
-        let faults = faults.collect();
+        let faults = args.faults().map_err(Failure::Usage)?;
         Ok(Self { args, slaves, faults })
     }
 }
@@ -128,7 +116,7 @@ impl LinePlan {
 fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
     let LinePlan { args, faults, .. } = &plan;
     if let LinkSpec::Can(link) = &args.link {
-        return nodes::emulate(args, link, start);
+        return nodes::emulate(args, link, faults, start);
     }
     // Before the link is made, so that no signal ends the process with the link left behind.
     let signals = Signals::register().map_err(|error| Failure::from_error(&error))?;
@@ -225,26 +213,19 @@ fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
     Ok(())
 }
 
-/// A switch that an input of a station turns.
-type Watched = (Address, Point, Condition, Switch);
+/// A condition on an input of a station, and the switch that it turns.
+type Watched = (While, Switch);
 
 /// Adds the faults, and says which inputs turn them on and off.
-fn arm(faults: &mut Faults, plans: &[FaultPlan], now: Instant) -> Vec<Watched> {
-    let mut watched = Vec::new();
-    for FaultPlan { fault, from, until, while_input } in plans {
-        let mut gate = Gate {
-            from: from.map(|from| now.saturating_add(from)),
-            until: until.map(|until| now.saturating_add(until)),
-            switch: None,
-        };
-        warn!("fault on purpose: {fault}");
-        if let Some((station, point, condition)) = while_input {
-            let switch = gate.switch.insert(Switch::default()).clone();
-            watched.push((*station, *point, *condition, switch));
-        }
-        faults.add_gated(*fault, gate);
-    }
-    watched
+fn arm(faults: &mut Faults, rules: &[Rule], now: Instant) -> Vec<Watched> {
+    let numbers: Vec<u32> = rules
+        .iter()
+        .map(|rule| {
+            warn!("fault on purpose: {rule}");
+            faults.add(now, *rule)
+        })
+        .collect();
+    numbers.into_iter().filter_map(|number| faults.watches(number)).collect()
 }
 
 /// Says what happens: the ready line on stdout, the rest in the log.
@@ -519,8 +500,8 @@ fn connect(
         _ => {}
     }
     let address = spec.address();
-    for (_, point, condition, switch) in watched.iter().filter(|watched| watched.0 == address) {
-        prepared.watched.push((*point, *condition, switch.clone()));
+    for (watched, switch) in watched.iter().filter(|(watched, _)| watched.station == address) {
+        prepared.watched.push((watched.point, watched.condition, switch.clone()));
     }
     let station = prepared.make(ground).map_err(|error| match error {
         MakeError::State(error) => Failure::from_error(&error),

@@ -8,7 +8,7 @@ use std::boxed::Box;
 use std::string::ToString;
 use std::vec::Vec;
 
-use super::link::fault::Switch;
+use super::fault::{Condition, Switch};
 use super::refusals::Refusals;
 use super::station_file::{Kept, StationFile};
 use super::{Appearance, OutputBoard, Participant, StateDir, StateDirError, StationKind};
@@ -38,28 +38,6 @@ pub enum OutputsAre {
     FailSafe,
     /// The watchdog expired: zeros, and the slave waits for Set_Prm.
     WatchdogExpired,
-}
-
-/// What turns a switch on: a comparison with an input.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Condition {
-    /// It has this value.
-    Is(f64),
-    /// It is greater.
-    Above(f64),
-    /// It is less.
-    Below(f64),
-}
-
-impl Condition {
-    /// Whether it holds for a value.
-    pub fn holds(self, value: f64) -> bool {
-        match self {
-            Self::Is(wanted) => value == wanted,
-            Self::Above(limit) => value > limit,
-            Self::Below(limit) => value < limit,
-        }
-    }
 }
 
 /// A station that a GSD describes, with everything that a test bench does to it.
@@ -165,6 +143,7 @@ impl GsdStation {
     /// Has `switch` be on while a condition on an input holds, forced inputs as they are forced. It is off while there is
     /// no such input.
     pub fn watch(&mut self, point: Point, condition: Condition, switch: Switch) {
+        self.watched.retain(|(_, _, switch)| !switch.is_abandoned());
         self.watched.push((point, condition, switch));
         self.offer();
     }

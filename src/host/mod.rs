@@ -50,11 +50,11 @@ pub mod can;
 #[cfg(feature = "capture")]
 pub mod capture;
 mod clock;
+pub mod fault;
 mod gsd_station;
 pub mod link;
 pub mod list;
 mod lock;
-mod occasions;
 mod output_board;
 mod participant;
 mod ppo_drive;
@@ -69,7 +69,7 @@ mod stored_device;
 
 pub use bus::{Addresses, Bus, BusEvent, Evidence, LISTEN_TIME, LineHint, Presence, SlotTime, StationErrors};
 pub use clock::{ManualClock, SystemClock};
-pub use gsd_station::{Condition, GsdStation, OutputsAre};
+pub use gsd_station::{GsdStation, OutputsAre};
 pub use output_board::OutputBoard;
 pub use participant::{Appearance, Participant, StationKind};
 pub use ppo_drive::{HostedPpoDrive, PpoJudge};

@@ -263,7 +263,7 @@ impl Judge {
         connect(&self.observer.setup, bus);
         // The station that joins late is silent from the beginning.
         if self.scenarios.first().is_some_and(|scenario| scenario.rows.contains(&Row::L09)) {
-            self.inject(0, 0, faults);
+            self.inject(now, 0, 0, faults);
         }
     }
 
@@ -378,7 +378,7 @@ impl Judge {
         let done = faults
             .iter()
             .filter(|(number, ..)| self.faults.contains(number))
-            .all(|(_, fault, struck)| fault.count.is_some_and(|count| struck >= count));
+            .all(|(_, fault, struck)| fault.when.count.is_some_and(|count| struck >= count));
         if now < until && !(until_injected && done) {
             return;
         }
@@ -505,18 +505,18 @@ impl Judge {
             self.ask = Some(action);
             self.asking = true;
         }
-        self.inject(scenario, step, faults);
+        self.inject(now, scenario, step, faults);
         self.phase = Phase::Playing { scenario, step, until };
     }
 
-    fn inject(&mut self, scenario: usize, step: usize, faults: &mut Faults) {
+    fn inject(&mut self, now: Instant, scenario: usize, step: usize, faults: &mut Faults) {
         let Some(played) = self.scenarios.get(scenario) else { return };
         let setup = &self.observer.setup;
         let (Some(step), Some(subject)) = (played.steps.get(step), played.subject(setup)) else {
             return;
         };
         for fault in step.compiled(setup, subject.address).unwrap_or_default() {
-            self.faults.push(faults.add(fault));
+            self.faults.push(faults.add(now, fault));
         }
     }
 

@@ -1,7 +1,7 @@
 //! Scenarios: what the stations do on purpose, as data.
 //!
 //! A scenario is a list of [`Step`]s. A step does something to a station, injects faults, and lasts until its faults
-//! have acted or its time is over. Faults are written as for `--fault` ([`crate::host::link::fault::Fault`]), with three
+//! have acted or its time is over. Faults are written as for `--fault` ([`crate::host::fault::Rule`]), with three
 //! things more: `station=S` is the station of the scenario, `station=O` another one, and times may be given in slot times
 //! of the master, `late=1.5slot`. What the master makes of it the observer sees; a scenario says only which rows it is
 //! for.
@@ -16,7 +16,7 @@ use thiserror::Error;
 use super::rows::Row;
 use super::setup::{Setup, Slave};
 use super::station::Act;
-use crate::host::link::fault::{Fault, SpecError};
+use crate::host::fault::{Rule, RuleError};
 use crate::profibus::dp::IoLengths;
 use crate::profibus::fdl::Address;
 
@@ -177,7 +177,7 @@ impl Scenario {
     ///
     /// # Errors
     /// The first that is none.
-    pub fn check(&self) -> Result<(), SpecError> {
+    pub fn check(&self) -> Result<(), RuleError> {
         let any = Address::from_octet(0);
         self.steps.iter().try_for_each(|step| step.compiled(&Setup::default(), any).map(|_| ()))
     }
@@ -202,7 +202,7 @@ impl Scenario {
         }
         let any = there.first().copied().unwrap_or(Address::from_octet(0));
         let faults = self.steps.iter().filter_map(|step| step.compiled(setup, any).ok()).flatten();
-        let mut stations = faults.filter_map(|fault| fault.station);
+        let mut stations = faults.filter_map(|fault| fault.station());
         stations.find(|station| !there.contains(station)).map_or(Ok(()), |station| Err(missing(station)))
     }
 
@@ -228,8 +228,8 @@ impl Step {
     /// Its faults, for a station.
     ///
     /// # Errors
-    /// [`SpecError`]: one of them is none.
-    pub(super) fn compiled(&self, setup: &Setup, subject: Address) -> Result<Vec<Fault>, SpecError> {
+    /// [`RuleError`]: one of them is none.
+    pub(super) fn compiled(&self, setup: &Setup, subject: Address) -> Result<Vec<Rule>, RuleError> {
         self.faults.iter().map(|fault| compile(fault, setup, subject)?.parse()).collect()
     }
 
@@ -253,10 +253,10 @@ const RETRIES: u32 = 3;
 const MOST_RETRIES: u32 = 15;
 
 /// A fault as `--fault` takes it.
-fn compile(fault: &str, setup: &Setup, subject: Address) -> Result<String, SpecError> {
+fn compile(fault: &str, setup: &Setup, subject: Address) -> Result<String, RuleError> {
     let other = setup.present().find(|slave| slave.address != subject).map(|slave| slave.address);
-    let part = |part: &str| -> Result<String, SpecError> {
-        let wrong = || SpecError::Value {
+    let part = |part: &str| -> Result<String, RuleError> {
+        let wrong = || RuleError::Value {
             key: part.into(),
             expected: "a number of slot times, such as late=1.5slot, or lost for those until a slave is lost",
             got: part.into(),

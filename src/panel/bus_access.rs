@@ -7,11 +7,13 @@ use std::vec::Vec;
 
 use axum::http::StatusCode;
 
+use super::faults::FaultAccess;
 use super::inputs::{Acted, PowerName, Stations};
 use super::problem::{Problem, station};
 use super::queue::{self, Lends};
 use crate::devices::ag03::profibus::{Config, Device, Power};
 use crate::face::Surroundings;
+use crate::host::fault::{BusKind, Rule, While};
 use crate::host::link::fault::Faults;
 use crate::host::{Bus, GsdStation, HostedPpoDrive, Participant, StateDir, StateDirError, StoredDevice};
 use crate::profibus::fdl::Address;
@@ -55,6 +57,45 @@ impl Called for GsdStation {
 
 impl Called for HostedPpoDrive {
     const CALLED: [&'static str; 3] = ["PROFIDRIVE drive", "PROFIDRIVE drives", "--ppo-drive"];
+}
+
+impl FaultAccess for BusAccess<'_> {
+    const BUS: BusKind = BusKind::Profibus;
+
+    fn faults(&self) -> Result<Vec<(u32, Rule, u32)>, Problem> {
+        self.faults.as_ref().map(|faults| faults.iter().collect()).ok_or_else(no_faults)
+    }
+
+    fn check_fault(&self, rule: &Rule) -> Result<(), Problem> {
+        rule.check(self.bus.addresses().map(Address::number))
+            .map_err(|error| Problem::value(error.to_string()))?;
+        match rule.while_input {
+            Some(While { station, .. }) if self.bus.station::<GsdStation>(station).is_none() => {
+                Err(Problem::value(format!(
+                    "fault '{rule}' waits for an input of station {station}, which is no station from a GSD of this line"
+                )))
+            }
+            Some(_) | None => Ok(()),
+        }
+    }
+
+    fn add_fault(&mut self, rule: Rule) -> Result<u32, Problem> {
+        let faults = self.faults.as_deref_mut().ok_or_else(no_faults)?;
+        let number = faults.add(self.now, rule);
+        if let Some((While { station, point, condition }, switch)) = faults.watches(number) {
+            self.bus.with(station, |station: &mut GsdStation| station.watch(point, condition, switch));
+        }
+        Ok(number)
+    }
+
+    fn remove_fault(&mut self, number: u32) -> Option<Rule> {
+        self.faults.as_deref_mut()?.remove(number)
+    }
+}
+
+/// The link has none.
+fn no_faults() -> Problem {
+    Problem::conflict("this line cannot have faults")
 }
 
 impl BusAccess<'_> {
@@ -116,7 +157,7 @@ impl BusAccess<'_> {
         let stations = if stations.is_empty() { "no station".into() } else { stations.join(", ") };
         tracing::info!("on the line now: {stations}");
         for (_, fault, _) in self.faults.iter().flat_map(|faults| faults.iter()) {
-            if let Err(error) = fault.check(self.bus.addresses()) {
+            if let Err(error) = fault.check(self.bus.addresses().map(Address::number)) {
                 tracing::warn!("{error}");
             }
         }

@@ -56,6 +56,7 @@
 mod bus;
 mod bus_access;
 mod drives;
+mod faults;
 mod history;
 mod inputs;
 mod nodes;

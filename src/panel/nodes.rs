@@ -7,7 +7,6 @@
 //! | --- | --- |
 //! | `access` | what the thread of the bus lends |
 //! | `routes` | every path, the OpenAPI description |
-//! | `faults` | faults on purpose of the bus and of what nodes send |
 //! | `fleet` | nodes that come and go |
 //! | `why` | what keeps a drive from moving |
 //! | `objects` | the object dictionary |
@@ -20,7 +19,6 @@
 
 mod access;
 mod bus;
-mod faults;
 mod fleet;
 mod history;
 mod news;
@@ -51,7 +49,7 @@ pub use access::{NodeAccess, Seated};
 /// use profidrive::can_bus::can::BitRate;
 /// use profidrive::can_bus::canopen::NodeId;
 /// use profidrive::can_bus::canopen::storage::Eeprom;
-/// use profidrive::host::can::{Line, News, NodeFaults, Product, StoredNode};
+/// use profidrive::host::can::{Line, News, Product, StoredNode};
 /// use profidrive::host::list::Choices;
 /// use profidrive::host::{Clock, Reach, Stop};
 /// use profidrive::panel::{NodeAccess, NodePanel, Seated};
@@ -63,7 +61,6 @@ pub use access::{NodeAccess, Seated};
 /// let device = product.make(NodeId::new(5)?, &Choices::default(), Eeprom::Internal, clock.now());
 /// let seat = line.add(Box::new(StoredNode::new(device, clock.now())));
 /// let mut nodes = vec![Seated { seat, product }];
-/// let mut faults = NodeFaults::default();
 ///
 /// let mut panel = NodePanel::start("127.0.0.1:8080", Reach::ThisMachine, stop.clone())?;
 /// println!("http://{}/", panel.address());
@@ -80,7 +77,6 @@ pub use access::{NodeAccess, Seated};
 ///         now: clock.now(),
 ///         bus: line.bus_mut(),
 ///         nodes: &mut nodes,
-///         faults: &mut faults,
 ///         state: None,
 ///         choose: &|_, _| {},
 ///     });

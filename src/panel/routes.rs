@@ -15,7 +15,9 @@ use super::ppo_drives::parameters as ppo_parameters;
 use super::problem::{Problem, Problems};
 use super::stations::values;
 use super::stream::{Hub, Lost, NewsEvent, TelegramEvent};
-use super::{bus, drives, history, inputs, page, parameters, ppo_drives, stations, stream, switches, why};
+use super::{
+    bus, drives, faults, history, inputs, page, parameters, ppo_drives, stations, stream, switches, why,
+};
 
 /// What the handlers share.
 #[derive(Clone)]
@@ -74,9 +76,12 @@ pub(super) fn router(app: App) -> Router {
         .route("/api/v1/bus", get(bus::state))
         .route(
             "/api/v1/bus/faults",
-            get(bus::faults).post(bus::add_fault).put(bus::replace_faults).delete(bus::clear_faults),
+            get(faults::list::<OfBus>)
+                .post(faults::add::<OfBus>)
+                .put(faults::replace::<OfBus>)
+                .delete(faults::clear::<OfBus>),
         )
-        .route("/api/v1/bus/faults/{number}", delete(bus::remove_fault))
+        .route("/api/v1/bus/faults/{number}", delete(faults::remove::<OfBus>))
         .route_layer(middleware::from_fn(without_parameters))
         // These refuse parameters that they do not know themselves.
         .route("/api/v1/drives/{address}/parameters/{pnu}", get(parameters::read).put(parameters::write))
@@ -145,11 +150,11 @@ pub(super) fn router(app: App) -> Router {
         history::samples_csv,
         history::capture,
         bus::state,
-        bus::faults,
-        bus::add_fault,
-        bus::replace_faults,
-        bus::clear_faults,
-        bus::remove_fault,
+        faults::list,
+        faults::add,
+        faults::replace,
+        faults::clear,
+        faults::remove,
         stream::events,
     ),
     components(schemas(Problem, NewsEvent, TelegramEvent, Lost))

@@ -6,7 +6,8 @@ use core::time::Duration;
 
 use common::{CFG, IDENT, MASTER, SLAVE, hex, telegram};
 use profidrive::devices::ag03::profibus::{ApplicationCycle, Config, Device};
-use profidrive::host::link::fault::{Fault, Faulty, Kind, PkwFault};
+use profidrive::host::fault::{Row, Rule, Way};
+use profidrive::host::link::fault::Faulty;
 use profidrive::host::link::memory::{End, Wire};
 use profidrive::host::{Bus, Clock, Link, ManualClock, Received, Stop, run};
 use profidrive::profibus::dp::State;
@@ -30,7 +31,7 @@ struct Line {
 }
 
 impl Line {
-    fn new(faults: &[Fault]) -> Self {
+    fn new(faults: &[Rule]) -> Self {
         let wire = Wire::new();
         let clock = ManualClock::new();
         let mut bus = Bus::new();
@@ -143,34 +144,24 @@ fn without_a_fault_and_with_faults_that_never_strike_the_octets_are_untouched() 
     let sound = session(&mut Line::new(&[]));
     assert_eq!(sound[0], OK);
     assert_eq!(sound.last().unwrap(), &OK);
-    let never = |kind| Fault { at: u32::MAX, ..Fault::always(kind) };
-    let time = Duration::from_millis(5);
-    for kind in [
-        Kind::NoReply,
-        Kind::Late(time),
-        Kind::Duplicate,
-        Kind::Truncated,
-        Kind::BitErrors(3),
-        Kind::WrongFcs,
-        Kind::WrongLength,
-        Kind::WrongSource(None),
-        Kind::Noise(4),
-        Kind::DropRequest,
-        Kind::DiagStorm,
-        Kind::NotReady(time),
-        Kind::RefusePrm,
-        Kind::RefuseCfg,
-        Kind::LosePrm,
-        Kind::Pkw(PkwFault::Delay(2)),
-        Kind::Pkw(PkwFault::WrongAk),
-        Kind::Pkw(PkwFault::WrongPnu),
-        Kind::Pkw(PkwFault::Torn),
-    ] {
-        let mut line = Line::new(&[never(kind)]);
-        assert_eq!(session(&mut line), sound, "{kind}");
+    for row in Row::all() {
+        if !matches!(row.way, Way::Request | Way::Reply) {
+            continue;
+        }
+        let fault = row
+            .to_string()
+            .replace("TIME", "5ms")
+            .replace("[=N]", "=3")
+            .replace("[=ADDRESS]", "")
+            .replace("HH", "03")
+            .replace("PART", "end")
+            .replace("OCTETS", "02")
+            .replace("=N", "=2");
+        let mut line = Line::with(&format!("{fault},at={}", u32::MAX));
+        assert_eq!(session(&mut line), sound, "{fault}");
         assert_eq!(line.injected(), [0]);
-        let other_station = Fault { station: Address::station(6).ok(), ..Fault::always(kind) };
-        assert_eq!(session(&mut Line::new(&[other_station])), sound, "{kind} of another station");
+        let mut other_station = Line::with(&format!("{fault},station=6"));
+        assert_eq!(session(&mut other_station), sound, "{fault} of another station");
     }
 }
 
@@ -183,7 +174,7 @@ proptest! {
     ) {
         let wire = Wire::new();
         let (mut master, clock) = (wire.end(), ManualClock::new());
-        let never = Fault { at: u32::MAX, ..Fault::always(Kind::DropRequest) };
+        let never: Rule = format!("drop-request,at={}", u32::MAX).parse().unwrap();
         let mut link = Faulty::new(wire.end(), clock.clone(), &[never]);
         let mut heard = Vec::new();
         let mut hear = |link: &mut Faulty<End, ManualClock>| {
@@ -285,7 +276,7 @@ fn a_truncated_reply_is_a_front_of_it() {
 #[test]
 fn bit_errors_are_so_many_bits() {
     for bits in [1, 3, 48, 255] {
-        let mut line = Line::new(&[Fault::always(Kind::BitErrors(bits))]);
+        let mut line = Line::with(&format!("bit-errors={bits}"));
         let heard = line.ask(&ask());
         assert_eq!(heard.len(), OK.len());
         let wrong: u32 = heard.iter().zip(OK).map(|(heard, sound)| (heard ^ sound).count_ones()).sum();
@@ -462,7 +453,7 @@ fn a_pkw_answer_comes_n_exchanges_later() {
     let sound = answers(&mut sound, 6);
     let first = sound.iter().position(|pkw| pkw.starts_with("23FA")).unwrap();
     for delay in [1, 4] {
-        let mut line = Line::new(&[Fault::always(Kind::Pkw(PkwFault::Delay(delay)))]);
+        let mut line = Line::with(&format!("pkw-delay={delay}"));
         line.start_up();
         let late = answers(&mut line, 12);
         let came = late.iter().position(|pkw| pkw.starts_with("23FA")).unwrap();
@@ -552,24 +543,21 @@ fn what_is_half_passes_after_50_ms_so_that_the_drives_see_it_too() {
 fn faults_come_and_go_while_the_drives_run_and_nothing_stays_behind() {
     let mut line = Line::new(&[]);
     assert_eq!(line.ask(&ASK), OK);
-    let faults = line.link.faults_mut();
-    let first = faults.add(Fault::always(Kind::NoReply));
-    let second = faults.add(Fault::always(Kind::Duplicate));
+    let [no_reply, duplicate]: [Rule; 2] = ["no-reply", "duplicate"].map(|text| text.parse().unwrap());
+    let (now, faults) = (line.clock.now(), line.link.faults_mut());
+    let first = faults.add(now, no_reply);
+    let second = faults.add(now, duplicate);
     assert_eq!(line.ask(&ASK), [0; 0]);
-    assert_eq!(line.link.faults_mut().remove(first), Some(Fault::always(Kind::NoReply)));
+    assert_eq!(line.link.faults_mut().remove(first), Some(no_reply));
     assert_eq!(line.ask(&ASK), [OK, OK].concat());
 
     // Half a telegram waits for its rest when the last fault goes, and is heard all the same.
     assert_eq!(line.ask(&ASK[..3]), [0; 0]);
-    assert_eq!(line.link.faults_mut().remove(second), Some(Fault::always(Kind::Duplicate)));
+    assert_eq!(line.link.faults_mut().remove(second), Some(duplicate));
     assert_eq!(line.ask(&ASK[3..]), OK);
     assert_eq!(line.ask(&ASK), OK);
     assert_eq!(line.link.faults_mut().remove(second), None);
-    assert_ne!(
-        line.link.faults_mut().add(Fault::always(Kind::NoReply)),
-        second,
-        "a number is not given twice"
-    );
+    assert_ne!(line.link.faults_mut().add(now, no_reply), second, "a number is not given twice");
     line.link.faults_mut().clear();
     assert_eq!(line.link.faults_mut().iter().count(), 0);
     assert_eq!(line.ask(&ASK), OK);

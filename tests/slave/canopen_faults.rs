@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use profidrive::can_bus::can::{Frame, Id};
 use profidrive::can_bus::canopen::faults::{
-    Action, BootUpFault, Fault, HeartbeatFault, Kind, MAX_FAULTS, SdoFault, Spoiler, TooMany, TpdoFault,
+    Action, BootUpFault, HeartbeatFault, Kind, MAX_FAULTS, SdoFault, Spoiler, TooMany, TpdoFault, When,
 };
 use profidrive::can_bus::canopen::{Abort, Address, Policy, Value};
 use profidrive::time::Instant;
@@ -18,10 +18,10 @@ struct Spoiled {
 }
 
 impl Spoiled {
-    fn new(faults: &[Fault]) -> Self {
+    fn new(faults: &[(Kind, When)]) -> Self {
         let mut spoiled = Self { rig: Rig::off(Policy::CIA_301, Plain::new(5)), spoiler: Spoiler::new() };
-        for (number, fault) in (1..).zip(faults) {
-            spoiled.spoiler.add(spoiled.rig.now, number, *fault).unwrap();
+        for (number, (kind, when)) in (1..).zip(faults) {
+            spoiled.spoiler.add(spoiled.rig.now, number, *kind, *when).unwrap();
         }
         spoiled
     }
@@ -32,11 +32,11 @@ impl Spoiled {
     }
 
     fn on(kind: Kind) -> Self {
-        Self::with(Fault::always(kind))
+        Self::with(kind, When::ALWAYS)
     }
 
-    fn with(fault: Fault) -> Self {
-        let mut spoiled = Self::new(&[fault]);
+    fn with(kind: Kind, when: When) -> Self {
+        let mut spoiled = Self::new(&[(kind, when)]);
         spoiled.power_on();
         spoiled
     }
@@ -92,9 +92,9 @@ fn without_faults_everything_passes() {
 
 #[test]
 fn boot_up_missing_or_twice() {
-    let mut node = Spoiled::new(&[Fault::always(Kind::BootUp(BootUpFault::Missing))]);
+    let mut node = Spoiled::new(&[(Kind::BootUp(BootUpFault::Missing), When::ALWAYS)]);
     assert!(node.power_on().is_empty());
-    let mut node = Spoiled::new(&[Fault::always(Kind::BootUp(BootUpFault::Twice))]);
+    let mut node = Spoiled::new(&[(Kind::BootUp(BootUpFault::Twice), When::ALWAYS)]);
     assert_eq!(node.power_on(), ["705#00", "705#00"]);
 }
 
@@ -161,16 +161,16 @@ fn an_emcy_storm() {
 #[test]
 fn occasions_are_counted_and_the_first_fault_of_a_frame_acts() {
     let lost = Kind::Sdo(SdoFault::Lost);
-    let mut node = Spoiled::with(Fault::once(lost, 3));
+    let mut node = Spoiled::with(lost, When::once(3));
     let answers: Vec<_> = (0..5).map(|_| node.data(0x605, &READ).len()).collect();
     assert_eq!((answers, node.spoiler.injected(1)), (vec![1, 1, 0, 1, 1], 1));
 
-    let mut node = Spoiled::with(Fault { at: 2, count: Some(2), ..Fault::always(lost) });
+    let mut node = Spoiled::with(lost, When { at: 2, count: Some(2), ..When::ALWAYS });
     let answers: Vec<_> = (0..5).map(|_| node.data(0x605, &READ).len()).collect();
     assert_eq!(answers, [1, 0, 0, 1, 1]);
 
     let by_chance = |seed| {
-        let mut node = Spoiled::with(Fault { rate: 0.5, seed, ..Fault::always(lost) });
+        let mut node = Spoiled::with(lost, When { rate: 0.5, seed, ..When::ALWAYS });
         (0..64).map(|_| node.data(0x605, &READ).len()).collect::<Vec<_>>()
     };
     assert_eq!(by_chance(7), by_chance(7));
@@ -178,7 +178,7 @@ fn occasions_are_counted_and_the_first_fault_of_a_frame_acts() {
     let lost_of_64 = by_chance(7).iter().filter(|answers| **answers == 0).count();
     assert!((16..=48).contains(&lost_of_64), "{lost_of_64}");
 
-    let mut node = Spoiled::new(&[Fault::once(lost, 1), Fault::always(Kind::Sdo(SdoFault::Twice))]);
+    let mut node = Spoiled::new(&[(lost, When::once(1)), (Kind::Sdo(SdoFault::Twice), When::ALWAYS)]);
     node.power_on();
     assert!(node.data(0x605, &READ).is_empty());
     assert_eq!(node.data(0x605, &READ).len(), 2, "the next in the list");
@@ -188,14 +188,14 @@ fn occasions_are_counted_and_the_first_fault_of_a_frame_acts() {
 
 #[test]
 fn a_node_has_so_many_faults_and_no_more() {
-    let mut node = Spoiled::new(&[Fault::always(Kind::GuardingToggleStuck); MAX_FAULTS]);
-    let more = node.spoiler.add(node.rig.now, 99, Fault::always(Kind::GuardingToggleStuck));
+    let mut node = Spoiled::new(&[(Kind::GuardingToggleStuck, When::ALWAYS); MAX_FAULTS]);
+    let more = node.spoiler.add(node.rig.now, 99, Kind::GuardingToggleStuck, When::ALWAYS);
     assert_eq!(more, Err(TooMany));
 }
 
 #[test]
 fn two_tpdos_change_places() {
-    let mut node = Spoiled::with(Fault::once(Kind::Tpdo(TpdoFault::Swapped), 1));
+    let mut node = Spoiled::with(Kind::Tpdo(TpdoFault::Swapped), When::once(1));
     assert_eq!(node.data(0x000, &[0x01, 5]), ["285#00 00 00 00 00 00 00 00", "185#00 00"]);
     node.rig.device.set(Address::new(0x6000, 1), Value::U8(7));
     node.rig.node.handle_change(node.rig.now, &mut node.rig.device);
@@ -204,12 +204,12 @@ fn two_tpdos_change_places() {
 
 #[test]
 fn what_the_host_is_asked_to_do() {
-    let mut node = Spoiled::with(Fault::once(Kind::LeaveOperational, 1));
+    let mut node = Spoiled::with(Kind::LeaveOperational, When::once(1));
     assert_eq!(node.data(0x000, &[0x01, 5]).len(), 2);
     assert_eq!(node.spoiler.poll_action(node.rig.now), Some(Action::LeaveOperational));
     assert_eq!(node.spoiler.poll_action(node.rig.now), None);
 
-    let mut node = Spoiled::with(Fault::once(Kind::BrownOut(Duration::from_millis(30)), 2));
+    let mut node = Spoiled::with(Kind::BrownOut(Duration::from_millis(30)), When::once(2));
     assert!(node.data(0x605, &READ).is_empty());
     let now = node.rig.now;
     assert_eq!(node.spoiler.poll_action(now), Some(Action::Off));

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 const TABLE: &[(&str, &[&str])] = &[
     ("time", &[]),
     // When a fault on purpose is injected.
-    ("chance", &[]),
+    ("chance", &["time"]),
     // What is kept while a device is off, and the way to safety: of every device, on every bus.
     ("image", &[]),
     ("profibus::fdl", &["time"]),

@@ -19,6 +19,7 @@ use super::node::{Node, Service};
 use super::pdo::MAX_PDOS;
 use crate::can_bus::can::Frame;
 use crate::chance::Chance;
+pub use crate::chance::When;
 use crate::time::Instant;
 
 /// Frames that wait; what is more is lost.
@@ -26,33 +27,6 @@ const MAX_WAITING: usize = 32;
 
 /// Faults of one node at most.
 pub const MAX_FAULTS: usize = 32;
-
-/// One fault and when it is injected.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fault {
-    /// What happens.
-    pub kind: Kind,
-    /// From which occasion on, counted from 1. [`Kind`] says what an occasion is.
-    pub at: u32,
-    /// How often at most; `None`: without limit.
-    pub count: Option<u32>,
-    /// With which probability at each occasion, above 0 and at most 1.
-    pub rate: f64,
-    /// What chance begins with.
-    pub seed: u64,
-}
-
-impl Fault {
-    /// This fault at every occasion.
-    pub const fn always(kind: Kind) -> Self {
-        Self { kind, at: 1, count: None, rate: 1.0, seed: 1 }
-    }
-
-    /// This fault at one occasion, counted from 1.
-    pub const fn once(kind: Kind, at: u32) -> Self {
-        Self { at, count: Some(1), ..Self::always(kind) }
-    }
-}
 
 /// What goes wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -158,7 +132,7 @@ pub struct Spoiler {
 #[derive(Clone, Debug)]
 struct Rule {
     number: u32,
-    fault: Fault,
+    kind: Kind,
     chance: Chance,
     /// The first data of each TPDO that was spoiled.
     stale: [Option<Frame>; MAX_PDOS],
@@ -193,9 +167,9 @@ impl Spoiler {
     ///
     /// # Errors
     /// [`TooMany`].
-    pub fn add(&mut self, now: Instant, number: u32, fault: Fault) -> Result<(), TooMany> {
-        let storm = matches!(fault.kind, Kind::EmcyStorm(_)).then_some(now);
-        let rule = Rule { number, fault, chance: Chance::new(fault.seed), stale: [None; MAX_PDOS], storm };
+    pub fn add(&mut self, now: Instant, number: u32, kind: Kind, when: When) -> Result<(), TooMany> {
+        let storm = matches!(kind, Kind::EmcyStorm(_)).then_some(now.saturating_add(when.from));
+        let rule = Rule { number, kind, chance: Chance::new(when, now), stale: [None; MAX_PDOS], storm };
         self.rules.push(rule).map_err(|_| TooMany)
     }
 
@@ -217,8 +191,8 @@ impl Spoiler {
         }
         let even = self.heartbeats.is_multiple_of(2);
         let found = self.rules.iter_mut().find_map(|rule| {
-            let injected = rule.fault.kind.concerns(service, &frame, even) && rule.strikes();
-            injected.then_some((rule.fault.kind, &mut rule.stale))
+            let injected = rule.kind.concerns(service, &frame, even) && rule.strikes(now);
+            injected.then_some((rule.kind, &mut rule.stale))
         });
         match found {
             None => self.pass(service, frame),
@@ -271,12 +245,12 @@ impl Spoiler {
         }
         let Self { rules, ready, .. } = self;
         for rule in rules {
-            let Kind::EmcyStorm(period) = rule.fault.kind else { continue };
+            let Kind::EmcyStorm(period) = rule.kind else { continue };
             if rule.storm.is_none_or(|due| due > now) {
                 continue;
             }
             rule.storm = Some(now.saturating_add(period.max(Duration::from_micros(1))));
-            if node.state().is_some() && rule.strikes() {
+            if node.state().is_some() && rule.strikes(now) {
                 let id = cob_id::of_node(cob_id::EMCY, node.node_id());
                 let _ = ready.push_back(Frame::with(id, [0x00, 0xFF, 0x81, 0, 0, 0, 0, 0]));
             }
@@ -368,10 +342,9 @@ impl Default for Spoiler {
 }
 
 impl Rule {
-    /// Counts an occasion, and says whether the fault is injected now.
-    fn strikes(&mut self) -> bool {
-        let Fault { at, count, rate, .. } = self.fault;
-        self.chance.injected(at, count, rate)
+    /// Counts an occasion while its times allow it, and says whether the fault is injected now.
+    fn strikes(&mut self, now: Instant) -> bool {
+        self.chance.is_open(now) && self.chance.strikes()
     }
 }
 

@@ -5,9 +5,8 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use profidrive::can_bus::can::BitRate;
-use profidrive::can_bus::canopen::NodeId;
-use profidrive::host::can::{self, NodeFault};
-use profidrive::host::link::fault::Fault;
+use profidrive::host::can;
+use profidrive::host::fault::{BusKind, Rule};
 use profidrive::host::list::{DEVICES, Device, Group, Spec};
 use profidrive::profibus::fdl::Address;
 
@@ -244,10 +243,12 @@ impl Emulate {
         &self.nodes
     }
 
-    /// The faults of a line of PROFIBUS.
-    pub(crate) fn faults(&self) -> Result<Vec<Fault>, String> {
+    /// The faults of the line.
+    pub(crate) fn faults(&self) -> Result<Vec<Rule>, String> {
+        let bus = if self.nodes.is_empty() { BusKind::Profibus } else { BusKind::Can };
         let read = |text: &String| {
-            text.parse().map_err(|error| format!("invalid value '{text}' for '--fault <SPEC>': {error}"))
+            Rule::on(bus, text)
+                .map_err(|error| format!("invalid value '{text}' for '--fault <SPEC>': {error}"))
         };
         self.faults.iter().map(read).collect()
     }
@@ -282,14 +283,6 @@ impl Emulate {
             let checked = self.check_quirk(text);
             checked.map_err(|words| format!("invalid value '{text}' for '--quirk <NAME=VALUE>': {words}"))
         })
-    }
-
-    /// The faults of a CAN bus.
-    pub(crate) fn node_faults(&self) -> Result<Vec<NodeFault>, String> {
-        let read = |text: &String| {
-            text.parse().map_err(|error| format!("invalid value '{text}' for '--fault <SPEC>': {error}"))
-        };
-        self.faults.iter().map(read).collect()
     }
 
     /// What no single argument shows.
@@ -342,15 +335,11 @@ impl Emulate {
                 return Err(format!("{option} is for drives on PROFIBUS; leave it out with --node"));
             }
         }
-        for fault in self.node_faults()? {
-            if let Some(node) = fault.node.filter(|node| !numbers.contains(node)) {
-                let there: Vec<_> = numbers.iter().map(NodeId::to_string).collect();
-                let expected = if there.len() == 1 { "expected node " } else { "expected one of the nodes " };
-                return Err(format!(
-                    "--fault names node {node}, which is not on the bus; {expected}{}",
-                    there.join(", ")
-                ));
-            }
+        for fault in self.faults()? {
+            fault.check(numbers.iter().map(|node| node.number())).map_err(|error| {
+                let (node, expected) = (error.station, error.expected());
+                format!("--fault names node {node}, which is not on the bus; expected {expected}")
+            })?;
         }
         self.check_quirks()?;
         if self.allow_remote && !matches!(self.link, LinkSpec::Can(can::LinkSpec::Tcp(_))) {
@@ -387,7 +376,9 @@ impl Emulate {
         }
         self.check_quirks()?;
         for fault in self.faults()? {
-            fault.check(addresses.iter().copied()).map_err(|error| error.to_string())?;
+            fault
+                .check(addresses.iter().map(|address| address.number()))
+                .map_err(|error| error.to_string())?;
         }
         if self.allow_remote && !matches!(self.link, LinkSpec::Tcp(_)) {
             return Err("--allow-remote needs a tcp link".into());

@@ -8,10 +8,11 @@ use profidrive::can_bus::canopen::storage::Eeprom;
 use profidrive::can_bus::canopen::{Event, NodeId};
 use profidrive::devices::CanopenEvent;
 use profidrive::host::can::{
-    self, BusHint, Line, LinkSpec, News, NodeFaults, NodeWatch, Numbers, Product, Seat, StoredNode,
+    self, BusHint, Line, LinkSpec, News, NodeWatch, Numbers, Product, Seat, StoredNode,
 };
 use profidrive::host::capture::Capture;
 use profidrive::host::capture::can::CanInterface;
+use profidrive::host::fault::Rule;
 use profidrive::host::list::{Choices, Spec};
 use profidrive::host::{Clock, Error, Reach, StateDir, Stop};
 use profidrive::panel::{NodeAccess, NodePanel, Seated};
@@ -27,7 +28,12 @@ use crate::command::signals::Signals;
 const DEFAULT_RATE: BitRate = BitRate::K500;
 
 /// Runs until SIGINT, SIGTERM or SIGHUP.
-pub(super) fn emulate(args: &Emulate, link: &LinkSpec, start: &Start) -> Result<(), Failure> {
+pub(super) fn emulate(
+    args: &Emulate,
+    link: &LinkSpec,
+    faults: &[Rule],
+    start: &Start,
+) -> Result<(), Failure> {
     // Before the link is made, so that no signal ends the process with the link left behind.
     let signals = Signals::register().map_err(|error| Failure::from_error(&error))?;
     start.ends_with(&signals);
@@ -40,20 +46,17 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec, start: &Start) -> Result<
     let mut nodes = Nodes::of(link);
     // For hints.
     line.bus_mut().watch(true);
-    let mut faults = NodeFaults::default();
-    for fault in args.node_faults().map_err(Failure::Usage)? {
+    for fault in faults {
         warn!("fault on purpose: {fault}");
         let now = line.clock().now();
-        faults
-            .add(now, line.bus_mut(), fault)
-            .map_err(|error| Failure::Usage(format!("--fault: {error}")))?;
+        line.bus_mut().add_fault(now, *fault).map_err(|error| Failure::Usage(format!("--fault: {error}")))?;
     }
     for spec in args.nodes() {
         let mut spec = spec.clone();
         args.choose_quirks(&mut spec).map_err(Failure::Usage)?;
-        nodes.connect(&mut line, &spec, state.as_ref(), &faults)?;
+        nodes.connect(&mut line, &spec, state.as_ref())?;
     }
-    faults.reseat(line.bus_mut());
+    line.bus_mut().reseat_faults();
     nodes.warn_of_doubles();
     let mut capture = Recorder::start(args, &line, &nodes, rate)?;
     if !start.all_are_open() {
@@ -101,7 +104,6 @@ pub(super) fn emulate(args: &Emulate, link: &LinkSpec, start: &Start) -> Result<
                 now: clock.now(),
                 bus: line.bus_mut(),
                 nodes: &mut seats,
-                faults: &mut faults,
                 state: state.as_ref(),
                 choose: &choose,
             });
@@ -195,7 +197,6 @@ impl Nodes {
         line: &mut Line<CanopenEvent>,
         spec: &Spec,
         state: Option<&StateDir>,
-        faults: &NodeFaults,
     ) -> Result<(), Failure> {
         let Some(product) = spec.device.product() else {
             return Err(Failure::Usage(format!("{} is no node", spec.device.name())));
@@ -215,7 +216,7 @@ impl Nodes {
             warn!("{name}: its EEPROM has the node number {id}, which is used");
         }
         // Before it is on the bus: its boot-up is concerned.
-        faults.join(now, &mut node);
+        line.bus().spoil_joining(now, &mut node);
         let seat = line.add(Box::new(node));
         self.on_bus.push((Seated { seat, product }, id));
         Ok(())

@@ -6,10 +6,8 @@ use core::str::FromStr;
 use core::time::Duration;
 use std::path::{Path, PathBuf};
 
-use profidrive::host::Condition;
-use profidrive::host::can::{self, NodeFault};
-use profidrive::host::link::fault::{Fault, duration};
-use profidrive::process::Point;
+use profidrive::host::can;
+use profidrive::host::fault::{BusKind, Condition, Rule, While, duration};
 use profidrive::profibus::fdl::Address;
 
 use super::device;
@@ -17,7 +15,7 @@ use super::station::{self, Stations, point};
 use super::tables::{At, Baud, FaultTable, LineTable, WhileTable};
 use super::wrong::Wrong;
 use crate::command::args::{Emulate, LinkSpec, SLOT_TIMES, panel_place};
-use crate::command::emulate::{FaultPlan, LinePlan, SlavePlan};
+use crate::command::emulate::{LinePlan, SlavePlan};
 
 /// Reads a line. `folder` is where the file is: paths in it begin there.
 pub(super) fn plan(number: usize, line: &At<LineTable>, folder: &Path) -> Result<LinePlan, Wrong> {
@@ -68,14 +66,13 @@ pub(super) fn plan(number: usize, line: &At<LineTable>, folder: &Path) -> Result
     }
     let addresses: Vec<Address> = slaves.iter().map(SlavePlan::address).collect();
     let stations = Stations::of(&slaves);
-    let mut faults = Vec::new();
-    for fault in &table.fault {
-        if is_can {
-            args.faults.push(node_fault(fault)?);
-        } else {
-            faults.push(fault_plan(fault, &addresses, &stations)?);
-        }
-    }
+    let (bus, there): (_, Vec<u8>) = if is_can {
+        (BusKind::Can, args.nodes.iter().map(|node| node.node().number()).collect())
+    } else {
+        (BusKind::Profibus, addresses.iter().map(|address| address.number()).collect())
+    };
+    let faults =
+        table.fault.iter().map(|table| fault(table, bus, &there, &stations)).collect::<Result<_, _>>()?;
     if addresses.is_empty() && table.node.is_empty() {
         let words = "the line has no station; expected [[line.drive]], [[line.ppo-drive]], [[line.station]] or [[line.node]]";
         return Err(Wrong::at(line.span(), words));
@@ -128,45 +125,33 @@ fn slave_tables(table: &LineTable) -> impl Iterator<Item = Range<usize>> {
     drives.chain(table.ppo_drive.iter().map(At::span)).chain(table.station.iter().map(At::span))
 }
 
-fn node_fault(table: &FaultTable) -> Result<String, Wrong> {
-    let timed = [
-        table.from.as_ref().map(At::span),
-        table.until.as_ref().map(At::span),
-        table.while_input.as_ref().map(At::span),
-    ];
-    match timed.into_iter().flatten().next() {
-        Some(span) => Err(Wrong::at(span, "faults of nodes have no time; leave from, until and while out")),
-        None => {
-            let _known: NodeFault = parsed(&table.fault)?;
-            Ok(table.fault.get().clone())
+/// A fault. `there` are the stations or nodes of the line.
+fn fault(table: &FaultTable, bus: BusKind, there: &[u8], stations: &Stations<'_>) -> Result<Rule, Wrong> {
+    let text = &table.fault;
+    let mut rule = Rule::on(bus, text.get()).map_err(|error| Wrong::at(text.span(), error))?;
+    rule.check(there.iter().copied()).map_err(|error| Wrong::at(text.span(), error))?;
+    if let Some(from) = &table.from {
+        rule.when.from = time(from)?;
+    }
+    if let Some(until) = &table.until {
+        rule.when.until = Some(time(until)?);
+        rule = rule.timed().map_err(|error| Wrong::at(until.span(), error))?;
+    }
+    if let Some(condition) = &table.while_input {
+        if bus == BusKind::Can {
+            return Err(Wrong::at(condition.span(), "a CAN bus has no inputs of stations; leave while out"));
         }
+        rule.while_input = Some(while_input(condition, stations)?);
     }
+    Ok(rule)
 }
 
-fn fault_plan(
-    table: &FaultTable,
-    addresses: &[Address],
-    stations: &Stations<'_>,
-) -> Result<FaultPlan, Wrong> {
-    let fault: Fault = parsed(&table.fault)?;
-    fault.check(addresses.iter().copied()).map_err(|error| Wrong::at(table.fault.span(), error))?;
-    let from = table.from.as_ref().map(time).transpose()?;
-    let until = table.until.as_ref().map(time).transpose()?;
-    if let (Some(until), Some(end)) = (&table.until, until)
-        && from.is_some_and(|from| from >= end)
-    {
-        return Err(Wrong::at(until.span(), "until must be later than from"));
-    }
-    let while_input = table.while_input.as_ref().map(|table| condition(table, stations)).transpose()?;
-    Ok(FaultPlan { fault, from, until, while_input })
-}
-
-fn condition(table: &At<WhileTable>, stations: &Stations<'_>) -> Result<(Address, Point, Condition), Wrong> {
+fn while_input(table: &At<WhileTable>, stations: &Stations<'_>) -> Result<While, Wrong> {
     let WhileTable { station, slot, octet, kind, is, above, below } = table.get();
     let address = station::known(station, stations.addresses())?;
-    let read = point(slot, octet.as_ref(), kind)?;
+    let point = point(slot, octet.as_ref(), kind)?;
     if let Some(station) = stations.at(address) {
-        station::check(station, read, station::Direction::Input, slot, kind)?;
+        station::check(station, point, station::Direction::Input, slot, kind)?;
     }
     let condition = match (is, above, below) {
         (Some(value), None, None) => Condition::Is(*value.get()),
@@ -174,5 +159,5 @@ fn condition(table: &At<WhileTable>, stations: &Stations<'_>) -> Result<(Address
         (None, None, Some(limit)) => Condition::Below(*limit.get()),
         _ => return Err(Wrong::at(table.span(), "expected one of is, above, below")),
     };
-    Ok((address, read, condition))
+    Ok(While { station: address, point, condition })
 }

@@ -1,19 +1,18 @@
 //! Faults on purpose, to test masters: frames that are lost, late, doubled or damaged.
 //!
 //! The stations are as they always are and know nothing of it. What a station does wrong by itself is that station's.
-//! Everything is deterministic: the same frames in the same order are struck in the same way.
+//! [`host::fault`](crate::host::fault) says how they are written.
 
 use core::time::Duration;
-use std::vec::Vec;
 
 use super::bus::{Damage, Seat};
-use crate::can_bus::can::{Frame, Id};
-use crate::chance::Chance;
+use crate::can_bus::can::Frame;
+use crate::host::fault::{Kind, List, Rule};
+use crate::time::Instant;
 
 /// What happens to a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Kind {
+pub(crate) enum FrameFault {
     /// Its sender takes it for sent, and nobody hears it.
     Lose,
     /// It is on the bus so much later; other frames may come first.
@@ -26,56 +25,11 @@ pub enum Kind {
     NotAcknowledged,
 }
 
-/// One fault and when it is injected.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fault {
-    /// What happens.
-    pub kind: Kind,
-    /// From which frame on, counted from 1. A frame that is repeated after an error counts again.
-    pub at: u32,
-    /// How often at most; `None`: without limit.
-    pub count: Option<u32>,
-    /// With which probability at each frame, above 0 and at most 1.
-    pub rate: f64,
-    /// What chance begins with.
-    pub seed: u64,
-    /// Only frames with this identifier; `None`: any.
-    pub id: Option<Id>,
-    /// Only frames of this station; `None`: of any.
-    pub from: Option<Seat>,
-}
-
-impl Fault {
-    /// This fault at every frame.
-    pub const fn always(kind: Kind) -> Self {
-        Self { kind, at: 1, count: None, rate: 1.0, seed: 1, id: None, from: None }
-    }
-
-    /// This fault at one frame, counted from 1.
-    pub const fn once(kind: Kind, at: u32) -> Self {
-        Self { at, count: Some(1), ..Self::always(kind) }
-    }
-
-    /// This fault at frames with this identifier only.
-    #[must_use]
-    pub const fn of(self, id: Id) -> Self {
-        Self { id: Some(id), ..self }
-    }
-}
-
-/// The faults of a bus. Of those that strike one frame the first given acts.
+/// The faults of a bus. Of those that strike one frame the first given acts. A frame that is repeated after an error counts
+/// again. Faults of nodes are in the list, too, and act in the nodes.
 #[derive(Debug, Default)]
 pub struct Faults {
-    active: Vec<Active>,
-    /// The number of the newest.
-    last: u32,
-}
-
-#[derive(Debug)]
-struct Active {
-    number: u32,
-    fault: Fault,
-    chance: Chance,
+    list: List<Option<Seat>>,
 }
 
 /// What a frame comes to.
@@ -89,49 +43,43 @@ pub(super) enum Strike {
 }
 
 impl Faults {
-    /// Each fault with its number and how often it was injected.
-    pub fn iter(&self) -> impl Iterator<Item = (u32, Fault, u32)> + '_ {
-        self.active.iter().map(|active| (active.number, active.fault, active.chance.struck()))
+    /// Each fault with its number and how often it was injected on the bus.
+    pub fn iter(&self) -> impl Iterator<Item = (u32, Rule, u32)> + '_ {
+        self.list.iter()
     }
 
-    /// Adds a fault behind the others. Returns its number, by which it is removed.
-    pub fn add(&mut self, fault: Fault) -> u32 {
-        self.last = self.last.saturating_add(1);
-        self.active.push(Active { number: self.last, fault, chance: Chance::new(fault.seed) });
-        self.last
+    /// Adds a fault behind the others, for the frames of whoever sends. Returns its number, by which it is removed.
+    pub fn add(&mut self, now: Instant, rule: Rule) -> u32 {
+        self.list.add(now, rule, None)
     }
 
     /// Ends a fault. `None`: there is none of this number.
-    pub fn remove(&mut self, number: u32) -> Option<Fault> {
-        let place = self.active.iter().position(|active| active.number == number)?;
-        Some(self.active.remove(place).fault)
+    pub fn remove(&mut self, number: u32) -> Option<Rule> {
+        self.list.remove(number)
     }
 
-    /// The fault of that number is for the frames of this station now.
-    pub(super) fn is_of(&mut self, number: u32, seat: Seat) {
-        if let Some(active) = self.active.iter_mut().find(|active| active.number == number) {
-            active.fault.from = Some(seat);
+    /// Whose frames each fault is for: `None` for all, else the seat of its node.
+    pub(super) fn seat(&mut self, of: impl Fn(&Rule) -> Option<Seat>) {
+        for active in &mut self.list.active {
+            active.seen = of(&active.rule);
         }
     }
 
-    /// Ends every fault.
-    pub fn clear(&mut self) {
-        self.active.clear();
-    }
-
-    /// What happens to the frame of `sender` that begins now.
-    pub(super) fn strike(&mut self, frame: &Frame, sender: Seat) -> Strike {
+    /// What happens at `now` to the frame of `sender`.
+    pub(super) fn strike(&mut self, now: Instant, frame: &Frame, sender: Seat) -> Strike {
         let mut strike = Strike::None;
-        for Active { fault, chance, .. } in &mut self.active {
-            let concerned =
-                fault.id.is_none_or(|id| id == frame.id()) && fault.from.is_none_or(|from| from == sender);
-            if concerned && chance.injected(fault.at, fault.count, fault.rate) && strike == Strike::None {
-                strike = match fault.kind {
-                    Kind::Lose => Strike::Lose,
-                    Kind::Delay(delay) => Strike::Delay(delay),
-                    Kind::Double => Strike::Double,
-                    Kind::Damage => Strike::Damage(Damage::Bit),
-                    Kind::NotAcknowledged => Strike::Damage(Damage::NotAcknowledged),
+        for active in &mut self.list.active {
+            let Kind::Frame(fault) = active.rule.kind else { continue };
+            let concerned = active.rule.whom.id.is_none_or(|id| id == frame.id())
+                && active.seen.is_none_or(|from| from == sender)
+                && active.chance.is_open(now);
+            if concerned && active.strikes() && strike == Strike::None {
+                strike = match fault {
+                    FrameFault::Lose => Strike::Lose,
+                    FrameFault::Delay(delay) => Strike::Delay(delay),
+                    FrameFault::Double => Strike::Double,
+                    FrameFault::Damage => Strike::Damage(Damage::Bit),
+                    FrameFault::NotAcknowledged => Strike::Damage(Damage::NotAcknowledged),
                 };
             }
         }

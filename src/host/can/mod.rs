@@ -14,8 +14,7 @@
 //! | [`line`](Line) | the bus in real time with the adapters of its masters |
 //! | [`node`](StoredNode) | a CANopen device as a participant, and its EEPROM |
 //! | [`node_counters`](NodeCounters) | what a node has heard and sent, what went wrong |
-//! | [`node_fault`](NodeFault) | faults of a bus with nodes, as text |
-//! | [`node_faults`](NodeFaults) | those that act, by number |
+//! | `node_faults` | the faults of a bus with nodes: [`Bus::add_fault`] |
 //! | [`product`](Product) | a device that can be a node |
 //! | [`link_spec`](LinkSpec) | where masters find the bus |
 //! | [`endpoint`](CanEndpoint) | the bus from a master's end |
@@ -53,7 +52,6 @@ mod line;
 mod link_spec;
 mod node;
 mod node_counters;
-mod node_fault;
 mod node_faults;
 mod participant;
 mod product;
@@ -68,8 +66,6 @@ pub use line::{Line, News, Stay};
 pub use link_spec::{LinkSpec, LinkSpecError};
 pub use node::StoredNode;
 pub use node_counters::NodeCounters;
-pub use node_fault::{NodeFault, NodeFaultError, Spoiled};
-pub use node_faults::NodeFaults;
 pub use participant::CanParticipant;
 pub use product::Product;
 #[cfg(all(target_os = "linux", feature = "socketcan"))]

@@ -12,7 +12,7 @@ use super::CanParticipant;
 use super::node_counters::NodeCounters;
 use super::product::Product;
 use crate::can_bus::can::{ErrorState, Frame};
-use crate::can_bus::canopen::faults::{Action, Fault, Spoiler, TooMany};
+use crate::can_bus::canopen::faults::{Action, Kind, Spoiler, TooMany, When};
 use crate::can_bus::canopen::nmt::Command;
 use crate::can_bus::canopen::storage::{Eeprom, Generation, NotStored, StoreRequest};
 use crate::can_bus::canopen::{NmtState, NodeId};
@@ -100,8 +100,8 @@ impl StoredNode {
     ///
     /// # Errors
     /// [`TooMany`].
-    pub fn spoil(&mut self, now: Instant, number: u32, fault: Fault) -> Result<(), TooMany> {
-        self.spoiler.get_or_insert_default().add(now, number, fault)
+    pub fn spoil(&mut self, now: Instant, number: u32, kind: Kind, when: When) -> Result<(), TooMany> {
+        self.spoiler.get_or_insert_default().add(now, number, kind, when)
     }
 
     /// Ends the fault of that number.

@@ -148,7 +148,6 @@ pub fn is_error(octets: &[u8]) -> bool {
 mod tests {
     use super::*;
     use crate::host::can::Bus;
-    use crate::host::can::fault::{Fault, Kind};
     use crate::host::{ManualClock, capture};
     use proptest::prelude::*;
     use std::vec::Vec;
@@ -204,7 +203,7 @@ mod tests {
         let mut bus: Bus<()> = Bus::new(BitRate::K500);
         bus.watch(true);
         let one = bus.connect(Instant::ZERO);
-        bus.faults_mut().add(Fault::once(Kind::Damage, 1));
+        bus.faults_mut().add(Instant::ZERO, "frame-damaged,count=1".parse().unwrap());
         let sync = Frame::with(Id::base(0x080).unwrap(), []);
         bus.send(Instant::ZERO, one, sync).unwrap();
         bus.handle_timeout(Instant::from_millis(5));

@@ -14,13 +14,13 @@
 //! whole, or for 50 ms, and then pass as they are unless a fault says otherwise.
 //!
 //! ```
-//! use profidrive::host::link::fault::{Fault, Faulty, Kind};
+//! use profidrive::host::link::fault::Faulty;
 //! use profidrive::host::link::memory::Wire;
 //! use profidrive::host::{Link, ManualClock, Received};
 //!
 //! let wire = Wire::new();
 //! let mut master = wire.end();
-//! let mut drives = Faulty::new(wire.end(), ManualClock::new(), &[Fault::once(Kind::WrongFcs, 2)]);
+//! let mut drives = Faulty::new(wire.end(), ManualClock::new(), &["wrong-fcs,at=2".parse()?]);
 //!
 //! let mut buf = [0; 16];
 //! for expected in [0x07, 0x08, 0x07] {
@@ -28,7 +28,7 @@
 //!     assert_eq!(master.receive(&mut buf)?, Received::Octets(6));
 //!     assert_eq!(buf[4], expected);
 //! }
-//! # Ok::<(), std::io::Error>(())
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 use core::time::Duration;
@@ -37,24 +37,22 @@ use std::io;
 use std::vec::Vec;
 
 use super::pieces::{Piece, Pieces};
-use crate::chance::Chance;
-use crate::host::{Clock, Link, Received, Stop};
+use crate::host::fault::{List, Rule, Switch};
+use crate::host::{Clock, Link, Received, Stop, fault};
 use crate::profibus::fdl::telegram::{Decoded, decode};
 use crate::profibus::fdl::{Address, DataTelegram, Function, MAX_TELEGRAM_LEN, Telegram};
 use crate::profibus::ppo::Pkw;
 use crate::time::{BaudRate, Instant};
 
-mod gate;
 mod observed;
 mod reply;
 mod request;
 mod shape;
-mod spec;
 
-pub use crate::host::occasions::duration;
-pub use gate::{Gate, Switch};
 use observed::{Observed, Occasion};
-pub use spec::{DiagOctets, FORM, Fault, FramePart, Kind, NoStation, PkwFault, SpecError};
+pub(crate) use reply::{PkwFault, ReplyFault};
+pub(crate) use request::RequestFault;
+pub(crate) use shape::ShapeFault;
 
 /// Late telegrams kept at most; more are lost.
 const MAX_LATE: usize = 256;
@@ -80,11 +78,15 @@ struct Late {
 
 impl<L: Link, C: Clock> Faulty<L, C> {
     /// Wraps `link`. `clock` is that of the drives.
-    pub fn new(link: L, clock: C, faults: &[Fault]) -> Self {
+    pub fn new(link: L, clock: C, faults: &[Rule]) -> Self {
+        let mut list = Faults::default();
+        for rule in faults {
+            list.add(clock.now(), *rule);
+        }
         Self {
             link,
             clock,
-            faults: faults.iter().copied().collect(),
+            faults: list,
             pieces: Pieces::default(),
             heard: VecDeque::new(),
             late: Vec::new(),
@@ -92,8 +94,8 @@ impl<L: Link, C: Clock> Faulty<L, C> {
     }
 
     /// How often each fault was injected, in the order given.
-    pub fn injected(&self) -> impl Iterator<Item = (Fault, u32)> + '_ {
-        self.faults.iter().map(|(_, fault, injected)| (fault, injected))
+    pub fn injected(&self) -> impl Iterator<Item = (Rule, u32)> + '_ {
+        self.faults.iter().map(|(_, rule, injected)| (rule, injected))
     }
 
     /// The faults, to change them while the drives run.
@@ -103,10 +105,7 @@ impl<L: Link, C: Clock> Faulty<L, C> {
 
     /// Whether octets pass as they come: there is no fault, and nothing is left of one that was.
     fn is_transparent(&self) -> bool {
-        self.faults.active.is_empty()
-            && self.heard.is_empty()
-            && self.pieces.len() == 0
-            && self.late.is_empty()
+        self.faults.is_empty() && self.heard.is_empty() && self.pieces.len() == 0 && self.late.is_empty()
     }
 
     /// The link inside.
@@ -161,44 +160,43 @@ impl<L: Link, C: Clock> Faulty<L, C> {
 /// A [`Faulty`] link has them, and so has the simulated line of a bench.
 #[derive(Debug, Default)]
 pub struct Faults {
-    active: Vec<Active>,
+    list: List<Seen>,
     observed: Observed,
-    /// The number of the newest.
-    last: u32,
 }
 
 impl Faults {
     /// Each fault with its number and how often it was injected.
-    pub fn iter(&self) -> impl Iterator<Item = (u32, Fault, u32)> + '_ {
-        self.active.iter().map(|active| (active.number, active.fault, active.chance.struck()))
+    pub fn iter(&self) -> impl Iterator<Item = (u32, Rule, u32)> + '_ {
+        self.list.iter()
     }
 
     /// Adds a fault behind the others. Returns its number, by which it is removed.
-    pub fn add(&mut self, fault: Fault) -> u32 {
-        self.add_gated(fault, Gate::default())
+    pub fn add(&mut self, now: Instant, rule: Rule) -> u32 {
+        let open = rule.when.from.is_zero() && rule.while_input.is_none();
+        let switch = Switch::default();
+        self.list.add(now, rule, Seen { open, switch, stations: BTreeMap::new() })
     }
 
-    /// The same of a fault that acts only while its gate is open.
-    pub fn add_gated(&mut self, fault: Fault, gate: Gate) -> u32 {
-        self.last = self.last.saturating_add(1);
-        self.active.push(Active::new(fault, gate, self.last));
-        self.last
+    /// What a fault waits for beside its occasions, and the switch to turn on while that holds
+    /// ([`GsdStation::watch`](crate::host::GsdStation::watch)).
+    pub fn watches(&self, number: u32) -> Option<(fault::While, Switch)> {
+        let active = self.list.active.iter().find(|active| active.number == number)?;
+        Some((active.rule.while_input?, active.seen.switch.clone()))
     }
 
     /// Ends a fault. `None`: there is none of this number.
-    pub fn remove(&mut self, number: u32) -> Option<Fault> {
-        let place = self.active.iter().position(|active| active.number == number)?;
-        Some(self.active.remove(place).fault)
+    pub fn remove(&mut self, number: u32) -> Option<Rule> {
+        self.list.remove(number)
     }
 
     /// Ends every fault.
     pub fn clear(&mut self) {
-        self.active.clear();
+        self.list.clear();
     }
 
     /// Whether there is none.
     pub const fn is_empty(&self) -> bool {
-        self.active.is_empty()
+        self.list.active.is_empty()
     }
 
     /// What the stations hear at `now` instead of a telegram of a master: nothing, another one, or several.
@@ -206,8 +204,8 @@ impl Faults {
         let Some(occasion) = self.observed.request(&telegram) else {
             return telegram;
         };
-        self.active.iter_mut().fold(telegram, |octets, active| {
-            active.open = active.gate.is_open(now);
+        self.list.active.iter_mut().fold(telegram, |octets, active| {
+            active.seen.open = active.is_open(now);
             active.corrupt_request(octets, occasion, now)
         })
     }
@@ -216,20 +214,10 @@ impl Faults {
     pub fn reply(&mut self, telegram: &[u8]) -> Outgoing {
         let occasion = self.observed.reply(telegram);
         let mut reply = Outgoing::new(telegram);
-        for active in &mut self.active {
+        for active in &mut self.list.active {
             active.corrupt_reply(&mut reply, occasion);
         }
         reply
-    }
-}
-
-impl FromIterator<Fault> for Faults {
-    fn from_iter<I: IntoIterator<Item = Fault>>(faults: I) -> Self {
-        let mut list = Self::default();
-        for fault in faults {
-            list.add(fault);
-        }
-        list
     }
 }
 
@@ -328,15 +316,17 @@ impl Outgoing {
     }
 }
 
-/// A fault, and what it has seen and done.
+/// A fault of a line.
+type Active = fault::Active<Seen>;
+
+/// What a fault has seen.
 #[derive(Debug)]
-struct Active {
-    number: u32,
-    fault: Fault,
-    gate: Gate,
-    /// What the gate was at the last request.
+struct Seen {
+    /// Whether its times and its condition allowed it at the last request: that holds for the reply, too. A reply that
+    /// nobody asked for comes before any request.
     open: bool,
-    chance: Chance,
+    /// Turned on by the station whose input the fault waits for.
+    switch: Switch,
     stations: BTreeMap<u8, Station>,
 }
 
@@ -366,32 +356,23 @@ struct HeldCfg {
 }
 
 impl Active {
-    fn new(fault: Fault, gate: Gate, number: u32) -> Self {
-        // A reply that nobody asked for comes before any request.
-        let open = gate.is_open(Instant::ZERO);
-        Self { number, fault, gate, open, chance: Chance::new(fault.seed), stations: BTreeMap::new() }
+    /// Whether it may act now.
+    fn is_open(&self, now: Instant) -> bool {
+        self.chance.is_open(now) && (self.rule.while_input.is_none() || self.seen.switch.is_on())
     }
 
     /// Whether it is for this station, service, state and repetition.
     fn concerns(&self, occasion: Occasion) -> bool {
-        let Fault { station, service, state, retry, .. } = self.fault;
-        (station.is_none() || station == occasion.station)
+        let fault::Whom { station, service, state, retry, .. } = self.rule.whom;
+        (station.is_none() || station == occasion.station.map(Address::number))
             && (service.is_none() || service == occasion.service)
             && state.is_none_or(|state| state == occasion.state)
             && retry.is_none_or(|retry| retry == occasion.retry)
     }
 
-    /// Counts an occasion while the gate is open and says whether the fault is injected now.
+    /// Counts an occasion while it may act and says whether the fault is injected now.
     fn is_due(&mut self) -> bool {
-        if !self.open {
-            return false;
-        }
-        let Fault { at, count, rate, .. } = self.fault;
-        let injected = self.chance.injected(at, count, rate);
-        if injected {
-            tracing::debug!("fault {} injected for the {}th time", self.fault, self.chance.struck());
-        }
-        injected
+        self.seen.open && self.strikes()
     }
 }
 

@@ -19,10 +19,10 @@ use crate::devices::ppo_drive::profibus::{CONFIGURATIONS, IDENT_NUMBER, PpoDrive
 use crate::devices::ppo_drive::table::{Row, Table};
 use crate::devices::ppo_drive::{Drive, Settings};
 use crate::gsd::{Gsd, Level, MAX_FILE_LEN, Policy, ReadError, Station, did_you_mean};
-use crate::host::link::fault::Switch;
+use crate::host::fault::{Condition, Switch};
 use crate::host::{
-    Condition, GsdStation, HostedPpoDrive, OutputBoard, Participant, PpoJudge, Refusals, StateDir,
-    StateDirError, StoredDevice,
+    GsdStation, HostedPpoDrive, OutputBoard, Participant, PpoJudge, Refusals, StateDir, StateDirError,
+    StoredDevice,
 };
 use crate::process::{Point, Signal};
 use crate::profibus::dp::{Application as _, Description, Fixed};

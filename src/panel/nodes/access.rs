@@ -8,6 +8,7 @@ use axum::extract::FromRequestParts;
 use axum::http::StatusCode;
 use axum::http::request::Parts;
 
+use super::super::faults::FaultAccess;
 use super::super::inputs::{Acted, PowerName, Stations};
 use super::super::problem::{PathOf, Problem};
 use super::super::queue::{self, Lends};
@@ -15,7 +16,8 @@ use crate::can_bus::canopen::NodeId;
 use crate::devices::{CanopenDevice, CanopenEvent};
 use crate::face::Surroundings;
 use crate::host::StateDir;
-use crate::host::can::{Bus, NodeFaults, Product, Seat, StoredNode};
+use crate::host::can::{Bus, Product, Seat, StoredNode};
+use crate::host::fault::{BusKind, Rule};
 use crate::host::list::Choices;
 use crate::time::Instant;
 
@@ -36,8 +38,6 @@ pub struct NodeAccess<'a> {
     pub bus: &'a mut Bus<CanopenEvent>,
     /// The nodes on it.
     pub nodes: &'a mut Vec<Seated>,
-    /// The faults on purpose.
-    pub faults: &'a mut NodeFaults,
     /// Where a node that is added keeps its EEPROM; `None`: in itself.
     pub state: Option<&'a StateDir>,
     /// What is chosen about every node that is added: its quirks.
@@ -55,7 +55,32 @@ impl Lends for OfNodes {
 /// The way to the thread of a bus of CAN.
 pub(super) type Asking = queue::Asking<OfNodes>;
 
+impl FaultAccess for NodeAccess<'_> {
+    const BUS: BusKind = BusKind::Can;
+
+    fn faults(&self) -> Result<Vec<(u32, Rule, u32)>, Problem> {
+        Ok(self.bus.list_faults())
+    }
+
+    fn check_fault(&self, rule: &Rule) -> Result<(), Problem> {
+        rule.check(self.numbers()).map_err(|error| Problem::value(error.to_string()))
+    }
+
+    fn add_fault(&mut self, rule: Rule) -> Result<u32, Problem> {
+        self.bus.add_fault(self.now, rule).map_err(Problem::conflict)
+    }
+
+    fn remove_fault(&mut self, number: u32) -> Option<Rule> {
+        self.bus.remove_fault(self.now, number)
+    }
+}
+
 impl NodeAccess<'_> {
+    /// The numbers of all nodes.
+    pub(super) fn numbers(&self) -> impl Iterator<Item = u8> + '_ {
+        self.devices().map(|(_, device)| device.node_id().number())
+    }
+
     /// Every node, in the order of the command line.
     pub(super) fn devices(&self) -> impl Iterator<Item = (&'static Product, &dyn CanopenDevice)> {
         self.nodes.iter().filter_map(|Seated { seat, product }| {

@@ -8,7 +8,7 @@ use axum::extract::State;
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use super::super::bus::FaultState;
+use super::super::faults::{self, FaultState};
 use super::super::problem::{Problem, Problems};
 use super::super::state::seconds;
 use super::access::{Asking, Seated};
@@ -78,7 +78,7 @@ pub(super) async fn state(State(asking): State<Asking>) -> Result<Json<CanBus>, 
                 error_frames: counters.errors,
                 busy_seconds: counters.busy.as_secs_f64(),
                 nodes: bench.nodes.iter().filter_map(node).collect(),
-                faults: bench.fault_list().faults,
+                faults: faults::states(bench).unwrap_or_default(),
             })
         })
         .await

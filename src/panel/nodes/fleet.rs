@@ -87,11 +87,11 @@ impl NodeAccess<'_> {
                 .map_err(|error| Problem::conflict(in_one_line(&error)))?,
             None => StoredNode::new(product.make(node, &choices, Eeprom::Internal, now), now),
         };
-        self.faults.join(now, &mut stored);
+        self.bus.spoil_joining(now, &mut stored);
         let summary = NodeSummary::of(product, stored.as_device(), now);
         let seat = self.bus.add(now, Box::new(stored));
         self.nodes.push(Seated { seat, product });
-        self.faults.reseat(self.bus);
+        self.bus.reseat_faults();
         Ok(summary)
     }
 
@@ -103,11 +103,11 @@ impl NodeAccess<'_> {
         let Some(place) = self.nodes.iter().position(is_it) else { return Err(self.no_node(node)) };
         let Seated { seat, .. } = self.nodes.remove(place);
         self.bus.remove(self.now, seat);
-        self.faults.reseat(self.bus);
+        self.bus.reseat_faults();
         // Those that wait for this node go on waiting.
-        for (_, fault, _) in self.faults.list(self.bus) {
-            if let Some(words) = self.absent(&fault) {
-                tracing::warn!("{words}");
+        for (_, fault, _) in self.bus.faults().iter() {
+            if let Err(absent) = fault.check(self.numbers()) {
+                tracing::warn!("{absent}");
             }
         }
         Ok(())

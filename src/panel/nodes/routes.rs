@@ -15,8 +15,8 @@ use super::super::routes::{not_so, nothing_there, without_parameters};
 use super::super::stream::Lost;
 use super::access::{Asking, OfNodes};
 use super::news::{Feed, FrameEvent, NodeNews};
-use super::{bus, faults, fleet, history, objects, state, stream, why};
-use crate::panel::page;
+use super::{bus, fleet, history, objects, state, stream, why};
+use crate::panel::{faults, page};
 
 /// What the handlers share.
 #[derive(Clone)]
@@ -55,9 +55,12 @@ pub(super) fn router(app: App) -> Router {
         .route("/api/v1/bus", get(bus::state))
         .route(
             "/api/v1/bus/faults",
-            get(faults::list).post(faults::add).put(faults::replace).delete(faults::clear),
+            get(faults::list::<OfNodes>)
+                .post(faults::add::<OfNodes>)
+                .put(faults::replace::<OfNodes>)
+                .delete(faults::clear::<OfNodes>),
         )
-        .route("/api/v1/bus/faults/{number}", delete(faults::remove))
+        .route("/api/v1/bus/faults/{number}", delete(faults::remove::<OfNodes>))
         .route_layer(middleware::from_fn(without_parameters))
         // These refuse parameters that they do not know themselves.
         .route("/api/v1/events", get(stream::events))

@@ -2,7 +2,6 @@ use std::vec;
 
 use super::*;
 use crate::can_bus::can::{Id, timing};
-use crate::host::can::fault::{Fault, Kind};
 
 const NOW: Instant = Instant::ZERO;
 
@@ -197,7 +196,7 @@ fn the_load_is_the_time_of_the_bits() {
 fn an_error_frame_is_counted_by_everybody_and_the_frame_is_sent_again() {
     let mut bus = bus();
     let (one, other) = (bus.connect(NOW), bus.connect(NOW));
-    bus.faults_mut().add(Fault::once(Kind::Damage, 1));
+    bus.faults_mut().add(NOW, "frame-damaged,count=1".parse().unwrap());
     bus.send(NOW, one, frame(5)).unwrap();
     run(&mut bus, Instant::from_millis(1));
     assert_eq!(heard(&mut bus, other), [frame(5)]);
@@ -220,7 +219,7 @@ fn a_sender_of_damaged_frames_becomes_passive_then_bus_off_and_comes_back() {
     let mut bus = bus();
     let master = bus.connect(NOW);
     let echo = bus.add(NOW, Echo::new());
-    bus.faults_mut().add(Fault { count: Some(32), ..Fault::always(Kind::Damage) }.of(base(0x101)));
+    bus.faults_mut().add(NOW, "frame-damaged,count=32,id=101".parse().unwrap());
     bus.send(NOW, master, frame(0x100)).unwrap();
     run(&mut bus, Instant::from_millis(100));
     let states = bus.with(Instant::from_millis(100), echo, |echo: &mut Echo, _| echo.states.clone()).unwrap();
@@ -257,7 +256,7 @@ fn a_station_that_is_bus_off_hears_and_sends_nothing() {
 fn without_acknowledge_a_sender_becomes_passive_and_tries_on() {
     let mut bus = bus();
     let one = bus.connect(NOW);
-    let fault = bus.faults_mut().add(Fault::always(Kind::NotAcknowledged));
+    let fault = bus.faults_mut().add(NOW, "frame-not-acknowledged".parse().unwrap());
     bus.send(NOW, one, frame(1)).unwrap();
     run(&mut bus, Instant::from_millis(100));
     assert_eq!(bus.confinement(one).unwrap().state(), ErrorState::Passive);
@@ -270,20 +269,18 @@ fn without_acknowledge_a_sender_becomes_passive_and_tries_on() {
 
 #[test]
 fn frames_are_lost_late_and_doubled() {
-    for (kind, expected) in [
-        (Kind::Lose, vec![2]),
-        (Kind::Double, vec![1, 1, 2]),
-        (Kind::Delay(Duration::from_millis(1)), vec![2, 1]),
-    ] {
+    for (kind, expected) in
+        [("frame-lost", vec![2]), ("frame-twice", vec![1, 1, 2]), ("frame-late=1ms", vec![2, 1])]
+    {
         let mut bus = bus();
         let (one, other) = (bus.connect(NOW), bus.connect(NOW));
-        bus.faults_mut().add(Fault::always(kind).of(base(1)));
+        bus.faults_mut().add(NOW, format!("{kind},id=001").parse().unwrap());
         bus.send(NOW, one, frame(1)).unwrap();
         bus.send(NOW, one, frame(2)).unwrap();
         run(&mut bus, Instant::from_millis(3));
         let ids: Vec<_> = heard(&mut bus, other).iter().map(|frame| frame.id().number()).collect();
-        assert_eq!(ids, expected, "{kind:?}");
-        assert_eq!(heard(&mut bus, one), [], "{kind:?}: nobody hears himself, not even late");
+        assert_eq!(ids, expected, "{kind}");
+        assert_eq!(heard(&mut bus, one), [], "{kind}: nobody hears himself, not even late");
         assert_eq!(bus.faults_mut().iter().map(|(.., struck)| struck).sum::<u32>(), 1);
     }
 }

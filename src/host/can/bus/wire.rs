@@ -199,7 +199,7 @@ impl<E: 'static> Bus<E> {
             Bidder::Seat(index) => {
                 let occupant = self.seats.get_mut(index).and_then(Option::as_mut);
                 let Some(frame) = occupant.and_then(super::Occupant::take_mailbox) else { return };
-                let strike = self.faults.strike(&frame, Seat(index));
+                let strike = self.faults.strike(now, &frame, Seat(index));
                 self.begin(now, Sender::Seat(Seat(index)), frame, strike);
             }
         }

@@ -1,120 +1,87 @@
 //! Faults on the way from the drives to the master.
 
+use core::time::Duration;
+
 use super::observed::Occasion;
-use super::{Active, Kind, Outgoing, PkwFault, data_telegram, encoded};
+use super::shape::{ShapeFault, shaped};
+use super::{Active, Outgoing, data_telegram, encoded};
+use crate::host::fault::Kind;
 use crate::profibus::dp::Service;
-use crate::profibus::fdl::{Address, DataTelegram, Function, FunctionCode, ReplyStatus};
+use crate::profibus::fdl::{DataTelegram, Function, ReplyStatus};
 use crate::profibus::ppo::{PPO_LEN, Pke, Pkw};
 
-/// The most that LE can be.
-const MAX_LE: u8 = 249;
+/// What becomes of a reply. The table of kinds ([`Row`](crate::host::fault::Row)) says it in words.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum ReplyFault {
+    Lost,
+    Late(Duration),
+    Duplicate,
+    Truncated,
+    /// How many bits.
+    BitErrors(u32),
+    /// How many octets.
+    Noise(u32),
+    Shape(ShapeFault),
+    Pkw(PkwFault),
+}
 
-/// The first octet of a telegram with LE.
-const SD2: u8 = 0x68;
+/// What becomes of an answer of the parameter channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum PkwFault {
+    /// By how many exchanges.
+    Delay(u32),
+    WrongAk,
+    WrongPnu,
+    Torn,
+}
 
 impl Active {
     /// Corrupts what `station` says, if this is an occasion for this fault and it is due.
     pub(super) fn corrupt_reply(&mut self, reply: &mut Outgoing, occasion: Occasion) {
+        let Kind::Reply(fault) = self.rule.kind else { return };
         if reply.octets.is_empty() || !self.concerns(occasion) {
             return;
         }
-        match self.fault.kind {
-            Kind::NoReply => {
-                if self.is_due() {
-                    reply.octets.clear();
-                }
-            }
-            Kind::Late(delay) => {
-                if self.is_due() {
-                    reply.delay = reply.delay.saturating_add(delay);
-                }
-            }
-            Kind::Duplicate => {
-                if self.is_due() {
-                    reply.copies += 1;
-                }
-            }
-            Kind::Truncated => {
-                if self.is_due() {
-                    let left = self.chance.random.below(reply.octets.len());
-                    reply.octets.truncate(left);
-                }
-            }
-            Kind::BitErrors(bits) => {
-                if self.is_due() {
-                    self.flip_bits(&mut reply.octets, bits);
-                }
-            }
-            Kind::WrongFcs => {
-                if data_telegram(&reply.octets).is_some() && self.is_due() {
-                    // FCS is the last octet but one.
-                    if let Some(fcs) = reply.octets.iter_mut().nth_back(1) {
-                        *fcs = fcs.wrapping_add(1);
-                    }
-                }
-            }
-            Kind::WrongLength => {
-                if let [SD2, le, ler, ..] = &mut reply.octets[..]
+        match fault {
+            ReplyFault::Pkw(fault) => self.corrupt_pkw_in(reply, fault),
+            ReplyFault::Shape(fault) => {
+                if let Some(shaped) = shaped(fault, &reply.octets, occasion)
                     && self.is_due()
                 {
-                    *le = if *le < MAX_LE { *le + 1 } else { *le - 1 };
-                    *ler = *le;
+                    reply.octets = shaped;
                 }
             }
-            Kind::WrongSource(of) => {
-                if let Some(telegram) = data_telegram(&reply.octets)
-                    && self.is_due()
-                {
-                    let next = (telegram.sa.number() + 1) % Address::BROADCAST.number();
-                    let sa = of.unwrap_or(Address::from_octet(next));
-                    reply.octets = encoded(&DataTelegram { sa, ..telegram });
-                }
+            // Every reply is an occasion for the others.
+            _ if !self.is_due() => {}
+            ReplyFault::Lost => reply.octets.clear(),
+            ReplyFault::Late(delay) => reply.delay = reply.delay.saturating_add(delay),
+            ReplyFault::Duplicate => reply.copies += 1,
+            ReplyFault::Truncated => {
+                let left = self.chance.random.below(reply.octets.len());
+                reply.octets.truncate(left);
             }
-            Kind::Noise(octets) => {
-                if self.is_due() {
-                    reply.noise.extend((0..octets).map(|_| self.chance.random.octet()));
-                }
+            ReplyFault::BitErrors(bits) => self.flip_bits(&mut reply.octets, bits),
+            ReplyFault::Noise(octets) => {
+                reply.noise.extend((0..octets).map(|_| self.chance.random.octet()));
             }
-            Kind::DiagStorm => {
-                if let Some(telegram) = inputs(&reply.octets)
-                    && self.is_due()
-                {
-                    let fc = FunctionCode::response(ReplyStatus::DataHigh);
-                    reply.octets = encoded(&DataTelegram { fc, ..telegram });
-                }
-            }
-            Kind::FunctionCode(_)
-            | Kind::ShortAck
-            | Kind::InputLength(_)
-            | Kind::WrongDestination(_)
-            | Kind::NoSaps
-            | Kind::WrongSaps
-            | Kind::BrokenFrame(_)
-            | Kind::Sd3
-            | Kind::Diagnosis(_)
-            | Kind::DiagLength(_) => self.reshape(reply, occasion),
-            Kind::Pkw(fault) => {
-                if let Some(telegram) = inputs(&reply.octets)
-                    && telegram.data.len() == PPO_LEN
-                    && let Some((pkw, pzd)) = telegram.data.split_first_chunk()
-                {
-                    let pkw = self.corrupt_pkw(fault, telegram.sa.number(), Pkw::from_octets(*pkw));
-                    let data = [&pkw.to_octets()[..], pzd].concat();
-                    reply.octets = encoded(&DataTelegram { data: &data, ..telegram });
-                }
-            }
-            Kind::DropRequest
-            | Kind::RefusePrm
-            | Kind::RefuseCfg
-            | Kind::NotReady(_)
-            | Kind::LosePrm
-            | Kind::Reject => {}
+        }
+    }
+
+    /// Corrupts the PKW words of inputs that have some.
+    fn corrupt_pkw_in(&mut self, reply: &mut Outgoing, fault: PkwFault) {
+        if let Some(telegram) = inputs(&reply.octets)
+            && telegram.data.len() == PPO_LEN
+            && let Some((pkw, pzd)) = telegram.data.split_first_chunk()
+        {
+            let pkw = self.corrupt_pkw(fault, telegram.sa.number(), Pkw::from_octets(*pkw));
+            let data = [&pkw.to_octets()[..], pzd].concat();
+            reply.octets = encoded(&DataTelegram { data: &data, ..telegram });
         }
     }
 
     /// The PKW words the master gets instead of `pkw` of `station`.
     fn corrupt_pkw(&mut self, fault: PkwFault, station: u8, pkw: Pkw) -> Pkw {
-        let mut state = self.stations.get(&station).cloned().unwrap_or_default();
+        let mut state = self.seen.stations.get(&station).cloned().unwrap_or_default();
         let changed = (pkw.pke, pkw.ind) != (state.sent.pke, state.sent.ind);
         if changed {
             state.corrupted = pkw.pke.ak() != 0 && self.is_due();
@@ -132,7 +99,7 @@ impl Active {
         state.exchanges = state.exchanges.saturating_add(1);
         state.sent = pkw;
         state.shown = corrupted;
-        self.stations.insert(station, state);
+        self.seen.stations.insert(station, state);
         corrupted
     }
 

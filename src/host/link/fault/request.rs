@@ -4,7 +4,8 @@ use core::time::Duration;
 use std::vec::Vec;
 
 use super::observed::Occasion;
-use super::{Active, HeldCfg, Kind, data_telegram, encoded};
+use super::{Active, HeldCfg, data_telegram, encoded};
+use crate::host::fault::Kind;
 use crate::profibus::dp::Service;
 use crate::profibus::fdl;
 use crate::profibus::fdl::{DataTelegram, FrameCount, FunctionCode, Sap};
@@ -23,6 +24,17 @@ const CLOSED_SAP: u8 = 1;
 /// Octets 5 and 6 of Set_Prm.
 const IDENT: core::ops::Range<usize> = 4..6;
 
+/// What becomes of a request. The table of kinds ([`Row`](crate::host::fault::Row)) says it in words.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum RequestFault {
+    Drop,
+    NotReady(Duration),
+    RefusePrm,
+    RefuseCfg,
+    LosePrm,
+    Reject,
+}
+
 /// How a request to a station that is not ready passes.
 enum Pass {
     /// As it is.
@@ -36,6 +48,7 @@ enum Pass {
 impl Active {
     /// What the drives hear instead of the request in `octets`.
     pub(super) fn corrupt_request(&mut self, octets: Vec<u8>, occasion: Occasion, now: Instant) -> Vec<u8> {
+        let Kind::Request(fault) = self.rule.kind else { return octets };
         // A fault before this one may have dropped it, or put another telegram in front of it.
         let Some(request) = data_telegram(&octets) else {
             return octets;
@@ -44,13 +57,13 @@ impl Active {
             return octets;
         }
         let service = occasion.service;
-        match self.fault.kind {
-            Kind::DropRequest => {
+        match fault {
+            RequestFault::Drop => {
                 if self.is_due() {
                     return Vec::new();
                 }
             }
-            Kind::RefusePrm => {
+            RequestFault::RefusePrm => {
                 if service == Some(Service::SetPrm) && self.is_due() {
                     let mut data = request.data.to_vec();
                     for octet in data.get_mut(IDENT).unwrap_or_default() {
@@ -59,7 +72,7 @@ impl Active {
                     return encoded(&DataTelegram { data: &data, ..request });
                 }
             }
-            Kind::RefuseCfg => {
+            RequestFault::RefuseCfg => {
                 if service == Some(Service::ChkCfg) && self.is_due() {
                     let mut data = request.data.to_vec();
                     if let Some(octet) = data.first_mut() {
@@ -68,7 +81,7 @@ impl Active {
                     return encoded(&DataTelegram { data: &data, ..request });
                 }
             }
-            Kind::LosePrm => {
+            RequestFault::LosePrm => {
                 if service == Some(Service::DataExchange) && self.is_due() {
                     let (dsap, ssap) = (Sap::new(61), Sap::new(62));
                     let unlock = DataTelegram {
@@ -83,7 +96,7 @@ impl Active {
                     return [encoded(&unlock), octets].concat();
                 }
             }
-            Kind::Reject => {
+            RequestFault::Reject => {
                 let srd = fdl::Service::SrdHigh as u8 & 0x0E;
                 if request.fc.octet() & 0x0E == srd && self.is_due() {
                     // A SAP where nothing listens.
@@ -93,32 +106,13 @@ impl Active {
                     return encoded(&DataTelegram { format, dsap, ssap, data: &[], ..request });
                 }
             }
-            Kind::NotReady(time) => match self.keep_from_getting_ready(service, &request, now, time) {
-                Pass::Whole => {}
-                Pass::Instead(nothing) => return nothing,
-                Pass::Behind(chk_cfg) => return [chk_cfg, octets].concat(),
-            },
-            Kind::NoReply
-            | Kind::Late(_)
-            | Kind::Duplicate
-            | Kind::Truncated
-            | Kind::BitErrors(_)
-            | Kind::WrongFcs
-            | Kind::WrongLength
-            | Kind::WrongSource(_)
-            | Kind::Noise(_)
-            | Kind::DiagStorm
-            | Kind::FunctionCode(_)
-            | Kind::ShortAck
-            | Kind::InputLength(_)
-            | Kind::WrongDestination(_)
-            | Kind::NoSaps
-            | Kind::WrongSaps
-            | Kind::BrokenFrame(_)
-            | Kind::Sd3
-            | Kind::Diagnosis(_)
-            | Kind::DiagLength(_)
-            | Kind::Pkw(_) => {}
+            RequestFault::NotReady(time) => {
+                match self.keep_from_getting_ready(service, &request, now, time) {
+                    Pass::Whole => {}
+                    Pass::Instead(nothing) => return nothing,
+                    Pass::Behind(chk_cfg) => return [chk_cfg, octets].concat(),
+                }
+            }
         }
         octets
     }
@@ -133,7 +127,8 @@ impl Active {
         now: Instant,
         time: Duration,
     ) -> Pass {
-        let held = self.stations.get_mut(&request.da.number()).and_then(|station| station.not_ready.take());
+        let held =
+            self.seen.stations.get_mut(&request.da.number()).and_then(|station| station.not_ready.take());
         let waits = held.as_ref().is_some_and(|held| now < held.until);
         // What another master asks meanwhile the slave refuses by itself.
         let foreign = held.as_ref().is_some_and(|held| held.master != request.sa);
@@ -151,14 +146,14 @@ impl Active {
                 ..*request
             };
             let held = Some(HeldCfg { master: request.sa, until, octets: chk_cfg });
-            self.stations.entry(request.da.number()).or_default().not_ready = held;
+            self.seen.stations.entry(request.da.number()).or_default().not_ready = held;
             return Pass::Instead(encoded(&nothing));
         }
         match held {
             // Void: the slave is parameterised anew.
             Some(_) if service == Some(Service::SetPrm) && !foreign => Pass::Whole,
             Some(held) if waits => {
-                self.stations.entry(request.da.number()).or_default().not_ready = Some(held);
+                self.seen.stations.entry(request.da.number()).or_default().not_ready = Some(held);
                 Pass::Whole
             }
             Some(held) => Pass::Behind(held.octets),

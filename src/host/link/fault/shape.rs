@@ -1,17 +1,23 @@
-//! Faults that give a reply another shape: its function code, addresses, SAPs, delimiters, format or length.
+//! Faults that give a reply another shape: its function code, addresses, SAPs, delimiters, format, length or FCS.
 
 use std::vec::Vec;
 
 use super::observed::Occasion;
 use super::reply::{inputs, response_of};
-use super::spec::FramePart;
-use super::{Active, Kind, Outgoing, data_telegram, encoded};
+use super::{data_telegram, encoded};
+use crate::host::fault::{DiagOctets, FramePart};
 use crate::profibus::dp::Service;
 use crate::profibus::fdl::telegram::Format;
 use crate::profibus::fdl::{Address, DataTelegram, Function, FunctionCode, ReplyStatus, Sap};
 
 /// The short acknowledge.
 const SC: u8 = 0xE5;
+
+/// The most that LE can be.
+const MAX_LE: u8 = 249;
+
+/// The first octet of a telegram with LE.
+const SD2: u8 = 0x68;
 
 /// LE of a telegram without data, which SD2 does not have.
 const EMPTY_LE: u8 = 3;
@@ -22,51 +28,83 @@ const SD3_LEN: usize = 8;
 /// The most octets of a device-related block, and its head.
 const BLOCK: u8 = 63;
 
-impl Active {
-    /// Reshapes what a station says, if this is an occasion for this fault and it is due.
-    pub(super) fn reshape(&mut self, reply: &mut Outgoing, occasion: Occasion) {
-        let Some(shaped) = shaped(self.fault.kind, &reply.octets, occasion) else {
-            return;
-        };
-        if self.is_due() {
-            reply.octets = shaped;
-        }
-    }
+/// What becomes of a reply. The table of kinds ([`Row`](crate::host::fault::Row)) says it in words.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum ShapeFault {
+    WrongFcs,
+    WrongLength,
+    /// Of which station; `None`: of the next one.
+    WrongSource(Option<Address>),
+    DiagStorm,
+    FunctionCode(u8),
+    ShortAck,
+    InputLength(u8),
+    /// Which master; `None`: the next address.
+    WrongDestination(Option<Address>),
+    NoSaps,
+    WrongSaps,
+    BrokenFrame(FramePart),
+    Sd3,
+    Diagnosis(DiagOctets),
+    DiagLength(u8),
 }
 
 /// What becomes of these octets. `None`: the fault does not concern them.
-fn shaped(kind: Kind, octets: &[u8], occasion: Occasion) -> Option<Vec<u8>> {
+pub(super) fn shaped(fault: ShapeFault, octets: &[u8], occasion: Occasion) -> Option<Vec<u8>> {
     let telegram = data_telegram(octets);
-    match kind {
-        Kind::FunctionCode(octet) => {
+    match fault {
+        ShapeFault::WrongFcs => {
+            telegram?;
+            let mut wrong = octets.to_vec();
+            // FCS is the last octet but one.
+            let fcs = wrong.iter_mut().nth_back(1)?;
+            *fcs = fcs.wrapping_add(1);
+            Some(wrong)
+        }
+        ShapeFault::WrongLength => {
+            let mut wrong = octets.to_vec();
+            let [SD2, le, ler, ..] = &mut wrong[..] else { return None };
+            *le = if *le < MAX_LE { *le + 1 } else { *le - 1 };
+            *ler = *le;
+            Some(wrong)
+        }
+        ShapeFault::WrongSource(of) => {
+            let telegram = telegram?;
+            let sa = of.unwrap_or(next(telegram.sa));
+            Some(encoded(&DataTelegram { sa, ..telegram }))
+        }
+        ShapeFault::DiagStorm => {
+            let fc = FunctionCode::response(ReplyStatus::DataHigh);
+            Some(encoded(&DataTelegram { fc, ..inputs(octets)? }))
+        }
+        ShapeFault::FunctionCode(octet) => {
             let fc = FunctionCode::from_octet(octet);
             Some(encoded(&with_function_code(telegram, fc, occasion)?))
         }
-        Kind::ShortAck => Some([SC].into()),
-        Kind::InputLength(len) => {
+        ShapeFault::ShortAck => Some([SC].into()),
+        ShapeFault::InputLength(len) => {
             let telegram = inputs(octets)?;
             let mut data = telegram.data.to_vec();
             data.resize(len.into(), 0);
             let format = DataTelegram::customary_format(None, None, &data);
             Some(encoded(&DataTelegram { format, data: &data, ..telegram }))
         }
-        Kind::WrongDestination(of) => {
+        ShapeFault::WrongDestination(of) => {
             let telegram = telegram?;
-            let next = (telegram.da.number() + 1) % Address::BROADCAST.number();
-            let da = of.unwrap_or(Address::from_octet(next));
+            let da = of.unwrap_or(next(telegram.da));
             Some(encoded(&DataTelegram { da, ..telegram }))
         }
-        Kind::NoSaps => {
+        ShapeFault::NoSaps => {
             let telegram = telegram.filter(|telegram| telegram.ssap.is_some())?;
             let format = DataTelegram::customary_format(None, None, telegram.data);
             Some(encoded(&DataTelegram { format, dsap: None, ssap: None, ..telegram }))
         }
-        Kind::WrongSaps => {
+        ShapeFault::WrongSaps => {
             let telegram = telegram?;
             let ssap = Sap::new(telegram.ssap?.number() ^ 1);
             Some(encoded(&DataTelegram { ssap, ..telegram }))
         }
-        Kind::BrokenFrame(part) => {
+        ShapeFault::BrokenFrame(part) => {
             telegram.filter(|telegram| telegram.format == Format::Sd2)?;
             let mut broken = octets.to_vec();
             let place = match part {
@@ -83,13 +121,13 @@ fn shaped(kind: Kind, octets: &[u8], occasion: Occasion) -> Option<Vec<u8>> {
             *octet = octet.wrapping_add(1);
             Some(broken)
         }
-        Kind::Sd3 => {
+        ShapeFault::Sd3 => {
             let telegram = telegram
                 .filter(|telegram| telegram.data.len() == SD3_LEN)
                 .filter(|telegram| telegram.dsap.is_none() && telegram.ssap.is_none())?;
             Some(encoded(&DataTelegram { format: Format::Sd3, ..telegram }))
         }
-        Kind::Diagnosis(wanted) => {
+        ShapeFault::Diagnosis(wanted) => {
             let telegram = response_of(octets, Service::SlaveDiag)?;
             let mut data = telegram.data.to_vec();
             for (octet, wanted) in data.iter_mut().zip(wanted) {
@@ -97,29 +135,17 @@ fn shaped(kind: Kind, octets: &[u8], occasion: Occasion) -> Option<Vec<u8>> {
             }
             Some(encoded(&DataTelegram { data: &data, ..telegram }))
         }
-        Kind::DiagLength(len) => {
+        ShapeFault::DiagLength(len) => {
             let telegram = response_of(octets, Service::SlaveDiag)?;
             let data = with_length(telegram.data, len.into());
             Some(encoded(&DataTelegram { data: &data, ..telegram }))
         }
-        Kind::NoReply
-        | Kind::Late(_)
-        | Kind::Duplicate
-        | Kind::Truncated
-        | Kind::BitErrors(_)
-        | Kind::WrongFcs
-        | Kind::WrongLength
-        | Kind::WrongSource(_)
-        | Kind::Noise(_)
-        | Kind::DropRequest
-        | Kind::DiagStorm
-        | Kind::NotReady(_)
-        | Kind::RefusePrm
-        | Kind::RefuseCfg
-        | Kind::LosePrm
-        | Kind::Reject
-        | Kind::Pkw(_) => None,
     }
+}
+
+/// The address behind this one.
+const fn next(address: Address) -> Address {
+    Address::from_octet((address.number() + 1) % Address::BROADCAST.number())
 }
 
 /// The reply with another function code. In the place of SC a telegram of the station that was asked.
