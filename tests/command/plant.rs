@@ -60,7 +60,7 @@ fn what_is_wrong_is_one_line_with_its_place_and_nothing_is_started() {
     for (text, words) in [
         (
             right.replacen("address = 4", "adress = 4", 1),
-            "plant.toml: line 11, column 1: unknown field `adress`",
+            "plant.toml: line 11, column 1: 'adress' is unknown; did you mean address?",
         ),
         (right.replace("io.gsd", "no.gsd"), "no.gsd"),
         (format!("{right}\n[[line]]\nlink = 'pty:bus'\n"), "two lines have link 'pty:bus'"),

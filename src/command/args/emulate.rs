@@ -368,11 +368,11 @@ impl Emulate {
         }
         let mut addresses: BTreeSet<Address> = BTreeSet::new();
         if let Some(twice) = self.slaves().find(|slave| !addresses.insert(slave.address())) {
-            let what = match twice.device.group() {
-                Group::Drive | Group::PpoDrive => "drives have address",
-                Group::Station | Group::Node => "stations have address",
+            let (what, each) = match twice.device.group() {
+                Group::Drive | Group::PpoDrive => ("drives", "each drive"),
+                Group::Station | Group::Node => ("stations", "each"),
             };
-            return Err(format!("two {what} {}; give each its own", twice.place));
+            return Err(format!("two {what} have address {}; give {each} its own", twice.place));
         }
         self.check_quirks()?;
         for fault in self.faults()? {

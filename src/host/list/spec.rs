@@ -233,9 +233,7 @@ impl Spec {
     pub fn read(group: Group, given: &[(String, Given)], folder: &Path) -> Result<Self, Wrong> {
         let is_place = |key: &str| key == group.place_key() || key == "address";
         let place = given.iter().find(|(key, _)| is_place(key));
-        let (key, place) = place.ok_or_else(|| {
-            Wrong::whole(format!("'{}' is missing; {}", group.place_key(), group.expected()))
-        })?;
+        let (key, place) = place.ok_or_else(|| Self::without_place(group, given))?;
         let place = group.number(&place.to_string()).map_err(|words| Wrong::at(key, words))?;
         let device = Self::device(group, given)?;
         let mut this = Self::plain(device, place);
@@ -249,6 +247,20 @@ impl Spec {
         }
         this.check_required()?;
         Ok(this)
+    }
+
+    /// Why no place is found: another key may have been meant for it.
+    fn without_place(group: Group, given: &[(String, Given)]) -> Wrong {
+        let device = match Self::device(group, given) {
+            Ok(device) => device,
+            Err(wrong) => return wrong,
+        };
+        let is_known =
+            |key: &str| key == group.device_key() || device.choices().iter().any(|choice| choice.is(key));
+        match given.iter().find(|(key, _)| !is_known(key)) {
+            Some((key, _)) => Self::plain(device, 0).no_such(key),
+            None => Wrong::whole(format!("'{}' is missing; {}", group.place_key(), group.expected())),
+        }
     }
 
     fn device(group: Group, given: &[(String, Given)]) -> Result<&'static Device, Wrong> {
@@ -500,6 +512,9 @@ mod tests {
         }
         let missing = read(&[("gear", number(24.0))]).unwrap_err();
         assert!(missing.words.contains("'address' is missing; expected ADDRESS"), "{missing}");
+        let slip = read(&[("gear", number(24.0)), ("adress", number(5.0))]).unwrap_err();
+        assert!(slip.words.contains("'adress' is unknown; did you mean address?"), "{slip}");
+        assert_eq!((slip.path.join("."), slip.is_key), ("adress".into(), true));
     }
 
     #[test]
