@@ -97,6 +97,7 @@ impl BusKind {
     }
 
     /// What it is called where a fault is on it.
+    #[cfg(feature = "panel")]
     pub(crate) const fn name(self) -> &'static str {
         let [_, line] = self.words();
         line

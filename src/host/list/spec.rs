@@ -186,7 +186,8 @@ impl Spec {
     /// [`Wrong`] says which key.
     pub fn parse(group: Group, text: &str) -> Result<Self, Wrong> {
         let (place, rest) = text.split_once(',').map_or((text, None), |(place, rest)| (place, Some(rest)));
-        if place.contains('=') {
+        // A key begins with a letter; anything else is meant as the place.
+        if place.contains('=') && place.starts_with(|first: char| first.is_ascii_alphabetic()) {
             return Err(Wrong::whole(format!("the {} is missing; {}", group.place().0, group.expected())));
         }
         let mut given = vec![(group.place_key().to_owned(), Given::Text(place.to_owned()))];

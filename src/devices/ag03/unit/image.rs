@@ -210,11 +210,12 @@ impl Image {
     /// [`ImageError`]; the first of its variants, in their order, that applies.
     pub fn decode(octets: &[u8], model: Model, gear: Gear) -> Result<Self, ImageError> {
         let length = |expected| image::ImageError::Length { expected, got: octets.len() };
-        // An empty file has no head that could say more.
-        if octets.is_empty() {
+        let opened = image::open(octets);
+        // What is too short for the head does not say how long it should be.
+        if octets.len() < FRAME_LEN && matches!(opened, Err(image::ImageError::Length { .. })) {
             return Err(length(IMAGE_LEN).into());
         }
-        let opened = image::open(octets)?;
+        let opened = opened?;
         if !matches!(opened.version, PLAIN | WITH_BUS) {
             let (got, _) = opened.product();
             let expected = image::ProductName::new(model.product_name());

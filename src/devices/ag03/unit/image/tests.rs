@@ -112,8 +112,7 @@ fn an_image_of_0_1_0_is_still_loaded_and_written_as_it_was() {
 fn every_truncation_and_every_octet_too_many_is_refused() {
     let image = sample().encode();
     for len in 0..IMAGE_LEN {
-        let expected = if len < FRAME_LEN { FRAME_LEN } else { IMAGE_LEN };
-        let error = image::ImageError::Length { expected, got: len };
+        let error = image::ImageError::Length { expected: IMAGE_LEN, got: len };
         assert_eq!(decode(&image[..len]), Err(error.into()), "{len}");
     }
     let mut longer = Vec::from(&image[..]);
@@ -138,8 +137,8 @@ fn what_is_wrong_is_said_with_expected_and_got() {
         (Vec::from(*b"#!/bin/sh\n"), image::ImageError::Foreign.into(), "it is no EEPROM image"),
         (
             Vec::new(),
-            image::ImageError::Length { expected: FRAME_LEN, got: 0 }.into(),
-            "it has 0 octets, expected 18",
+            image::ImageError::Length { expected: IMAGE_LEN, got: 0 }.into(),
+            "it has 0 octets, expected 142",
         ),
         (
             forged(8, &[0, 4]).to_vec(),
