@@ -1,7 +1,7 @@
 //! What a station keeps while it is switched off, beside its own process, and the file of it: the address that
 //! Set_Slave_Add gave it, and the parameters that were written.
 //!
-//! The content of an [image](crate::image) of the product `gsd-IDENT` or `ppo-IDENT`, numbers big-endian:
+//! The content of an [image](mod@crate::image) of the product `gsd-IDENT` or `ppo-IDENT`, numbers big-endian:
 //!
 //! ```text
 //! octet 0      station address

@@ -5,7 +5,7 @@
 //!                                                    └─ failed: kept values go back, answer 06060000h
 //! ```
 //!
-//! The content of an [image](crate::image):
+//! The content of an [image](mod@crate::image):
 //!
 //! ```text
 //! octet 0   the node number it was made with

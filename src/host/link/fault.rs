@@ -7,7 +7,7 @@
 //!
 //! The drives are as they always are and know nothing of it. A refused Set_Prm is a Set_Prm that the wrapper changed on
 //! its way, so that the slave refuses it by its own rules; a diagnosis storm is a reply in which DH is set. What is injected
-//! and when is a [`Fault`]; several act one after the other, in the order given. Everything is deterministic: the same
+//! and when is a [`Rule`]; several act one after the other, in the order given. Everything is deterministic: the same
 //! telegrams at the same times are corrupted in the same way.
 //!
 //! Without faults every octet passes untouched. With faults the octets of the master are collected until a telegram is

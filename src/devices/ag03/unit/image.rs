@@ -1,6 +1,6 @@
 //! What survives power-off, as octets: the image of one unit's EEPROM and of its absolute encoder.
 //!
-//! The content of an [image](crate::image); all numbers are big-endian:
+//! The content of an [image](mod@crate::image); all numbers are big-endian:
 //!
 //! ```text
 //! octet        0..96          96..106   106..108  108..116  116..124
