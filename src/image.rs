@@ -144,11 +144,11 @@ impl<'a> Writer<'a> {
 
     /// Writes octets of the content.
     pub(crate) fn put(&mut self, octets: &[u8]) {
-        let end = self.len.saturating_add(octets.len());
-        if let Some(room) = self.into.get_mut(self.len..end) {
+        let free = self.into.get_mut(self.len..).and_then(|free| free.split_at_mut_checked(octets.len()));
+        if let Some((room, _)) = free {
             room.copy_from_slice(octets);
         }
-        self.len = end;
+        self.len = self.len.saturating_add(octets.len());
     }
 
     /// Writes length and checksum. Says how many octets the image has.
