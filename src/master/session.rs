@@ -1,5 +1,7 @@
 //! Drives at a line that somebody else serves, for programs that do one thing after the other.
 
+mod turn;
+
 use core::cell::RefCell;
 use core::fmt;
 use core::panic::AssertUnwindSafe;
@@ -10,9 +12,7 @@ use std::string::String;
 use std::vec::Vec;
 
 use profirust::dp::{DiagnosticFlags, DpEvents, DpMaster, PeripheralEvent, PeripheralHandle};
-use profirust::fdl::{
-    FdlActiveStation, FdlApplication, ParametersBuilder, Telegram, TelegramTx, TelegramTxResponse,
-};
+use profirust::fdl::{FdlActiveStation, FdlApplication, ParametersBuilder};
 
 use super::error::SessionError;
 use super::inquiry::{Answer, Inquiry, Question};
@@ -23,6 +23,7 @@ use crate::profibus::dp::Diagnosis;
 use crate::profibus::fdl::{Address, StationType};
 use crate::profibus::ppo::PPO_LEN;
 use crate::time::{BITS_PER_OCTET, BaudRate, Instant};
+use turn::Turn;
 
 /// How long this master sleeps at most: profirust does not say when it wants to be called next.
 const LOOK: Duration = Duration::from_micros(200);
@@ -577,40 +578,4 @@ fn contained<R>(act: impl FnOnce() -> R) -> Result<R, String> {
 fn fill(room: &mut [u8], octets: &[u8]) {
     let octets = octets.iter().copied().chain(core::iter::repeat(0));
     room.iter_mut().zip(octets).for_each(|(place, octet)| *place = octet);
-}
-
-/// One turn of the DP master while it has the token. Several of them are several cycles.
-#[derive(Clone, Copy)]
-struct Turn<'a> {
-    dp: &'a RefCell<DpMaster<'static>>,
-    passes: bool,
-}
-
-impl FdlApplication for Turn<'_> {
-    fn transmit_telegram(
-        &mut self,
-        now: profirust::time::Instant,
-        fdl: &FdlActiveStation,
-        tx: TelegramTx<'_>,
-        high_prio_only: bool,
-    ) -> Option<TelegramTxResponse> {
-        if self.passes {
-            return None;
-        }
-        self.dp.borrow_mut().transmit_telegram(now, fdl, tx, high_prio_only)
-    }
-
-    fn receive_reply(
-        &mut self,
-        now: profirust::time::Instant,
-        fdl: &FdlActiveStation,
-        address: u8,
-        telegram: Telegram<'_>,
-    ) {
-        self.dp.borrow_mut().receive_reply(now, fdl, address, telegram);
-    }
-
-    fn handle_timeout(&mut self, now: profirust::time::Instant, fdl: &FdlActiveStation, address: u8) {
-        self.dp.borrow_mut().handle_timeout(now, fdl, address);
-    }
 }
