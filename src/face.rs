@@ -1,6 +1,7 @@
 //! What every device can be asked by a person or a program, whatever its bus. A face (panel, command, metrics, documents)
 //! shows what a device says here, and knows no device.
 
+pub mod description;
 mod drive_state;
 mod quirk;
 pub mod surroundings;
@@ -8,6 +9,7 @@ pub mod surroundings;
 #[cfg(test)]
 pub(crate) use quirk::check;
 
+pub use description::Description;
 pub use drive_state::DriveState;
 pub use quirk::{Quirk, QuirkError};
 pub use surroundings::Surroundings;

@@ -6,7 +6,7 @@ use super::{CanopenDevice, CanopenEvent, RecallError};
 use crate::can_bus::can::Frame;
 use crate::can_bus::canopen::storage::{Eeprom, Generation, ImageError, NotStored, StoreRequest};
 use crate::can_bus::canopen::{Address, Application, Node, Policy, Refusal};
-use crate::face::DriveState;
+use crate::face::{Description, DriveState};
 use crate::face::surroundings::{Declined, Face, Input, Level, Provocable, Surroundings};
 use crate::time::Instant;
 
@@ -91,6 +91,8 @@ impl<A: Application + Surroundings + Send + 'static> CanopenDevice for PlainNode
     }
 }
 
+impl<A: Application + Surroundings> Description for PlainNode<A> {}
+
 impl<A: Application + Surroundings> Surroundings for PlainNode<A> {
     fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
         self.application.each_fault(tell);
@@ -100,12 +102,20 @@ impl<A: Application + Surroundings> Surroundings for PlainNode<A> {
         self.act(now, |application| application.provoke(now, fault))
     }
 
+    fn take_back(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
+        self.act(now, |application| application.take_back(now, fault))
+    }
+
     fn each_input(&self, tell: &mut dyn FnMut(&Input, Level)) {
         self.application.each_input(tell);
     }
 
     fn set_input(&mut self, now: Instant, name: &str, level: Level) {
         self.act(now, |application| application.set_input(now, name, level));
+    }
+
+    fn nominal(&self, name: &str) -> Option<Level> {
+        self.application.nominal(name)
     }
 
     fn make_nominal(&mut self, now: Instant) {

@@ -11,13 +11,21 @@ use crate::time::Instant;
 
 impl Surroundings for Device {
     fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
-        surroundings::each_fault(self.config().model, self.drive().causes(), tell);
+        let (drive, inputs) = (self.drive(), self.inputs());
+        let causes = [drive.causes(), drive.provoked_by(inputs)];
+        surroundings::each_fault(self.config().model, causes, tell);
     }
 
     fn provoke(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
         let fault = surroundings::fault(self.config().model, fault)?;
         let inputs = self.drive().provoking(self.inputs(), fault);
         self.set_inputs(now, inputs);
+        Ok(())
+    }
+
+    fn take_back(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
+        let fault = surroundings::fault(self.config().model, fault)?;
+        self.set_inputs(now, surroundings::taken_back(self.inputs(), fault));
         Ok(())
     }
 
@@ -29,6 +37,10 @@ impl Surroundings for Device {
         if let Some(inputs) = surroundings::with_input(self.config().model, self.inputs(), name, level) {
             self.set_inputs(now, inputs);
         }
+    }
+
+    fn nominal(&self, name: &str) -> Option<Level> {
+        surroundings::nominal_level(name)
     }
 
     fn make_nominal(&mut self, now: Instant) {

@@ -16,6 +16,7 @@
 //! | `why` | [`Hindrance`]: what keeps it from moving |
 //! | [`quirks`] | each doubt of the guide with its default |
 
+mod description;
 mod application;
 mod hosted;
 mod links;
@@ -174,6 +175,13 @@ impl AsdaA2 {
     pub fn provoke(&mut self, now: Instant, alarm: Alarm) {
         self.drive.servo.advance(now);
         self.drive.servo.raise(alarm);
+        self.node.handle_change(now, &mut self.drive);
+    }
+
+    /// Takes the cause of an alarm away: a warning ends, a fault waits for its reset.
+    pub fn end_alarm(&mut self, now: Instant, alarm: Alarm) {
+        self.drive.servo.advance(now);
+        self.drive.servo.end(alarm);
         self.node.handle_change(now, &mut self.drive);
     }
 
