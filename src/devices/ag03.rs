@@ -8,3 +8,4 @@ pub mod param;
 pub mod profibus;
 mod surroundings;
 pub mod unit;
+mod why;

@@ -6,12 +6,14 @@ use std::io::Write;
 
 use profidrive::bench::{Line, Sender};
 use profidrive::client::ZswPattern;
+use profidrive::devices::StationEvent;
 use profidrive::devices::ag03::drive;
 use profidrive::devices::ag03::drive::Mode;
 use profidrive::devices::ag03::profibus::bits::Word;
-use profidrive::devices::ag03::profibus::{Config, Device, Event};
+use profidrive::devices::ag03::profibus::{Config, Device};
 use profidrive::explain::words;
 use profidrive::explain::{self, Context, Explanation, Kind};
+use profidrive::face::EventKind;
 use profidrive::master::{Profirust, baudrate, peripheral};
 use profidrive::profibus::fdl::Address;
 use profidrive::profibus::pkw::ErrorNumber;
@@ -45,7 +47,7 @@ pub(super) struct Stage<'w> {
     /// The status word that was last told.
     zsw: Zsw,
     /// What the drive has reported and nobody has asked for yet.
-    events: VecDeque<Event>,
+    events: VecDeque<StationEvent>,
     recording: Option<Recording>,
     sampled: Instant,
 }
@@ -184,8 +186,8 @@ impl<'w> Stage<'w> {
     }
 
     /// Says the reason for what has just happened, which the drive reported as an event.
-    pub(super) fn reason(&mut self, of_interest: impl Fn(&Event) -> bool) -> Result<(), Trouble> {
-        let found = core::iter::from_fn(|| self.events.pop_front()).find(|event| of_interest(event));
+    pub(super) fn reason(&mut self, of_interest: EventKind) -> Result<(), Trouble> {
+        let found = core::iter::from_fn(|| self.events.pop_front()).find(|event| event.kind() == of_interest);
         let Some(event) = found else {
             return Err(Trouble::Unexpected("the drive gives no reason".into()));
         };
