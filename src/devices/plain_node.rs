@@ -91,7 +91,7 @@ impl<A: Application + Surroundings + Send + 'static> CanopenDevice for PlainNode
     }
 }
 
-impl<A: Application + Surroundings> Description for PlainNode<A> {}
+impl<A: Application + Surroundings + 'static> Description for PlainNode<A> {}
 
 impl<A: Application + Surroundings> Surroundings for PlainNode<A> {
     fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {

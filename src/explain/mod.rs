@@ -51,6 +51,7 @@ mod decoder;
 mod diag;
 mod field;
 mod frame;
+mod known;
 mod pkw;
 mod ppo;
 mod service;
@@ -61,6 +62,7 @@ pub mod words;
 
 pub use context::Context;
 pub use decoder::{Decoder, Taking};
+pub use known::Known;
 pub use field::{Bits, Field, Mark, hex};
 pub use text::{HexText, TextError};
 

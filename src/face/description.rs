@@ -1,6 +1,7 @@
 //! What a device tells of itself to whoever shows it: values with units, words with named bits, process data,
 //! parameters, its history. Everything is told one after the other, so that nothing is allocated.
 
+use core::any::Any;
 use core::fmt;
 
 use super::Surroundings;
@@ -270,7 +271,7 @@ pub enum Denied {
 }
 
 /// What a device tells of itself. What is not said otherwise, it does not have.
-pub trait Description: Surroundings {
+pub trait Description: Surroundings + Any {
     /// Whether it is supplied; `None`: it is not switched here.
     fn supply(&self) -> Option<Supply> {
         None

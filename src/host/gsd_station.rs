@@ -5,6 +5,7 @@
 //! ```
 
 use std::boxed::Box;
+use std::format;
 use std::string::ToString;
 use std::vec::Vec;
 
@@ -13,6 +14,7 @@ use super::refusals::Refusals;
 use super::station_file::{Kept, StationFile};
 use super::{Appearance, OutputBoard, Participant, StateDir, StateDirError, StationKind};
 use crate::devices::StationEvent;
+use crate::face::Description;
 use crate::gsd::{Gsd, Placed, RaiseError, Raised, Station};
 use crate::process::{Image, Point, Process, Slot, ValueError};
 use crate::profibus::dp;
@@ -453,11 +455,29 @@ impl Participant for GsdStation {
     }
 
     fn appearance(&self) -> Appearance<'_> {
+        let Gsd { vendor, model, .. } = self.gsd();
         Appearance {
             kind: StationKind::GsdStation,
-            model: self.gsd().model.as_str().into(),
-            slave: Some(self.slave().state()),
-            drive: None,
+            device: "gsd-station",
+            model: model.as_str().into(),
+            product: format!("{vendor} {model}").into(),
+            ..Appearance::of_slave(self.slave())
         }
+    }
+
+    fn description(&self) -> Option<&dyn Description> {
+        Some(self)
+    }
+
+    fn description_mut(&mut self) -> Option<&mut dyn Description> {
+        Some(self)
+    }
+
+    fn modules(&self) -> Option<&GsdStation> {
+        Some(self)
+    }
+
+    fn modules_mut(&mut self) -> Option<&mut GsdStation> {
+        Some(self)
     }
 }

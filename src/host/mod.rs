@@ -51,6 +51,7 @@ pub mod can;
 pub mod capture;
 mod clock;
 pub mod fault;
+mod gsd_description;
 mod gsd_station;
 pub mod link;
 pub mod list;

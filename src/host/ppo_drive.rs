@@ -8,13 +8,14 @@ use super::station_file::{Kept, StationFile};
 use super::{Appearance, Participant, Refusals, StateDir, StateDirError, StationKind};
 use crate::devices::StationEvent;
 use crate::devices::ppo_drive::profibus::{PpoDrive, PpoOnly};
-use crate::face::Why;
+use crate::face::Description;
 use crate::gsd::Station;
 use crate::image::storage::Outcome;
 use crate::profibus::dp;
 use crate::profibus::dp::{Application, CfgFault, Fixed, PrmFault, Reason, Refusal};
 use crate::profibus::fdl::MAX_TELEGRAM_LEN;
 use crate::profibus::fdl::{Address, Rates, Telegram};
+use crate::profibus::ppo::PpoType;
 use crate::time::{BaudRate, Instant};
 
 /// Who judges what the master of such a drive says, beside that a configuration must be a PPO.
@@ -192,8 +193,12 @@ impl Participant for HostedPpoDrive {
         Instant::first_of(self.drive.poll_timeout(), file)
     }
 
-    fn why(&self) -> Option<&dyn Why> {
+    fn description(&self) -> Option<&dyn Description> {
         Some(&self.drive)
+    }
+
+    fn description_mut(&mut self) -> Option<&mut dyn Description> {
+        Some(&mut self.drive)
     }
 
     fn watchdog_on(&self) -> bool {
@@ -205,11 +210,14 @@ impl Participant for HostedPpoDrive {
             PpoJudge::Profile(_) => "profile",
             PpoJudge::Gsd(station) => &station.gsd().model,
         };
+        let ppo = self.drive.ppo().filter(|kind| *kind != PpoType::SevenWords);
         Appearance {
             kind: StationKind::PpoDrive,
+            device: "ppo-drive",
             model: model.into(),
-            slave: Some(self.drive.slave().state()),
+            product: ppo.map_or("PROFIDRIVE version 2".into(), |ppo| ppo.to_string().into()),
             drive: Some(self.drive.drive().status().state.into()),
+            ..Appearance::of_slave(self.drive.slave())
         }
     }
 }

@@ -4,7 +4,7 @@ use core::fmt;
 
 use super::{Device, Power};
 use crate::devices::ag03::surroundings;
-use crate::face::DriveState;
+use crate::face::{DriveState, Why};
 use crate::face::surroundings::{Declined, Face, Glow, Input, Level, Provocable, Surroundings};
 use crate::profibus::dp;
 use crate::time::Instant;
@@ -74,6 +74,10 @@ impl Surroundings for Device {
 
     fn is_drive(&self) -> bool {
         true
+    }
+
+    fn why(&self) -> Option<&dyn Why> {
+        Some(self)
     }
 
     fn drive_state(&self) -> Option<DriveState> {

@@ -11,7 +11,7 @@ use crate::face::description::{
     Word,
 };
 use crate::face::surroundings::{Input, InputKind, Level};
-use crate::face::{Description, DriveState, Surroundings};
+use crate::face::{Description, DriveState, Surroundings, Why};
 use crate::profibus::dp::Application;
 use crate::profibus::pkw;
 use crate::profibus::pkw::JobError;
@@ -98,12 +98,16 @@ impl<A: Application> Surroundings for PpoDrive<A> {
         true
     }
 
+    fn why(&self) -> Option<&dyn Why> {
+        Some(self)
+    }
+
     fn drive_state(&self) -> Option<DriveState> {
         Some(self.drive().status().state.into())
     }
 }
 
-impl<A: Application> Description for PpoDrive<A> {
+impl<A: Application + 'static> Description for PpoDrive<A> {
     fn say_state(&self, say: &mut dyn FnMut(&dyn fmt::Display)) {
         say(&self.drive().status().state);
     }
