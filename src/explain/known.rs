@@ -1,6 +1,7 @@
 //! What the words of a station depend on, asked of the station itself.
 
 use core::any::Any;
+use std::format;
 use std::string::String;
 
 use super::value::Lengths;
@@ -11,6 +12,7 @@ use crate::devices::ag03::param::Model;
 use crate::devices::ag03::profibus::Device;
 use crate::face::Description;
 use crate::profibus::fdl::Address;
+use crate::profibus::ppo::Pkw;
 
 /// What the words of a station depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,7 +39,8 @@ impl Known {
         let mut context = Context::of_drive(model, mode, lengths);
         [(outputs, Sender::Master), (inputs, Sender::Slave)].map(|(octets, sender)| {
             let words: &[u8; 8] = octets.first_chunk()?;
-            Some(context.bare(words, Some(sender))?.summary)
+            let said = context.bare(words, Some(sender))?.summary;
+            Some(format!("{}  {said}", Pkw::from_octets(*words)))
         })
     }
 }

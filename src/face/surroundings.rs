@@ -121,6 +121,8 @@ pub enum Glow {
     Blinking,
     /// Blinks so many times, then pauses: the code of a fault.
     Code(u8),
+    /// In turn with another one.
+    Alternating,
 }
 
 impl fmt::Display for Glow {
@@ -130,6 +132,7 @@ impl fmt::Display for Glow {
             Self::On => f.write_str("on"),
             Self::Blinking => f.write_str("blinking"),
             Self::Code(times) => write!(f, "blinking {times} times"),
+            Self::Alternating => f.write_str("alternating"),
         }
     }
 }

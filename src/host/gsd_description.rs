@@ -4,7 +4,7 @@ use core::fmt;
 use std::format;
 
 use super::{GsdStation, OutputsAre};
-use crate::face::description::{Exchange, Past};
+use crate::face::description::Exchange;
 use crate::face::{Description, Surroundings};
 use crate::time::Instant;
 
@@ -45,12 +45,6 @@ impl Description for GsdStation {
             warned @ (OutputsAre::Cleared | OutputsAre::FailSafe | OutputsAre::WatchdogExpired) => {
                 say(&warned.words());
             }
-        }
-    }
-
-    fn each_past(&self, tell: &mut dyn FnMut(Past<'_>)) {
-        for text in self.raised().words(self.gsd(), self.layout()) {
-            tell(Past { code: &"diagnosis", text: &text, when: None });
         }
     }
 

@@ -167,7 +167,7 @@ impl Appearance<'_> {
                 Model::Ag03_1 => "ag03-1",
             },
             model: model.to_string().into(),
-            product: format!("{}, gear ratio {gear}:1", model.product_name()).into(),
+            product: format!("{}, gear {gear}:1", model.product_name()).into(),
             drive: Some(device.drive_state()),
             ..Self::of_slave(device.slave())
         }

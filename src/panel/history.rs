@@ -3,7 +3,7 @@
 //! | what | how much | when |
 //! | --- | --- | --- |
 //! | events | the newest [`MOST_EVENTS`] | always |
-//! | samples of each drive | five times a second, five minutes: [`mod@samples`] | always |
+//! | curves of each station | five times a second, five minutes: [`mod@samples`] | always |
 //! | telegrams | the newest 4 MiB: [`recording`] | while somebody watches telegrams |
 
 mod recording;
@@ -13,8 +13,6 @@ mod samples;
 use std::collections::VecDeque;
 use std::prelude::v1::*;
 
-use super::stream::NewsEvent;
-use crate::time::Instant;
 use recording::Recording;
 use samples::Samples;
 
@@ -27,7 +25,6 @@ const MOST_EVENTS: usize = 1000;
 /// What was.
 #[derive(Debug, Default)]
 pub(super) struct History {
-    pub(super) events: Newest<(Instant, NewsEvent)>,
     pub(super) samples: Samples,
     pub(super) recording: Recording,
 }

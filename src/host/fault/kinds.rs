@@ -1,6 +1,7 @@
 //! Every kind of fault: one row for its name, its value, and what it does in words. Where it acts it has one arm.
 
 use core::fmt;
+use std::format;
 use std::string::String;
 
 use super::BusKind;
@@ -70,6 +71,21 @@ impl Row {
     /// Every kind of fault.
     pub const fn all() -> &'static [Self] {
         ROWS
+    }
+
+    /// How it may be written: `late=20ms`.
+    pub fn example(&self) -> String {
+        let value = match self.form {
+            "=TIME" => "=20ms",
+            "=N" => "=10",
+            "=HH" => "=05",
+            "=CODE" => "=08000022",
+            "=PART" => "=length",
+            "=OCTETS" => "=020C",
+            // What may be left out.
+            _ => "",
+        };
+        format!("{}{value}", self.name)
     }
 
     /// Those of a bus.

@@ -63,7 +63,7 @@ impl Surroundings for Ag03Node {
     fn face(&self, _now: Instant) -> Face {
         let (status, bus) = match (self.power(), self.nmt_state()) {
             (Power::Off, _) => (Glow::Off, Glow::Off),
-            (Power::FactoryReset(_), _) => (Glow::Blinking, Glow::Blinking),
+            (Power::FactoryReset(_), _) => (Glow::Alternating, Glow::Alternating),
             (Power::On, nmt) => {
                 let status = surroundings::glow(self.status().led);
                 let bus = match nmt {

@@ -63,7 +63,7 @@ impl Surroundings for Device {
     fn face(&self, _now: Instant) -> Face {
         let (status, bus) = match (self.power(), self.dp_state()) {
             (Power::Off, _) => (Glow::Off, Glow::Off),
-            (Power::FactoryReset(_), _) => (Glow::Blinking, Glow::Blinking),
+            (Power::FactoryReset(_), _) => (Glow::Alternating, Glow::Alternating),
             (Power::On, dp::State::DataExch) => (surroundings::glow(self.status().led), Glow::On),
             (Power::On, dp::State::WaitPrm | dp::State::WaitCfg) => {
                 (surroundings::glow(self.status().led), Glow::Off)

@@ -177,10 +177,10 @@ impl AsdaA2 {
         self.node.handle_change(now, &mut self.drive);
     }
 
-    /// Takes the cause of an alarm away: a warning ends, a fault waits for its reset.
-    pub fn end_alarm(&mut self, now: Instant, alarm: Alarm) {
+    /// Takes an alarm back that was provoked; the drive stays off until the master resets it.
+    pub fn take_back_alarm(&mut self, now: Instant, alarm: Alarm) {
         self.drive.servo.advance(now);
-        self.drive.servo.end(alarm);
+        self.drive.servo.take_back(alarm);
         self.node.handle_change(now, &mut self.drive);
     }
 

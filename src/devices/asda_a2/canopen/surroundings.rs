@@ -83,7 +83,7 @@ impl Surroundings for AsdaA2 {
 
     fn take_back(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
         let alarm = Alarm::parse(fault).ok_or(Declined::Unknown)?;
-        self.end_alarm(now, alarm);
+        self.take_back_alarm(now, alarm);
         Ok(())
     }
 

@@ -274,7 +274,7 @@ fn say_value(row: &Row, number: Option<f64>, say: &mut dyn FnMut(&dyn fmt::Displ
         Some(number) => {
             // A scale such as 0.1 is no whole number of halves.
             let shown = libm::round(number * row.scale * 1e6) / 1e6;
-            say(&format_args!("{number} ({shown}{gap}{})", row.unit));
+            say(&format_args!("{number} ({shown}){gap}{}", row.unit));
         }
     }
 }

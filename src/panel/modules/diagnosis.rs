@@ -8,8 +8,8 @@ use utoipa::ToSchema;
 
 use super::super::problem::Problem;
 use crate::gsd::{ChannelFault, Gsd, ModuleState, Raised};
-use crate::host::GsdStation;
-use crate::profibus::dp::ext_diag::{ChannelError, Direction, Width};
+use crate::profibus::dp;
+use crate::profibus::dp::ext_diag::{ChannelError, Direction, ExtDiag, Width};
 
 /// The diagnosis that is raised, besides what the slave reports by itself.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
@@ -131,7 +131,7 @@ const WIDTHS: [(WidthName, Width); 6] = [
 ];
 
 impl RaisedDiagnosis {
-    fn of(raised: &Raised) -> Self {
+    pub(super) fn of(raised: &Raised) -> Self {
         let channel = |fault: &ChannelFault| {
             let direction = DIRECTIONS.iter().find(|row| row.1 == fault.direction)?.0;
             let width = WIDTHS.iter().find(|row| row.1 == fault.width)?.0;
@@ -183,16 +183,11 @@ impl RaisedDiagnosis {
 }
 
 impl Diagnosis {
-    pub(super) fn of(station: &GsdStation) -> Self {
-        let (slave, raised) = (station.slave(), station.raised());
-        let mut octets = slave.diagnosis().octets().to_vec();
-        octets.extend_from_slice(slave.ext_diag().octets());
-        Self {
-            raised: RaisedDiagnosis::of(raised),
-            texts: raised.words(station.gsd(), station.layout()),
-            octets,
-            overflow: slave.ext_diag().overflow(),
-        }
+    /// What was raised, in the texts of the file, and what Slave_Diag reports.
+    pub(in crate::panel) fn of(raised: &Raised, texts: Vec<String>, diag: dp::Diagnosis, ext: &ExtDiag) -> Self {
+        let mut octets = diag.octets().to_vec();
+        octets.extend_from_slice(ext.octets());
+        Self { raised: RaisedDiagnosis::of(raised), texts, octets, overflow: ext.overflow() }
     }
 }
 

@@ -5,16 +5,16 @@ use std::format;
 use std::prelude::v1::*;
 
 use axum::Json;
-use axum::extract::State;
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
 use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{ObjectBuilder, OneOfBuilder, Schema, Type};
 use utoipa::{PartialSchema, ToSchema};
 
-use super::super::inputs::switched_off;
-use super::super::problem::{Body, PathOf, Problem, Problems};
-use super::access::{Asking, Number, number};
+use super::inputs::switched_off;
+use super::line::OnLine;
+use super::problem::{Body, PathOf, Problem, Problems};
+use super::routes::Place;
 use crate::can_bus::canopen;
 use crate::can_bus::canopen::dictionary::Access;
 use crate::can_bus::canopen::{Abort, Address, DataType, Entry, Object};
@@ -87,85 +87,93 @@ pub(super) struct NewValue {
 /// Which entry.
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct OfObject {
-    address: String,
     index: String,
     sub: String,
 }
 
 /// The object dictionary of a node with every value
-#[utoipa::path(get, path = "/api/v1/drives/{address}/objects", tag = "objects",
-    params(("address" = u8, Path, minimum = 1, maximum = 127)), responses((status = 200, body = Objects), Problems))]
-pub(super) async fn list(
-    State(asking): State<Asking>,
-    Number(node): Number,
-) -> Result<Json<Objects>, Problem> {
-    asking
-        .ask(move |bench| {
-            let (_, device) = bench.device(node)?;
-            let entries = objects(device)?.iter().flat_map(|object| {
-                object.entries.iter().map(move |entry| ObjectState::of(device, object, entry))
-            });
-            Ok(Json(Objects { objects: entries.collect() }))
-        })
-        .await?
+#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/objects", tag = "objects",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = Objects), Problems))]
+pub(super) async fn list(place: Place) -> Result<Json<Objects>, Problem> {
+    let address = place.address;
+    let list = place.line.asking.ask(move |bench| {
+        let device = node(bench, address)?;
+        let entries = objects(device)?.iter().flat_map(|object| {
+            object.entries.iter().map(move |entry| ObjectState::of(device, object, entry))
+        });
+        Ok(Json(Objects { objects: entries.collect() }))
+    });
+    list.await?
 }
 
 /// Reads one entry, not over the bus
 ///
 /// As an SDO client reads it, but no frame passes.
-#[utoipa::path(get, path = "/api/v1/drives/{address}/objects/{index}/{sub}", tag = "objects",
+#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/objects/{index}/{sub}", tag = "objects",
     params(
-        ("address" = u8, Path, minimum = 1, maximum = 127),
+        ("line" = String, Path),
+        ("address" = u8, Path, maximum = 127),
         ("index" = String, Path, pattern = "^(0x)?[0-9A-Fa-f]{1,4}h?$", description = "hexadecimal, as 6041"),
         ("sub" = String, Path, pattern = "^(0x)?[0-9A-Fa-f]{1,2}h?$", description = "hexadecimal, as 0"),
     ),
     responses((status = 200, body = ObjectState), Problems))]
 pub(super) async fn read(
-    State(asking): State<Asking>,
+    place: Place,
     PathOf(of): PathOf<OfObject>,
 ) -> Result<Json<ObjectState>, Problem> {
-    let (node, at) = (number(&of.address)?, address(&of)?);
-    asking
-        .ask(move |bench| {
-            let (_, device) = bench.device(node)?;
-            ObjectState::at(device, at).map(Json)
-        })
-        .await?
+    let (number, at) = (place.address, address(&of)?);
+    place.line.asking.ask(move |bench| ObjectState::at(node(bench, number)?, at).map(Json)).await?
 }
 
 /// Writes one entry, not over the bus
 ///
 /// Checked as an SDO is. No client waits for it: what it stores is in the file a moment later.
-#[utoipa::path(put, path = "/api/v1/drives/{address}/objects/{index}/{sub}", tag = "objects", request_body = NewValue,
+#[utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/objects/{index}/{sub}", tag = "objects", request_body = NewValue,
     params(
-        ("address" = u8, Path, minimum = 1, maximum = 127),
+        ("line" = String, Path),
+        ("address" = u8, Path, maximum = 127),
         ("index" = String, Path, pattern = "^(0x)?[0-9A-Fa-f]{1,4}h?$", description = "hexadecimal, as 6041"),
         ("sub" = String, Path, pattern = "^(0x)?[0-9A-Fa-f]{1,2}h?$", description = "hexadecimal, as 0"),
     ),
     responses((status = 200, body = ObjectState), Problems))]
 pub(super) async fn write(
-    State(asking): State<Asking>,
+    place: Place,
     PathOf(of): PathOf<OfObject>,
     Body(NewValue { value }): Body<NewValue>,
 ) -> Result<Json<ObjectState>, Problem> {
-    let (node, at) = (number(&of.address)?, address(&of)?);
-    asking
-        .ask(move |bench| {
-            bench.act(node, |_, device, now| {
-                let (_, entry) = entry(device, at)?;
-                let octets = octets(at, entry.data, &value)?;
-                device
-                    .write_without_bus(now, at, &octets)
-                    .map_err(|refusal| refused(at, refusal.code, &refusal.reason()))?;
-                ObjectState::at(device, at).map(Json)
-            })
-        })
-        .await?
+    let (number, at) = (place.address, address(&of)?);
+    let written = place.line.asking.ask(move |bench| {
+        let (_, entry) = entry(node(bench, number)?, at)?;
+        let octets = octets(at, entry.data, &value)?;
+        let mut done = Ok(());
+        bench.with_node(number, &mut |device, now| {
+            let written = device.write_without_bus(now, at, &octets);
+            done = written.map_err(|refusal| refused(at, refusal.code, &refusal.reason()));
+        });
+        done?;
+        ObjectState::at(node(bench, number)?, at).map(Json)
+    });
+    written.await?
+}
+
+/// The node of that number.
+fn node<'a>(bench: &'a (dyn OnLine + 'a), address: u8) -> Result<&'a dyn CanopenDevice, Problem> {
+    bench.having(address, "objects", bench.node(address))
 }
 
 /// The dictionary of a node that is switched on.
-pub(super) fn objects(device: &dyn CanopenDevice) -> Result<&'static [Object], Problem> {
+fn objects(device: &dyn CanopenDevice) -> Result<&'static [Object], Problem> {
     device.node().state().map(|_| device.application().objects()).ok_or_else(switched_off)
+}
+
+/// A whole number of the dictionary.
+pub(super) fn whole(device: &dyn CanopenDevice, at: Address) -> Option<i64> {
+    let app = device.application();
+    let entry = canopen::dictionary::entry(app.objects(), at).ok()?;
+    let read = device
+        .node()
+        .read_with(at, app, |octets| Ok(entry.data.decode(octets).and_then(|value| value.number())));
+    read.ok().flatten()
 }
 
 fn entry(device: &dyn CanopenDevice, at: Address) -> Result<(&'static Object, &'static Entry), Problem> {

@@ -4,21 +4,21 @@ use std::format;
 use std::prelude::v1::*;
 
 use axum::Json;
-use axum::extract::State;
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::super::bus_access::{Asking, BusAccess};
+use super::super::line::OnLine;
 use super::super::problem::{Body, PathOf, Problem, Problems};
-use crate::host::GsdStation;
+use super::super::routes::Place;
+use super::{bus, missing};
+use crate::gsd::{Gsd, Placed};
 use crate::process::{Point, ValueType};
 use crate::profibus::fdl::Address;
 
 /// A value in a module.
 #[derive(Clone, Debug, Deserialize)]
 pub(in crate::panel) struct OfValue {
-    address: String,
     slot: String,
     octet: String,
     #[serde(rename = "type")]
@@ -43,110 +43,110 @@ pub(in crate::panel) struct NewValue {
 }
 
 /// An input as the master gets it
-#[utoipa::path(get, path = "/api/v1/stations/{address}/inputs/{slot}/{octet}/{type}", tag = "stations",
+#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/inputs/{slot}/{octet}/{type}", tag = "modules",
     params(
-        ("address" = u8, Path, maximum = 126),
+        ("line" = String, Path),
+        ("address" = u8, Path, maximum = 127),
         ("slot" = String, Path, description = "The number of the slot, or the name of its module if only one slot has it"),
         ("octet" = usize, Path, description = "The first octet of the value in the slot, from 0", maximum = 243),
         ("type" = String, Path, description = "bit0 to bit7, unsigned8, unsigned16, unsigned32, signed8, signed16, signed32, float32; big-endian"),
     ),
     responses((status = 200, body = ValueState), Problems))]
 pub(in crate::panel) async fn read_input(
-    State(asking): State<Asking>,
+    place: Place,
     PathOf(of): PathOf<OfValue>,
 ) -> Result<Json<ValueState>, Problem> {
-    asking
-        .ask(move |bench| of.find(bench).and_then(|(address, point)| state(bench, address, point, true)))
-        .await?
+    let address = place.address;
+    place.line.asking.ask(move |bench| of.find(bench, address).and_then(|point| state(bench, address, point, true))).await?
 }
 
 /// An output as the station has it
 ///
 /// 0 while no master exchanges data, and in the safe state.
-#[utoipa::path(get, path = "/api/v1/stations/{address}/outputs/{slot}/{octet}/{type}", tag = "stations",
+#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/outputs/{slot}/{octet}/{type}", tag = "modules",
     params(
-        ("address" = u8, Path, maximum = 126),
+        ("line" = String, Path),
+        ("address" = u8, Path, maximum = 127),
         ("slot" = String, Path, description = "As for inputs"),
         ("octet" = usize, Path, description = "As for inputs", maximum = 243),
         ("type" = String, Path, description = "As for inputs"),
     ),
     responses((status = 200, body = ValueState), Problems))]
 pub(in crate::panel) async fn read_output(
-    State(asking): State<Asking>,
+    place: Place,
     PathOf(of): PathOf<OfValue>,
 ) -> Result<Json<ValueState>, Problem> {
-    asking
-        .ask(move |bench| of.find(bench).and_then(|(address, point)| state(bench, address, point, false)))
-        .await?
+    let address = place.address;
+    place.line.asking.ask(move |bench| of.find(bench, address).and_then(|point| state(bench, address, point, false))).await?
 }
 
 /// Forces an input
 ///
 /// It keeps this value, whatever moves it by itself, until it is released.
-#[utoipa::path(put, path = "/api/v1/stations/{address}/inputs/{slot}/{octet}/{type}", tag = "stations",
+#[utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/inputs/{slot}/{octet}/{type}", tag = "modules",
     params(
-        ("address" = u8, Path, maximum = 126),
+        ("line" = String, Path),
+        ("address" = u8, Path, maximum = 127),
         ("slot" = String, Path, description = "As for reading"),
         ("octet" = usize, Path, description = "As for reading", maximum = 243),
         ("type" = String, Path, description = "As for reading"),
     ),
     request_body = NewValue, responses((status = 200, body = ValueState), Problems))]
 pub(in crate::panel) async fn force(
-    State(asking): State<Asking>,
+    place: Place,
     PathOf(of): PathOf<OfValue>,
     Body(NewValue { value }): Body<NewValue>,
 ) -> Result<Json<ValueState>, Problem> {
-    asking
-        .ask(move |bench| {
-            let (address, point) = of.find(bench)?;
-            let forced = bench.change(address, |station: &mut GsdStation| station.force(point, value))?;
-            forced.map_err(Problem::value)?;
-            state(bench, address, point, true)
-        })
-        .await?
+    let address = place.address;
+    let forced = place.line.asking.ask(move |bench| {
+        let point = of.find(bench, address)?;
+        let forced = bus(bench, address)?.with_modules(Address::from_octet(address), |modules| modules.force(point, value));
+        forced.ok_or_else(|| missing(address))?.map_err(Problem::value)?;
+        state(bench, address, point, true)
+    });
+    forced.await?
 }
 
 /// Gives an input back to what moves it by itself
-#[utoipa::path(delete, path = "/api/v1/stations/{address}/inputs/{slot}/{octet}/{type}", tag = "stations",
+#[utoipa::path(delete, path = "/api/v1/lines/{line}/stations/{address}/inputs/{slot}/{octet}/{type}", tag = "modules",
     params(
-        ("address" = u8, Path, maximum = 126),
+        ("line" = String, Path),
+        ("address" = u8, Path, maximum = 127),
         ("slot" = String, Path, description = "As for reading"),
         ("octet" = usize, Path, description = "As for reading", maximum = 243),
         ("type" = String, Path, description = "As for reading"),
     ),
     responses((status = 204), Problems))]
 pub(in crate::panel) async fn release(
-    State(asking): State<Asking>,
+    place: Place,
     PathOf(of): PathOf<OfValue>,
 ) -> Result<StatusCode, Problem> {
-    asking
-        .ask(move |bench| {
-            let (address, point) = of.find(bench)?;
-            let released = bench.change(address, |station: &mut GsdStation| station.release(point))?;
-            released.map_err(Problem::value)?;
-            Ok(StatusCode::NO_CONTENT)
-        })
-        .await?
+    let address = place.address;
+    let released = place.line.asking.ask(move |bench| {
+        let point = of.find(bench, address)?;
+        let released = bus(bench, address)?.with_modules(Address::from_octet(address), |modules| modules.release(point));
+        released.ok_or_else(|| missing(address))?.map_err(Problem::value)?;
+        Ok(StatusCode::NO_CONTENT)
+    });
+    released.await?
 }
 
 impl OfValue {
-    /// The station, and the place there.
-    fn find(&self, bench: &BusAccess<'_>) -> Result<(Address, Point), Problem> {
+    /// The place in the station.
+    fn find(&self, bench: &mut dyn OnLine, address: u8) -> Result<Point, Problem> {
         let wrong = |detail: String| Problem::new(StatusCode::BAD_REQUEST, detail);
-        let address = self.address.parse().ok().and_then(|number| Address::station(number).ok());
-        let address =
-            address.ok_or_else(|| wrong(format!("'{}' is no address; expected 0 to 126", self.address)))?;
         let kind: ValueType = self.kind.parse().map_err(|error| wrong(format!("{error}")))?;
         let offset = self.octet.parse::<u8>().ok().filter(|octet| *octet < 244);
         let offset = offset
             .ok_or_else(|| wrong(format!("'{}' is no octet of a slot; expected 0 to 243", self.octet)))?;
-        let station = bench.find(address)?;
-        Ok((address, Point { slot: self.slot_of(station)?, offset: offset.into(), kind }))
+        let modules = bus(bench, address)?.modules(Address::from_octet(address));
+        let modules = modules.ok_or_else(|| missing(address))?;
+        let slot = self.slot_of(modules.layout(), modules.gsd())?;
+        Ok(Point { slot, offset: offset.into(), kind })
     }
 
     /// By number or by name.
-    fn slot_of(&self, station: &GsdStation) -> Result<u16, Problem> {
-        let (layout, gsd) = (station.layout(), station.gsd());
+    fn slot_of(&self, layout: &[Placed], gsd: &Gsd) -> Result<u16, Problem> {
         let wanted = self.slot.as_str();
         if let Ok(number) = wanted.parse::<u16>()
             && layout.iter().any(|placed| placed.slot.number == number)
@@ -178,14 +178,15 @@ impl OfValue {
 }
 
 fn state(
-    bench: &BusAccess<'_>,
-    address: Address,
+    bench: &mut dyn OnLine,
+    address: u8,
     point: Point,
     input: bool,
 ) -> Result<Json<ValueState>, Problem> {
-    let station = bench.find::<GsdStation>(address)?;
+    let station = bus(bench, address)?.modules(Address::from_octet(address));
+    let station = station.ok_or_else(|| missing(address))?;
     let placed = station.layout().iter().find(|placed| placed.slot.number == point.slot);
-    let slot = &placed.ok_or_else(|| bench.no_station::<GsdStation>(address))?.slot;
+    let slot = &placed.ok_or_else(|| missing(address))?.slot;
     let (octets, mask) = match input {
         true => (station.inputs(slot), station.forced(slot).to_vec()),
         false => (station.outputs(slot).to_vec(), Vec::new()),
