@@ -4,20 +4,20 @@ use core::sync::atomic::Ordering;
 use core::time::Duration;
 use std::path::Path;
 
-use profidrive::devices::ag03::profibus::Timing;
-use profidrive::host::fault::{BusKind, Rule, Switch, While};
-use profidrive::host::link::fault::{Faults, Faulty};
-use profidrive::host::link::pty::Pty;
-use profidrive::host::link::serial::Serial;
-use profidrive::host::link::tcp::Tcp;
-use profidrive::host::list::{Ground, Group, MakeError, Prepared, Spec, Wrong};
-use profidrive::host::{
+use crate::devices::ag03::profibus::Timing;
+use crate::host::fault::{BusKind, Rule, Switch, While};
+use crate::host::link::fault::{Faults, Faulty};
+use crate::host::link::pty::Pty;
+use crate::host::link::serial::Serial;
+use crate::host::link::tcp::Tcp;
+use crate::host::list::{Ground, Group, MakeError, Prepared, Spec, Wrong};
+use crate::host::{
     Bus, BusEvent, Clock, Error, Link, OutputBoard, Reach, Refusals, SlotTime, StateDir, Stop, SystemClock,
     run,
 };
-use profidrive::panel::{BusAccess, Panel, PanelError};
-use profidrive::profibus::fdl::{Address, RateChange};
-use profidrive::time::{BaudRate, Instant};
+use crate::panel::{BusAccess, Panel, PanelError};
+use crate::profibus::fdl::{Address, RateChange};
+use crate::time::{BaudRate, Instant};
 use tracing::{debug, info, warn};
 
 use super::args::{BaudSpec, Emulate, LinkSpec, MetricsSpec};

@@ -1,8 +1,6 @@
 //! What the words of a station depend on, asked of the station itself.
 
 use core::any::Any;
-use std::format;
-use std::string::String;
 
 use super::value::Lengths;
 use super::{Context, Sender};

@@ -2,8 +2,6 @@
 
 use core::fmt;
 use core::time::Duration;
-#[cfg(feature = "panel")]
-use std::prelude::v1::*;
 
 use strum::{IntoStaticStr, VariantArray};
 

@@ -80,7 +80,6 @@ impl fmt::Display for dyn Why + '_ {
 
 #[cfg(test)]
 mod tests {
-    use std::string::ToString;
 
     use super::*;
 

@@ -3,9 +3,7 @@
 use core::any::Any;
 use core::fmt;
 use core::time::Duration;
-use std::boxed::Box;
 use std::path::PathBuf;
-use std::vec::Vec;
 
 use super::{Appearance, Error, GsdStation, Participant};
 use crate::devices::ag03::profibus::{MAX_TELEGRAM_LEN, Timing};

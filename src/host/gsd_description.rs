@@ -1,7 +1,6 @@
 //! What a station from a GSD tells of itself: its modules octet by octet, and what its diagnosis reports.
 
 use core::fmt;
-use std::format;
 
 use super::{GsdStation, OutputsAre};
 use crate::face::description::Exchange;

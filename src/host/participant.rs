@@ -3,9 +3,7 @@
 use core::any::Any;
 use core::time::Duration;
 use std::borrow::Cow;
-use std::format;
 use std::path::PathBuf;
-use std::string::ToString;
 
 use super::{GsdStation, StoredDevice};
 use crate::devices::StationEvent;

@@ -1,7 +1,6 @@
 //! Events that come again and again: the first ones are told, the others are counted.
 
 use core::time::Duration;
-use std::vec::Vec;
 
 use crate::face::Again;
 use crate::time::Instant;
@@ -91,7 +90,6 @@ impl<E: Clone> Repeats<E> {
 
 #[cfg(test)]
 mod tests {
-    use std::string::ToString;
 
     use super::*;
 

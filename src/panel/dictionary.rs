@@ -1,8 +1,5 @@
 //! What the object dictionary of a node tells: words of bits, PDOs, the error history.
 
-use std::format;
-use std::prelude::v1::*;
-
 use super::objects::whole;
 use super::station::{BitState, Entry, Past, Process, WordState};
 use crate::can_bus::canopen::cob_id::CobId;

@@ -15,12 +15,8 @@ pub(super) mod state;
 use core::any::Any;
 use core::error::Error;
 use std::borrow::Cow;
-use std::boxed::Box;
 use std::collections::BTreeMap;
-use std::format;
-use std::string::{String, ToString};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::vec::Vec;
 
 use tokio::time::Instant as Moment;
 

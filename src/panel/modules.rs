@@ -8,9 +8,6 @@
 mod diagnosis;
 pub(super) mod values;
 
-use std::format;
-use std::prelude::v1::*;
-
 use axum::Json;
 use serde::Serialize;
 use utoipa::ToSchema;

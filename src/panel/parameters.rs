@@ -1,8 +1,5 @@
 //! Parameters of a station, read and written without the bus.
 
-use std::format;
-use std::prelude::v1::*;
-
 use axum::Json;
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};

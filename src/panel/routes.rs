@@ -1,8 +1,6 @@
 //! Every path, and the OpenAPI description of all of them.
 
 use std::collections::BTreeMap;
-use std::format;
-use std::prelude::v1::*;
 
 use axum::extract::{FromRef, FromRequestParts, Request};
 use axum::http::request::Parts;

@@ -12,9 +12,6 @@ pub(super) mod handlers;
 pub(super) mod spec;
 mod values;
 
-use std::format;
-use std::prelude::v1::*;
-
 use serde::Serialize;
 use utoipa::ToSchema;
 

@@ -1,8 +1,5 @@
 //! The switches under the cover of a station.
 
-use std::format;
-use std::prelude::v1::*;
-
 use axum::Json;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;

@@ -5,9 +5,9 @@ use std::io::{self, Write};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
-use profidrive::host::{Reach, Stop};
-use profidrive::panel::Lines;
-use profidrive::metrics::{LineMetrics, Metrics, MetricsError, NodeMetrics, PATH};
+use crate::host::{Reach, Stop};
+use crate::panel::Lines;
+use crate::metrics::{LineMetrics, Metrics, MetricsError, NodeMetrics, PATH};
 use tracing::{error_span, info, warn};
 
 use super::{LinePlan, PlantPlan, run_line};

@@ -3,20 +3,20 @@
 use core::sync::atomic::Ordering;
 use std::path::PathBuf;
 
-use profidrive::can_bus::can::BitRate;
-use profidrive::can_bus::canopen::storage::Eeprom;
-use profidrive::can_bus::canopen::{Event, NodeId};
-use profidrive::devices::CanopenEvent;
-use profidrive::host::can::{
+use crate::can_bus::can::BitRate;
+use crate::can_bus::canopen::storage::Eeprom;
+use crate::can_bus::canopen::{Event, NodeId};
+use crate::devices::CanopenEvent;
+use crate::host::can::{
     self, BusHint, Line, LinkSpec, News, NodeWatch, Numbers, Product, Seat, StoredNode,
 };
-use profidrive::host::capture::Capture;
-use profidrive::host::capture::can::CanInterface;
-use profidrive::host::fault::{BusKind, Rule};
-use profidrive::host::list::Spec;
-use profidrive::host::{Clock, Error, Reach, StateDir};
-use profidrive::panel::{NodeAccess, Panel, Seated};
-use profidrive::time::Instant;
+use crate::host::capture::Capture;
+use crate::host::capture::can::CanInterface;
+use crate::host::fault::{BusKind, Rule};
+use crate::host::list::Spec;
+use crate::host::{Clock, Error, Reach, StateDir};
+use crate::panel::{NodeAccess, Panel, Seated};
+use crate::time::Instant;
 use tracing::{debug, info, warn};
 
 use super::{Start, start_panel};

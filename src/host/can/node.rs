@@ -1,11 +1,7 @@
 //! A CANopen device on a bus, and the file its EEPROM is kept in.
 
 use core::any::Any;
-use std::boxed::Box;
-use std::format;
 use std::path::PathBuf;
-use std::vec;
-use std::vec::Vec;
 
 use super::CanParticipant;
 use super::node_counters::NodeCounters;

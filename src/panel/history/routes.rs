@@ -3,8 +3,6 @@
 use core::fmt::Write;
 use core::time::Duration;
 use std::collections::BTreeMap;
-use std::format;
-use std::prelude::v1::*;
 use std::time::SystemTime;
 
 use axum::Json;

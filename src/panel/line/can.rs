@@ -1,10 +1,7 @@
 //! What the thread of a bus of CAN lends to the threads of HTTP.
 
 use core::any::Any;
-use std::boxed::Box;
 use std::collections::BTreeMap;
-use std::format;
-use std::vec::Vec;
 
 use super::super::problem::Problem;
 use super::super::station::{FaultNow, PowerName, State};

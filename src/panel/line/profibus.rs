@@ -1,10 +1,6 @@
 //! What the thread of a bus of PROFIBUS lends to the threads of HTTP.
 
 use core::any::Any;
-use std::boxed::Box;
-use std::format;
-use std::string::ToString;
-use std::vec::Vec;
 
 use super::super::problem::Problem;
 use super::super::station::{PowerName, PresenceName, State, ValueState};

@@ -2,8 +2,6 @@
 
 use core::time::Duration;
 use std::collections::BTreeMap;
-use std::format;
-use std::prelude::v1::*;
 
 use axum::Json;
 use axum::extract::State;

@@ -1,8 +1,5 @@
 //! What a person sees of a station as JSON.
 
-use std::format;
-use std::prelude::v1::*;
-
 use serde::Serialize;
 use utoipa::ToSchema;
 

@@ -1,8 +1,5 @@
 //! Which stations there are, the complete state of each, why it does not move.
 
-use std::format;
-use std::prelude::v1::*;
-
 use axum::Json;
 use axum::extract::State as Shared;
 use axum::http::StatusCode;

@@ -1,8 +1,6 @@
 //! A station that is added, by the specification that line files have (docs/line.md).
 
-use std::format;
 use std::path::Path;
-use std::prelude::v1::*;
 
 use axum::Json;
 use axum::extract::State as Shared;

@@ -1,8 +1,5 @@
 //! Values, words, process data and the history of a station as JSON.
 
-use std::format;
-use std::prelude::v1::*;
-
 use serde::{Serialize, Serializer};
 use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{ObjectBuilder, Schema, SchemaType, Type};

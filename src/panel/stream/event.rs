@@ -1,7 +1,5 @@
 //! The events of the stream, and how they are written.
 
-use std::format;
-use std::prelude::v1::*;
 use std::sync::Arc;
 
 use axum::body::Bytes;

@@ -267,5 +267,4 @@ mod tests {
         assert_eq!(slave.poll_news(), None);
     }
 
-    use std::string::ToString;
 }

@@ -276,7 +276,6 @@ impl fmt::Display for Asked {
 
 #[cfg(test)]
 mod tests {
-    use std::string::ToString;
 
     use super::*;
 

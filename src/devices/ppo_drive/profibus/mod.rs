@@ -20,8 +20,6 @@ mod memory;
 mod parameters;
 mod why;
 
-use std::vec::Vec;
-
 use super::profile;
 use crate::devices::StationEvent;
 use crate::devices::ag03::unit::{ApplicationCycle, Cycles};

@@ -46,8 +46,6 @@ fn each_of_words(state: dp::State, stw: Stw, zsw: Zsw, tell: &mut dyn FnMut(Reas
 
 #[cfg(test)]
 mod tests {
-    use std::string::ToString;
-    use std::vec::Vec;
 
     use super::*;
 

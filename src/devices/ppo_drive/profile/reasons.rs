@@ -63,7 +63,6 @@ pub(in crate::devices::ppo_drive) fn reasons_of_drive(zsw: Zsw) -> impl Iterator
 
 #[cfg(test)]
 mod tests {
-    use std::vec::Vec;
 
     use super::*;
 
