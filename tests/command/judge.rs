@@ -267,6 +267,36 @@ fn a_judgement_that_is_interrupted_ends_with_4() {
 }
 
 #[test]
+fn two_reports_are_compared() {
+    let dir = tempfile::tempdir().unwrap();
+    let report = |name: &str, verdicts: [&str; 3]| {
+        let rows: Vec<Value> = ["M-C03", "M-E01", "M-E02"]
+            .iter()
+            .zip(verdicts)
+            .map(|(id, verdict)| serde_json::json!({"id": id, "verdict": verdict, "reason": "why"}))
+            .collect();
+        let path = dir.path().join(name);
+        let report =
+            serde_json::json!({"version": 1, "ended": "everything was tried", "status": 1, "rows": rows});
+        fs::write(&path, report.to_string()).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let before = report("a.json", ["pass", "fail", "pass"]);
+    for (verdicts, status, words) in [
+        (["pass", "fail", "pass"], 0, "M-E01 fails still: why"),
+        (["pass", "pass", "pass"], 0, "M-E01 no longer fails: why"),
+        (["fail", "pass", "not_judged"], 1, "M-C03 fails, and did not: why"),
+        (["pass", "pass", "not_judged"], 4, "M-E02 is no longer judged: why"),
+    ] {
+        let (code, stdout, stderr) = run(&["compare", &before, &report("b.json", verdicts)]);
+        assert_eq!((code, stderr.as_str()), (Some(status), ""), "{stdout}");
+        assert!(stdout.contains(words), "{stdout}");
+    }
+    let (code, _, stderr) = run(&["compare", &before, "/nowhere.json"]);
+    assert_eq!(code, Some(5), "{stderr}");
+}
+
+#[test]
 fn a_judgement_out_of_time_ends_with_4() {
     let dir = tempfile::tempdir().unwrap();
     let link = dir.path().join("bus");
