@@ -11,6 +11,7 @@ use rustix::fs::OFlags;
 use serde_json::Value;
 use std::os::unix::fs::OpenOptionsExt;
 
+mod compared;
 mod masters;
 
 fn command(arguments: &[&str]) -> Command {
@@ -182,6 +183,7 @@ fn check_json(text: &str) {
     assert_eq!(report["configuration"]["stations"], serde_json::json!(["5,ident=1234,cfg=2313"]));
     let date = report["date"].as_str().unwrap();
     assert!(date.len() == 20 && date.ends_with('Z'), "{date}");
+    assert!(report["seconds"].as_f64().unwrap() > 0.0);
     let rows = report["rows"].as_array().unwrap();
     assert_eq!(rows.len(), 11);
     for row in rows {
@@ -190,6 +192,7 @@ fn check_json(text: &str) {
         assert!(
             row["id"].as_str().unwrap().starts_with("M-F") && !row["reason"].as_str().unwrap().is_empty()
         );
+        assert!(row["seconds"].is_f64(), "{row}");
         let telegrams = row["telegrams"].as_array().unwrap();
         assert!(verdict != "fail" || !telegrams.is_empty(), "{row}");
         for telegram in telegrams {
@@ -264,36 +267,6 @@ fn a_judgement_that_is_interrupted_ends_with_4() {
     stdout.read_to_string(&mut table).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(4), "{table}");
     assert!(table.ends_with("ended: the judgement was stopped\n"), "{table}");
-}
-
-#[test]
-fn two_reports_are_compared() {
-    let dir = tempfile::tempdir().unwrap();
-    let report = |name: &str, verdicts: [&str; 3]| {
-        let rows: Vec<Value> = ["M-C03", "M-E01", "M-E02"]
-            .iter()
-            .zip(verdicts)
-            .map(|(id, verdict)| serde_json::json!({"id": id, "verdict": verdict, "reason": "why"}))
-            .collect();
-        let path = dir.path().join(name);
-        let report =
-            serde_json::json!({"version": 1, "ended": "everything was tried", "status": 1, "rows": rows});
-        fs::write(&path, report.to_string()).unwrap();
-        path.to_str().unwrap().to_owned()
-    };
-    let before = report("a.json", ["pass", "fail", "pass"]);
-    for (verdicts, status, words) in [
-        (["pass", "fail", "pass"], 0, "M-E01 fails still: why"),
-        (["pass", "pass", "pass"], 0, "M-E01 no longer fails: why"),
-        (["fail", "pass", "not_judged"], 1, "M-C03 fails, and did not: why"),
-        (["pass", "pass", "not_judged"], 4, "M-E02 is no longer judged: why"),
-    ] {
-        let (code, stdout, stderr) = run(&["compare", &before, &report("b.json", verdicts)]);
-        assert_eq!((code, stderr.as_str()), (Some(status), ""), "{stdout}");
-        assert!(stdout.contains(words), "{stdout}");
-    }
-    let (code, _, stderr) = run(&["compare", &before, "/nowhere.json"]);
-    assert_eq!(code, Some(5), "{stderr}");
 }
 
 #[test]

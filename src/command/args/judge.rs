@@ -113,7 +113,7 @@ pub(crate) struct Judge {
 
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum Compare {
-    /// Compares two judgements: says which rows fail that did not, which no longer do, and of which less is known
+    /// Compares two judgements: which rows fail that did not, which no longer do, of which less is known, which take longer
     ///
     /// Exit status: 0 no row fails that did not, 1 one does, 4 less is known than before, 5 a file fails.
     #[command(after_help = "Example:\n  profidrive judge compare before.json after.json")]
