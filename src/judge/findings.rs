@@ -1,9 +1,6 @@
 //! What was found of each row: how often it held, how it was broken, why it was not judged.
 
 use std::collections::BTreeMap;
-use std::format;
-use std::string::String;
-use std::vec::Vec;
 
 use super::moment::{Moment, Telegram, explained};
 use super::rows::{Place, Row};

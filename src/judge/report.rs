@@ -10,8 +10,6 @@
 //! | `markup` | texts inside XML and HTML |
 
 use core::fmt::{self, Write};
-use std::string::String;
-use std::vec::Vec;
 
 use super::findings::{Judgement, Verdict};
 use super::moment::Telegram;

@@ -1,9 +1,6 @@
 //! Rows T and I: pauses, waiting, intervals.
 
 use core::time::Duration;
-use std::format;
-use std::string::String;
-use std::vec::Vec;
 
 use super::Observer;
 use super::Sight;
