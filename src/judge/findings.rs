@@ -2,9 +2,6 @@
 
 use core::time::Duration;
 use std::collections::BTreeMap;
-use std::format;
-use std::string::String;
-use std::vec::Vec;
 
 use super::moment::{Moment, Telegram, explained};
 use super::rows::{Place, Row};

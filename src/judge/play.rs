@@ -13,9 +13,6 @@
 
 use core::time::Duration;
 use std::collections::BTreeMap;
-use std::format;
-use std::string::{String, ToString};
-use std::vec::Vec;
 
 use super::findings::Judgement;
 use super::moment::Moment;

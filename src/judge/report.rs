@@ -11,8 +11,6 @@
 
 use core::fmt::{self, Write};
 use core::time::Duration;
-use std::string::String;
-use std::vec::Vec;
 
 use super::findings::{Judgement, Verdict};
 use super::moment::Telegram;

@@ -4,10 +4,10 @@ use core::str::FromStr;
 use core::time::Duration;
 use std::path::PathBuf;
 
+use crate::judge::{Row, Slave};
+use crate::profibus::fdl::Address;
+use crate::time::BaudRate;
 use clap::Args;
-use profidrive::judge::{Row, Slave};
-use profidrive::profibus::fdl::Address;
-use profidrive::time::BaudRate;
 
 use super::spec::address;
 use super::{BaudSpec, LinkSpec};
@@ -220,7 +220,7 @@ impl FromStr for JudgedStation {
         match (&gsd, ident, cfg) {
             (None, Some(ident), Some(cfg)) => {
                 slave.ident = ident;
-                profidrive::profibus::dp::IoLengths::of(&cfg).map_err(|error| format!("cfg: {error}"))?;
+                crate::profibus::dp::IoLengths::of(&cfg).map_err(|error| format!("cfg: {error}"))?;
                 slave.cfg = Some(cfg);
             }
             (Some(_), None, cfg) => slave.cfg = cfg,

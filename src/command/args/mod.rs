@@ -18,10 +18,10 @@ mod spec;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
+use crate::gsd::did_you_mean;
+pub(crate) use crate::host::list::named::{parameter as find_parameter, plain};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{ArgAction, CommandFactory, Parser, Subcommand};
-use profidrive::gsd::did_you_mean;
-pub(crate) use profidrive::host::list::named::{parameter as find_parameter, plain};
 
 use super::{Failure, report};
 

@@ -1,7 +1,6 @@
 //! One page for people: what failed first, with a diagram of the telegrams; then every row. No script, nothing loaded.
 
 use core::fmt::Write;
-use std::string::String;
 
 use super::markup::Text;
 use super::{PROGRAM, Report, Verdict};

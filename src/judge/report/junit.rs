@@ -1,8 +1,6 @@
 //! JUnit XML: a suite a group, a case a row.
 
 use core::fmt::Write;
-use std::format;
-use std::string::String;
 
 use super::markup::Text;
 use super::{PROGRAM, Report, Verdict};
