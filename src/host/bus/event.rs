@@ -6,7 +6,8 @@ use std::collections::VecDeque;
 use super::hint::LineHint;
 use super::join::Evidence;
 use super::station_errors::StationErrors;
-use crate::devices::ag03::profibus::Event;
+use crate::devices::StationEvent;
+use crate::face::EventKind;
 use crate::profibus::dp;
 use crate::profibus::fdl::{Address, FrameError, RateChange, StationCounters};
 use crate::time::BaudRate;
@@ -23,7 +24,7 @@ pub enum BusEvent {
         /// Which.
         address: Address,
         /// What.
-        event: Event,
+        event: StationEvent,
     },
     /// Octets on the line were no telegram.
     TelegramRefused(FrameError),
@@ -63,19 +64,42 @@ pub enum BusEvent {
 }
 
 impl BusEvent {
-    /// Whether it is cyclic detail: a log leaves it out unless asked for more.
-    pub const fn is_detail(&self) -> bool {
+    /// What it is about, for filters.
+    pub const fn kind(&self) -> EventKind {
         match self {
-            Self::Station { event, .. } => event.is_detail(),
-            Self::Rate(RateChange::Try(_)) => true,
-            Self::TelegramRefused(_)
-            | Self::Joined { .. }
+            Self::Station { event, .. } => event.kind(),
+            Self::Hint(_) => EventKind::Hint,
+            Self::Joined { .. }
             | Self::AddressLive { .. }
             | Self::MovedToTakenAddress { .. }
-            | Self::Rate(RateChange::Found(_))
+            | Self::TelegramRefused(_)
+            | Self::Rate(_)
+            | Self::RateLost { .. }
+            | Self::Lost { .. } => EventKind::Line,
+        }
+    }
+
+    /// The station it is about; `None`: the line.
+    pub const fn address(&self) -> Option<Address> {
+        match self {
+            Self::Station { address, .. } | Self::Joined { address } | Self::AddressLive { address, .. } => {
+                Some(*address)
+            }
+            Self::MovedToTakenAddress { .. }
+            | Self::TelegramRefused(_)
+            | Self::Rate(_)
             | Self::RateLost { .. }
             | Self::Hint(_)
-            | Self::Lost { .. } => false,
+            | Self::Lost { .. } => None,
+        }
+    }
+
+    /// Whether it is cyclic detail: a log leaves it out unless asked for more.
+    pub const fn is_detail(&self) -> bool {
+        if let Self::Station { event, .. } = self {
+            event.is_detail()
+        } else {
+            matches!(self, Self::Rate(RateChange::Try(_)))
         }
     }
 }
@@ -119,13 +143,13 @@ impl News {
         &mut self,
         address: Address,
         (counters, errors): (&mut StationCounters, &mut StationErrors),
-        event: Event,
+        event: StationEvent,
     ) {
         errors.count(&event);
-        if matches!(event, Event::ReplyTooLate(_)) {
+        if matches!(event, StationEvent::ReplyTooLate(_)) {
             counters.too_late = counters.too_late.saturating_add(1);
         }
-        if matches!(event, Event::Dp(dp::Event::WatchdogExpired { .. })) {
+        if matches!(event, StationEvent::Dp(dp::Event::WatchdogExpired { .. })) {
             counters.watchdog_expiries = counters.watchdog_expiries.saturating_add(1);
         }
         self.push(BusEvent::Station { address, event });

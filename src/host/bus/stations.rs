@@ -7,7 +7,8 @@ use super::join::{Joining, Verdict};
 use super::last_request::LastRequest;
 use super::station_errors::StationErrors;
 use super::{BusEvent, Presence, SlotTime};
-use crate::devices::ag03::profibus::{Event, MAX_TELEGRAM_LEN, Timing};
+use crate::devices::StationEvent;
+use crate::devices::ag03::profibus::{MAX_TELEGRAM_LEN, Timing};
 use crate::host::{Error, Participant};
 use crate::profibus::fdl::station::TooLate;
 use crate::profibus::fdl::{
@@ -316,7 +317,11 @@ impl Stations {
             let too_late = limit.filter(|limit| len.is_some() && after > *limit);
             let silent = self.silenced || searching || too_late.is_some();
             if let Some(limit) = too_late {
-                news.tell(address, (&mut *counters, errors), Event::ReplyTooLate(TooLate { after, limit }));
+                news.tell(
+                    address,
+                    (&mut *counters, errors),
+                    StationEvent::ReplyTooLate(TooLate { after, limit }),
+                );
             }
             if let (Some(_), false) = (len, silent) {
                 counters.reply(after);
@@ -337,7 +342,7 @@ impl Stations {
         &mut self,
         now: Instant,
         address: Address,
-        act: impl FnOnce(&mut dyn Participant, &mut dyn FnMut(Event)),
+        act: impl FnOnce(&mut dyn Participant, &mut dyn FnMut(StationEvent)),
     ) {
         let Self { slots, deadlines, news, search, .. } = self;
         let Some(slot) = slots.get_mut(index(address)).and_then(Option::as_mut) else {

@@ -1,7 +1,6 @@
 //! A CANopen device on a bus, and the file its EEPROM is kept in.
 
 use core::any::Any;
-use core::fmt;
 use std::path::PathBuf;
 
 use super::CanParticipant;
@@ -13,6 +12,7 @@ use crate::can_bus::canopen::nmt::Command;
 use crate::can_bus::canopen::storage::{Eeprom, Generation, NotStored, StoreRequest};
 use crate::can_bus::canopen::{NmtState, NodeId};
 use crate::devices::{CanopenDevice, CanopenEvent};
+use crate::face::Why;
 use crate::host::list::Choices;
 use crate::host::state_dir::{ImageFile, Images, Newest, StateDir, StateDirError};
 use crate::time::Instant;
@@ -118,9 +118,9 @@ impl StoredNode {
         device.downcast_ref()
     }
 
-    /// Says what keeps its drive from moving now ([`CanopenDevice::why`]).
-    pub fn why(&self, say: &mut dyn FnMut(&dyn fmt::Display)) {
-        self.unit.device.why(say);
+    /// What keeps its drive from moving now; `None`: it has no drive.
+    pub fn why(&self) -> Option<&dyn Why> {
+        self.unit.device.why()
     }
 
     /// Does something to the device, if it is a `D`: turns its shaft, say.
