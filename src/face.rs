@@ -11,7 +11,7 @@ mod why;
 pub(crate) use quirk::check;
 
 pub use drive_state::DriveState;
-pub use event::{ErrorKind, EventKind};
+pub use event::{Again, ErrorKind, EventKind};
 pub use quirk::{Quirk, QuirkError};
 pub use surroundings::Surroundings;
 pub use why::{Reason, Why};

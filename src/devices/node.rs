@@ -12,7 +12,7 @@ use crate::can_bus::canopen::storage::{Generation, NotStored, StoreRequest};
 use crate::can_bus::canopen::{Address, Application, Node, NodeId, Refusal};
 use crate::devices::ag03;
 use crate::devices::ag03::unit;
-use crate::face::{EventKind, Surroundings};
+use crate::face::{Again, EventKind, Surroundings};
 use crate::time::Instant;
 
 /// News of a device on CANopen. `Display` is one line of plain English.
@@ -21,6 +21,13 @@ use crate::time::Instant;
 pub enum CanopenEvent {
     /// Of its node: NMT, SDO, PDO, EMCY, error control.
     Node(canopen::Event),
+    /// Of its node, again and again.
+    Repeated {
+        /// What.
+        event: canopen::Event,
+        /// How often.
+        again: Again,
+    },
     /// Of an AG03/1 behind the node, which names its own objects and bits in what it refuses.
     Ag03(ag03::canopen::Event),
 }
@@ -29,7 +36,7 @@ impl CanopenEvent {
     /// What it is about, for filters.
     pub const fn kind(&self) -> EventKind {
         match self {
-            Self::Node(event) => of_node(event),
+            Self::Node(event) | Self::Repeated { event, .. } => of_node(event),
             Self::Ag03(event) => event.kind(),
         }
     }
@@ -39,6 +46,7 @@ impl CanopenEvent {
         match self {
             Self::Node(event) => matches!(event, canopen::Event::Written { .. }),
             Self::Ag03(event) => event.is_detail(),
+            Self::Repeated { .. } => false,
         }
     }
 }
@@ -65,6 +73,7 @@ impl fmt::Display for CanopenEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Node(event) => event.fmt(f),
+            Self::Repeated { event, again } => write!(f, "{again}: {event}"),
             Self::Ag03(event) => event.fmt(f),
         }
     }

@@ -1,5 +1,8 @@
 //! Kinds of events and of errors, for filters and counters: the same for every device on either bus.
 
+use core::fmt;
+use core::time::Duration;
+
 use strum::{IntoStaticStr, VariantArray};
 
 /// What an event is about, for filters.
@@ -70,6 +73,22 @@ impl EventKind {
             | Self::Line
             | Self::Removed => None,
         }
+    }
+}
+
+/// How often an event came again since it was told, and in which time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Again {
+    /// How often.
+    pub times: u32,
+    /// From when it was told to the last time.
+    pub within: Duration,
+}
+
+impl fmt::Display for Again {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let times = if self.times == 1 { "time" } else { "times" };
+        write!(f, "{} {times} more in {:.1} s", self.times, self.within.as_secs_f64())
     }
 }
 

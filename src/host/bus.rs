@@ -281,6 +281,7 @@ impl Bus {
     /// Time passed without octets. Only the stations whose deadline is reached are told.
     pub fn handle_timeout(&mut self, now: Instant) {
         let Self { framer, stations } = self;
+        stations.news.advance(now);
         framer.handle_timeout(now, |at, result| stations.hear(at, now, &result));
         let searched = stations.search.is_some_and(|search| search.is_searching());
         if let Some(change) = stations.search.as_mut().and_then(|search| search.handle_timeout(now)) {
