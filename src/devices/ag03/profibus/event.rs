@@ -37,12 +37,12 @@ pub enum Event {
 }
 
 impl Event {
-    /// What happened in the unit under these words; `exchanging`: in Data_Exchange.
-    pub(super) fn of_unit(event: unit::Event, words: &Words, exchanging: bool) -> Self {
+    /// What happened in the unit under these words; `exchanging`: in Data_Exchange. `None`: nothing worth telling.
+    pub(super) fn of_unit(event: unit::Event, words: &Words, exchanging: bool) -> Option<Self> {
         if let unit::Event::CommandRefused(refusal) = event {
-            return Self::CommandRefused(Refusal::new(refusal, words));
+            return Refusal::told(refusal, words).map(Self::CommandRefused);
         }
-        Self::Unit { event, stw: exchanging.then_some(words.stw()) }
+        Some(Self::Unit { event, stw: exchanging.then_some(words.stw()) })
     }
 
     /// What it is about, for filters.

@@ -279,8 +279,9 @@ impl Parts {
         let mut next = Some(first);
         while let Some(event) = next {
             let hint = self.hint_of(&event);
-            let event = Event::of_unit(event, &self.shown.words, self.exchanging);
-            self.events.push(StationEvent::Ag03(event));
+            if let Some(event) = Event::of_unit(event, &self.shown.words, self.exchanging) {
+                self.events.push(StationEvent::Ag03(event));
+            }
             self.hint(hint);
             next = self.unit.poll_event();
         }

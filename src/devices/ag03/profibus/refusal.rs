@@ -48,6 +48,12 @@ impl Reason {
 }
 
 impl Refusal {
+    /// A refusal worth telling; `None`: the master asked for nothing yet.
+    pub(super) fn told(drive: drive::Refusal, words: &Words) -> Option<Self> {
+        let rests = drive.request == Request::Enable && words.rests();
+        (!rests).then(|| Self::new(drive, words))
+    }
+
     pub(super) const fn new(drive: drive::Refusal, words: &Words) -> Self {
         Self { drive, stw: words.stw(), off1_not_seen: words.awaits_off1() }
     }
