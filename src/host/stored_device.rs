@@ -4,8 +4,9 @@ use core::time::Duration;
 use std::path::PathBuf;
 
 use super::state_dir::{ImageFile, Images, Newest, StateDir, StateDirError};
+use crate::devices::StationEvent;
 use crate::devices::ag03::profibus::{
-    Config, Device, Eeprom, Event, Generation, IMAGE_LEN, MAX_TELEGRAM_LEN, NotStored, StoreRequest,
+    Config, Device, Eeprom, Generation, IMAGE_LEN, MAX_TELEGRAM_LEN, NotStored, StoreRequest,
 };
 use crate::profibus::fdl::Telegram;
 use crate::time::{BaudRate, Instant};
@@ -143,7 +144,7 @@ impl StoredDevice {
 
     /// See [`Device::poll_event`].
     #[must_use]
-    pub fn poll_event(&mut self) -> Option<Event> {
+    pub fn poll_event(&mut self) -> Option<StationEvent> {
         self.device.poll_event()
     }
 
