@@ -320,7 +320,7 @@ impl<'a> News<'a> {
             BusEvent::MovedToTakenAddress { .. } => warn!("{event}"),
             BusEvent::RateLost { .. } => warn!("{event}"),
             _ if event.is_detail() => debug!("{event}"),
-            BusEvent::Station { .. } | _ => match words {
+            BusEvent::Hint(_) | BusEvent::Station { .. } | BusEvent::Repeated { .. } => match words {
                 Some(words) => info!("{event}: {words}"),
                 None => info!("{event}"),
             },
@@ -368,7 +368,7 @@ pub(super) fn start_panel(
             "{error}; add --panel-allow-remote if that is wanted, or use --panel 127.0.0.1:PORT; see 'profidrive emulate \
              --help'"
         )),
-        PanelError::Listen { .. } | PanelError::Thread { .. } | _ => Failure::from_error(&error),
+        PanelError::Listen { .. } | PanelError::Thread { .. } => Failure::from_error(&error),
     })?;
     let address = panel.address();
     info!("the panel is at http://{address}");

@@ -2,13 +2,13 @@
 
 use core::str::FromStr;
 
-use clap::builder::{PossibleValue, TypedValueParser};
 use crate::can_bus::can::BitRate;
 use crate::host::can::Product;
 use crate::host::list::{self, DEVICES, Device, Group, QuirkRow, Spec};
 use crate::profibus::fdl::Address;
 use crate::profibus::ppo::PpoType;
 use crate::time::BaudRate;
+use clap::builder::{PossibleValue, TypedValueParser};
 
 use super::nearest;
 

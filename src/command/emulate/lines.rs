@@ -57,7 +57,7 @@ fn start_metrics(spec: &MetricsSpec) -> Result<Metrics, Failure> {
         )),
         // The address is wrong, or taken.
         MetricsError::Listen { .. } => Failure::Usage(Failure::from_error(&error).into_line()),
-        MetricsError::Thread { .. } | _ => Failure::from_error(&error),
+        MetricsError::Thread { .. } => Failure::from_error(&error),
     })?;
     let address = metrics.address();
     info!("the metrics are at http://{address}{PATH}");

@@ -5,13 +5,13 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use pcap_file::DataLink;
-use pcap_file::pcap::PcapReader;
 use crate::explain::HexText;
 use crate::host::capture::{ReadError, read};
 use crate::host::link::tap::Direction;
 use crate::judge::{Recording, Report, Row, Setup};
 use crate::time::Instant;
+use pcap_file::DataLink;
+use pcap_file::pcap::PcapReader;
 
 use crate::command::Failure;
 

@@ -33,11 +33,11 @@ use core::time::Duration;
 use std::io::{self, Write};
 use std::panic;
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use crate::client::PkwError;
 use crate::host::{Link, SystemClock};
 use crate::master::{Session, SessionError};
 use crate::profibus::fdl::Address;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::args::{Action, Master};
 use super::{Failure, signals};

@@ -156,7 +156,8 @@ impl Observer {
         let within = waited * 100 < slot * 45;
         let exact = matches!(self.sight, Sight::Exact(_));
         let (is_early, is_within) = if exact { (early, waited < slot) } else { (early, within) };
-        if after_double && is_within && !is_diag {
+        // Who took the second copy for the reply goes on; who repeats the request waited too short.
+        if after_double && is_within && !is_diag && !repeats {
             let reason = format!(
                 "the next telegram {} us after a request to {to}, whose reply was held back: the second copy of the reply \
                  before was taken for it",
@@ -353,6 +354,13 @@ impl Observer {
         }
     }
 
+    /// How long it usually is from one request to a station to the next: the median.
+    pub(in crate::judge) fn usual_interval(&self, station: Address) -> Option<Duration> {
+        let mut intervals = self.views.get(&station.number())?.intervals.clone();
+        intervals.sort_unstable();
+        intervals.get(intervals.len() / 2).copied()
+    }
+
     pub(super) fn finish_timing(&mut self) {
         use crate::judge::Verdict;
         let fails = |row| self.findings.judgement(row).verdict == Verdict::Fail;
@@ -365,9 +373,7 @@ impl Observer {
         self.finish_min_interval();
         self.finish_equality();
         for (number, view) in &self.views {
-            let mut intervals = view.intervals.clone();
-            intervals.sort_unstable();
-            let median = intervals.get(intervals.len() / 2).copied();
+            let median = self.usual_interval(Address::from_octet(*number));
             let (Some(median), Some(watchdog)) = (median, view.watchdog) else {
                 continue;
             };

@@ -79,7 +79,8 @@ impl Words {
     /// Whether the newest control word is OFF1 as masters of the profile give it before ON: every other condition of
     /// operation is given, and bit 2, which is no OFF3 there. It asks for nothing.
     pub(super) const fn rests(&self) -> bool {
-        self.stw.raw() & 0x000F == 0x000E
+        let all = OPERATION | StwBit::Off3.mask();
+        self.stw.raw() & all == all & !StwBit::On.mask()
     }
 
     /// Whether enabling waits for STW.0 = 0 (C-36).
