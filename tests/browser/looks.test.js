@@ -246,9 +246,9 @@ test("125 drives are seen at a glance, filtered and chosen", async () => {
     for (const address of addresses.filter((address) => address % 3 === 0 && address <= 100)) master.station(address).stw = 0x000b;
     await master.until(99, "operation enabled", (station) => station.bit(2));
     const act = (method, path, body) => page.evaluate(([method, path, body]) => fetch(path, { method, headers: { "content-type": "application/json" }, body: JSON.stringify(body) }).then((response) => response.status), [method, path, body]);
-    for (const address of [14, 52, 98]) assert.equal(await act("POST", `/api/v1/drives/${address}/provoke`, { fault: "D" }), 200);
-    assert.equal(await act("PATCH", "/api/v1/drives/33/inputs", { battery_volts: 2.5 }), 200);
-    assert.equal(await act("PUT", "/api/v1/drives/77/power", { on: false }), 200);
+    for (const address of [14, 52, 98]) assert.equal(await act("POST", `/api/v1/stations/${address}/provoke`, { fault: "D" }), 200);
+    assert.equal(await act("PATCH", "/api/v1/stations/33/inputs", { battery_volts: 2.5 }), 200);
+    assert.equal(await act("PUT", "/api/v1/stations/77/power", { on: false }), 200);
     const travelling = [6, 9, 12, 42, 60];
     await Promise.all(travelling.map((address) => master.travel(address, address % 4 === 0 ? -900_000 : 900_000)));
     for (const address of travelling) await master.until(address, "a travel", (station) => !station.bit(13));

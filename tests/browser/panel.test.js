@@ -283,7 +283,7 @@ test("the keys turn the shaft as long as they are held, with the mouse and with 
 test("a key is released when the page goes while it is held", async () => {
   // Where the page goes to there is no icon, for which a browser asks all the same.
   await onStage({ master: false, refusals: true }, async ({ page, emulator }) => {
-    const keys = async () => (await (await fetch(new URL("api/v1/drives/5", emulator.panel))).json()).keys.key_1_pressed;
+    const keys = async () => (await (await fetch(new URL("api/v1/stations/5", emulator.panel))).json()).keys.find(({ key }) => key === "key_1").pressed;
     await page.getByRole("button", { name: "Key 1, clockwise" }).focus();
     await page.keyboard.down("Enter");
     await until("key", keys, (pressed) => pressed);
