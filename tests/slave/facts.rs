@@ -124,7 +124,8 @@ fn the_dissector_has_the_tables_of_the_crate() {
 fn the_page_names_no_device() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/panel/page");
     let files = fs::read_dir(page).unwrap().map(|entry| entry.unwrap().path());
-    let scripts: Vec<_> = files.filter(|file| file.extension().is_some_and(|ending| ending == "js")).collect();
+    let scripts: Vec<_> =
+        files.filter(|file| file.extension().is_some_and(|ending| ending == "js")).collect();
     assert!(scripts.len() > 20, "{scripts:?}");
     for file in scripts {
         let text = fs::read_to_string(&file).unwrap().to_lowercase();
