@@ -39,7 +39,7 @@ test("each fault A to G and J is provoked, seen, taken back and acknowledged", a
       await text(page, "#why-reasons", "is not acknowledged");
       await text(page, "#why-way", "remove its cause");
       seen.unshift(code);
-      await text(page, "#groups [data-figure='faults (PNU 952)'] dd", String(seen.length));
+      await text(page, "#groups [data-figure='faults'] dd", String(seen.length));
       await until("the history", () => page.locator("#faults tbody td:first-child").allTextContents(), (codes) => codes.join("") === seen.join(""));
       await page.locator(`#log-lines li[data-kind=fault]`, { hasText: `fault ${code}` }).waitFor();
 

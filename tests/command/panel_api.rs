@@ -43,7 +43,10 @@ fn the_state_of_a_drive_shows_what_the_master_has_made_of_it() {
     assert_eq!(state.led("bus orange")["glow"], json!("on"));
     assert_eq!(state.led("status green")["glow"], json!("on"));
     assert_eq!((&state["state"], &state["state_text"]), (&json!("enabled"), &json!("operation enabled")));
-    assert_eq!(state.process("outputs")["octets_hex"], json!("0000 0000 0000 0000 003B 0000 0000"));
+    assert_eq!(
+        state.process("outputs")["octets_hex"],
+        json!("00 00 00 00 00 00 00 00 00 3B 00 00 00 00")
+    );
     assert_eq!(state.word("stw")["value"], json!(0x003B));
     let bit = &state.word("stw")["bits"][3];
     assert_eq!(
@@ -404,7 +407,7 @@ fn parameters_are_read_and_written_past_the_bus_by_its_rules() {
     );
     assert_eq!(emulator.get(&path(""))["parameters"].as_array().unwrap().len(), 41);
     assert_eq!(emulator.set("PUT", &path("1017"), &json!({ "value": -5000.0 }))["value"], json!(-5000));
-    assert_eq!(emulator.get("/api/v1/stations/5").value("lower_limit"), &json!(-5000));
+    assert_eq!(emulator.get(&path("1017"))["text"], json!("-5000 inc"));
     assert_eq!(emulator.get(&path("945.3"))["value"], json!(0));
 
     // The master reads what was written.
