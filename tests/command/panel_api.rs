@@ -43,10 +43,7 @@ fn the_state_of_a_drive_shows_what_the_master_has_made_of_it() {
     assert_eq!(state.led("bus orange")["glow"], json!("on"));
     assert_eq!(state.led("status green")["glow"], json!("on"));
     assert_eq!((&state["state"], &state["state_text"]), (&json!("enabled"), &json!("operation enabled")));
-    assert_eq!(
-        state.process("outputs")["octets_hex"],
-        json!("00 00 00 00 00 00 00 00 00 3B 00 00 00 00")
-    );
+    assert_eq!(state.process("outputs")["octets_hex"], json!("00 00 00 00 00 00 00 00 00 3B 00 00 00 00"));
     assert_eq!(state.word("stw")["value"], json!(0x003B));
     let bit = &state.word("stw")["bits"][3];
     assert_eq!(
