@@ -39,6 +39,7 @@
 //! | [`judge`](mod@judge) | plays slaves and judges a master row by row (feature `std`) | what is required of a master |
 //! | `panel` | HTTP control, live stream and a page (feature `panel`) | what a bench around a bus needs |
 //! | `metrics` | what was counted, for Prometheus (feature `metrics`) | OpenMetrics |
+//! | `command` | the command `profidrive` (feature `cli`) | arguments, and what a person wants |
 //!
 //! Everything above [`process`] is `no_std`, allocates nothing, and never panics whatever octets it is given.
 //!
@@ -109,13 +110,8 @@
 //! * `panel`: HTTP control, a live stream and a page for browsers.
 //! * `metrics`: what was counted, as OpenMetrics for Prometheus.
 //! * `cli`: the command.
-#![no_std]
+#![cfg_attr(not(any(feature = "std", test)), no_std)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
-
-// Named only where it is wanted, so that nobody relies on its prelude by accident.
-#[cfg(any(feature = "std", test))]
-#[cfg_attr(test, macro_use)]
-extern crate std;
 
 pub mod time;
 
@@ -169,3 +165,6 @@ pub mod panel;
 
 #[cfg(feature = "metrics")]
 pub mod metrics;
+
+#[cfg(feature = "cli")]
+pub mod command;

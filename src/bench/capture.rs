@@ -30,7 +30,6 @@ impl<M: Master> Line<M> {
 
 #[cfg(test)]
 mod tests {
-    use std::vec::Vec;
 
     use super::*;
     use crate::bench::ScriptedMaster;

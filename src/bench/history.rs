@@ -2,7 +2,6 @@
 
 use core::fmt;
 use std::collections::VecDeque;
-use std::vec::Vec;
 
 use super::Breach;
 use crate::profibus::dp;

@@ -3,9 +3,7 @@
 use core::fmt;
 use core::ops::Range;
 use core::time::Duration;
-use std::boxed::Box;
 use std::collections::VecDeque;
-use std::vec::Vec;
 
 use super::history::History;
 use super::{Breach, Damage, Master, NoMaster, Passed, Sender};

@@ -5,7 +5,6 @@ use core::time::Duration;
 use std::collections::VecDeque;
 use std::io;
 use std::rc::Rc;
-use std::vec::Vec;
 
 use super::{Line, Master};
 use crate::host::{Clock, Link, Received, Stop};

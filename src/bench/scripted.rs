@@ -1,7 +1,5 @@
 //! A master that the test scripts, telegram by telegram.
 
-use std::vec::Vec;
-
 use super::{Breach, Line, Master};
 use crate::profibus::dp::MASTER_SAP;
 use crate::profibus::fdl::telegram::{Decoded, EncodeError, decode};

@@ -6,9 +6,9 @@ mod utf16;
 
 use std::io::{self, IsTerminal};
 
-use profidrive::devices::ag03::drive::Mode;
-use profidrive::explain::canopen::Network;
-use profidrive::explain::{Context, Decoder};
+use crate::devices::ag03::drive::Mode;
+use crate::explain::canopen::Network;
+use crate::explain::{Context, Decoder};
 
 use super::Failure;
 use super::args::Decode;

@@ -1,7 +1,7 @@
 //! `profidrive demo`: profirust's DP master and an emulated drive on a bus in memory, explained step by step.
 //!
 //! The steps stand here in the order in which they are played. What octets and bits mean is known to
-//! `profidrive::explain`.
+//! `crate::explain`.
 //!
 //! | file | holds |
 //! | --- | --- |
@@ -20,11 +20,11 @@ mod stage;
 use core::time::Duration;
 use std::io::{self, BufWriter, Write};
 
-use profidrive::client::ZswPattern;
-use profidrive::devices::ag03::drive::{Fault, Inputs, Mode};
-use profidrive::devices::ag03::profibus::bits::{StwBit, ZswBit};
-use profidrive::devices::ag03::profibus::{Event, flow_charts};
-use profidrive::profibus::ppo::{JobId, Stw};
+use crate::client::ZswPattern;
+use crate::devices::ag03::drive::{Fault, Inputs, Mode};
+use crate::devices::ag03::profibus::bits::{StwBit, ZswBit};
+use crate::devices::ag03::profibus::{Event, flow_charts};
+use crate::profibus::ppo::{JobId, Stw};
 
 use super::Failure;
 use super::args::Demo;

@@ -5,20 +5,20 @@ use core::sync::atomic::Ordering;
 use core::time::Duration;
 use std::path::Path;
 
-use profidrive::devices::ag03::profibus::{Config, DipSwitches, Timing};
-use profidrive::host::fault::{Rule, Switch, While};
-use profidrive::host::link::fault::{Faults, Faulty};
-use profidrive::host::link::pty::Pty;
-use profidrive::host::link::serial::Serial;
-use profidrive::host::link::tcp::Tcp;
-use profidrive::host::list::{Ground, Group, MakeError, Prepared, Spec, Wrong};
-use profidrive::host::{
+use crate::devices::ag03::profibus::{Config, DipSwitches, Timing};
+use crate::host::fault::{Rule, Switch, While};
+use crate::host::link::fault::{Faults, Faulty};
+use crate::host::link::pty::Pty;
+use crate::host::link::serial::Serial;
+use crate::host::link::tcp::Tcp;
+use crate::host::list::{Ground, Group, MakeError, Prepared, Spec, Wrong};
+use crate::host::{
     Bus, BusEvent, Clock, Error, Link, OutputBoard, Reach, Refusals, SlotTime, StateDir, Stop, SystemClock,
     run,
 };
-use profidrive::panel::{BusAccess, Panel, PanelError};
-use profidrive::profibus::fdl::{Address, RateChange};
-use profidrive::time::{BaudRate, Instant};
+use crate::panel::{BusAccess, Panel, PanelError};
+use crate::profibus::fdl::{Address, RateChange};
+use crate::time::{BaudRate, Instant};
 use tracing::{debug, info, warn};
 
 use super::args::{BaudSpec, Emulate, LinkSpec, MetricsSpec, quirk_parts};
@@ -314,7 +314,7 @@ impl<'a> News<'a> {
             BusEvent::MovedToTakenAddress { .. } => warn!("{event}"),
             BusEvent::RateLost { .. } => warn!("{event}"),
             _ if event.is_detail() => debug!("{event}"),
-            BusEvent::Station { .. } | _ => match words {
+            BusEvent::Hint(_) | BusEvent::Station { .. } => match words {
                 Some(words) => info!("{event}: {words}"),
                 None => info!("{event}"),
             },
@@ -368,7 +368,7 @@ fn panel_started<P>(
             "{error}; add --panel-allow-remote if that is wanted, or use --panel 127.0.0.1:PORT; see 'profidrive emulate \
              --help'"
         )),
-        PanelError::Listen { .. } | PanelError::Thread { .. } | _ => Failure::from_error(&error),
+        PanelError::Listen { .. } | PanelError::Thread { .. } => Failure::from_error(&error),
     })?;
     let address = address(&panel);
     info!("the panel is at http://{address}");

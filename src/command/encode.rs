@@ -1,6 +1,6 @@
 //! `profidrive encode`: words and telegrams from names, with their derivation.
 //!
-//! What is built is explained by `profidrive::explain`, as `decode` does: that is the derivation, and it says what is a
+//! What is built is explained by `crate::explain`, as `decode` does: that is the derivation, and it says what is a
 //! mistake.
 
 mod pkw;
@@ -9,13 +9,13 @@ mod words;
 
 use std::io::{self, Write};
 
-use profidrive::devices::ag03::drive::Mode;
-use profidrive::devices::ag03::param::Model;
-use profidrive::devices::ag03::profibus::bits::Word;
-use profidrive::explain::value::Lengths;
-use profidrive::explain::{Context, Explanation, HexText, Kind, Mark, Sender, hex};
-use profidrive::profibus::fdl::Address;
-use profidrive::profibus::ppo::Pkw;
+use crate::devices::ag03::drive::Mode;
+use crate::devices::ag03::param::Model;
+use crate::devices::ag03::profibus::bits::Word;
+use crate::explain::value::Lengths;
+use crate::explain::{Context, Explanation, HexText, Kind, Mark, Sender, hex};
+use crate::profibus::fdl::Address;
+use crate::profibus::ppo::Pkw;
 use serde::Serialize;
 
 use super::Failure;

@@ -3,9 +3,9 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use profidrive::gsd::{Gsd, Level, Module, Parameter, Policy, PrmPart, Station};
-use profidrive::host::list::gsd_of_file;
-use profidrive::profibus::dp::IoLengths;
+use crate::gsd::{Gsd, Level, Module, Parameter, Policy, PrmPart, Station};
+use crate::host::list::gsd_of_file;
+use crate::profibus::dp::IoLengths;
 use serde_json::{Value, json};
 
 use super::Failure;

@@ -5,16 +5,17 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
-use profidrive::host::capture::{Capture, Interface};
-use profidrive::host::link::tap::{Batch, Tap};
-use profidrive::host::{Link, SystemClock};
-use profidrive::judge::{Ending, Judge, Operator, Outcome, Progress, Report, Row, Setup, Slave, live};
+use crate::host::capture::{Capture, Interface};
+use crate::host::link::tap::{Batch, Tap};
+use crate::host::{Link, SystemClock};
+use crate::judge::{Ending, Judge, Operator, Outcome, Progress, Report, Row, Setup, Slave, live};
 use tracing::{info, warn};
 
 use super::args::{self, JudgedStation, judge_millis};
 use super::emulate::{Opened, open_link};
 use super::{Failure, signals};
 
+mod compare;
 mod date;
 mod operated;
 mod recorded;
@@ -24,6 +25,9 @@ use operated::Operated;
 
 /// Judges, and says the verdicts.
 pub(crate) fn judge(args: &args::Judge) -> Result<ExitCode, Failure> {
+    if let Some(args::Compare::Compare { before, after }) = &args.compare {
+        return compare::compare(before, after);
+    }
     let setup = setup(args)?;
     let rows = rows(args);
     for file in [&args.json, &args.junit, &args.html].into_iter().flatten() {
@@ -173,12 +177,12 @@ fn slave(station: &JudgedStation) -> Result<Slave, Failure> {
         return Ok(slave);
     };
     let gsd = super::gsd::read(file)?;
-    let described = profidrive::gsd::Station::new(gsd.clone(), profidrive::gsd::Policy::PROPOSED);
+    let described = crate::gsd::Station::new(gsd.clone(), crate::gsd::Policy::PROPOSED);
     let described = described.map_err(|error| Failure::Usage(format!("{}: {error}", file.display())))?;
     slave.ident = gsd.ident;
     slave.fail_safe |= gsd.flags.fail_safe;
     if slave.cfg.is_none() && !gsd.is_modular() {
-        let configuration = profidrive::profibus::dp::Application::configuration(&described, None);
+        let configuration = crate::profibus::dp::Application::configuration(&described, None);
         slave.cfg = Some(configuration.to_vec());
     }
     slave.gsd = Some(Box::new(gsd));

@@ -50,8 +50,9 @@ impl Failure {
     }
 }
 
-/// Runs the command with the arguments of this process.
-pub(crate) fn main() -> ExitCode {
+/// Runs the command with the arguments of this process. Never panics; what goes wrong is one line on stderr, and the exit
+/// status says whose fault it is.
+pub fn main() -> ExitCode {
     let args = match Args::from_command_line() {
         Ok(args) => args,
         Err(refusal) => return refusal.print(),

@@ -9,7 +9,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use std::io;
 use std::sync::Arc;
 
-use profidrive::host::Stop;
+use crate::host::Stop;
 
 #[cfg(unix)]
 mod unix;

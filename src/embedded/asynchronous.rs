@@ -97,7 +97,6 @@ mod tests {
     use core::cell::{Cell, RefCell};
     use core::task::{Context, Waker};
     use core::time::Duration;
-    use std::vec::Vec;
 
     use embedded_io_async::{ErrorKind, ErrorType};
 

@@ -63,7 +63,6 @@ impl<U: Read + ReadReady + Write, P: OutputPin> Rs485<U, P> {
 #[cfg(test)]
 mod tests {
     use core::convert::Infallible;
-    use std::vec::Vec;
 
     use embedded_hal::digital::ErrorType as PinErrorType;
     use embedded_io::{ErrorKind, ErrorType};

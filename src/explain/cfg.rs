@@ -1,9 +1,5 @@
 //! Configuration identifiers of Chk_Cfg and Get_Cfg. `dp::chk_cfg` draws the octets.
 
-use std::format;
-use std::string::{String, ToString};
-use std::vec::Vec;
-
 use super::field::Field;
 use crate::devices::ag03::profibus::{APPLICATION, IDENT_NUMBER};
 use crate::profibus::dp::chk_cfg::{IdentifierBit, NOT_COMPARED, Units};

@@ -3,8 +3,6 @@
 //! Not with a [`Framer`](crate::profibus::fdl::Framer): octets in a file have no time, broken telegrams are explained instead of
 //! dropped, and words of a PPO may stand between telegrams.
 
-use std::vec::Vec;
-
 use super::{Context, Explanation, Field, Kind, Mark, Sender, ppo};
 use crate::profibus::fdl::MAX_TELEGRAM_LEN;
 use crate::profibus::fdl::telegram::{Decoded, Telegram, decode};
@@ -257,7 +255,6 @@ fn no_words(octets: &[u8]) -> Explanation {
 
 #[cfg(test)]
 mod tests {
-    use std::string::String;
 
     use proptest::prelude::*;
 

@@ -1,9 +1,5 @@
 //! Slave_Diag, octet by octet and bit by bit. `dp::slave_diag` and `dp::ext_diag` draw the octets.
 
-use std::format;
-use std::string::String;
-use std::vec::Vec;
-
 use super::context::Learned;
 use super::field::{Bits, Field, Mark};
 use super::service::raw_data;

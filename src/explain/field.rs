@@ -1,9 +1,6 @@
 //! What an explanation is made of: named fields over ranges of octets, as a tree.
 
 use core::fmt;
-use std::format;
-use std::string::{String, ToString};
-use std::vec::Vec;
 
 /// One field of a telegram or word and, within it, smaller ones.
 ///

@@ -1,9 +1,5 @@
 //! FDL: one telegram around whatever it carries, and what is wrong with a broken one.
 
-use std::format;
-use std::string::{String, ToString};
-use std::vec::Vec;
-
 use super::context::{Asked, Context};
 use super::field::{Bits, Field, Mark, hex};
 use super::service::{self, Carried};

@@ -65,9 +65,6 @@ pub use field::{Bits, Field, Mark, hex};
 pub use text::{HexText, TextError};
 
 use core::fmt;
-use std::format;
-use std::string::String;
-use std::vec::Vec;
 
 use crate::can_bus::can::Id;
 

@@ -3,10 +3,6 @@
 mod hints;
 mod numbers;
 
-use std::format;
-use std::string::{String, ToString};
-use std::vec::Vec;
-
 use super::context::Learned;
 use super::field::{Bits, Field, Mark};
 use super::value;

@@ -1,10 +1,6 @@
 //! The words of Data_Exchange: parameter channel, control and status word, setpoint and actual value; in a telegram
 //! or alone.
 
-use std::format;
-use std::string::{String, ToString};
-use std::vec::Vec;
-
 use super::context::Learned;
 use super::field::{Field, Mark};
 use super::pkw::{self, known};

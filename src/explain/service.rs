@@ -1,9 +1,5 @@
 //! What the services of DP carry.
 
-use std::format;
-use std::string::{String, ToString};
-use std::vec::Vec;
-
 use super::context::Learned;
 use super::field::Field;
 use super::{Sender, cfg, diag, ppo, set_prm};

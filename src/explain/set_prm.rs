@@ -1,9 +1,5 @@
 //! Set_Prm, octet by octet. `dp::set_prm` draws the octets.
 
-use std::format;
-use std::string::String;
-use std::vec::Vec;
-
 use super::context::Learned;
 use super::field::Field;
 use super::service::{groups_of, raw_data};

@@ -23,9 +23,6 @@
 mod number;
 mod stamp;
 
-use std::string::String;
-use std::vec::Vec;
-
 use thiserror::Error;
 
 use number::{is_number, numbers};

@@ -9,9 +9,6 @@
 //! assert_eq!(in_words(limit, Value::Double(250_000), Lengths::HundredthMillimetres), "2500.00 mm");
 //! ```
 
-use std::format;
-use std::string::{String, ToString};
-
 use crate::devices::ag03::drive::Fault;
 use crate::devices::ag03::param::{Entry, Unit, Value};
 

@@ -11,10 +11,6 @@
 //! assert_eq!(said(Mode::Positioning, 0xAB37, 0x1B37), "enabled, job accepted");
 //! ```
 
-use std::format;
-use std::string::{String, ToString};
-use std::vec::Vec;
-
 use super::field::{Bits, Field};
 use crate::devices::ag03::drive::Mode;
 use crate::devices::ag03::param::Model;

@@ -1,8 +1,5 @@
 //! The texts of the diagnosis. Bits count from the octet behind the header of their block, the lowest bit first.
 
-use std::string::String;
-use std::vec::Vec;
-
 /// Unit_Diag_Bit: the text of one bit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DiagBit {

@@ -1,7 +1,6 @@
 //! What is odd in a file, and what makes it useless.
 
 use core::fmt;
-use std::string::String;
 
 use thiserror::Error;
 

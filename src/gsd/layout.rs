@@ -1,7 +1,6 @@
 //! Where the octets of each module lie in a configuration and in the process image.
 
 use core::ops::Range;
-use std::vec::Vec;
 
 use super::{Gsd, Station};
 use crate::process::Slot;

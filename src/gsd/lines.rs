@@ -1,8 +1,5 @@
 //! Text to lines of tokens: comments, continuations, strings (`gsd.md` 1.2).
 
-use std::string::String;
-use std::vec::Vec;
-
 use super::hint::Place;
 
 /// A line of the file with those that continue it.
@@ -173,8 +170,6 @@ pub(super) fn number(word: &str) -> Option<i64> {
 
 #[cfg(test)]
 mod tests {
-    use std::format;
-    use std::string::ToString;
 
     use super::*;
 

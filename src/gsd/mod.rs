@@ -55,8 +55,6 @@ pub use station::{Contradiction, NotPluggable, Policy, Station};
 pub use text::CodePage;
 
 use std::collections::BTreeMap;
-use std::string::String;
-use std::vec::Vec;
 
 use crate::profibus::fdl::Rates;
 

@@ -1,8 +1,5 @@
 //! Modules and the slots they may be in.
 
-use std::string::String;
-use std::vec::Vec;
-
 use super::hint::Place;
 use super::parameter::PrmPart;
 use crate::profibus::dp::IoLengths;

@@ -6,9 +6,6 @@
 //! ```
 
 use core::fmt;
-use std::string::String;
-use std::vec;
-use std::vec::Vec;
 
 use super::Gsd;
 

@@ -9,10 +9,6 @@
 //! ```
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::format;
-use std::string::String;
-use std::vec;
-use std::vec::Vec;
 
 use thiserror::Error;
 

@@ -11,9 +11,6 @@ mod main_part;
 mod prm;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::format;
-use std::string::String;
-use std::vec::Vec;
 
 use self::block::Block;
 use super::diagnosis::{DiagArea, DiagBit};

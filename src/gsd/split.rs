@@ -3,11 +3,6 @@
 //! A file may offer `F3` and `F3 F1`, so the longest module first leads astray: every split is followed, over the
 //! places (octet, slot), of which there are at most 244 x 244.
 
-use std::format;
-use std::string::String;
-use std::vec;
-use std::vec::Vec;
-
 use super::{Gsd, Module, Slot};
 
 /// The most slots: each takes an octet of a configuration.

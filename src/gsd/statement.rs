@@ -4,9 +4,6 @@
 //! keyword ( argument - end ) = "text" number , number - number
 //! ```
 
-use std::string::String;
-use std::vec::Vec;
-
 use super::hint::Place;
 use super::lines::{Kind, Line, Token, number};
 

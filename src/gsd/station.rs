@@ -2,11 +2,7 @@
 
 use core::cell::RefCell;
 use core::fmt;
-use std::borrow::ToOwned;
 use std::collections::VecDeque;
-use std::format;
-use std::string::String;
-use std::vec::Vec;
 
 use thiserror::Error;
 

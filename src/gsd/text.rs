@@ -1,7 +1,6 @@
 //! Octets to text. Makers write ASCII, CP1252 and, rarely, UTF-8 (`gsd.md` 1.1).
 
-use std::borrow::{Cow, ToOwned};
-use std::string::String;
+use std::borrow::Cow;
 
 use super::MAX_FILE_LEN;
 use super::hint::ReadError;

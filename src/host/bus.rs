@@ -3,8 +3,6 @@
 use core::any::Any;
 use core::fmt;
 use core::time::Duration;
-use std::boxed::Box;
-use std::vec::Vec;
 
 use super::{Appearance, Error, Participant};
 use crate::devices::ag03::profibus::{MAX_TELEGRAM_LEN, Timing};

@@ -40,13 +40,11 @@
 use core::fmt;
 use core::time::Duration;
 use std::borrow::Cow;
+use std::env;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::string::String;
 use std::time::SystemTime;
-use std::vec::Vec;
-use std::{env, format, vec};
 
 use pcap_file::pcapng::PcapNgWriter;
 use pcap_file::pcapng::blocks::enhanced_packet::{EnhancedPacketBlock, EnhancedPacketOption};

@@ -4,10 +4,6 @@
 //! outputs ──▶ processes ──▶ inputs ──▶ forced bits over them ──▶ slave
 //! ```
 
-use std::boxed::Box;
-use std::string::ToString;
-use std::vec::Vec;
-
 use super::fault::{Condition, Switch};
 use super::refusals::Refusals;
 use super::station_file::{Kept, StationFile};

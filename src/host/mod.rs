@@ -35,10 +35,8 @@
 
 use core::net::SocketAddr;
 use core::time::Duration;
-use std::boxed::Box;
 use std::io;
 use std::path::PathBuf;
-use std::string::String;
 
 use thiserror::Error;
 

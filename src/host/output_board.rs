@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::vec::Vec;
 
 use crate::process::{Point, Slot};
 use crate::profibus::fdl::Address;

@@ -3,8 +3,6 @@
 use core::any::Any;
 use core::fmt;
 use std::borrow::Cow;
-use std::boxed::Box;
-use std::string::ToString;
 
 use super::StoredDevice;
 use crate::devices::ag03::profibus::{DESCRIPTION, Device, Event, MAX_TELEGRAM_LEN, Power};

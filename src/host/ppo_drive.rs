@@ -1,8 +1,6 @@
 //! A drive of the profile on a bus.
 
 use core::fmt;
-use std::boxed::Box;
-use std::string::ToString;
 
 use super::station_file::{Kept, StationFile};
 use super::{Appearance, Participant, Refusals, StateDir, StateDirError, StationKind};

@@ -3,7 +3,6 @@
 use core::net::SocketAddr;
 use std::io;
 use std::net::{TcpListener, ToSocketAddrs};
-use std::vec::Vec;
 
 /// Who can connect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

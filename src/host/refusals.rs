@@ -4,7 +4,6 @@
 //! beside the event, and also when the station has gone in the meantime.
 
 use std::collections::VecDeque;
-use std::string::String;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::BusEvent;

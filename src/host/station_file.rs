@@ -11,12 +11,6 @@
 //! then         parameters: number (2), element from 0 (1), bits (4)
 //! ```
 
-use std::boxed::Box;
-use std::format;
-use std::string::String;
-use std::vec;
-use std::vec::Vec;
-
 use super::state_dir::{ImageFile, Images, Newest, StateDir, StateDirError};
 use crate::image;
 use crate::image::storage;

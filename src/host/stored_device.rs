@@ -1,10 +1,7 @@
 //! A drive and the file its EEPROM is kept in.
 
 use core::time::Duration;
-use std::boxed::Box;
-use std::format;
 use std::path::PathBuf;
-use std::vec::Vec;
 
 use super::state_dir::{ImageFile, Images, Newest, StateDir, StateDirError};
 use crate::devices::ag03::profibus::{

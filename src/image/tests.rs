@@ -1,6 +1,3 @@
-use std::string::ToString;
-use std::vec::Vec;
-
 use super::*;
 
 fn named(product: &str, content: &[u8]) -> Vec<u8> {

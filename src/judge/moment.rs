@@ -2,8 +2,6 @@
 
 use core::fmt;
 use std::collections::BTreeMap;
-use std::string::String;
-use std::vec::Vec;
 
 use crate::explain::{Context, hex};
 use crate::profibus::fdl::Address;

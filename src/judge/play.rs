@@ -9,12 +9,10 @@
 //! | here | [`Judge`]: what is played when |
 //! | `outcome` | what a scenario has shown, and why a row is not judged |
 //! | `ending` | [`Progress`], [`Ending`] |
+//! | `record` | what was played how long, and how long the rest takes |
 
 use core::time::Duration;
 use std::collections::BTreeMap;
-use std::format;
-use std::string::{String, ToString};
-use std::vec::Vec;
 
 use super::findings::Judgement;
 use super::moment::Moment;
@@ -31,8 +29,10 @@ use crate::time::Instant;
 
 mod ending;
 mod outcome;
+mod record;
 
 pub use ending::{Ending, Progress};
+use record::Record;
 
 /// Good exchanges in a row with each station: nothing is wrong.
 const BASELINE: u32 = 8;
@@ -68,6 +68,7 @@ pub struct Judge {
     started: Option<Instant>,
     begun: Option<Instant>,
     ending: Option<Ending>,
+    record: Record,
     progress: Option<Progress>,
     /// The faults of the step that is played.
     faults: Vec<u32>,
@@ -145,6 +146,7 @@ impl Judge {
             started: None,
             begun: None,
             ending: None,
+            record: Record::default(),
             progress: None,
             faults: Vec::new(),
             struck: 0,
@@ -272,6 +274,7 @@ impl Judge {
         if self.ending.is_some() {
             return;
         }
+        self.record.at(now);
         if self.observer.noise_octets() > NOISE {
             return self.end(if self.is_master_known() { Ending::Flood } else { Ending::Noise });
         }
@@ -306,7 +309,9 @@ impl Judge {
         self.end(Ending::TimeOver);
         let ending = self.ending.clone().unwrap_or(Ending::TimeOver);
         let configuration = self.observer.setup.words();
-        Report { configuration, ..Report::new(self.judgements(), ending, origin) }
+        self.end_record();
+        let took = self.record.took(origin);
+        Report { configuration, took, ..Report::new(self.judgements(), ending, origin) }
     }
 
     fn judgements(mut self) -> Vec<Judgement> {
@@ -321,7 +326,9 @@ impl Judge {
             self.observer.finish();
         }
         self.explain_the_rest();
-        self.wanted.iter().map(|row| self.observer.findings.judgement(*row)).collect()
+        let judgement =
+            |row: &Row| Judgement { took: self.record.spent(*row), ..self.observer.findings.judgement(*row) };
+        self.wanted.iter().map(judgement).collect()
     }
 
     /// Whether somebody speaks as a master does. In noise some octets may look like a short telegram.
@@ -537,29 +544,6 @@ impl Judge {
             self.ending = Some(ending);
         }
         self.phase = Phase::Over;
-    }
-
-    fn tell(&mut self, scenario: usize) {
-        let left = self.scenarios.iter().skip(scenario);
-        let time = |scenario: &Scenario| {
-            let steps: Duration = scenario
-                .steps
-                .iter()
-                .map(|step| if step.until_injected { Duration::ZERO } else { step.lasts })
-                .sum();
-            steps + Duration::from_millis(600)
-        };
-        let left: Duration = left.map(time).sum();
-        let name = self.scenarios.get(scenario).map(|played| played.name.clone());
-        self.observer.findings.play(name);
-        if let Some(played) = self.scenarios.get(scenario) {
-            self.progress = Some(Progress {
-                number: scenario + 1,
-                of: self.scenarios.len(),
-                name: played.name.clone(),
-                left,
-            });
-        }
     }
 
     /// The first station with which data are not exchanged as they should be.

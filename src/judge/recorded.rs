@@ -9,7 +9,6 @@ use super::setup::Setup;
 use crate::profibus::fdl::telegram::{Decoded, decode};
 use crate::profibus::fdl::{Address, Function, Telegram};
 use crate::time::Instant;
-use std::string::String;
 
 /// Telegrams of a recording, one after the other.
 #[derive(Debug)]

@@ -7,9 +7,6 @@
 //! for.
 
 use core::time::Duration;
-use std::string::{String, ToString};
-use std::vec::Vec;
-use std::{format, vec};
 
 use thiserror::Error;
 

@@ -1,10 +1,6 @@
 //! What is configured in the master under test: its stations, and what it says of itself.
 
 use core::time::Duration;
-use std::boxed::Box;
-use std::format;
-use std::string::{String, ToString};
-use std::vec::Vec;
 
 use crate::gsd::Gsd;
 use crate::profibus::dp::IoLengths;

@@ -12,8 +12,6 @@ use crate::profibus::dp::policy::{NoEffect, WatchdogFactorZero};
 use crate::profibus::dp::{Application, Description, ExtDiag, Policy, Reason, Refusal};
 use crate::profibus::fdl::{Address, DataTelegram, FrameCount, FunctionCode, Sap, Service, Telegram};
 use crate::time::Instant;
-use std::boxed::Box;
-use std::vec::Vec;
 
 /// The master that takes a station from the one under test.
 pub(super) const OTHER_MASTER: u8 = 77;

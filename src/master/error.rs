@@ -2,7 +2,6 @@
 
 use core::time::Duration;
 use std::io;
-use std::string::String;
 
 use thiserror::Error;
 

@@ -1,7 +1,6 @@
 //! Questions to stations before, or instead of, taking one over: is it there, and what does its diagnosis say?
 
 use std::collections::VecDeque;
-use std::vec::Vec;
 
 use profirust::fdl::{
     DataTelegramHeader, FdlActiveStation, FdlApplication, FrameCountBit, FunctionCode, ResponseState,

@@ -1,9 +1,6 @@
 //! All settings of a drive at once: read, compared, written, read back.
 
 use core::fmt;
-use std::format;
-use std::string::{String, ToString};
-use std::vec::Vec;
 
 use super::{Drive, DriveError, SessionError};
 use crate::devices::ag03::param::{Access, Entry, Model, Value, parameters};

@@ -1,7 +1,5 @@
 //! A slave in profirust's words, first of all an AG03 or AG03/1.
 
-use std::vec;
-
 use profirust::dp::{Peripheral, PeripheralOptions};
 
 use crate::devices::ag03::profibus::{CONFIGURATIONS, DESCRIPTION, IDENT_NUMBER};

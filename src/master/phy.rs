@@ -1,7 +1,6 @@
 //! profirust's physical layer on a link of ours.
 
 use std::io;
-use std::vec::Vec;
 
 use profirust::Baudrate;
 use profirust::phy::ProfibusPhy;
@@ -172,7 +171,6 @@ pub fn instant(at: crate::time::Instant) -> Instant {
 #[cfg(test)]
 mod tests {
     use core::time::Duration as StdDuration;
-    use std::vec;
 
     use super::*;
     use crate::host::Stop;

@@ -1,7 +1,6 @@
 //! Several drives in one program, each with a queue of goals.
 
 use std::collections::VecDeque;
-use std::vec::Vec;
 
 use super::{Session, SessionError};
 use crate::client::{DriveClient, Goal, GoalOutcome};

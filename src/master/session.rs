@@ -8,8 +8,6 @@ use core::panic::AssertUnwindSafe;
 use core::time::Duration;
 use std::io;
 use std::panic::catch_unwind;
-use std::string::String;
-use std::vec::Vec;
 
 use profirust::dp::{DiagnosticFlags, DpEvents, DpMaster, PeripheralEvent, PeripheralHandle};
 use profirust::fdl::{FdlActiveStation, FdlApplication, ParametersBuilder};

@@ -157,11 +157,9 @@ fn duration(time: profirust::time::Duration) -> Duration {
 
 #[cfg(test)]
 mod tests {
-    use std::vec::Vec;
 
     use profirust::Baudrate;
     use profirust::fdl::ParametersBuilder;
-    use std::string::ToString;
 
     use super::*;
     use crate::bench::{Passed, TimedOut};

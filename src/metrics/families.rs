@@ -1,8 +1,6 @@
 //! Every metric, once: its name, type, labels and meaning, and where its numbers come from.
 
 use core::fmt;
-use std::boxed::Box;
-use std::string::String;
 
 use prometheus_client::collector::Collector;
 use prometheus_client::encoding::{DescriptorEncoder, text};

@@ -1,9 +1,6 @@
 //! The numbers of a line and of who is on it, as its thread copies them.
 
 use core::fmt::Debug;
-use std::boxed::Box;
-use std::string::String;
-use std::vec::Vec;
 
 use crate::can_bus::can::ErrorState;
 use crate::can_bus::canopen::NmtState;

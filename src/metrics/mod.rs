@@ -48,7 +48,6 @@ mod series;
 
 use core::net::SocketAddr;
 use std::io;
-use std::string::String;
 
 use thiserror::Error;
 

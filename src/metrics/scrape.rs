@@ -1,11 +1,8 @@
 //! Who asks, and in which order: one scrape after the other, one line after the other.
 
 use std::collections::BTreeMap;
-use std::format;
-use std::string::String;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
-use std::vec::Vec;
 
 use axum::Router;
 use axum::extract::State;

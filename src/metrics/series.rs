@@ -1,8 +1,6 @@
 //! The text of a metric: its labels and its values.
 
 use core::fmt::{self, Display};
-use std::string::{String, ToString};
-use std::vec::Vec;
 
 use prometheus_client::encoding::{EncodeLabelSet, LabelSetEncoder, MetricEncoder, NoLabelSet};
 use prometheus_client::metrics::exemplar::Exemplar;

@@ -1,7 +1,6 @@
 //! The bus: its stations, its counters, the faults on its line.
 
 use core::time::Duration;
-use std::prelude::v1::*;
 
 use axum::Json;
 use axum::extract::State;

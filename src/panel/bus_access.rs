@@ -1,9 +1,6 @@
 //! What the thread of a bus of PROFIBUS lends to the threads of HTTP.
 
 use core::error::Error;
-use std::format;
-use std::string::{String, ToString};
-use std::vec::Vec;
 
 use axum::http::StatusCode;
 

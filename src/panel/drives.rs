@@ -1,8 +1,5 @@
 //! Which drives there are, and the complete state of each.
 
-use std::format;
-use std::prelude::v1::*;
-
 use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderValue, StatusCode, header};

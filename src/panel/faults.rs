@@ -1,8 +1,5 @@
 //! Faults on purpose of a line of either bus: listed, added, replaced, removed.
 
-use std::format;
-use std::prelude::v1::*;
-
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;

@@ -11,7 +11,6 @@ mod routes;
 mod samples;
 
 use std::collections::VecDeque;
-use std::prelude::v1::*;
 
 use super::stream::NewsEvent;
 use crate::time::Instant;

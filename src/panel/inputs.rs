@@ -2,8 +2,6 @@
 //! are, the station says itself ([`Surroundings`]).
 
 use core::fmt;
-use std::format;
-use std::prelude::v1::*;
 
 use axum::Json;
 use axum::extract::State;

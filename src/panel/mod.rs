@@ -77,7 +77,6 @@ mod words;
 
 use core::net::SocketAddr;
 use std::io;
-use std::string::{String, ToString};
 use std::sync::Arc;
 
 use thiserror::Error;

@@ -1,8 +1,5 @@
 //! Parameters, read and written without the bus.
 
-use std::format;
-use std::prelude::v1::*;
-
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;

@@ -1,8 +1,5 @@
 //! Refusals: problem details (RFC 9457) with a sentence that says what to do.
 
-use std::format;
-use std::prelude::v1::*;
-
 use axum::Json;
 use axum::body::Bytes;
 use axum::extract::rejection::{BytesRejection, JsonRejection, PathRejection, QueryRejection};

@@ -1,7 +1,6 @@
 //! The way from the threads of HTTP to the thread of a bus.
 
 use core::fmt::Debug;
-use std::boxed::Box;
 use std::sync::Arc;
 
 use tokio::sync::{mpsc, oneshot};

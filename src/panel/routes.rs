@@ -6,8 +6,6 @@ use axum::middleware::{self, Next};
 use axum::response::Response;
 use axum::routing::{delete, get, post, put};
 use axum::{Json, Router};
-use std::format;
-use std::prelude::v1::*;
 use utoipa::OpenApi;
 
 use super::bus_access::{Asking, OfBus};

@@ -17,7 +17,6 @@ mod timed;
 
 use core::net::IpAddr;
 use core::time::Duration;
-use std::format;
 use std::io::{self, Write};
 use std::net::TcpListener;
 use std::sync::Arc;

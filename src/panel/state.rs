@@ -6,9 +6,6 @@ mod motion;
 mod names;
 mod slave;
 
-use std::format;
-use std::prelude::v1::*;
-
 use serde::Serialize;
 use utoipa::ToSchema;
 

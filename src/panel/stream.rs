@@ -27,8 +27,6 @@ mod subscriber;
 use core::pin::Pin;
 use core::task::{Context, Poll};
 use core::time::Duration;
-use std::format;
-use std::prelude::v1::*;
 use std::sync::Arc;
 
 use axum::body::{Body, Bytes};

@@ -1,8 +1,5 @@
 //! The ten DIP switches under the cover.
 
-use std::format;
-use std::prelude::v1::*;
-
 use axum::Json;
 use axum::extract::State;
 use serde::{Deserialize, Serialize};

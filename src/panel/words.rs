@@ -1,8 +1,5 @@
 //! The words of the PPO and the status registers, bit by bit and in words.
 
-use std::format;
-use std::prelude::v1::*;
-
 use serde::Serialize;
 use utoipa::ToSchema;
 

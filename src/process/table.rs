@@ -9,8 +9,6 @@
 //! Columns are separated by `;`, `,` or a tab. Empty lines and lines that begin with `#` are left out.
 
 use core::time::Duration;
-use std::string::String;
-use std::vec::Vec;
 
 use thiserror::Error;
 
@@ -102,7 +100,6 @@ fn row(line: &str) -> Option<(Duration, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::string::ToString;
 
     #[test]
     fn rows_hold_until_the_next_one() {

@@ -9,7 +9,6 @@
 
 use core::fmt;
 use core::str::FromStr;
-use std::string::String;
 
 use thiserror::Error;
 
@@ -239,7 +238,6 @@ impl FromStr for ValueType {
 
 #[cfg(test)]
 mod tests {
-    use std::string::ToString;
 
     use super::*;
     use ValueType::{Bit, Float32, Signed8, Signed16, Signed32, Unsigned8, Unsigned16, Unsigned32};

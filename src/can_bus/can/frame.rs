@@ -328,8 +328,6 @@ pub enum FrameError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::string::ToString;
-    use std::vec::Vec;
 
     fn base(number: u16) -> Id {
         Id::base(number).unwrap()

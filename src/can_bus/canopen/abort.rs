@@ -105,7 +105,6 @@ impl core::error::Error for Abort {}
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::string::ToString;
 
     #[test]
     fn codes_are_distinct_and_said_with_their_number() {

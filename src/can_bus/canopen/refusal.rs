@@ -321,7 +321,6 @@ fn is_text(entry: Option<&Entry>) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use std::string::ToString;
 
     use super::*;
 

@@ -109,7 +109,6 @@ impl fmt::Display for ZswPattern {
 
 #[cfg(test)]
 mod tests {
-    use std::string::ToString;
 
     use super::*;
 

@@ -1,6 +1,4 @@
 use std::collections::VecDeque;
-use std::string::{String, ToString};
-use std::vec::Vec;
 
 use core::time::Duration;
 

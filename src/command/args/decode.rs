@@ -2,11 +2,11 @@
 
 use std::ffi::OsString;
 
+use crate::can_bus::canopen::NodeId;
+use crate::devices::ag03::drive::Mode;
+use crate::explain::{Sender, Taking};
+use crate::host::can::Product;
 use clap::ValueEnum;
-use profidrive::can_bus::canopen::NodeId;
-use profidrive::devices::ag03::drive::Mode;
-use profidrive::explain::{Sender, Taking};
-use profidrive::host::can::Product;
 
 use super::spec::{device, offered_device};
 

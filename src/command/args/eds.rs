@@ -1,6 +1,6 @@
 //! `profidrive eds`: of which device.
 
-use profidrive::host::can::Product;
+use crate::host::can::Product;
 
 use super::spec::offered_device;
 

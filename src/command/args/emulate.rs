@@ -4,11 +4,11 @@ use core::ops::RangeInclusive;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use profidrive::can_bus::can::BitRate;
-use profidrive::host::can;
-use profidrive::host::fault::{BusKind, Rule};
-use profidrive::host::list::{DEVICES, Device, Group, Spec};
-use profidrive::profibus::fdl::Address;
+use crate::can_bus::can::BitRate;
+use crate::host::can;
+use crate::host::fault::{BusKind, Rule};
+use crate::host::list::{DEVICES, Device, Group, Spec};
+use crate::profibus::fdl::Address;
 
 use super::link::expected_rates;
 use super::link::host_and_port;

@@ -4,10 +4,10 @@ use core::str::FromStr;
 use core::time::Duration;
 use std::path::PathBuf;
 
+use crate::judge::{Row, Slave};
+use crate::profibus::fdl::Address;
+use crate::time::BaudRate;
 use clap::Args;
-use profidrive::judge::{Row, Slave};
-use profidrive::profibus::fdl::Address;
-use profidrive::time::BaudRate;
 
 use super::spec::address;
 use super::{BaudSpec, LinkSpec};
@@ -20,8 +20,11 @@ use super::{BaudSpec, LinkSpec};
 ///
 /// With a capture (pcapng, pcap, or octets in hexadecimal) nothing is provoked: it judges what the capture shows.
 #[derive(Debug, Args)]
-#[command(after_help = EXAMPLES)]
+#[command(args_conflicts_with_subcommands = true, after_help = EXAMPLES)]
 pub(crate) struct Judge {
+    #[command(subcommand)]
+    pub(crate) compare: Option<Compare>,
+
     /// A capture to judge instead of a live master
     #[arg(value_name = "FILE.pcapng")]
     pub(crate) capture_file: Option<PathBuf>,
@@ -106,6 +109,20 @@ pub(crate) struct Judge {
     /// Let other machines connect to a tcp link
     #[arg(long)]
     pub(crate) allow_remote: bool,
+}
+
+#[derive(Debug, clap::Subcommand)]
+pub(crate) enum Compare {
+    /// Compares two judgements: which rows fail that did not, which no longer do, of which less is known, which take longer
+    ///
+    /// Exit status: 0 no row fails that did not, 1 one does, 4 less is known than before, 5 a file fails.
+    #[command(after_help = "Example:\n  profidrive judge compare before.json after.json")]
+    Compare {
+        /// The report before, of --json
+        before: PathBuf,
+        /// The report after
+        after: PathBuf,
+    },
 }
 
 const EXAMPLES: &str = "\
@@ -203,7 +220,7 @@ impl FromStr for JudgedStation {
         match (&gsd, ident, cfg) {
             (None, Some(ident), Some(cfg)) => {
                 slave.ident = ident;
-                profidrive::profibus::dp::IoLengths::of(&cfg).map_err(|error| format!("cfg: {error}"))?;
+                crate::profibus::dp::IoLengths::of(&cfg).map_err(|error| format!("cfg: {error}"))?;
                 slave.cfg = Some(cfg);
             }
             (Some(_), None, cfg) => slave.cfg = cfg,
@@ -239,6 +256,9 @@ impl Judge {
     }
 
     pub(super) fn check(&self) -> Result<(), String> {
+        if self.compare.is_some() {
+            return Ok(());
+        }
         if let LinkSpec::Can(_) = self.link {
             return Err("a link of a CAN bus is for CANopen; the judge plays slaves of PROFIBUS-DP".into());
         }

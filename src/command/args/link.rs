@@ -3,10 +3,10 @@
 use core::str::FromStr;
 use std::path::PathBuf;
 
-use profidrive::can_bus::can::BitRate;
-use profidrive::devices::ag03::profibus::DESCRIPTION;
-use profidrive::host::can;
-use profidrive::time::BaudRate;
+use crate::can_bus::can::BitRate;
+use crate::devices::ag03::profibus::DESCRIPTION;
+use crate::host::can;
+use crate::time::BaudRate;
 
 /// Where the line is.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -6,10 +6,10 @@ use core::str::FromStr;
 use core::time::Duration;
 use std::path::PathBuf;
 
+use crate::can_bus::canopen::NodeId;
+use crate::profibus::fdl::Address;
+use crate::profibus::ppo::PpoType;
 use clap::Subcommand;
-use profidrive::can_bus::canopen::NodeId;
-use profidrive::profibus::fdl::Address;
-use profidrive::profibus::ppo::PpoType;
 
 use super::link::{BaudSpec, expected_rates};
 use super::master_link::{CanPlace, MasterLink};

@@ -18,10 +18,10 @@ mod spec;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
+use crate::gsd::did_you_mean;
+pub(crate) use crate::host::list::named::{parameter as find_parameter, plain};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{ArgAction, CommandFactory, Parser, Subcommand};
-use profidrive::gsd::did_you_mean;
-pub(crate) use profidrive::host::list::named::{parameter as find_parameter, plain};
 
 use super::{Failure, report};
 
@@ -33,7 +33,7 @@ pub(crate) use encode::{
     Control, Encode, Fcb, Octet, Parameter, Pkw, Service, Telegram, What, WidthSpec, Word,
 };
 pub(crate) use gsd::{Check, Gsd};
-pub(crate) use judge::{Judge, JudgedStation, millis as judge_millis};
+pub(crate) use judge::{Compare, Judge, JudgedStation, millis as judge_millis};
 pub(crate) use link::{BaudSpec, LinkSpec};
 pub(crate) use manual::{Completions, Man};
 #[cfg(test)]

@@ -2,8 +2,8 @@
 
 use core::str::FromStr;
 
-use profidrive::devices::ag03::param::{Entry, Subindex};
-use profidrive::host::list::named::parameter;
+use crate::devices::ag03::param::{Entry, Subindex};
+use crate::host::list::named::parameter;
 
 /// A parameter of either model, and an element if it is an array.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,7 +50,7 @@ impl FromStr for ParameterSpec {
 
 #[cfg(test)]
 mod tests {
-    use profidrive::devices::ag03::param::TABLE;
+    use crate::devices::ag03::param::TABLE;
 
     use super::*;
 

@@ -3,8 +3,8 @@
 use core::fmt;
 use core::str::FromStr;
 
-use profidrive::devices::ag03::param::{Entry, Parameter, Unit};
-use profidrive::explain::value::Lengths;
+use crate::devices::ag03::param::{Entry, Parameter, Unit};
+use crate::explain::value::Lengths;
 
 /// A number that was written, and its unit if one was.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

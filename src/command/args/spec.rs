@@ -2,13 +2,13 @@
 
 use core::str::FromStr;
 
+use crate::can_bus::can::BitRate;
+use crate::host::can::Product;
+use crate::host::list::{self, DEVICES, Device, Group, QuirkRow, Spec};
+use crate::profibus::fdl::Address;
+use crate::profibus::ppo::PpoType;
+use crate::time::BaudRate;
 use clap::builder::{PossibleValue, TypedValueParser};
-use profidrive::can_bus::can::BitRate;
-use profidrive::host::can::Product;
-use profidrive::host::list::{self, DEVICES, Device, Group, QuirkRow, Spec};
-use profidrive::profibus::fdl::Address;
-use profidrive::profibus::ppo::PpoType;
-use profidrive::time::BaudRate;
 
 use super::nearest;
 

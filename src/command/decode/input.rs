@@ -5,10 +5,10 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Cursor, Read, Write};
 use std::path::PathBuf;
 
-use profidrive::can_bus::can::Frame;
-use profidrive::explain::canopen::{FrameTextError, Network, frame_in};
-use profidrive::explain::{Explanation, HexText};
-use profidrive::host::capture::{LinkType, Packet, Reader, can};
+use crate::can_bus::can::Frame;
+use crate::explain::canopen::{FrameTextError, Network, frame_in};
+use crate::explain::{Explanation, HexText};
+use crate::host::capture::{LinkType, Packet, Reader, can};
 
 use super::Buses;
 use super::output::{Output, Place, Stopped};

@@ -4,7 +4,7 @@ use core::fmt::Display;
 use core::time::Duration;
 use std::io::{self, BufWriter, Write};
 
-use profidrive::explain::{Explanation, Mark};
+use crate::explain::{Explanation, Mark};
 use serde::Serialize;
 
 use crate::command::Failure;

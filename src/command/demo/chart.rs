@@ -2,7 +2,7 @@
 
 use core::fmt::Write;
 
-use profidrive::time::Instant;
+use crate::time::Instant;
 
 /// Columns of the plot; with the labels it fits 80.
 const WIDTH: usize = 64;

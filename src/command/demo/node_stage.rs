@@ -4,16 +4,16 @@ use core::time::Duration;
 use std::collections::BTreeMap;
 use std::io::Write;
 
-use profidrive::can_bus::can::{BitRate, Frame, Id};
-use profidrive::can_bus::canopen::storage::Eeprom;
-use profidrive::can_bus::canopen::{Address, NodeId};
-use profidrive::devices::{CanopenDevice, CanopenEvent};
-use profidrive::explain::Explanation;
-use profidrive::explain::canopen::Network;
-use profidrive::face::surroundings::Level;
-use profidrive::host::can::{Bus, Product, Seat, StoredNode};
-use profidrive::host::list::Choices;
-use profidrive::time::Instant;
+use crate::can_bus::can::{BitRate, Frame, Id};
+use crate::can_bus::canopen::storage::Eeprom;
+use crate::can_bus::canopen::{Address, NodeId};
+use crate::devices::{CanopenDevice, CanopenEvent};
+use crate::explain::Explanation;
+use crate::explain::canopen::Network;
+use crate::face::surroundings::Level;
+use crate::host::can::{Bus, Product, Seat, StoredNode};
+use crate::host::list::Choices;
+use crate::time::Instant;
 
 use super::page::{Page, Trouble, unexpected};
 

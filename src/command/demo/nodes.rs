@@ -3,9 +3,9 @@
 use core::time::Duration;
 use std::io::Write;
 
-use profidrive::can_bus::canopen::Address;
-use profidrive::can_bus::canopen::cob_id::CobId;
-use profidrive::host::can::Product;
+use crate::can_bus::canopen::Address;
+use crate::can_bus::canopen::cob_id::CobId;
+use crate::host::can::Product;
 
 use super::node_stage::{NODE, NodeStage};
 use super::page::Trouble;
@@ -158,7 +158,7 @@ fn servo(stage: &mut NodeStage<'_>) -> Result<(), Trouble> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use profidrive::host::list::{Device, Group};
+    use crate::host::list::{Device, Group};
 
     fn story(product: &'static Product) -> String {
         let mut out = Vec::new();

@@ -3,7 +3,7 @@
 use core::fmt::{Arguments, Display};
 use std::io::{self, Write};
 
-use profidrive::time::Instant;
+use crate::time::Instant;
 
 /// The page is as wide as this.
 pub(super) const WIDTH: usize = 80;

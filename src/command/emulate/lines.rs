@@ -5,8 +5,8 @@ use std::io::{self, Write};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
-use profidrive::host::{Reach, Stop};
-use profidrive::metrics::{LineMetrics, Metrics, MetricsError, NodeMetrics, PATH};
+use crate::host::{Reach, Stop};
+use crate::metrics::{LineMetrics, Metrics, MetricsError, NodeMetrics, PATH};
 use tracing::{error_span, info, warn};
 
 use super::{LinePlan, PlantPlan, run_line};
@@ -56,7 +56,7 @@ fn start_metrics(spec: &MetricsSpec) -> Result<Metrics, Failure> {
         )),
         // The address is wrong, or taken.
         MetricsError::Listen { .. } => Failure::Usage(Failure::from_error(&error).into_line()),
-        MetricsError::Thread { .. } | _ => Failure::from_error(&error),
+        MetricsError::Thread { .. } => Failure::from_error(&error),
     })?;
     let address = metrics.address();
     info!("the metrics are at http://{address}{PATH}");

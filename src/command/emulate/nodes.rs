@@ -3,20 +3,18 @@
 use core::sync::atomic::Ordering;
 use std::path::PathBuf;
 
-use profidrive::can_bus::can::BitRate;
-use profidrive::can_bus::canopen::storage::Eeprom;
-use profidrive::can_bus::canopen::{Event, NodeId};
-use profidrive::devices::CanopenEvent;
-use profidrive::host::can::{
-    self, BusHint, Line, LinkSpec, News, NodeWatch, Numbers, Product, Seat, StoredNode,
-};
-use profidrive::host::capture::Capture;
-use profidrive::host::capture::can::CanInterface;
-use profidrive::host::fault::Rule;
-use profidrive::host::list::{Choices, Spec};
-use profidrive::host::{Clock, Error, Reach, StateDir, Stop};
-use profidrive::panel::{NodeAccess, NodePanel, Seated};
-use profidrive::time::Instant;
+use crate::can_bus::can::BitRate;
+use crate::can_bus::canopen::storage::Eeprom;
+use crate::can_bus::canopen::{Event, NodeId};
+use crate::devices::CanopenEvent;
+use crate::host::can::{self, BusHint, Line, LinkSpec, News, NodeWatch, Numbers, Product, Seat, StoredNode};
+use crate::host::capture::Capture;
+use crate::host::capture::can::CanInterface;
+use crate::host::fault::Rule;
+use crate::host::list::{Choices, Spec};
+use crate::host::{Clock, Error, Reach, StateDir, Stop};
+use crate::panel::{NodeAccess, NodePanel, Seated};
+use crate::time::Instant;
 use tracing::{debug, info, warn};
 
 use super::{Start, panel_reach, panel_started};
@@ -155,7 +153,7 @@ fn open(args: &Emulate, link: &LinkSpec, rate: BitRate) -> Result<Line<CanopenEv
         LinkSpec::Terminal(_) | LinkSpec::Socket(_) => {
             info!("a CAN bus at {rate} connected to {}", line.name())
         }
-        LinkSpec::Pty(_) | LinkSpec::Tcp(_) | _ => info!("a CAN bus at {rate}, adapters speak slcan"),
+        LinkSpec::Pty(_) | LinkSpec::Tcp(_) => info!("a CAN bus at {rate}, adapters speak slcan"),
     }
     if args.allow_remote {
         warn!("other machines can connect to {} and command the nodes", line.name());
@@ -180,7 +178,7 @@ impl Nodes {
     const fn of(link: &LinkSpec) -> Self {
         let watch = match link {
             LinkSpec::Terminal(_) | LinkSpec::Socket(_) => NodeWatch::outside(),
-            LinkSpec::Pty(_) | LinkSpec::Tcp(_) | _ => NodeWatch::inside(),
+            LinkSpec::Pty(_) | LinkSpec::Tcp(_) => NodeWatch::inside(),
         };
         Self { on_bus: Vec::new(), watch }
     }
@@ -284,7 +282,6 @@ impl Nodes {
             News::Bus(can::Event::Lost { events }) => {
                 warn!("{events} events were too many for the log and are lost")
             }
-            News::Bus(later) => debug!("{later:?}"),
             News::Adapter { name, news } => info!("slcan {name}: {news}"),
         }
     }

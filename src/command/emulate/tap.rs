@@ -2,11 +2,11 @@
 
 use std::sync::mpsc::{SyncSender, sync_channel};
 
-use profidrive::host::capture::{Capture, Interface};
-use profidrive::host::link::tap::{Batch, Tap};
-use profidrive::host::{BusEvent, Link, SystemClock};
-use profidrive::panel::Panel;
-use profidrive::profibus::fdl::Address;
+use crate::host::capture::{Capture, Interface};
+use crate::host::link::tap::{Batch, Tap};
+use crate::host::{BusEvent, Link, SystemClock};
+use crate::panel::Panel;
+use crate::profibus::fdl::Address;
 use tracing::{info, warn};
 
 use super::super::Failure;

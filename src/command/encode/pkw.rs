@@ -1,8 +1,8 @@
 //! Jobs and replies of the parameter channel.
 
-use profidrive::devices::ag03::param::{Entry, Gear, Model, Pnu, Quirks, Range, Width};
-use profidrive::explain::Sender;
-use profidrive::profibus::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
+use crate::devices::ag03::param::{Entry, Gear, Model, Pnu, Quirks, Range, Width};
+use crate::explain::Sender;
+use crate::profibus::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
 
 use crate::command::Failure;
 use crate::command::args::{self, Octet, Parameter, WidthSpec, find_parameter};

@@ -1,14 +1,14 @@
 //! Telegrams of any service.
 
-use profidrive::devices::ag03::drive::Mode;
-use profidrive::profibus::dp;
-use profidrive::profibus::dp::{ControlBit, PrmBit};
-use profidrive::profibus::fdl;
-use profidrive::profibus::fdl::telegram::Format;
-use profidrive::profibus::fdl::{
+use crate::devices::ag03::drive::Mode;
+use crate::profibus::dp;
+use crate::profibus::dp::{ControlBit, PrmBit};
+use crate::profibus::fdl;
+use crate::profibus::fdl::telegram::Format;
+use crate::profibus::fdl::{
     Address, DataTelegram, FrameCount, FunctionCode, MAX_TELEGRAM_LEN, Sap, Telegram,
 };
-use profidrive::profibus::ppo::{Outputs, Pkw, Stw};
+use crate::profibus::ppo::{Outputs, Pkw, Stw};
 
 use super::words::{self, word_of};
 use super::{octets_of, pkw_of};

@@ -1,8 +1,8 @@
 //! Control and status words from names.
 
-use profidrive::devices::ag03::drive::Mode;
-use profidrive::devices::ag03::profibus::bits::{Role, StwBit, Word, ZswBit, bits};
-use profidrive::devices::ag03::profibus::flow_charts::{
+use crate::devices::ag03::drive::Mode;
+use crate::devices::ag03::profibus::bits::{Role, StwBit, Word, ZswBit, bits};
+use crate::devices::ag03::profibus::flow_charts::{
     DISABLED, ENABLED, INCHING_1, INCHING_2_NEGATIVE, INCHING_2_POSITIVE, PAUSED, START, STOPPED, TRAVEL,
     VELOCITY,
 };
@@ -193,7 +193,7 @@ mod tests {
 
     #[test]
     fn every_state_is_one_that_the_explanation_finds_no_mistake_in() {
-        use profidrive::explain::{Context, Mark, Sender};
+        use crate::explain::{Context, Mark, Sender};
         for (vocabulary, sender) in [(STW, Sender::Master), (ZSW, Sender::Slave)] {
             for (name, positioning, velocity) in vocabulary.states {
                 for (mode, word) in [(Mode::Positioning, positioning), (Mode::Velocity, velocity)] {

@@ -4,7 +4,7 @@ use core::time::Duration;
 use std::process::{Child, Command, Stdio};
 use std::time::Instant;
 
-use profidrive::judge::Operator;
+use crate::judge::Operator;
 use tracing::{info, warn};
 
 /// An action takes so long at most.

@@ -5,13 +5,13 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
+use crate::explain::HexText;
+use crate::host::capture::{ReadError, read};
+use crate::host::link::tap::Direction;
+use crate::judge::{Recording, Report, Row, Setup};
+use crate::time::Instant;
 use pcap_file::DataLink;
 use pcap_file::pcap::PcapReader;
-use profidrive::explain::HexText;
-use profidrive::host::capture::{ReadError, read};
-use profidrive::host::link::tap::Direction;
-use profidrive::judge::{Recording, Report, Row, Setup};
-use profidrive::time::Instant;
 
 use crate::command::Failure;
 
@@ -36,7 +36,7 @@ fn of_file(file: &Path, error: &dyn core::error::Error) -> Failure {
 
 /// A file that is cut off, as a copy that was not finished is, is judged up to there.
 fn take_packets(
-    packets: impl Iterator<Item = Result<profidrive::host::capture::Packet, ReadError>>,
+    packets: impl Iterator<Item = Result<crate::host::capture::Packet, ReadError>>,
     recording: &mut Recording,
 ) -> Result<(), ReadError> {
     for packet in packets {

@@ -14,9 +14,9 @@
 use core::time::Duration;
 use std::path::{Path, PathBuf};
 
-use profidrive::judge::scenario::{MissingStation, Scenario, Step, Which};
-use profidrive::judge::{Act, Row, Setup};
-use profidrive::profibus::fdl::Address;
+use crate::judge::scenario::{MissingStation, Scenario, Step, Which};
+use crate::judge::{Act, Row, Setup};
+use crate::profibus::fdl::Address;
 use serde::Deserialize;
 
 use crate::command::Failure;

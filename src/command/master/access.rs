@@ -1,13 +1,13 @@
 //! `read`, `write`, `params`.
 
-use profidrive::client::PkwError;
-use profidrive::devices::ag03::param::{
+use crate::client::PkwError;
+use crate::devices::ag03::param::{
     Access, Entry, Gear, Model, Quirks, Range, Subindex, Value, entry, parameters,
 };
-use profidrive::explain::value::Lengths;
-use profidrive::host::{Clock, Link};
-use profidrive::master::{Drive, Identity};
-use profidrive::profibus::pkw::ErrorNumber;
+use crate::explain::value::Lengths;
+use crate::host::{Clock, Link};
+use crate::master::{Drive, Identity};
+use crate::profibus::pkw::ErrorNumber;
 use serde_json::json;
 
 use super::device::Shown;

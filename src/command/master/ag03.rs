@@ -3,9 +3,9 @@
 use core::time::Duration;
 use std::path::Path;
 
-use profidrive::devices::ag03::param::Parameter;
-use profidrive::host::{Clock, Link};
-use profidrive::master::Drive;
+use crate::devices::ag03::param::Parameter;
+use crate::host::{Clock, Link};
+use crate::master::Drive;
 
 use super::device::{self, Commissioned};
 use super::motion::{self, Confirmed};

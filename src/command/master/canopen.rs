@@ -1,18 +1,18 @@
 //! A drive on CANopen: `read`, `write`, `status`, `move`, `home`, `stop`, `ack`, `faults`.
 
-use profidrive::can_bus::can::{BitRate, Frame};
-use profidrive::can_bus::canopen::cob_id;
-use profidrive::can_bus::canopen::{Abort, Address, Entry, NodeId, Object, Refusal, Value, dictionary};
-use profidrive::client::{NodeClient, NodeGoal, NodeLimits, NodeOutcome, NodeTrouble};
-use profidrive::devices::Vocabulary;
-use profidrive::devices::ag03::param::Gear;
-use profidrive::devices::vocabulary::CIA_402;
-use profidrive::explain::canopen::Network;
-use profidrive::explain::hex;
-use profidrive::host::can::{CanEndpoint, Product, SlcanEndpoint, open_slcan, open_socketcan};
-use profidrive::host::link::tcp::Connection;
-use profidrive::host::list::{Choices, Device};
-use profidrive::host::{Clock, Stop, SystemClock};
+use crate::can_bus::can::{BitRate, Frame};
+use crate::can_bus::canopen::cob_id;
+use crate::can_bus::canopen::{Abort, Address, Entry, NodeId, Object, Refusal, Value, dictionary};
+use crate::client::{NodeClient, NodeGoal, NodeLimits, NodeOutcome, NodeTrouble};
+use crate::devices::Vocabulary;
+use crate::devices::ag03::param::Gear;
+use crate::devices::vocabulary::CIA_402;
+use crate::explain::canopen::Network;
+use crate::explain::hex;
+use crate::host::can::{CanEndpoint, Product, SlcanEndpoint, open_slcan, open_socketcan};
+use crate::host::link::tcp::Connection;
+use crate::host::list::{Choices, Device};
+use crate::host::{Clock, Stop, SystemClock};
 use serde_json::json;
 
 use super::device::{self, Commissioned, Shown};

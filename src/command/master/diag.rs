@@ -1,10 +1,10 @@
 //! `diag`: the diagnosis of the slave in words.
 
-use profidrive::explain::{Context, Field, hex};
-use profidrive::host::{Clock, Link};
-use profidrive::master::Session;
-use profidrive::profibus::dp::{MASTER_SAP, Service};
-use profidrive::profibus::fdl::{Address, DataTelegram, FunctionCode, MAX_TELEGRAM_LEN, ReplyStatus};
+use crate::explain::{Context, Field, hex};
+use crate::host::{Clock, Link};
+use crate::master::Session;
+use crate::profibus::dp::{MASTER_SAP, Service};
+use crate::profibus::fdl::{Address, DataTelegram, FunctionCode, MAX_TELEGRAM_LEN, ReplyStatus};
 use serde_json::json;
 
 use super::say;

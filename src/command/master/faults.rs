@@ -1,11 +1,11 @@
 //! `faults` and `calibrate`: what PNU 970 commands beside the parameter sets.
 
-use profidrive::devices::ag03::param::{
+use crate::devices::ag03::param::{
     CALIBRATE, CLEAR_FAULTS, LOAD_PARAMETER_SET, Parameter, Reading, Subindex, TABLE, Value,
 };
-use profidrive::explain::value::Lengths;
-use profidrive::host::{Clock, Link};
-use profidrive::master::Drive;
+use crate::explain::value::Lengths;
+use crate::host::{Clock, Link};
+use crate::master::Drive;
 use serde_json::json;
 
 use super::access::refusal;

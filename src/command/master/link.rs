@@ -1,12 +1,12 @@
 //! The line, opened from the master's end.
 
-use profidrive::host::Link;
-use profidrive::host::link::serial::Serial;
-use profidrive::host::link::tcp::Connection;
+use crate::host::Link;
+use crate::host::link::serial::Serial;
+use crate::host::link::tcp::Connection;
 #[cfg(unix)]
-use profidrive::host::link::terminal::Terminal;
-use profidrive::master::Settings;
-use profidrive::time::BaudRate;
+use crate::host::link::terminal::Terminal;
+use crate::master::Settings;
+use crate::time::BaudRate;
 
 use crate::command::Failure;
 use crate::command::args::{BaudSpec, Master, MasterLink};

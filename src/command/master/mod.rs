@@ -33,15 +33,15 @@ use core::time::Duration;
 use std::io::{self, Write};
 use std::panic;
 
+use crate::client::PkwError;
+use crate::host::{Link, SystemClock};
+use crate::master::{Session, SessionError};
+use crate::profibus::fdl::Address;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use profidrive::client::PkwError;
-use profidrive::host::{Link, SystemClock};
-use profidrive::master::{Session, SessionError};
-use profidrive::profibus::fdl::Address;
 
 use super::args::{Action, Master};
 use super::{Failure, signals};
-use profidrive::master::DriveError;
+use crate::master::DriveError;
 use trouble::Trouble;
 
 /// How often a wait that is shown is shown anew.

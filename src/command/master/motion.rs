@@ -7,15 +7,15 @@
 use core::time::Duration;
 use std::io::{self, BufRead, IsTerminal, Write};
 
-use profidrive::client::{Goal, GoalError};
-use profidrive::devices::ag03::drive;
-use profidrive::devices::ag03::drive::Mode;
-use profidrive::devices::ag03::param::{Gear, LOAD_PARAMETER_SET, Parameter, TABLE};
-use profidrive::devices::ag03::profibus::bits::ZswBit;
-use profidrive::explain::value::Lengths;
-use profidrive::explain::words::said;
-use profidrive::host::{Clock, Link};
-use profidrive::master::{Drive, DriveError, Reached, Seen};
+use crate::client::{Goal, GoalError};
+use crate::devices::ag03::drive;
+use crate::devices::ag03::drive::Mode;
+use crate::devices::ag03::param::{Gear, LOAD_PARAMETER_SET, Parameter, TABLE};
+use crate::devices::ag03::profibus::bits::ZswBit;
+use crate::explain::value::Lengths;
+use crate::explain::words::said;
+use crate::host::{Clock, Link};
+use crate::master::{Drive, DriveError, Reached, Seen};
 use serde_json::json;
 
 use super::say;
@@ -313,9 +313,9 @@ pub(super) fn acknowledge<L: Link, C: Clock>(drive: &mut Drive<L, C>, json: bool
 
 #[cfg(test)]
 mod tests {
-    use profidrive::devices::ag03::drive::{Fault, Inputs};
-    use profidrive::devices::ag03::param::{Model, Value, Width};
-    use profidrive::master::SessionError;
+    use crate::devices::ag03::drive::{Fault, Inputs};
+    use crate::devices::ag03::param::{Model, Value, Width};
+    use crate::master::SessionError;
 
     use super::*;
     use crate::command::args::Go;
@@ -323,7 +323,7 @@ mod tests {
 
     const GO: Go = Go { yes: true };
 
-    fn ends(drive: &mut Drive<Rig, profidrive::bench::Port>, asked: Motion) -> String {
+    fn ends(drive: &mut Drive<Rig, crate::bench::Port>, asked: Motion) -> String {
         match motion(drive, asked, Confirmed(()), false) {
             Err(Failure::Other(line) | Failure::Usage(line)) => line,
             Ok(()) => panic!("no failure"),

@@ -2,10 +2,10 @@
 
 use core::time::Duration;
 
-use profidrive::devices::ag03::param::{Entry, Model, Parameter, Quirks, Value, entry, parameters};
-use profidrive::explain::value::{Lengths, in_words};
-use profidrive::host::{Clock, Link};
-use profidrive::master::{Change, Drive, DriveError, Identity, Restored, WriteOutcome, changes};
+use crate::devices::ag03::param::{Entry, Model, Parameter, Quirks, Value, entry, parameters};
+use crate::explain::value::{Lengths, in_words};
+use crate::host::{Clock, Link};
+use crate::master::{Change, Drive, DriveError, Identity, Restored, WriteOutcome, changes};
 use serde_json::json;
 
 use super::access::about;
@@ -269,7 +269,7 @@ impl Report {
 
 #[cfg(test)]
 mod tests {
-    use profidrive::devices::ag03::param::Gear;
+    use crate::devices::ag03::param::Gear;
 
     use super::*;
     use crate::command::master::rig::{Cut, Rig};
@@ -387,7 +387,7 @@ mod tests {
                 .filter(|parameter| entry(model, parameter.entry().pnu).is_some())
                 .map(|parameter| (parameter, rig.value(parameter)))
                 .collect();
-            drive.write(profidrive::devices::ag03::param::Pnu::from_low_bits(970), Value::Word(1)).unwrap();
+            drive.write(crate::devices::ag03::param::Pnu::from_low_bits(970), Value::Word(1)).unwrap();
             assert_eq!(rig.value(Parameter::VPos), 30);
             drop(drive);
             let report = restored(&rig, &set(&settings), None);

@@ -5,14 +5,14 @@ use core::time::Duration;
 use std::io;
 use std::rc::Rc;
 
-use profidrive::bench::Port;
-use profidrive::devices::ag03::drive::{Fault, Inputs};
-use profidrive::devices::ag03::param::{Model, Parameter};
-use profidrive::devices::ag03::profibus::{Config, Device};
-use profidrive::host::{Clock, Link, Received, Stop};
-use profidrive::master::{Drive, Session, Settings};
-use profidrive::profibus::fdl::Address;
-use profidrive::time::{BaudRate, Instant};
+use crate::bench::Port;
+use crate::devices::ag03::drive::{Fault, Inputs};
+use crate::devices::ag03::param::{Model, Parameter};
+use crate::devices::ag03::profibus::{Config, Device};
+use crate::host::{Clock, Link, Received, Stop};
+use crate::master::{Drive, Session, Settings};
+use crate::profibus::fdl::Address;
+use crate::time::{BaudRate, Instant};
 
 const DRIVE: u8 = 5;
 

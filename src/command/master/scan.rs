@@ -1,10 +1,10 @@
 //! `scan`: who is on the line.
 
+use crate::devices::ag03::profibus::IDENT_NUMBER;
+use crate::host::{Clock, Link};
+use crate::master::{Session, SessionError};
+use crate::profibus::fdl::{Address, StationType};
 use indicatif::ProgressBar;
-use profidrive::devices::ag03::profibus::IDENT_NUMBER;
-use profidrive::host::{Clock, Link};
-use profidrive::master::{Session, SessionError};
-use profidrive::profibus::fdl::{Address, StationType};
 use serde_json::json;
 
 use super::{say, watch};

@@ -20,9 +20,9 @@ use std::fs;
 use std::io::{self, Read};
 use std::path::Path;
 
-use profidrive::devices::ag03::param::{Entry, Pnu, TABLE, parameters};
-use profidrive::host::{Clock, Link};
-use profidrive::master::Drive;
+use crate::devices::ag03::param::{Entry, Pnu, TABLE, parameters};
+use crate::host::{Clock, Link};
+use crate::master::Drive;
 use serde::Deserialize;
 use serde_json::json;
 
@@ -180,7 +180,7 @@ impl Row {
 
 #[cfg(test)]
 mod tests {
-    use profidrive::devices::ag03::param::{Model, Value};
+    use crate::devices::ag03::param::{Model, Value};
 
     use super::*;
 

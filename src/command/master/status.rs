@@ -3,14 +3,14 @@
 use core::time::Duration;
 use std::io::{self, IsTerminal, Write};
 
-use profidrive::client::{Findings, Why};
-use profidrive::devices::ag03::drive::Mode;
-use profidrive::devices::ag03::param::{Model, Parameter, Reading, Subindex};
-use profidrive::devices::ag03::profibus::bits::{Role, SswBit, Word, ZswBit, bits};
-use profidrive::explain::value::Lengths;
-use profidrive::explain::words::said;
-use profidrive::host::{Clock, Link};
-use profidrive::master::{Drive, DriveError, Seen};
+use crate::client::{Findings, Why};
+use crate::devices::ag03::drive::Mode;
+use crate::devices::ag03::param::{Model, Parameter, Reading, Subindex};
+use crate::devices::ag03::profibus::bits::{Role, SswBit, Word, ZswBit, bits};
+use crate::explain::value::Lengths;
+use crate::explain::words::said;
+use crate::host::{Clock, Link};
+use crate::master::{Drive, DriveError, Seen};
 use serde_json::json;
 
 use super::say;

@@ -1,7 +1,7 @@
 //! What kept a command from doing what it was asked.
 
-use profidrive::client::PkwError;
-use profidrive::master::{DriveError, SessionError};
+use crate::client::PkwError;
+use crate::master::{DriveError, SessionError};
 use thiserror::Error;
 
 #[derive(Debug, Error)]

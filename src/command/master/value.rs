@@ -1,9 +1,9 @@
 //! Values of parameters: read, with their unit, and as JSON.
 
-use profidrive::devices::ag03::param::{Access, Entry, Parameter, Subindex, Unit, Value};
-use profidrive::explain::value::{Lengths, in_words};
-use profidrive::host::{Clock, Link};
-use profidrive::master::{Drive, DriveError};
+use crate::devices::ag03::param::{Access, Entry, Parameter, Subindex, Unit, Value};
+use crate::explain::value::{Lengths, in_words};
+use crate::host::{Clock, Link};
+use crate::master::{Drive, DriveError};
 use serde_json::json;
 
 use super::device::Shown;

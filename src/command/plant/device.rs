@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use profidrive::host::list::{Group, Spec};
+use crate::host::list::{Group, Spec};
 
 use super::station::{self, Stations};
 use super::tables::{At, DeviceTable, LineTable, OfGroup};

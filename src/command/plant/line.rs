@@ -6,9 +6,9 @@ use core::str::FromStr;
 use core::time::Duration;
 use std::path::{Path, PathBuf};
 
-use profidrive::host::can;
-use profidrive::host::fault::{BusKind, Condition, Rule, While, duration};
-use profidrive::profibus::fdl::Address;
+use crate::host::can;
+use crate::host::fault::{BusKind, Condition, Rule, While, duration};
+use crate::profibus::fdl::Address;
 
 use super::device;
 use super::station::{self, Stations, point};

@@ -19,7 +19,7 @@ mod wrong;
 use std::io::{self, Write};
 use std::path::Path;
 
-use profidrive::host::list::Group;
+use crate::host::list::Group;
 
 use self::tables::{At, LineTable, PlantFile};
 use self::wrong::Wrong;

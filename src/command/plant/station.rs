@@ -3,11 +3,11 @@
 use core::ops::Range;
 use std::path::Path;
 
-use profidrive::gsd::Station;
-use profidrive::host::list::Group;
-use profidrive::process::{AtEnd, Point, Signal, Source, Table};
-use profidrive::profibus::dp::Application;
-use profidrive::profibus::fdl::Address;
+use crate::gsd::Station;
+use crate::host::list::Group;
+use crate::process::{AtEnd, Point, Signal, Source, Table};
+use crate::profibus::dp::Application;
+use crate::profibus::fdl::Address;
 
 use super::line::{address, time};
 use super::tables::{At, Behaviour, InputTable, PointTable, Then};

@@ -3,8 +3,8 @@
 use core::fmt::Display;
 use core::ops::Range;
 
-use profidrive::gsd::did_you_mean;
-use profidrive::host::list::{self, Group, Spec};
+use crate::gsd::did_you_mean;
+use crate::host::list::{self, Group, Spec};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 

@@ -3,7 +3,7 @@
 use std::io;
 use std::sync::Arc;
 
-use profidrive::host::Stop;
+use crate::host::Stop;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGUSR1};
 use signal_hook::{flag, low_level::pipe};
 

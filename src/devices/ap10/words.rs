@@ -118,7 +118,6 @@ impl StatusBit {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::string::ToString;
 
     #[test]
     fn words_read_as_their_bits() {

@@ -241,7 +241,6 @@ fn narrow(value: f64) -> i16 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::string::ToString;
 
     #[test]
     fn the_panel_has_five_digits() {

@@ -1,9 +1,5 @@
 //! One entry of a dictionary: its name, its value in words, the bits of a word, and what the device refuses to take.
 
-use std::format;
-use std::string::{String, ToString};
-use std::vec::Vec;
-
 use super::node::Learned;
 use crate::can_bus::canopen::cob_id::CobId;
 use crate::can_bus::canopen::dictionary::Place;

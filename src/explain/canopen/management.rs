@@ -1,9 +1,5 @@
 //! NMT, SYNC, time, error control and emergencies.
 
-use std::format;
-use std::string::{String, ToString};
-use std::vec::Vec;
-
 use super::entry::{emcy as emcy_in_words, register};
 use super::node::Learned;
 use super::{Network, Said};

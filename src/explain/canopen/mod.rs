@@ -35,9 +35,6 @@ mod service;
 mod text;
 
 use std::collections::BTreeMap;
-use std::format;
-use std::string::String;
-use std::vec::Vec;
 
 use super::{Explanation, Field, Kind, Mark, Sender};
 use crate::can_bus::can::{Frame, Id};

@@ -1,7 +1,6 @@
 //! What is known of one node.
 
 use std::collections::BTreeMap;
-use std::vec::Vec;
 
 use super::service::{MOST_PDOS, Service};
 use crate::can_bus::canopen::dictionary;

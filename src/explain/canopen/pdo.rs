@@ -1,9 +1,5 @@
 //! Process data: the entries that a mapping puts into a PDO.
 
-use std::format;
-use std::string::String;
-use std::vec::Vec;
-
 use super::Said;
 use super::entry::{field, in_words, named, octets_of, step_left_out};
 use super::node::{Learned, RPDO_MAPPING, TPDO_MAPPING};

@@ -1,9 +1,5 @@
 //! Service data: what a master asks of an entry, and what the node answers.
 
-use std::format;
-use std::string::String;
-use std::vec::Vec;
-
 use super::Said;
 use super::entry::{in_words, name, named, octets_of, read_refusal, refusal};
 use super::node::{Asked, Learned, append};

@@ -7,9 +7,6 @@
 //! 605#40 41 60 00                                  as logs of this program write it
 //! ```
 
-use std::string::{String, ToString};
-use std::vec::Vec;
-
 use thiserror::Error;
 
 use crate::can_bus::can::slcan::parse_frame;

@@ -4,9 +4,6 @@
 //! cannot differ. How to do it right, and the mistakes that public texts spread, stand here
 //! (`docs/reference/profidrive-v2.md` 1 to 4).
 
-use std::format;
-use std::string::String;
-
 use super::{known, named, standard_name};
 use crate::devices::ag03::param::{Entry, Gear, Kind, Model, Pnu, Store, Width, entry};
 use crate::devices::ag03::profibus::JobText;

@@ -1,8 +1,5 @@
 //! Hexadecimal numbers in a line, and how wide each is.
 
-use std::string::{String, ToString};
-use std::vec::Vec;
-
 use super::TextError;
 
 const SEPARATORS: [char; 16] =

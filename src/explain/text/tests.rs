@@ -1,6 +1,4 @@
 use proptest::prelude::*;
-use std::format;
-use std::string::ToString;
 
 use super::*;
 

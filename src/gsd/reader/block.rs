@@ -1,9 +1,5 @@
 //! Blocks: Module, PrmText, ExtUserPrmData, SlotDefinition, UnitDiagType, and the areas of the diagnosis.
 
-use std::format;
-use std::string::String;
-use std::vec::Vec;
-
 use super::prm::{definition, field_type, part};
 use super::{Reader, diag_bit};
 use crate::gsd::MAX_MODULES;

@@ -1,8 +1,5 @@
 //! The main part: what stands once, the rates, the texts of the diagnosis.
 
-use std::borrow::ToOwned;
-use std::format;
-
 use super::prm::part;
 use super::{DIAG_BIT, DIAG_FIXED_LEN, MAX_DIAG_LEN, Reader, diag_bit};
 use crate::gsd::hint::{Level, Place, ReadError, did_you_mean};

@@ -1,9 +1,5 @@
 //! User parameters: parts with constants and references, definitions, the old form.
 
-use std::format;
-use std::string::String;
-use std::vec::Vec;
-
 use super::{DIAG_BIT, DIAG_FIXED_LEN, Reader};
 use crate::gsd::hint::Place;
 use crate::gsd::parameter::{Allowed, FieldType, MAX_USER_PRM_LEN, Parameter, PrmPart, Reference};

@@ -122,7 +122,6 @@ const fn follow(earliest: &mut u64, before: u64, nanos: u64) {
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeMap;
-    use std::vec::Vec;
 
     use proptest::prelude::*;
 

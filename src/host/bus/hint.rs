@@ -252,7 +252,6 @@ impl fmt::Display for Addresses {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::string::ToString;
 
     #[test]
     fn addresses_are_listed_in_ranges() {

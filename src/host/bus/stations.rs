@@ -1,8 +1,5 @@
 //! The stations of a bus: who hears what, who sends when.
 
-use std::boxed::Box;
-use std::vec::Vec;
-
 use super::deadlines::Deadlines;
 use super::event::News;
 use super::hint::{Addresses, Watch};

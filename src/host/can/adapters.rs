@@ -1,12 +1,9 @@
 //! The adapters through which masters reach the bus: one at a pseudo-terminal, or one for each connection at a TCP port.
 
 use core::net::SocketAddr;
-use std::format;
 use std::io;
 use std::net::TcpListener;
 use std::path::PathBuf;
-use std::string::{String, ToString};
-use std::vec::Vec;
 
 use rustix::event::{PollFd, PollFlags};
 

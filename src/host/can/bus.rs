@@ -14,9 +14,7 @@
 
 use core::any::Any;
 use core::time::Duration;
-use std::boxed::Box;
 use std::collections::VecDeque;
-use std::vec::Vec;
 
 use super::CanParticipant;
 use super::fault::Faults;

@@ -8,7 +8,6 @@
 use core::time::Duration;
 use std::collections::VecDeque;
 use std::io;
-use std::vec::Vec;
 
 use crate::can_bus::can::slcan::{BEL, CR, FrameLine, LF, parse_frame};
 use crate::can_bus::can::{BitRate, Frame};

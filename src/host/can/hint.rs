@@ -194,9 +194,6 @@ impl fmt::Display for Numbers {
 
 #[cfg(test)]
 mod tests {
-    use std::format;
-    use std::string::{String, ToString};
-    use std::vec::Vec;
 
     use super::*;
 

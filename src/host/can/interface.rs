@@ -3,10 +3,7 @@
 //! What a node sends is on the bus in memory first, with the time that takes, then behind the interface, and the other way
 //! round. Who is bus off there, and who lost the arbitration, stays there.
 
-use std::boxed::Box;
-use std::format;
 use std::io;
-use std::string::String;
 
 use super::{Bus, CanEndpoint, LinkSpec, Seat, SlcanEndpoint};
 use crate::can_bus::can::BitRate;

@@ -1,8 +1,6 @@
 //! A bus in real time: stations, the adapters of masters, and the loop that runs both.
 
 use core::fmt;
-use std::boxed::Box;
-use std::string::String;
 
 use super::adapters::Adapters;
 use super::bus::Event;

@@ -2,7 +2,6 @@
 
 use core::str::FromStr;
 use std::path::PathBuf;
-use std::string::String;
 
 use thiserror::Error;
 

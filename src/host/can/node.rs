@@ -2,11 +2,7 @@
 
 use core::any::Any;
 use core::fmt;
-use std::boxed::Box;
-use std::format;
 use std::path::PathBuf;
-use std::vec;
-use std::vec::Vec;
 
 use super::CanParticipant;
 use super::node_counters::NodeCounters;

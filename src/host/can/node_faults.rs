@@ -1,7 +1,5 @@
 //! The faults on purpose of a bus with nodes, to change them while it runs.
 
-use std::vec::Vec;
-
 use super::{Bus, Seat, StoredNode};
 use crate::can_bus::canopen::NodeId;
 use crate::can_bus::canopen::faults::{MAX_FAULTS, TooMany};

@@ -1,9 +1,6 @@
 //! A device that can be a node; the list of all devices has each ([`DEVICES`](crate::host::list::DEVICES)).
 
 use core::fmt;
-use std::boxed::Box;
-use std::string::String;
-use std::vec::Vec;
 
 use crate::can_bus::canopen::eds;
 use crate::can_bus::canopen::eds::Sheet;

@@ -13,10 +13,8 @@
 //! and a comment with the frame that was to be sent.
 
 use std::borrow::Cow;
-use std::format;
 use std::io;
 use std::path::Path;
-use std::vec;
 
 use pcap_file::DataLink;
 use pcap_file::pcapng::blocks::enhanced_packet::{EnhancedPacketBlock, EnhancedPacketOption};
@@ -150,7 +148,6 @@ mod tests {
     use crate::host::can::Bus;
     use crate::host::{ManualClock, capture};
     use proptest::prelude::*;
-    use std::vec::Vec;
 
     #[test]
     fn golden_octets() {

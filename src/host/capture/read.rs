@@ -1,12 +1,9 @@
 //! Reading captures, ours and those of others.
 
 use core::time::Duration;
-use std::format;
 use std::fs::File;
 use std::io::{self, Chain, Cursor, ErrorKind, Read};
 use std::path::Path;
-use std::string::String;
-use std::vec::Vec;
 
 use pcap_file::pcapng::blocks::enhanced_packet::{EnhancedPacketBlock, EnhancedPacketOption};
 use pcap_file::pcapng::blocks::interface_description::{

@@ -1,7 +1,6 @@
 use super::*;
 use proptest::prelude::*;
 use std::io::Cursor;
-use std::string::ToString;
 
 use crate::host::link::memory::{End, Wire};
 use crate::host::link::tap::Tap;

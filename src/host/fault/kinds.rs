@@ -1,7 +1,6 @@
 //! Every kind of fault: one row for its name, its value, and what it does in words. Where it acts it has one arm.
 
 use core::fmt;
-use std::string::String;
 
 use super::BusKind;
 use super::parameter::{

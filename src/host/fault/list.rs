@@ -1,7 +1,5 @@
 //! The faults that act, by number.
 
-use std::vec::Vec;
-
 use super::Rule;
 use crate::chance::Chance;
 use crate::time::Instant;

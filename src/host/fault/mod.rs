@@ -22,9 +22,6 @@
 //! # Ok::<(), profidrive::host::fault::RuleError>(())
 //! ```
 
-use std::string::{String, ToString};
-use std::vec::Vec;
-
 use thiserror::Error;
 
 use crate::can_bus::can::Id;

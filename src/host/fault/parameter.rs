@@ -1,8 +1,6 @@
 //! The values of faults as they are written.
 
 use core::time::Duration;
-use std::format;
-use std::string::{String, ToString};
 
 use crate::can_bus::canopen::Abort;
 use crate::profibus::dp::slave_diag;

@@ -1,7 +1,4 @@
 use core::time::Duration;
-use std::format;
-use std::string::ToString;
-use std::vec::Vec;
 
 use super::*;
 use crate::can_bus::canopen::faults::SdoFault;

@@ -3,8 +3,6 @@
 use core::fmt;
 use core::str::FromStr;
 use core::time::Duration;
-use std::string::{String, ToString};
-use std::vec::Vec;
 
 use thiserror::Error;
 

@@ -34,7 +34,6 @@
 use core::time::Duration;
 use std::collections::{BTreeMap, VecDeque};
 use std::io;
-use std::vec::Vec;
 
 use super::pieces::{Piece, Pieces};
 use crate::host::fault::{List, Rule, Switch};

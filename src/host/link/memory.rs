@@ -5,7 +5,6 @@ use std::collections::VecDeque;
 use std::io;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
-use std::vec::Vec;
 
 use crate::host::{Link, Received, Stop};
 

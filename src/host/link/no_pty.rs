@@ -3,7 +3,6 @@
 use core::time::Duration;
 use std::io;
 use std::path::Path;
-use std::vec::Vec;
 
 use rustix::event::PollFd;
 

@@ -5,7 +5,6 @@
 //! [`Framer`](crate::profibus::fdl::Framer) with [`Resync::SCAN`] finds in the same octets.
 
 use core::time::Duration;
-use std::vec::Vec;
 
 use crate::profibus::fdl::telegram::{Decoded, decode};
 use crate::profibus::fdl::{FrameError, MAX_TELEGRAM_LEN, Resync};

@@ -35,7 +35,6 @@ use std::io;
 use std::os::fd::OwnedFd;
 use std::os::unix::ffi::OsStringExt;
 use std::path::{Path, PathBuf};
-use std::vec::Vec;
 
 use rustix::event::{PollFd, PollFlags};
 use rustix::fs::{Mode, OFlags, inotify};

@@ -17,7 +17,6 @@
 use core::time::Duration;
 use std::collections::VecDeque;
 use std::io;
-use std::string::String;
 
 use rustix::event::{PollFd, PollFlags};
 

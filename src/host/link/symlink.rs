@@ -5,8 +5,7 @@ use std::fs::{self, File};
 use std::io::{self, Read, Seek, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt, symlink};
 use std::path::{Path, PathBuf};
-use std::string::{String, ToString};
-use std::{format, process, writeln};
+use std::{process, writeln};
 
 use rustix::fs::OFlags;
 

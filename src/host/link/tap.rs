@@ -44,7 +44,6 @@ use core::sync::atomic::{AtomicUsize, Ordering};
 use core::time::Duration;
 use std::io;
 use std::sync::Arc;
-use std::vec::Vec;
 
 use super::pieces::{Piece, Pieces, broken_off};
 use crate::host::{Clock, Link, Received, Stop};
@@ -296,7 +295,6 @@ mod tests {
     use super::*;
     use core::cell::RefCell;
     use proptest::prelude::*;
-    use std::boxed::Box;
     use std::collections::VecDeque;
     use std::rc::Rc;
 

@@ -30,7 +30,6 @@ use core::time::Duration;
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind};
 use std::net::{TcpListener, TcpStream};
-use std::vec::Vec;
 
 use rustix::event::{PollFd, PollFlags};
 

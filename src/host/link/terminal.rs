@@ -133,7 +133,6 @@ impl Link for Terminal {
 
 #[cfg(all(test, target_os = "linux"))]
 mod tests {
-    use std::string::ToString;
 
     use super::*;
     use crate::host::link::pty::Pty;

@@ -1,11 +1,7 @@
 //! What can be chosen about a device, as rows, and what was chosen.
 
 use core::fmt;
-use std::borrow::ToOwned;
-use std::format;
 use std::path::{Path, PathBuf};
-use std::string::{String, ToString};
-use std::vec::Vec;
 
 use super::Given;
 use crate::face::{Quirk, QuirkError};

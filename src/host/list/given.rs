@@ -1,8 +1,5 @@
 //! What a person or a program wrote about a device, before anybody knows whether it is right.
 
-use std::string::String;
-use std::vec::Vec;
-
 /// A value as it is written on the command line, in TOML or in JSON.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Given {
@@ -21,9 +18,6 @@ pub enum Given {
 #[cfg(feature = "serde")]
 mod of_serde {
     use core::fmt;
-    use std::borrow::ToOwned;
-    use std::string::String;
-    use std::vec::Vec;
 
     use serde::de::{Error, MapAccess, SeqAccess, Visitor};
     use serde::{Deserialize, Deserializer};

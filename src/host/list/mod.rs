@@ -20,8 +20,6 @@ mod slaves;
 mod spec;
 
 use core::fmt;
-use std::boxed::Box;
-use std::vec::Vec;
 
 pub use choice::{Choice, Choices, QuirkRow, Takes};
 pub use given::Given;

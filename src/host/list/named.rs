@@ -1,9 +1,5 @@
 //! Parameters by number or name: of the positioning drives, and of a table of the user.
 
-use std::format;
-use std::string::String;
-use std::vec::Vec;
-
 use strsim::levenshtein;
 
 use crate::devices::ag03::param::{Entry, Pnu, TABLE};

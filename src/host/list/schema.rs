@@ -1,8 +1,5 @@
 //! The JSON Schema of a specification, from the rows of the list.
 
-use std::borrow::ToOwned;
-use std::string::String;
-
 use serde_json::{Map, Value, json};
 use utoipa::openapi::{RefOr, Schema};
 

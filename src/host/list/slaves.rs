@@ -1,14 +1,9 @@
 //! How the devices on PROFIBUS are made from their specifications.
 
 use core::fmt;
-use std::borrow::ToOwned;
-use std::boxed::Box;
-use std::format;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
-use std::string::{String, ToString};
-use std::vec::Vec;
 
 use thiserror::Error;
 

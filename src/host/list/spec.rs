@@ -1,11 +1,6 @@
 //! The specification of a device: one for `a,k=v`, TOML and JSON.
 
-use std::borrow::ToOwned;
-use std::format;
 use std::path::Path;
-use std::string::{String, ToString};
-use std::vec;
-use std::vec::Vec;
 
 use thiserror::Error;
 

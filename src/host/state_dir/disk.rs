@@ -4,8 +4,6 @@ use core::fmt::Debug;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
-use std::string::String;
-use std::vec::Vec;
 
 use crate::host::lock::locked;
 

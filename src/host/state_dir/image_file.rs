@@ -2,9 +2,7 @@
 
 use core::time::Duration;
 use std::path::PathBuf;
-use std::string::String;
 use std::sync::Arc;
-use std::vec::Vec;
 
 use super::StateDirError;
 use super::slots::{Slots, Ticket};

@@ -17,13 +17,10 @@
 //! | `slots.rs` | which files have an owner, which images wait, the writer |
 //! | `image_file.rs` | the file of one unit, as its owner uses it |
 
-use std::boxed::Box;
-use std::format;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
-use std::vec::Vec;
 
 use thiserror::Error;
 

@@ -12,16 +12,11 @@
 //! | failed | waits again | its owner goes |
 
 use core::time::Duration;
-use std::borrow::ToOwned;
-use std::boxed::Box;
 use std::collections::BTreeMap;
-use std::format;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::string::String;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
-use std::vec::Vec;
 
 use super::disk::Disk;
 use super::{EXTENSION, Newest, StateDirError, TEMPORARY};

@@ -1,7 +1,5 @@
 use std::collections::BTreeMap;
-use std::string::String;
 use std::sync::Mutex;
-use std::vec;
 
 use super::*;
 use crate::time::Instant;

@@ -1,9 +1,6 @@
 //! Rows that need somebody who operates the master: what it does after it was asked.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::format;
-use std::string::String;
-use std::vec::Vec;
 
 use super::Observer;
 use super::contents::{FREEZE_REQ, SYNC_REQ};

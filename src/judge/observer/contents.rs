@@ -1,8 +1,6 @@
 //! Rows P and G: what Set_Prm and Chk_Cfg say.
 
 use core::time::Duration;
-use std::format;
-use std::string::String;
 
 use super::Observer;
 use super::cycle::Cycle;

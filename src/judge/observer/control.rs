@@ -1,7 +1,6 @@
 //! Rows O: Global_Control, and what outputs say in CLEAR.
 
 use core::time::Duration;
-use std::format;
 
 use super::Observer;
 use super::cycle::Cycle;

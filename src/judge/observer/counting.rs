@@ -1,7 +1,6 @@
 //! Rows C: the frame count bit, retries; and what the bit tells of bad replies (rows E).
 
 use std::collections::BTreeMap;
-use std::format;
 
 use super::Observer;
 use super::cycle::{Answer, Bad, Cycle, Relation};

@@ -1,7 +1,5 @@
 //! A request that wants a reply, and what came back.
 
-use std::vec::Vec;
-
 use crate::profibus::dp;
 use crate::profibus::fdl::telegram::{Decoded, decode};
 use crate::profibus::fdl::{

@@ -1,7 +1,6 @@
 //! Rows X, and those of D, E and L that show while data are exchanged.
 
 use core::time::Duration;
-use std::format;
 
 use super::Observer;
 use super::cycle::{Answer, Cycle};

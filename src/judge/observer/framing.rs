@@ -1,7 +1,5 @@
 //! Rows F: every telegram of the master as such.
 
-use std::format;
-
 use super::Observer;
 use crate::judge::findings::Weight;
 use crate::judge::rows::Row;

@@ -37,8 +37,6 @@ mod view;
 
 use core::time::Duration;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
-use std::string::String;
-use std::vec::Vec;
 
 use super::findings::{Findings, Weight};
 use super::moment::{Moment, Side, split};

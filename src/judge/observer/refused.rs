@@ -1,9 +1,5 @@
 //! Why data exchange with a station is not reached.
 
-use std::format;
-use std::string::String;
-use std::vec::Vec;
-
 use super::Observer;
 use super::view::View;
 use crate::explain::hex;

@@ -1,7 +1,6 @@
 //! Rows U, and those of D and L that show in a start-up: what is asked when.
 
 use core::time::Duration;
-use std::format;
 
 use super::Observer;
 use super::cycle::{Answer, Cycle};

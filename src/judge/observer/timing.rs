@@ -1,9 +1,6 @@
 //! Rows T and I: pauses, waiting, intervals.
 
 use core::time::Duration;
-use std::format;
-use std::string::String;
-use std::vec::Vec;
 
 use super::Observer;
 use super::Sight;
@@ -159,7 +156,8 @@ impl Observer {
         let within = waited * 100 < slot * 45;
         let exact = matches!(self.sight, Sight::Exact(_));
         let (is_early, is_within) = if exact { (early, waited < slot) } else { (early, within) };
-        if after_double && is_within && !is_diag {
+        // Who took the second copy for the reply goes on; who repeats the request waited too short.
+        if after_double && is_within && !is_diag && !repeats {
             let reason = format!(
                 "the next telegram {} us after a request to {to}, whose reply was held back: the second copy of the reply \
                  before was taken for it",

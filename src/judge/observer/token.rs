@@ -1,8 +1,6 @@
 //! Rows K: the token, and the search for stations in the GAP.
 
 use std::collections::BTreeSet;
-use std::format;
-use std::vec::Vec;
 
 use super::cycle::{Cycle, Item};
 use super::{Observer, Sight};

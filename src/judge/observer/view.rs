@@ -1,7 +1,6 @@
 //! What the telegrams show of one station and of how the master treats it.
 
 use core::time::Duration;
-use std::vec::Vec;
 
 use super::cycle::Cycle;
 use crate::judge::rows::Row;

@@ -2,8 +2,6 @@
 
 use core::fmt;
 use core::time::Duration;
-use std::string::String;
-use std::vec::Vec;
 
 use crate::judge::rows::Row;
 use crate::profibus::fdl::Address;

@@ -2,8 +2,6 @@
 //! and why a row that nothing was seen of is not judged.
 
 use core::time::Duration;
-use std::format;
-use std::vec::Vec;
 
 use super::{BASELINE, Ending, Judge, LIMIT, Phase};
 use crate::judge::findings::{Verdict, Weight};

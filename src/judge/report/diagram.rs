@@ -1,9 +1,6 @@
 //! The telegrams of a verdict as a drawing: time downwards, a line a station, an arrow a telegram, its meaning beside it.
 
 use core::fmt::Write;
-use std::format;
-use std::string::{String, ToString};
-use std::vec::Vec;
 
 use super::Report;
 use super::markup::Text;

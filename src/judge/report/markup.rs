@@ -25,7 +25,6 @@ impl fmt::Display for Text<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::string::ToString;
 
     #[test]
     fn nothing_in_a_text_is_markup() {

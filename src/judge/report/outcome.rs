@@ -1,9 +1,5 @@
 //! Whether a judgement says that the master is right: no row failed, and enough was judged to say so.
 
-use std::format;
-use std::string::{String, ToString};
-use std::vec::Vec;
-
 use super::{Report, Verdict};
 use crate::judge::play::Ending;
 use crate::judge::rows::{Group, Row};

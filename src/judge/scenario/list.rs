@@ -1,9 +1,6 @@
 //! The scenarios of the judge itself, those that a master survives most easily first.
 
 use core::time::Duration;
-use std::string::ToString;
-use std::vec::Vec;
-use std::{format, vec};
 
 use super::{Act, Check, Need, Scenario, Step, Which};
 use crate::judge::rows::Row;

@@ -1,6 +1,5 @@
 //! The telegrams that somebody watched.
 
-use std::boxed::Box;
 use std::collections::VecDeque;
 
 use crate::host::link::tap::{Batch, Direction};

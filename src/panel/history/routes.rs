@@ -2,8 +2,6 @@
 
 use core::fmt::Write;
 use core::time::Duration;
-use std::format;
-use std::prelude::v1::*;
 use std::time::SystemTime;
 
 use axum::Json;

@@ -2,7 +2,6 @@
 
 use core::time::Duration;
 use std::collections::{BTreeMap, VecDeque};
-use std::prelude::v1::*;
 
 use serde::Serialize;
 use utoipa::ToSchema;

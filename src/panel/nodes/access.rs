@@ -1,9 +1,5 @@
 //! What the thread of a bus of CAN lends to the threads of HTTP.
 
-use std::format;
-use std::string::{String, ToString};
-use std::vec::Vec;
-
 use axum::extract::FromRequestParts;
 use axum::http::StatusCode;
 use axum::http::request::Parts;

@@ -1,8 +1,5 @@
 //! The bus as such: its rate and what has passed.
 
-use std::format;
-use std::prelude::v1::*;
-
 use axum::Json;
 use axum::extract::State;
 use serde::Serialize;

@@ -1,9 +1,6 @@
 //! Nodes that come and go while the bus runs.
 
-use std::boxed::Box;
-use std::format;
 use std::path::Path;
-use std::prelude::v1::*;
 
 use axum::Json;
 use axum::extract::State;

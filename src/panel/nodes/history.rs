@@ -1,7 +1,5 @@
 //! What was on the bus, over HTTP.
 
-use std::format;
-use std::prelude::v1::*;
 use std::sync::Arc;
 
 use axum::Json;

@@ -1,8 +1,6 @@
 //! The object dictionary of a node, read and written without the bus.
 
 use core::fmt;
-use std::format;
-use std::prelude::v1::*;
 
 use axum::Json;
 use axum::extract::State;

@@ -4,8 +4,6 @@ use axum::extract::FromRef;
 use axum::middleware;
 use axum::routing::{delete, get, post, put};
 use axum::{Json, Router};
-use std::format;
-use std::prelude::v1::*;
 use std::sync::Arc;
 use utoipa::OpenApi;
 

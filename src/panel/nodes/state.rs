@@ -1,8 +1,5 @@
 //! Which nodes there are, and the complete state of each.
 
-use std::format;
-use std::prelude::v1::*;
-
 use axum::Json;
 use axum::extract::State;
 use serde::Serialize;

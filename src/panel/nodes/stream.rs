@@ -1,10 +1,7 @@
 //! The live stream: states, news and frames as server-sent events.
 
 use core::time::Duration;
-use std::format;
-use std::string::String;
 use std::sync::Arc;
-use std::vec::Vec;
 
 use axum::body::Bytes;
 use axum::extract::State;

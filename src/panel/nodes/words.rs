@@ -1,8 +1,5 @@
 //! The words of bits of a node, its PDOs, and its error history.
 
-use std::format;
-use std::prelude::v1::*;
-
 use serde::Serialize;
 use utoipa::ToSchema;
 

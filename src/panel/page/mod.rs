@@ -1,7 +1,5 @@
 //! The page: files that are part of the program, so that it needs no other host.
 
-use std::format;
-
 use axum::http::{HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 

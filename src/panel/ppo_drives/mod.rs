@@ -10,9 +10,6 @@ pub(super) mod parameters;
 mod state;
 pub(super) mod why;
 
-use std::format;
-use std::prelude::v1::*;
-
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;

@@ -1,8 +1,5 @@
 //! The table of parameters of a drive of PROFIDRIVE version 2. Values are numbers on the bus.
 
-use std::format;
-use std::prelude::v1::*;
-
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;

@@ -1,8 +1,5 @@
 //! A drive of PROFIDRIVE version 2 as JSON.
 
-use std::format;
-use std::prelude::v1::*;
-
 use serde::Serialize;
 use utoipa::ToSchema;
 

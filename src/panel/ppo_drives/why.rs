@@ -1,8 +1,5 @@
 //! What keeps a drive of the profile from turning, on request.
 
-use std::format;
-use std::prelude::v1::*;
-
 use axum::Json;
 use axum::extract::State;
 use serde::Serialize;

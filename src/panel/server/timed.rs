@@ -3,7 +3,6 @@
 use core::pin::Pin;
 use core::task::{Context, Poll, ready};
 use core::time::Duration;
-use std::boxed::Box;
 use std::io;
 
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};

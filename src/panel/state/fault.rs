@@ -1,8 +1,5 @@
 //! What is wrong with a drive, and what stands against a start.
 
-use std::format;
-use std::prelude::v1::*;
-
 use serde::Serialize;
 use utoipa::ToSchema;
 

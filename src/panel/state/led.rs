@@ -1,8 +1,5 @@
 //! The LEDs of a drive, as lit now and as they blink.
 
-use std::format;
-use std::prelude::v1::*;
-
 use serde::Serialize;
 use utoipa::ToSchema;
 

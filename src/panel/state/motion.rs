@@ -1,8 +1,5 @@
 //! Where the shaft is, what moves it, and what the drive measures.
 
-use std::format;
-use std::prelude::v1::*;
-
 use serde::Serialize;
 use utoipa::ToSchema;
 

@@ -1,7 +1,5 @@
 //! What a drive is: its model and gear, power, mode and EEPROM.
 
-use std::prelude::v1::*;
-
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 

@@ -1,7 +1,5 @@
 //! The station on the line and its DP slave.
 
-use std::prelude::v1::*;
-
 use serde::Serialize;
 use utoipa::ToSchema;
 

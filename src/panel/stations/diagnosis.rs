@@ -1,8 +1,5 @@
 //! A diagnosis that is raised by hand.
 
-use std::format;
-use std::prelude::v1::*;
-
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 

@@ -10,9 +10,6 @@ mod diagnosis;
 mod state;
 pub(super) mod values;
 
-use std::format;
-use std::prelude::v1::*;
-
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;

@@ -1,8 +1,5 @@
 //! A station from a GSD as JSON.
 
-use std::format;
-use std::prelude::v1::*;
-
 use serde::Serialize;
 use utoipa::ToSchema;
 

@@ -1,8 +1,5 @@
 //! Inputs and outputs by slot, octet and type.
 
-use std::format;
-use std::prelude::v1::*;
-
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;

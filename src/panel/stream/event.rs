@@ -1,8 +1,5 @@
 //! The events of the stream, and how they are written.
 
-use std::format;
-use std::prelude::v1::*;
-
 use axum::body::Bytes;
 use serde::Serialize;
 use utoipa::ToSchema;

@@ -1,8 +1,6 @@
 //! One reader of the stream.
 
 use core::time::Duration;
-use std::boxed::Box;
-use std::vec::Vec;
 
 use axum::body::Bytes;
 use tokio::sync::{broadcast, mpsc};

@@ -204,8 +204,6 @@ fn identifier(input: &[u8]) -> IResult<&[u8], Identifier, CutOff> {
 
 #[cfg(test)]
 mod tests {
-    use std::string::ToString;
-    use std::vec;
 
     use super::*;
     use crate::profibus::dp::application::{Expected, Reason};

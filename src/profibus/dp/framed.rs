@@ -266,6 +266,4 @@ mod tests {
         assert_eq!(slave.poll_news(), Some(News::Lost(2)));
         assert_eq!(slave.poll_news(), None);
     }
-
-    use std::string::ToString;
 }

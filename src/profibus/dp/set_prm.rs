@@ -330,7 +330,6 @@ impl core::fmt::Display for Span {
 #[cfg(test)]
 mod tests {
     use core::ops::RangeInclusive;
-    use std::string::ToString;
 
     use super::*;
     use crate::profibus::dp::Fixed;

@@ -319,7 +319,6 @@ impl fmt::Display for Latency {
 mod tests {
     use super::*;
     use crate::profibus::fdl::telegram::{Decoded, decode};
-    use std::string::ToString;
 
     fn telegram(octets: &[u8]) -> Telegram<'_> {
         match decode(octets) {

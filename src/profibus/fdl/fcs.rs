@@ -116,7 +116,6 @@ fn sum_of_lanes(lanes: u64) -> u8 {
 
 #[cfg(test)]
 mod tests {
-    use std::vec::Vec;
 
     use super::*;
 

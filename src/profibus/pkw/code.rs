@@ -224,7 +224,6 @@ impl From<JobError> for ErrorNumber {
 
 #[cfg(test)]
 mod tests {
-    use std::string::ToString;
 
     use super::*;
 

@@ -87,7 +87,6 @@ fn whole<const LEN: usize>(octets: &[u8]) -> Result<&[u8; LEN], LengthError> {
 
 #[cfg(test)]
 mod tests {
-    use std::string::ToString;
 
     use proptest::prelude::*;
 

@@ -359,7 +359,6 @@ impl fmt::Display for ReservedId {
 
 #[cfg(test)]
 mod tests {
-    use std::string::ToString;
 
     use super::*;
 

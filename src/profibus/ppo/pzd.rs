@@ -70,7 +70,6 @@ const fn mask(n: u8) -> u16 {
 
 #[cfg(test)]
 mod tests {
-    use std::format;
 
     use super::*;
 

@@ -137,7 +137,6 @@ const fn expected(command: u8, expected: &'static str) -> CommandError {
 mod tests {
     use super::*;
     use crate::can_bus::can::Id;
-    use std::string::ToString;
 
     #[test]
     fn golden_commands() {

@@ -216,7 +216,6 @@ mod tests {
 
     #[test]
     fn golden_lines() {
-        use std::string::ToString;
         for (line, frame) in GOLDEN {
             let parsed = parse_frame(line).unwrap().unwrap();
             assert_eq!(parsed.to_string(), frame);

@@ -1,8 +1,8 @@
 //! `status`, `faults` and `ack` of a drive on CANopen.
 
-use profidrive::can_bus::canopen::{Address, Sub, Value};
-use profidrive::can_bus::cia402::{Controlword, State, Statusword};
-use profidrive::client::{NodeGoal, NodeSigns, NodeTrouble};
+use crate::can_bus::canopen::{Address, Sub, Value};
+use crate::can_bus::cia402::{Controlword, State, Statusword};
+use crate::client::{NodeGoal, NodeSigns, NodeTrouble};
 use serde_json::json;
 
 use super::{Drive, NEWEST_ERROR, Octets, POSITION, number, say};

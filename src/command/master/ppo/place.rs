@@ -1,10 +1,10 @@
 //! A parameter as it was asked for.
 
-use profidrive::devices::ag03::param::{Pnu, Subindex, Value};
-use profidrive::devices::ppo_drive::table::{Kind, Row, Table};
+use crate::devices::ag03::param::{Pnu, Subindex, Value};
+use crate::devices::ppo_drive::table::{Kind, Row, Table};
 use serde_json::json;
 
-use profidrive::host::list::named;
+use crate::host::list::named;
 
 use crate::command::Failure;
 use crate::command::master::device::Shown;

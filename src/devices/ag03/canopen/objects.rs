@@ -388,7 +388,6 @@ impl<const RATIO: u16> Table<RATIO> {
 
 #[cfg(test)]
 mod tests {
-    use std::vec::Vec;
 
     use super::*;
     use crate::can_bus::canopen::dictionary::{Access, Limits};

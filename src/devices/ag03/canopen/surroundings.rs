@@ -95,8 +95,6 @@ mod tests {
     use crate::can_bus::canopen::NodeId;
     use crate::devices::ag03::drive::Inputs;
     use crate::face::surroundings::InputKind;
-    use std::string::ToString;
-    use std::vec::Vec;
 
     #[test]
     fn each_input_is_set_and_read_back_and_nominal_is_as_made() {

@@ -103,8 +103,6 @@ impl fmt::Display for InputChange {
 
 #[cfg(test)]
 mod tests {
-    use std::string::ToString;
-    use std::vec::Vec;
 
     use super::*;
     use crate::devices::ag03::drive::Fault;

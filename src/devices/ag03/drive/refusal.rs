@@ -268,7 +268,6 @@ impl fmt::Display for Asked {
 
 #[cfg(test)]
 mod tests {
-    use std::string::ToString;
 
     use super::*;
 

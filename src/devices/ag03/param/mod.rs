@@ -303,7 +303,6 @@ impl NotNow {
 
 #[cfg(test)]
 mod tests {
-    use std::string::ToString;
 
     use super::*;
 

@@ -134,7 +134,6 @@ pub struct GearError;
 
 #[cfg(test)]
 mod tests {
-    use std::string::ToString;
 
     use super::*;
 

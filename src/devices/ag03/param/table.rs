@@ -346,8 +346,6 @@ const fn setting_of(row: u8) -> Setting {
 
 #[cfg(test)]
 mod tests {
-    use std::string::ToString;
-    use std::vec::Vec;
 
     use super::*;
     use crate::devices::ag03::param::{Access, Gear, Quirks, Value};

@@ -22,7 +22,6 @@ impl From<Address> for DipSwitches {
 
 #[cfg(test)]
 mod tests {
-    use std::string::ToString;
 
     use super::*;
 

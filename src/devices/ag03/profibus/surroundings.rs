@@ -76,8 +76,6 @@ mod tests {
     use crate::devices::ag03::drive::Inputs;
     use crate::devices::ag03::param::Model;
     use crate::profibus::fdl::Address;
-    use std::string::{String, ToString};
-    use std::vec::Vec;
 
     fn device(model: Model) -> Device {
         let config = Config { model, ..Config::new(Address::station(5).unwrap()) };

@@ -131,7 +131,6 @@ impl Cycles {
 
 #[cfg(test)]
 mod tests {
-    use std::string::ToString;
 
     use super::*;
 

@@ -1,7 +1,6 @@
 //! A unit as a bus would use it, with no bus in scope.
 
 use core::time::Duration;
-use std::vec::Vec;
 
 use super::*;
 use crate::devices::ag03::drive::{Direction, Fault, Motor, Operation, State};

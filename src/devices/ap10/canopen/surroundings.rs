@@ -123,7 +123,6 @@ mod tests {
     use super::super::Config;
     use super::*;
     use crate::can_bus::canopen::NodeId;
-    use std::string::ToString;
 
     #[test]
     fn what_is_seen_is_said_in_one_line() {

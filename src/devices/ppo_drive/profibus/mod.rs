@@ -18,8 +18,6 @@ mod memory;
 mod parameters;
 mod why;
 
-use std::vec::Vec;
-
 use super::profile;
 use crate::devices::ag03;
 use crate::devices::ag03::unit::{ApplicationCycle, Cycles};

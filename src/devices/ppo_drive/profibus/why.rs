@@ -138,8 +138,6 @@ impl fmt::Display for PpoWhy {
 
 #[cfg(test)]
 mod tests {
-    use std::string::ToString;
-    use std::vec::Vec;
 
     use super::*;
 

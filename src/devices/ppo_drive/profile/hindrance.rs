@@ -92,7 +92,6 @@ pub fn hindrances(stw: Stw, zsw: Zsw) -> impl Iterator<Item = ProfileHindrance> 
 
 #[cfg(test)]
 mod tests {
-    use std::vec::Vec;
 
     use super::*;
 

@@ -1,10 +1,6 @@
 //! A row from its named fields as text.
 
-use std::borrow::ToOwned;
 use std::collections::BTreeMap;
-use std::format;
-use std::string::String;
-use std::vec::Vec;
 
 use super::{Channel, Kind, MAX_PNU, Row, TableError, Tie};
 use crate::devices::ppo_drive::Quantity;

@@ -7,11 +7,6 @@
 //!        type = "uint16"
 //! ```
 
-use std::borrow::ToOwned;
-use std::format;
-use std::string::{String, ToString};
-use std::vec::Vec;
-
 use toml::de::{DeTable, DeValue};
 
 use super::{Fields, Row, Table, TableError};

@@ -1,7 +1,5 @@
 //! Another first value for one drive: several drives can have one table and differ in a few values.
 
-use std::vec;
-
 use thiserror::Error;
 
 use super::{Kind, Table, Tie};

@@ -25,8 +25,6 @@ mod profile;
 
 use core::fmt;
 use std::collections::BTreeMap;
-use std::string::String;
-use std::vec::Vec;
 
 use strum::{IntoStaticStr, VariantArray};
 use thiserror::Error;

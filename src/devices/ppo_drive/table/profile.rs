@@ -1,8 +1,5 @@
 //! The parameters of the profile that every drive has (`profidrive-v2.md` 7).
 
-use std::borrow::ToOwned;
-use std::vec::Vec;
-
 use super::{Channel, Kind, Row, Tie};
 use crate::devices::ppo_drive::Quantity;
 

@@ -3,8 +3,6 @@
 use core::time::Duration;
 use std::collections::VecDeque;
 use std::io;
-use std::string::String;
-use std::vec::Vec;
 
 use rustix::event::PollFd;
 

@@ -2,7 +2,6 @@
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
-use std::vec::Vec;
 
 use rustix::event::{PollFd, PollFlags};
 

@@ -1,6 +1,5 @@
 //! A station as the bus sees it: its mailbox, its error counters, and for a port what waits in both directions.
 
-use std::boxed::Box;
 use std::collections::VecDeque;
 
 use thiserror::Error;

@@ -1,5 +1,3 @@
-use std::vec;
-
 use super::*;
 use crate::can_bus::can::{Id, timing};
 

@@ -1,7 +1,5 @@
 //! The wire: whose frame is on it, who is next, and what a frame comes to.
 
-use std::vec::Vec;
-
 use super::{Bus, Damage, Event, Seat};
 use crate::can_bus::can::timing;
 use crate::can_bus::can::timing::{ERROR_FRAME, INTERMISSION, SUSPEND};

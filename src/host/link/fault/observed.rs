@@ -1,7 +1,6 @@
 //! What telegrams show of the stations: who was asked for which service, how often, and in which state a station is.
 
 use std::collections::BTreeMap;
-use std::vec::Vec;
 
 use super::{data_telegram, is_request};
 use crate::profibus::dp::{Diagnosis, Service, SetPrm, State};

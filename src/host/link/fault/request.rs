@@ -1,7 +1,6 @@
 //! Faults on the way from the master to the drives.
 
 use core::time::Duration;
-use std::vec::Vec;
 
 use super::observed::Occasion;
 use super::{Active, HeldCfg, data_telegram, encoded};

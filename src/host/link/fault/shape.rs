@@ -1,7 +1,5 @@
 //! Faults that give a reply another shape: its function code, addresses, SAPs, delimiters, format, length or FCS.
 
-use std::vec::Vec;
-
 use super::observed::Occasion;
 use super::reply::{inputs, response_of};
 use super::{data_telegram, encoded};

@@ -78,7 +78,6 @@ impl Link for Connection {
 
 #[cfg(test)]
 mod tests {
-    use std::string::ToString;
 
     use super::*;
     use crate::host::link::tcp::{Reach, Tcp};

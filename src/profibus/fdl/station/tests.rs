@@ -1,5 +1,3 @@
-use std::vec::Vec;
-
 use super::*;
 use crate::profibus::fdl::telegram::{Decoded, decode};
 

@@ -12,8 +12,6 @@ mod velocity;
 mod words;
 
 use core::time::Duration;
-use std::string::{String, ToString};
-use std::vec::Vec;
 
 use super::settings::DEFAULTS;
 use super::*;

@@ -2,7 +2,7 @@
 
 use core::fmt::Write;
 use std::path::Path;
-use std::{env, format, fs};
+use std::{env, fs};
 
 use super::words::in_every_state;
 use super::*;

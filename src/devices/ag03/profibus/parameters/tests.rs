@@ -1,7 +1,5 @@
 mod every_number_and_job;
 
-use std::vec::Vec;
-
 use proptest::prelude::*;
 
 use super::*;

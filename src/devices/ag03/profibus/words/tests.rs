@@ -1,7 +1,6 @@
 //! The words against a unit: every bit, and both values of each quirk of the words.
 
 use core::time::Duration;
-use std::string::ToString;
 
 use proptest::prelude::*;
 

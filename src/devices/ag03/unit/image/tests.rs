@@ -1,7 +1,3 @@
-use std::format;
-use std::string::ToString;
-use std::vec::Vec;
-
 use proptest::prelude::*;
 
 use super::*;
