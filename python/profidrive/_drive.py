@@ -68,7 +68,7 @@ class Drive:
 
     @property
     def device(self) -> str:
-        """What it is, as the command line names it: `ag03-1`, `gsd-station`."""
+        """What it is, as the command line names it."""
         return str(self.state["device"])
 
     @property

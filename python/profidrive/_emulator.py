@@ -43,7 +43,7 @@ class Line:
         return self._known.get(self._path)
 
     def add(self, address: int, device: str, **specification: object) -> Drive:
-        """Plugs in a station: `line.add(6, "ag03", gear_ratio=24)`. `state["devices"]` lists what there is."""
+        """Plugs in a station, with the options of its device. `state["devices"]` lists what there is."""
         body = {"line": self.name, "address": address, "device": device, **specification}
         self._known.request("POST", "/stations", body)
         return Drive(self._known, self.name, address)

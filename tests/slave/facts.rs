@@ -119,14 +119,17 @@ fn the_dissector_has_the_tables_of_the_crate() {
     assert_eq!(found, tables, "run this test with WRITE_DISSECTOR=1");
 }
 
-/// What the page says of a device comes from the server.
+/// What the page and the Python package say of a device comes from the server.
 #[test]
-fn the_page_names_no_device() {
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/panel/page");
-    let files = fs::read_dir(page).unwrap().map(|entry| entry.unwrap().path());
-    let scripts: Vec<_> =
-        files.filter(|file| file.extension().is_some_and(|ending| ending == "js")).collect();
-    assert!(scripts.len() > 20, "{scripts:?}");
+fn the_page_and_the_python_package_name_no_device() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let files = ["src/panel/page", "python/profidrive"]
+        .into_iter()
+        .flat_map(|folder| fs::read_dir(root.join(folder)).unwrap())
+        .map(|entry| entry.unwrap().path());
+    let is_script = |file: &PathBuf| file.extension().is_some_and(|ending| ending == "js" || ending == "py");
+    let scripts: Vec<_> = files.filter(is_script).collect();
+    assert!(scripts.len() > 30, "{scripts:?}");
     for file in scripts {
         let text = fs::read_to_string(&file).unwrap().to_lowercase();
         for name in ["ag03", "ap10", "asda", "ppo", "siko"] {
