@@ -21,7 +21,7 @@ class Word:
 
     def __init__(self, data: dict[str, Any]) -> None:
         self.value: int = data["value"]
-        self._bits: dict[str, bool] = {bit["key"]: bit["set"] for bit in data["bits"] if bit.get("key")}
+        self._bits: dict[str, bool] = {_name_of(bit): bit["set"] for bit in data["bits"] if bit["name"]}
 
     def __contains__(self, name: str) -> bool:
         """Whether the bit of this name is set. A name that does not exist is a `KeyError`, not `False`."""
@@ -283,6 +283,11 @@ class Drive:
 
 Station = Drive
 """A station that a device file describes: asked as every other one."""
+
+
+def _name_of(bit: Mapping[str, Any]) -> str:
+    """The short name of a bit, made of the name in the manual where there is none."""
+    return str(bit["key"] or bit["name"].replace(" ", "-"))
 
 
 def _number(answer: Mapping[str, Any]) -> Number:

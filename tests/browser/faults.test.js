@@ -63,11 +63,11 @@ test("an AG03 is not offered what it does not have", async () => {
     assert.deepEqual(offered, ["A", "B", "C", "D", "F", "G"]);
     await page.getByRole("switch", { name: "Enable input" }).click();
     await text(page, "#why-reasons", "the enable input is not active");
-    await text(page, "#device", "status green: dark");
+    await text(page, "#device", "status green: off");
     await page.getByRole("switch", { name: "Enable input" }).click();
-    await text(page, "#device", "lit: enabled");
+    await text(page, "#device", "status green: on");
     await page.getByRole("button", { name: "Power off" }).click();
-    await text(page, "#device", "status green: dark");
+    await text(page, "#device", "status green: off");
   });
 });
 
