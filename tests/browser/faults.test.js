@@ -61,10 +61,10 @@ test("an AG03 is not offered what it does not have", async () => {
     await text(page, "#station-about", "AG03, gear 48:1");
     const offered = await page.locator(".provoke button:visible").allTextContents();
     assert.deepEqual(offered, ["A", "B", "C", "D", "F", "G"]);
-    await page.getByRole("switch", { name: "Enable input" }).click();
+    await page.getByRole("switch", { name: "the enable input" }).click();
     await text(page, "#why-reasons", "the enable input is not active");
     await text(page, "#device", "status green: off");
-    await page.getByRole("switch", { name: "Enable input" }).click();
+    await page.getByRole("switch", { name: "the enable input" }).click();
     await text(page, "#device", "status green: on");
     await page.getByRole("button", { name: "Power off" }).click();
     await text(page, "#device", "status green: off");

@@ -138,7 +138,7 @@ test("on a phone nothing is beside the screen, and what is touched is large enou
         .map(({ box, name }) => `${name}: ${box.width} x ${box.height}`),
     );
     assert.deepEqual(small, [], "WCAG 2.2 asks for 24 x 24");
-    await page.getByRole("switch", { name: "Shaft blocked" }).tap();
+    await page.getByRole("switch", { name: "the shaft is blocked" }).tap();
     await page.locator("[data-input=blocked] [aria-checked=true]").waitFor();
     for (const view of ["Stations", "Bus"]) {
       await page.getByRole("link", { name: view, exact: true }).tap();
@@ -190,21 +190,24 @@ test("everything can be reached and worked with the keyboard, and the focus is a
       if (reached.has(at.name) && at.name === "Skip to the content") break;
       reached.set(at.name, true);
     }
-    for (const name of ["Stations", "Bus", "SW1, address 1", "SW10, bus terminator", "key 1", "key 2", "Power off", "Shaft blocked", "Load, pulls clockwise, Nm", "Position, Speed, Current against time", "Provoke fault A: supply below 18 V and more than 200 mA, once the shaft is commanded to turn", "Read", "Write", "Pause"]) {
+    for (const name of ["Stations", "Bus", "SW1, address 1", "SW10, bus terminator", "key 1", "key 2", "Power off", "the shaft is blocked", "battery of the encoder, V", "load that pulls the shaft clockwise: 1", "Position, Speed, Current against time", "Provoke fault A: supply below 18 V and more than 200 mA, once the shaft is commanded to turn", "Read", "Write", "Pause"]) {
       assert.ok(reached.has(name), `${name} is reached; got ${[...reached.keys()].join(" | ")}`);
     }
 
     await page.getByRole("switch", { name: "SW8, factory reset" }).focus();
     await page.keyboard.press("Space");
     await text(page, "#device-text", "1010000 1 00");
-    const load = page.getByRole("slider", { name: "Load, pulls clockwise, Nm" });
-    await load.focus();
+    const battery = page.getByRole("slider", { name: "battery of the encoder, V" });
+    await battery.focus();
     await page.keyboard.press("ArrowRight");
     await page.keyboard.press("ArrowRight");
+    await page.locator('[data-input="battery_volts"][data-changed=true]').waitFor();
+    await page.getByRole("button", { name: "load that pulls the shaft clockwise: 1", exact: true }).focus();
+    await page.keyboard.press("Enter");
     await page.locator('[data-input="load_torque_newton_metres"][data-changed=true]').waitFor();
-    await page.getByRole("switch", { name: "Give Intermediate circuit" }).focus();
+    await page.getByRole("switch", { name: "Give voltage of the intermediate circuit" }).focus();
     await page.keyboard.press("Space");
-    const volts = page.getByLabel("Intermediate circuit", { exact: true });
+    const volts = page.getByLabel("voltage of the intermediate circuit", { exact: true });
     await until("the voltage it has", () => volts.inputValue(), (shown) => shown === "24");
     await volts.focus();
     await page.keyboard.press("Control+a");

@@ -167,7 +167,7 @@ test("nothing typed is not written as 0, Enter in the value writes, and a chosen
 test("a value that cannot act on the drive is refused with a sentence, and the one in effect comes back", async () => {
   await onStage({ master: false }, async ({ page }) => {
     await setInput(page, "control_supply_volts", 70);
-    await text(page, "#inputs .refused", "Control supply must be 0 to 60 V, not 70. Nothing is changed.");
+    await text(page, "#inputs .refused", "supply of the control must be 0 to 60 V, not 70. Nothing is changed.");
     const number = page.locator('[data-input="control_supply_volts"] input[type=text]');
     assert.equal(await number.getAttribute("aria-invalid"), "true");
     await number.blur();
