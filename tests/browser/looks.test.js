@@ -190,7 +190,7 @@ test("everything can be reached and worked with the keyboard, and the focus is a
       if (reached.has(at.name) && at.name === "Skip to the content") break;
       reached.set(at.name, true);
     }
-    for (const name of ["Stations", "Bus", "SW1, address 1", "SW10, bus terminator", "key 1", "key 2", "Power off", "the shaft is blocked", "battery of the encoder, V", "load that pulls the shaft clockwise: 1", "Position, Speed, Current against time", "Provoke fault A: supply below 18 V and more than 200 mA, once the shaft is commanded to turn", "Read", "Write", "Pause"]) {
+    for (const name of ["Stations", "Bus", "SW1, address 1", "SW10, bus terminator", "key 1", "key 2", "Power off", "the shaft is blocked", "battery of the encoder, V", "load that pulls the shaft clockwise: 1", "Position, Speed, Current against time", "Provoke fault A: A (supply voltage too low)", "Read", "Write", "Pause"]) {
       assert.ok(reached.has(name), `${name} is reached; got ${[...reached.keys()].join(" | ")}`);
     }
 
