@@ -122,7 +122,7 @@ fn every_wrong_request_is_refused_with_a_sentence_and_changes_nothing() {
             json_type,
             r#"{"address": 300, "device": "ag03-1"}"#,
             422,
-            "invalid value",
+            "address 300 is outside 0 to 126",
         ),
         (
             "POST",
@@ -130,7 +130,7 @@ fn every_wrong_request_is_refused_with_a_sentence_and_changes_nothing() {
             json_type,
             r#"{"address": 9, "device": "ag03-1", "gear_ratio": 36}"#,
             422,
-            "must be 24 or 48",
+            "gear '36' is unknown; expected 24 or 48",
         ),
         (
             "POST",
