@@ -77,7 +77,7 @@ test("the banner of a fault tells its cause, whether that persists, and the way 
 test("a fault of a drive is seen and announced while something else is shown", async () => {
   await onStage({ drives: ["--drives", "5-6"], master: false }, async ({ page }) => {
     const provoke = (address, fault) =>
-      page.evaluate(([address, fault]) => fetch(`/api/v1/drives/${address}/provoke`, { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify({ fault }) }).then(({ ok }) => ok), [address, fault]);
+      page.evaluate(([address, fault]) => fetch(`/api/v1/stations/${address}/provoke`, { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify({ fault }) }).then(({ ok }) => ok), [address, fault]);
     assert.ok(!(await page.locator("#alarms").isVisible()));
     assert.ok(await provoke(6, "D"));
     await text(page, "#alarms", "6: D");

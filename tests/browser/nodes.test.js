@@ -52,7 +52,7 @@ test("an AG03/1 shows its words, PDOs and dictionary, why it does not move, and 
     await text(page, "#objects tr[data-key='1017:00']", "250");
 
     await page.getByRole("button", { name: /^Provoke fault D:/ }).click();
-    await text(page, "#station-state", "error register 09h");
+    await text(page, "#station-state", "fault D");
     await text(page, "#faults table", "4310h");
     await page.locator("#faults [data-fault=D][aria-pressed=true]").waitFor();
     await text(page, "#device .leds", "status green: blinks 4 times");
