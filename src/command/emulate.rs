@@ -113,7 +113,9 @@ impl LinePlan {
 
 /// Runs one line until its end.
 fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
-    let LinePlan { args, faults, .. } = &plan;
+    let addresses = plan.addresses();
+    let LinePlan { args, faults, slaves } = plan;
+    let (args, faults) = (&args, &faults);
     if let LinkSpec::Can(link) = &args.link {
         return nodes::emulate(args, link, faults, start);
     }
@@ -131,7 +133,7 @@ fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
         panel.set_link(&path);
     }
     // Next to the line, so that what faults do is seen.
-    let (link, remarks) = tap::tapped(link, (args, &plan.addresses()), &path, clock, panel.as_ref())?;
+    let (link, remarks) = tap::tapped(link, (args, &addresses), &path, clock, panel.as_ref())?;
     let mut link = Faulty::new(link, clock, &[]);
     let switches = arm(link.faults_mut(), faults, clock.now());
 
@@ -145,7 +147,7 @@ fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
     let (listen, search) = (serial && !args.force_address, serial && args.baud == Some(BaudSpec::Auto));
     let (refusals, board) = (Refusals::default(), OutputBoard::default());
     let mut described = Vec::new();
-    for slave in plan.slaves {
+    for slave in slaves {
         let now = clock.now();
         let ground = Ground { now, rate, state: state.as_ref(), refusals: &refusals, board: &board };
         let group = slave.spec.device.group();
@@ -354,12 +356,7 @@ impl<'a> News<'a> {
 }
 
 /// The panel of a line, if it is to have one.
-pub(super) fn start_panel(
-    args: &Emulate,
-    bus: BusKind,
-    wake: &Stop,
-    start: &Start,
-) -> Result<Option<Panel>, Failure> {
+fn start_panel(args: &Emulate, bus: BusKind, wake: &Stop, start: &Start) -> Result<Option<Panel>, Failure> {
     let Some(place) = &args.panel else { return Ok(None) };
     let reach = if args.panel_allow_remote { Reach::Network } else { Reach::ThisMachine };
     let panel = Panel::start((place, reach), (&start.name(), bus), wake.clone(), start.panel_lines());

@@ -62,8 +62,8 @@ pub mod words;
 
 pub use context::Context;
 pub use decoder::{Decoder, Taking};
-pub use known::Known;
 pub use field::{Bits, Field, Mark, hex};
+pub use known::Known;
 pub use text::{HexText, TextError};
 
 use core::fmt;

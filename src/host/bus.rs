@@ -192,11 +192,7 @@ impl Bus {
     }
 
     /// Does something to the modules of the station at `address`. Counts as a `handle_*` call.
-    pub fn with_modules<R>(
-        &mut self,
-        address: Address,
-        act: impl FnOnce(&mut GsdStation) -> R,
-    ) -> Option<R> {
+    pub fn with_modules<R>(&mut self, address: Address, act: impl FnOnce(&mut GsdStation) -> R) -> Option<R> {
         let result = act(self.stations.slot_mut(address)?.station.modules_mut()?);
         self.stations.settle(address);
         Some(result)

@@ -145,9 +145,7 @@ pub(super) struct PowerAnswer {
 /// The inputs of a station
 #[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/inputs", tag = "station",
     params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = InputValues), Problems))]
-pub(super) async fn read(
-    place: Place,
-) -> Result<Json<InputValues>, Problem> {
+pub(super) async fn read(place: Place) -> Result<Json<InputValues>, Problem> {
     let address = place.address;
     place.line.asking.ask(move |bench| Ok(Json(InputValues::of(bench.find(address)?.description)))).await?
 }
@@ -184,9 +182,7 @@ pub(super) async fn change(
 /// A shaft stays where it is. A fault that is latched waits for the master.
 #[utoipa::path(delete, path = "/api/v1/lines/{line}/stations/{address}/inputs", tag = "station",
     params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = InputValues), Problems))]
-pub(super) async fn nominal(
-    place: Place,
-) -> Result<Json<InputValues>, Problem> {
+pub(super) async fn nominal(place: Place) -> Result<Json<InputValues>, Problem> {
     acted(&place, |station, acted| {
         station.make_nominal(acted.now);
         Ok(())
@@ -371,7 +367,12 @@ impl Provocation {
         let mut faults = Vec::new();
         device.each_fault(&mut |fault| {
             let (present, provoked) = (fault.present, fault.provoked);
-            faults.push(Self { fault: fault.name.to_string(), text: fault.text.to_string(), present, provoked });
+            faults.push(Self {
+                fault: fault.name.to_string(),
+                text: fault.text.to_string(),
+                present,
+                provoked,
+            });
         });
         faults
     }

@@ -177,7 +177,14 @@ impl Panel {
         let (lines, beside) = (lines.clone(), hub.clone().run(asking.clone()));
         let running = Running::start(at(place, reach), routes::router(lines.clone()), beside)
             .map_err(|error| PanelError::of(place, error))?;
-        lines.add(Line { name: Arc::clone(&name), kind: bus, link: "".into(), asking, hub, leases: Arc::default() });
+        lines.add(Line {
+            name: Arc::clone(&name),
+            kind: bus,
+            link: "".into(),
+            asking,
+            hub,
+            leases: Arc::default(),
+        });
         Ok(Self { running, requests, feed, sent: stream::SentSettings::default(), lines, name })
     }
 

@@ -69,10 +69,7 @@ pub(super) async fn diagnosis(place: Place) -> Result<Json<Diagnosis>, Problem> 
 #[utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/diagnosis", tag = "modules",
     params(("line" = String, Path), ("address" = u8, Path, maximum = 127)),
     request_body = RaisedDiagnosis, responses((status = 200, body = State), Problems))]
-pub(super) async fn raise(
-    place: Place,
-    Body(wanted): Body<RaisedDiagnosis>,
-) -> Result<Json<State>, Problem> {
+pub(super) async fn raise(place: Place, Body(wanted): Body<RaisedDiagnosis>) -> Result<Json<State>, Problem> {
     report(&place, wanted.raised()?).await
 }
 
@@ -87,7 +84,8 @@ pub(super) async fn end_diagnosis(place: Place) -> Result<Json<State>, Problem> 
 async fn report(place: &Place, raised: Raised) -> Result<Json<State>, Problem> {
     let address = place.address;
     let done = place.line.asking.ask(move |bench| {
-        let raise = bus(bench, address)?.with_modules(Address::from_octet(address), |modules| modules.raise(raised));
+        let raise =
+            bus(bench, address)?.with_modules(Address::from_octet(address), |modules| modules.raise(raised));
         raise.ok_or_else(|| missing(address))?.map_err(Problem::value)
     });
     done.await??;

@@ -115,10 +115,7 @@ pub(super) async fn list(place: Place) -> Result<Json<Objects>, Problem> {
         ("sub" = String, Path, pattern = "^(0x)?[0-9A-Fa-f]{1,2}h?$", description = "hexadecimal, as 0"),
     ),
     responses((status = 200, body = ObjectState), Problems))]
-pub(super) async fn read(
-    place: Place,
-    PathOf(of): PathOf<OfObject>,
-) -> Result<Json<ObjectState>, Problem> {
+pub(super) async fn read(place: Place, PathOf(of): PathOf<OfObject>) -> Result<Json<ObjectState>, Problem> {
     let (number, at) = (place.address, address(&of)?);
     place.line.asking.ask(move |bench| ObjectState::at(node(bench, number)?, at).map(Json)).await?
 }

@@ -105,7 +105,11 @@ pub(super) async fn list(place: Place) -> Result<Json<Parameters>, Problem> {
         Ok::<_, Problem>(parameters)
     });
     let parameters: Vec<_> = list.await??;
-    if parameters.is_empty() { Err(lacks(address, "parameters")) } else { Ok(Json(Parameters { parameters })) }
+    if parameters.is_empty() {
+        Err(lacks(address, "parameters"))
+    } else {
+        Ok(Json(Parameters { parameters }))
+    }
 }
 
 /// Reads a parameter, not over the bus
@@ -177,7 +181,8 @@ impl OfParameter {
             let detail = format!("'{key}' is no PNU; expected 0 to {HIGHEST}, of an array as 945.0");
             Problem::new(StatusCode::BAD_REQUEST, detail)
         };
-        let (number, element) = key.split_once('.').map_or((&**key, None), |(pnu, element)| (pnu, Some(element)));
+        let (number, element) =
+            key.split_once('.').map_or((&**key, None), |(pnu, element)| (pnu, Some(element)));
         let number = number.parse().ok().filter(|number| *number <= HIGHEST).ok_or_else(wrong)?;
         let element = element.map(|element| element.parse().map_err(|_| wrong())).transpose()?;
         Ok(ParameterPlace { number, element })

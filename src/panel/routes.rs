@@ -168,10 +168,7 @@ pub(super) fn router(lines: Lines) -> Router {
         .station("/objects", get(objects::list))
         .station("/objects/{index}/{sub}", get(objects::read).put(objects::write))
         .station("/texts", get(modules::texts))
-        .station(
-            "/diagnosis",
-            get(modules::diagnosis).put(modules::raise).delete(modules::end_diagnosis),
-        )
+        .station("/diagnosis", get(modules::diagnosis).put(modules::raise).delete(modules::end_diagnosis))
         .station(
             "/inputs/{slot}/{octet}/{type}",
             get(values::read_input).put(values::force).delete(values::release),
@@ -331,7 +328,9 @@ mod tests {
                     let call = format!("{before}{method}(");
                     route.split('"').nth(2).unwrap().contains(&call)
                 });
-                for before in before.iter().filter(|before| handled && format!("{before}{path}").starts_with("/api/")) {
+                for before in
+                    before.iter().filter(|before| handled && format!("{before}{path}").starts_with("/api/"))
+                {
                     routes.insert(format!("{method} {before}{path}"));
                 }
             }

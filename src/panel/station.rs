@@ -302,8 +302,7 @@ impl State {
 
     /// Whether nothing has changed but time.
     pub(super) fn is_same(&self, other: &Self) -> bool {
-        let timeless =
-            |state: &Self| Self { time_seconds: 0.0, counters: Vec::new(), ..state.clone() };
+        let timeless = |state: &Self| Self { time_seconds: 0.0, counters: Vec::new(), ..state.clone() };
         timeless(self) == timeless(other)
     }
 }

@@ -109,7 +109,8 @@ pub(super) async fn events(
     })?;
     let (out, messages) = mpsc::channel(WRITTEN_AHEAD);
     let (news, telegrams) = (lines.readers().news.subscribe(), lines.readers().telegrams.subscribe());
-    let on = lines.all().into_iter().filter(|line| wanted.line.as_ref().is_none_or(|name| *name == line.name));
+    let on =
+        lines.all().into_iter().filter(|line| wanted.line.as_ref().is_none_or(|name| *name == line.name));
     let mut watches = Vec::new();
     for line in on {
         // What was told before is among the recent events.

@@ -6,8 +6,8 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
 use crate::host::{Reach, Stop};
-use crate::panel::Lines;
 use crate::metrics::{LineMetrics, Metrics, MetricsError, NodeMetrics, PATH};
+use crate::panel::Lines;
 use tracing::{error_span, info, warn};
 
 use super::{LinePlan, PlantPlan, run_line};
@@ -20,8 +20,13 @@ pub(super) fn run(plan: PlantPlan) -> Result<(), Failure> {
     let PlantPlan { lines: mut plans, metrics } = plan;
     // Before any line, so that a refusal leaves nothing behind.
     let metrics = metrics.as_ref().map(start_metrics).transpose()?;
-    let common =
-        Arc::new(Common { count: plans.len(), metrics, panel_lines: Lines::default(), state: Mutex::default(), changed: Condvar::new() });
+    let common = Arc::new(Common {
+        count: plans.len(),
+        metrics,
+        panel_lines: Lines::default(),
+        state: Mutex::default(),
+        changed: Condvar::new(),
+    });
     let starts = |number| Start { number, common: Arc::clone(&common) };
     if plans.len() == 1
         && let Some(plan) = plans.pop()

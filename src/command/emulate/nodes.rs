@@ -7,7 +7,7 @@ use crate::can_bus::can::BitRate;
 use crate::can_bus::canopen::storage::Eeprom;
 use crate::can_bus::canopen::{Event, NodeId};
 use crate::devices::CanopenEvent;
-use crate::host::can::{self, BusHint, Line, LinkSpec, News, NodeWatch, Numbers, Product, Seat, StoredNode};
+use crate::host::can::{self, BusHint, Line, LinkSpec, News, NodeWatch, Numbers, Seat, StoredNode};
 use crate::host::capture::Capture;
 use crate::host::capture::can::CanInterface;
 use crate::host::fault::{BusKind, Rule};

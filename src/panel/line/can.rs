@@ -134,7 +134,8 @@ impl OnLine for NodeAccess<'_> {
 
     fn act(&mut self, address: u8, act: &Act<'_>) -> Result<(), Problem> {
         let there = self.addresses();
-        let done = self.with(address, |product, device, now| act(device, &Acted { now, device: product.name }));
+        let done =
+            self.with(address, |product, device, now| act(device, &Acted { now, device: product.name }));
         done.unwrap_or_else(|| Err(no_station(address, &there)))
     }
 

@@ -159,7 +159,8 @@ impl OnLine for BusAccess<'_> {
             state.has.modules = true;
             let (slave, raised) = (modules.slave(), modules.raised());
             let texts = raised.words(modules.gsd(), modules.layout());
-            state.diagnosis = Some(modules::Diagnosis::of(raised, texts, slave.diagnosis(), slave.ext_diag()));
+            state.diagnosis =
+                Some(modules::Diagnosis::of(raised, texts, slave.diagnosis(), slave.ext_diag()));
         }
     }
 
@@ -196,7 +197,10 @@ impl OnLine for BusAccess<'_> {
 
     fn add(&mut self, mut spec: Spec) -> Result<u8, Problem> {
         if spec.device.product().is_some() {
-            return Err(Problem::value(format!("{} is on CANopen, this line is PROFIBUS", spec.device.name())));
+            return Err(Problem::value(format!(
+                "{} is on CANopen, this line is PROFIBUS",
+                spec.device.name()
+            )));
         }
         let address = spec.address();
         if self.bus.presence(address).is_some() {

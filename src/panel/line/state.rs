@@ -240,9 +240,8 @@ pub(in crate::panel) async fn list(State(lines): State<Lines>) -> Result<Json<Li
 #[utoipa::path(get, path = "/api/v1/lines/{line}", tag = "lines", params(("line" = String, Path)),
     responses((status = 200, body = LineState), Problems))]
 pub(in crate::panel) async fn state(OfLineName(line): OfLineName) -> Result<Json<LineState>, Problem> {
-    let look = |line: &mut (dyn OnLine + '_)| {
-        (line.now(), line.state(), faults::states(line).unwrap_or_default())
-    };
+    let look =
+        |line: &mut (dyn OnLine + '_)| (line.now(), line.state(), faults::states(line).unwrap_or_default());
     let (now, Counted { rate_bits_per_second, counters, stations }, faults) = line.asking.ask(look).await?;
     Ok(Json(LineState {
         summary: LineSummary::of(&line, rate_bits_per_second),

@@ -181,7 +181,12 @@ impl RaisedDiagnosis {
 
 impl Diagnosis {
     /// What was raised, in the texts of the file, and what Slave_Diag reports.
-    pub(in crate::panel) fn of(raised: &Raised, texts: Vec<String>, diag: dp::Diagnosis, ext: &ExtDiag) -> Self {
+    pub(in crate::panel) fn of(
+        raised: &Raised,
+        texts: Vec<String>,
+        diag: dp::Diagnosis,
+        ext: &ExtDiag,
+    ) -> Self {
         let mut octets = diag.octets().to_vec();
         octets.extend_from_slice(ext.octets());
         Self { raised: RaisedDiagnosis::of(raised), texts, octets, overflow: ext.overflow() }

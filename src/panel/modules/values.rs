@@ -54,7 +54,11 @@ pub(in crate::panel) async fn read_input(
     PathOf(of): PathOf<OfValue>,
 ) -> Result<Json<ValueState>, Problem> {
     let address = place.address;
-    place.line.asking.ask(move |bench| of.find(bench, address).and_then(|point| state(bench, address, point, true))).await?
+    place
+        .line
+        .asking
+        .ask(move |bench| of.find(bench, address).and_then(|point| state(bench, address, point, true)))
+        .await?
 }
 
 /// An output as the station has it
@@ -74,7 +78,11 @@ pub(in crate::panel) async fn read_output(
     PathOf(of): PathOf<OfValue>,
 ) -> Result<Json<ValueState>, Problem> {
     let address = place.address;
-    place.line.asking.ask(move |bench| of.find(bench, address).and_then(|point| state(bench, address, point, false))).await?
+    place
+        .line
+        .asking
+        .ask(move |bench| of.find(bench, address).and_then(|point| state(bench, address, point, false)))
+        .await?
 }
 
 /// Forces an input
@@ -97,7 +105,8 @@ pub(in crate::panel) async fn force(
     let address = place.address;
     let forced = place.line.asking.ask(move |bench| {
         let point = of.find(bench, address)?;
-        let forced = bus(bench, address)?.with_modules(Address::from_octet(address), |modules| modules.force(point, value));
+        let forced = bus(bench, address)?
+            .with_modules(Address::from_octet(address), |modules| modules.force(point, value));
         forced.ok_or_else(|| missing(address))?.map_err(Problem::value)?;
         state(bench, address, point, true)
     });
@@ -121,7 +130,8 @@ pub(in crate::panel) async fn release(
     let address = place.address;
     let released = place.line.asking.ask(move |bench| {
         let point = of.find(bench, address)?;
-        let released = bus(bench, address)?.with_modules(Address::from_octet(address), |modules| modules.release(point));
+        let released =
+            bus(bench, address)?.with_modules(Address::from_octet(address), |modules| modules.release(point));
         released.ok_or_else(|| missing(address))?.map_err(Problem::value)?;
         Ok(StatusCode::NO_CONTENT)
     });

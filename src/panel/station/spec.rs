@@ -7,8 +7,8 @@ use axum::extract::State as Shared;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
-use utoipa::openapi::schema::{ObjectBuilder, OneOfBuilder, Schema, SchemaType, Type};
 use utoipa::openapi::RefOr;
+use utoipa::openapi::schema::{ObjectBuilder, OneOfBuilder, Schema, SchemaType, Type};
 use utoipa::{PartialSchema, ToSchema};
 
 use super::Summary;
@@ -71,11 +71,14 @@ impl NewStation {
             }
             _ => Self::named(bus, entries)?,
         };
-        let spec = Spec::of_given(group, &given, Path::new("")).map_err(|wrong| Problem::value(wrong.words))?;
+        let spec =
+            Spec::of_given(group, &given, Path::new("")).map_err(|wrong| Problem::value(wrong.words))?;
         let names_file = |key: &str| spec.choices.file(key).is_some();
         let files = spec.device.choices().iter().filter(|choice| matches!(choice.takes, Takes::File(_)));
         match files.map(|choice| choice.key).find(|key| names_file(key)) {
-            Some(key) => Err(Problem::value(format!("{key}: no file is read for who comes by HTTP; use a line file"))),
+            Some(key) => {
+                Err(Problem::value(format!("{key}: no file is read for who comes by HTTP; use a line file")))
+            }
             None => Ok(spec),
         }
     }

@@ -122,7 +122,9 @@ impl Subscriber {
     async fn look(&self, sent: &mut Sent) -> Result<Look, Problem> {
         let Some(place) = &self.wanted.station else {
             let mut stations = Stations::of(&self.lines).await?;
-            stations.stations.retain(|station| self.wanted.line.as_ref().is_none_or(|line| station.is_on(line)));
+            stations
+                .stations
+                .retain(|station| self.wanted.line.as_ref().is_none_or(|line| station.is_on(line)));
             return Ok(Look::There(sent.stations(stations)));
         };
         let (states, address, name) = (self.wanted.states, place.address, place.line.name.clone());

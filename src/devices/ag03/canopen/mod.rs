@@ -31,9 +31,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod description;
 mod access;
 mod config;
+mod description;
 pub mod errors;
 mod event;
 mod hosted;

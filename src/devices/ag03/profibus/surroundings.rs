@@ -4,8 +4,8 @@ use core::fmt;
 
 use super::{Device, Power};
 use crate::devices::ag03::surroundings;
-use crate::face::{DriveState, Why};
 use crate::face::surroundings::{Declined, Face, Glow, Input, Level, Provocable, Surroundings};
+use crate::face::{DriveState, Why};
 use crate::profibus::dp;
 use crate::time::Instant;
 

@@ -16,8 +16,8 @@
 //! | `why` | what keeps it from moving |
 //! | [`quirks`] | each doubt of the guide with its default |
 
-mod description;
 mod application;
+mod description;
 mod hosted;
 mod links;
 mod objects;

@@ -166,9 +166,11 @@ impl<A: Application + 'static> Description for PpoDrive<A> {
     fn each_exchange(&self, tell: &mut dyn FnMut(Exchange<'_>)) {
         let (job, reply) = self.channel();
         let asked = (job.pke.job() != JobId::NoJob).then(|| job.pke.job());
-        let asked = asked.map(|asked| Dialogue { pkw: job, what: asked, row: self.table().row(job.pke.pnu()) });
+        let asked =
+            asked.map(|asked| Dialogue { pkw: job, what: asked, row: self.table().row(job.pke.pnu()) });
         let answered = (reply.pke.reply() != ReplyId::NoReply).then(|| reply.pke.reply());
-        let answered = answered.map(|what| Dialogue { pkw: reply, what, row: self.table().row(reply.pke.pnu()) });
+        let answered =
+            answered.map(|what| Dialogue { pkw: reply, what, row: self.table().row(reply.pke.pnu()) });
         tell(Exchange {
             key: &"outputs",
             name: &"Parameter channel and STW, setpoint",
@@ -190,7 +192,8 @@ impl<A: Application + 'static> Description for PpoDrive<A> {
     }
 
     fn each_past(&self, tell: &mut dyn FnMut(Past<'_>)) {
-        let mut past = |number: u16, text: &'static str| tell(Past { code: &number, text: &text, when: None });
+        let mut past =
+            |number: u16, text: &'static str| tell(Past { code: &number, text: &text, when: None });
         self.faults(STANDING).for_each(|number| past(number, "not acknowledged (947)"));
         self.faults(ACKNOWLEDGED).for_each(|number| past(number, "acknowledged"));
         self.warnings().for_each(|number| past(number, "warning (953)"));
