@@ -32,7 +32,7 @@ fn every_kind_of_station_tells_the_same_fields_and_the_list_is_a_part_of_them() 
     let mut fields = BTreeSet::new();
     for (emulator, devices) in both_buses()
         .iter()
-        .zip([&["ag03-1", "ag03", "gsd-station", "ppo-drive"][..], &["ag03-1", "ap10", "asda-a2"]])
+        .zip([&["ag03-1", "ag03", "ppo-drive", "gsd-station"][..], &["ag03-1", "ap10", "asda-a2"]])
     {
         let listed = stations(emulator);
         assert_eq!(
