@@ -32,7 +32,7 @@ fn every_kind_of_station_tells_the_same_fields_and_the_list_is_a_part_of_them() 
     let mut fields = BTreeSet::new();
     for (emulator, devices) in both_buses()
         .iter()
-        .zip([&["ag03-1", "ag03", "gsd-station", "ppo-drive"][..], &["ag03-1", "ap10", "asda-a2"]])
+        .zip([&["ag03-1", "ag03", "ppo-drive", "gsd-station"][..], &["ag03-1", "ap10", "asda-a2"]])
     {
         let listed = stations(emulator);
         assert_eq!(
@@ -121,10 +121,9 @@ fn a_key_with_a_lease_is_released_by_itself_unless_it_is_pressed_again() {
         };
         // A second press prolongs it.
         press(60);
-        press(60_000);
+        press(2000);
         std::thread::sleep(Duration::from_millis(300));
         assert_eq!(pressed(), json!(true));
-        press(100);
         let start = Instant::now();
         while pressed() == json!(true) {
             assert!(start.elapsed() < PATIENCE, "the key stays pressed");

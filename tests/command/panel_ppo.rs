@@ -60,7 +60,7 @@ fn faults_warnings_and_load_act_on_the_drive_and_are_seen() {
         assert_eq!(answer.status, 422, "{body}: {}", answer.body);
     }
     let nominal = emulator.set("DELETE", inputs, &Value::Null);
-    assert_eq!((&nominal["warning_number"], &nominal["load_percent"]), (&json!(0), &json!(10.0)));
+    assert_eq!((&nominal["warning_number"], &nominal["load_percent"]), (&json!(0.0), &json!(10.0)));
 }
 
 #[test]
