@@ -107,14 +107,14 @@ pub(super) async fn events(
             format!("there are {MOST_SUBSCRIBERS} readers of the stream; close one"),
         )
     })?;
+    // What was told before is among the recent events.
+    lines.all().iter().for_each(|line| line.hub.drain());
     let (out, messages) = mpsc::channel(WRITTEN_AHEAD);
     let (news, telegrams) = (lines.readers().news.subscribe(), lines.readers().telegrams.subscribe());
     let on =
         lines.all().into_iter().filter(|line| wanted.line.as_ref().is_none_or(|name| *name == line.name));
     let mut watches = Vec::new();
     for line in on {
-        // What was told before is among the recent events.
-        line.hub.drain();
         if wanted.telegrams {
             watches.push(line.hub.watch());
         }

@@ -54,21 +54,7 @@ struct RaisedArea {
 #[serde(deny_unknown_fields)]
 struct RaisedModule {
     slot: u16,
-    state: ModuleStateName,
-}
-
-/// The module status.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-enum ModuleStateName {
-    /// The module works.
-    Valid,
-    /// Its data are not valid.
-    Invalid,
-    /// Another module is plugged.
-    Wrong,
-    /// No module is plugged.
-    Missing,
+    state: ModuleState,
 }
 
 /// A fault of a channel.
@@ -78,74 +64,27 @@ struct RaisedChannel {
     slot: u16,
     #[schema(maximum = 63)]
     channel: u8,
-    direction: DirectionName,
-    width: WidthName,
+    direction: Direction,
+    width: Width,
     /// 1 to 9 of the standard, 16 to 31 of the GSD.
     #[schema(minimum = 1, maximum = 31)]
     error: u8,
 }
 
-/// Whether a channel is an input or an output.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-enum DirectionName {
-    Input,
-    Output,
-    Both,
-}
-
-/// How wide a channel is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-enum WidthName {
-    Bit,
-    TwoBits,
-    FourBits,
-    Octet,
-    Word,
-    TwoWords,
-}
-
-/// Rows of names on both sides: of the API and of the library.
-const MODULE_STATES: [(ModuleStateName, ModuleState); 4] = [
-    (ModuleStateName::Valid, ModuleState::Valid),
-    (ModuleStateName::Invalid, ModuleState::Invalid),
-    (ModuleStateName::Wrong, ModuleState::Wrong),
-    (ModuleStateName::Missing, ModuleState::Missing),
-];
-const DIRECTIONS: [(DirectionName, Direction); 3] = [
-    (DirectionName::Input, Direction::Input),
-    (DirectionName::Output, Direction::Output),
-    (DirectionName::Both, Direction::Both),
-];
-const WIDTHS: [(WidthName, Width); 6] = [
-    (WidthName::Bit, Width::Bit),
-    (WidthName::TwoBits, Width::TwoBits),
-    (WidthName::FourBits, Width::FourBits),
-    (WidthName::Octet, Width::Octet),
-    (WidthName::Word, Width::Word),
-    (WidthName::TwoWords, Width::TwoWords),
-];
-
 impl RaisedDiagnosis {
     pub(super) fn of(raised: &Raised) -> Self {
         let channel = |fault: &ChannelFault| {
-            let direction = DIRECTIONS.iter().find(|row| row.1 == fault.direction)?.0;
-            let width = WIDTHS.iter().find(|row| row.1 == fault.width)?.0;
-            let ChannelFault { slot, channel, error, .. } = *fault;
-            Some(RaisedChannel { slot, channel, direction, width, error: error.number() })
+            let ChannelFault { slot, channel, direction, width, error } = *fault;
+            RaisedChannel { slot, channel, direction, width, error: error.number() }
         };
-        let module = |(slot, state): (&u16, &ModuleState)| {
-            let state = MODULE_STATES.iter().find(|row| row.1 == *state)?.0;
-            Some(RaisedModule { slot: *slot, state })
-        };
+        let module = |(slot, state): (&u16, &ModuleState)| RaisedModule { slot: *slot, state: *state };
         let area = |(first_bit, value): (&u16, &u32)| RaisedArea { first_bit: *first_bit, value: *value };
         Self {
             bits: raised.bits.iter().copied().collect(),
             areas: raised.areas.iter().map(area).collect(),
             identifiers: raised.identifiers.iter().copied().collect(),
-            modules: raised.modules.iter().filter_map(module).collect(),
-            channels: raised.channels.iter().filter_map(channel).collect(),
+            modules: raised.modules.iter().map(module).collect(),
+            channels: raised.channels.iter().map(channel).collect(),
             not_valid: raised.not_valid,
         }
     }
@@ -154,25 +93,18 @@ impl RaisedDiagnosis {
     pub(super) fn raised(&self) -> Result<Raised, Problem> {
         let channel = |fault: &RaisedChannel| {
             let RaisedChannel { slot, channel, direction, width, error } = *fault;
-            let direction = DIRECTIONS.iter().find(|row| row.0 == direction).map(|row| row.1);
-            let width = WIDTHS.iter().find(|row| row.0 == width).map(|row| row.1);
-            let known = ChannelError::numbered(error);
-            let ((Some(direction), Some(width)), Some(error)) = ((direction, width), known) else {
-                return Err(Problem::value(format!(
+            let error = ChannelError::numbered(error).ok_or_else(|| {
+                Problem::value(format!(
                     "{error} is no error of a channel; expected 1 to 9 of the standard or 16 to 31 of the GSD"
-                )));
-            };
-            Ok(ChannelFault { slot, channel, direction, width, error })
-        };
-        let module = |module: &RaisedModule| {
-            let state = MODULE_STATES.iter().find(|row| row.0 == module.state)?.1;
-            Some((module.slot, state))
+                ))
+            })?;
+            Ok::<_, Problem>(ChannelFault { slot, channel, direction, width, error })
         };
         Ok(Raised {
             bits: self.bits.iter().copied().collect(),
             areas: self.areas.iter().map(|area| (area.first_bit, area.value)).collect(),
             identifiers: self.identifiers.iter().copied().collect(),
-            modules: self.modules.iter().filter_map(module).collect(),
+            modules: self.modules.iter().map(|module| (module.slot, module.state)).collect(),
             channels: self.channels.iter().map(channel).collect::<Result<_, _>>()?,
             not_valid: self.not_valid,
         })
