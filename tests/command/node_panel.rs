@@ -379,7 +379,7 @@ fn events_of_before_are_told_to_who_comes_late() {
         "{told}"
     );
     for (query, status) in
-        [("?address=0", 422), ("?address=128", 422), ("?since=3", 400), ("?address=x", 400)]
+        [("?line=cellar", 404), ("?address=128", 422), ("?since=3", 400), ("?address=x", 400)]
     {
         let answer = rig.emulator.request("GET", &format!("/api/v1/events/recent{query}"), "", "");
         assert_eq!(answer.status, status, "{query}: {answer:?}");
