@@ -3,9 +3,12 @@
 //! `cargo run --example own_drive -- PATH` serves a pseudo-terminal at PATH; `own_drive.gsd` is its GSD.
 
 use profidrive::devices::StationEvent;
+use profidrive::face::Description;
+use profidrive::face::description::{self, Amount, Curve, Group};
+use profidrive::face::surroundings::{Input, InputKind, Level, Surroundings};
 use profidrive::host::link::pty::Pty;
 use profidrive::host::{self, Bus, Participant, Stop, SystemClock};
-use profidrive::profibus::dp::{Description, Fixed, Station};
+use profidrive::profibus::dp::{self, Fixed, Station};
 use profidrive::profibus::fdl::MAX_TELEGRAM_LEN;
 use profidrive::profibus::fdl::{Address, Telegram};
 use profidrive::profibus::pkw::{Config, Engine, JobError, Parameters, Value, Written};
@@ -15,7 +18,7 @@ use profidrive::time::{BaudRate, Instant};
 type Buffer = [u8; MAX_TELEGRAM_LEN];
 type News<'a> = &'a mut dyn FnMut(StationEvent);
 
-const OWN: Description = Description { ident: 0x4F44, ..Description::PLAIN };
+const OWN: dp::Description = dp::Description { ident: 0x4F44, ..dp::Description::PLAIN };
 const PPO_1: Fixed<'static> = Fixed { configurations: &[PpoType::Ppo1.configuration()], ..Fixed::PLAIN };
 
 /// PNU 100: ramp time in s, 1 to 60. PNU 200: three fixed speeds in rpm.
@@ -62,25 +65,63 @@ impl Parameters for Table {
     }
 }
 
+/// Somebody holds the shaft.
+const LOCKED: Input =
+    Input { name: "locked", about: "the shaft is held; the speed is 0", kind: InputKind::Switch };
+
 pub(crate) struct OwnDrive {
     station: Station,
     channel: Engine,
     table: Table,
+    locked: bool,
 }
 
 impl OwnDrive {
     pub(crate) fn new(address: Address) -> Self {
         let station = Station::new(address, BaudRate::K500, None, OWN, PPO_1);
         let table = Table { ramp: 10, speeds: [100, 200, 300] };
-        Self { station, channel: Engine::new(Config::default()), table }
+        Self { station, channel: Engine::new(Config::default()), table, locked: false }
     }
 
     /// The application: the parameter channel, ZSW and actual value as commanded by STW and setpoint.
     fn cycle(&mut self) {
-        let Some((pkw, pzd)) = self.station.slave().outputs().split_first_chunk() else { return };
+        let Some((pkw, [stw_high, stw_low, setpoint @ ..])) =
+            self.station.slave().outputs().split_first_chunk()
+        else {
+            return;
+        };
         let reply = self.channel.cycle(Pkw::from_octets(*pkw), &mut self.table).reply;
-        let inputs: Vec<u8> = reply.to_octets().iter().chain(pzd).copied().collect();
-        self.station.set_inputs(&inputs);
+        let actual: &[u8] = if self.locked { &[0, 0] } else { setpoint };
+        self.station.set_inputs(&[&reply.to_octets()[..], &[*stw_high, *stw_low], actual].concat());
+    }
+
+    /// The actual value in percent: 4000h is 100 %.
+    fn speed(&self) -> Option<f64> {
+        let actual = self.station.slave().inputs().last_chunk()?;
+        Some(f64::from(i16::from_be_bytes(*actual)) * 100.0 / 16384.0)
+    }
+}
+
+impl Surroundings for OwnDrive {
+    fn each_input(&self, tell: &mut dyn FnMut(&Input, Level)) {
+        tell(&LOCKED, Level::Switch(self.locked));
+    }
+
+    fn set_input(&mut self, _: Instant, name: &str, level: Level) {
+        if let (true, Level::Switch(locked)) = (name == LOCKED.name, level) {
+            self.locked = locked;
+        }
+    }
+
+    fn make_nominal(&mut self, _: Instant) {
+        self.locked = false;
+    }
+}
+
+impl Description for OwnDrive {
+    fn each_value(&self, tell: &mut dyn FnMut(description::Value<'_>)) {
+        let speed = description::Value::new("speed", "speed", Group::Motion, Amount::from(self.speed()));
+        tell(speed.unit("%").curve(Curve::Own).headline());
     }
 }
 
@@ -106,6 +147,12 @@ impl Participant for OwnDrive {
     }
     fn watchdog_on(&self) -> bool {
         self.station.slave().watchdog_on()
+    }
+    fn description(&self) -> Option<&dyn Description> {
+        Some(self)
+    }
+    fn description_mut(&mut self) -> Option<&mut dyn Description> {
+        Some(self)
     }
 }
 
