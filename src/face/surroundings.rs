@@ -230,6 +230,11 @@ pub trait Surroundings {
         None
     }
 
+    /// What the device makes of an input whose level is [`Level::Own`]; `None`: nobody says it.
+    fn calculated(&self, _name: &str) -> Option<f64> {
+        None
+    }
+
     /// Every input is as it should be, and what was provoked has no cause any more. The shaft stays where it is.
     fn make_nominal(&mut self, _now: Instant) {}
 

@@ -117,6 +117,9 @@ pub(super) struct InputState {
     /// `null`: calculated by the device.
     #[schema(value_type = Option<Value>)]
     value: Value,
+    /// What the device calculates while it is `null`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    calculated: Option<f64>,
     /// What it is when everything is as it should be.
     #[schema(value_type = Option<Value>)]
     nominal: Value,
@@ -351,6 +354,7 @@ impl InputState {
                 input: input.name,
                 text: input.about,
                 value: value_of(level),
+                calculated: device.calculated(input.name).filter(|_| level == Level::Own),
                 nominal: device.nominal(input.name).map_or(Value::Null, value_of),
                 low,
                 high,
