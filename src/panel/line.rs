@@ -301,6 +301,21 @@ impl Lines {
         })
     }
 
+    /// Whether there can be a station at this address.
+    ///
+    /// # Errors
+    /// 422 if no line has such an address.
+    pub(super) fn check(&self, address: u8) -> Result<(), Problem> {
+        let is_possible = |line: &Line| match line.kind {
+            BusKind::Profibus => address < HIGHEST,
+            BusKind::Can => address > 0 && address <= HIGHEST,
+        };
+        match self.locked().iter().any(is_possible) {
+            true => Ok(()),
+            false => Err(Problem::value(format!("no station can have address {address} here"))),
+        }
+    }
+
     /// The one line that has a station at this address; the first where none has.
     ///
     /// # Errors

@@ -27,6 +27,9 @@ const STATIONS: &str = "/api/v1/lines/{line}/stations/{address}";
 /// The same where an address is on one line only.
 const SHORT: &str = "/api/v1/stations/{address}";
 
+/// How often it is looked whether the lease of a key has ended.
+const LOOK: Duration = Duration::from_millis(50);
+
 /// The line that the path names.
 pub(super) struct OfLineName(pub(super) Line);
 
@@ -121,7 +124,8 @@ impl Place {
                     None => return,
                 }
             };
-            sleep_until(end).await;
+            // Another press may have brought the end forward.
+            sleep_until(end.min(Moment::now() + LOOK)).await;
         }
         let release = move |station: &mut dyn Description, acted: &Acted<'_>| {
             // A key of a station that is off is up.

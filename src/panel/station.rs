@@ -302,8 +302,28 @@ impl State {
 
     /// Whether nothing has changed but time.
     pub(super) fn is_same(&self, other: &Self) -> bool {
-        let timeless = |state: &Self| Self { time_seconds: 0.0, counters: Vec::new(), ..state.clone() };
-        timeless(self) == timeless(other)
+        let Self {
+            time_seconds: _,
+            summary,
+            words,
+            values,
+            process,
+            inputs,
+            keys,
+            faults,
+            switches,
+            history,
+            last_refusal,
+            why,
+            diagnosis,
+            counters: _,
+            eeprom,
+            has,
+        } = self;
+        (summary, words, values, process) == (&other.summary, &other.words, &other.values, &other.process)
+            && (inputs, keys, faults) == (&other.inputs, &other.keys, &other.faults)
+            && (switches, history, last_refusal) == (&other.switches, &other.history, &other.last_refusal)
+            && (why, diagnosis, eeprom, has) == (&other.why, &other.diagnosis, &other.eeprom, &other.has)
     }
 }
 

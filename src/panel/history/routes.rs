@@ -74,6 +74,7 @@ pub(in crate::panel) async fn events(
 ) -> Result<Json<RecentEvents>, Problem> {
     check_address(address)?;
     let line = line.map(|name| lines.named(&name)).transpose()?.map(|line| line.name);
+    address.map_or(Ok(()), |address| lines.check(address))?;
     lines.all().iter().for_each(|line| line.hub.drain());
     let events = lines.readers().events(|events| {
         let events = events.iter().map(|(_, news)| news);

@@ -149,20 +149,24 @@ fn say_fault(code: u32, say: &mut dyn FnMut(&dyn fmt::Display)) {
 
 /// The value that a parameter of this width takes.
 fn written(entry: &Entry, number: u16, value: f64, say: &mut dyn FnMut(&dyn fmt::Display)) -> Option<i32> {
-    let whole = libm::trunc(value);
-    #[expect(clippy::cast_possible_truncation, reason = "it is checked that it fits")]
-    let fits = |low: f64, high: f64| {
-        let is_whole = (whole - value).abs() < f64::EPSILON;
-        (is_whole && (low..=high).contains(&value)).then_some(whole as i32)
-    };
-    let (fitting, expected) = match entry.width {
-        Width::Word => (fits(0.0, 65_535.0), "is a word, 0 to 65535"),
-        Width::Double => (fits(f64::from(i32::MIN), f64::from(i32::MAX)), "must be whole and within 32 bits"),
-    };
-    if fitting.is_none() {
-        say(&format_args!("PNU {number} {expected}; got {value}"));
+    if (value - libm::trunc(value)).abs() > 0.0 {
+        say(&format_args!("PNU {number} takes whole numbers; got {value}"));
+        return None;
     }
-    fitting
+    let (low, high) = match entry.width {
+        Width::Word => (0.0, 65_535.0),
+        Width::Double => (f64::from(i32::MIN), f64::from(i32::MAX)),
+    };
+    if !(low..=high).contains(&value) {
+        match entry.width {
+            Width::Word => say(&format_args!("PNU {number} is a word, 0 to 65535; got {value}")),
+            Width::Double => say(&format_args!("the value must be within 32 bits, got {value}")),
+        }
+        return None;
+    }
+    #[expect(clippy::cast_possible_truncation, reason = "whole and within 32 bits")]
+    let whole = value as i32;
+    Some(whole)
 }
 
 impl Description for Device {
