@@ -213,17 +213,6 @@ pub(super) fn address(text: &str) -> Result<u8, Problem> {
     })
 }
 
-/// Whether an address behind a '?' can be one.
-///
-/// # Errors
-/// 422 if no bus has it.
-pub(super) fn check_address(address: Option<u8>) -> Result<(), Problem> {
-    match address.filter(|address| *address > HIGHEST) {
-        Some(address) => Err(Problem::value(format!("address {address} is outside 0 to {HIGHEST}"))),
-        None => Ok(()),
-    }
-}
-
 /// An error and its causes.
 pub(super) fn in_one_line(error: &dyn Error) -> String {
     let mut line = error.to_string();
