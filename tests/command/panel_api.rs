@@ -416,13 +416,7 @@ fn parameters_are_read_and_written_past_the_bus_by_its_rules() {
     for (method, pnu, value, status, sentence) in [
         ("PUT", "1004", json!(101), 422, "the value must be within 1 to 100, got 101"),
         ("PUT", "1004", json!(-1), 422, "PNU 1004 is a word, 0 to 65535; got -1"),
-        (
-            "PUT",
-            "1017",
-            json!(10_000_000_000_i64),
-            422,
-            "PNU 1017 must be whole and within 32 bits; got 10000000000",
-        ),
+        ("PUT", "1017", json!(10_000_000_000_i64), 422, "the value must be within 32 bits"),
         ("PUT", "1027", json!(1), 409, "PNU 1027 (Device temperature): the parameter is read-only"),
         ("PUT", "1500", json!(1), 404, "PNU 1500: there is no parameter 1500"),
         ("PUT", "3000", json!(1), 400, "'3000' is no PNU; expected 0 to 2047"),
