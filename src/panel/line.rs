@@ -233,8 +233,14 @@ pub(super) struct Line {
     pub(super) link: Arc<str>,
     pub(super) asking: Asking,
     pub(super) hub: Hub,
-    /// Until when keys are held that nobody renews.
-    pub(super) leases: Arc<Mutex<BTreeMap<(u8, String), Moment>>>,
+    leases: Arc<Mutex<BTreeMap<(u8, String), Moment>>>,
+}
+
+impl Line {
+    /// Until when keys are held that nobody renews, by station and key.
+    pub(super) fn leases(&self) -> MutexGuard<'_, BTreeMap<(u8, String), Moment>> {
+        self.leases.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 /// Every line of the process that has a panel, and who reads their streams. A clone is the same.
@@ -260,8 +266,9 @@ impl Lines {
         &self.readers
     }
 
-    pub(super) fn add(&self, line: Line) {
-        self.locked().push(line);
+    /// Adds a line of this name on this bus.
+    pub(super) fn add(&self, (name, kind): (Arc<str>, BusKind), asking: Asking, hub: Hub) {
+        self.locked().push(Line { name, kind, link: "".into(), asking, hub, leases: Arc::default() });
     }
 
     pub(super) fn set_link(&self, name: &str, link: &str) {
