@@ -3,6 +3,7 @@
 use core::any::Any;
 use core::fmt;
 use core::time::Duration;
+use std::path::PathBuf;
 
 use super::{Appearance, Error, Participant};
 use crate::devices::ag03::profibus::{MAX_TELEGRAM_LEN, Timing};
@@ -149,6 +150,11 @@ impl Bus {
         self.stations.slot(address).map(|slot| slot.presence)
     }
 
+    /// The file in which the station at `address` keeps its memory.
+    pub fn path(&self, address: Address) -> Option<PathBuf> {
+        self.stations.slot(address)?.station.path()
+    }
+
     /// What keeps the drive at `address` from moving now; `None`: there is none.
     pub fn why(&self, address: Address) -> Option<&dyn Why> {
         self.stations.slot(address)?.station.why()
@@ -156,14 +162,17 @@ impl Bus {
 
     /// The station at `address`, if there is one and it is a `T`.
     pub fn station<T: Participant>(&self, address: Address) -> Option<&T> {
-        let station: &dyn Any = &*self.stations.slot(address)?.station;
+        let station = &*self.stations.slot(address)?.station;
+        let station: &dyn Any = station.stored().unwrap_or(station);
         station.downcast_ref()
     }
 
     /// Does something to the station at `address`, if there is one and it is a `T`: sets its inputs, say. Counts as a
     /// `handle_*` call.
     pub fn with<T: Participant, R>(&mut self, address: Address, act: impl FnOnce(&mut T) -> R) -> Option<R> {
-        let station: &mut dyn Any = &mut *self.stations.slot_mut(address)?.station;
+        let station = &mut *self.stations.slot_mut(address)?.station;
+        let is_stored = station.stored().is_some();
+        let station: &mut dyn Any = if is_stored { station.stored_mut()? } else { station };
         let result = act(station.downcast_mut()?);
         self.stations.settle(address);
         Some(result)

@@ -12,7 +12,7 @@ use crate::devices::ag03::profibus::{Config, Device, Power};
 use crate::face::Surroundings;
 use crate::host::fault::{BusKind, Rule, While};
 use crate::host::link::fault::Faults;
-use crate::host::{Bus, GsdStation, HostedPpoDrive, Participant, StateDir, StateDirError, StoredDevice};
+use crate::host::{Bus, GsdStation, HostedPpoDrive, Participant, StateDir, StateDirError};
 use crate::profibus::fdl::Address;
 use crate::time::Instant;
 
@@ -142,10 +142,9 @@ impl BusAccess<'_> {
         })
     }
 
-    /// The drive at `address`, stored or not. Stations that are no drives are not found.
+    /// The drive at `address`. Stations that are no drives are not found.
     pub(super) fn drive(&self, address: Address) -> Option<&Device> {
-        let stored = self.bus.station::<StoredDevice>(address).map(StoredDevice::device);
-        stored.or_else(|| self.bus.station::<Device>(address))
+        self.bus.station::<Device>(address)
     }
 
     /// Logs who is on the line after a station was added or removed, and which faults are for none of them.
@@ -171,11 +170,7 @@ impl BusAccess<'_> {
         address: Address,
         act: impl FnOnce(&mut Device) -> R,
     ) -> Result<R, Problem> {
-        if self.bus.station::<Device>(address).is_some() {
-            return self.bus.with(address, act).ok_or_else(|| self.no_drive(address));
-        }
-        let stored = self.bus.with(address, |stored: &mut StoredDevice| act(stored.device_mut()));
-        stored.ok_or_else(|| self.no_drive(address))
+        self.bus.with(address, act).ok_or_else(|| self.no_drive(address))
     }
 
     /// 409 if a station that comes to `wanted`, where its DIP switches are read, would meet another one there.
@@ -200,9 +195,7 @@ impl BusAccess<'_> {
         let StateDirError::Owned { path } = error else {
             return Problem::conflict(in_one_line(error));
         };
-        let has_it = |address: &Address| {
-            self.bus.station::<StoredDevice>(*address).and_then(StoredDevice::path).as_ref() == Some(path)
-        };
+        let has_it = |address: &Address| self.bus.path(*address).as_ref() == Some(path);
         match self.bus.addresses().find(has_it) {
             Some(address) => Problem::conflict(format!(
                 "the EEPROM image {} belongs to the drive at address {address}, which was added under this address and \

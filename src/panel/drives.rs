@@ -12,7 +12,7 @@ use super::problem::{Body, Problem, Problems, Station, whole};
 use super::state::{DriveState, DriveSummary, ModelName, gear};
 use super::stream::Hub;
 use crate::devices::ag03::profibus::{Config, Device};
-use crate::host::StoredDevice;
+use crate::host::Stored;
 use crate::profibus::fdl::Address;
 use crate::time::Instant;
 
@@ -70,7 +70,7 @@ pub(super) async fn add(
                 )));
             }
             let config = Config { switches: address.into(), model: new.model.into(), gear, ..bench.config };
-            let device: StoredDevice = match bench.state {
+            let device: Stored<Device> = match bench.state {
                 Some(state) => state.load(config, bench.now).map_err(|error| bench.not_loaded(&error))?,
                 None => Device::new(config, bench.now).into(),
             };

@@ -23,6 +23,9 @@ pub trait Images {
     /// What became of an image; of one replaced by a newer one perhaps nothing is said. `stored` is whether it is safe;
     /// if not, what is kept is surely one of the images before it.
     fn handle_stored(&mut self, now: Instant, generation: Self::Generation, stored: bool);
+
+    /// Its host ends: what loses something without supply is switched off.
+    fn switch_off(&mut self, _now: Instant) {}
 }
 
 /// The file of one unit. No other unit gets it before this is dropped; what was handed over by then is still written,
