@@ -34,17 +34,17 @@ pub enum ErrorKind {
 
 impl ErrorKind {
     /// Every kind.
-    pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
+    pub(crate) const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
 
     /// Its name for programs, as `prm_refused`.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         self.into()
     }
 }
 
 impl Event {
     /// Which error it tells; `None`: it tells none.
-    pub const fn error(&self) -> Option<ErrorKind> {
+    pub(crate) const fn error(&self) -> Option<ErrorKind> {
         Some(match self {
             Self::Dp(event) => return of_slave(event),
             Self::Fault(_)

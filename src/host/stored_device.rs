@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use super::state_dir::{ImageFile, Images, Newest, StateDir, StateDirError};
 use crate::devices::ag03::profibus::{
-    Config, Device, Eeprom, Event, Generation, IMAGE_LEN, MAX_TELEGRAM_LEN, NotStored, StoreRequest,
+    Config, Device, Eeprom, Generation, IMAGE_LEN, MAX_TELEGRAM_LEN, NotStored, StoreRequest,
 };
 use crate::profibus::fdl::Telegram;
 use crate::time::{BaudRate, Instant};
@@ -80,7 +80,7 @@ impl Images for Device {
 
 impl StoredDevice {
     /// The file of its EEPROM.
-    pub fn path(&self) -> Option<PathBuf> {
+    pub(crate) fn path(&self) -> Option<PathBuf> {
         Some(self.file.as_ref()?.path())
     }
 
@@ -95,7 +95,7 @@ impl StoredDevice {
     }
 
     /// See [`Device::set_baud`].
-    pub fn set_baud(&mut self, baud: BaudRate) {
+    pub(crate) fn set_baud(&mut self, baud: BaudRate) {
         self.device.set_baud(baud);
     }
 
@@ -107,7 +107,7 @@ impl StoredDevice {
     }
 
     /// See [`Device::handle_telegram`].
-    pub fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>) {
+    pub(crate) fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>) {
         self.take_outcome(now);
         self.device.handle_telegram(now, telegram);
         self.hand_over(now);
@@ -118,11 +118,6 @@ impl StoredDevice {
         self.take_outcome(now);
         self.device.handle_timeout(now);
         self.hand_over(now);
-    }
-
-    /// See [`Device::handle_line_reset`].
-    pub fn handle_line_reset(&mut self) {
-        self.device.handle_line_reset();
     }
 
     /// See [`Device::poll_transmit`].
@@ -139,12 +134,6 @@ impl StoredDevice {
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
         Instant::first_of(self.device.poll_timeout(), self.file.as_ref().and_then(ImageFile::poll_timeout))
-    }
-
-    /// See [`Device::poll_event`].
-    #[must_use]
-    pub fn poll_event(&mut self) -> Option<Event> {
-        self.device.poll_event()
     }
 
     fn take_outcome(&mut self, now: Instant) {

@@ -16,7 +16,7 @@ use crate::devices::ag03::drive::{Direction, Mode, Status};
 
 /// A bit of the control word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, VariantArray)]
-pub enum CwBit {
+pub(crate) enum CwBit {
     /// Switch on.
     SwitchOn,
     /// Enable voltage (printed "disable voltage").
@@ -41,10 +41,10 @@ pub enum CwBit {
 
 impl CwBit {
     /// Every bit, the lowest first.
-    pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
+    pub(crate) const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
 
     /// The number of the bit, 0 to 15.
-    pub const fn number(self) -> u8 {
+    pub(crate) const fn number(self) -> u8 {
         match self {
             Self::SwitchOn => 0,
             Self::EnableVoltage => 1,
@@ -60,7 +60,7 @@ impl CwBit {
     }
 
     /// Whether the bit means something in a mode.
-    pub const fn acts_in(self, mode: Mode) -> bool {
+    pub(crate) const fn acts_in(self, mode: Mode) -> bool {
         match self {
             Self::SwitchOn
             | Self::EnableVoltage
@@ -75,7 +75,7 @@ impl CwBit {
     }
 
     /// What the manual calls it.
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::SwitchOn => "switch on",
             Self::EnableVoltage => "enable voltage",
@@ -93,7 +93,7 @@ impl CwBit {
 
 /// A bit of the status word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, VariantArray)]
-pub enum SwBit {
+pub(crate) enum SwBit {
     /// Ready to switch on.
     ReadyToSwitchOn,
     /// Switched on.
@@ -128,10 +128,10 @@ pub enum SwBit {
 
 impl SwBit {
     /// Every bit, the lowest first.
-    pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
+    pub(crate) const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
 
     /// The number of the bit, 0 to 15.
-    pub const fn number(self) -> u8 {
+    pub(crate) const fn number(self) -> u8 {
         match self {
             Self::ReadyToSwitchOn => 0,
             Self::SwitchedOn => 1,
@@ -152,7 +152,7 @@ impl SwBit {
     }
 
     /// What the bit says in a mode.
-    pub const fn name(self, mode: Mode) -> &'static str {
+    pub(crate) const fn name(self, mode: Mode) -> &'static str {
         match (self, mode) {
             (Self::ReadyToSwitchOn, _) => "ready to switch on",
             (Self::SwitchedOn, _) => "switched on",
@@ -175,7 +175,7 @@ impl SwBit {
     }
 
     /// The mask of the bit.
-    pub const fn mask(self) -> u16 {
+    pub(crate) const fn mask(self) -> u16 {
         1 << self.number()
     }
 
@@ -186,26 +186,26 @@ impl SwBit {
 
 /// The control word 6040h.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct ControlWord(pub u16);
+pub(crate) struct ControlWord(pub u16);
 
 impl ControlWord {
     /// Whether a bit is 1.
-    pub const fn has(self, bit: CwBit) -> bool {
+    pub(crate) const fn has(self, bit: CwBit) -> bool {
         self.0 >> bit.number() & 1 == 1
     }
 
     /// Whether a bit changed from 0 to 1.
-    pub const fn rises(self, before: Self, bit: CwBit) -> bool {
+    pub(crate) const fn rises(self, before: Self, bit: CwBit) -> bool {
         self.has(bit) && !before.has(bit)
     }
 
     /// Whether a bit changed from 1 to 0.
-    pub const fn falls(self, before: Self, bit: CwBit) -> bool {
+    pub(crate) const fn falls(self, before: Self, bit: CwBit) -> bool {
         before.rises(self, bit)
     }
 
     /// The direction of inching 2: exactly one of bits 14 and 15.
-    pub const fn inching_2(self) -> Option<(CwBit, Direction)> {
+    pub(crate) const fn inching_2(self) -> Option<(CwBit, Direction)> {
         match (self.has(CwBit::Inching2Positive), self.has(CwBit::Inching2Negative)) {
             (true, false) => Some((CwBit::Inching2Positive, Direction::Positive)),
             (false, true) => Some((CwBit::Inching2Negative, Direction::Negative)),
@@ -215,7 +215,7 @@ impl ControlWord {
 }
 
 /// The status word 6041h. `remote`: NMT is OPERATIONAL or STOPPED. `acknowledge`: bit 12 in positioning mode.
-pub fn status_word(state: State, status: &Status, remote: bool, acknowledge: bool) -> u16 {
+pub(crate) fn status_word(state: State, status: &Status, remote: bool, acknowledge: bool) -> u16 {
     let positioning = status.mode == Mode::Positioning;
     let enabled = state == State::OperationEnabled;
     state.bits()
@@ -231,7 +231,7 @@ pub fn status_word(state: State, status: &Status, remote: bool, acknowledge: boo
 }
 
 /// Whether a job is active; a paused one counts, too.
-pub fn is_active(status: &Status) -> bool {
+pub(crate) fn is_active(status: &Status) -> bool {
     status.positioning_active || is_paused(status)
 }
 

@@ -53,7 +53,7 @@ impl Refusal {
     }
 
     /// Every reason, in the order in which they are printed.
-    pub fn reasons(&self) -> impl Iterator<Item = Reason> + use<> {
+    pub(crate) fn reasons(&self) -> impl Iterator<Item = Reason> + use<> {
         self.into_reasons()
     }
 
@@ -77,7 +77,7 @@ impl Refusal {
     }
 
     /// One of the reasons in words: the cause, its bit or parameter, and what to do where no control word helps.
-    pub const fn text(&self, reason: Reason) -> impl fmt::Display + use<> {
+    pub(crate) const fn text(&self, reason: Reason) -> impl fmt::Display + use<> {
         ReasonText { refusal: *self, reason }
     }
 

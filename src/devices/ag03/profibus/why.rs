@@ -93,7 +93,7 @@ impl Device {
 
 impl Why {
     /// Whether it moves, so that nothing keeps it from that.
-    pub const fn is_moving(&self) -> bool {
+    pub(crate) const fn is_moving(&self) -> bool {
         self.moving
     }
 
@@ -104,7 +104,7 @@ impl Why {
     }
 
     /// What stands against another start now, whether or not it moves: an active travel job does, too.
-    pub fn against_start(&self) -> impl Iterator<Item = Hindrance> + use<> {
+    pub(crate) fn against_start(&self) -> impl Iterator<Item = Hindrance> + use<> {
         let Self { power, dp, prm_fault, cfg_fault, at_126, sync, mode, .. } = *self;
         let on = power == Power::On;
         let waits_for_prm = on && !at_126 && dp == dp::State::WaitPrm;
@@ -131,7 +131,7 @@ impl Why {
     }
 
     /// One hindrance in words: what, where, and what to do about it.
-    pub const fn text(&self, hindrance: Hindrance) -> impl fmt::Display + use<> {
+    pub(crate) const fn text(&self, hindrance: Hindrance) -> impl fmt::Display + use<> {
         Text { why: *self, hindrance }
     }
 
@@ -183,14 +183,14 @@ impl fmt::Display for Next {
 
 impl Hindrance {
     /// A name that stays, for programs: `NoDataExchange`.
-    pub const fn name(self) -> HindranceName {
+    pub(crate) const fn name(self) -> HindranceName {
         HindranceName(self)
     }
 }
 
 /// The name of a hindrance ([`Hindrance::name`]).
 #[derive(Clone, Copy, Debug)]
-pub struct HindranceName(Hindrance);
+pub(crate) struct HindranceName(Hindrance);
 
 impl fmt::Display for HindranceName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

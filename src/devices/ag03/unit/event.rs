@@ -69,7 +69,7 @@ pub enum Writer {
 
 impl Event {
     /// Whether it is cyclic detail: a log leaves it out unless asked for more.
-    pub const fn is_detail(&self) -> bool {
+    pub(crate) const fn is_detail(&self) -> bool {
         match self {
             Self::Written { effect, .. } => matches!(effect, Effect::None),
             Self::Stored => true,
@@ -180,7 +180,7 @@ impl<E, const CAPACITY: usize> Default for Queue<E, CAPACITY> {
 
 impl<E, const CAPACITY: usize> Queue<E, CAPACITY> {
     /// Lets an event wait.
-    pub fn push(&mut self, event: E) {
+    pub(crate) fn push(&mut self, event: E) {
         if self.events.push_back(event).is_err() {
             self.lost = self.lost.saturating_add(1);
         }
@@ -188,7 +188,7 @@ impl<E, const CAPACITY: usize> Queue<E, CAPACITY> {
 
     /// The oldest event; behind the last one how many were lost, if any were.
     #[inline]
-    pub fn pop(&mut self) -> Option<Result<E, u32>> {
+    pub(crate) fn pop(&mut self) -> Option<Result<E, u32>> {
         // Asked far more often than anything waits: nothing else is to be done where the caller stands.
         if self.events.is_empty() && self.lost == 0 { None } else { self.pop_waiting() }
     }

@@ -31,7 +31,7 @@ pub enum Hindrance {
 
 impl AsdaA2 {
     /// What keeps the drive from moving now, the most important first. None: it moves, or waits for a start.
-    pub fn why(&self) -> impl Iterator<Item = Hindrance> {
+    pub(crate) fn why(&self) -> impl Iterator<Item = Hindrance> {
         let (servo, nmt) = (self.servo(), self.node().state());
         let on = nmt.is_some();
         let state = servo.state();

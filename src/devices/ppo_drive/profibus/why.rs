@@ -46,7 +46,7 @@ pub enum PpoHindrance {
 
 impl<A: Application> PpoDrive<A> {
     /// Everything that keeps the drive from turning now.
-    pub fn why(&self) -> PpoWhy {
+    pub(crate) fn why(&self) -> PpoWhy {
         let diagnosis = self.slave().diagnosis();
         let status = self.drive().status();
         PpoWhy {
@@ -64,7 +64,7 @@ impl<A: Application> PpoDrive<A> {
 
 impl PpoWhy {
     /// Whether it turns, so that nothing keeps it from that.
-    pub const fn is_turning(&self) -> bool {
+    pub(crate) const fn is_turning(&self) -> bool {
         self.turning
     }
 
