@@ -2,17 +2,18 @@
 //!
 //! `cargo run --example own_drive -- PATH` serves a pseudo-terminal at PATH; `own_drive.gsd` is its GSD.
 
-use profidrive::devices::ag03::profibus::{Event, MAX_TELEGRAM_LEN};
+use profidrive::devices::StationEvent;
 use profidrive::host::link::pty::Pty;
 use profidrive::host::{self, Bus, Participant, Stop, SystemClock};
 use profidrive::profibus::dp::{Description, Fixed, Station};
+use profidrive::profibus::fdl::MAX_TELEGRAM_LEN;
 use profidrive::profibus::fdl::{Address, Telegram};
 use profidrive::profibus::pkw::{Config, Engine, JobError, Parameters, Value, Written};
 use profidrive::profibus::ppo::{Pkw, PpoType};
 use profidrive::time::{BaudRate, Instant};
 
 type Buffer = [u8; MAX_TELEGRAM_LEN];
-type News<'a> = &'a mut dyn FnMut(Event);
+type News<'a> = &'a mut dyn FnMut(StationEvent);
 
 const OWN: Description = Description { ident: 0x4F44, ..Description::PLAIN };
 const PPO_1: Fixed<'static> = Fixed { configurations: &[PpoType::Ppo1.configuration()], ..Fixed::PLAIN };

@@ -10,21 +10,21 @@
 //! | `plain_node` | [`PlainNode`]: any device on CANopen that has no clock of its own |
 //! | [`vocabulary`] | what a device on CANopen calls what it says |
 //! | `drive_state` | the states of every machine in the words that all devices share |
-//! | `error_kind` | [`ErrorKind`]: what goes wrong at a station, by kind (feature `std`) |
+//! | `station_event` | [`StationEvent`]: news of any station on PROFIBUS |
+//! | `reasons` | what keeps a device from moving whatever it is |
 
 pub mod ag03;
 pub mod ap10;
 pub mod asda_a2;
 mod drive_state;
-#[cfg(feature = "std")]
-mod error_kind;
 mod node;
 mod plain_node;
 pub mod ppo_drive;
+mod reasons;
+mod station_event;
 pub mod vocabulary;
 
-#[cfg(feature = "std")]
-pub use error_kind::ErrorKind;
 pub use node::{CanopenDevice, CanopenEvent, RecallError};
 pub use plain_node::PlainNode;
+pub use station_event::StationEvent;
 pub use vocabulary::Vocabulary;

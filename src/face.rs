@@ -2,12 +2,16 @@
 //! shows what a device says here, and knows no device.
 
 mod drive_state;
+mod event;
 mod quirk;
 pub mod surroundings;
+mod why;
 
 #[cfg(test)]
 pub(crate) use quirk::check;
 
 pub use drive_state::DriveState;
+pub use event::{Again, ErrorKind, EventKind};
 pub use quirk::{Quirk, QuirkError};
 pub use surroundings::Surroundings;
+pub use why::{Reason, Why};

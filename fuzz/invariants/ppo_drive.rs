@@ -158,8 +158,7 @@ impl Rig {
         let mut buf = [0; 255];
         let octets = request.encode(&mut buf).expect("it has room");
         let Decoded::Telegram { telegram, .. } = decode(octets) else { panic!("{octets:02X?}") };
-        let mut news =
-            |event: profidrive::devices::ag03::profibus::Event| assert!(!event.to_string().contains('\n'));
+        let mut news = |event: profidrive::devices::StationEvent| assert!(!event.to_string().contains('\n'));
         self.drive.handle_telegram(self.now, &telegram, &mut news);
         self.now = Instant::from_nanos(self.now.as_nanos() + 50_000);
         let mut reply = [0; MAX_TELEGRAM_LEN];

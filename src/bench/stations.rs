@@ -1,7 +1,8 @@
 //! What is on the line: buses with their stations, faults, disturbances.
 
 use super::{Disturbance, Line, Master};
-use crate::devices::ag03::profibus::{Config, Device, Event, Timing};
+use crate::devices::StationEvent;
+use crate::devices::ag03::profibus::{Config, Device, Timing};
 use crate::host::fault::{NoStation, Rule};
 use crate::host::link::fault::Faults;
 use crate::host::{Bus, BusEvent, Error, Participant};
@@ -79,7 +80,7 @@ impl<M: Master> Line<M> {
 
     /// News of a drive or another station of the first bus, and its address.
     #[must_use]
-    pub fn poll_event(&mut self) -> Option<(Address, Event)> {
+    pub fn poll_event(&mut self) -> Option<(Address, StationEvent)> {
         loop {
             // What else a bus tells is of lines on which others may be.
             if let BusEvent::Station { address, event } = self.buses.first_mut()?.poll_event()? {

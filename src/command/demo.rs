@@ -23,7 +23,8 @@ use std::io::{self, BufWriter, Write};
 use crate::client::ZswPattern;
 use crate::devices::ag03::drive::{Fault, Inputs, Mode};
 use crate::devices::ag03::profibus::bits::{StwBit, ZswBit};
-use crate::devices::ag03::profibus::{Event, flow_charts};
+use crate::devices::ag03::profibus::flow_charts;
+use crate::face::EventKind;
 use crate::profibus::ppo::{JobId, Stw};
 
 use super::Failure;
@@ -110,7 +111,7 @@ fn parameters(stage: &mut Stage<'_>) -> Result<(), Trouble> {
     stage.job(JobId::WriteDoubleWord, 1016, 250_000, "write limit 1 as 250000", "23F8 0000 0003 D090")?;
     stage.job(JobId::WriteWord, 970, 5, "calibrate, position is 10000", "23CA 0000 0000 0000")?;
     stage.job(JobId::WriteWord, 1003, 101, "write acceleration 101 %", "73EB 0000 0000 0002")?;
-    stage.reason(|event| matches!(event, Event::JobRefused(_)))
+    stage.reason(EventKind::JobRefused)
 }
 
 fn enable(stage: &mut Stage<'_>) -> Result<(), Trouble> {
@@ -144,7 +145,7 @@ fn refused_travel(stage: &mut Stage<'_>) -> Result<(), Trouble> {
     stage.page.title("A travel job that does not start")?;
     stage.command("start to 300000", MAY_TRAVEL, TOO_FAR, READY_TO_TRAVEL)?;
     stage.page.text("A real drive shows only that no job was accepted. The emulated one says why:")?;
-    stage.reason(|event| matches!(event, Event::CommandRefused(_)))
+    stage.reason(EventKind::CommandRefused)
 }
 
 fn fault_and_recovery(stage: &mut Stage<'_>) -> Result<(), Trouble> {
@@ -153,9 +154,9 @@ fn fault_and_recovery(stage: &mut Stage<'_>) -> Result<(), Trouble> {
     stage.page.text("An internal error of the drive is simulated.")?;
     stage.surround(Inputs::default().provoking(Fault::F));
     stage.observe(FAULT)?;
-    stage.reason(|event| matches!(event, Event::Fault(_)))?;
+    stage.reason(EventKind::Fault)?;
     stage.command("too early", acknowledge, TARGET, FAULT)?;
-    stage.reason(|event| matches!(event, Event::CommandRefused(_)))?;
+    stage.reason(EventKind::CommandRefused)?;
     stage.page.text("The cause is removed.")?;
     stage.surround(Inputs::default());
     stage.command("again", MAY_TRAVEL, TARGET, FAULT)?;

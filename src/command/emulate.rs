@@ -314,7 +314,7 @@ impl<'a> News<'a> {
             BusEvent::MovedToTakenAddress { .. } => warn!("{event}"),
             BusEvent::RateLost { .. } => warn!("{event}"),
             _ if event.is_detail() => debug!("{event}"),
-            BusEvent::Hint(_) | BusEvent::Station { .. } => match words {
+            BusEvent::Hint(_) | BusEvent::Station { .. } | BusEvent::Repeated { .. } => match words {
                 Some(words) => info!("{event}: {words}"),
                 None => info!("{event}"),
             },

@@ -15,6 +15,7 @@ use super::args::{self, JudgedStation, judge_millis};
 use super::emulate::{Opened, open_link};
 use super::{Failure, signals};
 
+mod compare;
 mod date;
 mod operated;
 mod recorded;
@@ -24,6 +25,9 @@ use operated::Operated;
 
 /// Judges, and says the verdicts.
 pub(crate) fn judge(args: &args::Judge) -> Result<ExitCode, Failure> {
+    if let Some(args::Compare::Compare { before, after }) = &args.compare {
+        return compare::compare(before, after);
+    }
     let setup = setup(args)?;
     let rows = rows(args);
     for file in [&args.json, &args.junit, &args.html].into_iter().flatten() {

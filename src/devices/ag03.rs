@@ -7,3 +7,4 @@ pub mod param;
 pub mod profibus;
 mod surroundings;
 pub mod unit;
+mod why;

@@ -12,7 +12,7 @@ use crate::can_bus::canopen::storage::{Generation, NotStored, StoreRequest};
 use crate::can_bus::canopen::{Address, Application, Node, NodeId, Refusal};
 use crate::devices::ag03;
 use crate::devices::ag03::unit;
-use crate::face::Surroundings;
+use crate::face::{Again, EventKind, Surroundings};
 use crate::time::Instant;
 
 /// News of a device on CANopen. `Display` is one line of plain English.
@@ -21,18 +21,51 @@ use crate::time::Instant;
 pub enum CanopenEvent {
     /// Of its node: NMT, SDO, PDO, EMCY, error control.
     Node(canopen::Event),
+    /// Of its node, again and again.
+    Repeated {
+        /// What.
+        event: canopen::Event,
+        /// How often.
+        again: Again,
+    },
     /// Of an AG03/1 behind the node, which names its own objects and bits in what it refuses.
     Ag03(ag03::canopen::Event),
 }
 
 impl CanopenEvent {
+    /// What it is about, for filters.
+    pub const fn kind(&self) -> EventKind {
+        match self {
+            Self::Node(event) | Self::Repeated { event, .. } => of_node(event),
+            Self::Ag03(event) => event.kind(),
+        }
+    }
+
     /// Whether a log leaves it out unless asked for more: a master may cause as many as it likes.
     pub(crate) const fn is_detail(&self) -> bool {
         match self {
             Self::Node(event) => matches!(event, canopen::Event::Written { .. }),
-            Self::Ag03(ag03::canopen::Event::Unit(event)) => event.is_detail(),
-            Self::Ag03(_) => false,
+            Self::Ag03(event) => event.is_detail(),
+            Self::Repeated { .. } => false,
         }
+    }
+}
+
+const fn of_node(event: &canopen::Event) -> EventKind {
+    match event {
+        canopen::Event::BootUp { .. } | canopen::Event::State { .. } | canopen::Event::NmtIgnored { .. } => {
+            EventKind::Nmt
+        }
+        canopen::Event::SdoRefused(_)
+        | canopen::Event::SdoAbortedByClient { .. }
+        | canopen::Event::Written { .. } => EventKind::Sdo,
+        canopen::Event::RpdoLength { .. } | canopen::Event::RpdoRefused { .. } => EventKind::Pdo,
+        canopen::Event::Emergency { .. } => EventKind::Emcy,
+        canopen::Event::LifeGuardingExpired
+        | canopen::Event::LifeGuardingBack
+        | canopen::Event::HeartbeatLost(_)
+        | canopen::Event::HeartbeatBack(_) => EventKind::ErrorControl,
+        canopen::Event::FramesLost { .. } => EventKind::Line,
     }
 }
 
@@ -40,6 +73,7 @@ impl fmt::Display for CanopenEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Node(event) => event.fmt(f),
+            Self::Repeated { event, again } => write!(f, "{again}: {event}"),
             Self::Ag03(event) => event.fmt(f),
         }
     }
@@ -106,10 +140,6 @@ pub trait CanopenDevice: Surroundings + Any + Send {
 
     /// The next event.
     fn poll_event(&mut self) -> Option<CanopenEvent>;
-
-    /// Says what keeps its drive from moving now, a sentence each, the most important first. Nothing: it moves, waits
-    /// for a start, or has no drive.
-    fn why(&self, _say: &mut dyn FnMut(&dyn fmt::Display)) {}
 
     /// When [`handle_timeout`](Self::handle_timeout) is due.
     fn poll_timeout(&self) -> Option<Instant>;

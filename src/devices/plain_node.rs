@@ -6,8 +6,8 @@ use super::{CanopenDevice, CanopenEvent, RecallError};
 use crate::can_bus::can::Frame;
 use crate::can_bus::canopen::storage::{Eeprom, Generation, ImageError, NotStored, StoreRequest};
 use crate::can_bus::canopen::{Address, Application, Node, Policy, Refusal};
-use crate::face::DriveState;
 use crate::face::surroundings::{Declined, Face, Input, Level, Provocable, Surroundings};
+use crate::face::{DriveState, Why};
 use crate::time::Instant;
 
 /// A [`CanopenDevice`] of an application that changes only when the bus or its surroundings act on it: inputs and
@@ -137,5 +137,9 @@ impl<A: Application + Surroundings> Surroundings for PlainNode<A> {
 
     fn drive_state(&self) -> Option<DriveState> {
         self.application.drive_state()
+    }
+
+    fn why(&self) -> Option<&dyn Why> {
+        self.application.why()
     }
 }

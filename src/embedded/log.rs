@@ -28,6 +28,7 @@ logged![
     crate::can_bus::canopen::Event,
     crate::can_bus::canopen::NodeIdError,
     crate::devices::CanopenEvent,
+    crate::devices::StationEvent,
     crate::devices::ag03::profibus::Event,
     crate::devices::ag03::profibus::Hint,
     crate::face::QuirkError,

@@ -7,7 +7,7 @@ use core::fmt;
 
 use heapless::{String, Vec};
 
-use super::DriveState;
+use super::{DriveState, Why};
 use crate::can_bus::canopen::Address;
 use crate::time::Instant;
 
@@ -232,6 +232,11 @@ pub trait Surroundings {
 
     /// The state of its drive in the words that all devices share; `None`: it has none, or does not say it.
     fn drive_state(&self) -> Option<DriveState> {
+        None
+    }
+
+    /// What keeps it from moving; `None`: nothing in it moves by itself.
+    fn why(&self) -> Option<&dyn Why> {
         None
     }
 }

@@ -6,7 +6,7 @@ use core::time::Duration;
 
 use super::{Appearance, Error, Participant};
 use crate::devices::ag03::profibus::{MAX_TELEGRAM_LEN, Timing};
-use crate::face::Surroundings;
+use crate::face::{Surroundings, Why};
 use crate::profibus::fdl::baud_search::CONTROL_TIME;
 use crate::profibus::fdl::{Address, BaudSearch, Framer, LineCounters, RateChange, StationCounters};
 use crate::time::{BaudRate, Instant};
@@ -149,8 +149,8 @@ impl Bus {
         self.stations.slot(address).map(|slot| slot.presence)
     }
 
-    /// What keeps the drive at `address` from moving now, in one line; `None`: there is none.
-    pub(crate) fn why(&self, address: Address) -> Option<Box<dyn fmt::Display + '_>> {
+    /// What keeps the drive at `address` from moving now; `None`: there is none.
+    pub fn why(&self, address: Address) -> Option<&dyn Why> {
         self.stations.slot(address)?.station.why()
     }
 
@@ -244,7 +244,7 @@ impl Bus {
 
     /// How long the master waits for a reply to begin, on a line where a later one does harm: it would be credited to
     /// another station. Such a reply is dropped, counted in [`StationCounters::too_late`], and told as
-    /// [`Event::ReplyTooLate`](crate::devices::ag03::profibus::Event::ReplyTooLate). `None`, as at first: every reply is sent.
+    /// [`StationEvent::ReplyTooLate`](crate::devices::StationEvent::ReplyTooLate). `None`, as at first: every reply is sent.
     ///
     /// Counts from when the last octet of the request was handed over; time that octets spent in an adapter before
     /// cannot be seen.
@@ -285,6 +285,7 @@ impl Bus {
     /// Time passed without octets. Only the stations whose deadline is reached are told.
     pub fn handle_timeout(&mut self, now: Instant) {
         let Self { framer, stations } = self;
+        stations.news.advance(now);
         framer.handle_timeout(now, |at, result| stations.hear(at, now, &result));
         let searched = stations.search.is_some_and(|search| search.is_searching());
         if let Some(change) = stations.search.as_mut().and_then(|search| search.handle_timeout(now)) {

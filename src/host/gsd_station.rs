@@ -8,12 +8,13 @@ use super::fault::{Condition, Switch};
 use super::refusals::Refusals;
 use super::station_file::{Kept, StationFile};
 use super::{Appearance, OutputBoard, Participant, StateDir, StateDirError, StationKind};
-use crate::devices::ag03::profibus::{Event, MAX_TELEGRAM_LEN};
+use crate::devices::StationEvent;
 use crate::gsd::{Gsd, Placed, RaiseError, Raised, Station};
 use crate::process::{Image, Point, Process, Slot, ValueError};
 use crate::profibus::dp;
 use crate::profibus::dp::application::Application as _;
 use crate::profibus::dp::{CfgFault, PrmFault, Reason};
+use crate::profibus::fdl::MAX_TELEGRAM_LEN;
 use crate::profibus::fdl::{Address, Rates, Telegram};
 use crate::time::{BaudRate, Instant};
 
@@ -406,11 +407,11 @@ impl Participant for GsdStation {
         self.slave().description().rates
     }
 
-    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(Event)) {
+    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
         let outcome = self.station.receive(now, telegram);
         if let Some(event) = outcome.event {
             self.learn(&event);
-            news(Event::Dp(event));
+            news(StationEvent::Dp(event));
         }
         // No event tells that outputs are there again after Fail_Safe or Clear_Data.
         if outcome.exchanged && self.has_outputs_again() {
@@ -420,10 +421,10 @@ impl Participant for GsdStation {
         self.hand_over(now);
     }
 
-    fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(Event)) {
+    fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(StationEvent)) {
         if let Some(event) = self.station.handle_timeout(now) {
             self.learn(&event);
-            news(Event::Dp(event));
+            news(StationEvent::Dp(event));
         }
         self.run(now);
         self.hand_over(now);
@@ -433,7 +434,7 @@ impl Participant for GsdStation {
         &mut self,
         now: Instant,
         buf: &mut [u8; MAX_TELEGRAM_LEN],
-        news: &mut dyn FnMut(Event),
+        news: &mut dyn FnMut(StationEvent),
     ) -> Option<usize> {
         Participant::poll_transmit(&mut self.station, now, buf, news)
     }

@@ -59,6 +59,7 @@ mod ppo_drive;
 mod ranges;
 pub(crate) mod reach;
 mod refusals;
+mod repeats;
 mod run;
 mod state_dir;
 mod station_file;

@@ -1,12 +1,12 @@
 //! What a [`Bus`](super::Bus) carries: anything that is a passive station.
 
 use core::any::Any;
-use core::fmt;
 use std::borrow::Cow;
 
 use super::StoredDevice;
-use crate::devices::ag03::profibus::{DESCRIPTION, Device, Event, MAX_TELEGRAM_LEN, Power};
-use crate::face::{DriveState, Surroundings};
+use crate::devices::StationEvent;
+use crate::devices::ag03::profibus::{DESCRIPTION, Device, MAX_TELEGRAM_LEN, Power};
+use crate::face::{DriveState, Surroundings, Why};
 use crate::profibus::dp;
 use crate::profibus::fdl::{Address, Rates, Telegram};
 use crate::time::{BaudRate, Instant};
@@ -32,24 +32,24 @@ pub trait Participant: Any + Send {
     }
 
     /// Takes a telegram whose last octet ended at `now`, and says what came of it.
-    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(Event));
+    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent));
 
     /// Time has passed. Spurious calls are harmless.
-    fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(Event));
+    fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(StationEvent));
 
     /// The telegram to send at `now`, written to `buf`, if its time has come: how many octets it has.
     fn poll_transmit(
         &mut self,
         now: Instant,
         buf: &mut [u8; MAX_TELEGRAM_LEN],
-        news: &mut dyn FnMut(Event),
+        news: &mut dyn FnMut(StationEvent),
     ) -> Option<usize>;
 
     /// When to call it again; `None` = a telegram comes first.
     fn poll_timeout(&self) -> Option<Instant>;
 
-    /// What keeps its drive from moving now, in one line; `None`: it has no drive.
-    fn why(&self) -> Option<Box<dyn fmt::Display + '_>> {
+    /// What keeps its drive from moving now; `None`: it has no drive.
+    fn why(&self) -> Option<&dyn Why> {
         None
     }
 
@@ -138,12 +138,12 @@ impl Participant for Device {
         DESCRIPTION.rates
     }
 
-    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(Event)) {
+    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
         self.handle_telegram(now, telegram);
         pass_on(self, news);
     }
 
-    fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(Event)) {
+    fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(StationEvent)) {
         Self::handle_timeout(self, now);
         pass_on(self, news);
     }
@@ -152,7 +152,7 @@ impl Participant for Device {
         &mut self,
         now: Instant,
         buf: &mut [u8; MAX_TELEGRAM_LEN],
-        news: &mut dyn FnMut(Event),
+        news: &mut dyn FnMut(StationEvent),
     ) -> Option<usize> {
         let len = Self::poll_transmit(self, now, buf).map(<[u8]>::len);
         pass_on(self, news);
@@ -171,8 +171,8 @@ impl Participant for Device {
         Appearance::of(self)
     }
 
-    fn why(&self) -> Option<Box<dyn fmt::Display + '_>> {
-        Some(Box::new(Self::why(self)))
+    fn why(&self) -> Option<&dyn Why> {
+        Some(self)
     }
 
     fn surroundings(&self) -> Option<&dyn Surroundings> {
@@ -188,7 +188,7 @@ impl Participant for Device {
     }
 }
 
-fn pass_on(device: &mut Device, news: &mut dyn FnMut(Event)) {
+fn pass_on(device: &mut Device, news: &mut dyn FnMut(StationEvent)) {
     while let Some(event) = device.poll_event() {
         news(event);
     }
@@ -207,12 +207,12 @@ impl Participant for StoredDevice {
         DESCRIPTION.rates
     }
 
-    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(Event)) {
+    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
         self.handle_telegram(now, telegram);
         pass_on(self.device_mut(), news);
     }
 
-    fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(Event)) {
+    fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(StationEvent)) {
         Self::handle_timeout(self, now);
         pass_on(self.device_mut(), news);
     }
@@ -221,7 +221,7 @@ impl Participant for StoredDevice {
         &mut self,
         now: Instant,
         buf: &mut [u8; MAX_TELEGRAM_LEN],
-        news: &mut dyn FnMut(Event),
+        news: &mut dyn FnMut(StationEvent),
     ) -> Option<usize> {
         Participant::poll_transmit(self.device_mut(), now, buf, news)
     }
@@ -238,8 +238,8 @@ impl Participant for StoredDevice {
         Appearance::of(self.device())
     }
 
-    fn why(&self) -> Option<Box<dyn fmt::Display + '_>> {
-        Some(Box::new(self.device().why()))
+    fn why(&self) -> Option<&dyn Why> {
+        Some(self.device())
     }
 
     fn surroundings(&self) -> Option<&dyn Surroundings> {
@@ -268,15 +268,15 @@ impl<A: dp::Application + Send + 'static> Participant for dp::Station<A> {
         self.slave().description().rates
     }
 
-    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(Event)) {
+    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
         if let Some(event) = Self::receive(self, now, telegram).event {
-            news(Event::Dp(event));
+            news(StationEvent::Dp(event));
         }
     }
 
-    fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(Event)) {
+    fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(StationEvent)) {
         if let Some(event) = Self::handle_timeout(self, now) {
-            news(Event::Dp(event));
+            news(StationEvent::Dp(event));
         }
     }
 
@@ -284,7 +284,7 @@ impl<A: dp::Application + Send + 'static> Participant for dp::Station<A> {
         &mut self,
         now: Instant,
         buf: &mut [u8; MAX_TELEGRAM_LEN],
-        news: &mut dyn FnMut(Event),
+        news: &mut dyn FnMut(StationEvent),
     ) -> Option<usize> {
         match Self::poll_transmit(self, now) {
             Ok(octets) => {
@@ -293,7 +293,7 @@ impl<A: dp::Application + Send + 'static> Participant for dp::Station<A> {
                 Some(octets.len())
             }
             Err(too_late) => {
-                news(Event::ReplyTooLate(too_late));
+                news(StationEvent::ReplyTooLate(too_late));
                 None
             }
         }

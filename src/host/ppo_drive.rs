@@ -4,12 +4,14 @@ use core::fmt;
 
 use super::station_file::{Kept, StationFile};
 use super::{Appearance, Participant, Refusals, StateDir, StateDirError, StationKind};
-use crate::devices::ag03::profibus::{Event, MAX_TELEGRAM_LEN};
+use crate::devices::StationEvent;
 use crate::devices::ppo_drive::profibus::{PpoDrive, PpoOnly};
+use crate::face::Why;
 use crate::gsd::Station;
 use crate::image::storage::Outcome;
 use crate::profibus::dp;
 use crate::profibus::dp::{Application, CfgFault, Fixed, PrmFault, Reason, Refusal};
+use crate::profibus::fdl::MAX_TELEGRAM_LEN;
 use crate::profibus::fdl::{Address, Rates, Telegram};
 use crate::time::{BaudRate, Instant};
 
@@ -147,12 +149,12 @@ impl Participant for HostedPpoDrive {
         self.drive.slave().description().rates
     }
 
-    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(Event)) {
+    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
         self.take_outcome(now);
         let (mut refused, mut address_set) = (None, false);
         self.drive.handle_telegram(now, telegram, &mut |event| {
-            address_set |= matches!(&event, Event::Dp(dp::Event::AddressSet { .. }));
-            if let Event::Dp(
+            address_set |= matches!(&event, StationEvent::Dp(dp::Event::AddressSet { .. }));
+            if let StationEvent::Dp(
                 dp::Event::PrmRejected { fault: PrmFault::UserPrm(refusal), .. }
                 | dp::Event::CfgRejected { fault: CfgFault::Refused(refusal), .. },
             ) = &event
@@ -168,7 +170,7 @@ impl Participant for HostedPpoDrive {
         self.hand_over(now, address_set);
     }
 
-    fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(Event)) {
+    fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(StationEvent)) {
         self.take_outcome(now);
         self.drive.handle_timeout(now, news);
         self.hand_over(now, false);
@@ -178,7 +180,7 @@ impl Participant for HostedPpoDrive {
         &mut self,
         now: Instant,
         buf: &mut [u8; MAX_TELEGRAM_LEN],
-        news: &mut dyn FnMut(Event),
+        news: &mut dyn FnMut(StationEvent),
     ) -> Option<usize> {
         self.drive.poll_transmit(now, buf, news)
     }
@@ -188,8 +190,8 @@ impl Participant for HostedPpoDrive {
         Instant::first_of(self.drive.poll_timeout(), file)
     }
 
-    fn why(&self) -> Option<Box<dyn fmt::Display + '_>> {
-        Some(Box::new(self.drive.why()))
+    fn why(&self) -> Option<&dyn Why> {
+        Some(&self.drive)
     }
 
     fn watchdog_on(&self) -> bool {

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::BusEvent;
-use crate::devices::ag03::profibus::Event;
+use crate::devices::StationEvent;
 use crate::profibus::dp;
 use crate::profibus::dp::{CfgFault, PrmFault, Reason};
 use crate::profibus::fdl::Address;
@@ -39,7 +39,7 @@ impl Refusals {
 
     /// The words that belong behind an event; `None` if it says everything itself.
     pub fn words(&self, event: &BusEvent) -> Option<Arc<str>> {
-        let BusEvent::Station { address, event: Event::Dp(event) } = event else { return None };
+        let BusEvent::Station { address, event: StationEvent::Dp(event) } = event else { return None };
         let (dp::Event::PrmRejected { fault: PrmFault::UserPrm(refusal), .. }
         | dp::Event::CfgRejected { fault: CfgFault::Refused(refusal), .. }) = event
         else {

@@ -4,6 +4,7 @@ use core::time::Duration;
 use std::path::PathBuf;
 
 use super::state_dir::{ImageFile, Images, Newest, StateDir, StateDirError};
+use crate::devices::StationEvent;
 use crate::devices::ag03::profibus::{
     Config, Device, Eeprom, Generation, IMAGE_LEN, MAX_TELEGRAM_LEN, NotStored, StoreRequest,
 };
@@ -134,6 +135,12 @@ impl StoredDevice {
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
         Instant::first_of(self.device.poll_timeout(), self.file.as_ref().and_then(ImageFile::poll_timeout))
+    }
+
+    /// See [`Device::poll_event`].
+    #[must_use]
+    pub fn poll_event(&mut self) -> Option<StationEvent> {
+        self.device.poll_event()
     }
 
     fn take_outcome(&mut self, now: Instant) {

@@ -1,5 +1,6 @@
 //! What was found of each row: how often it held, how it was broken, why it was not judged.
 
+use core::time::Duration;
 use std::collections::BTreeMap;
 
 use super::moment::{Moment, Telegram, explained};
@@ -47,6 +48,8 @@ pub struct Judgement {
     pub applies: bool,
     /// The scenario in which it was broken first; `None`: nothing was disturbed, or it was not broken.
     pub scenario: Option<String>,
+    /// How long scenarios of this row were played, with those that other rows share.
+    pub took: Duration,
 }
 
 impl Judgement {
@@ -59,6 +62,7 @@ impl Judgement {
             telegrams: Vec::new(),
             applies: true,
             scenario: None,
+            took: Duration::ZERO,
         }
     }
 }

@@ -9,6 +9,7 @@
 //! | here | [`Judge`]: what is played when |
 //! | `outcome` | what a scenario has shown, and why a row is not judged |
 //! | `ending` | [`Progress`], [`Ending`] |
+//! | `record` | what was played how long, and how long the rest takes |
 
 use core::time::Duration;
 use std::collections::BTreeMap;
@@ -28,8 +29,10 @@ use crate::time::Instant;
 
 mod ending;
 mod outcome;
+mod record;
 
 pub use ending::{Ending, Progress};
+use record::Record;
 
 /// Good exchanges in a row with each station: nothing is wrong.
 const BASELINE: u32 = 8;
@@ -65,6 +68,7 @@ pub struct Judge {
     started: Option<Instant>,
     begun: Option<Instant>,
     ending: Option<Ending>,
+    record: Record,
     progress: Option<Progress>,
     /// The faults of the step that is played.
     faults: Vec<u32>,
@@ -142,6 +146,7 @@ impl Judge {
             started: None,
             begun: None,
             ending: None,
+            record: Record::default(),
             progress: None,
             faults: Vec::new(),
             struck: 0,
@@ -269,6 +274,7 @@ impl Judge {
         if self.ending.is_some() {
             return;
         }
+        self.record.at(now);
         if self.observer.noise_octets() > NOISE {
             return self.end(if self.is_master_known() { Ending::Flood } else { Ending::Noise });
         }
@@ -303,7 +309,9 @@ impl Judge {
         self.end(Ending::TimeOver);
         let ending = self.ending.clone().unwrap_or(Ending::TimeOver);
         let configuration = self.observer.setup.words();
-        Report { configuration, ..Report::new(self.judgements(), ending, origin) }
+        self.end_record();
+        let took = self.record.took(origin);
+        Report { configuration, took, ..Report::new(self.judgements(), ending, origin) }
     }
 
     fn judgements(mut self) -> Vec<Judgement> {
@@ -318,7 +326,9 @@ impl Judge {
             self.observer.finish();
         }
         self.explain_the_rest();
-        self.wanted.iter().map(|row| self.observer.findings.judgement(*row)).collect()
+        let judgement =
+            |row: &Row| Judgement { took: self.record.spent(*row), ..self.observer.findings.judgement(*row) };
+        self.wanted.iter().map(judgement).collect()
     }
 
     /// Whether somebody speaks as a master does. In noise some octets may look like a short telegram.
@@ -417,14 +427,13 @@ impl Judge {
         bus: &mut Bus,
         faults: &mut Faults,
     ) {
-        let missing = self.missing();
-        let Some(station) = missing else {
+        let first = scenario.is_none() || (scenario == Some(0) && self.next == 1);
+        let Some(station) = self.missing() else {
             if let Some(scenario) = scenario.and_then(|scenario| self.scenarios.get(scenario)).cloned()
                 && !revived
             {
                 self.returned(&scenario);
             }
-            let first = scenario.is_none() || (scenario == Some(0) && self.next == 1);
             if first && self.observer.setup.present().count() >= MANY {
                 self.observer.findings.held(Row::I06);
             }
@@ -454,6 +463,9 @@ impl Judge {
                 self.phase = Phase::Returning { scenario: number, until: now + LIMIT, revived: true };
                 return;
             }
+        }
+        if first {
+            self.judge_unreached(station);
         }
         let ending = match after {
             Some(scenario) if self.observer.exchanges(station) > 0 => {
@@ -534,29 +546,6 @@ impl Judge {
             self.ending = Some(ending);
         }
         self.phase = Phase::Over;
-    }
-
-    fn tell(&mut self, scenario: usize) {
-        let left = self.scenarios.iter().skip(scenario);
-        let time = |scenario: &Scenario| {
-            let steps: Duration = scenario
-                .steps
-                .iter()
-                .map(|step| if step.until_injected { Duration::ZERO } else { step.lasts })
-                .sum();
-            steps + Duration::from_millis(600)
-        };
-        let left: Duration = left.map(time).sum();
-        let name = self.scenarios.get(scenario).map(|played| played.name.clone());
-        self.observer.findings.play(name);
-        if let Some(played) = self.scenarios.get(scenario) {
-            self.progress = Some(Progress {
-                number: scenario + 1,
-                of: self.scenarios.len(),
-                name: played.name.clone(),
-                left,
-            });
-        }
     }
 
     /// The first station with which data are not exchanged as they should be.

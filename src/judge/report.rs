@@ -10,6 +10,7 @@
 //! | `markup` | texts inside XML and HTML |
 
 use core::fmt::{self, Write};
+use core::time::Duration;
 
 use super::findings::{Judgement, Verdict};
 use super::moment::Telegram;
@@ -45,11 +46,21 @@ pub struct Report {
     pub configuration: Vec<(&'static str, String)>,
     /// Times of telegrams count from here.
     pub origin: Instant,
+    /// How long it took; zero for a recording.
+    pub took: Duration,
 }
 
 impl Report {
     pub(super) const fn new(judgements: Vec<Judgement>, ending: Ending, origin: Instant) -> Self {
-        Self { judgements, ending, required: Vec::new(), date: None, configuration: Vec::new(), origin }
+        Self {
+            judgements,
+            ending,
+            required: Vec::new(),
+            date: None,
+            configuration: Vec::new(),
+            origin,
+            took: Duration::ZERO,
+        }
     }
 
     /// Whether a row failed.
@@ -73,6 +84,7 @@ impl Report {
         let _ = write!(text, "\"ended\":{},", Quoted(&std::format!("{}", self.ending)));
         let _ = write!(text, "\"status\":{},", self.outcome().status());
         let _ = write!(text, "\"program\":{},", Quoted(PROGRAM));
+        let _ = write!(text, "\"seconds\":{:.3},", self.took.as_secs_f64());
         if let Some(date) = &self.date {
             let _ = write!(text, "\"date\":{},", Quoted(date));
         }
@@ -103,14 +115,15 @@ impl Report {
     }
 
     fn write_row(&self, text: &mut String, judgement: &Judgement) {
-        let Judgement { row, verdict, reason, telegrams, scenario, .. } = judgement;
+        let Judgement { row, verdict, reason, telegrams, scenario, took, .. } = judgement;
         let _ = write!(
             text,
-            "\n{{\"id\":\"{}\",\"verdict\":\"{}\",\"reason\":{},\"text\":{},",
+            "\n{{\"id\":\"{}\",\"verdict\":\"{}\",\"reason\":{},\"text\":{},\"seconds\":{:.3},",
             row.id(),
             verdict.name(),
             Quoted(reason),
-            Quoted(row.about().text)
+            Quoted(row.about().text),
+            took.as_secs_f64()
         );
         if let Some(scenario) = scenario {
             let _ = write!(text, "\"scenario\":{},", Quoted(scenario));
@@ -178,13 +191,15 @@ impl fmt::Display for Report {
             }
         }
         let count = |verdict| self.count(verdict);
+        let took = (!self.took.is_zero()).then(|| std::format!(", {:.1} s", self.took.as_secs_f64()));
         writeln!(
             f,
-            "\n{} passed, {} failed, {} warnings, {} not judged",
+            "\n{} passed, {} failed, {} warnings, {} not judged{}",
             count(Verdict::Pass),
             count(Verdict::Fail),
             count(Verdict::Warn),
-            count(Verdict::NotJudged)
+            count(Verdict::NotJudged),
+            took.unwrap_or_default()
         )?;
         if let Outcome::NotFinished(why) = self.outcome()
             && self.ending.is_complete()

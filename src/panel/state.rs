@@ -23,7 +23,7 @@ use motion::Measured;
 use names::{EepromName, ModeName};
 use slave::Dp;
 
-pub(super) use fault::{FaultName, LastRefusal, ReasonText, reasons_of};
+pub(super) use fault::{FaultName, LastRefusal, ReasonText, next_of, reasons_of};
 pub(super) use motion::{Motion, lengths};
 pub(super) use names::{ModelName, gear};
 pub(super) use slave::{Counters, DpState, PresenceState};

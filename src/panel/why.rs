@@ -7,8 +7,9 @@ use utoipa::ToSchema;
 
 use super::bus_access::Asking;
 use super::problem::{Problem, Problems, Station};
-use super::state::{ReasonText, seconds};
+use super::state::{ReasonText, next_of, seconds};
 use crate::devices::ag03::profibus::Device;
+use crate::face::Why;
 use crate::time::Instant;
 
 /// What keeps a drive from moving.
@@ -31,14 +32,13 @@ pub(super) struct DriveWhy {
 
 impl DriveWhy {
     fn of(device: &Device, now: Instant) -> Self {
-        let why = device.why();
         Self {
             time_seconds: seconds(now),
             address: device.address().number(),
-            moving: why.is_moving(),
-            hindrances: why.hindrances().map(|hindrance| ReasonText::of(&why, hindrance)).collect(),
-            next: why.next().map(|next| next.to_string()),
-            text: why.to_string(),
+            moving: device.is_moving() == Some(true),
+            hindrances: ReasonText::all(|tell| device.each_reason(tell)),
+            next: next_of(device),
+            text: (device as &dyn Why).to_string(),
         }
     }
 }

@@ -4,7 +4,8 @@ use std::time::Duration;
 
 use profidrive::can_bus::can::{Frame, Id};
 use profidrive::can_bus::canopen::NodeId;
-use profidrive::devices::ag03::canopen::{Ag03Node, Config, Event};
+use profidrive::devices::CanopenEvent;
+use profidrive::devices::ag03::canopen::{Ag03Node, Config};
 use profidrive::devices::ag03::drive::Inputs;
 use profidrive::time::Instant;
 
@@ -180,7 +181,7 @@ impl Rig {
         self.drain()
     }
 
-    pub(crate) fn events(&mut self) -> Vec<Event> {
+    pub(crate) fn events(&mut self) -> Vec<CanopenEvent> {
         std::iter::from_fn(|| self.node.poll_event()).collect()
     }
 

@@ -11,6 +11,7 @@ use rustix::fs::OFlags;
 use serde_json::Value;
 use std::os::unix::fs::OpenOptionsExt;
 
+mod compared;
 mod masters;
 
 fn command(arguments: &[&str]) -> Command {
@@ -182,6 +183,7 @@ fn check_json(text: &str) {
     assert_eq!(report["configuration"]["stations"], serde_json::json!(["5,ident=1234,cfg=2313"]));
     let date = report["date"].as_str().unwrap();
     assert!(date.len() == 20 && date.ends_with('Z'), "{date}");
+    assert!(report["seconds"].as_f64().unwrap() > 0.0);
     let rows = report["rows"].as_array().unwrap();
     assert_eq!(rows.len(), 11);
     for row in rows {
@@ -190,6 +192,7 @@ fn check_json(text: &str) {
         assert!(
             row["id"].as_str().unwrap().starts_with("M-F") && !row["reason"].as_str().unwrap().is_empty()
         );
+        assert!(row["seconds"].is_f64(), "{row}");
         let telegrams = row["telegrams"].as_array().unwrap();
         assert!(verdict != "fail" || !telegrams.is_empty(), "{row}");
         for telegram in telegrams {

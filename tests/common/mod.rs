@@ -7,9 +7,11 @@
 use std::collections::HashMap;
 use std::time::Duration;
 
+use profidrive::devices::StationEvent;
 use profidrive::devices::ag03::profibus::{
     ApplicationCycle, Config, Device, Event, MAX_TELEGRAM_LEN, Timing,
 };
+use profidrive::devices::ag03::unit;
 use profidrive::profibus::fdl::telegram::{Decoded, decode};
 use profidrive::profibus::fdl::{Address, FrameCount, FunctionCode, Sap, Service, Telegram};
 use profidrive::time::{BaudRate, Instant};
@@ -47,12 +49,22 @@ pub(crate) struct Line {
     pub(crate) baud: BaudRate,
     /// The earliest reply allowed, in T_bit.
     pub(crate) min_tsdr: u32,
-    pub(crate) events: Vec<Event>,
+    pub(crate) events: Vec<StationEvent>,
     /// The frame count of each master.
     frame_counts: HashMap<u8, FrameCount>,
 }
 
+/// What an event says about the unit.
+pub(crate) fn of_unit(event: &StationEvent) -> Option<&unit::Event> {
+    if let StationEvent::Ag03(Event::Unit { event, .. }) = event { Some(event) } else { None }
+}
+
 impl Line {
+    /// Whether the unit has told this.
+    pub(crate) fn has_told(&self, wanted: &unit::Event) -> bool {
+        self.events.iter().filter_map(of_unit).any(|event| event == wanted)
+    }
+
     pub(crate) fn new() -> Self {
         Self::at(BaudRate::K500)
     }

@@ -12,8 +12,10 @@
 use core::time::Duration;
 
 use profidrive::bench::{Line, Sender};
+use profidrive::devices::StationEvent;
 use profidrive::devices::ag03::param::{Model, Parameter};
 use profidrive::devices::ag03::profibus::{CONFIGURATIONS, Config, DESCRIPTION, Event, IDENT_NUMBER};
+use profidrive::devices::ag03::unit;
 use profidrive::master::{Profirust, baudrate, options, peripheral};
 use profidrive::profibus::dp;
 use profidrive::profibus::fdl::Address;
@@ -164,12 +166,22 @@ impl Plant {
 
     fn assert_no_complaints(&mut self) {
         while let Some((address, event)) = self.bus.poll_event() {
-            let expected = matches!(
-                event,
-                Event::Dp(dp::Event::Parameterised { .. } | dp::Event::DataExchange { .. })
-                    | Event::Drive { .. }
-                    | Event::Unit(_)
-            );
+            let expected = match event {
+                StationEvent::Dp(event) => {
+                    matches!(event, dp::Event::Parameterised { .. } | dp::Event::DataExchange { .. })
+                }
+                StationEvent::Ag03(Event::Unit { event, .. }) => matches!(
+                    event,
+                    unit::Event::Drive(_)
+                        | unit::Event::FaultCauseGone(_)
+                        | unit::Event::Written { .. }
+                        | unit::Event::Stored
+                        | unit::Event::NotStored { .. }
+                        | unit::Event::Input(_)
+                        | unit::Event::SwitchesSet(_)
+                ),
+                _ => false,
+            };
             assert!(expected, "drive {address}: {event}");
         }
     }
@@ -330,7 +342,7 @@ fn a_master_that_stops_lets_the_watchdog_expire_and_finds_the_drive_again() {
     plant.bus.master.fdl.set_offline();
     plant.bus.run_for(Duration::from_millis(60));
     let (_, event) = plant.bus.poll_event().expect("news of the watchdog");
-    assert!(matches!(event, Event::Dp(dp::Event::WatchdogExpired { .. })), "{event}");
+    assert!(matches!(event, StationEvent::Dp(dp::Event::WatchdogExpired { .. })), "{event}");
     assert!(!plant.bus.device(5).unwrap().status().operation_enabled, "a lost master lets the drive go");
 
     plant.command(0, 0, 0);
@@ -365,7 +377,7 @@ fn a_wrong_ident_number_shows_in_the_diagnosis_and_in_the_news_of_the_drive() {
     })
     .unwrap();
     let (_, event) = bus.poll_event().unwrap();
-    assert!(matches!(event, Event::Dp(dp::Event::PrmRejected { .. })), "{event}");
+    assert!(matches!(event, StationEvent::Dp(dp::Event::PrmRejected { .. })), "{event}");
     assert!(!bus.master.dp.get_mut(drive).is_running());
 }
 
@@ -379,7 +391,7 @@ fn a_wrong_configuration_is_told_to_both_sides() {
     })
     .unwrap();
     let refused = core::iter::from_fn(|| bus.poll_event())
-        .any(|(_, event)| matches!(event, Event::Dp(dp::Event::CfgRejected { .. })));
+        .any(|(_, event)| matches!(event, StationEvent::Dp(dp::Event::CfgRejected { .. })));
     assert!(refused);
 }
 

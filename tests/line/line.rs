@@ -3,8 +3,9 @@
 use core::time::Duration;
 
 use profidrive::bench::{Answer, Breach, Line, ScriptedMaster as Master};
+use profidrive::devices::StationEvent;
 use profidrive::devices::ag03::profibus::{
-    CONFIGURATIONS, Config, DESCRIPTION, Device, Event, IDENT_NUMBER, MAX_TELEGRAM_LEN, Timing,
+    CONFIGURATIONS, Config, DESCRIPTION, Device, IDENT_NUMBER, MAX_TELEGRAM_LEN, Timing,
 };
 use profidrive::host::{Bus, BusEvent, Evidence, LISTEN_TIME, Participant, Presence};
 use profidrive::profibus::dp::State;
@@ -72,15 +73,15 @@ impl Participant for Rogue {
         address(5)
     }
     fn set_baud(&mut self, _: BaudRate) {}
-    fn receive(&mut self, now: Instant, _: &Telegram<'_>, _: &mut dyn FnMut(Event)) {
+    fn receive(&mut self, now: Instant, _: &Telegram<'_>, _: &mut dyn FnMut(StationEvent)) {
         self.due = Some(now.saturating_add(self.after));
     }
-    fn handle_timeout(&mut self, _: Instant, _: &mut dyn FnMut(Event)) {}
+    fn handle_timeout(&mut self, _: Instant, _: &mut dyn FnMut(StationEvent)) {}
     fn poll_transmit(
         &mut self,
         now: Instant,
         buf: &mut [u8; MAX_TELEGRAM_LEN],
-        _: &mut dyn FnMut(Event),
+        _: &mut dyn FnMut(StationEvent),
     ) -> Option<usize> {
         self.due.take_if(|due| *due <= now)?;
         buf[..self.answer.len()].copy_from_slice(&self.answer);

@@ -8,7 +8,8 @@ use mirror::{
     BAUD, IDENT, LARGE, Mirror, SMALL, SMALL_LEN, address, inputs, line, long, mirror, outputs, start_up,
 };
 use profidrive::bench::{Answer, Line, ScriptedMaster as Master};
-use profidrive::devices::ag03::profibus::{Config, Device, Event, MAX_TELEGRAM_LEN, Timing};
+use profidrive::devices::StationEvent;
+use profidrive::devices::ag03::profibus::{Config, Device, MAX_TELEGRAM_LEN, Timing};
 use profidrive::host::{Bus, BusEvent, Participant};
 use profidrive::profibus::dp;
 use profidrive::profibus::dp::{Description, State};
@@ -152,7 +153,8 @@ fn n_02_a_broadcast_ends_the_time_of_a_reply_and_acts_once() {
     assert_eq!(bus.poll_transmit(later, &mut [0; MAX_TELEGRAM_LEN]), None);
     let mut cleared = Vec::new();
     while let Some(event) = bus.poll_event() {
-        let BusEvent::Station { address, event: Event::Dp(dp::Event::Controlled { .. }) } = event else {
+        let BusEvent::Station { address, event: StationEvent::Dp(dp::Event::Controlled { .. }) } = event
+        else {
             panic!("{event}");
         };
         cleared.push(address.number());
@@ -304,19 +306,19 @@ impl Participant for Settler {
         self.1
     }
     fn set_baud(&mut self, _: BaudRate) {}
-    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, _: &mut dyn FnMut(Event)) {
+    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, _: &mut dyn FnMut(StationEvent)) {
         let Telegram::Data(data) = telegram else { return };
         match data.data.last() {
             Some(new) => *self = Self::at(*new),
             None => drop(self.0.receive(now, telegram)),
         }
     }
-    fn handle_timeout(&mut self, _: Instant, _: &mut dyn FnMut(Event)) {}
+    fn handle_timeout(&mut self, _: Instant, _: &mut dyn FnMut(StationEvent)) {}
     fn poll_transmit(
         &mut self,
         now: Instant,
         buf: &mut [u8; MAX_TELEGRAM_LEN],
-        news: &mut dyn FnMut(Event),
+        news: &mut dyn FnMut(StationEvent),
     ) -> Option<usize> {
         Participant::poll_transmit(&mut self.0, now, buf, news)
     }

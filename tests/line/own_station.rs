@@ -6,7 +6,8 @@ mod station;
 use std::fs;
 use std::path::Path;
 
-use profidrive::devices::ag03::profibus::{Config, Device, Event, Timing};
+use profidrive::devices::StationEvent;
+use profidrive::devices::ag03::profibus::{Config, Device, Timing};
 use profidrive::gsd::Gsd;
 use profidrive::profibus::dp::{Framed, State};
 use profidrive::profibus::fdl::{
@@ -97,7 +98,7 @@ fn a_drive_says_which_octets_bring_news_and_answers_no_damaged_request() {
         let reply = drive.poll_transmit(at(6).saturating_add(BAUD.bit_times(11)), &mut buf);
         assert_eq!(reply.is_some(), damaged.is_none(), "{damaged:?}");
         let refused = std::iter::from_fn(|| drive.poll_event())
-            .filter(|event| matches!(event, Event::TelegramRefused(FrameError::Parity)));
+            .filter(|event| matches!(event, StationEvent::TelegramRefused(FrameError::Parity)));
         assert_eq!(refused.count(), usize::from(damaged.is_some()));
     }
 }

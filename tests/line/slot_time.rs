@@ -3,7 +3,8 @@
 use core::time::Duration;
 use std::thread;
 
-use profidrive::devices::ag03::profibus::{Config, Device, DipSwitches, Event, MAX_TELEGRAM_LEN, Timing};
+use profidrive::devices::StationEvent;
+use profidrive::devices::ag03::profibus::{Config, Device, DipSwitches, MAX_TELEGRAM_LEN, Timing};
 use profidrive::host::link::pty::Pty;
 use profidrive::host::link::serial::Serial;
 use profidrive::host::{Bus, BusEvent, Link, Received, SlotTime, Stop, SystemClock, run};
@@ -66,7 +67,7 @@ fn a_request_that_is_found_50_ms_late_is_answered_only_where_a_late_reply_does_n
         let events: Vec<BusEvent> = core::iter::from_fn(|| bus.poll_event()).collect();
         let told = events
             .iter()
-            .filter(|event| matches!(event, BusEvent::Station { event: Event::ReplyTooLate(_), .. }))
+            .filter(|event| matches!(event, BusEvent::Station { event: StationEvent::ReplyTooLate(_), .. }))
             .count();
         let counters = *bus.station_counters(address(5)).unwrap();
         assert_eq!(said.len(), usize::from(answered), "{slot_time:?}: {said:02X?}");

@@ -5,7 +5,8 @@
 #![allow(dead_code, reason = "each test file uses its part")]
 
 use profidrive::bench::{Answer, Line, ScriptedMaster as Master};
-use profidrive::devices::ag03::profibus::{Event, MAX_TELEGRAM_LEN, Timing};
+use profidrive::devices::StationEvent;
+use profidrive::devices::ag03::profibus::{MAX_TELEGRAM_LEN, Timing};
 use profidrive::host::{Bus, Participant};
 use profidrive::profibus::dp;
 use profidrive::profibus::dp::{Description, State};
@@ -57,10 +58,10 @@ impl Participant for Mirror {
     fn set_baud(&mut self, baud: BaudRate) {
         self.station.set_baud(baud);
     }
-    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(Event)) {
+    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
         let outcome = self.station.receive(now, telegram);
         if let Some(event) = outcome.event {
-            news(Event::Dp(event));
+            news(StationEvent::Dp(event));
         }
         if outcome.exchanged {
             self.exchanges += 1;
@@ -75,14 +76,14 @@ impl Participant for Mirror {
             self.station.set_inputs(&inputs[..len]);
         }
     }
-    fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(Event)) {
+    fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(StationEvent)) {
         Participant::handle_timeout(&mut self.station, now, news);
     }
     fn poll_transmit(
         &mut self,
         now: Instant,
         buf: &mut [u8; MAX_TELEGRAM_LEN],
-        news: &mut dyn FnMut(Event),
+        news: &mut dyn FnMut(StationEvent),
     ) -> Option<usize> {
         Participant::poll_transmit(&mut self.station, now, buf, news)
     }

@@ -5,7 +5,7 @@ use crate::common;
 use std::time::Duration;
 
 use common::{CFG, IDENT, Line, MASTER, RR, RS, Reply, SLAVE};
-use profidrive::devices::ag03::profibus::Event;
+use profidrive::devices::StationEvent;
 use profidrive::profibus::dp;
 use profidrive::profibus::dp::State;
 
@@ -267,7 +267,7 @@ fn w_01_a_silent_master_costs_it_the_slave() {
     assert_eq!(line.diagnosis(MASTER)[..4], [0x02, 0x05, 0x00, 0xFF]);
     assert!(line.events.iter().any(|event| matches!(
         event,
-        Event::Dp(dp::Event::WatchdogExpired { after, .. }) if *after == Duration::from_millis(150)
+        StationEvent::Dp(dp::Event::WatchdogExpired { after, .. }) if *after == Duration::from_millis(150)
     )));
     assert_eq!(words(&line), 0x2B23, "the drive has lost its enable");
 }

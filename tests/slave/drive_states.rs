@@ -7,7 +7,8 @@ use std::time::Duration;
 use common::{IDENT, Line, MASTER};
 use profidrive::devices::ag03::drive::{Fault, Inputs};
 use profidrive::devices::ag03::param::Parameter;
-use profidrive::devices::ag03::profibus::Event;
+use profidrive::devices::ag03::unit;
+use profidrive::face::EventKind;
 
 /// Mask and value of the printed patterns (`ag03.md` 5).
 const READY_TO_RUN: (u16, u16) = (0xAB6F, 0x2B23);
@@ -57,7 +58,7 @@ impl Drive {
     fn refusals(&mut self) -> Vec<String> {
         let events = self.line.events.drain(..);
         events
-            .filter(|event| matches!(event, Event::CommandRefused(_)))
+            .filter(|event| event.kind() == EventKind::CommandRefused)
             .map(|event| event.to_string())
             .collect()
     }
@@ -163,7 +164,7 @@ fn a_fault_is_latched_acknowledged_and_released_by_off_1() {
     drive.expect(0x007B, 16000, TURN_ON_DISABLED, "row 14");
     drive.expect(0x007A, 16000, READY_TO_RUN, "row 13");
     drive.expect(0x000B, 16000, READY_TO_TRAVEL, "enabled again");
-    assert!(drive.line.events.contains(&Event::Fault(Fault::F)));
+    assert!(drive.line.has_told(&unit::Event::Fault(Fault::F)));
 }
 
 #[test]

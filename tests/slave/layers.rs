@@ -22,11 +22,11 @@ const TABLE: &[(&str, &[&str])] = &[
     // The devices without a bus, then on either bus.
     ("devices::ag03::param", &[]),
     ("devices::ag03::drive", &["devices::ag03::param", "time"]),
-    ("devices::ag03::unit", &["devices::ag03::drive", "devices::ag03::param", "image", "time"]),
+    ("devices::ag03::unit", &["devices::ag03::drive", "devices::ag03::param", "face", "image", "time"]),
     ("devices::ap10", &["time"]),
     ("devices::asda_a2", &["can_bus::cia402", "time"]),
     ("devices::ppo_drive", &[]),
-    ("devices::ppo_drive::profile", &["devices::ppo_drive", "profibus::ppo"]),
+    ("devices::ppo_drive::profile", &["devices::ppo_drive", "face", "profibus::ppo"]),
     ("devices", &["can_bus", "devices", "face", "profibus", "time"]),
     ("devices::ag03::canopen", &["can_bus", "devices", "face", "image", "time"]),
     ("devices::ag03::profibus", &["devices", "face", "profibus", "time"]),

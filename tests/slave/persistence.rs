@@ -9,9 +9,10 @@ use profidrive::devices::ag03::drive::{Fault, Inputs};
 use profidrive::devices::ag03::param::{DefaultSet, Gear, Model, Parameter, parameters};
 use profidrive::devices::ag03::profibus::dip::Terminator;
 use profidrive::devices::ag03::profibus::{
-    Config, Device, DipSwitches, Eeprom, Event, ImageError, ImageOctets, NotStored, Power, StoreRequest,
-    Timing,
+    Config, Device, DipSwitches, Eeprom, ImageError, ImageOctets, NotStored, Power, StoreRequest, Timing,
 };
+use profidrive::devices::ag03::unit;
+use profidrive::face::EventKind;
 use profidrive::profibus::dp;
 use profidrive::profibus::fdl::Address;
 use profidrive::profibus::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
@@ -176,7 +177,7 @@ fn a_drive_without_supply_is_silent_and_wakes_up_as_row_1_says() {
     let switched: Vec<_> = line
         .events
         .iter()
-        .filter(|event| matches!(event, Event::SwitchedOff | Event::SwitchedOn(_)))
+        .filter(|event| event.kind() == EventKind::Power)
         .map(ToString::to_string)
         .collect();
     assert_eq!(switched, ["switched off", "switched on at address 5, bus terminator off"]);

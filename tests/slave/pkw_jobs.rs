@@ -6,6 +6,7 @@ use crate::common;
 use std::time::Duration;
 
 use common::{Line, hex};
+use profidrive::devices::StationEvent;
 use profidrive::devices::ag03::drive::{Fault, Inputs};
 use profidrive::devices::ag03::param::{Model, Parameter};
 use profidrive::devices::ag03::profibus::{ApplicationCycle, Config, Device, Event, Timing};
@@ -127,7 +128,7 @@ fn calibration_is_refused_while_travelling_and_the_reason_is_told() {
         "v-Inch while moving"
     );
     let refused = line.events.iter().filter_map(|event| match event {
-        Event::JobRefused(refusal) => Some(refusal.number),
+        StationEvent::Ag03(Event::JobRefused(refusal)) => Some(refusal.number),
         _ => None,
     });
     assert_eq!(refused.collect::<Vec<_>>(), [pkw::ErrorNumber::OperatingState; 2]);

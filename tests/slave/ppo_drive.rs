@@ -70,7 +70,7 @@ impl Rig {
         let octets = request.encode(&mut buf).unwrap();
         let Decoded::Telegram { telegram, .. } = decode(octets) else { panic!("{octets:02X?}") };
         let said = &mut self.said;
-        let mut news = |event: profidrive::devices::ag03::profibus::Event| said.push(event.to_string());
+        let mut news = |event: profidrive::devices::StationEvent| said.push(event.to_string());
         self.drive.handle_telegram(self.now, &telegram, &mut news);
         self.now = Instant::from_nanos(self.now.as_nanos() + 50_000);
         let mut reply = [0; MAX_TELEGRAM_LEN];

@@ -5,7 +5,8 @@ use crate::common;
 use std::time::Duration;
 
 use common::{CFG, IDENT, Line, MASTER, RR, RS, Reply, hex};
-use profidrive::devices::ag03::profibus::{DESCRIPTION, Event};
+use profidrive::devices::StationEvent;
+use profidrive::devices::ag03::profibus::DESCRIPTION;
 use profidrive::profibus::dp;
 use profidrive::profibus::dp::State;
 
@@ -60,11 +61,9 @@ fn p_02_a_wrong_ident_number_is_acknowledged_and_shown() {
     assert_eq!(line.request(MASTER, Some(61), &prm(0x80, 11, [0x0A, 0xC6], 0)), Reply::Sc);
     assert_eq!(line.diagnosis(MASTER), [0x42, 0x05, 0x00, 0xFF, 0x0A, 0xC5]);
     let fault = dp::PrmFault::Ident { expected: 0x0AC5, got: 0x0AC6 };
-    assert!(
-        line.events.iter().any(
-            |event| matches!(event, Event::Dp(dp::Event::PrmRejected { fault: got, .. }) if *got == fault)
-        )
-    );
+    assert!(line.events.iter().any(
+        |event| matches!(event, StationEvent::Dp(dp::Event::PrmRejected { fault: got, .. }) if *got == fault)
+    ));
 }
 
 #[test]
@@ -306,7 +305,7 @@ fn c_05_a_retried_set_prm_is_not_carried_out_twice() {
     assert_eq!(line.send(&octets), Some(vec![0xE5]));
     assert_eq!(line.send(&octets), Some(vec![0xE5]));
     let accepted =
-        line.events.iter().filter(|event| matches!(event, Event::Dp(dp::Event::Parameterised { .. })));
+        line.events.iter().filter(|event| matches!(event, StationEvent::Dp(dp::Event::Parameterised { .. })));
     assert_eq!(accepted.count(), 1);
 }
 

@@ -9,10 +9,12 @@ use std::path::Path;
 use std::time::Duration;
 
 use common::{CFG, MASTER, Reply};
+use profidrive::devices::StationEvent;
 use profidrive::devices::ag03::drive::{Fault, Inputs, Mode};
 use profidrive::devices::ag03::param::{Pnu, Value};
 use profidrive::devices::ag03::profibus::Event;
 use profidrive::devices::ag03::unit;
+use profidrive::face::EventKind;
 use told::{CYCLE, PRM, Told};
 
 #[test]
@@ -73,7 +75,7 @@ fn the_control_words_that_a_refusal_names_do_what_was_asked() {
         plant.line.events.clear();
         plant.say(stw, setpoint, CYCLE);
         let refusal = plant.line.events.iter().find_map(|event| match event {
-            Event::CommandRefused(refusal) => Some(*refusal),
+            StationEvent::Ag03(Event::CommandRefused(refusal)) => Some(*refusal),
             _ => None,
         });
         let next = refusal.unwrap().next().expect(what).to_string();
@@ -89,7 +91,7 @@ fn the_control_words_that_a_refusal_names_do_what_was_asked() {
         }
         assert!(plant.line.device.status().job_active, "{what}: {next}");
         assert!(
-            !plant.line.events.iter().any(|event| matches!(event, Event::CommandRefused(_))),
+            !plant.line.events.iter().any(|event| event.kind() == EventKind::CommandRefused),
             "{what}: {next}"
         );
     }
@@ -107,8 +109,8 @@ fn each_refusal_names_cause_place_and_cure() {
             .line
             .events
             .iter()
-            .filter(|event| matches!(event, Event::CommandRefused(_)))
-            .map(Event::to_string)
+            .filter(|event| event.kind() == EventKind::CommandRefused)
+            .map(StationEvent::to_string)
             .collect();
         texts.join(" | ")
     };
@@ -151,7 +153,7 @@ fn after_a_fault_the_acknowledgement_says_that_off1_is_needed() {
         plant.say(held, 0, CYCLE);
         plant.line.events.clear();
         plant.say(held | 0x0080, 0, CYCLE);
-        let texts: Vec<_> = plant.line.events.iter().map(Event::to_string).collect();
+        let texts: Vec<_> = plant.line.events.iter().map(StationEvent::to_string).collect();
         assert_eq!(
             texts,
             ["fault acknowledged, turning on is disabled; next: give OFF1 once (STW.0 = 0), then STW.0 = 1"],
@@ -179,7 +181,7 @@ fn what_comes_in_every_cycle_is_detail() {
         plant.say(0x000B, 0, CYCLE);
     }
     assert!(plant.line.events.len() >= 40);
-    assert!(plant.line.events.iter().all(Event::is_detail), "{:?}", plant.line.events);
+    assert!(plant.line.events.iter().all(StationEvent::is_detail), "{:?}", plant.line.events);
     plant.line.events.clear();
     plant.say(0x000B, 0, Duration::from_secs(10));
     assert_eq!(plant.line.events, [], "a standing drive has nothing to tell");
@@ -195,9 +197,13 @@ fn an_overflow_of_events_is_counted_and_said() {
         plant.line.device.write_parameter(now, v_pos, None, Value::Word(value)).unwrap();
     }
     let told: Vec<_> = std::iter::from_fn(|| plant.line.device.poll_event()).collect();
-    let written =
-        told.iter().filter(|event| matches!(event, Event::Unit(unit::Event::Written { .. }))).count();
-    let Some(Event::Lost { events }) = told.last() else { panic!("{told:?}") };
+    let written = told
+        .iter()
+        .filter(|event| {
+            matches!(event, StationEvent::Ag03(Event::Unit { event: unit::Event::Written { .. }, .. }))
+        })
+        .count();
+    let Some(StationEvent::Lost { events }) = told.last() else { panic!("{told:?}") };
     assert_eq!(written + usize::try_from(*events).unwrap(), 100);
 }
 

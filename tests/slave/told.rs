@@ -3,9 +3,11 @@
 use std::time::Duration;
 
 use crate::common::{IDENT, Line};
+use profidrive::devices::StationEvent;
 use profidrive::devices::ag03::drive::Inputs;
 use profidrive::devices::ag03::param::{Pnu, Value};
-use profidrive::devices::ag03::profibus::{Config, Event};
+use profidrive::devices::ag03::profibus::Config;
+use profidrive::face::EventKind;
 use profidrive::profibus::fdl::Address;
 
 /// The outputs are sent this often, well below the watchdog time.
@@ -55,7 +57,7 @@ impl Told {
 
     /// The hints among that.
     pub(crate) fn hints(&mut self) -> Vec<String> {
-        let hint = |event: Event| matches!(event, Event::Hint(_)).then(|| event.to_string());
+        let hint = |event: StationEvent| (event.kind() == EventKind::Hint).then(|| event.to_string());
         self.line.events.drain(..).filter_map(hint).collect()
     }
 

@@ -126,6 +126,18 @@ impl State {
         Some((Transition(number), to))
     }
 
+    /// What a master sends in this state until operation is enabled, in words.
+    pub const fn to_enable(self) -> &'static str {
+        match self {
+            Self::NotReadyToSwitchOn | Self::SwitchOnDisabled => "send 6040h = 0006h, then 0007h, then 000Fh",
+            Self::ReadyToSwitchOn => "send 6040h = 0007h, then 000Fh",
+            Self::SwitchedOn => "send 6040h = 000Fh",
+            Self::OperationEnabled => "operation is enabled",
+            Self::QuickStopActive => "send 6040h = 0000h, then 0006h, then 0007h, then 000Fh",
+            Self::FaultReactionActive | Self::Fault => "send 6040h = 0080h (bit 7 from 0 to 1)",
+        }
+    }
+
     /// Bits 0 to 3, 5 and 6 of the statusword.
     pub(crate) const fn bits(self) -> Statusword {
         Statusword(match self {

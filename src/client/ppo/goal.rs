@@ -5,7 +5,7 @@ use core::time::Duration;
 
 use thiserror::Error;
 
-use crate::devices::ppo_drive::profile::hindrances;
+use crate::devices::ppo_drive::profile::reasons;
 use crate::profibus::ppo::{Stw, Zsw};
 
 /// Something the drive shall do.
@@ -91,7 +91,7 @@ impl fmt::Display for Shown {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self(stw, zsw, actual) = *self;
         write!(f, "STW {stw}, ZSW {zsw}, actual value {actual}")?;
-        hindrances(stw, zsw).try_for_each(|hindrance| write!(f, "; {hindrance}"))
+        reasons(stw, zsw).try_for_each(|reason| write!(f, "; {reason}"))
     }
 }
 

@@ -20,8 +20,11 @@ use super::{BaudSpec, LinkSpec};
 ///
 /// With a capture (pcapng, pcap, or octets in hexadecimal) nothing is provoked: it judges what the capture shows.
 #[derive(Debug, Args)]
-#[command(after_help = EXAMPLES)]
+#[command(args_conflicts_with_subcommands = true, after_help = EXAMPLES)]
 pub(crate) struct Judge {
+    #[command(subcommand)]
+    pub(crate) compare: Option<Compare>,
+
     /// A capture to judge instead of a live master
     #[arg(value_name = "FILE.pcapng")]
     pub(crate) capture_file: Option<PathBuf>,
@@ -106,6 +109,20 @@ pub(crate) struct Judge {
     /// Let other machines connect to a tcp link
     #[arg(long)]
     pub(crate) allow_remote: bool,
+}
+
+#[derive(Debug, clap::Subcommand)]
+pub(crate) enum Compare {
+    /// Compares two judgements: which rows fail that did not, which no longer do, of which less is known, which take longer
+    ///
+    /// Exit status: 0 no row fails that did not, 1 one does, 4 less is known than before, 5 a file fails.
+    #[command(after_help = "Example:\n  profidrive judge compare before.json after.json")]
+    Compare {
+        /// The report before, of --json
+        before: PathBuf,
+        /// The report after
+        after: PathBuf,
+    },
 }
 
 const EXAMPLES: &str = "\
@@ -239,6 +256,9 @@ impl Judge {
     }
 
     pub(super) fn check(&self) -> Result<(), String> {
+        if self.compare.is_some() {
+            return Ok(());
+        }
         if let LinkSpec::Can(_) = self.link {
             return Err("a link of a CAN bus is for CANopen; the judge plays slaves of PROFIBUS-DP".into());
         }

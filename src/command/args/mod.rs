@@ -33,7 +33,7 @@ pub(crate) use encode::{
     Control, Encode, Fcb, Octet, Parameter, Pkw, Service, Telegram, What, WidthSpec, Word,
 };
 pub(crate) use gsd::{Check, Gsd};
-pub(crate) use judge::{Judge, JudgedStation, millis as judge_millis};
+pub(crate) use judge::{Compare, Judge, JudgedStation, millis as judge_millis};
 pub(crate) use link::{BaudSpec, LinkSpec};
 pub(crate) use manual::{Completions, Man};
 #[cfg(test)]

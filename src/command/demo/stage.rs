@@ -6,12 +6,14 @@ use std::io::Write;
 
 use crate::bench::{Line, Sender};
 use crate::client::ZswPattern;
+use crate::devices::StationEvent;
 use crate::devices::ag03::drive;
 use crate::devices::ag03::drive::Mode;
 use crate::devices::ag03::profibus::bits::Word;
-use crate::devices::ag03::profibus::{Config, Device, Event};
+use crate::devices::ag03::profibus::{Config, Device};
 use crate::explain::words;
 use crate::explain::{self, Context, Explanation, Kind};
+use crate::face::EventKind;
 use crate::master::{Profirust, baudrate, peripheral};
 use crate::profibus::fdl::Address;
 use crate::profibus::pkw::ErrorNumber;
@@ -45,7 +47,7 @@ pub(super) struct Stage<'w> {
     /// The status word that was last told.
     zsw: Zsw,
     /// What the drive has reported and nobody has asked for yet.
-    events: VecDeque<Event>,
+    events: VecDeque<StationEvent>,
     recording: Option<Recording>,
     sampled: Instant,
 }
@@ -184,8 +186,8 @@ impl<'w> Stage<'w> {
     }
 
     /// Says the reason for what has just happened, which the drive reported as an event.
-    pub(super) fn reason(&mut self, of_interest: impl Fn(&Event) -> bool) -> Result<(), Trouble> {
-        let found = core::iter::from_fn(|| self.events.pop_front()).find(|event| of_interest(event));
+    pub(super) fn reason(&mut self, of_interest: EventKind) -> Result<(), Trouble> {
+        let found = core::iter::from_fn(|| self.events.pop_front()).find(|event| event.kind() == of_interest);
         let Some(event) = found else {
             return Err(Trouble::Unexpected("the drive gives no reason".into()));
         };

@@ -264,9 +264,9 @@ impl Nodes {
     /// Logs of every node what keeps its drive from moving.
     fn explain(&self, line: &Line<CanopenEvent>) {
         for (Seated { seat, .. }, _) in &self.on_bus {
-            if let Some(node) = line.bus().participant::<StoredNode>(*seat) {
+            if let Some(why) = line.bus().participant::<StoredNode>(*seat).and_then(StoredNode::why) {
                 let name = self.name(*seat);
-                node.why(&mut |hindrance| info!("{name}: it does not move: {hindrance}"));
+                why.each_reason(&mut |reason| info!("{name}: it does not move: {reason}"));
             }
         }
     }

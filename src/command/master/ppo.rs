@@ -13,7 +13,7 @@ use crate::client::{PpoGoal, PpoGoalError, Profile};
 use crate::devices::ag03::param::{Pnu, Subindex, Value, Width};
 use crate::devices::ppo_drive;
 use crate::devices::ppo_drive::profibus::{IDENT_NUMBER, ppo_of};
-use crate::devices::ppo_drive::profile::{StwBit, ZswBit, hindrances};
+use crate::devices::ppo_drive::profile::{StwBit, ZswBit, reasons};
 use crate::devices::ppo_drive::table::{Kind, Row, Table, Tie};
 use crate::gsd::{Gsd, Policy, Station};
 use crate::host::list::table_of_file;
@@ -348,7 +348,7 @@ impl<L: Link, C: Clock> Commissioned for Taken<'_, L, C> {
         self.reference()?;
         let Values { stw, zsw, actual } = self.look()?;
         let faults = if ZswBit::Fault.is_set(zsw) { self.standing()? } else { Vec::new() };
-        let why: Vec<String> = hindrances(stw, zsw).map(|hindrance| hindrance.to_string()).collect();
+        let why: Vec<String> = reasons(stw, zsw).map(|reason| reason.to_string()).collect();
         if json {
             let stw_bits: serde_json::Map<_, _> =
                 StwBit::ALL.iter().map(|bit| (bit.name().into(), bit.is_set(stw).into())).collect();
@@ -368,8 +368,8 @@ impl<L: Link, C: Clock> Commissioned for Taken<'_, L, C> {
         for fault in faults {
             say(format_args!("fault {fault}"))?;
         }
-        for hindrance in why {
-            say(format_args!("does not move: {hindrance}"))?;
+        for reason in why {
+            say(format_args!("does not move: {reason}"))?;
         }
         say(format_args!("\nSTW {stw}  control word, as this master sends it"))?;
         for bit in StwBit::ALL {

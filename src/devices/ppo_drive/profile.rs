@@ -1,11 +1,12 @@
 //! The bits of STW and ZSW as PROFIDRIVE version 2 has them for a speed drive (`profidrive-v2.md` 8), once.
 //!
-//! The AG03 departs from them in places; its words are in [`bits`](crate::devices::ag03::profibus::bits). [`hindrances`] says what the words of a drive
-//! say against turning.
+//! The AG03 departs from them in places; its words are in [`bits`](crate::devices::ag03::profibus::bits). [`reasons`]
+//! says what the words of a drive say against turning.
 
-mod hindrance;
+mod reasons;
 
-pub use hindrance::{ProfileHindrance, hindrances};
+pub use reasons::reasons;
+pub(super) use reasons::reasons_of_drive;
 
 use crate::devices::ppo_drive::{Command, State, Status};
 use crate::profibus::ppo::{Stw, Zsw};

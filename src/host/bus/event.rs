@@ -6,10 +6,12 @@ use std::collections::VecDeque;
 use super::hint::LineHint;
 use super::join::Evidence;
 use super::station_errors::StationErrors;
-use crate::devices::ag03::profibus::Event;
+use crate::devices::StationEvent;
+use crate::face::{Again, EventKind};
+use crate::host::repeats::Repeats;
 use crate::profibus::dp;
 use crate::profibus::fdl::{Address, FrameError, RateChange, StationCounters};
-use crate::time::BaudRate;
+use crate::time::{BaudRate, Instant};
 
 /// News kept at most. When nobody takes them, newer ones are counted and dropped.
 const CAPACITY: usize = 1024;
@@ -23,7 +25,16 @@ pub enum BusEvent {
         /// Which.
         address: Address,
         /// What.
-        event: Event,
+        event: StationEvent,
+    },
+    /// A station has told the same again and again.
+    Repeated {
+        /// Which.
+        address: Address,
+        /// What.
+        event: StationEvent,
+        /// How often.
+        again: Again,
     },
     /// Octets on the line were no telegram.
     TelegramRefused(FrameError),
@@ -63,19 +74,43 @@ pub enum BusEvent {
 }
 
 impl BusEvent {
-    /// Whether it is cyclic detail: a log leaves it out unless asked for more.
-    pub const fn is_detail(&self) -> bool {
+    /// What it is about, for filters.
+    pub const fn kind(&self) -> EventKind {
         match self {
-            Self::Station { event, .. } => event.is_detail(),
-            Self::Rate(RateChange::Try(_)) => true,
-            Self::TelegramRefused(_)
-            | Self::Joined { .. }
+            Self::Station { event, .. } | Self::Repeated { event, .. } => event.kind(),
+            Self::Hint(_) => EventKind::Hint,
+            Self::Joined { .. }
             | Self::AddressLive { .. }
             | Self::MovedToTakenAddress { .. }
-            | Self::Rate(RateChange::Found(_))
+            | Self::TelegramRefused(_)
+            | Self::Rate(_)
+            | Self::RateLost { .. }
+            | Self::Lost { .. } => EventKind::Line,
+        }
+    }
+
+    /// The station it is about; `None`: the line.
+    pub const fn address(&self) -> Option<Address> {
+        match self {
+            Self::Station { address, .. }
+            | Self::Repeated { address, .. }
+            | Self::Joined { address }
+            | Self::AddressLive { address, .. } => Some(*address),
+            Self::MovedToTakenAddress { .. }
+            | Self::TelegramRefused(_)
+            | Self::Rate(_)
             | Self::RateLost { .. }
             | Self::Hint(_)
-            | Self::Lost { .. } => false,
+            | Self::Lost { .. } => None,
+        }
+    }
+
+    /// Whether it is cyclic detail: a log leaves it out unless asked for more.
+    pub const fn is_detail(&self) -> bool {
+        if let Self::Station { event, .. } = self {
+            event.is_detail()
+        } else {
+            matches!(self, Self::Rate(RateChange::Try(_)))
         }
     }
 }
@@ -84,6 +119,7 @@ impl fmt::Display for BusEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Station { address, event } => write!(f, "station {address}: {event}"),
+            Self::Repeated { address, event, again } => write!(f, "station {address}: {again}: {event}"),
             Self::TelegramRefused(error) => write!(f, "ignored octets: {error}"),
             Self::Joined { address } => write!(f, "station {address}: nobody else has this address; active"),
             Self::AddressLive { address, evidence } => {
@@ -106,10 +142,20 @@ impl fmt::Display for BusEvent {
     }
 }
 
+/// How often what a master can cause in each of its cycles is told before it is counted; `None`: it is told each time.
+fn told_each_time(event: &StationEvent) -> Option<u32> {
+    let of_master = matches!(event.kind(), EventKind::CommandRefused | EventKind::JobRefused | EventKind::Dp);
+    // A change of its state belongs between others; only a circle of them is counted.
+    let times = if event.error().is_some() { 1 } else { 3 };
+    (of_master && !event.is_detail()).then_some(times)
+}
+
 /// News in the order they came.
 #[derive(Debug, Default)]
 pub(super) struct News {
     waiting: VecDeque<BusEvent>,
+    repeats: Repeats<(Address, StationEvent)>,
+    now: Instant,
     lost: u64,
 }
 
@@ -117,18 +163,33 @@ impl News {
     /// News of a station, counted where they count.
     pub(super) fn tell(
         &mut self,
+        now: Instant,
         address: Address,
         (counters, errors): (&mut StationCounters, &mut StationErrors),
-        event: Event,
+        event: StationEvent,
     ) {
         errors.count(&event);
-        if matches!(event, Event::ReplyTooLate(_)) {
+        if matches!(event, StationEvent::ReplyTooLate(_)) {
             counters.too_late = counters.too_late.saturating_add(1);
         }
-        if matches!(event, Event::Dp(dp::Event::WatchdogExpired { .. })) {
+        if matches!(event, StationEvent::Dp(dp::Event::WatchdogExpired { .. })) {
             counters.watchdog_expiries = counters.watchdog_expiries.saturating_add(1);
         }
-        self.push(BusEvent::Station { address, event });
+        self.now = now;
+        let is_new = |times| self.repeats.is_new(now, &(address, event), PartialEq::eq, times);
+        if told_each_time(&event).is_none_or(is_new) {
+            self.push(BusEvent::Station { address, event });
+        }
+    }
+
+    /// When something is to be told though nothing happens.
+    pub(super) fn poll_timeout(&self) -> Option<Instant> {
+        self.repeats.poll_timeout()
+    }
+
+    /// Time has passed.
+    pub(super) const fn advance(&mut self, now: Instant) {
+        self.now = now;
     }
 
     pub(super) fn push(&mut self, event: BusEvent) {
@@ -140,7 +201,9 @@ impl News {
     }
 
     pub(super) fn pop(&mut self) -> Option<BusEvent> {
-        self.waiting.pop_front().or_else(|| {
+        let repeated = |((address, event), again)| BusEvent::Repeated { address, event, again };
+        let next = self.waiting.pop_front();
+        next.or_else(|| self.repeats.poll(self.now).map(repeated)).or_else(|| {
             let events = core::mem::take(&mut self.lost);
             (events > 0).then_some(BusEvent::Lost { events })
         })
@@ -150,6 +213,26 @@ impl News {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_a_master_does_wrong_in_each_cycle_is_told_once_and_counted() {
+        let mut news = News::default();
+        let address = Address::station(5).unwrap();
+        let event = StationEvent::Dp(dp::Event::PrmForeign { master: address, owner: address });
+        let (mut counters, mut errors) = (StationCounters::default(), StationErrors::default());
+        let mut told = std::vec::Vec::new();
+        for cycle in 0..1000 {
+            let now = Instant::ZERO.saturating_add(core::time::Duration::from_millis(5 * cycle));
+            news.tell(now, address, (&mut counters, &mut errors), event);
+            told.extend(news.pop());
+        }
+        assert_eq!(told, [BusEvent::Station { address, event }]);
+        assert_eq!(errors.of(crate::face::ErrorKind::PrmRefused), 1000, "each is counted");
+        news.advance(Instant::ZERO.saturating_add(core::time::Duration::from_secs(10)));
+        let text = news.pop().map(|event| std::string::ToString::to_string(&event)).unwrap_or_default();
+        assert!(text.starts_with("station 5: 999 times more in 5.0 s: ignored the parameters"), "{text}");
+        assert_eq!(news.pop(), None);
+    }
 
     #[test]
     fn a_full_queue_keeps_the_oldest_and_counts_what_it_loses() {

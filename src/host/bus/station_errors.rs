@@ -1,7 +1,7 @@
 //! What went wrong at a station, counted by kind.
 
-use crate::devices::ErrorKind;
-use crate::devices::ag03::profibus::Event;
+use crate::devices::StationEvent;
+use crate::face::ErrorKind;
 
 /// How often which error happened at a station, beside what [`StationCounters`](crate::profibus::fdl::StationCounters) have: numbers
 /// that only grow. They begin at 0 when the station is connected, and a power cycle leaves them as they are.
@@ -17,7 +17,7 @@ impl StationErrors {
     }
 
     /// Counts what a station tells, if it is an error.
-    pub(super) fn count(&mut self, event: &Event) {
+    pub(super) fn count(&mut self, event: &StationEvent) {
         if let Some(count) = event.error().and_then(|kind| self.counts.get_mut(kind as usize)) {
             *count = count.saturating_add(1);
         }

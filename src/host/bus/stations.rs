@@ -7,7 +7,8 @@ use super::join::{Joining, Verdict};
 use super::last_request::LastRequest;
 use super::station_errors::StationErrors;
 use super::{BusEvent, Presence, SlotTime};
-use crate::devices::ag03::profibus::{Event, MAX_TELEGRAM_LEN, Timing};
+use crate::devices::StationEvent;
+use crate::devices::ag03::profibus::{MAX_TELEGRAM_LEN, Timing};
 use crate::host::{Error, Participant};
 use crate::profibus::fdl::station::TooLate;
 use crate::profibus::fdl::{
@@ -105,7 +106,8 @@ impl Stations {
     #[inline]
     pub(super) fn poll_timeout(&self) -> Option<Instant> {
         let search = self.search.and_then(|search| search.poll_timeout());
-        Instant::first_of(Instant::first_of(self.deadlines.first(), search), self.joining_ends())
+        let first = Instant::first_of(Instant::first_of(self.deadlines.first(), search), self.joining_ends());
+        Instant::first_of(first, self.news.poll_timeout())
     }
 
     pub(super) fn insert(
@@ -175,6 +177,7 @@ impl Stations {
 
     /// A telegram or a refusal from the line, whose last octet came at `at` and which is known of at `now`.
     pub(super) fn hear(&mut self, at: Instant, now: Instant, result: &Result<Telegram<'_>, FrameError>) {
+        self.news.advance(now);
         self.counters.hear(result);
         let telegram = match result {
             Ok(telegram) => telegram,
@@ -309,14 +312,20 @@ impl Stations {
             let Self { slots, news, .. } = self;
             let slot = slots.get_mut(index(address)).and_then(Option::as_mut)?;
             let Slot { station, counters, errors, asked, .. } = slot;
-            let len = station
-                .poll_transmit(now, buf, &mut |event| news.tell(address, (&mut *counters, errors), event));
+            let len = station.poll_transmit(now, buf, &mut |event| {
+                news.tell(now, address, (&mut *counters, errors), event)
+            });
             let after = now.saturating_since(*asked);
             let searching = self.search.is_some_and(|search| search.is_searching());
             let too_late = limit.filter(|limit| len.is_some() && after > *limit);
             let silent = self.silenced || searching || too_late.is_some();
             if let Some(limit) = too_late {
-                news.tell(address, (&mut *counters, errors), Event::ReplyTooLate(TooLate { after, limit }));
+                news.tell(
+                    now,
+                    address,
+                    (&mut *counters, errors),
+                    StationEvent::ReplyTooLate(TooLate { after, limit }),
+                );
             }
             if let (Some(_), false) = (len, silent) {
                 counters.reply(after);
@@ -337,14 +346,14 @@ impl Stations {
         &mut self,
         now: Instant,
         address: Address,
-        act: impl FnOnce(&mut dyn Participant, &mut dyn FnMut(Event)),
+        act: impl FnOnce(&mut dyn Participant, &mut dyn FnMut(StationEvent)),
     ) {
         let Self { slots, deadlines, news, search, .. } = self;
         let Some(slot) = slots.get_mut(index(address)).and_then(Option::as_mut) else {
             return;
         };
         let Slot { station, counters, errors, .. } = slot;
-        act(station.as_mut(), &mut |event| news.tell(address, (&mut *counters, &mut *errors), event));
+        act(station.as_mut(), &mut |event| news.tell(now, address, (&mut *counters, &mut *errors), event));
         // As `settle_at`, with the slot at hand: this runs in each application cycle of each station.
         if search.is_none() && station.address() == address {
             deadlines.set(address, station.poll_timeout());

@@ -1,17 +1,20 @@
 //! A CANopen device on a bus, and the file its EEPROM is kept in.
 
-use core::fmt;
+use core::any::Any;
 
 use super::CanParticipant;
 use super::node_counters::NodeCounters;
 use super::product::Product;
 use crate::can_bus::can::{ErrorState, Frame};
+use crate::can_bus::canopen;
 use crate::can_bus::canopen::faults::{Action, Kind, Spoiler, TooMany, When};
 use crate::can_bus::canopen::nmt::Command;
 use crate::can_bus::canopen::storage::{Eeprom, Generation, NotStored, StoreRequest};
 use crate::can_bus::canopen::{NmtState, NodeId};
 use crate::devices::{CanopenDevice, CanopenEvent};
+use crate::face::Why;
 use crate::host::list::Choices;
+use crate::host::repeats::Repeats;
 use crate::host::state_dir::{ImageFile, Images, Newest, StateDir, StateDirError};
 use crate::time::Instant;
 
@@ -29,6 +32,7 @@ pub struct StoredNode {
     /// Faults on purpose between the device and the bus.
     spoiler: Option<Box<Spoiler>>,
     counters: NodeCounters,
+    repeats: Repeats<canopen::Event>,
     now: Instant,
 }
 
@@ -59,7 +63,15 @@ impl StoredNode {
 
     fn over(unit: Unit, file: Option<ImageFile<Kept>>, now: Instant) -> Self {
         let counters = NodeCounters::default();
-        Self { unit, file, error_state: ErrorState::Active, spoiler: None, counters, now }
+        Self {
+            unit,
+            file,
+            error_state: ErrorState::Active,
+            spoiler: None,
+            counters,
+            repeats: Repeats::default(),
+            now,
+        }
     }
 
     /// What it has heard and sent since it was made.
@@ -105,9 +117,15 @@ impl StoredNode {
         self.spoiler.as_ref().map_or(0, |spoiler| spoiler.injected(number))
     }
 
-    /// Says what keeps its drive from moving now ([`CanopenDevice::why`]).
-    pub(crate) fn why(&self, say: &mut dyn FnMut(&dyn fmt::Display)) {
-        self.unit.device.why(say);
+    /// The device, if it is a `D`.
+    pub fn device<D: CanopenDevice>(&self) -> Option<&D> {
+        let device: &dyn Any = &*self.unit.device;
+        device.downcast_ref()
+    }
+
+    /// What keeps its drive from moving now; `None`: it has no drive.
+    pub fn why(&self) -> Option<&dyn Why> {
+        self.unit.device.why()
     }
 
     /// Carries out what faults ask for.
@@ -219,6 +237,25 @@ impl Images for Unit {
     }
 }
 
+/// Whether a master can cause it with each frame, so that it is counted when it comes again.
+const fn may_repeat(event: &canopen::Event) -> bool {
+    matches!(
+        event,
+        canopen::Event::NmtIgnored { .. }
+            | canopen::Event::SdoRefused(_)
+            | canopen::Event::SdoAbortedByClient { .. }
+            | canopen::Event::RpdoLength { .. }
+            | canopen::Event::RpdoRefused { .. }
+            | canopen::Event::FramesLost { .. }
+    )
+}
+
+/// Whether two events say the same; what was lost is counted by the event itself.
+fn is_same(one: &canopen::Event, other: &canopen::Event) -> bool {
+    let lost = |event: &canopen::Event| matches!(event, canopen::Event::FramesLost { .. });
+    one == other || lost(one) && lost(other)
+}
+
 impl CanParticipant for StoredNode {
     type Event = CanopenEvent;
 
@@ -254,15 +291,22 @@ impl CanParticipant for StoredNode {
     }
 
     fn poll_event(&mut self) -> Option<CanopenEvent> {
-        let event = self.unit.device.poll_event()?;
-        self.counters.tell(&event);
-        Some(event)
+        while let Some(event) = self.unit.device.poll_event() {
+            self.counters.tell(&event);
+            let CanopenEvent::Node(of_node) = event else { return Some(event) };
+            if !may_repeat(&of_node) || self.repeats.is_new(self.now, &of_node, is_same, 1) {
+                return Some(event);
+            }
+        }
+        let (event, again) = self.repeats.poll(self.now)?;
+        Some(CanopenEvent::Repeated { event, again })
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
         let file = self.file.as_ref().and_then(ImageFile::poll_timeout);
         let spoiled = self.spoiler.as_ref().and_then(|spoiler| spoiler.poll_timeout());
-        Instant::first_of(Instant::first_of(self.unit.device.poll_timeout(), file), spoiled)
+        let first = Instant::first_of(Instant::first_of(self.unit.device.poll_timeout(), file), spoiled);
+        Instant::first_of(first, self.repeats.poll_timeout())
     }
 }
 

@@ -52,7 +52,8 @@ impl Report {
         page.push_str("</p>\n");
         let _ = writeln!(page, "<p>Ended: {}.</p>", Text(&std::format!("{}", self.ending)));
         if let Some(date) = &self.date {
-            let _ = writeln!(page, "<p>{}, {PROGRAM}</p>", Text(date));
+            let took = self.took.as_secs_f64();
+            let _ = writeln!(page, "<p>{}, {PROGRAM}, {took:.1} s</p>", Text(date));
         }
         page.push_str("<table class=\"configuration\">\n<tbody>\n");
         for (name, value) in &self.configuration {

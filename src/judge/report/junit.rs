@@ -19,7 +19,12 @@ impl Report {
         all.tests += 1;
         all.errors += usize::from(trouble.is_some());
         let date = self.date.as_ref().map(|date| format!(" timestamp=\"{}\"", Text(date)));
-        let _ = writeln!(text, "<testsuites name=\"{PROGRAM} judge\"{all}{}>", date.unwrap_or_default());
+        let _ = writeln!(
+            text,
+            "<testsuites name=\"{PROGRAM} judge\"{all} time=\"{:.3}\"{}>",
+            self.took.as_secs_f64(),
+            date.unwrap_or_default()
+        );
         self.write_ending(&mut text, trouble);
         let mut groups: std::vec::Vec<Group> =
             self.judgements.iter().map(|judgement| judgement.row.about().group).collect();
@@ -54,14 +59,15 @@ impl Report {
     }
 
     fn write_case(&self, text: &mut String, judgement: &Judgement) {
-        let Judgement { row, verdict, reason, .. } = judgement;
+        let Judgement { row, verdict, reason, took, .. } = judgement;
         let about = row.about();
         let _ = write!(
             text,
-            "<testcase classname=\"judge.{}\" name=\"{} {}\"",
+            "<testcase classname=\"judge.{}\" name=\"{} {}\" time=\"{:.3}\"",
             Text(about.group.title()),
             about.id,
-            Text(about.text)
+            Text(about.text),
+            took.as_secs_f64()
         );
         let reason = Text(reason);
         let _ = match verdict {

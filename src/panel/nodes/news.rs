@@ -21,6 +21,7 @@ use crate::can_bus::can::{ErrorState, Frame};
 use crate::can_bus::canopen;
 use crate::can_bus::canopen::NodeId;
 use crate::devices::CanopenEvent;
+use crate::face::EventKind;
 use crate::host::can::{BusHint, Event, Seat, StoredNode};
 use crate::time::Instant;
 
@@ -35,29 +36,9 @@ pub(in crate::panel) struct NodeNews {
     time_seconds: f64,
     /// The node it is about; `null`: the bus.
     address: Option<u8>,
-    kind: NodeNewsKind,
+    kind: EventKind,
     /// One line.
     text: String,
-}
-
-/// What happened, for filters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-enum NodeNewsKind {
-    /// Boot-up, changes of the NMT state, commands that are ignored.
-    Nmt,
-    /// An SDO that was refused or ended by its client, an entry that was written.
-    Sdo,
-    /// A PDO that was not as its mapping says.
-    Pdo,
-    /// An emergency message was sent.
-    Emcy,
-    /// Guarding and heartbeat.
-    ErrorControl,
-    /// What the device did: its states, faults, refused commands, supply.
-    Device,
-    /// The bus: error states, frames that were lost, hints.
-    Bus,
 }
 
 /// A frame on the bus.
@@ -238,13 +219,13 @@ impl Numbered {
         let number = self.number?;
         let (at, node, kind, text) = match &self.told {
             Told::Frame { .. } => return None,
-            Told::Node { at, node, event } => (*at, *node, NodeNewsKind::of(event), event.to_string()),
-            Told::State { at, node, state } => (*at, *node, NodeNewsKind::Bus, state.to_string()),
-            Told::Hint { at, hint } => (*at, None, NodeNewsKind::Bus, hint.to_string()),
+            Told::Node { at, node, event } => (*at, *node, event.kind(), event.to_string()),
+            Told::State { at, node, state } => (*at, *node, EventKind::Line, state.to_string()),
+            Told::Hint { at, hint } => (*at, None, EventKind::Line, hint.to_string()),
             Told::Lost { at, events } => (
                 *at,
                 None,
-                NodeNewsKind::Bus,
+                EventKind::Line,
                 format!("{events} events were too many for the log and are lost"),
             ),
         };
@@ -268,23 +249,5 @@ impl FrameEvent {
             of_node,
         };
         message_of("frame", &event)
-    }
-}
-
-impl NodeNewsKind {
-    const fn of(event: &CanopenEvent) -> Self {
-        use canopen::Event;
-        let CanopenEvent::Node(event) = event else { return Self::Device };
-        match event {
-            Event::BootUp { .. } | Event::State { .. } | Event::NmtIgnored { .. } => Self::Nmt,
-            Event::SdoRefused(_) | Event::SdoAbortedByClient { .. } | Event::Written { .. } => Self::Sdo,
-            Event::RpdoLength { .. } | Event::RpdoRefused { .. } => Self::Pdo,
-            Event::Emergency { .. } => Self::Emcy,
-            Event::LifeGuardingExpired
-            | Event::LifeGuardingBack
-            | Event::HeartbeatLost(_)
-            | Event::HeartbeatBack(_) => Self::ErrorControl,
-            Event::FramesLost { .. } => Self::Bus,
-        }
     }
 }

@@ -156,7 +156,9 @@ impl NodeState {
     pub(super) fn of(product: &'static Product, device: &dyn CanopenDevice, now: Instant) -> Self {
         let is_on = device.node().state().is_some();
         let mut reasons = Vec::new();
-        device.why(&mut |reason| reasons.push(reason.to_string()));
+        if let Some(why) = device.why() {
+            why.each_reason(&mut |reason| reasons.push(reason.to_string()));
+        }
         Self {
             time_seconds: seconds(now),
             summary: NodeSummary::of(product, device, now),

@@ -35,7 +35,9 @@ struct HindranceText {
 impl NodeWhy {
     fn of(device: &dyn CanopenDevice, now: Instant) -> Self {
         let mut hindrances = Vec::new();
-        device.why(&mut |hindrance| hindrances.push(HindranceText { text: hindrance.to_string() }));
+        if let Some(why) = device.why() {
+            why.each_reason(&mut |reason| hindrances.push(HindranceText { text: reason.to_string() }));
+        }
         let all: Vec<&str> = hindrances.iter().map(|hindrance| hindrance.text.as_str()).collect();
         let text = match (&all[..], device.is_drive()) {
             (_, false) => "it has no drive: its shaft is turned by hand".into(),

@@ -7,6 +7,7 @@ use super::super::bus_access::BusAccess;
 use super::super::state::{Counters, DpState, PresenceState, seconds};
 use crate::devices::ppo_drive::profile::{StwBit, ZswBit};
 use crate::devices::ppo_drive::{Quantity, State};
+use crate::face::Why;
 use crate::host::HostedPpoDrive;
 use crate::profibus::fdl::Address;
 use crate::profibus::ppo::{JobId, Pkw, PpoType, ReplyId, Stw, Zsw};
@@ -158,6 +159,8 @@ impl PpoDriveState {
         let numbers = |from: u8, to: u8| -> Vec<u16> {
             (from..=to).filter_map(|at| faults.number(at)).filter(|number| *number != 0).collect()
         };
+        let mut why = Vec::new();
+        drive.each_reason(&mut |reason| why.push(reason.to_string()));
         let (job, reply) = drive.channel();
         let name = |pkw: Pkw| drive.table().row(pkw.pke.pnu()).map(|row| row.name.clone());
         Self {
@@ -166,8 +169,8 @@ impl PpoDriveState {
             watchdog_milliseconds: watchdog.map(|time| u64::try_from(time).unwrap_or(u64::MAX)),
             stw_bits: stw_bits(stw),
             zsw_bits: zsw_bits(zsw),
-            turning: drive.why().is_turning(),
-            why: drive.why().hindrances().map(|hindrance| hindrance.to_string()).collect(),
+            turning: drive.is_moving() == Some(true),
+            why,
             reference_speed_rpm: quantity(Quantity::ReferenceSpeed),
             ramp_rpm: quantity(Quantity::SetpointSpeed),
             torque_percent: quantity(Quantity::Torque),

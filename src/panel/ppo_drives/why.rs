@@ -8,6 +8,7 @@ use utoipa::ToSchema;
 use super::super::bus_access::Asking;
 use super::super::problem::{Problem, Problems, Station};
 use super::super::state::seconds;
+use crate::face::Why;
 use crate::host::HostedPpoDrive;
 use crate::profibus::fdl::Address;
 use crate::time::Instant;
@@ -36,15 +37,14 @@ struct PpoHindrance {
 
 impl PpoWhy {
     fn of(address: Address, hosted: &HostedPpoDrive, now: Instant) -> Self {
-        let why = hosted.drive().why();
+        let why: &dyn Why = hosted.drive();
+        let mut hindrances = Vec::new();
+        why.each_reason(&mut |reason| hindrances.push(PpoHindrance { text: reason.to_string() }));
         Self {
             time_seconds: seconds(now),
             address: address.number(),
-            turning: why.is_turning(),
-            hindrances: why
-                .hindrances()
-                .map(|hindrance| PpoHindrance { text: hindrance.to_string() })
-                .collect(),
+            turning: why.is_moving() == Some(true),
+            hindrances,
             text: why.to_string(),
         }
     }

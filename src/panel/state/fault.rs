@@ -6,7 +6,8 @@ use utoipa::ToSchema;
 use super::seconds;
 use crate::devices::ag03::drive;
 use crate::devices::ag03::drive::Fault;
-use crate::devices::ag03::profibus::{Device, Hindrance, Refusal, Why};
+use crate::devices::ag03::profibus::{Device, Refusal};
+use crate::face::{Reason, Why};
 use crate::time::Instant;
 
 /// A fault by its letter; H and I exist only on CANopen.
@@ -110,19 +111,24 @@ impl Faults {
 
 impl Start {
     pub(super) fn of(device: &Device) -> Self {
-        let why = device.why();
-        // A start is possible without a setpoint to turn with.
-        let stands_against =
-            |hindrance: &Hindrance| !matches!(hindrance, Hindrance::NotReleased | Hindrance::SetpointZero);
-        let reasons: Vec<_> =
-            why.against_start().filter(stands_against).map(|found| ReasonText::of(&why, found)).collect();
-        Self { possible: reasons.is_empty(), reasons, next: why.next().map(|next| next.to_string()) }
+        let reasons = ReasonText::all(|tell| device.each_against_start(tell));
+        Self { possible: reasons.is_empty(), reasons, next: next_of(device) }
     }
 }
 
+/// The words to send, of whatever is asked why it does not move.
+pub(in crate::panel) fn next_of(why: &dyn Why) -> Option<String> {
+    let mut next = None;
+    why.next(&mut |words| next = Some(words.to_string()));
+    next
+}
+
 impl ReasonText {
-    pub(in crate::panel) fn of(why: &Why, hindrance: Hindrance) -> Self {
-        Self { reason: hindrance.name().to_string(), text: why.text(hindrance).to_string() }
+    /// All that is told.
+    pub(in crate::panel) fn all(each: impl FnOnce(&mut dyn FnMut(Reason<'_>))) -> Vec<Self> {
+        let mut reasons = Vec::new();
+        each(&mut |reason| reasons.push(Self { reason: reason.name.into(), text: reason.to_string() }));
+        reasons
     }
 }
 
@@ -133,8 +139,7 @@ impl LastRefusal {
 }
 
 pub(in crate::panel) fn reasons_of(refusal: &Refusal) -> Vec<ReasonText> {
-    let text = |reason| ReasonText { reason: format!("{reason:?}"), text: refusal.text(reason).to_string() };
-    refusal.reasons().map(text).collect()
+    ReasonText::all(|tell| refusal.each_reason(tell))
 }
 
 impl From<Fault> for FaultText {

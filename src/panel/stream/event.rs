@@ -5,9 +5,10 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::super::state::{ReasonText, reasons_of, seconds};
+use crate::devices::StationEvent;
 use crate::devices::ag03::profibus::Event;
-use crate::devices::ag03::unit;
 use crate::explain::{self, Mark};
+use crate::face::EventKind;
 use crate::host::BusEvent;
 use crate::host::link::tap::Direction;
 use crate::profibus::fdl::Address;
@@ -21,39 +22,11 @@ pub(in crate::panel) struct NewsEvent {
     time_seconds: f64,
     /// The station it is about; `null`: the line.
     address: Option<u8>,
-    kind: NewsKind,
+    kind: EventKind,
     /// One line.
     text: String,
     /// Of a refused command every unmet condition, else empty.
     reasons: Vec<ReasonText>,
-}
-
-/// What happened, for filters.
-#[derive(Clone, Copy, Debug, Serialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-enum NewsKind {
-    /// The drive did not do what the control word asked for.
-    CommandRefused,
-    /// A PKW job was answered with an error number.
-    JobRefused,
-    /// The drive went to fault.
-    Fault,
-    /// What the drive did: enabled, disabled, travels, inching, warnings, acknowledged.
-    Drive,
-    /// A parameter or the EEPROM was written.
-    Parameter,
-    /// Something outside the drive was changed: supplies, load, keys.
-    Input,
-    /// The DP slave: parameters, configuration, Data_Exchange, watchdog.
-    Dp,
-    /// Switched on or off, factory reset.
-    Power,
-    /// Something is odd: a hint, said once.
-    Hint,
-    /// Stations, rate, octets that are no telegram, replies too late.
-    Line,
-    /// The drive of a stream with an address is gone: the end of that stream.
-    Removed,
 }
 
 /// A telegram in words.
@@ -138,7 +111,7 @@ impl NewsEvent {
                 number: None,
                 time_seconds: seconds(at),
                 address: Some(address.number()),
-                kind: NewsKind::Removed,
+                kind: EventKind::Removed,
                 text: format!("station {address}: there is no drive any more; its stream ends here"),
                 reasons: Vec::new(),
             },
@@ -146,27 +119,15 @@ impl NewsEvent {
     }
 
     pub(super) fn of(number: u64, at: Instant, event: &BusEvent, words: Option<&str>) -> Self {
-        let (address, kind) = match event {
-            BusEvent::Station { address, event } => (Some(*address), NewsKind::of(event)),
-            BusEvent::Joined { address } | BusEvent::AddressLive { address, .. } => {
-                (Some(*address), NewsKind::Line)
-            }
-            BusEvent::Hint(_) => (None, NewsKind::Hint),
-            BusEvent::RateLost { .. }
-            | BusEvent::TelegramRefused(_)
-            | BusEvent::MovedToTakenAddress { .. }
-            | BusEvent::Rate(_)
-            | BusEvent::Lost { .. } => (None, NewsKind::Line),
-        };
         let mut reasons = Vec::new();
-        if let BusEvent::Station { event: Event::CommandRefused(refusal), .. } = event {
+        if let BusEvent::Station { event: StationEvent::Ag03(Event::CommandRefused(refusal)), .. } = event {
             reasons = reasons_of(refusal);
         }
         Self {
             number: Some(number),
             time_seconds: seconds(at),
-            address: address.map(Address::number),
-            kind,
+            address: event.address().map(Address::number),
+            kind: event.kind(),
             text: words.map_or_else(|| event.to_string(), |words| format!("{event}: {words}")),
             reasons,
         }
@@ -186,39 +147,6 @@ impl NewsEvent {
     /// One line.
     pub(in crate::panel) fn text(&self) -> &str {
         &self.text
-    }
-}
-
-impl NewsKind {
-    const fn of(event: &Event) -> Self {
-        match event {
-            Event::CommandRefused(_) => Self::CommandRefused,
-            Event::JobRefused(_) => Self::JobRefused,
-            Event::Fault(_) => Self::Fault,
-            Event::Dp(_) => Self::Dp,
-            Event::Drive { .. } | Event::PpoDrive(_) => Self::Drive,
-            Event::Unit(event) => Self::of_unit(event),
-            Event::Hint(_) => Self::Hint,
-            Event::SwitchedOff | Event::SwitchedOn(_) | Event::FactoryReset(_) => Self::Power,
-            Event::TelegramRefused(_) | Event::ReplyTooLate(_) | Event::Lost { .. } => Self::Line,
-        }
-    }
-
-    const fn of_unit(event: &unit::Event) -> Self {
-        match event {
-            unit::Event::CommandRefused(_) => Self::CommandRefused,
-            unit::Event::Fault(_) => Self::Fault,
-            unit::Event::FaultCauseGone(_) | unit::Event::Drive(_) => Self::Drive,
-            unit::Event::Written { .. } | unit::Event::Stored | unit::Event::NotStored { .. } => {
-                Self::Parameter
-            }
-            unit::Event::Input(_) => Self::Input,
-            unit::Event::SwitchesSet(_)
-            | unit::Event::SwitchedOff
-            | unit::Event::SwitchedOn(_)
-            | unit::Event::FactoryReset(_) => Self::Power,
-            unit::Event::Lost { .. } => Self::Line,
-        }
     }
 }
 

@@ -15,6 +15,7 @@ use super::super::history::{EVERY, History, Sampled};
 use super::super::state::LastRefusal;
 use super::event::{Item, Lost, NewsEvent, TelegramEvent, message_of};
 use super::feed::{Entry, RING, Settings, Shared};
+use crate::devices::StationEvent;
 use crate::devices::ag03::profibus::Event;
 use crate::explain;
 use crate::host::BusEvent;
@@ -190,7 +191,9 @@ impl Hub {
 
 impl Ring {
     fn remember(&mut self, at: Instant, event: &BusEvent) {
-        if let BusEvent::Station { address, event: Event::CommandRefused(refusal) } = event {
+        if let BusEvent::Station { address, event: StationEvent::Ag03(Event::CommandRefused(refusal)) } =
+            event
+        {
             self.last_refusals.insert(address.number(), LastRefusal::of(refusal, at));
         }
     }

@@ -1,6 +1,7 @@
 //! The DIP switches: address and factory reset.
 
 use super::*;
+use crate::common::of_unit;
 
 #[test]
 fn the_address_switches_act_when_it_is_switched_on() {
@@ -12,7 +13,7 @@ fn the_address_switches_act_when_it_is_switched_on() {
     power_cycle(&mut line);
     assert_eq!(line.device.address().number(), 7);
     assert_eq!(line.request(MASTER, Some(60), &[]), Reply::Silence, "nobody is at 5");
-    assert_eq!(line.events.last(), Some(&Event::SwitchedOn(switches)));
+    assert_eq!(of_unit(line.events.last().unwrap()), Some(&unit::Event::SwitchedOn(switches)));
     assert_eq!(switches.terminator(), Terminator::Active);
     assert_eq!(line.events.last().unwrap().to_string(), "switched on at address 7, bus terminator on");
 
@@ -39,7 +40,7 @@ fn the_factory_reset_of_manual_2_4_over_two_power_cycles() {
         line.wait(MS);
         let image = stored(&mut line, Ok(()));
         assert_eq!(line.request(MASTER, Some(60), &[]), Reply::Silence);
-        assert!(line.events.contains(&Event::FactoryReset(set)));
+        assert!(line.has_told(&unit::Event::FactoryReset(set)));
         // 4. Off. 5. and 6. The address, SW8 OFF. 7. On.
         line.device.power_off(line.now);
         line.device.set_switches(Address::station(5).unwrap().into());

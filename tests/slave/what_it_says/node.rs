@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use profidrive::devices::ag03::drive::{Fault, Inputs};
+use profidrive::face::Why;
 
 use super::row;
 use crate::ag03_node::Rig;
@@ -26,7 +27,9 @@ fn the_node() {
         move || {
             let mut rig = Rig::new();
             act(&mut rig);
-            rig.node.why().map(|hindrance| hindrance.to_string()).collect()
+            let mut said = Vec::new();
+            rig.node.each_reason(&mut |reason| said.push(reason.to_string()));
+            said
         }
     };
     compare(

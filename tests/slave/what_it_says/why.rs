@@ -3,15 +3,20 @@
 use profidrive::devices::ag03::drive::{Fault, Inputs};
 use profidrive::devices::ag03::param::{Model, Value};
 use profidrive::devices::ag03::profibus::{Config, Device};
+use profidrive::face::Why;
 
 use super::row;
 use crate::common::MASTER;
 use crate::said::compare;
 use crate::told::{CYCLE, PRM, Told};
 
+fn line_of(device: &dyn Why) -> String {
+    device.to_string()
+}
+
 #[test]
 fn why() {
-    let asked = |told: &Told| vec![told.line.device.why().to_string()];
+    let asked = |told: &Told| vec![line_of(&told.line.device)];
     let after = |act: fn(&mut Told)| {
         move || {
             let mut told = Told::exchanging();
@@ -141,12 +146,14 @@ fn the_control_words_that_why_names_make_it_move() {
         let mut told = Told::exchanging();
         told.say(0, 0, CYCLE);
         act(&mut told);
-        let next = told.line.device.why().next().expect(what).to_string();
+        let mut next = String::new();
+        told.line.device.next(&mut |words| next = words.to_string());
+        assert!(!next.is_empty(), "{what}");
         let words = next.split([' ', ',']).filter(|word| word.len() == 4);
         for word in words.filter_map(|word| u16::from_str_radix(word, 16).ok()) {
             told.say(word, 1600, CYCLE);
         }
         let device: &Device = &told.line.device;
-        assert!(device.status().job_active, "{what}: {next}; {}", device.why());
+        assert!(device.status().job_active, "{what}: {next}; {}", line_of(device));
     }
 }

@@ -1,19 +1,17 @@
-//! News for the host.
+//! News of a drive, with the bits and objects of CANopen.
 
 use core::fmt;
 
 use super::objects::MAX_TARGET;
 use super::state::State;
 use super::why::Refused;
-use crate::can_bus::canopen;
 use crate::devices::ag03::unit;
+use crate::face::EventKind;
 
-/// Something a user may want to read. `Display` is one line of plain English.
+/// What has happened in a drive on CANopen. `Display` is one line of plain English.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Event {
-    /// The node: NMT, SDO, PDO, EMCY, error control.
-    Node(canopen::Event),
     /// The unit: refused commands, faults, power.
     Unit(unit::Event),
     /// The state of the drive changed.
@@ -35,10 +33,26 @@ pub enum Event {
     },
 }
 
+impl Event {
+    /// What it is about, for filters.
+    pub const fn kind(&self) -> EventKind {
+        match self {
+            Self::Unit(event) => event.kind(),
+            Self::State { .. } => EventKind::Drive,
+            Self::TargetRefused { .. } => EventKind::CommandRefused,
+            Self::Lost { .. } => EventKind::Line,
+        }
+    }
+
+    /// Whether it is cyclic detail: a log leaves it out unless asked for more.
+    pub const fn is_detail(&self) -> bool {
+        if let Self::Unit(event) = self { event.is_detail() } else { false }
+    }
+}
+
 impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Node(event) => event.fmt(f),
             Self::Unit(unit::Event::SwitchedOn(switches)) => {
                 let node = switches.node_id();
                 write!(f, "switched on at node number {node} (SW1 to SW10: {switches})")

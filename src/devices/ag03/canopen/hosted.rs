@@ -1,7 +1,5 @@
 //! The drive as hosts run it.
 
-use core::fmt;
-
 use super::Ag03Node;
 use crate::can_bus::can::{ErrorState, Frame};
 use crate::can_bus::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
@@ -66,18 +64,8 @@ impl CanopenDevice for Ag03Node {
         Self::poll_transmit(self, now)
     }
 
-    fn why(&self, say: &mut dyn FnMut(&dyn fmt::Display)) {
-        Self::why(self).for_each(|hindrance| say(&hindrance));
-    }
-
     fn poll_event(&mut self) -> Option<CanopenEvent> {
-        Some(match Self::poll_event(self)? {
-            super::Event::Node(event) => CanopenEvent::Node(event),
-            event @ (super::Event::Unit(_)
-            | super::Event::State { .. }
-            | super::Event::TargetRefused { .. }
-            | super::Event::Lost { .. }) => CanopenEvent::Ag03(event),
-        })
+        Self::poll_event(self)
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
@@ -117,9 +105,12 @@ mod tests {
         assert_eq!(Ag03Node::poll_event(&mut node), None);
         Ag03Node::power_on(&mut node, now);
         let on = Ag03Node::poll_event(&mut node);
-        assert!(matches!(on, Some(Event::Unit(unit::Event::SwitchedOn(_)))), "{on:?}");
+        assert!(matches!(on, Some(CanopenEvent::Ag03(Event::Unit(unit::Event::SwitchedOn(_))))), "{on:?}");
         while Ag03Node::poll_event(&mut node).is_some() {}
         Ag03Node::power_off(&mut node, now);
-        assert_eq!(Ag03Node::poll_event(&mut node), Some(Event::Unit(unit::Event::SwitchedOff)));
+        assert_eq!(
+            Ag03Node::poll_event(&mut node),
+            Some(CanopenEvent::Ag03(Event::Unit(unit::Event::SwitchedOff)))
+        );
     }
 }

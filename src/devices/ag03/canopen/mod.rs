@@ -9,9 +9,9 @@
 //! | `part` | the unit as the node sees it: control word in, status word out |
 //! | `access` | what reads and writes of objects do |
 //! | [`errors`] | the EMCY code and the bits of the error register of each fault |
-//! | `event` | [`Event`]: news for the host |
+//! | `event` | [`Event`]: what has happened in the drive, with the bits and objects of CANopen |
 //! | `surroundings` | inputs, faults, keys, LEDs |
-//! | `why` | [`Hindrance`]: what keeps it from moving |
+//! | `why` | what keeps it from moving |
 //! | `quirks` | [`QUIRKS`]: every named alternative |
 //!
 //! ```
@@ -51,6 +51,7 @@ use super::profibus::Leds;
 use crate::can_bus::can::{ErrorState, Frame};
 use crate::can_bus::canopen::storage::Eeprom;
 use crate::can_bus::canopen::{Address, NmtState, Node, NodeId, Refusal};
+use crate::devices::CanopenEvent;
 use crate::devices::ag03::drive::{Inputs, Status, StatusLed, leds};
 use crate::devices::ag03::unit::{
     BusSettings, Cycles, DipSwitches, Generation, ImageError, ImageOctets, NotStored, Outcome, Power,
@@ -62,7 +63,6 @@ pub use config::Config;
 pub use event::Event;
 pub use quirks::{QUIRKS, Quirks};
 pub use vocabulary::VOCABULARY;
-pub use why::Hindrance;
 
 use part::Part;
 use state::State;
@@ -281,11 +281,11 @@ impl Ag03Node {
 
     /// The oldest event not taken yet.
     #[must_use]
-    pub fn poll_event(&mut self) -> Option<Event> {
+    pub fn poll_event(&mut self) -> Option<CanopenEvent> {
         if let Some(event) = self.part.poll_event() {
-            return Some(event);
+            return Some(CanopenEvent::Ag03(event));
         }
-        self.node.poll_event().map(Event::Node)
+        self.node.poll_event().map(CanopenEvent::Node)
     }
 
     /// The image to keep: see [`Unit::poll_image`].

@@ -6,8 +6,8 @@ use crate::devices::ag03::drive::Mode;
 use crate::devices::ag03::param::Model;
 use crate::devices::ag03::surroundings;
 use crate::devices::ag03::unit::Power;
-use crate::face::DriveState;
 use crate::face::surroundings::{Declined, Face, Glow, Input, Level, Provocable, Surroundings};
+use crate::face::{DriveState, Why};
 use crate::time::Instant;
 
 const CONTROL_WORD: Address = Address::new(0x6040, 0);
@@ -86,6 +86,10 @@ impl Surroundings for Ag03Node {
             Power::Off | Power::FactoryReset(_) => DriveState::Off,
         })
     }
+
+    fn why(&self) -> Option<&dyn Why> {
+        Some(self)
+    }
 }
 
 #[cfg(test)]
@@ -136,7 +140,11 @@ mod tests {
     fn a_drive_says_what_it_waits_for() {
         let now = Instant::ZERO;
         let mut node = Ag03Node::new(Config::new(NodeId::MIN), now);
-        let said = |node: &Ag03Node| node.why().map(|hindrance| hindrance.to_string()).collect::<Vec<_>>();
+        let said = |node: &Ag03Node| {
+            let mut said = Vec::new();
+            node.each_reason(&mut |reason| said.push(reason.to_string()));
+            said
+        };
         assert!(said(&node)[0].starts_with("NMT state PRE-OPERATIONAL"), "{:?}", said(&node));
         assert!(said(&node)[1].contains("send 6040h = 0006h"), "{:?}", said(&node));
         node.power_off(now);

@@ -6,6 +6,7 @@
 use core::fmt;
 
 use enumset::{EnumSet, EnumSetType};
+use strum::IntoStaticStr;
 
 use crate::devices::ag03::param::{Lengths, Model};
 
@@ -59,7 +60,7 @@ pub enum Request {
 }
 
 /// What stands against a request.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, EnumSetType)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, EnumSetType, IntoStaticStr)]
 #[enumset(no_ops, no_super_impls)]
 #[non_exhaustive]
 pub enum Reason {
@@ -111,6 +112,13 @@ pub enum Reason {
     LoopPointBelowLowerLimit,
     /// The setpoint or the loop point is outside the range of the absolute encoder.
     BeyondEncoder,
+}
+
+impl Reason {
+    /// Its name for programs, as `NoSupply`.
+    pub fn name(self) -> &'static str {
+        self.into()
+    }
 }
 
 impl Refusal {

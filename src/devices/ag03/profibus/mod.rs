@@ -18,14 +18,14 @@
 //! | `bits` | every bit of STW, ZSW, SSW and the general status register: number, name, meaning |
 //! | `words` | those words from and to what the drive knows |
 //! | `flow_charts` | the control words that the manual prints |
-//! | `event` | [`Event`]: news for the host |
+//! | `event` | [`Event`]: what has happened in the drive, with the bits of PROFIBUS |
 //! | [`hint`] | [`Hint`]: what is odd, said once |
 //! | `job` | [`JobText`]: why a PKW job was not executed, and what to send instead |
 //! | `parameters` | the parameters of the unit as the parameter channel reaches them |
 //! | `part` | the DP part and the drive part of [`Device`] |
 //! | `quirks` | [`QUIRKS`]: every named alternative |
 //! | `refusal` | [`Refusal`]: why a control word is not followed |
-//! | `why` | [`Why`]: everything that keeps the drive from moving now |
+//! | `why` | everything that keeps the drive from moving now |
 
 mod address;
 pub mod bits;
@@ -39,11 +39,12 @@ mod part;
 mod quirks;
 mod refusal;
 mod surroundings;
-pub(in crate::devices) mod why;
+mod why;
 pub mod words;
 
 use core::time::Duration;
 
+use crate::devices::StationEvent;
 use crate::devices::ag03::drive::{Drive, FaultBuffer, Inputs, Status, StatusLed, leds};
 use crate::devices::ag03::param::{ParamError, Pnu, Store, Subindex, Value};
 use crate::devices::ag03::unit::{Outcome, Switched, Unit};
@@ -66,8 +67,7 @@ pub use job::JobText;
 #[cfg(feature = "panel")]
 pub(crate) use job::Values;
 pub use quirks::QUIRKS;
-pub use refusal::{Reason, Refusal};
-pub use why::{Hindrance, Why};
+pub use refusal::Refusal;
 
 use part::Parts;
 
@@ -340,7 +340,7 @@ impl Device {
             Outcome::Safe => _ = self.part.engine.stored(),
             Outcome::Undone => {
                 if let Some(refusal) = self.part.engine.store_failed() {
-                    self.part.events.push(Event::JobRefused(refusal));
+                    self.part.events.push(StationEvent::Ag03(Event::JobRefused(refusal)));
                 }
             }
         }
@@ -411,7 +411,7 @@ impl Device {
                 Some(out)
             }
             Err(too_late) => {
-                self.part.events.push(Event::ReplyTooLate(too_late));
+                self.part.events.push(StationEvent::ReplyTooLate(too_late));
                 None
             }
         }
@@ -433,7 +433,7 @@ impl Device {
     /// The oldest event not taken yet. Changes with every `handle_*` and `poll_transmit`.
     #[must_use]
     #[inline]
-    pub fn poll_event(&mut self) -> Option<Event> {
-        self.part.events.pop().map(|event| event.unwrap_or_else(|events| Event::Lost { events }))
+    pub fn poll_event(&mut self) -> Option<StationEvent> {
+        self.part.events.pop().map(|event| event.unwrap_or_else(|events| StationEvent::Lost { events }))
     }
 }

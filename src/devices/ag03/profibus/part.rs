@@ -6,6 +6,7 @@ use super::hint::watch::Watch;
 use super::parameters::{Channel, Shown};
 use super::words::{self, Words};
 use super::{Config, Event, MAX_EVENTS};
+use crate::devices::StationEvent;
 use crate::devices::ag03::param::Parameter;
 use crate::devices::ag03::unit;
 use crate::devices::ag03::unit::{Cycles, Power, Queue, Unit};
@@ -41,7 +42,7 @@ pub(super) struct Parts {
     watch: Watch,
     /// Something has come of the octets taken last.
     pub(super) news: bool,
-    pub(super) events: Queue<Event, MAX_EVENTS>,
+    pub(super) events: Queue<StationEvent, MAX_EVENTS>,
 }
 
 impl Parts {
@@ -100,7 +101,7 @@ impl Parts {
 
     fn hint(&mut self, hint: Option<Hint>) {
         if let Some(hint) = hint {
-            self.events.push(Event::Hint(hint));
+            self.events.push(StationEvent::Ag03(Event::Hint(hint)));
         }
     }
 
@@ -141,7 +142,7 @@ impl Parts {
             if let dp::Event::WatchdogExpired { master, after } = event {
                 self.watch.expired(due, master, after);
             }
-            self.events.push(Event::Dp(event));
+            self.events.push(StationEvent::Dp(event));
         }
         self.wake_for_outputs(due);
     }
@@ -151,11 +152,11 @@ impl Parts {
         self.news = true;
         let telegram = match result {
             Ok(telegram) => telegram,
-            Err(error) => return self.events.push(Event::TelegramRefused(error)),
+            Err(error) => return self.events.push(StationEvent::TelegramRefused(error)),
         };
         let outcome = self.station.receive(now, &telegram);
         if let Some(event) = outcome.event {
-            self.events.push(Event::Dp(event));
+            self.events.push(StationEvent::Dp(event));
         }
         let passed = self.wake_for_outputs(now);
         if !outcome.exchanged {
@@ -278,33 +279,20 @@ impl Parts {
         let mut next = Some(first);
         while let Some(event) = next {
             let hint = self.hint_of(&event);
-            self.events.push(Event::of_unit(event, &self.shown.words, self.exchanging));
+            if let Some(event) = Event::of_unit(event, &self.shown.words, self.exchanging) {
+                self.events.push(StationEvent::Ag03(event));
+            }
             self.hint(hint);
             next = self.unit.poll_event();
         }
     }
 
     fn hint_of(&mut self, event: &unit::Event) -> Option<Hint> {
-        match event {
-            unit::Event::Drive(event) => {
-                let limit = |limit| self.unit.parameters().value(limit);
-                let limits = (limit(Parameter::Limit1), limit(Parameter::Limit2));
-                let mode = self.unit.status().mode;
-                self.watch.told(event, self.shown.words.stw(), mode, limits)
-            }
-            unit::Event::CommandRefused(_)
-            | unit::Event::Fault(_)
-            | unit::Event::FaultCauseGone(_)
-            | unit::Event::Written { .. }
-            | unit::Event::Stored
-            | unit::Event::NotStored { .. }
-            | unit::Event::Input(_)
-            | unit::Event::SwitchesSet(_)
-            | unit::Event::SwitchedOff
-            | unit::Event::SwitchedOn(_)
-            | unit::Event::FactoryReset(_)
-            | unit::Event::Lost { .. } => None,
-        }
+        let unit::Event::Drive(event) = event else { return None };
+        let limit = |limit| self.unit.parameters().value(limit);
+        let limits = (limit(Parameter::Limit1), limit(Parameter::Limit2));
+        let mode = self.unit.status().mode;
+        self.watch.told(event, self.shown.words.stw(), mode, limits)
     }
 
     /// Runs the parameter channel; `None` outside Data_Exchange.
@@ -320,7 +308,7 @@ impl Parts {
         let Self { unit, config, shown, engine, events, .. } = self;
         let outcome = engine.cycle(job, &mut Channel { unit, quirks: config.parameters, shown });
         if let Some(refusal) = outcome.refusal {
-            events.push(Event::JobRefused(refusal));
+            events.push(StationEvent::Ag03(Event::JobRefused(refusal)));
         }
         outcome.reply
     }

@@ -8,6 +8,7 @@ use super::words::Words;
 use crate::devices::ag03::drive;
 use crate::devices::ag03::drive::Request;
 use crate::devices::ag03::param::Parameter;
+use crate::face;
 use crate::profibus::ppo::Stw;
 
 /// A request of the control word that was refused, and the conditions it does not meet.
@@ -22,9 +23,8 @@ pub struct Refusal {
 }
 
 /// What stands against a request, in words of PROFIBUS.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum Reason {
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Reason {
     /// OFF2 is given.
     Off2,
     /// OFF1 is given.
@@ -35,30 +35,36 @@ pub enum Reason {
     Drive(drive::Reason),
 }
 
-impl fmt::Debug for Reason {
-    /// The name of the reason, without the layer it belongs to.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Reason {
+    /// Its name for programs.
+    pub(super) fn name(self) -> &'static str {
         match self {
-            Self::Off2 => f.write_str("Off2"),
-            Self::Off1 => f.write_str("Off1"),
-            Self::Off1NotSeen => f.write_str("Off1NotSeen"),
-            Self::Drive(reason) => reason.fmt(f),
+            Self::Off2 => "Off2",
+            Self::Off1 => "Off1",
+            Self::Off1NotSeen => "Off1NotSeen",
+            Self::Drive(reason) => reason.name(),
         }
     }
 }
 
 impl Refusal {
+    /// A refusal worth telling; `None`: the master asked for nothing yet.
+    pub(super) fn told(drive: drive::Refusal, words: &Words) -> Option<Self> {
+        let rests = drive.request == Request::Enable && words.rests();
+        (!rests).then(|| Self::new(drive, words))
+    }
+
     pub(super) const fn new(drive: drive::Refusal, words: &Words) -> Self {
         Self { drive, stw: words.stw(), off1_not_seen: words.awaits_off1() }
     }
 
-    /// Every reason, in the order in which they are printed.
-    pub(crate) fn reasons(&self) -> impl Iterator<Item = Reason> + use<> {
-        self.into_reasons()
+    /// Tells every unmet condition, in the order in which they are printed.
+    pub fn each_reason(&self, tell: &mut dyn FnMut(face::Reason<'_>)) {
+        self.reasons().for_each(|reason| tell(face::Reason::new(reason.name(), &self.text(reason))));
     }
 
-    pub(super) fn into_reasons(self) -> impl Iterator<Item = Reason> {
-        let Self { drive, stw, off1_not_seen } = self;
+    pub(super) fn reasons(&self) -> impl Iterator<Item = Reason> + use<> {
+        let Self { drive, stw, off1_not_seen } = *self;
         let enabled = !drive.contains(drive::Reason::NotEnabled);
         drive.reasons().flat_map(move |reason| {
             let not_asked = reason == drive::Reason::NotAsked;
@@ -77,7 +83,7 @@ impl Refusal {
     }
 
     /// One of the reasons in words: the cause, its bit or parameter, and what to do where no control word helps.
-    pub(crate) const fn text(&self, reason: Reason) -> impl fmt::Display + use<> {
+    pub(super) const fn text(&self, reason: Reason) -> impl fmt::Display + use<> {
         ReasonText { refusal: *self, reason }
     }
 

@@ -56,6 +56,15 @@ pub struct Words {
     acknowledge: bool,
 }
 
+/// Bits 0, 1 and 3: what operation needs.
+const OPERATION: u16 = StwBit::On.mask() | StwBit::NoOff2.mask() | StwBit::EnableOperation.mask();
+
+/// Whether a control word asks for operation that the one before did not ask for: by bit 3, or by all that it needs.
+const fn asks_operation(stw: Stw, before: Stw) -> bool {
+    let rose = stw.raw() & !before.raw() & OPERATION;
+    rose & StwBit::EnableOperation.mask() != 0 || rose != 0 && stw.raw() & OPERATION == OPERATION
+}
+
 impl Words {
     /// Nothing was said yet.
     pub(crate) fn new(quirks: WordQuirks) -> Self {
@@ -65,6 +74,13 @@ impl Words {
     /// The newest control word; 0 outside Data_Exchange.
     pub(crate) const fn stw(&self) -> Stw {
         self.stw
+    }
+
+    /// Whether the newest control word is OFF1 as masters of the profile give it before ON: every other condition of
+    /// operation is given, and bit 2, which is no OFF3 there. It asks for nothing.
+    pub(super) const fn rests(&self) -> bool {
+        let all = OPERATION | StwBit::Off3.mask();
+        self.stw.raw() & all == all & !StwBit::On.mask()
     }
 
     /// Whether enabling waits for STW.0 = 0 (C-36).
@@ -89,7 +105,7 @@ impl Words {
         let edge = start != StwBit::Start.is_set(before) && (start || !self.quirks.start_needs_rising_edge);
         Command {
             operation,
-            enable: StwBit::EnableOperation.is_set(stw) && !StwBit::EnableOperation.is_set(before),
+            enable: asks_operation(stw, before),
             // A falling edge on the way to OFF is none.
             travel: edge && (start || operation == Operation::Run),
             turn: start,

@@ -8,6 +8,7 @@ use super::DipSwitches;
 use crate::devices::ag03::drive;
 use crate::devices::ag03::drive::{Fault, InputChange, Refusal};
 use crate::devices::ag03::param::{DefaultSet, Effect, Lengths, Value, Write};
+use crate::face::{ErrorKind, EventKind};
 
 /// Something a user may want to read. `Display` is one line of plain English.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,23 +69,29 @@ pub enum Writer {
 }
 
 impl Event {
-    /// Whether it is cyclic detail: a log leaves it out unless asked for more.
-    pub(crate) const fn is_detail(&self) -> bool {
+    /// What it is about, for filters.
+    pub const fn kind(&self) -> EventKind {
         match self {
-            Self::Written { effect, .. } => matches!(effect, Effect::None),
-            Self::Stored => true,
-            Self::CommandRefused(_)
-            | Self::Fault(_)
-            | Self::FaultCauseGone(_)
-            | Self::Drive(_)
-            | Self::NotStored { .. }
-            | Self::Input(_)
-            | Self::SwitchesSet(_)
-            | Self::SwitchedOff
-            | Self::SwitchedOn(_)
-            | Self::FactoryReset(_)
-            | Self::Lost { .. } => false,
+            Self::CommandRefused(_) => EventKind::CommandRefused,
+            Self::Fault(_) => EventKind::Fault,
+            Self::FaultCauseGone(_) | Self::Drive(_) => EventKind::Drive,
+            Self::Written { .. } | Self::Stored | Self::NotStored { .. } => EventKind::Parameter,
+            Self::Input(_) => EventKind::Input,
+            Self::SwitchesSet(_) | Self::SwitchedOff | Self::SwitchedOn(_) | Self::FactoryReset(_) => {
+                EventKind::Power
+            }
+            Self::Lost { .. } => EventKind::Line,
         }
+    }
+
+    /// Which error it tells, for counters; `None`: it tells none.
+    pub const fn error(&self) -> Option<ErrorKind> {
+        if let Self::NotStored { .. } = self { Some(ErrorKind::NotStored) } else { self.kind().error() }
+    }
+
+    /// Whether it is cyclic detail: a log leaves it out unless asked for more.
+    pub const fn is_detail(&self) -> bool {
+        matches!(self, Self::Written { effect: Effect::None, .. } | Self::Stored)
     }
 }
 

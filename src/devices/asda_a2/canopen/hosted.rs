@@ -1,7 +1,5 @@
 //! The servo as hosts run it.
 
-use core::fmt;
-
 use super::AsdaA2;
 use crate::can_bus::can::{ErrorState, Frame};
 use crate::can_bus::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
@@ -45,10 +43,6 @@ impl CanopenDevice for AsdaA2 {
 
     fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
         Self::poll_transmit(self)
-    }
-
-    fn why(&self, say: &mut dyn FnMut(&dyn fmt::Display)) {
-        Self::why(self).for_each(|hindrance| say(&hindrance));
     }
 
     fn poll_event(&mut self) -> Option<CanopenEvent> {

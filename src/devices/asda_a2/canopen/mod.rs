@@ -13,7 +13,7 @@
 //! | `application` | reads, writes, what the bus does to the drive |
 //! | `hosted` | what a host asks of any device on CANopen |
 //! | `surroundings` | what surrounds it and what is seen of it |
-//! | `why` | [`Hindrance`]: what keeps it from moving |
+//! | `why` | what keeps it from moving |
 //! | [`quirks`] | each doubt of the guide with its default |
 
 mod application;
@@ -31,7 +31,6 @@ pub use crate::devices::asda_a2::{Config, Level};
 pub use objects::SHEET;
 pub use quirks::{QUIRKS, Quirks};
 pub use vocabulary::VOCABULARY;
-pub use why::Hindrance;
 
 use crate::can_bus::can::{ErrorState, Frame, Id};
 use crate::can_bus::canopen::storage::Eeprom;

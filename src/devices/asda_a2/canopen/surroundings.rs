@@ -4,8 +4,8 @@ use super::AsdaA2;
 use crate::can_bus::canopen::Address;
 use crate::can_bus::cia402::Mode;
 use crate::devices::asda_a2::{Alarm, Inputs};
-use crate::face::DriveState;
 use crate::face::surroundings::{Declined, Face, Input, InputKind, Level, Provocable, Surroundings};
+use crate::face::{DriveState, Why};
 use crate::time::Instant;
 
 const CONTROLWORD: Address = Address::new(0x6040, 0);
@@ -141,5 +141,9 @@ impl Surroundings for AsdaA2 {
             Some(_) => self.servo().state().into(),
             None => DriveState::Off,
         })
+    }
+
+    fn why(&self) -> Option<&dyn Why> {
+        Some(self)
     }
 }

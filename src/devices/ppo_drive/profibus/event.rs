@@ -3,6 +3,7 @@
 use core::fmt;
 
 use crate::devices::ppo_drive;
+use crate::face::EventKind;
 use crate::profibus::pkw;
 use crate::profibus::pkw::JobError;
 
@@ -25,6 +26,18 @@ pub enum Event {
         /// Why.
         cause: JobError,
     },
+}
+
+impl Event {
+    /// What it is about, for filters.
+    pub const fn kind(&self) -> EventKind {
+        match self {
+            Self::Drive(ppo_drive::Event::Fault(_)) => EventKind::Fault,
+            Self::Drive(ppo_drive::Event::InchingRefused) | Self::NotSet { .. } => EventKind::CommandRefused,
+            Self::Drive(_) => EventKind::Drive,
+            Self::JobRefused(_) => EventKind::JobRefused,
+        }
+    }
 }
 
 impl fmt::Display for Event {

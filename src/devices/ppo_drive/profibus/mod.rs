@@ -10,7 +10,7 @@
 //! | `event` | [`Event`]: news of such a drive |
 //! | `memory` | what it keeps while it is switched off |
 //! | `parameters` | the table as the parameter channel reaches it |
-//! | `why` | [`PpoWhy`]: what keeps it from turning |
+//! | `why` | what keeps it from turning |
 
 mod application;
 mod event;
@@ -19,7 +19,7 @@ mod parameters;
 mod why;
 
 use super::profile;
-use crate::devices::ag03;
+use crate::devices::StationEvent;
 use crate::devices::ag03::unit::{ApplicationCycle, Cycles};
 use crate::devices::ppo_drive::table::{Channel, Row, Table, Tie};
 use crate::devices::ppo_drive::{Command, Drive, Fault, Quantity, SetError, Settings};
@@ -35,7 +35,6 @@ use crate::time::{BaudRate, Instant};
 
 pub use application::PpoOnly;
 pub use event::Event;
-pub use why::{PpoHindrance, PpoWhy};
 
 use memory::Memory;
 use parameters::{Access, Known, View};
@@ -223,17 +222,17 @@ impl<A: Application> PpoDrive<A> {
         &mut self,
         now: Instant,
         telegram: &Telegram<'_>,
-        news: &mut dyn FnMut(ag03::profibus::Event),
+        news: &mut dyn FnMut(StationEvent),
     ) {
         self.advance(now, news);
         if let Some(event) = self.station.receive(now, telegram).event {
-            news(ag03::profibus::Event::Dp(event));
+            news(StationEvent::Dp(event));
         }
         self.wake(now);
     }
 
     /// Time has passed. Spurious calls are harmless.
-    pub fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(ag03::profibus::Event)) {
+    pub fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(StationEvent)) {
         self.advance(now, news);
     }
 
@@ -242,7 +241,7 @@ impl<A: Application> PpoDrive<A> {
         &mut self,
         now: Instant,
         buf: &mut [u8; MAX_TELEGRAM_LEN],
-        news: &mut dyn FnMut(ag03::profibus::Event),
+        news: &mut dyn FnMut(StationEvent),
     ) -> Option<usize> {
         match self.station.poll_transmit(now) {
             Ok(octets) => {
@@ -251,7 +250,7 @@ impl<A: Application> PpoDrive<A> {
                 Some(octets.len())
             }
             Err(too_late) => {
-                news(ag03::profibus::Event::ReplyTooLate(too_late));
+                news(StationEvent::ReplyTooLate(too_late));
                 None
             }
         }
@@ -273,7 +272,7 @@ impl<A: Application> PpoDrive<A> {
     }
 
     /// Lets everything happen that is due until `now`: the watchdog and application cycles.
-    fn advance(&mut self, now: Instant, news: &mut dyn FnMut(ag03::profibus::Event)) {
+    fn advance(&mut self, now: Instant, news: &mut dyn FnMut(StationEvent)) {
         self.cycles.forfeit(now);
         loop {
             let cycle = self.cycles.next();
@@ -281,7 +280,7 @@ impl<A: Application> PpoDrive<A> {
             let Some(due) = Instant::first_of(watchdog, cycle).filter(|due| *due <= now) else { return };
             if watchdog == Some(due) {
                 if let Some(event) = self.station.handle_timeout(due) {
-                    news(ag03::profibus::Event::Dp(event));
+                    news(StationEvent::Dp(event));
                 }
                 self.wake(due);
             } else {
@@ -293,7 +292,7 @@ impl<A: Application> PpoDrive<A> {
 
     /// One application cycle: newest outputs in, one step, new inputs out. Says whether another one under the same
     /// outputs would change nothing.
-    fn run_cycle(&mut self, news: &mut dyn FnMut(ag03::profibus::Event)) -> bool {
+    fn run_cycle(&mut self, news: &mut dyn FnMut(StationEvent)) -> bool {
         self.exchanging = self.slave().state() == dp::State::DataExch;
         let ppo = self.ppo().filter(|_| self.exchanging);
         let outputs: Vec<u8> = ppo.map(|_| self.slave().outputs().to_vec()).unwrap_or_default();
@@ -310,18 +309,13 @@ impl<A: Application> PpoDrive<A> {
         }
         self.station.set_inputs(&inputs);
         while let Some(event) = self.drive.poll_event() {
-            news(ag03::profibus::Event::PpoDrive(Event::Drive(event)));
+            news(StationEvent::PpoDrive(Event::Drive(event)));
         }
         settled && self.drive.is_at_rest() && !job.is_some_and(|job| self.engine.has_work(job))
     }
 
     /// One step under these process data. Says whether they ask nothing new.
-    fn follow(
-        &mut self,
-        ppo: Option<PpoType>,
-        words: &[u16],
-        news: &mut dyn FnMut(ag03::profibus::Event),
-    ) -> bool {
+    fn follow(&mut self, ppo: Option<PpoType>, words: &[u16], news: &mut dyn FnMut(StationEvent)) -> bool {
         let before = self.command;
         match words {
             [stw, setpoint, more @ ..] => {
@@ -347,7 +341,7 @@ impl<A: Application> PpoDrive<A> {
 
     /// Sets the parameters that PNU 915 ties to the words of process data from the third on. What a parameter refuses is
     /// not set: its value stays, which is told once until it takes one again.
-    fn set_more(&mut self, ppo: Option<PpoType>, words: &[u16], news: &mut dyn FnMut(ag03::profibus::Event)) {
+    fn set_more(&mut self, ppo: Option<PpoType>, words: &[u16], news: &mut dyn FnMut(StationEvent)) {
         let assigned = self.assigned(Channel::PzdSetpoint);
         let before = core::mem::replace(&mut self.refused, [None; MORE_WORDS]);
         for (place, (word, (pnu, element))) in words.iter().zip(assigned).enumerate().take(MORE_WORDS) {
@@ -360,7 +354,7 @@ impl<A: Application> PpoDrive<A> {
             if let Err(cause) = pkw::Parameters::write(&mut access, pnu, element, value) {
                 let same = |refused: &[Option<u16>]| refused.get(place).copied().flatten() == Some(pnu);
                 if !same(&before) {
-                    news(ag03::profibus::Event::PpoDrive(Event::NotSet { place, pnu, value: *word, cause }));
+                    news(StationEvent::PpoDrive(Event::NotSet { place, pnu, value: *word, cause }));
                 }
                 self.refused.iter_mut().skip(place).take(1).for_each(|refused| *refused = Some(pnu));
             }
@@ -416,7 +410,7 @@ impl<A: Application> PpoDrive<A> {
         &mut self,
         ppo: Option<PpoType>,
         job: Option<Pkw>,
-        news: &mut dyn FnMut(ag03::profibus::Event),
+        news: &mut dyn FnMut(StationEvent),
     ) -> Option<Pkw> {
         let Some(job) = job else {
             self.engine.reset();
@@ -427,7 +421,7 @@ impl<A: Application> PpoDrive<A> {
         let mut access = Access { table, drive, known, memory: memory.as_mut() };
         let outcome = engine.cycle(job, &mut access);
         if let Some(refusal) = outcome.refusal {
-            news(ag03::profibus::Event::PpoDrive(Event::JobRefused(refusal)));
+            news(StationEvent::PpoDrive(Event::JobRefused(refusal)));
         }
         Some(outcome.reply)
     }

@@ -1,138 +1,46 @@
 //! What keeps a drive of the profile from turning now, the first thing to do first.
 
-use core::fmt;
-
 use super::PpoDrive;
-use crate::devices::ag03::profibus::why::{NOT_CONFIGURED, NOT_PARAMETERISED, PRM_REFUSED, SYNC_HOLDS};
 use crate::devices::ppo_drive::State;
-use crate::devices::ppo_drive::profile;
+use crate::devices::ppo_drive::profile::{reasons, reasons_of_drive};
+use crate::devices::reasons::of_slave;
+use crate::face::{Reason, Why};
 use crate::profibus::dp;
 use crate::profibus::dp::Application;
 use crate::profibus::ppo::{Stw, Zsw};
 
-/// Why a drive of the profile does not turn ([`PpoDrive::why`]). `Display` is one line with every hindrance.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PpoWhy {
-    dp: dp::State,
-    prm_fault: bool,
-    cfg_fault: bool,
-    sync: bool,
-    turning: bool,
-    setpoint_zero: bool,
-    stw: Stw,
-    zsw: Zsw,
-}
+/// What is to be done about a refused Chk_Cfg.
+const CFG_ADVICE: &str = "choose one of PPO 1 to 5 in the master's project";
 
-/// One thing that keeps the drive from turning. `Display` is what, where, and what to do about it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum PpoHindrance {
-    /// The slave waits for Set_Prm.
-    NoParameters {
-        /// The last one was refused.
-        refused: bool,
-        /// The last Chk_Cfg was refused.
-        cfg_refused: bool,
-    },
-    /// The slave waits for Chk_Cfg.
-    NoConfiguration,
-    /// Sync holds the outputs: new control words do not reach the drive.
-    SyncHolds,
-    /// What the words say against it.
-    Words(profile::ProfileHindrance),
-    /// Operation is enabled, and the setpoint is 0.
-    SetpointZero,
-}
+impl<A: Application> Why for PpoDrive<A> {
+    fn verb(&self) -> &'static str {
+        "turn"
+    }
 
-impl<A: Application> PpoDrive<A> {
-    /// Everything that keeps the drive from turning now.
-    pub(crate) fn why(&self) -> PpoWhy {
-        let diagnosis = self.slave().diagnosis();
+    fn is_moving(&self) -> Option<bool> {
+        Some(self.drive().status().actual != 0)
+    }
+
+    fn each_reason(&self, tell: &mut dyn FnMut(Reason<'_>)) {
         let status = self.drive().status();
-        PpoWhy {
-            dp: self.slave().state(),
-            prm_fault: diagnosis.prm_fault,
-            cfg_fault: diagnosis.cfg_fault,
-            sync: diagnosis.sync_mode,
-            turning: status.actual != 0,
-            setpoint_zero: status.state == State::Operation && self.command().setpoint == 0,
-            stw: self.stw(),
-            zsw: self.zsw(),
+        if status.actual != 0 {
+            return;
+        }
+        let state = self.slave().state();
+        of_slave(state, &self.slave().diagnosis(), CFG_ADVICE, tell);
+        each_of_words(state, self.stw(), self.zsw(), tell);
+        if status.state == State::Operation && self.command().setpoint == 0 {
+            let text = "the setpoint is 0 (second word of process data): send another";
+            tell(Reason::new("SetpointZero", &text));
         }
     }
 }
 
-impl PpoWhy {
-    /// Whether it turns, so that nothing keeps it from that.
-    pub(crate) const fn is_turning(&self) -> bool {
-        self.turning
-    }
-
-    /// What keeps it from turning, the first thing to do first. None: it turns, or would with the setpoint it has.
-    pub fn hindrances(&self) -> impl Iterator<Item = PpoHindrance> + use<> {
-        let Self { dp, prm_fault, cfg_fault, sync, turning, setpoint_zero, stw, zsw } = *self;
-        let waits_for_prm = dp == dp::State::WaitPrm;
-        let first = [
-            (waits_for_prm, PpoHindrance::NoParameters { refused: prm_fault, cfg_refused: cfg_fault }),
-            (dp == dp::State::WaitCfg, PpoHindrance::NoConfiguration),
-            (sync, PpoHindrance::SyncHolds),
-        ];
-        // Outside Data_Exchange the control word counts as 0.
-        let exchanging = dp == dp::State::DataExch;
-        let words =
-            profile::hindrances(stw, zsw).filter(move |hindrance| exchanging || is_of_drive(*hindrance));
-        let applies = |(applies, hindrance): (bool, PpoHindrance)| applies.then_some(hindrance);
-        let last = [(setpoint_zero, PpoHindrance::SetpointZero)];
-        let all = first.into_iter().filter_map(applies).chain(words.map(PpoHindrance::Words));
-        all.chain(last.into_iter().filter_map(applies)).filter(move |_| !turning)
-    }
-}
-
-/// Whether it stands without a control word, too.
-const fn is_of_drive(hindrance: profile::ProfileHindrance) -> bool {
-    match hindrance {
-        profile::ProfileHindrance::Fault | profile::ProfileHindrance::Inhibited => true,
-        profile::ProfileHindrance::NotByPlc
-        | profile::ProfileHindrance::Off2
-        | profile::ProfileHindrance::Off3
-        | profile::ProfileHindrance::NotReadyToSwitchOn
-        | profile::ProfileHindrance::NotOn
-        | profile::ProfileHindrance::NotEnabled
-        | profile::ProfileHindrance::NotInOperation
-        | profile::ProfileHindrance::RampDisabled
-        | profile::ProfileHindrance::RampFrozen
-        | profile::ProfileHindrance::SetpointDisabled => false,
-    }
-}
-
-impl fmt::Display for PpoHindrance {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NoParameters { refused: true, .. } => f.write_str(PRM_REFUSED),
-            Self::NoParameters { refused: false, cfg_refused: true } => f.write_str(
-                "no master exchanges data with the drive, the last Chk_Cfg was refused (Slave_Diag octet 1 bit 2, \
-                 Cfg_Fault): choose one of PPO 1 to 5 in the master's project",
-            ),
-            Self::NoParameters { refused: false, cfg_refused: false } => f.write_str(NOT_PARAMETERISED),
-            Self::NoConfiguration => f.write_str(NOT_CONFIGURED),
-            Self::SyncHolds => f.write_str(SYNC_HOLDS),
-            Self::Words(hindrance) => hindrance.fmt(f),
-            Self::SetpointZero => f.write_str("the setpoint is 0 (second word of process data): send another"),
-        }
-    }
-}
-
-impl fmt::Display for PpoWhy {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.turning {
-            return f.write_str("it turns");
-        }
-        let mut before = "it does not turn: ";
-        for hindrance in self.hindrances() {
-            write!(f, "{before}{hindrance}")?;
-            before = "; ";
-        }
-        if self.hindrances().next().is_none() { f.write_str("nothing keeps it from turning") } else { Ok(()) }
+/// Outside Data_Exchange the control word counts as 0 and says nothing.
+fn each_of_words(state: dp::State, stw: Stw, zsw: Zsw, tell: &mut dyn FnMut(Reason<'_>)) {
+    match state {
+        dp::State::DataExch => reasons(stw, zsw).for_each(tell),
+        dp::State::WaitPrm | dp::State::WaitCfg => reasons_of_drive(zsw).for_each(tell),
     }
 }
 
@@ -141,54 +49,34 @@ mod tests {
 
     use super::*;
 
-    /// In operation under a full control word, not turning.
-    const READY: PpoWhy = PpoWhy {
-        dp: dp::State::DataExch,
-        prm_fault: false,
-        cfg_fault: false,
-        sync: false,
-        turning: false,
-        setpoint_zero: false,
-        stw: Stw::from_raw(0x047F),
-        zsw: Zsw::from_raw(0x0337),
-    };
-    const SILENT: PpoWhy =
-        PpoWhy { dp: dp::State::WaitPrm, stw: Stw::from_raw(0), zsw: Zsw::from_raw(0x0240), ..READY };
-
-    #[test]
-    fn what_comes_first_is_said_first() {
-        let inhibited = PpoHindrance::Words(profile::ProfileHindrance::Inhibited);
-        let refused = |refused, cfg_refused| PpoHindrance::NoParameters { refused, cfg_refused };
-        for (why, expected) in [
-            (READY, &[][..]),
-            (PpoWhy { setpoint_zero: true, ..READY }, &[PpoHindrance::SetpointZero]),
-            (PpoWhy { turning: true, sync: true, ..READY }, &[]),
-            (PpoWhy { sync: true, ..READY }, &[PpoHindrance::SyncHolds]),
-            (SILENT, &[refused(false, false), inhibited]),
-            (PpoWhy { prm_fault: true, ..SILENT }, &[refused(true, false), inhibited]),
-            (PpoWhy { cfg_fault: true, ..SILENT }, &[refused(false, true), inhibited]),
-            (PpoWhy { dp: dp::State::WaitCfg, ..SILENT }, &[PpoHindrance::NoConfiguration, inhibited]),
-            (
-                PpoWhy { stw: Stw::from_raw(0x047E), zsw: Zsw::from_raw(0x0231), ..READY },
-                &[PpoHindrance::Words(profile::ProfileHindrance::NotOn)],
-            ),
-        ] {
-            assert_eq!(why.hindrances().collect::<Vec<_>>(), expected, "{why}");
-        }
+    fn of_words(state: dp::State, stw: u16, zsw: u16) -> Vec<&'static str> {
+        let mut told = Vec::new();
+        each_of_words(state, Stw::from_raw(stw), Zsw::from_raw(zsw), &mut |reason| told.push(reason.name));
+        told
     }
 
     #[test]
-    fn one_line_has_everything() {
-        assert_eq!(READY.to_string(), "nothing keeps it from turning");
-        assert_eq!(PpoWhy { turning: true, ..READY }.to_string(), "it turns");
-        let silent = SILENT.to_string();
-        assert!(
-            silent.starts_with("it does not turn: no master exchanges data with the drive: "),
-            "{silent}"
-        );
-        assert!(
-            silent.ends_with("; switching on is inhibited: give OFF1 once (STW bit 0 = 0, bits 1 and 2 = 1)"),
-            "{silent}"
-        );
+    fn without_data_exchange_only_the_drive_itself_says_something() {
+        assert_eq!(of_words(dp::State::DataExch, 0x047F, 0x0337), [""; 0]);
+        assert_eq!(of_words(dp::State::DataExch, 0x047E, 0x0231), ["NotOn"]);
+        assert_eq!(of_words(dp::State::WaitPrm, 0, 0x0240), ["Inhibited"]);
+        assert_eq!(of_words(dp::State::WaitCfg, 0, 0x0248), ["Fault", "Inhibited"]);
+    }
+
+    #[test]
+    fn what_the_slave_waits_for_is_said_first() {
+        let of = |state, change: fn(&mut dp::Diagnosis)| {
+            let mut diagnosis = dp::Diagnosis::default();
+            change(&mut diagnosis);
+            let mut told = Vec::new();
+            of_slave(state, &diagnosis, CFG_ADVICE, &mut |reason| told.push(reason.to_string()));
+            told.join("; ")
+        };
+        assert_eq!(of(dp::State::DataExch, |_| {}), "");
+        assert!(of(dp::State::DataExch, |diagnosis| diagnosis.sync_mode = true).starts_with("Sync holds"));
+        assert!(of(dp::State::WaitPrm, |_| {}).ends_with("check its station list and the rate of the line"));
+        assert!(of(dp::State::WaitPrm, |diagnosis| diagnosis.prm_fault = true).contains("Prm_Fault"));
+        assert!(of(dp::State::WaitPrm, |diagnosis| diagnosis.cfg_fault = true).ends_with(CFG_ADVICE));
+        assert!(of(dp::State::WaitCfg, |_| {}).ends_with("waits for Chk_Cfg"));
     }
 }

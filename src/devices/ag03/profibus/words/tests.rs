@@ -111,7 +111,7 @@ impl Rig {
         let mut newest = None;
         while let Some(event) = self.unit.poll_event() {
             if let Event::CommandRefused(refusal) = event {
-                newest = Some(Refusal::new(refusal, &self.words));
+                newest = Refusal::told(refusal, &self.words).or(newest);
             }
         }
         newest
@@ -158,6 +158,18 @@ fn a_refusal_names_the_bits_that_are_not_given() {
         "enabling operation refused: turning on is disabled after a fault: give OFF1 once (STW.0 = 0); next: send STW \
          000A, then 000B"
     );
+}
+
+#[test]
+fn off1_as_masters_of_the_profile_give_it_asks_for_nothing() {
+    let mut rig = Rig::new(WordQuirks::default());
+    assert_eq!(rig.stw(0x043E).refusal(), None);
+    assert_eq!(rig.stw(0x043F).refusal(), None);
+    assert_eq!(rig.zsw() & 0x0004, 0x0004, "operation is enabled");
+    rig.fails(true).stw(0x043E);
+    assert_eq!(rig.refusal(), None);
+    let text = rig.stw(0x043F).refusal().unwrap().to_string();
+    assert!(text.starts_with("enabling operation refused: fault"), "{text}");
 }
 
 #[test]

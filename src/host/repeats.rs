@@ -1,0 +1,129 @@
+//! Events that come again and again: the first ones are told, the others are counted.
+
+use core::time::Duration;
+
+use crate::face::Again;
+use crate::time::Instant;
+
+/// What comes after this time is told as something new.
+const QUIET: Duration = Duration::from_secs(2);
+/// As long as it goes on, the count is told this often.
+const REPORT: Duration = Duration::from_secs(30);
+/// Events that are looked after at the same time; others are told each time.
+const KNOWN: usize = 256;
+
+/// The events that came a short time ago.
+#[derive(Debug)]
+pub(super) struct Repeats<E>(Vec<Known<E>>);
+
+#[derive(Debug)]
+struct Known<E> {
+    event: E,
+    told: Instant,
+    last: Instant,
+    /// How often it was told, each time it came.
+    each: u32,
+    /// How often it came since then.
+    more: u32,
+}
+
+impl<E> Known<E> {
+    /// When its count is to be told.
+    fn due(&self) -> Option<Instant> {
+        let report = self.told.saturating_add(REPORT);
+        (self.more > 0).then(|| self.last.saturating_add(QUIET).min(report))
+    }
+}
+
+impl<E> Default for Repeats<E> {
+    fn default() -> Self {
+        Self(Vec::new())
+    }
+}
+
+impl<E: Clone> Repeats<E> {
+    /// Whether an event is to be told now; if not, it is counted. `same`: whether two events say the same; `each`: how
+    /// often it is told before it is counted.
+    pub(super) fn is_new(
+        &mut self,
+        now: Instant,
+        event: &E,
+        same: impl Fn(&E, &E) -> bool,
+        each: u32,
+    ) -> bool {
+        let Some(known) = self.0.iter_mut().find(|known| same(&known.event, event)) else {
+            if self.0.len() < KNOWN {
+                self.0.push(Known { event: event.clone(), told: now, last: now, each: 1, more: 0 });
+            }
+            return true;
+        };
+        known.last = now;
+        let told = known.each < each;
+        if told {
+            (known.told, known.each) = (now, known.each.saturating_add(1));
+        } else {
+            known.more = known.more.saturating_add(1);
+        }
+        told
+    }
+
+    /// When a count is to be told; `None`: nothing repeats.
+    pub(super) fn poll_timeout(&self) -> Option<Instant> {
+        self.0.iter().filter_map(Known::due).min()
+    }
+
+    /// An event whose count is to be told now.
+    pub(super) fn poll(&mut self, now: Instant) -> Option<(E, Again)> {
+        // Asked far more often than anything repeats.
+        if self.0.is_empty() { None } else { self.poll_known(now) }
+    }
+
+    #[inline(never)]
+    fn poll_known(&mut self, now: Instant) -> Option<(E, Again)> {
+        self.0.retain(|known| known.more > 0 || now.saturating_since(known.last) < QUIET);
+        let known = self.0.iter_mut().find(|known| known.due().is_some_and(|due| due <= now))?;
+        let again = Again { times: known.more, within: known.last.saturating_since(known.told) };
+        (known.told, known.more) = (now, 0);
+        Some((known.event.clone(), again))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+
+    use super::*;
+
+    fn at(milliseconds: u64) -> Instant {
+        Instant::ZERO.saturating_add(Duration::from_millis(milliseconds))
+    }
+
+    #[test]
+    fn the_same_event_is_told_once_and_then_counted() {
+        let mut repeats = Repeats::<u8>::default();
+        let same = |a: &u8, b: &u8| a == b;
+        let mut told = 0;
+        let mut counts = Vec::new();
+        for time in (0..60_000).step_by(5) {
+            told += u32::from(repeats.is_new(at(time), &7, same, 1));
+            told += u32::from(time % 2500 == 0 && repeats.is_new(at(time), &8, same, 1));
+            counts.extend(core::iter::from_fn(|| repeats.poll(at(time))));
+        }
+        assert_eq!(told, 1 + 24, "one that comes each 2.5 s is told each time");
+        assert_eq!(counts, [(7, Again { times: 6000, within: Duration::from_secs(30) })]);
+        let last = repeats.poll(at(62_000)).map(|(event, again)| (event, again.to_string()));
+        assert_eq!(last, Some((7, "5999 times more in 30.0 s".to_string())));
+        assert!(repeats.poll(at(64_000)).is_none() && repeats.is_new(at(64_000), &7, same, 1));
+    }
+
+    #[test]
+    fn what_is_told_each_time_at_first_is_counted_when_it_goes_on() {
+        let mut repeats = Repeats::<u8>::default();
+        let told =
+            (0..10).map(|time| repeats.is_new(at(100 * time), &7, PartialEq::eq, 3)).filter(|told| *told);
+        assert_eq!(told.count(), 3);
+        assert_eq!(repeats.poll_timeout(), Some(at(2900)), "2 s after the last");
+        assert_eq!(repeats.poll(at(2899)), None);
+        assert_eq!(repeats.poll(at(2900)), Some((7, Again { times: 7, within: Duration::from_millis(700) })));
+        assert_eq!(repeats.poll_timeout(), None);
+    }
+}
