@@ -180,7 +180,7 @@ impl Adapter {
     }
 
     /// What was received since the last CR is forgotten: what comes next is of another master.
-    pub(crate) const fn break_line(&mut self) {
+    pub const fn break_line(&mut self) {
         self.length = 0;
     }
 

@@ -104,7 +104,7 @@ pub enum Timing {
 
 impl Timing {
     /// The rule for finding the next telegram on a line at `baud`.
-    pub(crate) const fn resync(self, baud: BaudRate) -> Resync {
+    pub const fn resync(self, baud: BaudRate) -> Resync {
         match self {
             Self::True => Resync::Idle(baud),
             Self::Untrue => Resync::SCAN,
