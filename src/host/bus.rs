@@ -117,7 +117,7 @@ impl Bus {
     ///
     /// # Errors
     /// As [`Bus::add`].
-    pub fn connect(
+    pub(crate) fn connect(
         &mut self,
         now: Instant,
         station: Box<dyn Participant>,
@@ -179,12 +179,12 @@ impl Bus {
     }
 
     /// What acts on the station at `address` from outside; `None`: there is none, or nothing acts on it.
-    pub fn surroundings(&self, address: Address) -> Option<&dyn Surroundings> {
+    pub(crate) fn surroundings(&self, address: Address) -> Option<&dyn Surroundings> {
         self.stations.slot(address)?.station.surroundings()
     }
 
     /// Does something to what acts on the station at `address`. Counts as a `handle_*` call.
-    pub fn with_surroundings<R>(
+    pub(crate) fn with_surroundings<R>(
         &mut self,
         address: Address,
         act: impl FnOnce(&mut dyn Surroundings) -> R,
@@ -195,7 +195,11 @@ impl Bus {
     }
 
     /// The address that the station at `address` would have after `act` ([`Participant::address_after`]).
-    pub fn address_after(&self, address: Address, act: &dyn Fn(&mut dyn Surroundings)) -> Option<Address> {
+    pub(crate) fn address_after(
+        &self,
+        address: Address,
+        act: &dyn Fn(&mut dyn Surroundings),
+    ) -> Option<Address> {
         self.stations.slot(address).map(|slot| slot.station.address_after(act))
     }
 
@@ -210,12 +214,12 @@ impl Bus {
     }
 
     /// What went wrong at the station at `address`; `None`: there is none.
-    pub fn station_errors(&self, address: Address) -> Option<&StationErrors> {
+    pub(crate) fn station_errors(&self, address: Address) -> Option<&StationErrors> {
         self.stations.slot(address).map(|slot| &slot.errors)
     }
 
     /// What the station at `address` is and how it is; `None`: there is none.
-    pub fn appearance(&self, address: Address) -> Option<Appearance<'_>> {
+    pub(crate) fn appearance(&self, address: Address) -> Option<Appearance<'_>> {
         self.stations.slot(address).map(|slot| slot.station.appearance())
     }
 
@@ -225,7 +229,7 @@ impl Bus {
     }
 
     /// The line has another rate now.
-    pub fn set_baud(&mut self, baud: BaudRate) {
+    pub(crate) fn set_baud(&mut self, baud: BaudRate) {
         self.stations.set_baud(baud);
         self.framer = Framer::new(self.stations.timing.resync(baud));
     }
@@ -241,7 +245,7 @@ impl Bus {
     }
 
     /// The link cannot be set to the rate of the last [`RateChange::Try`]: another one is tried at once.
-    pub fn skip_rate(&mut self, now: Instant) {
+    pub(crate) fn skip_rate(&mut self, now: Instant) {
         if let Some(change) = self.stations.search.as_mut().map(|search| search.skip(now)) {
             self.try_rate(change);
         }
@@ -265,7 +269,7 @@ impl Bus {
     }
 
     /// An octet with a wrong parity or stop bit that ended at `now`, on links that can tell.
-    pub fn handle_damaged(&mut self, now: Instant) {
+    pub(crate) fn handle_damaged(&mut self, now: Instant) {
         let Self { framer, stations } = self;
         framer.receive_damaged(now, |at, result| stations.hear(at, now, &result));
     }

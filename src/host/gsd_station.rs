@@ -104,7 +104,7 @@ impl GsdStation {
     ///
     /// # Errors
     /// [`StateDirError::Owned`], [`StateDirError::File`], [`StateDirError::Refused`]; the file is as before.
-    pub fn kept_in(mut self, state: &StateDir, now: Instant) -> Result<Stored<Self>, StateDirError> {
+    pub(crate) fn kept_in(mut self, state: &StateDir, now: Instant) -> Result<Stored<Self>, StateDirError> {
         let ident = self.slave().description().ident;
         let (file, image, kept) = KeptImage::open(state, "gsd", ident, self.station.address())?;
         if let Some(Kept { address, rem_slave_data, .. }) = kept {
@@ -132,7 +132,7 @@ impl GsdStation {
 
     /// Has `switch` be on while a condition on an input holds, forced inputs as they are forced. It is off while there is
     /// no such input.
-    pub fn watch(&mut self, point: Point, condition: Condition, switch: Switch) {
+    pub(crate) fn watch(&mut self, point: Point, condition: Condition, switch: Switch) {
         self.watched.retain(|(_, _, switch)| !switch.is_abandoned());
         self.watched.push((point, condition, switch));
         self.offer();
@@ -159,7 +159,7 @@ impl GsdStation {
     }
 
     /// The inputs of a slot, forced ones as they are forced; empty if there is no such slot.
-    pub fn inputs(&self, slot: &Slot) -> Vec<u8> {
+    pub(crate) fn inputs(&self, slot: &Slot) -> Vec<u8> {
         slot.inputs.clone().map(|at| self.input_octet(at)).collect()
     }
 

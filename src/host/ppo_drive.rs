@@ -77,7 +77,7 @@ impl HostedPpoDrive {
     ///
     /// # Errors
     /// [`StateDirError::Owned`], [`StateDirError::File`], [`StateDirError::Refused`]; the file is as before.
-    pub fn kept_in(mut self, state: &StateDir, now: Instant) -> Result<Stored<Self>, StateDirError> {
+    pub(crate) fn kept_in(mut self, state: &StateDir, now: Instant) -> Result<Stored<Self>, StateDirError> {
         let ident = self.drive.slave().description().ident;
         let (file, image, kept) = KeptImage::open(state, "ppo", ident, self.drive.address())?;
         self.drive.keep_parameters();
@@ -89,12 +89,12 @@ impl HostedPpoDrive {
     }
 
     /// The drive.
-    pub const fn drive(&self) -> &PpoDrive<PpoOnly<PpoJudge>> {
+    pub(crate) const fn drive(&self) -> &PpoDrive<PpoOnly<PpoJudge>> {
         &self.drive
     }
 
     /// The drive, to change what acts on it: through [`Bus::with`](super::Bus::with).
-    pub const fn drive_mut(&mut self) -> &mut PpoDrive<PpoOnly<PpoJudge>> {
+    pub(crate) const fn drive_mut(&mut self) -> &mut PpoDrive<PpoOnly<PpoJudge>> {
         &mut self.drive
     }
 }

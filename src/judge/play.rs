@@ -427,14 +427,13 @@ impl Judge {
         bus: &mut Bus,
         faults: &mut Faults,
     ) {
-        let missing = self.missing();
-        let Some(station) = missing else {
+        let first = scenario.is_none() || (scenario == Some(0) && self.next == 1);
+        let Some(station) = self.missing() else {
             if let Some(scenario) = scenario.and_then(|scenario| self.scenarios.get(scenario)).cloned()
                 && !revived
             {
                 self.returned(&scenario);
             }
-            let first = scenario.is_none() || (scenario == Some(0) && self.next == 1);
             if first && self.observer.setup.present().count() >= MANY {
                 self.observer.findings.held(Row::I06);
             }
@@ -464,6 +463,9 @@ impl Judge {
                 self.phase = Phase::Returning { scenario: number, until: now + LIMIT, revived: true };
                 return;
             }
+        }
+        if first {
+            self.judge_unreached(station);
         }
         let ending = match after {
             Some(scenario) if self.observer.exchanges(station) > 0 => {

@@ -7,9 +7,10 @@ use profidrive::judge::{Ending, Report, Row, Verdict, simulated};
 use profidrive::profibus::fdl::MAX_TELEGRAM_LEN;
 use profidrive::time::Instant;
 
+use crate::configured::setup;
 use crate::test_master::mistakes::Mistake;
 use crate::test_master::{BAUD, Settings, TestMaster};
-use crate::virtual_time::{judged, setup};
+use crate::virtual_time::judged;
 
 /// What a master becomes after some telegrams.
 #[derive(Clone, Copy, Debug)]

@@ -9,9 +9,10 @@ use profidrive::host::{Stop, SystemClock};
 use profidrive::judge::{Judge, Report, Row, Verdict, live};
 use profidrive::time::BaudRate;
 
+use crate::configured::setup;
 use crate::test_master::mistakes::Mistake;
 use crate::test_master::{Settings, TestMaster, serve};
-use crate::virtual_time::{rows, setup};
+use crate::virtual_time::rows;
 
 fn judged(mistake: Option<Mistake>, rows: &[Row]) -> Report {
     let settings = Settings::new(&[5, 6, 9], Duration::from_millis(100));

@@ -13,6 +13,8 @@
 #[path = "../test_master/mod.rs"]
 mod test_master;
 
+mod configured;
+mod covered;
 mod endings;
 mod live;
 mod operated;

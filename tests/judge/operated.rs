@@ -5,9 +5,9 @@ use core::time::Duration;
 use profidrive::bench::Line;
 use profidrive::judge::{Report, Row, Verdict, simulated_with};
 
+use crate::configured::setup;
 use crate::test_master::mistakes::Mistake;
 use crate::test_master::{BAUD, Settings, TestMaster};
-use crate::virtual_time::setup;
 
 /// Rows that `--ask` gives an occasion to.
 const ROWS: &[Row] = &[
@@ -25,7 +25,7 @@ const ROWS: &[Row] = &[
 ];
 
 /// What each mistake is found by, alone: with the other rows of what it breaks.
-const ASKED: &[(Mistake, &[Row])] = &[
+pub(crate) const ASKED: &[(Mistake, &[Row])] = &[
     (Mistake::TornOutputs, &[Row::X04]),
     (Mistake::OtherOutputs, &[Row::X04]),
     (Mistake::ZerosAfterClear, &[Row::O10]),
@@ -36,6 +36,7 @@ const ASKED: &[(Mistake, &[Row])] = &[
     (Mistake::OtherGroup, &[Row::S01]),
     (Mistake::UndoesSync, &[Row::S03]),
     (Mistake::DoesNotRestart, &[Row::Z04]),
+    (Mistake::WaitsForWatchdog, &[Row::Z06]),
 ];
 
 fn judged(mistake: Option<Mistake>) -> Report {

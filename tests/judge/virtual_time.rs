@@ -3,42 +3,16 @@
 use core::time::Duration;
 
 use profidrive::bench::Line;
-use profidrive::judge::{Ending, Report, Row, Setup, Slave, Verdict, simulated};
-use profidrive::profibus::fdl::Address;
+use profidrive::judge::{Ending, Report, Row, Setup, Verdict, simulated};
 use profidrive::time::BaudRate;
 
+use crate::configured::{configured, setup};
 use crate::test_master::mistakes::{MISTAKES, Mistake};
-use crate::test_master::{BAUD, Configured, Settings, TestMaster};
-
-pub(crate) fn setup(settings: &Settings, absent: &[u8]) -> Setup {
-    let slave = |configured: &Configured| Slave {
-        prm: Some(configured.prm.clone()),
-        groups: Some(configured.groups),
-        absent: absent.contains(&configured.address),
-        ..Slave::new(Address::station(configured.address).unwrap(), configured.ident, configured.cfg.clone())
-    };
-    Setup {
-        stations: settings.stations.iter().map(slave).collect(),
-        master: Address::station(settings.address).ok(),
-        watchdog: Some(settings.watchdog),
-        retries: Some(settings.retries),
-        slot: Some(settings.slot),
-        ..Setup::default()
-    }
-}
+use crate::test_master::{BAUD, Settings, TestMaster};
 
 pub(crate) fn judged(mistake: Option<Mistake>, rows: &[Row]) -> Report {
-    let slot = Duration::from_micros(600);
-    let mut settings = Settings::new(&[5, 6, 9], slot);
-    if mistake == Some(Mistake::RejectsSd3) {
-        // Eight octets of inputs.
-        settings.stations[0].cfg = vec![0x23, 0x17];
-    }
-    let setup = Setup {
-        hsa: Address::station(60).ok(),
-        min_interval: (mistake == Some(Mistake::TooFast)).then_some(settings.pause * 2),
-        ..setup(&settings, &[9])
-    };
+    let (settings, setup) = configured(mistake);
+    let slot = settings.slot;
     let mut line = Line::with(BAUD, TestMaster::new(settings, mistake));
     line.set_slot_time(slot);
     simulated(&mut line, setup, rows)
@@ -77,6 +51,11 @@ fn is_long() -> bool {
     std::env::var_os("PROFIDRIVE_LONG").is_some()
 }
 
+/// Failures and warnings.
+fn broken(report: &Report) -> Vec<&'static str> {
+    [names(report, Verdict::Fail), names(report, Verdict::Warn)].concat()
+}
+
 fn names(report: &Report, verdict: Verdict) -> Vec<&'static str> {
     let of = report.judgements.iter().filter(|judgement| judgement.verdict == verdict);
     of.map(|judgement| judgement.row.id()).collect()
@@ -105,12 +84,12 @@ fn each_mistake_is_found_by_its_rows_and_by_no_other() {
     let wrong = in_threads(&wanted, |(mistake, its_rows)| {
         let own = (!is_long()).then(|| judged(Some(*mistake), &rows(its_rows)));
         let report = own
-            .filter(|report| names(report, Verdict::Fail).contains(&its_rows[0]))
+            .filter(|report| broken(report).contains(&its_rows[0]))
             .unwrap_or_else(|| judged(Some(*mistake), Row::ALL));
         if only.is_some() {
             println!("{report}");
         }
-        let found = names(&report, Verdict::Fail);
+        let found = broken(&report);
         let missed = !found.contains(&its_rows[0]);
         let accused: Vec<_> = found.iter().filter(|row| !its_rows.contains(row)).collect();
         let ending = &report.ending;

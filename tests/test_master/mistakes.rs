@@ -103,7 +103,7 @@ mistakes! {
     /// A lost slave is never asked again.
     Forgets ["M-L06", "M-L02"]
     /// A lost slave stops the others.
-    StopsOthers ["M-I02", "M-T08", "M-C11", "M-C10"]
+    StopsOthers ["M-I02", "M-T08", "M-C11", "M-C10", "M-I05"]
     /// Another slave's loss restarts every slave.
     RestartsAll ["M-L04"]
     /// SC for data is ignored.
@@ -192,6 +192,88 @@ mistakes! {
     KeepsReplies ["M-E06"]
     /// Replies as SD3 are not taken.
     RejectsSd3 ["M-X07"]
+    /// A reply with a wrong sum makes it give the station up.
+    GivesUpOnFcs ["M-C12"]
+    /// The first request to a lost station is repeated at once.
+    RepeatsFirst ["M-C11", "M-C10"]
+    /// Later requests to a lost station are repeated at once.
+    RepeatsLost ["M-C10"]
+    /// A pause longer than the watchdog time in every hundredth cycle.
+    Pauses ["M-T08"]
+    /// The end of a fault is not read.
+    IgnoresGone ["M-D13"]
+    /// A slave without owner, or not ready, goes on while data are exchanged.
+    IgnoresNoOwner ["M-D15"]
+    /// A lost slave is not started anew.
+    NoStartUp ["M-L02"]
+    /// A slave that another master has taken is taken back.
+    TakesBack ["M-L05", "M-D07"]
+    /// What there is of a reply that was cut off is taken.
+    BelievesTruncated ["M-E02"]
+    /// Noise is taken for a reply.
+    BelievesNoise ["M-E12"]
+    /// Any function code is taken for that of a reply.
+    BelievesFunction ["M-E13"]
+    /// It ends when a diagnosis comes from another SAP.
+    DiesOnSaps ["M-E14"]
+    /// Wrong delimiters and lengths of a reply are not seen.
+    BelievesDelimiters ["M-E15"]
+    /// Forty slot times of silence after a station that was never there.
+    SlowForAbsent ["M-I03"]
+    /// A telegram with LE 250.
+    HugeLength ["M-F08"]
+    /// Four hundred octets that are no telegram.
+    Babbles ["M-F11", "M-F01"]
+    /// The slot time is shorter than max T_SDR of the slaves.
+    TightSlot ["M-T07"]
+    /// The watchdog time is shorter than three cycles.
+    TightWatchdog ["M-T09"]
+    /// It claims the token and never passes it again.
+    NeverPasses ["M-K01"]
+    /// OPERATE is announced once.
+    AnnouncesOnce ["M-O01"]
+    /// Another ident number in the diagnosis is ignored.
+    IgnoresIdent ["M-U07"]
+    /// It ends at the eighth start-up in a row.
+    DiesOnManyStartUps ["M-U11"]
+    /// Sync_Req and Freeze_Req for a slave whose device file does not offer them.
+    AsksSync ["M-P10"]
+    /// DPV1_Status for a slave without DPV1.
+    Dpv1Octets ["M-P13", "M-P07"]
+    /// Other identifiers of the special format.
+    OtherSpecial ["M-G03", "M-G01"]
+    /// Outputs to a slave with inputs only.
+    OutputsToInputs ["M-X05", "M-X01", "M-G02"]
+    /// SC of a slave with outputs only is no good reply.
+    RejectsSc ["M-X06", "M-D06", "M-L04"]
+    /// Replies of more than 200 octets are not taken.
+    RejectsLong ["M-X08", "M-C02", "M-L04"]
+    /// It ends when a diagnosis says Not_Supported.
+    DiesOnUnsupported ["M-D10"]
+    /// A reply of high priority without data is ignored.
+    IgnoresEmptyHigh ["M-D11"]
+    /// While a slave announces diagnoses it asks no other.
+    StarvesInStorm ["M-D14"]
+    /// Empty Data_Exchange in CLEAR to a slave without Fail_Safe.
+    EmptyInClear ["M-O06"]
+    /// Auto_Clear is configured, and CLEAR does not come.
+    NoAutoClear ["M-O07"]
+    /// A slave that comes back with its state kept is not taken.
+    WaitsForPrmReq ["M-L07", "M-E16"]
+    /// A slave that is not there at the beginning is forgotten.
+    ForgetsAbsent ["M-L09", "M-B04", "M-L06"]
+    /// It ends when a slave answers with data that says the request was not taken.
+    DiesOnRdl ["M-E09"]
+    /// The late reply of another station is taken.
+    TakesLate ["M-E10", "M-E05"]
+    /// It ends at the fourth reply with a wrong sum.
+    DiesOnManyErrors ["M-E17"]
+    /// While a slave is not ready it asks no other.
+    WaitsForReady ["M-I05"]
+    /// One of 32 stations is never asked.
+    FewStations ["M-I06"]
+    /// A station that is not there costs more than the watchdog time of the others.
+    SleepsForAbsent ["M-I07", "M-T08", "M-I03"]
     // These need somebody who operates the master: `ASKED` in tests/judge/operated.rs names their rows.
     /// The first exchange with new outputs has half of them.
     TornOutputs []
@@ -211,6 +293,8 @@ mistakes! {
     UndoesSync []
     /// It goes on when it is to begin anew.
     DoesNotRestart []
+    /// After a new beginning it waits until the old watchdog time of its slaves is over, which it sets again itself.
+    WaitsForWatchdog []
     /// It ends when a reply does not come.
     DiesOnSilence ["M-C03"]
     /// It ends when a reply has a wrong sum.

@@ -115,6 +115,8 @@ pub(crate) struct TestMaster {
     extras: u32,
     /// Octets since the last request that were no telegram.
     junk: usize,
+    /// Replies with a wrong sum.
+    errors: u32,
     pub(crate) dead: bool,
     sending: bool,
 }
@@ -135,6 +137,7 @@ enum Stop {
 enum Beside {
     Token,
     Poll,
+    Noise,
 }
 
 /// Clear_Data of Global_Control.
@@ -153,7 +156,9 @@ struct Wait {
 
 impl TestMaster {
     pub(crate) fn new(settings: Settings, mistake: Option<Mistake>) -> Self {
-        let slaves = settings.stations.iter().map(Slave::new).collect();
+        let left_out = |at: usize| mistake == Some(Mistake::FewStations) && at == 10;
+        let served = settings.stations.iter().enumerate().filter(|(at, _)| !left_out(*at));
+        let slaves = served.map(|(_, configured)| Slave::new(configured)).collect();
         let ring = if settings.token { vec![Beside::Token, Beside::Token] } else { Vec::new() };
         Self {
             next: match mistake {
@@ -178,6 +183,7 @@ impl TestMaster {
             sent: 0,
             extras: 0,
             junk: 0,
+            errors: 0,
             dead: false,
             sending: false,
         }
@@ -199,6 +205,15 @@ impl TestMaster {
         }
     }
 
+    /// Between two cycles.
+    fn pause(&self) -> Duration {
+        match self.mistake {
+            Some(Mistake::TooFast) => self.syn(),
+            Some(Mistake::Pauses) if self.cycles.is_multiple_of(100) => self.settings.watchdog * 11 / 10,
+            _ => self.settings.pause,
+        }
+    }
+
     fn address(&self) -> Address {
         Address::station(self.settings.address).unwrap()
     }
@@ -213,8 +228,8 @@ impl TestMaster {
             return Some(self.of_ring(beside));
         }
         if self.turn >= self.slaves.len() {
-            self.next = now + if self.does(Mistake::TooFast) { self.syn() } else { self.settings.pause };
             self.end_cycle();
+            self.next = now + self.pause();
             return if self.cycles.is_multiple_of(7) { self.extra() } else { None };
         }
         if let Some((control, groups)) = self.controls.pop_front()
@@ -268,11 +283,15 @@ impl TestMaster {
         if self.cycles >= 20 && self.cycles.is_multiple_of(20) {
             let undo = if self.does(Mistake::UndoesSync) { 0x10 } else { 0 };
             let silent = !self.operate && self.does(Mistake::NoClearData);
-            if !silent {
+            let again = self.cycles > 20 && self.does(Mistake::AnnouncesOnce);
+            if !silent && !again {
                 self.controls.push_back((if self.operate { undo } else { CLEAR }, 0));
             }
         }
-        if self.settings.token {
+        if self.does(Mistake::Babbles) && self.cycles.is_multiple_of(100) {
+            self.ring.extend([Beside::Noise, Beside::Noise]);
+        }
+        if self.settings.token && !self.does(Mistake::NeverPasses) {
             if self.cycles.is_multiple_of(GAP_FACTOR) {
                 self.ring.push_back(Beside::Poll);
             }
@@ -296,15 +315,35 @@ impl TestMaster {
         }
     }
 
+    /// How long it is silent after no reply.
+    fn rest_after_loss(&self, turn: usize) -> Duration {
+        let absent = self.slaves[turn].start_ups == 0 && !self.slaves[turn].operational;
+        match self.mistake {
+            Some(Mistake::SlowAfterLoss) => self.settings.slot * 40,
+            Some(Mistake::SlowForAbsent) if absent => self.settings.slot * 40,
+            Some(Mistake::SleepsForAbsent) if absent && self.slaves[turn].first_asks % 40 == 39 => {
+                self.settings.watchdog * 11 / 10
+            }
+            _ => Duration::ZERO,
+        }
+    }
+
     /// The slot time is over.
     fn timed_out(&mut self, now: Instant) {
         let Some(Wait { slave: turn, .. }) = self.waits.take() else { return };
         let was_answered = self.slaves[turn].state == State::Exchange;
         self.dead |= was_answered && self.does(Mistake::DiesOnSilence);
-        self.next = if self.does(Mistake::SlowAfterLoss) { now + self.settings.slot * 40 } else { now };
+        self.next = now + self.rest_after_loss(turn);
+        let cut_off = self.heard.first() == Some(&0x68);
         self.heard.clear();
         let mistake = self.mistake;
+        if cut_off && mistake == Some(Mistake::BelievesTruncated) {
+            self.confirm(turn);
+            self.turn += 1;
+            return;
+        }
         let slave = &mut self.slaves[turn];
+        slave.plain = 0;
         let limit = match mistake {
             Some(Mistake::NoRetry) => 0,
             Some(Mistake::EndlessRetries) => u32::MAX,
@@ -328,6 +367,17 @@ impl TestMaster {
             return;
         }
         let was_there = slave.operational;
+        if !was_there {
+            slave.first_asks += 1;
+            let nth = slave.first_asks;
+            if (mistake == Some(Mistake::RepeatsFirst) && nth == 1)
+                || (mistake == Some(Mistake::RepeatsLost) && nth > 1 && !nth.is_multiple_of(4))
+            {
+                return;
+            }
+            slave.forgotten |= mistake == Some(Mistake::ForgetsAbsent) && slave.start_ups == 0 && nth == 50;
+        }
+        slave.lost |= was_there && slave.state == State::Exchange;
         slave.open = None;
         slave.retries = 0;
         slave.wants_diag = false;
@@ -371,6 +421,10 @@ impl Master for TestMaster {
             let (len, whole) = match decode(&self.heard) {
                 Decoded::Telegram { len, .. } => (len, true),
                 Decoded::Incomplete => break,
+                Decoded::Invalid { .. } if self.believes(self.heard[0]) => {
+                    self.take_anything(now);
+                    break;
+                }
                 Decoded::Invalid { skip, .. } => (skip, skip > 5),
             };
             if !whole {

@@ -50,6 +50,7 @@ impl TestMaster {
         let own = self.settings.address;
         match beside {
             Beside::Token => vec![0xDC, own, own],
+            Beside::Noise => vec![0x33; 200],
             Beside::Poll => {
                 self.polling = true;
                 self.gap = if self.gap >= HSA { 0 } else { self.gap + 1 };
@@ -106,6 +107,7 @@ impl TestMaster {
                 let sum = 99_u8.wrapping_add(own).wrapping_add(0x49);
                 vec![0x68, 3, 3, 0x68, 99, own, 0x49, sum, 0x16]
             }
+            Mistake::HugeLength => [&[0x68, 250, 250, 0x68][..], &[own; 20], &[0x16]].concat(),
             Mistake::OtherSource => short(99, own + 1, 0x49),
             Mistake::AsksItself => poll(own),
             Mistake::AsksEverybody => poll(127),
@@ -132,7 +134,11 @@ impl TestMaster {
 
     fn outputs(&mut self, turn: usize) -> Vec<u8> {
         let clear = !self.operate && !self.does(Mistake::OutputsInClear);
-        let more = usize::from(self.does(Mistake::LongOutputs));
+        if clear && self.does(Mistake::EmptyInClear) {
+            return Vec::new();
+        }
+        let to_inputs = self.does(Mistake::OutputsToInputs) && self.slaves[turn].lengths.outputs == 0;
+        let more = usize::from(self.does(Mistake::LongOutputs) || to_inputs);
         let less = usize::from(self.does(Mistake::ShortOutputs));
         let slave = &mut self.slaves[turn];
         slave.output = slave.output.wrapping_add(1) | 1;
@@ -157,8 +163,10 @@ impl TestMaster {
 
     fn cfg(&self, turn: usize) -> Vec<u8> {
         let mut cfg = self.slaves[turn].configured.cfg.clone();
-        if self.does(Mistake::OtherCfg) {
-            cfg[0] ^= 0x01;
+        match self.mistake {
+            Some(Mistake::OtherCfg) => cfg[0] ^= 0x01,
+            Some(Mistake::OtherSpecial) => cfg[1] ^= 0x01,
+            _ => {}
         }
         cfg
     }
@@ -176,6 +184,7 @@ impl TestMaster {
             Some(Mistake::SwappedIdent) => core::mem::swap(&mut high, &mut low),
             Some(Mistake::ShortTsdr) => tsdr = 5,
             Some(Mistake::LongPrm) => user.push(0),
+            Some(Mistake::Dpv1Octets) => user.extend([0, 0, 0]),
             Some(Mistake::OtherPrm) => user[0] ^= 1,
             Some(Mistake::OtherGroups) => groups ^= 1,
             Some(Mistake::WatchdogOff) => (status, factors) = (0x80, [0, 0]),

@@ -39,6 +39,16 @@ pub(super) struct Slave {
     pub(super) sent_outputs: Vec<u8>,
     /// Half of it is sent once.
     pub(super) torn: bool,
+    /// It was lost while data were exchanged.
+    pub(super) lost: bool,
+    /// It has answered RS since the last start-up.
+    pub(super) refused: bool,
+    /// Its last diagnosis has Ext_Diag.
+    pub(super) faulty: bool,
+    /// Unanswered first requests in a row.
+    pub(super) first_asks: u32,
+    /// Start-ups in a row with nothing unusual.
+    pub(super) plain: u32,
 }
 
 impl Slave {
@@ -63,6 +73,11 @@ impl Slave {
             user_outputs: None,
             sent_outputs: Vec::new(),
             torn: false,
+            lost: false,
+            refused: false,
+            faulty: false,
+            first_asks: 0,
+            plain: 0,
         }
     }
 
@@ -94,14 +109,19 @@ impl Slave {
             && !(diag.prm_fault && mistake == Some(Mistake::IgnoresPrmFault))
             && !(diag.cfg_fault && mistake == Some(Mistake::IgnoresCfgFault));
         let stat_diag = diag.stat_diag && mistake != Some(Mistake::IgnoresStatDiag);
-        if faults || prm_req || diag.ident != self.configured.ident {
+        let other = diag.ident != self.configured.ident && mistake != Some(Mistake::IgnoresIdent);
+        if faults || prm_req || other {
+            self.plain = 0;
             self.restart(mistake);
         } else if not_ready || stat_diag {
+            self.plain = 0;
             self.not_ready += 1;
             if mistake == Some(Mistake::Impatient) && self.not_ready > 2 {
                 self.restart(mistake);
             }
         } else {
+            (self.lost, self.refused) = (false, false);
+            self.plain += 1;
             self.state = State::Exchange;
         }
     }

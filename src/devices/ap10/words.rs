@@ -90,11 +90,11 @@ word! {
 
 impl StatusBit {
     /// Bit 3 in alpha-numeric mode.
-    pub const ACKNOWLEDGED_2: Self = Self::Window2;
+    pub(crate) const ACKNOWLEDGED_2: Self = Self::Window2;
     /// Bit 5 in alpha-numeric mode.
-    pub const ACKNOWLEDGED_1: Self = Self::Window1;
+    pub(crate) const ACKNOWLEDGED_1: Self = Self::Window1;
     /// Bit 9 when set points are read by remote request in alpha-numeric mode.
-    pub const ASCII: Self = Self::Incremental;
+    pub(crate) const ASCII: Self = Self::Incremental;
 }
 
 #[cfg(test)]

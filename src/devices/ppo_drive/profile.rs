@@ -70,7 +70,7 @@ bits_of_word! {
 }
 
 /// What a control word and a main setpoint command; `None` with bit 10 = 0: what was commanded before holds.
-pub fn command(stw: Stw, setpoint: i16) -> Option<Command> {
+pub(crate) fn command(stw: Stw, setpoint: i16) -> Option<Command> {
     StwBit::ByPlc.is_set(stw).then_some(Command {
         on: StwBit::On.is_set(stw),
         no_off2: StwBit::NoOff2.is_set(stw),
@@ -87,7 +87,7 @@ pub fn command(stw: Stw, setpoint: i16) -> Option<Command> {
 }
 
 /// The status word of a drive.
-pub fn zsw(status: &Status) -> Zsw {
+pub(crate) fn zsw(status: &Status) -> Zsw {
     let (to_switch_on, ready, operation) = match status.state {
         State::SwitchingOnInhibited | State::Fault => (false, false, false),
         State::ReadyToSwitchOn => (true, false, false),

@@ -1,7 +1,6 @@
 //! A CANopen device on a bus, and the file its EEPROM is kept in.
 
 use core::any::Any;
-use std::path::PathBuf;
 
 use super::CanParticipant;
 use super::node_counters::NodeCounters;
@@ -73,18 +72,13 @@ impl StoredNode {
     }
 
     /// What it has heard and sent since it was made.
-    pub const fn counters(&self) -> &NodeCounters {
+    pub(crate) const fn counters(&self) -> &NodeCounters {
         &self.counters
     }
 
     /// The node number in force.
     pub fn node_id(&self) -> NodeId {
         self.stored.unit().device.node_id()
-    }
-
-    /// The file of its EEPROM.
-    pub fn path(&self) -> Option<PathBuf> {
-        self.stored.path()
     }
 
     /// The device, whichever it is.
@@ -101,19 +95,19 @@ impl StoredNode {
     ///
     /// # Errors
     /// [`TooMany`].
-    pub fn spoil(&mut self, now: Instant, number: u32, kind: Kind, when: When) -> Result<(), TooMany> {
+    pub(crate) fn spoil(&mut self, now: Instant, number: u32, kind: Kind, when: When) -> Result<(), TooMany> {
         self.spoiler.get_or_insert_default().add(now, number, kind, when)
     }
 
     /// Ends the fault of that number.
-    pub fn unspoil(&mut self, number: u32) {
+    pub(crate) fn unspoil(&mut self, number: u32) {
         if let Some(spoiler) = &mut self.spoiler {
             spoiler.remove(number);
         }
     }
 
     /// How often the fault of that number was injected.
-    pub fn injected(&self, number: u32) -> u32 {
+    pub(crate) fn injected(&self, number: u32) -> u32 {
         self.spoiler.as_ref().map_or(0, |spoiler| spoiler.injected(number))
     }
 
@@ -126,18 +120,6 @@ impl StoredNode {
     /// What keeps its drive from moving now; `None`: it has no drive.
     pub fn why(&self) -> Option<&dyn Why> {
         self.stored.unit().device.why()
-    }
-
-    /// Does something to the device, if it is a `D`: turns its shaft, say.
-    pub fn with<D: CanopenDevice, R>(
-        &mut self,
-        now: Instant,
-        act: impl FnOnce(&mut D, Instant) -> R,
-    ) -> Option<R> {
-        self.act(now, |device, now| {
-            let device: &mut dyn Any = device;
-            device.downcast_mut().map(|device| act(device, now))
-        })
     }
 
     /// Carries out what faults ask for.

@@ -98,7 +98,7 @@ impl Prepared {
     ///
     /// # Errors
     /// [`MakeError`].
-    pub fn make(self, ground: &Ground<'_>) -> Made {
+    pub(crate) fn make(self, ground: &Ground<'_>) -> Made {
         let Self { station, signals, watched, make, .. } = self;
         make(ground, Parts { station, signals, watched })
     }

@@ -134,6 +134,7 @@ impl Observer {
 
     /// The master says it has begun anew. One that exchanges data as before has not.
     fn check_new_begin(&mut self) {
+        let silent = self.asked_for.requests == 0;
         let goes_on: Vec<u8> = self
             .asked_for
             .begins
@@ -141,7 +142,7 @@ impl Observer {
             .copied()
             .filter(|number| self.views.get(number).is_some_and(|view| view.exchanging && view.streak > 0))
             .collect();
-        for number in goes_on {
+        for number in goes_on.into_iter().filter(|_| !silent) {
             let reason = format!(
                 "asked for a restart, and Data_Exchange with station {number} goes on without a start-up"
             );

@@ -21,6 +21,8 @@ const GROUP_OCTET: usize = 6;
 const LEN: usize = 2;
 /// A session with data exchange shorter than this need not have shown OPERATE.
 const LEAST_SESSION: Duration = Duration::from_secs(3);
+/// OPERATE is announced again at least in this time.
+const LEAST_REPEAT: Duration = Duration::from_secs(20);
 /// Data_Exchange that may still carry outputs after CLEAR.
 const GRACE: u32 = 2;
 
@@ -48,7 +50,8 @@ pub(super) struct Control {
     last_exchange: Option<Instant>,
     /// Data_Exchange with outputs since CLEAR, and without since OPERATE.
     since_clear: u32,
-    operate_repeated: u32,
+    /// When OPERATE was announced last, until that is too long ago.
+    operate_at: Option<Instant>,
     /// Somebody asked the master for CLEAR.
     pub(super) clear_wanted: bool,
 }
@@ -99,10 +102,8 @@ impl Observer {
         let lost = self.lost_station();
         let control = &mut self.control;
         if command & CLEAR_DATA == 0 {
-            if control.operated {
-                control.operate_repeated += 1;
-            }
             control.operated = true;
+            control.operate_at = Some(now);
             control.operate_groups |= groups;
             control.operate_to_all |= groups == 0;
             control.mode = Mode::Operate;
@@ -170,8 +171,23 @@ impl Observer {
         self.broken(Row::O04, Weight::Once, cycle.serial, None, reason);
     }
 
+    /// OPERATE is announced again and again.
+    fn judge_repeated(&mut self, cycle: &Cycle) {
+        let Control { mode, operate_at, .. } = self.control;
+        let Some(at) = operate_at.filter(|_| mode == Mode::Operate) else { return };
+        let silent = cycle.end.saturating_since(at);
+        let limit = self.setup.watchdog.unwrap_or_default().saturating_mul(3).max(LEAST_REPEAT);
+        if silent > limit && self.sight != super::Sight::Recorded {
+            self.control.operate_at = None;
+            let reason =
+                format!("OPERATE was announced, and not again for {} s of data exchange", silent.as_secs());
+            self.broken(Row::O01, Weight::Once, cycle.serial.saturating_sub(4), None, reason);
+        }
+    }
+
     /// The outputs of a Data_Exchange beside the operating mode.
     pub(super) fn judge_clear(&mut self, cycle: &Cycle, data: &[u8], slave: Option<&Slave>) {
+        self.judge_repeated(cycle);
         let Self { control, .. } = self;
         control.first_exchange.get_or_insert(cycle.end);
         control.last_exchange = Some(cycle.end);

@@ -384,6 +384,7 @@ impl Observer {
         if !self.setup.stations.is_empty() {
             self.held(Row::U12);
         }
+        self.judge_rotation(cycle.serial);
         self.judge_new_begin(&cycle);
         self.note_request(&cycle);
         let before = self.view(station).last.take();

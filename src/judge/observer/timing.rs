@@ -354,6 +354,13 @@ impl Observer {
         }
     }
 
+    /// How long it usually is from one request to a station to the next: the median.
+    pub(in crate::judge) fn usual_interval(&self, station: Address) -> Option<Duration> {
+        let mut intervals = self.views.get(&station.number())?.intervals.clone();
+        intervals.sort_unstable();
+        intervals.get(intervals.len() / 2).copied()
+    }
+
     pub(super) fn finish_timing(&mut self) {
         use crate::judge::Verdict;
         let fails = |row| self.findings.judgement(row).verdict == Verdict::Fail;
@@ -366,9 +373,7 @@ impl Observer {
         self.finish_min_interval();
         self.finish_equality();
         for (number, view) in &self.views {
-            let mut intervals = view.intervals.clone();
-            intervals.sort_unstable();
-            let median = intervals.get(intervals.len() / 2).copied();
+            let median = self.usual_interval(Address::from_octet(*number));
             let (Some(median), Some(watchdog)) = (median, view.watchdog) else {
                 continue;
             };

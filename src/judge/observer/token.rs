@@ -14,6 +14,8 @@ use crate::profibus::fdl::{Address, Function, StationType, Telegram};
 #[derive(Debug, Default)]
 pub(super) struct Ring {
     tokens: u32,
+    /// Requests to slaves since the last token.
+    requests: u32,
     /// Stations that said they are masters that are ready.
     ready: BTreeSet<u8>,
     /// GAP polls since the last token.
@@ -32,6 +34,8 @@ pub(super) struct Ring {
 
 /// GAP polls kept.
 const KEPT: usize = 1024;
+/// Requests in a rotation at most: 126 slaves, each with start-up and retries, are fewer.
+const LONGEST_ROTATION: u32 = 5000;
 /// Steps at least before the order of the GAP is judged.
 const LEAST_STEPS: usize = 4;
 
@@ -52,6 +56,7 @@ impl Observer {
         self.master.get_or_insert(sa);
         self.ring.tokens = self.ring.tokens.saturating_add(1);
         self.ring.polls = 0;
+        self.ring.requests = 0;
         // A recording may begin when the ring runs already: only a slave is none of it.
         let runs = self.sight == Sight::Recorded && !self.is_slave(da);
         if da == sa || runs || self.ring.ready.contains(&da.number()) {
@@ -62,6 +67,18 @@ impl Observer {
         } else {
             let reason = format!("the token goes to {da}, which never said that it is a master and ready");
             self.broken(Row::K02, Weight::Once, serial, None, reason);
+        }
+    }
+
+    /// A request to a slave: each rotation ends with a token.
+    pub(super) fn judge_rotation(&mut self, serial: u64) {
+        if !self.ring.seen() {
+            return;
+        }
+        self.ring.requests += 1;
+        if self.ring.requests == LONGEST_ROTATION {
+            let reason = format!("{LONGEST_ROTATION} requests to slaves since the last token");
+            self.broken(Row::K01, Weight::Once, serial.saturating_sub(4), None, reason);
         }
     }
 

@@ -3,10 +3,11 @@
 
 use core::time::Duration;
 
-use super::{BASELINE, Ending, Judge, LIMIT, Phase};
+use super::{BASELINE, Ending, Judge, LIMIT, MANY, Phase};
 use crate::judge::findings::{Verdict, Weight};
 use crate::judge::rows::Row;
 use crate::judge::scenario::Scenario;
+use crate::judge::setup::Slave;
 use crate::profibus::fdl::Address;
 use crate::time::Instant;
 
@@ -109,6 +110,11 @@ impl Judge {
             let before = self.before.get(&other.number()).copied().unwrap_or_default();
             let exchanges = counts.exchanges.saturating_sub(before.exchanges);
             if let Some((row, least)) = played.others {
+                // Every slave answers here: the cycle is hardly longer than it was.
+                let usual = self.observer.usual_interval(other).filter(|_| row == Row::I05);
+                let lasts = played.steps.first().map_or(Duration::ZERO, |step| step.lasts);
+                let share = usual.map_or(0, |usual| lasts.as_micros() / usual.as_micros().max(1) / 4);
+                let least = least.max(u32::try_from(share).unwrap_or(u32::MAX));
                 if exchanges >= least {
                     self.observer.findings.held(row);
                 } else {
@@ -175,8 +181,10 @@ impl Judge {
     pub(super) fn did_not_return(&mut self, scenario: &Scenario, station: Address) {
         if scenario.rows.contains(&Row::L09) {
             let others = self.others(station);
-            let works =
-                !others.is_empty() && others.iter().all(|other| self.observer.streak(*other) >= BASELINE);
+            let is_late = scenario.subject(&self.observer.setup).is_some_and(|late| late.address == station);
+            let works = is_late
+                && !others.is_empty()
+                && others.iter().all(|other| self.observer.streak(*other) >= BASELINE);
             if !works {
                 return;
             }
@@ -196,6 +204,24 @@ impl Judge {
                 Weight::Once,
                 format!("station {station} is never asked again after: {}", scenario.name),
             );
+        }
+    }
+
+    /// Data exchange with a station was never reached: the rows that want nothing else.
+    pub(super) fn judge_unreached(&mut self, station: Address) {
+        let setup = &self.observer.setup;
+        let lengths = setup.slave(station).and_then(Slave::lengths).unwrap_or_default();
+        let tried = self.observer.polled(station) > 0;
+        let many = setup.present().count() >= MANY;
+        for (row, concerns, what) in [
+            (Row::X06, tried && lengths.inputs == 0, "has outputs only and answers with SC"),
+            (Row::X08, tried && lengths.inputs == 244 && lengths.outputs == 244, "has 244 octets each way"),
+            (Row::I06, many, "is one of 32 and more"),
+        ] {
+            if concerns {
+                let reason = format!("no lasting data exchange with station {station}, which {what}");
+                self.observer.show(row, Weight::Once, reason);
+            }
         }
     }
 

@@ -138,8 +138,8 @@ fn waiting() -> Vec<Scenario> {
             "the reply of a lost cycle comes while another station is asked",
             &[Row::E10],
             &[
-                "late=lost+0.25slot,at=1,count=1,station=S,service=Data_Exchange",
-                "no-reply,at=2,count=RETRIES,station=S,service=Data_Exchange",
+                "no-reply,count=RETRIES,station=S,service=Data_Exchange",
+                "late=1.25slot,at=LAST,count=1,station=S,service=Data_Exchange",
                 "late=0.5slot,count=6,station=O,service=Data_Exchange",
             ],
         )

@@ -39,7 +39,7 @@ bits_of_word! {
 
 impl CwBit {
     /// Whether the bit means something in a mode.
-    pub const fn acts_in(self, mode: Mode) -> bool {
+    pub(crate) const fn acts_in(self, mode: Mode) -> bool {
         match self {
             Self::SwitchOn
             | Self::EnableVoltage
@@ -97,26 +97,26 @@ impl SwBit {
 
 /// The control word 6040h.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct ControlWord(pub u16);
+pub(crate) struct ControlWord(pub u16);
 
 impl ControlWord {
     /// Whether a bit is 1.
-    pub const fn has(self, bit: CwBit) -> bool {
+    pub(crate) const fn has(self, bit: CwBit) -> bool {
         self.0 >> bit.number() & 1 == 1
     }
 
     /// Whether a bit changed from 0 to 1.
-    pub const fn rises(self, before: Self, bit: CwBit) -> bool {
+    pub(crate) const fn rises(self, before: Self, bit: CwBit) -> bool {
         self.has(bit) && !before.has(bit)
     }
 
     /// Whether a bit changed from 1 to 0.
-    pub const fn falls(self, before: Self, bit: CwBit) -> bool {
+    pub(crate) const fn falls(self, before: Self, bit: CwBit) -> bool {
         before.rises(self, bit)
     }
 
     /// The direction of inching 2: exactly one of bits 14 and 15.
-    pub const fn inching_2(self) -> Option<(CwBit, Direction)> {
+    pub(crate) const fn inching_2(self) -> Option<(CwBit, Direction)> {
         match (self.has(CwBit::Inching2Positive), self.has(CwBit::Inching2Negative)) {
             (true, false) => Some((CwBit::Inching2Positive, Direction::Positive)),
             (false, true) => Some((CwBit::Inching2Negative, Direction::Negative)),
@@ -126,7 +126,7 @@ impl ControlWord {
 }
 
 /// The status word 6041h. `remote`: NMT is OPERATIONAL or STOPPED. `acknowledge`: bit 12 in positioning mode.
-pub fn status_word(state: State, status: &Status, remote: bool, acknowledge: bool) -> u16 {
+pub(crate) fn status_word(state: State, status: &Status, remote: bool, acknowledge: bool) -> u16 {
     let positioning = status.mode == Mode::Positioning;
     let enabled = state == State::OperationEnabled;
     state.bits()
@@ -142,7 +142,7 @@ pub fn status_word(state: State, status: &Status, remote: bool, acknowledge: boo
 }
 
 /// Whether a job is active; a paused one counts, too.
-pub fn is_active(status: &Status) -> bool {
+pub(crate) fn is_active(status: &Status) -> bool {
     status.positioning_active || is_paused(status)
 }
 

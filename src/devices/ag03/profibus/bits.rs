@@ -41,7 +41,7 @@ impl Word {
     pub const ALL: [Self; 4] = [Self::Stw, Self::Zsw, Self::Ssw, Self::GeneralStatus];
 
     /// `STW`, `ZSW`, `SSW`, `GSR`.
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Stw => "STW",
             Self::Zsw => "ZSW",
@@ -51,12 +51,12 @@ impl Word {
     }
 
     /// The bits that are 1 in every state and in both operating modes.
-    pub fn always_1(self) -> u16 {
+    pub(crate) fn always_1(self) -> u16 {
         self.mask_of(|bit| bit.role == Role::Fixed(true))
     }
 
     /// The bits that mean nothing in an operating mode: not used, or always 0.
-    pub fn without_meaning(self, mode: Mode) -> u16 {
+    pub(crate) fn without_meaning(self, mode: Mode) -> u16 {
         let rows = (0..16_u8).zip(bits(self, mode, None));
         rows.filter(|(_, bit)| matches!(bit.role, Role::Unused | Role::Fixed(false)))
             .fold(0, |mask, (n, _)| mask | 1 << n)
@@ -104,7 +104,7 @@ pub struct Bit {
 
 impl Bit {
     /// What the bit means with this value.
-    pub const fn meaning(&self, set: bool) -> &'static str {
+    pub(crate) const fn meaning(&self, set: bool) -> &'static str {
         if set { self.one } else { self.zero }
     }
 }
@@ -124,7 +124,7 @@ pub enum Role {
 }
 
 /// The name of a bit that is not used.
-pub const NOT_USED: &str = "not used";
+pub(crate) const NOT_USED: &str = "not used";
 
 /// A bit in both operating modes.
 #[derive(Clone, Copy)]

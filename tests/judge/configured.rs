@@ -1,0 +1,84 @@
+//! How the test master and the judge are configured for each mistake.
+
+use core::time::Duration;
+
+use profidrive::gsd::Gsd;
+use profidrive::judge::{Setup, Slave};
+use profidrive::profibus::fdl::Address;
+
+use crate::test_master::mistakes::Mistake;
+use crate::test_master::{BAUD, Configured, Settings};
+
+pub(crate) fn setup(settings: &Settings, absent: &[u8]) -> Setup {
+    let slave = |configured: &Configured| Slave {
+        prm: Some(configured.prm.clone()),
+        groups: Some(configured.groups),
+        absent: absent.contains(&configured.address),
+        ..Slave::new(Address::station(configured.address).unwrap(), configured.ident, configured.cfg.clone())
+    };
+    Setup {
+        stations: settings.stations.iter().map(slave).collect(),
+        master: Address::station(settings.address).ok(),
+        watchdog: Some(settings.watchdog),
+        retries: Some(settings.retries),
+        slot: Some(settings.slot),
+        ..Setup::default()
+    }
+}
+
+/// 244 octets each way, in the special format.
+const LONGEST: [u8; 12] = [0xC0, 0x3F, 0x3F, 0xC0, 0x3F, 0x3F, 0xC0, 0x3F, 0x3F, 0xC0, 0x33, 0x33];
+
+/// Two stations that are there and one that is not, unless a mistake needs something else to be seen.
+pub(crate) fn configured(mistake: Option<Mistake>) -> (Settings, Setup) {
+    let slot = Duration::from_micros(600);
+    let mut settings = Settings::new(&[5, 6, 9], slot);
+    let cfg: Option<&[u8]> = match mistake {
+        // Eight octets of inputs.
+        Some(Mistake::RejectsSd3) => Some(&[0x23, 0x17]),
+        Some(Mistake::OutputsToInputs) => Some(&[0x13]),
+        Some(Mistake::IgnoresEmptyHigh | Mistake::RejectsSc) => Some(&[0x23]),
+        Some(Mistake::RejectsLong) => Some(&LONGEST),
+        Some(Mistake::OtherSpecial) => Some(&[0xC0, 0x03, 0x03]),
+        _ => None,
+    };
+    if let Some(cfg) = cfg {
+        settings.stations[0].cfg = cfg.to_vec();
+    }
+    match mistake {
+        // Telegrams are much shorter than the slot time.
+        Some(Mistake::TakesLate) => settings.slot = Duration::from_millis(5),
+        Some(Mistake::FewStations) => {
+            settings.stations = Settings::new(&(10..42).collect::<Vec<u8>>(), slot).stations;
+        }
+        Some(Mistake::SleepsForAbsent) => settings.stations = Settings::new(&[5, 9], slot).stations,
+        Some(Mistake::TightSlot) => settings.slot = BAUD.bit_times(u32::from(BAUD.max_tsdr_bits()) + 10),
+        Some(Mistake::TightWatchdog) => settings.watchdog = Duration::from_millis(10),
+        Some(Mistake::NeverPasses) => settings.token = true,
+        _ => {}
+    }
+    let mut setup = Setup {
+        hsa: Address::station(60).ok(),
+        min_interval: (mistake == Some(Mistake::TooFast)).then_some(settings.pause * 2),
+        auto_clear: (mistake == Some(Mistake::NoAutoClear)).then_some(Duration::from_millis(500)),
+        ..setup(&settings, &[9])
+    };
+    if matches!(mistake, Some(Mistake::AsksSync | Mistake::Dpv1Octets)) {
+        let gsd = Gsd::read(device_file(mistake == Some(Mistake::Dpv1Octets)).as_bytes()).unwrap();
+        setup.stations[0].gsd = Some(Box::new(gsd));
+        setup.stations[0].prm = None;
+    }
+    (settings, setup)
+}
+
+/// The device file of station 5, with Sync and Freeze or without.
+fn device_file(sync: bool) -> String {
+    let sync = u8::from(sync);
+    format!(
+        "#Profibus_DP\nGSD_Revision=1\nVendor_Name=\"Test\"\nModel_Name=\"Four octets\"\nRevision=\"1\"\n\
+         Ident_Number=0x1234\nProtocol_Ident=0\nStation_Type=0\nHardware_Release=\"1\"\nSoftware_Release=\"1\"\n\
+         500_supp=1\nMaxTsdr_500=100\nSync_Mode_supp={sync}\nFreeze_Mode_supp={sync}\nMin_Slave_Intervall=1\n\
+         Modular_Station=0\nMax_Diag_Data_Len=244\nUser_Prm_Data_Len=2\nUser_Prm_Data=0x01,0x02\n\
+         Module=\"Four octets\" 0x23,0x13\nEndModule\n"
+    )
+}
