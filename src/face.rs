@@ -2,6 +2,7 @@
 //! shows what a device says here, and knows no device.
 
 mod bits;
+pub mod description;
 mod drive_state;
 mod event;
 mod quirk;
@@ -12,6 +13,7 @@ mod why;
 pub(crate) use quirk::check;
 
 pub(crate) use bits::bits_of_word;
+pub use description::Description;
 pub use drive_state::DriveState;
 pub use event::{Again, ErrorKind, EventKind};
 pub use quirk::{Quirk, QuirkError};

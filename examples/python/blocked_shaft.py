@@ -32,7 +32,7 @@ def test(drive, http):
     drive.until("blocked: a fault (ZSW.3)", lambda: drive.zsw & FAULT)
     assert drive.read(1020) & 0x0100, "the system status word shows the fault (SSW.8)"
     assert drive.read(945, job=6) == ord("B"), "the fault buffer says B: the shaft does not turn"
-    assert json.load(urlopen(http, timeout=20))["fault"] == "B", "the emulator says so too"
+    assert json.load(urlopen(http, timeout=20))["fault"]["fault"] == "B", "the emulator says so too"
 
     block(http, False)
     drive.stw |= ACKNOWLEDGE
@@ -50,7 +50,7 @@ with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as emulator:
     try:
         # ready link=/dev/pts/3 drives=5 panel=http://127.0.0.1:40123
         ready = dict(word.split("=", 1) for word in emulator.stdout.readline().split()[1:])
-        test(Drive(ready["link"]), ready["panel"] + "/api/v1/drives/5")
+        test(Drive(ready["link"]), ready["panel"] + "/api/v1/stations/5")
         print("OK")
     finally:
         emulator.terminate()

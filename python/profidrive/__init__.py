@@ -3,7 +3,7 @@
 | name | is |
 | --- | --- |
 | `Emulator` | one run of `profidrive emulate`: drives and stations on a line |
-| `Drive`, `Station` | what is on the line, seen and changed without the bus |
+| `Drive` | a drive, a node or another station on the line, seen and changed without the bus; `Station` is the same |
 | `Judge` | one run of `profidrive judge`: a master under test, row by row |
 | `decode` | telegrams explained |
 """
@@ -11,12 +11,11 @@
 from ._api import ApiError
 from ._binary import ProfidriveError, binary
 from ._decode import Field, Telegram, decode, decode_file
-from ._drive import Drive, InputsChange, Word
+from ._drive import Drive, Station, Word
 from ._emulator import Emulator, Line
 from ._events import Event, Events, Kind
 from ._faults import LineFault
 from ._judge import Judge, Report, Row
-from ._station import Station
 
 __all__ = [
     "ApiError",
@@ -25,7 +24,6 @@ __all__ = [
     "Event",
     "Events",
     "Field",
-    "InputsChange",
     "Judge",
     "Kind",
     "Line",

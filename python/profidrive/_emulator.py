@@ -4,21 +4,23 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
+from urllib.parse import quote
 
 from ._api import Api
 from ._binary import Process, ProfidriveError, Ready, default_link
 from ._decode import Telegram, decode_file
-from ._drive import Drive
+from ._drive import Drive, Station
 from ._events import Events, Kind
 from ._faults import LineFault
-from ._station import Station
 
 
 class Line:
     """A line and everybody on it."""
 
-    def __init__(self, ready: Ready) -> None:
+    def __init__(self, ready: Ready, place: int = 0) -> None:
         self._api = Api(ready.panel) if ready.panel else None
+        self.name = "" if self._api is None else _name_of(self._api, place)
+        """Its name in the panel; empty without one."""
         self.link = ready.link
         """What a master opens: a terminal such as `/dev/pts/3`, or `tcp:HOST:PORT`."""
         self.panel = ready.panel
@@ -27,40 +29,66 @@ class Line:
         """What Prometheus reads (docs/metrics.md); `None` without `options=["--metrics", "127.0.0.1:0"]`."""
         described = set(ready.stations)
         self.drives: Mapping[int, Drive] = {
-            address: Drive(self._known, address) for address in ready.drives if address not in described
+            address: Drive(self._known, self.name, address) for address in ready.drives if address not in described
         } if self._api else {}
         """The drives, or the nodes of a bus of CAN, by address, as they were at the start."""
         self.stations: Mapping[int, Station] = (
-            {address: Station(self._known, address) for address in ready.stations} if self._api else {}
+            {address: Station(self._known, self.name, address) for address in ready.stations} if self._api else {}
         )
         """The stations that a device file describes, by address, as they were at the start."""
 
     @property
     def state(self) -> dict[str, Any]:
         """Stations, counters and faults of the line, as docs/panel.md says."""
-        return self._known.get("/bus")
+        return self._known.get(self._path)
+
+    def add(self, address: int, device: str, **specification: object) -> Drive:
+        """Plugs in a station, with the options of its device. `state["devices"]` lists what there is."""
+        body = {"line": self.name, "address": address, "device": device, **specification}
+        self._known.request("POST", "/stations", body)
+        return Drive(self._known, self.name, address)
 
     def inject(self, fault: str) -> LineFault:
         """Puts a fault on the line: `line.inject("late=20ms,station=5")`, as docs/faults.md says. With `with` it ends by itself."""
-        answer = self._known.request("POST", "/bus/faults", {"fault": fault})
+        answer = self._known.request("POST", self._faults, {"fault": fault})
         number = answer.get("number") if isinstance(answer, dict) else None
         if not isinstance(number, int):
             raise ProfidriveError(f"the emulator gave the fault {fault} no number")
-        return LineFault(self._known, number, fault)
+        return LineFault(self._known, self._faults, number, fault)
 
     def clear_faults(self) -> None:
         """Takes all faults off the line."""
-        self._known.request("DELETE", "/bus/faults")
+        self._known.request("DELETE", self._faults)
 
     def events(self, *kinds: Kind, interval_milliseconds: int = 100) -> Events:
-        """The live stream of the line; `news` if no kind is given."""
+        """The live stream of the panel of the line; `news` if no kind is given."""
         return Events(self._known.root, kinds or ("news",), None, interval_milliseconds)
+
+    @property
+    def _path(self) -> str:
+        return f"/lines/{quote(self.name, safe='')}"
+
+    @property
+    def _faults(self) -> str:
+        return f"{self._path}/faults"
 
     @property
     def _known(self) -> Api:
         if self._api is None:
             raise ProfidriveError('the line has no panel; add panel = "127.0.0.1:0" to its table in the file')
         return self._api
+
+
+class Lines(tuple[Line, ...]):
+    """Lines in order, by place or by name: `emulator.lines[0]`, `emulator.lines["cellar"]`."""
+
+    def __getitem__(self, key: Any) -> Any:
+        if not isinstance(key, str):
+            return super().__getitem__(key)
+        for line in self:
+            if line.name == key:
+                return line
+        raise KeyError(f"there is no line {key!r}; there are {', '.join(line.name for line in self)}")
 
 
 class Emulator(Line):
@@ -91,8 +119,8 @@ class Emulator(Line):
         self._timeout = timeout
         self._process: Process | None = None
         self._lines = 1
-        self.lines: tuple[Line, ...] = ()
-        """Every line of the file, in order; without a file the one line."""
+        self.lines: Lines = Lines(())
+        """Every line of the file, in order, also by name; without a file the one line."""
         self.capture: Path | None = None if capture is None else Path(capture)
         """Where the telegrams are written (pcapng), if anywhere."""
         if line is not None:
@@ -125,7 +153,7 @@ class Emulator(Line):
         self._process = Process(self._arguments)
         first, *others = self._process.ready(self._lines, self._timeout)
         super().__init__(first)
-        self.lines = (self, *(Line(ready) for ready in others))
+        self.lines = Lines((self, *(Line(ready, place) for place, ready in enumerate(others, 1))))
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -146,6 +174,12 @@ class Emulator(Line):
         if self.capture is None:
             raise ProfidriveError("nothing is captured; give the emulator capture=FILE")
         return decode_file(self.capture)
+
+
+def _name_of(api: Api, place: int) -> str:
+    """The name of a line: of the only one that its panel shows, or of the one at its place."""
+    lines = api.get("/lines")["lines"]
+    return str(lines[place if len(lines) > 1 else 0]["line"])
 
 
 def _lines_of(file: bytes) -> int:

@@ -21,7 +21,7 @@ class Event:
     """Something that happened on the line."""
 
     kind: str
-    """`state`, `news`, `telegram`, of a bus of CAN `frame`; `lost` tells what this reader missed."""
+    """`state`, `news`, `telegram`, which is a frame on a bus of CAN; `lost` tells what this reader missed."""
     data: dict[str, Any]
     """All that is known of it, as docs/panel.md says."""
 
@@ -29,6 +29,12 @@ class Event:
     def time(self) -> float:
         """Seconds since the emulator started."""
         return float(self.data.get("time_seconds", 0.0))
+
+    @property
+    def line(self) -> str | None:
+        """The name of the line it is about."""
+        line = self.data.get("line")
+        return None if line is None else str(line)
 
     @property
     def address(self) -> int | None:
@@ -50,11 +56,11 @@ class Event:
 class Events(Iterator[Event]):
     """An iterator of events, from its making to `close`, or the end of the emulator. Use it with `with`."""
 
-    def __init__(self, root: str, kinds: tuple[Kind, ...], address: int | None, interval_milliseconds: int) -> None:
+    def __init__(self, root: str, kinds: tuple[Kind, ...], station: tuple[str, int] | None, interval_milliseconds: int) -> None:
         place = urlsplit(root)
         query: dict[str, object] = {"kinds": ",".join(kinds), "interval_milliseconds": interval_milliseconds}
-        if address is not None:
-            query["address"] = address
+        if station is not None:
+            query["line"], query["address"] = station
         self._connection = HTTPConnection(place.hostname or "127.0.0.1", place.port, timeout=_LONGEST_SILENCE)
         self._connection.request("GET", f"{place.path}/events?{urlencode(query)}")
         self._response: HTTPResponse = self._connection.getresponse()

@@ -8,8 +8,9 @@ from ._api import Api, ApiError
 class LineFault:
     """A fault on the line until `remove`, or the end of its `with` block."""
 
-    def __init__(self, api: Api, number: int, spec: str) -> None:
+    def __init__(self, api: Api, faults: str, number: int, spec: str) -> None:
         self._api = api
+        self._faults = faults
         self.number = number
         """By which the emulator knows it."""
         self.spec = spec
@@ -29,11 +30,11 @@ class LineFault:
     def remove(self) -> None:
         """Takes it off the line. Asking twice changes nothing."""
         try:
-            self._api.request("DELETE", f"/bus/faults/{self.number}")
+            self._api.request("DELETE", f"{self._faults}/{self.number}")
         except ApiError as error:
             if error.status != 404:
                 raise
 
     def _all(self) -> list[dict[str, Any]]:
-        faults: list[dict[str, Any]] = self._api.get("/bus/faults")["faults"]
+        faults: list[dict[str, Any]] = self._api.get(self._faults)["faults"]
         return faults

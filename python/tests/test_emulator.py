@@ -28,7 +28,7 @@ def test_drives_and_stations_are_objects() -> None:
         assert list(emulator.drives) == [5, 6]
         assert list(emulator.stations) == [7]
         drive = emulator.drives[6]
-        assert drive.state["gear_ratio"] == 24
+        assert drive.device == "ag03-1" and "gear 24:1" in drive.state["product"]
         assert "ready-to-turn-on" in drive.zsw
         assert "operation-enabled" not in drive.zsw
         with pytest.raises(KeyError):
@@ -39,7 +39,7 @@ def test_drives_and_stations_are_objects() -> None:
         drive.set_parameter(1004, 40)
         assert drive.parameter(1004) == 40
         station = emulator.stations[7]
-        assert station.state["modules"][0]["name"] == "PPO 1"
+        assert station.state["process"][0]["name"] == "Slot 1: PPO 1"
         station.set_input(1, 0, "unsigned8", 17)
         assert station.input(1, 0, "unsigned8") == 17
         assert station.output(1, 0, "unsigned8") == 0
@@ -55,8 +55,13 @@ def test_a_refusal_says_why_and_changes_nothing() -> None:
         assert refusal.value.status in (400, 422)
         assert drive.inputs["output_supply_volts"] == 24.0
         drive.provoke("G")
-        assert drive.inputs != {} and drive.state["faults"]["provoked"] + drive.state["faults"]["causes"]
+        assert drive.wait_for_fault() == "G"
+        assert [fault["fault"] for fault in drive.state["faults"] if fault["provoked"]] == ["G"]
+        drive.provoke("G", provoked=False)
+        assert not any(fault["present"] for fault in drive.state["faults"])
         drive.reset_inputs()
+        with pytest.raises(TimeoutError, match="no master exchanges data"):
+            drive.wait_until(lambda drive: drive.position > 0, timeout=0.1)
 
 
 def test_faults_on_the_line_end_with_their_block() -> None:
@@ -87,6 +92,10 @@ def test_a_line_file_says_everything(tmp_path: Path) -> None:
     with Emulator(line=file) as emulator:
         assert [list(line.drives) for line in emulator.lines] == [[5], [9]]
         assert emulator.drives[5].position == 0
+        assert emulator.lines[emulator.name] is emulator
+        assert emulator.lines[1].drives[9].state["address"] == 9
+        with pytest.raises(KeyError, match="there is no line 'cellar'"):
+            emulator.lines["cellar"]
     written_otherwise = line.format(5).replace("[[line]]", "# no [[line]] but this one\n[[ line ]]", 1)
     file.write_text(written_otherwise + line.format(9))
     with Emulator(line=file, timeout=20) as emulator:
@@ -107,8 +116,49 @@ def test_metrics_are_an_option() -> None:
 
 
 def test_nodes_are_drives() -> None:
-    with Emulator(nodes=["5,device=ap10"]) as emulator:
-        assert emulator.drives[5].state["device"] == "ap10"
+    with Emulator(nodes=[5, "6,device=ap10", "7,device=asda-a2"]) as emulator:
+        drive, indicator, servo = emulator.drives.values()
+        assert [node.device for node in emulator.drives.values()] == ["ag03-1", "ap10", "asda-a2"]
+        assert [node.bus_state for node in emulator.drives.values()] == ["PRE-OPERATIONAL"] * 3
+        assert "voltage-enabled" in drive.zsw and drive.stw.value == 0
+        assert (drive.position, drive.velocity, drive.fault) == (0, 0, None)
+        assert "PRE-OPERATIONAL" in drive.why
+        with pytest.raises(KeyError, match="has no word 'ssw'; it has 6040, 6041"):
+            assert drive.ssw
+        assert drive.read_object(0x1000) == 0x192
+        indicator.write_object(0x1017, 250)
+        assert indicator.read_object(0x1017) == 250
+        with pytest.raises(ApiError, match="there is no object 9999h"):
+            drive.read_object(0x9999)
+        indicator.set_inputs(shaft_revolutions=2.5)
+        assert indicator.inputs["shaft_revolutions"] == 2.5
+        indicator.key("star")
+        assert {"key": "star", "pressed": True} in [
+            {"key": key["key"], "pressed": key["pressed"]} for key in indicator.state["keys"]
+        ]
+        indicator.key("star", pressed=False)
+        servo.provoke("011")
+        assert "011" in servo.wait_for_fault()
+        servo.power(False)
+        assert servo.bus_state is None and servo.state["power"] == "off"
+        added = emulator.add(8, "ap10")
+        assert added.bus_state == "PRE-OPERATIONAL"
+        added.unplug()
+        with pytest.raises(ApiError, match="address 8"):
+            assert added.state
+
+
+def test_a_drive_of_the_profile_is_a_drive() -> None:
+    table = ROOT / "examples" / "ppo_drive.toml"
+    with Emulator(options=["--ppo-drive", f"7,parameters={table}"], drives=[5]) as emulator:
+        drive = emulator.drives[7]
+        assert drive.device == "ppo-drive" and drive.velocity == 0
+        assert drive.parameter(2) == 20
+        drive.set_parameter(30, -7, subindex=2)
+        assert drive.parameter(30, 2) == -7
+        drive.set_inputs(fault_number=77)
+        assert drive.wait_for_fault() == "77"
+        assert "a fault" in drive.why
 
 
 def test_what_cannot_start_says_why() -> None:

@@ -1,12 +1,11 @@
 //! `profidrive emulate`: drives on a line until a signal.
 
-use core::net::SocketAddr;
 use core::sync::atomic::Ordering;
 use core::time::Duration;
 use std::path::Path;
 
-use crate::devices::ag03::profibus::{Config, DipSwitches, Timing};
-use crate::host::fault::{Rule, Switch, While};
+use crate::devices::ag03::profibus::Timing;
+use crate::host::fault::{BusKind, Rule, Switch, While};
 use crate::host::link::fault::{Faults, Faulty};
 use crate::host::link::pty::Pty;
 use crate::host::link::serial::Serial;
@@ -21,7 +20,7 @@ use crate::profibus::fdl::{Address, RateChange};
 use crate::time::{BaudRate, Instant};
 use tracing::{debug, info, warn};
 
-use super::args::{BaudSpec, Emulate, LinkSpec, MetricsSpec, quirk_parts};
+use super::args::{BaudSpec, Emulate, LinkSpec, MetricsSpec};
 use super::signals::Signals;
 use super::{Failure, plant};
 
@@ -114,7 +113,9 @@ impl LinePlan {
 
 /// Runs one line until its end.
 fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
-    let LinePlan { args, faults, .. } = &plan;
+    let addresses = plan.addresses();
+    let LinePlan { args, faults, slaves } = plan;
+    let (args, faults) = (&args, &faults);
     if let LinkSpec::Can(link) = &args.link {
         return nodes::emulate(args, link, faults, start);
     }
@@ -125,11 +126,14 @@ fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
     let state = args.state_dir.as_deref().map(StateDir::open).transpose();
     let state = state.map_err(|error| Failure::from_error(&error))?;
     // Before the link, so that a refusal leaves nothing behind.
-    let mut panel = start_panel(args, &signals.stop)?;
+    let mut panel = start_panel(args, BusKind::Profibus, &signals.stop, start)?;
     let Opened { rate, link, path } =
         open_link(&args.link, args.baud.and_then(BaudSpec::fixed), args.allow_remote)?;
+    if let Some(panel) = &panel {
+        panel.set_link(&path);
+    }
     // Next to the line, so that what faults do is seen.
-    let (link, remarks) = tap::tapped(link, (args, &plan.addresses()), &path, clock, panel.as_ref())?;
+    let (link, remarks) = tap::tapped(link, (args, &addresses), &path, clock, panel.as_ref())?;
     let mut link = Faulty::new(link, clock, &[]);
     let switches = arm(link.faults_mut(), faults, clock.now());
 
@@ -141,10 +145,9 @@ fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
     // Nobody but a master is on a terminal that was made just now.
     let serial = matches!(args.link, LinkSpec::Serial(_));
     let (listen, search) = (serial && !args.force_address, serial && args.baud == Some(BaudSpec::Auto));
-    let config = config(args)?;
     let (refusals, board) = (Refusals::default(), OutputBoard::default());
     let mut described = Vec::new();
-    for slave in plan.slaves {
+    for slave in slaves {
         let now = clock.now();
         let ground = Ground { now, rate, state: state.as_ref(), refusals: &refusals, board: &board };
         let group = slave.spec.device.group();
@@ -153,6 +156,10 @@ fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
             described.push(in_force);
         }
     }
+    let choose = |spec: &mut Spec| {
+        // They were checked when the process was started.
+        let _ = args.choose_quirks(spec);
+    };
     let mut metrics = start.line_metrics(&path, &signals.stop);
     if !start.all_are_open() {
         return Ok(());
@@ -195,8 +202,9 @@ fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
             metrics.serve(&bus);
         }
         if let Some(panel) = &mut panel {
-            let (now, faults) = (clock.now(), Some(link.faults_mut()));
-            panel.serve(&mut BusAccess { now, bus: &mut bus, faults, config, state: state.as_ref(), listen });
+            let (now, rate, faults) = (clock.now(), bus.baud(), Some(link.faults_mut()));
+            let ground = Ground { now, rate, state: state.as_ref(), refusals: &refusals, board: &board };
+            panel.serve(&mut BusAccess { bus: &mut bus, faults, ground, choose: &choose, listen });
         }
     };
     drop(panel);
@@ -347,22 +355,11 @@ impl<'a> News<'a> {
     }
 }
 
-fn start_panel(args: &Emulate, wake: &Stop) -> Result<Option<Panel>, Failure> {
+/// The panel of a line, if it is to have one.
+fn start_panel(args: &Emulate, bus: BusKind, wake: &Stop, start: &Start) -> Result<Option<Panel>, Failure> {
     let Some(place) = &args.panel else { return Ok(None) };
-    let panel = Panel::start(place, panel_reach(args), wake.clone());
-    panel_started(panel, Panel::address, "drives").map(Some)
-}
-
-const fn panel_reach(args: &Emulate) -> Reach {
-    if args.panel_allow_remote { Reach::Network } else { Reach::ThisMachine }
-}
-
-/// Says where the panel is, or why there is none. `controls` is what whoever connects can control.
-fn panel_started<P>(
-    panel: Result<P, PanelError>,
-    address: impl Fn(&P) -> SocketAddr,
-    controls: &str,
-) -> Result<P, Failure> {
+    let reach = if args.panel_allow_remote { Reach::Network } else { Reach::ThisMachine };
+    let panel = Panel::start((place, reach), (&start.name(), bus), wake.clone(), start.panel_lines());
     let panel = panel.map_err(|error| match error {
         PanelError::TooFar { .. } => Failure::Usage(format!(
             "{error}; add --panel-allow-remote if that is wanted, or use --panel 127.0.0.1:PORT; see 'profidrive emulate \
@@ -370,12 +367,13 @@ fn panel_started<P>(
         )),
         PanelError::Listen { .. } | PanelError::Thread { .. } => Failure::from_error(&error),
     })?;
-    let address = address(&panel);
+    let address = panel.address();
     info!("the panel is at http://{address}");
     if !address.ip().is_loopback() {
+        let controls = if bus == BusKind::Can { "nodes" } else { "drives" };
         warn!("other machines can connect to the panel at {address} and control the {controls}");
     }
-    Ok(panel)
+    Ok(Some(panel))
 }
 
 /// Logs what was counted: the line, and every station that was asked something.
@@ -470,16 +468,6 @@ fn open_pty(
     }
     let opened = pty.path().display().to_string();
     Ok((rate.unwrap_or(UNTIMED_RATE), Box::new(pty), opened))
-}
-
-/// What every drive that the panel adds is made of, but for address, model and gear.
-fn config(args: &Emulate) -> Result<Config, Failure> {
-    let mut config = Config::new(DipSwitches::default());
-    for text in &args.quirks {
-        let (name, value) = quirk_parts(text).map_err(Failure::Usage)?;
-        config.set_quirk(name, value).map_err(|error| Failure::from_error(&error))?;
-    }
-    Ok(config)
 }
 
 /// Puts a device on the bus.

@@ -2,6 +2,7 @@
 //! either bus.
 
 pub mod canopen;
+mod description;
 pub mod drive;
 pub mod param;
 pub mod profibus;

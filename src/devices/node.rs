@@ -12,7 +12,7 @@ use crate::can_bus::canopen::storage::{Generation, NotStored, StoreRequest};
 use crate::can_bus::canopen::{Address, Application, Node, NodeId, Refusal};
 use crate::devices::ag03;
 use crate::devices::ag03::unit;
-use crate::face::{Again, EventKind, Surroundings};
+use crate::face::{Again, Description, EventKind};
 use crate::time::Instant;
 
 /// News of a device on CANopen. `Display` is one line of plain English.
@@ -94,9 +94,9 @@ pub enum RecallError {
 /// A device on CANopen: frames and time in, frames, events, images and a deadline out.
 ///
 /// After every call but the polls, `poll_transmit`, `poll_event`, `poll_image` and `poll_timeout` may have another answer.
-/// What surrounds it and what is seen of it are [`Surroundings`]. A host that knows which device it has reaches the rest
+/// What surrounds it and what it tells of itself are its [`Description`]. A host that knows which device it has reaches the rest
 /// of it by `dyn Any`.
-pub trait CanopenDevice: Surroundings + Any + Send {
+pub trait CanopenDevice: Description + Any + Send {
     /// Its node on the bus, to look at.
     fn node(&self) -> &Node;
 

@@ -7,7 +7,7 @@ use crate::can_bus::can::Frame;
 use crate::can_bus::canopen::storage::{Eeprom, Generation, ImageError, NotStored, StoreRequest};
 use crate::can_bus::canopen::{Address, Application, Node, Policy, Refusal};
 use crate::face::surroundings::{Declined, Face, Input, Level, Provocable, Surroundings};
-use crate::face::{DriveState, Why};
+use crate::face::{Description, DriveState, Why};
 use crate::time::Instant;
 
 /// A [`CanopenDevice`] of an application that changes only when the bus or its surroundings act on it: inputs and
@@ -86,6 +86,8 @@ impl<A: Application + Surroundings + Send + 'static> CanopenDevice for PlainNode
     }
 }
 
+impl<A: Application + Surroundings + 'static> Description for PlainNode<A> {}
+
 impl<A: Application + Surroundings> Surroundings for PlainNode<A> {
     fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
         self.application.each_fault(tell);
@@ -95,12 +97,20 @@ impl<A: Application + Surroundings> Surroundings for PlainNode<A> {
         self.act(now, |application| application.provoke(now, fault))
     }
 
+    fn take_back(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
+        self.act(now, |application| application.take_back(now, fault))
+    }
+
     fn each_input(&self, tell: &mut dyn FnMut(&Input, Level)) {
         self.application.each_input(tell);
     }
 
     fn set_input(&mut self, now: Instant, name: &str, level: Level) {
         self.act(now, |application| application.set_input(now, name, level));
+    }
+
+    fn nominal(&self, name: &str) -> Option<Level> {
+        self.application.nominal(name)
     }
 
     fn make_nominal(&mut self, now: Instant) {

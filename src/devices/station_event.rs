@@ -5,7 +5,7 @@ use core::fmt;
 use super::ag03;
 #[cfg(feature = "std")]
 use super::ppo_drive;
-use crate::face::{ErrorKind, EventKind};
+use crate::face::{ErrorKind, EventKind, Reason};
 use crate::profibus::dp;
 use crate::profibus::fdl::FrameError;
 use crate::profibus::fdl::station::TooLate;
@@ -52,6 +52,13 @@ impl StationEvent {
             #[cfg(feature = "std")]
             Self::PpoDrive(event) => event.kind().error(),
             Self::TelegramRefused(_) | Self::ReplyTooLate(_) | Self::Lost { .. } => None,
+        }
+    }
+
+    /// Each reason of a refused command.
+    pub fn each_reason(&self, tell: &mut dyn FnMut(Reason<'_>)) {
+        if let Self::Ag03(ag03::profibus::Event::CommandRefused(refusal)) = self {
+            refusal.each_reason(tell);
         }
     }
 

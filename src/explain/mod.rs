@@ -51,6 +51,7 @@ mod decoder;
 mod diag;
 mod field;
 mod frame;
+mod known;
 mod pkw;
 mod ppo;
 mod service;
@@ -62,6 +63,7 @@ pub mod words;
 pub use context::Context;
 pub use decoder::{Decoder, Taking};
 pub use field::{Bits, Field, Mark, hex};
+pub use known::Known;
 pub use text::{HexText, TextError};
 
 use core::fmt;

@@ -58,6 +58,27 @@ pub struct Provocable<'a> {
     pub text: &'a dyn fmt::Display,
     /// Whether its cause is there now.
     pub present: bool,
+    /// Whether the inputs as they are set make it, at once or as soon as the shaft is commanded to turn.
+    pub provoked: bool,
+}
+
+/// Ends of the names of inputs, and the unit that each says.
+const UNITS: [(&str, &str); 7] = [
+    ("_volts", "V"),
+    ("_celsius", "°C"),
+    ("_newton_metres", "Nm"),
+    ("_metres", "m"),
+    ("_revolutions", "turns"),
+    ("_rpm", "rpm"),
+    ("_percent", "%"),
+];
+
+impl Input {
+    /// Its unit, which the end of its name says; `None`: it has none.
+    pub fn unit(&self) -> Option<&'static str> {
+        let said = |(end, unit): &(&str, &'static str)| self.name.ends_with(end).then_some(*unit);
+        UNITS.iter().find_map(said)
+    }
 }
 
 /// What a person sees: a display, signs on it, LEDs.
@@ -100,6 +121,8 @@ pub enum Glow {
     Blinking,
     /// Blinks so many times, then pauses: the code of a fault.
     Code(u8),
+    /// In turn with another one.
+    Alternating,
 }
 
 impl fmt::Display for Glow {
@@ -109,6 +132,7 @@ impl fmt::Display for Glow {
             Self::On => f.write_str("on"),
             Self::Blinking => f.write_str("blinking"),
             Self::Code(times) => write!(f, "blinking {times} times"),
+            Self::Alternating => f.write_str("alternating"),
         }
     }
 }
@@ -187,11 +211,24 @@ pub trait Surroundings {
         Err(Declined::Unknown)
     }
 
+    /// Takes the cause of a fault back.
+    ///
+    /// # Errors
+    /// [`Declined`]; nothing is changed then.
+    fn take_back(&mut self, _now: Instant, _fault: &str) -> Result<(), Declined> {
+        Err(Declined::Unknown)
+    }
+
     /// Each input with what it is now.
     fn each_input(&self, _tell: &mut dyn FnMut(&Input, Level)) {}
 
     /// Changes an input. A level of the wrong kind changes nothing; a number outside its bounds counts as the nearest.
     fn set_input(&mut self, _now: Instant, _name: &str, _level: Level) {}
+
+    /// What an input is when everything is as it should be; `None`: nobody says it.
+    fn nominal(&self, _name: &str) -> Option<Level> {
+        None
+    }
 
     /// Every input is as it should be, and what was provoked has no cause any more. The shaft stays where it is.
     fn make_nominal(&mut self, _now: Instant) {}

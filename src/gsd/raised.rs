@@ -44,6 +44,11 @@ pub struct Raised {
 
 /// The module status of a slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "panel",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 #[repr(u8)]
 pub enum ModuleState {
     /// The module works.

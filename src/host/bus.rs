@@ -5,9 +5,9 @@ use core::fmt;
 use core::time::Duration;
 use std::path::PathBuf;
 
-use super::{Appearance, Error, Participant};
+use super::{Appearance, Error, GsdStation, Participant};
 use crate::devices::ag03::profibus::{MAX_TELEGRAM_LEN, Timing};
-use crate::face::{Surroundings, Why};
+use crate::face::{Description, Why};
 use crate::profibus::fdl::baud_search::CONTROL_TIME;
 use crate::profibus::fdl::{Address, BaudSearch, Framer, LineCounters, RateChange, StationCounters};
 use crate::time::{BaudRate, Instant};
@@ -150,11 +150,6 @@ impl Bus {
         self.stations.slot(address).map(|slot| slot.presence)
     }
 
-    /// The file in which the station at `address` keeps its memory.
-    pub fn path(&self, address: Address) -> Option<PathBuf> {
-        self.stations.slot(address)?.station.path()
-    }
-
     /// What keeps the drive at `address` from moving now; `None`: there is none.
     pub fn why(&self, address: Address) -> Option<&dyn Why> {
         self.stations.slot(address)?.station.why()
@@ -178,28 +173,41 @@ impl Bus {
         Some(result)
     }
 
-    /// What acts on the station at `address` from outside; `None`: there is none, or nothing acts on it.
-    pub(crate) fn surroundings(&self, address: Address) -> Option<&dyn Surroundings> {
-        self.stations.slot(address)?.station.surroundings()
+    /// What acts on the station at `address` from outside and what it tells of itself; `None`: there is none, or nothing.
+    pub fn description(&self, address: Address) -> Option<&dyn Description> {
+        self.stations.slot(address)?.station.description()
     }
 
-    /// Does something to what acts on the station at `address`. Counts as a `handle_*` call.
-    pub(crate) fn with_surroundings<R>(
+    /// Does something to the station at `address`. Counts as a `handle_*` call.
+    pub fn with_description<R>(
         &mut self,
         address: Address,
-        act: impl FnOnce(&mut dyn Surroundings) -> R,
+        act: impl FnOnce(&mut dyn Description) -> R,
     ) -> Option<R> {
-        let result = act(self.stations.slot_mut(address)?.station.surroundings_mut()?);
+        let result = act(self.stations.slot_mut(address)?.station.description_mut()?);
         self.stations.settle(address);
         Some(result)
     }
 
+    /// The modules of the station at `address`; `None`: there is none, or no file describes it.
+    pub fn modules(&self, address: Address) -> Option<&GsdStation> {
+        self.stations.slot(address)?.station.modules()
+    }
+
+    /// Does something to the modules of the station at `address`. Counts as a `handle_*` call.
+    pub fn with_modules<R>(&mut self, address: Address, act: impl FnOnce(&mut GsdStation) -> R) -> Option<R> {
+        let result = act(self.stations.slot_mut(address)?.station.modules_mut()?);
+        self.stations.settle(address);
+        Some(result)
+    }
+
+    /// The file in which the station at `address` keeps its memory.
+    pub fn path(&self, address: Address) -> Option<PathBuf> {
+        self.stations.slot(address)?.station.path()
+    }
+
     /// The address that the station at `address` would have after `act` ([`Participant::address_after`]).
-    pub(crate) fn address_after(
-        &self,
-        address: Address,
-        act: &dyn Fn(&mut dyn Surroundings),
-    ) -> Option<Address> {
+    pub fn address_after(&self, address: Address, act: &dyn Fn(&mut dyn Description)) -> Option<Address> {
         self.stations.slot(address).map(|slot| slot.station.address_after(act))
     }
 

@@ -10,6 +10,7 @@ use super::state_dir::Images;
 use super::station_file::{Kept, KeptImage};
 use super::{Appearance, OutputBoard, Participant, StateDir, StateDirError, StationKind, Stored};
 use crate::devices::StationEvent;
+use crate::face::Description;
 use crate::gsd::{Gsd, Placed, RaiseError, Raised, Station};
 use crate::image::Generation;
 use crate::process::{Image, Point, Process, Slot, ValueError};
@@ -453,11 +454,29 @@ impl Participant for GsdStation {
     }
 
     fn appearance(&self) -> Appearance<'_> {
+        let Gsd { vendor, model, .. } = self.gsd();
         Appearance {
             kind: StationKind::GsdStation,
-            model: self.gsd().model.as_str().into(),
-            slave: Some(self.slave().state()),
-            drive: None,
+            device: "gsd-station",
+            model: model.as_str().into(),
+            product: format!("{vendor} {model}").into(),
+            ..Appearance::of_slave(self.slave())
         }
+    }
+
+    fn description(&self) -> Option<&dyn Description> {
+        Some(self)
+    }
+
+    fn description_mut(&mut self) -> Option<&mut dyn Description> {
+        Some(self)
+    }
+
+    fn modules(&self) -> Option<&GsdStation> {
+        Some(self)
+    }
+
+    fn modules_mut(&mut self) -> Option<&mut GsdStation> {
+        Some(self)
     }
 }

@@ -50,6 +50,7 @@ pub mod capture;
 mod clock;
 mod drive_image;
 pub mod fault;
+mod gsd_description;
 mod gsd_station;
 pub mod link;
 pub mod list;

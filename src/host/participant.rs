@@ -1,14 +1,16 @@
 //! What a [`Bus`](super::Bus) carries: anything that is a passive station.
 
 use core::any::Any;
+use core::time::Duration;
 use std::borrow::Cow;
 use std::path::PathBuf;
 
-use super::Stored;
 use super::state_dir::Images;
+use super::{GsdStation, Stored};
 use crate::devices::StationEvent;
-use crate::devices::ag03::profibus::{DESCRIPTION, Device, MAX_TELEGRAM_LEN, Power};
-use crate::face::{DriveState, Surroundings, Why};
+use crate::devices::ag03::param::Model;
+use crate::devices::ag03::profibus::{Config, DESCRIPTION, Device, MAX_TELEGRAM_LEN, Power};
+use crate::face::{Description, DriveState, Why};
 use crate::profibus::dp;
 use crate::profibus::fdl::{Address, Rates, Telegram};
 use crate::time::{BaudRate, Instant};
@@ -52,7 +54,7 @@ pub trait Participant: Any + Send {
 
     /// What keeps its drive from moving now; `None`: it has no drive.
     fn why(&self) -> Option<&dyn Why> {
-        None
+        self.description()?.why()
     }
 
     /// Whether its DP watchdog minds its master (WD_On of Slave_Diag).
@@ -73,23 +75,33 @@ pub trait Participant: Any + Send {
         None
     }
 
+    /// What acts on it from outside, and what it tells of itself; `None`: nothing.
+    fn description(&self) -> Option<&dyn Description> {
+        None
+    }
+
+    /// The same, to change it.
+    fn description_mut(&mut self) -> Option<&mut dyn Description> {
+        None
+    }
+
+    /// Its modules, if a file describes them.
+    fn modules(&self) -> Option<&GsdStation> {
+        None
+    }
+
+    /// The same, to change it.
+    fn modules_mut(&mut self) -> Option<&mut GsdStation> {
+        None
+    }
+
     /// The file of its memory.
     fn path(&self) -> Option<PathBuf> {
         None
     }
 
-    /// What acts on it from outside; `None`: nothing that a host could change.
-    fn surroundings(&self) -> Option<&dyn Surroundings> {
-        None
-    }
-
-    /// The same, to change it.
-    fn surroundings_mut(&mut self) -> Option<&mut dyn Surroundings> {
-        None
-    }
-
     /// The address it would have after `act`, which it is not done to. Only a supply that comes moves a station.
-    fn address_after(&self, _act: &dyn Fn(&mut dyn Surroundings)) -> Address {
+    fn address_after(&self, _act: &dyn Fn(&mut dyn Description)) -> Address {
         self.address()
     }
 }
@@ -99,12 +111,35 @@ pub trait Participant: Any + Send {
 pub struct Appearance<'a> {
     /// What it is.
     pub kind: StationKind,
+    /// Its name in the list of devices, as `ag03-1`; empty: it is in none.
+    pub device: &'static str,
     /// Which of its kind, as `ag03-1`, or the model name of its GSD; empty: nobody says it.
     pub model: Cow<'a, str>,
+    /// What people call it; empty: as the model.
+    pub product: Cow<'a, str>,
     /// The state of its DP slave.
     pub slave: Option<dp::State>,
+    /// The master that owns the slave.
+    pub owner: Option<Address>,
+    /// The ident number of the slave.
+    pub ident: Option<u16>,
+    /// The watchdog time that Set_Prm asked for; `None`: no watchdog runs.
+    pub watchdog: Option<Duration>,
     /// The state of its drive.
     pub drive: Option<DriveState>,
+}
+
+impl Appearance<'_> {
+    /// What a slave says.
+    pub(super) fn of_slave<A: dp::Application>(slave: &dp::Slave<A>) -> Self {
+        Self {
+            slave: Some(slave.state()),
+            owner: slave.owner(),
+            ident: Some(slave.description().ident),
+            watchdog: slave.watchdog().map(|(time, _)| time),
+            ..Self::default()
+        }
+    }
 }
 
 /// What a station is.
@@ -122,7 +157,7 @@ pub enum StationKind {
 }
 
 /// The address of a drive after `act`: DIP switches are read when it is switched on.
-fn address_after(device: &Device, act: &dyn Fn(&mut dyn Surroundings)) -> Address {
+fn address_after(device: &Device, act: &dyn Fn(&mut dyn Description)) -> Address {
     if device.power() != Power::Off {
         return device.address();
     }
@@ -131,13 +166,19 @@ fn address_after(device: &Device, act: &dyn Fn(&mut dyn Surroundings)) -> Addres
     trial.address()
 }
 
-impl<'a> Appearance<'a> {
+impl Appearance<'_> {
     fn of(device: &Device) -> Self {
+        let Config { model, gear, .. } = *device.config();
         Self {
             kind: StationKind::Drive,
-            model: device.config().model.to_string().into(),
-            slave: Some(device.dp_state()),
+            device: match model {
+                Model::Ag03 => "ag03",
+                Model::Ag03_1 => "ag03-1",
+            },
+            model: model.to_string().into(),
+            product: format!("{}, gear {gear}:1", model.product_name()).into(),
             drive: Some(device.drive_state()),
+            ..Self::of_slave(device.slave())
         }
     }
 }
@@ -188,19 +229,15 @@ impl Participant for Device {
         Appearance::of(self)
     }
 
-    fn why(&self) -> Option<&dyn Why> {
+    fn description(&self) -> Option<&dyn Description> {
         Some(self)
     }
 
-    fn surroundings(&self) -> Option<&dyn Surroundings> {
+    fn description_mut(&mut self) -> Option<&mut dyn Description> {
         Some(self)
     }
 
-    fn surroundings_mut(&mut self) -> Option<&mut dyn Surroundings> {
-        Some(self)
-    }
-
-    fn address_after(&self, act: &dyn Fn(&mut dyn Surroundings)) -> Address {
+    fn address_after(&self, act: &dyn Fn(&mut dyn Description)) -> Address {
         address_after(self, act)
     }
 }
@@ -266,19 +303,23 @@ impl<P: Participant + Images<Generation: Send>> Participant for Stored<P> {
         self.unit().appearance()
     }
 
-    fn why(&self) -> Option<&dyn Why> {
-        self.unit().why()
+    fn description(&self) -> Option<&dyn Description> {
+        self.unit().description()
     }
 
-    fn surroundings(&self) -> Option<&dyn Surroundings> {
-        self.unit().surroundings()
+    fn description_mut(&mut self) -> Option<&mut dyn Description> {
+        self.unit_mut().description_mut()
     }
 
-    fn surroundings_mut(&mut self) -> Option<&mut dyn Surroundings> {
-        self.unit_mut().surroundings_mut()
+    fn modules(&self) -> Option<&GsdStation> {
+        self.unit().modules()
     }
 
-    fn address_after(&self, act: &dyn Fn(&mut dyn Surroundings)) -> Address {
+    fn modules_mut(&mut self) -> Option<&mut GsdStation> {
+        self.unit_mut().modules_mut()
+    }
+
+    fn address_after(&self, act: &dyn Fn(&mut dyn Description)) -> Address {
         self.unit().address_after(act)
     }
 }
@@ -336,6 +377,6 @@ impl<A: dp::Application + Send + 'static> Participant for dp::Station<A> {
     }
 
     fn appearance(&self) -> Appearance<'_> {
-        Appearance { slave: Some(self.slave().state()), ..Appearance::default() }
+        Appearance::of_slave(self.slave())
     }
 }

@@ -7,7 +7,7 @@ use super::station_file::{Kept, KeptImage};
 use super::{Appearance, Participant, Refusals, StateDir, StateDirError, StationKind, Stored};
 use crate::devices::StationEvent;
 use crate::devices::ppo_drive::profibus::{PpoDrive, PpoOnly};
-use crate::face::Why;
+use crate::face::Description;
 use crate::gsd::Station;
 use crate::image::Generation;
 use crate::image::storage::Outcome;
@@ -15,6 +15,7 @@ use crate::profibus::dp;
 use crate::profibus::dp::{Application, CfgFault, Fixed, PrmFault, Reason, Refusal};
 use crate::profibus::fdl::MAX_TELEGRAM_LEN;
 use crate::profibus::fdl::{Address, Rates, Telegram};
+use crate::profibus::ppo::PpoType;
 use crate::time::{BaudRate, Instant};
 
 /// Who judges what the master of such a drive says, beside that a configuration must be a PPO.
@@ -193,8 +194,12 @@ impl Participant for HostedPpoDrive {
         self.drive.poll_timeout()
     }
 
-    fn why(&self) -> Option<&dyn Why> {
+    fn description(&self) -> Option<&dyn Description> {
         Some(&self.drive)
+    }
+
+    fn description_mut(&mut self) -> Option<&mut dyn Description> {
+        Some(&mut self.drive)
     }
 
     fn watchdog_on(&self) -> bool {
@@ -206,11 +211,14 @@ impl Participant for HostedPpoDrive {
             PpoJudge::Profile(_) => "profile",
             PpoJudge::Gsd(station) => &station.gsd().model,
         };
+        let ppo = self.drive.ppo().filter(|kind| *kind != PpoType::SevenWords);
         Appearance {
             kind: StationKind::PpoDrive,
+            device: "ppo-drive",
             model: model.into(),
-            slave: Some(self.drive.slave().state()),
+            product: ppo.map_or("PROFIDRIVE version 2".into(), |ppo| ppo.to_string().into()),
             drive: Some(self.drive.drive().status().state.into()),
+            ..Appearance::of_slave(self.drive.slave())
         }
     }
 }

@@ -3,7 +3,7 @@
 //! | what | how much | when |
 //! | --- | --- | --- |
 //! | events | the newest [`MOST_EVENTS`] | always |
-//! | samples of each drive | five times a second, five minutes: [`mod@samples`] | always |
+//! | curves of each station | five times a second, five minutes: [`mod@samples`] | always |
 //! | telegrams | the newest 4 MiB: [`recording`] | while somebody watches telegrams |
 
 mod recording;
@@ -12,8 +12,6 @@ mod samples;
 
 use std::collections::VecDeque;
 
-use super::stream::NewsEvent;
-use crate::time::Instant;
 use recording::Recording;
 use samples::Samples;
 
@@ -26,7 +24,6 @@ const MOST_EVENTS: usize = 1000;
 /// What was.
 #[derive(Debug, Default)]
 pub(super) struct History {
-    pub(super) events: Newest<(Instant, NewsEvent)>,
     pub(super) samples: Samples,
     pub(super) recording: Recording,
 }

@@ -4,67 +4,18 @@
 use core::fmt;
 
 use axum::Json;
-use axum::extract::State;
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Map, Value};
 use strsim::levenshtein;
 use utoipa::ToSchema;
 
-use super::problem::{Body, PathOf, Problem, Problems};
-use super::queue::{Asking, Lends};
-use crate::face::Surroundings;
-use crate::face::surroundings::{Declined, Input, InputKind, Level};
-use crate::time::Instant;
-
-/// A bus whose stations can be asked and changed by their address.
-pub(super) trait Stations: Lends {
-    /// The address in a path.
-    ///
-    /// # Errors
-    /// 400 if it is none.
-    fn address(text: &str) -> Result<u8, Problem>;
-
-    /// Looks at what acts on a station.
-    ///
-    /// # Errors
-    /// 404 if there is none, with those that there are.
-    fn look<R>(
-        access: &Self::Access<'_>,
-        address: u8,
-        look: impl FnOnce(&dyn Surroundings) -> R,
-    ) -> Result<R, Problem>;
-
-    /// Does something to what acts on a station.
-    ///
-    /// # Errors
-    /// 404 if there is none; what `act` says; 409 if it would take the address of another station. Nothing is changed then.
-    fn act<R>(
-        access: &mut Self::Access<'_>,
-        address: u8,
-        act: impl Fn(&mut dyn Surroundings, &Acted<'_>) -> Result<R, Problem>,
-    ) -> Result<R, Problem>;
-
-    /// Switches the supply of a station on or off.
-    ///
-    /// # Errors
-    /// As [`Self::act`].
-    fn switch(access: &mut Self::Access<'_>, address: u8, on: bool) -> Result<PowerName, Problem>;
-}
-
-/// When something is done, and to which device.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Acted<'a> {
-    pub(super) now: Instant,
-    /// As on the command line.
-    pub(super) device: &'a str,
-}
-
-/// Which station, as the path says it.
-#[derive(Clone, Debug, Deserialize)]
-pub(super) struct OfStation {
-    address: String,
-}
+use super::line::Acted;
+use super::problem::{Body, Problem, Problems};
+use super::routes::Place;
+use super::station::PowerName;
+use crate::face::Description;
+use crate::face::surroundings::{Declined, Input, InputKind, Level, Surroundings};
 
 /// The inputs of a station: numbers, `true` or `false`, `null` for what follows from everything else. Which there are
 /// depends on the device.
@@ -109,17 +60,28 @@ impl<'de> Visitor<'de> for OnceEach {
 #[derive(Clone, Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct FaultToMake {
-    /// AG03, AG03/1: the letter, `D`. AP10: `battery-critical`, `battery-empty`, `speed`. ASDA-A2: the number on its panel, `011`.
+    /// As the state of the station names it.
     fault: String,
+    /// `false` takes its cause back.
+    #[serde(default = "yes")]
+    #[schema(default = true)]
+    provoked: bool,
 }
 
-/// A key that is pressed or released. It stays pressed until it is released.
+const fn yes() -> bool {
+    true
+}
+
+/// A key that is pressed or released.
 #[derive(Clone, Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct KeyPress {
-    /// AG03, AG03/1: `key_1`, `key_2`. AP10: `left`, `up`, `star`.
+    /// As the state of the station names it.
     key: String,
     pressed: bool,
+    /// It is released by itself after this time, unless it is pressed again meanwhile; left out: it stays pressed.
+    #[schema(minimum = 1, maximum = 60000)]
+    lease_milliseconds: Option<u32>,
 }
 
 /// A key.
@@ -142,20 +104,29 @@ pub(super) struct Provocation {
     text: String,
     /// Its cause is there now.
     present: bool,
+    /// The inputs as they are set make it.
+    provoked: bool,
 }
 
-/// What an input may be.
+/// An input with what it may be.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-pub(super) struct InputRange {
+pub(super) struct InputState {
     input: &'static str,
     /// What it is.
     text: &'static str,
+    /// `null`: calculated by the device.
+    #[schema(value_type = Option<Value>)]
+    value: Value,
+    /// What it is when everything is as it should be.
+    #[schema(value_type = Option<Value>)]
+    nominal: Value,
     /// The lowest number; `null`: it is `true` or `false`.
     low: Option<f64>,
     /// The highest number.
     high: Option<f64>,
     /// Whether it may be `null`.
     may_be_null: bool,
+    unit: Option<&'static str>,
 }
 
 /// The switch of the supply.
@@ -171,39 +142,25 @@ pub(super) struct PowerAnswer {
     power: PowerName,
 }
 
-/// Whether a station is supplied.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub(in crate::panel) enum PowerName {
-    Off,
-    On,
-    /// Switched on with the DIP switches of a factory reset: only the LEDs work.
-    FactoryReset,
-}
-
 /// The inputs of a station
-#[utoipa::path(get, path = "/api/v1/drives/{address}/inputs", tag = "station",
-    params(("address" = u8, Path, maximum = 127)), responses((status = 200, body = InputValues), Problems))]
-pub(super) async fn read<L: Stations>(
-    State(asking): State<Asking<L>>,
-    PathOf(of): PathOf<OfStation>,
-) -> Result<Json<InputValues>, Problem> {
-    let address = L::address(&of.address)?;
-    asking.ask(move |bench| L::look(bench, address, |station| Json(InputValues::of(station)))).await?
+#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/inputs", tag = "station",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = InputValues), Problems))]
+pub(super) async fn read(place: Place) -> Result<Json<InputValues>, Problem> {
+    let address = place.address;
+    place.line.asking.ask(move |bench| Ok(Json(InputValues::of(bench.find(address)?.description)))).await?
 }
 
 /// Changes inputs
 ///
 /// What is left out stays as it is.
-#[utoipa::path(patch, path = "/api/v1/drives/{address}/inputs", tag = "station",
-    params(("address" = u8, Path, maximum = 127)), request_body = InputsChange,
+#[utoipa::path(patch, path = "/api/v1/lines/{line}/stations/{address}/inputs", tag = "station",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), request_body = InputsChange,
     responses((status = 200, body = InputValues), Problems))]
-pub(super) async fn change<L: Stations>(
-    State(asking): State<Asking<L>>,
-    PathOf(of): PathOf<OfStation>,
+pub(super) async fn change(
+    place: Place,
     Body(InputsChange(changes)): Body<InputsChange>,
 ) -> Result<Json<InputValues>, Problem> {
-    acted(&asking, &of, move |station, acted| {
+    acted(&place, move |station, acted| {
         let inputs = inputs(station);
         let levels = changes.iter().map(|(name, value)| {
             let found = inputs.iter().find(|(input, _)| input.name == name);
@@ -222,37 +179,37 @@ pub(super) async fn change<L: Stations>(
 
 /// Sets every input to nominal, and takes back the causes of provoked faults
 ///
-/// The shaft of an AP10 stays where it is. A fault that is latched waits for the master.
-#[utoipa::path(delete, path = "/api/v1/drives/{address}/inputs", tag = "station",
-    params(("address" = u8, Path, maximum = 127)), responses((status = 200, body = InputValues), Problems))]
-pub(super) async fn nominal<L: Stations>(
-    State(asking): State<Asking<L>>,
-    PathOf(of): PathOf<OfStation>,
-) -> Result<Json<InputValues>, Problem> {
-    acted(&asking, &of, |station, acted| {
+/// A shaft stays where it is. A fault that is latched waits for the master.
+#[utoipa::path(delete, path = "/api/v1/lines/{line}/stations/{address}/inputs", tag = "station",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = InputValues), Problems))]
+pub(super) async fn nominal(place: Place) -> Result<Json<InputValues>, Problem> {
+    acted(&place, |station, acted| {
         station.make_nominal(acted.now);
         Ok(())
     })
     .await
 }
 
-/// Makes a fault, or what it follows from
+/// Makes a fault, or what it follows from, or takes its cause back
 ///
-/// Of an AG03 and AG03/1, A, B and C follow once the shaft is commanded to turn, the others at once. `DELETE` of the inputs
-/// takes the cause away.
-#[utoipa::path(post, path = "/api/v1/drives/{address}/provoke", tag = "station",
-    params(("address" = u8, Path, maximum = 127)), request_body = FaultToMake,
+/// Some follow once the shaft is commanded to turn, others at once. A fault that is latched waits for the master.
+#[utoipa::path(post, path = "/api/v1/lines/{line}/stations/{address}/provoke", tag = "station",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), request_body = FaultToMake,
     responses((status = 200, body = InputValues), Problems))]
-pub(super) async fn provoke<L: Stations>(
-    State(asking): State<Asking<L>>,
-    PathOf(of): PathOf<OfStation>,
-    Body(FaultToMake { fault }): Body<FaultToMake>,
+pub(super) async fn provoke(
+    place: Place,
+    Body(FaultToMake { fault, provoked }): Body<FaultToMake>,
 ) -> Result<Json<InputValues>, Problem> {
-    acted(&asking, &of, move |station, acted| {
-        station.provoke(acted.now, &fault).map_err(|declined| match declined {
+    acted(&place, move |station, acted| {
+        let done = match provoked {
+            true => station.provoke(acted.now, &fault),
+            false => station.take_back(acted.now, &fault),
+        };
+        done.map_err(|declined| match declined {
             Declined::SwitchedOff => switched_off(),
             Declined::Unknown => {
-                let names: Vec<_> = faults(station).into_iter().map(|known| known.fault).collect();
+                let known = Provocation::all(station);
+                let names: Vec<_> = known.into_iter().map(|known| known.fault).collect();
                 lacking(station, "fault", &fault, acted.device, &names)
             }
         })
@@ -262,60 +219,55 @@ pub(super) async fn provoke<L: Stations>(
 
 /// Presses or releases a key
 ///
-/// A key stays pressed until it is released.
-#[utoipa::path(post, path = "/api/v1/drives/{address}/keys", tag = "station",
-    params(("address" = u8, Path, maximum = 127)), request_body = KeyPress,
+/// A key stays pressed until it is released, or until its lease has ended.
+#[utoipa::path(post, path = "/api/v1/lines/{line}/stations/{address}/keys", tag = "station",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), request_body = KeyPress,
     responses((status = 200, body = Keys), Problems))]
-pub(super) async fn press<L: Stations>(
-    State(asking): State<Asking<L>>,
-    PathOf(of): PathOf<OfStation>,
-    Body(KeyPress { key, pressed }): Body<KeyPress>,
+pub(super) async fn press(
+    place: Place,
+    Body(KeyPress { key, pressed, lease_milliseconds }): Body<KeyPress>,
 ) -> Result<Json<Keys>, Problem> {
-    let address = L::address(&of.address)?;
-    let press = move |station: &mut dyn Surroundings, acted: &Acted<'_>| {
+    let (name, pressed, lease) = (key.clone(), pressed, lease_milliseconds);
+    let press = move |station: &mut dyn Description, acted: &Acted<'_>| {
         station.press(acted.now, &key, pressed).map_err(|declined| match declined {
             Declined::SwitchedOff => switched_off(),
             Declined::Unknown => {
-                let names: Vec<_> = keys(station).iter().map(|known| known.key.to_owned()).collect();
+                let known = KeyState::all(station);
+                let names: Vec<_> = known.iter().map(|known| known.key.to_owned()).collect();
                 lacking(station, "key", &key, acted.device, &names)
             }
-        })?;
-        Ok(Json(Keys { keys: keys(station) }))
+        })
     };
-    asking.ask(move |bench| L::act(bench, address, press)).await?
+    let keys = place.act(press, |station| Keys { keys: KeyState::all(station) }).await?;
+    place.lease(name, lease.filter(|_| pressed));
+    Ok(Json(keys))
 }
 
 /// Switches the supply on or off
 ///
 /// Off: what is not stored is lost. On: the station starts as its EEPROM and its DIP switches say, and is found at the address
 /// that they say; where another station has that one, 409.
-#[utoipa::path(put, path = "/api/v1/drives/{address}/power", tag = "station",
-    params(("address" = u8, Path, maximum = 127)), request_body = PowerChange,
+#[utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/power", tag = "station",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), request_body = PowerChange,
     responses((status = 200, body = PowerAnswer), Problems))]
-pub(super) async fn power<L: Stations>(
-    State(asking): State<Asking<L>>,
-    PathOf(of): PathOf<OfStation>,
+pub(super) async fn power(
+    place: Place,
     Body(PowerChange { on }): Body<PowerChange>,
 ) -> Result<Json<PowerAnswer>, Problem> {
-    let address = L::address(&of.address)?;
-    let power = asking.ask(move |bench| L::switch(bench, address, on)).await??;
-    Ok(Json(PowerAnswer { power }))
+    let address = place.address;
+    let power = place.line.asking.ask(move |bench| {
+        bench.find(address)?;
+        bench.switch(address, on)
+    });
+    Ok(Json(PowerAnswer { power: power.await?? }))
 }
 
 /// Does something to a station, and says what its inputs are then.
-async fn acted<L: Stations>(
-    asking: &Asking<L>,
-    of: &OfStation,
-    act: impl Fn(&mut dyn Surroundings, &Acted<'_>) -> Result<(), Problem> + Send + 'static,
+async fn acted(
+    place: &Place,
+    act: impl Fn(&mut dyn Description, &Acted<'_>) -> Result<(), Problem> + Send + 'static,
 ) -> Result<Json<InputValues>, Problem> {
-    let address = L::address(&of.address)?;
-    let done = asking.ask(move |bench| {
-        L::act(bench, address, |station, acted| {
-            act(station, acted)?;
-            Ok(Json(InputValues::of(station)))
-        })
-    });
-    done.await?
+    place.act(act, |station| Json(InputValues::of(station))).await
 }
 
 /// Says that a name is none of those that there are: 409 if a device next to it has it, else which is near.
@@ -373,43 +325,63 @@ fn level(input: &Input, value: &Value) -> Result<Level, Problem> {
     Err(Problem::value(format!("{name} must be {expected}, got {value}{hint}")))
 }
 
-impl InputValues {
-    pub(super) fn of(device: &dyn Surroundings) -> Self {
-        let value = |level| match level {
-            Level::Switch(on) => Value::Bool(on),
-            Level::Number(number) => Value::from(number),
-            Level::Own => Value::Null,
-        };
-        let fields = inputs(device).into_iter().map(|(input, level)| (input.name.to_owned(), value(level)));
-        Self(fields.collect())
+fn value_of(level: Level) -> Value {
+    match level {
+        Level::Switch(on) => Value::Bool(on),
+        Level::Number(number) => Value::from(number),
+        Level::Own => Value::Null,
     }
 }
 
-pub(super) fn ranges(device: &dyn Surroundings) -> Vec<InputRange> {
-    let range = |(input, _): (Input, Level)| {
-        let (low, high, may_be_null) = match input.kind {
-            InputKind::Switch => (None, None, false),
-            InputKind::Number { low, high, own } => (Some(low), Some(high), own),
+impl InputValues {
+    pub(super) fn of(device: &dyn Surroundings) -> Self {
+        let field = |(input, level): (Input, Level)| (input.name.to_owned(), value_of(level));
+        Self(inputs(device).into_iter().map(field).collect())
+    }
+}
+
+impl InputState {
+    pub(super) fn all(device: &dyn Surroundings) -> Vec<Self> {
+        let one = |(input, level): (Input, Level)| {
+            let (low, high, may_be_null) = match input.kind {
+                InputKind::Switch => (None, None, false),
+                InputKind::Number { low, high, own } => (Some(low), Some(high), own),
+            };
+            Self {
+                input: input.name,
+                text: input.about,
+                value: value_of(level),
+                nominal: device.nominal(input.name).map_or(Value::Null, value_of),
+                low,
+                high,
+                may_be_null,
+                unit: input.unit(),
+            }
         };
-        InputRange { input: input.name, text: input.about, low, high, may_be_null }
-    };
-    inputs(device).into_iter().map(range).collect()
+        inputs(device).into_iter().map(one).collect()
+    }
 }
 
-pub(super) fn faults(device: &dyn Surroundings) -> Vec<Provocation> {
-    let mut faults = Vec::new();
-    device.each_fault(&mut |fault| {
-        faults.push(Provocation {
-            fault: fault.name.to_string(),
-            text: fault.text.to_string(),
-            present: fault.present,
+impl Provocation {
+    pub(super) fn all(device: &dyn Surroundings) -> Vec<Self> {
+        let mut faults = Vec::new();
+        device.each_fault(&mut |fault| {
+            let (present, provoked) = (fault.present, fault.provoked);
+            faults.push(Self {
+                fault: fault.name.to_string(),
+                text: fault.text.to_string(),
+                present,
+                provoked,
+            });
         });
-    });
-    faults
+        faults
+    }
 }
 
-pub(super) fn keys(device: &dyn Surroundings) -> Vec<KeyState> {
-    let mut keys = Vec::new();
-    device.each_key(&mut |key, pressed| keys.push(KeyState { key, pressed }));
-    keys
+impl KeyState {
+    pub(super) fn all(device: &dyn Surroundings) -> Vec<Self> {
+        let mut keys = Vec::new();
+        device.each_key(&mut |key, pressed| keys.push(Self { key, pressed }));
+        keys
+    }
 }

@@ -1,36 +1,41 @@
-//! See a bus and control what acts on its drives: HTTP control, a live stream, and a page for browsers.
+//! See lines of either bus and control what acts on their stations: HTTP control, a live stream, and a page for browsers.
 //!
 //! ```text
-//! browser, script ──HTTP──▶ server ─▶ routes ─▶ handlers ──request──▶ queue ──▶ thread of the bus: BusAccess
+//! browser, script ──HTTP──▶ server ─▶ routes ─▶ handlers ──request──▶ queue ──▶ thread of the line: BusAccess, NodeAccess
 //!                 ◀────────                         ◀───────answer─────────────
 //!                 ◀──server-sent events── stream ◀──────ring──── news, telegrams
 //! ```
 //!
-//! HTTP has a thread of its own. The thread of the bus lends its things as a [`BusAccess`] between two telegrams, does what
-//! is asked, and copies what somebody wants to see; words and JSON are made of the copy elsewhere. News and telegrams go
+//! HTTP has a thread of its own. The thread of a line lends its things as a [`BusAccess`] or [`NodeAccess`] between two
+//! telegrams, does what is asked, and copies what somebody wants to see; JSON is made of the copy elsewhere. News and telegrams go
 //! into a ring that never waits. So no reply waits for HTTP.
 //!
 //! ```no_run
 //! use profidrive::devices::ag03::profibus::{Config, Device};
 //! use profidrive::profibus::fdl::Address;
-//! use profidrive::host::{Bus, Clock, Reach, Stop, SystemClock, link::pty::Pty, run};
-//! use profidrive::panel::{BusAccess, Panel};
+//! use profidrive::host::fault::BusKind;
+//! use profidrive::host::list::Ground;
+//! use profidrive::host::{Bus, Clock, OutputBoard, Reach, Refusals, Stop, SystemClock, link::pty::Pty, run};
+//! use profidrive::panel::{BusAccess, Lines, Panel};
 //!
 //! let (clock, stop) = (SystemClock::new(), Stop::new()?);
 //! let mut link = Pty::open(None)?;
 //! let mut bus = Bus::new();
-//! let config = Config::new(Address::station(5)?);
-//! bus.add(Device::new(config, clock.now()))?;
+//! bus.add(Device::new(Config::new(Address::station(5)?), clock.now()))?;
 //!
-//! let mut panel = Panel::start("127.0.0.1:8080", Reach::ThisMachine, stop.clone())?;
+//! let (place, line) = (("127.0.0.1:8080", Reach::ThisMachine), ("line", BusKind::Profibus));
+//! let mut panel = Panel::start(place, line, stop.clone(), &Lines::default())?;
+//! panel.set_link(&link.path().display().to_string());
 //! println!("http://{}/", panel.address());
+//! let (refusals, board) = (Refusals::default(), OutputBoard::default());
 //! loop {
 //!     // Ends whenever the panel wants something.
 //!     run(&mut link, &mut bus, &clock, &stop, &mut |event| panel.tell(clock.now(), &event))?;
 //!     // In this order: what is asked from now on ends the next run.
 //!     stop.clear();
-//!     let now = clock.now();
-//!     panel.serve(&mut BusAccess { now, bus: &mut bus, faults: None, config, state: None, listen: false });
+//!     let rate = bus.baud();
+//!     let ground = Ground { now: clock.now(), rate, state: None, refusals: &refusals, board: &board };
+//!     panel.serve(&mut BusAccess { bus: &mut bus, faults: None, ground, choose: &|_| {}, listen: false });
 //! }
 //! # #[allow(unreachable_code)]
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -41,39 +46,34 @@
 //! | `running` | the thread of HTTP |
 //! | `server` | connections, their bounds, who is trusted |
 //! | `routes` | every path, the OpenAPI description |
-//! | `queue` | the queue to the thread of the bus |
-//! | `bus_access` | what the thread of a bus of PROFIBUS lends |
-//! | `drives`, `inputs`, `switches`, `parameters`, `why`, `bus` | the handlers, by what they are about |
-//! | `stations` | the same for stations from GSDs |
-//! | `ppo_drives` | the same for drives of PROFIDRIVE version 2 |
-//! | `state`, `words` | a drive as JSON |
+//! | `queue` | the queue to the thread of a line |
+//! | `line` | the lines of a process, and what the thread of each lends |
+//! | `station` | a station as JSON: its summary, its state, why it does not move |
+//! | `inputs`, `switches`, `parameters`, `objects`, `modules` | the handlers, by what they are about |
+//! | `dictionary` | what the object dictionary of a node tells |
 //! | `stream` | server-sent events |
 //! | `history` | events, curves and telegrams of the last minutes |
-//! | `nodes` | all of this for a bus of CAN: [`NodePanel`] |
 //! | `problem` | refusals |
 //! | `page` | the files of the page |
+//!
+//! Nothing here knows a device: what a station has, it tells itself ([`Description`](crate::face::Description)).
 
-mod bus;
-mod bus_access;
-mod drives;
-mod faults;
+mod dictionary;
 mod history;
 mod inputs;
-mod nodes;
+mod line;
+mod modules;
+mod objects;
 mod page;
 mod parameters;
-mod ppo_drives;
 pub(crate) mod problem;
 pub(crate) mod queue;
 mod routes;
 pub(crate) mod running;
 pub(crate) mod server;
-mod state;
-mod stations;
+mod station;
 mod stream;
 mod switches;
-mod why;
-mod words;
 
 use core::net::SocketAddr;
 use std::io;
@@ -81,26 +81,38 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
+use crate::devices::CanopenEvent;
+use crate::host::can::{BusHint, Event};
+use crate::host::fault::BusKind;
 use crate::host::link::tap::{Batch, Watchers};
 use crate::host::reach::{ListenError, advice};
 use crate::host::{BusEvent, Reach, Stop};
 use crate::time::Instant;
 
-pub use bus_access::BusAccess;
-pub use nodes::{NodeAccess, NodePanel, Seated};
+pub use line::Lines;
+pub use line::can::{NodeAccess, Seated};
+pub use line::profibus::BusAccess;
 
-use bus_access::OfBus;
+use line::{Line, OfLine};
 use running::{Place, Running, StartError};
 use server::Names;
 
-/// A running panel of a bus of PROFIBUS. Dropped, it closes its port and every connection.
+/// A running panel, with the line whose thread serves it. Dropped, it closes its port and every connection.
 #[derive(Debug)]
 pub struct Panel {
     /// Dropped first.
     running: Running,
-    requests: queue::Requests<OfBus>,
+    requests: queue::Requests<OfLine>,
     feed: stream::Feed,
     sent: stream::SentSettings,
+    lines: Lines,
+    name: Arc<str>,
+}
+
+impl Drop for Panel {
+    fn drop(&mut self) {
+        self.lines.remove(&self.name);
+    }
 }
 
 /// Why a panel cannot be started.
@@ -116,7 +128,7 @@ pub enum PanelError {
         source: io::Error,
     },
     /// Others than this machine could connect, and were not invited.
-    #[error("{place} is {address}, where others than this machine can connect and control the drives")]
+    #[error("{place} is {address}, where others than this machine can connect and control the stations")]
     TooFar {
         /// Host and port wanted.
         place: String,
@@ -148,17 +160,37 @@ impl PanelError {
 }
 
 impl Panel {
-    /// Listens at `place`, `HOST:PORT` (port 0: a free one). `wake` is what ends a run of the bus.
+    /// Listens at `place`, `HOST:PORT` (port 0: a free one), for a line of this name on this bus; `wake` is what ends a
+    /// run of it. Every panel of the process shows all `lines`. `link` is what a master opens.
     ///
     /// # Errors
     /// [`PanelError`].
-    pub fn start(place: &str, reach: Reach, wake: Stop) -> Result<Self, PanelError> {
+    pub fn start(
+        (place, reach): (&str, Reach),
+        (name, bus): (&str, BusKind),
+        wake: Stop,
+        lines: &Lines,
+    ) -> Result<Self, PanelError> {
         let (asking, requests) = queue::queue(wake);
-        let (feed, hub) = stream::stream();
-        let app = routes::App { asking: asking.clone(), hub: hub.clone() };
-        let running = Running::start(at(place, reach), routes::router(app), hub.run(asking))
+        let name: Arc<str> = name.into();
+        let (feed, hub) = stream::stream(Arc::clone(&name), Arc::clone(lines.readers()));
+        let (lines, beside) = (lines.clone(), hub.clone().run(asking.clone()));
+        let running = Running::start(at(place, reach), routes::router(lines.clone()), beside)
             .map_err(|error| PanelError::of(place, error))?;
-        Ok(Self { running, requests, feed, sent: stream::SentSettings::default() })
+        lines.add(Line {
+            name: Arc::clone(&name),
+            kind: bus,
+            link: "".into(),
+            asking,
+            hub,
+            leases: Arc::default(),
+        });
+        Ok(Self { running, requests, feed, sent: stream::SentSettings::default(), lines, name })
+    }
+
+    /// What a master opens.
+    pub fn set_link(&self, link: &str) {
+        self.lines.set_link(&self.name, link);
     }
 
     /// Where browsers and programs connect.
@@ -173,6 +205,13 @@ impl Panel {
         self.feed.settings(bench, &mut self.sent);
     }
 
+    /// The same for a bus of CAN.
+    pub fn serve_can(&mut self, bench: &mut NodeAccess<'_>) {
+        self.requests.serve(bench);
+        self.feed.know(line::can::numbers(bench));
+        self.feed.settings(bench, &mut self.sent);
+    }
+
     /// Tells those who read the stream. Never waits.
     pub fn tell(&self, now: Instant, event: &BusEvent) {
         self.tell_with(now, event, None);
@@ -181,6 +220,16 @@ impl Panel {
     /// The same, with words that stand behind what the event says itself ([`Refusals`](crate::host::Refusals)).
     pub fn tell_with(&self, now: Instant, event: &BusEvent, words: Option<Arc<str>>) {
         self.feed.tell(now, event, words);
+    }
+
+    /// The same of a bus of CAN.
+    pub fn tell_can(&self, now: Instant, event: &Event<CanopenEvent>) {
+        self.feed.tell_can(now, event);
+    }
+
+    /// Tells those who read the stream of something odd on a bus of CAN. Never waits.
+    pub fn hint(&self, now: Instant, hint: BusHint) {
+        self.feed.hint(now, hint);
     }
 
     /// Who watches telegrams now, for [`Tap::only_for`](crate::host::link::tap::Tap::only_for).

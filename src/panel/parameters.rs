@@ -1,47 +1,47 @@
-//! Parameters, read and written without the bus.
+//! Parameters of a station, read and written without the bus.
 
 use axum::Json;
-use axum::extract::State;
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::bus_access::Asking;
-use super::drives::Snapshot;
-use super::problem::{Body, PathOf, Problem, Problems, QueryOf, Station, whole};
-use super::state::lengths;
-use crate::devices::ag03::param;
-use crate::devices::ag03::param::{
-    Access, Entry, Kind, ParamError, Pnu, Subindex, Unit, Value, WritableWhen,
-};
-use crate::devices::ag03::profibus::{Device, Power, Values};
-use crate::explain::value::in_words;
+use super::line::{Acted, OnLine, lacks};
+use super::problem::{Body, PathOf, Problem, Problems};
+use super::routes::Place;
+use super::station::AmountState;
+use crate::face::Description;
+use crate::face::description::{Denied, Parameter, ParameterAccess, ParameterPlace};
+
+/// The highest number of a parameter.
+const HIGHEST: u16 = 2047;
 
 /// A parameter, its value and what the table says about it.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub(super) struct ParameterState {
-    pnu: u16,
-    /// The name in the English manual.
-    name: &'static str,
-    /// The value, in `unit`; of an array the first element.
-    value: i64,
+    /// Its number; that of an element has the element behind a point.
+    key: String,
+    /// The name in the manual or the table.
+    name: String,
+    /// The value, in `unit`; of an array that of the first element.
+    value: AmountState,
     /// The value with its unit, or what it stands for; of an array every element.
     text: String,
     /// Every element, if it is an array.
-    elements: Option<Vec<i64>>,
+    elements: Option<Vec<AmountState>>,
+    /// The number of the first element.
+    first_element: Option<u8>,
     /// The unit of one step of the value; empty for a coding.
     unit: String,
     /// The choices, if the value is one of a few.
     choices: Option<Vec<Choice>>,
-    /// 16 or 32.
-    width_bits: u8,
     access: AccessName,
-    low: Option<i32>,
-    high: Option<i32>,
-    default: Option<i32>,
-    /// The EEPROM keeps it.
+    low: Option<f64>,
+    high: Option<f64>,
+    default: Option<f64>,
+    /// It is kept while the station is off.
     persistent: bool,
-    writable_when: Option<WritableName>,
+    /// When it may be written: `standstill`, `no_job`; `null`: always.
+    writable_when: Option<&'static str>,
 }
 
 /// One of the values of a coded parameter.
@@ -61,16 +61,7 @@ enum AccessName {
     WriteOnly,
 }
 
-/// When a parameter may be written (`ag03.md` 3.4).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-enum WritableName {
-    Always,
-    Standstill,
-    NoJob,
-}
-
-/// All parameters of a drive.
+/// All parameters of a station.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub(super) struct Parameters {
     parameters: Vec<ParameterState>,
@@ -81,226 +72,187 @@ pub(super) struct Parameters {
 #[serde(deny_unknown_fields)]
 pub(super) struct NewValue {
     /// In the unit of the parameter.
-    #[serde(deserialize_with = "whole")]
-    value: i64,
+    value: f64,
 }
 
-/// One value, and where it came from.
-#[derive(Clone, Debug, Serialize, ToSchema)]
+/// One value.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub(super) struct ParameterValue {
-    pnu: u16,
-    subindex: Option<u8>,
-    name: &'static str,
-    value: i64,
+    /// The number of the parameter, with the element of an array behind a point.
+    key: String,
+    name: String,
+    value: AmountState,
     /// The value with its unit, or what it stands for.
     text: String,
     unit: String,
-    /// Always `bench`: read and written, not over the bus. No master sees a reply to it.
-    source: Source,
-}
-
-/// Who accesses a parameter.
-#[derive(Clone, Copy, Debug, Serialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-enum Source {
-    Bench,
 }
 
 /// Which parameter.
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct OfParameter {
-    pnu: String,
+    key: String,
 }
 
-/// Which element.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Element {
-    subindex: Option<u8>,
-}
-
-/// Every parameter of the drive
-#[utoipa::path(get, path = "/api/v1/drives/{address}/parameters", tag = "parameters", params(("address" = u8, Path, maximum = 126)),
-    responses((status = 200, body = Parameters), Problems))]
-pub(super) async fn list(
-    State(asking): State<Asking>,
-    Station(address): Station,
-) -> Result<Json<Parameters>, Problem> {
-    let parameters = all(&Snapshot::take(&asking, address).await?.device);
-    Ok(Json(Parameters { parameters }))
+/// Every parameter of a station
+#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/parameters", tag = "parameters",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = Parameters), Problems))]
+pub(super) async fn list(place: Place) -> Result<Json<Parameters>, Problem> {
+    let address = place.address;
+    let list = place.line.asking.ask(move |bench| {
+        let mut parameters = Vec::new();
+        let description = bench.find(address)?.description;
+        description.each_parameter(&mut |parameter| parameters.push(ParameterState::of(&parameter)));
+        Ok::<_, Problem>(parameters)
+    });
+    let parameters: Vec<_> = list.await??;
+    if parameters.is_empty() {
+        Err(lacks(address, "parameters"))
+    } else {
+        Ok(Json(Parameters { parameters }))
+    }
 }
 
 /// Reads a parameter, not over the bus
-#[utoipa::path(get, path = "/api/v1/drives/{address}/parameters/{pnu}", tag = "parameters",
-    params(("address" = u8, Path, maximum = 126), ("pnu" = u16, Path, maximum = 2047), ("subindex" = Option<u8>, Query, maximum = 255, description = "Element of an array, from 0")),
+#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/parameters/{key}", tag = "parameters",
+    params(
+        ("line" = String, Path),
+        ("address" = u8, Path, maximum = 127),
+        ("key" = String, Path, pattern = "^[0-9]{1,4}([.][0-9]{1,3})?$", description = "its number, as 1004; of an array with the element, as 945.0"),
+    ),
     responses((status = 200, body = ParameterValue), Problems))]
 pub(super) async fn read(
-    State(asking): State<Asking>,
-    Station(address): Station,
+    place: Place,
     PathOf(parameter): PathOf<OfParameter>,
-    QueryOf(Element { subindex }): QueryOf<Element>,
 ) -> Result<Json<ParameterValue>, Problem> {
-    let pnu = parameter.number()?;
-    let snapshot = Snapshot::take(&asking, address).await?;
-    ParameterValue::read(&snapshot.device, pnu, subindex).map(Json)
+    let (address, at) = (place.address, parameter.place()?);
+    place.line.asking.ask(move |bench| ParameterValue::read(bench, address, at)).await?.map(Json)
 }
 
 /// Writes a parameter, not over the bus
 ///
-/// By the rules of the bus (range, operating state), but without a PKW job: no master sees it, and nothing waits for the
-/// EEPROM. The PKW dialogue of the master is in the state of the drive and in the stream.
-#[utoipa::path(put, path = "/api/v1/drives/{address}/parameters/{pnu}", tag = "parameters",
-    params(("address" = u8, Path, maximum = 126), ("pnu" = u16, Path, maximum = 2047), ("subindex" = Option<u8>, Query, maximum = 255, description = "Element of an array, from 0")),
+/// By the rules of the bus (range, operating state), but without a job: no master sees it, and nothing waits for the memory.
+#[utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/parameters/{key}", tag = "parameters",
+    params(
+        ("line" = String, Path),
+        ("address" = u8, Path, maximum = 127),
+        ("key" = String, Path, pattern = "^[0-9]{1,4}([.][0-9]{1,3})?$", description = "its number, as 1004; of an array with the element, as 945.0"),
+    ),
     request_body = NewValue, responses((status = 200, body = ParameterValue), Problems))]
 pub(super) async fn write(
-    State(asking): State<Asking>,
-    Station(address): Station,
+    place: Place,
     PathOf(parameter): PathOf<OfParameter>,
-    QueryOf(Element { subindex }): QueryOf<Element>,
     Body(NewValue { value }): Body<NewValue>,
 ) -> Result<Json<ParameterValue>, Problem> {
-    let pnu = parameter.number()?;
-    asking
-        .ask(move |bench| {
-            let now = bench.now;
-            bench.with_drive(address, |device| {
-                if device.power() != Power::On {
-                    return Err(Problem::conflict(
-                        "the drive is switched off, or in a factory reset; switch it on",
-                    ));
-                }
-                let entry = entry(device, pnu)?;
-                let number = i32::try_from(value)
-                    .map_err(|_| Problem::value(format!("the value must be within 32 bits, got {value}")))?;
-                if entry.width == param::Width::Word && !(0..=0xFFFF).contains(&number) {
-                    return Err(Problem::value(format!("PNU {pnu} is a word, 0 to 65535; got {value}")));
-                }
-                let value = Value::of(entry.width, number);
-                device
-                    .write_parameter(now, pnu, subindex.map(Subindex), value)
-                    .map_err(|error| refusal(device, pnu, error))?;
-                ParameterValue::read(device, pnu, subindex)
-            })?
-        })
-        .await?
-        .map(Json)
+    let (address, at) = (place.address, parameter.place()?);
+    let written = place.line.asking.ask(move |bench| {
+        has_parameters(bench, address)?;
+        let write = |station: &mut dyn Description, acted: &Acted<'_>| {
+            let mut words = String::new();
+            let say = &mut |said: &dyn core::fmt::Display| words = said.to_string();
+            let written = station.write_parameter(acted.now, at, value, say);
+            written.map_err(|denied| refusal(denied, words))
+        };
+        bench.act(address, &write)?;
+        ParameterValue::read(bench, address, at)
+    });
+    written.await?.map(Json)
 }
 
-impl OfParameter {
-    fn number(&self) -> Result<Pnu, Problem> {
-        let wrong =
-            || Problem::new(StatusCode::BAD_REQUEST, format!("'{}' is no PNU; expected 0 to 2047", self.pnu));
-        self.pnu.parse().ok().and_then(|number| Pnu::new(number).ok()).ok_or_else(wrong)
-    }
-}
-
-fn entry(device: &Device, pnu: Pnu) -> Result<&'static Entry, Problem> {
-    device.parameters().entry(pnu).map_err(|error| refusal(device, pnu, error))
+/// 409 if the station has no parameters.
+fn has_parameters(bench: &dyn OnLine, address: u8) -> Result<(), Problem> {
+    let mut has = None;
+    bench.find(address)?.description.each_parameter(&mut |_| has = Some(()));
+    bench.having(address, "parameters", has)
 }
 
 /// What was wrong with an access, as a status.
-fn refusal(device: &Device, pnu: Pnu, error: ParamError) -> Problem {
-    let detail = match device.parameters().entry(pnu) {
-        Ok(entry) if matches!(error, ParamError::OutOfRange { .. }) => {
-            format!("PNU {pnu} ({}): {error}{}", entry.name, Values(entry))
-        }
-        Ok(entry) => format!("PNU {pnu} ({}): {error}", entry.name),
-        Err(_) => format!("PNU {pnu}: {error}"),
-    };
-    match error {
-        ParamError::UnknownParameter { .. } => Problem::not_found(detail),
-        ParamError::ReadOnly | ParamError::NotNow(_) => Problem::conflict(detail),
-        ParamError::OutOfRange { .. }
-        | ParamError::SubindexOutOfRange { .. }
-        | ParamError::NotAnArray
-        | ParamError::IsArray { .. }
-        | ParamError::WrongWidth { .. } => Problem::value(detail),
+fn refusal(denied: Denied, words: String) -> Problem {
+    match denied {
+        Denied::Unknown => Problem::not_found(words),
+        Denied::NotNow => Problem::conflict(words),
+        Denied::Value => Problem::value(words),
     }
+}
+
+impl OfParameter {
+    fn place(&self) -> Result<ParameterPlace, Problem> {
+        let Self { key } = self;
+        let wrong = || {
+            let detail = format!("'{key}' is no PNU; expected 0 to {HIGHEST}, of an array as 945.0");
+            Problem::new(StatusCode::BAD_REQUEST, detail)
+        };
+        let (number, element) =
+            key.split_once('.').map_or((&**key, None), |(pnu, element)| (pnu, Some(element)));
+        let number = number.parse().ok().filter(|number| *number <= HIGHEST).ok_or_else(wrong)?;
+        let element = element.map(|element| element.parse().map_err(|_| wrong())).transpose()?;
+        Ok(ParameterPlace { number, element })
+    }
+}
+
+/// The text of a value.
+fn text(parameter: &Parameter<'_>, element: Option<u8>) -> String {
+    let mut text = String::new();
+    (parameter.say)(element, &mut |words| text = words.to_string());
+    text
+}
+
+fn number(parameter: &Parameter<'_>, element: Option<u8>) -> AmountState {
+    let number = (parameter.value)(element);
+    number.map_or(AmountState::Unknown, |number| AmountState::of_number(number, None))
 }
 
 impl ParameterValue {
-    fn read(device: &Device, pnu: Pnu, subindex: Option<u8>) -> Result<Self, Problem> {
-        let entry = entry(device, pnu)?;
-        let value = device.read_parameter(pnu, subindex.map(Subindex));
-        let value = value.map_err(|error| refusal(device, pnu, error))?;
-        Ok(Self {
-            pnu: pnu.number(),
-            subindex,
-            name: entry.name,
-            value: entry.number(value),
-            text: in_words(entry, value, lengths(device)),
-            unit: entry.unit.to_string(),
-            source: Source::Bench,
-        })
+    fn read(bench: &dyn OnLine, address: u8, at: ParameterPlace) -> Result<Self, Problem> {
+        has_parameters(bench, address)?;
+        let ParameterPlace { number: wanted, element } = at;
+        let (mut found, mut words) = (None, String::new());
+        let description = bench.find(address)?.description;
+        let checked = description.check_parameter(at, &mut |said| words = said.to_string());
+        description.each_parameter(&mut |parameter| {
+            if parameter.number == wanted {
+                let key = element.map_or_else(|| wanted.to_string(), |element| format!("{wanted}.{element}"));
+                found = Some(Self {
+                    key,
+                    name: parameter.name.into(),
+                    value: number(&parameter, element),
+                    text: text(&parameter, element),
+                    unit: parameter.unit.to_string(),
+                });
+            }
+        });
+        checked.map_err(|denied| refusal(denied, words))?;
+        found.ok_or_else(|| Problem::not_found(format!("there is no parameter {wanted}")))
     }
-}
-
-/// Every parameter of the model.
-pub(super) fn all(device: &Device) -> Vec<ParameterState> {
-    param::parameters(device.config().model).map(|entry| ParameterState::of(device, entry)).collect()
 }
 
 impl ParameterState {
-    fn of(device: &Device, entry: &Entry) -> Self {
-        // What cannot be read, as a command, is 0.
-        let read = |element| {
-            let value = device.read_parameter(entry.pnu, element);
-            value.unwrap_or_else(|_| Value::of(entry.width, 0))
+    fn of(parameter: &Parameter<'_>) -> Self {
+        let elements: Vec<_> = match parameter.elements {
+            Some((first, count)) => (first..first.saturating_add(count)).map(Some).collect(),
+            None => Vec::from([None]),
         };
-        let values: Vec<_> = match entry.elements {
-            Some(count) => (0..count).map(|element| read(Some(Subindex(element)))).collect(),
-            None => Vec::from([read(None)]),
-        };
-        let numbers: Vec<_> = values.iter().map(|value| entry.number(*value)).collect();
-        let texts: Vec<_> = values.iter().map(|value| in_words(entry, *value, lengths(device))).collect();
-        let range = device.parameters().range_of(entry);
-        let setting = match entry.kind {
-            Kind::Setting(setting) => Some(setting),
-            Kind::Reading(_) | Kind::LoadParameterSet => None,
-        };
+        let values: Vec<_> = elements.iter().map(|element| number(parameter, *element)).collect();
+        let texts: Vec<_> = elements.iter().map(|element| text(parameter, *element)).collect();
+        let choice = |(value, text): &(u16, &'static str)| Choice { value: *value, text };
         Self {
-            pnu: entry.pnu.number(),
-            name: entry.name,
-            value: numbers.first().copied().unwrap_or_default(),
+            key: parameter.number.to_string(),
+            name: parameter.name.into(),
+            value: values.first().cloned().unwrap_or(AmountState::Unknown),
             text: texts.join(", "),
-            elements: entry.elements.map(|_| numbers),
-            unit: entry.unit.to_string(),
-            choices: choices(entry.unit),
-            width_bits: match entry.width {
-                param::Width::Word => 16,
-                param::Width::Double => 32,
+            elements: parameter.elements.map(|_| values),
+            first_element: parameter.elements.map(|(first, _)| first),
+            unit: parameter.unit.to_string(),
+            choices: (!parameter.choices.is_empty()).then(|| parameter.choices.iter().map(choice).collect()),
+            access: match parameter.access {
+                ParameterAccess::ReadOnly => AccessName::ReadOnly,
+                ParameterAccess::ReadWrite => AccessName::ReadWrite,
+                ParameterAccess::WriteOnly => AccessName::WriteOnly,
             },
-            access: entry.access().into(),
-            low: range.map(|range| range.low),
-            high: range.map(|range| range.high),
-            default: setting.map(|setting| setting.default),
-            persistent: entry.persistent,
-            writable_when: setting.map(|setting| setting.writable.into()),
-        }
-    }
-}
-
-fn choices(unit: Unit) -> Option<Vec<Choice>> {
-    let Unit::Choice(choices) = unit else { return None };
-    Some(choices.iter().map(|(value, text)| Choice { value: *value, text }).collect())
-}
-
-impl From<Access> for AccessName {
-    fn from(access: Access) -> Self {
-        match access {
-            Access::ReadOnly => Self::ReadOnly,
-            Access::ReadWrite => Self::ReadWrite,
-            Access::WriteOnly => Self::WriteOnly,
-        }
-    }
-}
-
-impl From<WritableWhen> for WritableName {
-    fn from(writable: WritableWhen) -> Self {
-        match writable {
-            WritableWhen::Always => Self::Always,
-            WritableWhen::Standstill => Self::Standstill,
-            WritableWhen::NoJob => Self::NoJob,
+            low: parameter.low,
+            high: parameter.high,
+            default: parameter.usual,
+            persistent: parameter.kept,
+            writable_when: Some(parameter.writable_when).filter(|when| !when.is_empty()),
         }
     }
 }

@@ -7,12 +7,9 @@ use axum::extract::{FromRequest, FromRequestParts, Path, Query, Request};
 use axum::http::request::Parts;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use serde::de::{DeserializeOwned, Error};
-use serde::{Deserialize, Deserializer, Serialize};
-use serde_json::Number;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use utoipa::{IntoResponses, ToSchema};
-
-use crate::profibus::fdl::Address;
 
 /// Why a request was refused. Nothing was changed.
 #[derive(Clone, Debug, Serialize, ToSchema)]
@@ -43,14 +40,6 @@ impl Problem {
 
     pub(crate) fn not_found(detail: impl ToString) -> Self {
         Self::new(StatusCode::NOT_FOUND, detail)
-    }
-
-    pub(super) fn no_drive(address: Address, drives: impl Iterator<Item = Address>) -> Self {
-        let drives = drives.map(|drive| drive.to_string()).reduce(|all, drive| format!("{all}, {drive}"));
-        Self::not_found(match drives {
-            Some(drives) => format!("there is no drive at address {address}; there are drives at {drives}"),
-            None => format!("there is no drive at address {address}, nor at any other; add one first"),
-        })
     }
 
     pub(super) fn busy() -> Self {
@@ -204,38 +193,4 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for QueryOf<T> {
         let Query(query) = Query::from_request_parts(parts, state).await.map_err(plain)?;
         Ok(Self(query))
     }
-}
-
-/// A whole number, also written as `5.0`: JSON knows one kind of number.
-pub(super) fn whole<'de, T: TryFrom<i64>, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
-    let number = Number::deserialize(deserializer)?;
-    let got = number.to_string();
-    let digits = got.strip_suffix(".0").unwrap_or(&got);
-    let whole = digits.parse::<i64>().ok().and_then(|whole| T::try_from(whole).ok());
-    whole.ok_or_else(|| D::Error::custom(format!("invalid value: {got} is no whole number of this range")))
-}
-
-/// The drive that the path names.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Station(pub(super) Address);
-
-impl<S: Send + Sync> FromRequestParts<S> for Station {
-    type Rejection = Problem;
-
-    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
-        #[derive(serde::Deserialize)]
-        struct OfDrive {
-            address: String,
-        }
-        let PathOf(OfDrive { address }) = PathOf::from_request_parts(parts, state).await?;
-        station(&address).map(Self)
-    }
-}
-
-/// The address in a path.
-pub(super) fn station(text: &str) -> Result<Address, Problem> {
-    let number = text.parse().ok().and_then(|number| Address::station(number).ok());
-    number.ok_or_else(|| {
-        Problem::new(StatusCode::BAD_REQUEST, format!("'{text}' is no address; expected 0 to 126"))
-    })
 }

@@ -17,7 +17,7 @@ const AT_ONCE: usize = 4;
 /// The thread of a bus, by what it lends between two telegrams.
 pub(crate) trait Lends: Copy + Debug + 'static {
     /// What it lends.
-    type Access<'a>;
+    type Access<'a>: ?Sized;
 }
 
 /// Something to do on the thread of the bus.

@@ -1,99 +1,194 @@
 //! Every path, and the OpenAPI description of all of them.
 
-use axum::extract::{FromRef, Request};
+use std::collections::BTreeMap;
+
+use axum::extract::{FromRef, FromRequestParts, Request};
+use axum::http::request::Parts;
 use axum::http::{Method, StatusCode, Uri};
 use axum::middleware::{self, Next};
 use axum::response::Response;
-use axum::routing::{delete, get, post, put};
+use axum::routing::{MethodRouter, delete, get, post, put};
 use axum::{Json, Router};
+use tokio::time::{Duration, Instant as Moment, sleep_until};
 use utoipa::OpenApi;
 
-use super::bus_access::{Asking, OfBus};
-use super::ppo_drives::parameters as ppo_parameters;
-use super::problem::{Problem, Problems};
-use super::stations::values;
-use super::stream::{Hub, Lost, NewsEvent, TelegramEvent};
-use super::{
-    bus, drives, faults, history, inputs, page, parameters, ppo_drives, stations, stream, switches, why,
-};
+use super::line::{Act, Acted, Line, Lines, address, faults};
+use super::modules::values;
+use super::problem::{PathOf, Problem, Problems};
+use super::station::handlers as stations;
+use super::station::spec;
+use super::stream::{Lost, NewsEvent, TelegramEvent};
+use super::{history, inputs, line, modules, objects, page, parameters, stream, switches};
+use crate::face::Description;
 
-/// What the handlers share.
+/// Where stations are.
+const STATIONS: &str = "/api/v1/lines/{line}/stations/{address}";
+
+/// The same where an address is on one line only.
+const SHORT: &str = "/api/v1/stations/{address}";
+
+/// How often it is looked whether the lease of a key has ended.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// The line that the path names.
+pub(super) struct OfLineName(pub(super) Line);
+
+/// The station that the path names.
 #[derive(Clone)]
-pub(super) struct App {
-    pub(super) asking: Asking,
-    pub(super) hub: Hub,
+pub(super) struct Place {
+    pub(super) line: Line,
+    pub(super) address: u8,
 }
 
-impl FromRef<App> for Asking {
-    fn from_ref(app: &App) -> Self {
-        app.asking.clone()
+impl<S: Send + Sync> FromRequestParts<S> for OfLineName
+where
+    Lines: FromRef<S>,
+{
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
+        let PathOf(path) = PathOf::<BTreeMap<String, String>>::from_request_parts(parts, state).await?;
+        let name = path.get("line").map(String::as_str).unwrap_or_default();
+        Lines::from_ref(state).named(name).map(Self)
     }
 }
 
-impl FromRef<App> for Hub {
-    fn from_ref(app: &App) -> Self {
-        app.hub.clone()
+impl<S: Send + Sync> FromRequestParts<S> for Place
+where
+    Lines: FromRef<S>,
+{
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
+        let PathOf(path) = PathOf::<BTreeMap<String, String>>::from_request_parts(parts, state).await?;
+        let lines = Lines::from_ref(state);
+        let address = address(path.get("address").map(String::as_str).unwrap_or_default())?;
+        let line = match path.get("line") {
+            Some(name) => lines.named(name)?,
+            None => lines.with(address).await?,
+        };
+        Ok(Self { line, address })
     }
 }
 
-pub(super) fn router(app: App) -> Router {
+impl Place {
+    /// Does something to the station, and looks at it then.
+    ///
+    /// # Errors
+    /// 404 if there is none; what `act` says.
+    pub(super) async fn act<R: Send + 'static>(
+        &self,
+        act: impl Fn(&mut dyn Description, &Acted<'_>) -> Result<(), Problem> + Send + 'static,
+        look: impl FnOnce(&dyn Description) -> R + Send + 'static,
+    ) -> Result<R, Problem> {
+        let address = self.address;
+        let done = self.line.asking.ask(move |bench| {
+            bench.find(address)?;
+            // By its switches it may be elsewhere then.
+            let before = bench.addresses();
+            bench.act(address, &act as &Act<'_>)?;
+            let moved = || bench.addresses().into_iter().find(|there| !before.contains(there));
+            let there = if bench.station(address).is_some() { address } else { moved().unwrap_or(address) };
+            Ok(look(bench.find(there)?.description))
+        });
+        done.await?
+    }
+
+    /// A key that is held is released when its lease has ended; without one it stays held.
+    pub(super) fn lease(&self, key: String, milliseconds: Option<u32>) {
+        let at = (self.address, key);
+        let mut leases = self.line.leases.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let Some(milliseconds) = milliseconds else {
+            leases.remove(&at);
+            return;
+        };
+        let end = Moment::now() + Duration::from_millis(milliseconds.into());
+        if leases.insert(at.clone(), end).is_none() {
+            tokio::spawn(self.clone().release_in_time(at.1));
+        }
+    }
+
+    /// Waits until nobody renews the lease of a key, and releases it.
+    async fn release_in_time(self, key: String) {
+        let at = (self.address, key.clone());
+        loop {
+            let end = {
+                let mut leases = self.line.leases.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+                match leases.get(&at) {
+                    Some(end) if *end > Moment::now() => *end,
+                    Some(_) => {
+                        leases.remove(&at);
+                        break;
+                    }
+                    // It was released, or is held without a lease.
+                    None => return,
+                }
+            };
+            // Another press may have brought the end forward.
+            sleep_until(end.min(Moment::now() + LOOK)).await;
+        }
+        let release = move |station: &mut dyn Description, acted: &Acted<'_>| {
+            // A key of a station that is off is up.
+            let _ = station.press(acted.now, &key, false);
+            Ok(())
+        };
+        // Without the station there is no key.
+        let _ = self.act(release, |_| ()).await;
+    }
+}
+
+/// A route of a station, by its line and by its address alone.
+trait StationRoute {
+    fn station(self, rest: &str, handlers: MethodRouter<Lines>) -> Self;
+}
+
+impl StationRoute for Router<Lines> {
+    fn station(self, rest: &str, handlers: MethodRouter<Lines>) -> Self {
+        self.route(&format!("{STATIONS}{rest}"), handlers.clone()).route(&format!("{SHORT}{rest}"), handlers)
+    }
+}
+
+pub(super) fn router(lines: Lines) -> Router {
     Router::new()
         .route("/api/v1/openapi.json", get(description))
-        .route("/api/v1/drives", get(drives::list).post(drives::add))
-        .route("/api/v1/drives/{address}", get(drives::state).delete(drives::remove))
+        .route("/api/v1/lines", get(line::state::list))
+        .route("/api/v1/lines/{line}", get(line::state::state))
         .route(
-            "/api/v1/drives/{address}/inputs",
-            get(inputs::read::<OfBus>).patch(inputs::change::<OfBus>).delete(inputs::nominal::<OfBus>),
+            "/api/v1/lines/{line}/faults",
+            get(faults::list).post(faults::add).put(faults::replace).delete(faults::clear),
         )
-        .route("/api/v1/drives/{address}/provoke", post(inputs::provoke::<OfBus>))
-        .route("/api/v1/drives/{address}/keys", post(inputs::press::<OfBus>))
-        .route("/api/v1/drives/{address}/power", put(inputs::power::<OfBus>))
-        .route("/api/v1/drives/{address}/switches", get(switches::read).put(switches::set))
-        .route("/api/v1/drives/{address}/parameters", get(parameters::list))
-        .route("/api/v1/stations", get(stations::list))
-        .route("/api/v1/stations/{address}", get(stations::state).delete(stations::remove))
-        .route("/api/v1/stations/{address}/texts", get(stations::texts))
-        .route("/api/v1/stations/{address}/inputs", delete(stations::release_all))
-        .route("/api/v1/stations/{address}/diagnosis", put(stations::raise).delete(stations::end_diagnosis))
-        .route(
-            "/api/v1/stations/{address}/inputs/{slot}/{octet}/{type}",
+        .route("/api/v1/lines/{line}/faults/{number}", delete(faults::remove))
+        .route("/api/v1/lines/{line}/capture.pcapng", get(history::capture))
+        .route("/api/v1/stations", get(stations::list).post(spec::add))
+        .station("", get(stations::state).delete(stations::remove))
+        .station("/why", get(stations::why))
+        .station("/inputs", get(inputs::read).patch(inputs::change).delete(inputs::nominal))
+        .station("/provoke", post(inputs::provoke))
+        .station("/keys", post(inputs::press))
+        .station("/power", put(inputs::power))
+        .station("/switches", get(switches::read).put(switches::set))
+        .station("/parameters", get(parameters::list))
+        .station("/parameters/{key}", get(parameters::read).put(parameters::write))
+        .station("/objects", get(objects::list))
+        .station("/objects/{index}/{sub}", get(objects::read).put(objects::write))
+        .station("/texts", get(modules::texts))
+        .station("/diagnosis", get(modules::diagnosis).put(modules::raise).delete(modules::end_diagnosis))
+        .station(
+            "/inputs/{slot}/{octet}/{type}",
             get(values::read_input).put(values::force).delete(values::release),
         )
-        .route("/api/v1/stations/{address}/outputs/{slot}/{octet}/{type}", get(values::read_output))
-        .route("/api/v1/ppo-drives", get(ppo_drives::list))
-        .route("/api/v1/ppo-drives/{address}", get(ppo_drives::state).delete(ppo_drives::remove))
-        .route("/api/v1/ppo-drives/{address}/fault", post(ppo_drives::fault))
-        .route("/api/v1/ppo-drives/{address}/warning", put(ppo_drives::warning))
-        .route("/api/v1/ppo-drives/{address}/load", put(ppo_drives::load))
-        .route("/api/v1/ppo-drives/{address}/parameters", get(ppo_parameters::list))
-        .route("/api/v1/ppo-drives/{address}/why", get(ppo_drives::why::why))
-        .route("/api/v1/drives/{address}/why", get(why::why))
-        .route("/api/v1/drives/{address}/samples", get(history::samples))
-        .route("/api/v1/drives/{address}/samples.csv", get(history::samples_csv))
-        .route("/api/v1/capture.pcapng", get(history::capture))
-        .route("/api/v1/bus", get(bus::state))
-        .route(
-            "/api/v1/bus/faults",
-            get(faults::list::<OfBus>)
-                .post(faults::add::<OfBus>)
-                .put(faults::replace::<OfBus>)
-                .delete(faults::clear::<OfBus>),
-        )
-        .route("/api/v1/bus/faults/{number}", delete(faults::remove::<OfBus>))
+        .station("/outputs/{slot}/{octet}/{type}", get(values::read_output))
+        .station("/samples", get(history::samples))
+        .station("/samples.csv", get(history::samples_csv))
         .route_layer(middleware::from_fn(without_parameters))
         // These refuse parameters that they do not know themselves.
-        .route("/api/v1/drives/{address}/parameters/{pnu}", get(parameters::read).put(parameters::write))
-        .route(
-            "/api/v1/ppo-drives/{address}/parameters/{pnu}",
-            get(ppo_parameters::read).put(ppo_parameters::write),
-        )
         .route("/api/v1/events", get(stream::events))
         .route("/api/v1/events/recent", get(history::events))
         .route("/", get(page::index))
         .route("/page/{name}", get(page::file))
         .fallback(nothing_there)
         .method_not_allowed_fallback(not_so)
-        .with_state(app)
+        .with_state(lines)
 }
 
 /// The description of the API.
@@ -101,15 +196,25 @@ pub(super) fn router(app: App) -> Router {
 #[openapi(
     info(
         title = "profidrive",
-        description = "See emulated PROFIBUS-DP drives and control what acts on them. Values carry their unit in their \
-            name. A request that is refused changes nothing.",
+        description = "See emulated PROFIBUS stations and CANopen nodes and control what acts on them. A station is named by \
+            its line and its address, or by its address alone where one line has it. A request that is refused changes \
+            nothing.",
     ),
     paths(
         description,
-        drives::list,
-        drives::add,
-        drives::state,
-        drives::remove,
+        line::state::list,
+        line::state::state,
+        faults::list,
+        faults::add,
+        faults::replace,
+        faults::clear,
+        faults::remove,
+        history::capture,
+        stations::list,
+        spec::add,
+        stations::state,
+        stations::remove,
+        stations::why,
         inputs::read,
         inputs::change,
         inputs::nominal,
@@ -121,53 +226,59 @@ pub(super) fn router(app: App) -> Router {
         parameters::list,
         parameters::read,
         parameters::write,
-        stations::list,
-        stations::state,
-        stations::texts,
-        stations::remove,
-        stations::release_all,
-        stations::raise,
-        stations::end_diagnosis,
+        objects::list,
+        objects::read,
+        objects::write,
+        modules::texts,
+        modules::diagnosis,
+        modules::raise,
+        modules::end_diagnosis,
         values::read_input,
         values::force,
         values::release,
         values::read_output,
-        ppo_drives::list,
-        ppo_drives::state,
-        ppo_drives::remove,
-        ppo_drives::fault,
-        ppo_drives::warning,
-        ppo_drives::load,
-        ppo_drives::why::why,
-        ppo_parameters::list,
-        ppo_parameters::read,
-        ppo_parameters::write,
-        why::why,
-        history::events,
         history::samples,
         history::samples_csv,
-        history::capture,
-        bus::state,
-        faults::list,
-        faults::add,
-        faults::replace,
-        faults::clear,
-        faults::remove,
         stream::events,
+        history::events,
     ),
     components(schemas(Problem, NewsEvent, TelegramEvent, Lost))
 )]
-struct Description;
+struct Api;
+
+/// The description, with the paths by the address alone.
+fn described() -> utoipa::openapi::OpenApi {
+    let mut api = Api::openapi();
+    let of_stations = api.paths.paths.iter().filter_map(|(path, item)| {
+        let rest = path.strip_prefix(STATIONS)?;
+        Some((format!("{SHORT}{rest}"), by_address(item.clone())))
+    });
+    let short: Vec<_> = of_stations.collect();
+    api.paths.paths.extend(short);
+    api
+}
+
+/// The operations of a path without the line.
+fn by_address(mut item: utoipa::openapi::PathItem) -> utoipa::openapi::PathItem {
+    let operations = [&mut item.get, &mut item.put, &mut item.post, &mut item.patch, &mut item.delete];
+    for operation in operations.into_iter().flatten() {
+        if let Some(parameters) = &mut operation.parameters {
+            parameters.retain(|parameter| parameter.name != "line");
+        }
+        operation.operation_id = operation.operation_id.take().map(|name| format!("{name}_by_address"));
+    }
+    item
+}
 
 /// The description of the API
 #[utoipa::path(get, path = "/api/v1/openapi.json", tag = "description",
     responses((status = 200, description = "OpenAPI 3.1", body = serde_json::Value), Problems))]
 async fn description() -> Json<utoipa::openapi::OpenApi> {
-    Json(Description::openapi())
+    Json(described())
 }
 
 /// Refuses what stands behind the question mark, for operations that know no parameter.
-pub(super) async fn without_parameters(request: Request, next: Next) -> Result<Response, Problem> {
+async fn without_parameters(request: Request, next: Next) -> Result<Response, Problem> {
     match request.uri().query() {
         None | Some("") => Ok(next.run(request).await),
         Some(query) => Err(Problem::new(
@@ -180,14 +291,14 @@ pub(super) async fn without_parameters(request: Request, next: Next) -> Result<R
     }
 }
 
-pub(super) async fn nothing_there(uri: Uri) -> Problem {
+async fn nothing_there(uri: Uri) -> Problem {
     Problem::not_found(format!(
         "there is nothing at {}; the API is described at /api/v1/openapi.json",
         uri.path()
     ))
 }
 
-pub(super) async fn not_so(method: Method, uri: Uri) -> Problem {
+async fn not_so(method: Method, uri: Uri) -> Problem {
     Problem::new(
         StatusCode::METHOD_NOT_ALLOWED,
         format!(
@@ -199,45 +310,47 @@ pub(super) async fn not_so(method: Method, uri: Uri) -> Problem {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+mod tests {
     use std::collections::BTreeSet;
 
     use super::*;
 
-    /// The methods and paths of a router, by its text: the router does not tell them.
-    pub(in crate::panel) fn routed(text: &str) -> BTreeSet<String> {
+    /// The methods and paths of the router, by its text: the router does not tell them.
+    fn routed(text: &str) -> BTreeSet<String> {
         let begin = text.find("Router::new()").unwrap();
         let end = begin + text[begin..].find(".fallback(").unwrap();
         let mut routes = BTreeSet::new();
-        for route in text[begin..end].split(".route(").skip(1) {
+        let calls = text[begin..end].split(".route(").skip(1).flat_map(|part| {
+            let mut pieces = part.split(".station(");
+            let first = pieces.next().map(|route| (vec![""], route));
+            first.into_iter().chain(pieces.map(|route| (vec![STATIONS, SHORT], route)))
+        });
+        for (before, route) in calls {
             let path = route.split('"').nth(1).unwrap();
             for method in ["get", "post", "put", "patch", "delete"] {
                 let handled = [" ", ".", "("].iter().any(|before| {
                     let call = format!("{before}{method}(");
                     route.split('"').nth(2).unwrap().contains(&call)
                 });
-                if handled && path.starts_with("/api/") {
-                    routes.insert(format!("{method} {path}"));
+                for before in
+                    before.iter().filter(|before| handled && format!("{before}{path}").starts_with("/api/"))
+                {
+                    routes.insert(format!("{method} {before}{path}"));
                 }
             }
         }
         routes
     }
 
-    /// The methods and paths of a description.
-    pub(in crate::panel) fn described(description: &utoipa::openapi::OpenApi) -> BTreeSet<String> {
-        let description = serde_json::to_value(description).unwrap();
-        let mut described = BTreeSet::new();
-        for (path, methods) in description["paths"].as_object().unwrap() {
-            described.extend(methods.as_object().unwrap().keys().map(|method| format!("{method} {path}")));
-        }
-        described
-    }
-
     #[test]
     fn every_route_is_described_with_every_method() {
         let routes = routed(include_str!("routes.rs"));
-        assert!(routes.len() >= 22, "{routes:?}");
-        assert_eq!(routes, described(&Description::openapi()));
+        assert!(routes.len() >= 60, "{routes:?}");
+        let description = serde_json::to_value(described()).unwrap();
+        let mut all = BTreeSet::new();
+        for (path, methods) in description["paths"].as_object().unwrap() {
+            all.extend(methods.as_object().unwrap().keys().map(|method| format!("{method} {path}")));
+        }
+        assert_eq!(routes, all);
     }
 }

@@ -1,125 +1,82 @@
-//! The ten DIP switches under the cover.
+//! The switches under the cover of a station.
 
 use axum::Json;
-use axum::extract::State;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::bus_access::Asking;
-use super::problem::{Body, Problem, Problems, Station};
-use crate::devices::ag03::param::DefaultSet;
-use crate::devices::ag03::profibus::dip::Terminator;
-use crate::devices::ag03::profibus::{Device, DipSwitches};
+use super::line::lacks;
+use super::problem::{Body, Problem, Problems};
+use super::routes::Place;
+use crate::face::Description;
 
-/// The DIP switches of a drive and what they mean. They are read when the drive is switched on.
+/// The switches of a station and what they mean. They are read when it is switched on.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
-pub(super) struct Switches {
-    /// SW1 to SW10, `true` = ON.
-    #[schema(min_items = 10, max_items = 10)]
+pub(super) struct SwitchesState {
+    /// The first switch first, `true` = on.
     positions: Vec<bool>,
-    /// The address they say. The drive has the one it was switched on with.
-    address: u8,
-    /// SW8 is ON with a pattern of these parameters: they are reset when the drive is switched on.
-    factory_reset: Option<ResetSet>,
-    /// What SW9 and SW10 make of the bus terminator.
-    terminator: TerminatorState,
+    /// What each is for.
+    names: Vec<&'static str>,
+    /// What they say together.
+    text: String,
 }
 
-/// The parameters of a factory reset.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-enum ResetSet {
-    All,
-    Standard,
-    Controller,
-}
-
-/// The bus terminator.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-enum TerminatorState {
-    Inactive,
-    Active,
-    /// Only one of SW9 and SW10 is ON: the manual warns of it (chapter 7.10).
-    Half,
-}
-
-/// New positions of all ten DIP switches.
+/// New positions of all switches.
 #[derive(Clone, Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SwitchesChange {
-    /// SW1 to SW10, `true` = ON.
-    #[schema(min_items = 10, max_items = 10)]
+    /// The first switch first, `true` = on.
     positions: Vec<bool>,
 }
 
-/// The DIP switches
-#[utoipa::path(get, path = "/api/v1/drives/{address}/switches", tag = "drive", params(("address" = u8, Path, maximum = 126)),
-    responses((status = 200, body = Switches), Problems))]
-pub(super) async fn read(
-    State(asking): State<Asking>,
-    Station(address): Station,
-) -> Result<Json<Switches>, Problem> {
-    asking.ask(move |bench| bench.with_drive(address, |device| Json(Switches::of(device)))).await?
+/// The switches of a station
+#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/switches", tag = "station",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = SwitchesState), Problems))]
+pub(super) async fn read(place: Place) -> Result<Json<SwitchesState>, Problem> {
+    let address = place.address;
+    let read = place.line.asking.ask(move |bench| {
+        let switches = SwitchesState::of(bench.find(address)?.description);
+        switches.map(Json).ok_or_else(|| lacks(address, "switches"))
+    });
+    read.await?
 }
 
-/// Sets all ten DIP switches
+/// Sets all switches
 ///
-/// They are read when the drive is switched on next.
-#[utoipa::path(put, path = "/api/v1/drives/{address}/switches", tag = "drive", params(("address" = u8, Path, maximum = 126)),
-    request_body = SwitchesChange, responses((status = 200, body = Switches), Problems))]
+/// They are read when the station is switched on next.
+#[utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/switches", tag = "station",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)),
+    request_body = SwitchesChange, responses((status = 200, body = SwitchesState), Problems))]
 pub(super) async fn set(
-    State(asking): State<Asking>,
-    Station(address): Station,
+    place: Place,
     Body(SwitchesChange { positions }): Body<SwitchesChange>,
-) -> Result<Json<Switches>, Problem> {
-    if positions.len() != SWITCHES {
-        let got = positions.len();
-        return Err(Problem::value(format!("positions must have {SWITCHES} values, SW1 first, got {got}")));
-    }
-    let bits = positions.iter().rev().fold(0, |bits, on| bits << 1 | u16::from(*on));
-    asking
-        .ask(move |bench| {
-            bench.with_drive(address, |device| {
-                device.set_switches(DipSwitches::from_bits(bits));
-                Json(Switches::of(device))
-            })
-        })
-        .await?
+) -> Result<Json<SwitchesState>, Problem> {
+    let address = place.address;
+    let set = move |station: &mut dyn Description, _: &super::line::Acted<'_>| {
+        let now = SwitchesState::of(station).ok_or_else(|| lacks(address, "switches"))?;
+        let (count, got) = (now.names.len(), positions.len());
+        if got != count {
+            return Err(Problem::value(format!(
+                "positions must have {count} values, the first switch first, got {got}"
+            )));
+        }
+        station.set_switches(positions.iter().rev().fold(0, |bits, on| bits << 1 | u16::from(*on)));
+        Ok(())
+    };
+    let switches = place.act(set, |station| SwitchesState::of(station)).await?;
+    switches.map(Json).ok_or_else(|| lacks(address, "switches"))
 }
 
-/// How many there are.
-const SWITCHES: usize = 10;
-
-impl Switches {
-    pub(super) fn of(device: &Device) -> Self {
-        let config = device.config();
-        let switches = config.switches;
-        Self {
-            positions: (0..SWITCHES).map(|switch| switches.bits() >> switch & 1 != 0).collect(),
-            address: switches.address().number(),
-            factory_reset: config.reset_patterns.requested(switches).map(ResetSet::from),
-            terminator: switches.terminator().into(),
-        }
-    }
-}
-
-impl From<DefaultSet> for ResetSet {
-    fn from(set: DefaultSet) -> Self {
-        match set {
-            DefaultSet::All => Self::All,
-            DefaultSet::Standard => Self::Standard,
-            DefaultSet::Controller => Self::Controller,
-        }
-    }
-}
-
-impl From<Terminator> for TerminatorState {
-    fn from(terminator: Terminator) -> Self {
-        match terminator {
-            Terminator::Inactive => Self::Inactive,
-            Terminator::Active => Self::Active,
-            Terminator::Half => Self::Half,
-        }
+impl SwitchesState {
+    pub(super) fn of(station: &dyn Description) -> Option<Self> {
+        let mut found = None;
+        station.tell_switches(&mut |switches| {
+            let is_on = |place: usize| switches.positions >> place & 1 != 0;
+            found = Some(Self {
+                positions: (0..switches.names.len()).map(is_on).collect(),
+                names: switches.names.to_vec(),
+                text: switches.text.to_string(),
+            });
+        });
+        found
     }
 }

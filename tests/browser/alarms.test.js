@@ -40,7 +40,7 @@ test("live regions are silent during a travel, and speak once of a refusal and o
 
     await page.getByRole("button", { name: "Provoke fault D:" }).click();
     await until("the fault", () => announced(page, "alert"), (said) => said === "Station 5: fault D (output stage too hot)");
-    await text(page, "#why-way", "remove its cause");
+    await text(page, "#why-reasons", "remove it, then acknowledge (STW.7 from 0 to 1)");
     await master.travel(5, 0);
     await until("the refusal", () => announced(page, "status"), (said) => said.includes("travel to 0 inc refused: fault D"));
     // As a screen reader has it: roles and texts.
@@ -60,7 +60,7 @@ test("the banner of a fault tells its cause, whether that persists, and the way 
     const provoke = page.getByRole("button", { name: "Provoke fault D:" });
     await provoke.click();
     await text(page, "#why-title", "Fault D (output stage too hot). Its cause is still present.");
-    await text(page, "#why-way", "Next: remove its cause. Then the master acknowledges with STW.7 from 0 to 1");
+    await text(page, "#why-reasons", "its cause is present: remove it, then acknowledge (STW.7 from 0 to 1)");
     assert.equal(await page.locator("#why").getAttribute("data-kind"), "fault");
     await page.locator("[aria-label^='Provoke fault D:'][aria-pressed=true]").waitFor();
     await provoke.click();
@@ -77,7 +77,7 @@ test("the banner of a fault tells its cause, whether that persists, and the way 
 test("a fault of a drive is seen and announced while something else is shown", async () => {
   await onStage({ drives: ["--drives", "5-6"], master: false }, async ({ page }) => {
     const provoke = (address, fault) =>
-      page.evaluate(([address, fault]) => fetch(`/api/v1/drives/${address}/provoke`, { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify({ fault }) }).then(({ ok }) => ok), [address, fault]);
+      page.evaluate(([address, fault]) => fetch(`/api/v1/stations/${address}/provoke`, { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify({ fault }) }).then(({ ok }) => ok), [address, fault]);
     assert.ok(!(await page.locator("#alarms").isVisible()));
     assert.ok(await provoke(6, "D"));
     await text(page, "#alarms", "6: D");

@@ -46,10 +46,10 @@ test("a server that is frozen is missed at once, its values look old, and it is 
 test("a drive that is taken away is said to be gone, and is there again when it is back", async () => {
   await onStage({ drives: ["--drives", "5-6"], master: false, refusals: true }, async ({ page }) => {
     const act = (method, path, body) => page.evaluate(([method, path, body]) => fetch(path, { method, headers: { "content-type": "application/json" }, body }).then(({ status }) => status), [method, path, body]);
-    assert.equal(await act("DELETE", "/api/v1/drives/5"), 204);
-    await text(page, "#why-title", "there is no drive at address 5");
+    assert.equal(await act("DELETE", "/api/v1/stations/5"), 204);
+    await text(page, "#why-title", "there is no station at address 5");
     for (const part of ["#values", "#device", "#curves", "#inputs", "#words"]) assert.ok(!(await page.locator(part).isVisible()), `nothing in ${part} is of a drive that is gone`);
-    assert.equal(await act("POST", "/api/v1/drives", JSON.stringify({ address: 5 })), 201);
+    assert.equal(await act("POST", "/api/v1/stations", JSON.stringify({ address: 5, device: "ag03-1" })), 201);
     await page.locator(CONNECTED).waitFor();
     await text(page, "#station-state", "ready-to-run");
   });
@@ -58,7 +58,7 @@ test("a drive that is taken away is said to be gone, and is there again when it 
 test("at an address without a drive nothing of another drive is shown", async () => {
   await onStage({ drives: ["--drives", "5-6"], master: false, refusals: true, page: { view: "#station/6" } }, async ({ page }) => {
     await text(page, "#station-about", "AG03/1");
-    for (const [address, said] of [[77, "there is no drive at address 77"], [999, "'999' is no address"]]) {
+    for (const [address, said] of [[77, "there is no station at address 77"], [999, "'999' is no address"]]) {
       await page.evaluate((address) => (location.hash = `#station/${address}`), address);
       await text(page, "#station-title", `Station ${address}`);
       await text(page, "#why-title", said);

@@ -34,7 +34,7 @@ test("who opens the page after a travel and a fault sees both, marked in the cur
     await master.enable(5);
     await master.travel(5, 1600);
     await master.until(5, "the target", ({ hiw }) => hiw === 1600);
-    await page.evaluate(() => fetch("/api/v1/drives/5/provoke", { method: "POST", headers: { "content-type": "application/json" }, body: '{"fault": "D"}' }));
+    await page.evaluate(() => fetch("/api/v1/stations/5/provoke", { method: "POST", headers: { "content-type": "application/json" }, body: '{"fault": "D"}' }));
     await text(page, "#alarms", "5: D");
     // Long enough ago for the samples.
     await new Promise((resolve) => setTimeout(resolve, 600));
@@ -57,9 +57,9 @@ test("who opens the page after a travel and a fault sees both, marked in the cur
     await until("the fault", () => faults.count(), (count) => count === 1);
 
     const curves = await saved(page, "Save as CSV");
-    assert.equal(curves.name, "drive-5.csv");
-    assert.match(curves.octets.toString(), /^time_seconds,position_user_units,.*\r\n[\d.]+,0,increments,/);
-    assert.match(curves.octets.toString(), /,1600,increments,/);
+    assert.equal(curves.name, "station-5.csv");
+    assert.match(curves.octets.toString(), /^time_seconds,position,.*\r\n[\d.]+,0,/);
+    assert.match(curves.octets.toString(), /^[\d.]+,1600,/m);
   });
 });
 

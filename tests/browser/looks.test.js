@@ -138,7 +138,7 @@ test("on a phone nothing is beside the screen, and what is touched is large enou
         .map(({ box, name }) => `${name}: ${box.width} x ${box.height}`),
     );
     assert.deepEqual(small, [], "WCAG 2.2 asks for 24 x 24");
-    await page.getByRole("switch", { name: "Shaft blocked" }).tap();
+    await page.getByRole("switch", { name: "the shaft is blocked" }).tap();
     await page.locator("[data-input=blocked] [aria-checked=true]").waitFor();
     for (const view of ["Stations", "Bus"]) {
       await page.getByRole("link", { name: view, exact: true }).tap();
@@ -190,21 +190,24 @@ test("everything can be reached and worked with the keyboard, and the focus is a
       if (reached.has(at.name) && at.name === "Skip to the content") break;
       reached.set(at.name, true);
     }
-    for (const name of ["Stations", "Bus", "SW1, address 1", "SW10, bus terminator", "Key 1, clockwise", "Key 2, counter-clockwise", "Power off", "Shaft blocked", "Load, pulls clockwise, Nm", "Position, Speed, Current against time", "Provoke fault A: supply below 18 V and more than 200 mA, once the shaft is commanded to turn", "Read", "Write", "Pause"]) {
+    for (const name of ["Stations", "Bus", "SW1, address 1", "SW10, bus terminator", "key 1", "key 2", "Power off", "the shaft is blocked", "battery of the encoder, V", "load that pulls the shaft clockwise: 1", "Position, Speed, Current against time", "Provoke fault A: A (supply voltage too low)", "Read", "Write", "Pause"]) {
       assert.ok(reached.has(name), `${name} is reached; got ${[...reached.keys()].join(" | ")}`);
     }
 
     await page.getByRole("switch", { name: "SW8, factory reset" }).focus();
     await page.keyboard.press("Space");
     await text(page, "#device-text", "1010000 1 00");
-    const load = page.getByRole("slider", { name: "Load, pulls clockwise, Nm" });
-    await load.focus();
+    const battery = page.getByRole("slider", { name: "battery of the encoder, V" });
+    await battery.focus();
     await page.keyboard.press("ArrowRight");
     await page.keyboard.press("ArrowRight");
+    await page.locator('[data-input="battery_volts"][data-changed=true]').waitFor();
+    await page.getByRole("button", { name: "load that pulls the shaft clockwise: 1", exact: true }).focus();
+    await page.keyboard.press("Enter");
     await page.locator('[data-input="load_torque_newton_metres"][data-changed=true]').waitFor();
-    await page.getByRole("switch", { name: "Give Intermediate circuit" }).focus();
+    await page.getByRole("switch", { name: "Give voltage of the intermediate circuit" }).focus();
     await page.keyboard.press("Space");
-    const volts = page.getByLabel("Intermediate circuit", { exact: true });
+    const volts = page.getByLabel("voltage of the intermediate circuit", { exact: true });
     await until("the voltage it has", () => volts.inputValue(), (shown) => shown === "24");
     await volts.focus();
     await page.keyboard.press("Control+a");
@@ -246,9 +249,9 @@ test("125 drives are seen at a glance, filtered and chosen", async () => {
     for (const address of addresses.filter((address) => address % 3 === 0 && address <= 100)) master.station(address).stw = 0x000b;
     await master.until(99, "operation enabled", (station) => station.bit(2));
     const act = (method, path, body) => page.evaluate(([method, path, body]) => fetch(path, { method, headers: { "content-type": "application/json" }, body: JSON.stringify(body) }).then((response) => response.status), [method, path, body]);
-    for (const address of [14, 52, 98]) assert.equal(await act("POST", `/api/v1/drives/${address}/provoke`, { fault: "D" }), 200);
-    assert.equal(await act("PATCH", "/api/v1/drives/33/inputs", { battery_volts: 2.5 }), 200);
-    assert.equal(await act("PUT", "/api/v1/drives/77/power", { on: false }), 200);
+    for (const address of [14, 52, 98]) assert.equal(await act("POST", `/api/v1/stations/${address}/provoke`, { fault: "D" }), 200);
+    assert.equal(await act("PATCH", "/api/v1/stations/33/inputs", { battery_volts: 2.5 }), 200);
+    assert.equal(await act("PUT", "/api/v1/stations/77/power", { on: false }), 200);
     const travelling = [6, 9, 12, 42, 60];
     await Promise.all(travelling.map((address) => master.travel(address, address % 4 === 0 ? -900_000 : 900_000)));
     for (const address of travelling) await master.until(address, "a travel", (station) => !station.bit(13));

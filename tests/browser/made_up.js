@@ -94,7 +94,7 @@ export class MadeUp {
     const path = pathname.replace("/api/v1", "");
     if (request.method !== "GET") this.asked.push({ method: request.method, path, body: text === "" ? null : JSON.parse(text) });
     if (path === "/events") this.#stream(response, searchParams);
-    else if (path === "/openapi.json") answer({ paths: { "/api/v1/lines": {} } });
+    else if (path === "/openapi.json") answer({ paths: {} });
     else if (path === "/stations") answer({ time_seconds: 1, stations: this.stations });
     else if (path === "/lines") answer({ time_seconds: 1, lines: [{ line: "cellar", bus: "canopen", link: "slcan", rate_bits_per_second: 500_000 }] });
     else if (path === "/lines/cellar") answer(this.bus);

@@ -36,7 +36,7 @@ test("an AG03/1 shows its words, PDOs and dictionary, why it does not move, and 
     await text(page, "#why-title", "It does not move, because");
     await text(page, "#why-reasons", "PRE-OPERATIONAL");
     bus.send("t00020105");
-    await text(page, "#station-state", "OPERATIONAL");
+    await text(page, "#station-about", "· OPERATIONAL");
     bus.send("t60582B40600006000000");
     await text(page, "[data-word='6040'] .raw", "0006");
     await page.locator("[data-word='6041'] li[data-set=true]", { hasText: "ready to switch on" }).waitFor();
@@ -52,7 +52,7 @@ test("an AG03/1 shows its words, PDOs and dictionary, why it does not move, and 
     await text(page, "#objects tr[data-key='1017:00']", "250");
 
     await page.getByRole("button", { name: /^Provoke fault D:/ }).click();
-    await text(page, "#station-state", "error register 09h");
+    await text(page, "#station-state", "fault D");
     await text(page, "#faults table", "4310h");
     await page.locator("#faults [data-fault=D][aria-pressed=true]").waitFor();
     await text(page, "#device .leds", "status green: blinks 4 times");
@@ -63,7 +63,7 @@ test("an AG03/1 shows its words, PDOs and dictionary, why it does not move, and 
     await page.getByRole("button", { name: "Power off" }).click();
     await text(page, "#station-state", "switched off");
     await page.getByRole("button", { name: "Power on" }).click();
-    await text(page, "#station-state", "PRE-OPERATIONAL");
+    await text(page, "#station-about", "PRE-OPERATIONAL");
     bus.end();
   });
 });
@@ -145,8 +145,8 @@ test("frames are told with their service and their node, and a node shows its ow
     await page.locator("#telegram-lines input[type=search]").fill("SDO 0x1017");
     await shown.first().waitFor();
     const texts = await shown.allTextContents();
-    assert.ok(texts.every((line) => line.includes("of node 6 1017h:00")), texts.join("\n"));
-    assert.ok(texts.some((line) => line.includes("SDO answer")));
+    assert.ok(texts.every((line) => /SDO (to|from) 6: .*1017h:00/.test(line)), texts.join("\n"));
+    assert.ok(texts.some((line) => line.includes("SDO from 6")));
     bus.end();
   });
 });

@@ -167,7 +167,7 @@ test("nothing typed is not written as 0, Enter in the value writes, and a chosen
 test("a value that cannot act on the drive is refused with a sentence, and the one in effect comes back", async () => {
   await onStage({ master: false }, async ({ page }) => {
     await setInput(page, "control_supply_volts", 70);
-    await text(page, "#inputs .refused", "Control supply must be 0 to 60 V, not 70. Nothing is changed.");
+    await text(page, "#inputs .refused", "supply of the control must be 0 to 60 V, not 70. Nothing is changed.");
     const number = page.locator('[data-input="control_supply_volts"] input[type=text]');
     assert.equal(await number.getAttribute("aria-invalid"), "true");
     await number.blur();
@@ -261,7 +261,7 @@ test("master and drive are heard on the parameter channel", async () => {
 test("the keys turn the shaft as long as they are held, with the mouse and with the keyboard", async () => {
   await onStage({ master: false }, async ({ page }) => {
     await page.locator("[data-lamp='bus orange'][data-lit=false]").waitFor();
-    const clockwise = page.getByRole("button", { name: "Key 1, clockwise" });
+    const clockwise = page.getByRole("button", { name: "key 1" });
     const box = await clockwise.boundingBox();
     await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
     await page.mouse.down();
@@ -272,7 +272,7 @@ test("the keys turn the shaft as long as they are held, with the mouse and with 
     await page.mouse.up();
     await until("speed", () => value(page, "speed"), (speed) => speed === 0);
 
-    await page.getByRole("button", { name: "Key 2, counter-clockwise" }).focus();
+    await page.getByRole("button", { name: "key 2" }).focus();
     await page.keyboard.down("Enter");
     await until("position", () => value(page, "position"), (now) => now > position + 100);
     await page.keyboard.up("Enter");
@@ -283,8 +283,8 @@ test("the keys turn the shaft as long as they are held, with the mouse and with 
 test("a key is released when the page goes while it is held", async () => {
   // Where the page goes to there is no icon, for which a browser asks all the same.
   await onStage({ master: false, refusals: true }, async ({ page, emulator }) => {
-    const keys = async () => (await (await fetch(new URL("api/v1/drives/5", emulator.panel))).json()).keys.key_1_pressed;
-    await page.getByRole("button", { name: "Key 1, clockwise" }).focus();
+    const keys = async () => (await (await fetch(new URL("api/v1/stations/5", emulator.panel))).json()).keys.find(({ key }) => key === "key_1").pressed;
+    await page.getByRole("button", { name: "key 1" }).focus();
     await page.keyboard.down("Enter");
     await until("key", keys, (pressed) => pressed);
     await page.goto(new URL("api/v1/openapi.json", emulator.panel).href);

@@ -26,7 +26,7 @@ def expect(condition, what):
 
 def http(method, path, body=None):
     data = None if body is None else json.dumps(body).encode()
-    request = urllib.request.Request(f"{panel}/api/v1/drives/{path}", data, {"content-type": "application/json"}, method=method)
+    request = urllib.request.Request(f"{panel}/api/v1/stations/{path}", data, {"content-type": "application/json"}, method=method)
     with urllib.request.urlopen(request, timeout=PATIENCE) as answer:
         return json.load(answer)
 
@@ -74,7 +74,7 @@ def main(link, eds):
         for fault, (code, register) in ASDA.items():
             provoke(asda, fault, code, register)
             expect(asda.sdo[0x603F].raw == code, "603Fh has it")
-            expect(http("GET", "7")["display"]["lines"][0]["text"] == f"AL{fault}", "the panel shows it")
+            expect(http("GET", "7")["display"]["rows"][0]["text"] == f"AL{fault}", "the panel shows it")
             acknowledge(asda)
 
         # The keys turn the shaft in PRE-OPERATIONAL.

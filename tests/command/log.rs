@@ -31,8 +31,9 @@ fn wait_for(emulator: &Emulator, begin: &str) -> Vec<String> {
     }
 }
 
-fn remove(emulator: &Emulator, path: &str) {
-    assert_eq!(emulator.request("DELETE", &format!("/api/v1/{path}"), "", "").status, 204, "{path}");
+fn remove(emulator: &Emulator, address: u8) {
+    let path = format!("/api/v1/stations/{address}");
+    assert_eq!(emulator.request("DELETE", &path, "", "").status, 204, "{path}");
 }
 
 #[test]
@@ -52,9 +53,9 @@ fn who_is_on_the_line_is_logged_and_a_fault_whose_station_goes_is_a_warning() {
         "--fault",
         "late=2ms,station=5",
     ]);
-    emulator.set("POST", "/api/v1/drives", &json!({"address": 9}));
-    for path in ["stations/7", "ppo-drives/8", "drives/6", "drives/9"] {
-        remove(&emulator, path);
+    emulator.set("POST", "/api/v1/stations", &json!({"address": 9, "device": "ag03-1"}));
+    for address in [7, 8, 6, 9] {
+        remove(&emulator, address);
     }
     let log = emulator.log();
     let now = lines(&log, "on the line now: ");
@@ -81,8 +82,8 @@ fn who_is_on_the_bus_is_logged_and_a_fault_whose_node_goes_is_a_warning() {
         "--fault",
         "sdo-lost,node=6",
     ]);
-    remove(&emulator, "drives/6");
-    emulator.set("POST", "/api/v1/drives", &json!({"address": 9, "device": "ap10"}));
+    remove(&emulator, 6);
+    emulator.set("POST", "/api/v1/stations", &json!({"address": 9, "device": "ap10"}));
     let log = emulator.log();
     let now = lines(&log, "on the bus now: ");
     let who: Vec<_> = now.iter().map(|line| line.split_once("now: ").unwrap().1).collect();
@@ -117,7 +118,7 @@ fn a_node_that_is_asked_but_not_there_is_told_once_in_the_log_and_in_the_panel()
     assert_eq!(wait_for(&emulator, "hint: node 9"), [HINT]);
     assert_eq!(wait_for(&emulator, "hint: node 10").len(), 1);
     // Once it is there it answers, and its number is told anew when it is gone.
-    emulator.set("POST", "/api/v1/drives", &json!({"address": 9}));
+    emulator.set("POST", "/api/v1/stations", &json!({"address": 9, "device": "ag03-1"}));
     bus.frame(0x709);
     bus.sdo(9, "4000100000000000");
     let log = emulator.log();
@@ -133,7 +134,7 @@ fn an_nmt_command_that_a_node_ignores_is_told_once() {
     bus.send("t00020705");
     let unknown = wait_for(&emulator, "NMT command 07h ignored: there is no such command; send 01h (start)");
     assert_eq!(unknown.len(), 1);
-    emulator.set("PUT", "/api/v1/drives/5/power", &json!({"on": false}));
+    emulator.set("PUT", "/api/v1/stations/5/power", &json!({"on": false}));
     bus.send("t00020105");
     bus.send("t00020105");
     let off = wait_for(&emulator, "NMT command 01h ignored: the node is switched off; switch its supply on");
@@ -146,7 +147,7 @@ fn an_nmt_command_that_a_node_ignores_is_told_once() {
 fn a_load_at_a_drive_of_the_profile_is_told_when_it_changes() {
     let emulator = Emulator::logging(&["--drive", "5", "--ppo-drive", "7"]);
     for percent in [40.0, 40.0, 12.5] {
-        emulator.set("PUT", "/api/v1/ppo-drives/7/load", &json!({"percent": percent}));
+        emulator.set("PATCH", "/api/v1/stations/7/inputs", &json!({"load_percent": percent}));
     }
     wait_for(&emulator, "station 7: load changed from 40 % to 12.5 % of the rated torque");
     assert_eq!(told(&emulator, "station 7: load changed from").len(), 2);
@@ -173,14 +174,14 @@ fn an_event_told_before_the_stream_is_open_is_among_the_recent_ones_asked_for_be
     };
     assert_eq!(faults(), Vec::<Value>::new());
     // Between an answer and the stream.
-    emulator.set("POST", "/api/v1/drives/5/provoke", &json!({"fault": "F"}));
+    emulator.set("POST", "/api/v1/stations/5/provoke", &json!({"fault": "F"}));
     let start = Instant::now();
     while faults().is_empty() {
         assert!(start.elapsed() < PATIENCE);
     }
     let mut stream = emulator.stream("?kinds=news");
     let between = faults();
-    emulator.set("POST", "/api/v1/drives/6/provoke", &json!({"fault": "F"}));
+    emulator.set("POST", "/api/v1/stations/6/provoke", &json!({"fault": "F"}));
     // The stream has only what came behind it; a page that asks behind its opening misses nothing and sees nothing twice.
     let behind = stream.find("news", |news| news["kind"] == "fault");
     assert_eq!((&between[0]["address"], &behind["address"]), (&json!(5), &json!(6)));

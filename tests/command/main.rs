@@ -58,6 +58,8 @@ mod panel_history;
 #[cfg(target_os = "linux")]
 mod panel_inputs;
 #[cfg(target_os = "linux")]
+mod panel_kinds;
+#[cfg(target_os = "linux")]
 mod panel_ppo;
 #[cfg(target_os = "linux")]
 mod panel_robustness;

@@ -44,7 +44,7 @@ impl Bus {
         let length = body.len();
         write!(
             stream,
-            "{method} /api/v1/drives/{path} HTTP/1.1\r\n{head}\r\nContent-Length: {length}\r\n\r\n{body}"
+            "{method} /api/v1/stations/{path} HTTP/1.1\r\n{head}\r\nContent-Length: {length}\r\n\r\n{body}"
         )
         .unwrap();
         let mut answer = String::new();

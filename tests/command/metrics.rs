@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::nodes;
 use crate::emulator;
-use crate::panel::{Answer, Emulator, PATIENCE};
+use crate::panel::{Answer, Emulator, PATIENCE, State};
 use crate::pty::Master;
 
 /// What is at this place.
@@ -66,7 +66,7 @@ fn label(name: &Value) -> String {
     name.as_str().unwrap().to_lowercase().replace(' ', "_")
 }
 
-/// Every number of `/api/v1/bus`, beside the same of the metrics.
+/// Every number of `/api/v1/lines/line`, beside the same of the metrics.
 fn compare(series: &Series, bus: &Value) {
     let line = r#"line="1""#;
     assert_eq!(json!(series.at("line_rate_bits_per_second", line)), bus["rate_bits_per_second"]);
@@ -120,7 +120,7 @@ fn each_number_is_what_the_panel_says_and_a_power_cycle_takes_none_back() {
     let state = |state: &str| format!("{five},state=\"{state}\"");
 
     let fresh = Series::of(place);
-    compare(&fresh, &emulator.get("/api/v1/bus"));
+    compare(&fresh, &emulator.get("/api/v1/lines/line"));
     assert_eq!(
         (fresh.at("slave_state", &state("wait_prm")), fresh.at("drive_state", &state("ready"))),
         (1, 1)
@@ -135,7 +135,7 @@ fn each_number_is_what_the_panel_says_and_a_power_cycle_takes_none_back() {
     // Noise, and a telegram with a wrong FCS.
     master.noise(&[0x10, 0x05, 0x02, 0x49, 0x51, 0x16]);
     let series = Series::wait(place, "line_errors_total", r#"line="1",kind="checksum""#, 1);
-    compare(&series, &emulator.get("/api/v1/bus"));
+    compare(&series, &emulator.get("/api/v1/lines/line"));
     assert_eq!(series.at("retries_total", five), 1);
     assert_eq!(series.at("requests_total", &format!("{five},kind=\"srd\"")), 3 + 20 + 1);
     assert_eq!(
@@ -144,10 +144,10 @@ fn each_number_is_what_the_panel_says_and_a_power_cycle_takes_none_back() {
     );
 
     // A fault of each kind of drive.
-    emulator.set("POST", "/api/v1/drives/5/provoke", &json!({ "fault": "F" }));
-    emulator.set("POST", "/api/v1/ppo-drives/9/fault", &json!({ "number": 77 }));
+    emulator.set("POST", "/api/v1/stations/5/provoke", &json!({ "fault": "F" }));
+    emulator.set("PATCH", "/api/v1/stations/9/inputs", &json!({ "fault_number": 77 }));
     let series = Series::wait(place, "faults_total", five, 1);
-    assert_eq!(json!(series.at("faults_total", five)), emulator.get("/api/v1/drives/5")["faults"]["count"]);
+    assert_eq!(&json!(series.at("faults_total", five)), emulator.get("/api/v1/stations/5").counter("faults"));
     assert_eq!(series.at("drive_state", &state("fault")), 1);
     let nine = r#"line="1",address="9""#;
     assert_eq!(series.at("faults_total", nine), 1);
@@ -157,23 +157,23 @@ fn each_number_is_what_the_panel_says_and_a_power_cycle_takes_none_back() {
     drop(master);
     let master = Master::parameterised(emulator.terminal(), [0x88, 100, 1]);
     let series = Series::wait(place, "watchdog_expiries_total", five, 1);
-    compare(&series, &emulator.get("/api/v1/bus"));
+    compare(&series, &emulator.get("/api/v1/lines/line"));
     drop(master);
 
     // A power cycle takes nothing back, and without its cause the fault does not come again.
-    assert_eq!(emulator.request("DELETE", "/api/v1/drives/5/inputs", "", "").status, 200);
-    emulator.set("PUT", "/api/v1/drives/5/power", &json!({ "on": false }));
+    assert_eq!(emulator.request("DELETE", "/api/v1/stations/5/inputs", "", "").status, 200);
+    emulator.set("PUT", "/api/v1/stations/5/power", &json!({ "on": false }));
     assert_eq!(Series::of(place).at("drive_state", &state("off")), 1);
-    emulator.set("PUT", "/api/v1/drives/5/power", &json!({ "on": true }));
+    emulator.set("PUT", "/api/v1/stations/5/power", &json!({ "on": true }));
     let cycled = Series::of(place);
-    compare(&cycled, &emulator.get("/api/v1/bus"));
+    compare(&cycled, &emulator.get("/api/v1/lines/line"));
     assert_eq!((cycled.at("faults_total", five), cycled.at("retries_total", five)), (1, 1));
 
     // A station that is gone has no series; one that is added begins at 0. The line goes on.
-    assert_eq!(emulator.request("DELETE", "/api/v1/drives/5", "", "").status, 204);
+    assert_eq!(emulator.request("DELETE", "/api/v1/stations/5", "", "").status, 204);
     let gone = Series::of(place);
     assert!(!gone.has(five), "{gone:#?}");
-    emulator.set("POST", "/api/v1/drives", &json!({ "address": 5 }));
+    emulator.set("POST", "/api/v1/stations", &json!({ "address": 5, "device": "ag03-1" }));
     let added = Series::of(place);
     assert_eq!((added.at("replies_total", five), added.at("faults_total", five)), (0, 0));
     let replies = |series: &Series| series.at("reply_time_seconds_count", r#"line="1""#);
@@ -201,8 +201,8 @@ fn a_station_removed_and_added_again_between_two_scrapes_begins_anew_and_is_ther
     }
     let before = Series::of(place);
     assert!(requests(&before) > 0);
-    assert_eq!(emulator.request("DELETE", "/api/v1/drives/5", "", "").status, 204);
-    emulator.set("POST", "/api/v1/drives", &json!({"address": 5}));
+    assert_eq!(emulator.request("DELETE", "/api/v1/stations/5", "", "").status, 204);
+    emulator.set("POST", "/api/v1/stations", &json!({"address": 5, "device": "ag03-1"}));
     // A counter that goes back to 0 is a restart to Prometheus.
     let after = Series::of(place);
     assert_eq!(requests(&after), 0);
@@ -242,14 +242,14 @@ fn nodes_have_their_states_services_and_faults() {
     assert_eq!(series.at("drive_state", r#"line="1",address="7",state="inhibited""#), 1);
     assert!(!series.has(r#"profidrive_drive_state{line="1",address="6""#), "an AP10 is no drive");
 
-    emulator.set("POST", "/api/v1/drives/5/provoke", &json!({ "fault": "F" }));
+    emulator.set("POST", "/api/v1/stations/5/provoke", &json!({ "fault": "F" }));
     let five = r#"line="1",address="5""#;
     let series = Series::wait(place, "drive_state", &format!("{five},state=\"fault\""), 1);
     assert_eq!((series.at("faults_total", five), series.at("emergencies_total", five)), (1, 1));
 
     // The bus as the panel sees it; TPDOs may pass meanwhile.
     let before = Series::of(place);
-    let bus = emulator.get("/api/v1/bus");
+    let bus = emulator.get("/api/v1/lines/line");
     let after = Series::of(place);
     let frames = |series: &Series| {
         let of = |kind: &str| series.at("can_frames_total", &format!("line=\"1\",kind=\"{kind}\""));
@@ -260,7 +260,7 @@ fn nodes_have_their_states_services_and_faults() {
     assert_eq!(json!(after.at("line_errors_total", r#"line="1",kind="error_frame""#)), bus["error_frames"]);
     assert_eq!(json!(after.at("line_rate_bits_per_second", r#"line="1""#)), bus["rate_bits_per_second"]);
 
-    emulator.set("PUT", "/api/v1/drives/5/power", &json!({ "on": false }));
+    emulator.set("PUT", "/api/v1/stations/5/power", &json!({ "on": false }));
     let off = Series::of(place);
     assert_eq!(off.at("node_state", &format!("{five},state=\"off\"")), 1);
     assert_eq!(

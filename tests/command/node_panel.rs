@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::nodes::Master;
-use super::panel::Emulator;
+use super::panel::{Emulator, State};
 
 /// An emulator with a panel and nodes, and a master on their bus.
 struct Rig {
@@ -21,15 +21,15 @@ impl Rig {
     }
 
     fn get(&self, path: &str) -> Value {
-        self.emulator.get(&format!("/api/v1/drives/{path}"))
+        self.emulator.get(&format!("/api/v1/stations/{path}"))
     }
 
     fn set(&self, method: &str, path: &str, body: &Value) -> Value {
-        self.emulator.set(method, &format!("/api/v1/drives/{path}"), body)
+        self.emulator.set(method, &format!("/api/v1/stations/{path}"), body)
     }
 
     fn refused(&self, method: &str, path: &str, body: &Value, status: u16, says: &str) {
-        let answer = self.emulator.send(method, &format!("/api/v1/drives/{path}"), body);
+        let answer = self.emulator.send(method, &format!("/api/v1/stations/{path}"), body);
         assert_eq!(answer.status, status, "{method} {path} {body}: {answer:?}");
         assert!(answer.detail().contains(says), "{method} {path} {body}: {}", answer.detail());
     }
@@ -57,22 +57,30 @@ impl Rig {
 #[test]
 fn every_node_is_listed_with_its_device_state_and_display() {
     let rig = Rig::start(&["5", "6,device=ap10", "7,device=asda-a2"]);
-    let listed = rig.emulator.get("/api/v1/drives");
-    let drives = listed["drives"].as_array().unwrap();
-    let of = |name: &str| drives.iter().map(|drive| drive[name].clone()).collect::<Vec<_>>();
+    let listed = rig.emulator.get("/api/v1/stations");
+    let nodes = listed["stations"].as_array().unwrap();
+    let of = |name: &str| nodes.iter().map(|node| node[name].clone()).collect::<Vec<_>>();
     assert_eq!(of("address"), [5, 6, 7]);
     assert_eq!(of("device"), ["ag03-1", "ap10", "asda-a2"]);
-    assert_eq!(of("nmt_state"), ["PRE-OPERATIONAL"; 3]);
+    assert_eq!(of("bus"), ["canopen"; 3]);
+    assert_eq!(of("bus_state"), ["PRE-OPERATIONAL"; 3]);
+    assert_eq!(of("exchanging"), [false; 3]);
     assert_eq!(of("power"), ["on"; 3]);
-    let lines = |place: usize| &drives[place]["display"]["lines"];
-    assert_eq!(lines(0), &json!([]));
-    assert_eq!(drives[0]["display"]["leds"][1]["glow"], "blinking");
-    assert_eq!(lines(1)[0]["text"], "0");
-    assert_eq!(lines(1)[1]["text"], "---");
-    assert_eq!(lines(2)[0]["text"], "    0");
-    assert_eq!(rig.emulator.get("/api/v1/bus")["rate_bits_per_second"], 500_000);
-    rig.refused("PUT", "9/power", &json!({"on": true}), 404, "the nodes are 5, 6, 7");
-    rig.refused("PUT", "0/power", &json!({"on": true}), 400, "expected 1 to 127");
+    assert_eq!(nodes[0]["display"]["rows"], json!([]));
+    assert_eq!(nodes[0]["display"]["leds"][1]["glow"], "blinking");
+    assert_eq!((nodes[1].row(0), nodes[1].row(1)), ("0", "---"));
+    assert_eq!(nodes[2].row(0), "    0");
+    assert_eq!(rig.emulator.get("/api/v1/lines/line")["rate_bits_per_second"], 500_000);
+    let lines = rig.emulator.get("/api/v1/lines");
+    assert_eq!((&lines["lines"][0]["line"], &lines["lines"][0]["bus"]), (&json!("line"), &json!("canopen")));
+    rig.refused(
+        "PUT",
+        "9/power",
+        &json!({"on": true}),
+        404,
+        "there is no station at address 9; there are stations at 5, 6, 7",
+    );
+    rig.refused("PUT", "128/power", &json!({"on": true}), 400, "'128' is no address; expected 0 to 127");
 }
 
 /// Code and error register of an EMCY frame.
@@ -97,9 +105,12 @@ fn a_fault_of_an_ag03_is_an_emcy_and_in_1003h_and_goes_when_it_is_reset() {
         assert_eq!(emcy(&rig.master.frame(0x085)), (code, register), "fault {fault}");
         assert_eq!(rig.read(5, "031001") & 0xFFFF, u32::from(code), "fault {fault}");
         let state = rig.get("5");
-        assert_eq!(state["emcy_history"][0]["code"], format!("{code:04X}"));
-        assert_eq!(state["error_register"], register);
-        assert!(state["does_not_move"].to_string().contains("FAULT"), "{state}");
+        assert_eq!(state["history"][0]["code"], format!("{code:04X}h"));
+        assert_eq!(rig.get("5/objects/1001/0")["value"], register);
+        assert_eq!(state["state"], "fault");
+        assert_eq!(state["fault"]["fault"], fault);
+        assert_eq!(state.fault(fault)["provoked"], true);
+        assert!(state["why"]["reasons"].to_string().contains("FAULT"), "{}", state["why"]);
         // It stays latched when its cause is gone, until the master resets it.
         rig.set("DELETE", "5/inputs", &Value::Null);
         assert_eq!(rig.read(5, "011000"), u32::from(register));
@@ -177,13 +188,13 @@ fn a_node_that_is_switched_off_is_silent_and_boots_when_it_is_switched_on() {
         let power = format!("{node}/power");
         assert_eq!(rig.set("PUT", &power, &json!({"on": false}))["power"], "off");
         let state = rig.get(&node.to_string());
-        assert_eq!((&state["nmt_state"], &state["power"]), (&Value::Null, &json!("off")));
+        assert_eq!((&state["bus_state"], &state["power"]), (&Value::Null, &json!("off")));
         rig.refused("PUT", &format!("{node}/objects/1017/0"), &json!({"value": 10}), 409, "switched off");
         assert_eq!(rig.set("PUT", &power, &json!({"on": true}))["power"], "on");
         assert_eq!(rig.master.frame(boot_up), "00");
         // Not once more while it is on.
         rig.set("PUT", &power, &json!({"on": true}));
-        assert_eq!(rig.get(&node.to_string())["nmt_state"], "PRE-OPERATIONAL");
+        assert_eq!(rig.get(&node.to_string())["bus_state"], "PRE-OPERATIONAL");
     }
     rig.set("PUT", "7/power", &json!({"on": false}));
     rig.refused("POST", "7/provoke", &json!({"fault": "011"}), 409, "switched off");
@@ -194,7 +205,7 @@ fn the_shaft_the_battery_and_the_keys_of_an_ap10_are_seen_on_the_bus_and_on_its_
     let mut rig = Rig::start(&["6,device=ap10"]);
     rig.set("PATCH", "6/inputs", &json!({"shaft_revolutions": -2.5}));
     assert_eq!(rig.read(6, "046000").cast_signed(), -2200);
-    assert_eq!(rig.get("6")["display"]["lines"][0]["text"], "-2200");
+    assert_eq!(rig.get("6").row(0), "-2200");
     for (fault, code, shown) in [
         ("battery-critical", 0xFF20, "battery critical"),
         ("battery-empty", 0x3200, "battery empty"),
@@ -204,7 +215,7 @@ fn the_shaft_the_battery_and_the_keys_of_an_ap10_are_seen_on_the_bus_and_on_its_
         assert_eq!(emcy(&rig.master.frame(0x086)), (code, 0x81), "{fault}");
         assert_eq!(rig.read(6, "031001") & 0xFFFF, u32::from(code), "{fault}");
         let display = rig.get("6")["display"].clone();
-        assert!(display["text"].as_str().unwrap().contains(shown), "{fault}: {display}");
+        assert!(display["signs"].to_string().contains(shown), "{fault}: {display}");
         rig.set("DELETE", "6/inputs", &Value::Null);
         assert_eq!(emcy(&rig.master.frame(0x086)), (0, 0), "{fault}");
     }
@@ -217,10 +228,10 @@ fn the_shaft_the_battery_and_the_keys_of_an_ap10_are_seen_on_the_bus_and_on_its_
     key(&rig, "up", false);
     key(&rig, "star", true);
     assert_eq!(rig.read(6, "195F00") & 1 << 13, 1 << 13, "5F19h: star key");
-    assert_eq!(rig.get("6")["display"]["lines"][0]["text"], "ID 6");
-    let menu = rig.wait_for(6, "in the menu", |state| state["display"]["lines"][0]["text"] != "ID 6");
+    assert_eq!(rig.get("6").row(0), "ID 6");
+    let menu = rig.wait_for(6, "in the menu", |state| state.row(0) != "ID 6");
     key(&rig, "star", false);
-    assert_ne!(menu["display"]["lines"][0]["text"], "-2200", "{menu}");
+    assert_ne!(menu.row(0), "-2200", "{menu}");
     rig.refused("POST", "6/keys", &json!({"key": "down", "pressed": true}), 422, "it has left, up, star");
     rig.refused("POST", "6/provoke", &json!({"fault": "battery-emty"}), 422, "did you mean battery-empty?");
 }
@@ -234,15 +245,20 @@ fn an_alarm_of_an_asda_is_an_emcy_in_603fh_and_on_its_panel() {
     assert_eq!(rig.read(7, "3F6000") & 0xFFFF, 0x7305);
     assert_eq!(rig.read(7, "031001"), 0x0011_7305);
     let state = rig.get("7");
-    assert_eq!(state["display"]["lines"][0]["text"], "AL011");
-    assert_eq!(state["emcy_history"][0]["text"], "encoder error");
-    assert!(state["does_not_move"].to_string().contains("alarm AL011: encoder error"), "{state}");
+    assert_eq!(state.row(0), "AL011");
+    assert_eq!(state["history"][0]["text"], "encoder error");
+    assert!(state["why"]["reasons"].to_string().contains("alarm AL011: encoder error"), "{}", state["why"]);
     rig.set("PATCH", "7/inputs", &json!({"blocked": true}));
     assert_eq!(rig.get("7/inputs")["blocked"], true);
     rig.set("DELETE", "7/inputs", &Value::Null);
     assert_eq!(rig.get("7/inputs")["blocked"], false);
     rig.master.sdo(7, "2B40600080000000");
-    rig.wait_for(7, "reset", |state| state["display"]["lines"][0]["text"] == "    0");
+    rig.wait_for(7, "reset", |state| state.row(0) == "    0");
+    // Its button takes an alarm back.
+    rig.set("POST", "7/provoke", &json!({"fault": "011", "provoked": true}));
+    rig.wait_for(7, "the alarm", |state| state.row(0) == "AL011");
+    rig.set("POST", "7/provoke", &json!({"fault": "011", "provoked": false}));
+    rig.wait_for(7, "no alarm", |state| state.row(0) == "    0");
     rig.refused("POST", "7/provoke", &json!({"fault": "010"}), 422, "did you mean 0");
     rig.refused("POST", "7/keys", &json!({"key": "up", "pressed": true}), 422, "it has none");
 }
@@ -285,33 +301,51 @@ fn words_and_pdos_are_shown_bit_by_bit_with_what_they_carry() {
     let mut rig = Rig::start(&["5"]);
     rig.master.send("t00020105");
     rig.master.sdo(5, "2B40600006000000");
-    let state = rig.wait_for(5, "OPERATIONAL", |state| state["nmt_state"] == "OPERATIONAL");
-    let status = &state["words"][1];
-    assert_eq!(status["object"], "6041h:00");
-    assert_eq!(status["bits"][0], json!({"bit": 0, "set": true, "name": "ready to switch on"}));
-    assert_eq!(state["words"][0]["value"], 6);
-    let first = state["pdos"].as_array().unwrap().iter().find(|pdo| pdo["pdo"] == "TPDO1").unwrap().clone();
-    assert_eq!((&first["cob_id"], &first["valid"]), (&json!("185"), &json!(true)));
-    assert_eq!(first["entries"][0]["object"], "6041h:00");
-    assert_eq!(first["entries"][0]["value"], status["value"]);
+    let state = rig.wait_for(5, "OPERATIONAL", |state| state["bus_state"] == "OPERATIONAL");
+    assert_eq!(state["exchanging"], true);
+    let status = state.word("6041");
+    assert!(status["name"].as_str().unwrap().starts_with("6041h:00"), "{status}");
+    let bit = &status["bits"][0];
+    assert_eq!(
+        (&bit["bit"], &bit["set"], &bit["name"]),
+        (&json!(0), &json!(true), &json!("ready to switch on"))
+    );
+    assert_eq!(state.word("6040")["value"], 6);
+    assert_eq!(state["words"][0]["key"], "6040", "commanded words first");
+    let first = state["process"].as_array().unwrap().iter().find(|pdo| pdo["key"] == "TPDO1").unwrap();
+    assert!(first["name"].as_str().unwrap().contains("COB-ID 185h"), "{first}");
+    assert_eq!(first["from_master"], false);
+    assert_eq!(
+        (&first["entries"][0]["place"], &first["entries"][0]["value"]),
+        (&json!("6041h:00"), &status["value"])
+    );
 }
 
 #[test]
 fn the_stream_tells_states_news_and_frames_of_a_node() {
     let mut rig = Rig::start(&["5", "6,device=ap10"]);
-    let mut stream = rig.emulator.stream("?address=6&kinds=state,news,frame&interval_milliseconds=20");
+    let mut stream = rig.emulator.stream("?address=6&kinds=state,news,telegram&interval_milliseconds=20");
     assert_eq!(stream.find("state", |_| true)["address"], 6);
     rig.set("POST", "6/provoke", &json!({"fault": "battery-critical"}));
     let news = stream.find("news", |news| news["kind"] == "emcy");
     assert_eq!((&news["address"], &news["text"]), (&json!(6), &json!("EMCY FF20h sent, error register 81h")));
-    stream.find("state", |state| state["error_register"] == 0x81);
+    stream.find("state", |state| state["warning"].to_string().contains("battery"));
     rig.master.sdo(6, "4000100000000000");
-    let frame = stream.find("frame", |frame| frame["id"] == "606");
-    assert_eq!((&frame["octets_hex"], &frame["of_node"]), (&json!("40 00 10 00 00 00 00 00"), &json!(false)));
-    assert_eq!(stream.find("frame", |frame| frame["id"] == "586")["of_node"], true);
+    let request = stream.find("telegram", |telegram| telegram["text"].as_str().unwrap().starts_with("606"));
+    assert_eq!(
+        (&request["octets_hex"], &request["to_address"]),
+        (&json!("40 00 10 00 00 00 00 00"), &json!(6))
+    );
+    assert_eq!(
+        (&request["line"], &request["from_address"], &request["direction"]),
+        (&json!("line"), &json!(null), &json!("heard"))
+    );
+    assert!(request["text"].as_str().unwrap().contains("SDO"), "in words: {request}");
+    let answer = stream.find("telegram", |telegram| telegram["text"].as_str().unwrap().starts_with("586"));
+    assert_eq!((&answer["from_address"], &answer["direction"]), (&json!(6), &json!("sent")));
     let mut all = rig.emulator.stream("");
-    assert_eq!(all.find("state", |_| true)["drives"].as_array().unwrap().len(), 2);
-    for query in ["?address=9", "?address=0", "?kinds=telegram", "?interval_milliseconds=1"] {
+    assert_eq!(all.find("state", |_| true)["stations"].as_array().unwrap().len(), 2);
+    for query in ["?address=9", "?address=0", "?kinds=frame", "?interval_milliseconds=1"] {
         let answer = rig.emulator.request("GET", &format!("/api/v1/events{query}"), "", "");
         assert!((400..500).contains(&answer.status), "{query}: {answer:?}");
     }
@@ -345,7 +379,7 @@ fn events_of_before_are_told_to_who_comes_late() {
         "{told}"
     );
     for (query, status) in
-        [("?address=0", 422), ("?address=128", 422), ("?since=3", 400), ("?address=x", 400)]
+        [("?line=cellar", 404), ("?address=128", 422), ("?since=3", 400), ("?address=x", 400)]
     {
         let answer = rig.emulator.request("GET", &format!("/api/v1/events/recent{query}"), "", "");
         assert_eq!(answer.status, status, "{query}: {answer:?}");
@@ -380,7 +414,7 @@ fn what_an_ap10_has_confirmed_and_where_its_shaft_is_survive_a_kill() {
 #[test]
 fn faults_come_and_go_while_the_bus_runs_and_are_counted() {
     let mut rig = Rig::start(&["5", "6,device=ap10"]);
-    let bus = "/api/v1/bus/faults";
+    let bus = "/api/v1/lines/line/faults";
     assert_eq!(rig.emulator.get(bus), json!({"faults": []}));
     let added = rig.emulator.send("POST", bus, &json!({"fault": "sdo-abort=08000020,node=6,count=2"}));
     assert_eq!(added.status, 201, "{added:?}");
@@ -391,7 +425,7 @@ fn faults_come_and_go_while_the_bus_runs_and_are_counted() {
     assert!(rig.master.sdo(5, read).starts_with("43"));
     let listed = json!({"number": 1, "fault": "sdo-abort=08000020,count=2,node=6", "injected": 2});
     assert_eq!(rig.emulator.get(bus)["faults"], json!([listed]));
-    assert_eq!(rig.emulator.get("/api/v1/bus")["faults"], json!([listed]));
+    assert_eq!(rig.emulator.get("/api/v1/lines/line")["faults"], json!([listed]));
 
     let all = json!({"faults": ["tpdo-short,rate=0.5,seed=3", "frame-lost,id=585"]});
     let replaced = rig.emulator.set("PUT", bus, &all);
@@ -410,7 +444,7 @@ fn faults_come_and_go_while_the_bus_runs_and_are_counted() {
     let start = std::time::Instant::now();
     // A fault is counted when it spoils its frame, the error frame when the bus has carried it.
     while rig.emulator.get(bus)["faults"][0]["injected"] != 32
-        || rig.emulator.get("/api/v1/bus")["error_frames"].as_u64().unwrap() < 32
+        || rig.emulator.get("/api/v1/lines/line")["error_frames"].as_u64().unwrap() < 32
     {
         assert!(start.elapsed() < super::panel::PATIENCE);
     }
@@ -429,16 +463,16 @@ fn faults_come_and_go_while_the_bus_runs_and_are_counted() {
 #[test]
 fn a_node_leaves_operational_and_browns_out_by_itself() {
     let mut rig = Rig::start(&["7,device=ap10"]);
-    let bus = "/api/v1/bus/faults";
+    let bus = "/api/v1/lines/line/faults";
     rig.master.send("t00020107");
-    rig.wait_for(7, "OPERATIONAL", |state| state["nmt_state"] == "OPERATIONAL");
+    rig.wait_for(7, "OPERATIONAL", |state| state["bus_state"] == "OPERATIONAL");
     rig.emulator.set("PUT", bus, &json!({"faults": ["pre-operational,at=2"]}));
     // TPDO 2 after each SYNC.
     rig.master.send("t0800");
     rig.master.frame(0x287);
-    assert_eq!(rig.get("7")["nmt_state"], "OPERATIONAL");
+    assert_eq!(rig.get("7")["bus_state"], "OPERATIONAL");
     rig.master.send("t0800");
-    rig.wait_for(7, "PRE-OPERATIONAL", |state| state["nmt_state"] == "PRE-OPERATIONAL");
+    rig.wait_for(7, "PRE-OPERATIONAL", |state| state["bus_state"] == "PRE-OPERATIONAL");
     rig.emulator.set("PUT", bus, &json!({"faults": ["brown-out=20ms,at=1"]}));
     rig.master.send("t60784000100000000000");
     assert_eq!(rig.master.frame(0x707), "00", "no answer, but a boot-up");
@@ -448,20 +482,24 @@ fn a_node_leaves_operational_and_browns_out_by_itself() {
 #[test]
 fn nodes_come_and_go_while_the_bus_runs() {
     let mut rig = Rig::start(&["5"]);
-    let add = |rig: &Rig, body: &Value| rig.emulator.send("POST", "/api/v1/drives", body);
+    let add = |rig: &Rig, body: &Value| rig.emulator.send("POST", "/api/v1/stations", body);
     let added = add(&rig, &json!({"address": 6, "device": "asda-a2", "mode": "half"}));
     assert_eq!(added.status, 201, "{added:?}");
-    assert!(added.head.contains("location: /api/v1/drives/6"), "{added:?}");
+    assert!(added.head.contains("location: /api/v1/lines/line/stations/6"), "{added:?}");
     for (body, status, says) in [
-        (json!({"address": 6}), 409, "the number 6 is taken"),
+        (json!({"address": 6, "device": "ag03-1"}), 409, "the number 6 is taken"),
         (json!({"address": 7, "device": "ap11"}), 422, "did you mean ap10?"),
         (
             json!({"address": 7, "device": "ap10", "gear_ratio": 24}),
             422,
             "gear_ratio is for the device ag03-1 only, not for ap10",
         ),
-        (json!({"address": 7, "gear_ratio": 12}), 422, "gear '12' is unknown; expected 24 or 48"),
-        (json!({"address": 128}), 422, "node number 128 is outside 1 to 127"),
+        (
+            json!({"address": 7, "device": "ag03-1", "gear_ratio": 12}),
+            422,
+            "gear '12' is unknown; expected 24 or 48",
+        ),
+        (json!({"address": 128, "device": "ag03-1"}), 422, "node number 128 is outside 1 to 127"),
     ] {
         let answer = add(&rig, &body);
         assert_eq!(answer.status, status, "{body}: {answer:?}");
@@ -470,7 +508,7 @@ fn nodes_come_and_go_while_the_bus_runs() {
     // The boot-up of a node that comes is on the bus.
     assert_eq!(rig.master.frame(0x706), "00");
     assert_eq!(rig.read(6, "012100"), 0x0B, "P1-01");
-    assert_eq!(rig.emulator.get("/api/v1/drives")["drives"].as_array().unwrap().len(), 2);
+    assert_eq!(rig.emulator.get("/api/v1/stations")["stations"].as_array().unwrap().len(), 2);
     // Two of one number: both answer.
     assert_eq!(add(&rig, &json!({"address": 6, "device": "ap10", "twin": true})).status, 201);
     assert_eq!(rig.master.frame(0x706), "00");
@@ -478,9 +516,15 @@ fn nodes_come_and_go_while_the_bus_runs() {
     let answers = [rig.master.frame(0x586), rig.master.frame(0x586)];
     assert_ne!(answers[0], answers[1], "{answers:?}");
     for _ in 0..2 {
-        assert_eq!(rig.emulator.send("DELETE", "/api/v1/drives/6", &Value::Null).status, 204);
+        assert_eq!(rig.emulator.send("DELETE", "/api/v1/stations/6", &Value::Null).status, 204);
     }
-    rig.refused("DELETE", "6", &Value::Null, 404, "the nodes are 5");
+    rig.refused(
+        "DELETE",
+        "6",
+        &Value::Null,
+        404,
+        "there is no station at address 6; there are stations at 5",
+    );
 }
 
 #[test]
@@ -491,10 +535,10 @@ fn nodes_take_part_in_a_bus_that_another_process_has() {
     let guest = Emulator::with(&["--node", "6,device=ap10", "--link", &format!("slcan-tty:{path}")]);
     assert_eq!(guest.terminal().display().to_string(), format!("slcan-tty:{path}"));
     for (node, here, there) in [("6", &guest, &host), ("5", &host, &guest)] {
-        let frames = || there.get("/api/v1/bus")["frames"].as_u64().unwrap();
+        let frames = || there.get("/api/v1/lines/line")["frames"].as_u64().unwrap();
         let before = frames();
         for on in [false, true] {
-            here.set("PUT", &format!("/api/v1/drives/{node}/power"), &json!({"on": on}));
+            here.set("PUT", &format!("/api/v1/stations/{node}/power"), &json!({"on": on}));
         }
         let start = std::time::Instant::now();
         while frames() == before {
@@ -508,13 +552,20 @@ fn why_a_node_does_not_move_is_said_on_request() {
     let rig = Rig::start(&["5", "6,device=ap10", "7,device=asda-a2"]);
     for (node, says) in [("5", "PRE-OPERATIONAL"), ("7", "no mode of operation is chosen")] {
         let why = rig.get(&format!("{node}/why"));
-        assert_eq!(why["is_drive"], true);
+        assert_eq!(why["moving"], false);
         assert!(why["text"].as_str().unwrap().contains(says), "{why}");
-        assert!(!why["hindrances"].as_array().unwrap().is_empty());
+        assert!(!why["reasons"].as_array().unwrap().is_empty());
+        assert_eq!(rig.get(node)["why"]["reasons"], why["reasons"], "the page says the same");
     }
     let why = rig.get("6/why");
-    assert_eq!((&why["is_drive"], &why["hindrances"]), (&json!(false), &json!([])));
-    rig.refused("GET", "9/why", &Value::Null, 404, "the nodes are 5, 6, 7");
+    assert_eq!((&why["moving"], &why["reasons"]), (&json!(null), &json!([])), "it is no drive");
+    rig.refused(
+        "GET",
+        "9/why",
+        &Value::Null,
+        404,
+        "there is no station at address 9; there are stations at 5, 6, 7",
+    );
 }
 
 #[test]

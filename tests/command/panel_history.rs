@@ -9,7 +9,7 @@ use std::io::{Read, Write};
 use std::thread;
 use std::time::Instant;
 
-use panel::{Emulator, PATIENCE};
+use panel::{Emulator, PATIENCE, State};
 use profidrive::host::capture;
 use profidrive::profibus::ppo::{Outputs, Pkw, Stw};
 use pty::Master;
@@ -28,7 +28,7 @@ fn exchange_until(
         for _ in 0..5 {
             master.exchange(&Outputs::octets(Pkw::ZERO, Stw::from_raw(stw), hsw)).unwrap();
         }
-        let state = emulator.get("/api/v1/drives/5");
+        let state = emulator.get("/api/v1/stations/5");
         if wanted(&state) {
             return;
         }
@@ -39,9 +39,9 @@ fn exchange_until(
 #[test]
 fn events_of_before_are_told_with_their_numbers() {
     let emulator = Emulator::with(&["--drives", "5-6"]);
-    emulator.set("POST", "/api/v1/drives/5/provoke", &json!({"fault": "D"}));
-    emulator.set("POST", "/api/v1/drives/6/provoke", &json!({"fault": "F"}));
-    emulator.wait_for("in fault", |state| state["fault"] == json!("D"));
+    emulator.set("POST", "/api/v1/stations/5/provoke", &json!({"fault": "D"}));
+    emulator.set("POST", "/api/v1/stations/6/provoke", &json!({"fault": "F"}));
+    emulator.wait_for("in fault", |state| state["fault"]["fault"] == json!("D"));
     let start = Instant::now();
     let faults = |path: &str| -> Vec<(Value, String)> {
         let events = emulator.get(path)["events"].clone();
@@ -57,7 +57,7 @@ fn events_of_before_are_told_with_their_numbers() {
     let of_5 = faults("/api/v1/events/recent?address=5");
     assert_eq!(of_5.len(), 1, "{of_5:?}");
     assert!(of_5[0].1.contains("fault D (output stage too hot)"), "{of_5:?}");
-    for (query, status) in [("?address=127", 422), ("?since=3", 400), ("?address=x", 400)] {
+    for (query, status) in [("?address=128", 422), ("?since=3", 400), ("?address=x", 400)] {
         assert_eq!(emulator.request("GET", &format!("/api/v1/events/recent{query}"), "", "").status, status);
     }
 }
@@ -66,53 +66,50 @@ fn events_of_before_are_told_with_their_numbers() {
 fn a_travel_of_before_is_in_the_samples_and_in_the_table_with_its_target() {
     let emulator = Emulator::start();
     let mut master = Master::open(emulator.terminal());
-    exchange_until(&emulator, &mut master, 0x0000, 0, |state| state["dp_state"] == json!("DATA-EXCH"));
-    exchange_until(&emulator, &mut master, 0x003B, 1000, |state| state["operation_enabled"] == json!(true));
+    exchange_until(&emulator, &mut master, 0x0000, 0, |state| state["bus_state"] == json!("DATA-EXCH"));
+    exchange_until(&emulator, &mut master, 0x003B, 1000, |state| state["state"] == json!("enabled"));
     exchange_until(&emulator, &mut master, 0x007B, 1000, |state| {
-        state["motion"]["job_active"] == json!(true)
+        state["state_text"] == json!("travel job active")
     });
     // The bus has another setpoint meanwhile: the target of the job stays.
     exchange_until(&emulator, &mut master, 0x007B, -77, |state| {
-        let motion = &state["motion"];
-        let (Some(position), Some(to_go)) =
-            (motion["position_user_units"].as_i64(), motion["distance_to_go_user_units"].as_i64())
+        let (Some(position), Some(to_go)) = (state.value("position").as_i64(), state.value("to_go").as_i64())
         else {
             return false;
         };
-        assert_eq!((motion["target_user_units"].as_i64(), position + to_go), (Some(1000), 1000));
-        motion["setpoint_user_units"] == json!(-77)
+        assert_eq!((state.value("target").as_i64(), position + to_go), (Some(1000), 1000));
+        state.process("outputs").entry("entries", "name", "HSW")["value"] == json!(-77)
     });
-    exchange_until(&emulator, &mut master, 0x007B, -77, |state| state["position_user_units"] == json!(1000));
+    exchange_until(&emulator, &mut master, 0x007B, -77, |state| state.value("position") == &json!(1000));
     exchange_until(&emulator, &mut master, 0x007B, -77, |state| {
-        state["motion"]["target_user_units"] == json!(null)
-            && state["motion"]["distance_to_go_user_units"] == json!(null)
+        state.value("target").is_null() && state.value("to_go").is_null()
     });
     thread::sleep(Duration::from_millis(500));
 
-    let recent = emulator.get("/api/v1/drives/5/samples");
+    let recent = emulator.get("/api/v1/stations/5/samples");
     let samples = recent["samples"].as_array().unwrap();
-    let on_the_way =
-        |sample: &&Value| sample["target_user_units"] == json!(1000) && sample["velocity_rpm"] != json!(0);
+    let on_the_way = |sample: &&Value| sample["target"] == json!(1000) && sample["speed"] != json!(0);
     assert!(samples.iter().filter(on_the_way).count() > 2, "{samples:?}");
-    assert_eq!(samples.last().unwrap()["position_user_units"], json!(1000));
+    assert_eq!(samples.last().unwrap()["position"], json!(1000));
     assert!(samples.len() < 100, "a drive at rest takes no room, got {}", samples.len());
 
-    let table = emulator.request("GET", "/api/v1/drives/5/samples.csv", "", "");
+    let table = emulator.request("GET", "/api/v1/stations/5/samples.csv", "", "");
     assert!(
-        table.head.contains("content-disposition: attachment; filename=\"drive-5.csv\""),
+        table.head.contains("content-disposition: attachment; filename=\"station-5.csv\""),
         "{}",
         table.head
     );
     let mut rows = table.body.lines();
-    assert_eq!(
-        rows.next(),
-        Some(
-            "time_seconds,position_user_units,user_unit,target_user_units,velocity_rpm,setpoint_rpm,current_milliamperes"
-        )
-    );
-    assert!(rows.clone().all(|row| row.split(',').count() == 7), "{}", table.body);
-    assert!(rows.any(|row| row.contains(",increments,1000,")), "{}", table.body);
-    assert_eq!(emulator.request("GET", "/api/v1/drives/9/samples.csv", "", "").status, 404);
+    let columns = rows.next().unwrap();
+    assert_eq!(columns.split(',').next(), Some("time_seconds"));
+    let place = |key: &str| columns.split(',').position(|column| column == key).unwrap();
+    let (position, target) = (place("position"), place("target"));
+    let count = columns.split(',').count();
+    assert!(rows.clone().all(|row| row.split(',').count() == count), "{}", table.body);
+    let cells = |row: &str| -> Vec<String> { row.split(',').map(str::to_owned).collect() };
+    assert!(rows.clone().any(|row| cells(row)[target] == "1000"), "{}", table.body);
+    assert_eq!(cells(rows.next_back().unwrap())[position], "1000", "{}", table.body);
+    assert_eq!(emulator.request("GET", "/api/v1/stations/9/samples.csv", "", "").status, 404);
 }
 
 #[test]
@@ -120,17 +117,17 @@ fn telegrams_that_were_watched_are_a_capture_with_events_as_comments() {
     let emulator = Emulator::start();
     let mut stream = emulator.stream("?kinds=telegram");
     let mut master = Master::open(emulator.terminal());
-    exchange_until(&emulator, &mut master, 0x0000, 0, |state| state["dp_state"] == json!("DATA-EXCH"));
+    exchange_until(&emulator, &mut master, 0x0000, 0, |state| state["bus_state"] == json!("DATA-EXCH"));
     let shown = stream.find("telegram", |_| true);
-    emulator.set("POST", "/api/v1/drives/5/provoke", &json!({"fault": "D"}));
-    exchange_until(&emulator, &mut master, 0x0000, 0, |state| state["fault"] == json!("D"));
+    emulator.set("POST", "/api/v1/stations/5/provoke", &json!({"fault": "D"}));
+    exchange_until(&emulator, &mut master, 0x0000, 0, |state| state["fault"]["fault"] == json!("D"));
 
     let mut answer = Vec::new();
     let start = Instant::now();
     let packets = loop {
         let mut connection = emulator.connect();
         let head = format!(
-            "GET /api/v1/capture.pcapng HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n\r\n",
+            "GET /api/v1/lines/line/capture.pcapng HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n\r\n",
             emulator.panel
         );
         connection.write_all(head.as_bytes()).unwrap();

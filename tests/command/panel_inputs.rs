@@ -2,16 +2,16 @@
 
 use crate::panel;
 
-use panel::{Answer, Emulator};
+use panel::{Answer, Emulator, State};
 use serde_json::{Value, json};
 
-const INPUTS: &str = "/api/v1/drives/5/inputs";
-const POWER: &str = "/api/v1/drives/5/power";
+const INPUTS: &str = "/api/v1/stations/5/inputs";
+const POWER: &str = "/api/v1/stations/5/power";
 
 /// SW1 to SW10 from a number, SW1 = bit 0.
 fn switches(emulator: &Emulator, bits: u16) {
     let positions: Vec<_> = (0..10).map(|bit| bits >> bit & 1 != 0).collect();
-    emulator.set("PUT", "/api/v1/drives/5/switches", &json!({ "positions": positions }));
+    emulator.set("PUT", "/api/v1/stations/5/switches", &json!({ "positions": positions }));
 }
 
 fn power(emulator: &Emulator, on: bool) -> Answer {
@@ -24,24 +24,25 @@ fn nothing_switches_a_drive_on_at_the_address_of_another() {
     switches(&emulator, 1);
     // The switch of the supply is closed, so the supply decides.
     emulator.set("PATCH", INPUTS, &json!({ "control_supply_volts": 0 }));
-    let before = emulator.get("/api/v1/drives/5");
+    let before = emulator.get("/api/v1/stations/5");
     assert_eq!(before["power"], json!("off"));
+    let inputs = emulator.get(INPUTS);
     for (method, path, body) in [
         ("PATCH", INPUTS, json!({ "control_supply_volts": 24, "blocked": true })),
         ("DELETE", INPUTS, Value::Null),
-        ("POST", "/api/v1/drives/5/provoke", json!({ "fault": "A" })),
+        ("POST", "/api/v1/stations/5/provoke", json!({ "fault": "A" })),
         ("PUT", POWER, json!({ "on": true })),
     ] {
         let refused = emulator.send(method, path, &body);
         assert_eq!(refused.status, 409, "{method} {path}: {}", refused.body);
         let sentence = "the DIP switches say address 1, which another station has; set them to a free one";
         assert_eq!(refused.detail(), sentence);
-        assert_eq!(emulator.get(INPUTS), before["inputs"], "{method} {path}");
+        assert_eq!(emulator.get(INPUTS), inputs, "{method} {path}");
     }
     switches(&emulator, 7);
     assert_eq!(emulator.send("DELETE", INPUTS, &Value::Null).status, 200);
-    assert_eq!(emulator.get("/api/v1/drives/7")["power"], json!("on"));
-    assert_eq!(emulator.get("/api/v1/drives/1")["power"], json!("on"), "it never noticed");
+    assert_eq!(emulator.get("/api/v1/stations/7")["power"], json!("on"));
+    assert_eq!(emulator.get("/api/v1/stations/1")["power"], json!("on"), "it never noticed");
 }
 
 #[test]
@@ -52,24 +53,22 @@ fn the_switch_of_the_supply_and_its_voltage_are_two_things() {
     assert_eq!(power(&emulator, true).json(), json!({ "power": "on" }));
     assert_eq!(volts(), json!(20.0), "it was on");
     power(&emulator, false);
-    let off = emulator.get("/api/v1/drives/5");
-    assert_eq!(
-        (&off["inputs"]["control_supply_volts"], &off["measured"]["control_supply_volts"]),
-        (&json!(20.0), &json!(0.0))
-    );
+    let off = emulator.get("/api/v1/stations/5");
+    let volts_off = (off.input("control_supply_volts"), off.value("control_supply"));
+    assert_eq!(volts_off, (&json!(20.0), &json!(0.0)));
     let only =
         json!([{ "reason": "SwitchedOff", "text": "the drive is switched off: switch its supply on" }]);
-    assert_eq!(off["start"]["reasons"], only);
+    assert_eq!(off["why"]["reasons"], only);
     // A voltage behind an open switch moves no drive to a foreign address.
     switches(&emulator, 1);
     emulator.set("PATCH", INPUTS, &json!({ "control_supply_volts": 21 }));
     emulator.set("DELETE", INPUTS, &Value::Null);
     emulator.set("PATCH", INPUTS, &json!({ "control_supply_volts": 19 }));
-    assert_eq!(emulator.get("/api/v1/drives/5")["power"], json!("off"));
+    assert_eq!(emulator.get("/api/v1/stations/5")["power"], json!("off"));
     switches(&emulator, 5);
     assert_eq!(power(&emulator, true).json(), json!({ "power": "on" }));
     assert_eq!(volts(), json!(19.0));
-    assert_eq!(emulator.get("/api/v1/drives/5")["measured"]["control_supply_volts"], json!(19.0));
+    assert_eq!(emulator.get("/api/v1/stations/5").value("control_supply"), &json!(19.0));
 }
 
 #[test]
@@ -79,23 +78,24 @@ fn a_factory_reset_needs_no_address_and_takes_none() {
     switches(&emulator, 0x81);
     power(&emulator, false);
     assert_eq!(power(&emulator, true).json(), json!({ "power": "factory_reset" }));
-    let state = emulator.get("/api/v1/drives/5");
-    assert_eq!((&state["address"], &state["bus_led"]["pattern"]), (&json!(5), &json!("alternating")));
-    assert_eq!(emulator.get("/api/v1/drives/1")["power"], json!("on"));
-    let reasons = state["start"]["reasons"].as_array().unwrap();
+    let state = emulator.get("/api/v1/stations/5");
+    assert_eq!(state["address"], json!(5));
+    assert_eq!(state.led("bus orange")["text"], json!("alternates: reset"));
+    assert_eq!(emulator.get("/api/v1/stations/1")["power"], json!("on"));
+    let reasons = state["why"]["reasons"].as_array().unwrap();
     assert_eq!((reasons.len(), &reasons[0]["reason"]), (1, &json!("FactoryReset")));
     power(&emulator, false);
     switches(&emulator, 5);
     assert_eq!(power(&emulator, true).json(), json!({ "power": "on" }));
-    assert_eq!(emulator.get("/api/v1/drives")["drives"].as_array().unwrap().len(), 2);
+    assert_eq!(emulator.get("/api/v1/stations")["stations"].as_array().unwrap().len(), 2);
 }
 
 #[test]
 fn null_gives_two_inputs_back_to_the_plant_and_is_refused_for_all_others() {
     let emulator = Emulator::start();
     let before = emulator.get(INPUTS);
-    let state = emulator.get("/api/v1/drives/5");
-    let ranges = state["input_ranges"].as_array().unwrap();
+    let state = emulator.get("/api/v1/stations/5");
+    let ranges = state["inputs"].as_array().unwrap();
     assert_eq!(ranges.len(), before.as_object().unwrap().len());
     for range in ranges {
         let input = range["input"].as_str().unwrap();
@@ -132,16 +132,29 @@ fn an_input_that_the_model_does_not_have_is_refused() {
     }
 }
 
+/// What stands for the parts of described paths.
+const DESCRIBED: [(&str, &str); 9] = [
+    ("{line}", "line"),
+    ("{address}", "5"),
+    ("{key}", "1004"),
+    ("{index}", "1017"),
+    ("{sub}", "0"),
+    ("{slot}", "1"),
+    ("{octet}", "0"),
+    ("{type}", "bit0"),
+    ("{number}", "1"),
+];
+
 #[test]
 fn a_parameter_that_an_operation_does_not_know_is_refused_and_nothing_is_changed() {
     let emulator = Emulator::start();
-    let before = emulator.get("/api/v1/bus");
+    let before = emulator.get("/api/v1/lines/line");
     let description = emulator.get("/api/v1/openapi.json");
     let mut operations = 0;
     for (path, methods) in description["paths"].as_object().unwrap() {
         for (method, operation) in methods.as_object().unwrap() {
             operations += 1;
-            let path = path.replace("{address}", "5").replace("{pnu}", "1004").replace("{number}", "1");
+            let path = DESCRIBED.iter().fold(path.clone(), |path, (name, value)| path.replace(name, value));
             let answer = emulator.send(&method.to_ascii_uppercase(), &format!("{path}?x=1"), &json!({}));
             assert_eq!(answer.status, 400, "{method} {path}: {}", answer.body);
             assert!(answer.detail().contains('x'), "{method} {path}: {}", answer.detail());
@@ -149,11 +162,11 @@ fn a_parameter_that_an_operation_does_not_know_is_refused_and_nothing_is_changed
         }
     }
     assert!(operations >= 22, "{operations}");
-    assert_eq!(emulator.get("/api/v1/bus")["stations"], before["stations"]);
-    let refused = emulator.request("GET", "/api/v1/bus?x=1", "", "");
-    let sentence = "/api/v1/bus knows no parameter behind its '?', got 'x=1'; the API is described at \
+    assert_eq!(emulator.get("/api/v1/lines/line")["stations"], before["stations"]);
+    let refused = emulator.request("GET", "/api/v1/lines/line?x=1", "", "");
+    let sentence = "/api/v1/lines/line knows no parameter behind its '?', got 'x=1'; the API is described at \
                     /api/v1/openapi.json";
     assert_eq!(refused.detail(), sentence);
-    assert_eq!(emulator.request("GET", "/api/v1/bus?", "", "").status, 200);
-    assert_eq!(emulator.request("GET", "/api/v1/drives/5/parameters/945?subindex=1", "", "").status, 200);
+    assert_eq!(emulator.request("GET", "/api/v1/lines/line?", "", "").status, 200);
+    assert_eq!(emulator.request("GET", "/api/v1/events/recent?line=line&address=5", "", "").status, 200);
 }

@@ -61,7 +61,7 @@ impl Busy {
 fn every_wrong_request_is_refused_with_a_sentence_and_changes_nothing() {
     let emulator = Emulator::start();
     let json_type = "Content-Type: application/json\r\n";
-    let inputs = "/api/v1/drives/5/inputs";
+    let inputs = "/api/v1/stations/5/inputs";
     let before = emulator.get(inputs);
     for (method, path, head, body, status, sentence) in [
         // Malformed, of the wrong type, of the wrong media type.
@@ -72,7 +72,7 @@ fn every_wrong_request_is_refused_with_a_sentence_and_changes_nothing() {
         ("PATCH", inputs, json_type, "{\u{fffd}", 400, "key must be a string"),
         ("PATCH", inputs, json_type, "[]", 422, "must be a JSON object"),
         ("PATCH", inputs, json_type, r#" "blocked""#, 422, "must be a JSON object"),
-        ("PUT", "/api/v1/drives/5/power", json_type, "[true]", 422, "must be a JSON object"),
+        ("PUT", "/api/v1/stations/5/power", json_type, "[true]", 422, "must be a JSON object"),
         ("PATCH", inputs, json_type, r#"{"blocked": 1}"#, 422, "must be true or false, got 1"),
         ("PATCH", inputs, json_type, r#"{"battery_volts": "3"}"#, 422, "must be a number within 0 to 10"),
         ("PATCH", inputs, json_type, r#"{"blocked": true, "blocked": false}"#, 422, "duplicate field"),
@@ -82,13 +82,13 @@ fn every_wrong_request_is_refused_with_a_sentence_and_changes_nothing() {
         ("PATCH", inputs, json_type, r#"{"blocked": true, "voltage": 24}"#, 422, "'voltage' is no input"),
         (
             "POST",
-            "/api/v1/drives/5/keys",
+            "/api/v1/stations/5/keys",
             json_type,
             r#"{"key": "key_3", "pressed": true}"#,
             422,
             "'key_3' is no key of this ag03-1; did you mean key_1? it has key_1, key_2",
         ),
-        ("POST", "/api/v1/drives/5/keys", json_type, r#"{"key": "key_1"}"#, 422, "missing field `pressed`"),
+        ("POST", "/api/v1/stations/5/keys", json_type, r#"{"key": "key_1"}"#, 422, "missing field `pressed`"),
         // Out of range; the right half of a wrong change is not made.
         (
             "PATCH",
@@ -106,37 +106,92 @@ fn every_wrong_request_is_refused_with_a_sentence_and_changes_nothing() {
         ("PATCH", inputs, json_type, r#"{"dc_link_volts": -1}"#, 422, "within 0 to 100"),
         (
             "PUT",
-            "/api/v1/drives/5/switches",
+            "/api/v1/stations/5/switches",
             json_type,
             r#"{"positions": [true]}"#,
             422,
             "must have 10 values",
         ),
-        ("POST", "/api/v1/drives", json_type, r#"{"address": 127}"#, 422, "address 127 is outside 0 to 126"),
-        ("POST", "/api/v1/drives", json_type, r#"{"address": 300}"#, 422, "invalid value"),
-        ("POST", "/api/v1/drives", json_type, r#"{"address": 9, "gear_ratio": 36}"#, 422, "must be 24 or 48"),
         (
             "POST",
-            "/api/v1/drives",
+            "/api/v1/stations",
             json_type,
-            r#"{"address": 9, "model": "ag04"}"#,
+            r#"{"address": 127, "device": "ag03-1"}"#,
             422,
-            "unknown value `ag04`",
+            "address 127 is outside 0 to 126",
+        ),
+        (
+            "POST",
+            "/api/v1/stations",
+            json_type,
+            r#"{"address": 300, "device": "ag03-1"}"#,
+            422,
+            "address 300 is outside 0 to 126",
+        ),
+        (
+            "POST",
+            "/api/v1/stations",
+            json_type,
+            r#"{"address": 9, "device": "ag03-1", "gear_ratio": 36}"#,
+            422,
+            "gear '36' is unknown; expected 24 or 48",
+        ),
+        (
+            "POST",
+            "/api/v1/stations",
+            json_type,
+            r#"{"address": 9, "device": "ag04"}"#,
+            422,
+            "did you mean ag03?",
         ),
         // Drives and things that are not there.
-        ("PATCH", "/api/v1/drives/6/inputs", json_type, r#"{"blocked": true}"#, 404, "there are drives at 5"),
-        ("PATCH", "/api/v1/drives/127/inputs", json_type, r#"{"blocked": true}"#, 400, "'127' is no address"),
-        ("GET", "/api/v1/drives/%00", "", "", 400, "is no address"),
-        ("GET", "/api/v1/drives/%ff", "", "", 400, "UTF-8"),
-        ("GET", "/api/v1/drives/05x", "", "", 400, "'05x' is no address"),
-        ("GET", "/api/v2/drives", "", "", 404, "the API is described at /api/v1/openapi.json"),
-        ("GET", "/api/v1/drives/5/", "", "", 404, "there is nothing at"),
-        ("DELETE", "/api/v1/bus", "", "", 405, "does not take DELETE; the header Allow says what it takes"),
+        (
+            "PATCH",
+            "/api/v1/stations/6/inputs",
+            json_type,
+            r#"{"blocked": true}"#,
+            404,
+            "there are stations at 5",
+        ),
+        (
+            "PATCH",
+            "/api/v1/stations/128/inputs",
+            json_type,
+            r#"{"blocked": true}"#,
+            400,
+            "'128' is no address",
+        ),
+        ("GET", "/api/v1/stations/%00", "", "", 400, "is no address"),
+        ("GET", "/api/v1/stations/%ff", "", "", 400, "UTF-8"),
+        ("GET", "/api/v1/stations/05x", "", "", 400, "'05x' is no address"),
+        ("GET", "/api/v2/stations", "", "", 404, "the API is described at /api/v1/openapi.json"),
+        ("GET", "/api/v1/stations/5/", "", "", 404, "there is nothing at"),
+        ("GET", "/api/v1/lines/cellar", "", "", 404, "there is no line 'cellar'; there is line"),
+        ("GET", "/api/v1/lines/cellar/stations/5", "", "", 404, "there is no line 'cellar'; there is line"),
+        ("GET", "/api/v1/events?line=cellar", "", "", 404, "there is no line 'cellar'; there is line"),
+        // What the interface was before.
+        ("GET", "/api/v1/drives/5", "", "", 404, "there is nothing at"),
+        ("GET", "/api/v1/bus", "", "", 404, "there is nothing at"),
+        (
+            "DELETE",
+            "/api/v1/lines/line",
+            "",
+            "",
+            405,
+            "does not take DELETE; the header Allow says what it takes",
+        ),
         // Other web sites, and names that lead here.
-        ("GET", "/api/v1/drives", "Host: example.com\r\n", "", 403, "Host must be localhost"),
-        ("GET", "/api/v1/drives", "Host: 127.0.0.1.example.com:80\r\n", "", 403, "Host must be localhost"),
-        ("GET", "/api/v1/drives", "Host: a\r\nHost: localhost\r\n", "", 403, "Host must be localhost"),
-        ("GET", "http://example.com/api/v1/drives", "Host: localhost\r\n", "", 403, "Host must be localhost"),
+        ("GET", "/api/v1/stations", "Host: example.com\r\n", "", 403, "Host must be localhost"),
+        ("GET", "/api/v1/stations", "Host: 127.0.0.1.example.com:80\r\n", "", 403, "Host must be localhost"),
+        ("GET", "/api/v1/stations", "Host: a\r\nHost: localhost\r\n", "", 403, "Host must be localhost"),
+        (
+            "GET",
+            "http://example.com/api/v1/stations",
+            "Host: localhost\r\n",
+            "",
+            403,
+            "Host must be localhost",
+        ),
         ("GET", "/", "Host: example.com\r\n", "", 403, "Host must be localhost"),
         ("DELETE", inputs, "Origin: http://example.com\r\n", "", 403, "other web sites are refused"),
         ("DELETE", inputs, "Origin: null\r\n", "", 403, "other web sites are refused"),
@@ -157,12 +212,12 @@ fn every_wrong_request_is_refused_with_a_sentence_and_changes_nothing() {
         assert!(!answer.head.contains("access-control-"), "{}", answer.head);
     }
     assert_eq!(emulator.get(inputs), before);
-    assert_eq!(emulator.get("/api/v1/drives")["drives"].as_array().unwrap().len(), 1);
+    assert_eq!(emulator.get("/api/v1/stations")["stations"].as_array().unwrap().len(), 1);
 
     // What a browser on the page sends, and a name that cannot be another's.
     let origin = format!("Origin: http://{}\r\n", emulator.panel);
     assert_eq!(emulator.request("DELETE", inputs, &origin, "").status, 200);
-    assert_eq!(emulator.request("GET", "/api/v1/bus", "Host: localhost\r\n", "").status, 200);
+    assert_eq!(emulator.request("GET", "/api/v1/lines/line", "Host: localhost\r\n", "").status, 200);
 }
 
 #[test]
@@ -172,8 +227,8 @@ fn what_is_no_http_is_turned_away() {
         &b"\x68\x05\x05\x68\x85\x82\x6d\x3c\x3e\xee\x16"[..],
         b"GET\r\n\r\n",
         b"\0\0\0\0\r\n\r\n",
-        b"GET /api/v1/drives HTTP/9.9\r\n\r\n",
-        b"GET /api/v1/drives HTTP/1.1\r\nHost: localhost\r\nContent-Length: x\r\n\r\n",
+        b"GET /api/v1/stations HTTP/9.9\r\n\r\n",
+        b"GET /api/v1/stations HTTP/1.1\r\nHost: localhost\r\nContent-Length: x\r\n\r\n",
         b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n",
     ] {
         let mut stream = emulator.connect();
@@ -182,7 +237,7 @@ fn what_is_no_http_is_turned_away() {
         let answer = Answer::read(stream);
         assert!(answer.head.is_empty() || (400..500).contains(&answer.status), "{octets:?}: {answer:?}");
     }
-    let without_host = emulator.raw(b"GET /api/v1/drives HTTP/1.0\r\n\r\n");
+    let without_host = emulator.raw(b"GET /api/v1/stations HTTP/1.0\r\n\r\n");
     assert_eq!(without_host.status, 403);
 }
 
@@ -192,11 +247,12 @@ fn huge_heads_and_bodies_are_refused_and_not_kept() {
     let busy = Busy::start(emulator.terminal().into(), |_| 0);
     let huge = "x".repeat(1 << 20);
     let body = format!("{{\"fault\": \"{huge}\"}}");
-    let answer = emulator.request("POST", "/api/v1/bus/faults", "Content-Type: application/json\r\n", &body);
+    let answer =
+        emulator.request("POST", "/api/v1/lines/line/faults", "Content-Type: application/json\r\n", &body);
     assert_eq!(answer.status, 413, "{answer:?}");
     // A body that says to be huge, and one that never says how long it is.
     let head = format!(
-        "POST /api/v1/bus/faults HTTP/1.1\r\nHost: {}\r\nContent-Type: application/json\r\n",
+        "POST /api/v1/lines/line/faults HTTP/1.1\r\nHost: {}\r\nContent-Type: application/json\r\n",
         emulator.panel
     );
     let announced = emulator.raw(format!("{head}Content-Length: 99999999999\r\n\r\n").as_bytes());
@@ -216,7 +272,7 @@ fn huge_heads_and_bodies_are_refused_and_not_kept() {
     while stream.write_all(format!("X-Filler: {huge}\r\n").as_bytes()).is_ok() {}
 
     assert!(memory_of(&emulator) < 64 << 20, "{} octets", memory_of(&emulator));
-    assert_eq!(emulator.request("GET", "/api/v1/bus", "", "").status, 200);
+    assert_eq!(emulator.request("GET", "/api/v1/lines/line", "", "").status, 200);
     assert!(busy.end() > 0);
 }
 
@@ -244,7 +300,7 @@ fn a_client_that_dribbles_is_cut_off() {
     let start = Instant::now();
     let head = dribble("GET / HTTP/1.1\r\nX-Slow: ".into());
     let body = dribble(format!(
-        "PATCH /api/v1/drives/5/inputs HTTP/1.1\r\nHost: {}\r\nContent-Type: application/json\r\nContent-Length: 4000\r\n\r\n",
+        "PATCH /api/v1/stations/5/inputs HTTP/1.1\r\nHost: {}\r\nContent-Type: application/json\r\nContent-Length: 4000\r\n\r\n",
         emulator.panel
     ));
     let silent = dribble(String::new());
@@ -272,7 +328,7 @@ fn a_thousand_idle_connections_cost_little_and_let_others_in_again() {
     assert!(memory_of(&emulator) < 64 << 20, "{} octets", memory_of(&emulator));
     // The idle ones have to go before long, although nobody closes them.
     let start = Instant::now();
-    while emulator.request("GET", "/api/v1/bus", "", "").status != 200 {
+    while emulator.request("GET", "/api/v1/lines/line", "", "").status != 200 {
         assert!(start.elapsed() < PATIENCE, "the panel stays full");
         thread::sleep(Duration::from_millis(50));
     }
@@ -298,7 +354,7 @@ fn a_reader_that_does_not_read_loses_samples_and_is_told_how_many() {
     assert!(lost_anything, "{lost}");
     // And it is back.
     slow.find("telegram", |_| true);
-    slow.find("state", |state| state["dp_state"] == json!("DATA-EXCH"));
+    slow.find("state", |state| state["bus_state"] == json!("DATA-EXCH"));
     assert!(memory_of(&emulator) < 64 << 20, "{} octets", memory_of(&emulator));
     assert!(busy.end() > 1000);
 }

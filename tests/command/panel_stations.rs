@@ -14,21 +14,22 @@ fn emulator() -> Emulator {
 fn stations_are_listed_beside_drives_and_removed() {
     let emulator = emulator();
     let list = emulator.get("/api/v1/stations");
-    let station = &list["stations"][0];
-    assert_eq!((&station["address"], &station["model"]), (&json!(7), &json!("Remote I/O")));
-    assert_eq!((&station["dp_state"], &station["outputs_are"]), (&json!("WAIT-PRM"), &json!("unowned")));
-    let kinds: Vec<_> = emulator.get("/api/v1/bus")["stations"]
+    let station = &list["stations"][1];
+    assert_eq!((&station["address"], &station["product"]), (&json!(7), &json!("profidrive Remote I/O")));
+    let said = (&station["bus_state"], &station["state_text"]);
+    assert_eq!(said, (&json!("WAIT-PRM"), &json!("no master exchanges data")));
+    let devices: Vec<_> = emulator.get("/api/v1/lines/line")["stations"]
         .as_array()
         .unwrap()
         .iter()
-        .map(|station| station["kind"].as_str().unwrap().to_owned())
+        .map(|station| station["device"].as_str().unwrap().to_owned())
         .collect();
-    assert_eq!(kinds, ["drive", "gsd_station"]);
+    assert_eq!(devices, ["ag03-1", "gsd-station"]);
     let texts = emulator.get("/api/v1/stations/7/texts");
     assert_eq!(texts["bits"][0], json!({ "number": 0, "text": "no sensor supply" }));
     assert_eq!(texts["channel_errors"].as_array().unwrap().len(), 10);
     assert_eq!(emulator.request("DELETE", "/api/v1/stations/7", "", "").status, 204);
-    assert_eq!(emulator.get("/api/v1/stations")["stations"], json!([]));
+    assert_eq!(emulator.get("/api/v1/stations")["stations"].as_array().unwrap().len(), 1);
 }
 
 #[test]
@@ -36,13 +37,16 @@ fn inputs_are_forced_and_read_by_slot_or_name_and_type() {
     let emulator = emulator();
     // Before a master comes, the modules are those that Get_Cfg reports.
     let state = emulator.get("/api/v1/stations/7");
-    assert_eq!((&state["modules"][0]["name"], &state["modules"][0]["inputs"]), (&json!("8 DI"), &json!([0])));
+    let module = &state["process"][0];
+    assert_eq!((&module["name"], &module["octets_hex"]), (&json!("Slot 1: 8 DI"), &json!("00")));
+    assert_eq!((&module["slot"], &module["from_master"]), (&json!(1), &json!(false)));
     let forced = emulator.set("PUT", "/api/v1/stations/7/inputs/1/0/bit3", &json!({ "value": 1 }));
     assert_eq!(forced, json!({ "value": 1.0, "forced": true }));
     let named = emulator.get("/api/v1/stations/7/inputs/8%20DI/0/unsigned8");
     assert_eq!(named, json!({ "value": 8.0, "forced": true }));
     let state = emulator.get("/api/v1/stations/7");
-    assert_eq!((&state["modules"][0]["inputs"], &state["modules"][0]["forced"]), (&json!([8]), &json!([8])));
+    let module = &state["process"][0];
+    assert_eq!((&module["octets_hex"], &module["forced_hex"]), (&json!("08"), &json!("08")));
     assert_eq!(emulator.request("DELETE", "/api/v1/stations/7/inputs/1/0/bit3", "", "").status, 204);
     let free = emulator.get("/api/v1/stations/7/inputs/1/0/unsigned8");
     assert_eq!(free, json!({ "value": 0.0, "forced": false }));
@@ -58,11 +62,14 @@ fn a_diagnosis_is_raised_and_ended() {
     });
     let state = emulator.set("PUT", "/api/v1/stations/7/diagnosis", &wanted);
     let texts = json!(["no load supply", "hot", "slot 1 '8 DI', channel 0: sensor broken (16)"]);
-    assert_eq!((&state["diagnosis"]["texts"], &state["faulty"]), (&texts, &json!(true)));
+    assert_eq!(
+        (&state["diagnosis"]["texts"], &state["fault"]),
+        (&texts, &json!({ "fault": "diagnosis", "text": "raised" }))
+    );
     let octets = state["diagnosis"]["octets"].as_array().unwrap();
     assert_eq!(octets[6..], [0x02, 0x22, 0x80, 0x40, 0x30].map(Value::from));
     let state = emulator.set("DELETE", "/api/v1/stations/7/diagnosis", &Value::Null);
-    assert_eq!(state["diagnosis"]["texts"], json!([]));
+    assert_eq!((&state["diagnosis"]["texts"], &state["fault"]), (&json!([]), &json!(null)));
 }
 
 #[test]
@@ -71,10 +78,10 @@ fn what_is_not_there_is_said_with_what_is() {
     for (method, path, body, status, words) in [
         (
             "GET",
-            "/api/v1/stations/5",
+            "/api/v1/stations/9",
             None,
             404,
-            "there is no station from a GSD at address 5; there are stations from GSDs at 7",
+            "there is no station at address 9; there are stations at 5, 7",
         ),
         (
             "GET",
@@ -138,13 +145,38 @@ fn what_is_not_there_is_said_with_what_is() {
 }
 
 #[test]
+fn what_a_kind_of_station_does_not_have_is_refused_by_name() {
+    let emulator = emulator();
+    for (method, path, body, has) in [
+        ("GET", "7/parameters", Value::Null, "parameters"),
+        ("GET", "7/parameters/1004", Value::Null, "parameters"),
+        ("GET", "7/samples", Value::Null, "samples"),
+        ("GET", "7/samples.csv", Value::Null, "samples"),
+        ("PUT", "7/power", json!({ "on": false }), "power"),
+        ("GET", "7/switches", Value::Null, "switches"),
+        ("GET", "5/objects", Value::Null, "objects"),
+        ("GET", "5/objects/1017/0", Value::Null, "objects"),
+        ("GET", "5/texts", Value::Null, "modules"),
+        ("GET", "5/outputs/1/0/bit0", Value::Null, "modules"),
+        ("PUT", "5/diagnosis", json!({}), "modules"),
+    ] {
+        let address = &path[..1];
+        let state = emulator.get(&format!("/api/v1/stations/{address}"));
+        assert_eq!(state["has"][has], json!(false), "{path}");
+        let answer = emulator.send(method, &format!("/api/v1/stations/{path}"), &body);
+        assert_eq!(answer.status, 409, "{path}: {}", answer.body);
+        assert!(answer.detail().contains(has) || answer.detail().contains(address), "{}", answer.detail());
+    }
+}
+
+#[test]
 fn the_stream_of_a_station_tells_its_state_and_ends_with_it() {
     let emulator = emulator();
     let mut stream = emulator.stream("?address=7&kinds=state,news");
     let (event, state) = stream.next().unwrap();
-    assert_eq!((event.as_str(), &state["modules"][0]["inputs"]), ("state", &json!([0])));
+    assert_eq!((event.as_str(), &state["process"][0]["octets_hex"]), ("state", &json!("00")));
     emulator.set("PUT", "/api/v1/stations/7/inputs/1/0/unsigned8", &json!({ "value": 9 }));
-    while stream.next().unwrap().1["modules"][0]["inputs"] != json!([9]) {}
+    stream.find("state", |state| state["process"][0]["octets_hex"] == json!("09"));
     emulator.request("DELETE", "/api/v1/stations/7", "", "");
     let mut last = Value::Null;
     while let Some((_, data)) = stream.next() {

@@ -160,16 +160,17 @@ fn a_line_has_what_its_file_says_of_drives_faults_and_files() {
     );
     let emulator = panel::Emulator::of_file(&written(folder.path(), &text));
     let value = |path: &str| emulator.get(&format!("/api/v1/{path}"))["value"].as_f64();
-    assert_eq!(value("drives/5/parameters/1004"), Some(20.0));
-    assert_eq!(value("ppo-drives/8/parameters/2"), Some(7.0));
-    assert_eq!(value("ppo-drives/8/parameters/30?subindex=2"), Some(-1.0));
+    assert_eq!(value("stations/5/parameters/1004"), Some(20.0));
+    assert_eq!(value("stations/8/parameters/2"), Some(7.0));
+    assert_eq!(value("stations/8/parameters/30.2"), Some(-1.0));
     let diagnosis = |address: &str| {
         let link = emulator.terminal().to_str().unwrap();
         let asked = output(&["master", "--link", link, "--address", address, "--slot-time", "5ms", "diag"]);
         (asked.status.code(), String::from_utf8(asked.stderr).unwrap())
     };
     let answers = |address: &str| diagnosis(address).0 == Some(0);
-    let injected = |place: usize| emulator.get("/api/v1/bus")["faults"][place]["injected"].as_u64().unwrap();
+    let injected =
+        |place: usize| emulator.get("/api/v1/lines/line")["faults"][place]["injected"].as_u64().unwrap();
     // While an input has a value.
     assert!(answers("7"), "{:?}", diagnosis("7"));
     let bit = "/api/v1/stations/7/inputs/1/0/bit0";

@@ -136,11 +136,11 @@ impl Emulator {
         if answer.body.is_empty() { Value::Null } else { answer.json() }
     }
 
-    /// Looks at the drive until it is as wanted.
+    /// Looks at the station at address 5 until it is as wanted.
     pub(crate) fn wait_for(&self, what: &str, wanted: impl Fn(&Value) -> bool) -> Value {
         let start = Instant::now();
         loop {
-            let state = self.get("/api/v1/drives/5");
+            let state = self.get("/api/v1/stations/5");
             if wanted(&state) {
                 return state;
             }
@@ -240,5 +240,63 @@ impl Stream {
             }
             assert!(start.elapsed() < PATIENCE, "no {name} as wanted");
         }
+    }
+}
+
+/// What the state of a station tells in its lists.
+pub(crate) trait State {
+    /// The entry of the list whose `key` is this.
+    fn entry(&self, list: &str, key: &str, name: &str) -> &Value;
+
+    /// A value by its key.
+    fn value(&self, name: &str) -> &Value {
+        &self.entry("values", "key", name)["value"]
+    }
+
+    /// What acts on it from outside.
+    fn input(&self, name: &str) -> &Value {
+        &self.entry("inputs", "input", name)["value"]
+    }
+
+    /// A fault that can be provoked.
+    fn fault(&self, name: &str) -> &Value {
+        self.entry("faults", "fault", name)
+    }
+
+    /// A word with its bits.
+    fn word(&self, name: &str) -> &Value {
+        self.entry("words", "key", name)
+    }
+
+    /// Words, PDOs, octets of modules.
+    fn process(&self, name: &str) -> &Value {
+        self.entry("process", "key", name)
+    }
+
+    /// A counter by its key.
+    fn counter(&self, name: &str) -> &Value {
+        &self.entry("counters", "key", name)["value"]
+    }
+
+    /// A lamp of its display.
+    fn led(&self, name: &str) -> &Value;
+
+    /// A row of its display.
+    fn row(&self, place: usize) -> &str;
+}
+
+impl State for Value {
+    fn entry(&self, list: &str, key: &str, name: &str) -> &Value {
+        let entries = self[list].as_array().unwrap_or_else(|| panic!("no {list}: {self}"));
+        let found = entries.iter().find(|entry| entry[key] == json!(name));
+        found.unwrap_or_else(|| panic!("no {name} in {list}: {}", self[list]))
+    }
+
+    fn led(&self, name: &str) -> &Value {
+        self["display"].entry("leds", "led", name)
+    }
+
+    fn row(&self, place: usize) -> &str {
+        self["display"]["rows"][place]["text"].as_str().unwrap_or_default()
     }
 }

@@ -42,7 +42,6 @@ pub(crate) use master::{Action, AddressRange, Asked, Direction, Master, Motion};
 pub(crate) use master_link::{CanPlace, MasterLink};
 pub(crate) use parameter::ParameterSpec;
 pub(crate) use quantity::Quantity;
-pub(crate) use spec::quirk_parts;
 
 /// Emulated fieldbus drives on PROFIBUS-DP and CANopen, to test masters with.
 ///

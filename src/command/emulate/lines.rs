@@ -7,6 +7,7 @@ use std::thread;
 
 use crate::host::{Reach, Stop};
 use crate::metrics::{LineMetrics, Metrics, MetricsError, NodeMetrics, PATH};
+use crate::panel::Lines;
 use tracing::{error_span, info, warn};
 
 use super::{LinePlan, PlantPlan, run_line};
@@ -19,8 +20,13 @@ pub(super) fn run(plan: PlantPlan) -> Result<(), Failure> {
     let PlantPlan { lines: mut plans, metrics } = plan;
     // Before any line, so that a refusal leaves nothing behind.
     let metrics = metrics.as_ref().map(start_metrics).transpose()?;
-    let common =
-        Arc::new(Common { count: plans.len(), metrics, state: Mutex::default(), changed: Condvar::new() });
+    let common = Arc::new(Common {
+        count: plans.len(),
+        metrics,
+        panel_lines: Lines::default(),
+        state: Mutex::default(),
+        changed: Condvar::new(),
+    });
     let starts = |number| Start { number, common: Arc::clone(&common) };
     if plans.len() == 1
         && let Some(plan) = plans.pop()
@@ -76,6 +82,7 @@ pub(super) struct Start {
 struct Common {
     count: usize,
     metrics: Option<Metrics>,
+    panel_lines: Lines,
     state: Mutex<State>,
     changed: Condvar,
 }
@@ -97,6 +104,19 @@ struct State {
 impl Start {
     fn state(&self) -> MutexGuard<'_, State> {
         self.common.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What this line is called: `line`, where there are several with its number.
+    pub(super) fn name(&self) -> String {
+        match self.common.count {
+            1 => "line".into(),
+            _ => format!("line-{}", self.number + 1),
+        }
+    }
+
+    /// The lines that every panel of the process shows.
+    pub(super) fn panel_lines(&self) -> &Lines {
+        &self.common.panel_lines
     }
 
     /// The place of this line among the metrics, if there are any. `link` is what a master opens.

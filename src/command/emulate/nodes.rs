@@ -7,19 +7,19 @@ use crate::can_bus::can::BitRate;
 use crate::can_bus::canopen::storage::Eeprom;
 use crate::can_bus::canopen::{Event, NodeId};
 use crate::devices::CanopenEvent;
-use crate::host::can::{self, BusHint, Line, LinkSpec, News, NodeWatch, Numbers, Product, Seat, StoredNode};
+use crate::host::can::{self, BusHint, Line, LinkSpec, News, NodeWatch, Numbers, Seat, StoredNode};
 use crate::host::capture::Capture;
 use crate::host::capture::can::CanInterface;
-use crate::host::fault::Rule;
-use crate::host::list::{Choices, Spec};
-use crate::host::{Clock, Error, Reach, StateDir, Stop};
-use crate::panel::{NodeAccess, NodePanel, Seated};
+use crate::host::fault::{BusKind, Rule};
+use crate::host::list::Spec;
+use crate::host::{Clock, Error, Reach, StateDir};
+use crate::panel::{NodeAccess, Panel, Seated};
 use crate::time::Instant;
 use tracing::{debug, info, warn};
 
-use super::{Start, panel_reach, panel_started};
+use super::{Start, start_panel};
 use crate::command::Failure;
-use crate::command::args::{Emulate, quirk_parts};
+use crate::command::args::Emulate;
 use crate::command::signals::Signals;
 
 /// Every device knows it.
@@ -38,7 +38,7 @@ pub(super) fn emulate(
     let state = args.state_dir.as_deref().map(StateDir::open).transpose();
     let state = state.map_err(|error| Failure::from_error(&error))?;
     // Before the link, so that a refusal leaves nothing behind.
-    let mut panel = start_panel(args, &signals.stop)?;
+    let mut panel = start_panel(args, BusKind::Can, &signals.stop, start)?;
     let rate = args.baud.and_then(|baud| baud.can()).unwrap_or(DEFAULT_RATE);
     let mut line = open(args, link, rate)?;
     let mut nodes = Nodes::of(link);
@@ -62,12 +62,13 @@ pub(super) fn emulate(
     }
     let mut metrics = start.node_metrics(line.name(), &signals.stop);
     let (clock, mut seats) = (line.clock(), nodes.seats());
-    let choose = |product: &'static Product, choices: &mut Choices| {
-        for (name, value) in args.quirks.iter().filter_map(|text| quirk_parts(text).ok()) {
-            // That of another device is none of this one.
-            let _ = product.choose(choices, name, value);
-        }
+    let choose = |spec: &mut Spec| {
+        // They were checked when the process was started.
+        let _ = args.choose_quirks(spec);
     };
+    if let Some(panel) = &panel {
+        panel.set_link(line.name());
+    }
     // What the start brought is told whatever ends the process behind the ready line.
     while let Some(event) = line.bus_mut().poll_event() {
         tell(News::Bus(event), &mut capture, &mut nodes, panel.as_ref(), clock.now());
@@ -98,7 +99,7 @@ pub(super) fn emulate(
             metrics.serve(line.bus(), &seats);
         }
         if let Some(panel) = &mut panel {
-            panel.serve(&mut NodeAccess {
+            panel.serve_can(&mut NodeAccess {
                 now: clock.now(),
                 bus: line.bus_mut(),
                 nodes: &mut seats,
@@ -122,13 +123,13 @@ fn tell(
     news: News<CanopenEvent>,
     capture: &mut Recorder,
     nodes: &mut Nodes,
-    panel: Option<&NodePanel>,
+    panel: Option<&Panel>,
     now: Instant,
 ) {
     capture.take(&news);
     capture.remark(&news, nodes);
     if let (Some(panel), News::Bus(event)) = (panel, &news) {
-        panel.tell(now, event);
+        panel.tell_can(now, event);
     }
     if let Some(hint) = nodes.hint(now, &news) {
         capture.note(&hint);
@@ -159,12 +160,6 @@ fn open(args: &Emulate, link: &LinkSpec, rate: BitRate) -> Result<Line<CanopenEv
         warn!("other machines can connect to {} and command the nodes", line.name());
     }
     Ok(line)
-}
-
-fn start_panel(args: &Emulate, wake: &Stop) -> Result<Option<NodePanel>, Failure> {
-    let Some(place) = &args.panel else { return Ok(None) };
-    let panel = NodePanel::start(place, panel_reach(args), wake.clone());
-    panel_started(panel, NodePanel::address, "nodes").map(Some)
 }
 
 /// Who is on the bus, and what they are called in the log.
@@ -247,7 +242,7 @@ impl Nodes {
     }
 
     /// Says on stdout that a master can begin.
-    fn announce(&self, link: &str, panel: Option<&NodePanel>, start: &Start) {
+    fn announce(&self, link: &str, panel: Option<&Panel>, start: &Start) {
         let panel = panel.map(|panel| format!(" panel=http://{}", panel.address())).unwrap_or_default();
         let numbers: Vec<_> = self.on_bus.iter().map(|(_, id)| id.to_string()).collect();
         start.announce(&format!("ready link={link} nodes={}{panel}", numbers.join(",")));

@@ -108,6 +108,30 @@ pub(super) fn with_input(model: Model, inputs: &Inputs, name: &str, level: Level
     Some(changed)
 }
 
+/// What an input of that name is when everything is as it should be.
+pub(super) fn nominal_level(name: &str) -> Option<Level> {
+    let row = ROWS.iter().find(|row| row.input.name == name)?;
+    Some((row.read)(&Inputs::default()))
+}
+
+/// The inputs without what makes a fault.
+pub(super) fn taken_back(inputs: &Inputs, fault: Fault) -> Inputs {
+    let usual = Inputs::default();
+    let Inputs { control_supply, output_supply, friction_torque, battery, .. } = usual;
+    match fault {
+        Fault::A => Inputs { control_supply, output_supply, ..*inputs },
+        Fault::B => Inputs { blocked: false, ..*inputs },
+        Fault::C => Inputs { friction_torque, ..*inputs },
+        Fault::D => Inputs { stage_temperature: None, ..*inputs },
+        Fault::E => Inputs { encoder_fault: false, ..*inputs },
+        Fault::F => Inputs { internal_fault: false, ..*inputs },
+        Fault::G => Inputs { dc_link: None, ..*inputs },
+        Fault::J => Inputs { battery, ..*inputs },
+        // Of the bus.
+        Fault::H | Fault::I => *inputs,
+    }
+}
+
 /// Everything as it should be; the keys stay as they are.
 pub(super) fn nominal(inputs: &Inputs) -> Inputs {
     let Inputs { key_clockwise, key_counter_clockwise, .. } = *inputs;
@@ -137,11 +161,16 @@ pub(super) fn each_lack(model: Model, name: &str, say: &mut dyn FnMut(&dyn fmt::
     }
 }
 
-/// Each fault of a model.
-pub(super) fn each_fault(model: Model, causes: FaultSet, tell: &mut dyn FnMut(Provocable<'_>)) {
+/// Each fault of a model, with the causes that are there, and what the inputs make.
+pub(super) fn each_fault(
+    model: Model,
+    [causes, provoked]: [FaultSet; 2],
+    tell: &mut dyn FnMut(Provocable<'_>),
+) {
     for fault in Fault::ALL.into_iter().filter(|fault| fault.exists_on(model)) {
         let name = char::from(fault.code());
-        tell(Provocable { name: &name, text: &fault, present: causes.contains(fault) });
+        let provoked = provoked.contains(fault);
+        tell(Provocable { name: &name, text: &fault, present: provoked || causes.contains(fault), provoked });
     }
 }
 

@@ -310,6 +310,11 @@ impl Servo {
         }
     }
 
+    /// An alarm is not there any more, whatever it needs otherwise.
+    pub(super) fn take_back(&mut self, alarm: Alarm) {
+        self.clear(|present| present == alarm);
+    }
+
     /// The alarms present, oldest first.
     pub fn alarms(&self) -> &[Alarm] {
         &self.alarms

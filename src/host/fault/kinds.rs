@@ -71,6 +71,21 @@ impl Row {
         ROWS
     }
 
+    /// How it may be written: `late=20ms`.
+    pub fn example(&self) -> String {
+        let value = match self.form {
+            "=TIME" => "=20ms",
+            "=N" => "=10",
+            "=HH" => "=05",
+            "=CODE" => "=08000022",
+            "=PART" => "=length",
+            "=OCTETS" => "=020C",
+            // What may be left out.
+            _ => "",
+        };
+        format!("{}{value}", self.name)
+    }
+
     /// Those of a bus.
     pub(super) fn of(bus: BusKind) -> impl Iterator<Item = &'static Self> {
         ROWS.iter().filter(move |row| row.way.bus() == bus)

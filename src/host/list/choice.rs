@@ -180,7 +180,7 @@ impl Choices {
     }
 
     /// The file of a choice, if one was chosen.
-    pub(super) fn file(&self, key: &str) -> Option<&Path> {
+    pub(crate) fn file(&self, key: &str) -> Option<&Path> {
         let Picked::File(file) = self.picked(key)? else { return None };
         Some(file)
     }

@@ -2,6 +2,7 @@
 
 use core::fmt::Write;
 use core::time::Duration;
+use std::collections::BTreeMap;
 use std::time::SystemTime;
 
 use axum::Json;
@@ -11,125 +12,157 @@ use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::super::bus_access::Asking;
-use super::super::problem::{Problem, Problems, QueryOf, Station};
-use super::super::stream::{Hub, NewsEvent};
-use super::samples::{EVERY, Sample};
+use super::super::line::{Lines, check_address, lacks};
+use super::super::problem::{Problem, Problems, QueryOf};
+use super::super::routes::{OfLineName, Place};
+use super::super::station::{AmountState, seconds};
+use super::super::stream::NewsEvent;
+use super::samples::{Curves, EVERY, of_station};
 use crate::host::capture::{self, Interface};
-use crate::profibus::fdl::Address;
 use crate::time::Instant;
 
 /// The newest events.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub(in crate::panel) struct RecentEvents {
-    /// When the panel was started, since 1970: another start has another history.
+    /// When the process was started, since 1970: another start has another history.
     started_unix_seconds: f64,
     /// Oldest first, 1000 at most.
     events: Vec<NewsEvent>,
 }
 
-/// The samples of a drive.
+/// The curves of a station.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub(in crate::panel) struct RecentSamples {
-    /// Between two samples. Of a drive at rest only the first and the newest are there.
+    /// Between two samples. Of a station at rest only the first and the newest are there.
     interval_milliseconds: u64,
     /// Oldest first, of five minutes.
     samples: Vec<Sample>,
 }
 
-/// Of whom.
+/// What the values were at a moment, by their keys; `null`: there was none.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+struct Sample {
+    /// Since the line was started.
+    time_seconds: f64,
+    #[serde(flatten)]
+    #[schema(value_type = std::collections::HashMap<String, Option<f64>>)]
+    values: BTreeMap<&'static str, AmountState>,
+}
+
+/// Of whom, and since when.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(in crate::panel) struct OfWhom {
-    pub(in crate::panel) address: Option<u8>,
+    line: Option<String>,
+    address: Option<u8>,
+    after: Option<u64>,
 }
 
 /// The newest events
 ///
 /// What the stream has sent as `news`: for a reader that starts later.
 #[utoipa::path(get, path = "/api/v1/events/recent", tag = "history",
-    params(("address" = Option<u8>, Query, maximum = 126, description = "Only what concerns this station")),
+    params(
+        ("line" = Option<String>, Query, description = "Only what concerns this line"),
+        ("address" = Option<u8>, Query, maximum = 127, description = "Only what concerns this station"),
+        ("after" = Option<u64>, Query, description = "Only events with a greater number"),
+    ),
     responses((status = 200, body = RecentEvents), Problems))]
 pub(in crate::panel) async fn events(
-    State(hub): State<Hub>,
-    QueryOf(of): QueryOf<OfWhom>,
+    State(lines): State<Lines>,
+    QueryOf(OfWhom { line, address, after }): QueryOf<OfWhom>,
 ) -> Result<Json<RecentEvents>, Problem> {
-    let address = of.address.map(Address::station).transpose().map_err(Problem::value)?;
-    let events = hub.history(|history| {
-        let events = history.events.iter().map(|(_, news)| news);
-        events.filter(|news| news.concerns(address)).cloned().collect()
+    check_address(address)?;
+    let line = line.map(|name| lines.named(&name)).transpose()?.map(|line| line.name);
+    lines.all().iter().for_each(|line| line.hub.drain());
+    let events = lines.readers().events(|events| {
+        let events = events.iter().map(|(_, news)| news);
+        let of = events.filter(|news| news.concerns(line.as_deref(), address));
+        of.filter(|news| after.is_none_or(|after| news.is_after(after))).cloned().collect()
     });
-    let started_unix_seconds = since_1970(hub.started()).as_secs_f64();
+    let started_unix_seconds = since_1970(lines.readers().started()).as_secs_f64();
     Ok(Json(RecentEvents { started_unix_seconds, events }))
 }
 
-/// The curves of a drive of the last five minutes
-#[utoipa::path(get, path = "/api/v1/drives/{address}/samples", tag = "history", params(("address" = u8, Path, maximum = 126)),
-    responses((status = 200, body = RecentSamples), Problems))]
-pub(in crate::panel) async fn samples(
-    State(asking): State<Asking>,
-    State(hub): State<Hub>,
-    Station(address): Station,
-) -> Result<Json<RecentSamples>, Problem> {
-    let samples = samples_of(&asking, &hub, address).await?;
+/// The curves of a station of the last five minutes
+#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/samples", tag = "history",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = RecentSamples), Problems))]
+pub(in crate::panel) async fn samples(place: Place) -> Result<Json<RecentSamples>, Problem> {
+    let Curves { columns, rows } = curves(&place).await?;
     let interval_milliseconds = u64::try_from(EVERY.as_millis()).unwrap_or(u64::MAX);
-    Ok(Json(RecentSamples { interval_milliseconds, samples }))
+    let sample = |(at, row): (Instant, Box<[f64]>)| {
+        let values = columns.iter().zip(row).map(|((key, digits), value)| (*key, cell(value, *digits)));
+        Sample { time_seconds: seconds(at), values: values.collect() }
+    };
+    Ok(Json(RecentSamples { interval_milliseconds, samples: rows.into_iter().map(sample).collect() }))
+}
+
+/// A number, unless there was none.
+fn cell(value: f64, digits: Option<u8>) -> AmountState {
+    if value.is_nan() { AmountState::Unknown } else { AmountState::of_number(value, digits) }
 }
 
 /// The same as a table
-#[utoipa::path(get, path = "/api/v1/drives/{address}/samples.csv", tag = "history", params(("address" = u8, Path, maximum = 126)),
+#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/samples.csv", tag = "history",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)),
     responses((status = 200, content_type = "text/csv", body = String), Problems))]
-pub(in crate::panel) async fn samples_csv(
-    State(asking): State<Asking>,
-    State(hub): State<Hub>,
-    Station(address): Station,
-) -> Result<Response, Problem> {
-    let mut table = String::from(
-        "time_seconds,position_user_units,user_unit,target_user_units,velocity_rpm,setpoint_rpm,current_milliamperes\r\n",
-    );
-    let cell = |value: Option<i32>| value.map(|value| value.to_string()).unwrap_or_default();
-    for sample in samples_of(&asking, &hub, address).await? {
-        let Sample { time_seconds, position_user_units, user_unit, target_user_units, .. } = &sample;
-        let (target, rpm) = (cell(*target_user_units), cell(sample.setpoint_rpm));
-        let Sample { velocity_rpm, current_milliamperes, .. } = sample;
+pub(in crate::panel) async fn samples_csv(place: Place) -> Result<Response, Problem> {
+    let Curves { columns, rows } = curves(&place).await?;
+    let mut table = String::from("time_seconds");
+    columns.iter().for_each(|(key, _)| table.extend([",", *key]));
+    table.push_str("\r\n");
+    for (at, row) in rows {
         // Writing to a text works always.
-        let _ = write!(
-            table,
-            "{time_seconds},{position_user_units},{user_unit},{target},{velocity_rpm},{rpm},{current_milliamperes}\r\n"
-        );
+        let _ = write!(table, "{}", seconds(at));
+        for value in row {
+            let _ = if value.is_nan() { table.write_str(",") } else { write!(table, ",{value}") };
+        }
+        table.push_str("\r\n");
     }
-    Ok(saved_as(&format!("drive-{address}.csv"), "text/csv; charset=utf-8", table.into_bytes()))
+    let name = format!("station-{}.csv", place.address);
+    Ok(saved_as(&name, "text/csv; charset=utf-8", table.into_bytes()))
 }
 
-/// The telegrams that were watched, with the events as comments
+/// The telegrams of a line of PROFIBUS that were watched, with the events as comments
 ///
 /// A capture for Wireshark. Telegrams are kept while a reader of the stream watches them, the newest 4 MiB. An event is a
 /// comment of the telegram after it, or of the last one.
-#[utoipa::path(get, path = "/api/v1/capture.pcapng", tag = "history",
+#[utoipa::path(get, path = "/api/v1/lines/{line}/capture.pcapng", tag = "history", params(("line" = String, Path)),
     responses((status = 200, content_type = "application/octet-stream", body = String), Problems))]
 pub(in crate::panel) async fn capture(
-    State(asking): State<Asking>,
-    State(hub): State<Hub>,
+    State(lines): State<Lines>,
+    OfLineName(line): OfLineName,
 ) -> Result<Response, Problem> {
-    let (now, baud) = asking.ask(|bench| (bench.now, bench.bus.baud())).await?;
+    let (now, baud) = line.asking.ask(|bench| (bench.now(), bench.baud())).await?;
+    let Some(baud) = baud else {
+        return Err(Problem::conflict("frames of a CAN bus are not kept here; use emulate --capture"));
+    };
     let epoch = since_1970(SystemTime::now()).saturating_sub(now.saturating_since(Instant::ZERO));
-    let (batch, events) = hub.history(|history| {
-        let events: Vec<_> = history.events.iter().map(|(at, news)| (*at, news.text().to_string())).collect();
-        (history.recording.batch(), events)
+    let batch = line.hub.history(|history| history.recording.batch());
+    let happened: Vec<_> = lines.readers().events(|events| {
+        let own = events.iter().filter(|(_, news)| news.concerns(Some(&line.name), None));
+        own.map(|(at, news)| (*at, news.text().to_string())).collect()
     });
-    let line = Interface { name: "panel", description: "recorded in the panel", baud: Some(baud) };
-    let octets = capture::to_octets(&line, epoch, &batch, events);
+    let interface = Interface { name: "panel", description: "recorded in the panel", baud: Some(baud) };
+    let octets = capture::to_octets(&interface, epoch, &batch, happened);
     let octets = octets.map_err(|error| Problem::new(StatusCode::INTERNAL_SERVER_ERROR, error))?;
     Ok(saved_as("profidrive.pcapng", "application/octet-stream", octets))
 }
 
-async fn samples_of(asking: &Asking, hub: &Hub, address: Address) -> Result<Vec<Sample>, Problem> {
-    asking.ask(move |bench| bench.drive(address).map(drop).ok_or_else(|| bench.no_drive(address))).await??;
-    Ok(hub.history(|history| history.samples.of(address).cloned().collect()))
+async fn curves(place: &Place) -> Result<Curves, Problem> {
+    let address = place.address;
+    let has = place.line.asking.ask(move |bench| {
+        let station = bench.find(address)?;
+        Ok::<_, Problem>(!of_station(station.description).0.is_empty())
+    });
+    if !has.await?? {
+        return Err(lacks(address, "samples"));
+    }
+    Ok(place.line.hub.history(|history| history.samples.of(address)))
 }
 
 /// How long a time is after the beginning of 1970.
-pub(in crate::panel) fn since_1970(time: SystemTime) -> Duration {
+fn since_1970(time: SystemTime) -> Duration {
     time.duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default()
 }
 

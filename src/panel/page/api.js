@@ -1,5 +1,4 @@
 // The HTTP API of the emulator: requests, and where a station is.
-import { translationFor } from "./translation.js";
 
 const ROOT = "/api/v1";
 /** An answer comes within this, or none does. */
@@ -14,53 +13,22 @@ export class Refused extends Error {
   }
 }
 
-/** What makes stations of what the server tells; undefined before that is known, null if it needs none. */
-let translation;
-/** Whether another program may answer by now. */
-let stale = false;
+/** The address of the stream of what is wanted: of a station, or of all when `station` is null. */
+export function eventsAddress({ station, kinds, interval_milliseconds }) {
+  const of = station === null ? {} : { line: station.line, address: station.address };
+  return `${ROOT}/events?${new URLSearchParams({ kinds: kinds.join(","), interval_milliseconds, ...of })}`;
+}
+
+/** Where a file is to be had. */
+export function fileOf(path) {
+  return ROOT + path;
+}
 
 /**
- * Asks the server for something of lines and stations; the body and the answer are JSON. It is on its way when this
- * returns, if it is known how the server speaks: of a page that goes nothing runs later.
+ * Asks the server; the body and the answer are JSON. It is on its way when this returns: of a page that goes nothing runs
+ * later. A server that is frozen reaches nobody either.
  */
-export function request(method, path, body) {
-  const send = () => (translation === null ? ask(method, path, body) : translation.request(method, path, body));
-  return translation === undefined ? connect().then(send) : send();
-}
-
-/** Learns how the server speaks, if that is not known, or may be no more. */
-export async function connect() {
-  if (translation !== undefined && !stale) return;
-  translation = await translationFor(ask);
-  stale = false;
-}
-
-/** Another program may answer from now on. Until that is known, nothing waits for it. */
-export function disconnect() {
-  stale = true;
-}
-
-/** The address of the stream of what is wanted. */
-export function eventsAddress(wanted) {
-  const { station, kinds, interval_milliseconds } = wanted;
-  const of = station === null ? {} : { line: station.line, address: station.address };
-  const query = translation ? translation.query(wanted) : { kinds: kinds.join(","), interval_milliseconds, ...of };
-  return `${ROOT}/events?${new URLSearchParams(query)}`;
-}
-
-/** An event of the stream: its name, and what it tells. */
-export function eventOf(name, data) {
-  return translation ? translation.event(name, data) : [name, data];
-}
-
-/** Where a file is to be had; null if the server has none. */
-export function fileOf(path) {
-  const file = translation ? translation.file(path) : path;
-  return file === null ? null : ROOT + file;
-}
-
-/** As it goes over the line. A server that is frozen reaches nobody either. */
-async function ask(method, path, body) {
+export async function request(method, path, body) {
   let response;
   let text;
   try {

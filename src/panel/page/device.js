@@ -33,6 +33,8 @@ export class Device {
   #switches;
   #text = html("p", { class: "muted", id: "device-text" });
   #lamps = new Map();
+  /** Since when an LED does what it does: `{ does, since }` by its name. */
+  #rhythms = new Map();
   #lines = new Rows(this.#lcd, () => displayRow());
   #leds = new Rows(this.#ledList, ({ led }) => this.#lamp(led));
   #keys = new Rows(this.#keyList, ({ key }) => new Key(key, this.#ask));
@@ -58,6 +60,7 @@ export class Device {
     this.#lines.show(rows.map((row, place) => ({ ...row, place })), ({ place }) => place);
     say(this.#signs, signs.join(", "));
     this.#leds.show(leds, ({ led }) => led);
+    for (const led of leds) this.#follow(led);
     this.#keys.show(keys ?? [], ({ key }) => key);
     this.#shaft.show((values ?? []).find(({ unit }) => unit === TURNS));
     this.#switches.show(switches);
@@ -73,13 +76,20 @@ export class Device {
   }
 
   paint() {
-    const ms = performance.now() - this.#seen;
     for (const led of this.#state?.display?.leds ?? []) {
+      // Without a phase its rhythm begins when it is first seen to have it.
+      const begin = led.phase_milliseconds === undefined ? this.#rhythms.get(led.led).since : this.#seen;
+      const ms = performance.now() - begin;
       // For those who want nothing to move, the text says that it blinks.
       const steady = STILL.matches && led.glow === "blinking";
       const lamp = this.#lamps.get(led.led);
       if (lamp) mark(lamp, "data-lit", steady || isLit(led, ms));
     }
+  }
+
+  #follow({ led, glow, blinks }) {
+    const does = `${glow} ${blinks}`;
+    if (this.#rhythms.get(led)?.does !== does) this.#rhythms.set(led, { does, since: this.#seen });
   }
 
   #lamp(name) {

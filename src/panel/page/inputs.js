@@ -6,7 +6,7 @@ const SEND_PAUSE_MS = 60;
 /** So long after a change what the station says is not shown over it: it is still on its way. */
 const SETTLE_MS = 700;
 /** Over so wide a range a slider is of no use: steps are. */
-const SLIDER_RANGE = 2500;
+const SLIDER_RANGE = 300;
 const STEPS = [-1, -0.1, -0.01, 0.01, 0.1, 1];
 const WHOLE_STEPS = [-10, -1, 1, 10];
 

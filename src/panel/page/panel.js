@@ -99,13 +99,10 @@ class Panel {
     if (this.#shown && isSame(this.#station, station)) return;
     this.#shown?.leave();
     this.#station = station;
-    const view = new StationView(this.#by("station"), station, { choose: this.#chooseField, lines: this.#lineCount });
-    this.#shown = view;
+    this.#shown = new StationView(this.#by("station"), station, { choose: this.#chooseField, lines: this.#lineCount });
     mark(this.#by("to-station"), "href", linkOf(station));
     say(this.#by("to-station"), `Station ${nameOf(station, this.#lineCount)}`);
     this.#by("to-station").hidden = false;
-    // Without them there is less to see, and nothing that is wrong.
-    view.recall().catch(() => {});
   }
 
   get #lineCount() {

@@ -1,7 +1,7 @@
 // The state of a station in one word and one kind. The kind is a shape on the page, and a colour besides.
 import { numberText } from "./dom.js";
 
-const PRESENCE = { joining: "listening", address_taken: "address taken" };
+const PRESENCE = { joining: "listening", refused: "address taken" };
 
 /** `{ kind, word }` of a station. Kinds: fault, warning, moving, ready, idle, off. */
 export function stateOf(station) {

@@ -23,6 +23,7 @@ export class StationView {
   #message = html("p", { class: "refused", role: "alert", id: "station-problem" });
   #root;
   #path;
+  #recalled = false;
 
   /** Of the station `{ line, address }` in `root`; `choose` is put beside its name, `lines` is how many there are. */
   constructor(root, station, { choose, lines }) {
@@ -31,8 +32,7 @@ export class StationView {
     this.#path = stationOf(station);
     const ask = (method, path, body) => request(method, this.#path + path, body);
     const act = (...of) => this.#act(ask(...of));
-    const file = fileOf(`${this.#path}/samples.csv`);
-    const save = html("a", { class: "button", hidden: file === null, href: file ?? undefined, download: "" }, "Save as CSV");
+    const save = html("a", { class: "button", href: fileOf(`${this.#path}/samples.csv`), download: "" }, "Save as CSV");
     this.why = new Why();
     this.values = new Values();
     this.device = new Device(ask, act);
@@ -64,6 +64,7 @@ export class StationView {
   show(state, gap) {
     mark(this.#root, "data-known", "there");
     this.#showHead(state);
+    this.#recall(state);
     for (const part of this.#parts) {
       try {
         part.show(state, gap);
@@ -93,10 +94,11 @@ export class StationView {
     this.device.release();
   }
 
-  /** What the server has kept of its curves. */
-  async recall() {
-    const { samples } = await request("GET", `${this.#path}/samples`);
-    this.curves.addBefore(samples);
+  /** What the server has kept of its curves, once. Without them there is less to see, and nothing that is wrong. */
+  #recall({ has }) {
+    if (this.#recalled || !has?.samples) return;
+    this.#recalled = true;
+    request("GET", `${this.#path}/samples`).then(({ samples }) => this.curves.addBefore(samples), () => {});
   }
 
   /** What is not in the stream. */

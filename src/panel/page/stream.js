@@ -1,5 +1,5 @@
 // What happens, as it happens: a stream while this tab has one, else a question once a second.
-import { NO_ANSWER, Refused, connect, disconnect, eventOf, eventsAddress, request, stationOf } from "./api.js";
+import { NO_ANSWER, Refused, eventsAddress, request, stationOf } from "./api.js";
 
 const RETRY_MS = 1000;
 /** Nothing for so long, and the stream is taken for dead: a state comes once a second at least. */
@@ -98,18 +98,7 @@ export class Stream {
     else if (!this.#turn.isMine && this.#polling === null) this.#poll();
   }
 
-  async #connect() {
-    this.#end();
-    const mine = (this.#polling = {});
-    try {
-      await connect();
-    } catch (error) {
-      if (this.#polling !== mine) return;
-      this.#on.closed(error);
-      this.#timer = setTimeout(() => this.#connect(), RETRY_MS);
-      return;
-    }
-    if (this.#polling !== mine) return;
+  #connect() {
     if (!this.#turn.isMine) {
       this.#poll();
       return;
@@ -123,11 +112,10 @@ export class Stream {
       this.#on.open(true);
     });
     source.addEventListener("error", () => this.#retry());
-    for (const event of ["state", "news", "telegram", "frame", "lost"]) {
+    for (const event of ["state", "news", "telegram", "lost"]) {
       source.addEventListener(event, ({ data }) => {
         this.#watch();
-        const [name, told] = eventOf(event, JSON.parse(data));
-        this.#on[name](told);
+        this.#on[event](JSON.parse(data));
       });
     }
     this.#watch();
@@ -155,7 +143,6 @@ export class Stream {
   /** Asks once, and if the server answers, that is as good as a stream that is slow. */
   async #retry() {
     this.#end();
-    disconnect();
     const mine = (this.#polling = {});
     const stream = () => this.#connect();
     this.#timer = setTimeout(stream, RETRY_MS);

@@ -44,9 +44,8 @@ export class Telegrams {
 
   /** The line whose capture is saved. */
   of(line) {
-    const file = line === null ? null : fileOf(`${lineOf(line)}/capture.pcapng`);
-    this.save.hidden = file === null;
-    if (file !== null) mark(this.save, "href", file);
+    this.save.hidden = line === null;
+    if (line !== null) mark(this.save, "href", fileOf(`${lineOf(line)}/capture.pcapng`));
   }
 
   get wanted() {

@@ -1,13 +1,14 @@
 //! The events of the stream, and how they are written.
 
+use std::sync::Arc;
+
 use axum::body::Bytes;
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use super::super::state::{ReasonText, reasons_of, seconds};
-use crate::devices::StationEvent;
-use crate::devices::ag03::profibus::Event;
-use crate::explain::{self, Mark};
+use super::super::station::{ReasonText, seconds};
+use super::feed::Told;
+use crate::explain::{self, Explanation, Mark};
 use crate::face::EventKind;
 use crate::host::BusEvent;
 use crate::host::link::tap::Direction;
@@ -17,24 +18,51 @@ use crate::time::Instant;
 /// What happened, in words.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub(in crate::panel) struct NewsEvent {
-    /// Counts up since the panel was started; `null`: the last news of a stream.
+    /// Counts up since the process was started; `null`: the last news of a stream.
     number: Option<u64>,
     time_seconds: f64,
+    /// The line it is about.
+    line: String,
     /// The station it is about; `null`: the line.
     address: Option<u8>,
     kind: EventKind,
+    class: ClassName,
     /// One line.
     text: String,
     /// Of a refused command every unmet condition, else empty.
     reasons: Vec<ReasonText>,
 }
 
-/// A telegram in words.
+/// How much an event matters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+enum ClassName {
+    Fault,
+    Refusal,
+    Event,
+    /// Cyclic detail.
+    Detail,
+}
+
+/// A request of the master that a station refused, and why.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub(in crate::panel) struct LastRefusal {
+    time_seconds: f64,
+    /// One line: the request and every unmet condition.
+    text: String,
+    reasons: Vec<ReasonText>,
+    /// Whether it keeps the master from exchanging data, and is no more worth telling once it does.
+    #[serde(skip)]
+    pub(super) of_slave: bool,
+}
+
+/// A telegram or a frame in words.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub(in crate::panel) struct TelegramEvent {
     time_seconds: f64,
+    line: String,
     direction: DirectionName,
-    /// Octets apart.
+    /// Octets apart; of a frame its data.
     octets_hex: String,
     /// One line.
     text: String,
@@ -51,7 +79,7 @@ enum MarkName {
     Plain,
     /// In order, and tells of trouble: a refused job, a fault, a diagnosis that is not good.
     Trouble,
-    /// A mistake of whoever sent it: the drive refuses or ignores it.
+    /// A mistake of whoever sent it: the station refuses or ignores it.
     Mistake,
     /// No telegram.
     Invalid,
@@ -63,7 +91,7 @@ enum MarkName {
 enum DirectionName {
     /// Of a master or another station.
     Heard,
-    /// Of a station of this bus.
+    /// Of a station of this line.
     Sent,
 }
 
@@ -74,6 +102,32 @@ impl From<Mark> for MarkName {
             Mark::Trouble => Self::Trouble,
             Mark::Mistake => Self::Mistake,
             Mark::Invalid => Self::Invalid,
+        }
+    }
+}
+
+impl ClassName {
+    const fn of(kind: EventKind, is_detail: bool) -> Self {
+        match kind {
+            EventKind::CommandRefused | EventKind::JobRefused => Self::Refusal,
+            EventKind::Fault | EventKind::Emcy | EventKind::ErrorControl => Self::Fault,
+            EventKind::Drive
+            | EventKind::Parameter
+            | EventKind::Input
+            | EventKind::Power
+            | EventKind::Dp
+            | EventKind::Nmt
+            | EventKind::Sdo
+            | EventKind::Pdo
+            | EventKind::Hint
+            | EventKind::Line
+            | EventKind::Removed => {
+                if is_detail {
+                    Self::Detail
+                } else {
+                    Self::Event
+                }
+            }
         }
     }
 }
@@ -90,58 +144,126 @@ pub(in crate::panel) struct Lost {
 #[derive(Clone, Debug)]
 pub(super) struct Item {
     pub(super) message: Bytes,
-    /// Whom it is about; both `None`: the line.
-    pub(super) about: [Option<Address>; 2],
+    pub(super) line: Arc<str>,
+    /// Whom it is about; both `None`: everybody on the line.
+    pub(super) about: [Option<u8>; 2],
 }
 
 impl Item {
-    pub(super) fn concerns(&self, address: Option<Address>) -> bool {
+    pub(super) fn concerns(&self, line: Option<&str>, address: Option<u8>) -> bool {
         let of_line = self.about == [None, None];
-        let all = self.about.into_iter().flatten().any(Address::is_broadcast);
-        address.is_none_or(|address| of_line || all || self.about.contains(&Some(address)))
+        line.is_none_or(|line| line == &*self.line)
+            && address.is_none_or(|address| of_line || self.about.contains(&Some(address)))
+    }
+}
+
+impl Told {
+    fn address(&self) -> Option<u8> {
+        match self {
+            Self::Line(
+                BusEvent::Station { address, .. }
+                | BusEvent::Joined { address }
+                | BusEvent::AddressLive { address, .. },
+                _,
+            ) => Some(address.number()),
+            Self::Node(address, _) | Self::State(address, _) => *address,
+            Self::Line(..) | Self::Hint(_) | Self::Lost(_) => None,
+        }
+    }
+
+    fn kind(&self) -> (EventKind, bool) {
+        match self {
+            Self::Line(event, _) => (event.kind(), event.is_detail()),
+            Self::Node(_, event) => (event.kind(), event.is_detail()),
+            Self::Hint(_) => (EventKind::Hint, false),
+            Self::State(..) | Self::Lost(_) => (EventKind::Line, false),
+        }
+    }
+
+    fn text(&self) -> String {
+        match self {
+            Self::Line(event, None) => event.to_string(),
+            Self::Line(event, Some(words)) => format!("{event}: {words}"),
+            Self::Node(_, event) => event.to_string(),
+            Self::State(_, state) => state.to_string(),
+            Self::Hint(hint) => hint.to_string(),
+            Self::Lost(events) => format!("{events} events were too many for the log and are lost"),
+        }
+    }
+
+    fn reasons(&self) -> Vec<ReasonText> {
+        let mut reasons = Vec::new();
+        if let Self::Line(BusEvent::Station { event, .. }, _) = self {
+            event.each_reason(&mut |reason| {
+                reasons.push(ReasonText { reason: reason.name, text: reason.to_string() });
+            });
+        }
+        reasons
+    }
+
+    /// The refusal that it tells, and of which station.
+    pub(super) fn refusal(&self, at: Instant) -> Option<(u8, LastRefusal)> {
+        let of_slave = matches!(self, Self::Line(_, Some(_)));
+        let (kind, _) = self.kind();
+        if kind != EventKind::CommandRefused && !of_slave {
+            return None;
+        }
+        let text = match self {
+            Self::Line(BusEvent::Station { event, .. }, None) => event.to_string(),
+            Self::Line(..) | Self::Node(..) | Self::State(..) | Self::Hint(_) | Self::Lost(_) => self.text(),
+        };
+        let refusal = LastRefusal { time_seconds: seconds(at), text, reasons: self.reasons(), of_slave };
+        Some((self.address()?, refusal))
     }
 }
 
 impl NewsEvent {
-    /// The last of the stream of one drive.
-    pub(super) fn removed(at: Instant, address: Address) -> Bytes {
+    /// The last of the stream of one station.
+    pub(super) fn removed(at: Instant, line: &str, address: u8) -> Bytes {
         message_of(
             "news",
             &Self {
                 number: None,
                 time_seconds: seconds(at),
-                address: Some(address.number()),
+                line: line.into(),
+                address: Some(address),
                 kind: EventKind::Removed,
-                text: format!("station {address}: there is no drive any more; its stream ends here"),
+                class: ClassName::Event,
+                text: format!("station {address}: there is no station any more; its stream ends here"),
                 reasons: Vec::new(),
             },
         )
     }
 
-    pub(super) fn of(number: u64, at: Instant, event: &BusEvent, words: Option<&str>) -> Self {
-        let mut reasons = Vec::new();
-        if let BusEvent::Station { event: StationEvent::Ag03(Event::CommandRefused(refusal)), .. } = event {
-            reasons = reasons_of(refusal);
-        }
+    pub(super) fn of(number: u64, at: Instant, line: &str, told: &Told) -> Self {
+        let (kind, is_detail) = told.kind();
         Self {
             number: Some(number),
             time_seconds: seconds(at),
-            address: event.address().map(Address::number),
-            kind: event.kind(),
-            text: words.map_or_else(|| event.to_string(), |words| format!("{event}: {words}")),
-            reasons,
+            line: line.into(),
+            address: told.address(),
+            kind,
+            class: ClassName::of(kind, is_detail),
+            text: told.text(),
+            reasons: told.reasons(),
         }
     }
 
     /// For subscribers.
     pub(super) fn item(&self) -> Item {
-        Item { message: message_of("news", self), about: [self.address.map(Address::from_octet), None] }
+        let line = self.line.as_str().into();
+        Item { message: message_of("news", self), line, about: [self.address, None] }
     }
 
-    /// Whether it is about this station, or the line.
-    pub(in crate::panel) fn concerns(&self, address: Option<Address>) -> bool {
-        let of = |address: Address| self.address.is_none_or(|about| about == address.number());
-        address.is_none_or(of)
+    /// Whether it is about this line, and this station or the line as a whole.
+    pub(in crate::panel) fn concerns(&self, line: Option<&str>, address: Option<u8>) -> bool {
+        let of = |address: u8| self.address.is_none_or(|about| about == address);
+        line.is_none_or(|line| line == self.line) && address.is_none_or(of)
+    }
+
+    /// Whether it came behind that number.
+    pub(in crate::panel) fn is_after(&self, number: u64) -> bool {
+        self.number.is_some_and(|own| own > number)
     }
 
     /// One line.
@@ -152,26 +274,34 @@ impl NewsEvent {
 
 impl TelegramEvent {
     pub(super) fn item(
-        at: Instant,
-        direction: Direction,
+        line: Arc<str>,
+        (at, direction): (Instant, Direction),
         octets: &[u8],
-        context: &mut explain::Context,
+        explanation: &Explanation,
     ) -> Item {
-        let explanation = context.telegram(octets);
+        let Explanation { from, to, .. } = *explanation;
         let telegram = Self {
             time_seconds: seconds(at),
+            line: line.as_ref().into(),
             direction: match direction {
                 Direction::Heard => DirectionName::Heard,
                 Direction::Sent => DirectionName::Sent,
             },
             octets_hex: explain::hex(octets),
             text: explanation.line(),
-            from_address: explanation.from,
-            to_address: explanation.to,
+            from_address: from,
+            to_address: to,
             mark: explanation.mark().into(),
         };
-        let about = [explanation.from, explanation.to].map(|number| number.map(Address::from_octet));
-        Item { message: message_of("telegram", &telegram), about }
+        Item { message: message_of("telegram", &telegram), line, about: [from, to] }
+    }
+
+    /// The same of a telegram of PROFIBUS, which may be for everybody.
+    pub(super) fn of_profibus(mut item: Item) -> Item {
+        if item.about.contains(&Some(Address::BROADCAST.number())) {
+            item.about = [None, None];
+        }
+        item
     }
 }
 

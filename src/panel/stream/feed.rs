@@ -1,55 +1,57 @@
-//! The end of the stream at the thread of the bus.
+//! The end of the stream at the thread of a line.
 
 use core::sync::atomic::{AtomicU64, Ordering};
 use std::collections::BTreeMap;
-use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::super::bus_access::BusAccess;
-use super::super::state::lengths;
-use crate::devices::ag03::drive;
-use crate::devices::ag03::drive::Mode;
-use crate::devices::ag03::param::Model;
-use crate::devices::ag03::profibus::Device;
-use crate::explain::value::Lengths;
+use super::super::line::OnLine;
+use crate::can_bus::can::{ErrorState, Frame};
+use crate::can_bus::canopen;
+use crate::can_bus::canopen::NodeId;
+use crate::devices::{CanopenEvent, Vocabulary};
+use crate::explain::Known;
 use crate::host::BusEvent;
+use crate::host::can::{BusHint, Event, Seat};
 use crate::host::link::tap::{Batch, Direction, Watchers};
-use crate::profibus::fdl::{Address, MAX_TELEGRAM_LEN};
+use crate::profibus::fdl::MAX_TELEGRAM_LEN;
 use crate::time::Instant;
 
 /// Entries that wait in the ring at most; more are counted and lost.
 pub(super) const RING: usize = 1024;
 
-/// What the thread of the bus tells.
+/// What the thread of a line tells.
 pub(super) enum Entry {
-    News(Instant, BusEvent, Option<Arc<str>>),
+    News(Instant, Told),
     Telegram {
         at: Instant,
         direction: Direction,
         len: usize,
         octets: [u8; MAX_TELEGRAM_LEN],
     },
+    Frame {
+        at: Instant,
+        direction: Direction,
+        frame: Frame,
+    },
     /// In what the telegrams behind this one are to be read.
-    Settings(Address, Settings),
+    Known(u8, Known),
+    /// In which words the frames behind this one are to be read.
+    Words(u8, &'static Vocabulary),
 }
 
-/// What the words of a drive depend on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Settings {
-    pub(super) model: Model,
-    pub(super) mode: Mode,
-    pub(super) lengths: Lengths,
-}
-
-impl Settings {
-    /// By the parameters, as whoever reads them on the line knows it: the drive follows within a cycle.
-    fn of(device: &Device) -> Self {
-        Self {
-            model: device.config().model,
-            mode: drive::Settings::read(device.parameters()).mode,
-            lengths: lengths(device),
-        }
-    }
+/// What has happened.
+pub(super) enum Told {
+    /// On a line of PROFIBUS, with words that stand behind what the event says itself.
+    Line(BusEvent, Option<Arc<str>>),
+    /// At a node.
+    Node(Option<u8>, CanopenEvent),
+    /// To the error counters of a node.
+    State(Option<u8>, ErrorState),
+    /// On a bus of CAN.
+    Hint(BusHint),
+    /// So many events of a bus of CAN were too many.
+    Lost(u64),
 }
 
 /// What both ends know.
@@ -57,24 +59,33 @@ impl Settings {
 pub(super) struct Shared {
     /// Who watches telegrams.
     pub(super) watchers: Watchers,
-    /// How often the settings of all drives were wanted anew.
+    /// How often the settings of all stations were wanted anew.
     pub(super) settings_wanted: AtomicU64,
     pub(super) news_lost: AtomicU64,
     pub(super) telegrams_lost: AtomicU64,
+    /// Which node is at which seat.
+    seats: Mutex<BTreeMap<Seat, NodeId>>,
 }
 
 /// The settings that were sent since all of them were wanted.
 #[derive(Debug, Default)]
 pub(in crate::panel) struct SentSettings {
     wanted: u64,
-    drives: BTreeMap<u8, Settings>,
+    known: BTreeMap<u8, Known>,
+    words: BTreeMap<u8, &'static str>,
 }
 
-/// The end of the stream at the thread of the bus. Nothing here waits, and nothing of news and telegrams allocates.
+/// The end of the stream at the thread of a line. Nothing here waits, and nothing of news and telegrams allocates.
 #[derive(Clone, Debug)]
 pub(in crate::panel) struct Feed {
     ring: SyncSender<Entry>,
     shared: Arc<Shared>,
+}
+
+impl core::fmt::Debug for Entry {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("Entry")
+    }
 }
 
 impl Feed {
@@ -89,8 +100,55 @@ impl Feed {
     }
 
     pub(in crate::panel) fn tell(&self, now: Instant, event: &BusEvent, words: Option<Arc<str>>) {
-        if self.ring.try_send(Entry::News(now, *event, words)).is_err() {
+        self.news(now, Told::Line(*event, words));
+    }
+
+    pub(in crate::panel) fn hint(&self, now: Instant, hint: BusHint) {
+        self.news(now, Told::Hint(hint));
+    }
+
+    /// What happens on a bus of CAN; frames only while somebody watches.
+    pub(in crate::panel) fn tell_can(&self, now: Instant, event: &Event<CanopenEvent>) {
+        match event {
+            Event::Participant { seat, event } => {
+                if let CanopenEvent::Node(canopen::Event::BootUp { node, .. }) = event {
+                    self.seats().insert(*seat, *node);
+                }
+                self.news(now, Told::Node(self.number(*seat), *event));
+            }
+            Event::State { at, seat, state } => self.news(*at, Told::State(self.number(*seat), *state)),
+            Event::Passed { at, by_port, frame, .. } if self.shared.watchers.any() => {
+                let direction = if *by_port { Direction::Heard } else { Direction::Sent };
+                self.telegram(Entry::Frame { at: *at, direction, frame: *frame });
+            }
+            // Nobody watches; of a damaged one the bus keeps count, and it comes again.
+            Event::Passed { .. } | Event::Damaged { .. } => {}
+            Event::Lost { events } => self.news(now, Told::Lost(*events)),
+        }
+    }
+
+    fn seats(&self) -> MutexGuard<'_, BTreeMap<Seat, NodeId>> {
+        self.shared.seats.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn number(&self, seat: Seat) -> Option<u8> {
+        self.seats().get(&seat).map(|node| node.number())
+    }
+
+    /// Learns which node is at which seat.
+    pub(in crate::panel) fn know(&self, numbers: impl Iterator<Item = (Seat, NodeId)>) {
+        self.seats().extend(numbers);
+    }
+
+    fn news(&self, at: Instant, told: Told) {
+        if self.ring.try_send(Entry::News(at, told)).is_err() {
             self.shared.news_lost.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    fn telegram(&self, entry: Entry) {
+        if self.ring.try_send(entry).is_err() {
+            self.shared.telegrams_lost.fetch_add(1, Ordering::Relaxed);
         }
     }
 
@@ -104,31 +162,34 @@ impl Feed {
                 for (to, octet) in octets.iter_mut().zip(piece) {
                     *to = *octet;
                 }
-                let entry =
-                    Entry::Telegram { at: seen.at, direction: seen.direction, len: piece.len(), octets };
-                if self.ring.try_send(entry).is_err() {
-                    self.shared.telegrams_lost.fetch_add(1, Ordering::Relaxed);
-                }
+                let len = piece.len();
+                self.telegram(Entry::Telegram { at: seen.at, direction: seen.direction, len, octets });
             }
         }
     }
 
     /// While telegrams are watched: what has changed of the settings, before the telegrams that come with them.
-    pub(in crate::panel) fn settings(&self, bench: &BusAccess<'_>, sent: &mut SentSettings) {
+    pub(in crate::panel) fn settings(&self, bench: &dyn OnLine, sent: &mut SentSettings) {
         if !self.shared.watchers.any() {
             return;
         }
         let wanted = self.shared.settings_wanted.load(Ordering::Relaxed);
         if sent.wanted != wanted {
-            *sent = SentSettings { wanted, drives: BTreeMap::new() };
+            *sent = SentSettings { wanted, ..SentSettings::default() };
         }
-        for address in bench.bus.addresses() {
-            let Some(device) = bench.drive(address) else { continue };
-            let settings = Settings::of(device);
-            let known = sent.drives.get(&address.number()) == Some(&settings);
+        for address in bench.addresses() {
             // Without room they are sent the next time.
-            if !known && self.ring.try_send(Entry::Settings(address, settings)).is_ok() {
-                sent.drives.insert(address.number(), settings);
+            if let Some(known) = bench.known(address)
+                && sent.known.get(&address) != Some(&known)
+                && self.ring.try_send(Entry::Known(address, known)).is_ok()
+            {
+                sent.known.insert(address, known);
+            }
+            if let Some(words) = bench.words(address)
+                && sent.words.get(&address) != Some(&words.name)
+                && self.ring.try_send(Entry::Words(address, words)).is_ok()
+            {
+                sent.words.insert(address, words.name);
             }
         }
     }

@@ -6,31 +6,28 @@ use axum::body::Bytes;
 use tokio::sync::{broadcast, mpsc};
 use tokio::time::{Instant as Moment, MissedTickBehavior, interval};
 
-use super::super::bus_access::Asking;
-use super::super::drives::{Drives, Snapshot};
-use super::super::ppo_drives::{self, PpoDriveState};
+use super::super::line::Lines;
 use super::super::problem::Problem;
-use super::super::state::{DriveState, DriveSummary};
-use super::super::stations::{GsdStationState, look};
+use super::super::station::State;
+use super::super::station::handlers::Stations;
 use super::Wanted;
 use super::event::{Item, Lost, NewsEvent, message_of};
-use super::hub::{Hub, Place};
+use super::hub::Seat;
 use crate::host::link::tap::Watch;
 
 /// A state that has not changed is sent again after this time, so that a reader knows that the stream lives.
-pub(in crate::panel) const HEARTBEAT: Duration = Duration::from_secs(1);
+const HEARTBEAT: Duration = Duration::from_secs(1);
 
 /// One reader of the stream.
 pub(super) struct Subscriber {
-    pub(super) asking: Asking,
-    pub(super) hub: Hub,
+    pub(super) lines: Lines,
     pub(super) wanted: Wanted,
     pub(super) news: broadcast::Receiver<Item>,
     pub(super) telegrams: broadcast::Receiver<Item>,
     pub(super) out: mpsc::Sender<Bytes>,
     pub(super) lost: Lost,
-    pub(super) _place: Place,
-    pub(super) _watch: Option<Watch>,
+    pub(super) _seat: Seat,
+    pub(super) _watches: Vec<Watch>,
 }
 
 /// What a subscriber does next.
@@ -41,26 +38,19 @@ enum Next {
     Gone,
 }
 
-/// What a look at the drive or the drives brings.
+/// What a look at the station or the stations brings.
 enum Look {
     /// The state, if it has changed or was not sent for a while.
     There(Option<Bytes>),
-    /// The drive is gone, with the last message about it.
+    /// The station is gone, with the last message about it.
     Removed(Bytes),
-}
-
-/// What is at an address.
-enum Seen {
-    Drive(Box<Snapshot>),
-    Station(Box<GsdStationState>),
-    PpoDrive(Box<PpoDriveState>),
 }
 
 impl Subscriber {
     pub(super) async fn run(mut self) {
-        // Without states it is only looked whether the drive is still there.
+        // Without states it is only looked whether the station is still there.
         let every = if self.wanted.states { self.wanted.interval } else { HEARTBEAT };
-        let looks = self.wanted.states || self.wanted.address.is_some();
+        let looks = self.wanted.states || self.wanted.station.is_some();
         let mut ticks = interval(every);
         ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
         let mut last_tick: Option<Moment> = None;
@@ -76,7 +66,7 @@ impl Subscriber {
             let message = match next {
                 Next::Gone => return,
                 Next::News(Ok(item)) | Next::Telegram(Ok(item)) => {
-                    item.concerns(self.wanted.address).then_some(item.message)
+                    self.wanted.concerns(&item).then_some(item.message)
                 }
                 Next::News(Err(broadcast::error::RecvError::Lagged(count))) => {
                     self.lost.news = self.lost.news.saturating_add(count);
@@ -100,8 +90,8 @@ impl Subscriber {
                             removed = true;
                             self.wanted.news.then_some(message)
                         }
-                        // The bus has no time: this state is not sent, the next may be.
-                        Err(_) if !self.asking.has_ended() => None,
+                        // The line has no time: this state is not sent, the next may be.
+                        Err(_) if !self.has_ended() => None,
                         Err(_) => return,
                     }
                 }
@@ -120,30 +110,36 @@ impl Subscriber {
         }
     }
 
-    /// Looks at the drive or the drives.
+    /// Whether there is nothing to look at any more.
+    fn has_ended(&self) -> bool {
+        match &self.wanted.station {
+            Some(place) => place.line.asking.has_ended(),
+            None => self.lines.all().iter().all(|line| line.asking.has_ended()),
+        }
+    }
+
+    /// Looks at the station or the stations.
     async fn look(&self, sent: &mut Sent) -> Result<Look, Problem> {
-        let Some(address) = self.wanted.address else {
-            return Ok(Look::There(sent.drives(self.asking.ask(|bench| Drives::of(bench)).await?)));
+        let Some(place) = &self.wanted.station else {
+            let mut stations = Stations::of(&self.lines).await?;
+            stations
+                .stations
+                .retain(|station| self.wanted.line.as_ref().is_none_or(|line| station.is_on(line)));
+            return Ok(Look::There(sent.stations(stations)));
         };
-        let states = self.wanted.states;
-        let found = self.asking.ask(move |bench| match (bench.drive(address), look(bench, address)) {
-            (Some(drive), _) => Ok(states.then(|| Seen::Drive(Box::new(Snapshot::of(bench, drive))))),
-            (None, Ok(station)) => Ok(states.then(|| Seen::Station(Box::new(station)))),
-            (None, Err(_)) => match ppo_drives::look(bench, address) {
-                Ok(drive) => Ok(states.then(|| Seen::PpoDrive(Box::new(drive)))),
-                Err(_) => Err(bench.now),
-            },
+        let (states, address, name) = (self.wanted.states, place.address, place.line.name.clone());
+        let found = place.line.asking.ask(move |bench| match bench.station(address) {
+            Some(_) => Ok(states.then(|| State::of(&name, bench, address).map(Box::new)).flatten()),
+            None => Err(bench.now()),
         });
         Ok(match found.await? {
-            Ok(Some(Seen::Drive(snapshot))) => Look::There(sent.drive(snapshot.state(&self.hub))),
-            Ok(Some(Seen::Station(station))) => {
-                Look::There(sent.station(station.with_refusal(self.hub.last_station_refusal(address))))
-            }
-            Ok(Some(Seen::PpoDrive(drive))) => {
-                Look::There(sent.ppo_drive(drive.with_refusal(self.hub.last_station_refusal(address))))
+            Ok(Some(mut state)) => {
+                let exchanging = state.summary.is_exchanging();
+                state.last_refusal = place.line.hub.last_refusal(address, exchanging);
+                Look::There(sent.state(state))
             }
             Ok(None) => Look::There(None),
-            Err(now) => Look::Removed(NewsEvent::removed(now, address)),
+            Err(now) => Look::Removed(NewsEvent::removed(now, &place.line.name, address)),
         })
     }
 }
@@ -157,40 +153,23 @@ fn intervals(time: Duration, interval: Duration) -> u64 {
 /// What was sent last, and when.
 #[derive(Default)]
 struct Sent {
-    drive: Option<DriveState>,
-    drives: Option<Drives>,
-    station: Option<GsdStationState>,
-    ppo_drive: Option<PpoDriveState>,
+    state: Option<Box<State>>,
+    stations: Option<Stations>,
     at: Option<Moment>,
 }
 
 impl Sent {
-    fn drive(&mut self, state: DriveState) -> Option<Bytes> {
-        let still = self.drive.as_ref().is_some_and(|before| state.is_same(before));
+    fn state(&mut self, state: Box<State>) -> Option<Bytes> {
+        let still = self.state.as_ref().is_some_and(|before| state.is_same(before));
         let message = self.due(still).then(|| message_of("state", &state))?;
-        self.drive = Some(state);
+        self.state = Some(state);
         Some(message)
     }
 
-    fn station(&mut self, state: GsdStationState) -> Option<Bytes> {
-        let still = self.station.as_ref().is_some_and(|before| state.is_same(before));
-        let message = self.due(still).then(|| message_of("state", &state))?;
-        self.station = Some(state);
-        Some(message)
-    }
-
-    fn ppo_drive(&mut self, state: PpoDriveState) -> Option<Bytes> {
-        let still = self.ppo_drive.as_ref().is_some_and(|before| state.is_same(before));
-        let message = self.due(still).then(|| message_of("state", &state))?;
-        self.ppo_drive = Some(state);
-        Some(message)
-    }
-
-    fn drives(&mut self, drives: Drives) -> Option<Bytes> {
-        let timeless = |drives: &Drives| drives.drives.iter().map(DriveSummary::timeless).collect::<Vec<_>>();
-        let still = self.drives.as_ref().is_some_and(|before| timeless(before) == timeless(&drives));
-        let message = self.due(still).then(|| message_of("state", &drives))?;
-        self.drives = Some(drives);
+    fn stations(&mut self, stations: Stations) -> Option<Bytes> {
+        let still = self.stations.as_ref().is_some_and(|before| stations.is_same(before));
+        let message = self.due(still).then(|| message_of("state", &stations))?;
+        self.stations = Some(stations);
         Some(message)
     }
 

@@ -33,6 +33,7 @@
 
 mod access;
 mod config;
+mod description;
 pub mod errors;
 mod event;
 mod hosted;

@@ -15,13 +15,21 @@ const STATUS_WORD: Address = Address::new(0x6041, 0);
 
 impl Surroundings for Ag03Node {
     fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
-        surroundings::each_fault(Model::Ag03_1, self.unit().drive().causes(), tell);
+        let drive = self.unit().drive();
+        let causes = [drive.causes(), drive.provoked_by(self.inputs())];
+        surroundings::each_fault(Model::Ag03_1, causes, tell);
     }
 
     fn provoke(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
         let fault = surroundings::fault(Model::Ag03_1, fault)?;
         let inputs = self.unit().drive().provoking(self.inputs(), fault);
         self.set_inputs(now, inputs);
+        Ok(())
+    }
+
+    fn take_back(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
+        let fault = surroundings::fault(Model::Ag03_1, fault)?;
+        self.set_inputs(now, surroundings::taken_back(self.inputs(), fault));
         Ok(())
     }
 
@@ -33,6 +41,10 @@ impl Surroundings for Ag03Node {
         if let Some(inputs) = surroundings::with_input(Model::Ag03_1, self.inputs(), name, level) {
             self.set_inputs(now, inputs);
         }
+    }
+
+    fn nominal(&self, name: &str) -> Option<Level> {
+        surroundings::nominal_level(name)
     }
 
     fn make_nominal(&mut self, now: Instant) {
@@ -51,7 +63,7 @@ impl Surroundings for Ag03Node {
     fn face(&self, _now: Instant) -> Face {
         let (status, bus) = match (self.power(), self.nmt_state()) {
             (Power::Off, _) => (Glow::Off, Glow::Off),
-            (Power::FactoryReset(_), _) => (Glow::Blinking, Glow::Blinking),
+            (Power::FactoryReset(_), _) => (Glow::Alternating, Glow::Alternating),
             (Power::On, nmt) => {
                 let status = surroundings::glow(self.status().led);
                 let bus = match nmt {

@@ -208,6 +208,15 @@ pub enum DefaultSet {
 }
 
 impl DefaultSet {
+    /// Its name, as `standard`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::All => "all",
+            Self::Standard => "standard",
+            Self::Controller => "controller",
+        }
+    }
+
     /// Whether the set holds the parameters of a group.
     pub(crate) const fn contains(self, group: Group) -> bool {
         match (self, group) {

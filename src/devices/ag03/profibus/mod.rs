@@ -15,6 +15,7 @@
 //! | --- | --- |
 //! | `address` | the station address that the DIP switches show |
 //! | `config` | [`Config`]: what a device is made of |
+//! | `description` | what it tells of itself |
 //! | `bits` | every bit of STW, ZSW, SSW and the general status register: number, name, meaning |
 //! | `words` | those words from and to what the drive knows |
 //! | `flow_charts` | the control words that the manual prints |
@@ -30,6 +31,7 @@
 mod address;
 pub mod bits;
 mod config;
+mod description;
 mod event;
 pub mod flow_charts;
 pub mod hint;
@@ -64,8 +66,6 @@ pub use config::{Config, Timing};
 pub use event::Event;
 pub use hint::Hint;
 pub use job::JobText;
-#[cfg(feature = "panel")]
-pub(crate) use job::Values;
 pub use quirks::QUIRKS;
 pub use refusal::Refusal;
 

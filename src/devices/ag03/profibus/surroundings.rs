@@ -4,20 +4,28 @@ use core::fmt;
 
 use super::{Device, Power};
 use crate::devices::ag03::surroundings;
-use crate::face::DriveState;
 use crate::face::surroundings::{Declined, Face, Glow, Input, Level, Provocable, Surroundings};
+use crate::face::{DriveState, Why};
 use crate::profibus::dp;
 use crate::time::Instant;
 
 impl Surroundings for Device {
     fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
-        surroundings::each_fault(self.config().model, self.drive().causes(), tell);
+        let (drive, inputs) = (self.drive(), self.inputs());
+        let causes = [drive.causes(), drive.provoked_by(inputs)];
+        surroundings::each_fault(self.config().model, causes, tell);
     }
 
     fn provoke(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
         let fault = surroundings::fault(self.config().model, fault)?;
         let inputs = self.drive().provoking(self.inputs(), fault);
         self.set_inputs(now, inputs);
+        Ok(())
+    }
+
+    fn take_back(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
+        let fault = surroundings::fault(self.config().model, fault)?;
+        self.set_inputs(now, surroundings::taken_back(self.inputs(), fault));
         Ok(())
     }
 
@@ -29,6 +37,10 @@ impl Surroundings for Device {
         if let Some(inputs) = surroundings::with_input(self.config().model, self.inputs(), name, level) {
             self.set_inputs(now, inputs);
         }
+    }
+
+    fn nominal(&self, name: &str) -> Option<Level> {
+        surroundings::nominal_level(name)
     }
 
     fn make_nominal(&mut self, now: Instant) {
@@ -51,7 +63,7 @@ impl Surroundings for Device {
     fn face(&self, _now: Instant) -> Face {
         let (status, bus) = match (self.power(), self.dp_state()) {
             (Power::Off, _) => (Glow::Off, Glow::Off),
-            (Power::FactoryReset(_), _) => (Glow::Blinking, Glow::Blinking),
+            (Power::FactoryReset(_), _) => (Glow::Alternating, Glow::Alternating),
             (Power::On, dp::State::DataExch) => (surroundings::glow(self.status().led), Glow::On),
             (Power::On, dp::State::WaitPrm | dp::State::WaitCfg) => {
                 (surroundings::glow(self.status().led), Glow::Off)
@@ -62,6 +74,10 @@ impl Surroundings for Device {
 
     fn is_drive(&self) -> bool {
         true
+    }
+
+    fn why(&self) -> Option<&dyn Why> {
+        Some(self)
     }
 
     fn drive_state(&self) -> Option<DriveState> {

@@ -28,6 +28,7 @@
 //! | `unit` | what objects read and do, EMCY, storage, external heartbeat, Auto-ID |
 //! | `quirks` | [`Quirks`]: doubts of the manual, the policy of the node |
 
+mod description;
 mod hosted;
 mod objects;
 mod quirks;

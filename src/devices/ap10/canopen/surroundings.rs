@@ -26,13 +26,20 @@ const SPEED: Input = Input {
 impl Surroundings for Ap10 {
     fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
         for fault in Fault::ALL {
-            tell(Provocable { name: &fault.name(), text: &fault, present: self.indicator().has(fault) });
+            let present = self.indicator().has(fault);
+            tell(Provocable { name: &fault.name(), text: &fault, present, provoked: present });
         }
     }
 
     fn provoke(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
         let fault = Fault::from_name(fault).ok_or(Declined::Unknown)?;
         Self::provoke(self, now, fault);
+        Ok(())
+    }
+
+    fn take_back(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
+        let fault = Fault::from_name(fault).ok_or(Declined::Unknown)?;
+        self.end_fault(now, fault);
         Ok(())
     }
 
@@ -52,6 +59,11 @@ impl Surroundings for Ap10 {
                 self.spin(now, number);
             }
         }
+    }
+
+    fn nominal(&self, name: &str) -> Option<Level> {
+        // Where the shaft is, is nobody's mistake.
+        (name == SPEED.name).then_some(Level::Number(0.0))
     }
 
     fn make_nominal(&mut self, now: Instant) {

@@ -17,6 +17,7 @@
 //! | [`quirks`] | each doubt of the guide with its default |
 
 mod application;
+mod description;
 mod hosted;
 mod links;
 mod objects;
@@ -168,6 +169,13 @@ impl AsdaA2 {
     pub fn provoke(&mut self, now: Instant, alarm: Alarm) {
         self.drive.servo.advance(now);
         self.drive.servo.raise(alarm);
+        self.node.handle_change(now, &mut self.drive);
+    }
+
+    /// Takes an alarm back that was provoked; the drive stays off until the master resets it.
+    pub fn take_back_alarm(&mut self, now: Instant, alarm: Alarm) {
+        self.drive.servo.advance(now);
+        self.drive.servo.take_back(alarm);
         self.node.handle_change(now, &mut self.drive);
     }
 

@@ -48,11 +48,27 @@ const HOME: Input = Input {
     kind: InputKind::Switch,
 };
 
+/// Each input with its level.
+fn each_level(inputs: &Inputs, tell: &mut dyn FnMut(&Input, Level)) {
+    let Inputs {
+        blocked, load_torque, friction_torque, main_circuit, emergency_stop_released, pressed, ..
+    } = *inputs;
+    tell(&BLOCKED, Level::Switch(blocked));
+    tell(&LOAD, Level::Number(load_torque));
+    tell(&FRICTION, Level::Number(friction_torque));
+    tell(&MAIN_CIRCUIT, Level::Switch(main_circuit));
+    tell(&EMERGENCY_STOP, Level::Switch(emergency_stop_released));
+    tell(&NEGATIVE_LIMIT, Level::Switch(pressed.negative_limit));
+    tell(&POSITIVE_LIMIT, Level::Switch(pressed.positive_limit));
+    tell(&HOME, Level::Switch(pressed.home));
+}
+
 impl Surroundings for AsdaA2 {
     fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
         for alarm in Alarm::ALL {
             let present = self.servo().alarms().contains(alarm);
-            tell(Provocable { name: &format_args!("{:03X}", alarm.number()), text: &alarm.text(), present });
+            let name = format_args!("{:03X}", alarm.number());
+            tell(Provocable { name: &name, text: &alarm.text(), present, provoked: present });
         }
     }
 
@@ -65,24 +81,24 @@ impl Surroundings for AsdaA2 {
         Ok(())
     }
 
+    fn take_back(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
+        let alarm = Alarm::parse(fault).ok_or(Declined::Unknown)?;
+        self.take_back_alarm(now, alarm);
+        Ok(())
+    }
+
     fn each_input(&self, tell: &mut dyn FnMut(&Input, Level)) {
-        let Inputs {
-            blocked,
-            load_torque,
-            friction_torque,
-            main_circuit,
-            emergency_stop_released,
-            pressed,
-            ..
-        } = *self.inputs();
-        tell(&BLOCKED, Level::Switch(blocked));
-        tell(&LOAD, Level::Number(load_torque));
-        tell(&FRICTION, Level::Number(friction_torque));
-        tell(&MAIN_CIRCUIT, Level::Switch(main_circuit));
-        tell(&EMERGENCY_STOP, Level::Switch(emergency_stop_released));
-        tell(&NEGATIVE_LIMIT, Level::Switch(pressed.negative_limit));
-        tell(&POSITIVE_LIMIT, Level::Switch(pressed.positive_limit));
-        tell(&HOME, Level::Switch(pressed.home));
+        each_level(self.inputs(), tell);
+    }
+
+    fn nominal(&self, name: &str) -> Option<Level> {
+        let mut found = None;
+        each_level(&Inputs::NOMINAL, &mut |input, level| {
+            if input.name == name {
+                found = Some(level);
+            }
+        });
+        found
     }
 
     fn set_input(&mut self, now: Instant, name: &str, level: Level) {
@@ -107,12 +123,6 @@ impl Surroundings for AsdaA2 {
 
     fn make_nominal(&mut self, now: Instant) {
         self.set_inputs(now, Inputs { switches: self.inputs().switches, ..Inputs::NOMINAL });
-    }
-
-    fn each_key(&self, _tell: &mut dyn FnMut(&'static str, bool)) {}
-
-    fn press(&mut self, _now: Instant, _key: &str, _down: bool) -> Result<(), Declined> {
-        Err(Declined::Unknown)
     }
 
     fn face(&self, _now: Instant) -> Face {

@@ -7,12 +7,14 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `application` | [`PpoOnly`]: a configuration must be a PPO |
+//! | `description` | what acts on it, and what it tells of itself |
 //! | `event` | [`Event`]: news of such a drive |
 //! | `memory` | what it keeps while it is switched off |
 //! | `parameters` | the table as the parameter channel reaches it |
 //! | `why` | what keeps it from turning |
 
 mod application;
+mod description;
 mod event;
 mod memory;
 mod parameters;

@@ -1,0 +1,56 @@
+//! What the drive tells of itself besides its objects.
+
+use core::fmt;
+
+use super::Ag03Node;
+use crate::devices::ag03::description::{Looked, memory, tell_switches};
+use crate::devices::ag03::drive::State;
+use crate::devices::ag03::param::{Lengths, Model, Parameter};
+use crate::devices::ag03::unit::DipSwitches;
+use crate::face::Description;
+use crate::face::description::{Switches, Value};
+
+impl Ag03Node {
+    fn looked(&self) -> Looked<'_> {
+        let pitch = self.unit().parameters().value(Parameter::SpindlePitch);
+        let released = self.status().state == State::VelocityTravelling;
+        Looked {
+            model: Model::Ag03_1,
+            drive: self.unit().drive(),
+            status: self.status(),
+            lengths: Lengths::of_spindle_pitch(pitch.cast_unsigned()),
+            released_rpm: released.then(|| self.unit().drive().held().setpoint),
+        }
+    }
+}
+
+impl Description for Ag03Node {
+    fn say_state(&self, say: &mut dyn FnMut(&dyn fmt::Display)) {
+        say(&self.state());
+    }
+
+    fn tell_fault(&self, tell: &mut dyn FnMut(&dyn fmt::Display, &dyn fmt::Display)) {
+        self.looked().tell_fault(tell);
+    }
+
+    fn say_warning(&self, say: &mut dyn FnMut(&dyn fmt::Display)) {
+        self.looked().say_warning(say);
+    }
+
+    fn each_value(&self, tell: &mut dyn FnMut(Value<'_>)) {
+        self.looked().each_value(tell);
+    }
+
+    fn tell_switches(&self, tell: &mut dyn FnMut(Switches<'_>)) {
+        let switches = self.unit().switches();
+        tell_switches(switches, &format_args!("node number {}", switches.number()), tell);
+    }
+
+    fn set_switches(&mut self, positions: u16) {
+        Self::set_switches(self, DipSwitches::from_bits(positions));
+    }
+
+    fn memory(&self) -> Option<&'static str> {
+        Some(memory(self.eeprom_state()))
+    }
+}

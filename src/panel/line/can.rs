@@ -1,0 +1,258 @@
+//! What the thread of a bus of CAN lends to the threads of HTTP.
+
+use core::any::Any;
+use std::collections::BTreeMap;
+
+use super::super::problem::Problem;
+use super::super::station::{FaultNow, PowerName, State};
+use super::state::{Counted, Counters, ErrorStateName, LineStation};
+use super::{Act, Acted, OnLine, Station, in_one_line, no_station};
+use crate::can_bus::canopen::storage::Eeprom;
+use crate::can_bus::canopen::{Address, NmtState, NodeId};
+use crate::devices::{CanopenDevice, CanopenEvent, Vocabulary};
+use crate::face::Description;
+use crate::host::StateDir;
+use crate::host::can::{Bus, Product, Seat, StoredNode};
+use crate::host::fault::{BusKind, Rule};
+use crate::host::list::Spec;
+use crate::panel::dictionary;
+use crate::panel::objects::whole;
+use crate::time::{BaudRate, Instant};
+
+/// Nodes of a bus at most, twins included.
+const MOST_NODES: usize = 254;
+
+/// A node and where it is on the bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Seated {
+    /// Its seat; a [`StoredNode`] is there.
+    pub seat: Seat,
+    /// Which device it is.
+    pub product: &'static Product,
+}
+
+/// What the panel may see and change, lent by the thread of the bus between two frames.
+pub struct NodeAccess<'a> {
+    /// The time now.
+    pub now: Instant,
+    /// The bus.
+    pub bus: &'a mut Bus<CanopenEvent>,
+    /// The nodes on it.
+    pub nodes: &'a mut Vec<Seated>,
+    /// Where a node that is added keeps its EEPROM; `None`: in itself.
+    pub state: Option<&'a StateDir>,
+    /// What is chosen about every node that is added: its quirks.
+    pub choose: &'a dyn Fn(&mut Spec),
+}
+
+impl NodeAccess<'_> {
+    /// Every node with its number, in the order of the command line.
+    pub(in crate::panel) fn devices(&self) -> impl Iterator<Item = (&'static Product, &dyn CanopenDevice)> {
+        self.nodes.iter().filter_map(|Seated { seat, product }| {
+            Some((*product, self.bus.participant::<StoredNode>(*seat)?.as_device()))
+        })
+    }
+
+    fn device(&self, address: u8) -> Option<(&'static Product, &dyn CanopenDevice)> {
+        self.devices().find(|(_, device)| device.node_id().number() == address)
+    }
+
+    fn place(&self, address: u8) -> Option<usize> {
+        self.nodes.iter().position(|seated| {
+            let there = self.bus.participant::<StoredNode>(seated.seat);
+            there.is_some_and(|there| there.node_id().number() == address)
+        })
+    }
+
+    /// Does something to the node with that number; of two to the first.
+    fn with<R>(
+        &mut self,
+        address: u8,
+        act: impl FnOnce(&'static Product, &mut dyn CanopenDevice, Instant) -> R,
+    ) -> Option<R> {
+        let Seated { seat, product } = *self.nodes.get(self.place(address)?)?;
+        self.bus.with(self.now, seat, |stored: &mut StoredNode, now| {
+            stored.act(now, |device, now| act(product, device, now))
+        })
+    }
+}
+
+/// Whether a node is supplied.
+fn power(device: &dyn CanopenDevice) -> PowerName {
+    if device.is_on() { PowerName::On } else { PowerName::Off }
+}
+
+impl OnLine for NodeAccess<'_> {
+    fn now(&self) -> Instant {
+        self.now
+    }
+
+    fn kind(&self) -> BusKind {
+        BusKind::Can
+    }
+
+    fn addresses(&self) -> Vec<u8> {
+        self.devices().map(|(_, device)| device.node_id().number()).collect()
+    }
+
+    fn station(&self, address: u8) -> Option<Station<'_>> {
+        let (product, device) = self.device(address)?;
+        let state = device.node().state();
+        Some(Station {
+            description: device,
+            device: product.name,
+            product: product.sheet.product_name.into(),
+            power: Some(power(device)),
+            presence: None,
+            exchanging: state == Some(NmtState::Operational),
+            bus_state: state.map(|state| format!("{state}")),
+            owner: None,
+        })
+    }
+
+    fn described(&self, address: u8) -> Option<&dyn Description> {
+        self.device(address).map(|(_, device)| device as &dyn Description)
+    }
+
+    fn complete(&self, address: u8, state: &mut State) {
+        let Some((product, device)) = self.device(address) else { return };
+        state.has.objects = true;
+        state.has.power = true;
+        if device.node().state().is_none() {
+            return;
+        }
+        state.words.extend(dictionary::words(product.vocabulary, device));
+        state.process.extend(dictionary::pdos(device));
+        state.history.extend(dictionary::history(product.vocabulary, device));
+        let register = whole(device, Address::new(0x1001, 0)).filter(|register| *register != 0);
+        let silent = state.summary.fault.is_none() && state.summary.warning.is_none();
+        if let Some(register) = register.filter(|_| silent) {
+            let fault = format!("error register {register:02X}h");
+            state.summary.fault = Some(FaultNow { fault, text: std::string::String::new() });
+        }
+    }
+
+    fn act(&mut self, address: u8, act: &Act<'_>) -> Result<(), Problem> {
+        let there = self.addresses();
+        let done =
+            self.with(address, |product, device, now| act(device, &Acted { now, device: product.name }));
+        done.unwrap_or_else(|| Err(no_station(address, &there)))
+    }
+
+    fn switch(&mut self, address: u8, on: bool) -> Result<PowerName, Problem> {
+        let there = self.addresses();
+        let switched = self.with(address, |_, device, now| {
+            match (on, device.is_on()) {
+                (true, false) => device.power_on(now),
+                (false, true) => device.power_off(now),
+                (true, true) | (false, false) => {}
+            }
+            power(device)
+        });
+        switched.ok_or_else(|| no_station(address, &there))
+    }
+
+    fn add(&mut self, mut spec: Spec) -> Result<u8, Problem> {
+        let Some(product) = spec.device.product() else {
+            return Err(Problem::value(format!(
+                "{} is on PROFIBUS, this line is a bus of CAN",
+                spec.device.name()
+            )));
+        };
+        let node = spec.node();
+        if !spec.choices.flag("twin") && self.device(node.number()).is_some() {
+            return Err(Problem::conflict(format!(
+                "the number {node} is taken; choose another, remove that node, or say \"twin\": true"
+            )));
+        }
+        if self.nodes.len() >= MOST_NODES {
+            return Err(Problem::conflict(format!("{MOST_NODES} nodes are on this bus; remove some")));
+        }
+        (self.choose)(&mut spec);
+        let (now, choices) = (self.now, &spec.choices);
+        let mut stored = match self.state {
+            Some(state) => state
+                .load_node(product, node, choices, now)
+                .map_err(|error| Problem::conflict(in_one_line(&error)))?,
+            None => StoredNode::new(product.make(node, choices, Eeprom::Internal, now), now),
+        };
+        self.bus.spoil_joining(now, &mut stored);
+        let number = stored.node_id().number();
+        let seat = self.bus.add(now, Box::new(stored));
+        self.nodes.push(Seated { seat, product });
+        self.bus.reseat_faults();
+        Ok(number)
+    }
+
+    fn remove(&mut self, address: u8) -> Option<Box<dyn Any + Send>> {
+        let Seated { seat, .. } = self.nodes.remove(self.place(address)?);
+        self.bus.remove(self.now, seat);
+        self.bus.reseat_faults();
+        // Those that wait for this node go on waiting.
+        for (_, fault, _) in self.bus.faults().iter() {
+            if let Err(absent) = fault.check(self.addresses()) {
+                tracing::warn!("{absent}");
+            }
+        }
+        Some(Box::new(()))
+    }
+
+    fn state(&self) -> Counted {
+        let station = |seated: &Seated| {
+            let address = self.bus.participant::<StoredNode>(seated.seat)?.node_id().number();
+            Some(LineStation {
+                address,
+                device: seated.product.name,
+                presence: None,
+                owner_address: None,
+                counters: BTreeMap::new(),
+                reply_times: None,
+                error_state: Some(ErrorStateName::of(self.bus.confinement(seated.seat)?.state())),
+            })
+        };
+        Counted {
+            rate_bits_per_second: self.bus.rate().bits_per_second(),
+            counters: Counters::of_can(self.bus.counters()),
+            stations: self.nodes.iter().filter_map(station).collect(),
+        }
+    }
+
+    fn baud(&self) -> Option<BaudRate> {
+        None
+    }
+
+    fn faults(&self) -> Result<Vec<(u32, Rule, u32)>, Problem> {
+        Ok(self.bus.list_faults())
+    }
+
+    fn check_fault(&self, rule: &Rule) -> Result<(), Problem> {
+        rule.check(self.addresses()).map_err(|error| Problem::value(format!("{error}")))
+    }
+
+    fn add_fault(&mut self, rule: Rule) -> Result<u32, Problem> {
+        self.bus.add_fault(self.now, rule).map_err(Problem::conflict)
+    }
+
+    fn remove_fault(&mut self, number: u32) -> Option<Rule> {
+        self.bus.remove_fault(self.now, number)
+    }
+
+    fn words(&self, address: u8) -> Option<&'static Vocabulary> {
+        self.device(address).map(|(product, _)| product.vocabulary)
+    }
+
+    fn node(&self, address: u8) -> Option<&dyn CanopenDevice> {
+        self.device(address).map(|(_, device)| device)
+    }
+
+    fn with_node(&mut self, address: u8, act: &mut dyn FnMut(&mut dyn CanopenDevice, Instant)) {
+        self.with(address, |_, device, now| act(device, now));
+    }
+}
+
+/// Which node is at which seat, for whoever tells events by seats.
+pub(in crate::panel) fn numbers(access: &NodeAccess<'_>) -> impl Iterator<Item = (Seat, NodeId)> {
+    access.nodes.iter().filter_map(|seated| {
+        Some((seated.seat, access.bus.participant::<StoredNode>(seated.seat)?.node_id()))
+    })
+}

@@ -1,0 +1,93 @@
+//! The modules of a station that a file describes: values by slot, octet and type, and the diagnosis that is raised.
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | `values` | inputs and outputs by slot, octet and type |
+//! | `diagnosis` | the diagnosis that is raised |
+
+mod diagnosis;
+pub(super) mod values;
+
+use axum::Json;
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use super::line::{OnLine, lacks};
+use super::problem::{Body, Problem, Problems};
+use super::routes::Place;
+use super::station::State;
+use crate::gsd::Raised;
+use crate::host::Bus;
+use crate::profibus::fdl::Address;
+use diagnosis::{Possible, RaisedDiagnosis};
+
+pub(super) use diagnosis::Diagnosis;
+
+/// What a diagnosis may say, by the texts of the file.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub(super) struct Texts {
+    #[serde(flatten)]
+    possible: Possible,
+    /// The modules of the file by name.
+    modules: Vec<String>,
+}
+
+/// The station has no modules.
+fn missing(address: u8) -> Problem {
+    lacks(address, "modules")
+}
+
+/// The bus of the station.
+fn bus<'a>(bench: &'a mut dyn OnLine, address: u8) -> Result<&'a mut Bus, Problem> {
+    bench.find(address)?;
+    bench.profibus().ok_or_else(|| missing(address))
+}
+
+/// The texts of its file: what a diagnosis may say, and the modules
+#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/texts", tag = "modules",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = Texts), Problems))]
+pub(super) async fn texts(place: Place) -> Result<Json<Texts>, Problem> {
+    let address = place.address;
+    let texts = place.line.asking.ask(move |bench| {
+        let station = bus(bench, address)?.modules(Address::from_octet(address));
+        let gsd = station.ok_or_else(|| missing(address))?.gsd();
+        let modules = gsd.modules.iter().map(|module| module.name.clone()).collect();
+        Ok(Json(Texts { possible: Possible::of(gsd), modules }))
+    });
+    texts.await?
+}
+
+/// The diagnosis that is raised
+#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/diagnosis", tag = "modules",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = Diagnosis), Problems))]
+pub(super) async fn diagnosis(place: Place) -> Result<Json<Diagnosis>, Problem> {
+    let diagnosis = place.look().await?.diagnosis;
+    diagnosis.map(Json).ok_or_else(|| missing(place.address))
+}
+
+/// Has the diagnosis report this and nothing else
+#[utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/diagnosis", tag = "modules",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)),
+    request_body = RaisedDiagnosis, responses((status = 200, body = State), Problems))]
+pub(super) async fn raise(place: Place, Body(wanted): Body<RaisedDiagnosis>) -> Result<Json<State>, Problem> {
+    report(&place, wanted.raised()?).await
+}
+
+/// Ends the diagnosis
+#[utoipa::path(delete, path = "/api/v1/lines/{line}/stations/{address}/diagnosis", tag = "modules",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = State), Problems))]
+pub(super) async fn end_diagnosis(place: Place) -> Result<Json<State>, Problem> {
+    report(&place, Raised::default()).await
+}
+
+/// Has the diagnosis report something, and says how the station is then.
+async fn report(place: &Place, raised: Raised) -> Result<Json<State>, Problem> {
+    let address = place.address;
+    let done = place.line.asking.ask(move |bench| {
+        let raise =
+            bus(bench, address)?.with_modules(Address::from_octet(address), |modules| modules.raise(raised));
+        raise.ok_or_else(|| missing(address))?.map_err(Problem::value)
+    });
+    done.await??;
+    place.look().await.map(Json)
+}

@@ -1,0 +1,219 @@
+//! Inputs and outputs by slot, octet and type.
+
+use axum::Json;
+use axum::http::StatusCode;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::super::line::OnLine;
+use super::super::problem::{Body, PathOf, Problem, Problems};
+use super::super::routes::Place;
+use super::{bus, missing};
+use crate::gsd::{Gsd, Placed};
+use crate::process::{Point, ValueType};
+use crate::profibus::fdl::Address;
+
+/// A value in a module.
+#[derive(Clone, Debug, Deserialize)]
+pub(in crate::panel) struct OfValue {
+    slot: String,
+    octet: String,
+    #[serde(rename = "type")]
+    kind: String,
+}
+
+/// An input or output.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub(in crate::panel) struct ValueState {
+    /// A number; of a bit 0 or 1. `null`: the octets are no finite float.
+    value: Option<f64>,
+    /// Some of its bits are forced.
+    forced: bool,
+}
+
+/// A value for an input.
+#[derive(Clone, Copy, Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub(in crate::panel) struct NewValue {
+    /// A number that its type can hold; of a bit 0 or 1.
+    value: f64,
+}
+
+/// An input as the master gets it
+#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/inputs/{slot}/{octet}/{type}", tag = "modules",
+    params(
+        ("line" = String, Path),
+        ("address" = u8, Path, maximum = 127),
+        ("slot" = String, Path, description = "The number of the slot, or the name of its module if only one slot has it"),
+        ("octet" = usize, Path, description = "The first octet of the value in the slot, from 0", maximum = 243),
+        ("type" = String, Path, description = "bit0 to bit7, unsigned8, unsigned16, unsigned32, signed8, signed16, signed32, float32; big-endian"),
+    ),
+    responses((status = 200, body = ValueState), Problems))]
+pub(in crate::panel) async fn read_input(
+    place: Place,
+    PathOf(of): PathOf<OfValue>,
+) -> Result<Json<ValueState>, Problem> {
+    let address = place.address;
+    place
+        .line
+        .asking
+        .ask(move |bench| of.find(bench, address).and_then(|point| state(bench, address, point, true)))
+        .await?
+}
+
+/// An output as the station has it
+///
+/// 0 while no master exchanges data, and in the safe state.
+#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/outputs/{slot}/{octet}/{type}", tag = "modules",
+    params(
+        ("line" = String, Path),
+        ("address" = u8, Path, maximum = 127),
+        ("slot" = String, Path, description = "As for inputs"),
+        ("octet" = usize, Path, description = "As for inputs", maximum = 243),
+        ("type" = String, Path, description = "As for inputs"),
+    ),
+    responses((status = 200, body = ValueState), Problems))]
+pub(in crate::panel) async fn read_output(
+    place: Place,
+    PathOf(of): PathOf<OfValue>,
+) -> Result<Json<ValueState>, Problem> {
+    let address = place.address;
+    place
+        .line
+        .asking
+        .ask(move |bench| of.find(bench, address).and_then(|point| state(bench, address, point, false)))
+        .await?
+}
+
+/// Forces an input
+///
+/// It keeps this value, whatever moves it by itself, until it is released.
+#[utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/inputs/{slot}/{octet}/{type}", tag = "modules",
+    params(
+        ("line" = String, Path),
+        ("address" = u8, Path, maximum = 127),
+        ("slot" = String, Path, description = "As for reading"),
+        ("octet" = usize, Path, description = "As for reading", maximum = 243),
+        ("type" = String, Path, description = "As for reading"),
+    ),
+    request_body = NewValue, responses((status = 200, body = ValueState), Problems))]
+pub(in crate::panel) async fn force(
+    place: Place,
+    PathOf(of): PathOf<OfValue>,
+    Body(NewValue { value }): Body<NewValue>,
+) -> Result<Json<ValueState>, Problem> {
+    let address = place.address;
+    let forced = place.line.asking.ask(move |bench| {
+        let point = of.find(bench, address)?;
+        let forced = bus(bench, address)?
+            .with_modules(Address::from_octet(address), |modules| modules.force(point, value));
+        forced.ok_or_else(|| missing(address))?.map_err(Problem::value)?;
+        state(bench, address, point, true)
+    });
+    forced.await?
+}
+
+/// Gives an input back to what moves it by itself
+#[utoipa::path(delete, path = "/api/v1/lines/{line}/stations/{address}/inputs/{slot}/{octet}/{type}", tag = "modules",
+    params(
+        ("line" = String, Path),
+        ("address" = u8, Path, maximum = 127),
+        ("slot" = String, Path, description = "As for reading"),
+        ("octet" = usize, Path, description = "As for reading", maximum = 243),
+        ("type" = String, Path, description = "As for reading"),
+    ),
+    responses((status = 204), Problems))]
+pub(in crate::panel) async fn release(
+    place: Place,
+    PathOf(of): PathOf<OfValue>,
+) -> Result<StatusCode, Problem> {
+    let address = place.address;
+    let released = place.line.asking.ask(move |bench| {
+        let point = of.find(bench, address)?;
+        let released =
+            bus(bench, address)?.with_modules(Address::from_octet(address), |modules| modules.release(point));
+        released.ok_or_else(|| missing(address))?.map_err(Problem::value)?;
+        Ok(StatusCode::NO_CONTENT)
+    });
+    released.await?
+}
+
+impl OfValue {
+    /// The place in the station.
+    fn find(&self, bench: &mut dyn OnLine, address: u8) -> Result<Point, Problem> {
+        let wrong = |detail: String| Problem::new(StatusCode::BAD_REQUEST, detail);
+        let kind: ValueType = self.kind.parse().map_err(|error| wrong(format!("{error}")))?;
+        let offset = self.octet.parse::<u8>().ok().filter(|octet| *octet < 244);
+        let offset = offset
+            .ok_or_else(|| wrong(format!("'{}' is no octet of a slot; expected 0 to 243", self.octet)))?;
+        let modules = bus(bench, address)?.modules(Address::from_octet(address));
+        let modules = modules.ok_or_else(|| missing(address))?;
+        let slot = self.slot_of(modules.layout(), modules.gsd())?;
+        Ok(Point { slot, offset: offset.into(), kind })
+    }
+
+    /// By number or by name.
+    fn slot_of(&self, layout: &[Placed], gsd: &Gsd) -> Result<u16, Problem> {
+        let wanted = self.slot.as_str();
+        if let Ok(number) = wanted.parse::<u16>()
+            && layout.iter().any(|placed| placed.slot.number == number)
+        {
+            return Ok(number);
+        }
+        let mut named = layout.iter().filter(|placed| placed.name(gsd) == wanted);
+        match (named.next(), named.next()) {
+            (Some(placed), None) => Ok(placed.slot.number),
+            (Some(first), Some(second)) => Err(Problem::conflict(format!(
+                "'{wanted}' is in the slots {}, {} and perhaps more; name the slot by its number",
+                first.slot.number, second.slot.number
+            ))),
+            (None, _) => {
+                let names = layout.iter().map(|placed| placed.name(gsd));
+                let hint = crate::gsd::did_you_mean(wanted, names)
+                    .map_or_else(String::new, |near| format!("; did you mean '{near}'?"));
+                let slots: Vec<_> = layout
+                    .iter()
+                    .map(|placed| format!("{} '{}'", placed.slot.number, placed.name(gsd)))
+                    .collect();
+                Err(Problem::not_found(format!(
+                    "there is no slot '{wanted}'{hint}; there are {}",
+                    slots.join(", ")
+                )))
+            }
+        }
+    }
+}
+
+fn state(
+    bench: &mut dyn OnLine,
+    address: u8,
+    point: Point,
+    input: bool,
+) -> Result<Json<ValueState>, Problem> {
+    let station = bus(bench, address)?.modules(Address::from_octet(address));
+    let station = station.ok_or_else(|| missing(address))?;
+    let placed = station.layout().iter().find(|placed| placed.slot.number == point.slot);
+    let slot = &placed.ok_or_else(|| missing(address))?.slot;
+    let (octets, mask) = match input {
+        true => (station.inputs(slot), station.forced(slot).to_vec()),
+        false => (station.outputs(slot).to_vec(), Vec::new()),
+    };
+    let Point { offset, kind, .. } = point;
+    let value = kind.read(&octets, offset).ok_or_else(|| {
+        let needed = offset + kind.octets();
+        let what = if input { "inputs" } else { "outputs" };
+        Problem::value(format!(
+            "{kind} at octet {offset} needs {needed} octets, slot {} has {} of {what}",
+            point.slot,
+            octets.len()
+        ))
+    })?;
+    let bits = ValueType::of_octets(kind.octets()).read(&mask, offset).unwrap_or_default();
+    let forced = whole(bits) & kind.mask() != 0;
+    Ok(Json(ValueState { value: value.is_finite().then_some(value), forced }))
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "read from at most four octets")]
+const fn whole(value: f64) -> u32 {
+    value as u32
+}

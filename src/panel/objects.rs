@@ -1,0 +1,325 @@
+//! The object dictionary of a node, read and written without the bus.
+
+use core::fmt;
+
+use axum::Json;
+use axum::http::StatusCode;
+use serde::{Deserialize, Serialize};
+use utoipa::openapi::RefOr;
+use utoipa::openapi::schema::{ObjectBuilder, OneOfBuilder, Schema, Type};
+use utoipa::{PartialSchema, ToSchema};
+
+use super::inputs::switched_off;
+use super::line::OnLine;
+use super::problem::{Body, PathOf, Problem, Problems};
+use super::routes::Place;
+use crate::can_bus::canopen;
+use crate::can_bus::canopen::dictionary::Access;
+use crate::can_bus::canopen::{Abort, Address, DataType, Entry, Object};
+use crate::devices::CanopenDevice;
+
+/// An entry of the dictionary.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub(super) struct ObjectState {
+    /// Four digits, hexadecimal.
+    index: String,
+    /// Two digits, hexadecimal.
+    sub: String,
+    /// The name of the object and that of its entry.
+    name: String,
+    /// The type of CiA 301.
+    #[serde(rename = "type")]
+    data: &'static str,
+    access: AccessName,
+    /// A number or a text; `null` if it cannot be read.
+    value: Option<ObjectValue>,
+    /// The octets as SDO carries them, low octet first.
+    octets_hex: Option<String>,
+    /// Why it cannot be read.
+    refused: Option<String>,
+}
+
+/// The value of an entry.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub(super) enum ObjectValue {
+    Whole(i64),
+    Real(f64),
+    Text(String),
+}
+
+impl PartialSchema for ObjectValue {
+    /// A number, whole or not, or a text. Derived, a whole number would match two of three.
+    fn schema() -> RefOr<Schema> {
+        let one = |kind| ObjectBuilder::new().schema_type(kind);
+        OneOfBuilder::new().item(one(Type::Number)).item(one(Type::String)).into()
+    }
+}
+
+impl ToSchema for ObjectValue {}
+
+/// What a client may do with an entry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum AccessName {
+    Const,
+    Ro,
+    Wo,
+    Rw,
+}
+
+/// Every entry of the dictionary.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub(super) struct Objects {
+    objects: Vec<ObjectState>,
+}
+
+/// A value to write.
+#[derive(Clone, Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct NewValue {
+    /// A whole number, a number or a text, as the type of the entry wants it.
+    value: ObjectValue,
+}
+
+/// Which entry.
+#[derive(Clone, Debug, Deserialize)]
+pub(super) struct OfObject {
+    index: String,
+    sub: String,
+}
+
+/// The object dictionary of a node with every value
+#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/objects", tag = "objects",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = Objects), Problems))]
+pub(super) async fn list(place: Place) -> Result<Json<Objects>, Problem> {
+    let address = place.address;
+    let list = place.line.asking.ask(move |bench| {
+        let device = node(bench, address)?;
+        let entries = objects(device)?.iter().flat_map(|object| {
+            object.entries.iter().map(move |entry| ObjectState::of(device, object, entry))
+        });
+        Ok(Json(Objects { objects: entries.collect() }))
+    });
+    list.await?
+}
+
+/// Reads one entry, not over the bus
+///
+/// As an SDO client reads it, but no frame passes.
+#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/objects/{index}/{sub}", tag = "objects",
+    params(
+        ("line" = String, Path),
+        ("address" = u8, Path, maximum = 127),
+        ("index" = String, Path, pattern = "^(0x)?[0-9A-Fa-f]{1,4}h?$", description = "hexadecimal, as 6041"),
+        ("sub" = String, Path, pattern = "^(0x)?[0-9A-Fa-f]{1,2}h?$", description = "hexadecimal, as 0"),
+    ),
+    responses((status = 200, body = ObjectState), Problems))]
+pub(super) async fn read(place: Place, PathOf(of): PathOf<OfObject>) -> Result<Json<ObjectState>, Problem> {
+    let (number, at) = (place.address, address(&of)?);
+    place.line.asking.ask(move |bench| ObjectState::at(node(bench, number)?, at).map(Json)).await?
+}
+
+/// Writes one entry, not over the bus
+///
+/// Checked as an SDO is. No client waits for it: what it stores is in the file a moment later.
+#[utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/objects/{index}/{sub}", tag = "objects", request_body = NewValue,
+    params(
+        ("line" = String, Path),
+        ("address" = u8, Path, maximum = 127),
+        ("index" = String, Path, pattern = "^(0x)?[0-9A-Fa-f]{1,4}h?$", description = "hexadecimal, as 6041"),
+        ("sub" = String, Path, pattern = "^(0x)?[0-9A-Fa-f]{1,2}h?$", description = "hexadecimal, as 0"),
+    ),
+    responses((status = 200, body = ObjectState), Problems))]
+pub(super) async fn write(
+    place: Place,
+    PathOf(of): PathOf<OfObject>,
+    Body(NewValue { value }): Body<NewValue>,
+) -> Result<Json<ObjectState>, Problem> {
+    let (number, at) = (place.address, address(&of)?);
+    let written = place.line.asking.ask(move |bench| {
+        let (_, entry) = entry(node(bench, number)?, at)?;
+        let octets = octets(at, entry.data, &value)?;
+        let mut done = Ok(());
+        bench.with_node(number, &mut |device, now| {
+            let written = device.write_without_bus(now, at, &octets);
+            done = written.map_err(|refusal| refused(at, refusal.code, &refusal.reason()));
+        });
+        done?;
+        ObjectState::at(node(bench, number)?, at).map(Json)
+    });
+    written.await?
+}
+
+/// The node of that number.
+fn node<'a>(bench: &'a (dyn OnLine + 'a), address: u8) -> Result<&'a dyn CanopenDevice, Problem> {
+    bench.having(address, "objects", bench.node(address))
+}
+
+/// The dictionary of a node that is switched on.
+fn objects(device: &dyn CanopenDevice) -> Result<&'static [Object], Problem> {
+    device.node().state().map(|_| device.application().objects()).ok_or_else(switched_off)
+}
+
+/// A whole number of the dictionary.
+pub(super) fn whole(device: &dyn CanopenDevice, at: Address) -> Option<i64> {
+    let app = device.application();
+    let entry = canopen::dictionary::entry(app.objects(), at).ok()?;
+    let read = device
+        .node()
+        .read_with(at, app, |octets| Ok(entry.data.decode(octets).and_then(|value| value.number())));
+    read.ok().flatten()
+}
+
+fn entry(device: &dyn CanopenDevice, at: Address) -> Result<(&'static Object, &'static Entry), Problem> {
+    let objects = objects(device)?;
+    let object = canopen::dictionary::object(objects, at.index)
+        .ok_or_else(|| Problem::not_found(format!("there is no object {} in this node", at.index)))?;
+    let entry = object.entry(at.sub).ok_or_else(|| {
+        let subs: Vec<_> = object.entries.iter().map(|entry| entry.sub.to_string()).collect();
+        Problem::not_found(format!(
+            "object {} has no sub-index {}; it has {}",
+            at.index,
+            at.sub,
+            subs.join(", ")
+        ))
+    })?;
+    Ok((object, entry))
+}
+
+fn refused(at: Address, code: Abort, reason: &dyn fmt::Display) -> Problem {
+    match code {
+        Abort::DEVICE_STATE => Problem::conflict(format!("{at} cannot be written now: {reason}")),
+        _ => Problem::value(format!("{at} cannot be written: {reason}")),
+    }
+}
+
+fn address(of: &OfObject) -> Result<Address, Problem> {
+    let digits = |text: &str, most: usize| {
+        let digits = text.strip_prefix("0x").unwrap_or(text);
+        let digits = digits.strip_suffix('h').unwrap_or(digits);
+        let are_digits = digits.bytes().all(|octet| octet.is_ascii_hexdigit()) && digits.len() <= most;
+        u16::from_str_radix(digits, 16).ok().filter(|_| are_digits)
+    };
+    let wrong = |text: &str, what: &str, most| {
+        Problem::new(
+            StatusCode::BAD_REQUEST,
+            format!("'{text}' is no {what}; expected hexadecimal digits, {most} at most, as objects/6041/0"),
+        )
+    };
+    let index = digits(&of.index, 4).ok_or_else(|| wrong(&of.index, "index", 4))?;
+    let sub = digits(&of.sub, 2).and_then(|sub| u8::try_from(sub).ok());
+    Ok(Address::new(index, sub.ok_or_else(|| wrong(&of.sub, "sub-index", 2))?))
+}
+
+/// A value as octets of its type; the range is the device's business.
+fn octets(at: Address, data: DataType, value: &ObjectValue) -> Result<Vec<u8>, Problem> {
+    let wrong = |expected: &str| {
+        let got = serde_json::to_string(value).unwrap_or_default();
+        Problem::value(format!("{at} is {}: expected {expected}, got {got}", data.name()))
+    };
+    match (data, value) {
+        (DataType::VisibleString | DataType::OctetString | DataType::Domain, ObjectValue::Text(text)) => {
+            Ok(text.as_bytes().to_vec())
+        }
+        (DataType::VisibleString | DataType::OctetString | DataType::Domain, _) => Err(wrong("a text")),
+        #[expect(clippy::cast_possible_truncation, reason = "to the precision that the entry has")]
+        (DataType::Real32, ObjectValue::Real(number)) => Ok((*number as f32).to_le_bytes().to_vec()),
+        #[expect(clippy::cast_precision_loss, reason = "to the precision that the entry has")]
+        (DataType::Real32, ObjectValue::Whole(number)) => Ok((*number as f32).to_le_bytes().to_vec()),
+        (
+            DataType::Boolean
+            | DataType::I8
+            | DataType::I16
+            | DataType::I32
+            | DataType::U8
+            | DataType::U16
+            | DataType::U32
+            | DataType::I64
+            | DataType::U64,
+            ObjectValue::Whole(number),
+        ) => match canopen::Value::whole(data, *number).filter(|_| fits(data, *number)) {
+            Some(value) => Ok(value.with_octets(<[u8]>::to_vec)),
+            None => Err(wrong("a whole number that fits into it")),
+        },
+        (
+            DataType::Boolean
+            | DataType::I8
+            | DataType::I16
+            | DataType::I32
+            | DataType::U8
+            | DataType::U16
+            | DataType::U32
+            | DataType::I64
+            | DataType::U64,
+            ObjectValue::Real(_) | ObjectValue::Text(_),
+        ) => Err(wrong("a whole number")),
+        (DataType::Real32, ObjectValue::Text(_)) => Err(wrong("a number")),
+    }
+}
+
+/// Whether a whole number is one of its type.
+fn fits(data: DataType, number: i64) -> bool {
+    match data.range() {
+        Some((low, high)) => (low..=high).contains(&number),
+        None => data != DataType::U64 || number >= 0,
+    }
+}
+
+impl ObjectState {
+    fn at(device: &dyn CanopenDevice, at: Address) -> Result<Self, Problem> {
+        let (object, entry) = entry(device, at)?;
+        Ok(Self::of(device, object, entry))
+    }
+
+    fn of(device: &dyn CanopenDevice, object: &'static Object, entry: &'static Entry) -> Self {
+        let at = Address { index: object.index, sub: entry.sub };
+        let read = device.node().read_with(at, device.application(), |octets| Ok(octets.to_vec()));
+        let name = if object.name == entry.name || object.entries.len() == 1 {
+            object.name.into()
+        } else {
+            format!("{}: {}", object.name, entry.name)
+        };
+        let (octets, refused) = match read {
+            Ok(octets) => (Some(octets), None),
+            Err(abort) => (None, Some(abort.to_string())),
+        };
+        Self {
+            index: format!("{:04X}", object.index.0),
+            sub: format!("{:02X}", entry.sub.0),
+            name,
+            data: entry.data.name(),
+            access: entry.access.into(),
+            value: octets.as_deref().and_then(|octets| ObjectValue::of(entry.data, octets)),
+            octets_hex: octets.as_deref().map(crate::explain::hex),
+            refused,
+        }
+    }
+}
+
+impl ObjectValue {
+    /// The value of octets of a type.
+    pub(super) fn of(data: DataType, octets: &[u8]) -> Option<Self> {
+        let value = data.decode(octets)?;
+        Some(if let canopen::Value::Real32(number) = value {
+            Self::Real(number.into())
+        } else if let canopen::Value::Octets(octets) = value {
+            Self::Text(String::from_utf8_lossy(octets).into_owned())
+        } else if let Some(number) = value.number() {
+            Self::Whole(number)
+        } else {
+            Self::Text(format!("{value:?}"))
+        })
+    }
+}
+
+impl From<Access> for AccessName {
+    fn from(access: Access) -> Self {
+        match access {
+            Access::Const => Self::Const,
+            Access::Ro => Self::Ro,
+            Access::Wo => Self::Wo,
+            Access::Rw => Self::Rw,
+        }
+    }
+}

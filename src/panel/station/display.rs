@@ -1,0 +1,76 @@
+//! What a person sees of a station as JSON.
+
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use super::FaultNow;
+use crate::face::surroundings::{Face, FaceLed, FaceRow, Glow};
+
+/// What a person sees of a device.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+pub(super) struct Display {
+    /// The rows of the display from above; none if there is no display.
+    rows: Vec<Row>,
+    /// What is lit beside the rows, as `battery empty`.
+    signs: Vec<&'static str>,
+    leds: Vec<Led>,
+}
+
+/// A row of a display.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+struct Row {
+    text: String,
+    flashing: bool,
+}
+
+/// An LED.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+struct Led {
+    /// Which, with its colour: `left green`.
+    led: &'static str,
+    colour: &'static str,
+    glow: GlowName,
+    /// How often it blinks before the pause: the code of a fault; 0 unless it does.
+    blinks: u8,
+    /// What that means.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    text: Option<String>,
+}
+
+/// What an LED does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+enum GlowName {
+    Off,
+    On,
+    Blinking,
+}
+
+impl Led {
+    fn of(led: &FaceLed, fault: Option<&FaultNow>) -> Self {
+        let (glow, blinks, text) = match led.glow {
+            Glow::Off => (GlowName::Off, 0, None),
+            Glow::On => (GlowName::On, 0, None),
+            Glow::Blinking => (GlowName::Blinking, 0, None),
+            Glow::Alternating => (GlowName::Blinking, 0, Some("alternates: reset".into())),
+            Glow::Code(blinks) => {
+                let times = if blinks == 1 { "blink" } else { "blinks" };
+                let code = fault.map(|fault| format!("{blinks} {times}: fault {}", fault.fault));
+                (GlowName::Blinking, blinks, code)
+            }
+        };
+        let colour = led.name.rsplit_once(' ').map_or(led.name, |(_, colour)| colour);
+        Self { led: led.name, colour, glow, blinks, text }
+    }
+}
+
+impl Display {
+    pub(super) fn of(face: &Face, fault: Option<&FaultNow>) -> Self {
+        let row = |row: &FaceRow| Row { text: row.text.as_str().to_owned(), flashing: row.flashing };
+        Self {
+            rows: face.rows.iter().map(row).collect(),
+            signs: face.signs.iter().copied().collect(),
+            leds: face.leds.iter().map(|led| Led::of(led, fault)).collect(),
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! A station that is added, by the specification that line files have (docs/line.md).
+
+use std::path::Path;
+
+use axum::Json;
+use axum::extract::State as Shared;
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde::Deserialize;
+use utoipa::openapi::RefOr;
+use utoipa::openapi::schema::{ObjectBuilder, OneOfBuilder, Schema, SchemaType, Type};
+use utoipa::{PartialSchema, ToSchema};
+
+use super::Summary;
+use crate::host::fault::BusKind;
+use crate::host::list::{DEVICES, Device, Given, Group, Spec, Takes};
+use crate::panel::line::{Line, Lines};
+use crate::panel::problem::{Body, Problem, Problems};
+
+/// A station to add: `{"address": 6, "device": "ag03-1"}` with what else is chosen about it, or `{"drive": {..}}`,
+/// `{"ppo-drive": {..}}`, `{"station": {..}}`, `{"node": {..}}` as in a line file; `line` where there are several.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(transparent)]
+pub(in crate::panel) struct NewStation(Given);
+
+impl ToSchema for NewStation {}
+
+impl PartialSchema for NewStation {
+    fn schema() -> RefOr<Schema> {
+        let text = || ObjectBuilder::new().schema_type(Type::String);
+        let address = ObjectBuilder::new().schema_type(Type::Integer).minimum(Some(0)).maximum(Some(127));
+        let named = ObjectBuilder::new()
+            .property("line", text())
+            .property("address", address)
+            .required("address")
+            .property("device", text().enum_values(Some(DEVICES.iter().map(Device::name))))
+            .required("device");
+        let grouped = Group::ALL.into_iter().fold(OneOfBuilder::new().item(named), |all, group| {
+            let one = ObjectBuilder::new().schema_type(SchemaType::Type(Type::Object));
+            let one = one.property("line", text()).property(group.name(), group.open_api());
+            all.item(one.required(group.name()))
+        });
+        grouped.into()
+    }
+}
+
+impl NewStation {
+    /// The name of its line.
+    fn line(&self) -> Result<Option<String>, Problem> {
+        match self.entries()?.iter().find(|(key, _)| key == "line") {
+            Some((_, Given::Text(name))) => Ok(Some(name.clone())),
+            Some((_, other)) => Err(Problem::value(format!("line must be the name of a line, got {other}"))),
+            None => Ok(None),
+        }
+    }
+
+    fn entries(&self) -> Result<&[(String, Given)], Problem> {
+        match &self.0 {
+            Given::Table(entries) => Ok(entries),
+            _ => Err(Problem::value("the body must be a JSON object, {...}")),
+        }
+    }
+
+    /// The specification, for a line of this bus.
+    fn spec(&self, bus: BusKind) -> Result<Spec, Problem> {
+        let entries: Vec<_> = self.entries()?.iter().filter(|(key, _)| key != "line").cloned().collect();
+        let of_key = |key: &str| Group::ALL.into_iter().find(|group| group.name() == key.replace('_', "-"));
+        let (group, given) = match &*entries {
+            [(key, given @ Given::Table(_))] if of_key(key).is_some() => {
+                (of_key(key).unwrap_or(Group::Drive), given.clone())
+            }
+            _ => Self::named(bus, entries)?,
+        };
+        let spec =
+            Spec::of_given(group, &given, Path::new("")).map_err(|wrong| Problem::value(wrong.words))?;
+        let names_file = |key: &str| spec.choices.file(key).is_some();
+        let files = spec.device.choices().iter().filter(|choice| matches!(choice.takes, Takes::File(_)));
+        match files.map(|choice| choice.key).find(|key| names_file(key)) {
+            Some(key) => {
+                Err(Problem::value(format!("{key}: no file is read for who comes by HTTP; use a line file")))
+            }
+            None => Ok(spec),
+        }
+    }
+
+    /// A device by its name, and its group.
+    fn named(bus: BusKind, mut entries: Vec<(String, Given)>) -> Result<(Group, Given), Problem> {
+        let usual = if bus == BusKind::Can { Group::Node } else { Group::Drive };
+        let is_name = |key: &str| key == "device" || key == "model";
+        let named = entries.iter_mut().find(|(key, _)| is_name(key));
+        let group = named.map_or(usual, |(key, name)| {
+            let name = format!("{name}");
+            let is_here = |device: &&Device| {
+                device.name() == name && (device.group() == Group::Node) == (bus == BusKind::Can)
+            };
+            let group = DEVICES.iter().find(is_here).map_or(usual, Device::group);
+            group.device_key().clone_into(key);
+            group
+        });
+        Ok((group, Given::Table(entries)))
+    }
+}
+
+/// Adds a station
+///
+/// A new one with factory settings, or, where memories are kept, the one of this device that had this address.
+#[utoipa::path(post, path = "/api/v1/stations", tag = "stations", request_body = NewStation,
+    responses((status = 201, body = Summary, headers(("location" = String, description = "Where its state is"))), Problems))]
+pub(in crate::panel) async fn add(
+    Shared(lines): Shared<Lines>,
+    Body(new): Body<NewStation>,
+) -> Result<Response, Problem> {
+    let line = match new.line()? {
+        Some(name) => lines.named(&name)?,
+        None => only(&lines)?,
+    };
+    let spec = new.spec(line.kind)?;
+    let name = line.name.clone();
+    let summary = line.asking.ask(move |bench| {
+        let address = bench.add(spec)?;
+        Ok::<_, Problem>((address, Summary::of(&name, bench, address)))
+    });
+    let (address, summary) = summary.await??;
+    let location = format!("/api/v1/lines/{}/stations/{address}", line.name);
+    let location = HeaderValue::try_from(location).map_err(Problem::value)?;
+    Ok((StatusCode::CREATED, [(header::LOCATION, location)], Json(summary)).into_response())
+}
+
+/// The only line.
+fn only(lines: &Lines) -> Result<Line, Problem> {
+    let mut all = lines.all();
+    let names: Vec<String> = all.iter().map(|line| line.name.to_string()).collect();
+    match (all.pop(), all.is_empty()) {
+        (Some(line), true) => Ok(line),
+        (Some(_), false) | (None, _) => {
+            Err(Problem::value(format!("'line' is missing; there are the lines {}", names.join(", "))))
+        }
+    }
+}
