@@ -172,7 +172,7 @@ impl Face {
 
     /// With a sign more, if it is lit.
     #[must_use]
-    pub fn sign(mut self, sign: &'static str, lit: bool) -> Self {
+    pub(crate) fn sign(mut self, sign: &'static str, lit: bool) -> Self {
         if lit {
             let _ = self.signs.push(sign);
         }
@@ -181,7 +181,7 @@ impl Face {
 
     /// With an LED more.
     #[must_use]
-    pub fn led(mut self, name: &'static str, glow: Glow) -> Self {
+    pub(crate) fn led(mut self, name: &'static str, glow: Glow) -> Self {
         let _ = self.leds.push(FaceLed { name, glow });
         self
     }
